@@ -1,0 +1,51 @@
+//! Scalar fields on a [`Space`]: the only thing the topography half asks of a landscape.
+
+use crate::space::Space;
+
+pub mod model;
+
+/// A scalar field on a [`Space`], continuously differentiable wherever it is finite (or piecewise so, where documented).
+///
+/// A function of `x` alone: the same `x` gives the same bits, whatever was asked before and on whichever thread.
+pub trait Energy: Sync {
+    /// The space `x` lives in: `coordinates()` numbers for a point, `tangents()` for a direction.
+    fn space(&self) -> &dyn Space;
+
+    /// Energy at `x`; writes the derivative along each tangent at `x` (the vector that [`Space::shift`] takes) into
+    /// `gradient`.
+    ///
+    /// Outside its domain an energy returns `f64::INFINITY`, never NaN; searches read that as "step refused".
+    ///
+    /// # Panics
+    /// If `x` or `gradient` has the wrong length.
+    fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64;
+
+    /// The energy up to a cut-off: exact where it is at most `cutoff`, otherwise any lower bound of it above `cutoff`.
+    ///
+    /// Energies whose evaluation is costly far above the region of interest may leave early. The gradient is written
+    /// only where the returned value is at most `cutoff`. The default evaluates in full.
+    ///
+    /// # Panics
+    /// If `x` or `gradient` has the wrong length.
+    fn evaluate_below(&self, x: &[f64], gradient: &mut [f64], cutoff: f64) -> f64 {
+        let _ = cutoff;
+        self.evaluate(x, gradient)
+    }
+
+    /// The discrete choice that realises the minimum at `x`, for an energy that is a minimum over discrete choices (the
+    /// contact set of a grasp). Two neighbouring points with different choices lie on two sides of a seam. Empty for
+    /// smooth energies.
+    fn choice(&self, x: &[f64]) -> Vec<u32> {
+        let _ = x;
+        Vec::new()
+    }
+
+    /// The energy with its discrete choice held at `choice`: smooth in `x`, never below [`Energy::evaluate`].
+    ///
+    /// # Panics
+    /// If `x` or `gradient` has the wrong length.
+    fn evaluate_choice(&self, x: &[f64], choice: &[u32], gradient: &mut [f64]) -> f64 {
+        let _ = choice;
+        self.evaluate(x, gradient)
+    }
+}

@@ -1,0 +1,4 @@
+//! Half one: hand + object → energy → grasps.
+
+pub mod hand;
+pub mod object;

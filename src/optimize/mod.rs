@@ -1,0 +1,1 @@
+//! Local descent on a [`Space`](crate::space::Space).

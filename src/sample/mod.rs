@@ -1,0 +1,83 @@
+//! Markov chains on a [`Space`]: the kernel contract and reproducible random streams.
+
+use rand::SeedableRng;
+
+use crate::space::Space;
+
+/// The generator every chain draws from: counter-based, so that streams are cheap and independent.
+pub type Rng = rand_chacha::ChaCha8Rng;
+
+/// What a random stream is for. Together with the seed and the task's number it names the stream, so adding a task of
+/// one kind never changes the draws of another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+#[non_exhaustive]
+pub enum Task {
+    /// Random starting points.
+    Start = 1,
+    /// One synthesis chain.
+    Synthesis = 2,
+    /// One attraction–diffusion chain.
+    AttractionDiffusion = 3,
+    /// Basin hopping.
+    BasinHopping = 4,
+    /// Saddle searches.
+    Saddle = 5,
+    /// Placing surface points.
+    Surface = 6,
+    /// Layout of a picture.
+    Layout = 7,
+}
+
+/// Random stream of task number `id` of kind `task` under `seed`.
+pub fn stream(seed: u64, task: Task, id: u64) -> Rng {
+    let mut key = [0; 32];
+    key[..8].copy_from_slice(&seed.to_le_bytes());
+    key[8] = task as u8;
+    key[16..24].copy_from_slice(&id.to_le_bytes());
+    Rng::from_seed(key)
+}
+
+/// A point of a chain: coordinates, an opaque discrete part, and the energy of both together.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct State {
+    /// The point of the space.
+    pub coordinates: Vec<f64>,
+    /// Discrete part (a contact set); empty for plain energies.
+    pub discrete: Vec<u32>,
+    /// *Unaltered* energy of coordinates and discrete part.
+    pub energy: f64,
+    /// Derivative of `energy` along each tangent at `coordinates`.
+    pub gradient: Vec<f64>,
+}
+
+/// A constant-size pull of `force` (energy per length) toward `target`: F = αT of attraction–diffusion.
+#[derive(Debug, Clone, Copy)]
+pub struct Attraction<'a> {
+    /// Coordinates that attract.
+    pub target: &'a [f64],
+    /// Size of the pull, energy per length of the space.
+    pub force: f64,
+}
+
+/// The law a chain samples: density ∝ exp(−(E + F·d(x, x*))/T).
+#[derive(Debug, Clone, Copy)]
+pub struct Law<'a> {
+    /// Temperature T, in units of the energy.
+    pub temperature: f64,
+    /// The attraction F·d(x, x*), if any.
+    pub attraction: Option<Attraction<'a>>,
+}
+
+/// A Markov kernel. Distances between states look at coordinates only.
+pub trait Kernel: Sync {
+    /// The space of the coordinates.
+    fn space(&self) -> &dyn Space;
+
+    /// The best state at coordinates `x` (chooses the discrete part).
+    fn start(&self, x: &[f64]) -> State;
+
+    /// Writes a proposal from `state` into `proposal` and returns the logarithm of its Metropolis–Hastings acceptance
+    /// ratio under `law` (−∞ refuses), so that moves of different kinds mix correctly. `step` scales continuous moves.
+    fn propose(&self, state: &State, law: &Law<'_>, step: f64, rng: &mut Rng, proposal: &mut State) -> f64;
+}

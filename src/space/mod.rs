@@ -1,0 +1,77 @@
+//! What "move" and "towards" mean for a point of a landscape.
+//!
+//! Every path quantity of this crate (tangent, length, projection, update) is written with the two maps of
+//! [`Space`]: [`Space::toward`] (the logarithm) and [`Space::shift`] (the exponential). Nothing here knows an energy.
+
+mod euclidean;
+
+pub use euclidean::Euclidean;
+
+/// A Riemannian manifold whose points are flat coordinate slices and whose tangents are orthonormal.
+///
+/// `coordinates()` numbers make a point, `tangents()` numbers a direction; they differ where a point carries a
+/// quaternion. Tangent components are orthonormal in the metric, so the Euclidean dot product of two tangents at one
+/// point is their inner product and the norm of a tangent is a length.
+///
+/// A space with a symmetry (an object of revolution, a cluster of equal atoms) measures *modulo* it:
+/// `toward(a, b)` then leads to that copy of `b` which is nearest to `a`.
+pub trait Space: Sync {
+    /// How many numbers describe a point.
+    fn coordinates(&self) -> usize;
+
+    /// How many numbers describe a tangent.
+    fn tangents(&self) -> usize;
+
+    /// Exponential map: moves `x` along the geodesic with initial velocity `tangent` for unit time.
+    ///
+    /// Gradients of an [`Energy`](crate::energy::Energy) are derivatives along this move, and are checked that way.
+    ///
+    /// # Panics
+    /// If a slice has the wrong length.
+    fn shift(&self, x: &mut [f64], tangent: &[f64]);
+
+    /// Logarithm map: writes the shortest tangent at `a` that leads to (a copy of) `b` and returns its length.
+    ///
+    /// # Panics
+    /// If a slice has the wrong length.
+    fn toward(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64;
+
+    /// Length of the shortest path between `a` and `b`, modulo the symmetry of the space.
+    ///
+    /// # Panics
+    /// If a slice has the wrong length.
+    fn distance(&self, a: &[f64], b: &[f64]) -> f64 {
+        self.toward(a, b, &mut vec![0.0; self.tangents()])
+    }
+
+    /// Typical size of a sensible move along each tangent, relative to the first one: what samplers and optimisers
+    /// multiply a step with.
+    ///
+    /// The metric is made for distance; as a mass matrix it may be badly conditioned (a fingertip joint moves its pad
+    /// ten times farther than the average point of the hand). All ones by default.
+    fn step_scales(&self) -> Vec<f64> {
+        vec![1.0; self.tangents()]
+    }
+
+    /// Directions at `x` along which nothing changes (overall translation and rotation of a cluster): `rows` of
+    /// orthonormal tangents, concatenated. Empty by default. Saddle searches project them out.
+    fn zero_modes(&self, x: &[f64]) -> Vec<f64> {
+        let _ = x;
+        Vec::new()
+    }
+}
+
+/// Point a fraction `t` of the way from `a` to (the nearest copy of) `b` along the geodesic.
+///
+/// # Panics
+/// If a slice has the wrong length.
+pub fn interpolate(space: &dyn Space, a: &[f64], b: &[f64], t: f64) -> Vec<f64> {
+    let mut tangent = vec![0.0; space.tangents()];
+    space.toward(a, b, &mut tangent);
+    for component in &mut tangent {
+        *component *= t;
+    }
+    let mut x = a.to_vec();
+    space.shift(&mut x, &tangent);
+    x
+}

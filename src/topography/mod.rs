@@ -1,0 +1,1 @@
+//! Half two: maps any energy. Minima, paths between them, barriers, the tree.
