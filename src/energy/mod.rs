@@ -48,4 +48,18 @@ pub trait Energy: Sync {
         let _ = choice;
         self.evaluate(x, gradient)
     }
+
+    /// The named, weighted terms whose sum is the energy at `x`, in a fixed order; empty where an energy has no parts.
+    /// The top of a path is named after the term that rises most.
+    fn terms(&self, x: &[f64]) -> Vec<(String, f64)> {
+        let _ = x;
+        Vec::new()
+    }
+
+    /// Why a path through `x` should not count as relaxed although its energy is finite (the hand passes through the
+    /// object); `None` where nothing speaks against it.
+    fn objection(&self, x: &[f64]) -> Option<String> {
+        let _ = x;
+        None
+    }
 }

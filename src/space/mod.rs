@@ -25,6 +25,8 @@ pub trait Space: Sync {
     /// Exponential map: moves `x` along the geodesic with initial velocity `tangent` for unit time.
     ///
     /// Gradients of an [`Energy`](crate::energy::Energy) are derivatives along this move, and are checked that way.
+    /// Moving back by the negated tangent returns to the start (frames are carried along: a rotation is a tangent in the
+    /// body's own frame), so the reverse of a Metropolis proposal is its negation.
     ///
     /// # Panics
     /// If a slice has the wrong length.
