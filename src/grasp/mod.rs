@@ -1,5 +1,19 @@
 //! Half one: hand + object → energy → grasps.
+//!
+//! [`hand`] and [`object`] are what meets, [`term`] what a meeting costs, [`energy`] the sum and its envelope over contact
+//! sets, [`kernel`] the moves, [`synthesis`] the search, [`filter`] and [`closure`] the judges.
 
 pub mod closure;
+pub mod contact;
+pub mod energy;
+pub mod filter;
 pub mod hand;
+pub mod kernel;
 pub mod object;
+pub mod start;
+pub mod synthesis;
+pub mod term;
+
+pub use energy::{EnergySettings, GraspEnergy};
+pub use filter::{Judgement, judge};
+pub use kernel::GraspKernel;

@@ -4,6 +4,10 @@ use rand::SeedableRng;
 
 use crate::space::Space;
 
+mod langevin;
+
+pub use langevin::langevin;
+
 /// The generator every chain draws from: counter-based, so that streams are cheap and independent.
 pub type Rng = rand_chacha::ChaCha8Rng;
 

@@ -1,0 +1,155 @@
+//! Is it a grasp? The published filter and a strict one, measured on the exact mesh.
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+use super::closure::{PointContact, is_force_closure, least_friction, net_wrench};
+use super::energy::GraspEnergy;
+use super::hand::PosedHand;
+use super::term::{Scene, for_each_intruder, for_each_overlap};
+
+/// The length unit of the authors of Liu et al. (2021), in which Eq. 11 is stated.
+pub const AUTHORS_UNIT_M: f64 = 0.12;
+
+/// Friction at which the strict filter asks for force closure.
+pub const STRICT_FRICTION: f64 = 0.5;
+
+/// What the filters look at. Contact distances, normals and depths are those of the exact mesh.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Judgement {
+    /// ‖Gc‖ with arms divided by the energy's unit.
+    pub net_wrench: f64,
+    /// Σ d² of the contacts, in the authors' unit of 120 mm.
+    pub distance_squared: f64,
+    /// Σ of depths of the hand's surface points inside the object, in the authors' unit.
+    pub penetration: f64,
+    /// Largest distance of a contact from the surface, metres.
+    pub gap_m: f64,
+    /// Deepest surface point of the hand inside the object, or of the object inside the hand, metres.
+    pub deepest_m: f64,
+    /// Deepest overlap of the hand with itself, metres.
+    pub self_penetration_m: f64,
+    /// Largest excess of a joint over its limits, radians.
+    pub joint_excess_rad: f64,
+    /// On how many of palm, thumb and fingers the contacts lie.
+    pub digits: usize,
+    /// Least friction at which the contact forces balance; `None` where none suffices.
+    pub least_friction: Option<f64>,
+    /// Exact force closure at [`STRICT_FRICTION`].
+    pub force_closure: bool,
+}
+
+impl Judgement {
+    /// Eq. 11 of Liu et al. (2021) as printed: ‖Gc‖ < 0.5, Σ d² < 0.02, E_pen < 0.02.
+    pub fn passes_published(&self) -> bool {
+        self.net_wrench < 0.5 && self.distance_squared < 0.02 && self.penetration < 0.02
+    }
+
+    /// Eq. 11 as the authors' code computes it: the *square* of ‖Gc‖ and ten times the penetration.
+    pub fn passes_released(&self) -> bool {
+        self.net_wrench.powi(2) < 0.5
+            && self.distance_squared < 0.02
+            && 10.0 * self.penetration < 0.02
+    }
+
+    /// First reason why it is not a grasp a person could hold; `None` if it passes the strict filter.
+    pub fn strict_objection(&self) -> Option<&'static str> {
+        let checks = [
+            (self.net_wrench < 0.5, "net wrench"),
+            (self.gap_m <= 0.002, "contact gap"),
+            (self.deepest_m < 0.002, "penetration"),
+            (self.self_penetration_m < 0.003, "self-penetration"),
+            (self.joint_excess_rad <= 0.01, "joint limits"),
+            (self.digits >= 2, "one digit only"),
+            (self.force_closure, "force closure"),
+        ];
+        checks
+            .into_iter()
+            .find_map(|(passes, reason)| (!passes).then_some(reason))
+    }
+
+    /// The strict filter: ‖Gc‖ < 0.5, contacts within 2 mm, nothing deeper than 2 mm, self-penetration under 3 mm, joint
+    /// limits kept, at least two of palm, thumb and fingers, exact force closure at μ = 0.5.
+    pub fn passes_strict(&self) -> bool {
+        self.strict_objection().is_none()
+    }
+}
+
+/// Judges pose `x` with contact set `contacts` on the exact mesh.
+///
+/// # Panics
+/// If `x` is a pose of another hand or a contact index is out of range.
+pub fn judge(energy: &GraspEnergy, x: &[f64], contacts: &[u32]) -> Judgement {
+    let (hand, object) = (energy.hand(), energy.object());
+    let mut posed = PosedHand::default();
+    hand.pose(x, &mut posed);
+    let axes: Vec<[Vector3<f64>; 2]> = hand
+        .capsules
+        .iter()
+        .map(|c| [posed.place(c.link, &c.a), posed.place(c.link, &c.b)])
+        .collect();
+    let scene = Scene {
+        hand,
+        posed: &posed,
+        axes: &axes,
+        joints_rad: &x[7..],
+        object,
+        near: &[],
+        contacts: &[],
+        unit_m: energy.unit_m(),
+        distance_factor: 1.0,
+    };
+
+    let mut point_contacts = Vec::with_capacity(contacts.len());
+    let (mut distance_squared, mut gap_m) = (0.0, 0.0f64);
+    let mut digits = Vec::new();
+    for &index in contacts {
+        let point = posed.points[index as usize];
+        let (distance_m, normal) = object.exact.distance_and_normal(&point);
+        distance_squared += (distance_m / AUTHORS_UNIT_M).powi(2);
+        gap_m = gap_m.max(distance_m.abs());
+        digits.push(hand.links[hand.surface[index as usize].link.0].digit);
+        point_contacts.push(PointContact {
+            arm: (point - object.centroid) / energy.unit_m(),
+            inward_normal: -normal,
+        });
+    }
+    digits.sort_unstable();
+    digits.dedup();
+
+    let (mut penetration, mut deepest_m) = (0.0, 0.0f64);
+    let lipschitz = object.shape.lipschitz();
+    for point in &posed.points {
+        // The smooth shape says where the exact distance is worth its price.
+        if object.shape.distance(point) > 0.003 * lipschitz {
+            continue;
+        }
+        let depth = -object.exact.distance_and_normal(point).0;
+        if depth > 0.0 {
+            penetration += depth / AUTHORS_UNIT_M;
+            deepest_m = deepest_m.max(depth);
+        }
+    }
+    for_each_intruder(&scene, |_, _, _, depth| deepest_m = deepest_m.max(depth));
+    let mut self_penetration_m = 0.0f64;
+    for_each_overlap(&scene, |_, _, _, _, depth| {
+        self_penetration_m = self_penetration_m.max(depth);
+    });
+    let joint_excess_rad = hand.joints.iter().zip(&x[7..]).fold(0.0f64, |worst, (joint, &q)| {
+        let [lower, upper] = joint.limits_rad;
+        worst.max(q - upper).max(lower - q)
+    });
+    let least = least_friction(&point_contacts);
+    Judgement {
+        net_wrench: net_wrench(&point_contacts),
+        distance_squared,
+        penetration,
+        gap_m,
+        deepest_m,
+        self_penetration_m,
+        joint_excess_rad,
+        digits: digits.len(),
+        least_friction: least.is_finite().then_some(least),
+        force_closure: is_force_closure(&point_contacts, STRICT_FRICTION),
+    }
+}

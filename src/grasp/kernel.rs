@@ -1,0 +1,145 @@
+//! The Markov kernel of grasps: Langevin moves of the pose, heat-bath moves of the contact set.
+
+use rand::RngExt;
+
+use super::energy::GraspEnergy;
+use crate::energy::Energy;
+use crate::sample::{Kernel, Law, Rng, State, langevin};
+use crate::space::Space;
+
+/// Moves (pose, contact set) together: with probability `contact_probability` one contact is redrawn from its
+/// conditional law (heat bath), otherwise the pose makes a Metropolis-adjusted Langevin step.
+///
+/// The energy of its states is E(H, x, O), an upper bound of the envelope E(H, O).
+#[derive(Debug, Clone)]
+pub struct GraspKernel<'a> {
+    energy: &'a GraspEnergy,
+    scales: Vec<f64>,
+    /// Probability of a contact move (1 − ρ in Liu et al. 2021, Algorithm 1).
+    pub contact_probability: f64,
+    /// Factor on the distance weight, see [`GraspEnergy::evaluate_ramped`].
+    pub distance_factor: f64,
+}
+
+/// Contacts whose weight in the heat bath is below e⁻³⁰ of the largest are not looked at.
+const NEGLIGIBLE: f64 = 30.0;
+
+impl<'a> GraspKernel<'a> {
+    /// The kernel of `energy` with a contact move in every fifth step.
+    pub fn new(energy: &'a GraspEnergy) -> Self {
+        Self {
+            energy,
+            scales: energy.space().step_scales(),
+            contact_probability: 0.2,
+            distance_factor: 1.0,
+        }
+    }
+
+    /// Energy of `state`'s pose and contact set, written into it with its gradient.
+    pub fn evaluate(&self, state: &mut State) {
+        state.gradient.resize(self.energy.space().tangents(), 0.0);
+        state.energy = self.energy.evaluate_ramped(
+            &state.coordinates,
+            &state.discrete,
+            self.distance_factor,
+            &mut state.gradient,
+        );
+    }
+
+    /// A Langevin step of the pose; returns the logarithm of its acceptance ratio.
+    pub fn move_pose(
+        &self,
+        state: &State,
+        law: &Law<'_>,
+        step: f64,
+        rng: &mut Rng,
+        proposal: &mut State,
+    ) -> f64 {
+        proposal.discrete.clone_from(&state.discrete);
+        langevin(
+            self.space(),
+            &self.scales,
+            state,
+            law,
+            step,
+            rng,
+            proposal,
+            |x, gradient| {
+                self.energy
+                    .evaluate_ramped(x, &state.discrete, self.distance_factor, gradient)
+            },
+        )
+    }
+
+    /// Redraws one contact from its law given the pose and the other contacts. Always accepted: the proposal *is* the
+    /// conditional law.
+    pub fn move_contact(
+        &self,
+        state: &State,
+        temperature: f64,
+        rng: &mut Rng,
+        proposal: &mut State,
+    ) -> f64 {
+        proposal.clone_from(state);
+        if state.discrete.is_empty() {
+            return f64::NEG_INFINITY;
+        }
+        let slot = rng.random_range(0..state.discrete.len());
+        let mut others = state.discrete.clone();
+        others.remove(slot);
+        let options = self.energy.completions(
+            &state.coordinates,
+            &others,
+            self.distance_factor,
+            NEGLIGIBLE * temperature,
+        );
+        let least = options.iter().fold(f64::INFINITY, |m, (_, e)| m.min(*e));
+        let weights: Vec<f64> = options
+            .iter()
+            .map(|(_, energy)| ((least - energy) / temperature).exp())
+            .collect();
+        let mut left = rng.random::<f64>() * weights.iter().sum::<f64>();
+        let mut chosen = state.discrete[slot];
+        for ((index, _), weight) in options.iter().zip(&weights) {
+            chosen = *index;
+            left -= weight;
+            if left < 0.0 {
+                break;
+            }
+        }
+        proposal.discrete[slot] = chosen;
+        self.evaluate(proposal);
+        0.0
+    }
+}
+
+impl Kernel for GraspKernel<'_> {
+    fn space(&self) -> &dyn Space {
+        self.energy.space()
+    }
+
+    fn start(&self, x: &[f64]) -> State {
+        let mut state = State {
+            coordinates: x.to_vec(),
+            discrete: self.energy.choice(x),
+            ..State::default()
+        };
+        self.evaluate(&mut state);
+        state
+    }
+
+    fn propose(
+        &self,
+        state: &State,
+        law: &Law<'_>,
+        step: f64,
+        rng: &mut Rng,
+        proposal: &mut State,
+    ) -> f64 {
+        if rng.random::<f64>() < self.contact_probability {
+            self.move_contact(state, law.temperature, rng, proposal)
+        } else {
+            self.move_pose(state, law, step, rng, proposal)
+        }
+    }
+}

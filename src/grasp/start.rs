@@ -1,0 +1,70 @@
+//! Object-aware start poses.
+
+use nalgebra::{Isometry3, Rotation3, Unit, UnitQuaternion, Vector3};
+use rand::RngExt;
+use rand_distr::{Distribution, StandardNormal};
+
+use super::hand::Hand;
+use super::object::Object;
+use crate::sample::Rng;
+
+/// Distance of the palm from the surface point it faces, metres.
+const GAP_M: std::ops::Range<f64> = 0.002..0.040;
+/// How far beyond the palm's centre, toward the fingers, that surface point lies, metres.
+const DISTAL_M: f64 = 0.035;
+/// Standard deviation of the palm's tilt, radians.
+const TILT_RAD: f64 = 0.35;
+/// Standard deviation of a joint about its rest angle, as a share of its range.
+const JOINT_SHARE: f64 = 0.15;
+
+/// A random pose with the palm facing a random point of the object, fingers near rest: coordinates of
+/// [`PoseSpace`](crate::space::PoseSpace).
+///
+/// After the initialisation of `DexGraspNet` (Wang et al. 2023), without its convex hull: the surface point is one of the
+/// object's evenly spread samples, so that starts are spread over the whole object.
+pub fn start_pose(hand: &Hand, object: &Object, rng: &mut Rng) -> Vec<f64> {
+    let mut normal = || -> f64 { StandardNormal.sample(rng) };
+    let tilt = [TILT_RAD * normal(), TILT_RAD * normal()];
+    let joints: Vec<f64> = hand
+        .joints
+        .iter()
+        .zip(&hand.prior.rest_rad)
+        .map(|(joint, rest)| {
+            let [lower, upper] = joint.limits_rad;
+            (rest + JOINT_SHARE * (upper - lower) * normal()).clamp(lower, upper)
+        })
+        .collect();
+    let faced = object.samples[rng.random_range(0..object.samples.len())];
+    let outward = object.shape.gradient(&faced).1;
+    let outward = Unit::try_new(outward, 1e-9).unwrap_or_else(Vector3::z_axis);
+    let roll = rng.random_range(0.0..std::f64::consts::TAU);
+    let gap_m = rng.random_range(GAP_M);
+
+    // A frame whose third axis is the outward normal, one for the palm with its volar direction as minus the third.
+    let object_from_surface = frame(&outward) * Rotation3::from_axis_angle(&Vector3::z_axis(), roll);
+    let tilted = Rotation3::from_euler_angles(tilt[0], tilt[1], 0.0);
+    let volar = Unit::new_normalize(-hand.palm.volar);
+    let hand_from_palm = frame(&volar);
+    let rotation = UnitQuaternion::from_rotation_matrix(
+        &(object_from_surface * tilted * hand_from_palm.inverse()),
+    );
+    let facing = hand.palm.centre + hand.palm.distal * DISTAL_M;
+    let translation = faced + outward.into_inner() * gap_m - rotation * facing;
+    let pose = Isometry3::from_parts(translation.into(), rotation);
+    let mut x = Vec::with_capacity(7 + joints.len());
+    x.extend(pose.translation.vector.iter());
+    let q = pose.rotation.quaternion();
+    let sign = if q.w < 0.0 { -1.0 } else { 1.0 };
+    x.extend([q.w, q.i, q.j, q.k].map(|c| sign * c));
+    x.extend(joints);
+    x
+}
+
+/// Some rotation whose third column is `z`.
+fn frame(z: &Unit<Vector3<f64>>) -> Rotation3<f64> {
+    let mut helper = Vector3::zeros();
+    helper[z.iamin()] = 1.0;
+    let x = helper.cross(z).normalize();
+    let y = z.cross(&x);
+    Rotation3::from_basis_unchecked(&[x, y, z.into_inner()])
+}

@@ -1,0 +1,35 @@
+//! Joints stay within their limits.
+
+use super::{Forces, Scene, Term, rounded_hinge};
+
+/// Excess of joint angles over their limits.
+///
+/// ```text
+/// E = w Σⱼ h(θⱼ − upperⱼ) + h(lowerⱼ − θⱼ)
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct JointLimits {
+    /// Weight w per radian.
+    pub weight: f64,
+    /// Rounding of the hinge, radians.
+    pub rounding_rad: f64,
+}
+
+impl Term for JointLimits {
+    fn name(&self) -> &'static str {
+        "joint_limits"
+    }
+
+    fn add(&self, scene: &Scene<'_>, forces: &mut Forces) -> f64 {
+        let mut energy = 0.0;
+        let joints = scene.hand.joints.iter().zip(scene.joints_rad);
+        for ((joint, &angle), force) in joints.zip(&mut forces.joints) {
+            let [lower, upper] = joint.limits_rad;
+            let (above, above_slope) = rounded_hinge(angle - upper, self.rounding_rad);
+            let (below, below_slope) = rounded_hinge(lower - angle, self.rounding_rad);
+            energy += self.weight * (above + below);
+            *force += self.weight * (above_slope - below_slope);
+        }
+        energy
+    }
+}

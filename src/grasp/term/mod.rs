@@ -1,0 +1,123 @@
+//! The terms of the grasp energy, one file each.
+//!
+//! A term speaks in points: it adds forces on points of links, or torques on joints; the hand pulls their sum back to
+//! the derivative of the pose once ([`Hand::pull_back`](super::hand::Hand::pull_back)).
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::hand::{Hand, LinkId, PosedHand, Wrench};
+use super::object::Object;
+
+mod distance;
+mod force_closure;
+mod intrusion;
+mod joint_limits;
+mod penetration;
+mod prior;
+mod self_penetration;
+
+pub use distance::Distance;
+pub use force_closure::{ForceClosure, Rank};
+pub use intrusion::Intrusion;
+pub(crate) use force_closure::point_contact;
+pub(crate) use intrusion::for_each_intruder;
+pub(crate) use self_penetration::for_each_overlap;
+pub use joint_limits::JointLimits;
+pub use penetration::Penetration;
+pub use prior::Prior;
+pub use self_penetration::SelfPenetration;
+
+/// A surface point of the hand that acts as a contact, with the object's answers at it (object frame).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Contact {
+    /// Index into [`Hand::surface`].
+    pub index: u32,
+    /// The link that carries it.
+    pub link: LinkId,
+    /// Position, metres.
+    pub point: Vector3<f64>,
+    /// Signed distance to the object, metres.
+    pub distance_m: f64,
+    /// Gradient of the signed distance.
+    pub gradient: Vector3<f64>,
+    /// Hessian of the signed distance, 1/m.
+    pub hessian: Matrix3<f64>,
+}
+
+/// What a term may look at.
+#[derive(Debug, Clone, Copy)]
+pub struct Scene<'a> {
+    /// The hand.
+    pub hand: &'a Hand,
+    /// The hand's links and surface points, object frame.
+    pub posed: &'a PosedHand,
+    /// Ends of the axis of each of [`Hand::capsules`], object frame.
+    pub axes: &'a [[Vector3<f64>; 2]],
+    /// Joint angles.
+    pub joints_rad: &'a [f64],
+    /// The object.
+    pub object: &'a Object,
+    /// Surface points that may be at or below the clearance asked of the hand: index and signed distance.
+    pub near: &'a [(u32, f64)],
+    /// The contact set.
+    pub contacts: &'a [Contact],
+    /// The length that makes arms and depths dimensionless, metres.
+    pub unit_m: f64,
+    /// Factor on the weight of contact distances (1 but during the ramp of a synthesis).
+    pub distance_factor: f64,
+}
+
+/// Derivatives collected from the terms.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Forces {
+    /// One per link.
+    pub wrenches: Vec<Wrench>,
+    /// ∂E/∂θ that terms give directly, one per joint.
+    pub joints: Vec<f64>,
+}
+
+impl Forces {
+    /// All zero, for a hand of this many links and joints.
+    pub fn reset(&mut self, links: usize, joints: usize) {
+        self.wrenches.clear();
+        self.wrenches.resize(links, Wrench::default());
+        self.joints.clear();
+        self.joints.resize(joints, 0.0);
+    }
+
+    /// Adds ∂E/∂p = `force` at `point` of `link`.
+    pub fn push(&mut self, link: LinkId, point: &Vector3<f64>, force: &Vector3<f64>) {
+        let wrench = &mut self.wrenches[link.0];
+        wrench.force += force;
+        wrench.moment += point.cross(force);
+    }
+}
+
+/// One weighted, named part of the grasp energy.
+pub trait Term: std::fmt::Debug + Send + Sync {
+    /// Name in files and figures.
+    fn name(&self) -> &'static str;
+
+    /// Energy of this term; adds its derivative to `forces`.
+    fn add(&self, scene: &Scene<'_>, forces: &mut Forces) -> f64;
+}
+
+/// √(s² + r²) − r and its derivative by s: a norm rounded off within `rounding`.
+pub(crate) fn rounded_norm(s: f64, rounding: f64) -> (f64, f64) {
+    let root = (s * s + rounding * rounding).sqrt();
+    if root == 0.0 {
+        return (0.0, 0.0);
+    }
+    (root - rounding, s / root)
+}
+
+/// A hinge max(0, s), quadratic for the first `rounding`, and its derivative.
+pub(crate) fn rounded_hinge(s: f64, rounding: f64) -> (f64, f64) {
+    if s <= 0.0 {
+        (0.0, 0.0)
+    } else if s < rounding {
+        (0.5 * s * s / rounding, s / rounding)
+    } else {
+        (s - 0.5 * rounding, 1.0)
+    }
+}

@@ -1,0 +1,45 @@
+//! Surface points of the hand stay out of the object.
+
+use super::{Forces, Scene, Term, rounded_hinge};
+
+/// Depth of the hand's surface points inside the object.
+///
+/// ```text
+/// E = w Σ_{v ∈ S(H)} h(clearance − d(v)) / unit
+/// ```
+///
+/// with h a hinge rounded off over the first `rounding_m`. Liu et al. (2021), Eq. 9 (there a plain hinge). A positive
+/// clearance keeps the whole hand off the object, which is how hover costs are measured.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Penetration {
+    /// Weight w per unit length.
+    pub weight: f64,
+    /// Rounding of the hinge, metres.
+    pub rounding_m: f64,
+    /// Distance every surface point must keep, metres.
+    pub clearance_m: f64,
+}
+
+impl Term for Penetration {
+    fn name(&self) -> &'static str {
+        "penetration"
+    }
+
+    fn add(&self, scene: &Scene<'_>, forces: &mut Forces) -> f64 {
+        let scale = self.weight / scene.unit_m;
+        let mut energy = 0.0;
+        for &(index, distance_m) in scene.near {
+            let depth = self.clearance_m - distance_m;
+            if depth <= 0.0 {
+                continue;
+            }
+            let (value, slope) = rounded_hinge(depth, self.rounding_m);
+            energy += scale * value;
+            let point = &scene.posed.points[index as usize];
+            let (_, gradient) = scene.object.shape.gradient(point);
+            let link = scene.hand.surface[index as usize].link;
+            forces.push(link, point, &(gradient * (-scale * slope)));
+        }
+        energy
+    }
+}
