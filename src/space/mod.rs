@@ -4,8 +4,16 @@
 //! [`Space`]: [`Space::toward`] (the logarithm) and [`Space::shift`] (the exponential). Nothing here knows an energy.
 
 mod euclidean;
+mod pose;
+mod rotation;
+mod symmetry;
+mod torus;
 
 pub use euclidean::Euclidean;
+pub use pose::{PoseMetric, PoseSpace, object_from_hand, pose_coordinates};
+pub use rotation::Rotation;
+pub use symmetry::Symmetry;
+pub use torus::Torus;
 
 /// A Riemannian manifold whose points are flat coordinate slices and whose tangents are orthonormal.
 ///
@@ -37,6 +45,19 @@ pub trait Space: Sync {
     /// # Panics
     /// If a slice has the wrong length.
     fn toward(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64;
+
+    /// The rotation of [`Space::toward`] the long way round: writes the tangent and returns its length. `None` where
+    /// there is no second way.
+    ///
+    /// Rotations near half a turn have two almost equally short ways; a path search that starts from straight lines
+    /// should try both when the second is not much longer.
+    ///
+    /// # Panics
+    /// If a slice has the wrong length.
+    fn toward_other_way(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> Option<f64> {
+        let _ = (a, b, tangent);
+        None
+    }
 
     /// Length of the shortest path between `a` and `b`, modulo the symmetry of the space.
     ///

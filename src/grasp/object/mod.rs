@@ -1,6 +1,33 @@
 //! What is grasped: shapes as signed distances, meshes, and the [`Object`] that carries both.
 
+use std::path::PathBuf;
+
 use nalgebra::{Matrix3, Vector3};
+
+mod cache;
+mod capsule;
+mod cuboid;
+mod cylinder;
+mod description;
+mod direction;
+mod exact;
+mod field;
+mod file;
+mod jet;
+mod mesh;
+mod named;
+mod sphere;
+mod spline;
+
+pub use capsule::Capsule;
+pub use cuboid::Cuboid;
+pub use cylinder::Cylinder;
+pub use description::{Description, Object, Primitive};
+pub use exact::{ExactMesh, Nearest};
+pub use field::{Field, FieldReport, FieldSettings};
+pub use mesh::{Mesh, SurfaceSample};
+pub use named::OBJECT_NAMES;
+pub use sphere::Sphere;
 
 /// A solid, as its signed distance: metres, negative inside, in the object frame, defined everywhere.
 pub trait Shape: std::fmt::Debug + Send + Sync {
@@ -17,4 +44,131 @@ pub trait Shape: std::fmt::Debug + Send + Sync {
     fn lipschitz(&self) -> f64 {
         1.0
     }
+}
+
+/// Why an object cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ObjectError {
+    /// A file cannot be opened or read.
+    #[error("cannot read {}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// The name of a file ends neither in `.obj` nor in `.stl`.
+    #[error("{} is neither .obj nor .stl: convert the mesh to one of these", path.display())]
+    Kind {
+        /// The file.
+        path: PathBuf,
+    },
+    /// Text is not an OBJ file.
+    #[error("{name} is not a valid OBJ mesh: {source}")]
+    Obj {
+        /// File or object.
+        name: String,
+        /// What the reader says.
+        source: tobj::LoadError,
+    },
+    /// A mesh without triangles.
+    #[error("{name} has no faces: a surface of triangles is needed")]
+    NoTriangles {
+        /// File or object.
+        name: String,
+    },
+    /// A face names a vertex that does not exist.
+    #[error("{name} has a face with vertex index {index}, but only {count} vertices")]
+    Index {
+        /// File or object.
+        name: String,
+        /// The index, from zero.
+        index: u32,
+        /// Number of vertices.
+        count: u32,
+    },
+    /// A coordinate is infinite or not a number.
+    #[error("vertex {vertex} of {name} has a coordinate that is not finite")]
+    Coordinate {
+        /// File or object.
+        name: String,
+        /// Number of the vertex, from zero.
+        vertex: usize,
+    },
+    /// The surface has holes.
+    #[error("{name} is not closed: {edges} edges border a hole, so it has no inside; close it in a mesh editor")]
+    Open {
+        /// File or object.
+        name: String,
+        /// Edges used by an odd number of triangles.
+        edges: usize,
+    },
+    /// Neighbouring triangles face opposite sides.
+    #[error("{name} is inconsistently oriented at {edges} edges: recalculate its normals in a mesh editor")]
+    Orientation {
+        /// File or object.
+        name: String,
+        /// Edges whose two triangles run along them in the same direction.
+        edges: usize,
+    },
+    /// A flat mesh.
+    #[error("{name} encloses no volume")]
+    NoVolume {
+        /// File or object.
+        name: String,
+    },
+    /// A size that cannot be metres.
+    #[error("{name} is {size_m} m across: metres are expected; if it is in {unit}, scale it by {factor}")]
+    Size {
+        /// File or object.
+        name: String,
+        /// Longest edge of its bounding box if it were in metres.
+        size_m: f64,
+        /// The unit that it may be in.
+        unit: &'static str,
+        /// What to multiply its coordinates with then.
+        factor: f64,
+    },
+    /// A description is not what it should be.
+    #[error("the description of {name} is invalid: {source}")]
+    Description {
+        /// File or object.
+        name: String,
+        /// What the reader says.
+        source: serde_json::Error,
+    },
+    /// A description states an impossible value.
+    #[error("the description of {name} has an invalid {field}: {problem}")]
+    Value {
+        /// File or object.
+        name: String,
+        /// Where the value is.
+        field: &'static str,
+        /// What is wrong with it.
+        problem: &'static str,
+    },
+    /// A declared symmetry or primitive does not fit the mesh.
+    #[error(
+        "{name} is declared {what}, but its surface deviates by {:.2} mm (at most {:.2} mm is accepted)",
+        1e3 * deviation_m, 1e3 * tolerance_m
+    )]
+    Deviation {
+        /// File or object.
+        name: String,
+        /// The claim.
+        what: &'static str,
+        /// Largest deviation, metres.
+        deviation_m: f64,
+        /// What would be accepted, metres.
+        tolerance_m: f64,
+    },
+    /// No object of that name comes with this crate.
+    #[error("no object is called {name}: known are {known}")]
+    Unknown {
+        /// What was asked for.
+        name: String,
+        /// All known names.
+        known: String,
+    },
 }

@@ -1,0 +1,159 @@
+//! Baked fields remembered in the user's cache folder, by content.
+//!
+//! Nothing here can fail: a file that is missing, damaged or of another version is baked again, and a folder that
+//! cannot be written is left alone.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use nalgebra::Vector3;
+
+use super::field::{Ball, Field, FieldReport, FieldSettings, Level};
+use super::spline::Spline;
+use super::Mesh;
+
+/// Raise it whenever baking or the file changes: old files are then no longer found.
+const VERSION: u32 = 1;
+const MAGIC: [u8; 8] = *b"LSFIELD\n";
+
+/// The field of `mesh` from the user's cache folder, else from `bake`, then remembered.
+pub(super) fn load_or(mesh: &Mesh, settings: &FieldSettings, bake: impl FnOnce() -> Field) -> Field {
+    load_or_in(folder().as_deref(), mesh, settings, bake)
+}
+
+fn load_or_in(folder: Option<&Path>, mesh: &Mesh, settings: &FieldSettings, bake: impl FnOnce() -> Field) -> Field {
+    let Some(folder) = folder else {
+        return bake();
+    };
+    let path = folder.join(format!("{:032x}.field", key(mesh, settings)));
+    if let Some(field) = fs::read(&path).ok().and_then(|bytes| decode(&bytes)) {
+        return field;
+    }
+    let field = bake();
+    write_atomically(&path, &encode(&field));
+    field
+}
+
+/// `landscape/fields` in the folder where this system keeps what can be made again.
+fn folder() -> Option<PathBuf> {
+    let variable = |name| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
+    let base = if cfg!(target_os = "windows") {
+        variable("LOCALAPPDATA")
+    } else if cfg!(target_os = "macos") {
+        variable("HOME").map(|home| home.join("Library/Caches"))
+    } else {
+        variable("XDG_CACHE_HOME").or_else(|| variable("HOME").map(|home| home.join(".cache")))
+    };
+    Some(base?.join("landscape").join("fields"))
+}
+
+fn write_atomically(path: &Path, bytes: &[u8]) {
+    let Some(folder) = path.parent() else {
+        return;
+    };
+    // Readers see the whole file or none; two processes that bake the same field write the same bytes.
+    let partial = path.with_extension(format!("{}.partial", std::process::id()));
+    let written = fs::create_dir_all(folder).and_then(|()| fs::write(&partial, bytes));
+    if written.and_then(|()| fs::rename(&partial, path)).is_err() {
+        let _ = fs::remove_file(&partial);
+    }
+}
+
+/// 128-bit FNV-1a hash of all that the field depends on.
+fn key(mesh: &Mesh, settings: &FieldSettings) -> u128 {
+    let mut hash = 0x6c62272e07bb014262b821756295c58d_u128;
+    let mut feed = |bytes: &[u8]| {
+        for &byte in bytes {
+            hash = (hash ^ u128::from(byte)).wrapping_mul(0x0000000001000000000000000000013b);
+        }
+    };
+    feed(&VERSION.to_le_bytes());
+    feed(&settings.cell_m.unwrap_or(0.0).to_le_bytes());
+    feed(&(settings.most_nodes as u64).to_le_bytes());
+    for coordinate in mesh.vertices().iter().flatten() {
+        feed(&coordinate.to_le_bytes());
+    }
+    for index in mesh.triangles().iter().flatten() {
+        feed(&index.to_le_bytes());
+    }
+    hash
+}
+
+/// 64-bit FNV-1a over words, to notice damage.
+fn checksum(bytes: &[u8]) -> u64 {
+    bytes.chunks(8).fold(0xcbf29ce484222325, |hash, chunk| {
+        let mut word = [0; 8];
+        word[..chunk.len()].copy_from_slice(chunk);
+        (hash ^ u64::from_le_bytes(word)).wrapping_mul(0x00000100000001b3)
+    })
+}
+
+fn encode(field: &Field) -> Vec<u8> {
+    let mut bytes = MAGIC.to_vec();
+    let vector = |bytes: &mut Vec<u8>, v: &Vector3<f64>| v.iter().for_each(|x| bytes.extend(x.to_le_bytes()));
+    let report = &field.report;
+    for number in [report.cell_m, report.max_error_m, report.max_error_anywhere_m, report.lipschitz] {
+        bytes.extend(number.to_le_bytes());
+    }
+    vector(&mut bytes, &field.ball.centre);
+    bytes.extend(field.ball.radius_m.to_le_bytes());
+    bytes.extend((field.levels.len() as u64).to_le_bytes());
+    for Level { low, high, shell_m, spline } in &field.levels {
+        vector(&mut bytes, low);
+        vector(&mut bytes, high);
+        vector(&mut bytes, &spline.origin);
+        bytes.extend(shell_m.to_le_bytes());
+        bytes.extend(spline.cell_m.to_le_bytes());
+        spline.nodes.iter().for_each(|&count| bytes.extend((count as u64).to_le_bytes()));
+        spline.coefficients.iter().for_each(|c| bytes.extend(c.to_le_bytes()));
+    }
+    bytes.extend(checksum(&bytes).to_le_bytes());
+    bytes
+}
+
+fn decode(bytes: &[u8]) -> Option<Field> {
+    let (content, sum) = bytes.split_last_chunk::<8>()?;
+    if checksum(content) != u64::from_le_bytes(*sum) {
+        return None;
+    }
+    let mut reader = Reader(content.strip_prefix(&MAGIC)?);
+    let [cell_m, max_error_m, max_error_anywhere_m, lipschitz] =
+        [reader.number()?, reader.number()?, reader.number()?, reader.number()?];
+    let ball = Ball { centre: reader.vector()?, radius_m: reader.number()? };
+    let mut levels = Vec::new();
+    for _ in 0..reader.count()? {
+        let [low, high, origin] = [reader.vector()?, reader.vector()?, reader.vector()?];
+        let [shell_m, cell_m] = [reader.number()?, reader.number()?];
+        let nodes = [reader.count()?, reader.count()?, reader.count()?];
+        let total = nodes[0].checked_mul(nodes[1])?.checked_mul(nodes[2])?;
+        let coefficients = reader.take(total.checked_mul(4)?)?.chunks_exact(4);
+        let coefficients = coefficients.map(|c| f32::from_le_bytes([c[0], c[1], c[2], c[3]])).collect();
+        levels.push(Level { low, high, shell_m, spline: Spline { origin, cell_m, nodes, coefficients } });
+    }
+    let nodes = levels.iter().map(|level| level.spline.coefficients.len()).sum();
+    let report = FieldReport { cell_m, nodes, max_error_m, max_error_anywhere_m, lipschitz };
+    (reader.0.is_empty() && !levels.is_empty()).then_some(Field { levels, ball, report })
+}
+
+/// Little-endian numbers from the front of a slice.
+struct Reader<'a>(&'a [u8]);
+
+impl<'a> Reader<'a> {
+    fn take(&mut self, count: usize) -> Option<&'a [u8]> {
+        let (head, tail) = self.0.split_at_checked(count)?;
+        self.0 = tail;
+        Some(head)
+    }
+
+    fn number(&mut self) -> Option<f64> {
+        Some(f64::from_le_bytes(self.take(8)?.try_into().ok()?))
+    }
+
+    fn count(&mut self) -> Option<usize> {
+        usize::try_from(u64::from_le_bytes(self.take(8)?.try_into().ok()?)).ok()
+    }
+
+    fn vector(&mut self) -> Option<Vector3<f64>> {
+        Some(Vector3::new(self.number()?, self.number()?, self.number()?))
+    }
+}

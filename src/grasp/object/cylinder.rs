@@ -1,0 +1,66 @@
+//! A capped cylinder with rounded rims.
+
+use nalgebra::{Matrix3, Unit, Vector3};
+use serde::{Deserialize, Serialize};
+
+use super::Shape;
+use super::direction::{outward, radial_hessian};
+
+/// A capped cylinder about an axis through its centre, its rims rounded with radius e.
+///
+/// With ρ the distance from the axis and z the height over the centre,
+///
+/// ```text
+/// d(p) = |max(q, 0)| + min(max(q₁, q₂), 0) − e,   q = (ρ − (r − e), |z| − (h − e))
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Cylinder {
+    /// Centre, metres.
+    pub centre: Vector3<f64>,
+    /// Direction of the axis.
+    pub axis: Unit<Vector3<f64>>,
+    /// Radius r, metres, rounding included.
+    pub radius_m: f64,
+    /// Half of the height h, metres, rounding included.
+    pub half_height_m: f64,
+    /// Rim radius e, metres; at most the radius and half of the height.
+    #[serde(default)]
+    pub edge_radius_m: f64,
+}
+
+impl Shape for Cylinder {
+    fn distance(&self, point: &Vector3<f64>) -> f64 {
+        self.hessian(point).0
+    }
+
+    fn gradient(&self, point: &Vector3<f64>) -> (f64, Vector3<f64>) {
+        let (distance, normal, _) = self.hessian(point);
+        (distance, normal)
+    }
+
+    fn hessian(&self, point: &Vector3<f64>) -> (f64, Vector3<f64>, Matrix3<f64>) {
+        let axis = self.axis.into_inner();
+        let from_centre = point - self.centre;
+        let height = from_centre.dot(&axis);
+        let up = axis * 1.0_f64.copysign(height);
+        let (from_axis, radial) = outward(&(from_centre - axis * height));
+        let past_side = from_axis - (self.radius_m - self.edge_radius_m);
+        let past_cap = height.abs() - (self.half_height_m - self.edge_radius_m);
+
+        // Turning about the axis bends the normal by its radial part over ρ, wherever it points.
+        let plane = Matrix3::identity() - axis * axis.transpose();
+        let turning = radial_hessian(&plane, &radial, from_axis);
+        if past_side > 0.0 && past_cap > 0.0 {
+            let length = past_side.hypot(past_cap);
+            let normal = (radial * past_side + up * past_cap) / length;
+            let meridian = axis * axis.transpose() + radial * radial.transpose();
+            let hessian = radial_hessian(&meridian, &normal, length) + turning * (past_side / length);
+            (length - self.edge_radius_m, normal, hessian)
+        } else if past_side > past_cap {
+            (past_side - self.edge_radius_m, radial, turning)
+        } else {
+            (past_cap - self.edge_radius_m, up, Matrix3::zeros())
+        }
+    }
+}

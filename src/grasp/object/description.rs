@@ -1,0 +1,220 @@
+//! The object to be grasped: mesh, smooth shape, and what its description file says.
+
+use std::fs;
+use std::path::Path;
+use std::sync::Arc;
+
+use nalgebra::{Isometry3, Rotation3, Unit, Vector3};
+use serde::{Deserialize, Serialize};
+
+use crate::space::Symmetry;
+
+use super::{
+    Capsule, Cuboid, Cylinder, ExactMesh, Field, FieldSettings, Mesh, ObjectError, Shape, Sphere, SurfaceSample,
+};
+
+/// Density of an object whose mass is not given, kg/m³: half that of water, as of a half-full bottle or of wood.
+const DEFAULT_DENSITY_KG_M3: f64 = 500.0;
+
+/// Points of the object's surface that are held against the hand.
+const SURFACE_SAMPLES: usize = 2_000;
+
+/// What a mesh does not tell about an object; the file beside the mesh with the ending `.json`. Everything may be left
+/// out.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Description {
+    /// Name; that of the mesh file where left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// Mass; from the volume at 500 kg/m³ where left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mass_kg: Option<f64>,
+    /// Motions that map the object onto itself; checked against the mesh.
+    pub symmetry: Symmetry,
+    /// A formula for the shape, to be used instead of a baked field; checked against the mesh.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub primitive: Option<Primitive>,
+}
+
+/// A shape given by a formula.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Primitive {
+    /// A ball.
+    Sphere(Sphere),
+    /// A box.
+    Cuboid(Cuboid),
+    /// A cylinder.
+    Cylinder(Cylinder),
+    /// A capsule.
+    Capsule(Capsule),
+}
+
+impl Primitive {
+    fn shape(self) -> Arc<dyn Shape> {
+        match self {
+            Self::Sphere(shape) => Arc::new(shape),
+            Self::Cuboid(shape) => Arc::new(shape),
+            Self::Cylinder(shape) => Arc::new(shape),
+            Self::Capsule(shape) => Arc::new(shape),
+        }
+    }
+}
+
+/// A rigid object to be grasped. Its frame is that of its mesh.
+#[derive(Debug, Clone)]
+pub struct Object {
+    /// Name.
+    pub name: String,
+    /// Surface.
+    pub mesh: Mesh,
+    /// Exact distances to the surface: what decides.
+    pub exact: ExactMesh,
+    /// Smooth distances: what energies are made of.
+    pub shape: Arc<dyn Shape>,
+    /// Accuracy of the baked field; `None` where the shape is a formula.
+    pub field_report: Option<super::FieldReport>,
+    /// Centroid of the volume, metres.
+    pub centroid: Vector3<f64>,
+    /// Largest distance of a vertex from the centroid, metres.
+    pub radius_m: f64,
+    /// Motions that map the object onto itself.
+    pub symmetry: Symmetry,
+    /// Mass.
+    pub mass_kg: f64,
+    /// Points spread evenly over the surface; each prefix is evenly spread too.
+    pub surface_samples: Vec<SurfaceSample>,
+}
+
+impl Object {
+    /// Reads a mesh (OBJ or STL, metres) and, where there is one, the description beside it.
+    ///
+    /// # Errors
+    /// Where a file cannot be read or is invalid, or the description does not fit the mesh.
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, ObjectError> {
+        let path = path.as_ref();
+        let mesh = Mesh::load(path)?;
+        let beside = path.with_extension("json");
+        let description = match fs::read_to_string(&beside) {
+            Ok(text) => Description::from_json(&beside.display().to_string(), &text)?,
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => Description::default(),
+            Err(source) => return Err(ObjectError::Read { path: beside, source }),
+        };
+        let stem = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy();
+        let name = description.name.clone().unwrap_or_else(|| stem.into_owned());
+        Self::from_mesh(&name, mesh, &description)
+    }
+
+    /// Makes an object of a mesh; bakes its field or takes it from the user's cache folder.
+    ///
+    /// # Errors
+    /// Where the description has an impossible value or does not fit the mesh.
+    pub fn from_mesh(name: &str, mesh: Mesh, description: &Description) -> Result<Self, ObjectError> {
+        description.validate(name)?;
+        let exact = ExactMesh::new(&mesh);
+        let radius_m = mesh.radius_m();
+        let fit = Fit { name, mesh: &mesh, exact: &exact, tolerance_m: (0.01 * radius_m).max(0.5e-3) };
+        fit.symmetry(&description.symmetry)?;
+        let (shape, field_report) = if let Some(primitive) = description.primitive {
+            let shape = primitive.shape();
+            fit.primitive(&*shape)?;
+            (shape, None)
+        } else {
+            let field = Field::cached(&mesh, &exact, &FieldSettings::default());
+            let report = *field.report();
+            (Arc::new(field) as Arc<dyn Shape>, Some(report))
+        };
+        Ok(Self {
+            name: name.to_owned(),
+            shape,
+            field_report,
+            centroid: mesh.centroid(),
+            radius_m,
+            symmetry: description.symmetry.clone(),
+            mass_kg: description.mass_kg.unwrap_or_else(|| mesh.volume() * DEFAULT_DENSITY_KG_M3),
+            surface_samples: mesh.sample_surface(SURFACE_SAMPLES, 0),
+            exact,
+            mesh,
+        })
+    }
+}
+
+impl Description {
+    /// Reads a description; `name` is what errors call it.
+    ///
+    /// # Errors
+    /// Where the text is no description.
+    pub fn from_json(name: &str, text: &str) -> Result<Self, ObjectError> {
+        serde_json::from_str(text).map_err(|source| ObjectError::Description { name: name.to_owned(), source })
+    }
+
+    fn validate(&self, name: &str) -> Result<(), ObjectError> {
+        let invalid = |field, problem| Err(ObjectError::Value { name: name.to_owned(), field, problem });
+        if self.mass_kg.is_some_and(|mass| !(mass > 0.0 && mass.is_finite())) {
+            return invalid("mass_kg", "a positive number is needed");
+        }
+        if let Symmetry::Axis { direction, .. } = &self.symmetry
+            && direction.try_normalize(1e-9).is_none()
+        {
+            return invalid("symmetry", "the direction of the axis is zero");
+        }
+        Ok(())
+    }
+}
+
+/// Compares what is declared with the mesh.
+struct Fit<'a> {
+    name: &'a str,
+    mesh: &'a Mesh,
+    exact: &'a ExactMesh,
+    tolerance_m: f64,
+}
+
+impl Fit<'_> {
+    fn symmetry(&self, symmetry: &Symmetry) -> Result<(), ObjectError> {
+        match symmetry {
+            Symmetry::None => Ok(()),
+            Symmetry::Axis { point, direction } => {
+                let turns = Self::turns(point, direction);
+                self.moved("symmetric about an axis", &turns)
+            }
+            Symmetry::Sphere { centre } => {
+                let turns: Vec<_> =
+                    [Vector3::x(), Vector3::y(), Vector3::z()].iter().flat_map(|axis| Self::turns(centre, axis)).collect();
+                self.moved("symmetric about a point", &turns)
+            }
+            Symmetry::Finite(motions) => self.moved("symmetric under listed motions", motions),
+        }
+    }
+
+    fn primitive(&self, shape: &dyn Shape) -> Result<(), ObjectError> {
+        let deviation_m = self.mesh.vertices().iter().map(|v| shape.distance(v).abs());
+        self.judge("a primitive shape", deviation_m.fold(0.0, f64::max))
+    }
+
+    /// Turns by angles that share no divisor with the facets of a mesh.
+    fn turns(point: &Vector3<f64>, direction: &Vector3<f64>) -> Vec<Isometry3<f64>> {
+        let axis = Unit::new_normalize(*direction);
+        let turn = |angle_rad: f64| {
+            let rotation = Rotation3::from_axis_angle(&axis, angle_rad);
+            Isometry3::from_parts((point - rotation * point).into(), rotation.into())
+        };
+        [0.1, 1.0, 2.0, 3.0, 4.5].map(turn).to_vec()
+    }
+
+    fn moved(&self, what: &'static str, motions: &[Isometry3<f64>]) -> Result<(), ObjectError> {
+        let off = |motion: &Isometry3<f64>| {
+            let moved = |v: &Vector3<f64>| self.exact.distance(&motion.transform_point(&(*v).into()).coords).abs();
+            self.mesh.vertices().iter().map(moved).fold(0.0, f64::max)
+        };
+        self.judge(what, motions.iter().map(off).fold(0.0, f64::max))
+    }
+
+    fn judge(&self, what: &'static str, deviation_m: f64) -> Result<(), ObjectError> {
+        if deviation_m <= self.tolerance_m {
+            return Ok(());
+        }
+        Err(ObjectError::Deviation { name: self.name.to_owned(), what, deviation_m, tolerance_m: self.tolerance_m })
+    }
+}

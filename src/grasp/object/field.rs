@@ -1,0 +1,295 @@
+//! The smooth signed-distance field of a mesh: nested tri-cubic B-splines, baked once.
+//!
+//! Torque and normal terms need curvature, and a triangle mesh has none. A fine spline covers the object and its
+//! neighbourhood, coarser ones its wider surroundings, a ball the rest of space; neighbours are blended over a shell, so
+//! the field is C² everywhere and its derivatives are its own.
+
+use nalgebra::{Matrix3, Vector3};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::jet::Jet;
+use super::spline::Spline;
+use super::{ExactMesh, Mesh, Shape, cache};
+
+/// How finely a field is baked.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FieldSettings {
+    /// Cell of the finest grid, metres; `None` chooses from the size of the object.
+    pub cell_m: Option<f64>,
+    /// Most nodes that one grid may have; cells grow until it fits.
+    pub most_nodes: usize,
+}
+
+impl Default for FieldSettings {
+    fn default() -> Self {
+        Self { cell_m: None, most_nodes: 4_000_000 }
+    }
+}
+
+/// What was baked and how well it matches the exact distance to the mesh.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct FieldReport {
+    /// Cell of the finest grid, metres.
+    pub cell_m: f64,
+    /// Nodes of all grids together.
+    pub nodes: usize,
+    /// Largest error found within 2 cm of the surface and farther than two cells from the medial axis, metres.
+    pub max_error_m: f64,
+    /// Largest error found within 2 cm of the surface, medial axis included, metres.
+    pub max_error_anywhere_m: f64,
+    /// Largest length of the gradient found.
+    pub lipschitz: f64,
+}
+
+/// A smooth signed-distance field. Costs about 50 ns for a value and gradient near the object.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Field {
+    pub(super) levels: Vec<Level>,
+    pub(super) ball: Ball,
+    pub(super) report: FieldReport,
+}
+
+/// One grid, used within its box and blended with the next over a shell inside the border of the box.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Level {
+    pub(super) low: Vector3<f64>,
+    pub(super) high: Vector3<f64>,
+    pub(super) shell_m: f64,
+    pub(super) spline: Spline,
+}
+
+/// The field beyond all grids: distance from a centre, less a radius.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Ball {
+    pub(super) centre: Vector3<f64>,
+    pub(super) radius_m: f64,
+}
+
+/// Cell, margin around the object's bounding box and blending shell (part of the margin) of the grids, metres. The
+/// first cell is an upper limit, see [`finest_cell_m`]. Hands closing on the object live within the first margin, start
+/// poses within the second.
+const LEVELS: [[f64; 3]; 3] = [[0.002, 0.034, 0.012], [0.012, 0.25, 0.08], [0.08, 2.0, 1.0]];
+
+/// Distance from the surface within which the error is bounded and measured.
+const JUDGED_BAND_M: f64 = 0.02;
+
+impl Field {
+    /// The field of `mesh`: from the user's cache folder where it was baked before, else baked now and remembered.
+    pub fn cached(mesh: &Mesh, exact: &ExactMesh, settings: &FieldSettings) -> Self {
+        cache::load_or(mesh, settings, || Self::bake(mesh, exact, settings))
+    }
+
+    /// Bakes the field of `mesh`, in seconds, on all threads of the current pool; the same bits on any number of them.
+    pub fn bake(mesh: &Mesh, exact: &ExactMesh, settings: &FieldSettings) -> Self {
+        let [low, high] = mesh.bounds();
+        let bake_level = |[cell_m, margin_m, shell_m]: [f64; 3]| {
+            let (low, high) = (low.add_scalar(-margin_m), high.add_scalar(margin_m));
+            let cell_m = fitting_cell_m(&(high - low), cell_m, settings.most_nodes);
+            let spline = Spline::interpolate(&low, &high, cell_m, |start, row| sample_row(exact, cell_m, start, row));
+            Level { low, high, shell_m, spline }
+        };
+        let mut specifications = LEVELS;
+        specifications[0][0] = settings.cell_m.unwrap_or_else(|| finest_cell_m(&(high - low)));
+        let levels: Vec<Level> = specifications.into_iter().map(bake_level).collect();
+        let ball = Ball::around(levels.last().expect("levels are listed above"));
+        let report = FieldReport {
+            cell_m: levels[0].spline.cell_m,
+            nodes: levels.iter().map(|level| level.spline.coefficients.len()).sum(),
+            max_error_m: 0.0,
+            max_error_anywhere_m: 0.0,
+            lipschitz: 1.0,
+        };
+        let mut field = Self { levels, ball, report };
+        field.report.lipschitz = field.steepest();
+        (field.report.max_error_m, field.report.max_error_anywhere_m) = field.errors(mesh, exact);
+        field
+    }
+
+    /// What was baked and how well it matches the exact distance.
+    pub fn report(&self) -> &FieldReport {
+        &self.report
+    }
+
+    #[inline]
+    fn jet<const ORDER: usize>(&self, point: &Vector3<f64>) -> Jet {
+        let finest = &self.levels[0];
+        if finest.holds_alone(point) { finest.spline.jet::<ORDER>(point) } else { self.jet_beyond::<ORDER>(point, 0) }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn jet_beyond<const ORDER: usize>(&self, point: &Vector3<f64>, level: usize) -> Jet {
+        let Some(here) = self.levels.get(level) else {
+            return self.ball.jet(point);
+        };
+        if here.holds_alone(point) {
+            return here.spline.jet::<ORDER>(point);
+        }
+        let beyond = self.jet_beyond::<ORDER>(point, level + 1);
+        match here.weight(point) {
+            Some(weight) => Jet::blend(&weight, &here.spline.jet::<ORDER>(point), &beyond),
+            None => beyond,
+        }
+    }
+
+    /// Largest gradient at the nodes and cell centres of all grids, and a little more for what lies between.
+    fn steepest(&self) -> f64 {
+        const HEADROOM: f64 = 1.01;
+        let of_level = |level: &Level| {
+            let [nx, ny, nz] = level.spline.nodes;
+            let slope = |i: usize, j: usize, k: usize, shift: f64| {
+                let node = Vector3::new(i as f64 + shift, j as f64 + shift, k as f64 + shift);
+                let point = level.spline.origin + node * level.spline.cell_m;
+                self.jet::<1>(&point).gradient.norm_squared()
+            };
+            let of_row = |row: usize| {
+                (0..nz).fold(0.0, |steepest: f64, k| {
+                    steepest.max(slope(row / ny, row % ny, k, 0.0)).max(slope(row / ny, row % ny, k, 0.5))
+                })
+            };
+            (0..nx * ny).into_par_iter().map(of_row).reduce(|| 0.0, f64::max)
+        };
+        self.levels.iter().map(of_level).fold(1.0, f64::max).sqrt() * HEADROOM
+    }
+
+    /// Largest errors within the judged band: apart from the medial axis, and anywhere.
+    fn errors(&self, mesh: &Mesh, exact: &ExactMesh) -> (f64, f64) {
+        const PROBES: usize = 1_000;
+        const DEPTHS: usize = 9;
+        let error_at = |index: usize, sample: &super::SurfaceSample| {
+            // Depths interleave between neighbouring samples, so that all of the band is met.
+            (0..DEPTHS)
+                .map(|step| {
+                    let share = (step as f64 + (index % 4) as f64 / 4.0) / DEPTHS as f64;
+                    let point = sample.point + sample.normal * (JUDGED_BAND_M * (2.0 * share - 1.0));
+                    let distance = exact.distance(&point);
+                    let error = (self.distance(&point) - distance).abs();
+                    if distance.abs() > JUDGED_BAND_M { (point, 0.0) } else { (point, error) }
+                })
+                .collect::<Vec<_>>()
+        };
+        let samples = mesh.sample_surface(PROBES, 0);
+        let mut errors: Vec<(Vector3<f64>, f64)> =
+            samples.par_iter().enumerate().flat_map_iter(|(index, sample)| error_at(index, sample)).collect();
+        errors.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let anywhere = errors.first().map_or(0.0, |worst| worst.1);
+        let reach_m = 2.0 * self.report.cell_m;
+        let apart = errors.iter().find(|(point, _)| !near_medial_axis(exact, point, reach_m));
+        (apart.map_or(0.0, |worst| worst.1), anywhere)
+    }
+}
+
+impl Shape for Field {
+    fn distance(&self, point: &Vector3<f64>) -> f64 {
+        self.jet::<0>(point).value
+    }
+
+    fn gradient(&self, point: &Vector3<f64>) -> (f64, Vector3<f64>) {
+        let jet = self.jet::<1>(point);
+        (jet.value, jet.gradient)
+    }
+
+    fn hessian(&self, point: &Vector3<f64>) -> (f64, Vector3<f64>, Matrix3<f64>) {
+        let jet = self.jet::<2>(point);
+        (jet.value, jet.gradient, jet.hessian)
+    }
+
+    fn lipschitz(&self) -> f64 {
+        self.report.lipschitz
+    }
+}
+
+impl Level {
+    /// Whether `point` is deep enough in the box that nothing is blended in.
+    #[inline]
+    fn holds_alone(&self, point: &Vector3<f64>) -> bool {
+        (0..3).all(|axis| {
+            point[axis] >= self.low[axis] + self.shell_m && point[axis] <= self.high[axis] - self.shell_m
+        })
+    }
+
+    /// Weight of this level: one inside the shell, zero outside the box (`None`), C² between.
+    fn weight(&self, point: &Vector3<f64>) -> Option<Jet> {
+        let mut step = [[1.0, 0.0, 0.0]; 3];
+        for axis in 0..3 {
+            let (above, below) = (point[axis] - self.low[axis], self.high[axis] - point[axis]);
+            let inward = if above < below { 1.0 } else { -1.0 } / self.shell_m;
+            let t = above.min(below) / self.shell_m;
+            if t <= 0.0 {
+                return None;
+            }
+            if t < 1.0 {
+                let s = 1.0 - t;
+                let value = t * t * t * (10.0 - 15.0 * t + 6.0 * t * t);
+                step[axis] = [value, 30.0 * t * t * s * s * inward, 60.0 * t * s * (s - t) * inward * inward];
+            }
+        }
+        let [x, y, z] = step;
+        let (xy, xz, yz) = (x[1] * y[1] * z[0], x[1] * y[0] * z[1], x[0] * y[1] * z[1]);
+        let (xx, yy, zz) = (x[2] * y[0] * z[0], x[0] * y[2] * z[0], x[0] * y[0] * z[2]);
+        Some(Jet {
+            value: x[0] * y[0] * z[0],
+            gradient: Vector3::new(x[1] * y[0] * z[0], x[0] * y[1] * z[0], x[0] * y[0] * z[1]),
+            hessian: Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz),
+        })
+    }
+}
+
+impl Ball {
+    /// The ball whose distance agrees on average with `level` at the middles of its faces, in the middle of its shell.
+    fn around(level: &Level) -> Self {
+        let centre = (level.low + level.high) / 2.0;
+        let reach = (level.high - level.low) / 2.0;
+        let gap = |face: usize| {
+            let mut offset = Vector3::zeros();
+            let side = if face < 3 { 1.0 } else { -1.0 };
+            offset[face % 3] = side * (reach[face % 3] - level.shell_m / 2.0);
+            offset.norm() - level.spline.jet::<0>(&(centre + offset)).value
+        };
+        Self { centre, radius_m: (0..6).map(gap).sum::<f64>() / 6.0 }
+    }
+
+    fn jet(&self, point: &Vector3<f64>) -> Jet {
+        let ball = super::Sphere { centre: self.centre, radius_m: self.radius_m };
+        let (value, gradient, hessian) = ball.hessian(point);
+        Jet { value, gradient, hessian }
+    }
+}
+
+/// Two millimetres, less for slim objects.
+fn finest_cell_m(extents: &Vector3<f64>) -> f64 {
+    const CELLS_ACROSS: f64 = 24.0;
+    const SMALLEST_M: f64 = 0.5e-3;
+    (extents.min() / CELLS_ACROSS).clamp(SMALLEST_M, LEVELS[0][0])
+}
+
+/// `cell_m`, enlarged until a grid over `extents` has at most `most_nodes`.
+fn fitting_cell_m(extents: &Vector3<f64>, mut cell_m: f64, most_nodes: usize) -> f64 {
+    while Spline::nodes_for(extents, cell_m).into_iter().product::<usize>() > most_nodes.max(4_096) {
+        cell_m *= 1.05;
+    }
+    cell_m
+}
+
+/// Exact distances at nodes along z. The last one bounds the next, which spares most of the search.
+fn sample_row(exact: &ExactMesh, cell_m: f64, start: &Vector3<f64>, row: &mut [f64]) {
+    let mut reach_m = f64::MAX;
+    for (k, value) in row.iter_mut().enumerate() {
+        let point = start + Vector3::z() * (k as f64 * cell_m);
+        let near = exact.nearest_within(&point, reach_m);
+        *value = near.map_or_else(|| exact.distance(&point), |near| near.distance_m);
+        reach_m = value.abs() + cell_m * 1.001;
+    }
+}
+
+/// Whether the direction to the surface changes abruptly within `reach_m` of `point`.
+fn near_medial_axis(exact: &ExactMesh, point: &Vector3<f64>, reach_m: f64) -> bool {
+    const ABRUPT_COSINE: f64 = 0.8;
+    let here = exact.nearest(point).normal;
+    (0..27).filter(|&corner| corner != 13).any(|corner: u8| {
+        let offset = [corner / 9, corner / 3 % 3, corner % 3].map(|step| f64::from(step) - 1.0);
+        let there = point + Vector3::from(offset).normalize() * reach_m;
+        exact.nearest(&there).normal.dot(&here) < ABRUPT_COSINE
+    })
+}

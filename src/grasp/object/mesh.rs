@@ -1,0 +1,297 @@
+//! Closed triangle meshes and what they measure.
+
+use std::collections::BTreeMap;
+
+use nalgebra::Vector3;
+use rand::RngExt;
+
+use crate::sample::{Rng, Task, stream};
+
+use super::ObjectError;
+
+/// A closed surface of triangles, counter-clockwise seen from outside.
+///
+/// It may consist of several closed pieces; where they overlap the solid is their union (but volume and centroid count
+/// the overlap twice).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mesh {
+    vertices: Vec<Vector3<f64>>,
+    triangles: Vec<[u32; 3]>,
+}
+
+/// A point of the surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SurfaceSample {
+    /// Position, metres.
+    pub point: Vector3<f64>,
+    /// Outward unit normal of the triangle it lies on.
+    pub normal: Vector3<f64>,
+}
+
+/// Sizes below and above which a mesh is surely not in metres.
+const PLAUSIBLE_SIZE_M: [f64; 2] = [2e-3, 2.0];
+
+impl Mesh {
+    /// A mesh in metres. `name` is what errors call it (a file, an object).
+    ///
+    /// A surface that is turned inside out as a whole is turned back; vertices that no triangle uses are dropped.
+    /// Coincident vertices stay apart as long as the surface is closed as indexed, else they are merged.
+    ///
+    /// # Errors
+    /// Where it has no triangles, an index or coordinate is invalid, it is not closed, its triangles disagree on which
+    /// side is out, it has no volume, or its size cannot be metres.
+    pub fn new(name: &str, vertices: Vec<Vector3<f64>>, triangles: Vec<[u32; 3]>) -> Result<Self, ObjectError> {
+        let name = || name.to_owned();
+        if triangles.is_empty() {
+            return Err(ObjectError::NoTriangles { name: name() });
+        }
+        let count = u32::try_from(vertices.len()).unwrap_or(u32::MAX);
+        if let Some(&index) = triangles.iter().flatten().find(|&&index| index >= count) {
+            return Err(ObjectError::Index { name: name(), index, count });
+        }
+        if let Some(vertex) = vertices.iter().position(|v| !v.iter().all(|x| x.is_finite())) {
+            return Err(ObjectError::Coordinate { name: name(), vertex });
+        }
+        let mut mesh = Self { vertices, triangles };
+        if mesh.seams() != Seams::default() {
+            mesh.merge_coincident();
+        }
+        let seams = mesh.seams();
+        if seams.open > 0 {
+            return Err(ObjectError::Open { name: name(), edges: seams.open });
+        }
+        if seams.flipped > 0 {
+            return Err(ObjectError::Orientation { name: name(), edges: seams.flipped });
+        }
+        mesh.drop_unused();
+        let [low, high] = mesh.bounds();
+        let size_m = (high - low).max();
+        let [smallest, largest] = PLAUSIBLE_SIZE_M;
+        if size_m > largest {
+            return Err(ObjectError::Size { name: name(), size_m, unit: "millimetres", factor: 1e-3 });
+        }
+        if size_m < smallest {
+            return Err(ObjectError::Size { name: name(), size_m, unit: "kilometres", factor: 1e3 });
+        }
+        let volume = mesh.volume();
+        if volume.abs() < 1e-9 * size_m.powi(3) {
+            return Err(ObjectError::NoVolume { name: name() });
+        }
+        if volume < 0.0 {
+            for triangle in &mut mesh.triangles {
+                triangle.swap(1, 2);
+            }
+        }
+        Ok(mesh)
+    }
+
+    /// Vertices, metres, object frame.
+    pub fn vertices(&self) -> &[Vector3<f64>] {
+        &self.vertices
+    }
+
+    /// Triangles as indices into [`Mesh::vertices`], counter-clockwise seen from outside.
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    /// The same mesh with all lengths multiplied by `factor` about the origin.
+    ///
+    /// # Errors
+    /// Where the size can then not be metres.
+    pub fn scaled(&self, name: &str, factor: f64) -> Result<Self, ObjectError> {
+        let vertices = self.vertices.iter().map(|v| v * factor).collect();
+        Self::new(name, vertices, self.triangles.clone())
+    }
+
+    /// Corners of triangle number `index`.
+    pub fn corners(&self, index: usize) -> [Vector3<f64>; 3] {
+        self.triangles[index].map(|vertex| self.vertices[vertex as usize])
+    }
+
+    /// Lowest and highest corner of the bounding box along the axes, metres.
+    pub fn bounds(&self) -> [Vector3<f64>; 2] {
+        let first = self.vertices[0];
+        self.vertices.iter().fold([first, first], |[low, high], v| [low.inf(v), high.sup(v)])
+    }
+
+    /// Volume, m³: Σ a·(b × c)/6 over the triangles.
+    pub fn volume(&self) -> f64 {
+        self.volume_and_first_moment().0
+    }
+
+    /// Centroid of the volume, metres.
+    pub fn centroid(&self) -> Vector3<f64> {
+        let (volume, moment) = self.volume_and_first_moment();
+        self.middle() + moment / volume
+    }
+
+    /// Largest distance of a vertex from the centroid of the volume, metres.
+    pub fn radius_m(&self) -> f64 {
+        let centroid = self.centroid();
+        self.vertices.iter().map(|v| (v - centroid).norm()).fold(0.0, f64::max)
+    }
+
+    /// Area of the surface, m².
+    pub fn area_m2(&self) -> f64 {
+        self.areas().sum()
+    }
+
+    /// Points spread evenly over the surface, the same for the same `seed`.
+    ///
+    /// Uniform candidates are thinned by always taking the one farthest from all taken before, so each prefix of the
+    /// list is evenly spread too. Costs `count`² steps.
+    pub fn sample_surface(&self, count: usize, seed: u64) -> Vec<SurfaceSample> {
+        const CANDIDATES_PER_SAMPLE: usize = 5;
+        let mut rng = stream(seed, Task::Surface, 0);
+        let candidates = self.uniform_samples(CANDIDATES_PER_SAMPLE * count, &mut rng);
+        let mut gaps = vec![f64::INFINITY; candidates.len()];
+        let mut taken = Vec::with_capacity(count);
+        let mut next = 0;
+        for _ in 0..count {
+            let sample = candidates[next];
+            taken.push(sample);
+            let mut widest = f64::NEG_INFINITY;
+            for (index, (gap, candidate)) in gaps.iter_mut().zip(&candidates).enumerate() {
+                *gap = gap.min((candidate.point - sample.point).norm_squared());
+                if *gap > widest {
+                    (widest, next) = (*gap, index);
+                }
+            }
+        }
+        taken
+    }
+
+    /// Points drawn uniformly by area (after Osada et al. 2002, eq. 1).
+    fn uniform_samples(&self, count: usize, rng: &mut Rng) -> Vec<SurfaceSample> {
+        let mut total = 0.0;
+        let cumulative: Vec<f64> = self
+            .areas()
+            .map(|area| {
+                total += area;
+                total
+            })
+            .collect();
+        let draw = |_| {
+            let target = rng.random::<f64>() * total;
+            let index = cumulative.partition_point(|&area| area <= target).min(self.triangles.len() - 1);
+            let [a, b, c] = self.corners(index);
+            let (root, along) = (rng.random::<f64>().sqrt(), rng.random::<f64>());
+            let point = a * (1.0 - root) + b * (root * (1.0 - along)) + c * (root * along);
+            SurfaceSample { point, normal: (b - a).cross(&(c - a)).normalize() }
+        };
+        (0..count).map(draw).collect()
+    }
+
+    /// Pieces that share no vertex, each as its own triangles over the common vertices.
+    pub(super) fn pieces(&self) -> Vec<Vec<[u32; 3]>> {
+        let mut parent: Vec<u32> = (0..).take(self.vertices.len()).collect();
+        for triangle in &self.triangles {
+            let root = find_root(&mut parent, triangle[0]);
+            for &vertex in &triangle[1..] {
+                let other = find_root(&mut parent, vertex);
+                parent[other as usize] = root;
+            }
+        }
+        let mut pieces: BTreeMap<u32, Vec<[u32; 3]>> = BTreeMap::new();
+        for triangle in &self.triangles {
+            pieces.entry(find_root(&mut parent, triangle[0])).or_default().push(*triangle);
+        }
+        pieces.into_values().collect()
+    }
+
+    fn areas(&self) -> impl Iterator<Item = f64> + '_ {
+        (0..self.triangles.len()).map(|index| {
+            let [a, b, c] = self.corners(index);
+            (b - a).cross(&(c - a)).norm() / 2.0
+        })
+    }
+
+    fn middle(&self) -> Vector3<f64> {
+        let [low, high] = self.bounds();
+        (low + high) / 2.0
+    }
+
+    /// Volume and its first moment about the middle of the box (about a far origin the sums would cancel).
+    fn volume_and_first_moment(&self) -> (f64, Vector3<f64>) {
+        let middle = self.middle();
+        (0..self.triangles.len()).fold((0.0, Vector3::zeros()), |(volume, moment), index| {
+            let [a, b, c] = self.corners(index).map(|corner| corner - middle);
+            let part = a.dot(&b.cross(&c)) / 6.0;
+            (volume + part, moment + (a + b + c) * (part / 4.0))
+        })
+    }
+
+    fn seams(&self) -> Seams {
+        // Per undirected edge: how often it is used in all, and how often upward less downward.
+        let mut uses: BTreeMap<[u32; 2], (u32, i32)> = BTreeMap::new();
+        for &[a, b, c] in &self.triangles {
+            for [from, to] in [[a, b], [b, c], [c, a]] {
+                let entry = uses.entry([from.min(to), from.max(to)]).or_default();
+                entry.0 += 1;
+                entry.1 += if from < to { 1 } else { -1 };
+            }
+        }
+        let mut seams = Seams::default();
+        for (total, balance) in uses.into_values() {
+            seams.open += usize::from(total % 2 == 1);
+            seams.flipped += usize::from(total % 2 == 0 && balance != 0);
+        }
+        seams
+    }
+
+    fn merge_coincident(&mut self) {
+        let mut order: Vec<u32> = (0..).take(self.vertices.len()).collect();
+        let key = |index: u32| self.vertices[index as usize];
+        order.sort_by(|&a, &b| {
+            let (a, b) = (key(a), key(b));
+            a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(a.z.total_cmp(&b.z))
+        });
+        let mut first_of: Vec<u32> = (0..).take(self.vertices.len()).collect();
+        for pair in 1..order.len() {
+            let (before, here) = (order[pair - 1], order[pair]);
+            if key(before) == key(here) {
+                first_of[here as usize] = first_of[before as usize];
+            }
+        }
+        for triangle in &mut self.triangles {
+            *triangle = triangle.map(|index| first_of[index as usize]);
+        }
+        self.triangles.retain(|&[a, b, c]| a != b && b != c && c != a);
+    }
+
+    fn drop_unused(&mut self) {
+        let mut new_index = vec![u32::MAX; self.vertices.len()];
+        for &index in self.triangles.iter().flatten() {
+            new_index[index as usize] = 0;
+        }
+        let mut kept = 0;
+        let mut vertices = Vec::with_capacity(self.vertices.len());
+        for (vertex, index) in self.vertices.iter().zip(&mut new_index) {
+            if *index == 0 {
+                *index = kept;
+                kept += 1;
+                vertices.push(*vertex);
+            }
+        }
+        for triangle in &mut self.triangles {
+            *triangle = triangle.map(|index| new_index[index as usize]);
+        }
+        self.vertices = vertices;
+    }
+}
+
+/// How many edges stand in the way of a closed, oriented surface.
+#[derive(Debug, Default, PartialEq)]
+struct Seams {
+    open: usize,
+    flipped: usize,
+}
+
+fn find_root(parent: &mut [u32], mut node: u32) -> u32 {
+    while parent[node as usize] != node {
+        parent[node as usize] = parent[parent[node as usize] as usize];
+        node = parent[node as usize];
+    }
+    node
+}

@@ -1,0 +1,171 @@
+//! A tri-cubic B-spline on a regular grid: C², and it passes through the sampled values.
+
+use nalgebra::{Matrix3, Vector3};
+use rayon::prelude::*;
+
+use super::jet::Jet;
+
+/// Nodes beyond the box on each side, so that the condition at the rim of the grid is not felt inside.
+const RIM: usize = 3;
+
+/// A tri-cubic B-spline over a box.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Spline {
+    /// Position of node (0, 0, 0), metres.
+    pub(super) origin: Vector3<f64>,
+    /// Distance of neighbouring nodes, metres.
+    pub(super) cell_m: f64,
+    /// Nodes along x, y, z.
+    pub(super) nodes: [usize; 3],
+    /// Coefficients, z running fastest. Single precision halves the memory traffic; all arithmetic is double.
+    pub(super) coefficients: Vec<f32>,
+}
+
+/// Weights of four neighbouring coefficients along one axis, and their derivatives.
+struct Weights {
+    first: usize,
+    value: [f64; 4],
+    slope: [f64; 4],
+    bend: [f64; 4],
+}
+
+impl Spline {
+    /// Number of nodes that a grid over a box of these extents has.
+    pub(super) fn nodes_for(extents: &Vector3<f64>, cell_m: f64) -> [usize; 3] {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small positive count")]
+        let along = |extent: f64| (extent / cell_m).ceil() as usize + 2 * RIM + 1;
+        [along(extents.x), along(extents.y), along(extents.z)]
+    }
+
+    /// Interpolates what `sample_row` writes: the values along one row of nodes, from its first node in z direction.
+    pub(super) fn interpolate(
+        low: &Vector3<f64>,
+        high: &Vector3<f64>,
+        cell_m: f64,
+        sample_row: impl Fn(&Vector3<f64>, &mut [f64]) + Sync,
+    ) -> Self {
+        let origin = low.add_scalar(-cell_m * RIM as f64);
+        let nodes = Self::nodes_for(&(high - low), cell_m);
+        let [nx, ny, nz] = nodes;
+        let mut values = vec![0.0; nx * ny * nz];
+        values.par_chunks_mut(nz).enumerate().for_each(|(row, values)| {
+            let start = origin + Vector3::new((row / ny) as f64, (row % ny) as f64, 0.0) * cell_m;
+            sample_row(&start, values);
+        });
+        values.par_chunks_mut(nz).for_each(|row| solve_lines(row, 1));
+        values.par_chunks_mut(ny * nz).for_each(|plane| solve_lines(plane, nz));
+        solve_lines(&mut values, ny * nz);
+        #[expect(clippy::cast_possible_truncation, reason = "rounding to single precision is meant")]
+        let coefficients = values.into_iter().map(|value| value as f32).collect();
+        Self { origin, cell_m, nodes, coefficients }
+    }
+
+    /// Value and, for `ORDER` ≥ 1, gradient and, for `ORDER` ≥ 2, Hessian at `point`, which must lie in the box.
+    ///
+    /// The four coefficients of a row are four lanes that meet only at the end, which compilers turn into vectors.
+    #[inline]
+    #[expect(clippy::needless_range_loop, reason = "fixed lanes side by side, which iterators would hide")]
+    pub(super) fn jet<const ORDER: usize>(&self, point: &Vector3<f64>) -> Jet {
+        let [_, ny, nz] = self.nodes;
+        let x = self.weights::<ORDER>(point, 0);
+        let y = self.weights::<ORDER>(point, 1);
+        let z = self.weights::<ORDER>(point, 2);
+        let base = (x.first * ny + y.first) * nz + z.first;
+
+        // Sums over x and y, a lane for each z: value and derivatives along x and y.
+        let [mut v, mut vx, mut vy] = [[0.0; 4]; 3];
+        let [mut vxx, mut vxy, mut vyy] = [[0.0; 4]; 3];
+        for i in 0..4 {
+            let [mut a, mut b, mut c] = [[0.0; 4]; 3];
+            for j in 0..4 {
+                let start = base + (i * ny + j) * nz;
+                let row: &[f32; 4] = self.coefficients[start..start + 4].try_into().expect("four coefficients");
+                for k in 0..4 {
+                    let coefficient = f64::from(row[k]);
+                    a[k] += y.value[j] * coefficient;
+                    if ORDER >= 1 {
+                        b[k] += y.slope[j] * coefficient;
+                    }
+                    if ORDER >= 2 {
+                        c[k] += y.bend[j] * coefficient;
+                    }
+                }
+            }
+            for k in 0..4 {
+                v[k] += x.value[i] * a[k];
+                if ORDER >= 1 {
+                    vx[k] += x.slope[i] * a[k];
+                    vy[k] += x.value[i] * b[k];
+                }
+                if ORDER >= 2 {
+                    vxx[k] += x.bend[i] * a[k];
+                    vxy[k] += x.slope[i] * b[k];
+                    vyy[k] += x.value[i] * c[k];
+                }
+            }
+        }
+        let mut jet = Jet { value: dot(&v, &z.value), gradient: Vector3::zeros(), hessian: Matrix3::zeros() };
+        if ORDER >= 1 {
+            jet.gradient = Vector3::new(dot(&vx, &z.value), dot(&vy, &z.value), dot(&v, &z.slope));
+        }
+        if ORDER >= 2 {
+            let (xx, yy, zz) = (dot(&vxx, &z.value), dot(&vyy, &z.value), dot(&v, &z.bend));
+            let (xy, xz, yz) = (dot(&vxy, &z.value), dot(&vx, &z.slope), dot(&vy, &z.slope));
+            jet.hessian = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+        }
+        jet
+    }
+
+    #[inline]
+    fn weights<const ORDER: usize>(&self, point: &Vector3<f64>, axis: usize) -> Weights {
+        let inverse = 1.0 / self.cell_m;
+        let along = (point[axis] - self.origin[axis]) * inverse;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "casts of floats saturate")]
+        let cell = (along as usize).clamp(1, self.nodes[axis] - 3);
+        let t = along - cell as f64;
+        let s = 1.0 - t;
+        let mut weights = Weights { first: cell - 1, value: [0.0; 4], slope: [0.0; 4], bend: [0.0; 4] };
+        weights.value = [
+            s * s * s / 6.0,
+            (3.0 * t - 6.0) * t * t / 6.0 + 2.0 / 3.0,
+            (3.0 * s - 6.0) * s * s / 6.0 + 2.0 / 3.0,
+            t * t * t / 6.0,
+        ];
+        if ORDER >= 1 {
+            let half = 0.5 * inverse;
+            weights.slope =
+                [-s * s * half, (3.0 * t - 4.0) * t * half, (4.0 - 3.0 * s) * s * half, t * t * half];
+        }
+        if ORDER >= 2 {
+            let squared = inverse * inverse;
+            weights.bend = [s * squared, (3.0 * t - 2.0) * squared, (3.0 * s - 2.0) * squared, t * squared];
+        }
+        weights
+    }
+}
+
+#[inline]
+fn dot(a: &[f64; 4], b: &[f64; 4]) -> f64 {
+    (a[0] * b[0] + a[1] * b[1]) + (a[2] * b[2] + a[3] * b[3])
+}
+
+/// Turns samples into B-spline coefficients along the slowest axis of `block`, a list of slices of `stride` numbers.
+///
+/// Solves (c₋ + 4c + c₊)/6 = f with c = f at both ends (no curvature there), after Unser et al. (1993).
+fn solve_lines(block: &mut [f64], stride: usize) {
+    let count = block.len() / stride;
+    let mut factors = vec![0.0; count];
+    for i in 1..count - 1 {
+        factors[i] = 1.0 / (4.0 - factors[i - 1]);
+        let (before, here) = block.split_at_mut(i * stride);
+        for (value, previous) in here[..stride].iter_mut().zip(&before[(i - 1) * stride..]) {
+            *value = (6.0 * *value - previous) * factors[i];
+        }
+    }
+    for i in (1..count - 1).rev() {
+        let (here, after) = block.split_at_mut((i + 1) * stride);
+        for (value, next) in here[i * stride..].iter_mut().zip(&after[..stride]) {
+            *value -= factors[i] * next;
+        }
+    }
+}

@@ -1,0 +1,75 @@
+//! The flat torus: angles that wrap.
+
+use std::f64::consts::TAU;
+
+use super::Space;
+
+/// n independent angles in radians; distances are taken the short way round.
+///
+/// `shift` keeps each angle in [−π, π]. Two angles exactly half a turn apart are joined downwards from the lower to the
+/// higher number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Torus {
+    angles: usize,
+}
+
+impl Torus {
+    /// The torus of `angles` angles.
+    pub const fn new(angles: usize) -> Self {
+        Self { angles }
+    }
+}
+
+impl Space for Torus {
+    fn coordinates(&self) -> usize {
+        self.angles
+    }
+
+    fn tangents(&self) -> usize {
+        self.angles
+    }
+
+    fn shift(&self, x: &mut [f64], tangent: &[f64]) {
+        assert_eq!((x.len(), tangent.len()), (self.angles, self.angles));
+        for (angle, step) in x.iter_mut().zip(tangent) {
+            *angle = wrap(*angle + step);
+        }
+    }
+
+    fn toward(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64 {
+        assert_eq!(
+            (a.len(), b.len(), tangent.len()),
+            (self.angles, self.angles, self.angles)
+        );
+        for ((step, from), to) in tangent.iter_mut().zip(a).zip(b) {
+            *step = wrap(to - from);
+        }
+        tangent.iter().map(|step| step * step).sum::<f64>().sqrt()
+    }
+}
+
+/// The same angle in [−π, π]; odd, so that differences taken both ways are opposite.
+pub(crate) fn wrap(angle: f64) -> f64 {
+    angle - TAU * (angle / TAU).round()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_short_way_crosses_the_seam() {
+        let space = Torus::new(2);
+        let mut tangent = [0.0; 2];
+        let length = space.toward(&[3.0, 0.1], &[-3.0, 0.2], &mut tangent);
+        approx::assert_abs_diff_eq!(
+            tangent.as_slice(),
+            [TAU - 6.0, 0.1].as_slice(),
+            epsilon = 1e-15
+        );
+        approx::assert_abs_diff_eq!(length, (TAU - 6.0).hypot(0.1), epsilon = 1e-15);
+        let mut x = [3.0, 0.1];
+        space.shift(&mut x, &tangent);
+        approx::assert_abs_diff_eq!(x.as_slice(), [-3.0, 0.2].as_slice(), epsilon = 1e-15);
+    }
+}
