@@ -141,8 +141,10 @@ fn least_friction_of_pair(first: &PointContact, second: &PointContact) -> f64 {
             f64::INFINITY
         }
     };
-    let squeeze = tangent_of(&first.inward_normal, &line).max(tangent_of(&second.inward_normal, &-line));
-    let spread = tangent_of(&first.inward_normal, &-line).max(tangent_of(&second.inward_normal, &line));
+    let squeeze =
+        tangent_of(&first.inward_normal, &line).max(tangent_of(&second.inward_normal, &-line));
+    let spread =
+        tangent_of(&first.inward_normal, &-line).max(tangent_of(&second.inward_normal, &line));
     squeeze.min(spread)
 }
 
@@ -154,9 +156,7 @@ fn cone_margin(contacts: &[PointContact], friction: f64) -> Option<f64> {
     let mut rows: Vec<Vec<(usize, f64)>> = vec![Vec::new(); 7 + n + 3 * n];
     for (i, contact) in contacts.iter().enumerate() {
         let normal = contact.inward_normal;
-        let tangent = normal
-            .cross(&any_perpendicular(&normal))
-            .normalize();
+        let tangent = normal.cross(&any_perpendicular(&normal)).normalize();
         let axes = [normal, tangent, normal.cross(&tangent)];
         for (component, axis) in axes.iter().enumerate() {
             let column = 3 * i + component;

@@ -29,7 +29,9 @@ impl WrenchCost {
             return f64::INFINITY;
         }
         let total = energy / self.weight + self.rounding;
-        (total * total - self.rounding * self.rounding).max(0.0).sqrt()
+        (total * total - self.rounding * self.rounding)
+            .max(0.0)
+            .sqrt()
     }
 }
 
@@ -323,7 +325,14 @@ mod tests {
                 Candidate {
                     index,
                     cost: rng.random_range(0.0..0.3),
-                    wrench: [direction[0], direction[1], direction[2], torque[0], torque[1], torque[2]],
+                    wrench: [
+                        direction[0],
+                        direction[1],
+                        direction[2],
+                        torque[0],
+                        torque[1],
+                        torque[2],
+                    ],
                 }
             })
             .collect()
@@ -365,7 +374,10 @@ mod tests {
         for seed in 0..20 {
             for (size, rounding) in [(2, 0.05), (3, 0.0), (3, 0.05), (4, 0.05), (5, 0.05)] {
                 let candidates = random_candidates(18, seed);
-                let cost = WrenchCost { weight: 1.0, rounding };
+                let cost = WrenchCost {
+                    weight: 1.0,
+                    rounding,
+                };
                 let (total, set) = brute_force(&candidates, size, &cost);
                 let mut search = ContactSearch::default();
                 search.candidates_mut().extend(candidates.iter().rev());
@@ -380,7 +392,10 @@ mod tests {
 
     #[test]
     fn too_few_candidates() {
-        let cost = WrenchCost { weight: 1.0, rounding: 0.0 };
+        let cost = WrenchCost {
+            weight: 1.0,
+            rounding: 0.0,
+        };
         let mut search = ContactSearch::default();
         search.candidates_mut().extend(random_candidates(2, 0));
         assert!(search.descend(3, &[], &cost).is_infinite());

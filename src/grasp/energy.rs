@@ -123,7 +123,10 @@ impl EnergySettings {
         if let Unit::Metres(unit) = self.unit
             && !(unit > 0.0 && unit.is_finite())
         {
-            return Err(EnergySettingsError::Value { name: "unit", value: unit });
+            return Err(EnergySettingsError::Value {
+                name: "unit",
+                value: unit,
+            });
         }
         let values = [
             ("force_closure_weight", self.force_closure_weight),
@@ -346,12 +349,14 @@ impl GraspEnergy {
         assert_eq!(x.len(), self.space.coordinates(), "a pose of another hand");
         self.hand.pose(x, &mut scratch.posed);
         scratch.axes.clear();
-        scratch.axes.extend(self.hand.capsules.iter().map(|capsule| {
-            [
-                scratch.posed.place(capsule.link, &capsule.a),
-                scratch.posed.place(capsule.link, &capsule.b),
-            ]
-        }));
+        scratch
+            .axes
+            .extend(self.hand.capsules.iter().map(|capsule| {
+                [
+                    scratch.posed.place(capsule.link, &capsule.a),
+                    scratch.posed.place(capsule.link, &capsule.b),
+                ]
+            }));
     }
 
     /// Fills `near` with every surface point whose signed distance is at most `band_m`. Points whose last measurement
@@ -459,7 +464,13 @@ impl GraspEnergy {
     }
 
     /// Adds the terms of `choice` and writes the gradient; `scratch` holds the posed hand and the contact-free forces.
-    fn finish(&self, x: &[f64], choice: &[u32], scratch: &mut Scratch, gradient: &mut [f64]) -> f64 {
+    fn finish(
+        &self,
+        x: &[f64],
+        choice: &[u32],
+        scratch: &mut Scratch,
+        gradient: &mut [f64],
+    ) -> f64 {
         self.measure_contacts(choice, scratch);
         let energy = self.add_terms(self.contact_terms(), x, scratch);
         self.hand.pull_back(
@@ -551,7 +562,8 @@ impl GraspEnergy {
                 return base;
             }
             let contact_part = self.search(cutoff - base, scratch);
-            if base + contact_part > cutoff || scratch.search.best().len() < self.settings.contacts {
+            if base + contact_part > cutoff || scratch.search.best().len() < self.settings.contacts
+            {
                 return base + contact_part;
             }
             let mut choice = std::mem::take(&mut scratch.warm);
@@ -655,7 +667,8 @@ impl GraspEnergy {
     ) -> Vec<(u32, f64)> {
         self.with_scratch(|scratch| {
             self.pose(x, scratch);
-            let cost = |distance_m: f64| distance_factor * self.distance.cost(distance_m, self.unit_m);
+            let cost =
+                |distance_m: f64| distance_factor * self.distance.cost(distance_m, self.unit_m);
             self.measure(FIRST_BAND_M, scratch);
             while scratch.near.is_empty() {
                 self.measure(2.0 * scratch.band_m, scratch);

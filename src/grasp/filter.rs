@@ -135,10 +135,14 @@ pub fn judge(energy: &GraspEnergy, x: &[f64], contacts: &[u32]) -> Judgement {
     for_each_overlap(&scene, |_, _, _, _, depth| {
         self_penetration_m = self_penetration_m.max(depth);
     });
-    let joint_excess_rad = hand.joints.iter().zip(&x[7..]).fold(0.0f64, |worst, (joint, &q)| {
-        let [lower, upper] = joint.limits_rad;
-        worst.max(q - upper).max(lower - q)
-    });
+    let joint_excess_rad = hand
+        .joints
+        .iter()
+        .zip(&x[7..])
+        .fold(0.0f64, |worst, (joint, &q)| {
+            let [lower, upper] = joint.limits_rad;
+            worst.max(q - upper).max(lower - q)
+        });
     let least = least_friction(&point_contacts);
     Judgement {
         net_wrench: net_wrench(&point_contacts),

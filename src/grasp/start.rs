@@ -41,7 +41,8 @@ pub fn start_pose(hand: &Hand, object: &Object, rng: &mut Rng) -> Vec<f64> {
     let gap_m = rng.random_range(GAP_M);
 
     // A frame whose third axis is the outward normal, one for the palm with its volar direction as minus the third.
-    let object_from_surface = frame(&outward) * Rotation3::from_axis_angle(&Vector3::z_axis(), roll);
+    let object_from_surface =
+        frame(&outward) * Rotation3::from_axis_angle(&Vector3::z_axis(), roll);
     let tilted = Rotation3::from_euler_angles(tilt[0], tilt[1], 0.0);
     let volar = Unit::new_normalize(-hand.palm.volar);
     let hand_from_palm = frame(&volar);

@@ -83,7 +83,11 @@ impl SynthesisSettings {
         ];
         for (name, value) in positive {
             if !(value > 0.0 && value.is_finite()) {
-                return Err(SynthesisSettingsError { name, value, range: "above 0" });
+                return Err(SynthesisSettingsError {
+                    name,
+                    value,
+                    range: "above 0",
+                });
             }
         }
         let shares = [
@@ -94,7 +98,11 @@ impl SynthesisSettings {
         ];
         for (name, value) in shares {
             if !(value > 0.0 && value <= 1.0) {
-                return Err(SynthesisSettingsError { name, value, range: "above 0 and at most 1" });
+                return Err(SynthesisSettingsError {
+                    name,
+                    value,
+                    range: "above 0 and at most 1",
+                });
             }
         }
         Ok(())
@@ -260,7 +268,8 @@ fn released(
             let mut tangent = vec![0.0; natural.len()];
             for (k, scale) in natural.iter().enumerate() {
                 let slope = state.gradient[k] * scale;
-                mean[k] = RELEASED_MEAN_WEIGHT * slope.abs() + (1.0 - RELEASED_MEAN_WEIGHT) * mean[k];
+                mean[k] =
+                    RELEASED_MEAN_WEIGHT * slope.abs() + (1.0 - RELEASED_MEAN_WEIGHT) * mean[k];
                 let noise: f64 = StandardNormal.sample(rng);
                 let drift = -0.5 * step * step * slope / (mean[k] + 1e-12);
                 tangent[k] = scale * (drift + RELEASED_NOISE * step * noise);

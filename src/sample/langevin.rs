@@ -36,7 +36,10 @@ impl Law<'_> {
 /// The reverse move is −u (see [`Space::shift`]). `evaluate` gives the unaltered energy and gradient at a point; the
 /// proposal's coordinates, energy and gradient are written, its discrete part is left alone. G. O. Roberts and
 /// R. L. Tweedie, Bernoulli 2, 341 (1996).
-#[expect(clippy::too_many_arguments, reason = "one formula, each argument a symbol of it")]
+#[expect(
+    clippy::too_many_arguments,
+    reason = "one formula, each argument a symbol of it"
+)]
 pub fn langevin(
     space: &dyn Space,
     scales: &[f64],
@@ -55,7 +58,8 @@ pub fn langevin(
     for (component, scale) in tangent.iter_mut().zip(scales) {
         let noise: f64 = StandardNormal.sample(rng);
         forward += noise * noise;
-        *component = -0.5 * (step * scale).powi(2) * *component / temperature + step * scale * noise;
+        *component =
+            -0.5 * (step * scale).powi(2) * *component / temperature + step * scale * noise;
     }
     proposal.coordinates.clone_from(&state.coordinates);
     space.shift(&mut proposal.coordinates, &tangent);

@@ -8,20 +8,29 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::Vector3;
 
+use super::Mesh;
 use super::field::{Ball, Field, FieldReport, FieldSettings, Level};
 use super::spline::Spline;
-use super::Mesh;
 
 /// Raise it whenever baking or the file changes: old files are then no longer found.
 const VERSION: u32 = 1;
 const MAGIC: [u8; 8] = *b"LSFIELD\n";
 
 /// The field of `mesh` from the user's cache folder, else from `bake`, then remembered.
-pub(super) fn load_or(mesh: &Mesh, settings: &FieldSettings, bake: impl FnOnce() -> Field) -> Field {
+pub(super) fn load_or(
+    mesh: &Mesh,
+    settings: &FieldSettings,
+    bake: impl FnOnce() -> Field,
+) -> Field {
     load_or_in(folder().as_deref(), mesh, settings, bake)
 }
 
-fn load_or_in(folder: Option<&Path>, mesh: &Mesh, settings: &FieldSettings, bake: impl FnOnce() -> Field) -> Field {
+fn load_or_in(
+    folder: Option<&Path>,
+    mesh: &Mesh,
+    settings: &FieldSettings,
+    bake: impl FnOnce() -> Field,
+) -> Field {
     let Some(folder) = folder else {
         return bake();
     };
@@ -36,7 +45,11 @@ fn load_or_in(folder: Option<&Path>, mesh: &Mesh, settings: &FieldSettings, bake
 
 /// `landscape/fields` in the folder where this system keeps what can be made again.
 fn folder() -> Option<PathBuf> {
-    let variable = |name| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
+    let variable = |name| {
+        std::env::var_os(name)
+            .map(PathBuf::from)
+            .filter(|path| path.is_absolute())
+    };
     let base = if cfg!(target_os = "windows") {
         variable("LOCALAPPDATA")
     } else if cfg!(target_os = "macos") {
@@ -90,22 +103,41 @@ fn checksum(bytes: &[u8]) -> u64 {
 
 fn encode(field: &Field) -> Vec<u8> {
     let mut bytes = MAGIC.to_vec();
-    let vector = |bytes: &mut Vec<u8>, v: &Vector3<f64>| v.iter().for_each(|x| bytes.extend(x.to_le_bytes()));
+    let vector = |bytes: &mut Vec<u8>, v: &Vector3<f64>| {
+        v.iter().for_each(|x| bytes.extend(x.to_le_bytes()))
+    };
     let report = &field.report;
-    for number in [report.cell_m, report.max_error_m, report.max_error_anywhere_m, report.lipschitz] {
+    for number in [
+        report.cell_m,
+        report.max_error_m,
+        report.max_error_anywhere_m,
+        report.lipschitz,
+    ] {
         bytes.extend(number.to_le_bytes());
     }
     vector(&mut bytes, &field.ball.centre);
     bytes.extend(field.ball.radius_m.to_le_bytes());
     bytes.extend((field.levels.len() as u64).to_le_bytes());
-    for Level { low, high, shell_m, spline } in &field.levels {
+    for Level {
+        low,
+        high,
+        shell_m,
+        spline,
+    } in &field.levels
+    {
         vector(&mut bytes, low);
         vector(&mut bytes, high);
         vector(&mut bytes, &spline.origin);
         bytes.extend(shell_m.to_le_bytes());
         bytes.extend(spline.cell_m.to_le_bytes());
-        spline.nodes.iter().for_each(|&count| bytes.extend((count as u64).to_le_bytes()));
-        spline.coefficients.iter().for_each(|c| bytes.extend(c.to_le_bytes()));
+        spline
+            .nodes
+            .iter()
+            .for_each(|&count| bytes.extend((count as u64).to_le_bytes()));
+        spline
+            .coefficients
+            .iter()
+            .for_each(|c| bytes.extend(c.to_le_bytes()));
     }
     bytes.extend(checksum(&bytes).to_le_bytes());
     bytes
@@ -117,9 +149,16 @@ fn decode(bytes: &[u8]) -> Option<Field> {
         return None;
     }
     let mut reader = Reader(content.strip_prefix(&MAGIC)?);
-    let [cell_m, max_error_m, max_error_anywhere_m, lipschitz] =
-        [reader.number()?, reader.number()?, reader.number()?, reader.number()?];
-    let ball = Ball { centre: reader.vector()?, radius_m: reader.number()? };
+    let [cell_m, max_error_m, max_error_anywhere_m, lipschitz] = [
+        reader.number()?,
+        reader.number()?,
+        reader.number()?,
+        reader.number()?,
+    ];
+    let ball = Ball {
+        centre: reader.vector()?,
+        radius_m: reader.number()?,
+    };
     let mut levels = Vec::new();
     for _ in 0..reader.count()? {
         let [low, high, origin] = [reader.vector()?, reader.vector()?, reader.vector()?];
@@ -127,12 +166,37 @@ fn decode(bytes: &[u8]) -> Option<Field> {
         let nodes = [reader.count()?, reader.count()?, reader.count()?];
         let total = nodes[0].checked_mul(nodes[1])?.checked_mul(nodes[2])?;
         let coefficients = reader.take(total.checked_mul(4)?)?.chunks_exact(4);
-        let coefficients = coefficients.map(|c| f32::from_le_bytes([c[0], c[1], c[2], c[3]])).collect();
-        levels.push(Level { low, high, shell_m, spline: Spline { origin, cell_m, nodes, coefficients } });
+        let coefficients = coefficients
+            .map(|c| f32::from_le_bytes([c[0], c[1], c[2], c[3]]))
+            .collect();
+        levels.push(Level {
+            low,
+            high,
+            shell_m,
+            spline: Spline {
+                origin,
+                cell_m,
+                nodes,
+                coefficients,
+            },
+        });
     }
-    let nodes = levels.iter().map(|level| level.spline.coefficients.len()).sum();
-    let report = FieldReport { cell_m, nodes, max_error_m, max_error_anywhere_m, lipschitz };
-    (reader.0.is_empty() && !levels.is_empty()).then_some(Field { levels, ball, report })
+    let nodes = levels
+        .iter()
+        .map(|level| level.spline.coefficients.len())
+        .sum();
+    let report = FieldReport {
+        cell_m,
+        nodes,
+        max_error_m,
+        max_error_anywhere_m,
+        lipschitz,
+    };
+    (reader.0.is_empty() && !levels.is_empty()).then_some(Field {
+        levels,
+        ball,
+        report,
+    })
 }
 
 /// Little-endian numbers from the front of a slice.

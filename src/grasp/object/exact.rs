@@ -40,13 +40,21 @@ impl ExactMesh {
     pub fn new(mesh: &Mesh) -> Self {
         let vertices: Vec<ParryVector> = mesh.vertices().iter().map(to_parry).collect();
         let build = |triangles: Vec<[u32; 3]>| {
-            TriMesh::with_flags(vertices.clone(), triangles, TriMeshFlags::ORIENTED).expect("a mesh has triangles")
+            TriMesh::with_flags(vertices.clone(), triangles, TriMeshFlags::ORIENTED)
+                .expect("a mesh has triangles")
         };
         // A piece that is inside out is the wall of a cavity, and means something only together with the others.
         let pieces = mesh.pieces();
-        let cavity = pieces.len() > 1 && pieces.iter().any(|piece| signed_volume(mesh, piece) < 0.0);
-        let pieces = if cavity { vec![mesh.triangles().to_vec()] } else { pieces };
-        Self { pieces: pieces.into_iter().map(build).collect() }
+        let cavity =
+            pieces.len() > 1 && pieces.iter().any(|piece| signed_volume(mesh, piece) < 0.0);
+        let pieces = if cavity {
+            vec![mesh.triangles().to_vec()]
+        } else {
+            pieces
+        };
+        Self {
+            pieces: pieces.into_iter().map(build).collect(),
+        }
     }
 
     /// Signed distance at `point`, metres, negative inside.
@@ -59,7 +67,8 @@ impl ExactMesh {
     /// # Panics
     /// If `point` is not finite.
     pub fn nearest(&self, point: &Vector3<f64>) -> Nearest {
-        self.nearest_within(point, f64::MAX).expect("a finite point has a nearest point on a mesh")
+        self.nearest_within(point, f64::MAX)
+            .expect("a finite point has a nearest point on a mesh")
     }
 
     /// The nearest point of the surface if it is closer than `reach_m`.
@@ -75,17 +84,31 @@ impl ExactMesh {
             let normal = if length > ON_SURFACE_M {
                 offset * (sign / length)
             } else {
-                piece.triangle(triangle).normal().map_or_else(Vector3::z, from_parry)
+                piece
+                    .triangle(triangle)
+                    .normal()
+                    .map_or_else(Vector3::z, from_parry)
             };
-            Some(Nearest { distance_m: sign * length, point: nearest, normal })
+            Some(Nearest {
+                distance_m: sign * length,
+                point: nearest,
+                normal,
+            })
         };
-        self.pieces.iter().filter_map(in_piece).min_by(|a, b| a.distance_m.total_cmp(&b.distance_m))
+        self.pieces
+            .iter()
+            .filter_map(in_piece)
+            .min_by(|a, b| a.distance_m.total_cmp(&b.distance_m))
     }
 }
 
 fn signed_volume(mesh: &Mesh, triangles: &[[u32; 3]]) -> f64 {
-    let corner = |index: u32| mesh.vertices()[index as usize] - mesh.vertices()[triangles[0][0] as usize];
-    triangles.iter().map(|&[a, b, c]| corner(a).dot(&corner(b).cross(&corner(c)))).sum()
+    let corner =
+        |index: u32| mesh.vertices()[index as usize] - mesh.vertices()[triangles[0][0] as usize];
+    triangles
+        .iter()
+        .map(|&[a, b, c]| corner(a).dot(&corner(b).cross(&corner(c))))
+        .sum()
 }
 
 fn to_parry(v: &Vector3<f64>) -> ParryVector {

@@ -40,38 +40,71 @@ impl Mesh {
     /// # Errors
     /// Where it has no triangles, an index or coordinate is invalid, it is not closed, its triangles disagree on which
     /// side is out, it has no volume, or its size cannot be metres.
-    pub fn new(name: &str, vertices: Vec<Vector3<f64>>, triangles: Vec<[u32; 3]>) -> Result<Self, ObjectError> {
+    pub fn new(
+        name: &str,
+        vertices: Vec<Vector3<f64>>,
+        triangles: Vec<[u32; 3]>,
+    ) -> Result<Self, ObjectError> {
         let name = || name.to_owned();
         if triangles.is_empty() {
             return Err(ObjectError::NoTriangles { name: name() });
         }
         let count = u32::try_from(vertices.len()).unwrap_or(u32::MAX);
         if let Some(&index) = triangles.iter().flatten().find(|&&index| index >= count) {
-            return Err(ObjectError::Index { name: name(), index, count });
+            return Err(ObjectError::Index {
+                name: name(),
+                index,
+                count,
+            });
         }
-        if let Some(vertex) = vertices.iter().position(|v| !v.iter().all(|x| x.is_finite())) {
-            return Err(ObjectError::Coordinate { name: name(), vertex });
+        if let Some(vertex) = vertices
+            .iter()
+            .position(|v| !v.iter().all(|x| x.is_finite()))
+        {
+            return Err(ObjectError::Coordinate {
+                name: name(),
+                vertex,
+            });
         }
-        let mut mesh = Self { vertices, triangles };
+        let mut mesh = Self {
+            vertices,
+            triangles,
+        };
         if mesh.seams() != Seams::default() {
             mesh.merge_coincident();
         }
         let seams = mesh.seams();
         if seams.open > 0 {
-            return Err(ObjectError::Open { name: name(), edges: seams.open });
+            return Err(ObjectError::Open {
+                name: name(),
+                edges: seams.open,
+            });
         }
         if seams.flipped > 0 {
-            return Err(ObjectError::Orientation { name: name(), edges: seams.flipped });
+            return Err(ObjectError::Orientation {
+                name: name(),
+                edges: seams.flipped,
+            });
         }
         mesh.drop_unused();
         let [low, high] = mesh.bounds();
         let size_m = (high - low).max();
         let [smallest, largest] = PLAUSIBLE_SIZE_M;
         if size_m > largest {
-            return Err(ObjectError::Size { name: name(), size_m, unit: "millimetres", factor: 1e-3 });
+            return Err(ObjectError::Size {
+                name: name(),
+                size_m,
+                unit: "millimetres",
+                factor: 1e-3,
+            });
         }
         if size_m < smallest {
-            return Err(ObjectError::Size { name: name(), size_m, unit: "kilometres", factor: 1e3 });
+            return Err(ObjectError::Size {
+                name: name(),
+                size_m,
+                unit: "kilometres",
+                factor: 1e3,
+            });
         }
         let volume = mesh.volume();
         if volume.abs() < 1e-9 * size_m.powi(3) {
@@ -112,7 +145,9 @@ impl Mesh {
     /// Lowest and highest corner of the bounding box along the axes, metres.
     pub fn bounds(&self) -> [Vector3<f64>; 2] {
         let first = self.vertices[0];
-        self.vertices.iter().fold([first, first], |[low, high], v| [low.inf(v), high.sup(v)])
+        self.vertices
+            .iter()
+            .fold([first, first], |[low, high], v| [low.inf(v), high.sup(v)])
     }
 
     /// Volume, m³: Σ a·(b × c)/6 over the triangles.
@@ -129,7 +164,10 @@ impl Mesh {
     /// Largest distance of a vertex from the centroid of the volume, metres.
     pub fn radius_m(&self) -> f64 {
         let centroid = self.centroid();
-        self.vertices.iter().map(|v| (v - centroid).norm()).fold(0.0, f64::max)
+        self.vertices
+            .iter()
+            .map(|v| (v - centroid).norm())
+            .fold(0.0, f64::max)
     }
 
     /// Area of the surface, m².
@@ -174,11 +212,16 @@ impl Mesh {
             .collect();
         let draw = |_| {
             let target = rng.random::<f64>() * total;
-            let index = cumulative.partition_point(|&area| area <= target).min(self.triangles.len() - 1);
+            let index = cumulative
+                .partition_point(|&area| area <= target)
+                .min(self.triangles.len() - 1);
             let [a, b, c] = self.corners(index);
             let (root, along) = (rng.random::<f64>().sqrt(), rng.random::<f64>());
             let point = a * (1.0 - root) + b * (root * (1.0 - along)) + c * (root * along);
-            SurfaceSample { point, normal: (b - a).cross(&(c - a)).normalize() }
+            SurfaceSample {
+                point,
+                normal: (b - a).cross(&(c - a)).normalize(),
+            }
         };
         (0..count).map(draw).collect()
     }
@@ -195,7 +238,10 @@ impl Mesh {
         }
         let mut pieces: BTreeMap<u32, Vec<[u32; 3]>> = BTreeMap::new();
         for triangle in &self.triangles {
-            pieces.entry(find_root(&mut parent, triangle[0])).or_default().push(*triangle);
+            pieces
+                .entry(find_root(&mut parent, triangle[0]))
+                .or_default()
+                .push(*triangle);
         }
         pieces.into_values().collect()
     }
@@ -245,7 +291,9 @@ impl Mesh {
         let key = |index: u32| self.vertices[index as usize];
         order.sort_by(|&a, &b| {
             let (a, b) = (key(a), key(b));
-            a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(a.z.total_cmp(&b.z))
+            a.x.total_cmp(&b.x)
+                .then(a.y.total_cmp(&b.y))
+                .then(a.z.total_cmp(&b.z))
         });
         let mut first_of: Vec<u32> = (0..).take(self.vertices.len()).collect();
         for pair in 1..order.len() {
@@ -257,7 +305,8 @@ impl Mesh {
         for triangle in &mut self.triangles {
             *triangle = triangle.map(|index| first_of[index as usize]);
         }
-        self.triangles.retain(|&[a, b, c]| a != b && b != c && c != a);
+        self.triangles
+            .retain(|&[a, b, c]| a != b && b != c && c != a);
     }
 
     fn drop_unused(&mut self) {

@@ -29,7 +29,9 @@ impl Distance {
             return f64::INFINITY;
         }
         let total = cost.max(0.0) * unit_m / self.weight + self.rounding_m;
-        (total * total - self.rounding_m * self.rounding_m).max(0.0).sqrt()
+        (total * total - self.rounding_m * self.rounding_m)
+            .max(0.0)
+            .sqrt()
     }
 }
 
@@ -44,7 +46,11 @@ impl Term for Distance {
         for contact in scene.contacts {
             let (value, slope) = rounded_norm(contact.distance_m, self.rounding_m);
             energy += scale * value;
-            forces.push(contact.link, &contact.point, &(contact.gradient * (scale * slope)));
+            forces.push(
+                contact.link,
+                &contact.point,
+                &(contact.gradient * (scale * slope)),
+            );
         }
         energy
     }

@@ -22,7 +22,11 @@ pub struct ForceClosure {
 }
 
 /// The contact as the force-closure tests see it.
-pub(crate) fn point_contact(contact: &Contact, centroid: &Vector3<f64>, unit_m: f64) -> PointContact {
+pub(crate) fn point_contact(
+    contact: &Contact,
+    centroid: &Vector3<f64>,
+    unit_m: f64,
+) -> PointContact {
     let length = contact.gradient.norm();
     PointContact {
         arm: (contact.point - centroid) / unit_m,
@@ -126,7 +130,10 @@ impl Term for Rank {
             bottom += cross * cross.transpose();
         }
         // Cheap for the usual case: GGᵀ − εI positive definite means the penalty is zero.
-        if (gram - Matrix6::identity() * self.epsilon).cholesky().is_some() {
+        if (gram - Matrix6::identity() * self.epsilon)
+            .cholesky()
+            .is_some()
+        {
             return 0.0;
         }
         let eigen = gram.symmetric_eigen();

@@ -17,15 +17,15 @@ mod prior;
 mod self_penetration;
 
 pub use distance::Distance;
+pub(crate) use force_closure::point_contact;
 pub use force_closure::{ForceClosure, Rank};
 pub use intrusion::Intrusion;
-pub(crate) use force_closure::point_contact;
 pub(crate) use intrusion::for_each_intruder;
-pub(crate) use self_penetration::for_each_overlap;
 pub use joint_limits::JointLimits;
 pub use penetration::Penetration;
 pub use prior::Prior;
 pub use self_penetration::SelfPenetration;
+pub(crate) use self_penetration::for_each_overlap;
 
 /// A surface point of the hand that acts as a contact, with the object's answers at it (object frame).
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -19,10 +19,7 @@ pub struct SelfPenetration {
 }
 
 /// Nearest points of two segments.
-fn nearest(
-    a: &[Vector3<f64>; 2],
-    b: &[Vector3<f64>; 2],
-) -> (Vector3<f64>, Vector3<f64>) {
+fn nearest(a: &[Vector3<f64>; 2], b: &[Vector3<f64>; 2]) -> (Vector3<f64>, Vector3<f64>) {
     let (u, v, w) = (a[1] - a[0], b[1] - b[0], a[0] - b[0]);
     let (uu, uv, vv) = (u.norm_squared(), u.dot(&v), v.norm_squared());
     let (uw, vw) = (u.dot(&w), v.dot(&w));
@@ -36,7 +33,11 @@ fn nearest(
     let mut t = if vv > 0.0 { (uv * s + vw) / vv } else { 0.0 };
     if !(0.0..=1.0).contains(&t) {
         t = t.clamp(0.0, 1.0);
-        s = if uu > 0.0 { ((uv * t - uw) / uu).clamp(0.0, 1.0) } else { 0.0 };
+        s = if uu > 0.0 {
+            ((uv * t - uw) / uu).clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
     }
     (a[0] + u * s, b[0] + v * t)
 }
