@@ -122,27 +122,31 @@ fn nearest_copy(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
     search.try_labels(b);
     search.descend(b, &UnitQuaternion::identity());
 
-    let (p, q) = anchors(a);
-    let mut starts = Vec::with_capacity(b.len() * b.len());
+    let mut starts = Vec::with_capacity(2 * b.len() * b.len());
+    let mut offer = |pair: [usize; 2], partners: [usize; 2]| {
+        let bound = pair_bound(pair.map(|i| &a[i]), partners.map(|j| &b[j]));
+        // The bound is a difference of numbers as big as `size`.
+        if bound < search.best + 1e-14 * size {
+            starts.push((bound, pair, partners));
+        }
+    };
+    let (of_a, of_b) = (anchors(a), anchors(b));
     for i in 0..b.len() {
-        for j in 0..b.len() {
-            let bound = pair_bound([&a[p], &a[q]], [&b[i], &b[j]]);
-            // The bound is a difference of numbers as big as `size`.
-            if i != j && bound < search.best + 1e-14 * size {
-                starts.push((bound, i, j));
-            }
+        for j in (0..b.len()).filter(|j| *j != i) {
+            offer(of_a, [i, j]);
+            offer([i, j], of_b);
         }
     }
     starts.sort_unstable_by(|one, other| {
         one.0
             .total_cmp(&other.0)
-            .then((one.1, one.2).cmp(&(other.1, other.2)))
+            .then_with(|| (one.1, one.2).cmp(&(other.1, other.2)))
     });
-    let target = frame(&a[p], &a[q]);
-    for (bound, i, j) in starts.into_iter().take(STARTS) {
+    for (bound, [p, q], [i, j]) in starts.into_iter().take(STARTS) {
         if search.best <= 1e-16 * size || bound > search.best + 1e-14 * size {
             break;
         }
+        let target = frame(&a[p], &a[q]);
         for copy in [b, &mirrored] {
             search.descend(copy, &(target * frame(&copy[i], &copy[j]).inverse()));
         }
@@ -151,14 +155,14 @@ fn nearest_copy(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
 }
 
 /// The pair of atoms that fixes the orientation best: the farthest from the centroid and the one farthest off its line.
-fn anchors(a: &[Vector3<f64>]) -> (usize, usize) {
+fn anchors(a: &[Vector3<f64>]) -> [usize; 2] {
     let largest = |measure: &dyn Fn(&Vector3<f64>) -> f64| {
         (0..a.len())
             .max_by(|i, j| measure(&a[*i]).total_cmp(&measure(&a[*j])))
             .unwrap_or(0)
     };
     let p = largest(&Vector3::norm_squared);
-    (p, largest(&|atom| atom.cross(&a[p]).norm_squared()))
+    [p, largest(&|atom| atom.cross(&a[p]).norm_squared())]
 }
 
 /// min over R ∈ O(3) of Σ ‖a_k − R b_k‖² for two atoms: no copy of the cluster that pairs them so can be nearer.
