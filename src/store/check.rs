@@ -1,0 +1,217 @@
+//! What makes a grasp unusable: the checks of [`GraspFile::read`] and [`GraspFile::write`].
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+use super::error::{Fault, StoreError, Warning};
+use super::grasps::{Grasp, GraspFile, term_column};
+use super::metadata::HandMetadata;
+
+/// Farthest a joint of a readable file lies beyond its limit, radians.
+const LIMIT_TOLERANCE_RAD: f64 = 0.1;
+/// Excess that rounding to 32 bits explains, not worth a warning, radians.
+const ROUNDING_RAD: f64 = 1e-6;
+/// A quaternion this far from unit length is a mistake; nearer ones are 32-bit numbers or printed ones.
+const UNIT_TOLERANCE: f64 = 1e-3;
+/// A quaternion this near to unit length is kept bit for bit.
+const UNIT_EXACT: f64 = 1e-12;
+
+impl GraspFile {
+    /// What is wrong with which rows, for instance to leave them out before writing.
+    pub fn faults(&self) -> Vec<(usize, Fault)> {
+        let mut first_row = BTreeMap::new();
+        let mut faults = Vec::new();
+        for (row, grasp) in self.grasps.iter().enumerate() {
+            let first = *first_row.entry(grasp.id).or_insert(row);
+            let repeated = (first != row).then_some(Fault::RepeatedId {
+                id: grasp.id,
+                first,
+            });
+            faults.extend(self.fault(grasp).or(repeated).map(|fault| (row, fault)));
+        }
+        faults
+    }
+
+    pub(super) fn refuse_faults(&self, path: &Path) -> Result<(), StoreError> {
+        match self.faults().into_iter().next() {
+            Some((row, fault)) => Err(StoreError::Row {
+                path: path.to_path_buf(),
+                row,
+                fault,
+            }),
+            None => Ok(()),
+        }
+    }
+
+    /// What is wrong with one grasp taken by itself.
+    fn fault(&self, grasp: &Grasp) -> Option<Fault> {
+        let Some(hand) = self.hand(&grasp.hand) else {
+            let known = list(self.metadata.hands.iter().map(|hand| hand.name.as_str()));
+            return Some(Fault::UnknownHand {
+                hand: grasp.hand.clone(),
+                known,
+            });
+        };
+        if self.object(&grasp.object).is_none() {
+            let known = list(
+                self.metadata
+                    .objects
+                    .iter()
+                    .map(|object| object.name.as_str()),
+            );
+            return Some(Fault::UnknownObject {
+                object: grasp.object.clone(),
+                known,
+            });
+        }
+        wrong_length("joints_rad", grasp.joints_rad.len(), hand.joint_names.len())
+            .or_else(|| wrong_length("term_…", grasp.terms.len(), self.metadata.terms.len()))
+            .or_else(|| self.not_finite(grasp))
+            .or_else(|| (grasp.scale <= 0.0).then_some(Fault::Scale { scale: grasp.scale }))
+            .or_else(|| {
+                let norm = norm(grasp.rotation_wxyz);
+                ((norm - 1.0).abs() > UNIT_TOLERANCE).then_some(Fault::NotUnit { norm })
+            })
+            .or_else(|| far_joint(grasp, hand))
+            .or_else(|| bad_contact(grasp, hand))
+    }
+
+    fn not_finite(&self, grasp: &Grasp) -> Option<Fault> {
+        let fault = |column: &str, value: f64| Fault::NotFinite {
+            column: column.to_owned(),
+            value,
+        };
+        let lists = [
+            ("translation_m", grasp.translation_m.as_slice()),
+            ("rotation_wxyz", grasp.rotation_wxyz.as_slice()),
+            ("joints_rad", grasp.joints_rad.as_slice()),
+        ];
+        let scalars = [
+            ("scale", Some(grasp.scale)),
+            ("energy", Some(grasp.energy)),
+            ("net_wrench", Some(grasp.net_wrench)),
+            ("distance_squared", Some(grasp.distance_squared)),
+            ("penetration", Some(grasp.penetration)),
+            ("friction", grasp.friction),
+            ("epsilon", grasp.epsilon),
+            ("label_score", grasp.label_score),
+        ];
+        let terms = self.metadata.terms.iter().zip(&grasp.terms);
+        let in_lists = lists
+            .into_iter()
+            .flat_map(|(column, values)| values.iter().map(move |value| (column, *value)));
+        let in_scalars = scalars
+            .into_iter()
+            .filter_map(|(column, value)| Some((column, value?)));
+        let first = in_lists
+            .chain(in_scalars)
+            .find(|(_, value)| !value.is_finite());
+        first
+            .map(|(column, value)| fault(column, value))
+            .or_else(|| {
+                let (name, value) = terms.into_iter().find(|(_, value)| !value.is_finite())?;
+                Some(fault(&term_column(name), *value))
+            })
+    }
+
+    pub(super) fn beyond_limits(&self) -> Vec<Warning> {
+        let mut warnings = Vec::new();
+        for (row, grasp) in self.grasps.iter().enumerate() {
+            for (joint, excess_rad) in self
+                .hand(&grasp.hand)
+                .into_iter()
+                .flat_map(|hand| excesses(grasp, hand))
+            {
+                if excess_rad > ROUNDING_RAD {
+                    warnings.push(Warning::BeyondLimit {
+                        row,
+                        joint: joint.to_owned(),
+                        excess_rad,
+                    });
+                }
+            }
+        }
+        warnings
+    }
+}
+
+fn wrong_length(column: &str, found: usize, expected: usize) -> Option<Fault> {
+    (found != expected).then(|| Fault::Length {
+        column: column.to_owned(),
+        found,
+        expected,
+    })
+}
+
+/// Joints beyond a limit, and by how much.
+fn excesses<'a>(grasp: &'a Grasp, hand: &'a HandMetadata) -> impl Iterator<Item = (&'a str, f64)> {
+    let joints = hand
+        .joint_names
+        .iter()
+        .zip(&hand.limits_rad)
+        .zip(&grasp.joints_rad);
+    joints.filter_map(|((name, [lower, upper]), angle)| {
+        let excess = (lower - angle).max(angle - upper);
+        (excess > 0.0).then_some((name.as_str(), excess))
+    })
+}
+
+fn far_joint(grasp: &Grasp, hand: &HandMetadata) -> Option<Fault> {
+    let (name, _) = excesses(grasp, hand).find(|(_, excess)| *excess > LIMIT_TOLERANCE_RAD)?;
+    let joint = hand.joint_names.iter().position(|joint| joint == name)?;
+    let [lower_rad, upper_rad] = hand.limits_rad[joint];
+    Some(Fault::BeyondLimit {
+        joint: name.to_owned(),
+        angle_rad: grasp.joints_rad[joint],
+        lower_rad,
+        upper_rad,
+    })
+}
+
+fn bad_contact(grasp: &Grasp, hand: &HandMetadata) -> Option<Fault> {
+    let points = hand.surface_points;
+    let mut seen = BTreeSet::new();
+    grasp.contacts.iter().find_map(|&contact| {
+        if usize::try_from(contact).is_ok_and(|index| index < points) {
+            (!seen.insert(contact)).then_some(Fault::RepeatedContact { contact })
+        } else {
+            Some(Fault::ContactRange {
+                contact,
+                hand: hand.name.clone(),
+                points,
+            })
+        }
+    })
+}
+
+fn norm(quaternion: [f64; 4]) -> f64 {
+    quaternion
+        .iter()
+        .map(|component| component * component)
+        .sum::<f64>()
+        .sqrt()
+}
+
+/// The unit quaternion of the same rotation whose first non-zero component is positive.
+pub(super) fn canonical(mut quaternion: [f64; 4]) -> [f64; 4] {
+    let norm = norm(quaternion);
+    if (norm - 1.0).abs() > UNIT_EXACT {
+        quaternion = quaternion.map(|component| component / norm);
+    }
+    if quaternion
+        .iter()
+        .find(|component| **component != 0.0)
+        .is_some_and(|first| *first < 0.0)
+    {
+        quaternion = quaternion.map(|component| -component);
+    }
+    quaternion
+}
+pub(super) fn list<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    let names: Vec<_> = names.map(|name| format!("`{name}`")).collect();
+    if names.is_empty() {
+        "none".to_owned()
+    } else {
+        names.join(", ")
+    }
+}

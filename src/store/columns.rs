@@ -1,0 +1,190 @@
+//! Plain Rust values to Parquet columns: the same bytes for the same content. Nothing here knows what a grasp is.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use arrow_array::builder::{
+    FixedSizeListBuilder, Float64Builder, ListBuilder, PrimitiveBuilder, StringBuilder,
+};
+use arrow_array::types::{ArrowPrimitiveType, Float64Type, UInt32Type, UInt64Type};
+use arrow_array::{ArrayRef, BooleanArray, Float64Array, RecordBatch, StringArray, UInt64Array};
+use arrow_schema::{DataType, Field, FieldRef, Schema};
+use parquet::arrow::ArrowWriter;
+use parquet::basic::Compression;
+use parquet::file::metadata::KeyValue;
+use parquet::file::properties::WriterProperties;
+
+use super::error::{Fault, StoreError};
+
+/// Parquet metadata key under which everything of ours is kept.
+pub(super) const KEY: &str = "landscape";
+
+/// A table to be written.
+#[derive(Default)]
+pub(super) struct Columns {
+    fields: Vec<Field>,
+    arrays: Vec<ArrayRef>,
+    fault: Option<(usize, Fault)>,
+}
+
+impl Columns {
+    pub(super) fn wholes(&mut self, name: &str, values: impl Iterator<Item = u64>) {
+        self.push(name, false, Arc::new(UInt64Array::from_iter_values(values)));
+    }
+
+    pub(super) fn floats(&mut self, name: &str, values: impl Iterator<Item = f64>) {
+        let values: Vec<f64> = values.collect();
+        self.watch(name, values.iter().copied().map(Some));
+        self.push(name, false, Arc::new(Float64Array::from(values)));
+    }
+
+    pub(super) fn optional_floats(
+        &mut self,
+        name: &str,
+        values: impl Iterator<Item = Option<f64>>,
+    ) {
+        let values: Vec<Option<f64>> = values.collect();
+        self.watch(name, values.iter().copied());
+        self.push(name, true, Arc::new(Float64Array::from(values)));
+    }
+
+    pub(super) fn texts<'a>(&mut self, name: &str, values: impl Iterator<Item = &'a str>) {
+        self.push(name, false, Arc::new(StringArray::from_iter_values(values)));
+    }
+
+    pub(super) fn optional_texts<'a>(
+        &mut self,
+        name: &str,
+        values: impl Iterator<Item = Option<&'a str>>,
+    ) {
+        self.push(name, true, Arc::new(values.collect::<StringArray>()));
+    }
+
+    pub(super) fn optional_flags(
+        &mut self,
+        name: &str,
+        values: impl Iterator<Item = Option<bool>>,
+    ) {
+        self.push(name, true, Arc::new(values.collect::<BooleanArray>()));
+    }
+
+    /// Rows of one common length make a fixed-size list, others a list; a column of empty rows is left out, for Parquet
+    /// has no list of length zero.
+    pub(super) fn vectors<'a>(&mut self, name: &str, rows: impl Iterator<Item = &'a [f64]>) {
+        let rows: Vec<&[f64]> = rows.collect();
+        for (row, values) in rows.iter().enumerate() {
+            if let Some(value) = values.iter().copied().find(|value| !value.is_finite()) {
+                self.report(
+                    row,
+                    Fault::NotFinite {
+                        column: name.to_owned(),
+                        value,
+                    },
+                );
+            }
+        }
+        let width = rows.first().map_or(0, |row| row.len());
+        let fixed = rows
+            .iter()
+            .all(|row| row.len() == width)
+            .then(|| i32::try_from(width).ok())
+            .flatten();
+        match fixed {
+            Some(0) => {}
+            Some(width) => {
+                let mut list = FixedSizeListBuilder::new(Float64Builder::new(), width)
+                    .with_field(element(DataType::Float64));
+                for row in rows {
+                    list.values().append_slice(row);
+                    list.append(true);
+                }
+                self.push(name, false, Arc::new(list.finish()));
+            }
+            None => self.numbers::<Float64Type>(name, rows.into_iter()),
+        }
+    }
+
+    pub(super) fn indices<'a>(&mut self, name: &str, rows: impl Iterator<Item = &'a [u32]>) {
+        self.numbers::<UInt32Type>(name, rows);
+    }
+
+    pub(super) fn ids<'a>(&mut self, name: &str, rows: impl Iterator<Item = &'a [u64]>) {
+        self.numbers::<UInt64Type>(name, rows);
+    }
+
+    pub(super) fn text_lists<'a>(&mut self, name: &str, rows: impl Iterator<Item = Vec<&'a str>>) {
+        let mut list = ListBuilder::new(StringBuilder::new()).with_field(element(DataType::Utf8));
+        for row in rows {
+            list.append_value(row.into_iter().map(Some));
+        }
+        self.push(name, false, Arc::new(list.finish()));
+    }
+
+    fn numbers<'a, T: ArrowPrimitiveType>(
+        &mut self,
+        name: &str,
+        rows: impl Iterator<Item = &'a [T::Native]>,
+    ) {
+        let mut list =
+            ListBuilder::new(PrimitiveBuilder::<T>::new()).with_field(element(T::DATA_TYPE));
+        for row in rows {
+            list.values().append_slice(row);
+            list.append(true);
+        }
+        self.push(name, false, Arc::new(list.finish()));
+    }
+
+    fn push(&mut self, name: &str, nullable: bool, array: ArrayRef) {
+        self.fields
+            .push(Field::new(name, array.data_type().clone(), nullable));
+        self.arrays.push(array);
+    }
+
+    fn watch(&mut self, name: &str, values: impl Iterator<Item = Option<f64>>) {
+        for (row, value) in values.enumerate() {
+            if let Some(value) = value.filter(|value| !value.is_finite()) {
+                self.report(
+                    row,
+                    Fault::NotFinite {
+                        column: name.to_owned(),
+                        value,
+                    },
+                );
+            }
+        }
+    }
+
+    fn report(&mut self, row: usize, fault: Fault) {
+        if self.fault.as_ref().is_none_or(|(first, _)| row < *first) {
+            self.fault = Some((row, fault));
+        }
+    }
+
+    /// The table as a Parquet file: the same bytes for the same content.
+    pub(super) fn encode(self, path: &Path, metadata: String) -> Result<Vec<u8>, StoreError> {
+        if let Some((row, fault)) = self.fault {
+            return Err(StoreError::Row {
+                path: path.to_path_buf(),
+                row,
+                fault,
+            });
+        }
+        let properties = WriterProperties::builder()
+            .set_compression(Compression::SNAPPY)
+            .set_created_by(concat!("landscape version ", env!("CARGO_PKG_VERSION")).to_owned())
+            .set_key_value_metadata(Some(vec![KeyValue::new(KEY.to_owned(), metadata)]))
+            .build();
+        let schema = Arc::new(Schema::new(self.fields));
+        let batch = RecordBatch::try_new(Arc::clone(&schema), self.arrays)
+            .expect("columns have one length and their own type");
+        let mut writer = ArrowWriter::try_new(Vec::new(), schema, Some(properties))
+            .expect("all types exist in Parquet");
+        writer.write(&batch).expect("memory takes every batch");
+        Ok(writer.into_inner().expect("memory takes the footer"))
+    }
+}
+
+/// The field of a list's elements, named as the Parquet specification wants it.
+fn element(data_type: DataType) -> FieldRef {
+    Arc::new(Field::new("element", data_type, false))
+}

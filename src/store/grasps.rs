@@ -1,0 +1,470 @@
+//! `grasps.parquet`: one row a grasp.
+//!
+//! | column | type | meaning |
+//! | --- | --- | --- |
+//! | `id`? | uint64 | unique in the file; absent: the row number |
+//! | `object`? | string | name of the object; absent: the only one the file describes |
+//! | `scale`? | double | factor on the object's size; absent: 1 |
+//! | `hand`? | string | name of the hand; absent: the only one the file describes |
+//! | `translation_m` | double\[3\] | position of the hand's root in the object's frame, metres |
+//! | `rotation_wxyz` | double\[4\] | unit quaternion, scalar first, object from hand; w ≥ 0 |
+//! | `joints_rad` | double\[k\] | joint angles, radians, in the order of the hand's joint names; absent for k = 0 |
+//! | `contacts` | list of uint32 | contact set: indices into the hand's surface points, each once |
+//! | `energy` | double | total energy |
+//! | `term_<name>` | double | one column for each energy term; they add up to `energy` |
+//! | `net_wrench` | double | ‖Gc‖, arms divided by the object's radius |
+//! | `distance_squared` | double | Σ d² of the contacts in the authors' unit (120 mm) |
+//! | `penetration` | double | penetration energy in the authors' unit |
+//! | `friction`?∅ | double | μ₀, least friction of exact force closure; null: none suffices |
+//! | `epsilon`?∅ | double | Ferrari–Canny ε; null: not computed |
+//! | `stable`?∅ | bool | held in simulation; null: not simulated |
+//! | `label`?∅ | string | grasp type given by a human |
+//! | `label_auto`?∅ | string | grasp type given by the rule |
+//! | `label_score`?∅ | double | how clearly the rule decided |
+//! | `source`? | string | where the grasp comes from; absent: empty |
+//! | `chain_seed`?, `chain_step`? | uint64 | the chain and step that found it; absent: 0 |
+//!
+//! `?` may be absent, `∅` may be null; other columns are ignored. Narrower numbers, lists of any kind and categorical
+//! strings are accepted, so a table may pass through other tools:
+//!
+//! ```python
+//! pandas.read_parquet("grasps.parquet")
+//! polars.read_parquet("grasps.parquet")
+//! duckdb.sql("select label, count(*) from 'grasps.parquet' group by label")
+//! json.loads(pyarrow.parquet.read_schema("grasps.parquet").metadata[b"landscape"])   # hand, object, settings
+//! ```
+//!
+//! Most tools drop the metadata when they write the table back. Keep them with
+//! `table.replace_schema_metadata(pyarrow.parquet.read_schema("grasps.parquet").metadata)`, or name hand and object
+//! again when the file is read ([`Overrides`]).
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+use super::atomic::write_atomic;
+use super::check::{canonical, list};
+use super::columns::Columns;
+use super::error::{Fault, StoreError, Warning};
+use super::metadata::{HandMetadata, Metadata, ObjectMetadata, SCHEMA_VERSION};
+use super::table::{FLAG, FLOAT, INDICES, Kind, TEXT, Table, VECTOR, WHOLE};
+
+/// One grasp: a hand pose relative to an object, its contact set, and what is known about it.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Grasp {
+    /// Unique in its file.
+    pub id: u64,
+    /// Name of the object.
+    pub object: String,
+    /// Factor on the object's size.
+    pub scale: f64,
+    /// Name of the hand.
+    pub hand: String,
+    /// Position of the hand's root in the object's frame, metres.
+    pub translation_m: [f64; 3],
+    /// Unit quaternion, scalar first, object from hand, w ≥ 0.
+    pub rotation_wxyz: [f64; 4],
+    /// Joint angles, radians.
+    pub joints_rad: Vec<f64>,
+    /// Contact set: indices into the hand's surface points.
+    pub contacts: Vec<u32>,
+    /// Total energy.
+    pub energy: f64,
+    /// Weighted energy terms, in the order of [`Metadata::terms`].
+    pub terms: Vec<f64>,
+    /// ‖Gc‖.
+    pub net_wrench: f64,
+    /// Σ d² in the authors' unit.
+    pub distance_squared: f64,
+    /// Penetration energy in the authors' unit.
+    pub penetration: f64,
+    /// Least friction of exact force closure μ₀; `None` where no friction suffices.
+    pub friction: Option<f64>,
+    /// Ferrari–Canny ε.
+    pub epsilon: Option<f64>,
+    /// Whether it held in simulation.
+    pub stable: Option<bool>,
+    /// Grasp type given by a human.
+    pub label: Option<String>,
+    /// Grasp type given by the rule.
+    pub label_auto: Option<String>,
+    /// How clearly the rule decided.
+    pub label_score: Option<f64>,
+    /// Where the grasp comes from.
+    pub source: String,
+    /// Seed of the chain that found it.
+    pub chain_seed: u64,
+    /// Step of that chain.
+    pub chain_step: u64,
+}
+
+/// What `grasps.parquet` holds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GraspFile {
+    /// How it was made, and what rows refer to.
+    pub metadata: Metadata,
+    /// Rows.
+    pub grasps: Vec<Grasp>,
+}
+
+/// Hand and object given by the user, for a file that does not describe them. Where it does, they replace the
+/// description of the same name.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Overrides {
+    /// The hand (`--hand`).
+    pub hand: Option<HandMetadata>,
+    /// The object (`--object`).
+    pub object: Option<ObjectMetadata>,
+}
+
+/// The grasps of one landscape: one hand, one object, one scale.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Population<'a> {
+    /// The hand.
+    pub hand: &'a HandMetadata,
+    /// The object.
+    pub object: &'a ObjectMetadata,
+    /// The scale.
+    pub scale: f64,
+    /// The grasps, in file order.
+    pub grasps: Vec<&'a Grasp>,
+}
+
+impl GraspFile {
+    /// Reads and checks `path`: what this returns refers to hands and objects it describes, has unit quaternions with
+    /// w ≥ 0, finite numbers, unique ids, existing contacts, and joints at most 0.1 rad beyond their limits.
+    ///
+    /// # Errors
+    /// One sentence that names the file and, where it applies, row and column.
+    pub fn read(path: &Path, overrides: Overrides) -> Result<(Self, Vec<Warning>), StoreError> {
+        let table = Table::read(path)?;
+        let (metadata, mut warnings) = describe(path, &table, overrides)?;
+        if table.rows == 0 {
+            return Err(StoreError::Empty {
+                path: path.to_path_buf(),
+            });
+        }
+        let mut file = Self {
+            grasps: rows(&table, &metadata)?,
+            metadata,
+        };
+        file.refuse_faults(path)?;
+        for grasp in &mut file.grasps {
+            grasp.rotation_wxyz = canonical(grasp.rotation_wxyz);
+        }
+        warnings.extend(file.beyond_limits());
+        Ok((file, warnings))
+    }
+
+    /// Writes the file: the same bytes for the same content, complete or not at all. Quaternions are stored with w ≥ 0.
+    ///
+    /// # Errors
+    /// Whatever [`GraspFile::read`] would refuse is not written; [`GraspFile::faults`] tells beforehand.
+    pub fn write(&self, path: &Path) -> Result<(), StoreError> {
+        if self.grasps.is_empty() {
+            return Err(StoreError::Empty {
+                path: path.to_path_buf(),
+            });
+        }
+        let metadata = self.metadata.to_json(path)?;
+        self.refuse_faults(path)?;
+        write_atomic(path, &self.columns().encode(path, metadata)?)
+    }
+
+    /// The landscapes in this file, sorted by hand, object and scale.
+    ///
+    /// # Panics
+    /// If a row names a hand or object that the metadata do not describe; [`GraspFile::read`] refuses such files.
+    pub fn landscapes(&self) -> Vec<Population<'_>> {
+        let mut groups = BTreeMap::<_, Vec<&Grasp>>::new();
+        for grasp in &self.grasps {
+            // Positive numbers sort like their bits.
+            let key = (
+                grasp.hand.as_str(),
+                grasp.object.as_str(),
+                grasp.scale.to_bits(),
+            );
+            groups.entry(key).or_default().push(grasp);
+        }
+        let population = |((hand, object, scale), grasps): ((&str, &str, u64), _)| Population {
+            hand: self.hand(hand).expect("every row names a described hand"),
+            object: self
+                .object(object)
+                .expect("every row names a described object"),
+            scale: f64::from_bits(scale),
+            grasps,
+        };
+        groups.into_iter().map(population).collect()
+    }
+
+    pub(super) fn hand(&self, name: &str) -> Option<&HandMetadata> {
+        self.metadata.hands.iter().find(|hand| hand.name == name)
+    }
+
+    pub(super) fn object(&self, name: &str) -> Option<&ObjectMetadata> {
+        self.metadata
+            .objects
+            .iter()
+            .find(|object| object.name == name)
+    }
+
+    fn columns(&self) -> Columns {
+        let grasps = || self.grasps.iter();
+        let rotations: Vec<_> = grasps()
+            .map(|grasp| canonical(grasp.rotation_wxyz))
+            .collect();
+        let mut columns = Columns::default();
+        columns.wholes("id", grasps().map(|grasp| grasp.id));
+        columns.texts("object", grasps().map(|grasp| grasp.object.as_str()));
+        columns.floats("scale", grasps().map(|grasp| grasp.scale));
+        columns.texts("hand", grasps().map(|grasp| grasp.hand.as_str()));
+        columns.vectors(
+            "translation_m",
+            grasps().map(|grasp| grasp.translation_m.as_slice()),
+        );
+        columns.vectors("rotation_wxyz", rotations.iter().map(<[f64; 4]>::as_slice));
+        columns.vectors(
+            "joints_rad",
+            grasps().map(|grasp| grasp.joints_rad.as_slice()),
+        );
+        columns.indices("contacts", grasps().map(|grasp| grasp.contacts.as_slice()));
+        columns.floats("energy", grasps().map(|grasp| grasp.energy));
+        for (term, name) in self.metadata.terms.iter().enumerate() {
+            columns.floats(&term_column(name), grasps().map(|grasp| grasp.terms[term]));
+        }
+        columns.floats("net_wrench", grasps().map(|grasp| grasp.net_wrench));
+        columns.floats(
+            "distance_squared",
+            grasps().map(|grasp| grasp.distance_squared),
+        );
+        columns.floats("penetration", grasps().map(|grasp| grasp.penetration));
+        columns.optional_floats("friction", grasps().map(|grasp| grasp.friction));
+        columns.optional_floats("epsilon", grasps().map(|grasp| grasp.epsilon));
+        columns.optional_flags("stable", grasps().map(|grasp| grasp.stable));
+        columns.optional_texts("label", grasps().map(|grasp| grasp.label.as_deref()));
+        columns.optional_texts(
+            "label_auto",
+            grasps().map(|grasp| grasp.label_auto.as_deref()),
+        );
+        columns.optional_floats("label_score", grasps().map(|grasp| grasp.label_score));
+        columns.texts("source", grasps().map(|grasp| grasp.source.as_str()));
+        columns.wholes("chain_seed", grasps().map(|grasp| grasp.chain_seed));
+        columns.wholes("chain_step", grasps().map(|grasp| grasp.chain_step));
+        columns
+    }
+}
+
+pub(super) fn term_column(name: &str) -> String {
+    format!("{TERM}{name}")
+}
+
+const TERM: &str = "term_";
+
+/// The metadata of a file, completed or corrected by what the user gave.
+fn describe(
+    path: &Path,
+    table: &Table,
+    overrides: Overrides,
+) -> Result<(Metadata, Vec<Warning>), StoreError> {
+    let mut warnings = Vec::new();
+    let Some(json) = &table.metadata else {
+        let (missing, flags) = match (&overrides.hand, &overrides.object) {
+            (Some(_), Some(_)) => return Ok((foreign(table, overrides), warnings)),
+            (None, Some(_)) => ("hand", "--hand"),
+            (Some(_), None) => ("object", "--object"),
+            (None, None) => ("hand and object", "--hand and --object"),
+        };
+        return Err(StoreError::NoMetadata {
+            path: path.to_path_buf(),
+            missing,
+            flags,
+        });
+    };
+    let mut metadata = Metadata::from_json(path, json)?;
+    if let Some(hand) = overrides.hand {
+        match metadata
+            .hands
+            .iter_mut()
+            .find(|known| known.name == hand.name)
+        {
+            Some(known) if known.joint_names != hand.joint_names => {
+                let [given, stored] =
+                    [&hand, &*known].map(|hand| list(hand.joint_names.iter().map(String::as_str)));
+                let reason = format!(
+                    "hand `{}` has joints {stored}, but the one given has {given}",
+                    hand.name
+                );
+                return Err(super::metadata::bad(path, reason));
+            }
+            Some(known) => {
+                if known.content_hash != hand.content_hash {
+                    warnings.push(Warning::OtherHand {
+                        hand: hand.name.clone(),
+                    });
+                }
+                *known = hand;
+            }
+            None => metadata.hands.push(hand),
+        }
+    }
+    if let Some(object) = overrides.object {
+        match metadata
+            .objects
+            .iter_mut()
+            .find(|known| known.name == object.name)
+        {
+            Some(known) => {
+                if known.content_hash != object.content_hash {
+                    warnings.push(Warning::OtherObject {
+                        object: object.name.clone(),
+                    });
+                }
+                *known = object;
+            }
+            None => metadata.objects.push(object),
+        }
+    }
+    metadata.check(path)?;
+    Ok((metadata, warnings))
+}
+
+/// Metadata of a file that has none: only hand, object and the names of the terms are known.
+fn foreign(table: &Table, overrides: Overrides) -> Metadata {
+    Metadata {
+        schema_version: SCHEMA_VERSION,
+        program_version: String::new(),
+        command: String::new(),
+        seed: 0,
+        hands: overrides.hand.into_iter().collect(),
+        objects: overrides.object.into_iter().collect(),
+        energy: serde_json::Value::Null,
+        settings: serde_json::Value::Null,
+        terms: table
+            .names()
+            .filter_map(|name| name.strip_prefix(TERM))
+            .map(str::to_owned)
+            .collect(),
+    }
+}
+
+fn rows(table: &Table, metadata: &Metadata) -> Result<Vec<Grasp>, StoreError> {
+    let mut id = table
+        .defaulted("id", &WHOLE, |row| Some(row as u64))?
+        .into_iter();
+    let only_object = only(metadata.objects.iter().map(|object| &object.name));
+    let mut object = table
+        .defaulted("object", &TEXT, |_| only_object.clone())?
+        .into_iter();
+    let mut scale = table.defaulted("scale", &FLOAT, |_| Some(1.0))?.into_iter();
+    let only_hand = only(metadata.hands.iter().map(|hand| &hand.name));
+    let mut hand = table
+        .defaulted("hand", &TEXT, |_| only_hand.clone())?
+        .into_iter();
+    let mut translation_m = table.arrays::<3>("translation_m")?.into_iter();
+    let mut rotation_wxyz = table.arrays::<4>("rotation_wxyz")?.into_iter();
+    let jointless = metadata
+        .hands
+        .iter()
+        .all(|hand| hand.joint_names.is_empty());
+    let mut joints_rad = table
+        .defaulted("joints_rad", &VECTOR, |_| jointless.then(Vec::new))?
+        .into_iter();
+    let mut contacts = table.required("contacts", &INDICES)?.into_iter();
+    let mut energy = table.required("energy", &FLOAT)?.into_iter();
+    let terms = metadata
+        .terms
+        .iter()
+        .map(|name| table.required(&term_column(name), &FLOAT));
+    let terms = terms.collect::<Result<Vec<_>, _>>()?;
+    let mut net_wrench = table.required("net_wrench", &FLOAT)?.into_iter();
+    let mut distance_squared = table.required("distance_squared", &FLOAT)?.into_iter();
+    let mut penetration = table.required("penetration", &FLOAT)?.into_iter();
+    let mut friction = table.optional("friction", &FLOAT)?.into_iter();
+    let mut epsilon = table.optional("epsilon", &FLOAT)?.into_iter();
+    let mut stable = table.optional("stable", &FLAG)?.into_iter();
+    let mut label = table.optional("label", &TEXT)?.into_iter();
+    let mut label_auto = table.optional("label_auto", &TEXT)?.into_iter();
+    let mut label_score = table.optional("label_score", &FLOAT)?.into_iter();
+    let mut source = table
+        .defaulted("source", &TEXT, |_| Some(String::new()))?
+        .into_iter();
+    let mut chain_seed = table
+        .defaulted("chain_seed", &WHOLE, |_| Some(0))?
+        .into_iter();
+    let mut chain_step = table
+        .defaulted("chain_step", &WHOLE, |_| Some(0))?
+        .into_iter();
+    let grasp = |row: usize| {
+        Some(Grasp {
+            id: id.next()?,
+            object: object.next()?,
+            scale: scale.next()?,
+            hand: hand.next()?,
+            translation_m: translation_m.next()?,
+            rotation_wxyz: rotation_wxyz.next()?,
+            joints_rad: joints_rad.next()?,
+            contacts: contacts.next()?,
+            energy: energy.next()?,
+            terms: terms.iter().map(|term| term[row]).collect(),
+            net_wrench: net_wrench.next()?,
+            distance_squared: distance_squared.next()?,
+            penetration: penetration.next()?,
+            friction: friction.next()?,
+            epsilon: epsilon.next()?,
+            stable: stable.next()?,
+            label: label.next()?,
+            label_auto: label_auto.next()?,
+            label_score: label_score.next()?,
+            source: source.next()?,
+            chain_seed: chain_seed.next()?,
+            chain_step: chain_step.next()?,
+        })
+    };
+    Ok((0..table.rows).map_while(grasp).collect())
+}
+
+impl Table {
+    /// A column that, where absent, holds `default(row)`; `None` there makes the column required.
+    fn defaulted<T>(
+        &self,
+        name: &str,
+        kind: &Kind<T>,
+        default: impl Fn(usize) -> Option<T>,
+    ) -> Result<Vec<T>, StoreError> {
+        if !self.has(name)
+            && let Some(values) = (0..self.rows).map(default).collect()
+        {
+            return Ok(values);
+        }
+        self.required(name, kind)
+    }
+
+    /// A required column of lists of `N` numbers.
+    fn arrays<const N: usize>(&self, name: &str) -> Result<Vec<[f64; N]>, StoreError> {
+        let array = |(row, values): (usize, Vec<f64>)| {
+            let found = values.len();
+            let fault = Fault::Length {
+                column: name.to_owned(),
+                found,
+                expected: N,
+            };
+            values
+                .try_into()
+                .map_err(|_: Vec<f64>| self.fault(row, fault))
+        };
+        self.required(name, &VECTOR)?
+            .into_iter()
+            .enumerate()
+            .map(array)
+            .collect()
+    }
+}
+
+/// The one name there is, if there is one.
+fn only<'a>(names: impl Iterator<Item = &'a String>) -> Option<String> {
+    let names: BTreeSet<&String> = names.collect();
+    if names.len() == 1 {
+        names.first().map(|name| (*name).clone())
+    } else {
+        None
+    }
+}

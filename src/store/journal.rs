@@ -1,0 +1,307 @@
+//! Finished tasks of a long run, on disk.
+//!
+//! ```text
+//! head:    "landscape journal 1\n"  length u32  crc32 u32  fingerprint
+//! record:  key length u32  payload length u32  crc32 u32  key  payload      (little-endian; the sum covers all else)
+//! ```
+//!
+//! Records are only ever appended, so a run that is killed leaves at most one torn record at the end; it is dropped when
+//! the journal is opened again, and its task is simply done once more. Records may stand in any order: what a run
+//! computes depends on the set of finished tasks only.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard};
+use std::time::{Duration, Instant};
+
+use super::error::StoreError;
+
+const MAGIC: &[u8] = b"landscape journal 1\n";
+const RECORD_HEAD: usize = 12;
+/// What a power cut may cost: so many bytes or so long a time. (A killed process loses nothing that was put.)
+const SYNC_BYTES: u64 = 1 << 20;
+const SYNC_TIME: Duration = Duration::from_secs(5);
+
+/// An append-only file of (key, payload) records for one input with one set of settings. Shared between threads.
+pub struct Journal {
+    path: PathBuf,
+    dropped_bytes: u64,
+    inner: Mutex<Inner>,
+}
+
+struct Inner {
+    file: File,
+    records: BTreeMap<String, Vec<u8>>,
+    /// Length of the file up to the end of the last whole record.
+    length: u64,
+    synced_length: u64,
+    synced_at: Instant,
+    /// A failed write may have left bytes beyond `length`.
+    torn: bool,
+}
+
+impl Journal {
+    /// Opens the journal at `path`, or creates it. `fingerprint` stands for everything the payloads depend on (a
+    /// [`content_hash`](super::content_hash) of input and settings); with `fresh`, whatever is there is discarded.
+    ///
+    /// # Errors
+    /// If the journal was made with another fingerprint, is not a journal, is in use, or cannot be written.
+    pub fn open(path: &Path, fingerprint: &str, fresh: bool) -> Result<Self, StoreError> {
+        let mut file = OpenOptions::new()
+            .read(true)
+            .write(true)
+            .create(true)
+            .truncate(false)
+            .open(path)
+            .map_err(StoreError::io("open", path))?;
+        file.try_lock().map_err(|error| match error {
+            TryLockError::WouldBlock => StoreError::InUse {
+                path: path.to_path_buf(),
+            },
+            TryLockError::Error(source) => StoreError::Io {
+                action: "lock",
+                path: path.to_path_buf(),
+                source,
+            },
+        })?;
+        let mut bytes = Vec::new();
+        if !fresh {
+            file.read_to_end(&mut bytes)
+                .map_err(StoreError::io("read", path))?;
+        }
+        let (records, length) = match split_head(&bytes) {
+            Head::Whole {
+                fingerprint: found, ..
+            } if found != fingerprint.as_bytes() => {
+                return Err(StoreError::OtherRun {
+                    path: path.to_path_buf(),
+                });
+            }
+            Head::Whole { length, .. } => scan(&bytes, length),
+            Head::Torn => (BTreeMap::new(), 0),
+            Head::Foreign => {
+                return Err(StoreError::NotAJournal {
+                    path: path.to_path_buf(),
+                });
+            }
+        };
+        let mut inner = Inner {
+            file,
+            records,
+            length: length as u64,
+            synced_length: 0,
+            synced_at: Instant::now(),
+            torn: true,
+        };
+        let head = if length == 0 {
+            head(fingerprint)
+        } else {
+            Vec::new()
+        };
+        inner
+            .append(&head)
+            .and_then(|()| inner.sync())
+            .map_err(StoreError::io("write", path))?;
+        let dropped_bytes = (bytes.len() - length) as u64;
+        Ok(Self {
+            path: path.to_path_buf(),
+            dropped_bytes,
+            inner: Mutex::new(inner),
+        })
+    }
+
+    /// Payload of a finished task.
+    pub fn get(&self, key: &str) -> Option<Vec<u8>> {
+        self.lock().records.get(key).cloned()
+    }
+
+    /// Records a finished task. A payload put twice under one key replaces the first.
+    ///
+    /// # Errors
+    /// If the disk is full or gone; what was recorded before stays good.
+    ///
+    /// # Panics
+    /// If key or payload reach 4 GiB.
+    pub fn put(&self, key: &str, payload: &[u8]) -> Result<(), StoreError> {
+        let record = record(key, payload);
+        let mut inner = self.lock();
+        inner
+            .append(&record)
+            .map_err(StoreError::io("write", &self.path))?;
+        inner.records.insert(key.to_owned(), payload.to_vec());
+        if inner.length - inner.synced_length >= SYNC_BYTES
+            || inner.synced_at.elapsed() >= SYNC_TIME
+        {
+            inner.sync().map_err(StoreError::io("write", &self.path))?;
+        }
+        Ok(())
+    }
+
+    /// Number of tasks recorded.
+    pub fn len(&self) -> usize {
+        self.lock().records.len()
+    }
+
+    /// Whether nothing is recorded.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// How many bytes of a torn record were dropped when the journal was opened.
+    pub fn dropped_bytes(&self) -> u64 {
+        self.dropped_bytes
+    }
+
+    /// Flushes everything to disk.
+    ///
+    /// # Errors
+    /// If the disk refuses.
+    pub fn sync(&self) -> Result<(), StoreError> {
+        self.lock()
+            .sync()
+            .map_err(StoreError::io("write", &self.path))
+    }
+
+    /// Removes the journal from disk: its run is complete and written elsewhere.
+    ///
+    /// # Errors
+    /// If the file cannot be removed.
+    pub fn remove(self) -> Result<(), StoreError> {
+        std::fs::remove_file(&self.path).map_err(StoreError::io("remove", &self.path))
+    }
+
+    /// A thread that panicked while it held the lock left `torn` set or everything whole.
+    fn lock(&self) -> MutexGuard<'_, Inner> {
+        self.inner
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner)
+    }
+}
+
+impl fmt::Debug for Journal {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter
+            .debug_struct("Journal")
+            .field("path", &self.path)
+            .field("records", &self.len())
+            .finish_non_exhaustive()
+    }
+}
+
+impl Inner {
+    /// Appends whole or not at all.
+    fn append(&mut self, bytes: &[u8]) -> std::io::Result<()> {
+        self.cut_tail()?;
+        self.torn = true;
+        self.file.write_all(bytes)?;
+        self.torn = false;
+        self.length += bytes.len() as u64;
+        Ok(())
+    }
+
+    /// Cuts off what a failed or killed write left behind the last whole record.
+    fn cut_tail(&mut self) -> std::io::Result<()> {
+        if self.torn {
+            self.file.set_len(self.length)?;
+            self.file.seek(SeekFrom::Start(self.length))?;
+            self.torn = false;
+        }
+        Ok(())
+    }
+
+    fn sync(&mut self) -> std::io::Result<()> {
+        self.file.sync_data()?;
+        self.synced_length = self.length;
+        self.synced_at = Instant::now();
+        Ok(())
+    }
+}
+
+enum Head<'a> {
+    Whole {
+        fingerprint: &'a [u8],
+        length: usize,
+    },
+    /// Empty, or cut off while it was written: no record can follow.
+    Torn,
+    Foreign,
+}
+
+fn head(fingerprint: &str) -> Vec<u8> {
+    let mut bytes = MAGIC.to_vec();
+    bytes.extend(length_bytes(fingerprint.len()));
+    bytes.extend(checksum(&[fingerprint.as_bytes()]).to_le_bytes());
+    bytes.extend(fingerprint.as_bytes());
+    bytes
+}
+
+fn split_head(bytes: &[u8]) -> Head<'_> {
+    let shown = bytes.len().min(MAGIC.len());
+    if bytes[..shown] != MAGIC[..shown] {
+        return Head::Foreign;
+    }
+    let Some(rest) = bytes.get(MAGIC.len() + 8..) else {
+        return Head::Torn;
+    };
+    let Some(fingerprint) = rest.get(..number(&bytes[MAGIC.len()..]) as usize) else {
+        return Head::Torn;
+    };
+    if checksum(&[fingerprint]) != number(&bytes[MAGIC.len() + 4..]) {
+        return Head::Foreign;
+    }
+    Head::Whole {
+        fingerprint,
+        length: MAGIC.len() + 8 + fingerprint.len(),
+    }
+}
+
+fn record(key: &str, payload: &[u8]) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(RECORD_HEAD + key.len() + payload.len());
+    bytes.extend(length_bytes(key.len()));
+    bytes.extend(length_bytes(payload.len()));
+    bytes.extend(checksum(&[&bytes, key.as_bytes(), payload]).to_le_bytes());
+    bytes.extend(key.as_bytes());
+    bytes.extend(payload);
+    bytes
+}
+
+/// All whole records from `start` on, and where the last of them ends.
+fn scan(bytes: &[u8], start: usize) -> (BTreeMap<String, Vec<u8>>, usize) {
+    let mut records = BTreeMap::new();
+    let mut end = start;
+    while let Some((key, payload)) = first_record(&bytes[end..]) {
+        end += RECORD_HEAD + key.len() + payload.len();
+        records.insert(key.to_owned(), payload.to_vec());
+    }
+    (records, end)
+}
+
+fn first_record(bytes: &[u8]) -> Option<(&str, &[u8])> {
+    let body = bytes.get(RECORD_HEAD..)?;
+    let (key, rest) = body.split_at_checked(number(bytes) as usize)?;
+    let payload = rest.get(..number(&bytes[4..]) as usize)?;
+    (checksum(&[&bytes[..8], key, payload]) == number(&bytes[8..])).then_some(())?;
+    Some((std::str::from_utf8(key).ok()?, payload))
+}
+
+fn length_bytes(length: usize) -> [u8; 4] {
+    u32::try_from(length)
+        .expect("a record is shorter than 4 GiB")
+        .to_le_bytes()
+}
+
+/// The first four bytes as a number.
+fn number(bytes: &[u8]) -> u32 {
+    u32::from_le_bytes(bytes[..4].try_into().expect("four bytes make a number"))
+}
+
+fn checksum(parts: &[&[u8]]) -> u32 {
+    let mut crc = flate2::Crc::new();
+    for part in parts {
+        crc.update(part);
+    }
+    crc.sum()
+}

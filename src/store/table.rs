@@ -1,0 +1,410 @@
+//! Parquet columns to plain Rust values. Nothing here knows what a grasp is.
+//!
+//! Accepts whatever pandas, polars or `DuckDB` may have made of a column: 32-bit floats, other integer widths, large or
+//! dictionary-encoded strings, lists of fixed or variable length. Numbers are finite or it is an error.
+
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use arrow_array::cast::AsArray;
+use arrow_array::types::{
+    ArrowPrimitiveType, Float32Type, Float64Type, Int8Type, Int16Type, Int32Type, Int64Type,
+    UInt8Type, UInt16Type, UInt32Type, UInt64Type,
+};
+use arrow_array::{Array, ArrayRef, OffsetSizeTrait, RecordBatch};
+use arrow_schema::{DataType, Schema};
+use bytes::Bytes;
+use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+
+use super::columns::KEY;
+use super::error::{Fault, StoreError};
+
+/// A table that was read.
+pub(super) struct Table {
+    path: PathBuf,
+    schema: Arc<Schema>,
+    batches: Vec<RecordBatch>,
+    /// What is stored under [`KEY`].
+    pub(super) metadata: Option<String>,
+    pub(super) rows: usize,
+}
+
+impl Table {
+    pub(super) fn read(path: &Path) -> Result<Self, StoreError> {
+        let bytes = std::fs::read(path).map_err(StoreError::io("read", path))?;
+        Self::decode(path, bytes.into()).map_err(|reason| StoreError::NotParquet {
+            path: path.to_path_buf(),
+            reason,
+        })
+    }
+
+    fn decode(path: &Path, bytes: Bytes) -> Result<Self, String> {
+        let builder =
+            ParquetRecordBatchReaderBuilder::try_new(bytes).map_err(|error| error.to_string())?;
+        let pairs = builder.metadata().file_metadata().key_value_metadata();
+        let metadata = pairs
+            .into_iter()
+            .flatten()
+            .find(|pair| pair.key == KEY)
+            .and_then(|pair| pair.value.clone());
+        let schema = Arc::clone(builder.schema());
+        let reader = builder
+            .with_batch_size(1 << 16)
+            .build()
+            .map_err(|error| error.to_string())?;
+        let batches: Vec<RecordBatch> = reader
+            .collect::<Result<_, _>>()
+            .map_err(|error| error.to_string())?;
+        let rows = batches.iter().map(RecordBatch::num_rows).sum();
+        Ok(Self {
+            path: path.to_path_buf(),
+            schema,
+            batches,
+            metadata,
+            rows,
+        })
+    }
+
+    pub(super) fn has(&self, name: &str) -> bool {
+        self.schema.column_with_name(name).is_some()
+    }
+
+    /// Names of all columns, in file order.
+    pub(super) fn names(&self) -> impl Iterator<Item = &str> {
+        self.schema
+            .fields()
+            .iter()
+            .map(|field| field.name().as_str())
+    }
+
+    /// A column that must be there, without nulls.
+    pub(super) fn required<T>(&self, name: &str, kind: &Kind<T>) -> Result<Vec<T>, StoreError> {
+        if !self.has(name) {
+            let (path, column) = (self.path.clone(), name.to_owned());
+            return Err(StoreError::MissingColumn {
+                path,
+                column,
+                expected: kind.expected,
+            });
+        }
+        let missing = |row| {
+            self.fault(
+                row,
+                Fault::Missing {
+                    column: name.to_owned(),
+                },
+            )
+        };
+        let values = self.optional(name, kind)?.into_iter().enumerate();
+        values
+            .map(|(row, value)| value.ok_or_else(|| missing(row)))
+            .collect()
+    }
+
+    /// A column that may be absent or hold nulls.
+    pub(super) fn optional<T>(
+        &self,
+        name: &str,
+        kind: &Kind<T>,
+    ) -> Result<Vec<Option<T>>, StoreError> {
+        let mut values = Vec::with_capacity(self.rows);
+        for batch in &self.batches {
+            let Some(array) = batch.column_by_name(name) else {
+                values.extend((0..batch.num_rows()).map(|_| None));
+                continue;
+            };
+            let before = values.len();
+            values.extend((kind.convert)(array).map_err(|misfit| match misfit {
+                Misfit::Type => StoreError::ColumnType {
+                    path: self.path.clone(),
+                    column: name.to_owned(),
+                    expected: kind.expected,
+                    found: array.data_type().to_string(),
+                },
+                Misfit::Empty { row } => self.fault(
+                    before + row,
+                    Fault::Missing {
+                        column: name.to_owned(),
+                    },
+                ),
+                Misfit::NotFinite { row, value } => self.fault(
+                    before + row,
+                    Fault::NotFinite {
+                        column: name.to_owned(),
+                        value,
+                    },
+                ),
+                Misfit::NotWhole {
+                    row,
+                    value,
+                    largest,
+                } => self.fault(
+                    before + row,
+                    Fault::NotWhole {
+                        column: name.to_owned(),
+                        value,
+                        largest,
+                    },
+                ),
+            })?);
+        }
+        Ok(values)
+    }
+
+    pub(super) fn fault(&self, row: usize, fault: Fault) -> StoreError {
+        StoreError::Row {
+            path: self.path.clone(),
+            row,
+            fault,
+        }
+    }
+}
+
+/// A kind of column: what it is called in errors and how it is read.
+pub(super) struct Kind<T> {
+    expected: &'static str,
+    convert: fn(&ArrayRef) -> Result<Vec<Option<T>>, Misfit>,
+}
+
+pub(super) const FLOAT: Kind<f64> = Kind {
+    expected: "numbers",
+    convert: floats,
+};
+pub(super) const WHOLE: Kind<u64> = Kind {
+    expected: "whole numbers",
+    convert: |array| wholes(array, u64::MAX),
+};
+pub(super) const TEXT: Kind<String> = Kind {
+    expected: "text",
+    convert: texts,
+};
+pub(super) const FLAG: Kind<bool> = Kind {
+    expected: "true or false",
+    convert: flags,
+};
+pub(super) const VECTOR: Kind<Vec<f64>> = Kind {
+    expected: "lists of numbers",
+    convert: |array| lists(array, &floats),
+};
+pub(super) const IDS: Kind<Vec<u64>> = Kind {
+    expected: "lists of whole numbers",
+    convert: |array| lists(array, &|values| wholes(values, u64::MAX)),
+};
+pub(super) const INDICES: Kind<Vec<u32>> = Kind {
+    expected: "lists of whole numbers",
+    convert: indices,
+};
+pub(super) const TEXTS: Kind<Vec<String>> = Kind {
+    expected: "lists of text",
+    convert: |array| lists(array, &texts),
+};
+
+/// Why a column does not convert.
+enum Misfit {
+    Type,
+    Empty {
+        row: usize,
+    },
+    NotFinite {
+        row: usize,
+        value: f64,
+    },
+    NotWhole {
+        row: usize,
+        value: i128,
+        largest: u64,
+    },
+}
+
+impl Misfit {
+    fn row(&mut self) -> Option<&mut usize> {
+        match self {
+            Self::Type => None,
+            Self::Empty { row } | Self::NotFinite { row, .. } | Self::NotWhole { row, .. } => {
+                Some(row)
+            }
+        }
+    }
+}
+
+type Converted<T> = Result<Vec<Option<T>>, Misfit>;
+
+fn primitives<T: ArrowPrimitiveType, U>(
+    array: &ArrayRef,
+    convert: impl Fn(T::Native) -> U,
+) -> Vec<Option<U>> {
+    array
+        .as_primitive::<T>()
+        .iter()
+        .map(|value| value.map(&convert))
+        .collect()
+}
+
+fn integers(array: &ArrayRef) -> Option<Vec<Option<i128>>> {
+    Some(match array.data_type() {
+        DataType::Int8 => primitives::<Int8Type, _>(array, i128::from),
+        DataType::Int16 => primitives::<Int16Type, _>(array, i128::from),
+        DataType::Int32 => primitives::<Int32Type, _>(array, i128::from),
+        DataType::Int64 => primitives::<Int64Type, _>(array, i128::from),
+        DataType::UInt8 => primitives::<UInt8Type, _>(array, i128::from),
+        DataType::UInt16 => primitives::<UInt16Type, _>(array, i128::from),
+        DataType::UInt32 => primitives::<UInt32Type, _>(array, i128::from),
+        DataType::UInt64 => primitives::<UInt64Type, _>(array, i128::from),
+        // A column of nulls only, as pandas writes it.
+        DataType::Null => vec![None; array.len()],
+        _ => return None,
+    })
+}
+
+fn wholes(array: &ArrayRef, largest: u64) -> Converted<u64> {
+    let values = integers(array).ok_or(Misfit::Type)?.into_iter().enumerate();
+    let whole = |row, value| {
+        u64::try_from(value)
+            .ok()
+            .filter(|value| *value <= largest)
+            .ok_or(Misfit::NotWhole {
+                row,
+                value,
+                largest,
+            })
+    };
+    values
+        .map(|(row, value)| value.map(|value| whole(row, value)).transpose())
+        .collect()
+}
+
+fn floats(array: &ArrayRef) -> Converted<f64> {
+    let values = match array.data_type() {
+        DataType::Float64 => primitives::<Float64Type, _>(array, |value| value),
+        DataType::Float32 => primitives::<Float32Type, _>(array, f64::from),
+        _ => integers(array)
+            .ok_or(Misfit::Type)?
+            .into_iter()
+            .map(|value| value.map(|value| value as f64))
+            .collect(),
+    };
+    match values
+        .iter()
+        .position(|value| value.is_some_and(|value| !value.is_finite()))
+    {
+        Some(row) => Err(Misfit::NotFinite {
+            row,
+            value: values[row].unwrap_or(f64::NAN),
+        }),
+        None => Ok(values),
+    }
+}
+
+fn texts(array: &ArrayRef) -> Converted<String> {
+    Ok(match array.data_type() {
+        DataType::Utf8 => array
+            .as_string::<i32>()
+            .iter()
+            .map(|text| text.map(str::to_owned))
+            .collect(),
+        DataType::LargeUtf8 => array
+            .as_string::<i64>()
+            .iter()
+            .map(|text| text.map(str::to_owned))
+            .collect(),
+        DataType::Utf8View => array
+            .as_string_view()
+            .iter()
+            .map(|text| text.map(str::to_owned))
+            .collect(),
+        DataType::Null => vec![None; array.len()],
+        DataType::Dictionary(..) => {
+            let dictionary = array.as_any_dictionary();
+            let words = texts(dictionary.values())?;
+            if words.is_empty() {
+                return Ok(vec![None; array.len()]);
+            }
+            let keys = dictionary.normalized_keys().into_iter().enumerate();
+            keys.map(|(row, key)| {
+                if array.is_null(row) {
+                    None
+                } else {
+                    words[key].clone()
+                }
+            })
+            .collect()
+        }
+        _ => return Err(Misfit::Type),
+    })
+}
+
+fn flags(array: &ArrayRef) -> Converted<bool> {
+    match array.data_type() {
+        DataType::Boolean => Ok(array.as_boolean().iter().collect()),
+        DataType::Null => Ok(vec![None; array.len()]),
+        _ => Err(Misfit::Type),
+    }
+}
+
+fn indices(array: &ArrayRef) -> Converted<Vec<u32>> {
+    let narrow = |value| u32::try_from(value).expect("wholes keeps to the largest value given");
+    let rows = lists(array, &|values| wholes(values, u64::from(u32::MAX)))?;
+    Ok(rows
+        .into_iter()
+        .map(|row| row.map(|row| row.into_iter().map(narrow).collect()))
+        .collect())
+}
+
+/// Converts all elements at once, then cuts them into rows.
+fn lists<T: Clone>(
+    array: &ArrayRef,
+    convert: &dyn Fn(&ArrayRef) -> Converted<T>,
+) -> Converted<Vec<T>> {
+    let (elements, rows): (ArrayRef, Vec<Range<usize>>) = match array.data_type() {
+        DataType::List(_) => {
+            let list = array.as_list::<i32>();
+            (Arc::clone(list.values()), ranges(list.value_offsets()))
+        }
+        DataType::LargeList(_) => {
+            let list = array.as_list::<i64>();
+            (Arc::clone(list.values()), ranges(list.value_offsets()))
+        }
+        DataType::FixedSizeList(..) => {
+            let list = array.as_fixed_size_list();
+            let start = |row| list.value_offset_at(row);
+            (
+                Arc::clone(list.values()),
+                (0..list.len())
+                    .map(|row| start(row)..start(row + 1))
+                    .collect(),
+            )
+        }
+        DataType::Null => return Ok(vec![None; array.len()]),
+        _ => return Err(Misfit::Type),
+    };
+    // A fault is found at an element; what the user knows is the row.
+    let row_of = |element: usize| {
+        rows.iter()
+            .enumerate()
+            .position(|(row, range)| range.contains(&element) && array.is_valid(row))
+    };
+    let elements = convert(&elements).map_err(|mut misfit| {
+        if let Some(row) = misfit.row() {
+            *row = row_of(*row).unwrap_or_default();
+        }
+        misfit
+    })?;
+    let mut converted = Vec::with_capacity(rows.len());
+    for (row, range) in rows.into_iter().enumerate() {
+        let whole: Option<Vec<T>> = elements[range].iter().cloned().collect();
+        converted.push(if array.is_valid(row) {
+            Some(whole.ok_or(Misfit::Empty { row })?)
+        } else {
+            None
+        });
+    }
+    Ok(converted)
+}
+
+fn ranges<O: OffsetSizeTrait>(offsets: &[O]) -> Vec<Range<usize>> {
+    offsets
+        .windows(2)
+        .map(|ends| ends[0].as_usize()..ends[1].as_usize())
+        .collect()
+}
