@@ -28,7 +28,7 @@ pub enum Unit {
 
 /// Which terms make the grasp energy, with weights and roundings. Read from a TOML file; see `data/experiments/`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub struct EnergySettings {
     /// Number of contacts n. Three equal unit forces balance only at 120°, so pinches need four.
     pub contacts: usize,
@@ -173,7 +173,6 @@ pub enum EnergySettingsError {
 #[derive(Debug, Default)]
 struct Scratch {
     posed: PosedHand,
-    axes: Vec<[Vector3<f64>; 2]>,
     /// Where each surface point's distance was last measured, and that distance.
     measured: Vec<(Vector3<f64>, f64)>,
     /// Points within `band_m` at the current pose: index and signed distance.
@@ -348,15 +347,6 @@ impl GraspEnergy {
     fn pose(&self, x: &[f64], scratch: &mut Scratch) {
         assert_eq!(x.len(), self.space.coordinates(), "a pose of another hand");
         self.hand.pose(x, &mut scratch.posed);
-        scratch.axes.clear();
-        scratch
-            .axes
-            .extend(self.hand.capsules.iter().map(|capsule| {
-                [
-                    scratch.posed.place(capsule.link, &capsule.a),
-                    scratch.posed.place(capsule.link, &capsule.b),
-                ]
-            }));
     }
 
     /// Fills `near` with every surface point whose signed distance is at most `band_m`. Points whose last measurement
@@ -402,7 +392,6 @@ impl GraspEnergy {
         Scene {
             hand: &self.hand,
             posed: &scratch.posed,
-            axes: &scratch.axes,
             joints_rad: &x[7..],
             object: &self.object,
             near: &scratch.near,
@@ -475,7 +464,6 @@ impl GraspEnergy {
         let energy = self.add_terms(self.contact_terms(), x, scratch);
         self.hand.pull_back(
             &scratch.posed,
-            x,
             &scratch.forces.wrenches,
             &scratch.forces.joints,
             &self.metric,

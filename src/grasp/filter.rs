@@ -1,6 +1,5 @@
 //! Is it a grasp? The published filter and a strict one, measured on the exact mesh.
 
-use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::closure::{PointContact, is_force_closure, least_friction, net_wrench};
@@ -83,15 +82,9 @@ pub fn judge(energy: &GraspEnergy, x: &[f64], contacts: &[u32]) -> Judgement {
     let (hand, object) = (energy.hand(), energy.object());
     let mut posed = PosedHand::default();
     hand.pose(x, &mut posed);
-    let axes: Vec<[Vector3<f64>; 2]> = hand
-        .capsules
-        .iter()
-        .map(|c| [posed.place(c.link, &c.a), posed.place(c.link, &c.b)])
-        .collect();
     let scene = Scene {
         hand,
         posed: &posed,
-        axes: &axes,
         joints_rad: &x[7..],
         object,
         near: &[],
@@ -105,13 +98,13 @@ pub fn judge(energy: &GraspEnergy, x: &[f64], contacts: &[u32]) -> Judgement {
     let mut digits = Vec::new();
     for &index in contacts {
         let point = posed.points[index as usize];
-        let (distance_m, normal) = object.exact.distance_and_normal(&point);
-        distance_squared += (distance_m / AUTHORS_UNIT_M).powi(2);
-        gap_m = gap_m.max(distance_m.abs());
+        let nearest = object.exact.nearest(&point);
+        distance_squared += (nearest.distance_m / AUTHORS_UNIT_M).powi(2);
+        gap_m = gap_m.max(nearest.distance_m.abs());
         digits.push(hand.links[hand.surface[index as usize].link.0].digit);
         point_contacts.push(PointContact {
             arm: (point - object.centroid) / energy.unit_m(),
-            inward_normal: -normal,
+            inward_normal: -nearest.normal,
         });
     }
     digits.sort_unstable();
@@ -124,7 +117,7 @@ pub fn judge(energy: &GraspEnergy, x: &[f64], contacts: &[u32]) -> Judgement {
         if object.shape.distance(point) > 0.003 * lipschitz {
             continue;
         }
-        let depth = -object.exact.distance_and_normal(point).0;
+        let depth = -object.exact.distance(point);
         if depth > 0.0 {
             penetration += depth / AUTHORS_UNIT_M;
             deepest_m = deepest_m.max(depth);

@@ -7,6 +7,7 @@ use rand_distr::{Distribution, StandardNormal};
 use super::hand::Hand;
 use super::object::Object;
 use crate::sample::Rng;
+use crate::space::pose_coordinates;
 
 /// Distance of the palm from the surface point it faces, metres.
 const GAP_M: std::ops::Range<f64> = 0.002..0.040;
@@ -34,9 +35,8 @@ pub fn start_pose(hand: &Hand, object: &Object, rng: &mut Rng) -> Vec<f64> {
             (rest + JOINT_SHARE * (upper - lower) * normal()).clamp(lower, upper)
         })
         .collect();
-    let faced = object.samples[rng.random_range(0..object.samples.len())];
-    let outward = object.shape.gradient(&faced).1;
-    let outward = Unit::try_new(outward, 1e-9).unwrap_or_else(Vector3::z_axis);
+    let faced = object.surface_samples[rng.random_range(0..object.surface_samples.len())];
+    let outward = Unit::new_normalize(faced.normal);
     let roll = rng.random_range(0.0..std::f64::consts::TAU);
     let gap_m = rng.random_range(GAP_M);
 
@@ -50,15 +50,8 @@ pub fn start_pose(hand: &Hand, object: &Object, rng: &mut Rng) -> Vec<f64> {
         &(object_from_surface * tilted * hand_from_palm.inverse()),
     );
     let facing = hand.palm.centre + hand.palm.distal * DISTAL_M;
-    let translation = faced + outward.into_inner() * gap_m - rotation * facing;
-    let pose = Isometry3::from_parts(translation.into(), rotation);
-    let mut x = Vec::with_capacity(7 + joints.len());
-    x.extend(pose.translation.vector.iter());
-    let q = pose.rotation.quaternion();
-    let sign = if q.w < 0.0 { -1.0 } else { 1.0 };
-    x.extend([q.w, q.i, q.j, q.k].map(|c| sign * c));
-    x.extend(joints);
-    x
+    let translation = faced.point + outward.into_inner() * gap_m - rotation * facing;
+    pose_coordinates(&Isometry3::from_parts(translation.into(), rotation), &joints)
 }
 
 /// Some rotation whose third column is `z`.

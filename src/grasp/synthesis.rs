@@ -10,7 +10,6 @@ use super::start::start_pose;
 use crate::energy::Energy;
 use crate::optimize::{self, QuenchSettings};
 use crate::sample::{Law, Rng, State, Task, stream};
-use crate::space::Space;
 
 /// How a chain moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -27,7 +26,7 @@ pub enum Sampler {
 
 /// Settings of a synthesis chain.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub struct SynthesisSettings {
     /// How a chain moves.
     pub sampler: Sampler,
@@ -133,6 +132,8 @@ pub struct Synthesized {
     pub contacts: Vec<u32>,
     /// E(H, O) of the refined pose.
     pub energy: f64,
+    /// Steps of the chain.
+    pub steps: u64,
     /// Energy evaluations spent, refinement included.
     pub evaluations: u64,
 }
@@ -167,6 +168,7 @@ pub fn synthesize(
         refined: quench.x,
         contacts,
         energy: quench.energy,
+        steps: u64::from(settings.steps),
         evaluations,
     }
 }

@@ -65,7 +65,7 @@ pub struct TextFile {
 pub struct ObjectMetadata {
     /// Name, for instance `bottle`; what the column `object` holds.
     pub name: String,
-    /// Its symmetry, as the object half writes it.
+    /// What a mesh does not tell (symmetry, mass, formula), as the object half writes it.
     pub symmetry: serde_json::Value,
     /// Mass, kilograms.
     pub mass_kg: f64,

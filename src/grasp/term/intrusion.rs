@@ -20,6 +20,9 @@ pub struct Intrusion {
     pub rounding_m: f64,
 }
 
+/// How many of the object's samples are looked at: on a bottle about one per square centimetre.
+const SAMPLES: usize = 384;
+
 /// Calls `visit` with every capsule that may touch the object and each object sample inside it: capsule, sample, the
 /// vector from the axis to the sample and the depth.
 pub(crate) fn for_each_intruder(
@@ -27,7 +30,9 @@ pub(crate) fn for_each_intruder(
     mut visit: impl FnMut(&Capsule, &Vector3<f64>, &Vector3<f64>, f64),
 ) {
     let lipschitz = scene.object.shape.lipschitz();
-    for (capsule, &[a, b]) in scene.hand.capsules.iter().zip(scene.axes) {
+    let samples = &scene.object.surface_samples;
+    let samples = &samples[..samples.len().min(SAMPLES)];
+    for (capsule, &[a, b]) in scene.hand.capsules.iter().zip(&scene.posed.capsules) {
         let axis = b - a;
         let middle = a + axis * 0.5;
         let reach = 0.5 * axis.norm() + capsule.radius_m;
@@ -37,7 +42,8 @@ pub(crate) fn for_each_intruder(
         let reach_squared = reach * reach;
         let radius_squared = capsule.radius_m * capsule.radius_m;
         let inverse = 1.0 / axis.norm_squared().max(f64::MIN_POSITIVE);
-        for sample in &scene.object.samples {
+        for sample in samples {
+            let sample = &sample.point;
             if (sample - middle).norm_squared() > reach_squared {
                 continue;
             }

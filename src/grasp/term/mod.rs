@@ -23,7 +23,7 @@ pub use intrusion::Intrusion;
 pub(crate) use intrusion::for_each_intruder;
 pub use joint_limits::JointLimits;
 pub use penetration::Penetration;
-pub use prior::Prior;
+pub use prior::{Prior, PriorForm};
 pub use self_penetration::SelfPenetration;
 pub(crate) use self_penetration::for_each_overlap;
 
@@ -51,8 +51,6 @@ pub struct Scene<'a> {
     pub hand: &'a Hand,
     /// The hand's links and surface points, object frame.
     pub posed: &'a PosedHand,
-    /// Ends of the axis of each of [`Hand::capsules`], object frame.
-    pub axes: &'a [[Vector3<f64>; 2]],
     /// Joint angles.
     pub joints_rad: &'a [f64],
     /// The object.
@@ -87,9 +85,7 @@ impl Forces {
 
     /// Adds ∂E/∂p = `force` at `point` of `link`.
     pub fn push(&mut self, link: LinkId, point: &Vector3<f64>, force: &Vector3<f64>) {
-        let wrench = &mut self.wrenches[link.0];
-        wrench.force += force;
-        wrench.moment += point.cross(force);
+        self.wrenches[link.0].add(point, force);
     }
 }
 

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::{Forces, Scene, Term, rounded_hinge};
-use crate::grasp::hand::Capsule;
+use crate::grasp::hand::{Capsule, closest_points};
 
 /// Overlap of the hand's capsules.
 ///
@@ -18,30 +18,6 @@ pub struct SelfPenetration {
     pub rounding_m: f64,
 }
 
-/// Nearest points of two segments.
-fn nearest(a: &[Vector3<f64>; 2], b: &[Vector3<f64>; 2]) -> (Vector3<f64>, Vector3<f64>) {
-    let (u, v, w) = (a[1] - a[0], b[1] - b[0], a[0] - b[0]);
-    let (uu, uv, vv) = (u.norm_squared(), u.dot(&v), v.norm_squared());
-    let (uw, vw) = (u.dot(&w), v.dot(&w));
-    let determinant = uu * vv - uv * uv;
-    // Parallel segments have a whole line of nearest pairs; the first end will do.
-    let mut s = if determinant > 1e-12 * uu * vv {
-        ((uv * vw - vv * uw) / determinant).clamp(0.0, 1.0)
-    } else {
-        0.0
-    };
-    let mut t = if vv > 0.0 { (uv * s + vw) / vv } else { 0.0 };
-    if !(0.0..=1.0).contains(&t) {
-        t = t.clamp(0.0, 1.0);
-        s = if uu > 0.0 {
-            ((uv * t - uw) / uu).clamp(0.0, 1.0)
-        } else {
-            0.0
-        };
-    }
-    (a[0] + u * s, b[0] + v * t)
-}
-
 /// Calls `visit` with each overlapping pair: the capsules, the nearest points of their axes, and the depth.
 pub(crate) fn for_each_overlap(
     scene: &Scene<'_>,
@@ -49,11 +25,13 @@ pub(crate) fn for_each_overlap(
 ) {
     for &[first, second] in &scene.hand.self_pairs {
         let (one, two) = (&scene.hand.capsules[first], &scene.hand.capsules[second]);
-        let (a, b) = nearest(&scene.axes[first], &scene.axes[second]);
+        let (axis_one, axis_two) = (&scene.posed.capsules[first], &scene.posed.capsules[second]);
+        let nearest = closest_points(axis_one, axis_two);
         let reach = one.radius_m + two.radius_m;
-        let squared = (a - b).norm_squared();
+        let squared = nearest.offset.norm_squared();
         if squared < reach * reach {
-            visit(one, two, &a, &b, reach - squared.sqrt());
+            let a = axis_one[0] + (axis_one[1] - axis_one[0]) * nearest.s;
+            visit(one, two, &a, &(a + nearest.offset), reach - squared.sqrt());
         }
     }
 }

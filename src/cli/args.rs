@@ -1,0 +1,156 @@
+//! The arguments.
+
+use std::path::PathBuf;
+
+use anyhow::Context;
+use clap::{Args, Parser, Subcommand};
+
+/// Shows how diverse a population of grasps really is: synthesizes grasps by differentiable force closure and maps the
+/// energy landscape between them.
+#[derive(Debug, Parser)]
+#[command(version, propagate_version = true, arg_required_else_help = true)]
+pub(super) struct Arguments {
+    #[command(subcommand)]
+    pub(super) command: Command,
+    #[command(flatten)]
+    pub(super) common: Common,
+}
+
+/// Flags of every subcommand.
+#[derive(Debug, Args)]
+pub(super) struct Common {
+    /// Number of threads; all cores by default. The result does not depend on it.
+    #[arg(long, global = true, value_name = "N")]
+    threads: Option<usize>,
+    /// No progress bars and no summary.
+    #[arg(long, short, global = true)]
+    pub(super) quiet: bool,
+}
+
+impl Common {
+    /// Sets up the thread pool.
+    pub(super) fn threads(&self) -> anyhow::Result<()> {
+        let Some(threads) = self.threads else {
+            return Ok(());
+        };
+        anyhow::ensure!(threads > 0, "--threads 0: at least one thread is needed");
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build_global()
+            .context("cannot start the threads")
+    }
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum Command {
+    /// Synthesize grasps of a hand on an object
+    #[command(after_help = SYNTH_EXAMPLES)]
+    Synth(Synth),
+    /// Map the energy landscape between the grasps of a file
+    #[command(after_help = BUILD_EXAMPLES)]
+    Build(Build),
+}
+
+const SYNTH_EXAMPLES: &str = "\
+Examples:
+  landscape synth --object bottle_round -n 64              64 chains on a bottle that comes with the program
+  landscape synth --object mug.obj -n 256 -o mug.parquet   your own mesh (metres, closed)
+  landscape synth --object ball --preset paper --keep all  the published energy and sampler
+
+An interrupted run continues where it stopped when the same command is given again.";
+
+const BUILD_EXAMPLES: &str = "\
+Examples:
+  landscape build data/grasps.parquet                      writes data/grasps.landscape/
+  landscape build mug.parquet --neighbours 12 -o mug.landscape
+
+Writes minima.parquet, edges.parquet, paths.parquet, landscape.json, tree.nwk, barriers.graphml, the disconnectivity
+graph and the barrier graph (SVG and PNG), and summary.md. An interrupted run continues where it stopped when the same
+command is given again.";
+
+/// Synthesize grasps.
+#[derive(Debug, Args)]
+pub(super) struct Synth {
+    /// The hand: `human`, or a URDF file.
+    #[arg(long, default_value = "human", value_name = "NAME|FILE")]
+    pub(super) hand: String,
+    /// The object: a name of one that comes with the program, or an OBJ or STL file in metres.
+    #[arg(long, value_name = "NAME|FILE")]
+    pub(super) object: String,
+    /// Number of chains; each gives one grasp, if its end passes the filter.
+    #[arg(short = 'n', long, default_value_t = 64, value_name = "N")]
+    pub(super) chains: u64,
+    /// Steps of each chain.
+    #[arg(long, value_name = "N")]
+    pub(super) steps: Option<u32>,
+    /// Number of contacts of a grasp.
+    #[arg(long, value_name = "N")]
+    pub(super) contacts: Option<usize>,
+    /// Seed of every random draw.
+    #[arg(long, default_value_t = 0)]
+    pub(super) seed: u64,
+    /// Energy and sampler: `default` (smooth, physical) or `paper` (as published).
+    #[arg(long, default_value = "default", value_name = "NAME", conflicts_with = "config")]
+    pub(super) preset: String,
+    /// Experiment file (TOML) with the sections [energy] and [synthesis]; see data/experiments.
+    #[arg(long, value_name = "FILE")]
+    pub(super) config: Option<PathBuf>,
+    /// Which grasps to keep: those that pass the strict filter, the published filter (Eq. 11), or all.
+    #[arg(long, value_enum, default_value_t = Keep::Strict)]
+    pub(super) keep: Keep,
+    /// The file to write.
+    #[arg(long, short, default_value = "grasps.parquet", value_name = "FILE")]
+    pub(super) output: PathBuf,
+    /// Begin again instead of continuing an interrupted run.
+    #[arg(long)]
+    pub(super) fresh: bool,
+}
+
+/// Which grasps to keep.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub(super) enum Keep {
+    /// Those a person could hold: contacts within 2 mm, nothing deeper than 2 mm, exact force closure, …
+    Strict,
+    /// Those that pass Eq. 11 of the paper.
+    Published,
+    /// Every chain's end.
+    All,
+}
+
+/// Map a landscape.
+#[derive(Debug, Args)]
+pub(super) struct Build {
+    /// The grasps: a file of `landscape synth`, or of your own with the same columns.
+    #[arg(value_name = "FILE")]
+    pub(super) grasps: PathBuf,
+    /// The folder to write; by default the name of the file with the ending `.landscape`.
+    #[arg(long, short, value_name = "FOLDER")]
+    pub(super) output: Option<PathBuf>,
+    /// Each minimum is connected to this many nearest ones, and along a minimum spanning tree of distances.
+    #[arg(long, value_name = "K")]
+    pub(super) neighbours: Option<usize>,
+    /// Temperature T of attraction–diffusion.
+    #[arg(long, value_name = "T")]
+    pub(super) temperature: Option<f64>,
+    /// Pull F = αT of attraction–diffusion, energy per metre.
+    #[arg(long, value_name = "F")]
+    pub(super) force: Option<f64>,
+    /// Map only the first N grasps: a quick look.
+    #[arg(long, value_name = "N")]
+    pub(super) first: Option<usize>,
+    /// Seed of every random draw.
+    #[arg(long, default_value_t = 0)]
+    pub(super) seed: u64,
+    /// Experiment file (TOML) with the section [map]; see data/experiments.
+    #[arg(long, value_name = "FILE")]
+    pub(super) config: Option<PathBuf>,
+    /// The hand, for a file that does not describe it.
+    #[arg(long, value_name = "NAME|FILE")]
+    pub(super) hand: Option<String>,
+    /// The object, for a file that does not describe it.
+    #[arg(long, value_name = "NAME|FILE")]
+    pub(super) object: Option<String>,
+    /// Begin again instead of continuing an interrupted run.
+    #[arg(long)]
+    pub(super) fresh: bool,
+}

@@ -1,0 +1,113 @@
+//! Hands and objects: from flags, from the metadata of a file, and back into metadata.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use anyhow::Context;
+
+use crate::grasp::hand::Hand;
+use crate::grasp::object::{Description, Mesh, OBJECT_NAMES, Object};
+use crate::store::{HandMetadata, ObjectMetadata, TextFile, content_hash};
+
+/// The hand that a flag names: one that comes with the program, or a URDF file (with a JSON side file of the same stem,
+/// if there is one).
+pub(super) fn hand_metadata(flag: &str) -> anyhow::Result<HandMetadata> {
+    let mut files = Vec::new();
+    let name;
+    if flag == "human" {
+        name = flag.to_owned();
+        let [urdf, side] = Hand::human_description();
+        files.push(text_file("human.urdf", urdf));
+        files.push(text_file("human.json", side));
+    } else {
+        let path = Path::new(flag);
+        let read = |path: &Path| {
+            std::fs::read_to_string(path)
+                .with_context(|| format!("--hand {flag}: cannot read {}", path.display()))
+        };
+        anyhow::ensure!(
+            path.exists(),
+            "--hand {flag}: neither a file nor a hand that comes with the program (human)"
+        );
+        let file_name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        files.push(text_file(&file_name(path), &read(path)?));
+        let side = path.with_extension("json");
+        if side.exists() {
+            files.push(text_file(&file_name(&side), &read(&side)?));
+        }
+    }
+    let mut metadata = HandMetadata {
+        name,
+        content_hash: content_hash(files.iter().map(|file| file.text.as_bytes())),
+        description: files,
+        ..HandMetadata::default()
+    };
+    let hand = hand(&metadata)?;
+    metadata.joint_names = hand.joints.iter().map(|joint| joint.name.clone()).collect();
+    metadata.limits_rad = hand.joints.iter().map(|joint| joint.limits_rad).collect();
+    metadata.surface_points = hand.surface.len();
+    Ok(metadata)
+}
+
+fn text_file(name: &str, text: &str) -> TextFile {
+    TextFile {
+        name: name.to_owned(),
+        text: text.to_owned(),
+    }
+}
+
+/// Builds the hand that metadata describe.
+pub(super) fn hand(metadata: &HandMetadata) -> anyhow::Result<Arc<Hand>> {
+    let [urdf, rest @ ..] = metadata.description.as_slice() else {
+        anyhow::bail!(
+            "the file does not describe hand `{}`: name it with --hand",
+            metadata.name
+        );
+    };
+    let side = rest.first().map(|file| file.text.as_str());
+    let hand = Hand::from_urdf(&urdf.text, side).with_context(|| format!("hand {}", urdf.name))?;
+    Ok(Arc::new(hand))
+}
+
+/// The object that a flag names, with what a file must say about it.
+pub(super) fn object_metadata(flag: &str) -> anyhow::Result<(Arc<Object>, ObjectMetadata)> {
+    let object = if OBJECT_NAMES.contains(&flag) {
+        Object::named(flag)?
+    } else {
+        anyhow::ensure!(
+            Path::new(flag).exists(),
+            "--object {flag}: neither a file nor an object that comes with the program ({})",
+            OBJECT_NAMES.join(", ")
+        );
+        Object::load(flag)?
+    };
+    let obj = object.mesh.to_obj();
+    let description = serde_json::to_value(&object.description)?;
+    let metadata = ObjectMetadata {
+        name: object.name.clone(),
+        mass_kg: object.mass_kg,
+        content_hash: content_hash([obj.as_bytes(), description.to_string().as_bytes()]),
+        description,
+        mesh_obj: Some(obj),
+    };
+    // The mesh as it is stored, so that a run from a flag and one from a file agree to the last bit.
+    Ok((self::object(&metadata, 1.0)?, metadata))
+}
+
+/// Builds the object that metadata describe, `scale` times as large.
+pub(super) fn object(metadata: &ObjectMetadata, scale: f64) -> anyhow::Result<Arc<Object>> {
+    let name = &metadata.name;
+    let Some(obj) = &metadata.mesh_obj else {
+        anyhow::bail!("the file does not hold the mesh of object `{name}`: name it with --object");
+    };
+    let description: Description = serde_json::from_value(metadata.description.clone())
+        .with_context(|| format!("the description of object `{name}` in the file"))?;
+    let mesh = Mesh::from_obj(name, &mut obj.as_bytes())?;
+    let object = if (scale - 1.0).abs() < f64::EPSILON {
+        Object::from_mesh(name, mesh, &description)?
+    } else {
+        Object::from_mesh(name, mesh.scaled(name, scale)?, &description.scaled(scale))?
+    };
+    Ok(Arc::new(object))
+}

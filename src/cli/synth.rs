@@ -1,0 +1,191 @@
+//! `landscape synth`: grasps of a hand on an object.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use rayon::prelude::*;
+
+use super::args::{Common, Keep, Synth};
+use super::experiment::Experiment;
+use super::{complain, models, print, progress};
+use crate::grasp::synthesis::{Synthesized, synthesize};
+use crate::grasp::{GraspEnergy, Judgement, judge};
+use crate::optimize::QuenchSettings;
+use crate::store::{
+    Grasp, GraspFile, HandMetadata, Journal, Metadata, ObjectMetadata, SCHEMA_VERSION, content_hash,
+};
+
+pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
+    let mut experiment = match &command.config {
+        Some(path) => Experiment::read(path)?,
+        None => Experiment::preset(&command.preset)?,
+    };
+    if let Some(steps) = command.steps {
+        experiment.synthesis.steps = steps;
+    }
+    if let Some(contacts) = command.contacts {
+        experiment.energy.contacts = contacts;
+    }
+    anyhow::ensure!(command.chains > 0, "-n 0: at least one chain is needed");
+    let hand = models::hand_metadata(&command.hand)?;
+    let (object, object_metadata) = models::object_metadata(&command.object)?;
+    let energy = GraspEnergy::new(models::hand(&hand)?, object, experiment.energy)?;
+
+    let metadata = metadata(command, &experiment, &energy, hand, object_metadata)?;
+    let journal_path = journal_path(&command.output);
+    let fingerprint = content_hash([serde_json::to_string(&metadata)?.as_bytes()]);
+    let journal = Journal::open(&journal_path, &fingerprint, command.fresh)?;
+
+    let started = Instant::now();
+    let bar = progress::bar("chains", command.chains, common.quiet);
+    let chains: Vec<(Synthesized, Judgement)> = (0..command.chains)
+        .into_par_iter()
+        .map(|chain| {
+            let key = format!("chain {chain}");
+            let done = journal.get(&key).and_then(|bytes| serde_json::from_slice(&bytes).ok());
+            let end: Synthesized = match done {
+                Some(end) => end,
+                None => {
+                    let refine = QuenchSettings::default();
+                    let end =
+                        synthesize(&energy, &experiment.synthesis, &refine, command.seed, chain);
+                    journal.put(&key, &serde_json::to_vec(&end)?)?;
+                    end
+                }
+            };
+            bar.inc(1);
+            let judgement = judge(&energy, &end.refined, &end.contacts);
+            Ok((end, judgement))
+        })
+        .collect::<anyhow::Result<_>>()?;
+    bar.finish_and_clear();
+
+    let kept: Vec<Grasp> = chains
+        .iter()
+        .filter(|(_, judgement)| match command.keep {
+            Keep::Strict => judgement.passes_strict(),
+            Keep::Published => judgement.passes_published(),
+            Keep::All => true,
+        })
+        .map(|(end, judgement)| row(&energy, &metadata, command, end, judgement))
+        .collect();
+    if !common.quiet {
+        print(&summary(&chains, kept.len(), started.elapsed().as_secs_f64()));
+    }
+    anyhow::ensure!(
+        !kept.is_empty(),
+        "none of the {} chains passed the filter: run more or longer ones (-n, --steps), or keep others (--keep)",
+        command.chains
+    );
+    let file = GraspFile {
+        metadata,
+        grasps: kept,
+    };
+    file.write(&command.output)?;
+    journal.remove()?;
+    if !common.quiet {
+        complain(&format!("wrote {}", command.output.display()));
+    }
+    Ok(())
+}
+
+fn journal_path(output: &Path) -> PathBuf {
+    let mut name = output.as_os_str().to_owned();
+    name.push(".partial");
+    PathBuf::from(name)
+}
+
+fn metadata(
+    command: &Synth,
+    experiment: &Experiment,
+    energy: &GraspEnergy,
+    hand: HandMetadata,
+    object: ObjectMetadata,
+) -> anyhow::Result<Metadata> {
+    let keep = match command.keep {
+        Keep::Strict => "strict",
+        Keep::Published => "published",
+        Keep::All => "all",
+    };
+    Ok(Metadata {
+        schema_version: SCHEMA_VERSION,
+        program_version: env!("CARGO_PKG_VERSION").to_owned(),
+        command: format!(
+            "landscape synth --hand {} --object {} -n {} --steps {} --contacts {} --seed {} --keep {keep}",
+            command.hand,
+            command.object,
+            command.chains,
+            experiment.synthesis.steps,
+            experiment.energy.contacts,
+            command.seed
+        ),
+        seed: command.seed,
+        hands: vec![hand],
+        objects: vec![object],
+        energy: serde_json::to_value(experiment.energy)?,
+        settings: serde_json::to_value(experiment.synthesis)?,
+        terms: energy.term_names(),
+    })
+}
+
+fn row(
+    energy: &GraspEnergy,
+    metadata: &Metadata,
+    command: &Synth,
+    end: &Synthesized,
+    judgement: &Judgement,
+) -> Grasp {
+    let x = &end.refined;
+    let terms = energy.terms_of(x, &end.contacts);
+    Grasp {
+        id: end.chain,
+        object: metadata.objects[0].name.clone(),
+        scale: 1.0,
+        hand: metadata.hands[0].name.clone(),
+        translation_m: [x[0], x[1], x[2]],
+        rotation_wxyz: [x[3], x[4], x[5], x[6]],
+        joints_rad: x[7..].to_vec(),
+        contacts: end.contacts.clone(),
+        energy: end.energy,
+        terms: terms.into_iter().map(|(_, value)| value).collect(),
+        net_wrench: judgement.net_wrench,
+        distance_squared: judgement.distance_squared,
+        penetration: judgement.penetration,
+        friction: judgement.least_friction,
+        epsilon: None,
+        stable: None,
+        label: None,
+        label_auto: None,
+        label_score: None,
+        source: format!("landscape {} synth", env!("CARGO_PKG_VERSION")),
+        chain_seed: command.seed,
+        chain_step: end.steps,
+    }
+}
+
+fn summary(chains: &[(Synthesized, Judgement)], kept: usize, seconds: f64) -> String {
+    let total = chains.len();
+    let share = |count: usize| format!("{count} of {total} ({:.0} %)", 100.0 * count as f64 / total as f64);
+    let count = |test: fn(&Judgement) -> bool| chains.iter().filter(|(_, j)| test(j)).count();
+    let evaluations: u64 = chains.iter().map(|(end, _)| end.evaluations).sum();
+    let mut text = format!(
+        "strict filter        {}\nEq. 11 as printed    {}\nEq. 11 as released   {}\nkept                 {kept}\n\
+         evaluations          {evaluations} in {seconds:.0} s ({:.1} µs each)\n",
+        share(count(Judgement::passes_strict)),
+        share(count(Judgement::passes_published)),
+        share(count(Judgement::passes_released)),
+        1e6 * seconds / evaluations as f64,
+    );
+    let mut reasons: Vec<(&str, usize)> = Vec::new();
+    for reason in chains.iter().filter_map(|(_, j)| j.strict_objection()) {
+        match reasons.iter_mut().find(|(known, _)| *known == reason) {
+            Some((_, count)) => *count += 1,
+            None => reasons.push((reason, 1)),
+        }
+    }
+    reasons.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+    for (reason, count) in reasons {
+        text += &format!("  refused for {reason}: {count}\n");
+    }
+    text
+}
