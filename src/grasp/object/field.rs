@@ -69,7 +69,7 @@ pub(super) struct Ball {
 /// Cell, margin around the object's bounding box and blending shell (part of the margin) of the grids, metres. The
 /// first cell is an upper limit, see [`finest_cell_m`]. Hands closing on the object live within the first margin, start
 /// poses within the second.
-const LEVELS: [[f64; 3]; 3] = [[0.002, 0.034, 0.012], [0.012, 0.25, 0.08], [0.08, 2.0, 1.0]];
+const LEVELS: [[f64; 3]; 3] = [[0.002, 0.034, 0.012], [0.008, 0.2, 0.08], [0.08, 2.0, 1.0]];
 
 /// Distance from the surface within which the error is bounded and measured.
 const JUDGED_BAND_M: f64 = 0.02;
@@ -117,7 +117,6 @@ impl Field {
         if finest.holds_alone(point) { finest.spline.jet::<ORDER>(point) } else { self.jet_beyond::<ORDER>(point, 0) }
     }
 
-    #[cold]
     #[inline(never)]
     fn jet_beyond<const ORDER: usize>(&self, point: &Vector3<f64>, level: usize) -> Jet {
         let Some(here) = self.levels.get(level) else {
@@ -143,8 +142,8 @@ impl Field {
                 let node = Vector3::new(i as f64 + shift, j as f64 + shift, k as f64 + shift);
                 let point = level.spline.origin + node * level.spline.cell_m;
                 let jet = self.jet::<1>(&point);
-                // One cell under the surface still counts: a gradient there may reach out.
-                if jet.value > -level.spline.cell_m { jet.gradient.norm_squared() } else { 0.0 }
+                // Half a cell under the surface still counts: the nearest sample of a point outside may lie there.
+                if jet.value > -0.5 * level.spline.cell_m { jet.gradient.norm_squared() } else { 0.0 }
             };
             let of_row = |row: usize| {
                 (0..nz).fold(0.0, |steepest: f64, k| {

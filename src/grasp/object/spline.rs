@@ -67,9 +67,10 @@ impl Spline {
     #[expect(clippy::needless_range_loop, reason = "fixed lanes side by side, which iterators would hide")]
     pub(super) fn jet<const ORDER: usize>(&self, point: &Vector3<f64>) -> Jet {
         let [_, ny, nz] = self.nodes;
-        let x = self.weights::<ORDER>(point, 0);
-        let y = self.weights::<ORDER>(point, 1);
-        let z = self.weights::<ORDER>(point, 2);
+        let inverse_cell = 1.0 / self.cell_m;
+        let x = self.weights::<ORDER>(point, inverse_cell, 0);
+        let y = self.weights::<ORDER>(point, inverse_cell, 1);
+        let z = self.weights::<ORDER>(point, inverse_cell, 2);
         let base = (x.first * ny + y.first) * nz + z.first;
 
         // Sums over x and y, a lane for each z: value and derivatives along x and y.
@@ -117,28 +118,29 @@ impl Spline {
     }
 
     #[inline]
-    fn weights<const ORDER: usize>(&self, point: &Vector3<f64>, axis: usize) -> Weights {
-        let inverse = 1.0 / self.cell_m;
-        let along = (point[axis] - self.origin[axis]) * inverse;
+    fn weights<const ORDER: usize>(&self, point: &Vector3<f64>, inverse_cell: f64, axis: usize) -> Weights {
+        const SIXTH: f64 = 1.0 / 6.0;
+        const TWO_THIRDS: f64 = 2.0 / 3.0;
+        let along = (point[axis] - self.origin[axis]) * inverse_cell;
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "casts of floats saturate")]
         let cell = (along as usize).clamp(1, self.nodes[axis] - 3);
         let t = along - cell as f64;
         let s = 1.0 - t;
+        let (ss, tt) = (s * s, t * t);
         let mut weights = Weights { first: cell - 1, value: [0.0; 4], slope: [0.0; 4], bend: [0.0; 4] };
         weights.value = [
-            s * s * s / 6.0,
-            (3.0 * t - 6.0) * t * t / 6.0 + 2.0 / 3.0,
-            (3.0 * s - 6.0) * s * s / 6.0 + 2.0 / 3.0,
-            t * t * t / 6.0,
+            ss * s * SIXTH,
+            (0.5 * t - 1.0) * tt + TWO_THIRDS,
+            (0.5 * s - 1.0) * ss + TWO_THIRDS,
+            tt * t * SIXTH,
         ];
         if ORDER >= 1 {
-            let half = 0.5 * inverse;
-            weights.slope =
-                [-s * s * half, (3.0 * t - 4.0) * t * half, (4.0 - 3.0 * s) * s * half, t * t * half];
+            let slope = [-0.5 * ss, (1.5 * t - 2.0) * t, (2.0 - 1.5 * s) * s, 0.5 * tt];
+            weights.slope = slope.map(|slope| slope * inverse_cell);
         }
         if ORDER >= 2 {
-            let squared = inverse * inverse;
-            weights.bend = [s * squared, (3.0 * t - 2.0) * squared, (3.0 * s - 2.0) * squared, t * squared];
+            let bend = [s, 3.0 * t - 2.0, 3.0 * s - 2.0, t];
+            weights.bend = bend.map(|bend| bend * (inverse_cell * inverse_cell));
         }
         weights
     }
