@@ -39,7 +39,7 @@ pub(super) fn hand_metadata(flag: &str) -> anyhow::Result<HandMetadata> {
     }
     let mut metadata = HandMetadata {
         name,
-        content_hash: content_hash(files.iter().map(|file| file.text.as_bytes())),
+        content_hash: content_hash(&files.iter().map(|file| file.text.as_bytes()).collect::<Vec<_>>()),
         description: files,
         ..HandMetadata::default()
     };
@@ -87,7 +87,7 @@ pub(super) fn object_metadata(flag: &str) -> anyhow::Result<(Arc<Object>, Object
     let metadata = ObjectMetadata {
         name: object.name.clone(),
         mass_kg: object.mass_kg,
-        content_hash: content_hash([obj.as_bytes(), description.to_string().as_bytes()]),
+        content_hash: content_hash(&[obj.as_bytes(), description.to_string().as_bytes()]),
         description,
         mesh_obj: Some(obj),
     };

@@ -33,7 +33,7 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
 
     let metadata = metadata(command, &experiment, &energy, hand, object_metadata)?;
     let journal_path = journal_path(&command.output);
-    let fingerprint = content_hash([serde_json::to_string(&metadata)?.as_bytes()]);
+    let fingerprint = content_hash(&[serde_json::to_string(&metadata)?.as_bytes()]);
     let journal = Journal::open(&journal_path, &fingerprint, command.fresh)?;
 
     let started = Instant::now();

@@ -66,7 +66,7 @@ pub struct ObjectMetadata {
     /// Name, for instance `bottle`; what the column `object` holds.
     pub name: String,
     /// What a mesh does not tell (symmetry, mass, formula), as the object half writes it.
-    pub symmetry: serde_json::Value,
+    pub description: serde_json::Value,
     /// Mass, kilograms.
     pub mass_kg: f64,
     /// Its mesh as Wavefront OBJ text, metres (deflated, base64 in JSON); `None` if `content_hash` must do.

@@ -1,20 +1,89 @@
 //! The hand: a kinematic tree with surface points, posed in the object's frame.
+//!
+//! [`Hand::from_urdf`] derives everything a grasp needs from a description file: contact candidates, self-collision
+//! pairs, rest pose, prior and metric. A side file may override any of it. [`Hand::pose`] places the hand,
+//! [`Hand::pull_back`] turns forces on its links into a gradient, [`Hand::skin`] draws it.
 
-use nalgebra::{Isometry3, Vector3};
+mod description;
+mod kinematics;
+mod metric;
+mod prior;
+mod region;
+mod self_pairs;
+mod side_file;
+mod skin;
+mod surface;
+
+use std::ops::Range;
+use std::sync::OnceLock;
+
+use nalgebra::{Matrix3, Vector3};
+
+pub use description::HandError;
+pub use self_pairs::{SegmentPair, closest_points};
+pub use skin::{Skin, SkinVertex};
 
 /// Number of a link in [`Hand::links`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct LinkId(pub usize);
 
-/// A rigid body of the hand. Parents come before their children.
+/// A rigid placement `p ↦ R p + t`, kept as a matrix because it is applied to hundreds of points.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Frame {
+    /// Rotation R.
+    pub rotation: Matrix3<f64>,
+    /// Translation t, metres.
+    pub translation: Vector3<f64>,
+}
+
+impl Default for Frame {
+    fn default() -> Self {
+        Self {
+            rotation: Matrix3::identity(),
+            translation: Vector3::zeros(),
+        }
+    }
+}
+
+impl Frame {
+    /// The placement of a point.
+    #[inline]
+    pub fn point(&self, point: &Vector3<f64>) -> Vector3<f64> {
+        self.rotation * point + self.translation
+    }
+
+    /// The placement of a direction.
+    #[inline]
+    pub fn direction(&self, direction: &Vector3<f64>) -> Vector3<f64> {
+        self.rotation * direction
+    }
+
+    /// The point whose placement is `point`.
+    #[inline]
+    pub fn inverse_point(&self, point: &Vector3<f64>) -> Vector3<f64> {
+        self.rotation.tr_mul(&(point - self.translation))
+    }
+
+    /// `self ∘ inner`: first `inner`, then `self`.
+    #[inline]
+    #[must_use]
+    pub fn compose(&self, inner: &Self) -> Self {
+        Self {
+            rotation: self.rotation * inner.rotation,
+            translation: self.point(&inner.translation),
+        }
+    }
+}
+
+/// A rigid body of the hand. Links stand in depth-first order: parents before children, each subtree contiguous.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Link {
     /// Name in the description file.
     pub name: String,
     /// The link this one hangs on; `None` for the root only.
     pub parent: Option<LinkId>,
-    /// Fixed transform from the parent's frame to this link's frame at joint angle zero.
-    pub parent_from_link: Isometry3<f64>,
+    /// Fixed transform from this link's frame at joint angle zero to the parent's frame.
+    pub parent_from_link: Frame,
     /// Index of the revolute joint between parent and this link in [`Hand::joints`]; `None` if fixed.
     pub joint: Option<usize>,
     /// Digit this link belongs to: 0 = palm, 1.. = digits (1 = thumb, 2 = index … 5 = little on a human hand).
@@ -26,10 +95,14 @@ pub struct Link {
 pub struct Joint {
     /// Name in the description file.
     pub name: String,
-    /// Unit axis in the frame of the link the joint moves.
+    /// The link it moves.
+    pub link: LinkId,
+    /// Unit axis in the frame of the link the joint moves, through that frame's origin.
     pub axis: Vector3<f64>,
-    /// Lower and upper limit, radians.
+    /// Lower and upper limit, radians; ±π where the joint wraps.
     pub limits_rad: [f64; 2],
+    /// Whether it turns without limits, so that q and q + 2π are the same pose.
+    pub wraps: bool,
 }
 
 /// A capsule of a link's geometry, link frame.
@@ -74,22 +147,31 @@ pub struct PosePrior {
 pub struct Hand {
     /// Name, for instance `human`.
     pub name: String,
-    /// Links, parents first.
+    /// Links, depth first, parents before children.
     pub links: Vec<Link>,
-    /// Joints, in the order of the joint coordinates.
+    /// Joints, in the order of the joint coordinates (the order of the description file).
     pub joints: Vec<Joint>,
-    /// Geometry.
+    /// Geometry, sorted by link.
     pub capsules: Vec<Capsule>,
     /// Pairs of capsules that may touch each other and are checked for self-penetration.
     pub self_pairs: Vec<[usize; 2]>,
     /// Surface points sorted by link.
     pub surface: Vec<SurfacePoint>,
-    /// Names of the regions that surface points are tagged with.
+    /// Names of the digits: `palm`, then one name a digit, indexed by [`Link::digit`].
+    pub digits: Vec<String>,
+    /// Names of the regions that surface points are tagged with: `palm.thenar`, `index.distal.pad`, …; the name of the
+    /// link where the hand says nothing.
     pub regions: Vec<String>,
     /// Rest pose and prior.
     pub prior: PosePrior,
     /// Outward volar (palm) direction and centre of the palm's grasping side, root frame, for start poses.
     pub palm: PalmFrame,
+    /// Joint angles at which the skin is cast, radians: fingers apart.
+    cast_rad: Vec<f64>,
+    /// For each link, one past the last link of its subtree.
+    subtree_ends: Vec<usize>,
+    /// For each link, its surface points.
+    link_points: Vec<Range<usize>>,
 }
 
 /// Where the palm is and what it faces, in the root link's frame.
@@ -99,7 +181,7 @@ pub struct PalmFrame {
     pub centre: Vector3<f64>,
     /// Unit normal pointing out of the palm (toward what it grasps).
     pub volar: Vector3<f64>,
-    /// Unit vector from the palm to the fingertips.
+    /// Unit vector from the palm to the fingertips, perpendicular to `volar`.
     pub distal: Vector3<f64>,
 }
 
@@ -107,9 +189,11 @@ pub struct PalmFrame {
 #[derive(Debug, Clone, Default)]
 pub struct PosedHand {
     /// Frame of each link.
-    pub object_from_link: Vec<Isometry3<f64>>,
+    pub object_from_link: Vec<Frame>,
     /// Surface points, metres, in the order of [`Hand::surface`].
     pub points: Vec<Vector3<f64>>,
+    /// Ends of the axis of each capsule, metres, in the order of [`Hand::capsules`].
+    pub capsules: Vec<[Vector3<f64>; 2]>,
 }
 
 /// A generalised force on a rigid link as the gradient of an energy: Σ g and Σ p × g over points p (object frame)
@@ -120,4 +204,75 @@ pub struct Wrench {
     pub force: Vector3<f64>,
     /// Σ p × g about the object's origin.
     pub moment: Vector3<f64>,
+}
+
+impl Wrench {
+    /// Adds the gradient `g` at point `p` (object frame).
+    #[inline]
+    pub fn add(&mut self, p: &Vector3<f64>, g: &Vector3<f64>) {
+        self.force += g;
+        self.moment += p.cross(g);
+    }
+}
+
+impl Hand {
+    /// The hand described by a URDF document and an optional side file (JSON, see `data/hands/README.md`).
+    ///
+    /// Revolute, continuous and fixed joints; boxes, cylinders, capsules and spheres as collision geometry (visual
+    /// geometry where no link has any collision geometry), turned into capsules. Joint coordinates follow the order in
+    /// which the file lists the movable joints.
+    ///
+    /// # Errors
+    /// If either text cannot be read, the joints do not form one tree, or a joint or a link's geometry is of a kind
+    /// this crate does not handle; the message names it.
+    pub fn from_urdf(text: &str, side_file: Option<&str>) -> Result<Self, HandError> {
+        description::read(text, side_file)
+    }
+
+    /// The human right hand that comes with this crate: 22 joints, 50th percentile (`data/hands/human`).
+    ///
+    /// # Panics
+    /// Never: the description is part of the program and read by its tests.
+    pub fn human() -> Self {
+        static HUMAN: OnceLock<Hand> = OnceLock::new();
+        HUMAN
+            .get_or_init(|| {
+                let [urdf, side_file] = Self::human_description();
+                Self::from_urdf(urdf, Some(side_file)).expect("the tests read this very description")
+            })
+            .clone()
+    }
+
+    /// The texts of `data/hands/human`: URDF and side file.
+    pub fn human_description() -> [&'static str; 2] {
+        [
+            include_str!("../../../data/hands/human/human.urdf"),
+            include_str!("../../../data/hands/human/human.json"),
+        ]
+    }
+
+    /// Number of the link with this name.
+    pub fn link(&self, name: &str) -> Option<LinkId> {
+        self.links
+            .iter()
+            .position(|link| link.name == name)
+            .map(LinkId)
+    }
+
+    /// Number of the joint with this name.
+    pub fn joint(&self, name: &str) -> Option<usize> {
+        self.joints.iter().position(|joint| joint.name == name)
+    }
+
+    /// Coordinates `[t, q(wxyz), joints]` of the rest pose with the root frame at the object's origin.
+    pub fn rest_coordinates(&self) -> Vec<f64> {
+        coordinates(&self.prior.rest_rad)
+    }
+}
+
+/// Coordinates of a hand with these joint angles and its root frame at the origin.
+fn coordinates(joints_rad: &[f64]) -> Vec<f64> {
+    let mut x = vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
+    x.extend_from_slice(joints_rad);
+    x
 }

@@ -84,6 +84,8 @@ pub struct Object {
     pub symmetry: Symmetry,
     /// Mass.
     pub mass_kg: f64,
+    /// What it was made with beside the mesh.
+    pub description: Description,
     /// Points spread evenly over the surface; each prefix is evenly spread too.
     pub surface_samples: Vec<SurfaceSample>,
 }
@@ -156,6 +158,7 @@ impl Object {
             mass_kg: description
                 .mass_kg
                 .unwrap_or_else(|| mesh.volume() * DEFAULT_DENSITY_KG_M3),
+            description: description.clone(),
             surface_samples: mesh.sample_surface(SURFACE_SAMPLES, 0),
             exact,
             mesh,
@@ -173,6 +176,26 @@ impl Description {
             name: name.to_owned(),
             source,
         })
+    }
+
+    /// The description of an object `factor` times as large, of the same density.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        let mut scaled = self.clone();
+        scaled.mass_kg = self.mass_kg.map(|mass| mass * factor.powi(3));
+        match &mut scaled.symmetry {
+            Symmetry::None => {}
+            Symmetry::Axis { point, .. } => *point *= factor,
+            Symmetry::Sphere { centre } => *centre *= factor,
+            Symmetry::Finite(motions) => {
+                for motion in motions {
+                    motion.translation.vector *= factor;
+                }
+            }
+        }
+        // The formula would have to be scaled as well; the mesh is there in any case.
+        scaled.primitive = None;
+        scaled
     }
 
     fn validate(&self, name: &str) -> Result<(), ObjectError> {

@@ -41,7 +41,7 @@ pub struct FieldReport {
     pub max_error_m: f64,
     /// Largest error found within 2 cm of the surface, medial axis included, metres.
     pub max_error_anywhere_m: f64,
-    /// Largest length of the gradient found.
+    /// Largest length of the gradient found outside the solid.
     pub lipschitz: f64,
 }
 
@@ -72,7 +72,7 @@ pub(super) struct Ball {
 /// Cell, margin around the object's bounding box and blending shell (part of the margin) of the grids, metres. The
 /// first cell is an upper limit, see [`finest_cell_m`]. Hands closing on the object live within the first margin, start
 /// poses within the second.
-const LEVELS: [[f64; 3]; 3] = [[0.002, 0.034, 0.012], [0.012, 0.25, 0.08], [0.08, 2.0, 1.0]];
+const LEVELS: [[f64; 3]; 3] = [[0.002, 0.034, 0.012], [0.008, 0.2, 0.08], [0.08, 2.0, 1.0]];
 
 /// Distance from the surface within which the error is bounded and measured.
 const JUDGED_BAND_M: f64 = 0.02;
@@ -140,7 +140,6 @@ impl Field {
         }
     }
 
-    #[cold]
     #[inline(never)]
     fn jet_beyond<const ORDER: usize>(&self, point: &Vector3<f64>, level: usize) -> Jet {
         let Some(here) = self.levels.get(level) else {
@@ -156,7 +155,8 @@ impl Field {
         }
     }
 
-    /// Largest gradient at the nodes and cell centres of all grids, and a little more for what lies between.
+    /// Largest gradient outside the solid at the nodes and cell centres of all grids, and a little more for what lies
+    /// between.
     fn steepest(&self) -> f64 {
         const HEADROOM: f64 = 1.01;
         let of_level = |level: &Level| {
@@ -164,7 +164,9 @@ impl Field {
             let slope = |i: usize, j: usize, k: usize, shift: f64| {
                 let node = Vector3::new(i as f64 + shift, j as f64 + shift, k as f64 + shift);
                 let point = level.spline.origin + node * level.spline.cell_m;
-                self.jet::<1>(&point).gradient.norm_squared()
+                let jet = self.jet::<1>(&point);
+                // Half a cell under the surface still counts: the nearest sample of a point outside may lie there.
+                if jet.value > -0.5 * level.spline.cell_m { jet.gradient.norm_squared() } else { 0.0 }
             };
             let of_row = |row: usize| {
                 (0..nz).fold(0.0, |steepest: f64, k| {
@@ -343,13 +345,32 @@ fn sample_row(exact: &ExactMesh, cell_m: f64, start: &Vector3<f64>, row: &mut [f
     }
 }
 
-/// Whether the direction to the surface changes abruptly within `reach_m` of `point`.
+/// Whether the medial axis passes within `reach_m` of `point`: the nearest point of the surface leaps, or the direction
+/// to it jumps.
+///
+/// Jumps below 15° do not count (the facets of a mesh make them everywhere), as in the θ-simplified medial axis of Foskey
+/// et al. (2003).
 fn near_medial_axis(exact: &ExactMesh, point: &Vector3<f64>, reach_m: f64) -> bool {
-    const ABRUPT_COSINE: f64 = 0.8;
-    let here = exact.nearest(point).normal;
+    const LEAP: f64 = 3.0;
+    const JUMP_COSINE: f64 = 0.966;
+    const HALVINGS: usize = 7;
+    let answer = |point: Vector3<f64>| (point, exact.nearest(&point));
+    let here = answer(*point);
     (0..27).filter(|&corner| corner != 13).any(|corner: u8| {
         let offset = [corner / 9, corner / 3 % 3, corner % 3].map(|step| f64::from(step) - 1.0);
-        let there = point + Vector3::from(offset).normalize() * reach_m;
-        exact.nearest(&there).normal.dot(&here) < ABRUPT_COSINE
+        let (mut a, mut b) = (here, answer(point + Vector3::from(offset).normalize() * reach_m));
+        if (a.1.point - b.1.point).norm() > LEAP * reach_m {
+            return true;
+        }
+        // Close in on the largest change of direction: a bend fades, a jump stays.
+        for _ in 0..HALVINGS {
+            let middle = answer((a.0 + b.0) / 2.0);
+            if a.1.normal.dot(&middle.1.normal) < middle.1.normal.dot(&b.1.normal) {
+                b = middle;
+            } else {
+                a = middle;
+            }
+        }
+        a.1.normal.dot(&b.1.normal) < JUMP_COSINE
     })
 }

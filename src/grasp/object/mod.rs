@@ -40,7 +40,9 @@ pub trait Shape: std::fmt::Debug + Send + Sync {
     /// Signed distance, gradient and Hessian (1/m).
     fn hessian(&self, point: &Vector3<f64>) -> (f64, Vector3<f64>, Matrix3<f64>);
 
-    /// Largest factor by which `distance` may change faster than the distance moved (1 for an exact distance).
+    /// Largest factor by which `distance` changes faster than a point moves outside the solid (1 for an exact distance).
+    ///
+    /// A point at distance d > 0 that moves by less than d/lipschitz stays outside.
     fn lipschitz(&self) -> f64 {
         1.0
     }

@@ -32,11 +32,7 @@ struct Weights {
 impl Spline {
     /// Number of nodes that a grid over a box of these extents has.
     pub(super) fn nodes_for(extents: &Vector3<f64>, cell_m: f64) -> [usize; 3] {
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "a small positive count"
-        )]
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small positive count")]
         let along = |extent: f64| (extent / cell_m).ceil() as usize + 2 * RIM + 1;
         [along(extents.x), along(extents.y), along(extents.z)]
     }
@@ -52,47 +48,29 @@ impl Spline {
         let nodes = Self::nodes_for(&(high - low), cell_m);
         let [nx, ny, nz] = nodes;
         let mut values = vec![0.0; nx * ny * nz];
-        values
-            .par_chunks_mut(nz)
-            .enumerate()
-            .for_each(|(row, values)| {
-                let start =
-                    origin + Vector3::new((row / ny) as f64, (row % ny) as f64, 0.0) * cell_m;
-                sample_row(&start, values);
-            });
-        values
-            .par_chunks_mut(nz)
-            .for_each(|row| solve_lines(row, 1));
-        values
-            .par_chunks_mut(ny * nz)
-            .for_each(|plane| solve_lines(plane, nz));
+        values.par_chunks_mut(nz).enumerate().for_each(|(row, values)| {
+            let start = origin + Vector3::new((row / ny) as f64, (row % ny) as f64, 0.0) * cell_m;
+            sample_row(&start, values);
+        });
+        values.par_chunks_mut(nz).for_each(|row| solve_lines(row, 1));
+        values.par_chunks_mut(ny * nz).for_each(|plane| solve_lines(plane, nz));
         solve_lines(&mut values, ny * nz);
-        #[expect(
-            clippy::cast_possible_truncation,
-            reason = "rounding to single precision is meant"
-        )]
+        #[expect(clippy::cast_possible_truncation, reason = "rounding to single precision is meant")]
         let coefficients = values.into_iter().map(|value| value as f32).collect();
-        Self {
-            origin,
-            cell_m,
-            nodes,
-            coefficients,
-        }
+        Self { origin, cell_m, nodes, coefficients }
     }
 
     /// Value and, for `ORDER` ≥ 1, gradient and, for `ORDER` ≥ 2, Hessian at `point`, which must lie in the box.
     ///
     /// The four coefficients of a row are four lanes that meet only at the end, which compilers turn into vectors.
     #[inline]
-    #[expect(
-        clippy::needless_range_loop,
-        reason = "fixed lanes side by side, which iterators would hide"
-    )]
+    #[expect(clippy::needless_range_loop, reason = "fixed lanes side by side, which iterators would hide")]
     pub(super) fn jet<const ORDER: usize>(&self, point: &Vector3<f64>) -> Jet {
         let [_, ny, nz] = self.nodes;
-        let x = self.weights::<ORDER>(point, 0);
-        let y = self.weights::<ORDER>(point, 1);
-        let z = self.weights::<ORDER>(point, 2);
+        let inverse_cell = 1.0 / self.cell_m;
+        let x = self.weights::<ORDER>(point, inverse_cell, 0);
+        let y = self.weights::<ORDER>(point, inverse_cell, 1);
+        let z = self.weights::<ORDER>(point, inverse_cell, 2);
         let base = (x.first * ny + y.first) * nz + z.first;
 
         // Sums over x and y, a lane for each z: value and derivatives along x and y.
@@ -102,9 +80,7 @@ impl Spline {
             let [mut a, mut b, mut c] = [[0.0; 4]; 3];
             for j in 0..4 {
                 let start = base + (i * ny + j) * nz;
-                let row: &[f32; 4] = self.coefficients[start..start + 4]
-                    .try_into()
-                    .expect("four coefficients");
+                let row: &[f32; 4] = self.coefficients[start..start + 4].try_into().expect("four coefficients");
                 for k in 0..4 {
                     let coefficient = f64::from(row[k]);
                     a[k] += y.value[j] * coefficient;
@@ -129,11 +105,7 @@ impl Spline {
                 }
             }
         }
-        let mut jet = Jet {
-            value: dot(&v, &z.value),
-            gradient: Vector3::zeros(),
-            hessian: Matrix3::zeros(),
-        };
+        let mut jet = Jet { value: dot(&v, &z.value), gradient: Vector3::zeros(), hessian: Matrix3::zeros() };
         if ORDER >= 1 {
             jet.gradient = Vector3::new(dot(&vx, &z.value), dot(&vy, &z.value), dot(&v, &z.slope));
         }
@@ -146,46 +118,29 @@ impl Spline {
     }
 
     #[inline]
-    fn weights<const ORDER: usize>(&self, point: &Vector3<f64>, axis: usize) -> Weights {
-        let inverse = 1.0 / self.cell_m;
-        let along = (point[axis] - self.origin[axis]) * inverse;
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "casts of floats saturate"
-        )]
+    fn weights<const ORDER: usize>(&self, point: &Vector3<f64>, inverse_cell: f64, axis: usize) -> Weights {
+        const SIXTH: f64 = 1.0 / 6.0;
+        const TWO_THIRDS: f64 = 2.0 / 3.0;
+        let along = (point[axis] - self.origin[axis]) * inverse_cell;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "casts of floats saturate")]
         let cell = (along as usize).clamp(1, self.nodes[axis] - 3);
         let t = along - cell as f64;
         let s = 1.0 - t;
-        let mut weights = Weights {
-            first: cell - 1,
-            value: [0.0; 4],
-            slope: [0.0; 4],
-            bend: [0.0; 4],
-        };
+        let (ss, tt) = (s * s, t * t);
+        let mut weights = Weights { first: cell - 1, value: [0.0; 4], slope: [0.0; 4], bend: [0.0; 4] };
         weights.value = [
-            s * s * s / 6.0,
-            (3.0 * t - 6.0) * t * t / 6.0 + 2.0 / 3.0,
-            (3.0 * s - 6.0) * s * s / 6.0 + 2.0 / 3.0,
-            t * t * t / 6.0,
+            ss * s * SIXTH,
+            (0.5 * t - 1.0) * tt + TWO_THIRDS,
+            (0.5 * s - 1.0) * ss + TWO_THIRDS,
+            tt * t * SIXTH,
         ];
         if ORDER >= 1 {
-            let half = 0.5 * inverse;
-            weights.slope = [
-                -s * s * half,
-                (3.0 * t - 4.0) * t * half,
-                (4.0 - 3.0 * s) * s * half,
-                t * t * half,
-            ];
+            let slope = [-0.5 * ss, (1.5 * t - 2.0) * t, (2.0 - 1.5 * s) * s, 0.5 * tt];
+            weights.slope = slope.map(|slope| slope * inverse_cell);
         }
         if ORDER >= 2 {
-            let squared = inverse * inverse;
-            weights.bend = [
-                s * squared,
-                (3.0 * t - 2.0) * squared,
-                (3.0 * s - 2.0) * squared,
-                t * squared,
-            ];
+            let bend = [s, 3.0 * t - 2.0, 3.0 * s - 2.0, t];
+            weights.bend = bend.map(|bend| bend * (inverse_cell * inverse_cell));
         }
         weights
     }

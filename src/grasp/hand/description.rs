@@ -1,0 +1,490 @@
+//! From a description file to a hand: the kinematic tree and its capsules.
+
+use nalgebra::{Rotation3, Vector3};
+use urdf_rs::{Geometry, JointType, Pose, Robot};
+
+use super::side_file::{self, CapsuleEntry, SideFile};
+use super::{
+    Capsule, Frame, Hand, Joint, Link, LinkId, PalmFrame, PosedHand, coordinates, prior, region,
+    self_pairs, surface,
+};
+
+/// Why a description is not a hand.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum HandError {
+    /// The description is not a URDF document.
+    #[error("the URDF cannot be read: {0}")]
+    Urdf(#[from] urdf_rs::UrdfError),
+    /// The side file is not what it should be.
+    #[error("the side file cannot be read: {0}")]
+    SideFile(#[from] serde_json::Error),
+    /// A name in the side file or a joint that the description does not have.
+    #[error("{place} names {kind} \"{name}\", which the description does not have")]
+    Unknown {
+        /// Where the name stands.
+        place: String,
+        /// `link` or `joint`.
+        kind: &'static str,
+        /// The name.
+        name: String,
+    },
+    /// Two links or two joints of one name.
+    #[error("there are two {kind}s named \"{name}\"")]
+    Twice {
+        /// `link` or `joint`.
+        kind: &'static str,
+        /// The name.
+        name: String,
+    },
+    /// A link hangs on two joints.
+    #[error("link \"{link}\" is the child of two joints, \"{first}\" and \"{second}\": not a tree")]
+    TwoParents {
+        /// The link.
+        link: String,
+        /// One joint.
+        first: String,
+        /// The other joint.
+        second: String,
+    },
+    /// No root, or several.
+    #[error("a hand has one link without a parent; this description has {}: {}", roots.len(), roots.join(", "))]
+    Roots {
+        /// Links without a parent.
+        roots: Vec<String>,
+    },
+    /// Links in a ring.
+    #[error("link \"{link}\" is not connected to the root: its joints form a ring")]
+    Ring {
+        /// One of the links.
+        link: String,
+    },
+    /// A joint that is neither revolute nor fixed.
+    #[error(
+        "joint \"{joint}\" is {kind}; only revolute, continuous and fixed joints without mimic are handled"
+    )]
+    UnsupportedJoint {
+        /// The joint.
+        joint: String,
+        /// Its type.
+        kind: &'static str,
+    },
+    /// Limits that leave no range.
+    #[error("joint \"{joint}\" may move from {lower} to {upper} rad: that is no range")]
+    EmptyRange {
+        /// The joint.
+        joint: String,
+        /// Lower limit, radians.
+        lower: f64,
+        /// Upper limit, radians.
+        upper: f64,
+    },
+    /// A joint axis of no direction.
+    #[error("joint \"{joint}\" has an axis of length zero")]
+    NoAxis {
+        /// The joint.
+        joint: String,
+    },
+    /// Nothing moves.
+    #[error("the description has no movable joint")]
+    NoJoints,
+    /// Geometry of a kind that is not handled.
+    #[error(
+        "link \"{link}\" is the mesh {file}; give it capsules in the side file (\"capsules\": {{\"{link}\": …}})"
+    )]
+    Mesh {
+        /// The link.
+        link: String,
+        /// The mesh file.
+        file: String,
+    },
+    /// A size that is not a positive length.
+    #[error("link \"{link}\" has geometry of size {size} m")]
+    Size {
+        /// The link.
+        link: String,
+        /// The offending number.
+        size: f64,
+    },
+    /// No geometry at all.
+    #[error("no link has geometry: there is nothing to touch with")]
+    NoGeometry,
+    /// A number that is not finite.
+    #[error("{place} has a number that is not finite")]
+    NotFinite {
+        /// Where.
+        place: String,
+    },
+    /// Directions of the side file that do not span a frame.
+    #[error("{place}: directions must not be zero or parallel")]
+    Degenerate {
+        /// Where.
+        place: &'static str,
+    },
+    /// Shares of variance that make no covariance.
+    #[error("{what} is {value}: shares of variance are positive and at most 1")]
+    Share {
+        /// Which share.
+        what: String,
+        /// The number.
+        value: f64,
+    },
+}
+
+pub(super) fn read(text: &str, side_file: Option<&str>) -> Result<Hand, HandError> {
+    let side = side_file::parse(side_file)?;
+    let robot = urdf_rs::read_from_string(text)?;
+    let (mut links, joints) = tree(&robot)?;
+    let capsules = capsules(&robot, &side, &links)?;
+    let digits = region::assign_digits(&mut links, &joints, &capsules, &side)?;
+    let (rest_rad, cast_rad) = prior::poses(&joints, &side)?;
+    let precision = prior::precision(&joints, &side)?;
+
+    let mut hand = Hand {
+        name: side.name.clone().unwrap_or_else(|| robot.name.clone()),
+        subtree_ends: subtree_ends(&links),
+        link_points: vec![0..0; links.len()],
+        links,
+        joints,
+        capsules,
+        self_pairs: Vec::new(),
+        surface: Vec::new(),
+        digits,
+        regions: Vec::new(),
+        prior: super::PosePrior {
+            rest_rad,
+            precision,
+        },
+        palm: PalmFrame {
+            centre: Vector3::zeros(),
+            volar: Vector3::z(),
+            distal: Vector3::y(),
+        },
+        cast_rad,
+    };
+    let mut rest = PosedHand::default();
+    hand.pose(&coordinates(&hand.prior.rest_rad), &mut rest);
+    hand.self_pairs = self_pairs::derive(&hand, &rest);
+    hand.surface = surface::sample(&hand, &rest);
+    for (l, range) in hand.link_points.iter_mut().enumerate() {
+        let first = |l: usize| hand.surface.partition_point(|point| point.link.0 < l);
+        *range = first(l)..first(l + 1);
+    }
+    hand.pose(&coordinates(&hand.prior.rest_rad), &mut rest);
+    region::tag(&mut hand, &rest, &side)?;
+    hand.palm = region::palm_frame(&hand, &rest, &side)?;
+    Ok(hand)
+}
+
+/// Links depth first and joints in file order.
+fn tree(robot: &Robot) -> Result<(Vec<Link>, Vec<Joint>), HandError> {
+    let position = |name: &str| robot.links.iter().position(|link| link.name == name);
+    for (i, link) in robot.links.iter().enumerate() {
+        if position(&link.name) != Some(i) {
+            return Err(HandError::Twice {
+                kind: "link",
+                name: link.name.clone(),
+            });
+        }
+    }
+    let mut parent_joint = vec![None; robot.links.len()];
+    let mut children = vec![Vec::new(); robot.links.len()];
+    for (j, joint) in robot.joints.iter().enumerate() {
+        if robot.joints[..j]
+            .iter()
+            .any(|other| other.name == joint.name)
+        {
+            return Err(HandError::Twice {
+                kind: "joint",
+                name: joint.name.clone(),
+            });
+        }
+        let find = |name: &str| {
+            position(name).ok_or_else(|| HandError::Unknown {
+                place: format!("joint \"{}\"", joint.name),
+                kind: "link",
+                name: name.to_owned(),
+            })
+        };
+        let (parent, child) = (find(&joint.parent.link)?, find(&joint.child.link)?);
+        if let Some(first) = parent_joint[child].replace(j) {
+            return Err(HandError::TwoParents {
+                link: joint.child.link.clone(),
+                first: robot.joints[first].name.clone(),
+                second: joint.name.clone(),
+            });
+        }
+        children[parent].push((j, child));
+    }
+    let roots: Vec<usize> = (0..robot.links.len())
+        .filter(|&l| parent_joint[l].is_none())
+        .collect();
+    let [root] = roots[..] else {
+        return Err(HandError::Roots {
+            roots: roots.iter().map(|&l| robot.links[l].name.clone()).collect(),
+        });
+    };
+
+    let mut coordinate = vec![None; robot.joints.len()];
+    let mut joints = Vec::new();
+    for (j, joint) in robot.joints.iter().enumerate() {
+        if let Some(joint) = movable(joint)? {
+            coordinate[j] = Some(joints.len());
+            joints.push(joint);
+        }
+    }
+    if joints.is_empty() {
+        return Err(HandError::NoJoints);
+    }
+
+    let mut links = Vec::with_capacity(robot.links.len());
+    let mut stack = vec![(root, None)];
+    while let Some((l, parent)) = stack.pop() {
+        let id = LinkId(links.len());
+        let above = parent_joint[l].map(|j: usize| &robot.joints[j]);
+        let joint = parent_joint[l].and_then(|j| coordinate[j]);
+        if let Some(j) = joint {
+            joints[j].link = id;
+        }
+        links.push(Link {
+            name: robot.links[l].name.clone(),
+            parent,
+            parent_from_link: above.map_or_else(
+                || Ok(Frame::default()),
+                |joint| frame(&joint.origin, &joint.name),
+            )?,
+            joint,
+            digit: 0,
+        });
+        stack.extend(
+            children[l]
+                .iter()
+                .rev()
+                .map(|&(_, child)| (child, Some(id))),
+        );
+    }
+    match robot
+        .links
+        .iter()
+        .find(|link| links.iter().all(|known: &Link| known.name != link.name))
+    {
+        Some(link) => Err(HandError::Ring {
+            link: link.name.clone(),
+        }),
+        None => Ok((links, joints)),
+    }
+}
+
+/// The joint as a coordinate; `None` if it is fixed.
+fn movable(joint: &urdf_rs::Joint) -> Result<Option<Joint>, HandError> {
+    let unsupported = |kind| {
+        Err(HandError::UnsupportedJoint {
+            joint: joint.name.clone(),
+            kind,
+        })
+    };
+    if joint.mimic.is_some() {
+        return unsupported("a mimic joint");
+    }
+    let (limits_rad, wraps) = match joint.joint_type {
+        JointType::Fixed => return Ok(None),
+        JointType::Revolute => ([joint.limit.lower, joint.limit.upper], false),
+        JointType::Continuous => ([-std::f64::consts::PI, std::f64::consts::PI], true),
+        JointType::Prismatic => return unsupported("prismatic"),
+        JointType::Floating => return unsupported("floating"),
+        JointType::Planar => return unsupported("planar"),
+        JointType::Spherical => return unsupported("spherical"),
+    };
+    let [lower, upper] = limits_rad;
+    if !(lower.is_finite() && upper.is_finite() && lower < upper) {
+        return Err(HandError::EmptyRange {
+            joint: joint.name.clone(),
+            lower,
+            upper,
+        });
+    }
+    let axis = Vector3::from(joint.axis.xyz.0)
+        .try_normalize(1e-9)
+        .filter(|axis| axis.iter().all(|x| x.is_finite()))
+        .ok_or_else(|| HandError::NoAxis {
+            joint: joint.name.clone(),
+        })?;
+    Ok(Some(Joint {
+        name: joint.name.clone(),
+        link: LinkId(0),
+        axis,
+        limits_rad,
+        wraps,
+    }))
+}
+
+fn frame(pose: &Pose, place: &str) -> Result<Frame, HandError> {
+    let [roll, pitch, yaw] = pose.rpy.0;
+    let translation = Vector3::from(pose.xyz.0);
+    if ![roll, pitch, yaw]
+        .iter()
+        .chain(&translation)
+        .all(|x| x.is_finite())
+    {
+        return Err(HandError::NotFinite {
+            place: format!("the origin of \"{place}\""),
+        });
+    }
+    Ok(Frame {
+        rotation: *Rotation3::from_euler_angles(roll, pitch, yaw).matrix(),
+        translation,
+    })
+}
+
+/// For depth-first links: one past the last link of each subtree.
+fn subtree_ends(links: &[Link]) -> Vec<usize> {
+    let mut ends: Vec<usize> = (1..=links.len()).collect();
+    for l in (1..links.len()).rev() {
+        if let Some(parent) = links[l].parent {
+            ends[parent.0] = ends[parent.0].max(ends[l]);
+        }
+    }
+    ends
+}
+
+/// Capsules of all links, sorted by link.
+fn capsules(robot: &Robot, side: &SideFile, links: &[Link]) -> Result<Vec<Capsule>, HandError> {
+    if let Some(name) = side
+        .capsules
+        .keys()
+        .find(|&name| links.iter().all(|link| &link.name != name))
+    {
+        let place = "\"capsules\" of the side file".to_owned();
+        return Err(HandError::Unknown {
+            place,
+            kind: "link",
+            name: name.clone(),
+        });
+    }
+    let solid = robot.links.iter().any(|link| !link.collision.is_empty());
+    let mut capsules = Vec::new();
+    for (l, link) in links.iter().enumerate() {
+        if let Some(entries) = side.capsules.get(&link.name) {
+            for &CapsuleEntry { a_m, b_m, radius_m } in entries {
+                check_size(radius_m, &link.name)?;
+                capsules.push(Capsule {
+                    link: LinkId(l),
+                    a: a_m.into(),
+                    b: b_m.into(),
+                    radius_m,
+                });
+            }
+            continue;
+        }
+        let Some(described) = robot
+            .links
+            .iter()
+            .find(|described| described.name == link.name)
+        else {
+            continue;
+        };
+        let parts: Vec<(&Pose, &Geometry)> = if solid {
+            described
+                .collision
+                .iter()
+                .map(|part| (&part.origin, &part.geometry))
+                .collect()
+        } else {
+            described
+                .visual
+                .iter()
+                .map(|part| (&part.origin, &part.geometry))
+                .collect()
+        };
+        for (origin, geometry) in parts {
+            let link_from_part = frame(origin, &link.name)?;
+            for (a, b, radius_m) in primitive(geometry, &link.name)? {
+                let (a, b) = (link_from_part.point(&a), link_from_part.point(&b));
+                capsules.push(Capsule {
+                    link: LinkId(l),
+                    a,
+                    b,
+                    radius_m,
+                });
+            }
+        }
+    }
+    if capsules.is_empty() {
+        return Err(HandError::NoGeometry);
+    }
+    Ok(capsules)
+}
+
+fn check_size(size: f64, link: &str) -> Result<(), HandError> {
+    if size > 0.0 && size.is_finite() {
+        Ok(())
+    } else {
+        Err(HandError::Size {
+            link: link.to_owned(),
+            size,
+        })
+    }
+}
+
+/// A primitive as capsules in its own frame: ends of the axis and radius.
+///
+/// A cylinder becomes the capsule that reaches from cap to cap, a flat one the box around it; a box becomes a row of parallel capsules as thick as its
+/// shortest side, which rounds its edges off.
+fn primitive(
+    geometry: &Geometry,
+    link: &str,
+) -> Result<Vec<(Vector3<f64>, Vector3<f64>, f64)>, HandError> {
+    let along_z =
+        |radius: f64, half: f64| vec![(Vector3::z() * -half, Vector3::z() * half, radius)];
+    match geometry {
+        Geometry::Sphere { radius } => {
+            check_size(*radius, link)?;
+            Ok(along_z(*radius, 0.0))
+        }
+        Geometry::Capsule { radius, length } => {
+            check_size(*radius, link)?;
+            check_size(*length, link)?;
+            Ok(along_z(*radius, length / 2.0))
+        }
+        Geometry::Cylinder { radius, length } => {
+            check_size(*radius, link)?;
+            check_size(*length, link)?;
+            if 2.0 * radius > *length {
+                return Ok(rounded_box(&[2.0 * radius, 2.0 * radius, *length]));
+            }
+            Ok(along_z(*radius, length / 2.0 - radius))
+        }
+        Geometry::Box { size } => {
+            for &side in &size.0 {
+                check_size(side, link)?;
+            }
+            Ok(rounded_box(&size.0))
+        }
+        Geometry::Mesh { filename, .. } => Err(HandError::Mesh {
+            link: link.to_owned(),
+            file: filename.clone(),
+        }),
+    }
+}
+
+fn rounded_box(size: &[f64; 3]) -> Vec<(Vector3<f64>, Vector3<f64>, f64)> {
+    let mut order = [0, 1, 2];
+    order.sort_by(|&i, &j| size[j].total_cmp(&size[i]));
+    let [long, wide, thin] = order;
+    let radius = size[thin] / 2.0;
+    let half = |axis: usize| Vector3::ith(axis, size[axis] / 2.0 - radius);
+    let rows = (1..64)
+        .find(|&rows| 2.0 * half(wide)[wide] <= f64::from(rows - 1) * radius)
+        .unwrap_or(64);
+    (0..rows)
+        .map(|row| {
+            let offset = if rows == 1 {
+                0.0
+            } else {
+                2.0 * f64::from(row) / f64::from(rows - 1) - 1.0
+            };
+            let centre = half(wide) * offset;
+            (centre - half(long), centre + half(long), radius)
+        })
+        .collect()
+}

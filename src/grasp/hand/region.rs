@@ -1,0 +1,224 @@
+//! Which digit a link belongs to, which region a surface point, and where the palm is.
+
+use nalgebra::Vector3;
+
+use super::side_file::{AxesEntry, PalmRule, SideFile};
+use super::{Capsule, Hand, HandError, Joint, Link, PalmFrame, PosedHand};
+
+// A patch of a digit is named by its outward normal n in the link's frame: tip if n·distal, back if n·pad,
+// side if n·radial passes the threshold, else pad.
+const TIP: f64 = 0.45;
+const BACK: f64 = -0.5;
+const SIDE: f64 = 0.8;
+
+/// Gives each link its digit and returns the digits' names, `palm` first.
+///
+/// Without a side file the palm is the link from which most moving branches with geometry leave, with all that is not
+/// on such a branch; each branch is a digit.
+pub(super) fn assign_digits(
+    links: &mut [Link],
+    joints: &[Joint],
+    capsules: &[Capsule],
+    side: &SideFile,
+) -> Result<Vec<String>, HandError> {
+    let mut names = vec!["palm".to_owned()];
+    if let Some(digits) = &side.digits {
+        for (d, digit) in digits.iter().enumerate() {
+            names.push(digit.name.clone());
+            for name in digit.segments.values().flatten() {
+                let link = links
+                    .iter_mut()
+                    .find(|link| &link.name == name)
+                    .ok_or_else(|| HandError::Unknown {
+                        place: "\"digits\" of the side file".to_owned(),
+                        kind: "link",
+                        name: name.clone(),
+                    })?;
+                link.digit = d + 1;
+            }
+        }
+        // Links without geometry between listed ones belong to the digit they carry.
+        for l in (0..links.len()).rev() {
+            let child = links
+                .iter()
+                .find(|child| child.parent.is_some_and(|parent| parent.0 == l));
+            if let Some(digit) = child.map(|child| child.digit)
+                && links[l].digit == 0
+                && capsules.iter().all(|capsule| capsule.link.0 != l)
+            {
+                links[l].digit = digit;
+            }
+        }
+        return Ok(names);
+    }
+
+    // First link of the rigid body of each link; branches hang on bodies.
+    let mut body: Vec<usize> = Vec::with_capacity(links.len());
+    for (l, link) in links.iter().enumerate() {
+        body.push(match (link.joint, link.parent) {
+            (None, Some(parent)) => body[parent.0],
+            _ => l,
+        });
+    }
+    let inside = |l: usize, root: usize| {
+        let mut at = Some(l);
+        while let Some(l) = at.filter(|&l| l != root) {
+            at = links[l].parent.map(|parent| parent.0);
+        }
+        at.is_some()
+    };
+    let mut branches: Vec<Vec<usize>> = vec![Vec::new(); links.len()];
+    for joint in joints {
+        let first = joint.link.0;
+        if let Some(parent) = links[first].parent
+            && capsules.iter().any(|capsule| inside(capsule.link.0, first))
+        {
+            branches[body[parent.0]].push(first);
+        }
+    }
+    let palm = (0..links.len())
+        .rev()
+        .max_by_key(|&l| branches[l].len())
+        .expect("a hand has a root");
+    let owner: Vec<Option<usize>> = (0..links.len())
+        .map(|l| branches[palm].iter().position(|&first| inside(l, first)))
+        .collect();
+    for (link, owner) in links.iter_mut().zip(owner) {
+        link.digit = owner.map_or(0, |d| d + 1);
+    }
+    names.extend((1..=branches[palm].len()).map(|d| format!("digit {d}")));
+    Ok(names)
+}
+
+/// Tags the surface points; see [`Hand::regions`].
+pub(super) fn tag(hand: &mut Hand, rest: &PosedHand, side: &SideFile) -> Result<(), HandError> {
+    let mut regions: Vec<String> = Vec::new();
+    let names: Vec<String> = (0..hand.surface.len())
+        .map(|i| {
+            let point = &hand.surface[i];
+            let link = &hand.links[point.link.0];
+            if let (Some((digit, segment)), Some(axes)) = (segment(side, &link.name), &side.axes) {
+                let last = (hand.subtree_ends[point.link.0] - 1) == point.link.0;
+                return Ok(format!(
+                    "{digit}.{segment}.{}",
+                    patch(&point.normal, axes, last)?
+                ));
+            }
+            let (position, normal) = (&rest.points[i], hand.point_normal(rest, i));
+            let rule = side
+                .palm_regions
+                .iter()
+                .find(|rule| holds(rule, position, &normal));
+            Ok(rule.map_or_else(|| link.name.clone(), |rule| format!("palm.{}", rule.region)))
+        })
+        .collect::<Result<_, HandError>>()?;
+    for (point, name) in hand.surface.iter_mut().zip(names) {
+        point.region = regions
+            .iter()
+            .position(|known| *known == name)
+            .unwrap_or_else(|| {
+                regions.push(name);
+                regions.len() - 1
+            });
+    }
+    hand.regions = regions;
+    Ok(())
+}
+
+fn segment<'a>(side: &'a SideFile, link: &str) -> Option<(&'a str, &'a str)> {
+    side.digits.iter().flatten().find_map(|digit| {
+        let (segment, _) = digit
+            .segments
+            .iter()
+            .find(|(_, links)| links.iter().any(|name| name == link))?;
+        Some((digit.name.as_str(), segment.as_str()))
+    })
+}
+
+fn patch(normal: &Vector3<f64>, axes: &AxesEntry, last: bool) -> Result<&'static str, HandError> {
+    let along = |axis: [f64; 3]| {
+        let unit = Vector3::from(axis).try_normalize(1e-9);
+        unit.map(|unit| unit.dot(normal))
+            .ok_or(HandError::Degenerate {
+                place: "\"axes\" of the side file",
+            })
+    };
+    let (pad, radial, distal) = (along(axes.pad)?, along(axes.radial)?, along(axes.distal)?);
+    Ok(match () {
+        () if last && distal > TIP => "tip",
+        () if pad < BACK => "back",
+        () if radial > SIDE => "radial",
+        () if radial < -SIDE => "ulnar",
+        () => "pad",
+    })
+}
+
+fn holds(rule: &PalmRule, position: &Vector3<f64>, normal: &Vector3<f64>) -> bool {
+    let low = rule
+        .min_m
+        .is_none_or(|min| (0..3).all(|i| position[i] >= min[i]));
+    let high = rule
+        .max_m
+        .is_none_or(|max| (0..3).all(|i| position[i] <= max[i]));
+    low && high && Vector3::from(rule.normal).dot(normal) >= rule.at_least
+}
+
+/// The palm frame of the side file, or one derived from the rest pose: the palm faces the middle of the digits' last
+/// links, and `distal` points to where the digits begin.
+pub(super) fn palm_frame(
+    hand: &Hand,
+    rest: &PosedHand,
+    side: &SideFile,
+) -> Result<PalmFrame, HandError> {
+    let place = "\"palm\" of the side file";
+    if let Some(palm) = &side.palm {
+        let volar = Vector3::from(palm.volar)
+            .try_normalize(1e-9)
+            .ok_or(HandError::Degenerate { place })?;
+        let distal = Vector3::from(palm.distal);
+        let distal = (distal - volar * volar.dot(&distal))
+            .try_normalize(1e-9)
+            .ok_or(HandError::Degenerate { place })?;
+        return Ok(PalmFrame {
+            centre: palm.centre_m.into(),
+            volar,
+            distal,
+        });
+    }
+    let mean = |keep: &dyn Fn(usize) -> bool| {
+        let kept = hand
+            .surface
+            .iter()
+            .zip(&rest.points)
+            .filter(|(at, _)| keep(at.link.0));
+        let (sum, area) = kept.fold((Vector3::zeros(), 0.0), |(sum, area), (at, p)| {
+            (sum + p * at.area_m2, area + at.area_m2)
+        });
+        if area > 0.0 { Some(sum / area) } else { None }
+    };
+    let all = mean(&|_| true).expect("a hand has geometry");
+    let palm = mean(&|l| hand.links[l].digit == 0).unwrap_or(all);
+    let tips = mean(&|l| hand.links[l].digit > 0 && hand.subtree_ends[l] == l + 1).unwrap_or(all);
+    let volar = (tips - palm).try_normalize(1e-6).unwrap_or_else(Vector3::z);
+    let roots: Vec<Vector3<f64>> = (1..hand.digits.len())
+        .filter_map(|d| hand.links.iter().position(|link| link.digit == d))
+        .map(|l| rest.object_from_link[l].translation)
+        .collect();
+    let toward_roots = roots.iter().sum::<Vector3<f64>>() / roots.len().max(1) as f64 - palm;
+    let distal = (toward_roots - volar * volar.dot(&toward_roots))
+        .try_normalize(1e-4)
+        .unwrap_or_else(|| volar.cross(&Vector3::ith(volar.iamin(), 1.0)).normalize());
+    let reach = hand
+        .surface
+        .iter()
+        .zip(&rest.points)
+        .filter(|(at, _)| hand.links[at.link.0].digit == 0);
+    let height = reach
+        .map(|(_, p)| volar.dot(&(p - palm)))
+        .fold(0.0, f64::max);
+    Ok(PalmFrame {
+        centre: palm + volar * height,
+        volar,
+        distal,
+    })
+}

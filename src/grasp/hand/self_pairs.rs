@@ -1,0 +1,187 @@
+//! Which parts of a hand may run into each other, and how near two capsules are.
+
+use nalgebra::Vector3;
+
+use super::{Hand, LinkId, PosedHand};
+
+/// Parts nearer than this at rest are taken to be neighbours that always touch, metres.
+const TOUCHING_M: f64 = 1e-3;
+
+/// Nearest points of two segments.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SegmentPair {
+    /// Where on the first segment: 0 = first end, 1 = second.
+    pub s: f64,
+    /// Where on the second segment.
+    pub t: f64,
+    /// From the point on the first segment to the point on the second, metres.
+    pub offset: Vector3<f64>,
+}
+
+/// Nearest points of two segments, each given by its ends.
+///
+/// Where the segments are parallel and many pairs are equally near, the one with the least `s` on the overlap.
+/// After Ericson (2005), *Real-Time Collision Detection*, §5.1.9.
+pub fn closest_points(first: &[Vector3<f64>; 2], second: &[Vector3<f64>; 2]) -> SegmentPair {
+    let (u, v) = (first[1] - first[0], second[1] - second[0]);
+    let w = first[0] - second[0];
+    let (a, e, f) = (u.norm_squared(), v.norm_squared(), v.dot(&w));
+    let point = 1e-18;
+    let (s, t) = if a <= point {
+        (
+            0.0,
+            if e <= point {
+                0.0
+            } else {
+                (f / e).clamp(0.0, 1.0)
+            },
+        )
+    } else {
+        let c = u.dot(&w);
+        if e <= point {
+            ((-c / a).clamp(0.0, 1.0), 0.0)
+        } else {
+            let b = u.dot(&v);
+            let denominator = a * e - b * b;
+            let s = if denominator > 1e-12 * a * e {
+                ((b * f - c * e) / denominator).clamp(0.0, 1.0)
+            } else {
+                0.0
+            };
+            let t = (b * s + f) / e;
+            if t < 0.0 {
+                ((-c / a).clamp(0.0, 1.0), 0.0)
+            } else if t > 1.0 {
+                (((b - c) / a).clamp(0.0, 1.0), 1.0)
+            } else {
+                (s, t)
+            }
+        }
+    };
+    SegmentPair {
+        s,
+        t,
+        offset: second[0] + v * t - first[0] - u * s,
+    }
+}
+
+/// Pairs of capsules that do not touch at rest and whose links are not neighbours in the tree.
+///
+/// Links without geometry and fixed joints do not count: neighbours are links with geometry joined by nothing else.
+pub(super) fn derive(hand: &Hand, rest: &PosedHand) -> Vec<[usize; 2]> {
+    let solid: Vec<LinkId> = (0..hand.links.len())
+        .map(|l| body(hand, LinkId(l)))
+        .collect();
+    let mut has_geometry = vec![false; hand.links.len()];
+    for capsule in &hand.capsules {
+        has_geometry[solid[capsule.link.0].0] = true;
+    }
+    let neighbour_above = |link: LinkId| {
+        let mut above = hand.links[link.0].parent.map(|parent| solid[parent.0]);
+        while let Some(l) = above.filter(|l| !has_geometry[l.0]) {
+            above = hand.links[l.0].parent.map(|parent| solid[parent.0]);
+        }
+        above
+    };
+    let mut pairs = Vec::new();
+    for (i, first) in hand.capsules.iter().enumerate() {
+        let a = solid[first.link.0];
+        for (j, second) in hand.capsules.iter().enumerate().skip(i + 1) {
+            let b = solid[second.link.0];
+            if a == b || neighbour_above(a) == Some(b) || neighbour_above(b) == Some(a) {
+                continue;
+            }
+            let gap = closest_points(&rest.capsules[i], &rest.capsules[j])
+                .offset
+                .norm();
+            if gap > first.radius_m + second.radius_m + TOUCHING_M {
+                pairs.push([i, j]);
+            }
+        }
+    }
+    pairs
+}
+
+/// The first link of the rigid body this link belongs to: up through fixed joints.
+fn body(hand: &Hand, mut link: LinkId) -> LinkId {
+    while let (None, Some(parent)) = (hand.links[link.0].joint, hand.links[link.0].parent) {
+        link = parent;
+    }
+    link
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Against a fine search over both parameters, for crossing, skew, parallel and pointlike segments.
+    #[test]
+    fn closest_points_beat_every_sampled_pair() {
+        let p = Vector3::new;
+        let cases = [
+            [
+                [p(0.0, 0.0, 0.0), p(1.0, 0.0, 0.0)],
+                [p(0.5, -1.0, 0.2), p(0.5, 1.0, 0.2)],
+            ],
+            [
+                [p(0.0, 0.0, 0.0), p(1.0, 0.0, 0.0)],
+                [p(0.2, 1.0, 0.0), p(0.7, 1.0, 0.0)],
+            ],
+            [
+                [p(0.0, 0.0, 0.0), p(1.0, 0.0, 0.0)],
+                [p(1.5, 0.3, 0.1), p(3.0, 1.0, 0.0)],
+            ],
+            [
+                [p(0.0, 0.0, 0.0), p(1.0, 0.0, 0.0)],
+                [p(-1.5, 0.3, 0.1), p(-0.5, 1.0, 0.0)],
+            ],
+            [
+                [p(0.0, 0.0, 0.0), p(0.0, 0.0, 0.0)],
+                [p(-1.0, 0.3, 0.1), p(1.0, 0.5, 0.0)],
+            ],
+            [
+                [p(0.0, 0.0, 0.0), p(1.0, 0.2, 0.0)],
+                [p(0.4, 0.3, 0.1), p(0.4, 0.3, 0.1)],
+            ],
+        ];
+        for [first, second] in cases {
+            let found = closest_points(&first, &second);
+            let at = |s: f64, t: f64| {
+                second[0] + (second[1] - second[0]) * t - first[0] - (first[1] - first[0]) * s
+            };
+            assert!((found.offset - at(found.s, found.t)).norm() < 1e-15);
+            let steps = || (0..=200).map(|i| f64::from(i) / 200.0);
+            let best = steps()
+                .flat_map(|s| steps().map(move |t| at(s, t).norm()))
+                .fold(f64::INFINITY, f64::min);
+            assert!(
+                found.offset.norm() <= best + 1e-12,
+                "{} > {best}",
+                found.offset.norm()
+            );
+            assert!(
+                found.offset.norm() >= best - 0.02,
+                "{} < {best}",
+                found.offset.norm()
+            );
+        }
+    }
+
+    #[test]
+    fn neighbours_are_no_pairs_and_far_parts_are() {
+        let hand = Hand::human();
+        let link = |capsule: usize| hand.links[hand.capsules[capsule].link.0].name.as_str();
+        let has = |a: &str, b: &str| {
+            hand.self_pairs
+                .iter()
+                .any(|&[i, j]| (link(i), link(j)) == (a, b) || (link(i), link(j)) == (b, a))
+        };
+        assert!(
+            has("thumb_distal", "index_distal")
+                && has("index_middle", "middle_middle")
+                && has("palm", "ring_distal")
+        );
+        assert!(!has("index_middle", "index_distal") && !has("palm", "index_proximal"));
+        assert!(!has("palm", "palm") && !has("palm", "thumb_metacarpal"));
+    }
+}

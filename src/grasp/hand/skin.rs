@@ -1,0 +1,308 @@
+//! A closed skin over the capsules, for drawing: cast once, bent with the joints.
+
+use nalgebra::Vector3;
+
+use super::{Capsule, Frame, Hand, LinkId, PosedHand, closest_points, coordinates};
+
+/// Width of a cell of the grid the skin is cut from, metres.
+const CELL_M: f64 = 2e-3;
+/// Rounding of creases within a digit, within the palm, and where a digit leaves the palm, metres.
+/// Small on digits: what is drawn should stay within a millimetre of what makes contact.
+const DIGIT_CREASE_M: f64 = 3e-3;
+const PALM_CREASE_M: f64 = 10e-3;
+const ROOT_CREASE_M: f64 = 10e-3;
+/// Where the next link is farther than this from a vertex, it no longer pulls on it, metres.
+const BLEND_M: f64 = 9e-3;
+
+/// A vertex of the skin.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SkinVertex {
+    /// Links that carry it, its position in each one's frame (metres), and their weights, which sum to 1.
+    pub bindings: Vec<(LinkId, Vector3<f64>, f64)>,
+}
+
+/// A closed triangle mesh that bends with the hand (linear blend skinning).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Skin {
+    /// Vertices.
+    pub vertices: Vec<SkinVertex>,
+    /// Triangles, counter-clockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+impl Skin {
+    /// Positions of the vertices on a posed hand, object frame, metres.
+    ///
+    /// # Panics
+    /// If `posed` is not the hand this is the skin of.
+    pub fn pose(&self, posed: &PosedHand) -> Vec<Vector3<f64>> {
+        let place = |vertex: &SkinVertex| {
+            let parts = vertex.bindings.iter();
+            parts
+                .map(|(link, point, weight)| posed.object_from_link[link.0].point(point) * *weight)
+                .sum()
+        };
+        self.vertices.iter().map(place).collect()
+    }
+}
+
+impl Hand {
+    /// The skin: the zero level of a rounded union of the capsules, cut from a 2 mm grid with the fingers apart by
+    /// surface nets (Gibson 1998). Takes a fraction of a second; keep it.
+    pub fn skin(&self) -> Skin {
+        let mut cast = PosedHand::default();
+        self.pose(&coordinates(&self.cast_rad), &mut cast);
+        let form = Form::new(self, &cast);
+        let grid = Grid::sample(&form);
+        let (points, triangles) = grid.surface_nets(&form);
+        let neighbours = neighbours(self);
+        let bind = |point: &Vector3<f64>| bind(self, &cast, &neighbours, point);
+        Skin {
+            vertices: points.iter().map(bind).collect(),
+            triangles,
+        }
+    }
+}
+
+/// The posed capsules by digit, palm first.
+struct Form {
+    digits: Vec<Vec<([Vector3<f64>; 2], f64)>>,
+}
+
+impl Form {
+    fn new(hand: &Hand, posed: &PosedHand) -> Self {
+        let mut digits = vec![Vec::new(); hand.digits.len()];
+        for (capsule, ends) in hand.capsules.iter().zip(&posed.capsules) {
+            digits[hand.links[capsule.link.0].digit].push((*ends, capsule.radius_m));
+        }
+        Self { digits }
+    }
+
+    /// Signed distance, rounded where parts meet.
+    fn distance(&self, point: &Vector3<f64>) -> f64 {
+        let union = |parts: &[([Vector3<f64>; 2], f64)], crease| {
+            parts.iter().fold(f64::INFINITY, |union, (ends, radius)| {
+                rounded_min(
+                    union,
+                    closest_points(&[*point; 2], ends).offset.norm() - radius,
+                    crease,
+                )
+            })
+        };
+        let palm = union(&self.digits[0], PALM_CREASE_M);
+        self.digits[1..].iter().fold(palm, |hand, digit| {
+            let digit = rounded_min(palm, union(digit, DIGIT_CREASE_M), ROOT_CREASE_M);
+            hand.min(digit)
+        })
+    }
+
+    fn gradient(&self, point: &Vector3<f64>) -> Vector3<f64> {
+        let step = 1e-5;
+        Vector3::from_fn(|axis, _| {
+            let offset = Vector3::ith(axis, step);
+            (self.distance(&(point + offset)) - self.distance(&(point - offset))) / (2.0 * step)
+        })
+    }
+
+    fn bounds(&self) -> [Vector3<f64>; 2] {
+        let mut bounds = [
+            Vector3::repeat(f64::INFINITY),
+            Vector3::repeat(f64::NEG_INFINITY),
+        ];
+        for (ends, radius) in self.digits.iter().flatten() {
+            for end in ends {
+                bounds[0] = bounds[0].inf(&end.add_scalar(-radius));
+                bounds[1] = bounds[1].sup(&end.add_scalar(*radius));
+            }
+        }
+        bounds
+    }
+}
+
+/// Minimum of two distances, lower by up to a quarter of `width` where they are equal, C¹ (Quilez's quadratic form).
+fn rounded_min(a: f64, b: f64, width: f64) -> f64 {
+    if (a - b).abs() >= width {
+        return a.min(b);
+    }
+    let overlap = 1.0 - (a - b).abs() / width;
+    a.min(b) - overlap * overlap * width / 4.0
+}
+
+struct Grid {
+    origin: Vector3<f64>,
+    size: [usize; 3],
+    values: Vec<f64>,
+}
+
+impl Grid {
+    /// Samples the form with a margin in which it is positive, so that the skin closes.
+    fn sample(form: &Form) -> Self {
+        let [low, high] = form.bounds();
+        let margin = PALM_CREASE_M + 2.0 * CELL_M;
+        let origin = low.add_scalar(-margin);
+        let mut size = [0; 3];
+        for axis in 0..3 {
+            let extent = high[axis] + margin - origin[axis];
+            size[axis] = (2..)
+                .find(|&n| (n - 1) as f64 * CELL_M >= extent)
+                .expect("bounds are finite");
+        }
+        let mut grid = Self {
+            origin,
+            size,
+            values: Vec::with_capacity(size.iter().product()),
+        };
+        for k in 0..size[2] {
+            for j in 0..size[1] {
+                for i in 0..size[0] {
+                    grid.values.push(form.distance(&grid.corner([i, j, k])));
+                }
+            }
+        }
+        grid
+    }
+
+    fn index(&self, at: [usize; 3]) -> usize {
+        (at[2] * self.size[1] + at[1]) * self.size[0] + at[0]
+    }
+
+    fn corner(&self, at: [usize; 3]) -> Vector3<f64> {
+        self.origin + Vector3::new(at[0] as f64, at[1] as f64, at[2] as f64) * CELL_M
+    }
+
+    /// One vertex in each cell the surface passes, drawn onto it; one quadrilateral around each edge it crosses.
+    fn surface_nets(&self, form: &Form) -> (Vec<Vector3<f64>>, Vec<[u32; 3]>) {
+        let mut points = Vec::new();
+        let mut vertex_of_cell = vec![u32::MAX; self.values.len()];
+        for k in 0..self.size[2] - 1 {
+            for j in 0..self.size[1] - 1 {
+                for i in 0..self.size[0] - 1 {
+                    if let Some(point) = self.cell_vertex([i, j, k]) {
+                        vertex_of_cell[self.index([i, j, k])] = u32::try_from(points.len())
+                            .expect("a skin has far fewer than 2³² vertices");
+                        points.push(onto(form, point));
+                    }
+                }
+            }
+        }
+        let mut triangles = Vec::new();
+        for k in 1..self.size[2] - 1 {
+            for j in 1..self.size[1] - 1 {
+                for i in 1..self.size[0] - 1 {
+                    for axis in 0..3 {
+                        let at = [i, j, k];
+                        let (b, c) = ((axis + 1) % 3, (axis + 2) % 3);
+                        let mut next = at;
+                        next[axis] += 1;
+                        let inside = self.values[self.index(at)] < 0.0;
+                        if inside == (self.values[self.index(next)] < 0.0) {
+                            continue;
+                        }
+                        let cell = |db: usize, dc: usize| {
+                            let mut cell = at;
+                            cell[b] -= db;
+                            cell[c] -= dc;
+                            vertex_of_cell[self.index(cell)]
+                        };
+                        let mut quad = [cell(1, 1), cell(0, 1), cell(0, 0), cell(1, 0)];
+                        if !inside {
+                            quad.reverse();
+                        }
+                        triangles.push([quad[0], quad[1], quad[2]]);
+                        triangles.push([quad[0], quad[2], quad[3]]);
+                    }
+                }
+            }
+        }
+        (points, triangles)
+    }
+
+    /// Mean of the points where the surface crosses the edges of a cell.
+    fn cell_vertex(&self, cell: [usize; 3]) -> Option<Vector3<f64>> {
+        let corner = |bits: usize| {
+            [
+                cell[0] + (bits & 1),
+                cell[1] + (bits >> 1 & 1),
+                cell[2] + (bits >> 2 & 1),
+            ]
+        };
+        let value = |bits: usize| self.values[self.index(corner(bits))];
+        let (mut sum, mut count) = (Vector3::zeros(), 0.0);
+        for low in 0..8 {
+            for high in [low | 1, low | 2, low | 4] {
+                if high != low && (value(low) < 0.0) != (value(high) < 0.0) {
+                    let t = value(low) / (value(low) - value(high));
+                    sum += self.corner(corner(low)).lerp(&self.corner(corner(high)), t);
+                    count += 1.0;
+                }
+            }
+        }
+        (count > 0.0).then(|| sum / count)
+    }
+}
+
+/// Draws a point onto the surface, never farther than half a cell.
+fn onto(form: &Form, start: Vector3<f64>) -> Vector3<f64> {
+    let mut point = start;
+    for _ in 0..3 {
+        let gradient = form.gradient(&point);
+        let step = gradient * (form.distance(&point) / gradient.norm_squared().max(0.25));
+        point -= step;
+    }
+    let way = point - start;
+    start + way * (CELL_M / 2.0 / way.norm().max(1e-12)).min(1.0)
+}
+
+/// For each link with geometry: itself and the links with geometry next to it in the tree.
+fn neighbours(hand: &Hand) -> Vec<Vec<usize>> {
+    let solid = |l: usize| hand.capsules.iter().any(|capsule| capsule.link.0 == l);
+    let mut neighbours: Vec<Vec<usize>> = (0..hand.links.len()).map(|l| vec![l]).collect();
+    for l in (0..hand.links.len()).filter(|&l| solid(l)) {
+        let mut above = hand.links[l].parent;
+        while let Some(parent) = above.filter(|parent| !solid(parent.0)) {
+            above = hand.links[parent.0].parent;
+        }
+        if let Some(parent) = above {
+            neighbours[l].push(parent.0);
+            neighbours[parent.0].push(l);
+        }
+    }
+    neighbours
+}
+
+/// Weights fall smoothly with the distance beyond the nearest link.
+fn bind(
+    hand: &Hand,
+    cast: &PosedHand,
+    neighbours: &[Vec<usize>],
+    point: &Vector3<f64>,
+) -> SkinVertex {
+    let mut distances = vec![f64::INFINITY; hand.links.len()];
+    for (Capsule { link, radius_m, .. }, ends) in hand.capsules.iter().zip(&cast.capsules) {
+        let distance = closest_points(&[*point; 2], ends).offset.norm() - radius_m;
+        distances[link.0] = distances[link.0].min(distance);
+    }
+    let nearest = (0..distances.len())
+        .min_by(|&a, &b| distances[a].total_cmp(&distances[b]))
+        .expect("a hand has links");
+    let weight = |l: usize| {
+        let excess = (distances[l] - distances[nearest]) / BLEND_M;
+        (1.0 - excess).max(0.0).powi(2)
+    };
+    let carriers: Vec<usize> = neighbours[nearest]
+        .iter()
+        .copied()
+        .filter(|&l| weight(l) > 0.0)
+        .collect();
+    let total: f64 = carriers.iter().map(|&l| weight(l)).sum();
+    let local = |l: usize| -> Vector3<f64> {
+        let frame: &Frame = &cast.object_from_link[l];
+        frame.inverse_point(point)
+    };
+    SkinVertex {
+        bindings: carriers
+            .iter()
+            .map(|&l| (LinkId(l), local(l), weight(l) / total))
+            .collect(),
+    }
+}

@@ -1,0 +1,245 @@
+//! Surface points: spread evenly over the outside of the union of the capsules.
+
+use nalgebra::Vector3;
+
+use super::{Hand, LinkId, PosedHand, SurfacePoint, closest_points};
+
+/// How many points stand for the surface of a hand: the count Liu et al. (2021) sample contacts from.
+const POINTS: usize = 773;
+/// Candidates to choose each point from.
+const CANDIDATES_PER_POINT: f64 = 20.0;
+/// Rounds of Lloyd's relaxation; the spacing hardly changes after the third.
+const ROUNDS: usize = 4;
+
+/// A candidate: a point of the union in the rest pose, root frame.
+struct Candidate {
+    link: LinkId,
+    point: Vector3<f64>,
+    normal: Vector3<f64>,
+    area_m2: f64,
+}
+
+/// Points of the union of the capsules in the rest pose, sorted by link, each with the area nearest to it.
+///
+/// Candidates on equal-area spirals around each capsule, those inside another capsule dropped; then farthest-point
+/// sampling (Eldar et al. 1997) and a few rounds of Lloyd's relaxation among the candidates. Nothing is random.
+pub(super) fn sample(hand: &Hand, rest: &PosedHand) -> Vec<SurfacePoint> {
+    let candidates = candidates(hand, rest);
+    let mut chosen = farthest(&candidates);
+    let mut cells = assign(&candidates, &chosen);
+    for _ in 0..ROUNDS {
+        chosen = recentre(&candidates, &cells, chosen.len());
+        cells = assign(&candidates, &chosen);
+    }
+    let mut areas = vec![0.0; chosen.len()];
+    for (candidate, &cell) in candidates.iter().zip(&cells) {
+        areas[cell] += candidate.area_m2;
+    }
+    let mut points: Vec<SurfacePoint> = chosen
+        .iter()
+        .zip(areas)
+        .map(|(&index, area_m2)| {
+            let Candidate {
+                link,
+                point,
+                normal,
+                ..
+            } = candidates[index];
+            let frame = &rest.object_from_link[link.0];
+            let normal = frame.rotation.tr_mul(&normal).normalize();
+            SurfacePoint {
+                link,
+                point: frame.inverse_point(&point),
+                normal,
+                area_m2,
+                region: 0,
+            }
+        })
+        .collect();
+    points.sort_by_key(|point| point.link);
+    points
+}
+
+fn candidates(hand: &Hand, rest: &PosedHand) -> Vec<Candidate> {
+    let area = |i: usize| {
+        let [a, b] = rest.capsules[i];
+        let radius = hand.capsules[i].radius_m;
+        std::f64::consts::TAU * radius * ((b - a).norm() + 2.0 * radius)
+    };
+    let total: f64 = (0..hand.capsules.len()).map(area).sum();
+    let share = total / (POINTS as f64 * CANDIDATES_PER_POINT);
+    let mut candidates = Vec::new();
+    for (i, capsule) in hand.capsules.iter().enumerate() {
+        let count = (1..)
+            .find(|&n| f64::from(n) * share >= area(i))
+            .expect("areas are finite");
+        let [a, b] = rest.capsules[i];
+        let length = (b - a).norm();
+        let along = (b - a).try_normalize(1e-12).unwrap_or_else(Vector3::z);
+        let across = along.cross(&Vector3::ith(along.iamin(), 1.0)).normalize();
+        let third = along.cross(&across);
+        for k in 0..count {
+            // A slice of given height has the same area on a sphere as on the cylinder around it (Archimedes).
+            let height = (f64::from(k) + 0.5) / f64::from(count)
+                * (length + 2.0 * capsule.radius_m)
+                - capsule.radius_m;
+            let on_axis = height.clamp(0.0, length);
+            let sine = (height - on_axis) / capsule.radius_m;
+            let (sin, cos) = (f64::from(k) * GOLDEN_ANGLE).sin_cos();
+            let normal =
+                along * sine + (across * cos + third * sin) * (1.0 - sine * sine).max(0.0).sqrt();
+            let point = a + along * on_axis + normal * capsule.radius_m;
+            if !covered(hand, rest, i, &point) {
+                candidates.push(Candidate {
+                    link: capsule.link,
+                    point,
+                    normal,
+                    area_m2: area(i) / f64::from(count),
+                });
+            }
+        }
+    }
+    candidates
+}
+
+/// π (3 − √5), radians.
+const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
+
+/// Whether a point of capsule `own` lies inside another one. Where two surfaces coincide the first capsule keeps them.
+fn covered(hand: &Hand, rest: &PosedHand, own: usize, point: &Vector3<f64>) -> bool {
+    hand.capsules.iter().enumerate().any(|(i, capsule)| {
+        let tie = if i < own { 1e-9 } else { -1e-9 };
+        i != own
+            && closest_points(&[*point; 2], &rest.capsules[i])
+                .offset
+                .norm()
+                < capsule.radius_m + tie
+    })
+}
+
+/// Squared distance along one sheet of the surface: infinite between surfaces that face each other, as on two
+/// fingers side by side.
+fn separation(a: &Candidate, b: &Candidate) -> f64 {
+    if a.normal.dot(&b.normal) > 0.0 {
+        (a.point - b.point).norm_squared()
+    } else {
+        f64::INFINITY
+    }
+}
+
+fn farthest(candidates: &[Candidate]) -> Vec<usize> {
+    let mut gaps = vec![f64::INFINITY; candidates.len()];
+    let mut chosen = Vec::with_capacity(POINTS);
+    let mut next = 0;
+    while chosen.len() < POINTS.min(candidates.len()) {
+        chosen.push(next);
+        let newest = &candidates[next];
+        let mut widest = -1.0;
+        for (i, candidate) in candidates.iter().enumerate() {
+            gaps[i] = gaps[i].min(separation(candidate, newest));
+            if gaps[i] > widest {
+                (widest, next) = (gaps[i], i);
+            }
+        }
+    }
+    chosen
+}
+
+/// For each candidate, the place in `chosen` of the nearest chosen one.
+fn assign(candidates: &[Candidate], chosen: &[usize]) -> Vec<usize> {
+    candidates
+        .iter()
+        .map(|candidate| {
+            let mut nearest = (f64::INFINITY, 0);
+            let mut any = (f64::INFINITY, 0);
+            for (cell, &index) in chosen.iter().enumerate() {
+                let gap = (candidate.point - candidates[index].point).norm_squared();
+                if gap < any.0 {
+                    any = (gap, cell);
+                }
+                if gap < nearest.0 && candidate.normal.dot(&candidates[index].normal) > 0.0 {
+                    nearest = (gap, cell);
+                }
+            }
+            if nearest.0.is_finite() {
+                nearest.1
+            } else {
+                any.1
+            }
+        })
+        .collect()
+}
+
+/// The candidate nearest to the centroid of each cell.
+fn recentre(candidates: &[Candidate], cells: &[usize], count: usize) -> Vec<usize> {
+    let mut centroids = vec![(Vector3::zeros(), 0.0); count];
+    for (candidate, &cell) in candidates.iter().zip(cells) {
+        centroids[cell].0 += candidate.point * candidate.area_m2;
+        centroids[cell].1 += candidate.area_m2;
+    }
+    let mut best = vec![(f64::INFINITY, 0); count];
+    for (i, (candidate, &cell)) in candidates.iter().zip(cells).enumerate() {
+        let gap = (candidate.point - centroids[cell].0 / centroids[cell].1).norm_squared();
+        if gap < best[cell].0 {
+            best[cell] = (gap, i);
+        }
+    }
+    best.into_iter().map(|(_, index)| index).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_lie_evenly_on_the_outside_of_the_union() {
+        let hand = Hand::human();
+        let mut rest = PosedHand::default();
+        hand.pose(&hand.rest_coordinates(), &mut rest);
+        let mut spacing = Vec::new();
+        for (i, point) in hand.surface.iter().enumerate() {
+            let distance = |p: &Vector3<f64>| {
+                let gaps = hand.capsules.iter().zip(&rest.capsules);
+                gaps.map(|(c, ends)| closest_points(&[*p; 2], ends).offset.norm() - c.radius_m)
+                    .fold(f64::INFINITY, f64::min)
+            };
+            let normal = hand.point_normal(&rest, i);
+            assert!((normal.norm() - 1.0).abs() < 1e-12);
+            assert!(
+                distance(&rest.points[i]).abs() < 1e-8,
+                "point {i} is {} off",
+                distance(&rest.points[i])
+            );
+            assert!(
+                distance(&(rest.points[i] + normal * 1e-5)) > 0.0,
+                "normal {i} points inward"
+            );
+            let nearest = (0..hand.surface.len())
+                .filter(|&j| j != i && hand.point_normal(&rest, j).dot(&normal) > 0.0)
+                .map(|j| (rest.points[j] - rest.points[i]).norm())
+                .fold(f64::INFINITY, f64::min);
+            spacing.push(nearest);
+            assert!(point.area_m2 > 0.0);
+        }
+        spacing.sort_by(f64::total_cmp);
+        let (low, high) = (
+            spacing[spacing.len() / 20],
+            spacing[spacing.len() * 19 / 20],
+        );
+        assert!(low > 0.6 * high, "spacing from {low} to {high} m");
+    }
+
+    /// One sphere and one long capsule, far apart: the areas must add up to 4πr² + 2πrℓ + 4πr².
+    #[test]
+    fn areas_add_up() {
+        let text = r#"<robot name="r"><link name="a"><collision><geometry><sphere radius="0.02"/></geometry></collision></link>
+            <link name="b"><collision><origin xyz="0 0 0.1"/><geometry><capsule radius="0.01" length="0.05"/></geometry></collision></link>
+            <joint name="j" type="continuous"><parent link="a"/><child link="b"/><axis xyz="1 0 0"/></joint></robot>"#;
+        let hand = Hand::from_urdf(text, None).unwrap();
+        let area: f64 = hand.surface.iter().map(|point| point.area_m2).sum();
+        let exact = std::f64::consts::PI
+            * (4.0 * 0.02_f64.powi(2) + 2.0 * 0.01 * 0.05 + 4.0 * 0.01_f64.powi(2));
+        assert!((area / exact - 1.0).abs() < 1e-9, "{area} m², not {exact}");
+        assert_eq!(hand.surface.len(), POINTS);
+    }
+}
