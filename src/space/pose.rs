@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::rotation::{exp, log, other_way, read, write};
+use super::rotation::{any_normal, exp, log, other_way, read, write};
 use super::torus::wrap;
 use super::{Space, Symmetry};
 
@@ -326,13 +326,6 @@ fn sphere_log(
     };
     let turn = axis * angle;
     (a.rotation * (exp(&turn) * arm_b - arm_a), turn)
-}
-
-/// A unit vector at right angles to `v`.
-fn any_normal(v: &Vector3<f64>) -> Vector3<f64> {
-    let mut axis = Vector3::zeros();
-    axis[v.iamin()] = 1.0;
-    v.cross(&axis).try_normalize(0.0).unwrap_or_else(Vector3::x)
 }
 
 /// Minimiser ψ ∈ [0, δ] of −2κ cos(δ − ψ) + 4 acos²(ρ cos(ψ/2)) for κ ≥ 0, δ ∈ [0, π], ρ² + σ² = 1, ρ ≥ 0.
