@@ -169,7 +169,7 @@ fn anchors(a: &[Vector3<f64>]) -> [usize; 2] {
     [p, largest(&|atom| atom.cross(&a[p]).norm_squared())]
 }
 
-/// min over R ∈ O(3) of Σ ‖a_k − R b_k‖² for two atoms: no copy of the cluster that pairs them so can be nearer.
+/// min over R ∈ O(3) of `Σ ‖a_k − R b_k‖²` for two atoms: no copy of the cluster that pairs them so can be nearer.
 ///
 /// ```text
 /// Σ (‖a_k‖² + ‖b_k‖²) − 2 (σ₁ + σ₂),   (σ₁ + σ₂)² = ‖H‖² + 2 σ₁σ₂,   σ₁σ₂ = ‖a₁×a₂‖ ‖b₁×b₂‖,   H = Σ a_k b_kᵀ
@@ -274,7 +274,7 @@ impl<'a> Search<'a> {
     }
 }
 
-/// Rotation R with the least Σ ‖a_i − R b_i‖²: the eigenvector of the largest eigenvalue of Horn's 4 × 4 matrix.
+/// Rotation R with the least `Σ ‖a_i − R b_i‖²`: the eigenvector of the largest eigenvalue of Horn's 4 × 4 matrix.
 fn best_rotation(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> UnitQuaternion<f64> {
     let s = b.iter().zip(a).fold(Matrix3::zeros(), |sum, (from, to)| {
         sum + from * to.transpose()
