@@ -83,7 +83,10 @@ mod tests {
         let well = DoubleWell::new(1);
         let counted = Counted::new(&well);
         let mut gradient = [0.0];
-        assert_eq!(counted.evaluate(&[0.0], &mut gradient), 1.0);
+        assert_eq!(
+            counted.evaluate(&[0.25], &mut gradient).to_bits(),
+            well.evaluate(&[0.25], &mut gradient).to_bits()
+        );
         counted.evaluate_below(&[0.0], &mut gradient, 0.5);
         counted.evaluate_choice(&[0.0], &[], &mut gradient);
         counted.terms(&[0.0]);

@@ -1,6 +1,6 @@
 //! The linear assignment problem.
 
-/// Solves min over permutations P of Σ_i cost(i, P(i)) exactly, in O(n³), with buffers kept between calls.
+/// Solves min over permutations P of Σ cost(i, P(i)) exactly, in O(n³), with buffers kept between calls.
 ///
 /// Shortest augmenting paths with potentials: R. Jonker and A. Volgenant, Computing 38, 325 (1987).
 #[derive(Debug)]

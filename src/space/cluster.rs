@@ -4,6 +4,7 @@ use nalgebra::{Matrix3, Matrix4, Quaternion, UnitQuaternion, Vector3};
 
 use super::Space;
 use super::assignment::Assignment;
+use super::rotation::any_normal;
 
 /// Configurations of n equal atoms in ℝ³, modulo translations, rotations, mirror images and permutations.
 ///
@@ -117,10 +118,13 @@ fn squared_distance(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
 /// The copy of `b` nearest to `a` (both centred), its atoms in the order of their partners in `a`.
 fn nearest_copy(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
     let size = a.iter().chain(b).map(Vector3::norm_squared).sum::<f64>();
-    let mirrored: Vec<_> = b.iter().map(|atom| -atom).collect();
-    let mut search = Search::new(a);
-    search.try_labels(b);
-    search.descend(b, &UnitQuaternion::identity());
+    if !size.is_finite() {
+        return b.to_vec();
+    }
+    let mut search = Search::new(a, b);
+    // The numbering as it is, then the orientation as it is: along a path one of them is right.
+    search.visit(false, &(0..b.len()).collect::<Vec<_>>());
+    search.descend(false, &UnitQuaternion::identity());
 
     let mut starts = Vec::with_capacity(2 * b.len() * b.len());
     let mut offer = |pair: [usize; 2], partners: [usize; 2]| {
@@ -137,19 +141,19 @@ fn nearest_copy(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
             offer([i, j], of_b);
         }
     }
+    let key = |start: &(f64, [usize; 2], [usize; 2])| (start.1, start.2);
     starts.sort_unstable_by(|one, other| {
         one.0
             .total_cmp(&other.0)
-            .then_with(|| (one.1, one.2).cmp(&(other.1, other.2)))
+            .then_with(|| key(one).cmp(&key(other)))
     });
     for (bound, [p, q], [i, j]) in starts.into_iter().take(STARTS) {
         if search.best <= 1e-16 * size || bound > search.best + 1e-14 * size {
             break;
         }
         let target = frame(&a[p], &a[q]);
-        for copy in [b, &mirrored] {
-            search.descend(copy, &(target * frame(&copy[i], &copy[j]).inverse()));
-        }
+        search.descend(false, &(target * frame(&b[i], &b[j]).inverse()));
+        search.descend(true, &(target * frame(&-b[i], &-b[j]).inverse()));
     }
     search.copy
 }
@@ -165,7 +169,7 @@ fn anchors(a: &[Vector3<f64>]) -> [usize; 2] {
     [p, largest(&|atom| atom.cross(&a[p]).norm_squared())]
 }
 
-/// min over R ∈ O(3) of Σ ‖a_k − R b_k‖² for two atoms: no copy of the cluster that pairs them so can be nearer.
+/// min over R ∈ O(3) of `Σ ‖a_k − R b_k‖²` for two atoms: no copy of the cluster that pairs them so can be nearer.
 ///
 /// ```text
 /// Σ (‖a_k‖² + ‖b_k‖²) − 2 (σ₁ + σ₂),   (σ₁ + σ₂)² = ‖H‖² + 2 σ₁σ₂,   σ₁σ₂ = ‖a₁×a₂‖ ‖b₁×b₂‖,   H = Σ a_k b_kᵀ
@@ -178,78 +182,85 @@ fn pair_bound(a: [&Vector3<f64>; 2], b: [&Vector3<f64>; 2]) -> f64 {
     a1 + a2 + b1 + b2 - 2.0 * (norm + 2.0 * product).max(0.0).sqrt()
 }
 
-/// Rotation that takes x to the direction of `first` and y into the half plane of `second`.
+/// The orientation of an observer at the centroid who looks along `first` and sees `second` on a fixed side.
 fn frame(first: &Vector3<f64>, second: &Vector3<f64>) -> UnitQuaternion<f64> {
-    let normal = first.cross(second);
-    // Atoms on a line leave the turn about it free; any normal will do.
-    let normal = if normal.norm() > 1e-12 * first.norm_squared() {
+    // An atom at the centroid or a pair on a line leaves the orientation partly free; any choice will do.
+    let ahead = first.try_normalize(0.0).unwrap_or_else(Vector3::x);
+    let normal = ahead.cross(second);
+    let normal = if normal.norm() > 1e-12 * second.norm() {
         normal
     } else {
-        first.cross(&Vector3::ith(first.iamin(), 1.0))
+        any_normal(&ahead)
     };
-    // Looks along its z, so z ↦ first and x, y follow the normal: the same convention for both frames is all it takes.
-    UnitQuaternion::face_towards(first, &normal)
+    UnitQuaternion::face_towards(&ahead, &normal)
 }
 
-/// The best copy so far and the buffers of the descent.
+/// The best copy so far, the pairings already tried, and the buffers of the descent.
 struct Search<'a> {
     a: &'a [Vector3<f64>],
+    /// The atoms of b and of its mirror image −b.
+    b: [Vec<Vector3<f64>>; 2],
     best: f64,
     copy: Vec<Vector3<f64>>,
     trial: Vec<Vector3<f64>>,
-    partners: Vec<usize>,
+    /// Partner lists tried with each image, one after the other.
+    visited: [Vec<usize>; 2],
     cost: Vec<f64>,
     assignment: Assignment,
 }
 
 impl<'a> Search<'a> {
-    fn new(a: &'a [Vector3<f64>]) -> Self {
+    fn new(a: &'a [Vector3<f64>], b: &[Vector3<f64>]) -> Self {
         Self {
             a,
+            b: [b.to_vec(), b.iter().map(|atom| -atom).collect()],
             best: f64::INFINITY,
-            copy: a.to_vec(),
-            trial: a.to_vec(),
-            partners: Vec::with_capacity(a.len()),
+            copy: b.to_vec(),
+            trial: b.to_vec(),
+            visited: [Vec::new(), Vec::new()],
             cost: vec![0.0; a.len() * a.len()],
             assignment: Assignment::new(a.len()),
         }
     }
 
-    /// Best rotation with the numbering as it is.
-    fn try_labels(&mut self, b: &[Vector3<f64>]) {
-        self.trial.copy_from_slice(b);
-        let rotation = best_rotation(self.a, &self.trial);
-        self.keep(&rotation);
-    }
-
-    /// Alternates best partners and best rotation of `b`, starting with `rotation`, until the partners stay.
-    fn descend(&mut self, b: &[Vector3<f64>], rotation: &UnitQuaternion<f64>) {
+    /// Alternates best partners and best rotation, starting with `rotation`, until it meets partners already tried.
+    fn descend(&mut self, mirrored: bool, rotation: &UnitQuaternion<f64>) {
         let mut rotation = *rotation;
-        self.partners.clear();
-        // Each round lowers the distance, so it ends; the limit is against ties that rounding keeps swapping.
-        for _ in 0..50 {
+        let n = self.a.len();
+        // Each round tries new partners, so it ends.
+        loop {
             let matrix = rotation.to_rotation_matrix();
-            let n = b.len();
-            for (j, atom) in b.iter().enumerate() {
+            for (j, atom) in self.b[usize::from(mirrored)].iter().enumerate() {
                 let turned = matrix * atom;
                 for (i, target) in self.a.iter().enumerate() {
                     self.cost[i * n + j] = (target - turned).norm_squared();
                 }
             }
             self.assignment.solve(&self.cost);
-            if self.assignment.column == self.partners {
-                break;
+            let partners = std::mem::take(&mut self.assignment.column);
+            let next = self.visit(mirrored, &partners);
+            self.assignment.column = partners;
+            match next {
+                Some(better) => rotation = better,
+                None => return,
             }
-            self.partners.clone_from(&self.assignment.column);
-            for (place, partner) in self.trial.iter_mut().zip(&self.partners) {
-                *place = b[*partner];
-            }
-            rotation = best_rotation(self.a, &self.trial);
         }
-        self.keep(&rotation);
     }
 
-    fn keep(&mut self, rotation: &UnitQuaternion<f64>) {
+    /// Best rotation for the given partners, unless they were tried before; keeps the copy if it is the nearest so far.
+    fn visit(&mut self, mirrored: bool, partners: &[usize]) -> Option<UnitQuaternion<f64>> {
+        let visited = &mut self.visited[usize::from(mirrored)];
+        if visited
+            .chunks_exact(partners.len())
+            .any(|tried| tried == partners)
+        {
+            return None;
+        }
+        visited.extend_from_slice(partners);
+        for (place, partner) in self.trial.iter_mut().zip(partners) {
+            *place = self.b[usize::from(mirrored)][*partner];
+        }
+        let rotation = best_rotation(self.a, &self.trial);
         let matrix = rotation.to_rotation_matrix();
         for atom in &mut self.trial {
             *atom = matrix * *atom;
@@ -259,10 +270,11 @@ impl<'a> Search<'a> {
             self.best = distance;
             self.copy.copy_from_slice(&self.trial);
         }
+        Some(rotation)
     }
 }
 
-/// Rotation R with the least Σ ‖a_i − R b_i‖²: the eigenvector of the largest eigenvalue of Horn's 4 × 4 matrix.
+/// Rotation R with the least `Σ ‖a_i − R b_i‖²`: the eigenvector of the largest eigenvalue of Horn's 4 × 4 matrix.
 fn best_rotation(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> UnitQuaternion<f64> {
     let s = b.iter().zip(a).fold(Matrix3::zeros(), |sum, (from, to)| {
         sum + from * to.transpose()
@@ -334,7 +346,16 @@ mod tests {
         let mut rng = stream(1, Task::Start, 0);
         for n in [1, 2, 3, 4, 7, 13, 38] {
             let space = Cluster::new(n);
-            let a = random_cluster(n, &mut rng);
+            let mut a = random_cluster(n, &mut rng);
+            if n == 7 {
+                // One atom exactly at the centroid gives no direction to align.
+                let centroid = centred(&a[..18]);
+                a = centroid
+                    .iter()
+                    .flat_map(|atom| atom.data.0[0])
+                    .chain([0.0; 3])
+                    .collect();
+            }
             for mirror in [false, true] {
                 let distance = space.distance(&a, &disguised(&a, mirror, &mut rng));
                 // Exact copies up to the rounding of coordinates of size 3.

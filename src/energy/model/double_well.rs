@@ -9,7 +9,7 @@ use crate::space::{Euclidean, Space};
 /// V(x) = Σ_i (x_i² − 1)² + c x_i
 /// ```
 ///
-/// Without tilt c: 2ᵈ minima at energy 0 (every sign of x_i = ±1), d 2ᵈ⁻¹ saddles at 1, and every merge happens at 1.
+/// Without tilt c: 2ᵈ minima at energy 0 (every coordinate ±1), d 2ᵈ⁻¹ saddles at 1, and every merge happens at 1.
 /// With |c| < 8/(3√3) each well keeps two unequal minima and the landscape is the product of d copies of it.
 #[derive(Debug, Clone)]
 pub struct DoubleWell {
@@ -63,10 +63,14 @@ mod tests {
     fn minima_at_zero_and_saddles_at_one() {
         let surface = DoubleWell::new(3);
         let mut gradient = [0.0; 3];
-        assert_eq!(surface.evaluate(&[1.0, -1.0, 1.0], &mut gradient), 0.0);
-        assert_eq!(gradient, [0.0; 3]);
-        assert_eq!(surface.evaluate(&[1.0, -1.0, 0.0], &mut gradient), 1.0);
-        assert_eq!(gradient, [0.0; 3]);
+        for (x, height) in [([1.0, -1.0, 1.0], 0.0), ([1.0, -1.0, 0.0], 1.0)] {
+            approx::assert_abs_diff_eq!(
+                surface.evaluate(&x, &mut gradient),
+                height,
+                epsilon = 1e-15
+            );
+            approx::assert_abs_diff_eq!(gradient.as_slice(), [0.0; 3].as_slice(), epsilon = 1e-15);
+        }
     }
 
     #[test]
@@ -76,6 +80,7 @@ mod tests {
         let energy = DoubleWell::new(1)
             .with_tilt(1.5)
             .evaluate(&[0.5], &mut gradient);
-        assert_eq!((energy, gradient[0]), (1.3125, 0.0));
+        approx::assert_abs_diff_eq!(energy, 1.3125, epsilon = 1e-15);
+        approx::assert_abs_diff_eq!(gradient[0], 0.0, epsilon = 1e-15);
     }
 }
