@@ -441,15 +441,15 @@ impl Table {
     /// A required column of lists of `N` numbers.
     fn arrays<const N: usize>(&self, name: &str) -> Result<Vec<[f64; N]>, StoreError> {
         let array = |(row, values): (usize, Vec<f64>)| {
-            let found = values.len();
+            let (column, found) = (name.to_owned(), values.len());
             let fault = Fault::Length {
-                column: name.to_owned(),
+                column,
                 found,
                 expected: N,
             };
-            values
-                .try_into()
-                .map_err(|_: Vec<f64>| self.fault(row, fault))
+            <[f64; N]>::try_from(values.as_slice())
+                .ok()
+                .ok_or_else(|| self.fault(row, fault))
         };
         self.required(name, &VECTOR)?
             .into_iter()

@@ -212,6 +212,10 @@ mod packed {
 
     use super::{Read, Write};
 
+    #[expect(
+        clippy::ref_option,
+        reason = "serde hands over a reference to the field"
+    )]
     pub(super) fn serialize<S: Serializer>(
         text: &Option<String>,
         serializer: S,

@@ -4,6 +4,7 @@
 //! dictionary-encoded strings, lists of fixed or variable length. Numbers are finite or it is an error.
 
 use std::ops::Range;
+use std::panic;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -33,9 +34,12 @@ pub(super) struct Table {
 impl Table {
     pub(super) fn read(path: &Path) -> Result<Self, StoreError> {
         let bytes = std::fs::read(path).map_err(StoreError::io("read", path))?;
-        Self::decode(path, bytes.into()).map_err(|reason| StoreError::NotParquet {
-            path: path.to_path_buf(),
-            reason,
+        // The reader of the parquet crate panics on some damaged pages; for a user that is one more damaged file.
+        let decoded = panic::catch_unwind(|| Self::decode(path, bytes.into()));
+        let decoded = decoded.unwrap_or_else(|_| Err("its pages contradict its footer".to_owned()));
+        decoded.map_err(|reason| {
+            let path = path.to_path_buf();
+            StoreError::NotParquet { path, reason }
         })
     }
 
