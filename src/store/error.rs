@@ -31,6 +31,16 @@ pub enum StoreError {
         /// What the reader met.
         reason: String,
     },
+    /// A compression whose decoder is not built in.
+    #[error(
+        "{path} is compressed with {codec}, which is not supported: write it with snappy or without compression"
+    )]
+    Compression {
+        /// The file.
+        path: PathBuf,
+        /// Name of the compression.
+        codec: String,
+    },
     /// A Parquet file that does not say which hand and object it is about.
     #[error(
         "{path} was not written by landscape and does not describe its {missing}: give {flags} (columns and units are \

@@ -25,18 +25,18 @@
 //! | `chain_seed`?, `chain_step`? | uint64 | the chain and step that found it; absent: 0 |
 //!
 //! `?` may be absent, `∅` may be null; other columns are ignored. Narrower numbers, lists of any kind and categorical
-//! strings are accepted, so a table may pass through other tools:
+//! strings are accepted, so a table may pass through other tools (polars must be told `compression="snappy"`):
 //!
 //! ```python
 //! pandas.read_parquet("grasps.parquet")
 //! polars.read_parquet("grasps.parquet")
 //! duckdb.sql("select label, count(*) from 'grasps.parquet' group by label")
-//! json.loads(pyarrow.parquet.read_schema("grasps.parquet").metadata[b"landscape"])   # hand, object, settings
+//! about = pyarrow.parquet.read_metadata("grasps.parquet").metadata[b"landscape"]   # JSON: hand, object, settings
 //! ```
 //!
-//! Most tools drop the metadata when they write the table back. Keep them with
-//! `table.replace_schema_metadata(pyarrow.parquet.read_schema("grasps.parquet").metadata)`, or name hand and object
-//! again when the file is read ([`Overrides`]).
+//! Most tools drop the metadata when they write the table back. Keep them with pyarrow,
+//! `table.replace_schema_metadata({"landscape": about})`, or name hand and object again when the file is read
+//! ([`Overrides`]).
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -441,15 +441,15 @@ impl Table {
     /// A required column of lists of `N` numbers.
     fn arrays<const N: usize>(&self, name: &str) -> Result<Vec<[f64; N]>, StoreError> {
         let array = |(row, values): (usize, Vec<f64>)| {
-            let found = values.len();
+            let (column, found) = (name.to_owned(), values.len());
             let fault = Fault::Length {
-                column: name.to_owned(),
+                column,
                 found,
                 expected: N,
             };
-            values
-                .try_into()
-                .map_err(|_: Vec<f64>| self.fault(row, fault))
+            <[f64; N]>::try_from(values.as_slice())
+                .ok()
+                .ok_or_else(|| self.fault(row, fault))
         };
         self.required(name, &VECTOR)?
             .into_iter()

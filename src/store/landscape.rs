@@ -252,14 +252,12 @@ impl Timings {
     /// # Errors
     /// If the folder cannot be written.
     pub fn write(&self, folder: &AtomicFolder) -> Result<(), StoreError> {
-        folder.write(
-            TIMINGS,
-            &pretty(&serde_json::to_value(self).expect("timings are plain data")),
-        )
+        folder.write(TIMINGS, &pretty(self))
     }
 }
 
-fn pretty(value: &Value) -> Vec<u8> {
+fn pretty(value: &impl Serialize) -> Vec<u8> {
+    let value = serde_json::to_value(value).expect("plain data with text keys is always JSON");
     format!("{value:#}\n").into_bytes()
 }
 

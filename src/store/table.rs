@@ -3,7 +3,9 @@
 //! Accepts whatever pandas, polars or `DuckDB` may have made of a column: 32-bit floats, other integer widths, large or
 //! dictionary-encoded strings, lists of fixed or variable length. Numbers are finite or it is an error.
 
+use std::fmt::Display;
 use std::ops::Range;
+use std::panic;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -16,6 +18,8 @@ use arrow_array::{Array, ArrayRef, OffsetSizeTrait, RecordBatch};
 use arrow_schema::{DataType, Schema};
 use bytes::Bytes;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use parquet::basic::CompressionCodec;
+use parquet::file::metadata::{ColumnChunkMetaData, RowGroupMetaData};
 
 use super::columns::KEY;
 use super::error::{Fault, StoreError};
@@ -33,15 +37,31 @@ pub(super) struct Table {
 impl Table {
     pub(super) fn read(path: &Path) -> Result<Self, StoreError> {
         let bytes = std::fs::read(path).map_err(StoreError::io("read", path))?;
-        Self::decode(path, bytes.into()).map_err(|reason| StoreError::NotParquet {
-            path: path.to_path_buf(),
-            reason,
-        })
+        // The reader of the parquet crate panics on some damaged pages; for a user that is one more damaged file.
+        panic::catch_unwind(|| Self::decode(path, bytes.into()))
+            .unwrap_or_else(|_| Err(damaged(path, &"its pages contradict its footer")))
     }
 
-    fn decode(path: &Path, bytes: Bytes) -> Result<Self, String> {
-        let builder =
-            ParquetRecordBatchReaderBuilder::try_new(bytes).map_err(|error| error.to_string())?;
+    fn decode(path: &Path, bytes: Bytes) -> Result<Self, StoreError> {
+        let builder = ParquetRecordBatchReaderBuilder::try_new(bytes)
+            .map_err(|error| damaged(path, &error))?;
+        let chunks = builder
+            .metadata()
+            .row_groups()
+            .iter()
+            .flat_map(RowGroupMetaData::columns);
+        for codec in chunks.map(ColumnChunkMetaData::compression_codec) {
+            if !matches!(
+                codec,
+                CompressionCodec::UNCOMPRESSED | CompressionCodec::SNAPPY
+            ) {
+                let codec = format!("{codec:?}");
+                return Err(StoreError::Compression {
+                    path: path.to_path_buf(),
+                    codec,
+                });
+            }
+        }
         let pairs = builder.metadata().file_metadata().key_value_metadata();
         let metadata = pairs
             .into_iter()
@@ -52,10 +72,10 @@ impl Table {
         let reader = builder
             .with_batch_size(1 << 16)
             .build()
-            .map_err(|error| error.to_string())?;
-        let batches: Vec<RecordBatch> = reader
+            .map_err(|error| damaged(path, &error))?;
+        let batches: Vec<_> = reader
             .collect::<Result<_, _>>()
-            .map_err(|error| error.to_string())?;
+            .map_err(|error| damaged(path, &error))?;
         let rows = batches.iter().map(RecordBatch::num_rows).sum();
         Ok(Self {
             path: path.to_path_buf(),
@@ -158,6 +178,13 @@ impl Table {
             row,
             fault,
         }
+    }
+}
+
+fn damaged(path: &Path, reason: &dyn Display) -> StoreError {
+    StoreError::NotParquet {
+        path: path.to_path_buf(),
+        reason: reason.to_string(),
     }
 }
 
