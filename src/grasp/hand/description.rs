@@ -166,10 +166,7 @@ pub(super) fn read(text: &str, side_file: Option<&str>) -> Result<Hand, HandErro
     hand.pose(&coordinates(&hand.prior.rest_rad), &mut rest);
     hand.self_pairs = self_pairs::derive(&hand, &rest);
     hand.surface = surface::sample(&hand, &rest);
-    for (l, range) in hand.link_points.iter_mut().enumerate() {
-        let first = |l: usize| hand.surface.partition_point(|point| point.link.0 < l);
-        *range = first(l)..first(l + 1);
-    }
+    hand.index_surface();
     hand.pose(&coordinates(&hand.prior.rest_rad), &mut rest);
     region::tag(&mut hand, &rest, &side)?;
     hand.palm = region::palm_frame(&hand, &rest, &side)?;

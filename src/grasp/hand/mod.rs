@@ -251,6 +251,27 @@ impl Hand {
         ]
     }
 
+    /// The same hand with every `stride`-th surface point only, each standing for more area.
+    ///
+    /// # Panics
+    /// If `stride` is 0.
+    #[must_use]
+    pub fn thinned(&self, stride: usize) -> Self {
+        let mut hand = self.clone();
+        hand.surface = self.surface.iter().step_by(stride).copied().collect();
+        for point in &mut hand.surface {
+            point.area_m2 *= stride as f64;
+        }
+        hand.index_surface();
+        hand
+    }
+
+    /// Finds each link's surface points, which are sorted by link.
+    fn index_surface(&mut self) {
+        let first = |l: usize| self.surface.partition_point(|point| point.link.0 < l);
+        self.link_points = (0..self.links.len()).map(|l| first(l)..first(l + 1)).collect();
+    }
+
     /// Number of the link with this name.
     pub fn link(&self, name: &str) -> Option<LinkId> {
         self.links

@@ -1,0 +1,259 @@
+//! The grasp energy: every term's gradient, the exact envelope against brute force, and no memory.
+#![cfg(feature = "grasp")]
+
+use std::sync::{Arc, LazyLock};
+
+use landscape::energy::Energy;
+use landscape::grasp::closure::net_wrench;
+use landscape::grasp::hand::{Hand, PosedHand};
+use landscape::grasp::object::Object;
+use landscape::grasp::start::start_pose;
+use landscape::grasp::{EnergySettings, GraspEnergy};
+use landscape::sample::{Rng, Task, stream};
+use landscape::space::Space;
+use rand::RngExt;
+
+static HAND: LazyLock<Arc<Hand>> = LazyLock::new(|| Arc::new(Hand::human()));
+static BOTTLE: LazyLock<Arc<Object>> =
+    LazyLock::new(|| Arc::new(Object::named("bottle_round").unwrap()));
+static BALL: LazyLock<Arc<Object>> = LazyLock::new(|| Arc::new(Object::named("ball").unwrap()));
+
+fn none() -> EnergySettings {
+    EnergySettings {
+        force_closure_weight: 0.0,
+        rank_weight: 0.0,
+        distance_weight: 0.0,
+        penetration_weight: 0.0,
+        intrusion_weight: 0.0,
+        self_penetration_weight: 0.0,
+        joint_limits_weight: 0.0,
+        prior_weight: 0.0,
+        ..EnergySettings::default()
+    }
+}
+
+/// Every term alone, and both presets. A new term is one line here.
+fn cases() -> Vec<(&'static str, EnergySettings)> {
+    vec![
+        ("default", EnergySettings::default()),
+        ("paper", EnergySettings::paper()),
+        ("force closure", EnergySettings { force_closure_weight: 1.0, ..none() }),
+        ("rank", EnergySettings { rank_weight: 1.0, rank_epsilon: 2.0, ..none() }),
+        ("distance", EnergySettings { distance_weight: 1.0, ..none() }),
+        ("penetration", EnergySettings { penetration_weight: 1.0, ..none() }),
+        ("intrusion", EnergySettings { intrusion_weight: 1.0, ..none() }),
+        ("self-penetration", EnergySettings { self_penetration_weight: 1.0, ..none() }),
+        ("joint limits", EnergySettings { joint_limits_weight: 1.0, ..none() }),
+        ("prior", EnergySettings { prior_weight: 1.0, ..none() }),
+    ]
+}
+
+/// A start pose, moved by a few millimetres and curled at random so that everything overlaps somewhere.
+fn pose(hand: &Hand, object: &Object, space: &dyn Space, rng: &mut Rng) -> Vec<f64> {
+    let mut x = start_pose(hand, object, rng);
+    let scales = space.step_scales();
+    let tangent: Vec<f64> = scales.iter().map(|s| s * rng.random_range(-0.03..0.03)).collect();
+    space.shift(&mut x, &tangent);
+    x
+}
+
+fn random_choice(hand: &Hand, contacts: usize, rng: &mut Rng) -> Vec<u32> {
+    let points = u32::try_from(hand.surface.len()).unwrap();
+    let mut choice = Vec::new();
+    while choice.len() < contacts {
+        let index = rng.random_range(0..points);
+        if !choice.contains(&index) {
+            choice.push(index);
+        }
+    }
+    choice
+}
+
+#[test]
+fn every_term_is_differentiated_correctly() {
+    for object in [&*BOTTLE, &*BALL] {
+        for (name, settings) in cases() {
+            let energy = GraspEnergy::new(HAND.clone(), object.clone(), settings).unwrap();
+            let space = energy.space();
+            let scales = space.step_scales();
+            let mut rng = stream(1, Task::Start, 0);
+            let mut seen = 0.0f64;
+            for _ in 0..12 {
+                let x = pose(&HAND, object, space, &mut rng);
+                let choice = random_choice(&HAND, settings.contacts, &mut rng);
+                let mut gradient = vec![f64::NAN; space.tangents()];
+                let mut unused = gradient.clone();
+                let value = energy.evaluate_choice(&x, &choice, &mut gradient);
+                assert!(value.is_finite(), "{name}");
+                let sum: f64 = energy.terms_of(&x, &choice).iter().map(|(_, v)| v).sum();
+                assert!((sum - value).abs() <= 1e-9 * (1.0 + value.abs()), "{name}: {sum} {value}");
+                seen = gradient.iter().fold(seen, |s, g| s.max(g.abs()));
+                let size = gradient.iter().fold(1.0 + value.abs(), |s, g| s.max(g.abs()));
+                for k in 0..gradient.len() {
+                    let step = 1e-7 * scales[k];
+                    let mut at = |length: f64| {
+                        let mut tangent = vec![0.0; space.tangents()];
+                        tangent[k] = length;
+                        let mut moved = x.clone();
+                        space.shift(&mut moved, &tangent);
+                        energy.evaluate_choice(&moved, &choice, &mut unused)
+                    };
+                    let estimate = (at(step) - at(-step)) / (2.0 * step);
+                    // Rounding is 1e-16 of the energy over a step of 1e-7 lengths; a depth that crosses its rounding
+                    // within the step adds its curvature, 1/0.5 mm, times the step.
+                    let tolerance = 2e-4 * size / scales[k].min(1.0);
+                    assert!(
+                        (estimate - gradient[k]).abs() < tolerance,
+                        "{name} on {}: ∂E/∂τ_{k} = {}, difference {estimate}",
+                        object.name,
+                        gradient[k]
+                    );
+                }
+            }
+            assert!(seen > 0.0, "{name} never did anything on {}", object.name);
+        }
+    }
+}
+
+/// Contact energy of every set of `size` surface points, by brute force from public pieces only.
+fn least_contact_energy(energy: &GraspEnergy, x: &[f64], settings: &EnergySettings) -> f64 {
+    let (hand, object) = (energy.hand(), energy.object());
+    let mut posed = PosedHand::default();
+    hand.pose(x, &mut posed);
+    let all: Vec<u32> = (0..u32::try_from(hand.surface.len()).unwrap()).collect();
+    let contacts = energy.point_contacts(x, &all);
+    let own: Vec<f64> = posed
+        .points
+        .iter()
+        .map(|p| {
+            let (d, r) = (object.shape.distance(p), settings.distance_rounding_m);
+            settings.distance_weight * (d.hypot(r) - r) / energy.unit_m()
+        })
+        .collect();
+    let mut least = f64::INFINITY;
+    let mut stack: Vec<(usize, Vec<usize>)> = vec![(0, vec![])];
+    while let Some((from, set)) = stack.pop() {
+        if set.len() == settings.contacts {
+            let chosen: Vec<_> = set.iter().map(|&i| contacts[i]).collect();
+            let rounding = settings.force_closure_rounding;
+            let closure = net_wrench(&chosen).hypot(rounding) - rounding;
+            let total = set.iter().map(|&i| own[i]).sum::<f64>() + settings.force_closure_weight * closure;
+            least = least.min(total);
+        } else {
+            for i in from..contacts.len() {
+                let mut longer = set.clone();
+                longer.push(i);
+                stack.push((i + 1, longer));
+            }
+        }
+    }
+    least
+}
+
+fn compare_with_brute_force(stride: usize, contacts: usize, poses: usize, off_m: f64) {
+    let hand = Arc::new(HAND.thinned(stride));
+    let settings = EnergySettings { contacts, ..EnergySettings::default() };
+    let energy = GraspEnergy::new(hand.clone(), BOTTLE.clone(), settings).unwrap();
+    let mut rng = stream(7, Task::Start, stride as u64);
+    for n in 0..poses {
+        let mut x = pose(&hand, &BOTTLE, energy.space(), &mut rng);
+        if n % 4 == 0 {
+            x[0] += off_m;
+        }
+        let choice = energy.choice(&x);
+        assert_eq!(choice.len(), contacts);
+        let terms = energy.terms_of(&x, &choice);
+        let found: f64 = terms
+            .iter()
+            .filter(|(name, _)| name == "force_closure" || name == "distance")
+            .map(|(_, value)| value)
+            .sum();
+        let least = least_contact_energy(&energy, &x, &settings);
+        assert!((found - least).abs() < 1e-9, "pose {n}: {found}, brute force {least}");
+    }
+}
+
+#[test]
+fn envelope_is_the_minimum_over_all_triples() {
+    compare_with_brute_force(19, 3, 200, 0.05);
+}
+
+#[test]
+fn envelope_is_the_minimum_over_all_quadruples() {
+    compare_with_brute_force(19, 4, 200, 0.05);
+}
+
+#[test]
+#[ignore = "minutes: 76 million triples for each of 20 poses at full resolution"]
+fn envelope_is_the_minimum_at_full_resolution() {
+    compare_with_brute_force(1, 3, 20, 0.05);
+}
+
+#[test]
+#[ignore = "minutes: 15 million quadruples for each of 20 poses"]
+fn envelope_is_the_minimum_over_quadruples_of_many_points() {
+    compare_with_brute_force(5, 4, 20, 0.05);
+}
+
+/// What was evaluated before makes an evaluation faster, never different.
+#[test]
+fn the_envelope_has_no_memory() {
+    let fresh = || GraspEnergy::new(HAND.clone(), BOTTLE.clone(), EnergySettings::default()).unwrap();
+    let used = fresh();
+    let mut rng = stream(3, Task::Start, 0);
+    let mut x = start_pose(&HAND, &BOTTLE, &mut rng);
+    let mut gradient = vec![0.0; used.space().tangents()];
+    for n in 0..60 {
+        let size = if n % 10 == 0 { 0.05 } else { 5e-4 };
+        let tangent: Vec<f64> = (0..gradient.len()).map(|_| rng.random_range(-size..size)).collect();
+        used.space().shift(&mut x, &tangent);
+        let value = used.evaluate(&x, &mut gradient);
+        let mut other = vec![0.0; gradient.len()];
+        let alone = fresh().evaluate(&x, &mut other);
+        assert_eq!(value.to_bits(), alone.to_bits(), "step {n}");
+        assert_eq!(gradient, other, "step {n}");
+        let choice = used.choice(&x);
+        let held = used.evaluate_choice(&x, &choice, &mut other);
+        assert!((held - value).abs() <= 1e-12 * (1.0 + value.abs()));
+    }
+}
+
+/// Above the cut-off the answer is a lower bound above the cut-off; below, it is exact.
+#[test]
+fn leaving_early_keeps_its_promise() {
+    let energy = GraspEnergy::new(HAND.clone(), BOTTLE.clone(), EnergySettings::default()).unwrap();
+    let mut rng = stream(4, Task::Start, 0);
+    let mut gradient = vec![0.0; energy.space().tangents()];
+    for _ in 0..30 {
+        let x = start_pose(&HAND, &BOTTLE, &mut rng);
+        let value = energy.evaluate(&x, &mut gradient);
+        for factor in [0.5, 0.99, 1.01, 2.0] {
+            let cutoff = factor * value;
+            let below = energy.evaluate_below(&x, &mut gradient, cutoff);
+            if value <= cutoff {
+                assert_eq!(below.to_bits(), value.to_bits());
+            } else {
+                assert!(below > cutoff && below <= value + 1e-12, "{below} {value} {cutoff}");
+            }
+        }
+    }
+}
+
+/// Turning the hand about the bottle's axis changes nothing but the error of the baked field.
+#[test]
+fn the_axis_of_the_bottle_does_not_matter() {
+    let energy = GraspEnergy::new(HAND.clone(), BOTTLE.clone(), EnergySettings::default()).unwrap();
+    let mut rng = stream(5, Task::Start, 0);
+    let mut gradient = vec![0.0; energy.space().tangents()];
+    let x = start_pose(&HAND, &BOTTLE, &mut rng);
+    let turn = nalgebra::UnitQuaternion::from_axis_angle(&nalgebra::Vector3::z_axis(), 1.234);
+    let turned = landscape::space::pose_coordinates(
+        &(nalgebra::Isometry3::from_parts(nalgebra::Vector3::zeros().into(), turn)
+            * landscape::space::object_from_hand(&x)),
+        &x[7..],
+    );
+    assert!(energy.space().distance(&x, &turned) < 1e-6);
+    let difference = energy.evaluate(&x, &mut gradient) - energy.evaluate(&turned, &mut gradient);
+    // Every one of 773 points may be off by the field's error, but few penetrate.
+    assert!(difference.abs() < 0.2, "{difference}");
+}
