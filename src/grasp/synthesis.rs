@@ -159,7 +159,7 @@ pub fn synthesize(
         Sampler::Released => released(energy, settings, state, &mut rng),
     };
     let quench = optimize::quench(energy, &end.coordinates, refine);
-    evaluations += quench.evaluations;
+    evaluations += quench.evaluations as u64;
     let contacts = energy.choice(&quench.x);
     Synthesized {
         chain,

@@ -1,180 +1,197 @@
-//! Limited-memory BFGS on a manifold.
+//! Limited-memory BFGS on a [`Space`].
 
 use std::collections::VecDeque;
 
-use serde::{Deserialize, Serialize};
-
-use super::{Quench, StopReason};
+use super::{Quench, QuenchSettings, StopReason};
 use crate::space::Space;
+use crate::space::vector::{add, dot, norm, scale, times};
 
-/// When a descent stops and how far it may step.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct DescentSettings {
-    /// Converged when the gradient, preconditioned by [`Space::step_scales`], is shorter than this (energy per length).
-    pub gradient_tolerance: f64,
-    /// Evaluations allowed.
-    pub evaluations: u64,
-    /// Longest step, length of the space.
-    pub longest_step: f64,
-}
+/// Sufficient decrease and curvature of the weak Wolfe conditions.
+const DECREASE: f64 = 1e-4;
+const CURVATURE: f64 = 0.9;
+/// Energies closer than this share of their size differ by rounding only: then slopes decide.
+const ROUNDING: f64 = 1e-14;
+/// Trials of one line search.
+const TRIALS: usize = 25;
+/// Iterations without a lower energy or a smaller gradient before the search counts as stalled.
+const IDLE: usize = 20;
 
-impl Default for DescentSettings {
-    fn default() -> Self {
-        Self {
-            gradient_tolerance: 1e-8,
-            evaluations: 5_000,
-            longest_step: 0.1,
-        }
-    }
-}
+/// A function value with its derivative along each tangent.
+pub(super) type Function<'f> = dyn FnMut(&[f64], &mut [f64]) -> f64 + 'f;
 
-/// Pairs of step and gradient change that are remembered.
-const MEMORY: usize = 10;
-/// A step must lower the energy by this share of what the slope promises (Armijo).
-const SUFFICIENT: f64 = 1e-4;
-
+/// One accepted step and the change of gradient it brought, both in preconditioned tangents.
 struct Pair {
     step: Vec<f64>,
     change: Vec<f64>,
-    inverse_curvature: f64,
+    curvature: f64,
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+/// The point reached: coordinates, value, derivative (plain tangents).
+#[derive(Clone)]
+struct Point {
+    x: Vec<f64>,
+    energy: f64,
+    gradient: Vec<f64>,
 }
 
-fn norm(a: &[f64]) -> f64 {
-    dot(a, a).sqrt()
-}
-
-/// Minimises `evaluate` from `start` by L-BFGS with a backtracking line search.
+/// Minimises `function` from `start`.
 ///
-/// Directions are taken in tangents divided by [`Space::step_scales`]; remembered pairs are carried along unchanged,
-/// since tangents live in the moving frame. A non-finite energy refuses the step. D. C. Liu and J. Nocedal, Math.
-/// Programming 45, 503 (1989).
-///
-/// # Panics
-/// If `start` has the wrong length.
-pub fn lbfgs(
+/// Works in tangents divided by the step scales of the space. The history is carried along unchanged (tangents are
+/// expressed in the moving body's frame). Steps obey the weak Wolfe conditions (A. S. Lewis and M. L. Overton, Math.
+/// Program. 141, 135 (2013)), near convergence in the slope form of W. W. Hager and H. Zhang, SIAM J. Optim. 16, 170
+/// (2005), eq. 4; +∞ refuses a step.
+pub(super) fn minimise(
     space: &dyn Space,
+    function: &mut Function<'_>,
     start: &[f64],
-    settings: &DescentSettings,
-    mut evaluate: impl FnMut(&[f64], &mut [f64]) -> f64,
+    settings: &QuenchSettings,
 ) -> Quench {
     let scales = space.step_scales();
-    let tangents = space.tangents();
-    let mut x = start.to_vec();
-    let mut raw = vec![0.0; tangents];
-    let mut energy = evaluate(&x, &mut raw);
-    let mut evaluations = 1;
-    let precondition = |raw: &[f64]| -> Vec<f64> {
-        raw.iter().zip(&scales).map(|(g, s)| g * s).collect()
+    let mut here = Point {
+        x: start.to_vec(),
+        energy: f64::INFINITY,
+        gradient: vec![0.0; space.tangents()],
     };
-    let mut gradient = precondition(&raw);
-    let mut history: VecDeque<Pair> = VecDeque::with_capacity(MEMORY);
+    here.energy = function(&here.x, &mut here.gradient);
+    let mut evaluations = 1;
+    let mut history: VecDeque<Pair> = VecDeque::with_capacity(settings.history);
+    let mut stiffness_inverse = None;
+    let mut idle = 0;
+    let mut smallest = f64::INFINITY;
+
     let stop = loop {
-        if !energy.is_finite() {
+        if !here.energy.is_finite() {
             break StopReason::Stalled;
         }
-        if norm(&gradient) < settings.gradient_tolerance {
+        let size = norm(&here.gradient);
+        if size <= settings.gradient_tolerance {
             break StopReason::Converged;
         }
-        if evaluations >= settings.evaluations {
+        if evaluations >= settings.max_evaluations {
             break StopReason::Budget;
         }
-        let mut direction = descent_direction(&gradient, &history);
-        let mut slope = dot(&direction, &gradient);
-        if slope >= 0.0 {
+        if idle >= IDLE {
+            break StopReason::Stalled;
+        }
+        let gradient = times(&here.gradient, &scales);
+        let mut direction = quasi_newton(&history, &gradient, stiffness_inverse.unwrap_or(1.0));
+        if dot(&direction, &gradient) > -1e-12 * norm(&direction) * norm(&gradient) {
             history.clear();
             direction = gradient.iter().map(|g| -g).collect();
-            slope = -dot(&gradient, &gradient);
         }
-        let length = norm(&direction.iter().zip(&scales).map(|(d, s)| d * s).collect::<Vec<_>>());
-        let mut fraction = (settings.longest_step / length).min(1.0);
-        if history.is_empty() {
-            // Without curvature the gradient has no length scale: begin small.
-            fraction = fraction.min(0.1 * settings.longest_step / length);
-        }
-        let mut accepted = false;
-        while evaluations < settings.evaluations {
-            let step: Vec<f64> = direction.iter().map(|d| fraction * d).collect();
-            let tangent: Vec<f64> = step.iter().zip(&scales).map(|(d, s)| d * s).collect();
-            let mut trial = x.clone();
-            space.shift(&mut trial, &tangent);
-            let trial_energy = evaluate(&trial, &mut raw);
-            evaluations += 1;
-            if trial_energy <= energy + SUFFICIENT * fraction * slope {
-                let next = precondition(&raw);
-                let change: Vec<f64> = next.iter().zip(&gradient).map(|(a, b)| a - b).collect();
-                let curvature = dot(&step, &change);
-                if curvature > 1e-12 * norm(&step) * norm(&change) {
-                    if history.len() == MEMORY {
-                        history.pop_front();
-                    }
-                    history.push_back(Pair {
-                        step,
-                        change,
-                        inverse_curvature: 1.0 / curvature,
-                    });
-                }
-                (x, energy, gradient) = (trial, trial_energy, next);
-                accepted = true;
-                break;
-            }
-            // Minimum of the parabola through both values and the slope, kept between a tenth and a half.
-            let parabola = -0.5 * slope * fraction * fraction
-                / (trial_energy - energy - slope * fraction);
-            fraction = if parabola.is_finite() {
-                parabola.clamp(0.1 * fraction, 0.5 * fraction)
-            } else {
-                0.1 * fraction
-            };
-            if fraction * length < 1e-14 {
-                break;
-            }
-        }
-        if !accepted {
+        let longest = settings.max_step / norm(&direction);
+        let first = match stiffness_inverse {
+            // Nothing is known about the curvature yet: a short first step.
+            None => 0.1 * longest,
+            Some(_) => longest.min(1.0),
+        };
+        let found = search(
+            space,
+            function,
+            &here,
+            &times(&direction, &scales),
+            (first, longest),
+            &mut evaluations,
+        );
+        let Some((t, next)) = found else {
             if history.is_empty() {
-                break if evaluations >= settings.evaluations {
-                    StopReason::Budget
-                } else {
-                    StopReason::Stalled
-                };
+                break StopReason::Stalled;
             }
             history.clear();
+            continue;
+        };
+        scale(&mut direction, t);
+        let mut change = times(&next.gradient, &scales);
+        add(&mut change, -1.0, &gradient);
+        let curvature = dot(&direction, &change);
+        if curvature > 1e-12 * norm(&direction) * norm(&change) {
+            stiffness_inverse = Some(curvature / dot(&change, &change));
+            if history.len() == settings.history {
+                history.pop_front();
+            }
+            history.push_back(Pair {
+                step: direction,
+                change,
+                curvature,
+            });
         }
+        let fell = next.energy < here.energy - 1e-15 * here.energy.abs();
+        let size = norm(&next.gradient);
+        idle = if fell || size < smallest { 0 } else { idle + 1 };
+        smallest = smallest.min(size);
+        here = next;
     };
     Quench {
-        gradient_norm: norm(&gradient),
-        x,
-        energy,
+        gradient_norm: norm(&here.gradient),
+        x: here.x,
+        energy: here.energy,
         evaluations,
         stop,
     }
 }
 
-/// −H⁻¹ g by the two-loop recursion.
-fn descent_direction(gradient: &[f64], history: &VecDeque<Pair>) -> Vec<f64> {
-    let mut q = gradient.to_vec();
-    let mut weights = Vec::with_capacity(history.len());
+/// −H⁻¹g by the two-loop recursion (Nocedal, Math. Comput. 35, 773 (1980)).
+fn quasi_newton(history: &VecDeque<Pair>, gradient: &[f64], stiffness_inverse: f64) -> Vec<f64> {
+    let mut q: Vec<f64> = gradient.iter().map(|g| -g).collect();
+    let mut shares = Vec::with_capacity(history.len());
     for pair in history.iter().rev() {
-        let weight = pair.inverse_curvature * dot(&pair.step, &q);
-        for (q, change) in q.iter_mut().zip(&pair.change) {
-            *q -= weight * change;
-        }
-        weights.push(weight);
+        let share = dot(&pair.step, &q) / pair.curvature;
+        add(&mut q, -share, &pair.change);
+        shares.push(share);
     }
-    if let Some(last) = history.back() {
-        let scale = 1.0 / (last.inverse_curvature * dot(&last.change, &last.change));
-        q.iter_mut().for_each(|q| *q *= scale);
+    scale(&mut q, stiffness_inverse);
+    for (pair, share) in history.iter().zip(shares.iter().rev()) {
+        let back = dot(&pair.change, &q) / pair.curvature;
+        add(&mut q, share - back, &pair.step);
     }
-    for (pair, weight) in history.iter().zip(weights.iter().rev()) {
-        let back = pair.inverse_curvature * dot(&pair.change, &q);
-        for (q, step) in q.iter_mut().zip(&pair.step) {
-            *q += (weight - back) * step;
-        }
-    }
-    q.iter_mut().for_each(|q| *q = -*q);
     q
+}
+
+/// A weak Wolfe point along `direction` (plain tangents), as the fraction of it and the point; `None` where there is
+/// none within the trials.
+fn search(
+    space: &dyn Space,
+    function: &mut Function<'_>,
+    here: &Point,
+    direction: &[f64],
+    (first, longest): (f64, f64),
+    evaluations: &mut usize,
+) -> Option<(f64, Point)> {
+    let slope = dot(direction, &here.gradient);
+    let (mut low, mut high) = (0.0, f64::INFINITY);
+    let mut t = first;
+    let mut best: Option<(f64, Point)> = None;
+    for _ in 0..TRIALS {
+        let mut next = here.clone();
+        let mut step = direction.to_vec();
+        scale(&mut step, t);
+        space.shift(&mut next.x, &step);
+        next.energy = function(&next.x, &mut next.gradient);
+        *evaluations += 1;
+        let slope_there = dot(direction, &next.gradient);
+        let lower = next.energy <= here.energy + DECREASE * t * slope;
+        let level = next.energy <= here.energy + ROUNDING * here.energy.abs()
+            && slope_there <= (2.0 * DECREASE - 1.0) * slope;
+        if !(lower || level) {
+            high = t;
+            let secant = 2.0 * (next.energy - here.energy - t * slope);
+            let parabola = -slope * t * t / secant;
+            t = if parabola.is_finite() {
+                parabola.clamp(low + 0.1 * (high - low), low + 0.5 * (high - low))
+            } else {
+                low + 0.1 * (high - low)
+            };
+        } else if slope_there < CURVATURE * slope && t < longest {
+            low = t;
+            best = Some((t, next));
+            t = if high.is_finite() {
+                f64::midpoint(low, high)
+            } else {
+                (2.5 * t).min(longest)
+            };
+        } else {
+            return Some((t, next));
+        }
+    }
+    best
 }

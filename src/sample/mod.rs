@@ -1,5 +1,8 @@
 //! Markov chains on a [`Space`]: the kernel contract and reproducible random streams.
 
+mod mala;
+
+pub use mala::Mala;
 use rand::SeedableRng;
 
 use crate::space::Space;
@@ -31,6 +34,8 @@ pub enum Task {
     Surface = 6,
     /// Layout of a picture.
     Layout = 7,
+    /// Resampling of a network.
+    Resampling = 9,
 }
 
 /// Random stream of task number `id` of kind `task` under `seed`.

@@ -10,6 +10,7 @@ mod pose;
 mod rotation;
 mod symmetry;
 mod torus;
+pub(crate) mod vector;
 
 pub use cluster::Cluster;
 pub use euclidean::Euclidean;
