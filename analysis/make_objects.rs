@@ -28,7 +28,11 @@ struct Section {
     shoulder_mm: [f64; 2],
 }
 
-const ROUND: Section = Section { depth: 1.0, exponent: 2.0, shoulder_mm: [0.0, 1.0] };
+const ROUND: Section = Section {
+    depth: 1.0,
+    exponent: 2.0,
+    shoulder_mm: [0.0, 1.0],
+};
 
 const BOTTLES: [Bottle; 7] = [
     Bottle {
@@ -61,13 +65,23 @@ const BOTTLES: [Bottle; 7] = [
     Bottle {
         name: "bottle_medicine",
         mass_kg: 0.06,
-        profile: &[[19.0, 0.0, 3.5], [19.0, 50.0, 5.0], [14.5, 57.0, 4.0], [14.5, 75.0, 3.5]],
+        profile: &[
+            [19.0, 0.0, 3.5],
+            [19.0, 50.0, 5.0],
+            [14.5, 57.0, 4.0],
+            [14.5, 75.0, 3.5],
+        ],
         section: ROUND,
     },
     Bottle {
         name: "jar",
         mass_kg: 0.55,
-        profile: &[[42.0, 0.0, 8.0], [44.0, 72.0, 9.0], [37.0, 80.0, 5.0], [37.0, 98.0, 4.0]],
+        profile: &[
+            [42.0, 0.0, 8.0],
+            [44.0, 72.0, 9.0],
+            [37.0, 80.0, 5.0],
+            [37.0, 98.0, 4.0],
+        ],
         section: ROUND,
     },
     Bottle {
@@ -79,13 +93,26 @@ const BOTTLES: [Bottle; 7] = [
             [15.0, 172.0, 14.0],
             [15.0, 205.0, 4.0],
         ],
-        section: Section { depth: 1.0, exponent: 5.0, shoulder_mm: [130.0, 172.0] },
+        section: Section {
+            depth: 1.0,
+            exponent: 5.0,
+            shoulder_mm: [130.0, 172.0],
+        },
     },
     Bottle {
         name: "bottle_flask",
         mass_kg: 0.33,
-        profile: &[[44.0, 0.0, 9.0], [46.0, 95.0, 30.0], [12.5, 128.0, 12.0], [12.5, 152.0, 4.0]],
-        section: Section { depth: 0.5, exponent: 2.4, shoulder_mm: [85.0, 130.0] },
+        profile: &[
+            [44.0, 0.0, 9.0],
+            [46.0, 95.0, 30.0],
+            [12.5, 128.0, 12.0],
+            [12.5, 152.0, 4.0],
+        ],
+        section: Section {
+            depth: 0.5,
+            exponent: 2.4,
+            shoulder_mm: [85.0, 130.0],
+        },
     },
     Bottle {
         name: "bottle_squeeze",
@@ -99,7 +126,11 @@ const BOTTLES: [Bottle; 7] = [
             [7.0, 178.0, 6.0],
             [5.0, 195.0, 3.2],
         ],
-        section: Section { depth: 0.62, exponent: 2.5, shoulder_mm: [95.0, 142.0] },
+        section: Section {
+            depth: 0.62,
+            exponent: 2.5,
+            shoulder_mm: [95.0, 142.0],
+        },
     },
 ];
 
@@ -113,7 +144,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     made.push(ball()?);
     for (name, mesh, description) in made {
         fs::write(folder.join(format!("{name}.obj")), mesh.to_obj())?;
-        fs::write(folder.join(format!("{name}.json")), serde_json::to_string_pretty(&description)? + "\n")?;
+        fs::write(
+            folder.join(format!("{name}.json")),
+            serde_json::to_string_pretty(&description)? + "\n",
+        )?;
         let size_mm = (mesh.bounds()[1] - mesh.bounds()[0]) * 1e3;
         println!(
             "{name}: {} triangles, {:.0} × {:.0} × {:.0} mm, {:.0} ml, {} kg",
@@ -141,7 +175,9 @@ impl Bottle {
                 previous => wanted.clamp(previous / 2, previous * 2),
             };
             let first = u32::try_from(vertices.len())?;
-            vertices.extend((0..count).map(|step| self.section.point(point, TAU * step as f64 / count as f64)));
+            vertices.extend(
+                (0..count).map(|step| self.section.point(point, TAU * step as f64 / count as f64)),
+            );
             let ring: Vec<u32> = (first..).take(count).collect();
             if index == 0 {
                 triangles.extend((0..count).map(|i| [0, ring[(i + 1) % count], ring[i]]));
@@ -165,9 +201,17 @@ impl Bottle {
         } else if self.section.exponent > 2.0 {
             Symmetry::Finite(vec![turn(FRAC_PI_2), turn(PI), turn(-FRAC_PI_2)])
         } else {
-            Symmetry::Axis { point: Vector3::zeros(), direction: Vector3::z() }
+            Symmetry::Axis {
+                point: Vector3::zeros(),
+                direction: Vector3::z(),
+            }
         };
-        Description { name: Some(self.name.into()), mass_kg: Some(self.mass_kg), symmetry, primitive: None }
+        Description {
+            name: Some(self.name.into()),
+            mass_kg: Some(self.mass_kg),
+            symmetry,
+            primitive: None,
+        }
     }
 }
 
@@ -179,7 +223,8 @@ impl Section {
         let depth = self.depth + (1.0 - self.depth) * circle;
         let exponent = self.exponent + (2.0 - self.exponent) * circle;
         let (sin, cos) = angle.sin_cos();
-        let reach = profile.x * (cos.abs().powf(exponent) + sin.abs().powf(exponent)).powf(-1.0 / exponent);
+        let reach =
+            profile.x * (cos.abs().powf(exponent) + sin.abs().powf(exponent)).powf(-1.0 / exponent);
         Vector3::new(reach * cos, depth * reach * sin, profile.y)
     }
 }
@@ -187,7 +232,10 @@ impl Section {
 /// Fewest segments of a ring that stay within 0.05 mm of the circle; steps of two so that rings can be stitched.
 fn segments(radius_mm: f64) -> usize {
     let sagitta = |count: usize| radius_mm * (1.0 - (PI / count as f64).cos());
-    [9, 18, 36].into_iter().find(|&count| sagitta(count) <= 0.05).unwrap_or(72)
+    [9, 18, 36]
+        .into_iter()
+        .find(|&count| sagitta(count) <= 0.05)
+        .unwrap_or(72)
 }
 
 /// The profile from the axis at the bottom to the axis at the top, corners replaced by arcs, evenly divided.
@@ -213,12 +261,20 @@ fn rounded(corners: &[Corner]) -> Vec<Vector2<f64>> {
         line_to(&mut curve, start, STEP_MM);
         let side = Vector2::new(-inward.y, inward.x) * turn.signum();
         let centre = start + side * radius;
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small positive count")]
-        let steps = (turn.abs() / ARC_STEP).max(turn.abs() * radius / STEP_MM).ceil() as u32;
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a small positive count"
+        )]
+        let steps = (turn.abs() / ARC_STEP)
+            .max(turn.abs() * radius / STEP_MM)
+            .ceil() as u32;
         for step in 1..=steps {
             let (sin, cos) = (turn * f64::from(step) / f64::from(steps)).sin_cos();
             let spoke = -side * radius;
-            curve.push(centre + Vector2::new(cos * spoke.x - sin * spoke.y, sin * spoke.x + cos * spoke.y));
+            curve.push(
+                centre + Vector2::new(cos * spoke.x - sin * spoke.y, sin * spoke.x + cos * spoke.y),
+            );
         }
     }
     line_to(&mut curve, Vector2::new(0.0, top), STEP_MM);
@@ -230,7 +286,11 @@ fn rounded(corners: &[Corner]) -> Vec<Vector2<f64>> {
 
 fn line_to(curve: &mut Vec<Vector2<f64>>, end: Vector2<f64>, step: f64) {
     let start = curve[curve.len() - 1];
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small positive count")]
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a small positive count"
+    )]
     let count = ((end - start).norm() / step).ceil().max(1.0) as u32;
     curve.extend((1..=count).map(|i| start.lerp(&end, f64::from(i) / f64::from(count))));
 }
@@ -241,16 +301,31 @@ fn stitch(below: &[u32], above: &[u32], triangles: &mut Vec<[u32; 3]>) {
     if few == many {
         for i in 0..few {
             let j = (i + 1) % few;
-            triangles.extend([[below[i], below[j], above[j]], [below[i], above[j], above[i]]]);
+            triangles.extend([
+                [below[i], below[j], above[j]],
+                [below[i], above[j], above[i]],
+            ]);
         }
         return;
     }
-    let (coarse, fine) = if below.len() == few { (below, above) } else { (above, below) };
+    let (coarse, fine) = if below.len() == few {
+        (below, above)
+    } else {
+        (above, below)
+    };
     for i in 0..few {
         let j = (i + 1) % few;
         let [a, b, c] = [fine[2 * i], fine[2 * i + 1], fine[(2 * i + 2) % many]];
-        for [p, q, r] in [[a, b, coarse[i]], [b, coarse[j], coarse[i]], [b, c, coarse[j]]] {
-            triangles.push(if coarse == below { [q, p, r] } else { [p, q, r] });
+        for [p, q, r] in [
+            [a, b, coarse[i]],
+            [b, coarse[j], coarse[i]],
+            [b, c, coarse[j]],
+        ] {
+            triangles.push(if coarse == below {
+                [q, p, r]
+            } else {
+                [p, q, r]
+            });
         }
     }
 }
@@ -261,33 +336,62 @@ fn ball() -> Result<(&'static str, Mesh, Description), Box<dyn std::error::Error
     let centre = Vector3::z() * RADIUS_M;
     let golden = f64::midpoint(1.0, 5.0_f64.sqrt());
     let mut vertices: Vec<Vector3<f64>> = Vec::new();
-    for [a, b] in [[-1.0, -golden], [1.0, -golden], [-1.0, golden], [1.0, golden]] {
-        vertices.extend([Vector3::new(a, b, 0.0), Vector3::new(0.0, a, b), Vector3::new(b, 0.0, a)]);
+    for [a, b] in [
+        [-1.0, -golden],
+        [1.0, -golden],
+        [-1.0, golden],
+        [1.0, golden],
+    ] {
+        vertices.extend([
+            Vector3::new(a, b, 0.0),
+            Vector3::new(0.0, a, b),
+            Vector3::new(b, 0.0, a),
+        ]);
     }
     // Faces are the triples of mutual neighbours, which lie two apart.
     let near = |i: usize, j: usize| (vertices[i] - vertices[j]).norm() < 2.1;
     let mut faces: Vec<[Vector3<f64>; 3]> = Vec::new();
-    for (i, j, k) in (0..12).flat_map(|i| (i + 1..12).flat_map(move |j| (j + 1..12).map(move |k| (i, j, k)))) {
+    for (i, j, k) in
+        (0..12).flat_map(|i| (i + 1..12).flat_map(move |j| (j + 1..12).map(move |k| (i, j, k))))
+    {
         if near(i, j) && near(j, k) && near(k, i) {
             let [a, b, c] = [i, j, k].map(|index| vertices[index].normalize());
-            faces.push(if a.dot(&b.cross(&c)) > 0.0 { [a, b, c] } else { [a, c, b] });
+            faces.push(if a.dot(&b.cross(&c)) > 0.0 {
+                [a, b, c]
+            } else {
+                [a, c, b]
+            });
         }
     }
     for _ in 0..4 {
         let divide = |[a, b, c]: [Vector3<f64>; 3]| {
-            let [ab, bc, ca] = [(a + b).normalize(), (b + c).normalize(), (c + a).normalize()];
+            let [ab, bc, ca] = [
+                (a + b).normalize(),
+                (b + c).normalize(),
+                (c + a).normalize(),
+            ];
             [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
         };
         faces = faces.into_iter().flat_map(divide).collect();
     }
     // Corners of neighbouring faces coincide to the last bit and are merged by `Mesh::new`.
-    let corners: Vec<Vector3<f64>> = faces.into_iter().flatten().map(|unit| centre + unit * RADIUS_M).collect();
-    let triangles = (0..u32::try_from(corners.len())?).step_by(3).map(|i| [i, i + 1, i + 2]).collect();
+    let corners: Vec<Vector3<f64>> = faces
+        .into_iter()
+        .flatten()
+        .map(|unit| centre + unit * RADIUS_M)
+        .collect();
+    let triangles = (0..u32::try_from(corners.len())?)
+        .step_by(3)
+        .map(|i| [i, i + 1, i + 2])
+        .collect();
     let description = Description {
         name: Some("ball".into()),
         mass_kg: Some(0.06),
         symmetry: Symmetry::Sphere { centre },
-        primitive: Some(Primitive::Sphere(Sphere { centre, radius_m: RADIUS_M })),
+        primitive: Some(Primitive::Sphere(Sphere {
+            centre,
+            radius_m: RADIUS_M,
+        })),
     };
     Ok(("ball", Mesh::new("ball", corners, triangles)?, description))
 }

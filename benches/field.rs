@@ -14,17 +14,34 @@ fn answers(criterion: &mut Criterion) {
         let points: Vec<Vector3<f64>> = object.surface_samples[..773]
             .iter()
             .enumerate()
-            .map(|(index, sample)| sample.point + sample.normal * (reach_m * (index % 10) as f64 / 10.0))
+            .map(|(index, sample)| {
+                sample.point + sample.normal * (reach_m * (index % 10) as f64 / 10.0)
+            })
             .collect();
         let mut group = criterion.benchmark_group(format!("field/773 points {place}"));
         group.bench_function("value", |bencher| {
-            bencher.iter(|| points.iter().map(|p| shape.distance(black_box(p))).sum::<f64>());
+            bencher.iter(|| {
+                points
+                    .iter()
+                    .map(|p| shape.distance(black_box(p)))
+                    .sum::<f64>()
+            });
         });
         group.bench_function("gradient", |bencher| {
-            bencher.iter(|| points.iter().map(|p| shape.gradient(black_box(p)).1.x).sum::<f64>());
+            bencher.iter(|| {
+                points
+                    .iter()
+                    .map(|p| shape.gradient(black_box(p)).1.x)
+                    .sum::<f64>()
+            });
         });
         group.bench_function("hessian", |bencher| {
-            bencher.iter(|| points.iter().map(|p| shape.hessian(black_box(p)).2.m12).sum::<f64>());
+            bencher.iter(|| {
+                points
+                    .iter()
+                    .map(|p| shape.hessian(black_box(p)).2.m12)
+                    .sum::<f64>()
+            });
         });
     }
 }

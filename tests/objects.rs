@@ -19,7 +19,10 @@ fn folder() -> PathBuf {
 fn read(name: &str) -> (Mesh, Description) {
     let path = folder().join(name);
     let text = std::fs::read_to_string(path.with_extension("json")).unwrap();
-    (Mesh::load(path.with_extension("obj")).unwrap(), Description::from_json(name, &text).unwrap())
+    (
+        Mesh::load(path.with_extension("obj")).unwrap(),
+        Description::from_json(name, &text).unwrap(),
+    )
 }
 
 /// Scans of real things, where the outside test data is at hand.
@@ -33,7 +36,9 @@ fn scans() -> Option<PathBuf> {
 
 #[test]
 fn every_object_is_listed_and_every_listed_object_is_there() {
-    let files = std::fs::read_dir(folder()).unwrap().map(|entry| entry.unwrap().path());
+    let files = std::fs::read_dir(folder())
+        .unwrap()
+        .map(|entry| entry.unwrap().path());
     let mut stems: Vec<String> = files
         .filter(|path| path.extension().is_some_and(|kind| kind == "obj"))
         .map(|path| path.file_stem().unwrap().to_string_lossy().into_owned())
@@ -49,12 +54,26 @@ fn every_object_stands_on_the_ground_and_is_of_a_size_to_grasp() {
         let [low, high] = mesh.bounds();
         let size_m = high - low;
         assert!(low.z.abs() < 1e-6, "{name} does not stand on z = 0");
-        assert!((0.03..0.1).contains(&size_m.x) && (0.03..0.1).contains(&size_m.y), "{name} is {size_m} wide");
-        assert!((0.05..0.35).contains(&size_m.z), "{name} is {} m tall", size_m.z);
+        assert!(
+            (0.03..0.1).contains(&size_m.x) && (0.03..0.1).contains(&size_m.y),
+            "{name} is {size_m} wide"
+        );
+        assert!(
+            (0.05..0.35).contains(&size_m.z),
+            "{name} is {} m tall",
+            size_m.z
+        );
         let mass_kg = description.mass_kg.unwrap();
         let density = mass_kg / mesh.volume();
-        assert!((300.0..1300.0).contains(&density), "{name} has {density} kg/m³");
-        assert!((2_000..9_000).contains(&mesh.triangles().len()), "{name}: {} triangles", mesh.triangles().len());
+        assert!(
+            (300.0..1300.0).contains(&density),
+            "{name} has {density} kg/m³"
+        );
+        assert!(
+            (2_000..9_000).contains(&mesh.triangles().len()),
+            "{name}: {} triangles",
+            mesh.triangles().len()
+        );
         assert_eq!(description.name.as_deref(), Some(name));
     }
 }
@@ -68,7 +87,10 @@ fn declared_axes_hold_to_a_tenth_of_a_millimetre() {
         };
         let exact = ExactMesh::new(&mesh);
         let turn = Rotation3::from_axis_angle(&Unit::new_normalize(direction), 0.713);
-        let off = mesh.vertices().iter().map(|v| exact.distance(&(turn * (v - point) + point)).abs());
+        let off = mesh
+            .vertices()
+            .iter()
+            .map(|v| exact.distance(&(turn * (v - point) + point)).abs());
         let off = off.fold(0.0, f64::max);
         assert!(off < 1e-4, "{name} is off its axis by {off} m");
     }
@@ -82,7 +104,10 @@ fn assert_field_is_accurate(name: &str, mesh: &Mesh) {
     eprintln!("{name}: {report:?}");
     assert!(report.cell_m <= 0.002);
     assert!(report.max_error_m <= 0.2e-3, "{name}: {report:?}");
-    assert!(report.max_error_anywhere_m <= report.cell_m / 2.0, "{name}: {report:?}");
+    assert!(
+        report.max_error_anywhere_m <= report.cell_m / 2.0,
+        "{name}: {report:?}"
+    );
     assert!(report.lipschitz < 1.4, "{name}: {report:?}");
 
     let mut rng = stream(1, Task::Start, 0);
@@ -102,7 +127,10 @@ fn assert_field_is_accurate(name: &str, mesh: &Mesh) {
         for reach_m in [0.3, 0.6, 1.5, 5.0] {
             let point = mesh.centroid() + direction.scale(reach_m);
             let (exact, smooth) = (exact.distance(&point), field.distance(&point));
-            assert!((exact - smooth).abs() < 0.03 * exact, "{name}: {smooth} for {exact} m");
+            assert!(
+                (exact - smooth).abs() < 0.03 * exact,
+                "{name}: {smooth} for {exact} m"
+            );
         }
     }
 }
@@ -138,19 +166,44 @@ fn a_named_object_is_whole() {
     assert!((ball.centroid - Vector3::new(0.0, 0.0, 0.035)).norm() < 1e-6);
     assert!((ball.radius_m - 0.035).abs() < 1e-6);
     assert!((ball.shape.distance(&Vector3::new(0.0, 0.1, 0.035)) - 0.065).abs() < 1e-12);
-    assert!(ball.surface_samples.iter().all(|s| (s.normal.dot(&(s.point - ball.centroid))) > 0.034));
+    assert!(
+        ball.surface_samples
+            .iter()
+            .all(|s| (s.normal.dot(&(s.point - ball.centroid))) > 0.034)
+    );
     let message = Object::named("bottel").unwrap_err().to_string();
-    assert!(message.contains("bottel") && message.contains("bottle_round"), "{message}");
+    assert!(
+        message.contains("bottel") && message.contains("bottle_round"),
+        "{message}"
+    );
 }
 
 #[test]
 fn false_descriptions_are_refused() {
     let (mesh, _) = read("bottle_square");
-    let axis = Symmetry::Axis { point: Vector3::zeros(), direction: Vector3::z() };
-    let wrong = Description { symmetry: axis, ..Description::default() };
+    let axis = Symmetry::Axis {
+        point: Vector3::zeros(),
+        direction: Vector3::z(),
+    };
+    let wrong = Description {
+        symmetry: axis,
+        ..Description::default()
+    };
     let error = Object::from_mesh("square", mesh.clone(), &wrong).unwrap_err();
-    assert!(matches!(error, ObjectError::Deviation { deviation_m, .. } if deviation_m > 5e-3), "{error}");
-    let wrong = Description { mass_kg: Some(-1.0), ..Description::default() };
-    assert!(matches!(Object::from_mesh("square", mesh, &wrong), Err(ObjectError::Value { field: "mass_kg", .. })));
+    assert!(
+        matches!(error, ObjectError::Deviation { deviation_m, .. } if deviation_m > 5e-3),
+        "{error}"
+    );
+    let wrong = Description {
+        mass_kg: Some(-1.0),
+        ..Description::default()
+    };
+    assert!(matches!(
+        Object::from_mesh("square", mesh, &wrong),
+        Err(ObjectError::Value {
+            field: "mass_kg",
+            ..
+        })
+    ));
     assert!(Description::from_json("x", r#"{"mass": 1}"#).is_err());
 }

@@ -8,20 +8,29 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::Vector3;
 
+use super::Mesh;
 use super::field::{Ball, Field, FieldReport, FieldSettings, Level};
 use super::spline::Spline;
-use super::Mesh;
 
 /// Raise it whenever baking or the file changes: old files are then no longer found.
 const VERSION: u32 = 2;
 const MAGIC: [u8; 8] = *b"LSFIELD\n";
 
 /// The field of `mesh` from the user's cache folder, else from `bake`, then remembered.
-pub(super) fn load_or(mesh: &Mesh, settings: &FieldSettings, bake: impl FnOnce() -> Field) -> Field {
+pub(super) fn load_or(
+    mesh: &Mesh,
+    settings: &FieldSettings,
+    bake: impl FnOnce() -> Field,
+) -> Field {
     load_or_in(folder().as_deref(), mesh, settings, bake)
 }
 
-fn load_or_in(folder: Option<&Path>, mesh: &Mesh, settings: &FieldSettings, bake: impl FnOnce() -> Field) -> Field {
+fn load_or_in(
+    folder: Option<&Path>,
+    mesh: &Mesh,
+    settings: &FieldSettings,
+    bake: impl FnOnce() -> Field,
+) -> Field {
     let Some(folder) = folder else {
         return bake();
     };
@@ -36,7 +45,11 @@ fn load_or_in(folder: Option<&Path>, mesh: &Mesh, settings: &FieldSettings, bake
 
 /// `landscape/fields` in the folder where this system keeps what can be made again.
 fn folder() -> Option<PathBuf> {
-    let variable = |name| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
+    let variable = |name| {
+        std::env::var_os(name)
+            .map(PathBuf::from)
+            .filter(|path| path.is_absolute())
+    };
     let base = if cfg!(target_os = "windows") {
         variable("LOCALAPPDATA")
     } else if cfg!(target_os = "macos") {
@@ -90,22 +103,41 @@ fn checksum(bytes: &[u8]) -> u64 {
 
 fn encode(field: &Field) -> Vec<u8> {
     let mut bytes = MAGIC.to_vec();
-    let vector = |bytes: &mut Vec<u8>, v: &Vector3<f64>| v.iter().for_each(|x| bytes.extend(x.to_le_bytes()));
+    let vector = |bytes: &mut Vec<u8>, v: &Vector3<f64>| {
+        v.iter().for_each(|x| bytes.extend(x.to_le_bytes()));
+    };
     let report = &field.report;
-    for number in [report.cell_m, report.max_error_m, report.max_error_anywhere_m, report.lipschitz] {
+    for number in [
+        report.cell_m,
+        report.max_error_m,
+        report.max_error_anywhere_m,
+        report.lipschitz,
+    ] {
         bytes.extend(number.to_le_bytes());
     }
     vector(&mut bytes, &field.ball.centre);
     bytes.extend(field.ball.radius_m.to_le_bytes());
     bytes.extend((field.levels.len() as u64).to_le_bytes());
-    for Level { low, high, shell_m, spline } in &field.levels {
+    for Level {
+        low,
+        high,
+        shell_m,
+        spline,
+    } in &field.levels
+    {
         vector(&mut bytes, low);
         vector(&mut bytes, high);
         vector(&mut bytes, &spline.origin);
         bytes.extend(shell_m.to_le_bytes());
         bytes.extend(spline.cell_m.to_le_bytes());
-        spline.nodes.iter().for_each(|&count| bytes.extend((count as u64).to_le_bytes()));
-        spline.coefficients.iter().for_each(|c| bytes.extend(c.to_le_bytes()));
+        spline
+            .nodes
+            .iter()
+            .for_each(|&count| bytes.extend((count as u64).to_le_bytes()));
+        spline
+            .coefficients
+            .iter()
+            .for_each(|c| bytes.extend(c.to_le_bytes()));
     }
     bytes.extend(checksum(&bytes).to_le_bytes());
     bytes
@@ -117,9 +149,16 @@ fn decode(bytes: &[u8]) -> Option<Field> {
         return None;
     }
     let mut reader = Reader(content.strip_prefix(&MAGIC)?);
-    let [cell_m, max_error_m, max_error_anywhere_m, lipschitz] =
-        [reader.number()?, reader.number()?, reader.number()?, reader.number()?];
-    let ball = Ball { centre: reader.vector()?, radius_m: reader.number()? };
+    let [cell_m, max_error_m, max_error_anywhere_m, lipschitz] = [
+        reader.number()?,
+        reader.number()?,
+        reader.number()?,
+        reader.number()?,
+    ];
+    let ball = Ball {
+        centre: reader.vector()?,
+        radius_m: reader.number()?,
+    };
     let mut levels = Vec::new();
     for _ in 0..reader.count()? {
         let [low, high, origin] = [reader.vector()?, reader.vector()?, reader.vector()?];
@@ -127,12 +166,37 @@ fn decode(bytes: &[u8]) -> Option<Field> {
         let nodes = [reader.count()?, reader.count()?, reader.count()?];
         let total = nodes[0].checked_mul(nodes[1])?.checked_mul(nodes[2])?;
         let coefficients = reader.take(total.checked_mul(4)?)?.chunks_exact(4);
-        let coefficients = coefficients.map(|c| f32::from_le_bytes([c[0], c[1], c[2], c[3]])).collect();
-        levels.push(Level { low, high, shell_m, spline: Spline { origin, cell_m, nodes, coefficients } });
+        let coefficients = coefficients
+            .map(|c| f32::from_le_bytes([c[0], c[1], c[2], c[3]]))
+            .collect();
+        levels.push(Level {
+            low,
+            high,
+            shell_m,
+            spline: Spline {
+                origin,
+                cell_m,
+                nodes,
+                coefficients,
+            },
+        });
     }
-    let nodes = levels.iter().map(|level| level.spline.coefficients.len()).sum();
-    let report = FieldReport { cell_m, nodes, max_error_m, max_error_anywhere_m, lipschitz };
-    (reader.0.is_empty() && !levels.is_empty()).then_some(Field { levels, ball, report })
+    let nodes = levels
+        .iter()
+        .map(|level| level.spline.coefficients.len())
+        .sum();
+    let report = FieldReport {
+        cell_m,
+        nodes,
+        max_error_m,
+        max_error_anywhere_m,
+        lipschitz,
+    };
+    (reader.0.is_empty() && !levels.is_empty()).then_some(Field {
+        levels,
+        ball,
+        report,
+    })
 }
 
 /// Little-endian numbers from the front of a slice.
@@ -155,5 +219,121 @@ impl<'a> Reader<'a> {
 
     fn vector(&mut self) -> Option<Vector3<f64>> {
         Some(Vector3::new(self.number()?, self.number()?, self.number()?))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::grasp::object::ExactMesh;
+
+    fn tetrahedron(size_m: f64) -> Mesh {
+        let corners = [
+            [0.0, 0.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [0.0, 0.0, 1.0],
+        ];
+        let vertices = corners
+            .map(|corner| Vector3::from(corner) * size_m)
+            .to_vec();
+        Mesh::new(
+            "tetrahedron",
+            vertices,
+            vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
+        )
+        .unwrap()
+    }
+
+    fn bake(mesh: &Mesh, settings: &FieldSettings) -> Field {
+        Field::bake(mesh, &ExactMesh::new(mesh), settings)
+    }
+
+    #[test]
+    fn remembers_by_content_and_survives_damage() {
+        let folder = tempfile::tempdir().unwrap();
+        let within = Some(folder.path());
+        let settings = FieldSettings {
+            cell_m: Some(0.01),
+            most_nodes: 5_000,
+        };
+        let mesh = tetrahedron(0.05);
+        let baked = load_or_in(within, &mesh, &settings, || bake(&mesh, &settings));
+        let again = load_or_in(within, &mesh, &settings, || panic!("baked twice"));
+        assert_eq!(baked, again);
+
+        let other = tetrahedron(0.06);
+        let baked_other = load_or_in(within, &other, &settings, || bake(&other, &settings));
+        assert_ne!(baked, baked_other);
+        let files: Vec<_> = fs::read_dir(folder.path())
+            .unwrap()
+            .map(|entry| entry.unwrap().path())
+            .collect();
+        assert_eq!(files.len(), 2, "no partial files are left: {files:?}");
+
+        for file in &files {
+            let mut bytes = fs::read(file).unwrap();
+            let middle = bytes.len() / 2;
+            bytes[middle] ^= 1;
+            fs::write(file, &bytes).unwrap();
+        }
+        let mut rebaked = false;
+        let repaired = load_or_in(within, &mesh, &settings, || {
+            rebaked = true;
+            bake(&mesh, &settings)
+        });
+        assert!(rebaked);
+        assert_eq!(repaired, baked);
+    }
+
+    #[test]
+    fn works_without_a_folder() {
+        let settings = FieldSettings {
+            cell_m: Some(0.01),
+            most_nodes: 5_000,
+        };
+        let mesh = tetrahedron(0.05);
+        let file = tempfile::NamedTempFile::new().unwrap();
+        let not_a_folder = file.path().join("fields");
+        let baked = load_or_in(Some(&not_a_folder), &mesh, &settings, || {
+            bake(&mesh, &settings)
+        });
+        assert_eq!(
+            baked,
+            load_or_in(None, &mesh, &settings, || bake(&mesh, &settings))
+        );
+    }
+
+    #[test]
+    fn truncated_files_are_refused() {
+        let mesh = tetrahedron(0.05);
+        let bytes = encode(&bake(
+            &mesh,
+            &FieldSettings {
+                cell_m: Some(0.01),
+                most_nodes: 5_000,
+            },
+        ));
+        assert!(decode(&bytes).is_some());
+        for length in [0, 7, 8, 100, bytes.len() - 1] {
+            assert!(decode(&bytes[..length]).is_none());
+        }
+    }
+
+    #[test]
+    fn baking_gives_the_same_bytes_on_any_number_of_threads() {
+        let mesh = tetrahedron(0.05);
+        let settings = FieldSettings {
+            cell_m: Some(0.004),
+            most_nodes: 30_000,
+        };
+        let on = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .unwrap();
+            pool.install(|| encode(&bake(&mesh, &settings)))
+        };
+        assert!(on(1) == on(3));
     }
 }

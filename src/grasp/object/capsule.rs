@@ -48,6 +48,10 @@ impl Shape for Capsule {
     fn hessian(&self, point: &Vector3<f64>) -> (f64, Vector3<f64>, Matrix3<f64>) {
         let (offset, across) = self.offset(point);
         let (length, normal) = outward(&offset);
-        (length - self.radius_m, normal, radial_hessian(&across, &normal, length))
+        (
+            length - self.radius_m,
+            normal,
+            radial_hessian(&across, &normal, length),
+        )
     }
 }

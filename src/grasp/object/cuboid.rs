@@ -43,7 +43,11 @@ impl Shape for Cuboid {
             let unit = outside / length;
             let active = Matrix3::from_diagonal(&past.map(|q| f64::from(u8::from(q > 0.0))));
             let normal = unit.component_mul(&sign);
-            return (length - self.edge_radius_m, normal, radial_hessian(&active, &normal, length));
+            return (
+                length - self.edge_radius_m,
+                normal,
+                radial_hessian(&active, &normal, length),
+            );
         }
         let axis = past.imax();
         let mut normal = Vector3::zeros();

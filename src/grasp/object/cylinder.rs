@@ -55,7 +55,8 @@ impl Shape for Cylinder {
             let length = past_side.hypot(past_cap);
             let normal = (radial * past_side + up * past_cap) / length;
             let meridian = axis * axis.transpose() + radial * radial.transpose();
-            let hessian = radial_hessian(&meridian, &normal, length) + turning * (past_side / length);
+            let hessian =
+                radial_hessian(&meridian, &normal, length) + turning * (past_side / length);
             (length - self.edge_radius_m, normal, hessian)
         } else if past_side > past_cap {
             (past_side - self.edge_radius_m, radial, turning)

@@ -10,7 +10,8 @@ use serde::{Deserialize, Serialize};
 use crate::space::Symmetry;
 
 use super::{
-    Capsule, Cuboid, Cylinder, ExactMesh, Field, FieldSettings, Mesh, ObjectError, Shape, Sphere, SurfaceSample,
+    Capsule, Cuboid, Cylinder, ExactMesh, Field, FieldSettings, Mesh, ObjectError, Shape, Sphere,
+    SurfaceSample,
 };
 
 /// Density of an object whose mass is not given, kg/m³: half that of water, as of a half-full bottle or of wood.
@@ -99,10 +100,21 @@ impl Object {
         let description = match fs::read_to_string(&beside) {
             Ok(text) => Description::from_json(&beside.display().to_string(), &text)?,
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => Description::default(),
-            Err(source) => return Err(ObjectError::Read { path: beside, source }),
+            Err(source) => {
+                return Err(ObjectError::Read {
+                    path: beside,
+                    source,
+                });
+            }
         };
-        let stem = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy();
-        let name = description.name.clone().unwrap_or_else(|| stem.into_owned());
+        let stem = path
+            .file_stem()
+            .unwrap_or(path.as_os_str())
+            .to_string_lossy();
+        let name = description
+            .name
+            .clone()
+            .unwrap_or_else(|| stem.into_owned());
         Self::from_mesh(&name, mesh, &description)
     }
 
@@ -110,11 +122,20 @@ impl Object {
     ///
     /// # Errors
     /// Where the description has an impossible value or does not fit the mesh.
-    pub fn from_mesh(name: &str, mesh: Mesh, description: &Description) -> Result<Self, ObjectError> {
+    pub fn from_mesh(
+        name: &str,
+        mesh: Mesh,
+        description: &Description,
+    ) -> Result<Self, ObjectError> {
         description.validate(name)?;
         let exact = ExactMesh::new(&mesh);
         let radius_m = mesh.radius_m();
-        let fit = Fit { name, mesh: &mesh, exact: &exact, tolerance_m: (0.01 * radius_m).max(0.5e-3) };
+        let fit = Fit {
+            name,
+            mesh: &mesh,
+            exact: &exact,
+            tolerance_m: (0.01 * radius_m).max(0.5e-3),
+        };
         fit.symmetry(&description.symmetry)?;
         let (shape, field_report) = if let Some(primitive) = description.primitive {
             let shape = primitive.shape();
@@ -132,7 +153,9 @@ impl Object {
             centroid: mesh.centroid(),
             radius_m,
             symmetry: description.symmetry.clone(),
-            mass_kg: description.mass_kg.unwrap_or_else(|| mesh.volume() * DEFAULT_DENSITY_KG_M3),
+            mass_kg: description
+                .mass_kg
+                .unwrap_or_else(|| mesh.volume() * DEFAULT_DENSITY_KG_M3),
             surface_samples: mesh.sample_surface(SURFACE_SAMPLES, 0),
             exact,
             mesh,
@@ -146,12 +169,24 @@ impl Description {
     /// # Errors
     /// Where the text is no description.
     pub fn from_json(name: &str, text: &str) -> Result<Self, ObjectError> {
-        serde_json::from_str(text).map_err(|source| ObjectError::Description { name: name.to_owned(), source })
+        serde_json::from_str(text).map_err(|source| ObjectError::Description {
+            name: name.to_owned(),
+            source,
+        })
     }
 
     fn validate(&self, name: &str) -> Result<(), ObjectError> {
-        let invalid = |field, problem| Err(ObjectError::Value { name: name.to_owned(), field, problem });
-        if self.mass_kg.is_some_and(|mass| !(mass > 0.0 && mass.is_finite())) {
+        let invalid = |field, problem| {
+            Err(ObjectError::Value {
+                name: name.to_owned(),
+                field,
+                problem,
+            })
+        };
+        if self
+            .mass_kg
+            .is_some_and(|mass| !(mass > 0.0 && mass.is_finite()))
+        {
             return invalid("mass_kg", "a positive number is needed");
         }
         if let Symmetry::Axis { direction, .. } = &self.symmetry
@@ -180,8 +215,10 @@ impl Fit<'_> {
                 self.moved("symmetric about an axis", &turns)
             }
             Symmetry::Sphere { centre } => {
-                let turns: Vec<_> =
-                    [Vector3::x(), Vector3::y(), Vector3::z()].iter().flat_map(|axis| Self::turns(centre, axis)).collect();
+                let turns: Vec<_> = [Vector3::x(), Vector3::y(), Vector3::z()]
+                    .iter()
+                    .flat_map(|axis| Self::turns(centre, axis))
+                    .collect();
                 self.moved("symmetric about a point", &turns)
             }
             Symmetry::Finite(motions) => self.moved("symmetric under listed motions", motions),
@@ -205,7 +242,11 @@ impl Fit<'_> {
 
     fn moved(&self, what: &'static str, motions: &[Isometry3<f64>]) -> Result<(), ObjectError> {
         let off = |motion: &Isometry3<f64>| {
-            let moved = |v: &Vector3<f64>| self.exact.distance(&motion.transform_point(&(*v).into()).coords).abs();
+            let moved = |v: &Vector3<f64>| {
+                self.exact
+                    .distance(&motion.transform_point(&(*v).into()).coords)
+                    .abs()
+            };
             self.mesh.vertices().iter().map(moved).fold(0.0, f64::max)
         };
         self.judge(what, motions.iter().map(off).fold(0.0, f64::max))
@@ -215,6 +256,11 @@ impl Fit<'_> {
         if deviation_m <= self.tolerance_m {
             return Ok(());
         }
-        Err(ObjectError::Deviation { name: self.name.to_owned(), what, deviation_m, tolerance_m: self.tolerance_m })
+        Err(ObjectError::Deviation {
+            name: self.name.to_owned(),
+            what,
+            deviation_m,
+            tolerance_m: self.tolerance_m,
+        })
     }
 }

@@ -23,7 +23,10 @@ pub struct FieldSettings {
 
 impl Default for FieldSettings {
     fn default() -> Self {
-        Self { cell_m: None, most_nodes: 4_000_000 }
+        Self {
+            cell_m: None,
+            most_nodes: 4_000_000,
+        }
     }
 }
 
@@ -81,26 +84,45 @@ impl Field {
     }
 
     /// Bakes the field of `mesh`, in seconds, on all threads of the current pool; the same bits on any number of them.
+    ///
+    /// # Panics
+    /// Never: there is always an outermost grid.
     pub fn bake(mesh: &Mesh, exact: &ExactMesh, settings: &FieldSettings) -> Self {
         let [low, high] = mesh.bounds();
         let bake_level = |[cell_m, margin_m, shell_m]: [f64; 3]| {
             let (low, high) = (low.add_scalar(-margin_m), high.add_scalar(margin_m));
             let cell_m = fitting_cell_m(&(high - low), cell_m, settings.most_nodes);
-            let spline = Spline::interpolate(&low, &high, cell_m, |start, row| sample_row(exact, cell_m, start, row));
-            Level { low, high, shell_m, spline }
+            let spline = Spline::interpolate(&low, &high, cell_m, |start, row| {
+                sample_row(exact, cell_m, start, row);
+            });
+            Level {
+                low,
+                high,
+                shell_m,
+                spline,
+            }
         };
         let mut specifications = LEVELS;
-        specifications[0][0] = settings.cell_m.unwrap_or_else(|| finest_cell_m(&(high - low)));
+        specifications[0][0] = settings
+            .cell_m
+            .unwrap_or_else(|| finest_cell_m(&(high - low)));
         let levels: Vec<Level> = specifications.into_iter().map(bake_level).collect();
         let ball = Ball::around(levels.last().expect("levels are listed above"));
         let report = FieldReport {
             cell_m: levels[0].spline.cell_m,
-            nodes: levels.iter().map(|level| level.spline.coefficients.len()).sum(),
+            nodes: levels
+                .iter()
+                .map(|level| level.spline.coefficients.len())
+                .sum(),
             max_error_m: 0.0,
             max_error_anywhere_m: 0.0,
             lipschitz: 1.0,
         };
-        let mut field = Self { levels, ball, report };
+        let mut field = Self {
+            levels,
+            ball,
+            report,
+        };
         field.report.lipschitz = field.steepest();
         (field.report.max_error_m, field.report.max_error_anywhere_m) = field.errors(mesh, exact);
         field
@@ -114,7 +136,11 @@ impl Field {
     #[inline]
     fn jet<const ORDER: usize>(&self, point: &Vector3<f64>) -> Jet {
         let finest = &self.levels[0];
-        if finest.holds_alone(point) { finest.spline.jet::<ORDER>(point) } else { self.jet_beyond::<ORDER>(point, 0) }
+        if finest.holds_alone(point) {
+            finest.spline.jet::<ORDER>(point)
+        } else {
+            self.jet_beyond::<ORDER>(point, 0)
+        }
     }
 
     #[inline(never)]
@@ -143,14 +169,26 @@ impl Field {
                 let point = level.spline.origin + node * level.spline.cell_m;
                 let jet = self.jet::<1>(&point);
                 // Half a cell under the surface still counts: the nearest sample of a point outside may lie there.
-                if jet.value > -0.5 * level.spline.cell_m { jet.gradient.norm_squared() } else { 0.0 }
+                if jet.value > -0.5 * level.spline.cell_m {
+                    jet.gradient.norm_squared()
+                } else {
+                    0.0
+                }
             };
             let of_row = |row: usize| {
                 (0..nz).fold(0.0, |steepest: f64, k| {
-                    steepest.max(slope(row / ny, row % ny, k, 0.0)).max(slope(row / ny, row % ny, k, 0.5))
+                    steepest.max(slope(row / ny, row % ny, k, 0.0)).max(slope(
+                        row / ny,
+                        row % ny,
+                        k,
+                        0.5,
+                    ))
                 })
             };
-            (0..nx * ny).into_par_iter().map(of_row).reduce(|| 0.0, f64::max)
+            (0..nx * ny)
+                .into_par_iter()
+                .map(of_row)
+                .reduce(|| 0.0, f64::max)
         };
         self.levels.iter().map(of_level).fold(1.0, f64::max).sqrt() * HEADROOM
     }
@@ -164,20 +202,30 @@ impl Field {
             (0..DEPTHS)
                 .map(|step| {
                     let share = (step as f64 + (index % 4) as f64 / 4.0) / DEPTHS as f64;
-                    let point = sample.point + sample.normal * (JUDGED_BAND_M * (2.0 * share - 1.0));
+                    let point =
+                        sample.point + sample.normal * (JUDGED_BAND_M * (2.0 * share - 1.0));
                     let distance = exact.distance(&point);
                     let error = (self.distance(&point) - distance).abs();
-                    if distance.abs() > JUDGED_BAND_M { (point, 0.0) } else { (point, error) }
+                    if distance.abs() > JUDGED_BAND_M {
+                        (point, 0.0)
+                    } else {
+                        (point, error)
+                    }
                 })
                 .collect::<Vec<_>>()
         };
         let samples = mesh.sample_surface(PROBES, 0);
-        let mut errors: Vec<(Vector3<f64>, f64)> =
-            samples.par_iter().enumerate().flat_map_iter(|(index, sample)| error_at(index, sample)).collect();
+        let mut errors: Vec<(Vector3<f64>, f64)> = samples
+            .par_iter()
+            .enumerate()
+            .flat_map_iter(|(index, sample)| error_at(index, sample))
+            .collect();
         errors.sort_by(|a, b| b.1.total_cmp(&a.1));
         let anywhere = errors.first().map_or(0.0, |worst| worst.1);
         let reach_m = 2.0 * self.report.cell_m;
-        let apart = errors.iter().find(|(point, _)| !near_medial_axis(exact, point, reach_m));
+        let apart = errors
+            .iter()
+            .find(|(point, _)| !near_medial_axis(exact, point, reach_m));
         (apart.map_or(0.0, |worst| worst.1), anywhere)
     }
 }
@@ -207,7 +255,8 @@ impl Level {
     #[inline]
     fn holds_alone(&self, point: &Vector3<f64>) -> bool {
         (0..3).all(|axis| {
-            point[axis] >= self.low[axis] + self.shell_m && point[axis] <= self.high[axis] - self.shell_m
+            point[axis] >= self.low[axis] + self.shell_m
+                && point[axis] <= self.high[axis] - self.shell_m
         })
     }
 
@@ -224,7 +273,11 @@ impl Level {
             if t < 1.0 {
                 let s = 1.0 - t;
                 let value = t * t * t * (10.0 - 15.0 * t + 6.0 * t * t);
-                step[axis] = [value, 30.0 * t * t * s * s * inward, 60.0 * t * s * (s - t) * inward * inward];
+                step[axis] = [
+                    value,
+                    30.0 * t * t * s * s * inward,
+                    60.0 * t * s * (s - t) * inward * inward,
+                ];
             }
         }
         let [x, y, z] = step;
@@ -249,13 +302,23 @@ impl Ball {
             offset[face % 3] = side * (reach[face % 3] - level.shell_m / 2.0);
             offset.norm() - level.spline.jet::<0>(&(centre + offset)).value
         };
-        Self { centre, radius_m: (0..6).map(gap).sum::<f64>() / 6.0 }
+        Self {
+            centre,
+            radius_m: (0..6).map(gap).sum::<f64>() / 6.0,
+        }
     }
 
     fn jet(&self, point: &Vector3<f64>) -> Jet {
-        let ball = super::Sphere { centre: self.centre, radius_m: self.radius_m };
+        let ball = super::Sphere {
+            centre: self.centre,
+            radius_m: self.radius_m,
+        };
         let (value, gradient, hessian) = ball.hessian(point);
-        Jet { value, gradient, hessian }
+        Jet {
+            value,
+            gradient,
+            hessian,
+        }
     }
 }
 
@@ -268,7 +331,11 @@ fn finest_cell_m(extents: &Vector3<f64>) -> f64 {
 
 /// `cell_m`, enlarged until a grid over `extents` has at most `most_nodes`.
 fn fitting_cell_m(extents: &Vector3<f64>, mut cell_m: f64, most_nodes: usize) -> f64 {
-    while Spline::nodes_for(extents, cell_m).into_iter().product::<usize>() > most_nodes.max(4_096) {
+    while Spline::nodes_for(extents, cell_m)
+        .into_iter()
+        .product::<usize>()
+        > most_nodes.max(4_096)
+    {
         cell_m *= 1.05;
     }
     cell_m
@@ -298,7 +365,10 @@ fn near_medial_axis(exact: &ExactMesh, point: &Vector3<f64>, reach_m: f64) -> bo
     let here = answer(*point);
     (0..27).filter(|&corner| corner != 13).any(|corner: u8| {
         let offset = [corner / 9, corner / 3 % 3, corner % 3].map(|step| f64::from(step) - 1.0);
-        let (mut a, mut b) = (here, answer(point + Vector3::from(offset).normalize() * reach_m));
+        let (mut a, mut b) = (
+            here,
+            answer(point + Vector3::from(offset).normalize() * reach_m),
+        );
         if (a.1.point - b.1.point).norm() > LEAP * reach_m {
             return true;
         }

@@ -40,38 +40,71 @@ impl Mesh {
     /// # Errors
     /// Where it has no triangles, an index or coordinate is invalid, it is not closed, its triangles disagree on which
     /// side is out, it has no volume, or its size cannot be metres.
-    pub fn new(name: &str, vertices: Vec<Vector3<f64>>, triangles: Vec<[u32; 3]>) -> Result<Self, ObjectError> {
+    pub fn new(
+        name: &str,
+        vertices: Vec<Vector3<f64>>,
+        triangles: Vec<[u32; 3]>,
+    ) -> Result<Self, ObjectError> {
         let name = || name.to_owned();
         if triangles.is_empty() {
             return Err(ObjectError::NoTriangles { name: name() });
         }
         let count = u32::try_from(vertices.len()).unwrap_or(u32::MAX);
         if let Some(&index) = triangles.iter().flatten().find(|&&index| index >= count) {
-            return Err(ObjectError::Index { name: name(), index, count });
+            return Err(ObjectError::Index {
+                name: name(),
+                index,
+                count,
+            });
         }
-        if let Some(vertex) = vertices.iter().position(|v| !v.iter().all(|x| x.is_finite())) {
-            return Err(ObjectError::Coordinate { name: name(), vertex });
+        if let Some(vertex) = vertices
+            .iter()
+            .position(|v| !v.iter().all(|x| x.is_finite()))
+        {
+            return Err(ObjectError::Coordinate {
+                name: name(),
+                vertex,
+            });
         }
-        let mut mesh = Self { vertices, triangles };
+        let mut mesh = Self {
+            vertices,
+            triangles,
+        };
         if mesh.seams() != Seams::default() {
             mesh.merge_coincident();
         }
         let seams = mesh.seams();
         if seams.open > 0 {
-            return Err(ObjectError::Open { name: name(), edges: seams.open });
+            return Err(ObjectError::Open {
+                name: name(),
+                edges: seams.open,
+            });
         }
         if seams.flipped > 0 {
-            return Err(ObjectError::Orientation { name: name(), edges: seams.flipped });
+            return Err(ObjectError::Orientation {
+                name: name(),
+                edges: seams.flipped,
+            });
         }
         mesh.drop_unused();
         let [low, high] = mesh.bounds();
         let size_m = (high - low).max();
         let [smallest, largest] = PLAUSIBLE_SIZE_M;
         if size_m > largest {
-            return Err(ObjectError::Size { name: name(), size_m, unit: "millimetres", factor: 1e-3 });
+            return Err(ObjectError::Size {
+                name: name(),
+                size_m,
+                unit: "millimetres",
+                factor: 1e-3,
+            });
         }
         if size_m < smallest {
-            return Err(ObjectError::Size { name: name(), size_m, unit: "kilometres", factor: 1e3 });
+            return Err(ObjectError::Size {
+                name: name(),
+                size_m,
+                unit: "kilometres",
+                factor: 1e3,
+            });
         }
         let volume = mesh.volume();
         if volume.abs() < 1e-9 * size_m.powi(3) {
@@ -112,7 +145,9 @@ impl Mesh {
     /// Lowest and highest corner of the bounding box along the axes, metres.
     pub fn bounds(&self) -> [Vector3<f64>; 2] {
         let first = self.vertices[0];
-        self.vertices.iter().fold([first, first], |[low, high], v| [low.inf(v), high.sup(v)])
+        self.vertices
+            .iter()
+            .fold([first, first], |[low, high], v| [low.inf(v), high.sup(v)])
     }
 
     /// Volume, m³: Σ a·(b × c)/6 over the triangles.
@@ -129,7 +164,10 @@ impl Mesh {
     /// Largest distance of a vertex from the centroid of the volume, metres.
     pub fn radius_m(&self) -> f64 {
         let centroid = self.centroid();
-        self.vertices.iter().map(|v| (v - centroid).norm()).fold(0.0, f64::max)
+        self.vertices
+            .iter()
+            .map(|v| (v - centroid).norm())
+            .fold(0.0, f64::max)
     }
 
     /// Area of the surface, m².
@@ -174,11 +212,16 @@ impl Mesh {
             .collect();
         let draw = |_| {
             let target = rng.random::<f64>() * total;
-            let index = cumulative.partition_point(|&area| area <= target).min(self.triangles.len() - 1);
+            let index = cumulative
+                .partition_point(|&area| area <= target)
+                .min(self.triangles.len() - 1);
             let [a, b, c] = self.corners(index);
             let (root, along) = (rng.random::<f64>().sqrt(), rng.random::<f64>());
             let point = a * (1.0 - root) + b * (root * (1.0 - along)) + c * (root * along);
-            SurfaceSample { point, normal: (b - a).cross(&(c - a)).normalize() }
+            SurfaceSample {
+                point,
+                normal: (b - a).cross(&(c - a)).normalize(),
+            }
         };
         (0..count).map(draw).collect()
     }
@@ -195,7 +238,10 @@ impl Mesh {
         }
         let mut pieces: BTreeMap<u32, Vec<[u32; 3]>> = BTreeMap::new();
         for triangle in &self.triangles {
-            pieces.entry(find_root(&mut parent, triangle[0])).or_default().push(*triangle);
+            pieces
+                .entry(find_root(&mut parent, triangle[0]))
+                .or_default()
+                .push(*triangle);
         }
         pieces.into_values().collect()
     }
@@ -245,7 +291,9 @@ impl Mesh {
         let key = |index: u32| self.vertices[index as usize];
         order.sort_by(|&a, &b| {
             let (a, b) = (key(a), key(b));
-            a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(a.z.total_cmp(&b.z))
+            a.x.total_cmp(&b.x)
+                .then(a.y.total_cmp(&b.y))
+                .then(a.z.total_cmp(&b.z))
         });
         let mut first_of: Vec<u32> = (0..).take(self.vertices.len()).collect();
         for pair in 1..order.len() {
@@ -257,7 +305,8 @@ impl Mesh {
         for triangle in &mut self.triangles {
             *triangle = triangle.map(|index| first_of[index as usize]);
         }
-        self.triangles.retain(|&[a, b, c]| a != b && b != c && c != a);
+        self.triangles
+            .retain(|&[a, b, c]| a != b && b != c && c != a);
     }
 
     fn drop_unused(&mut self) {
@@ -294,4 +343,156 @@ fn find_root(parent: &mut [u32], mut node: u32) -> u32 {
         node = parent[node as usize];
     }
     node
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CUBE: [[u32; 3]; 12] = [
+        [0, 2, 1],
+        [1, 2, 3],
+        [4, 5, 6],
+        [5, 7, 6],
+        [0, 1, 4],
+        [1, 5, 4],
+        [2, 6, 3],
+        [3, 6, 7],
+        [0, 4, 2],
+        [2, 4, 6],
+        [1, 3, 5],
+        [3, 7, 5],
+    ];
+
+    fn corners(size_m: f64) -> Vec<Vector3<f64>> {
+        (0..8_u8)
+            .map(|i| {
+                Vector3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)) * size_m
+            })
+            .collect()
+    }
+
+    fn cube() -> Mesh {
+        Mesh::new("cube", corners(0.1), CUBE.to_vec()).unwrap()
+    }
+
+    #[test]
+    fn a_cube_measures_as_a_cube() {
+        let cube = cube();
+        assert!((cube.volume() - 1e-3).abs() < 1e-15);
+        assert!((cube.centroid() - Vector3::repeat(0.05)).norm() < 1e-15);
+        assert!((cube.radius_m() - 0.05 * 3.0_f64.sqrt()).abs() < 1e-15);
+        assert!((cube.area_m2() - 0.06).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_cube_turned_inside_out_is_turned_back() {
+        let inside_out = CUBE.map(|[a, b, c]| [a, c, b]).to_vec();
+        let mesh = Mesh::new("cube", corners(0.1), inside_out).unwrap();
+        assert_eq!(mesh, cube());
+    }
+
+    #[test]
+    fn separate_corners_are_merged_and_unused_ones_dropped() {
+        let corners = corners(0.1);
+        let mut apart: Vec<_> = CUBE
+            .iter()
+            .flatten()
+            .map(|&index| corners[index as usize])
+            .collect();
+        apart.push(Vector3::repeat(9.0));
+        let mesh = Mesh::new(
+            "cube",
+            apart,
+            (0..12).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
+        )
+        .unwrap();
+        assert_eq!(mesh.vertices().len(), 8);
+        assert!((mesh.volume() - 1e-3).abs() < 1e-15);
+    }
+
+    #[test]
+    fn what_is_no_solid_is_refused() {
+        let refuse = |vertices, triangles| Mesh::new("thing", vertices, triangles).unwrap_err();
+        let error = refuse(corners(0.1), CUBE[1..].to_vec());
+        assert!(
+            matches!(error, ObjectError::Open { edges: 3, .. }),
+            "{error}"
+        );
+        let mut flipped = CUBE.to_vec();
+        flipped[4].swap(0, 1);
+        let error = refuse(corners(0.1), flipped);
+        assert!(
+            matches!(error, ObjectError::Orientation { edges: 3, .. }),
+            "{error}"
+        );
+        let error = refuse(corners(0.1), vec![]);
+        assert!(matches!(error, ObjectError::NoTriangles { .. }), "{error}");
+        let error = refuse(corners(0.1), vec![[0, 1, 8]]);
+        assert!(
+            matches!(
+                error,
+                ObjectError::Index {
+                    index: 8,
+                    count: 8,
+                    ..
+                }
+            ),
+            "{error}"
+        );
+        let mut infinite = corners(0.1);
+        infinite[2].y = f64::NAN;
+        let error = refuse(infinite, CUBE.to_vec());
+        assert!(
+            matches!(error, ObjectError::Coordinate { vertex: 2, .. }),
+            "{error}"
+        );
+        // A square sheet with two sides.
+        let sheet = vec![[0, 1, 2], [1, 3, 2], [0, 2, 1], [1, 2, 3]];
+        let error = refuse(corners(0.1), sheet);
+        assert!(matches!(error, ObjectError::NoVolume { .. }), "{error}");
+    }
+
+    #[test]
+    fn millimetres_are_noticed() {
+        let error = Mesh::new("thing", corners(100.0), CUBE.to_vec()).unwrap_err();
+        assert!(
+            error.to_string().contains("millimetres, scale it by 0.001"),
+            "{error}"
+        );
+        let error = Mesh::new("thing", corners(1e-4), CUBE.to_vec()).unwrap_err();
+        assert!(error.to_string().contains("scale it by 1000"), "{error}");
+        assert!((cube().scaled("cube", 0.5).unwrap().volume() - 1.25e-4).abs() < 1e-15);
+    }
+
+    #[test]
+    fn samples_are_spread_evenly_and_are_the_same_again() {
+        let cube = cube();
+        let samples = cube.sample_surface(600, 7);
+        assert_eq!(samples, cube.sample_surface(600, 7));
+        assert_ne!(samples, cube.sample_surface(600, 8));
+        let gap = |a: &SurfaceSample| {
+            let others = samples.iter().filter(|b| b.point != a.point);
+            others
+                .map(|b| (b.point - a.point).norm())
+                .fold(f64::INFINITY, f64::min)
+        };
+        // 600 points on 0.06 m² in a triangular lattice would be 10.7 mm apart; random ones come arbitrarily close.
+        assert!(samples.iter().map(gap).fold(f64::INFINITY, f64::min) > 6e-3);
+        for axis in 0..3 {
+            let on_face = samples
+                .iter()
+                .filter(|sample| sample.normal[axis] > 0.5)
+                .count();
+            assert!(
+                (85..=115).contains(&on_face),
+                "{on_face} points on a sixth of the surface"
+            );
+            assert!(
+                samples
+                    .iter()
+                    .all(|s| s.normal[axis] < 0.5 || (s.point[axis] - 0.1).abs() < 1e-12)
+            );
+        }
+    }
 }

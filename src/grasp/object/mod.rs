@@ -99,7 +99,9 @@ pub enum ObjectError {
         vertex: usize,
     },
     /// The surface has holes.
-    #[error("{name} is not closed: {edges} edges border a hole, so it has no inside; close it in a mesh editor")]
+    #[error(
+        "{name} is not closed: {edges} edges border a hole, so it has no inside; close it in a mesh editor"
+    )]
     Open {
         /// File or object.
         name: String,
@@ -107,7 +109,9 @@ pub enum ObjectError {
         edges: usize,
     },
     /// Neighbouring triangles face opposite sides.
-    #[error("{name} is inconsistently oriented at {edges} edges: recalculate its normals in a mesh editor")]
+    #[error(
+        "{name} is inconsistently oriented at {edges} edges: recalculate its normals in a mesh editor"
+    )]
     Orientation {
         /// File or object.
         name: String,
@@ -121,7 +125,9 @@ pub enum ObjectError {
         name: String,
     },
     /// A size that cannot be metres.
-    #[error("{name} is {size_m} m across: metres are expected; if it is in {unit}, scale it by {factor}")]
+    #[error(
+        "{name} is {size_m} m across: metres are expected; if it is in {unit}, scale it by {factor}"
+    )]
     Size {
         /// File or object.
         name: String,

@@ -47,7 +47,10 @@ impl Object {
     /// Where there is none of that name.
     pub fn named(name: &str) -> Result<Self, ObjectError> {
         let Some(embedded) = EMBEDDED.iter().find(|embedded| embedded.name == name) else {
-            return Err(ObjectError::Unknown { name: name.to_owned(), known: OBJECT_NAMES.join(", ") });
+            return Err(ObjectError::Unknown {
+                name: name.to_owned(),
+                known: OBJECT_NAMES.join(", "),
+            });
         };
         let mesh = Mesh::from_obj(name, &mut embedded.obj.as_bytes())?;
         Self::from_mesh(name, mesh, &Description::from_json(name, embedded.json)?)
