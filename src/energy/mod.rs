@@ -2,7 +2,10 @@
 
 use crate::space::Space;
 
+mod counted;
 pub mod model;
+
+pub use counted::Counted;
 
 /// A scalar field on a [`Space`], continuously differentiable wherever it is finite (or piecewise so, where documented).
 ///

@@ -3,12 +3,15 @@
 //! Every path quantity of this crate (tangent, length, projection, update) is written with the two maps of
 //! [`Space`]: [`Space::toward`] (the logarithm) and [`Space::shift`] (the exponential). Nothing here knows an energy.
 
+mod assignment;
+mod cluster;
 mod euclidean;
 mod pose;
 mod rotation;
 mod symmetry;
 mod torus;
 
+pub use cluster::Cluster;
 pub use euclidean::Euclidean;
 pub use pose::{PoseMetric, PoseSpace, object_from_hand, pose_coordinates};
 pub use rotation::Rotation;

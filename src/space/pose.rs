@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::rotation::{exp, log, other_way, read, write};
+use super::rotation::{any_normal, exp, log, other_way, read, write};
 use super::torus::wrap;
 use super::{Space, Symmetry};
 
@@ -14,7 +14,7 @@ pub struct PoseMetric {
     pub centroid: Vector3<f64>,
     /// Radius of gyration r of the surface points about the centroid, metres.
     pub radius_of_gyration_m: f64,
-    /// ℓ_j: root-mean-square lever of each joint over *all* surface points, metres per radian. Makes the metric.
+    /// `ℓ_j`: root-mean-square lever of each joint over *all* surface points, metres per radian. Makes the metric.
     pub joint_levers_m: Vec<f64>,
     /// Root-mean-square lever of each joint over the points it really moves, metres per radian. Makes the step scales.
     pub joint_reaches_m: Vec<f64>,
@@ -24,7 +24,7 @@ pub struct PoseMetric {
     pub wraps: Vec<bool>,
 }
 
-/// The space of hand poses: a point is `[tx, ty, tz, qw, qx, qy, qz, joints…]`, the transform object_from_hand of the
+/// The space of hand poses: a point is `[tx, ty, tz, qw, qx, qy, qz, joints…]`, the transform `object_from_hand` of the
 /// hand's root frame and the joint angles (7 + k numbers, metres and radians, w ≥ 0).
 ///
 /// ```text
@@ -32,7 +32,7 @@ pub struct PoseMetric {
 /// Exp:  p' = p + Δp,   R' = R exp(ω),   t' = p' − R' c₀,   θ' = θ + Δθ
 /// ```
 ///
-/// p: centroid of the rest-pose surface points in the object's frame; ω: in the hand's own frame; c₀, r, ℓ_j:
+/// p: centroid of the rest-pose surface points in the object's frame; ω: in the hand's own frame; c₀, r, `ℓ_j`:
 /// [`PoseMetric`]. Geodesics are those of ℝ³ × SO(3) × joints. Joints without limits wrap, all others are never clamped.
 ///
 /// Distance and direction are taken modulo the [`Symmetry`] of the object, at the global optimum. Two rotations exactly
@@ -219,7 +219,7 @@ impl Space for PoseSpace {
     }
 }
 
-/// The transform object_from_hand of pose coordinates.
+/// The transform `object_from_hand` of pose coordinates.
 ///
 /// # Panics
 /// If `x` has fewer than 7 numbers.
@@ -227,7 +227,7 @@ pub fn object_from_hand(x: &[f64]) -> Isometry3<f64> {
     Isometry3::from_parts(Translation3::new(x[0], x[1], x[2]), read(&x[3..7]))
 }
 
-/// Pose coordinates `[t, q wxyz (w ≥ 0), joints]` of a transform object_from_hand and joint angles.
+/// Pose coordinates `[t, q wxyz (w ≥ 0), joints]` of a transform `object_from_hand` and joint angles.
 pub fn pose_coordinates(object_from_hand: &Isometry3<f64>, joints_rad: &[f64]) -> Vec<f64> {
     let mut x = vec![0.0; 7 + joints_rad.len()];
     x[..3].copy_from_slice(object_from_hand.translation.vector.as_slice());
@@ -301,8 +301,8 @@ fn axis_log(
     plain_log(a, &copy)
 }
 
-/// Any rotation W between the hands is allowed: minimise |v_a − W v_b|² + r² angle(W)² over W, where v is the arm from
-/// the centre to the centroid in the hand's own frame. For a given angle the best W turns v_b straight toward v_a.
+/// Any rotation W between the hands is allowed: minimise `|v_a − W v_b|² + r² angle(W)²` over W, where v is the arm from
+/// the centre to the centroid in the hand's own frame. For a given angle the best W turns `v_b` straight toward `v_a`.
 fn sphere_log(
     a: &Rigid,
     b: &Rigid,
@@ -326,13 +326,6 @@ fn sphere_log(
     };
     let turn = axis * angle;
     (a.rotation * (exp(&turn) * arm_b - arm_a), turn)
-}
-
-/// A unit vector at right angles to `v`.
-fn any_normal(v: &Vector3<f64>) -> Vector3<f64> {
-    let mut axis = Vector3::zeros();
-    axis[v.iamin()] = 1.0;
-    v.cross(&axis).try_normalize(0.0).unwrap_or_else(Vector3::x)
 }
 
 /// Minimiser ψ ∈ [0, δ] of −2κ cos(δ − ψ) + 4 acos²(ρ cos(ψ/2)) for κ ≥ 0, δ ∈ [0, π], ρ² + σ² = 1, ρ ≥ 0.

@@ -116,6 +116,13 @@ pub(crate) fn write(rotation: &UnitQuaternion<f64>, wxyz: &mut [f64]) {
     ]);
 }
 
+/// A unit vector at right angles to `v`.
+pub(crate) fn any_normal(v: &Vector3<f64>) -> Vector3<f64> {
+    let mut axis = Vector3::zeros();
+    axis[v.iamin()] = 1.0;
+    v.cross(&axis).try_normalize(0.0).unwrap_or_else(Vector3::x)
+}
+
 #[cfg(test)]
 mod tests {
     use std::f64::consts::PI;

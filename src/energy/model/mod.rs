@@ -1,5 +1,11 @@
 //! Reference surfaces with known minima and saddles.
 
+mod double_well;
+mod lennard_jones;
 mod muller_brown;
+mod three_hole;
 
+pub use double_well::DoubleWell;
+pub use lennard_jones::LennardJones;
 pub use muller_brown::MullerBrown;
+pub use three_hole::ThreeHole;

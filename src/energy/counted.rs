@@ -1,0 +1,95 @@
+//! An energy that counts its evaluations.
+
+use std::fmt;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use super::Energy;
+use crate::space::Space;
+
+/// Another energy plus a count of how often it was evaluated, whole or with a cut-off or a fixed choice, on all threads
+/// together.
+pub struct Counted<'a> {
+    energy: &'a dyn Energy,
+    evaluations: AtomicU64,
+}
+
+impl<'a> Counted<'a> {
+    /// Counts the evaluations of `energy`, from zero.
+    pub const fn new(energy: &'a dyn Energy) -> Self {
+        Self {
+            energy,
+            evaluations: AtomicU64::new(0),
+        }
+    }
+
+    /// Evaluations so far.
+    pub fn evaluations(&self) -> u64 {
+        self.evaluations.load(Ordering::Relaxed)
+    }
+
+    fn count(&self) -> &'a dyn Energy {
+        // Only the total is read, and it is read after the threads have joined: no ordering is needed.
+        self.evaluations.fetch_add(1, Ordering::Relaxed);
+        self.energy
+    }
+}
+
+impl fmt::Debug for Counted<'_> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter
+            .debug_struct("Counted")
+            .field("evaluations", &self.evaluations)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Energy for Counted<'_> {
+    fn space(&self) -> &dyn Space {
+        self.energy.space()
+    }
+
+    fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64 {
+        self.count().evaluate(x, gradient)
+    }
+
+    fn evaluate_below(&self, x: &[f64], gradient: &mut [f64], cutoff: f64) -> f64 {
+        self.count().evaluate_below(x, gradient, cutoff)
+    }
+
+    fn choice(&self, x: &[f64]) -> Vec<u32> {
+        self.energy.choice(x)
+    }
+
+    fn evaluate_choice(&self, x: &[f64], choice: &[u32], gradient: &mut [f64]) -> f64 {
+        self.count().evaluate_choice(x, choice, gradient)
+    }
+
+    fn terms(&self, x: &[f64]) -> Vec<(String, f64)> {
+        self.energy.terms(x)
+    }
+
+    fn objection(&self, x: &[f64]) -> Option<String> {
+        self.energy.objection(x)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::energy::model::DoubleWell;
+
+    #[test]
+    fn counts_every_evaluation_and_changes_nothing() {
+        let well = DoubleWell::new(1);
+        let counted = Counted::new(&well);
+        let mut gradient = [0.0];
+        assert_eq!(
+            counted.evaluate(&[0.25], &mut gradient).to_bits(),
+            well.evaluate(&[0.25], &mut gradient).to_bits()
+        );
+        counted.evaluate_below(&[0.0], &mut gradient, 0.5);
+        counted.evaluate_choice(&[0.0], &[], &mut gradient);
+        counted.terms(&[0.0]);
+        assert_eq!(counted.evaluations(), 3);
+    }
+}

@@ -1,0 +1,166 @@
+//! Every energy of the crate: its gradient is the central difference along the tangents of its space.
+
+use landscape::energy::Energy;
+use landscape::energy::model::{DoubleWell, LennardJones, MullerBrown, ThreeHole};
+use landscape::sample::{Rng, Task, stream};
+use rand::RngExt;
+
+/// Draws a point at which the energy is finite and smooth.
+type Sampler = fn(&mut Rng) -> Vec<f64>;
+
+/// The one list: an energy that is not in it is not tested.
+fn energies() -> Vec<(&'static str, Box<dyn Energy>, Sampler)> {
+    vec![
+        ("Müller–Brown", Box::new(MullerBrown::new()), |rng| {
+            vec![rng.random_range(-1.5..1.2), rng.random_range(-0.2..2.0)]
+        }),
+        ("three-hole", Box::new(ThreeHole::new()), |rng| {
+            uniform(rng, 2, 2.0)
+        }),
+        ("double well", Box::new(DoubleWell::new(4)), |rng| {
+            uniform(rng, 4, 1.5)
+        }),
+        (
+            "tilted double well",
+            Box::new(DoubleWell::new(3).with_tilt(0.4)),
+            |rng| uniform(rng, 3, 1.5),
+        ),
+        ("Lennard-Jones 5", Box::new(LennardJones::new(5)), |rng| {
+            loose_cluster(rng, 5)
+        }),
+        ("Lennard-Jones 13", Box::new(LennardJones::new(13)), |rng| {
+            loose_cluster(rng, 13)
+        }),
+    ]
+}
+
+fn uniform(rng: &mut Rng, n: usize, half_width: f64) -> Vec<f64> {
+    (0..n)
+        .map(|_| rng.random_range(-half_width..half_width))
+        .collect()
+}
+
+/// Atoms in a ball, no two nearer than 0.85.
+fn loose_cluster(rng: &mut Rng, atoms: usize) -> Vec<f64> {
+    let half_width = (atoms as f64).cbrt();
+    let mut x: Vec<f64> = Vec::new();
+    while x.len() < 3 * atoms {
+        let atom = uniform(rng, 3, half_width);
+        let apart = |other: &[f64]| {
+            other
+                .iter()
+                .zip(&atom)
+                .map(|(p, q)| (p - q).powi(2))
+                .sum::<f64>()
+                > 0.85_f64.powi(2)
+        };
+        if x.chunks_exact(3).all(apart) {
+            x.extend(atom);
+        }
+    }
+    x
+}
+
+/// Derivative of `energy` at `x` along tangent `k` by Richardson's fourth-order central difference.
+fn difference(energy: &dyn Energy, x: &[f64], k: usize, step: f64) -> f64 {
+    let space = energy.space();
+    let mut scratch = vec![0.0; space.tangents()];
+    let mut at = |length: f64| {
+        let mut tangent = vec![0.0; space.tangents()];
+        tangent[k] = length;
+        let mut moved = x.to_vec();
+        space.shift(&mut moved, &tangent);
+        energy.evaluate(&moved, &mut scratch)
+    };
+    (8.0 * (at(step) - at(-step)) - (at(2.0 * step) - at(-2.0 * step))) / (12.0 * step)
+}
+
+#[test]
+fn gradients_are_central_differences() {
+    for (name, energy, sample) in energies() {
+        let space = energy.space();
+        let scales = space.step_scales();
+        let mut rng = stream(1, Task::Start, 0);
+        for _ in 0..40 {
+            let x = sample(&mut rng);
+            assert_eq!(x.len(), space.coordinates(), "{name}");
+            let mut gradient = vec![f64::NAN; space.tangents()];
+            let value = energy.evaluate(&x, &mut gradient);
+            assert!(value.is_finite(), "{name} at {x:?}");
+            let size = gradient
+                .iter()
+                .fold(1.0 + value.abs(), |size, g| size.max(g.abs()));
+            for (k, g) in gradient.iter().enumerate() {
+                let estimate = difference(&*energy, &x, k, 2e-4 * scales[k]);
+                // Rounding 1e-16/2e-4 ≈ 1e-12 of the energy and truncation (2e-4)⁴ times the fifth derivative, which is
+                // below 1e7 of the gradient on all models: 1e-7 leaves room for both, and sees any wrong factor.
+                let tolerance = 1e-7 * size;
+                assert!(
+                    (g - estimate).abs() < tolerance,
+                    "{name}: ∂E/∂τ_{k} = {g}, difference {estimate}, at {x:?}"
+                );
+            }
+        }
+    }
+}
+
+/// An energy is a function of x alone: asked again, after other points, it gives the same bits.
+#[test]
+fn energies_have_no_memory() {
+    for (name, energy, sample) in energies() {
+        let mut rng = stream(2, Task::Start, 0);
+        let (x, other) = (sample(&mut rng), sample(&mut rng));
+        let mut first = vec![0.0; energy.space().tangents()];
+        let mut again = vec![f64::NAN; first.len()];
+        let value = energy.evaluate(&x, &mut first);
+        energy.evaluate(&other, &mut again);
+        assert_eq!(
+            value.to_bits(),
+            energy.evaluate(&x, &mut again).to_bits(),
+            "{name}"
+        );
+        assert_eq!(first, again, "{name}");
+    }
+}
+
+/// `evaluate_below` is exact up to the cut-off and a lower bound above it.
+#[test]
+fn cut_offs_keep_their_promise() {
+    for (name, energy, sample) in energies() {
+        let mut rng = stream(3, Task::Start, 0);
+        for _ in 0..10 {
+            let x = sample(&mut rng);
+            let mut gradient = vec![0.0; energy.space().tangents()];
+            let mut below = gradient.clone();
+            let value = energy.evaluate(&x, &mut gradient);
+            let same = energy.evaluate_below(&x, &mut below, value + 1.0);
+            assert_eq!(same.to_bits(), value.to_bits(), "{name}");
+            assert_eq!(gradient, below, "{name}");
+            let cutoff = value - 1.0;
+            let bound = energy.evaluate_below(&x, &mut below, cutoff);
+            assert!(
+                bound > cutoff && bound <= value,
+                "{name}: {bound} for {value}"
+            );
+        }
+    }
+}
+
+/// Held at its own choice, an energy is itself.
+#[test]
+fn the_choice_made_is_the_choice_held() {
+    for (name, energy, sample) in energies() {
+        let mut rng = stream(4, Task::Start, 0);
+        for _ in 0..10 {
+            let x = sample(&mut rng);
+            let mut gradient = vec![0.0; energy.space().tangents()];
+            let mut held = gradient.clone();
+            let value = energy.evaluate(&x, &mut gradient);
+            let same = energy.evaluate_choice(&x, &energy.choice(&x), &mut held);
+            assert!(
+                (same - value).abs() <= 1e-12 * (1.0 + value.abs()),
+                "{name}: {same} for {value}"
+            );
+        }
+    }
+}
