@@ -18,10 +18,11 @@ fn folder() -> PathBuf {
 /// Mesh and description of an object of the crate, without baking its field.
 fn read(name: &str) -> (Mesh, Description) {
     let path = folder().join(name);
-    let text = std::fs::read_to_string(path.with_extension("json")).unwrap();
+    let text =
+        std::fs::read_to_string(path.with_extension("json")).expect("each mesh has a description");
     (
-        Mesh::load(path.with_extension("obj")).unwrap(),
-        Description::from_json(name, &text).unwrap(),
+        Mesh::load(path.with_extension("obj")).expect("our meshes are valid"),
+        Description::from_json(name, &text).expect("our descriptions are valid"),
     )
 }
 

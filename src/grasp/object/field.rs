@@ -224,8 +224,8 @@ impl Field {
         let anywhere = errors.first().map_or(0.0, |worst| worst.1);
         let reach_m = 2.0 * self.report.cell_m;
         let apart = errors
-            .iter()
-            .find(|(point, _)| !near_medial_axis(exact, point, reach_m));
+            .par_iter()
+            .find_first(|(point, _)| !near_medial_axis(exact, point, reach_m));
         (apart.map_or(0.0, |worst| worst.1), anywhere)
     }
 }
@@ -374,6 +374,9 @@ fn near_medial_axis(exact: &ExactMesh, point: &Vector3<f64>, reach_m: f64) -> bo
         }
         // Close in on the largest change of direction: a bend fades, a jump stays.
         for _ in 0..HALVINGS {
+            if a.1.normal.dot(&b.1.normal) > JUMP_COSINE {
+                return false;
+            }
             let middle = answer((a.0 + b.0) / 2.0);
             if a.1.normal.dot(&middle.1.normal) < middle.1.normal.dot(&b.1.normal) {
                 b = middle;

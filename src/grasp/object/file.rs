@@ -56,6 +56,8 @@ impl Mesh {
     pub fn from_obj(name: &str, reader: &mut impl BufRead) -> Result<Self, ObjectError> {
         let options = tobj::LoadOptions {
             triangulate: true,
+            ignore_points: true,
+            ignore_lines: true,
             ..tobj::LoadOptions::default()
         };
         let no_materials = |_: &Path| Ok(Default::default());

@@ -35,7 +35,7 @@ impl Mesh {
     /// A mesh in metres. `name` is what errors call it (a file, an object).
     ///
     /// A surface that is turned inside out as a whole is turned back; vertices that no triangle uses are dropped.
-    /// Coincident vertices stay apart as long as the surface is closed as indexed, else they are merged.
+    /// Triangles with two equal corners go too. Coincident vertices stay apart as long as the surface is closed as indexed, else they are merged.
     ///
     /// # Errors
     /// Where it has no triangles, an index or coordinate is invalid, it is not closed, its triangles disagree on which
@@ -46,9 +46,6 @@ impl Mesh {
         triangles: Vec<[u32; 3]>,
     ) -> Result<Self, ObjectError> {
         let name = || name.to_owned();
-        if triangles.is_empty() {
-            return Err(ObjectError::NoTriangles { name: name() });
-        }
         let count = u32::try_from(vertices.len()).unwrap_or(u32::MAX);
         if let Some(&index) = triangles.iter().flatten().find(|&&index| index >= count) {
             return Err(ObjectError::Index {
@@ -70,8 +67,12 @@ impl Mesh {
             vertices,
             triangles,
         };
+        mesh.drop_degenerate();
         if mesh.seams() != Seams::default() {
             mesh.merge_coincident();
+        }
+        if mesh.triangles.is_empty() {
+            return Err(ObjectError::NoTriangles { name: name() });
         }
         let seams = mesh.seams();
         if seams.open > 0 {
@@ -305,6 +306,10 @@ impl Mesh {
         for triangle in &mut self.triangles {
             *triangle = triangle.map(|index| first_of[index as usize]);
         }
+        self.drop_degenerate();
+    }
+
+    fn drop_degenerate(&mut self) {
         self.triangles
             .retain(|&[a, b, c]| a != b && b != c && c != a);
     }
