@@ -180,6 +180,24 @@ fn a_named_object_is_whole() {
 }
 
 #[test]
+fn a_description_lies_beside_its_mesh() {
+    let ball = Object::load(folder().join("ball.obj")).unwrap();
+    assert_eq!((ball.name.as_str(), ball.mass_kg), ("ball", 0.06));
+    assert!(ball.field_report.is_none(), "a ball needs no field");
+    assert!(matches!(ball.symmetry, Symmetry::Sphere { .. }));
+
+    let elsewhere = tempfile::tempdir().unwrap();
+    let path = elsewhere.path().join("thing.obj");
+    std::fs::copy(folder().join("ball.obj"), &path).unwrap();
+    std::fs::write(path.with_extension("json"), "{ \"mass_kg\": \"heavy\" }").unwrap();
+    let message = Object::load(&path).unwrap_err().to_string();
+    assert!(
+        message.contains("thing.json") && message.contains("heavy"),
+        "{message}"
+    );
+}
+
+#[test]
 fn false_descriptions_are_refused() {
     let (mesh, _) = read("bottle_square");
     let axis = Symmetry::Axis {
@@ -206,5 +224,18 @@ fn false_descriptions_are_refused() {
             ..
         })
     ));
+    let (mesh, ball) = read("ball");
+    let primitive = ball.primitive;
+    let moved = Mesh::new(
+        "ball",
+        mesh.vertices().iter().map(|v| v.add_scalar(2e-3)).collect(),
+        mesh.triangles().to_vec(),
+    );
+    let wrong = Description {
+        primitive,
+        ..Description::default()
+    };
+    let error = Object::from_mesh("ball", moved.unwrap(), &wrong).unwrap_err();
+    assert!(error.to_string().contains("a primitive shape"), "{error}");
     assert!(Description::from_json("x", r#"{"mass": 1}"#).is_err());
 }

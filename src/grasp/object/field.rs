@@ -45,7 +45,8 @@ pub struct FieldReport {
     pub lipschitz: f64,
 }
 
-/// A smooth signed-distance field. Costs about 50 ns for a value and gradient near the object.
+/// A smooth signed-distance field. Costs about 40 ns for a value near the object, 70 ns with its
+/// gradient, 100 ns with its Hessian (plain x86-64).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Field {
     pub(super) levels: Vec<Level>,

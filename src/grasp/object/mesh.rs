@@ -34,8 +34,9 @@ const PLAUSIBLE_SIZE_M: [f64; 2] = [2e-3, 2.0];
 impl Mesh {
     /// A mesh in metres. `name` is what errors call it (a file, an object).
     ///
-    /// A surface that is turned inside out as a whole is turned back; vertices that no triangle uses are dropped.
-    /// Triangles with two equal corners go too. Coincident vertices stay apart as long as the surface is closed as indexed, else they are merged.
+    /// A surface that is turned inside out as a whole is turned back; vertices that no triangle uses and
+    /// triangles with two equal corners are dropped. Coincident vertices stay apart as long as the surface is closed as
+    /// indexed, else they are merged.
     ///
     /// # Errors
     /// Where it has no triangles, an index or coordinate is invalid, it is not closed, its triangles disagree on which
