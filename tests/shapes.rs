@@ -46,7 +46,7 @@ static FIELD: LazyLock<Field> = LazyLock::new(|| {
         env!("CARGO_MANIFEST_DIR"),
         "/data/objects/bottle_medicine.obj"
     ))
-    .unwrap();
+    .expect("the bottle comes with the crate");
     let settings = FieldSettings {
         cell_m: Some(3e-3),
         ..FieldSettings::default()
@@ -113,11 +113,11 @@ proptest! {
 
     #[test]
     fn a_field_is_smooth_across_the_seams_of_its_grids(at in 0.0..1.0_f64, side in 0_usize..3) {
+        const STEP_M: f64 = 1e-7;
         // Along each axis from the middle to far away: no jump in the value, gradient or Hessian.
         let start = Vector3::new(0.003, 0.004, 0.036);
         let direction = Vector3::ith(side, 1.0) + Vector3::repeat(0.01);
         let point = start + direction * (0.03 * 100.0_f64.powf(at));
-        const STEP_M: f64 = 1e-7;
         let next = point + direction * STEP_M;
         let ((a, slope_a, bend_a), (b, slope_b, bend_b)) = (FIELD.hessian(&point), FIELD.hessian(&next));
         prop_assert!((a - b).abs() < 2.0 * STEP_M);

@@ -104,7 +104,7 @@ fn checksum(bytes: &[u8]) -> u64 {
 fn encode(field: &Field) -> Vec<u8> {
     let mut bytes = MAGIC.to_vec();
     let vector = |bytes: &mut Vec<u8>, v: &Vector3<f64>| {
-        v.iter().for_each(|x| bytes.extend(x.to_le_bytes()))
+        v.iter().for_each(|x| bytes.extend(x.to_le_bytes()));
     };
     let report = &field.report;
     for number in [
@@ -219,5 +219,121 @@ impl<'a> Reader<'a> {
 
     fn vector(&mut self) -> Option<Vector3<f64>> {
         Some(Vector3::new(self.number()?, self.number()?, self.number()?))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::grasp::object::ExactMesh;
+
+    fn tetrahedron(size_m: f64) -> Mesh {
+        let corners = [
+            [0.0, 0.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [0.0, 0.0, 1.0],
+        ];
+        let vertices = corners
+            .map(|corner| Vector3::from(corner) * size_m)
+            .to_vec();
+        Mesh::new(
+            "tetrahedron",
+            vertices,
+            vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
+        )
+        .unwrap()
+    }
+
+    fn bake(mesh: &Mesh, settings: &FieldSettings) -> Field {
+        Field::bake(mesh, &ExactMesh::new(mesh), settings)
+    }
+
+    #[test]
+    fn remembers_by_content_and_survives_damage() {
+        let folder = tempfile::tempdir().unwrap();
+        let within = Some(folder.path());
+        let settings = FieldSettings {
+            cell_m: Some(0.01),
+            most_nodes: 5_000,
+        };
+        let mesh = tetrahedron(0.05);
+        let baked = load_or_in(within, &mesh, &settings, || bake(&mesh, &settings));
+        let again = load_or_in(within, &mesh, &settings, || panic!("baked twice"));
+        assert_eq!(baked, again);
+
+        let other = tetrahedron(0.06);
+        let baked_other = load_or_in(within, &other, &settings, || bake(&other, &settings));
+        assert_ne!(baked, baked_other);
+        let files: Vec<_> = fs::read_dir(folder.path())
+            .unwrap()
+            .map(|entry| entry.unwrap().path())
+            .collect();
+        assert_eq!(files.len(), 2, "no partial files are left: {files:?}");
+
+        for file in &files {
+            let mut bytes = fs::read(file).unwrap();
+            let middle = bytes.len() / 2;
+            bytes[middle] ^= 1;
+            fs::write(file, &bytes).unwrap();
+        }
+        let mut rebaked = false;
+        let repaired = load_or_in(within, &mesh, &settings, || {
+            rebaked = true;
+            bake(&mesh, &settings)
+        });
+        assert!(rebaked);
+        assert_eq!(repaired, baked);
+    }
+
+    #[test]
+    fn works_without_a_folder() {
+        let settings = FieldSettings {
+            cell_m: Some(0.01),
+            most_nodes: 5_000,
+        };
+        let mesh = tetrahedron(0.05);
+        let file = tempfile::NamedTempFile::new().unwrap();
+        let not_a_folder = file.path().join("fields");
+        let baked = load_or_in(Some(&not_a_folder), &mesh, &settings, || {
+            bake(&mesh, &settings)
+        });
+        assert_eq!(
+            baked,
+            load_or_in(None, &mesh, &settings, || bake(&mesh, &settings))
+        );
+    }
+
+    #[test]
+    fn truncated_files_are_refused() {
+        let mesh = tetrahedron(0.05);
+        let bytes = encode(&bake(
+            &mesh,
+            &FieldSettings {
+                cell_m: Some(0.01),
+                most_nodes: 5_000,
+            },
+        ));
+        assert!(decode(&bytes).is_some());
+        for length in [0, 7, 8, 100, bytes.len() - 1] {
+            assert!(decode(&bytes[..length]).is_none());
+        }
+    }
+
+    #[test]
+    fn baking_gives_the_same_bytes_on_any_number_of_threads() {
+        let mesh = tetrahedron(0.05);
+        let settings = FieldSettings {
+            cell_m: Some(0.004),
+            most_nodes: 30_000,
+        };
+        let on = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .unwrap();
+            pool.install(|| encode(&bake(&mesh, &settings)))
+        };
+        assert!(on(1) == on(3));
     }
 }

@@ -139,9 +139,10 @@ impl Object {
             tolerance_m: (0.01 * radius_m).max(0.5e-3),
         };
         fit.symmetry(&description.symmetry)?;
+        let surface_samples = mesh.sample_surface(SURFACE_SAMPLES, 0);
         let (shape, field_report) = if let Some(primitive) = description.primitive {
             let shape = primitive.shape();
-            fit.primitive(&*shape)?;
+            fit.primitive(&*shape, &surface_samples)?;
             (shape, None)
         } else {
             let field = Field::cached(&mesh, &exact, &FieldSettings::default());
@@ -158,8 +159,7 @@ impl Object {
             mass_kg: description
                 .mass_kg
                 .unwrap_or_else(|| mesh.volume() * DEFAULT_DENSITY_KG_M3),
-            description: description.clone(),
-            surface_samples: mesh.sample_surface(SURFACE_SAMPLES, 0),
+            surface_samples,
             exact,
             mesh,
         })
@@ -248,9 +248,16 @@ impl Fit<'_> {
         }
     }
 
-    fn primitive(&self, shape: &dyn Shape) -> Result<(), ObjectError> {
-        let deviation_m = self.mesh.vertices().iter().map(|v| shape.distance(v).abs());
-        self.judge("a primitive shape", deviation_m.fold(0.0, f64::max))
+    fn primitive(&self, shape: &dyn Shape, samples: &[SurfaceSample]) -> Result<(), ObjectError> {
+        let points = self
+            .mesh
+            .vertices()
+            .iter()
+            .chain(samples.iter().map(|sample| &sample.point));
+        let deviation_m = points
+            .map(|point| shape.distance(point).abs())
+            .fold(0.0, f64::max);
+        self.judge("a primitive shape", deviation_m)
     }
 
     /// Turns by angles that share no divisor with the facets of a mesh.

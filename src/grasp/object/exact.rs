@@ -118,3 +118,78 @@ fn to_parry(v: &Vector3<f64>) -> ParryVector {
 fn from_parry(v: ParryVector) -> Vector3<f64> {
     Vector3::new(v.x, v.y, v.z)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Boxes from one corner to another as one mesh; `true` turns a box inside out.
+    fn boxes(boxes: &[([f64; 3], [f64; 3], bool)]) -> ExactMesh {
+        const FACES: [[u32; 3]; 12] = [
+            [0, 2, 1],
+            [1, 2, 3],
+            [4, 5, 6],
+            [5, 7, 6],
+            [0, 1, 4],
+            [1, 5, 4],
+            [2, 6, 3],
+            [3, 6, 7],
+            [0, 4, 2],
+            [2, 4, 6],
+            [1, 3, 5],
+            [3, 7, 5],
+        ];
+        let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
+        for (first, &(low, high, inside_out)) in (0..).step_by(8).zip(boxes) {
+            let side = |corner: u8, axis: usize| {
+                if corner >> axis & 1 == 0 {
+                    low[axis]
+                } else {
+                    high[axis]
+                }
+            };
+            vertices.extend((0..8).map(|corner| Vector3::from_fn(|axis, _| side(corner, axis))));
+            let face = |[a, b, c]: [u32; 3]| if inside_out { [a, c, b] } else { [a, b, c] };
+            triangles.extend(FACES.map(|corners| face(corners.map(|corner| corner + first))));
+        }
+        ExactMesh::new(&Mesh::new("boxes", vertices, triangles).unwrap())
+    }
+
+    #[test]
+    fn distances_to_a_box_are_exact() {
+        let cube = boxes(&[([0.0; 3], [0.1; 3], false)]);
+        for (point, distance_m, normal) in [
+            ([0.05, 0.05, 0.12], 0.02, [0.0, 0.0, 1.0]),
+            ([0.05, 0.05, 0.09], -0.01, [0.0, 0.0, 1.0]),
+            ([0.13, 0.14, 0.05], 0.05, [0.6, 0.8, 0.0]),
+            ([0.1, 0.04, 0.03], 0.0, [1.0, 0.0, 0.0]),
+        ] {
+            let nearest = cube.nearest(&point.into());
+            assert!(
+                (nearest.distance_m - distance_m).abs() < 1e-12,
+                "{nearest:?}"
+            );
+            assert!(
+                (nearest.normal - Vector3::from(normal)).norm() < 1e-9,
+                "{nearest:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn overlapping_pieces_are_a_union() {
+        let across = ([0.0, 0.04, 0.0], [0.1, 0.06, 0.02], false);
+        let along = ([0.04, 0.0, 0.0], [0.06, 0.1, 0.02], false);
+        let cross = boxes(&[across, along]);
+        // Just outside the wall of one bar, but within the other.
+        assert!(cross.distance(&Vector3::new(0.05, 0.062, 0.01)) < -0.009);
+        assert!((cross.distance(&Vector3::new(0.08, 0.08, 0.01)) - 0.02).abs() < 1e-12);
+    }
+
+    #[test]
+    fn an_inner_wall_is_a_cavity() {
+        let shell = boxes(&[([0.0; 3], [0.1; 3], false), ([0.02; 3], [0.08; 3], true)]);
+        assert!((shell.distance(&Vector3::repeat(0.05)) - 0.03).abs() < 1e-12);
+        assert!((shell.distance(&Vector3::new(0.05, 0.05, 0.01)) + 0.01).abs() < 1e-12);
+    }
+}

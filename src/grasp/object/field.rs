@@ -45,7 +45,8 @@ pub struct FieldReport {
     pub lipschitz: f64,
 }
 
-/// A smooth signed-distance field. Costs about 50 ns for a value and gradient near the object.
+/// A smooth signed-distance field. Costs about 40 ns for a value near the object, 70 ns with its
+/// gradient, 100 ns with its Hessian (plain x86-64).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Field {
     pub(super) levels: Vec<Level>,
@@ -84,13 +85,16 @@ impl Field {
     }
 
     /// Bakes the field of `mesh`, in seconds, on all threads of the current pool; the same bits on any number of them.
+    ///
+    /// # Panics
+    /// Never: there is always an outermost grid.
     pub fn bake(mesh: &Mesh, exact: &ExactMesh, settings: &FieldSettings) -> Self {
         let [low, high] = mesh.bounds();
         let bake_level = |[cell_m, margin_m, shell_m]: [f64; 3]| {
             let (low, high) = (low.add_scalar(-margin_m), high.add_scalar(margin_m));
             let cell_m = fitting_cell_m(&(high - low), cell_m, settings.most_nodes);
             let spline = Spline::interpolate(&low, &high, cell_m, |start, row| {
-                sample_row(exact, cell_m, start, row)
+                sample_row(exact, cell_m, start, row);
             });
             Level {
                 low,
@@ -166,7 +170,11 @@ impl Field {
                 let point = level.spline.origin + node * level.spline.cell_m;
                 let jet = self.jet::<1>(&point);
                 // Half a cell under the surface still counts: the nearest sample of a point outside may lie there.
-                if jet.value > -0.5 * level.spline.cell_m { jet.gradient.norm_squared() } else { 0.0 }
+                if jet.value > -0.5 * level.spline.cell_m {
+                    jet.gradient.norm_squared()
+                } else {
+                    0.0
+                }
             };
             let of_row = |row: usize| {
                 (0..nz).fold(0.0, |steepest: f64, k| {
@@ -217,8 +225,8 @@ impl Field {
         let anywhere = errors.first().map_or(0.0, |worst| worst.1);
         let reach_m = 2.0 * self.report.cell_m;
         let apart = errors
-            .iter()
-            .find(|(point, _)| !near_medial_axis(exact, point, reach_m));
+            .par_iter()
+            .find_first(|(point, _)| !near_medial_axis(exact, point, reach_m));
         (apart.map_or(0.0, |worst| worst.1), anywhere)
     }
 }
@@ -358,12 +366,18 @@ fn near_medial_axis(exact: &ExactMesh, point: &Vector3<f64>, reach_m: f64) -> bo
     let here = answer(*point);
     (0..27).filter(|&corner| corner != 13).any(|corner: u8| {
         let offset = [corner / 9, corner / 3 % 3, corner % 3].map(|step| f64::from(step) - 1.0);
-        let (mut a, mut b) = (here, answer(point + Vector3::from(offset).normalize() * reach_m));
+        let (mut a, mut b) = (
+            here,
+            answer(point + Vector3::from(offset).normalize() * reach_m),
+        );
         if (a.1.point - b.1.point).norm() > LEAP * reach_m {
             return true;
         }
         // Close in on the largest change of direction: a bend fades, a jump stays.
         for _ in 0..HALVINGS {
+            if a.1.normal.dot(&b.1.normal) > JUMP_COSINE {
+                return false;
+            }
             let middle = answer((a.0 + b.0) / 2.0);
             if a.1.normal.dot(&middle.1.normal) < middle.1.normal.dot(&b.1.normal) {
                 b = middle;

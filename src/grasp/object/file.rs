@@ -56,6 +56,8 @@ impl Mesh {
     pub fn from_obj(name: &str, reader: &mut impl BufRead) -> Result<Self, ObjectError> {
         let options = tobj::LoadOptions {
             triangulate: true,
+            ignore_points: true,
+            ignore_lines: true,
             ..tobj::LoadOptions::default()
         };
         let no_materials = |_: &Path| Ok(Default::default());
@@ -92,5 +94,66 @@ impl Mesh {
             writeln!(text, "f {} {} {}", a + 1, b + 1, c + 1).expect("a String takes all text");
         }
         text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TETRAHEDRON: &str = "\
+        o one\nv 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\n\
+        g rest\nusemtl none\nf 1 4 3\nf 2 3 4\n";
+
+    #[test]
+    fn groups_of_one_surface_are_joined() {
+        let mesh = Mesh::from_obj("tetrahedron", &mut TETRAHEDRON.as_bytes()).unwrap();
+        assert_eq!((mesh.vertices().len(), mesh.triangles().len()), (4, 4));
+        assert!((mesh.volume() - 1e-3 / 6.0).abs() < 1e-10);
+        let again = Mesh::from_obj("again", &mut mesh.to_obj().as_bytes()).unwrap();
+        assert_eq!(again, mesh);
+    }
+
+    #[test]
+    fn stl_files_are_read() {
+        let text = "solid thing
+            facet normal 0 0 -1 outer loop vertex 0 0 0 vertex 0 0.1 0 vertex 0.1 0 0 endloop endfacet
+            facet normal 0 -1 0 outer loop vertex 0 0 0 vertex 0.1 0 0 vertex 0 0 0.1 endloop endfacet
+            facet normal -1 0 0 outer loop vertex 0 0 0 vertex 0 0 0.1 vertex 0 0.1 0 endloop endfacet
+            facet normal 1 1 1 outer loop vertex 0.1 0 0 vertex 0 0.1 0 vertex 0 0 0.1 endloop endfacet
+            endsolid thing\n";
+        let lines = text
+            .replace(" outer", "\nouter")
+            .replace(" vertex", "\nvertex")
+            .replace(" end", "\nend");
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("thing.STL");
+        std::fs::write(&path, lines).unwrap();
+        let mesh = Mesh::load(&path).unwrap();
+        assert_eq!(mesh.vertices().len(), 4);
+        assert!((mesh.volume() - 1e-3 / 6.0).abs() < 1e-10);
+    }
+
+    #[test]
+    fn errors_name_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str, text: &str| {
+            let path = folder.path().join(name);
+            std::fs::write(&path, text).unwrap();
+            path
+        };
+        for path in [
+            folder.path().join("missing.obj"),
+            write("thing.ply", "ply"),
+            write("words.obj", "v one two three\nf 1 2 3\n"),
+            write("range.obj", "v 0 0 0\nf 1 2 3\n"),
+            write("empty.obj", ""),
+            write("words.stl", "words"),
+            write("points.obj", "v 0 0 0\nv 1 0 0\n"),
+            write("lines.obj", "v 0 0 0\nv 1 0 0\nl 1 2\n"),
+        ] {
+            let message = Mesh::load(&path).unwrap_err().to_string();
+            assert!(message.contains(&path.display().to_string()), "{message}");
+        }
     }
 }

@@ -34,8 +34,9 @@ const PLAUSIBLE_SIZE_M: [f64; 2] = [2e-3, 2.0];
 impl Mesh {
     /// A mesh in metres. `name` is what errors call it (a file, an object).
     ///
-    /// A surface that is turned inside out as a whole is turned back; vertices that no triangle uses are dropped.
-    /// Coincident vertices stay apart as long as the surface is closed as indexed, else they are merged.
+    /// A surface that is turned inside out as a whole is turned back; vertices that no triangle uses and
+    /// triangles with two equal corners are dropped. Coincident vertices stay apart as long as the surface is closed as
+    /// indexed, else they are merged.
     ///
     /// # Errors
     /// Where it has no triangles, an index or coordinate is invalid, it is not closed, its triangles disagree on which
@@ -46,9 +47,6 @@ impl Mesh {
         triangles: Vec<[u32; 3]>,
     ) -> Result<Self, ObjectError> {
         let name = || name.to_owned();
-        if triangles.is_empty() {
-            return Err(ObjectError::NoTriangles { name: name() });
-        }
         let count = u32::try_from(vertices.len()).unwrap_or(u32::MAX);
         if let Some(&index) = triangles.iter().flatten().find(|&&index| index >= count) {
             return Err(ObjectError::Index {
@@ -70,8 +68,12 @@ impl Mesh {
             vertices,
             triangles,
         };
+        mesh.drop_degenerate();
         if mesh.seams() != Seams::default() {
             mesh.merge_coincident();
+        }
+        if mesh.triangles.is_empty() {
+            return Err(ObjectError::NoTriangles { name: name() });
         }
         let seams = mesh.seams();
         if seams.open > 0 {
@@ -305,6 +307,10 @@ impl Mesh {
         for triangle in &mut self.triangles {
             *triangle = triangle.map(|index| first_of[index as usize]);
         }
+        self.drop_degenerate();
+    }
+
+    fn drop_degenerate(&mut self) {
         self.triangles
             .retain(|&[a, b, c]| a != b && b != c && c != a);
     }
@@ -343,4 +349,156 @@ fn find_root(parent: &mut [u32], mut node: u32) -> u32 {
         node = parent[node as usize];
     }
     node
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CUBE: [[u32; 3]; 12] = [
+        [0, 2, 1],
+        [1, 2, 3],
+        [4, 5, 6],
+        [5, 7, 6],
+        [0, 1, 4],
+        [1, 5, 4],
+        [2, 6, 3],
+        [3, 6, 7],
+        [0, 4, 2],
+        [2, 4, 6],
+        [1, 3, 5],
+        [3, 7, 5],
+    ];
+
+    fn corners(size_m: f64) -> Vec<Vector3<f64>> {
+        (0..8_u8)
+            .map(|i| {
+                Vector3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)) * size_m
+            })
+            .collect()
+    }
+
+    fn cube() -> Mesh {
+        Mesh::new("cube", corners(0.1), CUBE.to_vec()).unwrap()
+    }
+
+    #[test]
+    fn a_cube_measures_as_a_cube() {
+        let cube = cube();
+        assert!((cube.volume() - 1e-3).abs() < 1e-15);
+        assert!((cube.centroid() - Vector3::repeat(0.05)).norm() < 1e-15);
+        assert!((cube.radius_m() - 0.05 * 3.0_f64.sqrt()).abs() < 1e-15);
+        assert!((cube.area_m2() - 0.06).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_cube_turned_inside_out_is_turned_back() {
+        let inside_out = CUBE.map(|[a, b, c]| [a, c, b]).to_vec();
+        let mesh = Mesh::new("cube", corners(0.1), inside_out).unwrap();
+        assert_eq!(mesh, cube());
+    }
+
+    #[test]
+    fn separate_corners_are_merged_and_unused_ones_dropped() {
+        let corners = corners(0.1);
+        let mut apart: Vec<_> = CUBE
+            .iter()
+            .flatten()
+            .map(|&index| corners[index as usize])
+            .collect();
+        apart.push(Vector3::repeat(9.0));
+        let mesh = Mesh::new(
+            "cube",
+            apart,
+            (0..12).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
+        )
+        .unwrap();
+        assert_eq!(mesh.vertices().len(), 8);
+        assert!((mesh.volume() - 1e-3).abs() < 1e-15);
+    }
+
+    #[test]
+    fn what_is_no_solid_is_refused() {
+        let refuse = |vertices, triangles| Mesh::new("thing", vertices, triangles).unwrap_err();
+        let error = refuse(corners(0.1), CUBE[1..].to_vec());
+        assert!(
+            matches!(error, ObjectError::Open { edges: 3, .. }),
+            "{error}"
+        );
+        let mut flipped = CUBE.to_vec();
+        flipped[4].swap(0, 1);
+        let error = refuse(corners(0.1), flipped);
+        assert!(
+            matches!(error, ObjectError::Orientation { edges: 3, .. }),
+            "{error}"
+        );
+        let error = refuse(corners(0.1), vec![]);
+        assert!(matches!(error, ObjectError::NoTriangles { .. }), "{error}");
+        let error = refuse(corners(0.1), vec![[0, 1, 8]]);
+        assert!(
+            matches!(
+                error,
+                ObjectError::Index {
+                    index: 8,
+                    count: 8,
+                    ..
+                }
+            ),
+            "{error}"
+        );
+        let mut infinite = corners(0.1);
+        infinite[2].y = f64::NAN;
+        let error = refuse(infinite, CUBE.to_vec());
+        assert!(
+            matches!(error, ObjectError::Coordinate { vertex: 2, .. }),
+            "{error}"
+        );
+        // A square sheet with two sides.
+        let sheet = vec![[0, 1, 2], [1, 3, 2], [0, 2, 1], [1, 2, 3]];
+        let error = refuse(corners(0.1), sheet);
+        assert!(matches!(error, ObjectError::NoVolume { .. }), "{error}");
+    }
+
+    #[test]
+    fn millimetres_are_noticed() {
+        let error = Mesh::new("thing", corners(100.0), CUBE.to_vec()).unwrap_err();
+        assert!(
+            error.to_string().contains("millimetres, scale it by 0.001"),
+            "{error}"
+        );
+        let error = Mesh::new("thing", corners(1e-4), CUBE.to_vec()).unwrap_err();
+        assert!(error.to_string().contains("scale it by 1000"), "{error}");
+        assert!((cube().scaled("cube", 0.5).unwrap().volume() - 1.25e-4).abs() < 1e-15);
+    }
+
+    #[test]
+    fn samples_are_spread_evenly_and_are_the_same_again() {
+        let cube = cube();
+        let samples = cube.sample_surface(600, 7);
+        assert_eq!(samples, cube.sample_surface(600, 7));
+        assert_ne!(samples, cube.sample_surface(600, 8));
+        let gap = |a: &SurfaceSample| {
+            let others = samples.iter().filter(|b| b.point != a.point);
+            others
+                .map(|b| (b.point - a.point).norm())
+                .fold(f64::INFINITY, f64::min)
+        };
+        // 600 points on 0.06 m² in a triangular lattice would be 10.7 mm apart; random ones come arbitrarily close.
+        assert!(samples.iter().map(gap).fold(f64::INFINITY, f64::min) > 6e-3);
+        for axis in 0..3 {
+            let on_face = samples
+                .iter()
+                .filter(|sample| sample.normal[axis] > 0.5)
+                .count();
+            assert!(
+                (85..=115).contains(&on_face),
+                "{on_face} points on a sixth of the surface"
+            );
+            assert!(
+                samples
+                    .iter()
+                    .all(|s| s.normal[axis] < 0.5 || (s.point[axis] - 0.1).abs() < 1e-12)
+            );
+        }
+    }
 }
