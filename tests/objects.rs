@@ -18,18 +18,11 @@ fn folder() -> PathBuf {
 /// Mesh and description of an object of the crate, without baking its field.
 fn read(name: &str) -> (Mesh, Description) {
     let path = folder().join(name);
-<<<<<<< HEAD
-    let text = std::fs::read_to_string(path.with_extension("json")).unwrap();
-    (
-        Mesh::load(path.with_extension("obj")).unwrap(),
-        Description::from_json(name, &text).unwrap(),
-=======
     let text =
         std::fs::read_to_string(path.with_extension("json")).expect("each mesh has a description");
     (
         Mesh::load(path.with_extension("obj")).expect("our meshes are valid"),
         Description::from_json(name, &text).expect("our descriptions are valid"),
->>>>>>> object
     )
 }
 
@@ -184,8 +177,6 @@ fn a_named_object_is_whole() {
         message.contains("bottel") && message.contains("bottle_round"),
         "{message}"
     );
-<<<<<<< HEAD
-=======
 }
 
 #[test]
@@ -204,7 +195,6 @@ fn a_description_lies_beside_its_mesh() {
         message.contains("thing.json") && message.contains("heavy"),
         "{message}"
     );
->>>>>>> object
 }
 
 #[test]
@@ -234,8 +224,6 @@ fn false_descriptions_are_refused() {
             ..
         })
     ));
-<<<<<<< HEAD
-=======
     let (mesh, ball) = read("ball");
     let primitive = ball.primitive;
     let moved = Mesh::new(
@@ -249,6 +237,5 @@ fn false_descriptions_are_refused() {
     };
     let error = Object::from_mesh("ball", moved.unwrap(), &wrong).unwrap_err();
     assert!(error.to_string().contains("a primitive shape"), "{error}");
->>>>>>> object
     assert!(Description::from_json("x", r#"{"mass": 1}"#).is_err());
 }

@@ -159,6 +159,7 @@ impl Object {
             mass_kg: description
                 .mass_kg
                 .unwrap_or_else(|| mesh.volume() * DEFAULT_DENSITY_KG_M3),
+            description: description.clone(),
             surface_samples,
             exact,
             mesh,
