@@ -362,12 +362,12 @@ fn capsules(robot: &Robot, side: &SideFile, links: &[Link]) -> Result<Vec<Capsul
     let mut capsules = Vec::new();
     for (l, link) in links.iter().enumerate() {
         if let Some(entries) = side.capsules.get(&link.name) {
-            for &CapsuleEntry { a_m, b_m, radius_m } in entries {
+            for &CapsuleEntry { a, b, radius_m } in entries {
                 check_size(radius_m, &link.name)?;
                 capsules.push(Capsule {
                     link: LinkId(l),
-                    a: a_m.into(),
-                    b: b_m.into(),
+                    a: a.into(),
+                    b: b.into(),
                     radius_m,
                 });
             }
@@ -395,13 +395,11 @@ fn capsules(robot: &Robot, side: &SideFile, links: &[Link]) -> Result<Vec<Capsul
         };
         for (origin, geometry) in parts {
             let link_from_part = frame(origin, &link.name)?;
-            for (a, b, radius_m) in primitive(geometry, &link.name)? {
-                let (a, b) = (link_from_part.point(&a), link_from_part.point(&b));
+            for capsule in primitive(geometry, LinkId(l), &link.name)? {
                 capsules.push(Capsule {
-                    link: LinkId(l),
-                    a,
-                    b,
-                    radius_m,
+                    a: link_from_part.point(&capsule.a),
+                    b: link_from_part.point(&capsule.b),
+                    ..capsule
                 });
             }
         }
@@ -423,65 +421,131 @@ fn check_size(size: f64, link: &str) -> Result<(), HandError> {
     }
 }
 
-/// A primitive as capsules in its own frame: ends of the axis and radius.
+/// A primitive as capsules in its own frame.
 ///
-/// A cylinder becomes the capsule that reaches from cap to cap, a flat one the box around it; a box becomes a row of parallel capsules as thick as its
-/// shortest side, which rounds its edges off.
-fn primitive(
-    geometry: &Geometry,
-    link: &str,
-) -> Result<Vec<(Vector3<f64>, Vector3<f64>, f64)>, HandError> {
-    let along_z =
-        |radius: f64, half: f64| vec![(Vector3::z() * -half, Vector3::z() * half, radius)];
+/// A cylinder becomes the capsule that reaches from cap to cap, a flat one the box around it; a box becomes a row of
+/// parallel capsules as thick as its shortest side, which rounds its edges off.
+fn primitive(geometry: &Geometry, link: LinkId, name: &str) -> Result<Vec<Capsule>, HandError> {
+    let along_z = |radius_m: f64, half: f64| {
+        vec![Capsule {
+            link,
+            a: Vector3::z() * -half,
+            b: Vector3::z() * half,
+            radius_m,
+        }]
+    };
     match geometry {
         Geometry::Sphere { radius } => {
-            check_size(*radius, link)?;
+            check_size(*radius, name)?;
             Ok(along_z(*radius, 0.0))
         }
         Geometry::Capsule { radius, length } => {
-            check_size(*radius, link)?;
-            check_size(*length, link)?;
+            check_size(*radius, name)?;
+            check_size(*length, name)?;
             Ok(along_z(*radius, length / 2.0))
         }
         Geometry::Cylinder { radius, length } => {
-            check_size(*radius, link)?;
-            check_size(*length, link)?;
+            check_size(*radius, name)?;
+            check_size(*length, name)?;
             if 2.0 * radius > *length {
-                return Ok(rounded_box(&[2.0 * radius, 2.0 * radius, *length]));
+                return Ok(rounded_box([2.0 * radius, 2.0 * radius, *length], link));
             }
             Ok(along_z(*radius, length / 2.0 - radius))
         }
         Geometry::Box { size } => {
             for &side in &size.0 {
-                check_size(side, link)?;
+                check_size(side, name)?;
             }
-            Ok(rounded_box(&size.0))
+            Ok(rounded_box(size.0, link))
         }
         Geometry::Mesh { filename, .. } => Err(HandError::Mesh {
-            link: link.to_owned(),
+            link: name.to_owned(),
             file: filename.clone(),
         }),
     }
 }
 
-fn rounded_box(size: &[f64; 3]) -> Vec<(Vector3<f64>, Vector3<f64>, f64)> {
+/// Parallel capsules along the longest side, their axes at most a radius apart.
+fn rounded_box(size: [f64; 3], link: LinkId) -> Vec<Capsule> {
     let mut order = [0, 1, 2];
     order.sort_by(|&i, &j| size[j].total_cmp(&size[i]));
     let [long, wide, thin] = order;
-    let radius = size[thin] / 2.0;
-    let half = |axis: usize| Vector3::ith(axis, size[axis] / 2.0 - radius);
-    let rows = (1..64)
-        .find(|&rows| 2.0 * half(wide)[wide] <= f64::from(rows - 1) * radius)
+    let radius_m = size[thin] / 2.0;
+    let half = |axis: usize| Vector3::ith(axis, size[axis] / 2.0 - radius_m);
+    let gaps = (0..64)
+        .find(|&gaps| 2.0 * half(wide)[wide] <= f64::from(gaps) * radius_m)
         .unwrap_or(64);
-    (0..rows)
+    (0..=gaps)
         .map(|row| {
-            let offset = if rows == 1 {
-                0.0
-            } else {
-                2.0 * f64::from(row) / f64::from(rows - 1) - 1.0
-            };
-            let centre = half(wide) * offset;
-            (centre - half(long), centre + half(long), radius)
+            let centre = half(wide) * (f64::from(2 * row - gaps) / f64::from(gaps.max(1)));
+            Capsule {
+                link,
+                a: centre - half(long),
+                b: centre + half(long),
+                radius_m,
+            }
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Boxes and flat cylinders reach exactly as far as they should along each axis, whichever side is longest.
+    #[test]
+    fn primitives_keep_their_extents() {
+        let extents = |geometry: &Geometry| {
+            let capsules = primitive(geometry, LinkId(0), "a").unwrap();
+            let reach = |axis: usize| {
+                let reach = |c: &Capsule| c.a[axis].abs().max(c.b[axis].abs()) + c.radius_m;
+                2.0 * capsules.iter().map(reach).fold(0.0, f64::max)
+            };
+            [reach(0), reach(1), reach(2)]
+        };
+        let vec3 = urdf_rs::Vec3;
+        for (geometry, expected) in [
+            (
+                Geometry::Box {
+                    size: vec3([0.1, 0.02, 0.06]),
+                },
+                [0.1, 0.02, 0.06],
+            ),
+            (
+                Geometry::Box {
+                    size: vec3([0.03, 0.03, 0.03]),
+                },
+                [0.03; 3],
+            ),
+            (
+                Geometry::Cylinder {
+                    radius: 0.01,
+                    length: 0.05,
+                },
+                [0.02, 0.02, 0.05],
+            ),
+            (
+                Geometry::Cylinder {
+                    radius: 0.04,
+                    length: 0.02,
+                },
+                [0.08, 0.08, 0.02],
+            ),
+            (
+                Geometry::Capsule {
+                    radius: 0.01,
+                    length: 0.05,
+                },
+                [0.02, 0.02, 0.07],
+            ),
+        ] {
+            let found = extents(&geometry);
+            for axis in 0..3 {
+                assert!(
+                    (found[axis] - expected[axis]).abs() < 1e-12,
+                    "{geometry:?}: {found:?}"
+                );
+            }
+        }
+    }
 }

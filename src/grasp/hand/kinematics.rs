@@ -6,7 +6,7 @@ use super::{Frame, Hand, PosedHand, Wrench};
 use crate::space::PoseMetric;
 
 impl Hand {
-    /// Poses the hand at `x = [t, q(wxyz), joints]`: object_from_hand of the root frame, metres and radians.
+    /// Poses the hand at `x = [t, q(wxyz), joints]`: `object_from_hand` of the root frame, metres and radians.
     ///
     /// The quaternion need not be of unit length. Writes link frames, surface points and capsule axes into `posed`,
     /// which is resized on first use and reused from then on.

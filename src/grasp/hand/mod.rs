@@ -20,7 +20,7 @@ use std::sync::OnceLock;
 use nalgebra::{Matrix3, Vector3};
 
 pub use description::HandError;
-pub use self_pairs::{SegmentPair, closest_points};
+pub use self_pairs::{SegmentPair, axis_distance, closest_points};
 pub use skin::{Skin, SkinVertex};
 
 /// Number of a link in [`Hand::links`].

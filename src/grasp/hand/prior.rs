@@ -14,7 +14,7 @@ const DEVIATION_OF_RANGE: f64 = 0.25;
 pub(super) fn poses(joints: &[Joint], side: &SideFile) -> Result<(Vec<f64>, Vec<f64>), HandError> {
     let mut rest: Vec<f64> = joints
         .iter()
-        .map(|joint| (joint.limits_rad[0] + joint.limits_rad[1]) / 2.0)
+        .map(|joint| f64::midpoint(joint.limits_rad[0], joint.limits_rad[1]))
         .collect();
     fill(
         &mut rest,

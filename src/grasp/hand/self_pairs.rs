@@ -65,6 +65,19 @@ pub fn closest_points(first: &[Vector3<f64>; 2], second: &[Vector3<f64>; 2]) -> 
     }
 }
 
+/// Distance of a point from the segment between two ends, metres.
+#[inline]
+pub fn axis_distance(point: &Vector3<f64>, ends: &[Vector3<f64>; 2]) -> f64 {
+    let (along, from) = (ends[1] - ends[0], point - ends[0]);
+    let length = along.norm_squared();
+    let t = if length > 0.0 {
+        (from.dot(&along) / length).clamp(0.0, 1.0)
+    } else {
+        0.0
+    };
+    (from - along * t).norm()
+}
+
 /// Pairs of capsules that do not touch at rest and whose links are not neighbours in the tree.
 ///
 /// Links without geometry and fixed joints do not count: neighbours are links with geometry joined by nothing else.
@@ -150,6 +163,9 @@ mod tests {
                 second[0] + (second[1] - second[0]) * t - first[0] - (first[1] - first[0]) * s
             };
             assert!((found.offset - at(found.s, found.t)).norm() < 1e-15);
+            let point = first[0];
+            let alone = closest_points(&[point; 2], &second).offset.norm();
+            assert!((axis_distance(&point, &second) - alone).abs() < 1e-15);
             let steps = || (0..=200).map(|i| f64::from(i) / 200.0);
             let best = steps()
                 .flat_map(|s| steps().map(move |t| at(s, t).norm()))

@@ -80,8 +80,10 @@ pub(super) struct PalmRule {
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct CapsuleEntry {
-    pub(super) a_m: [f64; 3],
-    pub(super) b_m: [f64; 3],
+    #[serde(rename = "a_m")]
+    pub(super) a: [f64; 3],
+    #[serde(rename = "b_m")]
+    pub(super) b: [f64; 3],
     pub(super) radius_m: f64,
 }
 

@@ -2,10 +2,10 @@
 
 use nalgebra::Vector3;
 
-use super::{Capsule, Frame, Hand, LinkId, PosedHand, closest_points, coordinates};
+use super::{Capsule, Frame, Hand, LinkId, PosedHand, axis_distance, coordinates};
 
-/// Width of a cell of the grid the skin is cut from, metres.
-const CELL_M: f64 = 2e-3;
+/// Cells of the grid the skin is cut from along the longest side of the hand: 2 mm for a human one.
+const CELLS: f64 = 100.0;
 /// Rounding of creases within a digit, within the palm, and where a digit leaves the palm, metres.
 /// Small on digits: what is drawn should stay within a millimetre of what makes contact.
 const DIGIT_CREASE_M: f64 = 3e-3;
@@ -47,7 +47,7 @@ impl Skin {
 }
 
 impl Hand {
-    /// The skin: the zero level of a rounded union of the capsules, cut from a 2 mm grid with the fingers apart by
+    /// The skin: the zero level of a rounded union of the capsules, cut from a grid with the fingers apart by
     /// surface nets (Gibson 1998). Takes a fraction of a second; keep it.
     pub fn skin(&self) -> Skin {
         let mut cast = PosedHand::default();
@@ -82,11 +82,7 @@ impl Form {
     fn distance(&self, point: &Vector3<f64>) -> f64 {
         let union = |parts: &[([Vector3<f64>; 2], f64)], crease| {
             parts.iter().fold(f64::INFINITY, |union, (ends, radius)| {
-                rounded_min(
-                    union,
-                    closest_points(&[*point; 2], ends).offset.norm() - radius,
-                    crease,
-                )
+                rounded_min(union, axis_distance(point, ends) - radius, crease)
             })
         };
         let palm = union(&self.digits[0], PALM_CREASE_M);
@@ -130,6 +126,7 @@ fn rounded_min(a: f64, b: f64, width: f64) -> f64 {
 
 struct Grid {
     origin: Vector3<f64>,
+    cell_m: f64,
     size: [usize; 3],
     values: Vec<f64>,
 }
@@ -138,17 +135,20 @@ impl Grid {
     /// Samples the form with a margin in which it is positive, so that the skin closes.
     fn sample(form: &Form) -> Self {
         let [low, high] = form.bounds();
-        let margin = PALM_CREASE_M + 2.0 * CELL_M;
+        let cell_m = (high - low).max() / CELLS;
+        // Rounding adds at most a few quarters of a crease.
+        let margin = (PALM_CREASE_M + ROOT_CREASE_M).min((high - low).max()) + 2.0 * cell_m;
         let origin = low.add_scalar(-margin);
         let mut size = [0; 3];
         for axis in 0..3 {
             let extent = high[axis] + margin - origin[axis];
-            size[axis] = (2..)
-                .find(|&n| (n - 1) as f64 * CELL_M >= extent)
-                .expect("bounds are finite");
+            size[axis] = (2..1000)
+                .find(|&n| (n - 1) as f64 * cell_m >= extent)
+                .expect("extent and margins are at most 304 cells");
         }
         let mut grid = Self {
             origin,
+            cell_m,
             size,
             values: Vec::with_capacity(size.iter().product()),
         };
@@ -167,7 +167,7 @@ impl Grid {
     }
 
     fn corner(&self, at: [usize; 3]) -> Vector3<f64> {
-        self.origin + Vector3::new(at[0] as f64, at[1] as f64, at[2] as f64) * CELL_M
+        self.origin + Vector3::new(at[0] as f64, at[1] as f64, at[2] as f64) * self.cell_m
     }
 
     /// One vertex in each cell the surface passes, drawn onto it; one quadrilateral around each edge it crosses.
@@ -180,7 +180,7 @@ impl Grid {
                     if let Some(point) = self.cell_vertex([i, j, k]) {
                         vertex_of_cell[self.index([i, j, k])] = u32::try_from(points.len())
                             .expect("a skin has far fewer than 2³² vertices");
-                        points.push(onto(form, point));
+                        points.push(onto(form, point, self.cell_m / 2.0));
                     }
                 }
             }
@@ -241,8 +241,8 @@ impl Grid {
     }
 }
 
-/// Draws a point onto the surface, never farther than half a cell.
-fn onto(form: &Form, start: Vector3<f64>) -> Vector3<f64> {
+/// Draws a point onto the surface, never farther than `reach_m`.
+fn onto(form: &Form, start: Vector3<f64>, reach_m: f64) -> Vector3<f64> {
     let mut point = start;
     for _ in 0..3 {
         let gradient = form.gradient(&point);
@@ -250,7 +250,7 @@ fn onto(form: &Form, start: Vector3<f64>) -> Vector3<f64> {
         point -= step;
     }
     let way = point - start;
-    start + way * (CELL_M / 2.0 / way.norm().max(1e-12)).min(1.0)
+    start + way * (reach_m / way.norm().max(1e-12)).min(1.0)
 }
 
 /// For each link with geometry: itself and the links with geometry next to it in the tree.
@@ -279,7 +279,7 @@ fn bind(
 ) -> SkinVertex {
     let mut distances = vec![f64::INFINITY; hand.links.len()];
     for (Capsule { link, radius_m, .. }, ends) in hand.capsules.iter().zip(&cast.capsules) {
-        let distance = closest_points(&[*point; 2], ends).offset.norm() - radius_m;
+        let distance = axis_distance(point, ends) - radius_m;
         distances[link.0] = distances[link.0].min(distance);
     }
     let nearest = (0..distances.len())

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::{Hand, LinkId, PosedHand, SurfacePoint, closest_points};
+use super::{Hand, LinkId, PosedHand, SurfacePoint, axis_distance};
 
 /// How many points stand for the surface of a hand: the count Liu et al. (2021) sample contacts from.
 const POINTS: usize = 773;
@@ -70,9 +70,9 @@ fn candidates(hand: &Hand, rest: &PosedHand) -> Vec<Candidate> {
     let share = total / (POINTS as f64 * CANDIDATES_PER_POINT);
     let mut candidates = Vec::new();
     for (i, capsule) in hand.capsules.iter().enumerate() {
-        let count = (1..)
+        let count = (1..u32::MAX)
             .find(|&n| f64::from(n) * share >= area(i))
-            .expect("areas are finite");
+            .expect("the share is a fixed part of all areas");
         let [a, b] = rest.capsules[i];
         let length = (b - a).norm();
         let along = (b - a).try_normalize(1e-12).unwrap_or_else(Vector3::z);
@@ -109,11 +109,7 @@ const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
 fn covered(hand: &Hand, rest: &PosedHand, own: usize, point: &Vector3<f64>) -> bool {
     hand.capsules.iter().enumerate().any(|(i, capsule)| {
         let tie = if i < own { 1e-9 } else { -1e-9 };
-        i != own
-            && closest_points(&[*point; 2], &rest.capsules[i])
-                .offset
-                .norm()
-                < capsule.radius_m + tie
+        i != own && axis_distance(point, &rest.capsules[i]) < capsule.radius_m + tie
     })
 }
 
@@ -200,7 +196,7 @@ mod tests {
         for (i, point) in hand.surface.iter().enumerate() {
             let distance = |p: &Vector3<f64>| {
                 let gaps = hand.capsules.iter().zip(&rest.capsules);
-                gaps.map(|(c, ends)| closest_points(&[*p; 2], ends).offset.norm() - c.radius_m)
+                gaps.map(|(c, ends)| axis_distance(p, ends) - c.radius_m)
                     .fold(f64::INFINITY, f64::min)
             };
             let normal = hand.point_normal(&rest, i);

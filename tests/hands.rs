@@ -1,0 +1,555 @@
+//! Every hand of `data/hands` is sound, and the human one has the measures and the reach of a human hand.
+#![cfg(feature = "grasp")]
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use landscape::grasp::hand::{Hand, HandError, PosedHand, axis_distance, closest_points};
+use nalgebra::{DMatrix, Matrix3, Quaternion, UnitQuaternion, Vector3};
+
+/// Hands of `data/hands`, read anew.
+fn hands() -> Vec<Hand> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/hands");
+    let entries = fs::read_dir(folder).expect("the repository has hands");
+    let mut folders: Vec<_> = entries.flatten().map(|entry| entry.path()).collect();
+    folders.retain(|path| path.is_dir());
+    folders.sort();
+    assert!(!folders.is_empty());
+    let read = |folder: &Path| {
+        let stem = folder.join(
+            folder
+                .file_name()
+                .expect("a folder in data/hands has a name"),
+        );
+        let text = fs::read_to_string(stem.with_extension("urdf"))
+            .expect("a hand has a URDF named after its folder");
+        let side_file = fs::read_to_string(stem.with_extension("json")).ok();
+        Hand::from_urdf(&text, side_file.as_deref())
+            .unwrap_or_else(|error| panic!("{}: {error}", stem.display()))
+    };
+    folders.iter().map(|folder| read(folder)).collect()
+}
+
+fn posed(hand: &Hand, x: &[f64]) -> PosedHand {
+    let mut posed = PosedHand::default();
+    hand.pose(x, &mut posed);
+    posed
+}
+
+/// The flat hand: all joints at zero, root frame at the origin.
+fn flat(hand: &Hand) -> Vec<f64> {
+    let mut x = hand.rest_coordinates();
+    x[7..].fill(0.0);
+    x
+}
+
+/// Gap between two capsules of a posed hand, metres; negative where they overlap.
+fn gap(hand: &Hand, posed: &PosedHand, [i, j]: [usize; 2]) -> f64 {
+    let distance = closest_points(&posed.capsules[i], &posed.capsules[j])
+        .offset
+        .norm();
+    distance - hand.capsules[i].radius_m - hand.capsules[j].radius_m
+}
+
+#[test]
+fn every_hand_is_sound() {
+    for hand in hands() {
+        let name = &hand.name;
+        let rest = posed(&hand, &hand.rest_coordinates());
+        assert!(
+            (700..850).contains(&hand.surface.len()),
+            "{name} has {} points",
+            hand.surface.len()
+        );
+        assert!(hand.surface.is_sorted_by_key(|point| point.link), "{name}");
+        for (i, point) in hand.surface.iter().enumerate() {
+            assert!((point.normal.norm() - 1.0).abs() < 1e-12, "{name}");
+            assert!(point.region < hand.regions.len(), "{name}");
+            // Outward: a millimetre along the normal is outside every capsule of the point's own link.
+            let outside = rest.points[i] + hand.point_normal(&rest, i) * 1e-3;
+            let own = hand
+                .capsules
+                .iter()
+                .zip(&rest.capsules)
+                .filter(|(capsule, _)| capsule.link == point.link);
+            for (capsule, ends) in own {
+                assert!(
+                    axis_distance(&outside, ends) > capsule.radius_m,
+                    "{name}: point {i}"
+                );
+            }
+        }
+        let areas: Vec<f64> = hand.surface.iter().map(|point| point.area_m2).collect();
+        let mean = areas.iter().sum::<f64>() / areas.len() as f64;
+        let spread = (areas
+            .iter()
+            .map(|area| (area / mean - 1.0).powi(2))
+            .sum::<f64>()
+            / areas.len() as f64)
+            .sqrt();
+        assert!(spread < 0.25, "{name}: areas vary by {spread}");
+
+        for (joint, rest) in hand.joints.iter().zip(&hand.prior.rest_rad) {
+            assert!(
+                joint.limits_rad[0] <= *rest && *rest <= joint.limits_rad[1],
+                "{name}: {} at rest",
+                joint.name
+            );
+        }
+        let k = hand.joints.len();
+        let precision = DMatrix::from_row_slice(k, k, &hand.prior.precision);
+        assert!(precision.symmetric_eigenvalues().min() > 0.0, "{name}");
+        for &pair in &hand.self_pairs {
+            assert!(
+                gap(&hand, &rest, pair) > 0.0,
+                "{name}: {pair:?} overlap at rest"
+            );
+        }
+        assert!(
+            hand.palm.volar.dot(&hand.palm.distal).abs() < 1e-12,
+            "{name}"
+        );
+    }
+}
+
+#[test]
+fn reading_twice_gives_the_same_hand() {
+    assert_eq!(hands(), hands());
+    let human = hands()
+        .into_iter()
+        .find(|hand| hand.name == "human")
+        .unwrap();
+    assert_eq!(
+        human,
+        Hand::human(),
+        "the embedded description is the one in data/hands"
+    );
+}
+
+/// Each directed edge of the skin has its opposite, so it closes; it encloses a positive volume; and it bends without
+/// tearing: every vertex stays near the links that carry it.
+#[test]
+fn skins_are_closed_and_bend() {
+    for hand in hands() {
+        let skin = hand.skin();
+        let mut edges: BTreeMap<[u32; 2], i32> = BTreeMap::new();
+        for &[a, b, c] in &skin.triangles {
+            for [from, to] in [[a, b], [b, c], [c, a]] {
+                *edges.entry([from, to]).or_default() += 1;
+                *edges.entry([to, from]).or_default() -= 1;
+            }
+        }
+        assert!(
+            edges.values().all(|&count| count == 0),
+            "{}: the skin has a hole",
+            hand.name
+        );
+
+        let mut bent = hand.rest_coordinates();
+        for (q, joint) in bent[7..].iter_mut().zip(&hand.joints) {
+            *q = joint.limits_rad[0] + 0.8 * (joint.limits_rad[1] - joint.limits_rad[0]);
+        }
+        for x in [hand.rest_coordinates(), bent] {
+            let posed = posed(&hand, &x);
+            let vertices = skin.pose(&posed);
+            let volume: f64 = (skin.triangles.iter())
+                .map(|t| t.map(|v| vertices[v as usize]))
+                .map(|[a, b, c]| a.dot(&b.cross(&c)) / 6.0)
+                .sum();
+            assert!(volume > 1e-5, "{}: volume {volume} m³", hand.name);
+            for (vertex, bound) in vertices.iter().zip(&skin.vertices) {
+                let carried = |link| bound.bindings.iter().any(|(carrier, ..)| *carrier == link);
+                let parts = hand
+                    .capsules
+                    .iter()
+                    .zip(&posed.capsules)
+                    .filter(|(capsule, _)| carried(capsule.link));
+                let distance = parts
+                    .map(|(capsule, ends)| axis_distance(vertex, ends) - capsule.radius_m)
+                    .fold(f64::INFINITY, f64::min);
+                assert!(
+                    distance.abs() < 8e-3,
+                    "{}: a vertex is {distance} m off",
+                    hand.name
+                );
+            }
+        }
+    }
+}
+
+/// Joint-centre lengths of Buchholz et al. (1992) at a hand length of 187 mm, and where each fingertip of the flat hand is.
+#[test]
+fn human_hand_has_published_lengths() {
+    let hand = Hand::human();
+    let flat = posed(&hand, &flat(&hand));
+    let at = |name: &str| flat.object_from_link[hand.link(name).unwrap().0];
+    for (finger, knuckle, [proximal, middle, distal]) in [
+        ("index", [25.0, 86.0, 0.0], [45.8, 26.7, 18.1]),
+        ("middle", [3.0, 83.0, 0.0], [49.7, 31.8, 20.2]),
+        ("ring", [-17.0, 78.0, -1.0], [45.6, 30.9, 20.0]),
+        ("little", [-35.0, 70.0, -3.0], [38.1, 21.9, 17.4]),
+    ] {
+        let frames =
+            ["proximal", "middle", "distal"].map(|segment| at(&format!("{finger}_{segment}")));
+        assert!(
+            (frames[0].translation * 1e3 - Vector3::from(knuckle)).norm() < 1e-3,
+            "{finger}"
+        );
+        let link = hand.link(&format!("{finger}_distal")).unwrap();
+        let pulp = hand
+            .capsules
+            .iter()
+            .find(|capsule| capsule.link == link)
+            .unwrap();
+        let tip = (pulp.b.y + pulp.radius_m) * 1e3;
+        assert!((tip - distal).abs() < 1e-3, "{finger}: tip at {tip} mm");
+        // Straight and in the plane of the palm: the whole finger from the knuckle is the sum of its bones.
+        let whole = (frames[2].translation - frames[0].translation).norm() * 1e3;
+        assert!(
+            (whole - proximal - middle).abs() < 1e-3,
+            "{finger}: {whole} mm to the last joint"
+        );
+        assert!(
+            ((frames[1].translation - frames[0].translation).norm() * 1e3 - proximal).abs() < 1e-3
+        );
+        assert!(
+            frames[2].direction(&Vector3::y()).y > 0.99
+                && frames[2].direction(&Vector3::z()).z > 0.98,
+            "{finger}"
+        );
+    }
+    let thumb = ["thumb_trapezium", "thumb_proximal", "thumb_distal"]
+        .map(|name| at(name).translation * 1e3);
+    assert!(
+        ((thumb[1] - thumb[0]).norm() - 46.9).abs() < 1e-3
+            && ((thumb[2] - thumb[1]).norm() - 36.7).abs() < 1e-3
+    );
+    let highest = flat.points.iter().map(|p| p.y * 1e3).fold(0.0, f64::max);
+    assert!((highest - 185.0).abs() < 3.0, "hand length {highest} mm");
+    // Breadth at the knuckles, between the outermost points there.
+    let across = flat
+        .points
+        .iter()
+        .filter(|p| (0.060..0.095).contains(&p.y) && p.x < 0.040)
+        .map(|p| p.x * 1e3);
+    let breadth =
+        across.clone().fold(f64::NEG_INFINITY, f64::max) - across.fold(f64::INFINITY, f64::min);
+    assert!((breadth - 84.0).abs() < 4.0, "breadth {breadth} mm");
+}
+
+/// Turns one joint by hand: with the index knuckle flexed by 90° the finger points out of the palm.
+#[test]
+fn flexion_goes_to_the_palm_and_abduction_to_the_thumb() {
+    let hand = Hand::human();
+    let tip = |joint: &str, angle_rad: f64| {
+        let mut x = flat(&hand);
+        x[7 + hand.joint(joint).unwrap()] = angle_rad;
+        posed(&hand, &x).object_from_link[hand.link("index_distal").unwrap().0].translation * 1e3
+    };
+    let (straight, quarter) = (tip("index_mcp_flexion", 0.0), std::f64::consts::FRAC_PI_2);
+    let flexed = tip("index_mcp_flexion", quarter);
+    assert!((flexed.y - 86.0).abs() < 1.0 && flexed.z > 71.0, "{flexed}");
+    assert!(tip("index_mcp_abduction", 0.2).x > straight.x + 10.0);
+    let pip = tip("index_pip_flexion", quarter);
+    assert!(
+        (pip.y - 86.0 - 45.8).abs() < 0.5 && (pip.z - 26.7).abs() < 0.5,
+        "{pip}"
+    );
+}
+
+/// Within the limits the pad of the thumb meets the pad of every finger, facing it, with no part inside another.
+#[test]
+fn thumb_opposes_every_finger() {
+    let hand = Hand::human();
+    let pad = |posed: &PosedHand, digit: &str| {
+        let link = hand.link(&format!("{digit}_distal")).unwrap();
+        let capsule = hand
+            .capsules
+            .iter()
+            .position(|capsule| capsule.link == link)
+            .unwrap();
+        let normal =
+            posed.object_from_link[link.0].direction(&Vector3::new(0.0, 0.5, 1.0).normalize());
+        (
+            posed.capsules[capsule][1] + normal * hand.capsules[capsule].radius_m,
+            normal,
+        )
+    };
+    for finger in ["index", "middle", "ring", "little"] {
+        let judge = |x: &[f64]| {
+            let posed = posed(&hand, x);
+            let ((thumb, thumb_normal), (finger, finger_normal)) =
+                (pad(&posed, "thumb"), pad(&posed, finger));
+            let overlaps = hand
+                .self_pairs
+                .iter()
+                .map(|&pair| -gap(&hand, &posed, pair));
+            let overlap = overlaps.fold(0.0, f64::max) * 1e3;
+            (
+                (thumb - finger).norm() * 1e3,
+                thumb_normal.dot(&finger_normal),
+                overlap,
+            )
+        };
+        let cost = |x: &[f64]| {
+            let (distance, facing, overlap) = judge(x);
+            distance * distance + 4.0 * (1.0 + facing) + overlap * overlap
+        };
+        // Coordinate search inside the limits, over the joints of the two digits and the arch of the palm.
+        let mut x = hand.rest_coordinates();
+        let (mut best, mut step) = (cost(&x), 0.3);
+        while step > 1e-3 {
+            let before = best;
+            for (j, joint) in hand.joints.iter().enumerate() {
+                if !["thumb", finger, "little_cmc"]
+                    .iter()
+                    .any(|part| joint.name.starts_with(part))
+                {
+                    continue;
+                }
+                for move_rad in [step, -step] {
+                    let old = x[7 + j];
+                    x[7 + j] = (old + move_rad).clamp(joint.limits_rad[0], joint.limits_rad[1]);
+                    let value = cost(&x);
+                    if value < best {
+                        best = value;
+                    } else {
+                        x[7 + j] = old;
+                    }
+                }
+            }
+            if best > before - 1e-6 {
+                step *= 0.6;
+            }
+        }
+        let (distance, facing, overlap) = judge(&x);
+        assert!(
+            distance < 2.0 && facing < -0.4 && overlap < 1.5,
+            "{finger}: {distance} mm, {facing}, {overlap} mm"
+        );
+    }
+}
+
+/// Palm regions, and pad, back, both sides and tip on every segment that has them, lie where their names say.
+#[test]
+fn regions_lie_where_their_names_say() {
+    let hand = Hand::human();
+    let flat = posed(&hand, &flat(&hand));
+    for finger in ["index", "middle", "ring", "little"] {
+        for (i, point) in hand.surface.iter().enumerate() {
+            let normal = hand.point_normal(&flat, i);
+            match hand.regions[point.region]
+                .strip_prefix(finger)
+                .and_then(|rest| rest.rsplit('.').next())
+            {
+                Some("pad") => assert!(normal.z > -0.7),
+                Some("back") => assert!(normal.z < -0.3),
+                Some("radial") => assert!(normal.x > 0.6),
+                Some("ulnar") => assert!(normal.x < -0.6),
+                Some("tip") => assert!(normal.y > 0.4),
+                _ => {}
+            }
+        }
+        for patch in [
+            "proximal.pad",
+            "proximal.back",
+            "proximal.radial",
+            "proximal.ulnar",
+            "distal.pad",
+            "distal.tip",
+        ] {
+            let name = format!("{finger}.{patch}");
+            assert!(hand.regions.contains(&name), "no {name}");
+        }
+    }
+    for palm in [
+        "dorsum",
+        "web",
+        "thenar",
+        "hypothenar",
+        "centre",
+        "heads.index",
+        "heads.little",
+    ] {
+        let region = hand
+            .regions
+            .iter()
+            .position(|name| *name == format!("palm.{palm}"));
+        let count = hand
+            .surface
+            .iter()
+            .filter(|point| Some(point.region) == region)
+            .count();
+        assert!(count >= 2, "{count} points in palm.{palm}");
+    }
+    assert!(
+        hand.regions.iter().all(|name| name.contains('.')),
+        "an untagged point: {:?}",
+        hand.regions
+    );
+    let thumb = hand.links.iter().filter(|link| link.digit == 1).count();
+    assert_eq!(
+        (hand.digits.len(), thumb),
+        (6, 5),
+        "a palm and five digits; five links of the thumb"
+    );
+}
+
+#[test]
+fn bad_descriptions_are_named() {
+    let error = |joint: &str, geometry: &str| {
+        let text = format!(
+            r#"<robot name="r"><link name="a"><collision><geometry>{geometry}</geometry></collision></link>
+            <link name="b"/><link name="c"/>{joint}</robot>"#
+        );
+        Hand::from_urdf(&text, None).unwrap_err().to_string()
+    };
+    let sphere = r#"<sphere radius="0.1"/>"#;
+    let joint = |name: &str, kind: &str, parent: &str, child: &str, more: &str| {
+        format!(
+            r#"<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>{more}</joint>"#
+        )
+    };
+    let turn = joint("j", "continuous", "a", "b", "");
+    let both = turn.clone() + &joint("k", "fixed", "b", "c", "");
+    assert!(Hand::from_urdf("<robot", None).is_err() && Hand::from_urdf("", None).is_err());
+    assert!(matches!(
+        Hand::from_urdf("<robot name=\"r\"/>", None),
+        Err(HandError::Roots { .. })
+    ));
+    for (message, joint, geometry) in [
+        (
+            "joint \"k\" is prismatic",
+            turn.clone() + &joint("k", "prismatic", "b", "c", ""),
+            sphere,
+        ),
+        (
+            "joint \"k\" is a mimic joint",
+            turn.clone() + &joint("k", "revolute", "b", "c", r#"<mimic joint="j"/>"#),
+            sphere,
+        ),
+        (
+            "joint \"k\" may move from 0 to 0 rad",
+            turn.clone() + &joint("k", "revolute", "b", "c", ""),
+            sphere,
+        ),
+        ("this description has 2: a, c", turn.clone(), sphere),
+        (
+            "two joints named \"j\"",
+            turn.clone() + &joint("j", "fixed", "b", "c", ""),
+            sphere,
+        ),
+        (
+            "link \"b\" is the child of two joints, \"j\" and \"k\"",
+            turn.clone() + &joint("k", "fixed", "c", "b", ""),
+            sphere,
+        ),
+        (
+            "its joints form a ring",
+            joint("j", "continuous", "b", "c", "") + &joint("k", "fixed", "c", "b", ""),
+            sphere,
+        ),
+        (
+            "joint \"k\" names link \"d\"",
+            turn.clone() + &joint("k", "fixed", "b", "d", ""),
+            sphere,
+        ),
+        (
+            "no movable joint",
+            joint("j", "fixed", "a", "b", "") + &joint("k", "fixed", "b", "c", ""),
+            sphere,
+        ),
+        (
+            "link \"a\" is the mesh x.stl",
+            both.clone(),
+            r#"<mesh filename="x.stl"/>"#,
+        ),
+        (
+            "link \"a\" has geometry of size -1 m",
+            both.clone(),
+            r#"<sphere radius="-1"/>"#,
+        ),
+        (
+            "\"j\" has an axis of length zero",
+            both.replace("</joint>", r#"<axis xyz="0 0 0"/></joint>"#),
+            sphere,
+        ),
+    ] {
+        let found = error(&joint, geometry);
+        assert!(found.contains(message), "{found} instead of {message}");
+    }
+    let side = |side_file: &str| {
+        let text = include_str!("../data/hands/human/human.urdf");
+        Hand::from_urdf(text, Some(side_file))
+            .unwrap_err()
+            .to_string()
+    };
+    assert!(side(r#"{"rest_deg": {"toe": 3}}"#).contains("joint \"toe\""));
+    assert!(side(r#"{"palms": 3}"#).contains("palms"));
+    assert!(
+        side(r#"{"digits": [{"name": "d", "segments": {"s": ["toe"]}}]}"#).contains("link \"toe\"")
+    );
+    assert!(side(r#"{"independent_share": 0}"#).contains("independent_share"));
+}
+
+/// Link frames of two published hands against MuJoCo's kinematics, at 21 configurations each.
+#[test]
+fn published_hands_move_as_in_mujoco() {
+    let Some(folder) = std::env::var_os("LANDSCAPE_TEST_DATA") else {
+        println!("SKIPPED: LANDSCAPE_TEST_DATA is not set");
+        return;
+    };
+    let folder = Path::new(&folder).join("hands/urdf");
+    for (name, digits) in [("allegro", 5), ("shadow", 6)] {
+        let text =
+            fs::read_to_string(folder.join(format!("{name}_hand_right_nomesh.urdf"))).unwrap();
+        let hand = Hand::from_urdf(&text, None).unwrap();
+        assert_eq!(hand.digits.len(), digits, "{name}: palm and digits");
+        let reference =
+            fs::read_to_string(folder.join(format!("fk_reference_{name}_urdf.json"))).unwrap();
+        let reference: serde_json::Value = serde_json::from_str(&reference).unwrap();
+        let numbers = |value: &serde_json::Value| -> Vec<f64> {
+            value
+                .as_array()
+                .unwrap()
+                .iter()
+                .map(|number| number.as_f64().unwrap())
+                .collect()
+        };
+        let order = reference["joint_order"].as_array().unwrap();
+        let mut compared = 0;
+        for configuration in reference["configurations"].as_array().unwrap() {
+            let mut x = hand.rest_coordinates();
+            for (joint, angle) in order.iter().zip(numbers(&configuration["qpos"])) {
+                x[7 + hand.joint(joint.as_str().unwrap()).unwrap()] = angle;
+            }
+            let posed = posed(&hand, &x);
+            for (link, frame) in hand.links.iter().zip(&posed.object_from_link) {
+                let body = &configuration["bodies"][&link.name];
+                if body.is_null() {
+                    continue;
+                }
+                let (position, q) = (numbers(&body["pos"]), numbers(&body["quat_wxyz"]));
+                let rotation =
+                    UnitQuaternion::from_quaternion(Quaternion::new(q[0], q[1], q[2], q[3]));
+                let rotation: Matrix3<f64> = *rotation.to_rotation_matrix().matrix();
+                assert!(
+                    (frame.translation - Vector3::from_row_slice(&position)).norm() < 1e-6,
+                    "{name}: {}",
+                    link.name
+                );
+                assert!(
+                    (frame.rotation - rotation).amax() < 1e-5,
+                    "{name}: {}",
+                    link.name
+                );
+                compared += 1;
+            }
+        }
+        assert!(
+            compared >= 21 * 20,
+            "{name}: only {compared} frames compared"
+        );
+    }
+}
