@@ -98,6 +98,9 @@ pub(super) struct Synth {
     /// Which grasps to keep: those that pass the strict filter, the published filter (Eq. 11), or all.
     #[arg(long, value_enum, default_value_t = Keep::Strict)]
     pub(super) keep: Keep,
+    /// Keep at most N of them, chosen so that they are spread evenly over the object.
+    #[arg(long, value_name = "N")]
+    pub(super) spread: Option<usize>,
     /// The file to write.
     #[arg(long, short, default_value = "grasps.parquet", value_name = "FILE")]
     pub(super) output: PathBuf,

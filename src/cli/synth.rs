@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use super::args::{Common, Keep, Synth};
 use super::experiment::Experiment;
 use super::{complain, models, print, progress};
+use crate::grasp::spread::spread;
 use crate::grasp::synthesis::{Synthesized, synthesize};
 use crate::grasp::{GraspEnergy, Judgement, judge};
 use crate::optimize::QuenchSettings;
@@ -26,6 +27,7 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
     if let Some(contacts) = command.contacts {
         experiment.energy.contacts = contacts;
     }
+    anyhow::ensure!(command.spread != Some(0), "--spread 0: at least one grasp is to be kept");
     anyhow::ensure!(command.chains > 0, "-n 0: at least one chain is needed");
     let hand = models::hand_metadata(&command.hand)?;
     let (object, object_metadata) = models::object_metadata(&command.object)?;
@@ -60,13 +62,24 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
         .collect::<anyhow::Result<_>>()?;
     bar.finish_and_clear();
 
-    let kept: Vec<Grasp> = chains
+    let mut passed: Vec<&(Synthesized, Judgement)> = chains
         .iter()
         .filter(|(_, judgement)| match command.keep {
             Keep::Strict => judgement.passes_strict(),
             Keep::Published => judgement.passes_published(),
             Keep::All => true,
         })
+        .collect();
+    if let Some(limit) = command.spread {
+        let (places, costs): (Vec<_>, Vec<_>) = passed
+            .iter()
+            .map(|(end, _)| (energy.contact_centre(&end.refined, &end.contacts), end.energy))
+            .unzip();
+        let chosen = spread(&places, &costs, &energy.object().symmetry, limit);
+        passed = chosen.into_iter().map(|i| passed[i]).collect();
+    }
+    let kept: Vec<Grasp> = passed
+        .iter()
         .map(|(end, judgement)| row(&energy, &metadata, command, end, judgement))
         .collect();
     if !common.quiet {
@@ -107,11 +120,12 @@ fn metadata(
         Keep::Published => "published",
         Keep::All => "all",
     };
+    let spread = command.spread.map_or(String::new(), |n| format!(" --spread {n}"));
     Ok(Metadata {
         schema_version: SCHEMA_VERSION,
         program_version: env!("CARGO_PKG_VERSION").to_owned(),
         command: format!(
-            "landscape synth --hand {} --object {} -n {} --steps {} --contacts {} --seed {} --keep {keep}",
+            "landscape synth --hand {} --object {} -n {} --steps {} --contacts {} --seed {} --keep {keep}{spread}",
             command.hand,
             command.object,
             command.chains,

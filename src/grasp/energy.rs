@@ -577,6 +577,24 @@ impl GraspEnergy {
         })
     }
 
+    /// Least signed distance of a surface point of the hand from the object at pose `x`, metres.
+    pub fn clearance_m(&self, x: &[f64]) -> f64 {
+        self.with_scratch(|scratch| {
+            self.pose(x, scratch);
+            let distances = scratch.posed.points.iter().map(|p| self.object.shape.distance(p));
+            distances.fold(f64::INFINITY, f64::min)
+        })
+    }
+
+    /// Mean of the contact points of `choice` at pose `x`, object frame, metres.
+    pub fn contact_centre(&self, x: &[f64], choice: &[u32]) -> Vector3<f64> {
+        self.with_scratch(|scratch| {
+            self.pose(x, scratch);
+            let points = choice.iter().map(|&index| scratch.posed.points[index as usize]);
+            points.sum::<Vector3<f64>>() / choice.len().max(1) as f64
+        })
+    }
+
     /// Margin of the rank condition for `choice` at `x`: λ_min(GGᵀ) − ε, positive where the contacts span all wrenches.
     pub fn rank_margin(&self, x: &[f64], choice: &[u32]) -> f64 {
         grasp_matrix_rank_margin(&self.point_contacts(x, choice)) - self.settings.rank_epsilon
