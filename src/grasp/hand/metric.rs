@@ -12,7 +12,8 @@ impl Hand {
     /// The metric of this hand's pose space, from its area-weighted surface points in the rest pose.
     ///
     /// ```text
-    /// c = Σ A p / Σ A,   r² = Σ A |p − c|² / Σ A,   ℓⱼ² = Σ_{moved} A d² / Σ_{all} A,   reachⱼ² = Σ_{moved} A d² / Σ_{moved} A
+    /// c = Σ A p / Σ A                          r² = Σ A |p − c|² / Σ A
+    /// ℓⱼ² = Σ_{moved} A d² / Σ_{all} A         reachⱼ² = Σ_{moved} A d² / Σ_{moved} A
     /// ```
     ///
     /// d: distance of a point from the axis of joint j. The reach of a turn of the whole hand is the root-mean-square

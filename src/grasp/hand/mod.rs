@@ -5,6 +5,7 @@
 //! [`Hand::pull_back`] turns forces on its links into a gradient, [`Hand::skin`] draws it.
 
 mod description;
+mod error;
 mod kinematics;
 mod metric;
 mod prior;
@@ -19,7 +20,7 @@ use std::sync::OnceLock;
 
 use nalgebra::{Matrix3, Vector3};
 
-pub use description::HandError;
+pub use error::HandError;
 pub use self_pairs::{SegmentPair, axis_distance, closest_points};
 pub use skin::{Skin, SkinVertex};
 

@@ -13,6 +13,8 @@ const PALM_CREASE_M: f64 = 10e-3;
 const ROOT_CREASE_M: f64 = 10e-3;
 /// Where the next link is farther than this from a vertex, it no longer pulls on it, metres.
 const BLEND_M: f64 = 9e-3;
+/// The same for links that are not neighbours in the tree, as the two fingers at a web.
+const WEB_BLEND_M: f64 = 4e-3;
 
 /// A vertex of the skin.
 #[derive(Debug, Clone, PartialEq)]
@@ -286,14 +288,16 @@ fn bind(
         .min_by(|&a, &b| distances[a].total_cmp(&distances[b]))
         .expect("a hand has links");
     let weight = |l: usize| {
-        let excess = (distances[l] - distances[nearest]) / BLEND_M;
-        (1.0 - excess).max(0.0).powi(2)
+        let reach = if neighbours[nearest].contains(&l) {
+            BLEND_M
+        } else {
+            WEB_BLEND_M
+        };
+        (1.0 - (distances[l] - distances[nearest]) / reach)
+            .max(0.0)
+            .powi(2)
     };
-    let carriers: Vec<usize> = neighbours[nearest]
-        .iter()
-        .copied()
-        .filter(|&l| weight(l) > 0.0)
-        .collect();
+    let carriers: Vec<usize> = (0..distances.len()).filter(|&l| weight(l) > 0.0).collect();
     let total: f64 = carriers.iter().map(|&l| weight(l)).sum();
     let local = |l: usize| -> Vector3<f64> {
         let frame: &Frame = &cast.object_from_link[l];

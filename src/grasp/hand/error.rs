@@ -1,0 +1,123 @@
+//! What can be wrong with a description.
+
+/// Why a description is not a hand.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum HandError {
+    /// The description is not a URDF document.
+    #[error("the URDF cannot be read: {0}")]
+    Urdf(#[from] urdf_rs::UrdfError),
+    /// The side file is not what it should be.
+    #[error("the side file cannot be read: {0}")]
+    SideFile(#[from] serde_json::Error),
+    /// A name in the side file or a joint that the description does not have.
+    #[error("{place} names {kind} \"{name}\", which the description does not have")]
+    Unknown {
+        /// Where the name stands.
+        place: String,
+        /// `link` or `joint`.
+        kind: &'static str,
+        /// The name.
+        name: String,
+    },
+    /// Two links or two joints of one name.
+    #[error("there are two {kind}s named \"{name}\"")]
+    Twice {
+        /// `link` or `joint`.
+        kind: &'static str,
+        /// The name.
+        name: String,
+    },
+    /// A link hangs on two joints.
+    #[error("link \"{link}\" is the child of two joints, \"{first}\" and \"{second}\": not a tree")]
+    TwoParents {
+        /// The link.
+        link: String,
+        /// One joint.
+        first: String,
+        /// The other joint.
+        second: String,
+    },
+    /// No root, or several.
+    #[error("a hand has one link without a parent; this description has {}: {}", roots.len(), roots.join(", "))]
+    Roots {
+        /// Links without a parent.
+        roots: Vec<String>,
+    },
+    /// Links in a ring.
+    #[error("link \"{link}\" is not connected to the root: its joints form a ring")]
+    Ring {
+        /// One of the links.
+        link: String,
+    },
+    /// A joint that is neither revolute nor fixed.
+    #[error(
+        "joint \"{joint}\" is {kind}; only revolute, continuous and fixed joints without mimic are handled"
+    )]
+    UnsupportedJoint {
+        /// The joint.
+        joint: String,
+        /// Its type.
+        kind: &'static str,
+    },
+    /// Limits that leave no range.
+    #[error("joint \"{joint}\" may move from {lower} to {upper} rad: that is no range")]
+    EmptyRange {
+        /// The joint.
+        joint: String,
+        /// Lower limit, radians.
+        lower: f64,
+        /// Upper limit, radians.
+        upper: f64,
+    },
+    /// A joint axis of no direction.
+    #[error("joint \"{joint}\" has an axis of length zero")]
+    NoAxis {
+        /// The joint.
+        joint: String,
+    },
+    /// Nothing moves.
+    #[error("the description has no movable joint")]
+    NoJoints,
+    /// Geometry of a kind that is not handled.
+    #[error(
+        "link \"{link}\" is the mesh {file}; give it capsules in the side file (\"capsules\": {{\"{link}\": …}})"
+    )]
+    Mesh {
+        /// The link.
+        link: String,
+        /// The mesh file.
+        file: String,
+    },
+    /// A size that is not a positive length.
+    #[error("link \"{link}\" has geometry of size {size} m")]
+    Size {
+        /// The link.
+        link: String,
+        /// The offending number.
+        size: f64,
+    },
+    /// No geometry at all.
+    #[error("no link has geometry: there is nothing to touch with")]
+    NoGeometry,
+    /// A number that is not finite.
+    #[error("{place} has a number that is not finite")]
+    NotFinite {
+        /// Where.
+        place: String,
+    },
+    /// Directions of the side file that do not span a frame.
+    #[error("{place}: directions must not be zero or parallel")]
+    Degenerate {
+        /// Where.
+        place: &'static str,
+    },
+    /// Shares of variance that make no covariance.
+    #[error("{what} is {value}: shares of variance are positive and at most 1")]
+    Share {
+        /// Which share.
+        what: String,
+        /// The number.
+        value: f64,
+    },
+}
