@@ -1,1 +1,4 @@
 //! Pictures: layout is pure geometry, painting is plotters.
+
+#[cfg(feature = "grasp")]
+pub mod scene;
