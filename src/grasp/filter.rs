@@ -58,7 +58,7 @@ impl Judgement {
             (self.gap_m <= 0.002, "contact gap"),
             (self.deepest_m < 0.002, "penetration"),
             (self.self_penetration_m < 0.003, "self-penetration"),
-            (self.joint_excess_rad <= 0.01, "joint limits"),
+            (self.joint_excess_rad <= 1e-3, "joint limits"),
             (self.digits >= 2, "one digit only"),
             (self.force_closure, "force closure"),
         ];

@@ -5,8 +5,10 @@ use super::{Forces, Scene, Term, rounded_hinge};
 /// Excess of joint angles over their limits.
 ///
 /// ```text
-/// E = w Σⱼ h(θⱼ − upperⱼ) + h(lowerⱼ − θⱼ)
+/// E = w Σⱼ h(θⱼ − upperⱼ + rounding) + h(lowerⱼ − θⱼ + rounding)
 /// ```
+///
+/// The hinge is rounded off over the last bit *before* the limit, so that minima lie inside it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointLimits {
     /// Weight w per radian.
@@ -25,8 +27,8 @@ impl Term for JointLimits {
         let joints = scene.hand.joints.iter().zip(scene.joints_rad);
         for ((joint, &angle), force) in joints.zip(&mut forces.joints) {
             let [lower, upper] = joint.limits_rad;
-            let (above, above_slope) = rounded_hinge(angle - upper, self.rounding_rad);
-            let (below, below_slope) = rounded_hinge(lower - angle, self.rounding_rad);
+            let (above, above_slope) = rounded_hinge(angle - upper + self.rounding_rad, self.rounding_rad);
+            let (below, below_slope) = rounded_hinge(lower - angle + self.rounding_rad, self.rounding_rad);
             energy += self.weight * (above + below);
             *force += self.weight * (above_slope - below_slope);
         }
