@@ -47,7 +47,7 @@ fn hand() -> HandMetadata {
 fn object(name: &str) -> ObjectMetadata {
     ObjectMetadata {
         name: name.into(),
-        symmetry: json!({ "axis": [0.1 + 0.2, 0.0, 1.0] }),
+        description: json!({ "axis": [0.1 + 0.2, 0.0, 1.0] }),
         mass_kg: 0.1 + 0.7,
         mesh_obj: Some("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n".into()),
         content_hash: "4567".into(),

@@ -1,0 +1,90 @@
+//! Cost of one evaluation of the grasp energy, of its envelope, and of one step of synthesis.
+
+use std::hint::black_box;
+use std::sync::Arc;
+
+use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
+use landscape::energy::Energy;
+use landscape::grasp::hand::{Hand, PosedHand};
+use landscape::grasp::object::Object;
+use landscape::grasp::synthesis::{SynthesisSettings, synthesize};
+use landscape::grasp::{EnergySettings, GraspEnergy, GraspKernel};
+use landscape::optimize::QuenchSettings;
+use landscape::sample::{Kernel, Law, State, Task, stream};
+use rand::RngExt;
+
+fn energy(contacts: usize) -> GraspEnergy {
+    let object = Object::named("bottle_round").expect("the bottle comes with the crate");
+    let settings = EnergySettings {
+        contacts,
+        ..EnergySettings::default()
+    };
+    GraspEnergy::new(Arc::new(Hand::human()), Arc::new(object), settings)
+        .expect("the default settings make sense")
+}
+
+/// A walk of small steps about a synthesized grasp: what a descent or a chain asks for.
+fn walk(energy: &GraspEnergy, step_m: f64) -> (Vec<u32>, Vec<Vec<f64>>) {
+    let settings = SynthesisSettings::default();
+    let grasp = synthesize(energy, &settings, &QuenchSettings::default(), 1, 0);
+    let mut rng = stream(0, Task::Start, 0);
+    let scales = energy.space().step_scales();
+    let points = (0..256)
+        .map(|_| {
+            let tangent: Vec<f64> = scales
+                .iter()
+                .map(|scale| scale * rng.random_range(-step_m..step_m))
+                .collect();
+            let mut x = grasp.refined.clone();
+            energy.space().shift(&mut x, &tangent);
+            x
+        })
+        .collect();
+    (grasp.contacts, points)
+}
+
+fn evaluations(criterion: &mut Criterion) {
+    for contacts in [3, 4] {
+        let energy = energy(contacts);
+        let (choice, points) = walk(&energy, 5e-4);
+        let mut gradient = vec![0.0; energy.space().tangents()];
+        let mut group = criterion.benchmark_group(format!("grasp/{contacts} contacts"));
+        let mut next = (0..points.len()).cycle();
+        group.bench_function("evaluation, contact set held", |bencher| {
+            bencher.iter(|| {
+                let x = &points[next.next().unwrap_or(0)];
+                energy.evaluate_choice(black_box(x), &choice, &mut gradient)
+            });
+        });
+        group.bench_function("envelope, warm", |bencher| {
+            bencher.iter(|| {
+                let x = &points[next.next().unwrap_or(0)];
+                energy.evaluate(black_box(x), &mut gradient)
+            });
+        });
+        let kernel = GraspKernel::new(&energy);
+        let state = kernel.start(&points[0]);
+        let law = Law {
+            temperature: 0.01,
+            attraction: None,
+        };
+        let mut rng = stream(0, Task::Synthesis, 0);
+        group.bench_function("step of a chain", |bencher| {
+            bencher.iter_batched_ref(
+                State::default,
+                |proposal| kernel.propose(&state, &law, 1e-3, &mut rng, proposal),
+                BatchSize::SmallInput,
+            );
+        });
+        group.finish();
+    }
+    let hand = Hand::human();
+    let x = hand.rest_coordinates();
+    let mut posed = PosedHand::default();
+    criterion.bench_function("grasp/forward kinematics, 773 points", |bencher| {
+        bencher.iter(|| hand.pose(black_box(&x), &mut posed));
+    });
+}
+
+criterion_group!(benches, evaluations);
+criterion_main!(benches);
