@@ -281,7 +281,11 @@ fn stream_number(
 }
 
 /// The term that rises most from the higher minimum to the top.
-fn rising_term(energy: &dyn Energy, top: &[f64], minima: (&Minimum, &Minimum)) -> Option<String> {
+pub(super) fn rising_term(
+    energy: &dyn Energy,
+    top: &[f64],
+    minima: (&Minimum, &Minimum),
+) -> Option<String> {
     let higher = if minima.0.energy > minima.1.energy {
         minima.0
     } else {
