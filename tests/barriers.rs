@@ -178,14 +178,9 @@ impl Energy for Bowls {
     }
 
     fn choice(&self, x: &[f64]) -> Vec<u32> {
-        let best = (0..self.bowls.len())
-            .min_by(|a, b| {
-                self.bowls[*a]
-                    .energy(x)
-                    .total_cmp(&self.bowls[*b].energy(x))
-            })
-            .unwrap();
-        vec![u32::try_from(best).unwrap()]
+        let energies = (0..).zip(self.bowls.iter().map(|bowl| bowl.energy(x)));
+        let best = energies.min_by(|a, b| a.1.total_cmp(&b.1));
+        best.map(|(bowl, _)| bowl).into_iter().collect()
     }
 
     fn evaluate_choice(&self, x: &[f64], choice: &[u32], gradient: &mut [f64]) -> f64 {

@@ -54,13 +54,13 @@ impl ChainSettings {
     /// neighbouring minima).
     pub fn for_scales(energy: f64, length: f64) -> Self {
         Self {
-            temperature: 0.1 * energy,
-            force: 3.0 * energy / length,
-            escalation: 1.5,
+            temperature: 0.05 * energy,
+            force: 4.0 * energy / length,
+            escalation: 2.0,
             attempts: 3,
             replicas: 1,
             step: 0.01 * length,
-            arrival: 0.05 * length,
+            arrival: 0.1 * length,
             patience: 200,
             max_steps: 1500,
             spacing: 0.05 * length,
@@ -86,8 +86,8 @@ pub struct Chain {
 /// Runs one chain from the minimum `from` toward the minimum `to`, at `force`.
 ///
 /// It moves under exp(−(E + F d(x, x*))/T) until it is within δ of the target and a descent from there ends in the
-/// target's own minimum (else δ is halved), or until M steps in a row bring no new least distance, or until its highest
-/// energy exceeds `bound`.
+/// target's own minimum (else δ is halved), or until M steps in a row bring no new least distance (then a last descent
+/// decides), or until its highest energy exceeds `bound`.
 #[expect(
     clippy::too_many_arguments,
     reason = "a chain is named by two minima, two laws and three ways to stop"
@@ -150,6 +150,12 @@ pub fn chain(
             arrived = sameness.holds(space, &end.x, end.energy, to);
             arrival = 0.5 * distance;
         }
+    }
+    if !arrived && barrier <= bound {
+        // In many dimensions the thermal cloud about the target is wider than δ: the descent decides.
+        let end = quench(energy, &state.coordinates, descent);
+        quenching += end.evaluations;
+        arrived = sameness.holds(space, &end.x, end.energy, to);
     }
     barrier = barrier.max(to.energy);
     if arrived {

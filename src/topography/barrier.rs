@@ -126,61 +126,10 @@ impl Connector<'_> {
         effort: Effort,
     ) -> Connection {
         let (counted, space) = (Counted::new(energy), energy.space());
-        let mut steps = 0;
-        let mut best: Option<(f64, Path)> = None;
-        let replicas = self.chain.replicas << effort.attempt;
-        let mut raw = [Vec::new(), Vec::new()];
-        for (direction, barriers) in raw.iter_mut().enumerate() {
-            let ends = if direction == 0 {
-                minima
-            } else {
-                (minima.1, minima.0)
-            };
-            for replica in 0..replicas {
-                let mut barrier = None;
-                let mut force = self.chain.force;
-                for attempt in 0..self.chain.attempts {
-                    let id = stream_number(ids, effort.attempt, direction, replica, attempt);
-                    let mut rng = stream(effort.seed, Task::AttractionDiffusion, id);
-                    let run = chain(
-                        energy,
-                        kernel,
-                        ends,
-                        force,
-                        self.chain,
-                        (self.quench, self.sameness),
-                        f64::INFINITY,
-                        &mut rng,
-                    );
-                    steps += run.evaluations;
-                    if run.arrived {
-                        if best
-                            .as_ref()
-                            .is_none_or(|(height, _)| run.barrier < *height)
-                        {
-                            let path = run.path;
-                            best = Some((
-                                run.barrier,
-                                if direction == 0 {
-                                    path
-                                } else {
-                                    path.reversed()
-                                },
-                            ));
-                        }
-                        barrier = Some(run.barrier);
-                        break;
-                    }
-                    force *= self.chain.escalation;
-                }
-                barriers.push(barrier);
-            }
-        }
-        let mut starts: Vec<Vec<Vec<f64>>> =
-            best.into_iter().map(|(_, path)| path.images).collect();
-        let chains = starts.len();
+        let chains = self.chains(energy, kernel, ids, minima, effort);
         let straight = |t| interpolate(space, &minima.0.coordinates, &minima.1.coordinates, t);
-        starts.push(vec![straight(0.0), straight(1.0)]);
+        let mut starts = vec![vec![straight(0.0), straight(1.0)]];
+        starts.extend(chains.best.map(|path| path.images));
         let mut settings = self.path.clone();
         settings.coarse_iterations <<= effort.attempt;
         settings.iterations <<= effort.attempt;
@@ -192,7 +141,6 @@ impl Connector<'_> {
             self.quench,
             self.sameness,
         );
-        let [forward, backward] = raw;
         let mut connection = Connection {
             from: ids.0,
             to: ids.1,
@@ -203,8 +151,8 @@ impl Connector<'_> {
                 length: space.distance(&minima.0.coordinates, &minima.1.coordinates),
             },
             path: Path::default(),
-            forward,
-            backward,
+            forward: chains.forward,
+            backward: chains.backward,
             start: None,
             objection: None,
             crossings: Vec::new(),
@@ -223,18 +171,88 @@ impl Connector<'_> {
                 length: outcome.path.length(space),
             };
             connection.path = outcome.path;
-            connection.start = Some(if outcome.start < chains {
-                Start::Chain
-            } else {
+            connection.start = Some(if outcome.start == 0 {
                 Start::Straight
+            } else {
+                Start::Chain
             });
             connection.objection = outcome.objection;
             connection.crossings = outcome.passes.into_iter().map(Crossing::from).collect();
         }
-        connection.evaluations =
-            steps + usize::try_from(counted.evaluations()).expect("fewer evaluations than memory");
+        let relaxing = usize::try_from(counted.evaluations()).unwrap_or(usize::MAX);
+        connection.evaluations = chains.evaluations + relaxing;
         connection
     }
+
+    /// Runs the chains of both directions.
+    fn chains(
+        &self,
+        energy: &dyn Energy,
+        kernel: &dyn Kernel,
+        ids: (MinimumId, MinimumId),
+        minima: (&Minimum, &Minimum),
+        effort: Effort,
+    ) -> Chains {
+        let mut evaluations = 0;
+        let mut best: Option<(f64, Path)> = None;
+        let mut run = |backward: bool, replica: usize| {
+            let mut force = self.chain.force;
+            for attempt in 0..self.chain.attempts {
+                let part = [effort.attempt, usize::from(backward), replica, attempt];
+                let id = stream_number(ids, part);
+                let mut rng = stream(effort.seed, Task::AttractionDiffusion, id);
+                let found = chain(
+                    energy,
+                    kernel,
+                    if backward {
+                        (minima.1, minima.0)
+                    } else {
+                        minima
+                    },
+                    force,
+                    self.chain,
+                    (self.quench, self.sameness),
+                    f64::INFINITY,
+                    &mut rng,
+                );
+                evaluations += found.evaluations;
+                if found.arrived {
+                    if best
+                        .as_ref()
+                        .is_none_or(|(height, _)| found.barrier < *height)
+                    {
+                        let path = if backward {
+                            found.path.reversed()
+                        } else {
+                            found.path
+                        };
+                        best = Some((found.barrier, path));
+                    }
+                    return Some(found.barrier);
+                }
+                force *= self.chain.escalation;
+            }
+            None
+        };
+        let replicas = self.chain.replicas << effort.attempt;
+        let [forward, backward] =
+            [false, true].map(|backward| (0..replicas).map(|k| run(backward, k)).collect());
+        Chains {
+            forward,
+            backward,
+            best: best.map(|(_, path)| path),
+            evaluations,
+        }
+    }
+}
+
+/// What the chains of one pair came to.
+struct Chains {
+    forward: Vec<Option<f64>>,
+    backward: Vec<Option<f64>>,
+    /// The path of the lowest barrier, from the lower minimum.
+    best: Option<Path>,
+    evaluations: usize,
 }
 
 /// Points kept of each descent from a pass.
@@ -262,10 +280,7 @@ impl From<Pass> for Crossing {
 /// A number of its own for every chain of a run, for up to 2²⁰ minima and 2⁸ replicas.
 fn stream_number(
     (from, to): (MinimumId, MinimumId),
-    attempt: usize,
-    direction: usize,
-    replica: usize,
-    escalation: usize,
+    [attempt, direction, replica, escalation]: [usize; 4],
 ) -> u64 {
     [
         (to.0, 20),

@@ -86,6 +86,10 @@ pub(super) mod bits {
     pub(crate) mod number {
         use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+        #[expect(
+            clippy::trivially_copy_pass_by_ref,
+            reason = "serde hands fields over by reference"
+        )]
         pub(crate) fn serialize<S: Serializer>(
             value: &f64,
             serializer: S,

@@ -77,7 +77,7 @@ impl MapSettings {
     }
 
     /// Settings from the minima themselves: the length is the median distance to the nearest other minimum, the energy
-    /// the lower quartile of the barriers along the straight lines to it (as far as they are finite).
+    /// the median of the barriers along the straight lines to it (as far as they are finite).
     ///
     /// One or two minima leave little to measure; surfaces with walls (contact) deserve chosen scales.
     pub fn for_minima(energy: &dyn Energy, minima: &[Minimum]) -> Self {
@@ -104,17 +104,11 @@ impl MapSettings {
                 heights.push(height);
             }
         }
-        let quantile = |values: &mut Vec<f64>, share: f64| {
+        let median = |mut values: Vec<f64>| {
             values.sort_by(f64::total_cmp);
-            #[expect(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "a share between 0 and 1 of a length rounds down to an index"
-            )]
-            let place = (share * values.len() as f64) as usize;
-            values.get(place).copied().unwrap_or(1.0)
+            values.get(values.len() / 2).copied().unwrap_or(1.0)
         };
-        Self::for_scales(quantile(&mut heights, 0.25), quantile(&mut lengths, 0.5))
+        Self::for_scales(median(heights), median(lengths))
     }
 
     /// Replaces the number of nearest minima each one is connected with.

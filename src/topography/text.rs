@@ -1,6 +1,6 @@
 //! The map as text that other programs read: Newick (trees), GraphML (graphs), JSON.
 
-use std::fmt::Write;
+use std::fmt::{Display, Write};
 
 use petgraph::visit::EdgeRef;
 use serde_json::{Value, json};
@@ -56,11 +56,7 @@ fn write_subtree(tree: &Tree, id: NodeId, name: &impl Fn(MinimumId) -> String, t
 /// The network as GraphML: energy and number of members on nodes; height, relative barrier, evidence, term and length on
 /// edges. Pairs never reached are left out: no edge means nothing.
 pub fn graphml(network: &Network, name: impl Fn(MinimumId) -> String) -> String {
-    let mut text = String::from(
-        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
-         <graphml xmlns=\"http://graphml.graphdrawing.org/xmlns\">\n",
-    );
-    for (owner, key, kind) in [
+    let keys = [
         ("node", "name", "string"),
         ("node", "energy", "double"),
         ("node", "members", "int"),
@@ -69,43 +65,52 @@ pub fn graphml(network: &Network, name: impl Fn(MinimumId) -> String) -> String 
         ("edge", "evidence", "string"),
         ("edge", "term", "string"),
         ("edge", "length", "double"),
-    ] {
-        text += &format!(
-            "  <key id=\"{key}\" for=\"{owner}\" attr.name=\"{key}\" attr.type=\"{kind}\"/>\n"
-        );
-    }
-    text += "  <graph edgedefault=\"undirected\">\n";
-    let data = |key: &str, value: &dyn std::fmt::Display| {
-        format!("<data key=\"{key}\">{}</data>", escaped(&value.to_string()))
-    };
-    for (i, minimum) in network.node_weights().enumerate() {
-        text += &format!("    <node id=\"m{i}\">");
-        text += &data("name", &name(MinimumId(i)));
-        text += &data("energy", &minimum.energy);
-        text += &data("members", &minimum.members.len());
-        text += "</node>\n";
-    }
-    for edge in network.edge_references() {
+    ]
+    .map(|(owner, key, kind)| {
+        format!("  <key id=\"{key}\" for=\"{owner}\" attr.name=\"{key}\" attr.type=\"{kind}\"/>\n")
+    });
+    let nodes = network.node_weights().enumerate().map(|(i, minimum)| {
+        let data = [
+            data("name", &name(MinimumId(i))),
+            data("energy", &minimum.energy),
+            data("members", &minimum.members.len()),
+        ];
+        format!("    <node id=\"m{i}\">{}</node>\n", data.concat())
+    });
+    let reached = network
+        .edge_references()
+        .filter(|edge| edge.weight().height.is_finite());
+    let edges = reached.map(|edge| {
         let (a, b, weight) = (edge.source(), edge.target(), edge.weight());
-        if !weight.height.is_finite() {
-            continue;
-        }
         let barrier = weight.height - network[a].energy.max(network[b].energy);
-        text += &format!(
-            "    <edge source=\"m{}\" target=\"m{}\">",
-            a.index(),
-            b.index()
-        );
-        text += &data("height", &weight.height);
-        text += &data("barrier", &barrier);
-        text += &data("evidence", &weight.evidence.name());
-        if let Some(term) = &weight.term {
-            text += &data("term", term);
-        }
-        text += &data("length", &weight.length);
-        text += "</edge>\n";
-    }
-    text + "  </graph>\n</graphml>\n"
+        let term = weight.term.as_ref().map(|term| data("term", term));
+        let data = [
+            data("height", &weight.height),
+            data("barrier", &barrier),
+            data("evidence", &weight.evidence.name()),
+            term.unwrap_or_default(),
+            data("length", &weight.length),
+        ];
+        let (a, b) = (a.index(), b.index());
+        format!(
+            "    <edge source=\"m{a}\" target=\"m{b}\">{}</edge>\n",
+            data.concat()
+        )
+    });
+    [
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n".to_owned(),
+        "<graphml xmlns=\"http://graphml.graphdrawing.org/xmlns\">\n".to_owned(),
+        keys.concat(),
+        "  <graph edgedefault=\"undirected\">\n".to_owned(),
+        nodes.collect(),
+        edges.collect(),
+        "  </graph>\n</graphml>\n".to_owned(),
+    ]
+    .concat()
+}
+
+fn data(key: &str, value: &dyn Display) -> String {
+    format!("<data key=\"{key}\">{}</data>", escaped(&value.to_string()))
 }
 
 fn escaped(text: &str) -> String {

@@ -94,7 +94,7 @@ impl Outcome {
 }
 
 /// Relaxes the polygons `starts` from `ends.0` to `ends.1`: all of them roughly, then the lowest; the next one too where
-/// the first will not relax. `None` where no start has a finite point.
+/// the first will not relax. `None` where every start stays outside the domain.
 pub(in crate::topography) fn relax(
     energy: &dyn Energy,
     ends: (&Minimum, &Minimum),
@@ -115,6 +115,9 @@ pub(in crate::topography) fn relax(
                 return None;
             }
             band.relax(settings.coarse_iterations, settings.force_tolerance);
+            if !band.path.height().is_finite() {
+                return None;
+            }
             let top = &band.path.images[band.path.top()];
             let blamed = energy.objection(top).is_some();
             Some((start, blamed, band))
@@ -247,7 +250,7 @@ impl Relaxation<'_> {
         // What is reported is never below what was met.
         if band.path.height() > height {
             height = band.path.height();
-            top = band.path.images[band.path.top()].clone();
+            top.clone_from(&band.path.images[band.path.top()]);
         }
         let evidence = if relaxed {
             Evidence::Path
