@@ -34,7 +34,7 @@ struct Point {
     gradient: Vec<f64>,
 }
 
-/// Minimises `function` from `start`.
+/// Minimises `function` from `start`; `watch` sees every point accepted.
 ///
 /// Works in tangents divided by the step scales of the space. The history is carried along unchanged (tangents are
 /// expressed in the moving body's frame). Steps obey the weak Wolfe conditions (A. S. Lewis and M. L. Overton, Math.
@@ -45,6 +45,7 @@ pub(super) fn minimise(
     function: &mut Function<'_>,
     start: &[f64],
     settings: &QuenchSettings,
+    watch: &mut dyn FnMut(&[f64], f64),
 ) -> Quench {
     let scales = space.step_scales();
     let mut here = Point {
@@ -120,6 +121,7 @@ pub(super) fn minimise(
         idle = if fell || size < smallest { 0 } else { idle + 1 };
         smallest = smallest.min(size);
         here = next;
+        watch(&here.x, here.energy);
     };
     Quench {
         gradient_norm: norm(&here.gradient),

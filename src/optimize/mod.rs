@@ -105,11 +105,25 @@ pub struct Quench {
 /// assert!((found.energy + 146.699517).abs() < 1e-6);
 /// ```
 pub fn quench(energy: &dyn Energy, start: &[f64], settings: &QuenchSettings) -> Quench {
+    quench_traced(energy, start, settings, &mut |_, _| ())
+}
+
+/// As [`quench`], showing every point accepted on the way, with its energy, to `watch`: the energies never rise (but by
+/// rounding).
+///
+/// # Panics
+/// If `start` has the wrong length.
+pub fn quench_traced(
+    energy: &dyn Energy,
+    start: &[f64],
+    settings: &QuenchSettings,
+    watch: &mut dyn FnMut(&[f64], f64),
+) -> Quench {
     let space = energy.space();
     let mut choice = energy.choice(start);
     if choice.is_empty() {
         let mut function = |x: &[f64], gradient: &mut [f64]| energy.evaluate(x, gradient);
-        return lbfgs::minimise(space, &mut function, start, settings);
+        return lbfgs::minimise(space, &mut function, start, settings, watch);
     }
     let mut budget = settings.clone();
     let mut best: Option<Quench> = None;
@@ -117,7 +131,7 @@ pub fn quench(energy: &dyn Energy, start: &[f64], settings: &QuenchSettings) -> 
         let from = best.as_ref().map_or(start, |found| &found.x).to_vec();
         let mut piece =
             |x: &[f64], gradient: &mut [f64]| energy.evaluate_choice(x, &choice, gradient);
-        let mut round = lbfgs::minimise(space, &mut piece, &from, &budget);
+        let mut round = lbfgs::minimise(space, &mut piece, &from, &budget, watch);
         budget.max_evaluations = budget.max_evaluations.saturating_sub(round.evaluations);
         let spent = best.as_ref().map_or(0, |found| found.evaluations);
         round.evaluations += spent;

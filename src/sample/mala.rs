@@ -108,7 +108,7 @@ fn pull(space: &dyn Space, law: &Law<'_>, x: &[f64], rounding: f64, slope: &mut 
         return 0.0;
     };
     let mut toward = vec![0.0; slope.len()];
-    space.toward(x, target, &mut toward);
+    space.toward_near(x, target, &mut toward);
     let distance = norm(&toward).hypot(rounding);
     add(slope, -force / distance, &toward);
     force * distance

@@ -63,7 +63,7 @@ pub struct State {
 /// A constant-size pull of `force` (energy per length) toward `target`: F = αT of attraction–diffusion.
 #[derive(Debug, Clone, Copy)]
 pub struct Attraction<'a> {
-    /// Coordinates that attract.
+    /// Coordinates that attract: the copy a chain set out for ([`Space::toward_near`] leads to it).
     pub target: &'a [f64],
     /// Size of the pull, energy per length of the space.
     pub force: f64,

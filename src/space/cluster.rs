@@ -70,6 +70,22 @@ impl Space for Cluster {
         squared_distance(&a, &copy).sqrt()
     }
 
+    /// Modulo translations and rotations, atoms numbered as they are.
+    fn toward_near(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64 {
+        let n = 3 * self.atoms;
+        assert_eq!((a.len(), b.len(), tangent.len()), (n, n, n));
+        if self.atoms == 0 {
+            return 0.0;
+        }
+        let (a, mut b) = (centred(a), centred(b));
+        let rotation = best_rotation(&a, &b).to_rotation_matrix();
+        for ((step, from), to) in tangent.chunks_exact_mut(3).zip(&a).zip(&mut b) {
+            *to = rotation * *to;
+            step.copy_from_slice((*to - from).as_slice());
+        }
+        squared_distance(&a, &b).sqrt()
+    }
+
     /// Three translations and three rotations; fewer rotations where all atoms lie on a line or in a point.
     fn zero_modes(&self, x: &[f64]) -> Vec<f64> {
         assert_eq!(x.len(), 3 * self.atoms);

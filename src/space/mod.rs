@@ -63,6 +63,17 @@ pub trait Space: Sync {
         None
     }
 
+    /// As [`Space::toward`], for points whose coordinates are known to run on smoothly from one to the other (neighbours
+    /// on a path, a chain and the copy of its target it set out for): no search for a nearer copy is made.
+    ///
+    /// Spaces with a costly symmetry override this. By default the same as [`Space::toward`].
+    ///
+    /// # Panics
+    /// If a slice has the wrong length.
+    fn toward_near(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64 {
+        self.toward(a, b, tangent)
+    }
+
     /// Length of the shortest path between `a` and `b`, modulo the symmetry of the space.
     ///
     /// # Panics

@@ -1,7 +1,27 @@
 //! Half two: maps any energy. Minima, paths between them, barriers, the tree.
 
+mod adelm;
+mod barrier;
+mod groups;
+mod journal;
+mod map;
+mod minima;
 mod network;
+mod pairs;
+mod path;
+mod progress;
+mod text;
 mod tree;
 
+pub use adelm::{Chain, ChainSettings, chain};
+pub use barrier::{Connection, Connector, Crossing, Effort, Start};
+pub use groups::{GroupSettings, Groups, Level};
+pub use journal::{Journal, MemoryJournal, NoJournal};
+pub use map::{Landscape, MapSettings, map};
+pub use minima::{HoppingSettings, Rejected, Sameness, distinct, hop, quench_all};
 pub use network::{Edge, Evidence, Minimum, MinimumId, Network};
-pub use tree::{Node, NodeId, Tree};
+pub use path::{Pass, Path, PathSettings};
+use progress::Tally;
+pub use progress::{Observer, Phase, Progress, silent};
+pub use text::{graphml, newick};
+pub use tree::{Node, NodeId, Tree, decisive};

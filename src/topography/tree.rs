@@ -1,8 +1,14 @@
-//! The exact merge tree (disconnectivity graph) of a [`Network`](super::Network).
+//! The exact merge tree (disconnectivity graph) of a [`Network`].
 
+use petgraph::graph::EdgeIndex;
+use petgraph::unionfind::UnionFind;
+use petgraph::visit::{EdgeRef, IntoNodeReferences};
 use serde::{Deserialize, Serialize};
 
-use super::network::{Evidence, MinimumId};
+use super::network::{Evidence, MinimumId, Network};
+
+/// Heights closer than this share of the largest energy tie: two refinements of one saddle differ by rounding only.
+const TIE: f64 = 1e-8;
 
 /// Number of a node in [`Tree::nodes`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -31,4 +37,330 @@ pub struct Tree {
     pub nodes: Vec<Node>,
     /// Nodes without parent.
     pub roots: Vec<NodeId>,
+}
+
+impl Tree {
+    /// Merge tree of the connections whose evidence is at least `worst` and whose height is finite: Kruskal's spanning
+    /// forest read from the bottom, merges at (nearly) the same height being one node with several children.
+    ///
+    /// Among connections that tie the best evidence decides. O(E log E) for E connections.
+    pub fn from_network(network: &Network, worst: Evidence) -> Self {
+        let mut nodes: Vec<Node> = network
+            .node_references()
+            .map(|(node, minimum)| Node {
+                energy: minimum.energy,
+                minimum: Some(MinimumId(node.index())),
+                children: Vec::new(),
+                parent: None,
+                evidence: Evidence::Saddle,
+            })
+            .collect();
+        let leaves = nodes.len();
+        let mut sets = UnionFind::new(leaves);
+        // Subtree at the top of each set, by the set's representative.
+        let mut top: Vec<usize> = (0..leaves).collect();
+        for level in levels(network, worst) {
+            let mut joined = UnionFind::new(nodes.len());
+            let mut touched = Vec::new();
+            let mut used = Vec::new();
+            for link in level {
+                let ends = [top[sets.find(link.ends[0])], top[sets.find(link.ends[1])]];
+                if joined.union(ends[0], ends[1]) {
+                    touched.extend(ends);
+                    used.push((ends[0], link));
+                }
+            }
+            touched.sort_unstable();
+            touched.dedup();
+            let mut families: Vec<(usize, Node)> = Vec::new();
+            for child in touched {
+                let family = joined.find(child);
+                if !families.iter().any(|(known, _)| *known == family) {
+                    let (mut energy, mut evidence) = (f64::NEG_INFINITY, Evidence::Saddle);
+                    for (_, link) in used.iter().filter(|(end, _)| joined.find(*end) == family) {
+                        energy = energy.max(link.height);
+                        evidence = evidence.max(link.evidence);
+                    }
+                    let merge = Node {
+                        energy,
+                        minimum: None,
+                        children: Vec::new(),
+                        parent: None,
+                        evidence,
+                    };
+                    families.push((family, merge));
+                }
+                if let Some((_, merge)) = families.iter_mut().find(|(known, _)| *known == family) {
+                    merge.children.push(NodeId(child));
+                }
+            }
+            for (_, link) in &used {
+                sets.union(link.ends[0], link.ends[1]);
+            }
+            families.sort_by(|(_, a), (_, b)| {
+                (a.energy.total_cmp(&b.energy)).then(a.children.cmp(&b.children))
+            });
+            for (_, merge) in families {
+                let id = nodes.len();
+                for child in &merge.children {
+                    nodes[child.0].parent = Some(NodeId(id));
+                }
+                let mut below = merge.children[0];
+                while let Some(first) = nodes[below.0].children.first() {
+                    below = *first;
+                }
+                top[sets.find(below.0)] = id;
+                nodes.push(merge);
+            }
+        }
+        let roots = (0..nodes.len())
+            .filter(|node| nodes[*node].parent.is_none())
+            .map(NodeId)
+            .collect();
+        Self { nodes, roots }
+    }
+
+    /// Least height at which `a` and `b` are connected: the energy of their lowest common ancestor, or of the minimum
+    /// itself where they are the same; `None` where they lie in separate trees.
+    ///
+    /// # Panics
+    /// If a minimum is not in the tree.
+    pub fn minimax(&self, a: MinimumId, b: MinimumId) -> Option<f64> {
+        let (mut a, mut b) = (a.0, b.0);
+        while a != b {
+            // Parents have larger numbers than their children, so the smaller one cannot be the ancestor.
+            if a < b {
+                a = self.nodes[a].parent?.0;
+            } else {
+                b = self.nodes[b].parent?.0;
+            }
+        }
+        Some(self.nodes[a].energy)
+    }
+}
+
+/// A usable connection.
+#[derive(Clone, Copy)]
+struct Link {
+    edge: EdgeIndex,
+    ends: [usize; 2],
+    height: f64,
+    evidence: Evidence,
+}
+
+/// Connections of evidence `worst` or better by rising height, those that tie together; within a tie the best evidence
+/// first.
+fn levels(network: &Network, worst: Evidence) -> Vec<Vec<Link>> {
+    let mut links: Vec<Link> = network
+        .edge_references()
+        .filter(|edge| edge.weight().evidence <= worst && edge.weight().height.is_finite())
+        .filter(|edge| edge.source() != edge.target())
+        .map(|edge| {
+            let (from, to) = (edge.source(), edge.target());
+            Link {
+                edge: edge.id(),
+                ends: [from.index(), to.index()],
+                // A pass is not below the minima it joins.
+                height: (edge.weight().height)
+                    .max(network[from].energy)
+                    .max(network[to].energy),
+                evidence: edge.weight().evidence,
+            }
+        })
+        .collect();
+    links.sort_by(|a, b| a.height.total_cmp(&b.height).then(a.edge.cmp(&b.edge)));
+    let largest = links
+        .iter()
+        .fold(0.0, |most: f64, link| most.max(link.height.abs()));
+    let mut levels: Vec<Vec<Link>> = Vec::new();
+    for link in links {
+        match levels.last_mut() {
+            Some(level) if link.height <= level[0].height + TIE * largest => level.push(link),
+            _ => levels.push(vec![link]),
+        }
+    }
+    for level in &mut levels {
+        level.sort_by_key(|link| link.evidence);
+    }
+    levels
+}
+
+/// The connections that decide the tree: a minimum spanning forest, lowest first.
+pub fn decisive(network: &Network, worst: Evidence) -> Vec<EdgeIndex> {
+    let mut sets = UnionFind::new(network.node_count());
+    levels(network, worst)
+        .concat()
+        .into_iter()
+        .filter(|link| sets.union(link.ends[0], link.ends[1]))
+        .map(|link| link.edge)
+        .collect()
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use petgraph::graph::NodeIndex;
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::topography::{Edge, Minimum};
+
+    pub(in crate::topography) fn network(
+        energies: &[f64],
+        edges: &[(usize, usize, f64, Evidence)],
+    ) -> Network {
+        let mut network = Network::default();
+        for energy in energies {
+            network.add_node(Minimum {
+                coordinates: vec![*energy],
+                energy: *energy,
+                choice: Vec::new(),
+                members: Vec::new(),
+            });
+        }
+        for (a, b, height, evidence) in edges {
+            network.add_edge(
+                NodeIndex::new(*a),
+                NodeIndex::new(*b),
+                Edge {
+                    height: *height,
+                    evidence: *evidence,
+                    term: None,
+                    length: 1.0,
+                },
+            );
+        }
+        network
+    }
+
+    #[test]
+    fn ties_make_one_merge_and_evidence_is_the_worst_needed() {
+        use Evidence::{Chain, Path, Saddle};
+        let network = network(
+            &[0.0, 0.1, 0.2, 0.3],
+            &[
+                (0, 1, 1.0, Path),
+                (1, 2, 1.0, Saddle),
+                (0, 2, 1.0, Saddle),
+                (2, 3, 2.0, Chain),
+            ],
+        );
+        let tree = Tree::from_network(&network, Chain);
+        assert_eq!(tree.nodes.len(), 6);
+        assert_eq!(tree.nodes[4].children, [NodeId(0), NodeId(1), NodeId(2)]);
+        // Two saddles do; the path is not needed.
+        assert_eq!(tree.nodes[4].evidence, Saddle);
+        assert_eq!(tree.nodes[5].evidence, Chain);
+        assert_eq!(tree.roots, [NodeId(5)]);
+        assert_eq!(tree.minimax(MinimumId(0), MinimumId(3)), Some(2.0));
+        assert_eq!(tree.minimax(MinimumId(2), MinimumId(2)), Some(0.2));
+
+        let strict = Tree::from_network(&network, Path);
+        assert_eq!(strict.roots.len(), 2);
+        assert_eq!(strict.minimax(MinimumId(0), MinimumId(3)), None);
+        assert_eq!(decisive(&network, Chain).len(), 3);
+    }
+
+    #[test]
+    fn two_merges_at_one_height_stay_apart() {
+        let network = network(
+            &[0.0; 4],
+            &[(0, 3, 1.0, Evidence::Path), (1, 2, 1.0, Evidence::Path)],
+        );
+        let tree = Tree::from_network(&network, Evidence::Path);
+        assert_eq!(tree.roots, [NodeId(4), NodeId(5)]);
+        assert_eq!(tree.nodes[4].children, [NodeId(0), NodeId(3)]);
+    }
+
+    /// Least maximum over all paths, by relaxing until nothing changes (Floyd and Warshall).
+    fn brute_force(network: &Network) -> Vec<Vec<f64>> {
+        let n = network.node_count();
+        let mut best = vec![vec![f64::INFINITY; n]; n];
+        for (i, minimum) in network.node_weights().enumerate() {
+            best[i][i] = minimum.energy;
+        }
+        for edge in network.edge_references() {
+            let (i, j) = (edge.source().index(), edge.target().index());
+            if i != j {
+                let height = edge.weight().height.max(best[i][i]).max(best[j][j]);
+                best[i][j] = best[i][j].min(height);
+                best[j][i] = best[i][j];
+            }
+        }
+        for k in 0..n {
+            for i in 0..n {
+                for j in 0..n {
+                    if i != j {
+                        best[i][j] = best[i][j].min(best[i][k].max(best[k][j]));
+                    }
+                }
+            }
+        }
+        best
+    }
+
+    prop_compose! {
+        fn any_network()(n in 1_usize..9)(
+            energies in proptest::collection::vec(-1.0..0.5_f64, n),
+            // Heights on a coarse grid, so that many tie.
+            edges in proptest::collection::vec((0..n, 0..n, 0..8_u8), 0..20),
+        ) -> Network {
+            let edges: Vec<_> = edges.into_iter()
+                .map(|(a, b, h)| (a, b, f64::from(h) / 8.0, if h % 2 == 0 { Evidence::Path } else { Evidence::Saddle }))
+                .collect();
+            network(&energies, &edges)
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn minimax_equals_brute_force(network in any_network()) {
+            let tree = Tree::from_network(&network, Evidence::Chain);
+            let best = brute_force(&network);
+            for (i, row) in best.iter().enumerate() {
+                for (j, expected) in row.iter().enumerate() {
+                    let found = tree.minimax(MinimumId(i), MinimumId(j)).unwrap_or(f64::INFINITY);
+                    prop_assert!((found.is_infinite() && expected.is_infinite()) || (found - expected).abs() < 1e-7, "{i} {j}: {found} {expected}");
+                }
+            }
+        }
+
+        #[test]
+        fn tree_is_well_formed_and_ultrametric(network in any_network()) {
+            let tree = Tree::from_network(&network, Evidence::Chain);
+            for (id, node) in tree.nodes.iter().enumerate() {
+                prop_assert_eq!(node.minimum.is_some(), node.children.is_empty());
+                prop_assert!(node.minimum.is_some() || node.children.len() > 1);
+                for child in &node.children {
+                    prop_assert!(child.0 < id);
+                    prop_assert_eq!(tree.nodes[child.0].parent, Some(NodeId(id)));
+                    prop_assert!(tree.nodes[child.0].energy <= node.energy);
+                }
+            }
+            let leaves = network.node_count();
+            let height = |i, j| tree.minimax(MinimumId(i), MinimumId(j)).unwrap_or(f64::INFINITY);
+            for i in 0..leaves {
+                for j in 0..leaves {
+                    for k in 0..leaves {
+                        prop_assert!(height(i, k) <= height(i, j).max(height(j, k)));
+                    }
+                }
+            }
+        }
+
+        #[test]
+        fn another_connection_never_raises_a_merge(network in any_network(), height in 0.0..1.0_f64) {
+            let before = Tree::from_network(&network, Evidence::Chain);
+            let mut more = network.clone();
+            let last = NodeIndex::new(network.node_count() - 1);
+            more.add_edge(NodeIndex::new(0), last, Edge { height, evidence: Evidence::Path, term: None, length: 1.0 });
+            let after = Tree::from_network(&more, Evidence::Chain);
+            for i in 0..network.node_count() {
+                for j in 0..network.node_count() {
+                    let [old, new] = [&before, &after]
+                        .map(|tree| tree.minimax(MinimumId(i), MinimumId(j)).unwrap_or(f64::INFINITY));
+                    prop_assert!(new <= old + 1e-7);
+                }
+            }
+        }
+    }
 }

@@ -1,0 +1,315 @@
+//! Connecting one pair of minima: chains in both directions, then relaxation of the best of them and of the straight
+//! line.
+
+use serde::{Deserialize, Serialize};
+
+use super::adelm::{ChainSettings, chain};
+use super::journal::bits;
+use super::minima::Sameness;
+use super::network::{Edge, Evidence, Minimum, MinimumId};
+use super::path::{Pass, Path, PathSettings, relax};
+use crate::energy::{Counted, Energy};
+use crate::optimize::QuenchSettings;
+use crate::sample::{Kernel, Task, stream};
+use crate::space::interpolate;
+
+/// Where the lowest path of a connection started.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Start {
+    /// An attraction–diffusion chain.
+    Chain,
+    /// The geodesic between the two minima.
+    Straight,
+}
+
+/// A pass found while a pair was connected.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Crossing {
+    /// Number of the pass on the path.
+    pub pass: usize,
+    /// [`Evidence::Saddle`] or [`Evidence::Seam`].
+    pub evidence: Evidence,
+    /// From the end of one descent over the pass to the end of the other.
+    pub path: Path,
+}
+
+/// What connecting one pair came to. Numbers in a file keep all their bits.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Connection {
+    /// The lower minimum; the path starts here.
+    pub from: MinimumId,
+    /// The higher minimum.
+    pub to: MinimumId,
+    /// Height and its worth.
+    #[serde(with = "edge")]
+    pub edge: Edge,
+    /// The lowest path found; empty where there is none.
+    pub path: Path,
+    /// Barriers of the raw chains from `from` to `to`, one a replica; `None` where no force tried arrived.
+    #[serde(with = "bits::options")]
+    pub forward: Vec<Option<f64>>,
+    /// The same from `to` to `from`.
+    #[serde(with = "bits::options")]
+    pub backward: Vec<Option<f64>>,
+    /// Where the path came from.
+    pub start: Option<Start>,
+    /// What the energy has against the top of the path.
+    pub objection: Option<String>,
+    /// Every pass met.
+    pub crossings: Vec<Crossing>,
+    /// Evaluations spent.
+    pub evaluations: usize,
+}
+
+/// An [`Edge`] to the last bit.
+mod edge {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    use super::{Edge, Evidence};
+
+    type Record = ([u64; 2], Evidence, Option<String>);
+
+    pub(super) fn serialize<S: Serializer>(edge: &Edge, serializer: S) -> Result<S::Ok, S::Error> {
+        let numbers = [edge.height, edge.length].map(f64::to_bits);
+        (numbers, edge.evidence, &edge.term).serialize(serializer)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<Edge, D::Error> {
+        let (numbers, evidence, term) = Record::deserialize(deserializer)?;
+        let [height, length] = numbers.map(f64::from_bits);
+        Ok(Edge {
+            height,
+            evidence,
+            term,
+            length,
+        })
+    }
+}
+
+/// How hard to try.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Effort {
+    /// Number of the try, from 0: chains draw from new streams, strings relax longer.
+    pub attempt: usize,
+    /// Seed of the run.
+    pub seed: u64,
+}
+
+/// Everything a connection needs but the pair.
+#[derive(Debug, Clone, Copy)]
+pub struct Connector<'a> {
+    /// Settings of the chains.
+    pub chain: &'a ChainSettings,
+    /// Settings of the strings.
+    pub path: &'a PathSettings,
+    /// Settings of every descent.
+    pub quench: &'a QuenchSettings,
+    /// When two stationary points are one.
+    pub sameness: &'a Sameness,
+}
+
+impl Connector<'_> {
+    /// Connects the minima `ids` = (from, to), from < to.
+    ///
+    /// Chains run in both directions (with growing force until one arrives, `replicas` times); the best of them and the
+    /// straight line are relaxed and the lower path is kept. The outcome depends on the two minima, their numbers, the
+    /// settings and the effort only.
+    pub fn connect(
+        &self,
+        energy: &dyn Energy,
+        kernel: &dyn Kernel,
+        ids: (MinimumId, MinimumId),
+        minima: (&Minimum, &Minimum),
+        effort: Effort,
+    ) -> Connection {
+        let (counted, space) = (Counted::new(energy), energy.space());
+        let chains = self.chains(energy, kernel, ids, minima, effort);
+        let straight = |t| interpolate(space, &minima.0.coordinates, &minima.1.coordinates, t);
+        let mut starts = vec![vec![straight(0.0), straight(1.0)]];
+        starts.extend(chains.best.map(|path| path.images));
+        let mut settings = self.path.clone();
+        settings.coarse_iterations <<= effort.attempt;
+        settings.iterations <<= effort.attempt;
+        let outcome = relax(
+            &counted,
+            minima,
+            &starts,
+            &settings,
+            self.quench,
+            self.sameness,
+        );
+        let mut connection = Connection {
+            from: ids.0,
+            to: ids.1,
+            edge: Edge {
+                height: f64::INFINITY,
+                evidence: Evidence::None,
+                term: None,
+                length: space.distance(&minima.0.coordinates, &minima.1.coordinates),
+            },
+            path: Path::default(),
+            forward: chains.forward,
+            backward: chains.backward,
+            start: None,
+            objection: None,
+            crossings: Vec::new(),
+            evaluations: 0,
+        };
+        if let Some(outcome) = outcome {
+            let found = outcome.height.is_finite();
+            connection.edge = Edge {
+                height: outcome.height,
+                evidence: if found {
+                    outcome.evidence
+                } else {
+                    Evidence::None
+                },
+                term: rising_term(energy, &outcome.top, minima),
+                length: outcome.path.length(space),
+            };
+            connection.path = outcome.path;
+            connection.start = Some(if outcome.start == 0 {
+                Start::Straight
+            } else {
+                Start::Chain
+            });
+            connection.objection = outcome.objection;
+            connection.crossings = outcome.passes.into_iter().map(Crossing::from).collect();
+        }
+        let relaxing = usize::try_from(counted.evaluations()).unwrap_or(usize::MAX);
+        connection.evaluations = chains.evaluations + relaxing;
+        connection
+    }
+
+    /// Runs the chains of both directions.
+    fn chains(
+        &self,
+        energy: &dyn Energy,
+        kernel: &dyn Kernel,
+        ids: (MinimumId, MinimumId),
+        minima: (&Minimum, &Minimum),
+        effort: Effort,
+    ) -> Chains {
+        let mut evaluations = 0;
+        let mut best: Option<(f64, Path)> = None;
+        let mut run = |backward: bool, replica: usize| {
+            let mut force = self.chain.force;
+            for attempt in 0..self.chain.attempts {
+                let part = [effort.attempt, usize::from(backward), replica, attempt];
+                let id = stream_number(ids, part);
+                let mut rng = stream(effort.seed, Task::AttractionDiffusion, id);
+                let found = chain(
+                    energy,
+                    kernel,
+                    if backward {
+                        (minima.1, minima.0)
+                    } else {
+                        minima
+                    },
+                    force,
+                    self.chain,
+                    (self.quench, self.sameness),
+                    f64::INFINITY,
+                    &mut rng,
+                );
+                evaluations += found.evaluations;
+                if found.arrived {
+                    if best
+                        .as_ref()
+                        .is_none_or(|(height, _)| found.barrier < *height)
+                    {
+                        let path = if backward {
+                            found.path.reversed()
+                        } else {
+                            found.path
+                        };
+                        best = Some((found.barrier, path));
+                    }
+                    return Some(found.barrier);
+                }
+                force *= self.chain.escalation;
+            }
+            None
+        };
+        let replicas = self.chain.replicas << effort.attempt;
+        let [forward, backward] =
+            [false, true].map(|backward| (0..replicas).map(|k| run(backward, k)).collect());
+        Chains {
+            forward,
+            backward,
+            best: best.map(|(_, path)| path),
+            evaluations,
+        }
+    }
+}
+
+/// What the chains of one pair came to.
+struct Chains {
+    forward: Vec<Option<f64>>,
+    backward: Vec<Option<f64>>,
+    /// The path of the lowest barrier, from the lower minimum.
+    best: Option<Path>,
+    evaluations: usize,
+}
+
+/// Points kept of each descent from a pass.
+const KEPT: usize = 8;
+
+impl From<Pass> for Crossing {
+    fn from(pass: Pass) -> Self {
+        let [first, second] = pass.descents.map(|descent| descent.thinned(KEPT));
+        let mut path = first.reversed();
+        let top = path.images.len() - 1;
+        path.images.extend(second.images.into_iter().skip(1));
+        path.energies.extend(second.energies.into_iter().skip(1));
+        Self {
+            pass: top,
+            evidence: if pass.seam {
+                Evidence::Seam
+            } else {
+                Evidence::Saddle
+            },
+            path,
+        }
+    }
+}
+
+/// A number of its own for every chain of a run, for up to 2²⁰ minima and 2⁸ replicas.
+fn stream_number(
+    (from, to): (MinimumId, MinimumId),
+    [attempt, direction, replica, escalation]: [usize; 4],
+) -> u64 {
+    [
+        (to.0, 20),
+        (attempt, 4),
+        (direction, 1),
+        (replica, 8),
+        (escalation, 4),
+    ]
+    .into_iter()
+    .fold(from.0 as u64, |number, (part, width)| {
+        (number << width) | part as u64
+    })
+}
+
+/// The term that rises most from the higher minimum to the top.
+pub(super) fn rising_term(
+    energy: &dyn Energy,
+    top: &[f64],
+    minima: (&Minimum, &Minimum),
+) -> Option<String> {
+    let higher = if minima.0.energy > minima.1.energy {
+        minima.0
+    } else {
+        minima.1
+    };
+    let below = energy.terms(&higher.coordinates);
+    let rises = energy.terms(top).into_iter().zip(below);
+    rises
+        .map(|((name, above), (_, below))| (above - below, name))
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, name)| name)
+}

@@ -1,0 +1,250 @@
+//! Groups: minima joined by low relative barriers, at the level at which the partition is most stable.
+
+use petgraph::unionfind::UnionFind;
+use petgraph::visit::EdgeRef;
+use rand::RngExt;
+use serde::{Deserialize, Serialize};
+
+use super::network::{Evidence, MinimumId, Network};
+use crate::sample::{Task, stream};
+
+/// Barriers that differ by this share are equal: two refinements of one pass differ by rounding only.
+const TIE: f64 = 1e-7;
+
+/// Settings of [`Groups::stable`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct GroupSettings {
+    /// Relative barriers b to try at most: quantiles of those of the network.
+    pub levels: usize,
+    /// Resamplings of the connections.
+    pub resamplings: usize,
+    /// Worst evidence that joins two minima.
+    pub worst: Evidence,
+    /// Seed of the resamplings.
+    pub seed: u64,
+}
+
+impl Default for GroupSettings {
+    fn default() -> Self {
+        Self {
+            levels: 24,
+            resamplings: 64,
+            worst: Evidence::Path,
+            seed: 0,
+        }
+    }
+}
+
+/// One level of the scan.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Level {
+    /// Relative barrier b.
+    pub barrier: f64,
+    /// Mean adjusted Rand index between the partition of the network and those of its resamplings.
+    pub stability: f64,
+    /// Number of groups.
+    pub groups: usize,
+    /// Size of the largest.
+    pub largest: usize,
+}
+
+/// A partition of the minima.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Groups {
+    /// Greatest relative barrier `B − max(E_i, E_j)` that joins two minima.
+    pub barrier: f64,
+    /// The members of each group by rising energy; groups by their lowest member.
+    pub members: Vec<Vec<MinimumId>>,
+    /// All levels tried, by rising barrier.
+    pub scan: Vec<Level>,
+}
+
+impl Groups {
+    /// Components of minima joined by connections of evidence `worst` or better with relative barrier at most `barrier`.
+    pub fn below(network: &Network, barrier: f64, worst: Evidence) -> Self {
+        let links = links(network, worst);
+        let labels = partition(network.node_count(), &links, barrier, |_| true);
+        Self {
+            barrier,
+            members: members(&labels),
+            scan: Vec::new(),
+        }
+    }
+
+    /// The partition at the level b at which it is most stable.
+    ///
+    /// The connections are resampled with replacement; the stability of a level is the mean adjusted Rand index (L.
+    /// Hubert and P. Arabie, J. Classif. 2, 193 (1985)) between its partition and the resampled ones. Levels where all
+    /// minima are apart or all are one say nothing; levels where one group holds more than half of them have percolated
+    /// and count only if there are no others. The lowest of equally stable levels wins; with no level left every
+    /// minimum is a group of its own.
+    pub fn stable(network: &Network, settings: &GroupSettings) -> Self {
+        let links = links(network, settings.worst);
+        let n = network.node_count();
+        let mut barriers: Vec<f64> = links.iter().map(|link| link.2).collect();
+        barriers.sort_by(f64::total_cmp);
+        barriers.dedup_by(|b, a| *b <= *a + TIE * a.abs());
+        let count = settings.levels.min(barriers.len());
+        let grid: Vec<f64> = (1..=count)
+            .map(|k| barriers[k * barriers.len() / count - 1])
+            .collect();
+        let draws: Vec<Vec<bool>> = (0..settings.resamplings)
+            .map(|id| {
+                let mut rng = stream(settings.seed, Task::Resampling, id as u64);
+                let mut drawn = vec![false; links.len()];
+                for _ in 0..links.len() {
+                    drawn[rng.random_range(0..links.len())] = true;
+                }
+                drawn
+            })
+            .collect();
+        let mut scan = Vec::new();
+        for barrier in grid {
+            let labels = partition(n, &links, barrier, |_| true);
+            let total: f64 = draws
+                .iter()
+                .map(|drawn| {
+                    adjusted_rand_index(&labels, &partition(n, &links, barrier, |k| drawn[k]))
+                })
+                .sum();
+            let sizes: Vec<usize> = members(&labels).iter().map(Vec::len).collect();
+            scan.push(Level {
+                barrier,
+                stability: total / draws.len().max(1) as f64,
+                groups: sizes.len(),
+                largest: sizes.into_iter().max().unwrap_or(0),
+            });
+        }
+        let telling = |level: &&Level| level.groups > 1 && level.groups < n;
+        let best = |levels: &mut dyn Iterator<Item = &Level>| {
+            levels.fold(None, |best: Option<Level>, level| match best {
+                Some(known) if known.stability >= level.stability => Some(known),
+                _ => Some(*level),
+            })
+        };
+        let chosen = best(&mut scan.iter().filter(telling).filter(|l| 2 * l.largest <= n))
+            .or_else(|| best(&mut scan.iter().filter(telling)));
+        let barrier = chosen.map_or(0.0, |level| level.barrier);
+        Self {
+            scan,
+            ..Self::below(network, barrier, settings.worst)
+        }
+    }
+}
+
+/// Usable connections: both ends and the relative barrier.
+fn links(network: &Network, worst: Evidence) -> Vec<(usize, usize, f64)> {
+    let usable = network.edge_references().filter(|edge| {
+        edge.weight().evidence <= worst
+            && edge.weight().height.is_finite()
+            && edge.source() != edge.target()
+    });
+    usable
+        .map(|edge| {
+            let above = network[edge.source()]
+                .energy
+                .max(network[edge.target()].energy);
+            let relative = (edge.weight().height - above).max(0.0);
+            (edge.source().index(), edge.target().index(), relative)
+        })
+        .collect()
+}
+
+fn partition(
+    n: usize,
+    links: &[(usize, usize, f64)],
+    barrier: f64,
+    keep: impl Fn(usize) -> bool,
+) -> Vec<usize> {
+    let mut sets = UnionFind::new(n);
+    for (k, (i, j, relative)) in links.iter().enumerate() {
+        if *relative <= barrier + TIE * barrier && keep(k) {
+            sets.union(*i, *j);
+        }
+    }
+    sets.into_labeling()
+}
+
+fn members(labels: &[usize]) -> Vec<Vec<MinimumId>> {
+    let mut place = vec![None; labels.len()];
+    let mut members: Vec<Vec<MinimumId>> = Vec::new();
+    for (i, label) in labels.iter().enumerate() {
+        let group = *place[*label].get_or_insert_with(|| {
+            members.push(Vec::new());
+            members.len() - 1
+        });
+        members[group].push(MinimumId(i));
+    }
+    members
+}
+
+/// Agreement of two partitions beyond chance: 1 for equal ones, about 0 for unrelated ones.
+fn adjusted_rand_index(a: &[usize], b: &[usize]) -> f64 {
+    let pairs = |count: usize| (count * count.saturating_sub(1)) as f64 / 2.0;
+    let same = |labels: &mut Vec<(usize, usize)>| {
+        labels.sort_unstable();
+        labels
+            .chunk_by(|x, y| x == y)
+            .map(|chunk| pairs(chunk.len()))
+            .sum::<f64>()
+    };
+    let mut both: Vec<_> = a.iter().copied().zip(b.iter().copied()).collect();
+    let mut first: Vec<_> = a.iter().map(|label| (*label, 0)).collect();
+    let mut second: Vec<_> = b.iter().map(|label| (*label, 0)).collect();
+    let (joint, first, second) = (same(&mut both), same(&mut first), same(&mut second));
+    let total = pairs(a.len());
+    if total == 0.0 {
+        return 1.0;
+    }
+    let chance = first * second / total;
+    let most = f64::midpoint(first, second);
+    // Both partitions are trivial, and equally so.
+    if most - chance == 0.0 {
+        return 1.0;
+    }
+    (joint - chance) / (most - chance)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::topography::tree::tests::network;
+
+    #[test]
+    fn rand_index_of_known_partitions() {
+        // Hubert and Arabie's formula by hand: joint 2, sums 6 and 4 of 15 pairs.
+        let (a, b) = ([0, 0, 0, 1, 1, 1], [0, 0, 1, 1, 2, 2]);
+        let chance = 6.0 * 3.0 / 15.0;
+        let expected = (2.0 - chance) / (4.5 - chance);
+        assert!((adjusted_rand_index(&a, &b) - expected).abs() < 1e-12);
+        assert!((adjusted_rand_index(&a, &[5, 5, 5, 2, 2, 2]) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn two_tight_families_are_found() {
+        // Two complete families of five with barriers near 0.1, joined by high ones.
+        let mut edges = Vec::new();
+        for family in [0, 5] {
+            for i in 0..5 {
+                for j in i + 1..5 {
+                    let height = 0.1 + 0.001 * (i + j) as f64;
+                    edges.push((family + i, family + j, height, Evidence::Saddle));
+                }
+            }
+        }
+        edges.push((0, 5, 1.0, Evidence::Path));
+        edges.push((3, 9, 1.2, Evidence::Path));
+        edges.push((1, 6, 0.01, Evidence::Chain));
+        let groups = Groups::stable(&network(&[0.0; 10], &edges), &GroupSettings::default());
+        assert_eq!(groups.members.len(), 2, "{groups:?}");
+        assert!(groups.members.iter().all(|members| members.len() == 5));
+        assert!((0.1..1.0).contains(&groups.barrier));
+    }
+
+    #[test]
+    fn a_lone_minimum_is_its_own_group() {
+        let groups = Groups::stable(&network(&[1.0], &[]), &GroupSettings::default());
+        assert_eq!(groups.members, [[MinimumId(0)]]);
+    }
+}

@@ -1,0 +1,208 @@
+//! What a long run remembers, so that an interrupted one continues where it stopped.
+
+use std::collections::BTreeMap;
+use std::sync::{Mutex, PoisonError};
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+/// Finished tasks by name. Storage lives elsewhere; the records are opaque, exact to the last bit, and valid only for the
+/// energy, the settings and the input that made them.
+pub trait Journal: Sync {
+    /// The record of task `key`, if it was finished before.
+    fn get(&self, key: &str) -> Option<Vec<u8>>;
+
+    /// Keeps the record of a finished task.
+    fn put(&self, key: &str, record: &[u8]);
+}
+
+/// Remembers nothing.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct NoJournal;
+
+impl Journal for NoJournal {
+    fn get(&self, _key: &str) -> Option<Vec<u8>> {
+        None
+    }
+
+    fn put(&self, _key: &str, _record: &[u8]) {}
+}
+
+/// Remembers as long as it lives.
+#[derive(Debug, Default)]
+pub struct MemoryJournal {
+    records: Mutex<BTreeMap<String, Vec<u8>>>,
+}
+
+impl MemoryJournal {
+    /// Number of tasks remembered.
+    pub fn len(&self) -> usize {
+        self.lock().len()
+    }
+
+    /// Whether nothing is remembered.
+    pub fn is_empty(&self) -> bool {
+        self.lock().is_empty()
+    }
+
+    fn lock(&self) -> std::sync::MutexGuard<'_, BTreeMap<String, Vec<u8>>> {
+        // A record is put in whole or not at all, so a panic elsewhere leaves the map sound.
+        self.records.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Journal for MemoryJournal {
+    fn get(&self, key: &str) -> Option<Vec<u8>> {
+        self.lock().get(key).cloned()
+    }
+
+    fn put(&self, key: &str, record: &[u8]) {
+        self.lock().insert(key.to_owned(), record.to_vec());
+    }
+}
+
+/// The remembered outcome of task `key`, or that of `work`, which is then remembered. An unreadable record counts as
+/// absent.
+pub(super) fn remember<T: Serialize + DeserializeOwned>(
+    journal: &dyn Journal,
+    key: &str,
+    work: impl FnOnce() -> T,
+) -> T {
+    let known = journal.get(key);
+    if let Some(value) = known.and_then(|record| serde_json::from_slice(&record).ok()) {
+        return value;
+    }
+    let value = work();
+    // The records of this module are plain structs of numbers, text and lists, which always have a JSON form.
+    if let Ok(record) = serde_json::to_vec(&value) {
+        journal.put(key, &record);
+    }
+    value
+}
+
+/// Numbers as the integers of their bits, since JSON knows no infinity and readers round.
+pub(super) mod bits {
+    /// One number.
+    pub(crate) mod number {
+        use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+        #[expect(
+            clippy::trivially_copy_pass_by_ref,
+            reason = "serde hands fields over by reference"
+        )]
+        pub(crate) fn serialize<S: Serializer>(
+            value: &f64,
+            serializer: S,
+        ) -> Result<S::Ok, S::Error> {
+            value.to_bits().serialize(serializer)
+        }
+
+        pub(crate) fn deserialize<'de, D: Deserializer<'de>>(
+            deserializer: D,
+        ) -> Result<f64, D::Error> {
+            u64::deserialize(deserializer).map(f64::from_bits)
+        }
+    }
+
+    /// A list of numbers.
+    pub(crate) mod list {
+        use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+        pub(crate) fn serialize<S: Serializer>(
+            values: &[f64],
+            serializer: S,
+        ) -> Result<S::Ok, S::Error> {
+            let bits: Vec<u64> = values.iter().map(|value| value.to_bits()).collect();
+            bits.serialize(serializer)
+        }
+
+        pub(crate) fn deserialize<'de, D: Deserializer<'de>>(
+            deserializer: D,
+        ) -> Result<Vec<f64>, D::Error> {
+            let bits = Vec::<u64>::deserialize(deserializer)?;
+            Ok(bits.into_iter().map(f64::from_bits).collect())
+        }
+    }
+
+    /// A list of points.
+    pub(crate) mod points {
+        use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+        pub(crate) fn serialize<S: Serializer>(
+            points: &[Vec<f64>],
+            serializer: S,
+        ) -> Result<S::Ok, S::Error> {
+            let bits = |point: &Vec<f64>| point.iter().map(|value| value.to_bits()).collect();
+            let bits: Vec<Vec<u64>> = points.iter().map(bits).collect();
+            bits.serialize(serializer)
+        }
+
+        pub(crate) fn deserialize<'de, D: Deserializer<'de>>(
+            deserializer: D,
+        ) -> Result<Vec<Vec<f64>>, D::Error> {
+            let bits = Vec::<Vec<u64>>::deserialize(deserializer)?;
+            let point = |bits: Vec<u64>| bits.into_iter().map(f64::from_bits).collect();
+            Ok(bits.into_iter().map(point).collect())
+        }
+    }
+
+    /// A list of numbers some of which are missing.
+    pub(crate) mod options {
+        use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+        pub(crate) fn serialize<S: Serializer>(
+            values: &[Option<f64>],
+            serializer: S,
+        ) -> Result<S::Ok, S::Error> {
+            let bits: Vec<Option<u64>> = values.iter().map(|v| v.map(f64::to_bits)).collect();
+            bits.serialize(serializer)
+        }
+
+        pub(crate) fn deserialize<'de, D: Deserializer<'de>>(
+            deserializer: D,
+        ) -> Result<Vec<Option<f64>>, D::Error> {
+            let bits = Vec::<Option<u64>>::deserialize(deserializer)?;
+            Ok(bits.into_iter().map(|v| v.map(f64::from_bits)).collect())
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde::Deserialize;
+
+    use super::*;
+
+    #[derive(Serialize, Deserialize)]
+    struct Record {
+        #[serde(with = "bits::number")]
+        one: f64,
+        #[serde(with = "bits::options")]
+        some: Vec<Option<f64>>,
+    }
+
+    #[test]
+    fn every_bit_survives() {
+        let journal = MemoryJournal::default();
+        let work = || Record {
+            one: f64::INFINITY,
+            some: vec![None, Some(0.1 + 0.2)],
+        };
+        remember(&journal, "a", work);
+        let again: Record = remember(&journal, "a", || unreachable!("it is remembered"));
+        assert!(again.one.is_infinite());
+        assert_eq!(again.some, [None, Some(0.1 + 0.2)]);
+    }
+
+    #[test]
+    fn a_damaged_record_is_made_again() {
+        let journal = MemoryJournal::default();
+        journal.put("a", b"{\"one\": 1");
+        let made: Record = remember(&journal, "a", || Record {
+            one: 2.0,
+            some: Vec::new(),
+        });
+        assert!((made.one - 2.0).abs() < 1e-15);
+        assert!(journal.get("a").unwrap().len() > 10);
+    }
+}

@@ -1,0 +1,433 @@
+//! The whole map: which pairs, in which order, how often; and what comes out.
+
+use std::collections::BTreeMap;
+
+use petgraph::graph::NodeIndex;
+use petgraph::unionfind::UnionFind;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::adelm::ChainSettings;
+use super::barrier::{Connection, Connector, Effort};
+use super::groups::{GroupSettings, Groups};
+use super::journal::{Journal, remember};
+use super::minima::Sameness;
+use super::network::{Edge, Evidence, Minimum, MinimumId, Network};
+use super::pairs::{bridges, candidates, distances};
+use super::path::PathSettings;
+use super::tree::{Tree, decisive};
+use super::{Observer, Phase, Tally};
+use crate::energy::Energy;
+use crate::optimize::QuenchSettings;
+use crate::sample::Kernel;
+use crate::space::interpolate;
+
+/// Settings of [`map`]. [`MapSettings::for_scales`] sets everything that has a unit from one energy and one length.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct MapSettings {
+    /// Nearest minima each minimum is connected with; the minimum spanning tree of the distances is always added.
+    pub neighbours: usize,
+    /// Pairs connected before the skipping rule is asked again. Part of the result, so it must not depend on threads.
+    pub batch: usize,
+    /// Rounds that join components left apart, each by its shortest untried link.
+    pub join_rounds: usize,
+    /// Rounds that try the connections that decide the tree again, if they are worth no more than a chain.
+    pub retry_rounds: usize,
+    /// Chains.
+    pub chain: ChainSettings,
+    /// Paths.
+    pub path: PathSettings,
+    /// Descents.
+    pub quench: QuenchSettings,
+    /// When two stationary points are one.
+    pub sameness: Sameness,
+    /// Groups.
+    pub groups: GroupSettings,
+    /// Seed of all chains.
+    pub seed: u64,
+}
+
+impl Default for MapSettings {
+    fn default() -> Self {
+        Self::for_scales(1.0, 1.0)
+    }
+}
+
+impl MapSettings {
+    /// Settings for a surface whose typical barrier is `energy` high and `length` wide.
+    pub fn for_scales(energy: f64, length: f64) -> Self {
+        Self {
+            neighbours: 8,
+            batch: 64,
+            join_rounds: 3,
+            retry_rounds: 2,
+            chain: ChainSettings::for_scales(energy, length),
+            path: PathSettings::for_scales(energy, length),
+            quench: QuenchSettings::default()
+                .with_max_step(0.05 * length)
+                .with_gradient_tolerance(1e-7 * energy / length),
+            sameness: Sameness {
+                energy: 1e-6 * energy,
+                distance: 0.01 * length,
+            },
+            groups: GroupSettings::default(),
+            seed: 0,
+        }
+    }
+
+    /// Settings from the minima themselves: the length is the median distance to the nearest other minimum, the energy
+    /// the median of the barriers along the straight lines to it (as far as they are finite).
+    ///
+    /// One or two minima leave little to measure; surfaces with walls (contact) deserve chosen scales.
+    pub fn for_minima(energy: &dyn Energy, minima: &[Minimum]) -> Self {
+        let space = energy.space();
+        let all = distances(space, minima);
+        let (mut lengths, mut heights) = (Vec::new(), Vec::new());
+        let mut gradient = vec![0.0; space.tangents()];
+        for (i, row) in all.iter().enumerate() {
+            let others = (0..minima.len()).filter(|j| *j != i);
+            let Some(j) = others.min_by(|a, b| row[*a].total_cmp(&row[*b])) else {
+                continue;
+            };
+            lengths.push(row[j]);
+            let (from, to) = (&minima[i], &minima[j]);
+            let top = (1..16)
+                .map(|k| {
+                    let share = f64::from(k) / 16.0;
+                    let x = interpolate(space, &from.coordinates, &to.coordinates, share);
+                    energy.evaluate(&x, &mut gradient)
+                })
+                .fold(f64::NEG_INFINITY, f64::max);
+            let height = top - from.energy.max(to.energy);
+            if height.is_finite() && height > 0.0 {
+                heights.push(height);
+            }
+        }
+        let median = |mut values: Vec<f64>| {
+            values.sort_by(f64::total_cmp);
+            values.get(values.len() / 2).copied().unwrap_or(1.0)
+        };
+        Self::for_scales(median(heights), median(lengths))
+    }
+
+    /// Replaces the number of nearest minima each one is connected with.
+    #[must_use]
+    pub fn with_neighbours(mut self, neighbours: usize) -> Self {
+        self.neighbours = neighbours;
+        self
+    }
+
+    /// Replaces the seed.
+    #[must_use]
+    pub fn with_seed(mut self, seed: u64) -> Self {
+        self.seed = seed;
+        self
+    }
+}
+
+/// A mapped landscape.
+#[derive(Debug, Clone)]
+pub struct Landscape {
+    /// Minima (lowest first) and the best connection known of each pair.
+    pub network: Network,
+    /// What those connections rest on; entry i belongs to edge i of the network.
+    pub connections: Vec<Connection>,
+    /// Merge tree over every finite connection.
+    pub tree: Tree,
+    /// Groups at the most stable level.
+    pub groups: Groups,
+    /// Evaluations spent on connections.
+    pub evaluations: usize,
+}
+
+/// Maps the surface between `minima`.
+///
+/// Connects near pairs, joins what is left apart, and tries again what decides the tree and is worth no more than a
+/// chain. Every pass met on the way is a connection of the two minima that descents from it reach, whichever pair was
+/// asked for. A pair is skipped if passes already known join it at the energy of its higher minimum. The result does not
+/// depend on the order of `minima` (they are sorted), the number of threads, or interruptions.
+pub fn map(
+    energy: &dyn Energy,
+    kernel: &dyn Kernel,
+    mut minima: Vec<Minimum>,
+    settings: &MapSettings,
+    journal: &dyn Journal,
+    observer: &Observer<'_>,
+) -> Landscape {
+    minima.sort_by(|a, b| {
+        let coordinates = || a.coordinates.iter().zip(&b.coordinates);
+        a.energy.total_cmp(&b.energy).then_with(|| {
+            let orders = coordinates().map(|(a, b)| a.total_cmp(b));
+            orders.fold(std::cmp::Ordering::Equal, std::cmp::Ordering::then)
+        })
+    });
+    let mut survey = Survey {
+        energy,
+        kernel,
+        settings,
+        journal,
+        distances: distances(energy.space(), &minima),
+        minima,
+        best: BTreeMap::new(),
+        tried: BTreeMap::new(),
+        evaluations: 0,
+    };
+    let pairs = candidates(&survey.distances, settings.neighbours);
+    let tally = Tally::new(Phase::Connect, pairs.len(), observer);
+    for batch in pairs.chunks(settings.batch.max(1)) {
+        let known = Tree::from_network(&survey.network(), Evidence::Path);
+        let open: Vec<_> = (batch.iter().copied())
+            .filter(|pair| !survey.joined_at_the_bottom(&known, *pair))
+            .collect();
+        for _ in open.len()..batch.len() {
+            tally.tick();
+        }
+        survey.connect(&open, &tally);
+    }
+    for _ in 0..settings.join_rounds {
+        let component = survey.components();
+        let pairs = bridges(&survey.distances, &component, &|pair| {
+            survey.tried.contains_key(&pair)
+        });
+        if pairs.is_empty() {
+            break;
+        }
+        let tally = Tally::new(Phase::Join, pairs.len(), observer);
+        survey.connect(&pairs, &tally);
+    }
+    for _ in 0..settings.retry_rounds {
+        let network = survey.network();
+        let pairs: Vec<_> = decisive(&network, Evidence::Chain)
+            .into_iter()
+            .filter(|edge| network[*edge].evidence > Evidence::Path)
+            .filter_map(|edge| network.edge_endpoints(edge))
+            .map(|(a, b)| (a.index(), b.index()))
+            .collect();
+        if pairs.is_empty() {
+            break;
+        }
+        let tally = Tally::new(Phase::Retry, pairs.len(), observer);
+        survey.connect(&pairs, &tally);
+    }
+    let network = survey.network();
+    Landscape {
+        tree: Tree::from_network(&network, Evidence::Chain),
+        groups: Groups::stable(&network, &settings.groups),
+        network,
+        connections: survey.best.into_values().collect(),
+        evaluations: survey.evaluations,
+    }
+}
+
+/// A map in the making.
+struct Survey<'a> {
+    energy: &'a dyn Energy,
+    kernel: &'a dyn Kernel,
+    settings: &'a MapSettings,
+    journal: &'a dyn Journal,
+    distances: Vec<Vec<f64>>,
+    minima: Vec<Minimum>,
+    /// The best connection of each pair.
+    best: BTreeMap<(usize, usize), Connection>,
+    /// How often each pair was tried.
+    tried: BTreeMap<(usize, usize), usize>,
+    evaluations: usize,
+}
+
+impl Survey<'_> {
+    /// Connects `pairs` in parallel, then takes in the outcomes in their order.
+    fn connect(&mut self, pairs: &[(usize, usize)], tally: &Tally<'_>) {
+        let connector = Connector {
+            chain: &self.settings.chain,
+            path: &self.settings.path,
+            quench: &self.settings.quench,
+            sameness: &self.settings.sameness,
+        };
+        let found: Vec<Connection> = pairs
+            .par_iter()
+            .map(|(i, j)| {
+                let attempt = self.tried.get(&(*i, *j)).copied().unwrap_or(0);
+                let connection = remember(self.journal, &format!("pair/{i}-{j}/{attempt}"), || {
+                    connector.connect(
+                        self.energy,
+                        self.kernel,
+                        (MinimumId(*i), MinimumId(*j)),
+                        (&self.minima[*i], &self.minima[*j]),
+                        Effort {
+                            attempt,
+                            seed: self.settings.seed,
+                        },
+                    )
+                });
+                tally.tick();
+                connection
+            })
+            .collect();
+        let byways: Vec<Connection> = found
+            .par_iter()
+            .flat_map_iter(|connection| self.byways(connection))
+            .collect();
+        for connection in found {
+            *self
+                .tried
+                .entry((connection.from.0, connection.to.0))
+                .or_insert(0) += 1;
+            self.evaluations += connection.evaluations;
+            self.take(connection);
+        }
+        for connection in byways {
+            self.take(connection);
+        }
+    }
+
+    /// The passes of a connection as connections of the known minima they join.
+    fn byways(&self, connection: &Connection) -> Vec<Connection> {
+        let mut byways = Vec::new();
+        for crossing in &connection.crossings {
+            let (path, last) = (&crossing.path, crossing.path.images.len() - 1);
+            let find = |k: usize| self.find(&path.images[k], path.energies[k]);
+            let (Some(a), Some(b)) = (find(0), find(last)) else {
+                continue;
+            };
+            if a == b || (a.min(b), a.max(b)) == (connection.from.0, connection.to.0) {
+                continue;
+            }
+            let top = &path.images[crossing.pass];
+            let objection = self.energy.objection(top);
+            let evidence = match objection {
+                Some(_) => Evidence::Chain,
+                None => crossing.evidence,
+            };
+            let mut path = path.clone();
+            if a > b {
+                path = path.reversed();
+            }
+            path.unfold(self.energy.space());
+            byways.push(Connection {
+                from: MinimumId(a.min(b)),
+                to: MinimumId(a.max(b)),
+                edge: Edge {
+                    height: crossing.path.energies[crossing.pass],
+                    evidence,
+                    term: super::barrier::rising_term(
+                        self.energy,
+                        top,
+                        (&self.minima[a], &self.minima[b]),
+                    ),
+                    length: path.length(self.energy.space()),
+                },
+                path,
+                forward: Vec::new(),
+                backward: Vec::new(),
+                start: None,
+                objection,
+                crossings: vec![crossing.clone()],
+                evaluations: 0,
+            });
+        }
+        byways
+    }
+
+    /// The known minimum at `x`.
+    fn find(&self, x: &[f64], energy: f64) -> Option<usize> {
+        let tolerance = self.settings.sameness.energy;
+        let first = self
+            .minima
+            .partition_point(|m| m.energy < energy - tolerance);
+        (first..self.minima.len())
+            .take_while(|i| self.minima[*i].energy <= energy + tolerance)
+            .find(|i| {
+                self.settings
+                    .sameness
+                    .holds(self.energy.space(), x, energy, &self.minima[*i])
+            })
+    }
+
+    /// Keeps the better of this connection and the one known, and the raw barriers of both.
+    fn take(&mut self, new: Connection) {
+        let pair = (new.from.0, new.to.0);
+        let Some(known) = self.best.get_mut(&pair) else {
+            self.best.insert(pair, new);
+            return;
+        };
+        let floor = self.minima[pair.0].energy.max(self.minima[pair.1].energy);
+        let slack = self.settings.path.height_tolerance * (known.edge.height - floor).max(0.0)
+            + self.settings.sameness.energy;
+        let (mut better, mut other) = if preferred(&new, known, slack) {
+            (new, known.clone())
+        } else {
+            (known.clone(), new)
+        };
+        // Raw barriers are a record of the chains run, whichever path was kept.
+        better.forward.append(&mut other.forward);
+        better.backward.append(&mut other.backward);
+        better.evaluations += other.evaluations;
+        *known = better;
+    }
+
+    fn network(&self) -> Network {
+        let mut network = Network::default();
+        for minimum in &self.minima {
+            network.add_node(minimum.clone());
+        }
+        for ((i, j), connection) in &self.best {
+            network.add_edge(
+                NodeIndex::new(*i),
+                NodeIndex::new(*j),
+                connection.edge.clone(),
+            );
+        }
+        network
+    }
+
+    fn components(&self) -> Vec<usize> {
+        let mut sets = UnionFind::new(self.minima.len());
+        for ((i, j), connection) in &self.best {
+            if connection.edge.height.is_finite() {
+                sets.union(*i, *j);
+            }
+        }
+        sets.into_labeling()
+    }
+
+    /// Whether passes already known join a pair at the energy of its higher minimum: nothing can lie lower.
+    fn joined_at_the_bottom(&self, known: &Tree, (i, j): (usize, usize)) -> bool {
+        let bottom = self.minima[i].energy.max(self.minima[j].energy);
+        known
+            .minimax(MinimumId(i), MinimumId(j))
+            .is_some_and(|height| height <= bottom + self.settings.sameness.energy)
+    }
+}
+
+/// Legal paths first, then low ones; heights within `slack` tie, and the better evidence wins.
+fn preferred(new: &Connection, known: &Connection, slack: f64) -> bool {
+    if new.objection.is_some() != known.objection.is_some() && known.edge.height.is_finite() {
+        return known.objection.is_some();
+    }
+    if (new.edge.height - known.edge.height).abs() <= slack
+        && new.edge.evidence != known.edge.evidence
+    {
+        return new.edge.evidence < known.edge.evidence;
+    }
+    new.edge.height < known.edge.height
+}
+
+impl Landscape {
+    /// The connection behind a pair of minima, if there is one.
+    pub fn connection(&self, a: MinimumId, b: MinimumId) -> Option<&Connection> {
+        let edge = self
+            .network
+            .find_edge(NodeIndex::new(a.0), NodeIndex::new(b.0))?;
+        self.connections.get(edge.index())
+    }
+
+    /// Number of connections of each evidence, best first.
+    pub fn tally(&self) -> BTreeMap<Evidence, usize> {
+        let mut tally = BTreeMap::new();
+        for edge in self.network.edge_references() {
+            *tally.entry(edge.weight().evidence).or_insert(0) += 1;
+        }
+        tally
+    }
+}

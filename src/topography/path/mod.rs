@@ -1,0 +1,167 @@
+//! Minimum-energy paths, written with the Log and Exp of the space only.
+//!
+//! A path is relaxed as a string ([`string`]), its highest point is refined to a pass ([`pass`]), and what that pass is
+//! worth is decided by descents from it ([`relax`]).
+
+mod eigen;
+mod pass;
+mod relax;
+mod seam;
+mod string;
+
+pub use pass::Pass;
+pub use relax::PathSettings;
+pub(super) use relax::relax;
+use serde::{Deserialize, Serialize};
+
+use super::journal::bits;
+use crate::energy::Energy;
+use crate::space::Space;
+use crate::space::vector::scale;
+
+/// A sequence of points and their energies. Numbers in a file keep all their bits.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Path {
+    /// Points, coordinates of the space.
+    #[serde(with = "bits::points")]
+    pub images: Vec<Vec<f64>>,
+    /// Energy of each point.
+    #[serde(with = "bits::list")]
+    pub energies: Vec<f64>,
+}
+
+impl Path {
+    /// Highest energy (−∞ of an empty path).
+    pub fn height(&self) -> f64 {
+        self.energies
+            .iter()
+            .copied()
+            .fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// Number of the highest point, the first if several tie.
+    pub fn top(&self) -> usize {
+        let height = self.height();
+        self.energies.iter().position(|e| *e >= height).unwrap_or(0)
+    }
+
+    /// Sum of the distances of neighbours, whose coordinates run on smoothly.
+    pub fn length(&self, space: &dyn Space) -> f64 {
+        self.images
+            .windows(2)
+            .map(|pair| near(space, &pair[0], &pair[1]))
+            .sum()
+    }
+
+    /// The same way in the other direction.
+    #[must_use]
+    pub fn reversed(mut self) -> Self {
+        self.images.reverse();
+        self.energies.reverse();
+        self
+    }
+
+    /// At most `count` of the points, first and last among them.
+    pub(super) fn thinned(self, count: usize) -> Self {
+        let last = self.images.len().saturating_sub(1);
+        if last < count {
+            return self;
+        }
+        let rows = (0..count).map(|k| k * last / (count - 1));
+        Self {
+            images: rows.clone().map(|row| self.images[row].clone()).collect(),
+            energies: rows.map(|row| self.energies[row]).collect(),
+        }
+    }
+
+    /// Evaluates `energy` at `images`.
+    pub(super) fn through(energy: &dyn Energy, images: Vec<Vec<f64>>) -> Self {
+        let mut gradient = vec![0.0; energy.space().tangents()];
+        let energies = images
+            .iter()
+            .map(|x| energy.evaluate(x, &mut gradient))
+            .collect();
+        Self { images, energies }
+    }
+
+    /// Replaces every point by the copy nearest to the one before, so that the coordinates themselves run smoothly.
+    pub(super) fn unfold(&mut self, space: &dyn Space) {
+        let mut tangent = vec![0.0; space.tangents()];
+        for i in 1..self.images.len() {
+            let (before, here) = self.images.split_at_mut(i);
+            space.toward(&before[i - 1], &here[0], &mut tangent);
+            here[0].clone_from(&before[i - 1]);
+            space.shift(&mut here[0], &tangent);
+        }
+    }
+}
+
+/// Distance of points whose coordinates run on smoothly.
+pub(super) fn near(space: &dyn Space, a: &[f64], b: &[f64]) -> f64 {
+    space.toward_near(a, b, &mut vec![0.0; space.tangents()])
+}
+
+/// The point a fraction `t` of the way from `a` to `b`.
+fn between(space: &dyn Space, a: &[f64], b: &[f64], t: f64, tangent: &mut [f64]) -> Vec<f64> {
+    space.toward_near(a, b, tangent);
+    scale(tangent, t);
+    let mut x = a.to_vec();
+    space.shift(&mut x, tangent);
+    x
+}
+
+/// `segments` + 1 points at equal distances along the polygon through `points`; both ends are kept.
+fn spread(space: &dyn Space, points: &[Vec<f64>], segments: usize) -> Vec<Vec<f64>> {
+    let lengths: Vec<f64> = points
+        .windows(2)
+        .map(|pair| near(space, &pair[0], &pair[1]))
+        .collect();
+    let total: f64 = lengths.iter().sum();
+    let mut tangent = vec![0.0; space.tangents()];
+    let (mut segment, mut passed) = (0, 0.0);
+    let mut images = vec![points[0].clone()];
+    for k in 1..segments {
+        let place = total * k as f64 / segments as f64;
+        while segment + 1 < lengths.len() && passed + lengths[segment] < place {
+            passed += lengths[segment];
+            segment += 1;
+        }
+        let share = if lengths[segment] > 0.0 {
+            ((place - passed) / lengths[segment]).clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
+        images.push(between(
+            space,
+            &points[segment],
+            &points[segment + 1],
+            share,
+            &mut tangent,
+        ));
+    }
+    images.push(points[points.len() - 1].clone());
+    images
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::space::Euclidean;
+
+    #[test]
+    fn spread_is_even_and_keeps_the_ends() {
+        let space = Euclidean::new(2);
+        let points = [vec![0.0, 0.0], vec![3.0, 0.0], vec![3.0, 1.0]];
+        let images = spread(&space, &points, 8);
+        let path = Path {
+            energies: vec![0.0; images.len()],
+            images,
+        };
+        assert_eq!(path.images.len(), 9);
+        assert_eq!(path.images[8], points[2]);
+        for pair in path.images.windows(2) {
+            assert!((space.distance(&pair[0], &pair[1]) - 0.5).abs() < 1e-12);
+        }
+        assert!((path.length(&space) - 4.0).abs() < 1e-12);
+    }
+}

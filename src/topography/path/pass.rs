@@ -1,0 +1,208 @@
+//! From the highest point of a path to a pass, and down both sides of it.
+
+use serde::{Deserialize, Serialize};
+
+use super::eigen::Piece;
+use super::seam::{least_combination, lowest_crossing};
+use super::string::Band;
+use super::{Path, PathSettings, between};
+use crate::energy::Energy;
+use crate::optimize::{QuenchSettings, quench_traced};
+use crate::space::vector::{norm, scale};
+use crate::topography::minima::Sameness;
+
+/// Golden section.
+const GOLDEN: f64 = 0.381_966_011_250_105;
+/// How far the true top of a path may lie above its highest sample, as a share of the barrier.
+const SAMPLING: f64 = 0.1;
+
+/// A stationary point at which a path may pass from one basin to another: an index-1 saddle, or the lowest point of a
+/// seam.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Pass {
+    /// Where it is.
+    pub x: Vec<f64>,
+    /// Its energy.
+    pub energy: f64,
+    /// Whether two discrete choices tie there.
+    pub seam: bool,
+    /// Norm of the gradient (of the least convex combination of both gradients on a seam), energy per length.
+    pub residual: f64,
+    /// The descents on both sides, from the pass to where they end.
+    pub descents: [Path; 2],
+}
+
+/// The highest point of a path between two images.
+pub(super) struct Peak {
+    /// The free image it is next to.
+    pub(super) image: usize,
+    pub(super) x: Vec<f64>,
+    pub(super) energy: f64,
+    /// Points of the path close before and behind.
+    sides: [Vec<f64>; 2],
+    /// Unit tangent of the path.
+    tangent: Vec<f64>,
+}
+
+impl Peak {
+    /// The highest point near the highest free image; `None` if all images are pinned.
+    pub(super) fn of(energy: &dyn Energy, band: &Band<'_>) -> Option<Self> {
+        let path = &band.path;
+        let free = (0..path.images.len()).filter(|i| !band.pinned[*i]);
+        let top = free.max_by(|i, j| {
+            path.energies[*i]
+                .total_cmp(&path.energies[*j])
+                .then(j.cmp(i))
+        })?;
+        let space = energy.space();
+        let mut tangent = vec![0.0; space.tangents()];
+        let mut gradient = tangent.clone();
+        let mut point = |s: f64| {
+            if s < 0.0 {
+                between(
+                    space,
+                    &path.images[top],
+                    &path.images[top - 1],
+                    -s,
+                    &mut tangent,
+                )
+            } else {
+                between(
+                    space,
+                    &path.images[top],
+                    &path.images[top + 1],
+                    s,
+                    &mut tangent,
+                )
+            }
+        };
+        // A smooth top is found from afar; a kinked one must be bracketed closely, to see which choices tie there.
+        let probes = if energy.choice(&path.images[top]).is_empty() {
+            4
+        } else {
+            12
+        };
+        let (mut low, mut middle, mut high) = (-1.0, 0.0, 1.0);
+        let mut best = path.energies[top];
+        for _ in 0..probes {
+            let right = high - middle > middle - low;
+            let probe = if right {
+                middle + GOLDEN * (high - middle)
+            } else {
+                middle - GOLDEN * (middle - low)
+            };
+            let height = energy.evaluate(&point(probe), &mut gradient);
+            if height > best && height.is_finite() {
+                *(if right { &mut low } else { &mut high }) = middle;
+                (middle, best) = (probe, height);
+            } else {
+                *(if right { &mut high } else { &mut low }) = probe;
+            }
+        }
+        let (x, sides) = (point(middle), [point(low), point(high)]);
+        Some(Self {
+            image: top,
+            x,
+            energy: best,
+            sides,
+            tangent: band.tangent(top),
+        })
+    }
+
+    /// How far from stationary the peak is: the gradient, or the least convex combination of the gradients of the two
+    /// choices that meet there.
+    pub(super) fn residual(&self, energy: &dyn Energy) -> f64 {
+        let choices = [0, 1].map(|side| energy.choice(&self.sides[side]));
+        let mut gradients = [vec![0.0; self.tangent.len()], vec![0.0; self.tangent.len()]];
+        if choices[0] == choices[1] {
+            energy.evaluate(&self.x, &mut gradients[0]);
+            return norm(&gradients[0]);
+        }
+        for (gradient, choice) in gradients.iter_mut().zip(&choices) {
+            energy.evaluate_choice(&self.x, choice, gradient);
+        }
+        least_combination(&gradients[0], &gradients[1])
+    }
+
+    /// Refines the peak to a pass hardly higher than itself, and descends on both sides.
+    ///
+    /// A path cannot stay below every pass, but its highest sample can, by a share of its height above `floor`.
+    pub(super) fn refine(
+        &self,
+        energy: &dyn Energy,
+        floor: f64,
+        settings: &PathSettings,
+        descent: &QuenchSettings,
+        sameness: &Sameness,
+    ) -> Option<Pass> {
+        let space = energy.space();
+        let [before, after] = [0, 1].map(|side| energy.choice(&self.sides[side]));
+        let seam = before != after;
+        let (x, height, residual, mut normal) = if seam {
+            let pieces = [Piece::new(energy, before), Piece::new(energy, after)];
+            let found = lowest_crossing(
+                [&pieces[0], &pieces[1]],
+                &self.x,
+                (settings.force_tolerance, sameness.energy),
+                settings.max_step,
+                settings.refinement_steps,
+            )?;
+            // Scaled to plain tangents; toward the first piece's side.
+            let scales = space.step_scales();
+            let normal: Vec<f64> = found
+                .normal
+                .iter()
+                .zip(&scales)
+                .map(|(n, s)| -n * s)
+                .collect();
+            (found.x, found.energy, found.residual, normal)
+        } else {
+            let found = Piece::new(energy, before).follow(
+                &self.x,
+                &self.tangent,
+                10.0 * descent.gradient_tolerance,
+                settings.max_step,
+                settings.refinement_steps,
+            )?;
+            (found.x, found.energy, found.residual, found.mode)
+        };
+        let mut gradient = vec![0.0; space.tangents()];
+        let actual = energy.evaluate(&x, &mut gradient);
+        // Another choice may lie below: then this is no point of the envelope.
+        let highest = self.energy + SAMPLING * (self.energy - floor) + sameness.energy;
+        if (actual - height).abs() > sameness.energy || height > highest {
+            return None;
+        }
+        let length = norm(&normal);
+        scale(&mut normal, settings.push / length);
+        let mut descents = Vec::with_capacity(2);
+        for _ in 0..2 {
+            let mut start = x.clone();
+            space.shift(&mut start, &normal);
+            if energy.evaluate(&start, &mut gradient) >= height {
+                return None;
+            }
+            let mut trace = Path {
+                images: vec![x.clone()],
+                energies: vec![height],
+            };
+            let end = quench_traced(energy, &start, descent, &mut |x, height| {
+                trace.images.push(x.to_vec());
+                trace.energies.push(height);
+            });
+            trace.images.push(end.x);
+            trace.energies.push(end.energy);
+            descents.push(trace);
+            scale(&mut normal, -1.0);
+        }
+        let second = descents.pop()?;
+        let first = descents.pop()?;
+        Some(Pass {
+            x,
+            energy: height,
+            seam,
+            residual,
+            descents: [first, second],
+        })
+    }
+}

@@ -1,0 +1,340 @@
+//! From rough paths between two minima to the lowest one and what its height is worth.
+//!
+//! **When is a path relaxed?** Its height is decided at its top alone; elsewhere it only has to be lower. So a path
+//! counts as relaxed ([`Evidence::Path`]) when its top is stationary (the gradient below the force tolerance; at a kink,
+//! where the perpendicular force of no image ever vanishes, the least convex combination of the gradients of the two
+//! choices that tie there: see `seam`) *and* doubling its images moves the height by less than a hundredth of the
+//! barrier. Tops are refined to passes and pinned; the rest of the string goes on relaxing below them, and whatever then
+//! sticks out is refined in turn. If descents from the highest pass reach both minima it is better than a path:
+//! [`Evidence::Saddle`] or [`Evidence::Seam`].
+
+use serde::{Deserialize, Serialize};
+
+use super::pass::{Pass, Peak};
+use super::string::Band;
+use super::{Path, near, spread};
+use crate::energy::Energy;
+use crate::optimize::QuenchSettings;
+use crate::topography::minima::Sameness;
+use crate::topography::network::{Evidence, Minimum};
+
+/// Settings of path relaxation. Lengths and forces are in the units of the surface; [`PathSettings::for_scales`] sets
+/// all of them from one energy and one length.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PathSettings {
+    /// Segments of a string before doubling.
+    pub segments: usize,
+    /// Iterations before the lowest of several starts is chosen.
+    pub coarse_iterations: usize,
+    /// Iterations after each pass found, and after doubling.
+    pub iterations: usize,
+    /// Passes refined at most.
+    pub rounds: usize,
+    /// Farthest an image moves in an iteration, a length of the space.
+    pub max_step: f64,
+    /// Greatest force at the top of a relaxed path, energy per length.
+    pub force_tolerance: f64,
+    /// Greatest change of the height under doubling, as a share of the barrier.
+    pub height_tolerance: f64,
+    /// Steps of the refinement of one pass.
+    pub refinement_steps: usize,
+    /// Length of the first step down from a pass.
+    pub push: f64,
+}
+
+impl Default for PathSettings {
+    fn default() -> Self {
+        Self::for_scales(1.0, 1.0)
+    }
+}
+
+impl PathSettings {
+    /// Settings for a surface whose typical barrier is `energy` high and `length` wide.
+    pub fn for_scales(energy: f64, length: f64) -> Self {
+        Self {
+            segments: 12,
+            coarse_iterations: 60,
+            iterations: 60,
+            rounds: 4,
+            max_step: 0.05 * length,
+            force_tolerance: 0.01 * energy / length,
+            height_tolerance: 0.01,
+            refinement_steps: 60,
+            push: 0.01 * length,
+        }
+    }
+}
+
+/// The lowest path found.
+pub(in crate::topography) struct Outcome {
+    pub(in crate::topography) path: Path,
+    pub(in crate::topography) height: f64,
+    /// The highest point itself.
+    pub(in crate::topography) top: Vec<f64>,
+    pub(in crate::topography) evidence: Evidence,
+    pub(in crate::topography) objection: Option<String>,
+    /// Every pass found on the way.
+    pub(in crate::topography) passes: Vec<Pass>,
+    /// Which start it came from.
+    pub(in crate::topography) start: usize,
+}
+
+impl Outcome {
+    /// Legal paths first, then low ones; heights within `slack` tie, and the better evidence wins.
+    fn better_than(&self, other: &Self, slack: f64) -> bool {
+        if self.objection.is_some() != other.objection.is_some() {
+            return other.objection.is_some();
+        }
+        if (self.height - other.height).abs() <= slack && self.evidence != other.evidence {
+            return self.evidence < other.evidence;
+        }
+        self.height < other.height
+    }
+}
+
+/// Relaxes the polygons `starts` from `ends.0` to `ends.1`: all of them roughly, then the lowest; the next one too where
+/// the first will not relax. `None` where every start stays outside the domain.
+pub(in crate::topography) fn relax(
+    energy: &dyn Energy,
+    ends: (&Minimum, &Minimum),
+    starts: &[Vec<Vec<f64>>],
+    settings: &PathSettings,
+    descent: &QuenchSettings,
+    sameness: &Sameness,
+) -> Option<Outcome> {
+    let mut rough: Vec<(usize, bool, Band<'_>)> = starts
+        .iter()
+        .enumerate()
+        .filter_map(|(start, points)| {
+            let mut band = Band::new(energy, points, settings.segments, settings.max_step);
+            if band.path.energies[1..settings.segments]
+                .iter()
+                .all(|e| !e.is_finite())
+            {
+                return None;
+            }
+            band.relax(settings.coarse_iterations, settings.force_tolerance);
+            if !band.path.height().is_finite() {
+                return None;
+            }
+            let top = &band.path.images[band.path.top()];
+            let blamed = energy.objection(top).is_some();
+            Some((start, blamed, band))
+        })
+        .collect();
+    rough.sort_by(|a, b| (a.1.cmp(&b.1)).then(a.2.path.height().total_cmp(&b.2.path.height())));
+    let mut best: Option<Outcome> = None;
+    let mut passes = Vec::new();
+    for (start, _, band) in rough {
+        let mut outcome = Relaxation {
+            energy,
+            ends,
+            settings,
+            descent,
+            sameness,
+        }
+        .finish(band);
+        outcome.start = start;
+        passes.append(&mut outcome.passes);
+        let floor = ends.0.energy.max(ends.1.energy);
+        let slack = settings.height_tolerance * (outcome.height - floor) + sameness.energy;
+        if best
+            .as_ref()
+            .is_none_or(|known| outcome.better_than(known, slack))
+        {
+            best = Some(outcome);
+        }
+        if best
+            .as_ref()
+            .is_some_and(|known| known.evidence < Evidence::Chain)
+        {
+            break;
+        }
+    }
+    let mut best = best?;
+    best.passes = passes;
+    Some(best)
+}
+
+struct Relaxation<'a> {
+    energy: &'a dyn Energy,
+    ends: (&'a Minimum, &'a Minimum),
+    settings: &'a PathSettings,
+    descent: &'a QuenchSettings,
+    sameness: &'a Sameness,
+}
+
+impl Relaxation<'_> {
+    fn finish(&self, mut band: Band<'_>) -> Outcome {
+        let space = self.energy.space();
+        let floor = self.ends.0.energy.max(self.ends.1.energy);
+        let reach = 2.0 * band.path.length(space) / (band.path.images.len() - 1) as f64;
+        let (mut passes, mut doubled) = (Vec::new(), false);
+        // The highest pinned point and its energy, and that of the last peak that would not refine.
+        let mut pinned = (floor, self.higher_end().to_vec());
+        let mut loose: Option<Peak> = None;
+        let mut round = 0;
+        let relaxed = loop {
+            let Some(peak) = Peak::of(self.energy, &band) else {
+                break true;
+            };
+            let slack = self.settings.height_tolerance * (pinned.0 - floor) + self.sameness.energy;
+            if peak.energy <= pinned.0 + slack {
+                loose = None;
+                if doubled {
+                    break true;
+                }
+                band = band.doubled();
+                doubled = true;
+                band.relax(self.settings.iterations / 2, self.settings.force_tolerance);
+                continue;
+            }
+            if round == self.settings.rounds {
+                let stationary = peak.residual(self.energy) <= self.settings.force_tolerance;
+                let height = peak.energy;
+                let before = loose.replace(peak).map(|peak| peak.energy);
+                if !stationary {
+                    break false;
+                }
+                let before = if doubled {
+                    before
+                } else {
+                    band = band.doubled();
+                    band.relax(self.settings.iterations, self.settings.force_tolerance);
+                    loose = Peak::of(self.energy, &band);
+                    Some(height)
+                };
+                break self.settled(loose.as_ref(), before, floor);
+            }
+            round += 1;
+            let found = peak
+                .refine(
+                    self.energy,
+                    floor,
+                    self.settings,
+                    self.descent,
+                    self.sameness,
+                )
+                .filter(|pass| near(space, &pass.x, &peak.x) <= reach);
+            if let Some(pass) = found {
+                if let Some(path) = self.direct(&pass, band.path.images.len()) {
+                    return self.verdict(
+                        path,
+                        pass.energy,
+                        pass.x.clone(),
+                        pass_evidence(&pass),
+                        {
+                            passes.push(pass);
+                            passes
+                        },
+                    );
+                }
+                band.pin(peak.image, &pass.x, pass.energy);
+                if pass.energy > pinned.0 {
+                    pinned = (pass.energy, pass.x.clone());
+                }
+                passes.push(pass);
+                loose = None;
+            } else {
+                loose = Some(peak);
+            }
+            band.relax(self.settings.iterations, self.settings.force_tolerance);
+        };
+        let (mut height, mut top) = pinned;
+        if let Some(peak) = loose
+            && peak.energy > height
+        {
+            (height, top) = (peak.energy, peak.x);
+        }
+        // What is reported is never below what was met.
+        if band.path.height() > height {
+            height = band.path.height();
+            top.clone_from(&band.path.images[band.path.top()]);
+        }
+        let evidence = if relaxed {
+            Evidence::Path
+        } else {
+            Evidence::Chain
+        };
+        self.verdict(band.path, height, top, evidence, passes)
+    }
+
+    /// Whether a peak that would not refine to a pass is stationary all the same, and as high as before.
+    fn settled(&self, peak: Option<&Peak>, before: Option<f64>, floor: f64) -> bool {
+        peak.zip(before).is_some_and(|(peak, before)| {
+            let slack = self.settings.height_tolerance * (peak.energy - floor);
+            (peak.energy - before).abs() <= slack + self.sameness.energy
+                && peak.residual(self.energy) <= self.settings.force_tolerance
+        })
+    }
+
+    fn higher_end(&self) -> &[f64] {
+        if self.ends.0.energy > self.ends.1.energy {
+            &self.ends.0.coordinates
+        } else {
+            &self.ends.1.coordinates
+        }
+    }
+
+    /// The path down both sides of a pass that joins the two minima directly.
+    fn direct(&self, pass: &Pass, images: usize) -> Option<Path> {
+        let space = self.energy.space();
+        let lands = |side: usize, minimum: &Minimum| {
+            let end = pass.descents[side].images.len() - 1;
+            let x = &pass.descents[side].images[end];
+            self.sameness
+                .holds(space, x, pass.descents[side].energies[end], minimum)
+        };
+        let (up, down) = if lands(0, self.ends.0) && lands(1, self.ends.1) {
+            (0, 1)
+        } else if lands(1, self.ends.0) && lands(0, self.ends.1) {
+            (1, 0)
+        } else {
+            return None;
+        };
+        let half = images.div_ceil(2).max(2);
+        let mut ahead = spread(space, &pass.descents[down].images, half);
+        let mut path = spread(space, &pass.descents[up].images, half);
+        path.reverse();
+        path.pop();
+        path.append(&mut ahead);
+        let last = path.len() - 1;
+        path[0].clone_from(&self.ends.0.coordinates);
+        path[last].clone_from(&self.ends.1.coordinates);
+        Some(Path::through(self.energy, path))
+    }
+
+    fn verdict(
+        &self,
+        mut path: Path,
+        height: f64,
+        top: Vec<f64>,
+        evidence: Evidence,
+        passes: Vec<Pass>,
+    ) -> Outcome {
+        path.unfold(self.energy.space());
+        let objection = self.energy.objection(&top);
+        Outcome {
+            path,
+            height,
+            top,
+            evidence: if objection.is_some() {
+                evidence.max(Evidence::Chain)
+            } else {
+                evidence
+            },
+            objection,
+            passes,
+            start: 0,
+        }
+    }
+}
+
+fn pass_evidence(pass: &Pass) -> Evidence {
+    if pass.seam {
+        Evidence::Seam
+    } else {
+        Evidence::Saddle
+    }
+}

@@ -1,0 +1,314 @@
+//! Landscapes whose merge heights are known exactly, found from the outside: random starts, public functions, no
+//! knowledge of how many minima there are.
+
+use landscape::energy::Energy;
+use landscape::energy::model::ThreeHole;
+use landscape::optimize::{QuenchSettings, quench};
+use landscape::sample::{Mala, Task, stream};
+use landscape::space::{Euclidean, Space};
+use landscape::topography::{
+    Evidence, Landscape, MapSettings, MemoryJournal, Minimum, MinimumId, NoJournal, Sameness, Tree,
+    distinct, map, quench_all, silent,
+};
+use rand::RngExt;
+
+/// Minima below `count` random points of a box.
+fn minima(energy: &dyn Energy, low: &[f64], high: &[f64], count: u64) -> Vec<Minimum> {
+    let start = |id| {
+        let mut rng = stream(11, Task::Start, id);
+        low.iter()
+            .zip(high)
+            .map(|(a, b)| rng.random_range(*a..*b))
+            .collect()
+    };
+    let starts: Vec<Vec<f64>> = (0..count).map(start).collect();
+    let found = quench_all(
+        energy,
+        &starts,
+        &QuenchSettings::default(),
+        &NoJournal,
+        &silent,
+    );
+    distinct(energy, &found, &Sameness::default(), 1e-6).0
+}
+
+#[test]
+fn three_hole_passes_through_the_shallow_hole() {
+    let reference: serde_json::Value =
+        serde_json::from_str(include_str!("reference/landscapes.json")).unwrap();
+    let energy = ThreeHole::new();
+    let minima = minima(&energy, &[-2.0, -1.0], &[2.0, 2.0], 40);
+    assert_eq!(minima.len(), 3);
+    let settings = MapSettings::for_minima(&energy, &minima);
+    let found = map(
+        &energy,
+        &Mala::new(&energy),
+        minima,
+        &settings,
+        &NoJournal,
+        &silent,
+    );
+    for i in 0..3 {
+        for j in 0..3 {
+            let height = found.tree.minimax(MinimumId(i), MinimumId(j)).unwrap();
+            let known = reference["three_hole"]["minimax"][i][j].as_f64().unwrap();
+            assert!((height - known).abs() < 1e-5, "{i} {j}: {height} {known}");
+        }
+    }
+    // The direct pass between the deep holes is found too, and is higher.
+    let direct = found.connection(MinimumId(0), MinimumId(1)).unwrap();
+    assert!((direct.edge.height + 1.384587).abs() < 1e-5);
+    assert_eq!(direct.edge.evidence, Evidence::Saddle);
+    // One merge of three: the two passes tie.
+    assert_eq!(found.tree.nodes.len(), 4);
+    assert_eq!(found.tree.nodes[3].evidence, Evidence::Saddle);
+}
+
+/// The least of several bowls `c + ½ Σ k_d (x_d − m_d)²`: an envelope with concave kinks, like a grasp's over its
+/// contact sets. Every pass between two bowls is the lowest point of a seam.
+struct Bowls {
+    space: Euclidean,
+    bowls: Vec<Bowl>,
+}
+
+struct Bowl {
+    depth: f64,
+    stiffness: Vec<f64>,
+    centre: Vec<f64>,
+}
+
+impl Bowl {
+    fn energy(&self, x: &[f64]) -> f64 {
+        let squares = x.iter().zip(&self.centre).zip(&self.stiffness);
+        self.depth
+            + squares
+                .map(|((x, m), k)| 0.5 * k * (x - m) * (x - m))
+                .sum::<f64>()
+    }
+
+    /// Least height at which the two bowls touch: max over λ of min over x of (1 − λ) E₁ + λ E₂, by ternary search
+    /// (concave in λ, since both are convex in x).
+    fn contact(&self, other: &Self) -> f64 {
+        let dual = |share: f64| {
+            let x: Vec<f64> = (0..self.centre.len())
+                .map(|d| {
+                    let (k, l) = (
+                        (1.0 - share) * self.stiffness[d],
+                        share * other.stiffness[d],
+                    );
+                    (k * self.centre[d] + l * other.centre[d]) / (k + l)
+                })
+                .collect();
+            (1.0 - share) * self.energy(&x) + share * other.energy(&x)
+        };
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..200 {
+            let (a, b) = (low + (high - low) / 3.0, high - (high - low) / 3.0);
+            if dual(a) < dual(b) {
+                low = a;
+            } else {
+                high = b;
+            }
+        }
+        dual(low)
+    }
+}
+
+impl Bowls {
+    fn random(dimensions: usize, count: u64) -> Self {
+        let bowls = (0..count)
+            .map(|id| {
+                let mut rng = stream(3, Task::Start, id);
+                let mut draw = |low, high| {
+                    (0..dimensions)
+                        .map(|_| rng.random_range(low..high))
+                        .collect::<Vec<f64>>()
+                };
+                Bowl {
+                    stiffness: draw(1.0, 6.0),
+                    centre: draw(-1.0, 1.0),
+                    depth: draw(0.0, 0.4)[0],
+                }
+            })
+            .collect();
+        Self {
+            space: Euclidean::new(dimensions),
+            bowls,
+        }
+    }
+
+    /// Exact minimax heights: the set below a level is a union of ellipsoids, so bowls touch in pairs.
+    fn exact(&self, order: &[usize]) -> Vec<Vec<f64>> {
+        let n = order.len();
+        let bowl = |i: usize| &self.bowls[order[i]];
+        let mut best: Vec<Vec<f64>> = (0..n)
+            .map(|i| {
+                (0..n)
+                    .map(|j| {
+                        if i == j {
+                            bowl(i).depth
+                        } else {
+                            bowl(i).contact(bowl(j))
+                        }
+                    })
+                    .collect()
+            })
+            .collect();
+        for k in 0..n {
+            for i in 0..n {
+                for j in 0..n {
+                    if i != j {
+                        best[i][j] = best[i][j].min(best[i][k].max(best[k][j]));
+                    }
+                }
+            }
+        }
+        best
+    }
+}
+
+impl Energy for Bowls {
+    fn space(&self) -> &dyn Space {
+        &self.space
+    }
+
+    fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64 {
+        let choice = self.choice(x);
+        self.evaluate_choice(x, &choice, gradient)
+    }
+
+    fn choice(&self, x: &[f64]) -> Vec<u32> {
+        let energies = (0..).zip(self.bowls.iter().map(|bowl| bowl.energy(x)));
+        let best = energies.min_by(|a, b| a.1.total_cmp(&b.1));
+        best.map(|(bowl, _)| bowl).into_iter().collect()
+    }
+
+    fn evaluate_choice(&self, x: &[f64], choice: &[u32], gradient: &mut [f64]) -> f64 {
+        let bowl = &self.bowls[choice[0] as usize];
+        for (d, g) in gradient.iter_mut().enumerate() {
+            *g = bowl.stiffness[d] * (x[d] - bowl.centre[d]);
+        }
+        bowl.energy(x)
+    }
+}
+
+fn bowls_map(energy: &Bowls, minima: Vec<Minimum>) -> Landscape {
+    let settings = MapSettings::for_minima(energy, &minima);
+    map(
+        energy,
+        &Mala::new(energy),
+        minima,
+        &settings,
+        &NoJournal,
+        &silent,
+    )
+}
+
+#[test]
+fn passes_on_seams_are_exact() {
+    for (dimensions, count) in [(2, 5), (6, 8), (12, 6)] {
+        let energy = Bowls::random(dimensions, count);
+        let (low, high) = (vec![-1.2; dimensions], vec![1.2; dimensions]);
+        let minima = minima(&energy, &low, &high, 300);
+        let order: Vec<usize> = minima.iter().map(|m| m.choice[0] as usize).collect();
+        let exact = energy.exact(&order);
+        let found = bowls_map(&energy, minima);
+        for (i, row) in exact.iter().enumerate() {
+            for (j, known) in row.iter().enumerate() {
+                let height = found.tree.minimax(MinimumId(i), MinimumId(j)).unwrap();
+                assert!(
+                    (height - known).abs() < 1e-4,
+                    "{dimensions} dimensions, {i} {j}: {height} {known}"
+                );
+            }
+        }
+        for merge in found
+            .tree
+            .nodes
+            .iter()
+            .filter(|node| node.minimum.is_none())
+        {
+            assert_eq!(merge.evidence, Evidence::Seam);
+        }
+    }
+}
+
+#[test]
+fn every_descent_ends_in_the_bottom_of_a_bowl() {
+    let energy = Bowls::random(6, 8);
+    for id in 0..50 {
+        let mut rng = stream(9, Task::Start, id);
+        let start: Vec<f64> = (0..6).map(|_| rng.random_range(-1.5..1.5)).collect();
+        let found = quench(&energy, &start, &QuenchSettings::default());
+        let bowl = &energy.bowls[energy.choice(&found.x)[0] as usize];
+        assert!((found.energy - bowl.depth).abs() < 1e-9);
+    }
+}
+
+/// Everything of a map that could differ.
+fn fingerprint(found: &Landscape) -> String {
+    let paths: Vec<_> = found.connections.iter().map(|c| &c.path).collect();
+    format!("{}{paths:?}", found.to_json())
+}
+
+#[test]
+fn threads_order_and_interruption_change_nothing() {
+    let energy = Bowls::random(6, 8);
+    let mut minima = minima(&energy, &[-1.2; 6], &[1.2; 6], 100);
+    let settings = MapSettings::for_minima(&energy, &minima).with_neighbours(3);
+    let journal = MemoryJournal::default();
+    let run = |minima: Vec<Minimum>, journal: &MemoryJournal, threads| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        pool.install(|| {
+            fingerprint(&map(
+                &energy,
+                &Mala::new(&energy),
+                minima,
+                &settings,
+                journal,
+                &silent,
+            ))
+        })
+    };
+    let first = run(minima.clone(), &journal, 1);
+    assert_eq!(first, run(minima.clone(), &MemoryJournal::default(), 2));
+    minima.reverse();
+    assert_eq!(first, run(minima.clone(), &MemoryJournal::default(), 2));
+    // Resumed with half of the work done.
+    let half = journal.half();
+    assert!(!half.is_empty());
+    assert_eq!(first, run(minima, &half, 2));
+}
+
+trait Half {
+    fn half(&self) -> Self;
+}
+
+impl Half for MemoryJournal {
+    fn half(&self) -> Self {
+        use landscape::topography::Journal;
+        let half = Self::default();
+        for i in 0..10 {
+            for j in (i + 1..10).step_by(2) {
+                let key = format!("pair/{i}-{j}/0");
+                if let Some(record) = self.get(&key) {
+                    half.put(&key, &record);
+                }
+            }
+        }
+        half
+    }
+}
+
+#[test]
+fn a_tree_of_paths_only_may_fall_apart() {
+    let energy = Bowls::random(2, 5);
+    let minima = minima(&energy, &[-1.2; 2], &[1.2; 2], 100);
+    let found = bowls_map(&energy, minima);
+    let strict = Tree::from_network(&found.network, Evidence::Saddle);
+    // All passes are seams: without them nothing is joined.
+    assert_eq!(strict.roots.len(), found.network.node_count());
+}

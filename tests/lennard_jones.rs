@@ -1,0 +1,80 @@
+//! Lennard-Jones clusters, found by basin hopping and mapped: minima and merge heights as in the literature.
+
+use landscape::energy::model::LennardJones;
+use landscape::sample::{Mala, Task, stream};
+use landscape::topography::{
+    Evidence, HoppingSettings, Landscape, MapSettings, MinimumId, NoJournal, Sameness, hop, map,
+    silent,
+};
+use rand::RngExt;
+
+fn mapped(atoms: usize) -> Landscape {
+    let energy = LennardJones::new(atoms);
+    let starts: Vec<Vec<f64>> = (0..4)
+        .map(|id| {
+            let mut rng = stream(1, Task::Start, id);
+            (0..3 * atoms)
+                .map(|_| rng.random_range(-1.2..1.2))
+                .collect()
+        })
+        .collect();
+    let hopping = HoppingSettings {
+        kick: 1.2,
+        patience: 100,
+        sameness: Sameness {
+            energy: 1e-6,
+            distance: 1e-2,
+        },
+        ..HoppingSettings::default()
+    };
+    let minima = hop(&energy, &starts, &hopping, &silent);
+    let settings = MapSettings::for_minima(&energy, &minima);
+    map(
+        &energy,
+        &Mala::new(&energy),
+        minima,
+        &settings,
+        &NoJournal,
+        &silent,
+    )
+}
+
+fn check(atoms: usize) {
+    let reference: serde_json::Value =
+        serde_json::from_str(include_str!("reference/landscapes.json")).unwrap();
+    let reference = &reference[format!("LJ{atoms}")];
+    let found = mapped(atoms);
+    let minima = reference["minima"].as_array().unwrap();
+    assert_eq!(found.network.node_count(), minima.len());
+    for (i, known) in minima.iter().enumerate() {
+        let energy = found.network[petgraph::graph::NodeIndex::new(i)].energy;
+        assert!((energy - known.as_f64().unwrap()).abs() < 1e-5);
+        for j in 0..minima.len() {
+            let height = found.tree.minimax(MinimumId(i), MinimumId(j)).unwrap();
+            let known = reference["minimax"][i][j].as_f64().unwrap();
+            assert!((height - known).abs() < 1e-5, "{i} {j}: {height} {known}");
+        }
+    }
+}
+
+#[test]
+fn six_atoms() {
+    check(6);
+}
+
+#[test]
+fn seven_atoms() {
+    check(7);
+}
+
+#[test]
+#[ignore = "a quarter of a minute: aligning clusters of eight atoms"]
+fn eight_atoms() {
+    let found = mapped(8);
+    // Doye and Wales (2002): eight minima.
+    assert_eq!(found.network.node_count(), 8);
+    assert_eq!(found.tree.roots.len(), 1);
+    for node in &found.tree.nodes {
+        assert!(node.evidence <= Evidence::Path);
+    }
+}

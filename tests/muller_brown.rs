@@ -1,0 +1,125 @@
+//! Müller and Brown's surface, found from random starts: minima and merge heights as published.
+
+use landscape::energy::model::MullerBrown;
+use landscape::optimize::QuenchSettings;
+use landscape::sample::{Kernel, Mala, Task, stream};
+use landscape::topography::{
+    ChainSettings, Evidence, MapSettings, Minimum, MinimumId, NoJournal, Sameness, chain, distinct,
+    map, quench_all, silent,
+};
+use rand::RngExt;
+
+fn minima() -> Vec<Minimum> {
+    let starts: Vec<Vec<f64>> = (0..40)
+        .map(|id| {
+            let mut rng = stream(1, Task::Start, id);
+            vec![rng.random_range(-1.5..1.0), rng.random_range(-0.3..1.8)]
+        })
+        .collect();
+    let energy = MullerBrown::new();
+    let found = quench_all(
+        &energy,
+        &starts,
+        &QuenchSettings::default(),
+        &NoJournal,
+        &silent,
+    );
+    distinct(&energy, &found, &Sameness::default(), 1e-6).0
+}
+
+#[test]
+fn merge_heights_are_the_published_ones() {
+    let reference: serde_json::Value =
+        serde_json::from_str(include_str!("reference/landscapes.json")).unwrap();
+    let reference = &reference["muller_brown"];
+    let (energy, minima) = (MullerBrown::new(), minima());
+    assert_eq!(minima.len(), reference["minima"].as_array().unwrap().len());
+    let settings = MapSettings::for_minima(&energy, &minima);
+    let found = map(
+        &energy,
+        &Mala::new(&energy),
+        minima,
+        &settings,
+        &NoJournal,
+        &silent,
+    );
+    for i in 0..3 {
+        let known = reference["minima"][i]["energy"].as_f64().unwrap();
+        assert!((found.network[petgraph::graph::NodeIndex::new(i)].energy - known).abs() < 1e-5);
+        for j in 0..3 {
+            let height = found.tree.minimax(MinimumId(i), MinimumId(j)).unwrap();
+            let known = reference["minimax"][i][j].as_f64().unwrap();
+            assert!((height - known).abs() < 1e-5, "{i} {j}: {height} {known}");
+        }
+    }
+    for node in &found.tree.nodes {
+        assert_eq!(node.evidence, Evidence::Saddle);
+    }
+    // No pass joins the two lowest directly; the path between them leads through the third and says so.
+    let around = found.connection(MinimumId(0), MinimumId(1)).unwrap();
+    assert_eq!(around.edge.evidence, Evidence::Path);
+    // A raw chain is an upper bound, up to the length of a step (measured excess below 0.01).
+    for connection in &found.connections {
+        let exact = found.tree.minimax(connection.from, connection.to).unwrap();
+        for barrier in connection
+            .forward
+            .iter()
+            .chain(&connection.backward)
+            .flatten()
+        {
+            assert!(*barrier > exact - 0.05, "{barrier} {exact}");
+        }
+    }
+}
+
+#[test]
+fn a_chain_needs_force() {
+    let (energy, minima) = (MullerBrown::new(), minima());
+    let kernel = Mala::new(&energy);
+    let settings = ChainSettings {
+        temperature: 5.0,
+        arrival: 0.05,
+        step: 0.012,
+        patience: 500,
+        max_steps: 20_000,
+        ..ChainSettings::default()
+    };
+    let run = |ends: (&Minimum, &Minimum), force, id| {
+        let mut rng = stream(2, Task::AttractionDiffusion, id);
+        chain(
+            &energy,
+            &kernel,
+            ends,
+            force,
+            &settings,
+            (&QuenchSettings::default(), &Sameness::default()),
+            f64::INFINITY,
+            &mut rng,
+        )
+    };
+    let (low, high) = (&minima[0], &minima[1]);
+    for id in 0..10 {
+        // Far below the threshold nothing arrives, well above it everything does (measured: 127 and 508).
+        assert!(!run((low, high), 30.0, id).arrived);
+        let up = run((low, high), 700.0, id);
+        assert!(up.arrived);
+        assert!(up.barrier > -40.67 && up.barrier < 40.0, "{}", up.barrier);
+        assert!((up.path.energies[up.path.energies.len() - 1] - high.energy).abs() < 1e-12);
+        assert!(up.path.height() <= up.barrier);
+    }
+    // A chain stops where it exceeds the bound.
+    let mut rng = stream(2, Task::AttractionDiffusion, 0);
+    let (descent, sameness) = (QuenchSettings::default(), Sameness::default());
+    let stopped = chain(
+        &energy,
+        &kernel,
+        (low, high),
+        700.0,
+        &settings,
+        (&descent, &sameness),
+        -100.0,
+        &mut rng,
+    );
+    assert!(!stopped.arrived && stopped.barrier > -100.0);
+    assert_eq!(kernel.start(&low.coordinates).discrete, [] as [u32; 0]);
+}
