@@ -79,5 +79,12 @@ pub trait Kernel: Sync {
 
     /// Writes a proposal from `state` into `proposal` and returns the logarithm of its Metropolis–Hastings acceptance
     /// ratio under `law` (−∞ refuses), so that moves of different kinds mix correctly. `step` scales continuous moves.
-    fn propose(&self, state: &State, law: &Law<'_>, step: f64, rng: &mut Rng, proposal: &mut State) -> f64;
+    fn propose(
+        &self,
+        state: &State,
+        law: &Law<'_>,
+        step: f64,
+        rng: &mut Rng,
+        proposal: &mut State,
+    ) -> f64;
 }

@@ -55,7 +55,11 @@ impl Energy for MullerBrown {
             gradient[1] += value * (B[k] * dx + 2.0 * C[k] * dy);
         }
         // Far away the last, growing term overflows.
-        if energy.is_finite() { energy } else { f64::INFINITY }
+        if energy.is_finite() {
+            energy
+        } else {
+            f64::INFINITY
+        }
     }
 }
 
