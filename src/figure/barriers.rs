@@ -80,26 +80,10 @@ impl BarrierPicture {
         for (&energy, &group) in self.energies.iter().zip(group_of) {
             energies[group] = energies[group].min(energy);
         }
-        let ends = |link: &Link| {
-            let [a, b] = link.ends.map(|end| group_of[end]);
-            [a.min(b), a.max(b)]
-        };
-        let mut links: Vec<Link> = self
-            .links
-            .iter()
-            .map(|link| Link {
-                ends: ends(link),
-                ..*link
-            })
-            .collect();
-        links.retain(|link| link.ends[0] != link.ends[1]);
-        links.sort_by(|a, b| {
-            a.ends
-                .cmp(&b.ends)
-                .then(a.height.total_cmp(&b.height))
-                .then(a.evidence.cmp(&b.evidence))
-        });
-        links.dedup_by_key(|link| link.ends);
+        let links = lowest_links(self.links.iter().map(|link| Link {
+            ends: link.ends.map(|end| group_of[end]),
+            ..*link
+        }));
         Self {
             energies,
             leaves,
@@ -126,12 +110,8 @@ impl BarrierPicture {
     /// other.
     pub fn draw(&self) -> Result<Canvas, FigureError> {
         self.check()?;
-        let links: Vec<Link> = self
-            .links
-            .iter()
-            .filter(|link| link.evidence != Evidence::None && link.height.is_finite())
-            .copied()
-            .collect();
+        let drawn = |link: &&Link| link.evidence != Evidence::None && link.height.is_finite();
+        let links = lowest_links(self.links.iter().filter(drawn).copied());
         let widths = Widths::new(self, &links);
         let mut canvas = Canvas::new(self.size[0], self.size[1]);
         let mut top = MARGIN;
@@ -306,7 +286,7 @@ impl BarrierPicture {
             .map(|axis| room[axis] / extent[axis].max(f64::MIN_POSITIVE))
             .fold(f64::INFINITY, f64::min);
         // Two minima need not be a sheet apart.
-        let fit = fit.min(190.0);
+        let fit = fit.min(230.0);
         let mut points: Vec<[f64; 2]> = (0..count)
             .map(|node| {
                 [0, 1].map(|axis| fit * (corners[parts_of[node]][axis] + 0.3 + local[node][axis]))
@@ -373,6 +353,26 @@ impl BarrierPicture {
             );
         }
     }
+}
+
+/// The lowest link of each pair (of equal heights the one with the best evidence), without loops, sorted by ends.
+fn lowest_links(links: impl Iterator<Item = Link>) -> Vec<Link> {
+    let sorted = |[a, b]: [usize; 2]| [a.min(b), a.max(b)];
+    let mut links: Vec<Link> = links
+        .map(|link| Link {
+            ends: sorted(link.ends),
+            ..link
+        })
+        .collect();
+    links.retain(|link| link.ends[0] != link.ends[1]);
+    links.sort_by(|a, b| {
+        a.ends
+            .cmp(&b.ends)
+            .then(a.height.total_cmp(&b.height))
+            .then(a.evidence.cmp(&b.evidence))
+    });
+    links.dedup_by_key(|link| link.ends);
+    links
 }
 
 fn dashed(colour: Colour, width: f64) -> Stroke {

@@ -15,7 +15,7 @@ use plotters::style::{
     register_font,
 };
 
-use super::FigureError;
+use super::{FigureError, glyph};
 
 /// Name under which DejaVu Sans is registered. It is what an SVG file asks for, so it lists the next best fonts too.
 const FONT: &str = "DejaVu Sans, Verdana, Helvetica, Arial, sans-serif";
@@ -26,6 +26,8 @@ struct Setting {
     size_per_em: f64,
     /// Where it puts the base line of vertically centred text, em below the point.
     base_line: f64,
+    /// Whether it must be told where each glyph goes.
+    by_glyph: bool,
 }
 
 /// The rasteriser's size is ascent plus descent of DejaVu Sans. It centres a box of height size / 1.24, then puts the
@@ -33,11 +35,13 @@ struct Setting {
 const BITMAP: Setting = Setting {
     size_per_em: 2384.0 / 2048.0,
     base_line: 0.5 * (1.0 - 1.0 / 1.24) * 2384.0 / 2048.0,
+    by_glyph: true,
 };
 /// SVG shifts by half an ex; an ex of DejaVu Sans is 1120 of its 2048 units.
 const SVG: Setting = Setting {
     size_per_em: 1.24,
     base_line: 0.5 * 1120.0 / 2048.0,
+    by_glyph: false,
 };
 /// Where the base line shall be: capitals and digits (1493 of 2048 units tall) are centred on the point.
 const BASE_LINE: f64 = 0.5 * 1493.0 / 2048.0;
@@ -179,6 +183,28 @@ impl TextFace {
         }
     }
 
+    /// The glyphs of `text` with the distance of their ink from the text's point, along the text.
+    fn glyphs(&self, text: &str) -> Vec<(f64, String, Self)> {
+        let mut pen = match self.anchor {
+            Anchor::Start => 0.0,
+            Anchor::Middle => -0.5 * text_width(text, self.size, self.bold),
+            Anchor::End => -text_width(text, self.size, self.bold),
+        };
+        let mut glyphs = Vec::new();
+        for character in text.chars() {
+            let metrics = glyph::metrics(character, self.bold);
+            if !character.is_whitespace() {
+                glyphs.push((
+                    pen + metrics.bearing * self.size,
+                    character.to_string(),
+                    self.anchored(Anchor::Start),
+                ));
+            }
+            pen += metrics.advance * self.size;
+        }
+        glyphs
+    }
+
     fn plotters(&self, scale: f64) -> TextStyle<'static> {
         let style = if self.bold {
             FontStyle::Bold
@@ -206,16 +232,7 @@ impl TextFace {
 
 /// Width of `text` set at `size` per em, canvas units.
 pub fn text_width(text: &str, size: f64, bold: bool) -> f64 {
-    register_fonts();
-    // Measured large, because plotters rounds to whole pixels.
-    const EM: f64 = 200.0;
-    let face = TextFace {
-        bold,
-        ..TextFace::new(EM, Colour::new(0, 0, 0))
-    };
-    let box_of_text = face.plotters(BITMAP.size_per_em).font.layout_box(text);
-    let ((left, _), (right, _)) = box_of_text.expect("the font was registered above");
-    f64::from(right - left) * size / EM
+    size * glyph::width(text, bold)
 }
 
 /// Pixels, row by row from the top.
@@ -597,19 +614,23 @@ impl Canvas {
                     text,
                     face,
                 } => {
+                    let runs = if setting.by_glyph {
+                        face.glyphs(text)
+                    } else {
+                        vec![(0.0, text.clone(), *face)]
+                    };
                     // The text's downward direction is to the right where it runs upward.
                     let lower = (BASE_LINE - setting.base_line) * face.size;
-                    let [x, y] = *point;
-                    let shifted = if face.upward {
-                        [x + lower, y]
-                    } else {
-                        [x, y + lower]
-                    };
-                    backend.draw_text(
-                        text,
-                        &face.plotters(factor * setting.size_per_em),
-                        at(shifted),
-                    )
+                    runs.iter().try_for_each(|(along, run, face)| {
+                        let style = face.plotters(factor * setting.size_per_em);
+                        let [x, y] = *point;
+                        let shifted = if face.upward {
+                            [x + lower, y - along]
+                        } else {
+                            [x + along, y + lower]
+                        };
+                        backend.draw_text(run, &style, at(shifted))
+                    })
                 }
                 Mark::Image { at: [x, y], image } => {
                     let image = image.enlarged(scale);
@@ -641,8 +662,8 @@ fn register_fonts() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
         for (style, bytes) in [
-            (FontStyle::Normal, dejavu::sans::regular()),
-            (FontStyle::Bold, dejavu::sans::bold()),
+            (FontStyle::Normal, glyph::font(false)),
+            (FontStyle::Bold, glyph::font(true)),
         ] {
             assert!(
                 register_font(FONT, style, bytes).is_ok(),
@@ -701,8 +722,8 @@ mod tests {
     }
 
     #[test]
-    fn measured_width_is_the_drawn_width() {
-        let text = "Energy λ₁ (kJ/mol)";
+    fn ink_lies_where_the_metrics_say() {
+        let text = "H tl in λ₁ H";
         for bold in [false, true] {
             let mut canvas = Canvas::new(400, 40).with_pixels_per_unit(1);
             canvas.text(
@@ -713,14 +734,19 @@ mod tests {
                     ..TextFace::new(24.0, BLACK)
                 },
             );
-            let [first, last] = inked_columns(&canvas.to_image().unwrap());
-            let drawn = f64::from(last - first);
-            let measured = text_width(text, 24.0, bold);
-            // Ink stops short of the first and last letter's box.
-            assert!(
-                measured - drawn > 0.0 && measured - drawn < 6.0,
-                "{drawn} of {measured}"
-            );
+            let drawn = inked_columns(&canvas.to_image().unwrap()).map(f64::from);
+            // The white before and after an H is the same.
+            let white = 24.0 * glyph::metrics('H', bold).bearing;
+            let expected = [
+                10.0 + white,
+                10.0 + text_width(text, 24.0, bold) - white - 1.0,
+            ];
+            for (drawn, expected) in drawn.iter().zip(expected) {
+                assert!(
+                    (drawn - expected).abs() < 1.2,
+                    "{drawn} instead of {expected}"
+                );
+            }
         }
     }
 

@@ -8,6 +8,7 @@ use std::path::PathBuf;
 
 mod axis;
 mod canvas;
+mod glyph;
 mod theme;
 
 #[cfg(feature = "topography")]
@@ -38,6 +39,10 @@ pub use disconnectivity::DisconnectivityPicture;
 pub use layout::LeafOrder;
 #[cfg(feature = "topography")]
 pub use leaf::{Leaf, group, leaves_of};
+#[cfg(feature = "grasp")]
+pub use scene::{Camera, Marker, Scene, Surface};
+#[cfg(feature = "grasp")]
+pub use sheet::contact_sheet;
 
 /// Why a picture could not be made.
 #[derive(Debug, thiserror::Error)]
