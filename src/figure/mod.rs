@@ -1,4 +1,98 @@
 //! Pictures: layout is pure geometry, painting is plotters.
+//!
+//! A picture ([`DisconnectivityPicture`], [`BarrierPicture`], with feature `grasp` a rendered [`Scene`]) is plain data;
+//! drawing it gives a [`Canvas`], and [`Canvas::save`] writes SVG or PNG. Only `canvas` names plotters; programs that
+//! need another kind of chart put lines and texts on a [`Canvas`] themselves, with [`ticks`] for the axes.
 
+use std::path::PathBuf;
+
+mod axis;
+mod canvas;
+mod glyph;
+mod theme;
+
+#[cfg(feature = "topography")]
+mod barriers;
+#[cfg(feature = "topography")]
+mod disconnectivity;
+#[cfg(feature = "topography")]
+pub mod layout;
+#[cfg(feature = "topography")]
+mod leaf;
+#[cfg(feature = "topography")]
+mod legend;
 #[cfg(feature = "grasp")]
-pub mod scene;
+mod scene;
+#[cfg(feature = "grasp")]
+mod sheet;
+#[cfg(all(test, feature = "topography"))]
+mod testing;
+
+pub use axis::{number, tick_texts, ticks};
+pub use canvas::{Anchor, Canvas, Colour, Image, Stroke, TextFace, text_width};
+
+#[cfg(feature = "topography")]
+pub use barriers::{BarrierPicture, Link};
+#[cfg(feature = "topography")]
+pub use disconnectivity::DisconnectivityPicture;
+#[cfg(feature = "topography")]
+pub use layout::LeafOrder;
+#[cfg(feature = "topography")]
+pub use leaf::{Leaf, group, leaves_of};
+#[cfg(feature = "grasp")]
+pub use scene::{Camera, Marker, Scene, Surface};
+#[cfg(feature = "grasp")]
+pub use sheet::contact_sheet;
+
+/// Why a picture could not be made.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum FigureError {
+    /// The ending of the file name is neither `.svg` nor `.png`.
+    #[error("cannot tell the format of figure {}: let its name end in .svg or .png", path.display())]
+    Format {
+        /// The file asked for.
+        path: PathBuf,
+    },
+    /// A rendered image was to go into an SVG file.
+    #[error("a figure with rendered images can only be written as .png")]
+    BitmapOnly,
+    /// Descriptions do not match what they describe.
+    #[error("{described} leaves are described, but the landscape has {present}")]
+    Leaves {
+        /// Number of descriptions.
+        described: usize,
+        /// Number of minima.
+        present: usize,
+    },
+    /// An energy or height that has no place on an axis.
+    #[error("node {node} has energy {energy}, which cannot be drawn")]
+    NotFinite {
+        /// Number of the minimum or tree node.
+        node: usize,
+        /// Its energy.
+        energy: f64,
+    },
+    /// A link names a minimum that is not there.
+    #[error("a link names minimum {node}, but there are only {present}")]
+    NoSuchNode {
+        /// The number named.
+        node: usize,
+        /// Number of minima.
+        present: usize,
+    },
+    /// The drawing library gave up.
+    #[error("the figure could not be drawn: {message}")]
+    Draw {
+        /// Its reason.
+        message: String,
+    },
+    /// The file could not be written.
+    #[error("cannot write figure {}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// The reason.
+        source: std::io::Error,
+    },
+}

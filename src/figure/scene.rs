@@ -1,316 +1,657 @@
-//! Shaded pictures of hands and objects: a small z-buffer renderer.
+//! Rendered grasps: triangle meshes and contact markers through a depth buffer.
 //!
-//! Hand and object interpenetrate where they touch, so triangles cannot be sorted; a z-buffer decides by the pixel.
+//! Hand and object touch and penetrate each other, so triangles cannot be sorted; every pixel keeps what is nearest.
 
-use nalgebra::{Rotation3, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
-/// Red, green, blue, 0..=255.
-pub type Colour = [u8; 3];
+use super::canvas::Image;
+use super::theme::byte;
 
-/// An RGB picture, rows from the top.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Image {
-    /// Pixels a row.
-    pub width: usize,
-    /// Rows.
-    pub height: usize,
-    /// Three bytes a pixel.
-    pub rgb: Vec<u8>,
-}
+/// Pixels are rendered twice as fine in both directions and averaged.
+const SUPERSAMPLING: u32 = 2;
+/// Faces that meet at a sharper angle than this keep their edge: cosine of 40°.
+const CREASE: f64 = 0.766;
+/// Part of a marker's colour that shows through what covers it.
+const SHINE_THROUGH: f64 = 0.45;
+/// Side of the trial renderings that choose a viewpoint, pixels.
+const TRIAL_SIDE: u32 = 120;
 
 /// A triangle mesh in one colour.
-#[derive(Debug, Clone)]
-struct Surface {
-    vertices: Vec<Vector3<f64>>,
-    normals: Vec<Vector3<f64>>,
-    triangles: Vec<[u32; 3]>,
-    colour: Colour,
+#[derive(Debug, Clone, PartialEq)]
+pub struct Surface {
+    /// Vertices, object frame, metres.
+    pub vertices: Vec<Vector3<f64>>,
+    /// Corners of each triangle, counter-clockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+    /// Red, green, blue.
+    pub colour: [u8; 3],
 }
 
-/// Meshes to be drawn together.
-#[derive(Debug, Clone, Default)]
+/// A small sphere at a contact. What covers it lets it shine through.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Marker {
+    /// Centre, object frame, metres.
+    pub centre: Vector3<f64>,
+    /// Radius, metres.
+    pub radius_m: f64,
+    /// Red, green, blue.
+    pub colour: [u8; 3],
+}
+
+/// What is to be seen.
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Scene {
-    surfaces: Vec<Surface>,
+    /// Meshes, the hand first: viewpoints are chosen to show much of it.
+    pub surfaces: Vec<Surface>,
+    /// Contacts.
+    pub markers: Vec<Marker>,
 }
 
-/// Samples a pixel along each side.
-const OVERSAMPLING: usize = 2;
-/// Share of the light that comes from everywhere, and of the light from behind the viewer's left shoulder.
-const AMBIENT: f64 = 0.35;
-const KEY: f64 = 0.55;
-const FILL: f64 = 0.25;
+/// An orthographic camera.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Camera {
+    /// Point in the middle of the image, metres.
+    pub target: Vector3<f64>,
+    /// Rows: right, up and toward the eye, unit vectors.
+    pub view_from_object: Matrix3<f64>,
+    /// Half the shorter side of the image, metres.
+    pub half_extent_m: f64,
+}
 
-impl Scene {
-    /// An empty scene.
-    pub fn new() -> Self {
-        Self::default()
-    }
-
-    /// Adds a mesh, shaded smoothly.
-    pub fn mesh(
-        &mut self,
-        vertices: Vec<Vector3<f64>>,
-        triangles: Vec<[u32; 3]>,
-        colour: Colour,
-    ) -> &mut Self {
-        let mut normals = vec![Vector3::zeros(); vertices.len()];
-        for triangle in &triangles {
-            let [a, b, c] = triangle.map(|index| vertices[index as usize]);
-            // The cross product is as long as twice the area: large triangles count more.
-            let normal = (b - a).cross(&(c - a));
-            for &index in triangle {
-                normals[index as usize] += normal;
-            }
-        }
-        for normal in &mut normals {
-            *normal = normal.try_normalize(0.0).unwrap_or_else(Vector3::z);
-        }
-        self.surfaces.push(Surface {
-            vertices,
-            normals,
-            triangles,
-            colour,
-        });
-        self
-    }
-
-    /// Adds a small ball, for instance at a contact.
-    pub fn ball(&mut self, centre: &Vector3<f64>, radius_m: f64, colour: Colour) -> &mut Self {
-        const RINGS: u32 = 8;
-        const SECTORS: u32 = 12;
-        let mut vertices = Vec::new();
-        for ring in 0..=RINGS {
-            let polar = std::f64::consts::PI * f64::from(ring) / f64::from(RINGS);
-            for sector in 0..SECTORS {
-                let azimuth = std::f64::consts::TAU * f64::from(sector) / f64::from(SECTORS);
-                let direction = Vector3::new(
-                    polar.sin() * azimuth.cos(),
-                    polar.sin() * azimuth.sin(),
-                    polar.cos(),
-                );
-                vertices.push(centre + direction * radius_m);
-            }
-        }
-        let mut triangles = Vec::new();
-        for ring in 0..RINGS {
-            for sector in 0..SECTORS {
-                let next = (sector + 1) % SECTORS;
-                let (a, b) = (ring * SECTORS + sector, ring * SECTORS + next);
-                let (c, d) = (a + SECTORS, b + SECTORS);
-                triangles.push([a, c, b]);
-                triangles.push([b, c, d]);
-            }
-        }
-        self.mesh(vertices, triangles, colour)
-    }
-
-    /// Renders the scene seen against `direction` (from the viewer into the scene) with `up` upward, framed to fit, on
-    /// white.
+impl Camera {
+    /// Camera at the far end of `toward_eye`, looking at `target`, with `up` upright in the image.
+    ///
+    /// An `up` along the line of sight is replaced by the coordinate axis farthest from it.
     ///
     /// # Panics
-    /// If `direction` and `up` are parallel or the picture has no pixels.
-    pub fn render(
-        &self,
-        direction: &Vector3<f64>,
-        up: &Vector3<f64>,
-        width: usize,
-        height: usize,
-    ) -> Image {
-        assert!(width > 0 && height > 0, "a picture has pixels");
-        let view = view_from_scene(direction, up);
-        let buffer = Buffer::fill(self, &view, width * OVERSAMPLING, height * OVERSAMPLING);
-        let mut rgb = Vec::with_capacity(3 * width * height);
-        for y in 0..height {
-            for x in 0..width {
-                for channel in 0..3 {
-                    let mut sum = 0u32;
-                    for dy in 0..OVERSAMPLING {
-                        for dx in 0..OVERSAMPLING {
-                            let at = (y * OVERSAMPLING + dy) * width * OVERSAMPLING
-                                + x * OVERSAMPLING
-                                + dx;
-                            sum += u32::from(buffer.colours[at][channel]);
-                        }
-                    }
-                    let samples = u32::try_from(OVERSAMPLING * OVERSAMPLING).unwrap_or(1);
-                    rgb.push(u8::try_from(sum / samples).unwrap_or(u8::MAX));
-                }
-            }
+    /// If `toward_eye` is zero.
+    pub fn look_at(
+        target: Vector3<f64>,
+        toward_eye: Vector3<f64>,
+        up: Vector3<f64>,
+        half_extent_m: f64,
+    ) -> Self {
+        let back = toward_eye
+            .try_normalize(0.0)
+            .expect("a direction to look from is not zero");
+        let right = up
+            .cross(&back)
+            .try_normalize(1e-6 * up.norm().max(f64::MIN_POSITIVE))
+            .unwrap_or_else(|| {
+                let mut other = Vector3::zeros();
+                other[back.iamin()] = 1.0;
+                other.cross(&back).normalize()
+            });
+        let view_from_object = Matrix3::from_rows(&[
+            right.transpose(),
+            back.cross(&right).transpose(),
+            back.transpose(),
+        ]);
+        Self {
+            target,
+            view_from_object,
+            half_extent_m,
         }
-        Image { width, height, rgb }
-    }
-
-    /// The direction, among 26 around the scene, that shows most of the surfaces with colour `wanted` (contacts, say),
-    /// and among those that show equally much, most of the first mesh.
-    pub fn best_direction(&self, up: &Vector3<f64>, wanted: Colour) -> Vector3<f64> {
-        const SIZE: usize = 96;
-        let mut best = (0usize, 0usize, Vector3::x());
-        for x in -1..=1 {
-            for y in -1..=1 {
-                for z in -1..=1 {
-                    let direction = Vector3::new(f64::from(x), f64::from(y), f64::from(z));
-                    if direction.cross(up).norm() < 1e-9 {
-                        continue;
-                    }
-                    let view = view_from_scene(&direction, up);
-                    let buffer = Buffer::fill(self, &view, SIZE, SIZE);
-                    let count = |test: &dyn Fn(usize) -> bool| {
-                        buffer.surfaces.iter().flatten().filter(|&&s| test(s)).count()
-                    };
-                    let shown = count(&|s| self.surfaces[s].colour == wanted);
-                    let first = count(&|s| s == 0);
-                    if (shown, first) > (best.0, best.1) {
-                        best = (shown, first, direction);
-                    }
-                }
-            }
-        }
-        best.2.normalize()
     }
 }
 
-/// Rotation into the viewer's frame: x right, y up, z toward the viewer.
-fn view_from_scene(direction: &Vector3<f64>, up: &Vector3<f64>) -> Rotation3<f64> {
-    let z = -direction.normalize();
-    let x = up.cross(&z).normalize();
-    let y = z.cross(&x);
-    Rotation3::from_basis_unchecked(&[x, y, z]).inverse()
-}
-
-struct Buffer {
-    colours: Vec<Colour>,
-    surfaces: Vec<Option<usize>>,
-}
-
-impl Buffer {
-    fn fill(scene: &Scene, view: &Rotation3<f64>, width: usize, height: usize) -> Self {
+impl Scene {
+    /// Camera that looks along −`toward_eye` and shows everything with a small margin, for square images.
+    ///
+    /// # Panics
+    /// If `toward_eye` is zero.
+    pub fn framed(&self, toward_eye: Vector3<f64>, up: Vector3<f64>) -> Camera {
+        let camera = Camera::look_at(Vector3::zeros(), toward_eye, up, 1.0);
         let mut low = Vector3::repeat(f64::INFINITY);
         let mut high = Vector3::repeat(f64::NEG_INFINITY);
-        for vertex in scene.surfaces.iter().flat_map(|s| &s.vertices) {
-            let seen = view * vertex;
-            low = low.inf(&seen);
-            high = high.sup(&seen);
-        }
-        let mut buffer = Self {
-            colours: vec![[255; 3]; width * height],
-            surfaces: vec![None; width * height],
+        let mut include = |point: &Vector3<f64>, radius: f64| {
+            let point = camera.view_from_object * point;
+            low = low.inf(&point.add_scalar(-radius));
+            high = high.sup(&point.add_scalar(radius));
         };
+        self.surfaces
+            .iter()
+            .flat_map(|surface| &surface.vertices)
+            .for_each(|vertex| include(vertex, 0.0));
+        self.markers
+            .iter()
+            .for_each(|marker| include(&marker.centre, marker.radius_m));
         if low.x > high.x {
-            return buffer;
+            return camera;
         }
-        let extent = high - low;
-        let scale = 0.94 * (width as f64 / extent.x.max(1e-9)).min(height as f64 / extent.y.max(1e-9));
-        let middle = (low + high) * 0.5;
-        let mut depths = vec![f64::NEG_INFINITY; width * height];
-        for (number, surface) in scene.surfaces.iter().enumerate() {
-            let pixels: Vec<Vector3<f64>> = surface
+        let centre = 0.5 * (low + high);
+        let half = 0.5 * (high - low).xy().max();
+        Camera {
+            target: camera.view_from_object.transpose() * centre,
+            half_extent_m: if half > 0.0 { 1.05 * half } else { 1.0 },
+            ..camera
+        }
+    }
+
+    /// The best of the 26 directions toward faces, edges and corners of a cube: the one that shows the most area of
+    /// markers (each at most once its own size) and of the first surface, a marker's pixel counting ten times.
+    pub fn best_camera(&self, up: Vector3<f64>) -> Camera {
+        let step = |digit: u32| f64::from(digit % 3) - 1.0;
+        let directions = (0..27u32)
+            .map(|code| Vector3::new(step(code / 9), step(code / 3), step(code)))
+            .filter(|direction| *direction != Vector3::zeros());
+        let normals: Vec<Vec<[Vector3<f64>; 3]>> =
+            self.surfaces.iter().map(Surface::corner_normals).collect();
+        let mut best: Option<(f64, Camera)> = None;
+        for direction in directions {
+            let camera = self.framed(direction, up);
+            let score = self.shown(&camera, &normals);
+            if best.as_ref().is_none_or(|(highest, _)| score > *highest) {
+                best = Some((score, camera));
+            }
+        }
+        best.map_or_else(|| self.framed(Vector3::z(), up), |(_, camera)| camera)
+    }
+
+    /// Visible area, m², as [`Scene::best_camera`] weighs it.
+    fn shown(&self, camera: &Camera, normals: &[Vec<[Vector3<f64>; 3]>]) -> f64 {
+        let raster = self.raster(camera, TRIAL_SIDE, TRIAL_SIDE, normals);
+        let pixel_m2 = (2.0 * camera.half_extent_m / f64::from(TRIAL_SIDE)).powi(2);
+        let mut weight = 0.0;
+        for (surface, marker) in raster.surface.iter().zip(&raster.marker) {
+            if marker.depth > surface.depth {
+                weight += 10.0;
+            }
+            if surface.owner == 0 && surface.depth > f64::NEG_INFINITY {
+                weight += 1.0;
+            }
+        }
+        weight * pixel_m2
+    }
+
+    /// Renders an image of `width` × `height` pixels on white.
+    pub fn render(&self, camera: &Camera, width: u32, height: u32) -> Image {
+        let normals: Vec<Vec<[Vector3<f64>; 3]>> =
+            self.surfaces.iter().map(Surface::corner_normals).collect();
+        let raster = self.raster(
+            camera,
+            width * SUPERSAMPLING,
+            height * SUPERSAMPLING,
+            &normals,
+        );
+        let mut rgb = Vec::with_capacity(raster.surface.len() * 3);
+        for (surface, marker) in raster.surface.iter().zip(&raster.marker) {
+            let shine = if marker.depth >= surface.depth {
+                1.0
+            } else {
+                SHINE_THROUGH
+            };
+            for channel in 0..3 {
+                let under = surface.colour[channel];
+                let over = if marker.depth > f64::NEG_INFINITY {
+                    marker.colour[channel]
+                } else {
+                    under
+                };
+                rgb.push(byte(under + shine * (over - under)));
+            }
+        }
+        Image {
+            width: raster.width,
+            height: raster.height,
+            rgb,
+        }
+        .reduced(SUPERSAMPLING)
+    }
+
+    fn raster(
+        &self,
+        camera: &Camera,
+        width: u32,
+        height: u32,
+        normals: &[Vec<[Vector3<f64>; 3]>],
+    ) -> Raster {
+        let mut raster = Raster::new(camera, width, height);
+        for (owner, (surface, normals)) in self.surfaces.iter().zip(normals).enumerate() {
+            let colour = surface.colour.map(f64::from);
+            let vertices: Vec<Vector3<f64>> = surface
                 .vertices
                 .iter()
-                .map(|vertex| {
-                    let seen = view * vertex - middle;
-                    Vector3::new(
-                        0.5 * width as f64 + scale * seen.x,
-                        0.5 * height as f64 - scale * seen.y,
-                        seen.z,
-                    )
-                })
+                .map(|vertex| raster.pixel_from_object(vertex))
                 .collect();
-            let light: Vec<f64> = surface.normals.iter().map(|n| brightness(&(view * n))).collect();
-            for triangle in &surface.triangles {
-                let corners = triangle.map(|index| pixels[index as usize]);
-                let lights = triangle.map(|index| light[index as usize]);
-                for_each_pixel(&corners, width, height, |at, weights| {
-                    let depth: f64 = weights.iter().zip(&corners).map(|(w, c)| w * c.z).sum();
-                    if depth > depths[at] {
-                        depths[at] = depth;
-                        let bright: f64 = weights.iter().zip(&lights).map(|(w, l)| w * l).sum();
-                        buffer.colours[at] = surface.colour.map(|c| shade(c, bright));
-                        buffer.surfaces[at] = Some(number);
-                    }
-                });
+            for (triangle, normals) in surface.triangles.iter().zip(normals) {
+                let corners = triangle.map(|corner| vertices[corner as usize]);
+                let normals = normals.map(|normal| camera.view_from_object * normal);
+                raster.triangle(&corners, &normals, colour, owner);
             }
         }
-        buffer
+        for marker in &self.markers {
+            raster.sphere(marker);
+        }
+        raster
     }
 }
 
-/// Two-light Lambert shading of a normal in the viewer's frame.
-fn brightness(normal: &Vector3<f64>) -> f64 {
-    let key = Vector3::new(-0.4, 0.5, 0.77).dot(normal).max(0.0);
-    let fill = Vector3::new(0.7, -0.1, 0.7).dot(normal).max(0.0);
-    AMBIENT + KEY * key + FILL * fill
-}
-
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "clamped to a byte first"
-)]
-fn shade(colour: u8, bright: f64) -> u8 {
-    (f64::from(colour) * bright).clamp(0.0, 255.0) as u8
-}
-
-/// Calls `visit` with each pixel whose centre lies in the triangle and its barycentric weights.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "pixel numbers are clamped to the picture first"
-)]
-fn for_each_pixel(
-    corners: &[Vector3<f64>; 3],
-    width: usize,
-    height: usize,
-    mut visit: impl FnMut(usize, [f64; 3]),
-) {
-    let [a, b, c] = corners;
-    let area = (b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y);
-    if area.abs() < 1e-12 {
-        return;
-    }
-    let range = |values: [f64; 3], limit: usize| {
-        let low = values.iter().copied().fold(f64::INFINITY, f64::min);
-        let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let clamp = |v: f64| v.clamp(0.0, limit as f64) as usize;
-        clamp(low.floor())..clamp(high.ceil())
-    };
-    for y in range([a.y, b.y, c.y], height) {
-        for x in range([a.x, b.x, c.x], width) {
-            let (px, py) = (x as f64 + 0.5, y as f64 + 0.5);
-            let weight = |p: &Vector3<f64>, q: &Vector3<f64>| {
-                ((p.x - px) * (q.y - py) - (q.x - px) * (p.y - py)) / area
+impl Surface {
+    /// Unit normal at each corner of each triangle: the sum of the area vectors of the faces around the vertex, as far
+    /// as they turn less than [`CREASE`] away from the triangle's own. Vertices in the same place count as one, so that
+    /// a file that lists every triangle's corners anew is smooth as well.
+    fn corner_normals(&self) -> Vec<[Vector3<f64>; 3]> {
+        let key = |vertex: &Vector3<f64>| {
+            [vertex.x, vertex.y, vertex.z].map(|value| (value + 0.0).to_bits())
+        };
+        let mut order: Vec<usize> = (0..self.vertices.len()).collect();
+        order.sort_by_key(|&vertex| (key(&self.vertices[vertex]), vertex));
+        let mut same = vec![0; self.vertices.len()];
+        for pair in 0..order.len() {
+            let vertex = order[pair];
+            let before = order[pair.saturating_sub(1)];
+            same[vertex] = if pair > 0 && key(&self.vertices[vertex]) == key(&self.vertices[before])
+            {
+                same[before]
+            } else {
+                vertex
             };
-            let weights = [weight(b, c), weight(c, a), weight(a, b)];
-            if weights.iter().all(|w| *w >= 0.0) {
-                visit(y * width + x, weights);
+        }
+        let areas: Vec<Vector3<f64>> = self
+            .triangles
+            .iter()
+            .map(|triangle| {
+                let [a, b, c] = triangle.map(|corner| self.vertices[corner as usize]);
+                (b - a).cross(&(c - a))
+            })
+            .collect();
+        let mut around = vec![Vec::new(); self.vertices.len()];
+        for (face, triangle) in self.triangles.iter().enumerate() {
+            for &corner in triangle {
+                around[same[corner as usize]].push(face);
+            }
+        }
+        let units: Vec<Vector3<f64>> = areas
+            .iter()
+            .map(|area| area.try_normalize(0.0).unwrap_or_else(Vector3::zeros))
+            .collect();
+        self.triangles
+            .iter()
+            .enumerate()
+            .map(|(face, triangle)| {
+                triangle.map(|corner| {
+                    around[same[corner as usize]]
+                        .iter()
+                        .filter(|&&other| units[other].dot(&units[face]) > CREASE)
+                        .map(|&other| areas[other])
+                        .sum::<Vector3<f64>>()
+                        .try_normalize(0.0)
+                        .unwrap_or(units[face])
+                })
+            })
+            .collect()
+    }
+}
+
+/// What is nearest to the eye at a pixel.
+#[derive(Debug, Clone, Copy)]
+struct Nearest {
+    /// Toward the eye, pixels; −∞ where nothing is.
+    depth: f64,
+    colour: [f64; 3],
+    /// Number of the surface.
+    owner: usize,
+}
+
+#[derive(Debug)]
+struct Raster {
+    width: u32,
+    height: u32,
+    camera: Camera,
+    pixels_per_m: f64,
+    surface: Vec<Nearest>,
+    marker: Vec<Nearest>,
+}
+
+impl Raster {
+    fn new(camera: &Camera, width: u32, height: u32) -> Self {
+        let empty = Nearest {
+            depth: f64::NEG_INFINITY,
+            colour: [255.0; 3],
+            owner: 0,
+        };
+        let count = width as usize * height as usize;
+        Self {
+            width,
+            height,
+            camera: *camera,
+            pixels_per_m: 0.5 * f64::from(width.min(height)) / camera.half_extent_m,
+            surface: vec![empty; count],
+            marker: vec![empty; count],
+        }
+    }
+
+    /// Column, row (downward) and depth toward the eye, all in pixels.
+    fn pixel_from_object(&self, point: &Vector3<f64>) -> Vector3<f64> {
+        let seen =
+            self.pixels_per_m * (self.camera.view_from_object * (point - self.camera.target));
+        Vector3::new(
+            0.5 * f64::from(self.width) + seen.x,
+            0.5 * f64::from(self.height) - seen.y,
+            seen.z,
+        )
+    }
+
+    /// Pixels whose centres may lie between `low` and `high`.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "clamped to the image first"
+    )]
+    fn range(low: f64, high: f64, size: u32) -> std::ops::Range<u32> {
+        let clamp = |value: f64| value.clamp(0.0, f64::from(size)) as u32;
+        clamp((low - 0.5).ceil())..clamp((high + 0.5).floor())
+    }
+
+    fn index(&self, column: u32, row: u32) -> usize {
+        row as usize * self.width as usize + column as usize
+    }
+
+    fn triangle(
+        &mut self,
+        corners: &[Vector3<f64>; 3],
+        normals: &[Vector3<f64>; 3],
+        colour: [f64; 3],
+        owner: usize,
+    ) {
+        let [a, b, c] = corners;
+        let area = (b - a).xy().perp(&(c - a).xy());
+        if area == 0.0 || !area.is_finite() {
+            return;
+        }
+        let span = |axis: usize| {
+            let values = [a[axis], b[axis], c[axis]];
+            (
+                values.iter().copied().fold(f64::INFINITY, f64::min),
+                values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+            )
+        };
+        let ((left, right), (top, bottom)) = (span(0), span(1));
+        for row in Self::range(top, bottom, self.height) {
+            for column in Self::range(left, right, self.width) {
+                let at = nalgebra::Vector2::new(f64::from(column) + 0.5, f64::from(row) + 0.5);
+                let (weight_b, weight_c) = (
+                    (at - a.xy()).perp(&(c - a).xy()) / area,
+                    (b - a).xy().perp(&(at - a.xy())) / area,
+                );
+                let weight_a = 1.0 - weight_b - weight_c;
+                if weight_a < 0.0 || weight_b < 0.0 || weight_c < 0.0 {
+                    continue;
+                }
+                let depth = weight_a * a.z + weight_b * b.z + weight_c * c.z;
+                let index = self.index(column, row);
+                if depth > self.surface[index].depth {
+                    let normal =
+                        weight_a * normals[0] + weight_b * normals[1] + weight_c * normals[2];
+                    self.surface[index] = Nearest {
+                        depth,
+                        colour: shade(colour, &normal),
+                        owner,
+                    };
+                }
             }
         }
     }
+
+    fn sphere(&mut self, marker: &Marker) {
+        let centre = self.pixel_from_object(&marker.centre);
+        let radius = marker.radius_m * self.pixels_per_m;
+        let colour = marker.colour.map(f64::from);
+        for row in Self::range(centre.y - radius, centre.y + radius, self.height) {
+            for column in Self::range(centre.x - radius, centre.x + radius, self.width) {
+                let (x, y) = (
+                    f64::from(column) + 0.5 - centre.x,
+                    centre.y - f64::from(row) - 0.5,
+                );
+                let square = radius * radius - x * x - y * y;
+                if square < 0.0 {
+                    continue;
+                }
+                let normal = Vector3::new(x, y, square.sqrt()) / radius;
+                let index = self.index(column, row);
+                let depth = centre.z + square.sqrt();
+                if depth > self.marker[index].depth {
+                    self.marker[index] = Nearest {
+                        depth,
+                        colour: shade(colour, &normal),
+                        owner: 0,
+                    };
+                }
+            }
+        }
+    }
+}
+
+/// Lambert shading in view coordinates: a main light from the upper left, a weaker one from the right, some from
+/// everywhere. Back faces are lit like front faces, so that open meshes do not show holes.
+fn shade(colour: [f64; 3], normal: &Vector3<f64>) -> [f64; 3] {
+    let normal = normal.try_normalize(0.0).unwrap_or_else(Vector3::z);
+    let normal = if normal.z < 0.0 { -normal } else { normal };
+    let light = |x: f64, y: f64, z: f64| normal.dot(&Vector3::new(x, y, z).normalize()).max(0.0);
+    let strength = 0.38 + 0.52 * light(-0.45, 0.6, 0.8) + 0.22 * light(0.8, -0.1, 0.5);
+    colour.map(|channel| (channel * strength).min(255.0))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    #[test]
-    fn nearer_surfaces_hide_farther_ones() {
-        let red = [200, 0, 0];
-        let blue = [0, 0, 200];
-        let mut scene = Scene::new();
-        scene.ball(&Vector3::zeros(), 1.0, red);
-        scene.ball(&Vector3::new(0.0, -1.2, 0.0), 0.5, blue);
-        let from_front = scene.render(&Vector3::y(), &Vector3::z(), 40, 40);
-        let middle = &from_front.rgb[3 * (20 * 40 + 20)..][..3];
-        assert!(middle[2] > middle[0], "{middle:?}");
-        let from_behind = scene.render(&-Vector3::y(), &Vector3::z(), 40, 40);
-        let middle = &from_behind.rgb[3 * (20 * 40 + 20)..][..3];
-        assert!(middle[0] > middle[2], "{middle:?}");
-        let seen = scene.best_direction(&Vector3::z(), blue);
-        assert!(seen.y > 0.0, "{seen:?}");
+    /// A sphere of 2 · rings · rings triangles.
+    fn ball(centre: Vector3<f64>, radius: f64, colour: [u8; 3], rings: u32) -> Surface {
+        let mut vertices = Vec::new();
+        for ring in 0..=rings {
+            for step in 0..=rings {
+                let (polar, around) = (
+                    std::f64::consts::PI * f64::from(ring) / f64::from(rings),
+                    std::f64::consts::TAU * f64::from(step % rings) / f64::from(rings),
+                );
+                let normal = Vector3::new(
+                    polar.sin() * around.cos(),
+                    polar.sin() * around.sin(),
+                    polar.cos(),
+                );
+                vertices.push(centre + radius * normal);
+            }
+        }
+        let at = |ring: u32, step: u32| ring * (rings + 1) + step;
+        let triangles = (0..rings)
+            .flat_map(|ring| {
+                (0..rings).flat_map(move |step| {
+                    let (a, b) = (at(ring, step), at(ring, step + 1));
+                    let (c, d) = (at(ring + 1, step), at(ring + 1, step + 1));
+                    [[a, c, d], [a, d, b]]
+                })
+            })
+            .collect();
+        Surface {
+            vertices,
+            triangles,
+            colour,
+        }
+    }
+
+    fn cuboid(half: Vector3<f64>, colour: [u8; 3]) -> Surface {
+        let vertices = (0..8)
+            .map(|corner| {
+                Vector3::from_fn(|axis, _| {
+                    if corner >> axis & 1 == 1 {
+                        half[axis]
+                    } else {
+                        -half[axis]
+                    }
+                })
+            })
+            .collect();
+        let triangles = vec![
+            [0, 2, 1],
+            [1, 2, 3],
+            [4, 5, 6],
+            [5, 7, 6],
+            [0, 1, 4],
+            [1, 5, 4],
+            [2, 6, 3],
+            [3, 6, 7],
+            [0, 4, 2],
+            [2, 4, 6],
+            [1, 3, 5],
+            [3, 7, 5],
+        ];
+        Surface {
+            vertices,
+            triangles,
+            colour,
+        }
+    }
+
+    fn pixel(image: &Image, column: u32, row: u32) -> [u8; 3] {
+        let first = ((row * image.width + column) * 3) as usize;
+        [image.rgb[first], image.rgb[first + 1], image.rgb[first + 2]]
     }
 
     #[test]
-    fn an_empty_scene_is_white() {
-        let image = Scene::new().render(&Vector3::y(), &Vector3::z(), 3, 2);
-        assert_eq!(image.rgb, vec![255; 18]);
+    fn the_nearer_part_of_interpenetrating_balls_is_seen() {
+        let scene = Scene {
+            surfaces: vec![
+                ball(Vector3::new(0.0, 0.0, 0.0), 1.0, [200, 0, 0], 48),
+                ball(Vector3::new(0.9, 0.0, 0.3), 1.0, [0, 0, 200], 48),
+            ],
+            markers: Vec::new(),
+        };
+        let camera = Camera::look_at(Vector3::zeros(), Vector3::z(), Vector3::y(), 2.0);
+        let image = scene.render(&camera, 200, 200);
+        for (column, row) in [
+            (60, 100),
+            (95, 100),
+            (130, 100),
+            (150, 60),
+            (100, 195),
+            (100, 100),
+            (128, 100),
+        ] {
+            let (x, y) = (
+                (f64::from(column) + 0.5 - 100.0) / 50.0,
+                (99.5 - f64::from(row)) / 50.0,
+            );
+            let height = |centre_x: f64, centre_z: f64| {
+                let square = 1.0 - (x - centre_x).powi(2) - y * y;
+                if square < 0.0 {
+                    f64::NEG_INFINITY
+                } else {
+                    centre_z + square.sqrt()
+                }
+            };
+            let (red, blue) = (height(0.0, 0.0), height(0.9, 0.3));
+            let seen = pixel(&image, column, row);
+            if red.max(blue) == f64::NEG_INFINITY {
+                assert_eq!(seen, [255; 3]);
+            } else {
+                assert_eq!(
+                    seen[0] > seen[2],
+                    red > blue,
+                    "at {column}, {row}: {seen:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn normals_are_smooth_on_a_ball_and_sharp_on_a_box() {
+        let ball = ball(Vector3::zeros(), 1.0, [9; 3], 40);
+        for (triangle, normals) in ball.triangles.iter().zip(ball.corner_normals()) {
+            for (&corner, normal) in triangle.iter().zip(normals) {
+                let exact = ball.vertices[corner as usize];
+                assert!(
+                    normal == Vector3::zeros() || normal.dot(&exact) > 0.998,
+                    "{normal:?} at {exact:?}"
+                );
+            }
+        }
+        for normals in cuboid(Vector3::new(1.0, 2.0, 3.0), [9; 3]).corner_normals() {
+            assert!(normals.iter().all(|normal| normal.amax() > 0.9999));
+        }
+    }
+
+    #[test]
+    fn framing_shows_everything_and_up_is_up() {
+        let scene = Scene {
+            surfaces: vec![cuboid(Vector3::new(0.1, 0.2, 0.3), [50; 3])],
+            markers: vec![Marker {
+                centre: Vector3::new(0.0, 0.0, 0.4),
+                radius_m: 0.05,
+                colour: [255, 0, 0],
+            }],
+        };
+        for direction in [Vector3::x(), Vector3::new(1.0, -1.0, 0.5), Vector3::z()] {
+            let image = scene.render(&scene.framed(direction, Vector3::z()), 64, 64);
+            let border = (0..64).flat_map(|i| [(i, 0), (i, 63), (0, i), (63, i)]);
+            assert!(
+                border
+                    .into_iter()
+                    .all(|(column, row)| pixel(&image, column, row) == [255; 3])
+            );
+        }
+        let image = scene.render(&scene.framed(Vector3::x(), Vector3::z()), 64, 64);
+        let red_row = (0..64)
+            .find(|&row| {
+                let [r, g, _] = pixel(&image, 32, row);
+                r > 100 && g < 60
+            })
+            .unwrap();
+        assert!(red_row < 12, "marker at row {red_row}");
+        assert_eq!(
+            Scene::default()
+                .render(&Scene::default().best_camera(Vector3::z()), 4, 4)
+                .rgb,
+            vec![255; 48]
+        );
+    }
+
+    #[test]
+    fn the_viewpoint_faces_the_contacts() {
+        let mut scene = Scene {
+            surfaces: vec![
+                ball(Vector3::new(0.0, 0.1, 0.0), 0.05, [230, 190, 160], 24),
+                cuboid(Vector3::new(0.06, 0.06, 0.06), [120, 150, 190]),
+            ],
+            markers: Vec::new(),
+        };
+        for side in [-1.0, 1.0] {
+            let centre = Vector3::new(0.062 * side, 0.0, 0.0);
+            scene.markers = vec![Marker {
+                centre,
+                radius_m: 0.006,
+                colour: [220, 30, 30],
+            }];
+            let camera = scene.best_camera(Vector3::z());
+            assert!(camera.view_from_object[(2, 0)] * side > 0.3, "{camera:?}");
+            assert!(
+                camera.view_from_object[(2, 1)] >= 0.0,
+                "the hand is hidden: {camera:?}"
+            );
+            assert_eq!(camera, scene.best_camera(Vector3::z()));
+        }
+    }
+
+    #[test]
+    fn a_covered_marker_shines_through() {
+        let mut scene = Scene {
+            surfaces: vec![cuboid(Vector3::repeat(1.0), [100, 100, 100])],
+            markers: Vec::new(),
+        };
+        let camera = Camera::look_at(Vector3::zeros(), Vector3::z(), Vector3::y(), 1.5);
+        let plain = pixel(&scene.render(&camera, 40, 40), 20, 20);
+        scene.markers.push(Marker {
+            centre: Vector3::zeros(),
+            radius_m: 0.3,
+            colour: [250, 0, 0],
+        });
+        let covered = pixel(&scene.render(&camera, 40, 40), 20, 20);
+        scene.markers[0].centre.z = 1.0;
+        let open = pixel(&scene.render(&camera, 40, 40), 20, 20);
+        assert!(
+            plain[1] > covered[1] && covered[1] > open[1] && open[1] == 0,
+            "{plain:?} {covered:?} {open:?}"
+        );
     }
 }

@@ -1,0 +1,691 @@
+//! The barrier graph: minima in the plane, near each other where the way between them is low.
+
+use super::canvas::{Anchor, Canvas, Colour, Stroke, TextFace};
+use super::layout::{components, majorise, pack, separate, shortest_paths};
+use super::leaf::{DiscScale, Leaf, group, label_colours, leaves_of};
+use super::legend::Legend;
+use super::theme::{INK, LINE, MARGIN, PALE_LINE, TEXT, TITLE, UNLABELLED, WHITE, sequential};
+use super::{FigureError, axis, text_width};
+use crate::topography::{Evidence, Network};
+
+const LABEL_RADIUS: f64 = 10.0;
+/// Width of the line of a typical barrier; thinnest and thickest line.
+const TYPICAL_WIDTH: f64 = 2.6;
+const WIDTHS: [f64; 2] = [0.7, 9.0];
+
+/// A connection of two minima.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Link {
+    /// Numbers of the minima.
+    pub ends: [usize; 2],
+    /// Highest energy on the way.
+    pub height: f64,
+    /// What the height is worth; [`Evidence::None`] is not drawn.
+    pub evidence: Evidence,
+}
+
+/// Minima as circles, connections as lines.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BarrierPicture {
+    /// Energy of each minimum.
+    pub energies: Vec<f64>,
+    /// Description of each minimum; where nothing is labelled, energy colours the circles.
+    pub leaves: Vec<Leaf>,
+    /// The connections.
+    pub links: Vec<Link>,
+    /// Title, or nothing.
+    pub title: String,
+    /// Name of the energy, for the colour bar.
+    pub energy_label: String,
+    /// What the circles count, plural.
+    pub members_label: String,
+    /// Seed of the layout; it matters only where the layout is ambiguous.
+    pub seed: u64,
+    /// Width and height in canvas units.
+    pub size: [u32; 2],
+}
+
+impl BarrierPicture {
+    /// Picture of `network`, without labels.
+    pub fn new(network: &Network) -> Self {
+        let links = network.raw_edges().iter().map(|edge| Link {
+            ends: [edge.source().index(), edge.target().index()],
+            height: edge.weight.height,
+            evidence: edge.weight.evidence,
+        });
+        Self {
+            energies: network
+                .node_weights()
+                .map(|minimum| minimum.energy)
+                .collect(),
+            leaves: leaves_of(network),
+            links: links.collect(),
+            title: String::new(),
+            energy_label: "energy".to_owned(),
+            members_label: "members".to_owned(),
+            seed: 0,
+            size: [1200, 860],
+        }
+    }
+
+    /// With groups of minima in place of single ones: minimum i goes to group `group_of[i]`, at the energy of the lowest
+    /// member; the lowest link between two groups stays.
+    ///
+    /// # Panics
+    /// If `group_of` has not one entry a minimum.
+    #[must_use]
+    pub fn grouped(&self, group_of: &[usize]) -> Self {
+        let leaves = group(&self.leaves, group_of);
+        let mut energies = vec![f64::INFINITY; leaves.len()];
+        for (&energy, &group) in self.energies.iter().zip(group_of) {
+            energies[group] = energies[group].min(energy);
+        }
+        let links = lowest_links(self.links.iter().map(|link| Link {
+            ends: link.ends.map(|end| group_of[end]),
+            ..*link
+        }));
+        Self {
+            energies,
+            leaves,
+            links,
+            ..self.clone()
+        }
+    }
+
+    /// Height of a link above the higher of its ends.
+    fn barrier(&self, link: &Link) -> f64 {
+        let [a, b] = link.ends.map(|end| self.energies[end]);
+        (link.height - a.max(b)).max(0.0)
+    }
+
+    /// Draws the picture.
+    ///
+    /// Distances in the plane follow path lengths over the square roots of relative barriers (height above the higher
+    /// end); minimax heights would be an ultrametric, which the plane cannot show. Lines are the thicker the lower the
+    /// barrier, ∝ barrier^(−½), dashed where only an upper bound is known, and dark where they belong to the spanning tree
+    /// of lowest barriers.
+    ///
+    /// # Errors
+    /// [`FigureError::Leaves`], [`FigureError::NoSuchNode`] and [`FigureError::NotFinite`] if the fields do not fit each
+    /// other.
+    pub fn draw(&self) -> Result<Canvas, FigureError> {
+        self.check()?;
+        let drawn = |link: &&Link| link.evidence != Evidence::None && link.height.is_finite();
+        let links = lowest_links(self.links.iter().filter(drawn).copied());
+        let widths = Widths::new(self, &links);
+        let mut canvas = Canvas::new(self.size[0], self.size[1]);
+        let mut top = MARGIN;
+        if !self.title.is_empty() {
+            let face = TextFace::new(TITLE, INK).bold().anchored(Anchor::Middle);
+            let middle = 0.5 * canvas.width();
+            canvas.text(
+                [middle, top + 0.6 * TITLE],
+                &self.title,
+                face.fitted(&self.title, 2.0 * (middle - MARGIN)),
+            );
+            top += 1.6 * TITLE;
+        }
+        let area = 0.75 * canvas.width() * (canvas.height() - top);
+        let scale = self.disc_scale(area);
+        let legend = self.legend(&links, &widths, scale);
+        let right = canvas.width() - MARGIN - legend.width();
+        legend.draw(&mut canvas, [right, top]);
+        let frame = [[MARGIN, top], [right - 34.0, canvas.height() - MARGIN]];
+        if self.energies.is_empty() {
+            let face = TextFace::new(TEXT, INK).anchored(Anchor::Middle);
+            canvas.text(
+                [
+                    0.5 * (frame[0][0] + frame[1][0]),
+                    0.5 * (frame[0][1] + frame[1][1]),
+                ],
+                "no minima",
+                face,
+            );
+        }
+        let radii: Vec<f64> = self
+            .leaves
+            .iter()
+            .map(|leaf| scale.radius(leaf.members))
+            .collect();
+        let points = self.places(&links, &widths, &radii, frame);
+        draw_links(&mut canvas, &links, &widths, &points);
+        self.draw_nodes(&mut canvas, &points, &radii, frame);
+        Ok(canvas)
+    }
+
+    fn check(&self) -> Result<(), FigureError> {
+        let present = self.energies.len();
+        if self.leaves.len() != present {
+            return Err(FigureError::Leaves {
+                described: self.leaves.len(),
+                present,
+            });
+        }
+        if let Some((node, &energy)) = self
+            .energies
+            .iter()
+            .enumerate()
+            .find(|(_, energy)| !energy.is_finite())
+        {
+            return Err(FigureError::NotFinite { node, energy });
+        }
+        match self
+            .links
+            .iter()
+            .flat_map(|link| link.ends)
+            .find(|&end| end >= present)
+        {
+            Some(node) => Err(FigureError::NoSuchNode { node, present }),
+            None => Ok(()),
+        }
+    }
+
+    /// Circles cover about a tenth of the plane.
+    fn disc_scale(&self, area: f64) -> DiscScale {
+        let total: usize = self.leaves.iter().map(|leaf| leaf.members.max(1)).sum();
+        let most = self
+            .leaves
+            .iter()
+            .map(|leaf| leaf.members)
+            .max()
+            .unwrap_or(0)
+            .max(1) as f64;
+        let one = (0.06 * area / (std::f64::consts::PI * total.max(1) as f64)).sqrt();
+        DiscScale {
+            one: one.clamp(3.0, 16.0).min(40.0 / most.sqrt()),
+        }
+    }
+
+    fn energy_range(&self) -> [f64; 2] {
+        let low = self.energies.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = self
+            .energies
+            .iter()
+            .copied()
+            .fold(f64::NEG_INFINITY, f64::max);
+        [low, high]
+    }
+
+    fn legend(&self, links: &[Link], widths: &Widths, scale: DiscScale) -> Legend {
+        let mut legend = Legend::default();
+        let labelled = self.leaves.iter().any(|leaf| leaf.label.is_some());
+        legend.labels(&self.leaves, LABEL_RADIUS);
+        let [low, high] = self.energy_range();
+        if !labelled && high > low {
+            legend.heading(&self.energy_label);
+            legend.bar(low, high);
+        }
+        legend.sizes(&self.leaves, scale, &self.members_label, UNLABELLED);
+        if links.is_empty() {
+            return legend;
+        }
+        legend.heading("barrier");
+        for barrier in widths.typical() {
+            legend.line(
+                Stroke::solid(LINE, widths.width(barrier)),
+                &axis::number(barrier),
+            );
+        }
+        if widths.in_tree.contains(&false) {
+            legend.line(Stroke::solid(PALE_LINE, TYPICAL_WIDTH), "not lowest");
+        }
+        if links.iter().any(|link| link.evidence > Evidence::Path) {
+            legend.line(dashed(LINE, TYPICAL_WIDTH), "upper bound");
+        }
+        legend
+    }
+
+    /// Centres of the circles inside `frame` (upper left, lower right).
+    fn places(
+        &self,
+        links: &[Link],
+        widths: &Widths,
+        radii: &[f64],
+        frame: [[f64; 2]; 2],
+    ) -> Vec<[f64; 2]> {
+        let count = radii.len();
+        let largest = radii.iter().copied().fold(0.0, f64::max) + 4.0;
+        let room = [0, 1].map(|axis| frame[1][axis] - frame[0][axis] - 2.0 * largest);
+        let ends: Vec<[usize; 2]> = links.iter().map(|link| link.ends).collect();
+        let parts = components(count, &ends);
+        let mut index_in_part = vec![0; count];
+        let mut parts_of = vec![0; count];
+        for (part, nodes) in parts.iter().enumerate() {
+            for (index, &node) in nodes.iter().enumerate() {
+                (index_in_part[node], parts_of[node]) = (index, part);
+            }
+        }
+        let mut local = vec![[0.0; 2]; count];
+        let mut boxes = Vec::with_capacity(parts.len());
+        for (part, nodes) in parts.iter().enumerate() {
+            let inside: Vec<([usize; 2], f64)> = links
+                .iter()
+                .zip(&widths.barriers)
+                .filter(|(link, _)| parts_of[link.ends[0]] == part)
+                .map(|(link, &barrier)| {
+                    (
+                        link.ends.map(|end| index_in_part[end]),
+                        widths.length(barrier),
+                    )
+                })
+                .collect();
+            let layout = majorise(
+                nodes.len(),
+                &shortest_paths(nodes.len(), &inside),
+                self.seed,
+            );
+            let (points, extent) = turned(&layout.points);
+            for (&node, point) in nodes.iter().zip(points) {
+                local[node] = point;
+            }
+            // A margin of half a typical link around every part.
+            boxes.push(extent.map(|side| side + 0.6));
+        }
+        let (corners, extent) = pack(&boxes, room[0] / room[1]);
+        let fit = (0..2)
+            .map(|axis| room[axis] / extent[axis].max(f64::MIN_POSITIVE))
+            .fold(f64::INFINITY, f64::min);
+        // Two minima need not be a sheet apart.
+        let fit = fit.min(230.0);
+        let mut points: Vec<[f64; 2]> = (0..count)
+            .map(|node| {
+                [0, 1].map(|axis| fit * (corners[parts_of[node]][axis] + 0.3 + local[node][axis]))
+            })
+            .collect();
+        for _ in 0..4 {
+            separate(&mut points, radii, 5.0);
+            fit_into(&mut points, frame, largest);
+        }
+        points
+    }
+
+    fn draw_nodes(
+        &self,
+        canvas: &mut Canvas,
+        points: &[[f64; 2]],
+        radii: &[f64],
+        frame: [[f64; 2]; 2],
+    ) {
+        let colours = label_colours(&self.leaves);
+        let [low, high] = self.energy_range();
+        let fill = |node: usize| -> Colour {
+            let leaf = &self.leaves[node];
+            match (&leaf.label, colours.is_empty()) {
+                (Some(label), _) => colours
+                    .iter()
+                    .find(|(name, _)| name == label)
+                    .map_or(UNLABELLED, |(_, colour)| *colour),
+                (None, true) if high > low => {
+                    sequential((self.energies[node] - low) / (high - low))
+                }
+                _ => UNLABELLED,
+            }
+        };
+        for (node, (&point, &radius)) in points.iter().zip(radii).enumerate() {
+            canvas.circle(point, radius + 3.0, WHITE);
+            canvas.rimmed_circle(point, radius, fill(node), LINE, 1.2);
+        }
+        for (leaf, (&[x, y], &radius)) in self.leaves.iter().zip(points.iter().zip(radii)) {
+            let Some(caption) = leaf.caption.as_deref() else {
+                continue;
+            };
+            let (size, half) = (0.85 * TEXT, 0.5 * text_width(caption, 0.85 * TEXT, false));
+            let x = x.clamp(
+                frame[0][0] + half,
+                (frame[1][0] - half).max(frame[0][0] + half),
+            );
+            let above = y - radius - 0.7 * size;
+            let y = if above - 0.5 * size < frame[0][1] {
+                y + radius + 0.7 * size
+            } else {
+                above
+            };
+            let shade = WHITE.with_opacity(0.75);
+            canvas.rectangle(
+                [x - half - 3.0, y - 0.5 * size],
+                [x + half + 3.0, y + 0.5 * size],
+                shade,
+            );
+            canvas.text(
+                [x, y],
+                caption,
+                TextFace::new(size, INK).anchored(Anchor::Middle),
+            );
+        }
+    }
+}
+
+/// The lowest link of each pair (of equal heights the one with the best evidence), without loops, sorted by ends.
+fn lowest_links(links: impl Iterator<Item = Link>) -> Vec<Link> {
+    let sorted = |[a, b]: [usize; 2]| [a.min(b), a.max(b)];
+    let mut links: Vec<Link> = links
+        .map(|link| Link {
+            ends: sorted(link.ends),
+            ..link
+        })
+        .collect();
+    links.retain(|link| link.ends[0] != link.ends[1]);
+    links.sort_by(|a, b| {
+        a.ends
+            .cmp(&b.ends)
+            .then(a.height.total_cmp(&b.height))
+            .then(a.evidence.cmp(&b.evidence))
+    });
+    links.dedup_by_key(|link| link.ends);
+    links
+}
+
+fn dashed(colour: Colour, width: f64) -> Stroke {
+    Stroke::dashed(colour, width, 9.0, 7.0)
+}
+
+fn draw_links(canvas: &mut Canvas, links: &[Link], widths: &Widths, points: &[[f64; 2]]) {
+    // Pale before dark, thin before thick.
+    let mut order: Vec<usize> = (0..links.len()).collect();
+    order.sort_by(|&a, &b| {
+        let by_barrier = widths.barriers[b].total_cmp(&widths.barriers[a]);
+        widths.in_tree[a]
+            .cmp(&widths.in_tree[b])
+            .then(by_barrier)
+            .then(a.cmp(&b))
+    });
+    for index in order {
+        let link = &links[index];
+        let width = widths.width(widths.barriers[index]);
+        let colour = if widths.in_tree[index] {
+            LINE
+        } else {
+            PALE_LINE.with_opacity(0.55)
+        };
+        let stroke = if link.evidence > Evidence::Path {
+            dashed(colour, width)
+        } else {
+            Stroke::solid(colour, width)
+        };
+        canvas.line(points[link.ends[0]], points[link.ends[1]], stroke);
+    }
+}
+
+/// How barriers become widths and lengths.
+#[derive(Debug)]
+struct Widths {
+    /// Relative barrier of each link.
+    barriers: Vec<f64>,
+    /// Whether the link belongs to the spanning tree of lowest heights.
+    in_tree: Vec<bool>,
+    /// Median over the tree: drawn with the typical width, one unit long.
+    typical: f64,
+}
+
+impl Widths {
+    fn new(picture: &BarrierPicture, links: &[Link]) -> Self {
+        let barriers: Vec<f64> = links.iter().map(|link| picture.barrier(link)).collect();
+        let mut order: Vec<usize> = (0..links.len()).collect();
+        order.sort_by(|&a, &b| {
+            links[a]
+                .height
+                .total_cmp(&links[b].height)
+                .then(barriers[a].total_cmp(&barriers[b]))
+                .then(a.cmp(&b))
+        });
+        let mut above: Vec<usize> = (0..picture.energies.len()).collect();
+        let mut in_tree = vec![false; links.len()];
+        for &index in &order {
+            let [a, b] = links[index].ends.map(|end| {
+                let mut node = end;
+                while above[node] != node {
+                    above[node] = above[above[node]];
+                    node = above[node];
+                }
+                node
+            });
+            in_tree[index] = a != b;
+            above[a] = b;
+        }
+        let mut tree: Vec<f64> = barriers
+            .iter()
+            .zip(&in_tree)
+            .filter(|(barrier, kept)| **kept && **barrier > 0.0)
+            .map(|(b, _)| *b)
+            .collect();
+        tree.sort_by(f64::total_cmp);
+        let typical = tree.get(tree.len() / 2).copied().unwrap_or(1.0);
+        Self {
+            barriers,
+            in_tree,
+            typical,
+        }
+    }
+
+    fn width(&self, barrier: f64) -> f64 {
+        (TYPICAL_WIDTH * (self.typical / barrier.max(f64::MIN_POSITIVE)).sqrt())
+            .clamp(WIDTHS[0], WIDTHS[1])
+    }
+
+    /// Length of a link in the layout: grows with the barrier, but no barrier is no reason to sit on top of each other,
+    /// and one huge barrier shall not shrink everything else.
+    fn length(&self, barrier: f64) -> f64 {
+        0.35 + 0.65 * (barrier / self.typical).sqrt().min(5.0)
+    }
+
+    /// Low, middle and high barriers for the legend.
+    fn typical(&self) -> Vec<f64> {
+        let mut sorted = self.barriers.clone();
+        sorted.sort_by(f64::total_cmp);
+        let mut values: Vec<f64> = [1, 5, 9]
+            .iter()
+            .map(|tenth| sorted[(sorted.len() - 1) * tenth / 10])
+            .collect();
+        values.dedup_by_key(|value| axis::number(*value));
+        values
+    }
+}
+
+/// Turns points so that their longest extent is horizontal and moves the box around them to the origin.
+fn turned(points: &[[f64; 2]]) -> (Vec<[f64; 2]>, [f64; 2]) {
+    let count = points.len().max(1) as f64;
+    let mean = [0, 1].map(|axis| points.iter().map(|point| point[axis]).sum::<f64>() / count);
+    let moment = |a: usize, b: usize| {
+        points
+            .iter()
+            .map(|point| (point[a] - mean[a]) * (point[b] - mean[b]))
+            .sum::<f64>()
+    };
+    let angle = 0.5 * (2.0 * moment(0, 1)).atan2(moment(0, 0) - moment(1, 1));
+    let (sin, cos) = angle.sin_cos();
+    let mut points: Vec<[f64; 2]> = points
+        .iter()
+        .map(|&[x, y]| [cos * x + sin * y, cos * y - sin * x])
+        .collect();
+    let [low, high] = bounds(&points);
+    for point in &mut points {
+        *point = [point[0] - low[0], point[1] - low[1]];
+    }
+    (points, [high[0] - low[0], high[1] - low[1]])
+}
+
+/// Smallest and largest coordinates; zeros of nothing.
+fn bounds(points: &[[f64; 2]]) -> [[f64; 2]; 2] {
+    if points.is_empty() {
+        return [[0.0; 2]; 2];
+    }
+    let least = |axis: usize| {
+        points
+            .iter()
+            .map(|point| point[axis])
+            .fold(f64::INFINITY, f64::min)
+    };
+    let most = |axis: usize| {
+        points
+            .iter()
+            .map(|point| point[axis])
+            .fold(f64::NEG_INFINITY, f64::max)
+    };
+    [[least(0), least(1)], [most(0), most(1)]]
+}
+
+/// Centres points in `frame`, each direction squeezed only if it does not fit.
+fn fit_into(points: &mut [[f64; 2]], frame: [[f64; 2]; 2], margin: f64) {
+    let [low, high] = bounds(points);
+    for axis in 0..2 {
+        let room = frame[1][axis] - frame[0][axis] - 2.0 * margin;
+        let squeeze = (room / (high[axis] - low[axis]).max(f64::MIN_POSITIVE)).min(1.0);
+        let middle = 0.5 * (low[axis] + high[axis]);
+        let centre = 0.5 * (frame[0][axis] + frame[1][axis]);
+        for point in points.iter_mut() {
+            point[axis] = centre + squeeze * (point[axis] - middle);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{assert_legible, gallery, random_network};
+    use super::*;
+
+    fn picture(count: usize, parts: usize, labels: bool) -> BarrierPicture {
+        let mut picture = BarrierPicture {
+            title: "Human hand on a bottle".into(),
+            members_label: "grasps".into(),
+            ..BarrierPicture::new(&random_network(7, count, parts))
+        };
+        for (index, leaf) in picture.leaves.iter_mut().enumerate().filter(|_| labels) {
+            leaf.label =
+                Some(["power", "precision", "intermediate"][(index * index / 5) % 3].to_owned());
+        }
+        picture
+    }
+
+    #[test]
+    fn pictures_of_all_sizes_are_legible() {
+        for (name, count, parts) in [
+            ("0", 0, 1),
+            ("1", 1, 1),
+            ("5", 5, 1),
+            ("91", 91, 9),
+            ("371", 371, 2),
+        ] {
+            for labels in [false, true] {
+                let canvas = picture(count, parts, labels).draw().unwrap();
+                assert_legible(&canvas);
+                gallery(
+                    &canvas,
+                    &format!(
+                        "barriers_{name}_{}",
+                        if labels { "labels" } else { "plain" }
+                    ),
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn circles_keep_apart_and_on_the_sheet() {
+        let picture = picture(91, 9, false);
+        let radii: Vec<f64> = picture
+            .leaves
+            .iter()
+            .map(|leaf| 6.0 * (leaf.members as f64).sqrt())
+            .collect();
+        let widths = Widths::new(&picture, &picture.links);
+        let points = picture.places(
+            &picture.links,
+            &widths,
+            &radii,
+            [[0.0, 0.0], [900.0, 800.0]],
+        );
+        for i in 0..91 {
+            assert!((0..2).all(|axis| points[i][axis] >= radii[i]
+                && points[i][axis] <= [900.0, 800.0][axis] - radii[i]));
+            for j in 0..i {
+                let length = (points[i][0] - points[j][0]).hypot(points[i][1] - points[j][1]);
+                assert!(
+                    length > radii[i] + radii[j],
+                    "{i} and {j} overlap: {length}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn low_barriers_are_thick_and_short() {
+        let picture = picture(60, 1, false);
+        let widths = Widths::new(&picture, &picture.links);
+        assert!(
+            widths.width(0.0) > widths.width(widths.typical)
+                && widths.width(widths.typical) > widths.width(1e9)
+        );
+        assert!(widths.length(0.0) < widths.length(widths.typical));
+        assert_eq!(
+            widths.in_tree.iter().filter(|kept| **kept).count(),
+            60 - components(
+                60,
+                &picture
+                    .links
+                    .iter()
+                    .map(|link| link.ends)
+                    .collect::<Vec<_>>()
+            )
+            .len()
+        );
+    }
+
+    #[test]
+    fn unreached_pairs_have_no_line_and_bounds_are_explained() {
+        let mut picture = picture(5, 1, false);
+        picture.links = vec![
+            Link {
+                ends: [0, 1],
+                height: f64::INFINITY,
+                evidence: Evidence::None,
+            },
+            Link {
+                ends: [1, 2],
+                height: picture.energies[2] + 0.5,
+                evidence: Evidence::Chain,
+            },
+        ];
+        let svg = picture.draw().unwrap().to_svg().unwrap();
+        assert!(svg.contains("upper bound") && svg.contains("0.5") && svg.contains("grasps"));
+        picture.links.pop();
+        let svg = picture.draw().unwrap().to_svg().unwrap();
+        assert!(!svg.contains("upper bound") && !svg.contains("barrier"));
+        picture.links[0].ends = [0, 9];
+        assert!(matches!(
+            picture.draw(),
+            Err(FigureError::NoSuchNode {
+                node: 9,
+                present: 5
+            })
+        ));
+    }
+
+    #[test]
+    fn groups_keep_the_lowest_link() {
+        let mut picture = picture(4, 1, false);
+        let link = |ends, height| Link {
+            ends,
+            height,
+            evidence: Evidence::Path,
+        };
+        picture.energies = vec![0.0, 1.0, 2.0, 3.0];
+        picture.links = vec![link([0, 2], 9.0), link([3, 1], 7.0), link([0, 1], 1.5)];
+        let grouped = picture.grouped(&[0, 0, 1, 1]);
+        assert_eq!(grouped.energies, [0.0, 2.0]);
+        assert_eq!(grouped.links, [link([0, 1], 7.0)]);
+    }
+
+    #[test]
+    fn captions_and_determinism() {
+        let mut picture = picture(8, 1, false);
+        for (index, leaf) in picture.leaves.iter_mut().enumerate() {
+            leaf.caption = Some(format!("M{index}"));
+        }
+        let canvas = picture.draw().unwrap();
+        gallery(&canvas, "barriers_captions");
+        assert_eq!(
+            canvas.to_svg().unwrap(),
+            picture.draw().unwrap().to_svg().unwrap()
+        );
+    }
+}

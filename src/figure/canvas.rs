@@ -1,0 +1,852 @@
+//! A sheet of marks (lines, polygons, circles, texts, images) and how it becomes an SVG or PNG file.
+//!
+//! Pictures put marks on a [`Canvas`] in their own units, y downward; nothing is rasterised before [`Canvas::save`], so
+//! tests can ask a picture what it drew. DejaVu Sans travels inside the program: no font is needed on the machine.
+
+use std::fs::{self, File, OpenOptions};
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::sync::Once;
+
+use plotters::backend::{BitMapBackend, DrawingBackend, SVGBackend};
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters::style::{
+    Color as _, FontDesc, FontFamily, FontStyle, FontTransform, RGBAColor, ShapeStyle, TextStyle,
+    register_font,
+};
+
+use super::{FigureError, glyph};
+
+/// Name under which DejaVu Sans is registered. It is what an SVG file asks for, so it lists the next best fonts too.
+const FONT: &str = "DejaVu Sans, Verdana, Helvetica, Arial, sans-serif";
+/// How a backend sets text.
+#[derive(Debug, Clone, Copy)]
+struct Setting {
+    /// What it calls the size of a font whose em is 1.
+    size_per_em: f64,
+    /// Where it puts the base line of vertically centred text, em below the point.
+    base_line: f64,
+    /// Whether it must be told where each glyph goes.
+    by_glyph: bool,
+}
+
+/// The rasteriser's size is ascent plus descent of DejaVu Sans. It centres a box of height size / 1.24, then puts the
+/// base line half a size below the top of that box.
+const BITMAP: Setting = Setting {
+    size_per_em: 2384.0 / 2048.0,
+    base_line: 0.5 * (1.0 - 1.0 / 1.24) * 2384.0 / 2048.0,
+    by_glyph: true,
+};
+/// SVG shifts by half an ex; an ex of DejaVu Sans is 1120 of its 2048 units.
+const SVG: Setting = Setting {
+    size_per_em: 1.24,
+    base_line: 0.5 * 1120.0 / 2048.0,
+    by_glyph: false,
+};
+/// Where the base line shall be: capitals and digits (1493 of 2048 units tall) are centred on the point.
+const BASE_LINE: f64 = 0.5 * 1493.0 / 2048.0;
+/// SVG coordinates are whole numbers in plotters; drawing ten times as large keeps a tenth of a unit.
+const SVG_SCALE: u32 = 10;
+/// A bitmap is drawn this many times too large in each direction and averaged: smooth edges.
+const SUPERSAMPLING: u32 = 2;
+
+/// A colour with its opacity.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Colour {
+    /// Red, green, blue.
+    pub rgb: [u8; 3],
+    /// 0 (invisible) to 1 (opaque).
+    pub opacity: f64,
+}
+
+impl Colour {
+    /// Opaque colour from red, green and blue.
+    pub const fn new(red: u8, green: u8, blue: u8) -> Self {
+        Self {
+            rgb: [red, green, blue],
+            opacity: 1.0,
+        }
+    }
+
+    /// The same colour with another opacity.
+    #[must_use]
+    pub const fn with_opacity(self, opacity: f64) -> Self {
+        Self { opacity, ..self }
+    }
+
+    fn plotters(self) -> RGBAColor {
+        RGBAColor(self.rgb[0], self.rgb[1], self.rgb[2], self.opacity)
+    }
+}
+
+/// How a line is drawn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stroke {
+    /// Its colour.
+    pub colour: Colour,
+    /// Its width, canvas units.
+    pub width: f64,
+    /// Lengths of dash and gap, canvas units; `None` for a solid line.
+    pub dash: Option<[f64; 2]>,
+}
+
+impl Stroke {
+    /// A solid line.
+    pub const fn solid(colour: Colour, width: f64) -> Self {
+        Self {
+            colour,
+            width,
+            dash: None,
+        }
+    }
+
+    /// A dashed line.
+    pub const fn dashed(colour: Colour, width: f64, dash: f64, gap: f64) -> Self {
+        Self {
+            colour,
+            width,
+            dash: Some([dash, gap]),
+        }
+    }
+}
+
+/// Which end of a text is at its point; vertically the point is always at half height.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Anchor {
+    /// The text begins at the point.
+    Start,
+    /// The text is centred on the point.
+    Middle,
+    /// The text ends at the point.
+    End,
+}
+
+/// How a text is set.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TextFace {
+    /// Height of an em, canvas units.
+    pub size: f64,
+    /// Bold instead of regular.
+    pub bold: bool,
+    /// Its colour.
+    pub colour: Colour,
+    /// What its point means.
+    pub anchor: Anchor,
+    /// Set bottom to top instead of left to right.
+    pub upward: bool,
+}
+
+impl TextFace {
+    /// Regular text, left to right, starting at its point.
+    pub const fn new(size: f64, colour: Colour) -> Self {
+        Self {
+            size,
+            bold: false,
+            colour,
+            anchor: Anchor::Start,
+            upward: false,
+        }
+    }
+
+    /// With another anchor.
+    #[must_use]
+    pub const fn anchored(self, anchor: Anchor) -> Self {
+        Self { anchor, ..self }
+    }
+
+    /// Bold.
+    #[must_use]
+    pub const fn bold(self) -> Self {
+        Self { bold: true, ..self }
+    }
+
+    /// Bottom to top.
+    #[must_use]
+    pub const fn upward(self) -> Self {
+        Self {
+            upward: true,
+            ..self
+        }
+    }
+
+    /// Smaller if need be, so that `text` takes at most `length`.
+    #[must_use]
+    pub fn fitted(self, text: &str, length: f64) -> Self {
+        let needed = text_width(text, self.size, self.bold);
+        if needed > length {
+            Self {
+                size: self.size * length.max(1.0) / needed,
+                ..self
+            }
+        } else {
+            self
+        }
+    }
+
+    /// The glyphs of `text` with the distance of their ink from the text's point, along the text.
+    fn glyphs(&self, text: &str) -> Vec<(f64, String, Self)> {
+        let mut pen = match self.anchor {
+            Anchor::Start => 0.0,
+            Anchor::Middle => -0.5 * text_width(text, self.size, self.bold),
+            Anchor::End => -text_width(text, self.size, self.bold),
+        };
+        let mut glyphs = Vec::new();
+        for character in text.chars() {
+            let metrics = glyph::metrics(character, self.bold);
+            if !character.is_whitespace() {
+                glyphs.push((
+                    pen + metrics.bearing * self.size,
+                    character.to_string(),
+                    self.anchored(Anchor::Start),
+                ));
+            }
+            pen += metrics.advance * self.size;
+        }
+        glyphs
+    }
+
+    fn plotters(&self, scale: f64) -> TextStyle<'static> {
+        let style = if self.bold {
+            FontStyle::Bold
+        } else {
+            FontStyle::Normal
+        };
+        let font = FontDesc::new(FontFamily::Name(FONT), self.size * scale, style);
+        let font = if self.upward {
+            font.transform(FontTransform::Rotate270)
+        } else {
+            font
+        };
+        let horizontal = match self.anchor {
+            Anchor::Start => HPos::Left,
+            Anchor::Middle => HPos::Center,
+            Anchor::End => HPos::Right,
+        };
+        TextStyle {
+            font,
+            color: self.colour.plotters().to_backend_color(),
+            pos: Pos::new(horizontal, VPos::Center),
+        }
+    }
+}
+
+/// Width of `text` set at `size` per em, canvas units.
+pub fn text_width(text: &str, size: f64, bold: bool) -> f64 {
+    size * glyph::width(text, bold)
+}
+
+/// Pixels, row by row from the top.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Image {
+    /// Pixels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Red, green, blue of each pixel: 3 · width · height bytes.
+    pub rgb: Vec<u8>,
+}
+
+impl Image {
+    /// An image of one colour.
+    pub fn filled(width: u32, height: u32, rgb: [u8; 3]) -> Self {
+        Self {
+            width,
+            height,
+            rgb: rgb.repeat(width as usize * height as usize),
+        }
+    }
+
+    /// Averages squares of `factor` × `factor` pixels.
+    ///
+    /// # Panics
+    /// If a side is not a multiple of `factor`.
+    #[must_use]
+    pub fn reduced(&self, factor: u32) -> Self {
+        assert!(
+            self.width.is_multiple_of(factor) && self.height.is_multiple_of(factor),
+            "sides must divide evenly"
+        );
+        let (width, height) = (self.width / factor, self.height / factor);
+        let (step, row) = (factor as usize, self.width as usize * 3);
+        let mut rgb = Vec::with_capacity(width as usize * height as usize * 3);
+        for y in 0..height as usize {
+            for x in 0..width as usize {
+                for channel in 0..3 {
+                    let first = y * step * row + x * step * 3 + channel;
+                    let sum: u32 = (0..step)
+                        .flat_map(|dy| (0..step).map(move |dx| first + dy * row + dx * 3))
+                        .map(|index| u32::from(self.rgb[index]))
+                        .sum();
+                    let count = factor * factor;
+                    rgb.push(
+                        u8::try_from((sum + count / 2) / count).expect("a mean of bytes is a byte"),
+                    );
+                }
+            }
+        }
+        Self { width, height, rgb }
+    }
+
+    /// Repeats every pixel `factor` times in both directions.
+    fn enlarged(&self, factor: u32) -> Self {
+        let (width, height) = (self.width * factor, self.height * factor);
+        let mut rgb = Vec::with_capacity(width as usize * height as usize * 3);
+        for y in 0..height {
+            for x in 0..width {
+                let pixel =
+                    ((y / factor) as usize * self.width as usize + (x / factor) as usize) * 3;
+                rgb.extend_from_slice(&self.rgb[pixel..pixel + 3]);
+            }
+        }
+        Self { width, height, rgb }
+    }
+}
+
+#[derive(Debug, Clone)]
+enum Mark {
+    Line {
+        from: [f64; 2],
+        to: [f64; 2],
+        stroke: Stroke,
+    },
+    Polygon {
+        points: Vec<[f64; 2]>,
+        fill: Colour,
+    },
+    Circle {
+        centre: [f64; 2],
+        radius: f64,
+        fill: Colour,
+    },
+    Text {
+        at: [f64; 2],
+        text: String,
+        face: TextFace,
+    },
+    Image {
+        at: [u32; 2],
+        image: Image,
+    },
+}
+
+/// A white sheet of marks, painted in the order they were put.
+#[derive(Debug, Clone)]
+pub struct Canvas {
+    width: u32,
+    height: u32,
+    pixels_per_unit: u32,
+    marks: Vec<Mark>,
+}
+
+impl Canvas {
+    /// An empty sheet of the given size; a PNG gets two pixels a unit.
+    pub fn new(width: u32, height: u32) -> Self {
+        Self {
+            width,
+            height,
+            pixels_per_unit: 2,
+            marks: Vec::new(),
+        }
+    }
+
+    /// With another resolution of PNG files.
+    ///
+    /// # Panics
+    /// If `pixels_per_unit` is zero.
+    #[must_use]
+    pub fn with_pixels_per_unit(self, pixels_per_unit: u32) -> Self {
+        assert!(pixels_per_unit > 0, "a bitmap needs pixels");
+        Self {
+            pixels_per_unit,
+            ..self
+        }
+    }
+
+    /// Width in canvas units.
+    pub fn width(&self) -> f64 {
+        f64::from(self.width)
+    }
+
+    /// Height in canvas units.
+    pub fn height(&self) -> f64 {
+        f64::from(self.height)
+    }
+
+    /// A straight line; a dashed one starts and ends with a dash.
+    pub fn line(&mut self, from: [f64; 2], to: [f64; 2], stroke: Stroke) {
+        let Some([dash, gap]) = stroke.dash else {
+            self.marks.push(Mark::Line { from, to, stroke });
+            return;
+        };
+        let length = (to[0] - from[0]).hypot(to[1] - from[1]);
+        let at = |distance: f64| {
+            let t = (distance / length).min(1.0);
+            [
+                from[0] + t * (to[0] - from[0]),
+                from[1] + t * (to[1] - from[1]),
+            ]
+        };
+        let stroke = Stroke {
+            dash: None,
+            ..stroke
+        };
+        let gaps = ((length - dash) / (dash + gap)).round().max(0.0);
+        // Dashes and gaps shrink or grow together so that a whole number of them fits.
+        let fit = length / (dash + gaps * (dash + gap));
+        let mut start = 0.0;
+        while start < length - 1e-6 * length {
+            self.marks.push(Mark::Line {
+                from: at(start),
+                to: at(start + dash * fit),
+                stroke,
+            });
+            start += (dash + gap) * fit;
+        }
+    }
+
+    /// Straight lines from point to point.
+    pub fn polyline(&mut self, points: &[[f64; 2]], stroke: Stroke) {
+        for pair in points.windows(2) {
+            self.line(pair[0], pair[1], stroke);
+        }
+    }
+
+    /// A filled polygon.
+    pub fn polygon(&mut self, points: Vec<[f64; 2]>, fill: Colour) {
+        self.marks.push(Mark::Polygon { points, fill });
+    }
+
+    /// A filled rectangle between two corners.
+    pub fn rectangle(&mut self, [left, top]: [f64; 2], [right, bottom]: [f64; 2], fill: Colour) {
+        self.polygon(
+            vec![[left, top], [right, top], [right, bottom], [left, bottom]],
+            fill,
+        );
+    }
+
+    /// A filled circle.
+    pub fn circle(&mut self, centre: [f64; 2], radius: f64, fill: Colour) {
+        self.marks.push(Mark::Circle {
+            centre,
+            radius,
+            fill,
+        });
+    }
+
+    /// A filled circle with a rim of the given width outside `radius`.
+    pub fn rimmed_circle(
+        &mut self,
+        centre: [f64; 2],
+        radius: f64,
+        fill: Colour,
+        rim: Colour,
+        width: f64,
+    ) {
+        self.circle(centre, radius + width, rim);
+        self.circle(centre, radius, fill);
+    }
+
+    /// A line of text.
+    pub fn text(&mut self, at: [f64; 2], text: &str, face: TextFace) {
+        if !text.is_empty() {
+            self.marks.push(Mark::Text {
+                at,
+                text: text.to_owned(),
+                face,
+            });
+        }
+    }
+
+    /// An image with its upper left corner at `at`, one pixel a unit. Such a canvas can only be saved as PNG.
+    pub fn image(&mut self, at: [u32; 2], image: Image) {
+        self.marks.push(Mark::Image { at, image });
+    }
+
+    /// All texts, with the rectangle each takes (left, top, right, bottom): what a test for clipped or overlapping
+    /// labels asks.
+    pub fn texts(&self) -> Vec<(&str, [f64; 4])> {
+        let mut texts = Vec::new();
+        for mark in &self.marks {
+            let Mark::Text {
+                at: [x, y],
+                text,
+                face,
+            } = mark
+            else {
+                continue;
+            };
+            let (length, half) = (text_width(text, face.size, face.bold), 0.5 * face.size);
+            let before = match face.anchor {
+                Anchor::Start => 0.0,
+                Anchor::Middle => 0.5 * length,
+                Anchor::End => length,
+            };
+            texts.push((
+                text.as_str(),
+                if face.upward {
+                    [x - half, y - (length - before), x + half, y + before]
+                } else {
+                    [x - before, y - half, x - before + length, y + half]
+                },
+            ));
+        }
+        texts
+    }
+
+    /// The sheet as an SVG document.
+    ///
+    /// # Errors
+    /// [`FigureError::BitmapOnly`] if an image lies on it.
+    pub fn to_svg(&self) -> Result<String, FigureError> {
+        if self
+            .marks
+            .iter()
+            .any(|mark| matches!(mark, Mark::Image { .. }))
+        {
+            return Err(FigureError::BitmapOnly);
+        }
+        let mut document = String::new();
+        let size = (self.width * SVG_SCALE, self.height * SVG_SCALE);
+        let mut backend = SVGBackend::with_string(&mut document, size);
+        self.paint(&mut backend, SVG_SCALE, SVG)?;
+        backend.present().map_err(|error| FigureError::Draw {
+            message: error.to_string(),
+        })?;
+        drop(backend);
+        let drawn = format!(r#"width="{}" height="{}""#, size.0, size.1);
+        let wanted = format!(r#"width="{}" height="{}""#, self.width, self.height);
+        Ok(document.replacen(&drawn, &wanted, 1))
+    }
+
+    /// The sheet as pixels.
+    ///
+    /// # Errors
+    /// [`FigureError::Draw`] if the drawing library refuses.
+    pub fn to_image(&self) -> Result<Image, FigureError> {
+        let scale = self.pixels_per_unit * SUPERSAMPLING;
+        let mut large = Image::filled(self.width * scale, self.height * scale, [255; 3]);
+        let size = (large.width, large.height);
+        let mut backend: BitMapBackend<'_> = BitMapBackend::with_buffer(&mut large.rgb, size);
+        self.paint(&mut backend, scale, BITMAP)?;
+        drop(backend);
+        Ok(large.reduced(SUPERSAMPLING))
+    }
+
+    /// Writes the sheet as `.svg` or `.png`, whichever the path says. The file appears complete or not at all.
+    ///
+    /// # Errors
+    /// [`FigureError::Format`] for another ending, [`FigureError::BitmapOnly`] for an image in an SVG file,
+    /// [`FigureError::Write`] if the file cannot be written.
+    pub fn save(&self, path: &Path) -> Result<(), FigureError> {
+        let extension = path
+            .extension()
+            .and_then(|extension| extension.to_str())
+            .map(str::to_ascii_lowercase);
+        match extension.as_deref() {
+            Some("svg") => {
+                let document = self.to_svg()?;
+                replace(path, |temporary| {
+                    File::create(temporary)?.write_all(document.as_bytes())
+                })
+            }
+            Some("png") => {
+                let image = self.to_image()?;
+                replace(path, |temporary| {
+                    write_png(&image, temporary).map_err(std::io::Error::other)
+                })
+            }
+            _ => Err(FigureError::Format {
+                path: path.to_owned(),
+            }),
+        }
+    }
+
+    fn paint<B: DrawingBackend>(
+        &self,
+        backend: &mut B,
+        scale: u32,
+        setting: Setting,
+    ) -> Result<(), FigureError> {
+        register_fonts();
+        let factor = f64::from(scale);
+        let at = |point: [f64; 2]| (whole(point[0] * factor), whole(point[1] * factor));
+        let filled = |colour: Colour| ShapeStyle {
+            color: colour.plotters(),
+            filled: true,
+            stroke_width: 0,
+        };
+        let corners = [
+            [0.0, 0.0],
+            [self.width(), 0.0],
+            [self.width(), self.height()],
+            [0.0, self.height()],
+        ];
+        let mut result = backend.fill_polygon(corners.map(at), &filled(Colour::new(255, 255, 255)));
+        for mark in &self.marks {
+            if result.is_err() {
+                break;
+            }
+            result = match mark {
+                Mark::Line { from, to, stroke } => {
+                    let width = whole(stroke.width * factor).max(1).unsigned_abs();
+                    let style = ShapeStyle {
+                        color: stroke.colour.plotters(),
+                        filled: false,
+                        stroke_width: width,
+                    };
+                    backend.draw_line(at(*from), at(*to), &style)
+                }
+                Mark::Polygon { points, fill } => {
+                    backend.fill_polygon(points.iter().map(|&point| at(point)), &filled(*fill))
+                }
+                Mark::Circle {
+                    centre,
+                    radius,
+                    fill,
+                } => backend.draw_circle(
+                    at(*centre),
+                    whole(radius * factor).unsigned_abs(),
+                    &filled(*fill),
+                    true,
+                ),
+                Mark::Text {
+                    at: point,
+                    text,
+                    face,
+                } => {
+                    let runs = if setting.by_glyph {
+                        face.glyphs(text)
+                    } else {
+                        vec![(0.0, text.clone(), *face)]
+                    };
+                    // The text's downward direction is to the right where it runs upward.
+                    let lower = (BASE_LINE - setting.base_line) * face.size;
+                    runs.iter().try_for_each(|(along, run, face)| {
+                        let style = face.plotters(factor * setting.size_per_em);
+                        let [x, y] = *point;
+                        let shifted = if face.upward {
+                            [x + lower, y - along]
+                        } else {
+                            [x + along, y + lower]
+                        };
+                        backend.draw_text(run, &style, at(shifted))
+                    })
+                }
+                Mark::Image { at: [x, y], image } => {
+                    let image = image.enlarged(scale);
+                    let corner = (f64::from(*x) * factor, f64::from(*y) * factor);
+                    backend.blit_bitmap(
+                        (whole(corner.0), whole(corner.1)),
+                        (image.width, image.height),
+                        &image.rgb,
+                    )
+                }
+            };
+        }
+        result.map_err(|error| FigureError::Draw {
+            message: error.to_string(),
+        })
+    }
+}
+
+/// Nearest whole pixel; what lies absurdly far outside stays outside.
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "clamped to the range of i32 first"
+)]
+fn whole(value: f64) -> i32 {
+    value.round().clamp(-1e9, 1e9) as i32
+}
+
+fn register_fonts() {
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| {
+        for (style, bytes) in [
+            (FontStyle::Normal, glyph::font(false)),
+            (FontStyle::Bold, glyph::font(true)),
+        ] {
+            assert!(
+                register_font(FONT, style, bytes).is_ok(),
+                "DejaVu Sans is a valid font"
+            );
+        }
+    });
+}
+
+fn write_png(image: &Image, path: &Path) -> Result<(), String> {
+    let size = (image.width, image.height);
+    let mut backend = BitMapBackend::new(path, size);
+    backend
+        .blit_bitmap((0, 0), size, &image.rgb)
+        .map_err(|error| error.to_string())?;
+    backend.present().map_err(|error| error.to_string())
+}
+
+/// Lets `write` fill a temporary file beside `path`, syncs it and gives it its final name.
+fn replace(
+    path: &Path,
+    write: impl FnOnce(&Path) -> std::io::Result<()>,
+) -> Result<(), FigureError> {
+    let temporary = temporary_beside(path);
+    let written = write(&temporary)
+        .and_then(|()| OpenOptions::new().write(true).open(&temporary)?.sync_all())
+        .and_then(|()| fs::rename(&temporary, path));
+    written.map_err(|source| {
+        // Best effort: the first error is the one worth telling.
+        let _ = fs::remove_file(&temporary);
+        FigureError::Write {
+            path: path.to_owned(),
+            source,
+        }
+    })
+}
+
+/// Keeps the extension, which decides the format of a bitmap.
+fn temporary_beside(path: &Path) -> PathBuf {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    path.with_file_name(format!(".{}.partial.{name}", std::process::id()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BLACK: Colour = Colour::new(0, 0, 0);
+
+    fn inked_columns(image: &Image) -> [u32; 2] {
+        let dark = |x: u32| {
+            (0..image.height).any(|y| image.rgb[((y * image.width + x) * 3) as usize] < 128)
+        };
+        let columns: Vec<u32> = (0..image.width).filter(|&x| dark(x)).collect();
+        [*columns.first().unwrap(), *columns.last().unwrap()]
+    }
+
+    #[test]
+    fn ink_lies_where_the_metrics_say() {
+        let text = "H tl in λ₁ H";
+        for bold in [false, true] {
+            let mut canvas = Canvas::new(400, 40).with_pixels_per_unit(1);
+            canvas.text(
+                [10.0, 20.0],
+                text,
+                TextFace {
+                    bold,
+                    ..TextFace::new(24.0, BLACK)
+                },
+            );
+            let drawn = inked_columns(&canvas.to_image().unwrap()).map(f64::from);
+            // The white before and after an H is the same.
+            let white = 24.0 * glyph::metrics('H', bold).bearing;
+            let expected = [
+                10.0 + white,
+                10.0 + text_width(text, 24.0, bold) - white - 1.0,
+            ];
+            for (drawn, expected) in drawn.iter().zip(expected) {
+                assert!(
+                    (drawn - expected).abs() < 1.2,
+                    "{drawn} instead of {expected}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn text_is_centred_on_its_point_both_ways() {
+        for upward in [false, true] {
+            let face = TextFace {
+                upward,
+                ..TextFace::new(40.0, BLACK).anchored(Anchor::Middle)
+            };
+            let mut canvas = Canvas::new(60, 60).with_pixels_per_unit(1);
+            canvas.text([30.0, 30.0], "H", face);
+            let image = canvas.to_image().unwrap();
+            let [left, right] = inked_columns(&image);
+            let mut turned = image.clone();
+            for y in 0..60 {
+                for x in 0..60 {
+                    turned.rgb[(x * 60 + y) * 3] = image.rgb[(y * 60 + x) * 3];
+                }
+            }
+            let [top, bottom] = inked_columns(&turned);
+            let middle = [left + right + 1, top + bottom + 1].map(|sum| 0.5 * f64::from(sum));
+            assert!(
+                middle.iter().all(|place| (place - 30.0).abs() < 2.0),
+                "{upward} {middle:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_dashed_line_ends_with_dashes() {
+        let mut canvas = Canvas::new(100, 10);
+        canvas.line(
+            [0.0, 5.0],
+            [97.0, 5.0],
+            Stroke::dashed(BLACK, 1.0, 6.0, 4.0),
+        );
+        let ends: Vec<_> = canvas
+            .marks
+            .iter()
+            .map(|mark| match mark {
+                Mark::Line { from, to, .. } => (from[0], to[0]),
+                other => panic!("{other:?}"),
+            })
+            .collect();
+        assert_eq!(ends.len(), 10);
+        assert!((ends[9].1 - 97.0).abs() < 1e-9);
+        assert!(ends.windows(2).all(|pair| pair[0].1 < pair[1].0));
+    }
+
+    #[test]
+    fn reducing_averages() {
+        let image = Image {
+            width: 2,
+            height: 2,
+            rgb: vec![0, 10, 255, 0, 20, 255, 4, 30, 255, 4, 40, 255],
+        };
+        assert_eq!(
+            image.reduced(2),
+            Image {
+                width: 1,
+                height: 1,
+                rgb: vec![2, 25, 255]
+            }
+        );
+        assert_eq!(image.enlarged(3).reduced(3), image);
+    }
+
+    #[test]
+    fn files_appear_whole_or_not_at_all() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut canvas = Canvas::new(30, 20);
+        canvas.text([1.0, 10.0], "a < b", TextFace::new(8.0, BLACK));
+        for name in ["a.svg", "a.PNG"] {
+            canvas.save(&folder.path().join(name)).unwrap();
+            canvas.save(&folder.path().join(name)).unwrap();
+        }
+        let svg = fs::read_to_string(folder.path().join("a.svg")).unwrap();
+        assert!(
+            svg.starts_with(r#"<svg width="30" height="20" viewBox="0 0 300 200""#),
+            "{svg}"
+        );
+        assert!(svg.contains("a &lt; b") && svg.contains("sans-serif"));
+        assert_eq!(
+            &fs::read(folder.path().join("a.PNG")).unwrap()[1..4],
+            b"PNG"
+        );
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
+        assert!(matches!(
+            canvas.save(&folder.path().join("a.pdf")),
+            Err(FigureError::Format { .. })
+        ));
+        assert!(matches!(
+            canvas.save(&folder.path().join("none/a.png")),
+            Err(FigureError::Write { .. })
+        ));
+        canvas.image([0, 0], Image::filled(2, 2, [9; 3]));
+        assert!(matches!(
+            canvas.save(&folder.path().join("b.svg")),
+            Err(FigureError::BitmapOnly)
+        ));
+    }
+}

@@ -1,0 +1,505 @@
+//! The disconnectivity graph (Becker and Karplus 1997): which minima become connected at which energy.
+
+use super::canvas::{Anchor, Canvas, Colour, Stroke, TextFace};
+use super::layout::{LeafOrder, TreeLayout, collapse, leaf_count, place};
+use super::leaf::{DiscScale, Leaf, group, label_colours, leaves_of};
+use super::legend::Legend;
+use super::theme::{FAINT, INK, LINE, MARGIN, PALE_LINE, TEXT, TITLE, UNLABELLED, WHITE};
+use super::{FigureError, axis, text_width};
+use crate::topography::{Evidence, Network, Tree};
+
+const LABEL_RADIUS: f64 = 9.0;
+
+/// A merge tree with a circle at the end of every branch.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DisconnectivityPicture {
+    /// What is drawn; heights and energies of all nodes must be finite.
+    pub tree: Tree,
+    /// Description of leaf i of the tree, for every i.
+    pub leaves: Vec<Leaf>,
+    /// Title, or nothing.
+    pub title: String,
+    /// Name and unit of the energy axis.
+    pub energy_label: String,
+    /// What the circles count, plural: heading of their legend.
+    pub members_label: String,
+    /// Order of the branches.
+    pub order: LeafOrder,
+    /// Width and height in canvas units.
+    pub size: [u32; 2],
+}
+
+impl DisconnectivityPicture {
+    /// Picture of `tree` with the members that `network` names, without labels.
+    pub fn new(tree: Tree, network: &Network) -> Self {
+        Self {
+            tree,
+            leaves: leaves_of(network),
+            title: String::new(),
+            energy_label: "energy".to_owned(),
+            members_label: "members".to_owned(),
+            order: LeafOrder::default(),
+            size: [1200, 860],
+        }
+    }
+
+    /// With groups of minima in place of single ones: leaf i goes to group `group_of[i]`, groups count from 0.
+    ///
+    /// # Panics
+    /// If `group_of` has not one entry a leaf.
+    #[must_use]
+    pub fn grouped(&self, group_of: &[usize]) -> Self {
+        Self {
+            tree: collapse(&self.tree, group_of),
+            leaves: group(&self.leaves, group_of),
+            ..self.clone()
+        }
+    }
+
+    /// Draws the picture: energy upward, leaves side by side, merges as bars. A merge that rests on something worse
+    /// than [`Evidence::Path`] is dashed and pale, down to what it joins.
+    ///
+    /// # Errors
+    /// [`FigureError::Leaves`] and [`FigureError::NotFinite`] if the fields do not fit each other.
+    pub fn draw(&self) -> Result<Canvas, FigureError> {
+        let count = leaf_count(&self.tree);
+        if self.leaves.len() != count {
+            return Err(FigureError::Leaves {
+                described: self.leaves.len(),
+                present: count,
+            });
+        }
+        if let Some((node, bad)) = self
+            .tree
+            .nodes
+            .iter()
+            .enumerate()
+            .find(|(_, node)| !node.energy.is_finite())
+        {
+            return Err(FigureError::NotFinite {
+                node,
+                energy: bad.energy,
+            });
+        }
+        let mut canvas = Canvas::new(self.size[0], self.size[1]);
+        let mut top = MARGIN;
+        if !self.title.is_empty() {
+            let face = TextFace::new(TITLE, INK).bold().anchored(Anchor::Middle);
+            let middle = 0.5 * canvas.width();
+            canvas.text(
+                [middle, top + 0.6 * TITLE],
+                &self.title,
+                face.fitted(&self.title, 2.0 * (middle - MARGIN)),
+            );
+            top += 1.6 * TITLE;
+        }
+        let layout = place(&self.tree, self.order);
+        let scale = self.disc_scale(&layout, canvas.width());
+        let legend = self.legend(scale);
+        let right = canvas.width() - MARGIN - legend.width();
+        legend.draw(&mut canvas, [right, top]);
+        let plot = Plot::new(
+            self,
+            &layout,
+            scale,
+            [top + 0.5 * TEXT, right - 34.0],
+            &mut canvas,
+        );
+        plot.draw_branches(&mut canvas);
+        plot.draw_leaves(&mut canvas);
+        Ok(canvas)
+    }
+
+    /// Circles overlap a little where leaves are many; neighbours rarely have the same energy.
+    fn disc_scale(&self, layout: &TreeLayout, width: f64) -> DiscScale {
+        let spacing = 0.7 * width / (layout.width + 1.0);
+        let most = self
+            .leaves
+            .iter()
+            .map(|leaf| leaf.members)
+            .max()
+            .unwrap_or(0)
+            .max(1) as f64;
+        let largest = if most > 1.0 {
+            (1.6 * spacing).clamp(13.0, 36.0)
+        } else {
+            (0.6 * spacing).clamp(3.2, 14.0)
+        };
+        DiscScale {
+            one: (largest / most.sqrt()).max(3.2).min(44.0 / most.sqrt()),
+        }
+    }
+
+    fn legend(&self, scale: DiscScale) -> Legend {
+        let mut legend = Legend::default();
+        legend.labels(&self.leaves, LABEL_RADIUS);
+        legend.sizes(&self.leaves, scale, &self.members_label, UNLABELLED);
+        let merges = || {
+            self.tree
+                .nodes
+                .iter()
+                .filter(|node| !node.children.is_empty())
+        };
+        let bounds = merges().any(|node| node.evidence > Evidence::Path);
+        if bounds || self.tree.roots.len() > 1 {
+            legend.heading("connection");
+        }
+        if bounds {
+            if merges().any(|node| node.evidence <= Evidence::Path) {
+                legend.line(Stroke::solid(LINE, 2.5), "relaxed");
+            }
+            legend.line(upper_bound(2.5), "upper bound");
+        }
+        if self.tree.roots.len() > 1 {
+            legend.note("apart: no path found");
+        }
+        legend
+    }
+}
+
+fn upper_bound(width: f64) -> Stroke {
+    Stroke::dashed(PALE_LINE, width, 9.0, 6.0)
+}
+
+/// Where data goes on the canvas.
+struct Plot<'a> {
+    picture: &'a DisconnectivityPicture,
+    layout: &'a TreeLayout,
+    scale: DiscScale,
+    /// Canvas x of leaf place 0, and canvas units a leaf.
+    x: [f64; 2],
+    /// Energy and canvas y of the lowest and of the highest node.
+    y: [[f64; 2]; 2],
+    top: f64,
+}
+
+impl<'a> Plot<'a> {
+    /// Chooses the scales and draws the energy axis.
+    fn new(
+        picture: &'a DisconnectivityPicture,
+        layout: &'a TreeLayout,
+        scale: DiscScale,
+        [top, right]: [f64; 2],
+        canvas: &mut Canvas,
+    ) -> Self {
+        let energies = || picture.tree.nodes.iter().map(|node| node.energy);
+        let (mut low, mut high) = (
+            energies().fold(f64::INFINITY, f64::min),
+            energies().fold(f64::NEG_INFINITY, f64::max),
+        );
+        if low > high {
+            (low, high) = (0.0, 1.0);
+        } else if high - low <= 1e-12 * high.abs().max(low.abs()) {
+            let pad = if low == 0.0 { 0.5 } else { 0.1 * low.abs() };
+            (low, high) = (low - pad, high + pad);
+        }
+        let largest = picture
+            .leaves
+            .iter()
+            .map(|leaf| scale.radius(leaf.members))
+            .fold(0.0, f64::max)
+            + 2.0;
+        let caption = if picture.leaves.iter().any(|leaf| leaf.caption.is_some()) {
+            1.1 * TEXT
+        } else {
+            0.0
+        };
+        let bottom = canvas.height() - MARGIN;
+        // Room for the circles of the lowest leaves below, for the stems of the roots above.
+        let y = [
+            [low, bottom - largest - caption - 6.0],
+            [high, top + 0.035 * (bottom - top) + 4.0],
+        ];
+        let level = |energy: f64| y[0][1] + (energy - low) / (high - low) * (y[1][1] - y[0][1]);
+        let energy_at = |level: f64| low + (level - y[0][1]) / (y[1][1] - y[0][1]) * (high - low);
+
+        let values = axis::ticks(energy_at(bottom), energy_at(top), 6);
+        let texts = axis::tick_texts(&values);
+        let longest = texts
+            .iter()
+            .map(|text| text_width(text, TEXT, false))
+            .fold(0.0, f64::max);
+        let left = MARGIN + 1.5 * TEXT + longest + 12.0;
+        for (&value, text) in values.iter().zip(&texts) {
+            canvas.line(
+                [left, level(value)],
+                [right, level(value)],
+                Stroke::solid(FAINT, 1.5),
+            );
+            canvas.line(
+                [left - 7.0, level(value)],
+                [left, level(value)],
+                Stroke::solid(INK, 2.0),
+            );
+            // A tick at the very end of the axis keeps its number on the sheet.
+            let beside = level(value).min(canvas.height() - 0.5 * TEXT - 4.0);
+            canvas.text(
+                [left - 12.0, beside],
+                text,
+                TextFace::new(TEXT, INK).anchored(Anchor::End),
+            );
+        }
+        canvas.line([left, top], [left, bottom], Stroke::solid(INK, 2.0));
+        let face = TextFace::new(TEXT, INK).anchored(Anchor::Middle).upward();
+        let middle = 0.5 * (top + bottom);
+        canvas.text(
+            [MARGIN + 0.5 * TEXT, middle],
+            &picture.energy_label,
+            face.fitted(&picture.energy_label, bottom - top),
+        );
+        if picture.leaves.is_empty() {
+            let face = TextFace::new(TEXT, INK).anchored(Anchor::Middle);
+            canvas.text([0.5 * (left + right), middle], "no minima", face);
+        }
+        let pad = largest.max(0.5 * (right - left) / (layout.width + 1.0)) + 6.0;
+        let inner = right - left - 2.0 * pad;
+        let x = if layout.width > 0.0 {
+            [left + pad, inner / layout.width]
+        } else {
+            [0.5 * (left + right), right - left]
+        };
+        Self {
+            picture,
+            layout,
+            scale,
+            x,
+            y,
+            top,
+        }
+    }
+
+    fn at(&self, node: usize) -> [f64; 2] {
+        let [[low, bottom], [high, top]] = self.y;
+        let part = (self.picture.tree.nodes[node].energy - low) / (high - low);
+        [
+            self.x[0] + self.layout.x[node] * self.x[1],
+            bottom + part * (top - bottom),
+        ]
+    }
+
+    fn draw_branches(&self, canvas: &mut Canvas) {
+        let width = (0.3 * self.x[1]).clamp(1.0, 2.75);
+        // Uncertain merges first, so that certain ones lie on top.
+        for certain in [false, true] {
+            for (index, node) in self.picture.tree.nodes.iter().enumerate() {
+                if node.children.is_empty() || (node.evidence <= Evidence::Path) != certain {
+                    continue;
+                }
+                let stroke = if certain {
+                    Stroke::solid(LINE, width)
+                } else {
+                    upper_bound(width)
+                };
+                let [x, y] = self.at(index);
+                let ends: Vec<[f64; 2]> =
+                    node.children.iter().map(|child| self.at(child.0)).collect();
+                let first = ends.iter().map(|end| end[0]).fold(f64::INFINITY, f64::min);
+                let last = ends
+                    .iter()
+                    .map(|end| end[0])
+                    .fold(f64::NEG_INFINITY, f64::max);
+                // Half a width beyond the stems makes square corners.
+                canvas.line([first - 0.5 * width, y], [last + 0.5 * width, y], stroke);
+                for end in ends {
+                    canvas.line([end[0], y], end, stroke);
+                }
+                if node.parent.is_none() {
+                    canvas.line([x, self.top], [x, y], stroke);
+                }
+            }
+        }
+    }
+
+    fn draw_leaves(&self, canvas: &mut Canvas) {
+        let leaves = &self.picture.leaves;
+        let colours = label_colours(leaves);
+        // Large circles first: small ones stay visible.
+        let mut order: Vec<usize> = (0..leaves.len()).collect();
+        order.sort_by_key(|&leaf| (std::cmp::Reverse(leaves[leaf].members), leaf));
+        let rim = (0.12 * self.x[1]).clamp(0.6, 1.2);
+        for &index in &order {
+            let leaf = &leaves[index];
+            let fill = fill(leaf, &colours);
+            let radius = self.scale.radius(leaf.members);
+            canvas.circle(self.at(index), radius + 2.0 * rim, WHITE);
+            canvas.rimmed_circle(self.at(index), radius, fill, LINE, rim);
+        }
+        let captions = || leaves.iter().filter_map(|leaf| leaf.caption.as_deref());
+        let room = 0.95 * self.x[1];
+        if captions().all(|caption| text_width(caption, TEXT, false) <= room) {
+            for (index, leaf) in leaves.iter().enumerate() {
+                let [x, y] = self.at(index);
+                let below = y + self.scale.radius(leaf.members) + 0.75 * TEXT;
+                let face = TextFace::new(TEXT, INK).anchored(Anchor::Middle);
+                canvas.text(
+                    [x, below],
+                    leaf.caption.as_deref().unwrap_or_default(),
+                    face,
+                );
+            }
+        }
+    }
+}
+
+fn fill(leaf: &Leaf, colours: &[(&str, Colour)]) -> Colour {
+    if leaf.members == 0 && leaf.label.is_none() {
+        return WHITE;
+    }
+    let colour = colours
+        .iter()
+        .find(|(label, _)| leaf.label.as_deref() == Some(*label));
+    colour.map_or(UNLABELLED, |(_, colour)| *colour)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{
+        assert_legible, forest, gallery, random_network, random_tree, tree_of,
+    };
+    use super::*;
+
+    /// Members fall off quickly, as in real populations.
+    fn leaves(count: usize, labels: bool) -> Vec<Leaf> {
+        (0..count)
+            .map(|i| Leaf {
+                members: [1, 1, 4, 1, 2, 9, 1, 1, 22, 0][i % 10] + if i == 3 { 60 } else { 0 },
+                label: labels
+                    .then(|| ["power", "precision", "intermediate"][(i * i / 7) % 3].to_owned()),
+                caption: None,
+            })
+            .collect()
+    }
+
+    fn picture(tree: Tree, labels: bool) -> DisconnectivityPicture {
+        let leaves = leaves(leaf_count(&tree), labels);
+        DisconnectivityPicture {
+            leaves,
+            title: "Human hand on a bottle".into(),
+            energy_label: "energy E(H, O)".into(),
+            members_label: "grasps".into(),
+            ..DisconnectivityPicture::new(tree, &Network::default())
+        }
+    }
+
+    #[test]
+    fn pictures_of_all_sizes_are_legible() {
+        for (name, count, parts) in [
+            ("0", 0, 1),
+            ("1", 1, 1),
+            ("5", 5, 1),
+            ("91", 91, 2),
+            ("371", 371, 4),
+        ] {
+            for labels in [false, true] {
+                let canvas = picture(random_tree(11, count, parts), labels)
+                    .draw()
+                    .unwrap();
+                assert_legible(&canvas);
+                gallery(
+                    &canvas,
+                    &format!(
+                        "disconnectivity_{name}_{}",
+                        if labels { "labels" } else { "plain" }
+                    ),
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn legend_explains_what_is_there_and_nothing_else() {
+        let texts = |picture: &DisconnectivityPicture| -> Vec<String> {
+            picture
+                .draw()
+                .unwrap()
+                .texts()
+                .iter()
+                .map(|(text, _)| (*text).to_owned())
+                .collect()
+        };
+        let mut tree = forest(&[0.0, 0.2, 0.1], &[(0.5, &[0, 1]), (1.0, &[2, 3])]);
+        let plain = picture(tree.clone(), false);
+        let shown = texts(&plain);
+        assert!(
+            shown.contains(&"grasps".to_owned()) && shown.contains(&"energy E(H, O)".to_owned())
+        );
+        assert!(
+            !shown
+                .iter()
+                .any(|text| text == "upper bound" || text == "power" || text.starts_with("apart"))
+        );
+        tree.nodes[4].evidence = Evidence::Chain;
+        let shown = texts(&picture(tree, true));
+        for expected in ["upper bound", "relaxed", "power"] {
+            assert!(
+                shown.iter().any(|text| text == expected),
+                "{expected} in {shown:?}"
+            );
+        }
+        let apart = forest(&[0.0, 0.2, 0.1], &[(0.5, &[0, 1])]);
+        assert!(
+            texts(&picture(apart, false))
+                .iter()
+                .any(|text| text.starts_with("apart"))
+        );
+    }
+
+    #[test]
+    fn captions_appear_and_svg_holds_the_texts() {
+        let tree = forest(
+            &[-146.7, -108.2, -80.8],
+            &[(-72.2, &[1, 2]), (-40.7, &[0, 3])],
+        );
+        let mut picture = picture(tree, false);
+        for (leaf, name) in picture.leaves.iter_mut().zip(["A", "B", "C"]) {
+            leaf.caption = Some(name.into());
+        }
+        let canvas = picture.draw().unwrap();
+        assert_legible(&canvas);
+        gallery(&canvas, "disconnectivity_captions");
+        let svg = canvas.to_svg().unwrap();
+        for text in ["Human hand on a bottle", "−100", ">\nA\n", "grasps"]
+            .iter()
+            .map(|text| text.trim_matches(['>', '\n']))
+        {
+            assert!(svg.contains(text), "{text}");
+        }
+        assert_eq!(svg, picture.draw().unwrap().to_svg().unwrap());
+    }
+
+    #[test]
+    fn groups_replace_their_members() {
+        let network = random_network(5, 40, 1);
+        let full = DisconnectivityPicture::new(tree_of(&network), &network);
+        let grouped = full.grouped(&(0..40).map(|leaf| leaf / 4).collect::<Vec<_>>());
+        assert_eq!(grouped.leaves.len(), 10);
+        let total = |picture: &DisconnectivityPicture| {
+            picture
+                .leaves
+                .iter()
+                .map(|leaf| leaf.members)
+                .sum::<usize>()
+        };
+        assert_eq!(total(&grouped), total(&full));
+        assert_legible(&grouped.draw().unwrap());
+    }
+
+    #[test]
+    fn misfits_are_errors() {
+        let mut wrong = picture(random_tree(1, 4, 1), false);
+        wrong.leaves.pop();
+        assert!(matches!(
+            wrong.draw(),
+            Err(FigureError::Leaves {
+                described: 3,
+                present: 4
+            })
+        ));
+        let mut wrong = picture(random_tree(1, 4, 1), false);
+        wrong.tree.nodes[5].energy = f64::INFINITY;
+        assert!(matches!(
+            wrong.draw(),
+            Err(FigureError::NotFinite { node: 5, .. })
+        ));
+    }
+}

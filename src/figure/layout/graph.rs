@@ -1,0 +1,412 @@
+//! Layout of the barrier graph: points in the plane whose distances follow the lengths of paths on the graph.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use faer::{Mat, Side};
+use rand::RngExt;
+
+use crate::sample::{Task, stream};
+
+/// Stop when a sweep lowers the stress by less than this part of it,
+const TOLERANCE: f64 = 1e-5;
+/// or when the relative errors of distances are this small on average: rounding takes over far below.
+const NEGLIGIBLE: f64 = 1e-7;
+/// Sweeps at most.
+const SWEEPS: usize = 500;
+
+/// Points in the plane and how the stress fell.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct GraphLayout {
+    /// Place of each node.
+    pub points: Vec<[f64; 2]>,
+    /// Stress of the start and after each sweep; never rises.
+    pub stress: Vec<f64>,
+}
+
+/// Lengths of the shortest paths between all pairs of `count` nodes over undirected `links` (ends, length ≥ 0): row-major
+/// count × count, infinite where there is no path. Dijkstra from every node.
+pub fn shortest_paths(count: usize, links: &[([usize; 2], f64)]) -> Vec<f64> {
+    let mut neighbours = vec![Vec::new(); count];
+    for &([a, b], length) in links {
+        neighbours[a].push((b, length));
+        neighbours[b].push((a, length));
+    }
+    let mut lengths = vec![f64::INFINITY; count * count];
+    let mut queue = BinaryHeap::new();
+    for (source, row) in lengths.chunks_mut(count.max(1)).enumerate() {
+        row[source] = 0.0;
+        // The bit pattern of a non-negative number orders like the number.
+        queue.push(Reverse((0.0_f64.to_bits(), source)));
+        while let Some(Reverse((bits, node))) = queue.pop() {
+            if f64::from_bits(bits) > row[node] {
+                continue;
+            }
+            for &(next, length) in &neighbours[node] {
+                let longer = row[node] + length;
+                if longer < row[next] {
+                    row[next] = longer;
+                    queue.push(Reverse((longer.to_bits(), next)));
+                }
+            }
+        }
+    }
+    lengths
+}
+
+/// Connected components as sorted lists of nodes, the largest first (then by lowest node).
+pub fn components(count: usize, links: &[[usize; 2]]) -> Vec<Vec<usize>> {
+    let mut above: Vec<usize> = (0..count).collect();
+    let find = |above: &mut Vec<usize>, mut node: usize| {
+        while above[node] != node {
+            above[node] = above[above[node]];
+            node = above[node];
+        }
+        node
+    };
+    for &[a, b] in links {
+        let (a, b) = (find(&mut above, a), find(&mut above, b));
+        above[a.max(b)] = a.min(b);
+    }
+    let mut parts = vec![Vec::new(); count];
+    for node in 0..count {
+        parts[find(&mut above, node)].push(node);
+    }
+    parts.retain(|part| !part.is_empty());
+    parts.sort_by_key(|part| Reverse(part.len()));
+    parts
+}
+
+/// Weighted stress Σ_{i<j} (‖p_i − p_j‖ − D_ij)² / D_ij² over pairs with 0 < D_ij < ∞.
+///
+/// # Panics
+/// If `distances` is not points × points.
+pub fn stress(points: &[[f64; 2]], distances: &[f64]) -> f64 {
+    let count = points.len();
+    assert_eq!(distances.len(), count * count, "one distance a pair");
+    let mut sum = 0.0;
+    for i in 0..count {
+        for j in 0..i {
+            let target = distances[i * count + j];
+            if target > 0.0 && target.is_finite() {
+                let length = (points[i][0] - points[j][0]).hypot(points[i][1] - points[j][1]);
+                sum += ((length - target) / target).powi(2);
+            }
+        }
+    }
+    sum
+}
+
+/// Places points so that their distances follow `distances` (row-major, symmetric): stress majorisation with weights
+/// D⁻² (de Leeuw 1977; one point at a time as in Gansner, Koren and North 2005), started from classical scaling.
+///
+/// Every move minimises a function that bounds the stress from above and touches it, so the stress never rises. `seed`
+/// only parts points that the start puts in the same place.
+///
+/// # Panics
+/// If `distances` is not `count` × `count`.
+pub fn majorise(count: usize, distances: &[f64], seed: u64) -> GraphLayout {
+    assert_eq!(distances.len(), count * count, "one distance a pair");
+    let mut points = classical_scaling(count, distances);
+    let scale = distances
+        .iter()
+        .copied()
+        .filter(|distance| distance.is_finite())
+        .fold(0.0, f64::max);
+    let mut rng = stream(seed, Task::Layout, 0);
+    for coordinate in points.iter_mut().flatten() {
+        *coordinate += 1e-3 * scale * (rng.random::<f64>() - 0.5);
+    }
+    let mut history = vec![stress(&points, distances)];
+    for _ in 0..SWEEPS {
+        for i in 0..count {
+            points[i] = best_place(i, &points, &distances[i * count..(i + 1) * count]);
+        }
+        let before = history[history.len() - 1];
+        history.push(stress(&points, distances));
+        let negligible = NEGLIGIBLE.powi(2) * (count * count) as f64;
+        if before - history[history.len() - 1] <= TOLERANCE * before || before <= negligible {
+            break;
+        }
+    }
+    GraphLayout {
+        points,
+        stress: history,
+    }
+}
+
+/// Minimum over p_i of the majorant: the weighted mean of where each other point j would have i, at distance D_ij in the
+/// present direction.
+fn best_place(i: usize, points: &[[f64; 2]], distances: &[f64]) -> [f64; 2] {
+    let (mut sum, mut total) = ([0.0; 2], 0.0);
+    for (j, (&other, &target)) in points.iter().zip(distances).enumerate() {
+        if j == i || !(target > 0.0 && target.is_finite()) {
+            continue;
+        }
+        let apart = [points[i][0] - other[0], points[i][1] - other[1]];
+        let length = apart[0].hypot(apart[1]);
+        let stretch = if length > 0.0 { target / length } else { 0.0 };
+        let weight = target.powi(-2);
+        for axis in 0..2 {
+            sum[axis] += weight * (other[axis] + stretch * apart[axis]);
+        }
+        total += weight;
+    }
+    if total > 0.0 {
+        sum.map(|value| value / total)
+    } else {
+        points[i]
+    }
+}
+
+/// Classical scaling (Torgerson 1952): the two leading eigenvectors of −½ J D² J times the roots of their eigenvalues.
+fn classical_scaling(count: usize, distances: &[f64]) -> Vec<[f64; 2]> {
+    let square = |i: usize, j: usize| distances[i * count + j].powi(2);
+    let finite = distances.iter().all(|distance| distance.is_finite());
+    if count < 3 || !finite {
+        return circle(count, distances);
+    }
+    let means: Vec<f64> = (0..count)
+        .map(|i| (0..count).map(|j| square(i, j)).sum::<f64>() / count as f64)
+        .collect();
+    let mean = means.iter().sum::<f64>() / count as f64;
+    let inner = Mat::from_fn(count, count, |i, j| {
+        -0.5 * (square(i, j) - means[i] - means[j] + mean)
+    });
+    let Ok(eigen) = inner.self_adjoint_eigen(Side::Lower) else {
+        return circle(count, distances);
+    };
+    let mut points = vec![[0.0; 2]; count];
+    for axis in 0..2 {
+        let column = count - 1 - axis;
+        let size = eigen.S()[column].max(0.0).sqrt();
+        let vector = eigen.U().col(column);
+        // An eigenvector has no sign of its own: its largest component shall be positive.
+        let largest = (0..count)
+            .max_by(|&a, &b| vector[a].abs().total_cmp(&vector[b].abs()))
+            .unwrap_or(0);
+        let sign = vector[largest].signum();
+        for (point, index) in points.iter_mut().zip(0..) {
+            point[axis] = sign * size * vector[index];
+        }
+    }
+    points
+}
+
+/// The start where scaling has nothing to work with.
+fn circle(count: usize, distances: &[f64]) -> Vec<[f64; 2]> {
+    let radius = 0.5
+        * distances
+            .iter()
+            .copied()
+            .filter(|distance| distance.is_finite())
+            .fold(0.0, f64::max);
+    (0..count)
+        .map(|index| {
+            let angle = std::f64::consts::TAU * index as f64 / count as f64;
+            [radius * angle.cos(), radius * angle.sin()]
+        })
+        .collect()
+}
+
+/// Moves overlapping discs apart, least first: afterwards centres are at least r_i + r_j + `gap` apart, unless the discs
+/// are too crowded for 200 rounds.
+///
+/// # Panics
+/// If there are not as many radii as points.
+pub fn separate(points: &mut [[f64; 2]], radii: &[f64], gap: f64) {
+    assert_eq!(points.len(), radii.len(), "one radius a point");
+    for _ in 0..200 {
+        let mut moved = false;
+        for i in 0..points.len() {
+            for j in 0..i {
+                let apart = [points[i][0] - points[j][0], points[i][1] - points[j][1]];
+                let length = apart[0].hypot(apart[1]);
+                let wanted = radii[i] + radii[j] + gap;
+                if length >= wanted - 1e-6 {
+                    continue;
+                }
+                moved = true;
+                let direction = if length > 0.0 {
+                    apart.map(|value| value / length)
+                } else {
+                    [1.0, 0.0]
+                };
+                let push = 0.5 * (wanted - length);
+                for axis in 0..2 {
+                    points[i][axis] += push * direction[axis];
+                    points[j][axis] -= push * direction[axis];
+                }
+            }
+        }
+        if !moved {
+            return;
+        }
+    }
+}
+
+/// Places rectangles (width, height) side by side without overlap, in rows or in columns, whichever fills a sheet of
+/// the given `aspect` (width / height) better. Returns their upper left corners and the size of the whole.
+pub fn pack(sizes: &[[f64; 2]], aspect: f64) -> (Vec<[f64; 2]>, [f64; 2]) {
+    let mut best: Option<(f64, Vec<[f64; 2]>, [f64; 2])> = None;
+    for columns in [false, true] {
+        let turn = |[a, b]: [f64; 2]| if columns { [b, a] } else { [a, b] };
+        let turned: Vec<[f64; 2]> = sizes.iter().map(|&size| turn(size)).collect();
+        let widest = turned.iter().map(|size| size[0]).fold(0.0, f64::max);
+        let total: f64 = turned.iter().map(|size| size[0]).sum();
+        for step in 0..=60 {
+            let limit =
+                widest * (total / widest.max(f64::MIN_POSITIVE)).powf(f64::from(step) / 60.0);
+            let (corners, extent) = shelves(&turned, limit * (1.0 + 1e-9));
+            let extent = turn(extent);
+            let needed = extent[0].max(extent[1] * aspect);
+            if best.as_ref().is_none_or(|(least, ..)| needed < *least) {
+                best = Some((needed, corners.into_iter().map(turn).collect(), extent));
+            }
+        }
+    }
+    best.map_or((Vec::new(), [0.0; 2]), |(_, corners, extent)| {
+        (corners, extent)
+    })
+}
+
+/// Fills rows from left to right, the tallest rectangles first, up to the width `limit`.
+fn shelves(sizes: &[[f64; 2]], limit: f64) -> (Vec<[f64; 2]>, [f64; 2]) {
+    let mut order: Vec<usize> = (0..sizes.len()).collect();
+    order.sort_by(|&a, &b| sizes[b][1].total_cmp(&sizes[a][1]).then(a.cmp(&b)));
+    let mut corners = vec![[0.0; 2]; sizes.len()];
+    let (mut x, mut y, mut row, mut width) = (0.0, 0.0, 0.0_f64, 0.0_f64);
+    for index in order {
+        let size = sizes[index];
+        if x > 0.0 && x + size[0] > limit {
+            (x, y, row) = (0.0, y + row, 0.0);
+        }
+        corners[index] = [x, y];
+        x += size[0];
+        row = row.max(size[1]);
+        width = width.max(x);
+    }
+    (corners, [width, y + row])
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::super::super::testing::random_links;
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn paths_agree_with_floyd_and_warshall(seed in 0u64..200, count in 1usize..25) {
+            let links = random_links(seed, count, count);
+            let lengths = shortest_paths(count, &links);
+            let mut table = vec![f64::INFINITY; count * count];
+            for i in 0..count {
+                table[i * count + i] = 0.0;
+            }
+            for &([a, b], length) in &links {
+                table[a * count + b] = table[a * count + b].min(length);
+                table[b * count + a] = table[a * count + b];
+            }
+            for k in 0..count {
+                for i in 0..count {
+                    for j in 0..count {
+                        table[i * count + j] = table[i * count + j].min(table[i * count + k] + table[k * count + j]);
+                    }
+                }
+            }
+            for (ours, theirs) in lengths.iter().zip(&table) {
+                prop_assert!(ours == theirs || (ours - theirs).abs() < 1e-9);
+            }
+        }
+
+        #[test]
+        fn stress_never_rises(seed in 0u64..200, count in 2usize..30) {
+            let lengths = shortest_paths(count, &random_links(seed, count, 2 * count));
+            let layout = majorise(count, &lengths, seed);
+            prop_assert!(layout.stress.len() > 1);
+            prop_assert!(layout.stress.windows(2).all(|pair| pair[1] <= pair[0] * (1.0 + 1e-12)), "{:?}", layout.stress);
+            prop_assert_eq!(majorise(count, &lengths, seed), layout);
+        }
+
+        #[test]
+        fn packed_rectangles_do_not_overlap(sizes in prop::collection::vec((0.1f64..5.0, 0.1f64..5.0), 0..20)) {
+            let sizes: Vec<[f64; 2]> = sizes.into_iter().map(|(a, b)| [a, b]).collect();
+            let (corners, extent) = pack(&sizes, 1.3);
+            for i in 0..sizes.len() {
+                for axis in 0..2 {
+                    prop_assert!(corners[i][axis] >= 0.0 && corners[i][axis] + sizes[i][axis] <= extent[axis] + 1e-9);
+                }
+                for j in 0..i {
+                    prop_assert!((0..2).any(|axis| corners[i][axis] + sizes[i][axis] <= corners[j][axis] + 1e-9
+                        || corners[j][axis] + sizes[j][axis] <= corners[i][axis] + 1e-9));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn distances_in_the_plane_are_recovered() {
+        let truth = [[0.0, 0.0], [3.0, 0.0], [3.0, 4.0], [-1.0, 2.0], [0.5, 5.0]];
+        let distances: Vec<f64> = truth
+            .iter()
+            .flat_map(|a| {
+                truth
+                    .iter()
+                    .map(|b: &[f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]))
+            })
+            .collect();
+        let layout = majorise(5, &distances, 1);
+        // The start is exact up to the seeded jitter, and the sweeps remove that.
+        assert!(
+            layout.stress[layout.stress.len() - 1] < 1e-6,
+            "{:?}",
+            layout.stress
+        );
+    }
+
+    #[test]
+    fn coinciding_points_part() {
+        // A star whose arms are equal: classical scaling in the plane puts arms on top of each other.
+        let links: Vec<_> = (1..9).map(|leaf| ([0, leaf], 1.0)).collect();
+        let layout = majorise(9, &shortest_paths(9, &links), 3);
+        for i in 0..9 {
+            for j in 0..i {
+                let [a, b] = [layout.points[i], layout.points[j]];
+                assert!(
+                    (a[0] - b[0]).hypot(a[1] - b[1]) > 0.3,
+                    "{i} and {j} coincide"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn overlapping_discs_are_moved_apart() {
+        let mut points = vec![[0.0, 0.0]; 12];
+        let radii: Vec<f64> = (0..12).map(|i| 1.0 + f64::from(i % 3)).collect();
+        // All in one place: pushed along x first, so give them a little height.
+        for (index, point) in points.iter_mut().enumerate() {
+            point[1] = 0.01 * index as f64;
+        }
+        separate(&mut points, &radii, 0.5);
+        for i in 0..12 {
+            for j in 0..i {
+                let length = (points[i][0] - points[j][0]).hypot(points[i][1] - points[j][1]);
+                assert!(length >= radii[i] + radii[j] + 0.5 - 1e-3, "{length}");
+            }
+        }
+    }
+
+    #[test]
+    fn components_come_largest_first() {
+        assert_eq!(
+            components(6, &[[4, 5], [1, 5]]),
+            [vec![1, 4, 5], vec![0], vec![2], vec![3]]
+        );
+        assert!(components(0, &[]).is_empty());
+        assert_eq!(majorise(0, &[], 0).points.len(), 0);
+        assert_eq!(majorise(1, &[0.0], 0).points, [[0.0, 0.0]]);
+    }
+}

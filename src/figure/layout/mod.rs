@@ -1,0 +1,7 @@
+//! Where things go: pure geometry, no colours and no files.
+
+mod graph;
+mod tree;
+
+pub use graph::{GraphLayout, components, majorise, pack, separate, shortest_paths, stress};
+pub use tree::{LeafOrder, TreeLayout, collapse, leaf_count, place};

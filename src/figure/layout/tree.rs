@@ -1,0 +1,381 @@
+//! Layout of a disconnectivity graph, and its coarsening to groups of minima.
+
+use crate::topography::{Evidence, MinimumId, Node, NodeId, Tree};
+
+/// How the branches of a merge are sorted from left to right.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum LeafOrder {
+    /// The branch with most leaves in the middle, smaller ones alternating outward.
+    #[default]
+    LargestCentred,
+    /// The branch with the lowest minimum in the middle (the global minimum is centred), others outward.
+    LowestCentred,
+    /// By rising lowest minimum: the global minimum at the far left.
+    Energy,
+}
+
+/// Horizontal places of a tree's nodes; leaves are one unit apart, trees of a forest farther.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct TreeLayout {
+    /// Place of each node, by node number: a parent stands midway between its outermost children.
+    pub x: Vec<f64>,
+    /// Numbers of the leaves from left to right; the first is at 0.
+    pub leaves: Vec<usize>,
+    /// Place of the last leaf.
+    pub width: f64,
+}
+
+/// Number of leaves of `tree`.
+pub fn leaf_count(tree: &Tree) -> usize {
+    tree.nodes
+        .iter()
+        .take_while(|node| node.minimum.is_some())
+        .count()
+}
+
+/// What the order of branches looks at.
+struct Branches<'a> {
+    tree: &'a Tree,
+    order: LeafOrder,
+    leaves: Vec<usize>,
+    lowest: Vec<f64>,
+}
+
+impl Branches<'_> {
+    /// Sort key: better branches first. The number of the node makes it total.
+    fn compare(&self, a: usize, b: usize) -> std::cmp::Ordering {
+        let by_size = self.leaves[b].cmp(&self.leaves[a]);
+        let by_energy = self.lowest[a].total_cmp(&self.lowest[b]);
+        match self.order {
+            LeafOrder::LargestCentred => by_size.then(by_energy),
+            LeafOrder::LowestCentred | LeafOrder::Energy => by_energy.then(by_size),
+        }
+        .then(a.cmp(&b))
+    }
+
+    fn sorted_children(&self, node: usize) -> Vec<usize> {
+        let mut children: Vec<usize> = self.tree.nodes[node]
+            .children
+            .iter()
+            .map(|child| child.0)
+            .collect();
+        children.sort_by(|&a, &b| self.compare(a, b));
+        children
+    }
+
+    /// Appends the leaves under `node` from left to right.
+    fn write(&self, node: usize, leaves: &mut Vec<usize>) {
+        if self.order == LeafOrder::Energy {
+            let children = self.sorted_children(node);
+            if children.is_empty() {
+                leaves.push(node);
+            }
+            for child in children {
+                self.write(child, leaves);
+            }
+            return;
+        }
+        // Walk down the spine of best branches; what leaves it goes to the side with fewer leaves so far, outermost
+        // first, so that the end of the spine is in the middle.
+        let (mut left, mut right) = (Vec::new(), Vec::new());
+        let mut counts = [0, 0];
+        let mut spine = node;
+        loop {
+            let children = self.sorted_children(spine);
+            let Some((&next, others)) = children.split_first() else {
+                break;
+            };
+            for &other in others.iter().rev() {
+                let side = usize::from(counts[1] < counts[0]);
+                counts[side] += self.leaves[other];
+                if side == 0 {
+                    left.push(other)
+                } else {
+                    right.push(other)
+                }
+            }
+            spine = next;
+        }
+        for branch in left {
+            self.write(branch, leaves);
+        }
+        leaves.push(spine);
+        for branch in right.into_iter().rev() {
+            self.write(branch, leaves);
+        }
+    }
+}
+
+/// Places the leaves of `tree` side by side so that no two branches cross.
+///
+/// The trees of a forest stand next to each other, the one with most leaves first, with a gap; minima without any
+/// connection come last, close together.
+pub fn place(tree: &Tree, order: LeafOrder) -> TreeLayout {
+    let count = tree.nodes.len();
+    let mut branches = Branches {
+        tree,
+        order,
+        leaves: vec![1; count],
+        lowest: vec![0.0; count],
+    };
+    for (index, node) in tree.nodes.iter().enumerate() {
+        branches.lowest[index] = node.energy;
+        if !node.children.is_empty() {
+            branches.leaves[index] = node
+                .children
+                .iter()
+                .map(|child| branches.leaves[child.0])
+                .sum();
+            branches.lowest[index] = node
+                .children
+                .iter()
+                .map(|child| branches.lowest[child.0])
+                .fold(f64::INFINITY, f64::min);
+        }
+    }
+    let mut roots: Vec<usize> = tree.roots.iter().map(|root| root.0).collect();
+    roots.sort_by(|&a, &b| {
+        let alone = |root: usize| branches.leaves[root] == 1;
+        alone(a)
+            .cmp(&alone(b))
+            .then(branches.leaves[b].cmp(&branches.leaves[a]))
+            .then(branches.compare(a, b))
+    });
+    let gap = 1.0 + 0.01 * leaf_count(tree) as f64;
+    let mut layout = TreeLayout {
+        x: vec![0.0; count],
+        ..TreeLayout::default()
+    };
+    let mut previous_alone = false;
+    for &root in &roots {
+        let alone = branches.leaves[root] == 1;
+        if !layout.leaves.is_empty() {
+            layout.width += if alone && previous_alone {
+                1.0
+            } else {
+                1.0 + gap
+            };
+        }
+        previous_alone = alone;
+        let first = layout.leaves.len();
+        branches.write(root, &mut layout.leaves);
+        for (step, &leaf) in layout.leaves[first..].iter().enumerate() {
+            layout.x[leaf] = layout.width + step as f64;
+        }
+        layout.width += (layout.leaves.len() - first - 1) as f64;
+    }
+    for (index, node) in tree.nodes.iter().enumerate() {
+        if !node.children.is_empty() {
+            let places = || node.children.iter().map(|child| layout.x[child.0]);
+            layout.x[index] = 0.5
+                * (places().fold(f64::INFINITY, f64::min)
+                    + places().fold(f64::NEG_INFINITY, f64::max));
+        }
+    }
+    layout
+}
+
+/// The tree of groups of minima: leaf g stands for all leaves i with `group_of[i]` = g, at their lowest energy.
+///
+/// Members of a group count as joined from the start, so two groups merge at the lowest height that joins any member of
+/// one to any member of the other. Merges inside a group vanish.
+///
+/// # Panics
+/// If `group_of` has not one entry a leaf.
+pub fn collapse(tree: &Tree, group_of: &[usize]) -> Tree {
+    let leaves = leaf_count(tree);
+    assert_eq!(group_of.len(), leaves, "one group a leaf");
+    let groups = group_of.iter().max().map_or(0, |largest| largest + 1);
+    let mut nodes: Vec<Node> = (0..groups)
+        .map(|group| Node {
+            energy: f64::INFINITY,
+            minimum: Some(MinimumId(group)),
+            children: Vec::new(),
+            parent: None,
+            evidence: Evidence::Saddle,
+        })
+        .collect();
+    for (leaf, &group) in group_of.iter().enumerate() {
+        nodes[group].energy = nodes[group].energy.min(tree.nodes[leaf].energy);
+    }
+    // Disjoint sets of groups; `top` is the node of the new tree that a set has grown into.
+    let mut above: Vec<usize> = (0..groups).collect();
+    let mut top = above.clone();
+    let find = |above: &[usize], mut group: usize| {
+        while above[group] != group {
+            group = above[group];
+        }
+        group
+    };
+    // Any group below each node of the old tree.
+    let mut below = group_of.to_vec();
+    for node in &tree.nodes[leaves..] {
+        below.push(below[node.children[0].0]);
+        let mut sets: Vec<usize> = node
+            .children
+            .iter()
+            .map(|child| find(&above, below[child.0]))
+            .collect();
+        sets.sort_unstable();
+        sets.dedup();
+        if sets.len() < 2 {
+            continue;
+        }
+        let merge = nodes.len();
+        let children: Vec<NodeId> = sets.iter().map(|&set| NodeId(top[set])).collect();
+        for &child in &children {
+            nodes[child.0].parent = Some(NodeId(merge));
+        }
+        for &set in &sets {
+            above[set] = sets[0];
+        }
+        top[sets[0]] = merge;
+        nodes.push(Node {
+            energy: node.energy,
+            minimum: None,
+            children,
+            parent: None,
+            evidence: node.evidence,
+        });
+    }
+    let roots = (0..nodes.len())
+        .filter(|&node| nodes[node].parent.is_none())
+        .map(NodeId)
+        .collect();
+    Tree { nodes, roots }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::super::super::testing::{forest, random_tree};
+    use super::*;
+
+    const ORDERS: [LeafOrder; 3] = [
+        LeafOrder::LargestCentred,
+        LeafOrder::LowestCentred,
+        LeafOrder::Energy,
+    ];
+
+    /// Leaves under each node.
+    fn below(tree: &Tree, node: usize) -> Vec<usize> {
+        let children = &tree.nodes[node].children;
+        if children.is_empty() {
+            vec![node]
+        } else {
+            children
+                .iter()
+                .flat_map(|child| below(tree, child.0))
+                .collect()
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn branches_never_cross(seed in 0u64..500, leaves in 1usize..60, parts in 1usize..4) {
+            let tree = random_tree(seed, leaves, parts);
+            for order in ORDERS {
+                let layout = place(&tree, order);
+                let mut sorted = layout.leaves.clone();
+                sorted.sort_unstable();
+                prop_assert_eq!(sorted, (0..leaves).collect::<Vec<_>>());
+                prop_assert!(layout.leaves.windows(2).all(|pair| layout.x[pair[1]] - layout.x[pair[0]] > 0.999));
+                for node in 0..tree.nodes.len() {
+                    // A branch owns its interval: the leaves under it are neighbours, one unit apart.
+                    let mut places: Vec<f64> = below(&tree, node).iter().map(|&leaf| layout.x[leaf]).collect();
+                    places.sort_by(f64::total_cmp);
+                    prop_assert!(places.windows(2).all(|pair| (pair[1] - pair[0] - 1.0).abs() < 1e-9));
+                    prop_assert!(layout.x[node] >= places[0] && layout.x[node] <= places[places.len() - 1]);
+                }
+            }
+        }
+
+        #[test]
+        fn collapsing_keeps_the_lowest_way_between_groups(seed in 0u64..300, leaves in 2usize..25, groups in 1usize..8) {
+            let tree = random_tree(seed, leaves, 1 + leaves / 12);
+            let group_of: Vec<usize> = (0..leaves).map(|leaf| (leaf * 7 + leaf / 3) % groups.min(leaves)).collect();
+            let coarse = collapse(&tree, &group_of);
+            let count = group_of.iter().max().unwrap() + 1;
+            // By brute force: lowest bottleneck over all chains of groups (Floyd and Warshall).
+            let mut heights = vec![vec![f64::INFINITY; count]; count];
+            for a in 0..leaves {
+                for b in 0..leaves {
+                    let height = meet(&tree, a, b);
+                    let cell = &mut heights[group_of[a]][group_of[b]];
+                    *cell = cell.min(height);
+                }
+            }
+            for k in 0..count {
+                for i in 0..count {
+                    for j in 0..count {
+                        heights[i][j] = heights[i][j].min(heights[i][k].max(heights[k][j]));
+                    }
+                }
+            }
+            for i in 0..count {
+                for j in (0..count).filter(|&j| j != i) {
+                    prop_assert_eq!(meet(&coarse, i, j), heights[i][j]);
+                }
+            }
+        }
+    }
+
+    /// Energy of the lowest common ancestor; infinite in different trees.
+    fn meet(tree: &Tree, a: usize, b: usize) -> f64 {
+        let (mut a, mut b) = (a, b);
+        while a != b {
+            let lower = if a < b { &mut a } else { &mut b };
+            match tree.nodes[*lower].parent {
+                Some(parent) => *lower = parent.0,
+                None => return f64::INFINITY,
+            }
+        }
+        tree.nodes[a].energy
+    }
+
+    #[test]
+    fn global_minimum_is_centred() {
+        // Leaf by leaf joins the basin of the lowest one: any split of the others into two sides is possible.
+        let energies: Vec<f64> = (0..41).map(|leaf| f64::from((leaf + 24) % 41)).collect();
+        let lowest = 17;
+        let mut merges: Vec<(f64, Vec<usize>)> = Vec::new();
+        for (step, leaf) in (0..41).filter(|&leaf| leaf != lowest).enumerate() {
+            let below = if step == 0 { lowest } else { 40 + step };
+            merges.push((50.0 + step as f64, vec![leaf, below]));
+        }
+        let merges: Vec<(f64, &[usize])> = merges
+            .iter()
+            .map(|(height, children)| (*height, &children[..]))
+            .collect();
+        let tree = forest(&energies, &merges);
+        assert_eq!(place(&tree, LeafOrder::LowestCentred).x[lowest], 20.0);
+        let by_energy = place(&tree, LeafOrder::Energy);
+        assert_eq!(by_energy.leaves[0], lowest);
+    }
+
+    #[test]
+    fn parents_stand_between_outermost_children_and_trees_apart() {
+        // Three leaves under one merge, a pair under another, one alone.
+        let tree = forest(
+            &[1.0, 0.0, 2.0, 5.0, 5.5, 9.0],
+            &[(7.0, &[0, 1, 2]), (8.0, &[3, 4])],
+        );
+        let layout = place(&tree, LeafOrder::Energy);
+        assert_eq!(layout.leaves, [1, 0, 2, 3, 4, 5]);
+        let gap = layout.x[3] - layout.x[2];
+        assert!(gap > 2.0);
+        assert_eq!(layout.x[6], 1.0);
+        assert_eq!(layout.x[7], layout.x[3] + 0.5);
+        assert_eq!(layout.x[5], layout.width);
+    }
+
+    #[test]
+    fn nothing_gives_nothing() {
+        assert_eq!(
+            place(&Tree::default(), LeafOrder::default()),
+            TreeLayout::default()
+        );
+        assert_eq!(collapse(&Tree::default(), &[]), Tree::default());
+    }
+}

@@ -1,0 +1,187 @@
+//! What a picture says about a minimum (or a group of minima): how many members, which label.
+
+use super::canvas::Colour;
+use super::theme;
+use crate::topography::Network;
+
+/// A circle of a picture.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Leaf {
+    /// Number of input points that fell here; the area of the circle is proportional to it, 0 draws a hollow dot.
+    pub members: usize,
+    /// Category that colours the circle (`power`, `precision`, `intermediate` have fixed colours).
+    pub label: Option<String>,
+    /// Short text beside the circle, drawn where there is room.
+    pub caption: Option<String>,
+}
+
+/// One unlabelled leaf a minimum, in order.
+pub fn leaves_of(network: &Network) -> Vec<Leaf> {
+    network
+        .node_weights()
+        .map(|minimum| Leaf {
+            members: minimum.members.len(),
+            ..Leaf::default()
+        })
+        .collect()
+}
+
+/// Leaves of groups: members add up; the label is that of most labelled members (the first in the alphabet at a tie);
+/// captions stay only on groups of one.
+///
+/// # Panics
+/// If there is not one group a leaf.
+pub fn group(leaves: &[Leaf], group_of: &[usize]) -> Vec<Leaf> {
+    assert_eq!(leaves.len(), group_of.len(), "one group a leaf");
+    let count = group_of.iter().max().map_or(0, |largest| largest + 1);
+    (0..count)
+        .map(|group| {
+            let inside: Vec<&Leaf> = leaves
+                .iter()
+                .zip(group_of)
+                .filter(|(_, of)| **of == group)
+                .map(|(leaf, _)| leaf)
+                .collect();
+            let votes = |label: &str| -> usize {
+                inside
+                    .iter()
+                    .filter(|leaf| leaf.label.as_deref() == Some(label))
+                    .map(|leaf| leaf.members)
+                    .sum()
+            };
+            let label = labels(inside.iter().copied())
+                .into_iter()
+                .rev()
+                .max_by_key(|label| votes(label))
+                .map(str::to_owned);
+            let caption = if let [only] = inside[..] {
+                only.caption.clone()
+            } else {
+                None
+            };
+            Leaf {
+                members: inside.iter().map(|leaf| leaf.members).sum(),
+                label,
+                caption,
+            }
+        })
+        .collect()
+}
+
+/// The labels that occur, in the order of a legend: precision, intermediate, power, then the alphabet.
+pub(super) fn labels<'a>(leaves: impl Iterator<Item = &'a Leaf>) -> Vec<&'a str> {
+    let rank = |label: &str| {
+        let known = ["precision", "intermediate", "power"];
+        known
+            .iter()
+            .position(|name| label.eq_ignore_ascii_case(name))
+            .unwrap_or(known.len())
+    };
+    let mut labels: Vec<&str> = leaves.filter_map(|leaf| leaf.label.as_deref()).collect();
+    labels.sort_unstable_by(|a, b| rank(a).cmp(&rank(b)).then(a.cmp(b)));
+    labels.dedup();
+    labels
+}
+
+/// Colour of each label that occurs among `leaves`.
+pub(super) fn label_colours(leaves: &[Leaf]) -> Vec<(&str, Colour)> {
+    let labels = labels(leaves.iter());
+    let colours = theme::label_colours(&labels);
+    labels.into_iter().zip(colours).collect()
+}
+
+/// Radius of circles: area proportional to the number of members.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct DiscScale {
+    /// Radius of a circle of one member.
+    pub(super) one: f64,
+}
+
+impl DiscScale {
+    pub(super) fn radius(self, members: usize) -> f64 {
+        if members == 0 {
+            0.6 * self.one
+        } else {
+            self.one * (members as f64).sqrt()
+        }
+    }
+}
+
+/// Numbers of members worth showing in a legend: the smallest, the largest and a round one between.
+pub(super) fn typical_members(leaves: &[Leaf]) -> Vec<usize> {
+    let present = || {
+        leaves
+            .iter()
+            .map(|leaf| leaf.members)
+            .filter(|&members| members > 0)
+    };
+    let (Some(least), Some(most)) = (present().min(), present().max()) else {
+        return Vec::new();
+    };
+    let middle = ((least as f64).sqrt() + (most as f64).sqrt()).powi(2) / 4.0;
+    let round = (0..7)
+        .flat_map(|power| [1, 2, 5].map(|digit| digit * 10usize.pow(power)))
+        .filter(|&value| value > least && value < most)
+        .min_by(|a, b| {
+            (*a as f64 - middle)
+                .abs()
+                .total_cmp(&(*b as f64 - middle).abs())
+        });
+    let mut typical = vec![least];
+    typical.extend(round);
+    typical.push(most);
+    typical.dedup();
+    typical
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn leaf(members: usize, label: &str) -> Leaf {
+        Leaf {
+            members,
+            label: (!label.is_empty()).then(|| label.to_owned()),
+            caption: Some(members.to_string()),
+        }
+    }
+
+    #[test]
+    fn groups_vote_by_members() {
+        let leaves = [
+            leaf(3, "power"),
+            leaf(2, "precision"),
+            leaf(2, "precision"),
+            leaf(9, ""),
+            leaf(1, "hook"),
+        ];
+        let groups = group(&leaves, &[0, 0, 0, 0, 1]);
+        assert_eq!(
+            groups[0],
+            Leaf {
+                members: 16,
+                label: Some("precision".into()),
+                caption: None
+            }
+        );
+        assert_eq!(groups[1], leaves[4]);
+        let tie = group(&[leaf(1, "b"), leaf(1, "a")], &[0, 0]);
+        assert_eq!(tie[0].label.as_deref(), Some("a"));
+    }
+
+    #[test]
+    fn legend_sizes_are_round_and_distinct() {
+        let of = |members: &[usize]| {
+            typical_members(
+                &members
+                    .iter()
+                    .map(|&members| leaf(members, ""))
+                    .collect::<Vec<_>>(),
+            )
+        };
+        assert_eq!(of(&[1, 7, 63, 0]), [1, 20, 63]);
+        assert_eq!(of(&[1, 1]), [1]);
+        assert_eq!(of(&[1, 2]), [1, 2]);
+        assert!(of(&[0]).is_empty());
+    }
+}

@@ -1,0 +1,116 @@
+//! One look for all pictures: colours that survive colour blindness and greyscale, sizes that survive a column.
+
+use super::canvas::Colour;
+
+/// Size of ordinary text. A sheet 1200 wide in a column 8.6 cm wide sets it at 5.9 pt, across the page at 12 pt.
+pub(super) const TEXT: f64 = 29.0;
+/// Size of titles.
+pub(super) const TITLE: f64 = 33.0;
+/// Margin around everything.
+pub(super) const MARGIN: f64 = 22.0;
+
+pub(super) const INK: Colour = Colour::new(0x22, 0x26, 0x2B);
+pub(super) const LINE: Colour = Colour::new(0x3F, 0x48, 0x54);
+pub(super) const FAINT: Colour = Colour::new(0xE6, 0xE9, 0xED);
+pub(super) const PALE_LINE: Colour = Colour::new(0x9A, 0xA4, 0xB0);
+pub(super) const WHITE: Colour = Colour::new(255, 255, 255);
+/// What carries no label.
+pub(super) const UNLABELLED: Colour = Colour::new(0x7B, 0x8F, 0xA8);
+
+/// Okabe and Ito (2008), without the three given to the grasp categories, then darker mixtures.
+const PALETTE: [Colour; 9] = [
+    Colour::new(0x00, 0x72, 0xB2),
+    Colour::new(0xCC, 0x79, 0xA7),
+    Colour::new(0x56, 0xB4, 0xE9),
+    Colour::new(0xE6, 0x9F, 0x00),
+    Colour::new(0x5B, 0x3A, 0x8E),
+    Colour::new(0x8C, 0x51, 0x0A),
+    Colour::new(0x80, 0xCD, 0xC1),
+    Colour::new(0x9E, 0x00, 0x42),
+    Colour::new(0x4D, 0x4D, 0x4D),
+];
+
+/// Colour of each of the `labels`: the paper's green, red and yellow for precision, power and intermediate grasps (in
+/// Okabe and Ito's variants), the palette in order of the list for any other.
+pub(super) fn label_colours(labels: &[&str]) -> Vec<Colour> {
+    let mut others = PALETTE.iter().cycle();
+    labels
+        .iter()
+        .map(|label| match label.to_ascii_lowercase().as_str() {
+            "precision" => Colour::new(0x00, 0x9E, 0x73),
+            "power" => Colour::new(0xD5, 0x5E, 0x00),
+            "intermediate" => Colour::new(0xF0, 0xE4, 0x42),
+            _ => *others.next().expect("a cycle does not end"),
+        })
+        .collect()
+}
+
+/// Colour at `t` in [0, 1] of the map viridis (van der Walt and Smith 2015), which is monotone in lightness.
+pub(super) fn sequential(t: f64) -> Colour {
+    const ANCHORS: [[u8; 3]; 10] = [
+        [0x44, 0x01, 0x54],
+        [0x48, 0x28, 0x78],
+        [0x3E, 0x49, 0x89],
+        [0x31, 0x68, 0x8E],
+        [0x26, 0x82, 0x8E],
+        [0x1F, 0x9E, 0x89],
+        [0x35, 0xB7, 0x79],
+        [0x6E, 0xCE, 0x58],
+        [0xB5, 0xDE, 0x2B],
+        [0xFD, 0xE7, 0x25],
+    ];
+    let place = t.clamp(0.0, 1.0) * (ANCHORS.len() - 1) as f64;
+    let below = (0..ANCHORS.len() - 1)
+        .rev()
+        .find(|&index| index as f64 <= place)
+        .unwrap_or(0);
+    let part = place - below as f64;
+    let mix = |channel: usize| {
+        let (a, b) = (
+            f64::from(ANCHORS[below][channel]),
+            f64::from(ANCHORS[below + 1][channel]),
+        );
+        byte(a + part * (b - a))
+    };
+    Colour::new(mix(0), mix(1), mix(2))
+}
+
+/// Nearest byte.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "clamped to 0..=255 first"
+)]
+pub(super) fn byte(value: f64) -> u8 {
+    value.round().clamp(0.0, 255.0) as u8
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sequential_rises_in_lightness() {
+        let lightness = |t: f64| {
+            let [red, green, blue] = sequential(t).rgb.map(f64::from);
+            0.2126 * red + 0.7152 * green + 0.0722 * blue
+        };
+        assert!(
+            (0..50).all(|i| lightness(f64::from(i) / 50.0) < lightness(f64::from(i + 1) / 50.0))
+        );
+        assert_eq!(sequential(1.0).rgb, [0xFD, 0xE7, 0x25]);
+    }
+
+    #[test]
+    fn categories_keep_their_colour_whatever_else_is_listed() {
+        let alone = label_colours(&["power"])[0];
+        let among = label_colours(&["hook", "Power", "lateral", "precision"]);
+        assert_eq!(among[1], alone);
+        assert!(
+            among
+                .iter()
+                .enumerate()
+                .all(|(i, a)| among[..i].iter().all(|b| a != b))
+        );
+    }
+}
