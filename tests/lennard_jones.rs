@@ -70,7 +70,6 @@ fn seven_atoms() {
 }
 
 #[test]
-#[ignore = "a quarter of a minute: aligning clusters of eight atoms"]
 fn eight_atoms() {
     let found = mapped(8);
     // Doye and Wales (2002): eight minima.

@@ -216,7 +216,9 @@ pub fn map(
     }
     let network = survey.network();
     let (mut strays, _) = distinct(energy, &survey.strays, &settings.sameness, f64::INFINITY);
-    strays.iter_mut().for_each(|stray| stray.members.clear());
+    for stray in &mut strays {
+        stray.members.clear();
+    }
     Landscape {
         strays,
         tree: Tree::from_network(&network, Evidence::Chain),
