@@ -1,7 +1,7 @@
 //! Every energy of the crate: its gradient is the central difference along the tangents of its space.
 
 use landscape::energy::Energy;
-use landscape::energy::model::{DoubleWell, LennardJones, MullerBrown, ThreeHole};
+use landscape::energy::model::{DoubleWell, LennardJones, MullerBrown, ThreeHole, Torsion};
 use landscape::sample::{Rng, Task, stream};
 use rand::RngExt;
 
@@ -24,6 +24,11 @@ fn energies() -> Vec<(&'static str, Box<dyn Energy>, Sampler)> {
             "tilted double well",
             Box::new(DoubleWell::new(3).with_tilt(0.4)),
             |rng| uniform(rng, 3, 1.5),
+        ),
+        (
+            "torsion",
+            Box::new(Torsion::new(&[(1.0, 3), (0.3, 2)])),
+            |rng| uniform(rng, 2, 3.0),
         ),
         ("Lennard-Jones 5", Box::new(LennardJones::new(5)), |rng| {
             loose_cluster(rng, 5)

@@ -16,10 +16,13 @@ use super::rotation::any_normal;
 ///
 /// The rotation is optimal for given partners (Horn, J. Opt. Soc. Am. A 4, 629 (1987)), the partners for a given
 /// rotation (linear assignment); both alternate from several starts until nothing changes. The starts put one pair of
-/// atoms of `a` on every ordered pair of atoms of `b`, in both mirror images, as far as that pair alone does not prove
-/// that nothing nearer can follow. This finds the minimum, up to 10⁻⁸ of the cluster's size, whenever the clusters are
-/// near each other compared with the distance between neighbouring atoms (so copies of one structure are always
-/// recognised); for clusters farther apart it is a heuristic and `d` an upper bound.
+/// atoms of either cluster on every ordered pair of the other's, in both mirror images, as far as that pair alone does
+/// not prove that nothing nearer can follow. This finds the minimum, up to 10⁻⁸ of the cluster's size, whenever the
+/// clusters are near each other compared with the distance between neighbouring atoms (so copies of one structure are
+/// always recognised); for clusters farther apart it is a heuristic and `d` an upper bound (between all Lennard-Jones
+/// minima and saddles of 7 atoms, 1 of 120 distances is not the least, by 1.6 %).
+///
+/// Costs microseconds between neighbours on a path and 0.2 ms between unrelated clusters of 7 atoms; at 38 atoms 0.2 s.
 ///
 /// Straight lines between aligned configurations are the geodesics of this space: they stay aligned all along.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -27,7 +30,7 @@ pub struct Cluster {
     atoms: usize,
 }
 
-/// Most starts per alignment: keeps big clusters affordable (10⁴ pairs of atoms at n = 100).
+/// Most starts per alignment: all of them up to 22 atoms, the most promising ones of bigger clusters.
 const STARTS: usize = 1000;
 
 impl Cluster {

@@ -373,15 +373,17 @@ fn balance(kappa: f64, rho: f64, sigma: f64, delta: f64) -> f64 {
             high = psi;
         }
         let newton = psi - value / slope;
-        let next = if newton > low && newton < high {
+        let next = if (low..=high).contains(&newton) {
             newton
         } else {
             0.5 * (low + high)
         };
-        if value == 0.0 || (next - psi).abs() <= 1e-15 * delta {
+        let step = (next - psi).abs();
+        psi = next;
+        // Newton squares the error, so after a step of 1e-9 nothing is left to gain.
+        if step <= 1e-9 * delta {
             break;
         }
-        psi = next;
     }
     psi
 }

@@ -4,8 +4,10 @@ mod double_well;
 mod lennard_jones;
 mod muller_brown;
 mod three_hole;
+mod torsion;
 
 pub use double_well::DoubleWell;
 pub use lennard_jones::LennardJones;
 pub use muller_brown::MullerBrown;
 pub use three_hole::ThreeHole;
+pub use torsion::Torsion;
