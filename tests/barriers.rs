@@ -2,7 +2,7 @@
 //! knowledge of how many minima there are.
 
 use landscape::energy::Energy;
-use landscape::energy::model::ThreeHole;
+use landscape::energy::model::{ThreeHole, Torsion};
 use landscape::optimize::{QuenchSettings, quench};
 use landscape::sample::{Mala, Task, stream};
 use landscape::space::{Euclidean, Space};
@@ -62,6 +62,31 @@ fn three_hole_passes_through_the_shallow_hole() {
     // One merge of three: the two passes tie.
     assert_eq!(found.tree.nodes.len(), 4);
     assert_eq!(found.tree.nodes[3].evidence, Evidence::Saddle);
+}
+
+#[test]
+fn angles_wrap() {
+    // Four minima at 0 on a torus; crossing one barrier of the first angle costs 2 · 1, of the second 2 · 3.
+    let energy = Torsion::new(&[(1.0, 2), (3.0, 2)]);
+    let minima = minima(&energy, &[-3.1; 2], &[3.1; 2], 60);
+    assert_eq!(minima.len(), 4);
+    let settings = MapSettings::for_minima(&energy, &minima);
+    let found = map(
+        &energy,
+        &Mala::new(&energy),
+        minima,
+        &settings,
+        &NoJournal,
+        &silent,
+    );
+    let merges: Vec<f64> = found.tree.nodes[4..]
+        .iter()
+        .map(|node| node.energy)
+        .collect();
+    assert_eq!(merges.len(), 3);
+    for (height, known) in merges.iter().zip([2.0, 2.0, 6.0]) {
+        assert!((height - known).abs() < 1e-5, "{merges:?}");
+    }
 }
 
 /// The least of several bowls `c + ½ Σ k_d (x_d − m_d)²`: an envelope with concave kinks, like a grasp's over its

@@ -39,36 +39,37 @@ fn mapped(atoms: usize) -> Landscape {
     )
 }
 
-fn check(atoms: usize) {
+/// Energies and merge heights against the reference, as far as it goes.
+fn check(atoms: usize) -> Option<()> {
     let reference: serde_json::Value =
-        serde_json::from_str(include_str!("reference/landscapes.json")).unwrap();
+        serde_json::from_str(include_str!("reference/landscapes.json")).ok()?;
     let reference = &reference[format!("LJ{atoms}")];
     let found = mapped(atoms);
-    let minima = reference["minima"].as_array().unwrap();
+    let minima = reference["minima"].as_array()?;
     assert_eq!(found.network.node_count(), minima.len());
     for (i, known) in minima.iter().enumerate() {
         let energy = found.network[petgraph::graph::NodeIndex::new(i)].energy;
-        assert!((energy - known.as_f64().unwrap()).abs() < 1e-5);
+        assert!((energy - known.as_f64()?).abs() < 1e-5);
         for j in 0..minima.len() {
-            let height = found.tree.minimax(MinimumId(i), MinimumId(j)).unwrap();
-            let known = reference["minimax"][i][j].as_f64().unwrap();
+            let height = found.tree.minimax(MinimumId(i), MinimumId(j))?;
+            let known = reference["minimax"][i][j].as_f64()?;
             assert!((height - known).abs() < 1e-5, "{i} {j}: {height} {known}");
         }
     }
+    Some(())
 }
 
 #[test]
 fn six_atoms() {
-    check(6);
+    check(6).unwrap();
 }
 
 #[test]
 fn seven_atoms() {
-    check(7);
+    check(7).unwrap();
 }
 
 #[test]
-#[ignore = "a quarter of a minute: aligning clusters of eight atoms"]
 fn eight_atoms() {
     let found = mapped(8);
     // Doye and Wales (2002): eight minima.

@@ -73,6 +73,25 @@ fn merge_heights_are_the_published_ones() {
 }
 
 #[test]
+fn a_minimum_left_out_is_found_on_the_way() {
+    let (energy, mut minima) = (MullerBrown::new(), minima());
+    let between = minima.remove(2);
+    let settings = MapSettings::for_scales(50.0, 1.0);
+    let found = map(
+        &energy,
+        &Mala::new(&energy),
+        minima,
+        &settings,
+        &NoJournal,
+        &silent,
+    );
+    let height = found.tree.minimax(MinimumId(0), MinimumId(1)).unwrap();
+    assert!((height + 40.6648435).abs() < 1e-5);
+    assert_eq!(found.strays.len(), 1);
+    assert!((found.strays[0].energy - between.energy).abs() < 1e-6);
+}
+
+#[test]
 fn a_chain_needs_force() {
     let (energy, minima) = (MullerBrown::new(), minima());
     let kernel = Mala::new(&energy);

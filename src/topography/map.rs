@@ -11,14 +11,14 @@ use super::adelm::ChainSettings;
 use super::barrier::{Connection, Connector, Effort};
 use super::groups::{GroupSettings, Groups};
 use super::journal::{Journal, remember};
-use super::minima::Sameness;
-use super::network::{Edge, Evidence, Minimum, MinimumId, Network};
+use super::minima::{Sameness, distinct};
+use super::network::{Claim, Edge, Evidence, Minimum, MinimumId, Network};
 use super::pairs::{bridges, candidates, distances};
 use super::path::PathSettings;
 use super::tree::{Tree, decisive};
 use super::{Observer, Phase, Tally};
 use crate::energy::Energy;
-use crate::optimize::QuenchSettings;
+use crate::optimize::{Quench, QuenchSettings, StopReason};
 use crate::sample::Kernel;
 use crate::space::interpolate;
 
@@ -137,6 +137,9 @@ pub struct Landscape {
     pub tree: Tree,
     /// Groups at the most stable level.
     pub groups: Groups,
+    /// Minima that descents from passes found but the map was not given, lowest first, without members. Add them and map
+    /// again for a finer map; merge heights are right without them.
+    pub strays: Vec<Minimum>,
     /// Evaluations spent on connections.
     pub evaluations: usize,
 }
@@ -171,6 +174,7 @@ pub fn map(
         minima,
         best: BTreeMap::new(),
         tried: BTreeMap::new(),
+        strays: Vec::new(),
         evaluations: 0,
     };
     let pairs = candidates(&survey.distances, settings.neighbours);
@@ -211,7 +215,12 @@ pub fn map(
         survey.connect(&pairs, &tally);
     }
     let network = survey.network();
+    let (mut strays, _) = distinct(energy, &survey.strays, &settings.sameness, f64::INFINITY);
+    for stray in &mut strays {
+        stray.members.clear();
+    }
     Landscape {
+        strays,
         tree: Tree::from_network(&network, Evidence::Chain),
         groups: Groups::stable(&network, &settings.groups),
         network,
@@ -232,6 +241,8 @@ struct Survey<'a> {
     best: BTreeMap<(usize, usize), Connection>,
     /// How often each pair was tried.
     tried: BTreeMap<(usize, usize), usize>,
+    /// Ends of descents that are no minimum known.
+    strays: Vec<Quench>,
     evaluations: usize,
 }
 
@@ -274,6 +285,7 @@ impl Survey<'_> {
                 .entry((connection.from.0, connection.to.0))
                 .or_insert(0) += 1;
             self.evaluations += connection.evaluations;
+            self.collect_strays(&connection);
             self.take(connection);
         }
         for connection in byways {
@@ -329,6 +341,23 @@ impl Survey<'_> {
         byways
     }
 
+    fn collect_strays(&mut self, connection: &Connection) {
+        for path in connection.crossings.iter().map(|crossing| &crossing.path) {
+            for end in [0, path.images.len() - 1] {
+                let (x, energy) = (&path.images[end], path.energies[end]);
+                if self.find(x, energy).is_none() {
+                    self.strays.push(Quench {
+                        x: x.clone(),
+                        energy,
+                        gradient_norm: 0.0,
+                        evaluations: 0,
+                        stop: StopReason::Converged,
+                    });
+                }
+            }
+        }
+    }
+
     /// The known minimum at `x`.
     fn find(&self, x: &[f64], energy: f64) -> Option<usize> {
         let tolerance = self.settings.sameness.energy;
@@ -352,9 +381,9 @@ impl Survey<'_> {
             return;
         };
         let floor = self.minima[pair.0].energy.max(self.minima[pair.1].energy);
-        let slack = self.settings.path.height_tolerance * (known.edge.height - floor).max(0.0)
-            + self.settings.sameness.energy;
-        let (mut better, mut other) = if preferred(&new, known, slack) {
+        let tie = self.settings.sameness.energy;
+        let slack = self.settings.path.height_tolerance * (known.edge.height - floor) + tie;
+        let (mut better, mut other) = if claim(&new).beats(claim(known), tie, slack) {
             (new, known.clone())
         } else {
             (known.clone(), new)
@@ -400,17 +429,12 @@ impl Survey<'_> {
     }
 }
 
-/// Legal paths first, then low ones; heights within `slack` tie, and the better evidence wins.
-fn preferred(new: &Connection, known: &Connection, slack: f64) -> bool {
-    if new.objection.is_some() != known.objection.is_some() && known.edge.height.is_finite() {
-        return known.objection.is_some();
+fn claim(connection: &Connection) -> Claim {
+    Claim {
+        blamed: connection.objection.is_some(),
+        height: connection.edge.height,
+        evidence: connection.edge.evidence,
     }
-    if (new.edge.height - known.edge.height).abs() <= slack
-        && new.edge.evidence != known.edge.evidence
-    {
-        return new.edge.evidence < known.edge.evidence;
-    }
-    new.edge.height < known.edge.height
 }
 
 impl Landscape {

@@ -51,3 +51,36 @@ pub struct Edge {
 
 /// Minima as nodes (node index = [`MinimumId`]), connections as edges.
 pub type Network = UnGraph<Minimum, Edge>;
+
+/// What decides between two paths of one pair.
+#[derive(Clone, Copy)]
+pub(super) struct Claim {
+    /// Whether the energy objects to the top.
+    pub(super) blamed: bool,
+    pub(super) height: f64,
+    pub(super) evidence: Evidence,
+}
+
+impl Claim {
+    /// Legal paths first, then low ones. Heights within `tie` are equal and the better evidence wins; so they are within
+    /// `slack` of a lower chain, whose true top may lie between its samples.
+    pub(super) fn beats(self, other: Self, tie: f64, slack: f64) -> bool {
+        if self.height.is_finite() && other.height.is_finite() && self.blamed != other.blamed {
+            return other.blamed;
+        }
+        let lower = if self.height < other.height {
+            self
+        } else {
+            other
+        };
+        let near = if lower.evidence < Evidence::Chain {
+            tie
+        } else {
+            slack
+        };
+        if (self.height - other.height).abs() <= near && self.evidence != other.evidence {
+            return self.evidence < other.evidence;
+        }
+        self.height < other.height
+    }
+}

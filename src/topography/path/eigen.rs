@@ -9,7 +9,7 @@ use crate::space::vector::{add, dot, norm, scale, times};
 /// Steps between two exact Hessians; in between it is updated.
 const REFRESH: usize = 5;
 /// Curvatures smaller than this share of the largest have no sign.
-const FLAT: f64 = 1e-7;
+const FLAT: f64 = 1e-6;
 
 /// One smooth piece of an energy: its discrete choice held, in tangents divided by the step scales.
 pub(super) struct Piece<'e> {
@@ -180,8 +180,13 @@ impl<'e> Piece<'e> {
             })?;
             followed.clone_from(&modes[uphill].1);
             let mut step = vec![0.0; self.scales.len()];
+            let largest = stiffest(&modes);
             for (m, (curvature, mode)) in modes.iter().enumerate() {
                 let slope = dot(&gradient, mode);
+                if curvature.abs() < FLAT * largest && slope.abs() <= tolerance {
+                    // A symmetry the space does not name: a step along it would be noise over noise.
+                    continue;
+                }
                 let stiffness = curvature.abs().max(f64::MIN_POSITIVE);
                 let ratio = 2.0 * slope / stiffness;
                 let length = 2.0 * slope / (stiffness * (1.0 + (1.0 + ratio * ratio).sqrt()));
@@ -227,9 +232,7 @@ impl<'e> Piece<'e> {
         hessian: &Mat<f64>,
     ) -> Option<Saddle> {
         let modes = self.modes(&x, hessian)?;
-        let largest = modes
-            .iter()
-            .fold(0.0, |most: f64, (value, _)| most.max(value.abs()));
+        let largest = stiffest(&modes);
         let (lowest, second) = (modes.first()?, modes.get(1));
         let first_order =
             lowest.0 < -FLAT * largest && second.is_none_or(|(value, _)| *value > -FLAT * largest);
@@ -246,6 +249,11 @@ impl<'e> Piece<'e> {
             mode,
         })
     }
+}
+
+fn stiffest(modes: &[(f64, Vec<f64>)]) -> f64 {
+    let sizes = modes.iter().map(|(curvature, _)| curvature.abs());
+    sizes.fold(0.0, f64::max)
 }
 
 /// Bofill's mixture of the symmetric rank-one and the Powell update.
@@ -278,6 +286,7 @@ fn update(hessian: &mut Mat<f64>, step: &[f64], before: &[f64], after: &[f64]) {
 mod tests {
     use super::*;
     use crate::energy::model::{LennardJones, MullerBrown, ThreeHole};
+    use crate::space::Euclidean;
 
     #[test]
     fn finds_published_saddles() {
@@ -307,6 +316,34 @@ mod tests {
                 .verified(top.to_vec(), height, &gradient, &hessian)
                 .is_none()
         );
+    }
+
+    /// 5 (√(x² + y²) − 1)² + (z² − 1)²: the same all around the z axis, as grasps of a bottle are.
+    struct Ring(Euclidean);
+
+    impl Energy for Ring {
+        fn space(&self) -> &dyn Space {
+            &self.0
+        }
+
+        fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64 {
+            let radius = x[0].hypot(x[1]);
+            let (stretch, well) = (radius - 1.0, x[2] * x[2] - 1.0);
+            gradient[0] = 10.0 * stretch * x[0] / radius;
+            gradient[1] = 10.0 * stretch * x[1] / radius;
+            gradient[2] = 4.0 * x[2] * well;
+            5.0 * stretch * stretch + well * well
+        }
+    }
+
+    #[test]
+    fn an_unnamed_symmetry_does_no_harm() {
+        let energy = Ring(Euclidean::new(3));
+        let piece = Piece::new(&energy, Vec::new());
+        let found = piece.follow(&[0.7, 0.4, 0.2], &[0.0, 0.1, 1.0], 1e-9, 0.1, 60);
+        let saddle = found.unwrap();
+        assert!((saddle.energy - 1.0).abs() < 1e-12, "{}", saddle.energy);
+        assert!(saddle.mode[2].abs() > 0.999999);
     }
 
     #[test]

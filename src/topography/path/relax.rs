@@ -16,7 +16,7 @@ use super::{Path, near, spread};
 use crate::energy::Energy;
 use crate::optimize::QuenchSettings;
 use crate::topography::minima::Sameness;
-use crate::topography::network::{Evidence, Minimum};
+use crate::topography::network::{Claim, Evidence, Minimum};
 
 /// Settings of path relaxation. Lengths and forces are in the units of the surface; [`PathSettings::for_scales`] sets
 /// all of them from one energy and one length.
@@ -27,6 +27,8 @@ pub struct PathSettings {
     pub segments: usize,
     /// Iterations before the lowest of several starts is chosen.
     pub coarse_iterations: usize,
+    /// A rough path is a rival, and relaxed as well, if it would win by sinking this share of its barrier.
+    pub rivalry: f64,
     /// Iterations after each pass found, and after doubling.
     pub iterations: usize,
     /// Passes refined at most.
@@ -55,6 +57,7 @@ impl PathSettings {
         Self {
             segments: 12,
             coarse_iterations: 60,
+            rivalry: 0.25,
             iterations: 60,
             rounds: 4,
             max_step: 0.05 * length,
@@ -81,20 +84,17 @@ pub(in crate::topography) struct Outcome {
 }
 
 impl Outcome {
-    /// Legal paths first, then low ones; heights within `slack` tie, and the better evidence wins.
-    fn better_than(&self, other: &Self, slack: f64) -> bool {
-        if self.objection.is_some() != other.objection.is_some() {
-            return other.objection.is_some();
+    fn claim(&self) -> Claim {
+        Claim {
+            blamed: self.objection.is_some(),
+            height: self.height,
+            evidence: self.evidence,
         }
-        if (self.height - other.height).abs() <= slack && self.evidence != other.evidence {
-            return self.evidence < other.evidence;
-        }
-        self.height < other.height
     }
 }
 
-/// Relaxes the polygons `starts` from `ends.0` to `ends.1`: all of them roughly, then the lowest; the next one too where
-/// the first will not relax. `None` where every start stays outside the domain.
+/// Relaxes the polygons `starts` from `ends.0` to `ends.1`: all of them roughly, then the lowest, and the others too
+/// where it will not relax or they are rivals. `None` where every start stays outside the domain.
 pub(in crate::topography) fn relax(
     energy: &dyn Energy,
     ends: (&Minimum, &Minimum),
@@ -126,7 +126,16 @@ pub(in crate::topography) fn relax(
     rough.sort_by(|a, b| (a.1.cmp(&b.1)).then(a.2.path.height().total_cmp(&b.2.path.height())));
     let mut best: Option<Outcome> = None;
     let mut passes = Vec::new();
-    for (start, _, band) in rough {
+    let floor = ends.0.energy.max(ends.1.energy);
+    for (start, blamed, band) in rough {
+        let margin = settings.rivalry * (band.path.height() - floor);
+        let beyond = |known: &Outcome| {
+            known.evidence < Evidence::Chain
+                && (blamed || band.path.height() - margin > known.height)
+        };
+        if best.as_ref().is_some_and(beyond) {
+            continue;
+        }
         let mut outcome = Relaxation {
             energy,
             ends,
@@ -137,19 +146,10 @@ pub(in crate::topography) fn relax(
         .finish(band);
         outcome.start = start;
         passes.append(&mut outcome.passes);
-        let floor = ends.0.energy.max(ends.1.energy);
         let slack = settings.height_tolerance * (outcome.height - floor) + sameness.energy;
-        if best
-            .as_ref()
-            .is_none_or(|known| outcome.better_than(known, slack))
-        {
+        let beaten = |known: &Outcome| outcome.claim().beats(known.claim(), sameness.energy, slack);
+        if best.as_ref().is_none_or(beaten) {
             best = Some(outcome);
-        }
-        if best
-            .as_ref()
-            .is_some_and(|known| known.evidence < Evidence::Chain)
-        {
-            break;
         }
     }
     let mut best = best?;
