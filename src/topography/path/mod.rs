@@ -6,6 +6,7 @@
 mod eigen;
 mod pass;
 mod relax;
+mod rough;
 mod seam;
 mod string;
 

@@ -36,6 +36,8 @@ pub struct Pass {
 pub(super) struct Peak {
     /// The free image it is next to.
     pub(super) image: usize,
+    /// Whether it lies beyond that image, toward the end of the path.
+    pub(super) beyond: bool,
     pub(super) x: Vec<f64>,
     pub(super) energy: f64,
     /// Points of the path close before and behind.
@@ -102,6 +104,7 @@ impl Peak {
         let (x, sides) = (point(middle), [point(low), point(high)]);
         Some(Self {
             image: top,
+            beyond: middle > 0.0,
             x,
             energy: best,
             sides,

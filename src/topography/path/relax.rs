@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::pass::{Pass, Peak};
 use super::string::Band;
+use super::rough::settle;
 use super::{Path, near, spread};
 use crate::energy::Energy;
 use crate::optimize::QuenchSettings;
@@ -43,6 +44,8 @@ pub struct PathSettings {
     pub refinement_steps: usize,
     /// Length of the first step down from a pass.
     pub push: f64,
+    /// Differences of height below this mean nothing.
+    pub energy_tolerance: f64,
 }
 
 impl Default for PathSettings {
@@ -65,7 +68,15 @@ impl PathSettings {
             height_tolerance: 0.01,
             refinement_steps: 60,
             push: 0.01 * length,
+            energy_tolerance: 1e-6 * energy,
         }
+    }
+}
+
+impl PathSettings {
+    /// Change of height that counts as none for a barrier of this height.
+    pub(super) fn slack(&self, barrier: f64) -> f64 {
+        self.height_tolerance * barrier + self.energy_tolerance
     }
 }
 
@@ -103,6 +114,8 @@ pub(in crate::topography) fn relax(
     descent: &QuenchSettings,
     sameness: &Sameness,
 ) -> Option<Outcome> {
+    // With discrete choices the start with the lower top is kept: relaxing another one to the end costs as much again.
+    let rough_energy = !ends.0.choice.is_empty();
     let mut rough: Vec<(usize, bool, Band<'_>)> = starts
         .iter()
         .enumerate()
@@ -114,7 +127,7 @@ pub(in crate::topography) fn relax(
             {
                 return None;
             }
-            band.relax(settings.coarse_iterations, settings.force_tolerance);
+            band.relax_roughly(settings.coarse_iterations, settings.force_tolerance);
             if !band.path.height().is_finite() {
                 return None;
             }
@@ -130,8 +143,9 @@ pub(in crate::topography) fn relax(
     for (start, blamed, band) in rough {
         let margin = settings.rivalry * (band.path.height() - floor);
         let beyond = |known: &Outcome| {
-            known.evidence < Evidence::Chain
-                && (blamed || band.path.height() - margin > known.height)
+            (known.evidence < Evidence::Chain
+                && (blamed || band.path.height() - margin > known.height))
+                || (rough_energy && known.objection.is_none())
         };
         if best.as_ref().is_some_and(beyond) {
             continue;
@@ -166,9 +180,50 @@ struct Relaxation<'a> {
 }
 
 impl Relaxation<'_> {
+    /// [`Relaxation::finish`] on an energy with discrete choices: relaxed as a whole, then its top is refined if it can be.
+    fn finish_rough(&self, band: Band<'_>, floor: f64) -> Outcome {
+        let unsettled = band.path.clone();
+        let Some(settled) = settle(self.energy, band, floor, self.settings) else {
+            let top = unsettled.images[unsettled.top()].clone();
+            let height = unsettled.height();
+            return self.verdict(unsettled, height, top, Evidence::Chain, Vec::new());
+        };
+        let mut path = settled.band.path;
+        let peak = settled.peak;
+        if settled.relaxed {
+            let pass = peak.refine(
+                self.energy,
+                floor,
+                self.settings,
+                self.descent,
+                self.sameness,
+            );
+            if let Some(pass) = pass
+                && let Some(path) = self.direct(&pass, path.images.len())
+            {
+                let (height, top) = (pass.energy.max(path.height()), pass.x.clone());
+                return self.verdict(path, height, top, pass_evidence(&pass), vec![pass]);
+            }
+        }
+        // The top itself becomes an image: what is drawn and stored reaches the height that is reported.
+        let after = usize::from(peak.beyond);
+        path.images.insert(peak.image + after, peak.x.clone());
+        path.energies.insert(peak.image + after, peak.energy);
+        let height = peak.energy.max(path.height());
+        let evidence = if settled.relaxed {
+            Evidence::Path
+        } else {
+            Evidence::Chain
+        };
+        self.verdict(path, height, peak.x, evidence, Vec::new())
+    }
+
     fn finish(&self, mut band: Band<'_>) -> Outcome {
         let space = self.energy.space();
         let floor = self.ends.0.energy.max(self.ends.1.energy);
+        if !self.ends.0.choice.is_empty() {
+            return self.finish_rough(band, floor);
+        }
         let reach = 2.0 * band.path.length(space) / (band.path.images.len() - 1) as f64;
         let (mut passes, mut doubled) = (Vec::new(), false);
         // The highest pinned point and its energy, and that of the last peak that would not refine.

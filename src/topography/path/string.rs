@@ -5,6 +5,8 @@ use crate::energy::Energy;
 use crate::optimize::Fire;
 use crate::space::vector::{add, dot, norm, scale, times};
 
+/// Iterations of a rough relaxation for which an image holds its discrete choice.
+const HELD: usize = 6;
 /// Segments may differ in length by this factor before they are made equal again.
 const UNEVEN: f64 = 1.5;
 
@@ -13,6 +15,7 @@ const UNEVEN: f64 = 1.5;
 /// The string method of W. E, W. Ren and E. Vanden-Eijnden, J. Chem. Phys. 126, 164103 (2007), with the upwind tangent
 /// of G. Henkelman and H. Jónsson, J. Chem. Phys. 113, 9978 (2000), and one FIRE an image: with the tangent given, the
 /// perpendicular forces of different images know nothing of each other, so a stiff image does not slow the others.
+#[derive(Clone)]
 pub(super) struct Band<'e> {
     energy: &'e dyn Energy,
     scales: Vec<f64>,
@@ -20,6 +23,8 @@ pub(super) struct Band<'e> {
     pub(super) path: Path,
     pub(super) gradients: Vec<Vec<f64>>,
     pub(super) pinned: Vec<bool>,
+    /// Discrete choices that images hold during a rough relaxation.
+    held: Option<Vec<Vec<u32>>>,
     fire: Vec<Fire>,
 }
 
@@ -59,6 +64,7 @@ impl<'e> Band<'e> {
             path: Path { images, energies },
             gradients,
             pinned,
+            held: None,
             fire: vec![Fire::new(space.tangents(), longest); count],
         }
     }
@@ -107,9 +113,33 @@ impl<'e> Band<'e> {
         self.worst(&forces)
     }
 
+    /// [`Band::relax`] for a rough path on an energy with discrete choices: far above the minima the search for the best
+    /// choice costs much more than the rest, so each image holds its choice for a few iterations and sees a smooth energy
+    /// that is never below the true one. The string left behind is measured with the best choices.
+    pub(super) fn relax_roughly(&mut self, iterations: usize, tolerance: f64) {
+        if self.energy.choice(&self.path.images[0]).is_empty() {
+            self.relax(iterations, tolerance);
+            return;
+        }
+        for _ in 0..iterations.div_ceil(HELD) {
+            let images = &self.path.images;
+            self.held = Some(images.iter().map(|x| self.energy.choice(x)).collect());
+            self.relax(HELD, tolerance);
+        }
+        self.held = None;
+        for i in 0..self.path.images.len() {
+            if !self.pinned[i] {
+                self.path.energies[i] = self
+                    .energy
+                    .evaluate(&self.path.images[i], &mut self.gradients[i]);
+            }
+        }
+    }
+
     fn worst(&self, forces: &[Vec<f64>]) -> f64 {
         let free = forces.iter().zip(&self.pinned).filter(|(_, pin)| !**pin);
-        free.map(|(force, _)| norm(force)).fold(0.0, f64::max)
+        free.map(|(force, _)| norm(&times(force, &self.scales)))
+            .fold(0.0, f64::max)
     }
 
     /// Unit tangent at an inner image, toward rising energy.
@@ -171,7 +201,10 @@ impl<'e> Band<'e> {
                 continue;
             }
             let mut gradient = vec![0.0; self.scales.len()];
-            let energy = self.energy.evaluate(&image, &mut gradient);
+            let energy = match &self.held {
+                Some(choices) => self.energy.evaluate_choice(&image, &choices[i], &mut gradient),
+                None => self.energy.evaluate(&image, &mut gradient),
+            };
             if energy.is_finite() || !self.path.energies[i].is_finite() {
                 self.path.images[i] = image;
                 self.path.energies[i] = energy;
