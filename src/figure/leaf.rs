@@ -1,6 +1,6 @@
 //! What a picture says about a minimum (or a group of minima): how many members, which label.
 
-use super::canvas::Colour;
+use super::style::Colour;
 use super::theme;
 use crate::topography::Network;
 

@@ -4,7 +4,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::canvas::Image;
+use super::image::Image;
 use super::theme::byte;
 
 /// Pixels are rendered twice as fine in both directions and averaged.

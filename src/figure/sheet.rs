@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use super::FigureError;
-use super::canvas::{Anchor, Canvas, Image, TextFace};
+use super::canvas::Canvas;
+use super::image::Image;
+use super::style::{Anchor, TextFace};
 use super::theme::INK;
 
 /// Writes `images` as a PNG grid of `columns` columns, each image with its caption below. Missing captions stay empty.

@@ -1,6 +1,6 @@
 //! One look for all pictures: colours that survive colour blindness and greyscale, sizes that survive a column.
 
-use super::canvas::Colour;
+use super::style::Colour;
 
 /// Size of ordinary text. A sheet 1200 wide in a column 8.6 cm wide sets it at 5.9 pt, across the page at 12 pt.
 pub(super) const TEXT: f64 = 29.0;
