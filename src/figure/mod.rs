@@ -2,7 +2,7 @@
 //!
 //! A picture ([`DisconnectivityPicture`], [`BarrierPicture`], with feature `grasp` a rendered [`Scene`]) is plain data;
 //! drawing it gives a [`Canvas`], and [`Canvas::save`] writes SVG or PNG. Only `canvas` and `style` name plotters; programs that
-//! need another kind of chart put lines and texts on a [`Canvas`] themselves, with [`ticks`] for the axes.
+//! need another kind of chart put lines and texts on a [`Canvas`] themselves, with [`ticks`] for the axes and [`theme`] for the look.
 
 use std::path::PathBuf;
 
@@ -11,7 +11,7 @@ mod canvas;
 mod glyph;
 mod image;
 mod style;
-mod theme;
+pub mod theme;
 
 #[cfg(feature = "topography")]
 mod barriers;
