@@ -7,11 +7,14 @@ pub fn ticks(low: f64, high: f64, wanted: usize) -> Vec<f64> {
         return vec![low];
     }
     let magnitude = 10f64.powf(raw.log10().floor());
-    let step = [1.0, 2.0, 5.0, 10.0]
-        .map(|factor| factor * magnitude)
-        .into_iter()
-        .min_by(|a, b| (a / raw).ln().abs().total_cmp(&(b / raw).ln().abs()))
-        .expect("four candidates");
+    // Limits are the geometric means of neighbouring steps.
+    let step = magnitude
+        * match raw / magnitude {
+            part if part < 2f64.sqrt() => 1.0,
+            part if part < 10f64.sqrt() => 2.0,
+            part if part < 50f64.sqrt() => 5.0,
+            _ => 10.0,
+        };
     let mut values = Vec::new();
     let mut index = (low / step - 1e-9).ceil();
     while index * step <= high + 1e-9 * step {

@@ -1,9 +1,10 @@
 //! The barrier graph: minima in the plane, near each other where the way between them is low.
 
-use super::canvas::{Anchor, Canvas, Colour, Stroke, TextFace};
+use super::canvas::Canvas;
 use super::layout::{components, majorise, pack, separate, shortest_paths};
 use super::leaf::{DiscScale, Leaf, group, label_colours, leaves_of};
 use super::legend::Legend;
+use super::style::{Anchor, Colour, Stroke, TextFace};
 use super::theme::{INK, LINE, MARGIN, PALE_LINE, TEXT, TITLE, UNLABELLED, WHITE, sequential};
 use super::{FigureError, axis, text_width};
 use crate::topography::{Evidence, Network};

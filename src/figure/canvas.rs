@@ -6,301 +6,20 @@
 use std::fs::{self, File, OpenOptions};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use std::sync::Once;
 
 use plotters::backend::{BitMapBackend, DrawingBackend, SVGBackend};
-use plotters::style::text_anchor::{HPos, Pos, VPos};
-use plotters::style::{
-    Color as _, FontDesc, FontFamily, FontStyle, FontTransform, RGBAColor, ShapeStyle, TextStyle,
-    register_font,
+use plotters::style::ShapeStyle;
+
+use super::FigureError;
+use super::image::Image;
+use super::style::{
+    BASE_LINE, BITMAP, Colour, SVG, Setting, Stroke, TextFace, register_fonts, text_width,
 };
 
-use super::{FigureError, glyph};
-
-/// Name under which DejaVu Sans is registered. It is what an SVG file asks for, so it lists the next best fonts too.
-const FONT: &str = "DejaVu Sans, Verdana, Helvetica, Arial, sans-serif";
-/// How a backend sets text.
-#[derive(Debug, Clone, Copy)]
-struct Setting {
-    /// What it calls the size of a font whose em is 1.
-    size_per_em: f64,
-    /// Where it puts the base line of vertically centred text, em below the point.
-    base_line: f64,
-    /// Whether it must be told where each glyph goes.
-    by_glyph: bool,
-}
-
-/// The rasteriser's size is ascent plus descent of DejaVu Sans. It centres a box of height size / 1.24, then puts the
-/// base line half a size below the top of that box.
-const BITMAP: Setting = Setting {
-    size_per_em: 2384.0 / 2048.0,
-    base_line: 0.5 * (1.0 - 1.0 / 1.24) * 2384.0 / 2048.0,
-    by_glyph: true,
-};
-/// SVG shifts by half an ex; an ex of DejaVu Sans is 1120 of its 2048 units.
-const SVG: Setting = Setting {
-    size_per_em: 1.24,
-    base_line: 0.5 * 1120.0 / 2048.0,
-    by_glyph: false,
-};
-/// Where the base line shall be: capitals and digits (1493 of 2048 units tall) are centred on the point.
-const BASE_LINE: f64 = 0.5 * 1493.0 / 2048.0;
 /// SVG coordinates are whole numbers in plotters; drawing ten times as large keeps a tenth of a unit.
 const SVG_SCALE: u32 = 10;
 /// A bitmap is drawn this many times too large in each direction and averaged: smooth edges.
 const SUPERSAMPLING: u32 = 2;
-
-/// A colour with its opacity.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Colour {
-    /// Red, green, blue.
-    pub rgb: [u8; 3],
-    /// 0 (invisible) to 1 (opaque).
-    pub opacity: f64,
-}
-
-impl Colour {
-    /// Opaque colour from red, green and blue.
-    pub const fn new(red: u8, green: u8, blue: u8) -> Self {
-        Self {
-            rgb: [red, green, blue],
-            opacity: 1.0,
-        }
-    }
-
-    /// The same colour with another opacity.
-    #[must_use]
-    pub const fn with_opacity(self, opacity: f64) -> Self {
-        Self { opacity, ..self }
-    }
-
-    fn plotters(self) -> RGBAColor {
-        RGBAColor(self.rgb[0], self.rgb[1], self.rgb[2], self.opacity)
-    }
-}
-
-/// How a line is drawn.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stroke {
-    /// Its colour.
-    pub colour: Colour,
-    /// Its width, canvas units.
-    pub width: f64,
-    /// Lengths of dash and gap, canvas units; `None` for a solid line.
-    pub dash: Option<[f64; 2]>,
-}
-
-impl Stroke {
-    /// A solid line.
-    pub const fn solid(colour: Colour, width: f64) -> Self {
-        Self {
-            colour,
-            width,
-            dash: None,
-        }
-    }
-
-    /// A dashed line.
-    pub const fn dashed(colour: Colour, width: f64, dash: f64, gap: f64) -> Self {
-        Self {
-            colour,
-            width,
-            dash: Some([dash, gap]),
-        }
-    }
-}
-
-/// Which end of a text is at its point; vertically the point is always at half height.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Anchor {
-    /// The text begins at the point.
-    Start,
-    /// The text is centred on the point.
-    Middle,
-    /// The text ends at the point.
-    End,
-}
-
-/// How a text is set.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TextFace {
-    /// Height of an em, canvas units.
-    pub size: f64,
-    /// Bold instead of regular.
-    pub bold: bool,
-    /// Its colour.
-    pub colour: Colour,
-    /// What its point means.
-    pub anchor: Anchor,
-    /// Set bottom to top instead of left to right.
-    pub upward: bool,
-}
-
-impl TextFace {
-    /// Regular text, left to right, starting at its point.
-    pub const fn new(size: f64, colour: Colour) -> Self {
-        Self {
-            size,
-            bold: false,
-            colour,
-            anchor: Anchor::Start,
-            upward: false,
-        }
-    }
-
-    /// With another anchor.
-    #[must_use]
-    pub const fn anchored(self, anchor: Anchor) -> Self {
-        Self { anchor, ..self }
-    }
-
-    /// Bold.
-    #[must_use]
-    pub const fn bold(self) -> Self {
-        Self { bold: true, ..self }
-    }
-
-    /// Bottom to top.
-    #[must_use]
-    pub const fn upward(self) -> Self {
-        Self {
-            upward: true,
-            ..self
-        }
-    }
-
-    /// Smaller if need be, so that `text` takes at most `length`.
-    #[must_use]
-    pub fn fitted(self, text: &str, length: f64) -> Self {
-        let needed = text_width(text, self.size, self.bold);
-        if needed > length {
-            Self {
-                size: self.size * length.max(1.0) / needed,
-                ..self
-            }
-        } else {
-            self
-        }
-    }
-
-    /// The glyphs of `text` with the distance of their ink from the text's point, along the text.
-    fn glyphs(&self, text: &str) -> Vec<(f64, String, Self)> {
-        let mut pen = match self.anchor {
-            Anchor::Start => 0.0,
-            Anchor::Middle => -0.5 * text_width(text, self.size, self.bold),
-            Anchor::End => -text_width(text, self.size, self.bold),
-        };
-        let mut glyphs = Vec::new();
-        for character in text.chars() {
-            let metrics = glyph::metrics(character, self.bold);
-            if !character.is_whitespace() {
-                glyphs.push((
-                    pen + metrics.bearing * self.size,
-                    character.to_string(),
-                    self.anchored(Anchor::Start),
-                ));
-            }
-            pen += metrics.advance * self.size;
-        }
-        glyphs
-    }
-
-    fn plotters(&self, scale: f64) -> TextStyle<'static> {
-        let style = if self.bold {
-            FontStyle::Bold
-        } else {
-            FontStyle::Normal
-        };
-        let font = FontDesc::new(FontFamily::Name(FONT), self.size * scale, style);
-        let font = if self.upward {
-            font.transform(FontTransform::Rotate270)
-        } else {
-            font
-        };
-        let horizontal = match self.anchor {
-            Anchor::Start => HPos::Left,
-            Anchor::Middle => HPos::Center,
-            Anchor::End => HPos::Right,
-        };
-        TextStyle {
-            font,
-            color: self.colour.plotters().to_backend_color(),
-            pos: Pos::new(horizontal, VPos::Center),
-        }
-    }
-}
-
-/// Width of `text` set at `size` per em, canvas units.
-pub fn text_width(text: &str, size: f64, bold: bool) -> f64 {
-    size * glyph::width(text, bold)
-}
-
-/// Pixels, row by row from the top.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Image {
-    /// Pixels in a row.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
-    /// Red, green, blue of each pixel: 3 · width · height bytes.
-    pub rgb: Vec<u8>,
-}
-
-impl Image {
-    /// An image of one colour.
-    pub fn filled(width: u32, height: u32, rgb: [u8; 3]) -> Self {
-        Self {
-            width,
-            height,
-            rgb: rgb.repeat(width as usize * height as usize),
-        }
-    }
-
-    /// Averages squares of `factor` × `factor` pixels.
-    ///
-    /// # Panics
-    /// If a side is not a multiple of `factor`.
-    #[must_use]
-    pub fn reduced(&self, factor: u32) -> Self {
-        assert!(
-            self.width.is_multiple_of(factor) && self.height.is_multiple_of(factor),
-            "sides must divide evenly"
-        );
-        let (width, height) = (self.width / factor, self.height / factor);
-        let (step, row) = (factor as usize, self.width as usize * 3);
-        let mut rgb = Vec::with_capacity(width as usize * height as usize * 3);
-        for y in 0..height as usize {
-            for x in 0..width as usize {
-                for channel in 0..3 {
-                    let first = y * step * row + x * step * 3 + channel;
-                    let sum: u32 = (0..step)
-                        .flat_map(|dy| (0..step).map(move |dx| first + dy * row + dx * 3))
-                        .map(|index| u32::from(self.rgb[index]))
-                        .sum();
-                    let count = factor * factor;
-                    rgb.push(
-                        u8::try_from((sum + count / 2) / count).expect("a mean of bytes is a byte"),
-                    );
-                }
-            }
-        }
-        Self { width, height, rgb }
-    }
-
-    /// Repeats every pixel `factor` times in both directions.
-    fn enlarged(&self, factor: u32) -> Self {
-        let (width, height) = (self.width * factor, self.height * factor);
-        let mut rgb = Vec::with_capacity(width as usize * height as usize * 3);
-        for y in 0..height {
-            for x in 0..width {
-                let pixel =
-                    ((y / factor) as usize * self.width as usize + (x / factor) as usize) * 3;
-                rgb.extend_from_slice(&self.rgb[pixel..pixel + 3]);
-            }
-        }
-        Self { width, height, rgb }
-    }
-}
 
 #[derive(Debug, Clone)]
 enum Mark {
@@ -476,17 +195,13 @@ impl Canvas {
                 continue;
             };
             let (length, half) = (text_width(text, face.size, face.bold), 0.5 * face.size);
-            let before = match face.anchor {
-                Anchor::Start => 0.0,
-                Anchor::Middle => 0.5 * length,
-                Anchor::End => length,
-            };
+            let start = face.start(text);
             texts.push((
                 text.as_str(),
                 if face.upward {
-                    [x - half, y - (length - before), x + half, y + before]
+                    [x - half, y - start - length, x + half, y - start]
                 } else {
-                    [x - before, y - half, x - before + length, y + half]
+                    [x + start, y - half, x + start + length, y + half]
                 },
             ));
         }
@@ -658,21 +373,6 @@ fn whole(value: f64) -> i32 {
     value.round().clamp(-1e9, 1e9) as i32
 }
 
-fn register_fonts() {
-    static ONCE: Once = Once::new();
-    ONCE.call_once(|| {
-        for (style, bytes) in [
-            (FontStyle::Normal, glyph::font(false)),
-            (FontStyle::Bold, glyph::font(true)),
-        ] {
-            assert!(
-                register_font(FONT, style, bytes).is_ok(),
-                "DejaVu Sans is a valid font"
-            );
-        }
-    });
-}
-
 fn write_png(image: &Image, path: &Path) -> Result<(), String> {
     let size = (image.width, image.height);
     let mut backend = BitMapBackend::new(path, size);
@@ -709,6 +409,8 @@ fn temporary_beside(path: &Path) -> PathBuf {
 
 #[cfg(test)]
 mod tests {
+    use super::super::glyph;
+    use super::super::style::Anchor;
     use super::*;
 
     const BLACK: Colour = Colour::new(0, 0, 0);
@@ -795,24 +497,6 @@ mod tests {
         assert_eq!(ends.len(), 10);
         assert!((ends[9].1 - 97.0).abs() < 1e-9);
         assert!(ends.windows(2).all(|pair| pair[0].1 < pair[1].0));
-    }
-
-    #[test]
-    fn reducing_averages() {
-        let image = Image {
-            width: 2,
-            height: 2,
-            rgb: vec![0, 10, 255, 0, 20, 255, 4, 30, 255, 4, 40, 255],
-        };
-        assert_eq!(
-            image.reduced(2),
-            Image {
-                width: 1,
-                height: 1,
-                rgb: vec![2, 25, 255]
-            }
-        );
-        assert_eq!(image.enlarged(3).reduced(3), image);
     }
 
     #[test]

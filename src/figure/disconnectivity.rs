@@ -1,9 +1,10 @@
 //! The disconnectivity graph (Becker and Karplus 1997): which minima become connected at which energy.
 
-use super::canvas::{Anchor, Canvas, Colour, Stroke, TextFace};
+use super::canvas::Canvas;
 use super::layout::{LeafOrder, TreeLayout, collapse, leaf_count, place};
 use super::leaf::{DiscScale, Leaf, group, label_colours, leaves_of};
 use super::legend::Legend;
+use super::style::{Anchor, Colour, Stroke, TextFace};
 use super::theme::{FAINT, INK, LINE, MARGIN, PALE_LINE, TEXT, TITLE, UNLABELLED, WHITE};
 use super::{FigureError, axis, text_width};
 use crate::topography::{Evidence, Network, Tree};

@@ -93,12 +93,11 @@ mod tests {
     #[test]
     fn metrics_are_those_of_the_published_font() {
         // DejaVu Sans 2.37: advances of digits 1303, space 651, m 1995 units; H begins after 201 units.
-        let units = |character: char| (metrics(character, false).advance * UNITS).round();
-        assert_eq!(
-            ['0', '7', ' ', 'm'].map(units),
-            [1303.0, 1303.0, 651.0, 1995.0]
-        );
-        assert_eq!((metrics('H', false).bearing * UNITS).round(), 201.0);
+        for (character, advance) in [('0', 1303.0), ('7', 1303.0), (' ', 651.0), ('m', 1995.0)] {
+            let units = metrics(character, false).advance * UNITS;
+            assert!((units - advance).abs() < 0.5, "{character}: {units}");
+        }
+        assert!((metrics('H', false).bearing * UNITS - 201.0).abs() < 0.5);
         assert!(
             metrics('T', false).bearing < 0.0
                 && metrics('m', true).advance > metrics('m', false).advance

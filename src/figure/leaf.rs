@@ -1,6 +1,6 @@
 //! What a picture says about a minimum (or a group of minima): how many members, which label.
 
-use super::canvas::Colour;
+use super::style::Colour;
 use super::theme;
 use crate::topography::Network;
 
@@ -9,7 +9,8 @@ use crate::topography::Network;
 pub struct Leaf {
     /// Number of input points that fell here; the area of the circle is proportional to it, 0 draws a hollow dot.
     pub members: usize,
-    /// Category that colours the circle (`power`, `precision`, `intermediate` have fixed colours).
+    /// Category that colours the circle (`power`, `precision`, `intermediate` have fixed colours; others
+    /// take nine colours in turn, so keep to a dozen categories).
     pub label: Option<String>,
     /// Short text beside the circle, drawn where there is room.
     pub caption: Option<String>,

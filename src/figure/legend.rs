@@ -1,6 +1,7 @@
 //! The legend: a column of samples with texts beside the data, never over it.
 
-use super::canvas::{Anchor, Canvas, Colour, Stroke, TextFace};
+use super::canvas::Canvas;
+use super::style::{Anchor, Colour, Stroke, TextFace};
 use super::theme::{INK, LINE, MARGIN, TEXT, UNLABELLED, WHITE, sequential};
 use super::{axis, leaf};
 

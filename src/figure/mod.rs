@@ -1,15 +1,17 @@
 //! Pictures: layout is pure geometry, painting is plotters.
 //!
 //! A picture ([`DisconnectivityPicture`], [`BarrierPicture`], with feature `grasp` a rendered [`Scene`]) is plain data;
-//! drawing it gives a [`Canvas`], and [`Canvas::save`] writes SVG or PNG. Only `canvas` names plotters; programs that
-//! need another kind of chart put lines and texts on a [`Canvas`] themselves, with [`ticks`] for the axes.
+//! drawing it gives a [`Canvas`], and [`Canvas::save`] writes SVG or PNG. Only `canvas` and `style` name plotters; programs that
+//! need another kind of chart put lines and texts on a [`Canvas`] themselves, with [`ticks`] for the axes and [`theme`] for the look.
 
 use std::path::PathBuf;
 
 mod axis;
 mod canvas;
 mod glyph;
-mod theme;
+mod image;
+mod style;
+pub mod theme;
 
 #[cfg(feature = "topography")]
 mod barriers;
@@ -29,7 +31,9 @@ mod sheet;
 mod testing;
 
 pub use axis::{number, tick_texts, ticks};
-pub use canvas::{Anchor, Canvas, Colour, Image, Stroke, TextFace, text_width};
+pub use canvas::Canvas;
+pub use image::Image;
+pub use style::{Anchor, Colour, Stroke, TextFace, text_width};
 
 #[cfg(feature = "topography")]
 pub use barriers::{BarrierPicture, Link};

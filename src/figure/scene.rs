@@ -4,7 +4,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::canvas::Image;
+use super::image::Image;
 use super::theme::byte;
 
 /// Pixels are rendered twice as fine in both directions and averaged.
@@ -429,7 +429,7 @@ fn shade(colour: [f64; 3], normal: &Vector3<f64>) -> [f64; 3] {
     let normal = normal.try_normalize(0.0).unwrap_or_else(Vector3::z);
     let normal = if normal.z < 0.0 { -normal } else { normal };
     let light = |x: f64, y: f64, z: f64| normal.dot(&Vector3::new(x, y, z).normalize()).max(0.0);
-    let strength = 0.38 + 0.52 * light(-0.45, 0.6, 0.8) + 0.22 * light(0.8, -0.1, 0.5);
+    let strength = 0.45 + 0.56 * light(-0.45, 0.6, 0.8) + 0.18 * light(0.8, -0.1, 0.5);
     colour.map(|channel| (channel * strength).min(255.0))
 }
 

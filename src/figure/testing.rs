@@ -64,8 +64,8 @@ pub(super) fn random_network(seed: u64, count: usize, parts: usize) -> Network {
                 length: distance(b),
             };
             network.add_edge(
-                u32::try_from(a).unwrap().into(),
-                u32::try_from(b).unwrap().into(),
+                u32::try_from(a).expect("few").into(),
+                u32::try_from(b).expect("few").into(),
                 edge,
             );
         }
@@ -198,11 +198,15 @@ pub(super) fn assert_legible(canvas: &Canvas) {
 /// Writes the picture as SVG and PNG into the folder named by `LANDSCAPE_GALLERY`, to be looked at; where that is unset,
 /// into a folder that vanishes.
 pub(super) fn gallery(canvas: &Canvas, name: &str) {
-    let vanishing = tempfile::tempdir().unwrap();
+    let vanishing = tempfile::tempdir().expect("a folder");
     let wanted = std::env::var_os("LANDSCAPE_GALLERY").map(std::path::PathBuf::from);
     let folder = wanted.as_deref().unwrap_or(vanishing.path());
-    canvas.save(&folder.join(format!("{name}.svg"))).unwrap();
+    canvas
+        .save(&folder.join(format!("{name}.svg")))
+        .expect("an SVG");
     if wanted.is_some() {
-        canvas.save(&folder.join(format!("{name}.png"))).unwrap();
+        canvas
+            .save(&folder.join(format!("{name}.png")))
+            .expect("a PNG");
     }
 }

@@ -1,21 +1,26 @@
 //! One look for all pictures: colours that survive colour blindness and greyscale, sizes that survive a column.
 
-use super::canvas::Colour;
+use super::style::Colour;
 
 /// Size of ordinary text. A sheet 1200 wide in a column 8.6 cm wide sets it at 5.9 pt, across the page at 12 pt.
-pub(super) const TEXT: f64 = 29.0;
+pub const TEXT: f64 = 29.0;
 /// Size of titles.
-pub(super) const TITLE: f64 = 33.0;
+pub const TITLE: f64 = 33.0;
 /// Margin around everything.
-pub(super) const MARGIN: f64 = 22.0;
+pub const MARGIN: f64 = 22.0;
 
-pub(super) const INK: Colour = Colour::new(0x22, 0x26, 0x2B);
-pub(super) const LINE: Colour = Colour::new(0x3F, 0x48, 0x54);
-pub(super) const FAINT: Colour = Colour::new(0xE6, 0xE9, 0xED);
-pub(super) const PALE_LINE: Colour = Colour::new(0x9A, 0xA4, 0xB0);
-pub(super) const WHITE: Colour = Colour::new(255, 255, 255);
+/// Text and axes.
+pub const INK: Colour = Colour::new(0x22, 0x26, 0x2B);
+/// Lines that carry data.
+pub const LINE: Colour = Colour::new(0x3F, 0x48, 0x54);
+/// Grid lines.
+pub const FAINT: Colour = Colour::new(0xE6, 0xE9, 0xED);
+/// Lines that carry less certain data.
+pub const PALE_LINE: Colour = Colour::new(0x9A, 0xA4, 0xB0);
+/// The sheet.
+pub const WHITE: Colour = Colour::new(255, 255, 255);
 /// What carries no label.
-pub(super) const UNLABELLED: Colour = Colour::new(0x7B, 0x8F, 0xA8);
+pub const UNLABELLED: Colour = Colour::new(0x7B, 0x8F, 0xA8);
 
 /// Okabe and Ito (2008), without the three given to the grasp categories, then darker mixtures.
 const PALETTE: [Colour; 9] = [
@@ -32,21 +37,21 @@ const PALETTE: [Colour; 9] = [
 
 /// Colour of each of the `labels`: the paper's green, red and yellow for precision, power and intermediate grasps (in
 /// Okabe and Ito's variants), the palette in order of the list for any other.
-pub(super) fn label_colours(labels: &[&str]) -> Vec<Colour> {
-    let mut others = PALETTE.iter().cycle();
+pub fn label_colours(labels: &[&str]) -> Vec<Colour> {
+    let mut others = 0..;
     labels
         .iter()
         .map(|label| match label.to_ascii_lowercase().as_str() {
             "precision" => Colour::new(0x00, 0x9E, 0x73),
             "power" => Colour::new(0xD5, 0x5E, 0x00),
             "intermediate" => Colour::new(0xF0, 0xE4, 0x42),
-            _ => *others.next().expect("a cycle does not end"),
+            _ => PALETTE[others.next().unwrap_or(0) % PALETTE.len()],
         })
         .collect()
 }
 
 /// Colour at `t` in [0, 1] of the map viridis (van der Walt and Smith 2015), which is monotone in lightness.
-pub(super) fn sequential(t: f64) -> Colour {
+pub fn sequential(t: f64) -> Colour {
     const ANCHORS: [[u8; 3]; 10] = [
         [0x44, 0x01, 0x54],
         [0x48, 0x28, 0x78],

@@ -1,0 +1,91 @@
+//! Pixels.
+
+/// Pixels, row by row from the top.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Image {
+    /// Pixels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Red, green, blue of each pixel: 3 · width · height bytes.
+    pub rgb: Vec<u8>,
+}
+
+impl Image {
+    /// An image of one colour.
+    pub fn filled(width: u32, height: u32, rgb: [u8; 3]) -> Self {
+        Self {
+            width,
+            height,
+            rgb: rgb.repeat(width as usize * height as usize),
+        }
+    }
+
+    /// Averages squares of `factor` × `factor` pixels.
+    ///
+    /// # Panics
+    /// If a side is not a multiple of `factor`.
+    #[must_use]
+    pub fn reduced(&self, factor: u32) -> Self {
+        assert!(
+            self.width.is_multiple_of(factor) && self.height.is_multiple_of(factor),
+            "sides must divide evenly"
+        );
+        let (width, height) = (self.width / factor, self.height / factor);
+        let (step, row) = (factor as usize, self.width as usize * 3);
+        let mut rgb = Vec::with_capacity(width as usize * height as usize * 3);
+        for y in 0..height as usize {
+            for x in 0..width as usize {
+                for channel in 0..3 {
+                    let first = y * step * row + x * step * 3 + channel;
+                    let sum: u32 = (0..step)
+                        .flat_map(|dy| (0..step).map(move |dx| first + dy * row + dx * 3))
+                        .map(|index| u32::from(self.rgb[index]))
+                        .sum();
+                    let count = factor * factor;
+                    rgb.push(
+                        u8::try_from((sum + count / 2) / count).expect("a mean of bytes is a byte"),
+                    );
+                }
+            }
+        }
+        Self { width, height, rgb }
+    }
+
+    /// Repeats every pixel `factor` times in both directions.
+    pub(super) fn enlarged(&self, factor: u32) -> Self {
+        let (width, height) = (self.width * factor, self.height * factor);
+        let mut rgb = Vec::with_capacity(width as usize * height as usize * 3);
+        for y in 0..height {
+            for x in 0..width {
+                let pixel =
+                    ((y / factor) as usize * self.width as usize + (x / factor) as usize) * 3;
+                rgb.extend_from_slice(&self.rgb[pixel..pixel + 3]);
+            }
+        }
+        Self { width, height, rgb }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reducing_averages() {
+        let image = Image {
+            width: 2,
+            height: 2,
+            rgb: vec![0, 10, 255, 0, 20, 255, 4, 30, 255, 4, 40, 255],
+        };
+        assert_eq!(
+            image.reduced(2),
+            Image {
+                width: 1,
+                height: 1,
+                rgb: vec![2, 25, 255]
+            }
+        );
+        assert_eq!(image.enlarged(3).reduced(3), image);
+    }
+}
