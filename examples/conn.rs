@@ -41,7 +41,7 @@ fn main() {
     let chosen: Vec<_> = (0..npairs).map(|i| pairs[i * step]).collect();
     let f: f64 = std::env::args().nth(2).map_or(210.0, |s| s.parse().unwrap());
     let chain = ChainSettings { temperature: 0.01, force: f, escalation: 1.6, attempts: 1, replicas: 1, step: 1e-3, arrival: 0.005, patience: 150, max_steps: 2000, spacing: 0.004 };
-    let path = PathSettings { max_step: 0.004, force_tolerance: 7.0, energy_tolerance: 1e-3, segments: 24, rounds: 5, iterations: 40, coarse_iterations: 48, ..PathSettings::for_scales(0.3, 0.05) };
+    let path = PathSettings { max_step: 0.004, force_tolerance: 35.0, energy_tolerance: 1e-2, segments: 24, rounds: 5, iterations: 40, coarse_iterations: 48, ..PathSettings::for_scales(0.3, 0.05) };
     println!("{path:?}");
     let conn = Connector { chain: &chain, path: &path, quench: &q, sameness: &sameness };
     let kernel = GraspKernel::new(&energy);

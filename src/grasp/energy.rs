@@ -76,7 +76,7 @@ impl Default for EnergySettings {
             rank_weight: 0.0,
             rank_epsilon: 1e-4,
             distance_weight: 10.0,
-            distance_rounding_m: 0.001,
+            distance_rounding_m: 0.002,
             penetration_weight: 10.0,
             intrusion_weight: 10.0,
             self_penetration_weight: 10.0,

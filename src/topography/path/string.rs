@@ -136,6 +136,11 @@ impl<'e> Band<'e> {
         }
     }
 
+    /// Size of the force across the path at image `i`, by scaled tangents.
+    pub(super) fn across(&self, i: usize) -> f64 {
+        norm(&times(&self.perpendicular(i), &self.scales))
+    }
+
     fn worst(&self, forces: &[Vec<f64>]) -> f64 {
         let free = forces.iter().zip(&self.pinned).filter(|(_, pin)| !**pin);
         free.map(|(force, _)| norm(&times(force, &self.scales)))
