@@ -144,9 +144,6 @@ pub(super) struct Build {
     /// Seed of every random draw.
     #[arg(long, default_value_t = 0)]
     pub(super) seed: u64,
-    /// Experiment file (TOML) with the section [map]; see data/experiments.
-    #[arg(long, value_name = "FILE")]
-    pub(super) config: Option<PathBuf>,
     /// The hand, for a file that does not describe it.
     #[arg(long, value_name = "NAME|FILE")]
     pub(super) hand: Option<String>,

@@ -1,3 +1,338 @@
-//! b
+//! `landscape build`: the landscape between the grasps of a file.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
+
+use anyhow::Context;
+use indicatif::ProgressBar;
+
 use super::args::{Build, Common};
-pub(super) fn run(_c: &Build, _m: &Common) -> anyhow::Result<()> { Ok(()) }
+use super::landscape::{Mapped, pictures, summary, tables};
+use super::{complain, models, print, progress};
+use crate::grasp::hover::hover_costs;
+use crate::grasp::{EnergySettings, GraspEnergy, GraspKernel};
+use crate::store::{
+    AtomicFolder, GraspFile, Journal, Overrides, Phase as Timing, Population, Source, StoreError,
+    Timings, content_hash,
+};
+use crate::topography::{
+    self, ChainSettings, MapSettings, PathSettings, Phase, Progress, Sameness, distinct, map,
+    quench_all,
+};
+
+pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
+    let overrides = Overrides {
+        hand: command.hand.as_deref().map(models::hand_metadata).transpose()?,
+        object: match &command.object {
+            Some(flag) => Some(models::object_metadata(flag)?.1),
+            None => None,
+        },
+    };
+    let (file, warnings) = GraspFile::read(&command.grasps, overrides)?;
+    let warnings: Vec<String> = warnings.iter().map(ToString::to_string).collect();
+    if !common.quiet {
+        for warning in warnings.iter().take(5) {
+            complain(&format!("warning: {warning}"));
+        }
+        if warnings.len() > 5 {
+            complain(&format!("warning: … and {} more like these", warnings.len() - 5));
+        }
+    }
+    let populations = file.landscapes();
+    for population in &populations {
+        let folder = folder(command, population, populations.len() > 1)?;
+        build(command, common, &file, population, &folder, warnings.clone())
+            .with_context(|| format!("{}", command.grasps.display()))?;
+    }
+    Ok(())
+}
+
+/// Where the landscape of one population goes: beside the file, under its name.
+fn folder(command: &Build, population: &Population<'_>, several: bool) -> anyhow::Result<PathBuf> {
+    let mut folder = match &command.output {
+        Some(output) => output.clone(),
+        None => command.grasps.with_extension("landscape"),
+    };
+    if several {
+        let stem = folder.file_stem().context("--output: a folder name is needed")?;
+        let name = format!(
+            "{}.{}.{}.{}.landscape",
+            stem.to_string_lossy(),
+            population.hand.name,
+            population.object.name,
+            population.scale
+        );
+        folder.set_file_name(name);
+    }
+    Ok(folder)
+}
+
+/// Settings for a hand: energies are of the order of one, lengths of centimetres.
+///
+/// The pull of a chain must beat the slope of all contacts at once; nearby minima that differ by less than the spacing of
+/// the hand's surface points are one grasp.
+fn map_settings(command: &Build, energy: &GraspEnergy) -> MapSettings {
+    let contact_slope = energy.settings().distance_weight / energy.unit_m();
+    let mut settings = MapSettings::for_scales(0.3, 0.04).with_seed(command.seed);
+    settings.neighbours = command.neighbours.unwrap_or(6);
+    settings.quench = settings
+        .quench
+        .with_gradient_tolerance(1e-5)
+        .with_max_step(0.01)
+        .with_max_evaluations(1000);
+    settings.sameness = Sameness {
+        energy: 0.02,
+        distance: 0.005,
+    };
+    settings.chain = ChainSettings {
+        temperature: command.temperature.unwrap_or(0.01),
+        force: command.force.unwrap_or(8.0 * contact_slope),
+        attempts: 1,
+        replicas: 1,
+        step: 1e-3,
+        arrival: 0.005,
+        patience: 150,
+        max_steps: 1500,
+        spacing: 0.003,
+        ..settings.chain
+    };
+    settings.path = PathSettings {
+        segments: 20,
+        coarse_iterations: 36,
+        iterations: 30,
+        rounds: 3,
+        max_step: 0.004,
+        force_tolerance: 0.5 * contact_slope,
+        energy_tolerance: 0.01,
+        ..settings.path
+    };
+    settings
+}
+
+/// The journal on disk as the map sees it; the first failure to write is kept for the end.
+struct DiskJournal<'a> {
+    journal: &'a Journal,
+    failure: Mutex<Option<StoreError>>,
+}
+
+impl topography::Journal for DiskJournal<'_> {
+    fn get(&self, key: &str) -> Option<Vec<u8>> {
+        self.journal.get(key)
+    }
+
+    fn put(&self, key: &str, record: &[u8]) {
+        if let Err(error) = self.journal.put(key, record) {
+            self.failure
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner)
+                .get_or_insert(error);
+        }
+    }
+}
+
+fn build(
+    command: &Build,
+    common: &Common,
+    file: &GraspFile,
+    population: &Population<'_>,
+    output: &Path,
+    warnings: Vec<String>,
+) -> anyhow::Result<()> {
+    let grasps: Vec<_> = population
+        .grasps
+        .iter()
+        .copied()
+        .take(command.first.unwrap_or(usize::MAX))
+        .collect();
+    anyhow::ensure!(
+        grasps.len() > 1,
+        "one grasp only: a landscape lies between at least two"
+    );
+    let energy_settings: EnergySettings = serde_json::from_value(file.metadata.energy.clone())
+        .context("the energy in the metadata is not one this program knows")?;
+    let energy = GraspEnergy::new(
+        models::hand(population.hand)?,
+        models::object(population.object, population.scale)?,
+        energy_settings,
+    )?;
+    models::check_hand(population.hand, energy.hand())?;
+    let kernel = GraspKernel::new(&energy);
+    let settings = map_settings(command, &energy);
+
+    let bytes = std::fs::read(&command.grasps)?;
+    let fingerprint = content_hash(&[
+        &bytes,
+        serde_json::to_string(&settings)?.as_bytes(),
+        population.object.name.as_bytes(),
+        population.hand.name.as_bytes(),
+        &population.scale.to_le_bytes(),
+        &(grasps.len() as u64).to_le_bytes(),
+        env!("CARGO_PKG_VERSION").as_bytes(),
+    ]);
+    let folder = AtomicFolder::open(output, command.fresh)?;
+    let disk = Journal::open(&folder.journal(), &fingerprint, command.fresh)?;
+    let journal = DiskJournal {
+        journal: &disk,
+        failure: Mutex::new(None),
+    };
+
+    let mut watch = Watch::new(common.quiet);
+    let starts: Vec<Vec<f64>> = grasps
+        .iter()
+        .map(|grasp| {
+            let mut x = grasp.translation_m.to_vec();
+            x.extend(grasp.rotation_wxyz);
+            x.extend(&grasp.joints_rad);
+            x
+        })
+        .collect();
+    let quenches = quench_all(&energy, &starts, &settings.quench, &journal, &|p| watch.see(p));
+    let quench_evaluations: usize = quenches.iter().map(|quench| quench.evaluations).sum();
+    let (minima, _) = distinct(&energy, &quenches, &settings.sameness, f64::INFINITY);
+    watch.lap("quench", quench_evaluations);
+    anyhow::ensure!(
+        minima.len() > 1,
+        "all {} grasps lie in one minimum: there is nothing to connect",
+        grasps.len()
+    );
+    let landscape = map(&energy, &kernel, minima, &settings, &journal, &|p| watch.see(p));
+    watch.lap("connect", landscape.evaluations);
+    if let Some(error) = journal.failure.lock().unwrap_or_else(PoisonError::into_inner).take() {
+        return Err(error.into());
+    }
+    // Minima from all heights of the landscape: as many as a second pays for.
+    let nodes: Vec<&[f64]> = landscape
+        .network
+        .node_weights()
+        .map(|minimum| minimum.coordinates.as_slice())
+        .collect();
+    let probes: Vec<&[f64]> = (0..nodes.len().min(32))
+        .map(|i| nodes[i * nodes.len() / nodes.len().min(32)])
+        .collect();
+    let hover = hover_costs(&energy, &probes)?;
+    watch.lap("hover", 0);
+
+    let mapped = Mapped {
+        landscape: &landscape,
+        energy: &energy,
+        grasps: &grasps,
+        population,
+        settings: &settings,
+        hover: &hover,
+        source: Source {
+            name: command
+                .grasps
+                .file_name()
+                .map(|name| name.to_string_lossy().into_owned())
+                .unwrap_or_default(),
+            content_hash: content_hash(&[&bytes]),
+        },
+        command: command_line(command, &settings),
+        seed: command.seed,
+        quench_evaluations,
+        warnings,
+    };
+    let files = tables(&mapped)?;
+    files.write(&folder)?;
+    folder.write("tree.nwk", topography::newick(&landscape.tree, |id| format!("m{}", id.0)).as_bytes())?;
+    folder.write(
+        "barriers.graphml",
+        topography::graphml(&landscape.network, |id| format!("m{}", id.0)).as_bytes(),
+    )?;
+    pictures(&mapped, folder.path())?;
+    let text = summary(&mapped, &files);
+    folder.write("summary.md", text.as_bytes())?;
+    watch.lap("write", 0);
+    watch.timings().write(&folder)?;
+    disk.remove()?;
+    let finished = folder.finish()?;
+    if !common.quiet {
+        print(&text);
+        complain(&format!("wrote {}", finished.display()));
+    }
+    Ok(())
+}
+
+fn command_line(command: &Build, settings: &MapSettings) -> String {
+    let name = command.grasps.file_name().unwrap_or_default().to_string_lossy();
+    let first = command.first.map_or(String::new(), |n| format!(" --first {n}"));
+    format!(
+        "landscape build {name} --neighbours {} --temperature {} --force {} --seed {}{first}",
+        settings.neighbours, settings.chain.temperature, settings.chain.force, command.seed
+    )
+}
+
+/// Progress bar and stopwatch.
+struct Watch {
+    quiet: bool,
+    bar: Mutex<Option<(Phase, ProgressBar)>>,
+    started: Instant,
+    phases: Vec<Timing>,
+}
+
+impl Watch {
+    fn new(quiet: bool) -> Self {
+        Self {
+            quiet,
+            bar: Mutex::new(None),
+            started: Instant::now(),
+            phases: Vec::new(),
+        }
+    }
+
+    fn see(&self, news: Progress) {
+        let mut bar = self.bar.lock().unwrap_or_else(PoisonError::into_inner);
+        let total = news.total as u64;
+        let same = bar
+            .as_ref()
+            .is_some_and(|(phase, bar)| *phase == news.phase && bar.length() == Some(total));
+        if !same {
+            if let Some((_, old)) = bar.take() {
+                old.finish_and_clear();
+            }
+            let what = match news.phase {
+                Phase::Quench => "descending",
+                Phase::Connect => "connecting pairs",
+                Phase::Join => "joining components",
+                Phase::Retry => "improving merges",
+                _ => "searching",
+            };
+            *bar = Some((news.phase, progress::bar(what, total, self.quiet)));
+        }
+        if let Some((_, bar)) = bar.as_ref() {
+            bar.set_position(news.done as u64);
+        }
+    }
+
+    fn lap(&mut self, name: &str, evaluations: usize) {
+        if let Some((_, bar)) = self.bar.get_mut().unwrap_or_else(PoisonError::into_inner).take() {
+            bar.finish_and_clear();
+        }
+        let before: f64 = self.phases.iter().map(|phase| phase.seconds).sum();
+        self.phases.push(Timing {
+            name: name.to_owned(),
+            seconds: self.started.elapsed().as_secs_f64() - before,
+            evaluations: evaluations as u64,
+        });
+    }
+
+    fn timings(self) -> Timings {
+        Timings {
+            threads: rayon::current_num_threads(),
+            phases: self.phases,
+        }
+    }
+}
+
+/// How often each name occurs, most frequent first.
+pub(super) fn tally<'a>(names: impl Iterator<Item = &'a str>) -> Vec<(String, usize)> {
+    let mut counts = BTreeMap::new();
+    for name in names {
+        *counts.entry(name.to_owned()).or_insert(0) += 1;
+    }
+    let mut counts: Vec<_> = counts.into_iter().collect();
+    counts.sort_by(|a, b| b.1.cmp(&a.1).then(a.0.cmp(&b.0)));
+    counts
+}

@@ -11,6 +11,7 @@ use clap::Parser;
 mod args;
 mod build;
 mod experiment;
+mod landscape;
 mod models;
 mod progress;
 mod synth;

@@ -70,6 +70,23 @@ pub(super) fn hand(metadata: &HandMetadata) -> anyhow::Result<Arc<Hand>> {
     Ok(Arc::new(hand))
 }
 
+/// Checks that the hand built from a description is the one the rows were written for.
+pub(super) fn check_hand(metadata: &HandMetadata, hand: &Hand) -> anyhow::Result<()> {
+    let joints: Vec<&String> = hand.joints.iter().map(|joint| &joint.name).collect();
+    anyhow::ensure!(
+        joints.iter().copied().eq(&metadata.joint_names)
+            && hand.surface.len() == metadata.surface_points,
+        "hand `{}` does not match: the file was written for {} joints and {} surface points, its description gives {} \
+         and {}",
+        metadata.name,
+        metadata.joint_names.len(),
+        metadata.surface_points,
+        joints.len(),
+        hand.surface.len()
+    );
+    Ok(())
+}
+
 /// The object that a flag names, with what a file must say about it.
 pub(super) fn object_metadata(flag: &str) -> anyhow::Result<(Arc<Object>, ObjectMetadata)> {
     let object = if OBJECT_NAMES.contains(&flag) {
