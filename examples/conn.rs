@@ -12,7 +12,7 @@ use std::sync::Arc;
 use std::time::Instant;
 fn main() {
     let npairs: usize = std::env::args().nth(1).map_or(24, |s| s.parse().unwrap());
-    let (file, _) = GraspFile::read("data/grasps.parquet".as_ref(), Overrides::default()).unwrap();
+    let (file, _) = GraspFile::read("/tmp/s/pop3.parquet".as_ref(), Overrides::default()).unwrap();
     let hand = Arc::new(Hand::human());
     let object = Arc::new(Object::named("bottle_round").unwrap());
     let r: f64 = std::env::var("ROUND").map_or(0.001, |s| s.parse().unwrap()); let energy = GraspEnergy::new(hand, object, EnergySettings { distance_rounding_m: r, ..EnergySettings::default() }).unwrap();
@@ -40,13 +40,13 @@ fn main() {
     let step = pairs.len() / npairs;
     let chosen: Vec<_> = (0..npairs).map(|i| pairs[i * step]).collect();
     let f: f64 = std::env::args().nth(2).map_or(210.0, |s| s.parse().unwrap());
-    let chain = ChainSettings { temperature: 0.01, force: f, escalation: 1.6, attempts: 1, replicas: 1, step: 1e-3, arrival: 0.005, patience: 150, max_steps: 2000, spacing: 0.004 };
-    let path = PathSettings { max_step: 0.004, force_tolerance: 35.0, energy_tolerance: 1e-2, segments: 24, rounds: 5, iterations: 40, coarse_iterations: 48, ..PathSettings::for_scales(0.3, 0.05) };
+    let chain = ChainSettings { temperature: 0.01, force: f, escalation: 1.6, attempts: 1, replicas: 1, step: 1e-3, arrival: 0.005, patience: 150, max_steps: 1500, spacing: 0.004 };
+    let path = PathSettings { max_step: 0.004, force_tolerance: 35.0, energy_tolerance: 1e-2, segments: 20, exact_below: 0.5, rounds: 3, iterations: 30, coarse_iterations: 36, ..PathSettings::for_scales(0.3, 0.05) };
     println!("{path:?}");
     let conn = Connector { chain: &chain, path: &path, quench: &q, sameness: &sameness };
     let kernel = GraspKernel::new(&energy);
     let t = Instant::now();
-    let out: Vec<(Connection, f64)> = chosen.par_iter().map(|&(i, j, _)| { let t = Instant::now(); let c = conn.connect(&energy, &kernel, (MinimumId(i), MinimumId(j)), (&minima[i], &minima[j]), Effort { attempt: 0, seed: 0 }); (c, t.elapsed().as_secs_f64()) }).collect();
+    let out: Vec<(Connection, f64)> = chosen.par_iter().map(|&(i, j, _)| { let t = Instant::now(); let c = conn.connect(&energy, &kernel, (MinimumId(i), MinimumId(j)), (&minima[i], &minima[j]), Effort { attempt: 0, seed: 0 }, None); (c, t.elapsed().as_secs_f64()) }).collect();
     let el = t.elapsed().as_secs_f64();
     let mut ev = std::collections::BTreeMap::new();
     for ((c, s), p) in out.iter().zip(&chosen) {

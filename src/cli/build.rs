@@ -105,6 +105,7 @@ fn map_settings(command: &Build, energy: &GraspEnergy) -> MapSettings {
         rounds: 3,
         max_step: 0.004,
         force_tolerance: 0.5 * contact_slope,
+        exact_below: 0.5,
         energy_tolerance: 0.01,
         ..settings.path
     };

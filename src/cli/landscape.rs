@@ -159,7 +159,12 @@ pub(super) fn tables(mapped: &Mapped<'_>) -> anyhow::Result<LandscapeFiles> {
                     image: image as u64,
                     coordinates: x.clone(),
                     energy: *energy,
-                    choice: mapped.energy.choice(x),
+                    // Far above, where no contact set is any good, the best one is costly to find and says nothing.
+                    choice: if *energy <= mapped.settings.path.exact_below {
+                        mapped.energy.choice(x)
+                    } else {
+                        Vec::new()
+                    },
                     terms: (image == top)
                         .then(|| mapped.energy.terms(x).into_iter().map(|(_, v)| v).collect()),
                 })

@@ -56,6 +56,10 @@ impl Energy for Counted<'_> {
         self.count().evaluate_below(x, gradient, cutoff)
     }
 
+    fn evaluate_roughly_above(&self, x: &[f64], gradient: &mut [f64], ceiling: f64) -> f64 {
+        self.count().evaluate_roughly_above(x, gradient, ceiling)
+    }
+
     fn choice(&self, x: &[f64]) -> Vec<u32> {
         self.energy.choice(x)
     }

@@ -35,6 +35,18 @@ pub trait Energy: Sync {
         self.evaluate(x, gradient)
     }
 
+    /// The energy for a search that only needs to know it well where it is low: exact where it is at most `ceiling`,
+    /// otherwise possibly an upper bound (a good discrete choice instead of the best). The gradient belongs to the value.
+    ///
+    /// Like [`Energy::evaluate`] a function of its arguments alone. The default evaluates exactly.
+    ///
+    /// # Panics
+    /// If `x` or `gradient` has the wrong length.
+    fn evaluate_roughly_above(&self, x: &[f64], gradient: &mut [f64], ceiling: f64) -> f64 {
+        let _ = ceiling;
+        self.evaluate(x, gradient)
+    }
+
     /// The discrete choice that realises the minimum at `x`, for an energy that is a minimum over discrete choices (the
     /// contact set of a grasp). Two neighbouring points with different choices lie on two sides of a seam. Empty for
     /// smooth energies.

@@ -95,6 +95,33 @@ impl ContactSearch {
         }
     }
 
+    /// A good set that depends on the candidates alone: the best of coordinate descents from opposed pairs of candidates
+    /// along the axes and from the cheapest candidates. Otherwise as [`ContactSearch::descend`].
+    pub fn descend_cold(&mut self, size: usize, cost: &WrenchCost) -> f64 {
+        let mut best = (self.descend(size, &[], cost), self.best.clone());
+        for axes in [[0, 1], [0, 2], [1, 2]] {
+            let mut start: Vec<u32> = Vec::new();
+            for axis in axes {
+                let along = |a: &&Candidate, b: &&Candidate| {
+                    a.wrench[axis]
+                        .total_cmp(&b.wrench[axis])
+                        .then(a.index.cmp(&b.index))
+                };
+                let ends = [
+                    self.candidates.iter().min_by(along),
+                    self.candidates.iter().max_by(along),
+                ];
+                start.extend(ends.into_iter().flatten().map(|c| c.index));
+            }
+            let total = self.descend(size, &start, cost);
+            if total < best.0 {
+                best = (total, self.best.clone());
+            }
+        }
+        (self.best_total, self.best) = best;
+        self.best_total
+    }
+
     /// A good set by coordinate descent from `warm` (positions are looked up by index; missing ones are replaced by the
     /// cheapest candidates). Never worse than `warm` where all of it is among the candidates.
     ///

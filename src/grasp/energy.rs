@@ -222,6 +222,9 @@ pub struct GraspEnergy {
 /// Surface points within this distance are candidates at first; the search widens the band by itself where needed.
 const FIRST_BAND_M: f64 = 0.006;
 
+/// Contact energy above which no contact set is any good, and the best one is only looked for where it is asked for.
+const HOPELESS: f64 = 1.0;
+
 /// A path whose top buries hand or object deeper than this passes through the object.
 pub const THROUGH_M: f64 = 0.002;
 
@@ -535,6 +538,27 @@ impl GraspEnergy {
         }
     }
 
+    /// As [`GraspEnergy::search`], but without proof where a good set costs more than `ceiling`; never looks at what was
+    /// remembered, so that the answer depends on the pose alone.
+    fn search_roughly_above(&self, ceiling: f64, scratch: &mut Scratch) -> f64 {
+        let size = self.settings.contacts;
+        let cost = self.wrench_cost();
+        while scratch.near.len() < size.min(self.hand.surface.len()) {
+            self.measure(2.0 * scratch.band_m, scratch);
+        }
+        self.candidates(scratch);
+        let total = scratch.search.descend_cold(size, &cost);
+        if total > ceiling {
+            return total;
+        }
+        // The proof may begin with this set; it ends with the minimum in any case.
+        let mut warm = std::mem::take(&mut scratch.warm);
+        warm.clear();
+        warm.extend_from_slice(scratch.search.best());
+        scratch.warm = warm;
+        self.search(f64::INFINITY, scratch)
+    }
+
     /// Band that holds the candidates of most poses and every point the penetration term asks about.
     fn first_band_m(&self) -> f64 {
         FIRST_BAND_M.max(self.penetration.clearance_m)
@@ -614,6 +638,17 @@ impl Energy for GraspEnergy {
         self.envelope(x, gradient, cutoff)
     }
 
+    fn evaluate_roughly_above(&self, x: &[f64], gradient: &mut [f64], ceiling: f64) -> f64 {
+        self.with_scratch(|scratch| {
+            self.pose(x, scratch);
+            self.measure(self.first_band_m(), scratch);
+            let base = self.contact_free(x, scratch);
+            self.search_roughly_above(ceiling - base, scratch);
+            let choice = scratch.search.best().to_vec();
+            base + self.finish(x, &choice, scratch, gradient)
+        })
+    }
+
     fn choice(&self, x: &[f64]) -> Vec<u32> {
         self.with_scratch(|scratch| {
             self.pose(x, scratch);
@@ -627,8 +662,14 @@ impl Energy for GraspEnergy {
         self.evaluate_ramped(x, choice, 1.0, gradient)
     }
 
+    /// At the best contact set, or at a good one where even that costs so much that none is worth finding.
     fn terms(&self, x: &[f64]) -> Vec<(String, f64)> {
-        let choice = self.choice(x);
+        let choice = self.with_scratch(|scratch| {
+            self.pose(x, scratch);
+            self.measure(self.first_band_m(), scratch);
+            self.search_roughly_above(HOPELESS, scratch);
+            scratch.search.best().to_vec()
+        });
         self.terms_of(x, &choice)
     }
 

@@ -269,6 +269,7 @@ impl Survey<'_> {
                             attempt,
                             seed: self.settings.seed,
                         },
+                        self.best.get(&(*i, *j)),
                     )
                 });
                 tally.tick();

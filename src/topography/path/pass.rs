@@ -79,7 +79,7 @@ impl Peak {
             }
         };
         // A smooth top is found from afar; a kinked one must be bracketed closely, to see which choices tie there.
-        let probes = if energy.choice(&path.images[top]).is_empty() {
+        let probes = if energy.choice(&path.images[0]).is_empty() {
             4
         } else {
             12
@@ -93,7 +93,7 @@ impl Peak {
             } else {
                 middle - GOLDEN * (middle - low)
             };
-            let height = energy.evaluate(&point(probe), &mut gradient);
+            let height = energy.evaluate_roughly_above(&point(probe), &mut gradient, band.ceiling);
             if height > best && height.is_finite() {
                 *(if right { &mut low } else { &mut high }) = middle;
                 (middle, best) = (probe, height);

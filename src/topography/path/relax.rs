@@ -44,6 +44,9 @@ pub struct PathSettings {
     pub refinement_steps: usize,
     /// Length of the first step down from a pass.
     pub push: f64,
+    /// Height above the higher end below which images are evaluated exactly; see
+    /// [`Energy::evaluate_roughly_above`].
+    pub exact_below: f64,
     /// Differences of height below this mean nothing.
     pub energy_tolerance: f64,
 }
@@ -68,6 +71,7 @@ impl PathSettings {
             height_tolerance: 0.01,
             refinement_steps: 60,
             push: 0.01 * length,
+            exact_below: 3.0 * energy,
             energy_tolerance: 1e-6 * energy,
         }
     }
@@ -114,20 +118,26 @@ pub(in crate::topography) fn relax(
     descent: &QuenchSettings,
     sameness: &Sameness,
 ) -> Option<Outcome> {
+    let floor = ends.0.energy.max(ends.1.energy);
     // With discrete choices the start with the lower top is kept: relaxing another one to the end costs as much again.
     let rough_energy = !ends.0.choice.is_empty();
     let mut rough: Vec<(usize, bool, Band<'_>)> = starts
         .iter()
         .enumerate()
         .filter_map(|(start, points)| {
-            let mut band = Band::new(energy, points, settings.segments, settings.max_step);
+            let mut band = Band::new(
+                energy,
+                points,
+                settings.segments,
+                (settings.max_step, floor + settings.exact_below),
+            );
             if band.path.energies[1..settings.segments]
                 .iter()
                 .all(|e| !e.is_finite())
             {
                 return None;
             }
-            band.relax_roughly(settings.coarse_iterations, settings.force_tolerance);
+            band.relax(settings.coarse_iterations, settings.force_tolerance);
             if !band.path.height().is_finite() {
                 return None;
             }
@@ -139,7 +149,6 @@ pub(in crate::topography) fn relax(
     rough.sort_by(|a, b| (a.1.cmp(&b.1)).then(a.2.path.height().total_cmp(&b.2.path.height())));
     let mut best: Option<Outcome> = None;
     let mut passes = Vec::new();
-    let floor = ends.0.energy.max(ends.1.energy);
     for (start, blamed, band) in rough {
         let margin = settings.rivalry * (band.path.height() - floor);
         let beyond = |known: &Outcome| {

@@ -5,8 +5,6 @@ use crate::energy::Energy;
 use crate::optimize::Fire;
 use crate::space::vector::{add, dot, norm, scale, times};
 
-/// Iterations of a rough relaxation for which an image holds its discrete choice.
-const HELD: usize = 6;
 /// Segments may differ in length by this factor before they are made equal again.
 const UNEVEN: f64 = 1.5;
 
@@ -23,29 +21,30 @@ pub(super) struct Band<'e> {
     pub(super) path: Path,
     pub(super) gradients: Vec<Vec<f64>>,
     pub(super) pinned: Vec<bool>,
-    /// Discrete choices that images hold during a rough relaxation.
-    held: Option<Vec<Vec<u32>>>,
+    /// Energy above which images need not be known exactly.
+    pub(super) ceiling: f64,
     fire: Vec<Fire>,
 }
 
 impl<'e> Band<'e> {
-    /// A string through `points` with `segments` equal segments. Moves at most `longest` an iteration.
+    /// A string through `points` with `segments` equal segments. Moves at most `longest` an
+    /// iteration; energies above `ceiling` need not be exact.
     pub(super) fn new(
         energy: &'e dyn Energy,
         points: &[Vec<f64>],
         segments: usize,
-        longest: f64,
+        (longest, ceiling): (f64, f64),
     ) -> Self {
         let images = spread(energy.space(), points, segments);
         let pinned = vec![false; images.len()];
-        Self::with_images(energy, images, pinned, longest)
+        Self::with_images(energy, images, pinned, (longest, ceiling))
     }
 
     fn with_images(
         energy: &'e dyn Energy,
         images: Vec<Vec<f64>>,
         mut pinned: Vec<bool>,
-        longest: f64,
+        (longest, ceiling): (f64, f64),
     ) -> Self {
         let space = energy.space();
         let count = images.len();
@@ -53,7 +52,7 @@ impl<'e> Band<'e> {
         let energies = images
             .iter()
             .zip(&mut gradients)
-            .map(|(x, gradient)| energy.evaluate(x, gradient))
+            .map(|(x, gradient)| energy.evaluate_roughly_above(x, gradient, ceiling))
             .collect();
         pinned[0] = true;
         pinned[count - 1] = true;
@@ -64,7 +63,7 @@ impl<'e> Band<'e> {
             path: Path { images, energies },
             gradients,
             pinned,
-            held: None,
+            ceiling,
             fire: vec![Fire::new(space.tangents(), longest); count],
         }
     }
@@ -84,7 +83,7 @@ impl<'e> Band<'e> {
             pinned.push(pin);
             previous = Some(image);
         }
-        Self::with_images(self.energy, images, pinned, self.longest)
+        Self::with_images(self.energy, images, pinned, (self.longest, self.ceiling))
     }
 
     /// Holds image `i` at `x` from now on.
@@ -111,29 +110,6 @@ impl<'e> Band<'e> {
             .map(|i| self.perpendicular(i))
             .collect();
         self.worst(&forces)
-    }
-
-    /// [`Band::relax`] for a rough path on an energy with discrete choices: far above the minima the search for the best
-    /// choice costs much more than the rest, so each image holds its choice for a few iterations and sees a smooth energy
-    /// that is never below the true one. The string left behind is measured with the best choices.
-    pub(super) fn relax_roughly(&mut self, iterations: usize, tolerance: f64) {
-        if self.energy.choice(&self.path.images[0]).is_empty() {
-            self.relax(iterations, tolerance);
-            return;
-        }
-        for _ in 0..iterations.div_ceil(HELD) {
-            let images = &self.path.images;
-            self.held = Some(images.iter().map(|x| self.energy.choice(x)).collect());
-            self.relax(HELD, tolerance);
-        }
-        self.held = None;
-        for i in 0..self.path.images.len() {
-            if !self.pinned[i] {
-                self.path.energies[i] = self
-                    .energy
-                    .evaluate(&self.path.images[i], &mut self.gradients[i]);
-            }
-        }
     }
 
     /// Size of the force across the path at image `i`, by scaled tangents.
@@ -206,10 +182,9 @@ impl<'e> Band<'e> {
                 continue;
             }
             let mut gradient = vec![0.0; self.scales.len()];
-            let energy = match &self.held {
-                Some(choices) => self.energy.evaluate_choice(&image, &choices[i], &mut gradient),
-                None => self.energy.evaluate(&image, &mut gradient),
-            };
+            let energy = self
+                .energy
+                .evaluate_roughly_above(&image, &mut gradient, self.ceiling);
             if energy.is_finite() || !self.path.energies[i].is_finite() {
                 self.path.images[i] = image;
                 self.path.energies[i] = energy;
