@@ -4,8 +4,7 @@
 
 use std::sync::Arc;
 
-use landscape::figure::scene::Scene;
-use landscape::figure::sheet::contact_sheet;
+use landscape::figure::{Marker, Scene, Surface, contact_sheet};
 use landscape::grasp::hand::{Hand, PosedHand};
 use landscape::grasp::object::{Mesh, Object};
 use landscape::store::{Grasp, GraspFile, Overrides};
@@ -19,15 +18,31 @@ const OBJECT: [u8; 3] = [128, 164, 190];
 const CONTACT: [u8; 3] = [213, 40, 20];
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let path = std::env::args().nth(1).unwrap_or_else(|| "data/grasps.parquet".to_owned());
+    let path = std::env::args()
+        .nth(1)
+        .unwrap_or_else(|| "data/grasps.parquet".to_owned());
     let (file, _) = GraspFile::read(path.as_ref(), Overrides::default())?;
-    let description = file.metadata.hands.first().ok_or("the file describes no hand")?;
+    let description = file
+        .metadata
+        .hands
+        .first()
+        .ok_or("the file describes no hand")?;
     let [urdf, side @ ..] = description.description.as_slice() else {
         return Err("the file holds no description of the hand".into());
     };
-    let hand = Arc::new(Hand::from_urdf(&urdf.text, side.first().map(|f| f.text.as_str()))?);
-    let object = file.metadata.objects.first().ok_or("the file describes no object")?;
-    let mesh = object.mesh_obj.as_ref().ok_or("the file holds no mesh of the object")?;
+    let hand = Arc::new(Hand::from_urdf(
+        &urdf.text,
+        side.first().map(|f| f.text.as_str()),
+    )?);
+    let object = file
+        .metadata
+        .objects
+        .first()
+        .ok_or("the file describes no object")?;
+    let mesh = object
+        .mesh_obj
+        .as_ref()
+        .ok_or("the file holds no mesh of the object")?;
     let object = Object::from_mesh(
         &object.name,
         Mesh::from_obj(&object.name, &mut mesh.as_bytes())?,
@@ -35,7 +50,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     )?;
     let skin = hand.skin();
     let count = file.grasps.len().min(GRASPS);
-    let chosen: Vec<&Grasp> = (0..count).map(|i| &file.grasps[i * file.grasps.len() / count]).collect();
+    let chosen: Vec<&Grasp> = (0..count)
+        .map(|i| &file.grasps[i * file.grasps.len() / count])
+        .collect();
     let images: Vec<_> = chosen
         .par_iter()
         .map(|grasp| {
@@ -44,20 +61,39 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             x.extend(&grasp.joints_rad);
             let mut posed = PosedHand::default();
             hand.pose(&x, &mut posed);
-            let mut scene = Scene::new();
-            scene.mesh(skin.pose(&posed), skin.triangles.clone(), SKIN);
-            scene.mesh(object.mesh.vertices().to_vec(), object.mesh.triangles().to_vec(), OBJECT);
-            for &contact in &grasp.contacts {
-                scene.ball(&posed.points[contact as usize], 0.005, CONTACT);
-            }
-            let up = Vector3::z();
-            scene.render(&scene.best_direction(&up, CONTACT), &up, 300, 300)
+            let surface = |vertices, triangles: &[[u32; 3]], colour| Surface {
+                vertices,
+                triangles: triangles.to_vec(),
+                colour,
+            };
+            let marker = |&contact: &u32| Marker {
+                centre: posed.points[contact as usize],
+                radius_m: 0.005,
+                colour: CONTACT,
+            };
+            let scene = Scene {
+                surfaces: vec![
+                    surface(skin.pose(&posed), &skin.triangles, SKIN),
+                    surface(
+                        object.mesh.vertices().to_vec(),
+                        object.mesh.triangles(),
+                        OBJECT,
+                    ),
+                ],
+                markers: grasp.contacts.iter().map(marker).collect(),
+            };
+            scene.render(&scene.best_camera(Vector3::z()), 300, 300)
         })
         .collect();
     let captions: Vec<String> = chosen
         .iter()
         .map(|grasp| format!("{}   E {:.3}", grasp.id, grasp.energy))
         .collect();
-    contact_sheet(&images, &captions, COLUMNS, "figures/grasp_sheet.png".as_ref())?;
+    contact_sheet(
+        &images,
+        &captions,
+        COLUMNS,
+        "figures/grasp_sheet.png".as_ref(),
+    )?;
     Ok(())
 }

@@ -1,69 +1,78 @@
 //! The human hand open, at rest, as a fist, pinching and in a tripod, from two sides → figures/hand_poses.png
 
-use landscape::figure::scene::Scene;
-use landscape::figure::sheet::contact_sheet;
+use landscape::figure::{Scene, Surface, contact_sheet};
 use landscape::grasp::hand::{Hand, PosedHand};
-use nalgebra::Vector3;
-
 /// Joint angles in degrees that differ from the rest pose; `*` stands for all others.
 const POSES: [(&str, &[(&str, f64)]); 5] = [
-    ("open", &[
-        ("*", 0.0),
-        ("thumb_cmc_flexion", -8.0),
-        ("thumb_cmc_abduction", 8.0),
-        ("index_mcp_abduction", 7.0),
-        ("ring_mcp_abduction", -7.0),
-        ("little_mcp_abduction", -14.0),
-    ]),
+    (
+        "open",
+        &[
+            ("*", 0.0),
+            ("thumb_cmc_flexion", -8.0),
+            ("thumb_cmc_abduction", 8.0),
+            ("index_mcp_abduction", 7.0),
+            ("ring_mcp_abduction", -7.0),
+            ("little_mcp_abduction", -14.0),
+        ],
+    ),
     ("rest", &[]),
-    ("fist", &[
-        ("thumb_cmc_flexion", 10.0),
-        ("thumb_cmc_abduction", 45.0),
-        ("thumb_mcp_abduction", 10.0),
-        ("thumb_mcp_flexion", 10.0),
-        ("thumb_ip_flexion", 66.0),
-        ("index_mcp_abduction", 2.0),
-        ("index_mcp_flexion", 68.0),
-        ("index_pip_flexion", 105.0),
-        ("index_dip_flexion", 60.0),
-        ("middle_mcp_flexion", 76.0),
-        ("middle_pip_flexion", 89.0),
-        ("middle_dip_flexion", 57.0),
-        ("ring_mcp_abduction", -4.0),
-        ("ring_mcp_flexion", 84.0),
-        ("ring_pip_flexion", 103.0),
-        ("ring_dip_flexion", 55.0),
-        ("little_mcp_abduction", -7.0),
-        ("little_mcp_flexion", 85.0),
-        ("little_pip_flexion", 100.0),
-        ("little_dip_flexion", 56.0),
-    ]),
-    ("pinch", &[
-        ("thumb_cmc_flexion", 21.0),
-        ("thumb_cmc_abduction", 32.0),
-        ("thumb_mcp_abduction", 0.0),
-        ("thumb_mcp_flexion", 6.0),
-        ("thumb_ip_flexion", -5.0),
-        ("index_mcp_abduction", -8.0),
-        ("index_mcp_flexion", 44.0),
-        ("index_pip_flexion", 40.0),
-        ("index_dip_flexion", 23.0),
-    ]),
-    ("tripod", &[
-        ("thumb_cmc_flexion", 23.0),
-        ("thumb_cmc_abduction", 32.0),
-        ("thumb_mcp_abduction", 1.0),
-        ("thumb_mcp_flexion", 8.0),
-        ("thumb_ip_flexion", -7.0),
-        ("index_mcp_abduction", -4.0),
-        ("index_mcp_flexion", 39.0),
-        ("index_pip_flexion", 46.0),
-        ("index_dip_flexion", 24.0),
-        ("middle_mcp_abduction", -2.0),
-        ("middle_mcp_flexion", 43.0),
-        ("middle_pip_flexion", 55.0),
-        ("middle_dip_flexion", 22.0),
-    ]),
+    (
+        "fist",
+        &[
+            ("thumb_cmc_flexion", 10.0),
+            ("thumb_cmc_abduction", 45.0),
+            ("thumb_mcp_abduction", 10.0),
+            ("thumb_mcp_flexion", 10.0),
+            ("thumb_ip_flexion", 66.0),
+            ("index_mcp_abduction", 2.0),
+            ("index_mcp_flexion", 68.0),
+            ("index_pip_flexion", 105.0),
+            ("index_dip_flexion", 60.0),
+            ("middle_mcp_flexion", 76.0),
+            ("middle_pip_flexion", 89.0),
+            ("middle_dip_flexion", 57.0),
+            ("ring_mcp_abduction", -4.0),
+            ("ring_mcp_flexion", 84.0),
+            ("ring_pip_flexion", 103.0),
+            ("ring_dip_flexion", 55.0),
+            ("little_mcp_abduction", -7.0),
+            ("little_mcp_flexion", 85.0),
+            ("little_pip_flexion", 100.0),
+            ("little_dip_flexion", 56.0),
+        ],
+    ),
+    (
+        "pinch",
+        &[
+            ("thumb_cmc_flexion", 21.0),
+            ("thumb_cmc_abduction", 32.0),
+            ("thumb_mcp_abduction", 0.0),
+            ("thumb_mcp_flexion", 6.0),
+            ("thumb_ip_flexion", -5.0),
+            ("index_mcp_abduction", -8.0),
+            ("index_mcp_flexion", 44.0),
+            ("index_pip_flexion", 40.0),
+            ("index_dip_flexion", 23.0),
+        ],
+    ),
+    (
+        "tripod",
+        &[
+            ("thumb_cmc_flexion", 23.0),
+            ("thumb_cmc_abduction", 32.0),
+            ("thumb_mcp_abduction", 1.0),
+            ("thumb_mcp_flexion", 8.0),
+            ("thumb_ip_flexion", -7.0),
+            ("index_mcp_abduction", -4.0),
+            ("index_mcp_flexion", 39.0),
+            ("index_pip_flexion", 46.0),
+            ("index_dip_flexion", 24.0),
+            ("middle_mcp_abduction", -2.0),
+            ("middle_mcp_flexion", 43.0),
+            ("middle_pip_flexion", 55.0),
+            ("middle_dip_flexion", 22.0),
+        ],
+    ),
 ];
 
 const SKIN: [u8; 3] = [232, 190, 162];
@@ -72,8 +81,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let hand = Hand::human();
     let skin = hand.skin();
     let (mut images, mut captions) = (Vec::new(), Vec::new());
-    let views = [("palm", -hand.palm.volar), ("thumb side", hand.palm.volar.cross(&hand.palm.distal))];
-    for (side, direction) in views {
+    let distal = hand.palm.distal;
+    let thumb_side = distal.cross(&hand.palm.volar);
+    for (side, toward_eye) in [("palm", hand.palm.volar), ("thumb side", thumb_side)] {
         for (name, angles) in POSES {
             let mut x = hand.rest_coordinates();
             for (joint, degrees) in angles {
@@ -84,14 +94,25 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             }
             let mut posed = PosedHand::default();
             hand.pose(&x, &mut posed);
-            let mut scene = Scene::new();
-            scene.mesh(skin.pose(&posed), skin.triangles.clone(), SKIN);
+            let scene = Scene {
+                surfaces: vec![Surface {
+                    vertices: skin.pose(&posed),
+                    triangles: skin.triangles.clone(),
+                    colour: SKIN,
+                }],
+                markers: Vec::new(),
+            };
             // A little from above, so that depth is seen.
-            let direction = direction - Vector3::from(hand.palm.distal) * 0.25;
-            images.push(scene.render(&direction, &hand.palm.distal, 420, 480));
+            let camera = scene.framed(toward_eye + distal * 0.25, distal);
+            images.push(scene.render(&camera, 420, 460));
             captions.push(format!("{name}, {side}"));
         }
     }
-    contact_sheet(&images, &captions, POSES.len(), "figures/hand_poses.png".as_ref())?;
+    contact_sheet(
+        &images,
+        &captions,
+        POSES.len(),
+        "figures/hand_poses.png".as_ref(),
+    )?;
     Ok(())
 }

@@ -1,4 +1,45 @@
 //! Shows how diverse a population of grasps really is.
+//!
+//! Two halves, one contract. [`grasp`] turns a hand and an object into an energy and samples it; [`topography`] maps *any*
+//! energy: its minima, the lowest passes between them, the tree of merges. They meet only in the traits of [`space`],
+//! [`energy`] and [`sample`].
+//!
+//! | to … | look at |
+//! |---|---|
+//! | say what "move" and "towards" mean | [`space::Space`] |
+//! | bring an energy of your own | [`energy::Energy`]; reference surfaces in [`energy::model`] |
+//! | descend to a minimum | [`optimize::quench`] |
+//! | draw samples | [`sample::Kernel`], [`sample::Mala`] |
+//! | build the energy of a hand on an object | [`grasp::GraspEnergy`], [`grasp::hand::Hand`], [`grasp::object::Object`] |
+//! | synthesize and judge grasps | [`grasp::synthesis::synthesize`], [`grasp::judge`], [`grasp::closure`] |
+//! | map a landscape | [`topography::quench_all`], [`topography::distinct`], [`topography::map()`] |
+//! | draw it | [`figure::DisconnectivityPicture`], [`figure::BarrierPicture`], [`figure::Scene`] |
+//! | read and write files | [`store`] |
+//!
+//! # Example
+//! The Müller–Brown surface from four starting points: three minima, and the pass at −40.66 between the two lowest.
+//!
+//! ```
+//! # #[cfg(feature = "topography")] {
+//! use landscape::energy::model::MullerBrown;
+//! use landscape::optimize::QuenchSettings;
+//! use landscape::sample::Mala;
+//! use landscape::topography::{
+//!     MapSettings, MinimumId, NoJournal, Sameness, distinct, map, quench_all, silent,
+//! };
+//!
+//! let energy = MullerBrown::new();
+//! let starts = [[-0.7, 1.2], [0.5, 0.1], [-0.1, 0.5], [0.8, 0.0]].map(|x| x.to_vec());
+//! let quenches = quench_all(&energy, &starts, &QuenchSettings::default(), &NoJournal, &silent);
+//! let (minima, _) = distinct(&energy, &quenches, &Sameness::default(), 1e-6);
+//! assert_eq!(minima.len(), 3);
+//!
+//! let settings = MapSettings::for_minima(&energy, &minima);
+//! let landscape = map(&energy, &Mala::new(&energy), minima, &settings, &NoJournal, &silent);
+//! let height = landscape.tree.minimax(MinimumId(0), MinimumId(1)).unwrap();
+//! assert!((height + 40.664844).abs() < 1e-5);
+//! # }
+//! ```
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 pub mod energy;

@@ -37,14 +37,63 @@ fn cases() -> Vec<(&'static str, EnergySettings)> {
     vec![
         ("default", EnergySettings::default()),
         ("paper", EnergySettings::paper()),
-        ("force closure", EnergySettings { force_closure_weight: 1.0, ..none() }),
-        ("rank", EnergySettings { rank_weight: 1.0, rank_epsilon: 2.0, ..none() }),
-        ("distance", EnergySettings { distance_weight: 1.0, ..none() }),
-        ("penetration", EnergySettings { penetration_weight: 1.0, ..none() }),
-        ("intrusion", EnergySettings { intrusion_weight: 1.0, ..none() }),
-        ("self-penetration", EnergySettings { self_penetration_weight: 1.0, ..none() }),
-        ("joint limits", EnergySettings { joint_limits_weight: 1.0, ..none() }),
-        ("prior", EnergySettings { prior_weight: 1.0, ..none() }),
+        (
+            "force closure",
+            EnergySettings {
+                force_closure_weight: 1.0,
+                ..none()
+            },
+        ),
+        (
+            "rank",
+            EnergySettings {
+                rank_weight: 1.0,
+                rank_epsilon: 2.0,
+                ..none()
+            },
+        ),
+        (
+            "distance",
+            EnergySettings {
+                distance_weight: 1.0,
+                ..none()
+            },
+        ),
+        (
+            "penetration",
+            EnergySettings {
+                penetration_weight: 1.0,
+                ..none()
+            },
+        ),
+        (
+            "intrusion",
+            EnergySettings {
+                intrusion_weight: 1.0,
+                ..none()
+            },
+        ),
+        (
+            "self-penetration",
+            EnergySettings {
+                self_penetration_weight: 1.0,
+                ..none()
+            },
+        ),
+        (
+            "joint limits",
+            EnergySettings {
+                joint_limits_weight: 1.0,
+                ..none()
+            },
+        ),
+        (
+            "prior",
+            EnergySettings {
+                prior_weight: 1.0,
+                ..none()
+            },
+        ),
     ]
 }
 
@@ -52,7 +101,10 @@ fn cases() -> Vec<(&'static str, EnergySettings)> {
 fn pose(hand: &Hand, object: &Object, space: &dyn Space, rng: &mut Rng) -> Vec<f64> {
     let mut x = start_pose(hand, object, rng);
     let scales = space.step_scales();
-    let tangent: Vec<f64> = scales.iter().map(|s| s * rng.random_range(-0.03..0.03)).collect();
+    let tangent: Vec<f64> = scales
+        .iter()
+        .map(|s| s * rng.random_range(-0.03..0.03))
+        .collect();
     space.shift(&mut x, &tangent);
     x
 }
@@ -86,9 +138,14 @@ fn every_term_is_differentiated_correctly() {
                 let value = energy.evaluate_choice(&x, &choice, &mut gradient);
                 assert!(value.is_finite(), "{name}");
                 let sum: f64 = energy.terms_of(&x, &choice).iter().map(|(_, v)| v).sum();
-                assert!((sum - value).abs() <= 1e-9 * (1.0 + value.abs()), "{name}: {sum} {value}");
+                assert!(
+                    (sum - value).abs() <= 1e-9 * (1.0 + value.abs()),
+                    "{name}: {sum} {value}"
+                );
                 seen = gradient.iter().fold(seen, |s, g| s.max(g.abs()));
-                let size = gradient.iter().fold(1.0 + value.abs(), |s, g| s.max(g.abs()));
+                let size = gradient
+                    .iter()
+                    .fold(1.0 + value.abs(), |s, g| s.max(g.abs()));
                 for k in 0..gradient.len() {
                     let step = 1e-7 * scales[k];
                     let mut at = |length: f64| {
@@ -137,7 +194,8 @@ fn least_contact_energy(energy: &GraspEnergy, x: &[f64], settings: &EnergySettin
             let chosen: Vec<_> = set.iter().map(|&i| contacts[i]).collect();
             let rounding = settings.force_closure_rounding;
             let closure = net_wrench(&chosen).hypot(rounding) - rounding;
-            let total = set.iter().map(|&i| own[i]).sum::<f64>() + settings.force_closure_weight * closure;
+            let total =
+                set.iter().map(|&i| own[i]).sum::<f64>() + settings.force_closure_weight * closure;
             least = least.min(total);
         } else {
             for i in from..contacts.len() {
@@ -152,7 +210,10 @@ fn least_contact_energy(energy: &GraspEnergy, x: &[f64], settings: &EnergySettin
 
 fn compare_with_brute_force(stride: usize, contacts: usize, poses: usize, off_m: f64) {
     let hand = Arc::new(HAND.thinned(stride));
-    let settings = EnergySettings { contacts, ..EnergySettings::default() };
+    let settings = EnergySettings {
+        contacts,
+        ..EnergySettings::default()
+    };
     let energy = GraspEnergy::new(hand.clone(), BOTTLE.clone(), settings).unwrap();
     let mut rng = stream(7, Task::Start, stride as u64);
     for n in 0..poses {
@@ -169,7 +230,10 @@ fn compare_with_brute_force(stride: usize, contacts: usize, poses: usize, off_m:
             .map(|(_, value)| value)
             .sum();
         let least = least_contact_energy(&energy, &x, &settings);
-        assert!((found - least).abs() < 1e-9, "pose {n}: {found}, brute force {least}");
+        assert!(
+            (found - least).abs() < 1e-9,
+            "pose {n}: {found}, brute force {least}"
+        );
     }
 }
 
@@ -198,14 +262,17 @@ fn envelope_is_the_minimum_over_quadruples_of_many_points() {
 /// What was evaluated before makes an evaluation faster, never different.
 #[test]
 fn the_envelope_has_no_memory() {
-    let fresh = || GraspEnergy::new(HAND.clone(), BOTTLE.clone(), EnergySettings::default()).unwrap();
+    let fresh =
+        || GraspEnergy::new(HAND.clone(), BOTTLE.clone(), EnergySettings::default()).unwrap();
     let used = fresh();
     let mut rng = stream(3, Task::Start, 0);
     let mut x = start_pose(&HAND, &BOTTLE, &mut rng);
     let mut gradient = vec![0.0; used.space().tangents()];
     for n in 0..60 {
         let size = if n % 10 == 0 { 0.05 } else { 5e-4 };
-        let tangent: Vec<f64> = (0..gradient.len()).map(|_| rng.random_range(-size..size)).collect();
+        let tangent: Vec<f64> = (0..gradient.len())
+            .map(|_| rng.random_range(-size..size))
+            .collect();
         used.space().shift(&mut x, &tangent);
         let value = used.evaluate(&x, &mut gradient);
         let mut other = vec![0.0; gradient.len()];
@@ -233,7 +300,10 @@ fn leaving_early_keeps_its_promise() {
             if value <= cutoff {
                 assert_eq!(below.to_bits(), value.to_bits());
             } else {
-                assert!(below > cutoff && below <= value + 1e-12, "{below} {value} {cutoff}");
+                assert!(
+                    below > cutoff && below <= value + 1e-12,
+                    "{below} {value} {cutoff}"
+                );
             }
         }
     }

@@ -90,7 +90,12 @@ pub(super) struct Synth {
     #[arg(long, default_value_t = 0)]
     pub(super) seed: u64,
     /// Energy and sampler: `default` (smooth, physical) or `paper` (as published).
-    #[arg(long, default_value = "default", value_name = "NAME", conflicts_with = "config")]
+    #[arg(
+        long,
+        default_value = "default",
+        value_name = "NAME",
+        conflicts_with = "config"
+    )]
     pub(super) preset: String,
     /// Experiment file (TOML) with the sections [energy] and [synthesis]; see data/experiments.
     #[arg(long, value_name = "FILE")]

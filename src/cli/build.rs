@@ -24,7 +24,11 @@ use crate::topography::{
 
 pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
     let overrides = Overrides {
-        hand: command.hand.as_deref().map(models::hand_metadata).transpose()?,
+        hand: command
+            .hand
+            .as_deref()
+            .map(models::hand_metadata)
+            .transpose()?,
         object: match &command.object {
             Some(flag) => Some(models::object_metadata(flag)?.1),
             None => None,
@@ -37,14 +41,24 @@ pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
             complain(&format!("warning: {warning}"));
         }
         if warnings.len() > 5 {
-            complain(&format!("warning: … and {} more like these", warnings.len() - 5));
+            complain(&format!(
+                "warning: … and {} more like these",
+                warnings.len() - 5
+            ));
         }
     }
     let populations = file.landscapes();
     for population in &populations {
         let folder = folder(command, population, populations.len() > 1)?;
-        build(command, common, &file, population, &folder, warnings.clone())
-            .with_context(|| format!("{}", command.grasps.display()))?;
+        build(
+            command,
+            common,
+            &file,
+            population,
+            &folder,
+            warnings.clone(),
+        )
+        .with_context(|| format!("{}", command.grasps.display()))?;
     }
     Ok(())
 }
@@ -56,7 +70,9 @@ fn folder(command: &Build, population: &Population<'_>, several: bool) -> anyhow
         None => command.grasps.with_extension("landscape"),
     };
     if several {
-        let stem = folder.file_stem().context("--output: a folder name is needed")?;
+        let stem = folder
+            .file_stem()
+            .context("--output: a folder name is needed")?;
         let name = format!(
             "{}.{}.{}.{}.landscape",
             stem.to_string_lossy(),
@@ -189,7 +205,9 @@ fn build(
             x
         })
         .collect();
-    let quenches = quench_all(&energy, &starts, &settings.quench, &journal, &|p| watch.see(p));
+    let quenches = quench_all(&energy, &starts, &settings.quench, &journal, &|p| {
+        watch.see(p)
+    });
     let quench_evaluations: usize = quenches.iter().map(|quench| quench.evaluations).sum();
     let (minima, _) = distinct(&energy, &quenches, &settings.sameness, f64::INFINITY);
     watch.lap("quench", quench_evaluations);
@@ -198,9 +216,16 @@ fn build(
         "all {} grasps lie in one minimum: there is nothing to connect",
         grasps.len()
     );
-    let landscape = map(&energy, &kernel, minima, &settings, &journal, &|p| watch.see(p));
+    let landscape = map(&energy, &kernel, minima, &settings, &journal, &|p| {
+        watch.see(p)
+    });
     watch.lap("connect", landscape.evaluations);
-    if let Some(error) = journal.failure.lock().unwrap_or_else(PoisonError::into_inner).take() {
+    if let Some(error) = journal
+        .failure
+        .lock()
+        .unwrap_or_else(PoisonError::into_inner)
+        .take()
+    {
         return Err(error.into());
     }
     // Minima from all heights of the landscape: as many as a second pays for.
@@ -237,7 +262,10 @@ fn build(
     };
     let files = tables(&mapped)?;
     files.write(&folder)?;
-    folder.write("tree.nwk", topography::newick(&landscape.tree, |id| format!("m{}", id.0)).as_bytes())?;
+    folder.write(
+        "tree.nwk",
+        topography::newick(&landscape.tree, |id| format!("m{}", id.0)).as_bytes(),
+    )?;
     folder.write(
         "barriers.graphml",
         topography::graphml(&landscape.network, |id| format!("m{}", id.0)).as_bytes(),
@@ -257,8 +285,14 @@ fn build(
 }
 
 fn command_line(command: &Build, settings: &MapSettings) -> String {
-    let name = command.grasps.file_name().unwrap_or_default().to_string_lossy();
-    let first = command.first.map_or(String::new(), |n| format!(" --first {n}"));
+    let name = command
+        .grasps
+        .file_name()
+        .unwrap_or_default()
+        .to_string_lossy();
+    let first = command
+        .first
+        .map_or(String::new(), |n| format!(" --first {n}"));
     format!(
         "landscape build {name} --neighbours {} --temperature {} --force {} --seed {}{first}",
         settings.neighbours, settings.chain.temperature, settings.chain.force, command.seed
@@ -308,7 +342,12 @@ impl Watch {
     }
 
     fn lap(&mut self, name: &str, evaluations: usize) {
-        if let Some((_, bar)) = self.bar.get_mut().unwrap_or_else(PoisonError::into_inner).take() {
+        if let Some((_, bar)) = self
+            .bar
+            .get_mut()
+            .unwrap_or_else(PoisonError::into_inner)
+            .take()
+        {
             bar.finish_and_clear();
         }
         let before: f64 = self.phases.iter().map(|phase| phase.seconds).sum();

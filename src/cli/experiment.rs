@@ -17,7 +17,10 @@ pub(super) struct Experiment {
 }
 
 const PRESETS: [(&str, &str); 2] = [
-    ("default", include_str!("../../data/experiments/default.toml")),
+    (
+        "default",
+        include_str!("../../data/experiments/default.toml"),
+    ),
     ("paper", include_str!("../../data/experiments/paper.toml")),
 ];
 
@@ -35,8 +38,8 @@ impl Experiment {
     pub(super) fn read(path: &Path) -> anyhow::Result<Self> {
         let text = std::fs::read_to_string(path)
             .with_context(|| format!("cannot read {}", path.display()))?;
-        let experiment: Self =
-            toml::from_str(&text).with_context(|| format!("{} is not an experiment", path.display()))?;
+        let experiment: Self = toml::from_str(&text)
+            .with_context(|| format!("{} is not an experiment", path.display()))?;
         experiment
             .energy
             .validate()
@@ -55,7 +58,10 @@ mod tests {
 
     #[test]
     fn presets_are_the_library_defaults() {
-        assert_eq!(Experiment::preset("default").unwrap(), Experiment::default());
+        assert_eq!(
+            Experiment::preset("default").unwrap(),
+            Experiment::default()
+        );
         let paper = Experiment {
             energy: EnergySettings::paper(),
             synthesis: SynthesisSettings::paper(),

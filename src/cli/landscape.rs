@@ -65,11 +65,19 @@ impl Mapped<'_> {
     /// The edges that make the tree, by rising height.
     fn merges(&self) -> Vec<Merge> {
         let network = &self.landscape.network;
-        let energies: Vec<f64> = network.node_weights().map(|minimum| minimum.energy).collect();
+        let energies: Vec<f64> = network
+            .node_weights()
+            .map(|minimum| minimum.energy)
+            .collect();
         let mut bottom = energies.clone();
         let mut sets = petgraph::unionfind::UnionFind::new(energies.len());
         let mut edges: Vec<_> = decisive(network, Evidence::Chain);
-        edges.sort_by(|a, b| network[*a].height.total_cmp(&network[*b].height).then(a.cmp(b)));
+        edges.sort_by(|a, b| {
+            network[*a]
+                .height
+                .total_cmp(&network[*b].height)
+                .then(a.cmp(b))
+        });
         let mut merges = Vec::new();
         for edge in edges {
             let Some((a, b)) = network.edge_endpoints(edge) else {
@@ -114,12 +122,21 @@ pub(super) fn tables(mapped: &Mapped<'_>) -> anyhow::Result<LandscapeFiles> {
             energy: minimum.energy,
             coordinates: minimum.coordinates.clone(),
             choice: minimum.choice.clone(),
-            members: minimum.members.iter().map(|&row| mapped.grasps[row].id).collect(),
-            group: *group as u64,
-            labels: tally(minimum.members.iter().filter_map(|&row| label_of(mapped.grasps[row])))
-                .into_iter()
-                .map(|(label, count)| (label, count as u64))
+            members: minimum
+                .members
+                .iter()
+                .map(|&row| mapped.grasps[row].id)
                 .collect(),
+            group: *group as u64,
+            labels: tally(
+                minimum
+                    .members
+                    .iter()
+                    .filter_map(|&row| label_of(mapped.grasps[row])),
+            )
+            .into_iter()
+            .map(|(label, count)| (label, count as u64))
+            .collect(),
         })
         .collect();
     let least = |barriers: &[Option<f64>]| barriers.iter().flatten().copied().reduce(f64::min);
@@ -128,7 +145,9 @@ pub(super) fn tables(mapped: &Mapped<'_>) -> anyhow::Result<LandscapeFiles> {
         .zip(&mapped.landscape.connections)
         .map(|(edge, connection)| {
             let weight = edge.weight();
-            let floor = network[edge.source()].energy.max(network[edge.target()].energy);
+            let floor = network[edge.source()]
+                .energy
+                .max(network[edge.target()].energy);
             let height = weight.height.is_finite().then_some(weight.height);
             EdgeRow {
                 a: edge.source().index() as u64,
@@ -195,9 +214,14 @@ fn manifest(mapped: &Mapped<'_>, pairs: usize) -> anyhow::Result<Manifest> {
     );
     findings.insert(
         "dominating_terms_of_merges".to_owned(),
-        serde_json::to_value(tally(merges.iter().filter_map(|merge| merge.term.as_deref())))?,
+        serde_json::to_value(tally(
+            merges.iter().filter_map(|merge| merge.term.as_deref()),
+        ))?,
     );
-    findings.insert("group_scan".to_owned(), serde_json::to_value(&landscape.groups.scan)?);
+    findings.insert(
+        "group_scan".to_owned(),
+        serde_json::to_value(&landscape.groups.scan)?,
+    );
     Ok(Manifest {
         program_version: env!("CARGO_PKG_VERSION").to_owned(),
         command: mapped.command.clone(),
@@ -242,7 +266,10 @@ fn warnings(mapped: &Mapped<'_>, merges: &[Merge]) -> Vec<String> {
             hover.quartiles[1]
         ));
     }
-    let unrelaxed = merges.iter().filter(|merge| merge.evidence > Evidence::Path).count();
+    let unrelaxed = merges
+        .iter()
+        .filter(|merge| merge.evidence > Evidence::Path)
+        .count();
     if unrelaxed > 0 {
         warnings.push(format!(
             "{unrelaxed} of {} merges rest on an upper bound (evidence `chain`): drawn dashed, listed in summary.md",
@@ -322,10 +349,14 @@ pub(super) fn summary(mapped: &Mapped<'_>, files: &LandscapeFiles) -> String {
         counts.components - 1
     ));
     let spell = |counts: &[(String, usize)]| {
-        let parts: Vec<String> = counts.iter().map(|(name, n)| format!("{n} {name}")).collect();
+        let parts: Vec<String> = counts
+            .iter()
+            .map(|(name, n)| format!("{n} {name}"))
+            .collect();
         parts.join(", ")
     };
-    let evidence: Vec<(String, usize)> = tally(files.edges.iter().map(|edge| edge.evidence.as_str()));
+    let evidence: Vec<(String, usize)> =
+        tally(files.edges.iter().map(|edge| edge.evidence.as_str()));
     line(format!("- evidence of connections: {}", spell(&evidence)));
     line(format!(
         "- evidence of merges: {}",
@@ -333,7 +364,9 @@ pub(super) fn summary(mapped: &Mapped<'_>, files: &LandscapeFiles) -> String {
     ));
     line(format!(
         "- what dominates the tops of merges: {}",
-        spell(&tally(merges.iter().filter_map(|merge| merge.term.as_deref())))
+        spell(&tally(
+            merges.iter().filter_map(|merge| merge.term.as_deref())
+        ))
     ));
     if let Some(depth) = median(merges.iter().map(|merge| merge.depth).collect()) {
         line(format!("- median merge depth: {depth:.3}"));
@@ -373,7 +406,11 @@ pub(super) fn summary(mapped: &Mapped<'_>, files: &LandscapeFiles) -> String {
     for (group, members, grasps) in groups.into_iter().take(12) {
         let rows: Vec<usize> = members
             .iter()
-            .flat_map(|id| network[petgraph::graph::NodeIndex::new(id.0)].members.clone())
+            .flat_map(|id| {
+                network[petgraph::graph::NodeIndex::new(id.0)]
+                    .members
+                    .clone()
+            })
             .collect();
         let lowest = members
             .iter()
@@ -385,7 +422,10 @@ pub(super) fn summary(mapped: &Mapped<'_>, files: &LandscapeFiles) -> String {
             mapped.label(&rows).unwrap_or_default()
         ));
     }
-    let bounds: Vec<&Merge> = merges.iter().filter(|m| m.evidence > Evidence::Path).collect();
+    let bounds: Vec<&Merge> = merges
+        .iter()
+        .filter(|m| m.evidence > Evidence::Path)
+        .collect();
     if !bounds.is_empty() {
         line("\n## Merges that rest on an upper bound\n".to_owned());
         line("| minima | height | dominating term |\n|---|---|---|".to_owned());
@@ -400,6 +440,10 @@ pub(super) fn summary(mapped: &Mapped<'_>, files: &LandscapeFiles) -> String {
         }
     }
     let mut text = text;
-    let _ = write!(text, "\nMade by `{}`, landscape {}.\n", manifest.command, manifest.program_version);
+    let _ = write!(
+        text,
+        "\nMade by `{}`, landscape {}.\n",
+        manifest.command, manifest.program_version
+    );
     text
 }

@@ -21,10 +21,13 @@ use args::{Arguments, Command};
 /// Runs the command line of this process.
 pub fn run() -> ExitCode {
     let arguments = Arguments::parse();
-    let result = arguments.common.threads().and_then(|()| match &arguments.command {
-        Command::Synth(command) => synth::run(command, &arguments.common),
-        Command::Build(command) => build::run(command, &arguments.common),
-    });
+    let result = arguments
+        .common
+        .threads()
+        .and_then(|()| match &arguments.command {
+            Command::Synth(command) => synth::run(command, &arguments.common),
+            Command::Build(command) => build::run(command, &arguments.common),
+        });
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {

@@ -29,8 +29,17 @@ pub(super) fn hand_metadata(flag: &str) -> anyhow::Result<HandMetadata> {
             path.exists(),
             "--hand {flag}: neither a file nor a hand that comes with the program (human)"
         );
-        let file_name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let file_name = |path: &Path| {
+            path.file_name()
+                .unwrap_or_default()
+                .to_string_lossy()
+                .into_owned()
+        };
+        name = path
+            .file_stem()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
         files.push(text_file(&file_name(path), &read(path)?));
         let side = path.with_extension("json");
         if side.exists() {
@@ -39,7 +48,12 @@ pub(super) fn hand_metadata(flag: &str) -> anyhow::Result<HandMetadata> {
     }
     let mut metadata = HandMetadata {
         name,
-        content_hash: content_hash(&files.iter().map(|file| file.text.as_bytes()).collect::<Vec<_>>()),
+        content_hash: content_hash(
+            &files
+                .iter()
+                .map(|file| file.text.as_bytes())
+                .collect::<Vec<_>>(),
+        ),
         description: files,
         ..HandMetadata::default()
     };

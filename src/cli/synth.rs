@@ -27,7 +27,10 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
     if let Some(contacts) = command.contacts {
         experiment.energy.contacts = contacts;
     }
-    anyhow::ensure!(command.spread != Some(0), "--spread 0: at least one grasp is to be kept");
+    anyhow::ensure!(
+        command.spread != Some(0),
+        "--spread 0: at least one grasp is to be kept"
+    );
     anyhow::ensure!(command.chains > 0, "-n 0: at least one chain is needed");
     let hand = models::hand_metadata(&command.hand)?;
     let (object, object_metadata) = models::object_metadata(&command.object)?;
@@ -44,7 +47,9 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
         .into_par_iter()
         .map(|chain| {
             let key = format!("chain {chain}");
-            let done = journal.get(&key).and_then(|bytes| serde_json::from_slice(&bytes).ok());
+            let done = journal
+                .get(&key)
+                .and_then(|bytes| serde_json::from_slice(&bytes).ok());
             let end: Synthesized = match done {
                 Some(end) => end,
                 None => {
@@ -73,7 +78,12 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
     if let Some(limit) = command.spread {
         let (places, costs): (Vec<_>, Vec<_>) = passed
             .iter()
-            .map(|(end, _)| (energy.contact_centre(&end.refined, &end.contacts), end.energy))
+            .map(|(end, _)| {
+                (
+                    energy.contact_centre(&end.refined, &end.contacts),
+                    end.energy,
+                )
+            })
             .unzip();
         let chosen = spread(&places, &costs, &energy.object().symmetry, limit);
         passed = chosen.into_iter().map(|i| passed[i]).collect();
@@ -83,7 +93,11 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
         .map(|(end, judgement)| row(&energy, &metadata, command, end, judgement))
         .collect();
     if !common.quiet {
-        print(&summary(&chains, kept.len(), started.elapsed().as_secs_f64()));
+        print(&summary(
+            &chains,
+            kept.len(),
+            started.elapsed().as_secs_f64(),
+        ));
     }
     anyhow::ensure!(
         !kept.is_empty(),
@@ -120,7 +134,9 @@ fn metadata(
         Keep::Published => "published",
         Keep::All => "all",
     };
-    let spread = command.spread.map_or(String::new(), |n| format!(" --spread {n}"));
+    let spread = command
+        .spread
+        .map_or(String::new(), |n| format!(" --spread {n}"));
     Ok(Metadata {
         schema_version: SCHEMA_VERSION,
         program_version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -179,7 +195,12 @@ fn row(
 
 fn summary(chains: &[(Synthesized, Judgement)], kept: usize, seconds: f64) -> String {
     let total = chains.len();
-    let share = |count: usize| format!("{count} of {total} ({:.0} %)", 100.0 * count as f64 / total as f64);
+    let share = |count: usize| {
+        format!(
+            "{count} of {total} ({:.0} %)",
+            100.0 * count as f64 / total as f64
+        )
+    };
     let count = |test: fn(&Judgement) -> bool| chains.iter().filter(|(_, j)| test(j)).count();
     let evaluations: u64 = chains.iter().map(|(end, _)| end.evaluations).sum();
     let mut text = format!(

@@ -605,7 +605,11 @@ impl GraspEnergy {
     pub fn clearance_m(&self, x: &[f64]) -> f64 {
         self.with_scratch(|scratch| {
             self.pose(x, scratch);
-            let distances = scratch.posed.points.iter().map(|p| self.object.shape.distance(p));
+            let distances = scratch
+                .posed
+                .points
+                .iter()
+                .map(|p| self.object.shape.distance(p));
             distances.fold(f64::INFINITY, f64::min)
         })
     }
@@ -614,7 +618,9 @@ impl GraspEnergy {
     pub fn contact_centre(&self, x: &[f64], choice: &[u32]) -> Vector3<f64> {
         self.with_scratch(|scratch| {
             self.pose(x, scratch);
-            let points = choice.iter().map(|&index| scratch.posed.points[index as usize]);
+            let points = choice
+                .iter()
+                .map(|&index| scratch.posed.points[index as usize]);
             points.sum::<Vector3<f64>>() / choice.len().max(1) as f64
         })
     }

@@ -40,9 +40,12 @@ pub fn hover_costs(
         .iter()
         .map(|&clearance_m| {
             let weight = STIFFNESS * energy.settings().distance_weight.max(1.0);
-            let held_off =
-                GraspEnergy::new(energy.hand().clone(), energy.object().clone(), *energy.settings())?
-                    .with_clearance(clearance_m, weight);
+            let held_off = GraspEnergy::new(
+                energy.hand().clone(),
+                energy.object().clone(),
+                *energy.settings(),
+            )?
+            .with_clearance(clearance_m, weight);
             let costs: Vec<(f64, f64)> = minima
                 .par_iter()
                 .map(|minimum| {

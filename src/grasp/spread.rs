@@ -27,14 +27,19 @@ pub fn spread(
             .map(|&j| ((places[i] - places[j]).norm_squared(), j))
             .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))
     };
-    let mut neighbour: Vec<Option<(f64, usize)>> = (0..points.len()).map(|i| nearest(i, &left)).collect();
+    let mut neighbour: Vec<Option<(f64, usize)>> =
+        (0..points.len()).map(|i| nearest(i, &left)).collect();
     while left.len() > keep.max(1) {
         let closest = left
             .iter()
             .filter_map(|&i| neighbour[i].map(|(d, j)| (d, i, j)))
             .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let Some((_, i, j)) = closest else { break };
-        let drop = if costs[i].total_cmp(&costs[j]).is_gt() { i } else { j };
+        let drop = if costs[i].total_cmp(&costs[j]).is_gt() {
+            i
+        } else {
+            j
+        };
         left.retain(|&k| k != drop);
         for &k in &left {
             if neighbour[k].is_some_and(|(_, j)| j == drop) {
@@ -68,7 +73,9 @@ mod tests {
 
     #[test]
     fn a_crowd_is_thinned_and_loners_stay() {
-        let mut points: Vec<Vector3<f64>> = (0..20).map(|i| Vector3::x() * (1e-3 * f64::from(i))).collect();
+        let mut points: Vec<Vector3<f64>> = (0..20)
+            .map(|i| Vector3::x() * (1e-3 * f64::from(i)))
+            .collect();
         points.push(Vector3::x());
         points.push(-Vector3::x());
         let costs: Vec<f64> = (0..points.len()).map(|i| i as f64).collect();

@@ -51,7 +51,10 @@ pub fn start_pose(hand: &Hand, object: &Object, rng: &mut Rng) -> Vec<f64> {
     );
     let facing = hand.palm.centre + hand.palm.distal * DISTAL_M;
     let translation = faced.point + outward.into_inner() * gap_m - rotation * facing;
-    pose_coordinates(&Isometry3::from_parts(translation.into(), rotation), &joints)
+    pose_coordinates(
+        &Isometry3::from_parts(translation.into(), rotation),
+        &joints,
+    )
 }
 
 /// Some rotation whose third column is `z`.

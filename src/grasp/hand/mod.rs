@@ -239,7 +239,8 @@ impl Hand {
         HUMAN
             .get_or_init(|| {
                 let [urdf, side_file] = Self::human_description();
-                Self::from_urdf(urdf, Some(side_file)).expect("the tests read this very description")
+                Self::from_urdf(urdf, Some(side_file))
+                    .expect("the tests read this very description")
             })
             .clone()
     }
@@ -270,7 +271,9 @@ impl Hand {
     /// Finds each link's surface points, which are sorted by link.
     fn index_surface(&mut self) {
         let first = |l: usize| self.surface.partition_point(|point| point.link.0 < l);
-        self.link_points = (0..self.links.len()).map(|l| first(l)..first(l + 1)).collect();
+        self.link_points = (0..self.links.len())
+            .map(|l| first(l)..first(l + 1))
+            .collect();
     }
 
     /// Number of the link with this name.

@@ -27,8 +27,10 @@ impl Term for JointLimits {
         let joints = scene.hand.joints.iter().zip(scene.joints_rad);
         for ((joint, &angle), force) in joints.zip(&mut forces.joints) {
             let [lower, upper] = joint.limits_rad;
-            let (above, above_slope) = rounded_hinge(angle - upper + self.rounding_rad, self.rounding_rad);
-            let (below, below_slope) = rounded_hinge(lower - angle + self.rounding_rad, self.rounding_rad);
+            let (above, above_slope) =
+                rounded_hinge(angle - upper + self.rounding_rad, self.rounding_rad);
+            let (below, below_slope) =
+                rounded_hinge(lower - angle + self.rounding_rad, self.rounding_rad);
             energy += self.weight * (above + below);
             *force += self.weight * (above_slope - below_slope);
         }

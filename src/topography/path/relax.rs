@@ -11,8 +11,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::pass::{Pass, Peak};
-use super::string::Band;
 use super::rough::settle;
+use super::string::Band;
 use super::{Path, near, spread};
 use crate::energy::Energy;
 use crate::optimize::QuenchSettings;
