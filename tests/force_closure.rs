@@ -1,5 +1,6 @@
 //! Exact force closure against published and independently computed contact sets.
 #![cfg(feature = "grasp")]
+#![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 use landscape::grasp::closure::{
     PointContact, grasp_matrix_rank_margin, least_friction, net_wrench,

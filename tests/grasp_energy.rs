@@ -1,5 +1,6 @@
 //! The grasp energy: every term's gradient, the exact envelope against brute force, and no memory.
 #![cfg(feature = "grasp")]
+#![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 use std::sync::{Arc, LazyLock};
 

@@ -14,8 +14,8 @@ use super::{complain, models, print, progress};
 use crate::grasp::hover::hover_costs;
 use crate::grasp::{EnergySettings, GraspEnergy, GraspKernel};
 use crate::store::{
-    AtomicFolder, GraspFile, Journal, Overrides, Phase as Timing, Population, Source, StoreError,
-    Timings, content_hash,
+    AtomicFolder, Grasp, GraspFile, Journal, Overrides, Phase as Timing, Population, Source,
+    StoreError, Timings, content_hash,
 };
 use crate::topography::{
     self, ChainSettings, MapSettings, PathSettings, Phase, Progress, Sameness, distinct, map,
@@ -196,17 +196,9 @@ fn build(
     };
 
     let mut watch = Watch::new(common.quiet);
-    let starts: Vec<Vec<f64>> = grasps
-        .iter()
-        .map(|grasp| {
-            let mut x = grasp.translation_m.to_vec();
-            x.extend(grasp.rotation_wxyz);
-            x.extend(&grasp.joints_rad);
-            x
-        })
-        .collect();
+    let starts: Vec<Vec<f64>> = grasps.iter().map(|grasp| coordinates(grasp)).collect();
     let quenches = quench_all(&energy, &starts, &settings.quench, &journal, &|p| {
-        watch.see(p)
+        watch.see(p);
     });
     let quench_evaluations: usize = quenches.iter().map(|quench| quench.evaluations).sum();
     let (minima, _) = distinct(&energy, &quenches, &settings.sameness, f64::INFINITY);
@@ -217,7 +209,7 @@ fn build(
         grasps.len()
     );
     let landscape = map(&energy, &kernel, minima, &settings, &journal, &|p| {
-        watch.see(p)
+        watch.see(p);
     });
     watch.lap("connect", landscape.evaluations);
     if let Some(error) = journal
@@ -228,16 +220,7 @@ fn build(
     {
         return Err(error.into());
     }
-    // Minima from all heights of the landscape: as many as a second pays for.
-    let nodes: Vec<&[f64]> = landscape
-        .network
-        .node_weights()
-        .map(|minimum| minimum.coordinates.as_slice())
-        .collect();
-    let probes: Vec<&[f64]> = (0..nodes.len().min(32))
-        .map(|i| nodes[i * nodes.len() / nodes.len().min(32)])
-        .collect();
-    let hover = hover_costs(&energy, &probes)?;
+    let hover = hover_costs(&energy, &probes(&landscape))?;
     watch.lap("hover", 0);
 
     let mapped = Mapped {
@@ -260,19 +243,7 @@ fn build(
         quench_evaluations,
         warnings,
     };
-    let files = tables(&mapped)?;
-    files.write(&folder)?;
-    folder.write(
-        "tree.nwk",
-        topography::newick(&landscape.tree, |id| format!("m{}", id.0)).as_bytes(),
-    )?;
-    folder.write(
-        "barriers.graphml",
-        topography::graphml(&landscape.network, |id| format!("m{}", id.0)).as_bytes(),
-    )?;
-    pictures(&mapped, folder.path())?;
-    let text = summary(&mapped, &files);
-    folder.write("summary.md", text.as_bytes())?;
+    let text = write(&mapped, &folder)?;
     watch.lap("write", 0);
     watch.timings().write(&folder)?;
     disk.remove()?;
@@ -282,6 +253,42 @@ fn build(
         complain(&format!("wrote {}", finished.display()));
     }
     Ok(())
+}
+
+/// The pose of a row, as the pose space has it.
+fn coordinates(grasp: &Grasp) -> Vec<f64> {
+    let mut x = grasp.translation_m.to_vec();
+    x.extend(grasp.rotation_wxyz);
+    x.extend(&grasp.joints_rad);
+    x
+}
+
+/// Minima from all heights of the landscape: as many as a second pays for.
+fn probes(landscape: &topography::Landscape) -> Vec<&[f64]> {
+    let minima: Vec<&[f64]> = landscape
+        .network
+        .node_weights()
+        .map(|minimum| minimum.coordinates.as_slice())
+        .collect();
+    let count = minima.len().min(32);
+    (0..count)
+        .map(|i| minima[i * minima.len() / count])
+        .collect()
+}
+
+/// Writes everything but the timings; returns the summary.
+fn write(mapped: &Mapped<'_>, folder: &AtomicFolder) -> anyhow::Result<String> {
+    let name = |id: topography::MinimumId| format!("m{}", id.0);
+    let files = tables(mapped)?;
+    files.write(folder)?;
+    let tree = topography::newick(&mapped.landscape.tree, name);
+    folder.write("tree.nwk", tree.as_bytes())?;
+    let graph = topography::graphml(&mapped.landscape.network, name);
+    folder.write("barriers.graphml", graph.as_bytes())?;
+    pictures(mapped, folder.path())?;
+    let text = summary(mapped, &files);
+    folder.write("summary.md", text.as_bytes())?;
+    Ok(text)
 }
 
 fn command_line(command: &Build, settings: &MapSettings) -> String {

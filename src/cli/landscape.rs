@@ -1,10 +1,10 @@
 //! What `landscape build` writes: tables, pictures, and the summary a person reads.
 
 use std::collections::BTreeMap;
-use std::fmt::Write;
 use std::path::Path;
 
 use anyhow::Context;
+use petgraph::graph::NodeIndex;
 use petgraph::visit::EdgeRef;
 use rayon::prelude::*;
 
@@ -16,7 +16,7 @@ use crate::grasp::hover::HoverCost;
 use crate::store::{
     Counts, EdgeRow, Grasp, LandscapeFiles, Manifest, MinimumRow, PathRow, Population, Source,
 };
-use crate::topography::{Evidence, Landscape, MapSettings, decisive};
+use crate::topography::{Evidence, Landscape, MapSettings, MinimumId, decisive};
 
 /// A mapped population and everything that describes it.
 pub(super) struct Mapped<'a> {
@@ -301,13 +301,13 @@ pub(super) fn pictures(mapped: &Mapped<'_>, folder: &Path) -> anyhow::Result<()>
     let mut tree = DisconnectivityPicture::new(landscape.tree.clone(), &landscape.network);
     tree.leaves.clone_from(&leaves);
     tree.title.clone_from(&title);
-    tree.energy_label = "energy E(H, O)".to_owned();
-    tree.members_label = "grasps".to_owned();
+    "energy E(H, O)".clone_into(&mut tree.energy_label);
+    "grasps".clone_into(&mut tree.members_label);
     let mut graph = BarrierPicture::new(&landscape.network);
     graph.leaves = leaves;
     graph.title = title;
-    graph.energy_label = "energy E(H, O)".to_owned();
-    graph.members_label = "grasps".to_owned();
+    "energy E(H, O)".clone_into(&mut graph.energy_label);
+    "grasps".clone_into(&mut graph.members_label);
     graph.seed = mapped.seed;
     let pictures = [
         ("disconnectivity", tree.grouped(&group_of).draw()?),
@@ -327,27 +327,26 @@ pub(super) fn pictures(mapped: &Mapped<'_>, folder: &Path) -> anyhow::Result<()>
 
 /// `summary.md`, which is also what the terminal shows.
 pub(super) fn summary(mapped: &Mapped<'_>, files: &LandscapeFiles) -> String {
-    let manifest = &files.manifest;
-    let counts = &manifest.counts;
     let merges = mapped.merges();
-    let mut text = String::new();
-    let mut line = |words: String| {
-        text.push_str(&words);
-        text.push('\n');
-    };
-    line(format!(
-        "# {} grasps of the {} hand on {}\n",
-        counts.grasps, mapped.population.hand.name, mapped.population.object.name
+    let mut lines = overview(mapped, files, &merges);
+    lines.extend(
+        files
+            .manifest
+            .warnings
+            .iter()
+            .map(|warning| format!("Note: {warning}.\n")),
+    );
+    lines.extend(largest_groups(mapped));
+    lines.extend(upper_bounds(&merges));
+    lines.push(format!(
+        "\nMade by `{}`, landscape {}.\n",
+        files.manifest.command, files.manifest.program_version
     ));
-    line(format!(
-        "- **{} minima** in **{} groups** (minima joined by relaxed connections with relative barrier up to {:.3})",
-        counts.minima, counts.groups, mapped.landscape.groups.barrier
-    ));
-    line(format!(
-        "- {} pairs connected; no path joins {} component(s) to the rest",
-        counts.pairs,
-        counts.components - 1
-    ));
+    lines.join("\n")
+}
+
+fn overview(mapped: &Mapped<'_>, files: &LandscapeFiles, merges: &[Merge]) -> Vec<String> {
+    let counts = &files.manifest.counts;
     let spell = |counts: &[(String, usize)]| {
         let parts: Vec<String> = counts
             .iter()
@@ -355,95 +354,113 @@ pub(super) fn summary(mapped: &Mapped<'_>, files: &LandscapeFiles) -> String {
             .collect();
         parts.join(", ")
     };
-    let evidence: Vec<(String, usize)> =
-        tally(files.edges.iter().map(|edge| edge.evidence.as_str()));
-    line(format!("- evidence of connections: {}", spell(&evidence)));
-    line(format!(
-        "- evidence of merges: {}",
-        spell(&tally(merges.iter().map(|merge| merge.evidence.name())))
-    ));
-    line(format!(
-        "- what dominates the tops of merges: {}",
-        spell(&tally(
-            merges.iter().filter_map(|merge| merge.term.as_deref())
-        ))
-    ));
+    let mut lines = vec![
+        format!(
+            "# {} grasps of the {} hand on {}\n",
+            counts.grasps, mapped.population.hand.name, mapped.population.object.name
+        ),
+        format!(
+            "- **{} minima** in **{} groups** (minima joined by relaxed connections with relative barrier up to {:.3})",
+            counts.minima, counts.groups, mapped.landscape.groups.barrier
+        ),
+        format!(
+            "- {} pairs connected; no path joins {} component(s) to the rest",
+            counts.pairs,
+            counts.components - 1
+        ),
+        format!(
+            "- evidence of connections: {}",
+            spell(&tally(
+                files.edges.iter().map(|edge| edge.evidence.as_str())
+            ))
+        ),
+        format!(
+            "- evidence of merges: {}",
+            spell(&tally(merges.iter().map(|merge| merge.evidence.name())))
+        ),
+        format!(
+            "- what dominates the tops of merges: {}",
+            spell(&tally(
+                merges.iter().filter_map(|merge| merge.term.as_deref())
+            ))
+        ),
+    ];
     if let Some(depth) = median(merges.iter().map(|merge| merge.depth).collect()) {
-        line(format!("- median merge depth: {depth:.3}"));
+        lines.push(format!("- median merge depth: {depth:.3}"));
     }
-    for hover in mapped.hover {
-        line(format!(
+    lines.extend(mapped.hover.iter().map(|hover| {
+        format!(
             "- hovering {:.0} mm off the object costs {:.3} (quartiles {:.3} to {:.3}; {:.1} mm reached)",
             hover.clearance_m * 1e3,
             hover.quartiles[1],
             hover.quartiles[0],
             hover.quartiles[2],
             hover.reached_m * 1e3
-        ));
-    }
-    line(format!("- {} energy evaluations\n", counts.evaluations));
-    for warning in &manifest.warnings {
-        line(format!("Note: {warning}.\n"));
-    }
-    line("## Largest groups\n".to_owned());
-    line("| group | minima | grasps | lowest energy | label |\n|---|---|---|---|---|".to_owned());
-    let network = &mapped.landscape.network;
-    let mut groups: Vec<(usize, &Vec<_>, usize)> = mapped
+        )
+    }));
+    lines.push(format!("- {} energy evaluations\n", counts.evaluations));
+    lines
+}
+
+fn largest_groups(mapped: &Mapped<'_>) -> Vec<String> {
+    let minimum = |id: &MinimumId| &mapped.landscape.network[NodeIndex::new(id.0)];
+    let mut groups: Vec<(usize, usize, Vec<usize>, f64)> = mapped
         .landscape
         .groups
         .members
         .iter()
         .enumerate()
         .map(|(group, members)| {
-            let grasps = members
+            let rows = members
                 .iter()
-                .map(|id| network[petgraph::graph::NodeIndex::new(id.0)].members.len())
-                .sum();
-            (group, members, grasps)
+                .flat_map(|id| minimum(id).members.clone())
+                .collect();
+            let energies = members.iter().map(|id| minimum(id).energy);
+            (
+                group,
+                members.len(),
+                rows,
+                energies.fold(f64::INFINITY, f64::min),
+            )
         })
         .collect();
-    groups.sort_by_key(|(group, _, grasps)| (std::cmp::Reverse(*grasps), *group));
-    for (group, members, grasps) in groups.into_iter().take(12) {
-        let rows: Vec<usize> = members
-            .iter()
-            .flat_map(|id| {
-                network[petgraph::graph::NodeIndex::new(id.0)]
-                    .members
-                    .clone()
-            })
-            .collect();
-        let lowest = members
-            .iter()
-            .map(|id| network[petgraph::graph::NodeIndex::new(id.0)].energy)
-            .fold(f64::INFINITY, f64::min);
-        line(format!(
-            "| {group} | {} | {grasps} | {lowest:.3} | {} |",
-            members.len(),
-            mapped.label(&rows).unwrap_or_default()
-        ));
-    }
-    let bounds: Vec<&Merge> = merges
+    groups.sort_by_key(|(group, _, rows, _)| (std::cmp::Reverse(rows.len()), *group));
+    let mut lines = vec![
+        "## Largest groups\n".to_owned(),
+        "| group | minima | grasps | lowest energy | label |\n|---|---|---|---|---|".to_owned(),
+    ];
+    lines.extend(
+        groups
+            .into_iter()
+            .take(12)
+            .map(|(group, minima, rows, lowest)| {
+                format!(
+                    "| {group} | {minima} | {} | {lowest:.3} | {} |",
+                    rows.len(),
+                    mapped.label(&rows).unwrap_or_default()
+                )
+            }),
+    );
+    lines
+}
+
+fn upper_bounds(merges: &[Merge]) -> Vec<String> {
+    let mut lines: Vec<String> = merges
         .iter()
-        .filter(|m| m.evidence > Evidence::Path)
-        .collect();
-    if !bounds.is_empty() {
-        line("\n## Merges that rest on an upper bound\n".to_owned());
-        line("| minima | height | dominating term |\n|---|---|---|".to_owned());
-        for merge in bounds {
-            line(format!(
+        .filter(|merge| merge.evidence > Evidence::Path)
+        .map(|merge| {
+            format!(
                 "| m{}, m{} | {:.3} | {} |",
                 merge.ends[0],
                 merge.ends[1],
                 merge.height,
                 merge.term.as_deref().unwrap_or("")
-            ));
-        }
+            )
+        })
+        .collect();
+    if !lines.is_empty() {
+        let header = "\n## Merges that rest on an upper bound\n\n| minima | height | dominating term |\n|---|---|---|";
+        lines.insert(0, header.to_owned());
     }
-    let mut text = text;
-    let _ = write!(
-        text,
-        "\nMade by `{}`, landscape {}.\n",
-        manifest.command, manifest.program_version
-    );
-    text
+    lines
 }

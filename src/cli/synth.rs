@@ -1,5 +1,6 @@
 //! `landscape synth`: grasps of a hand on an object.
 
+use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -50,15 +51,13 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
             let done = journal
                 .get(&key)
                 .and_then(|bytes| serde_json::from_slice(&bytes).ok());
-            let end: Synthesized = match done {
-                Some(end) => end,
-                None => {
-                    let refine = QuenchSettings::default();
-                    let end =
-                        synthesize(&energy, &experiment.synthesis, &refine, command.seed, chain);
-                    journal.put(&key, &serde_json::to_vec(&end)?)?;
-                    end
-                }
+            let end: Synthesized = if let Some(end) = done {
+                end
+            } else {
+                let refine = QuenchSettings::default();
+                let end = synthesize(&energy, &experiment.synthesis, &refine, command.seed, chain);
+                journal.put(&key, &serde_json::to_vec(&end)?)?;
+                end
             };
             bar.inc(1);
             let judgement = judge(&energy, &end.refined, &end.contacts);
@@ -220,7 +219,7 @@ fn summary(chains: &[(Synthesized, Judgement)], kept: usize, seconds: f64) -> St
     }
     reasons.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
     for (reason, count) in reasons {
-        text += &format!("  refused for {reason}: {count}\n");
+        let _ = writeln!(text, "  refused for {reason}: {count}");
     }
     text
 }

@@ -46,7 +46,7 @@ pub fn net_wrench(contacts: &[PointContact]) -> f64 {
         .norm()
 }
 
-/// Smallest eigenvalue of GGᵀ: positive when the contacts' forces span all six wrench directions.
+/// Smallest eigenvalue of `GGᵀ`: positive when the contacts' forces span all six wrench directions.
 ///
 /// Two point contacts always give zero: no force turns the object about the line through them.
 pub fn grasp_matrix_rank_margin(contacts: &[PointContact]) -> f64 {
@@ -67,7 +67,7 @@ pub fn grasp_matrix_rank_margin(contacts: &[PointContact]) -> f64 {
     gram.symmetric_eigenvalues().min()
 }
 
-/// The rank condition of force closure, GGᵀ ≻ εI, uses this ε (Liu et al. 2021, Eq. 3, with arms of order one).
+/// The rank condition of force closure, `GGᵀ` ≻ εI, uses this ε (Liu et al. 2021, Eq. 3, with arms of order one).
 pub const RANK_EPSILON: f64 = 1e-4;
 
 /// Wrench residuals and cone violations below this count as balance. Contact forces sum to one, so it is relative.
@@ -77,7 +77,7 @@ const BALANCE_TOLERANCE: f64 = 1e-8;
 const LARGEST_FRICTION: f64 = 1e3;
 
 /// Exact force closure with point contacts and Coulomb friction `friction`: forces inside the friction cones balance
-/// (Σ fₙ = 1, fₙ ≥ 0, Gf = 0) *and* the contacts span all wrenches (GGᵀ ≻ εI).
+/// (Σ fₙ = 1, fₙ ≥ 0, Gf = 0) *and* the contacts span all wrenches (`GGᵀ` ≻ εI).
 ///
 /// Liu et al. (2021), Eqs. 1–3. Cost: one small conic programme, about 0.15 ms for four contacts.
 ///
@@ -148,7 +148,7 @@ fn least_friction_of_pair(first: &PointContact, second: &PointContact) -> f64 {
     squeeze.min(spread)
 }
 
-/// Largest s for which balanced forces with ‖f_t,i‖ ≤ μ f_n,i − s exist; `None` where no forces balance at all.
+/// Largest s for which balanced forces with `‖f_t,i‖ ≤ μ f_n,i − s` exist; `None` where no forces balance at all.
 fn cone_margin(contacts: &[PointContact], friction: f64) -> Option<f64> {
     let n = contacts.len();
     let columns = 3 * n + 1;

@@ -189,6 +189,9 @@ impl ContactSearch {
 
     /// Proves or improves the set left by [`ContactSearch::descend`] until it is the exact minimum over all sets of
     /// `size` candidates, and returns its total.
+    ///
+    /// # Panics
+    /// With more than 65,536 candidates.
     pub fn prove(&mut self, size: usize, cost: &WrenchCost) -> f64 {
         if self.candidates.len() < size || size == 0 {
             return self.best_total;
@@ -347,7 +350,9 @@ mod tests {
             .map(|index| {
                 let mut direction: Vec<f64> = (0..3).map(|_| rng.random_range(-1.0..1.0)).collect();
                 let norm = direction.iter().map(|d| d * d).sum::<f64>().sqrt();
-                direction.iter_mut().for_each(|d| *d /= norm);
+                for d in &mut direction {
+                    *d /= norm;
+                }
                 let torque: Vec<f64> = (0..3).map(|_| rng.random_range(-0.5..0.5)).collect();
                 Candidate {
                     index,

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use super::closure::{PointContact, grasp_matrix_rank_margin};
+use super::closure::PointContact;
 use super::contact::{Candidate, ContactSearch, WrenchCost};
 use super::hand::{Hand, PosedHand};
 use super::object::Object;
@@ -216,7 +216,7 @@ pub struct GraspEnergy {
     penetration: Penetration,
     intrusion: Intrusion,
     pose_terms: Vec<Box<dyn Term>>,
-    scratch: Mutex<Vec<Box<Scratch>>>,
+    scratch: Mutex<Vec<Scratch>>,
 }
 
 /// Surface points within this distance are candidates at first; the search widens the band by itself where needed.
@@ -341,7 +341,7 @@ impl GraspEnergy {
 
     fn with_scratch<R>(&self, work: impl FnOnce(&mut Scratch) -> R) -> R {
         let pool = || self.scratch.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut scratch = pool().pop().unwrap_or_else(|| Box::new(Scratch::new()));
+        let mut scratch = pool().pop().unwrap_or_else(Scratch::new);
         let result = work(&mut scratch);
         pool().push(scratch);
         result
@@ -623,11 +623,6 @@ impl GraspEnergy {
                 .map(|&index| scratch.posed.points[index as usize]);
             points.sum::<Vector3<f64>>() / choice.len().max(1) as f64
         })
-    }
-
-    /// Margin of the rank condition for `choice` at `x`: λ_min(GGᵀ) − ε, positive where the contacts span all wrenches.
-    pub fn rank_margin(&self, x: &[f64], choice: &[u32]) -> f64 {
-        grasp_matrix_rank_margin(&self.point_contacts(x, choice)) - self.settings.rank_epsilon
     }
 }
 

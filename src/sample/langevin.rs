@@ -2,28 +2,9 @@
 
 use rand_distr::{Distribution, StandardNormal};
 
-use super::{Law, Rng, State};
+use super::{Attraction, Law, Rng, State};
 use crate::space::Space;
-
-/// Distances to the target of an attraction are rounded off within this length, so that the pull has a direction (none)
-/// at the target itself.
-const ROUNDING: f64 = 1e-6;
-
-impl Law<'_> {
-    /// Altered energy E + F·d(x, x*) at `x` with energy `energy`; adds the pull to `gradient`.
-    pub fn alter(&self, space: &dyn Space, x: &[f64], energy: f64, gradient: &mut [f64]) -> f64 {
-        let Some(attraction) = &self.attraction else {
-            return energy;
-        };
-        let mut tangent = vec![0.0; space.tangents()];
-        let distance = space.toward(x, attraction.target, &mut tangent);
-        let rounded = distance.hypot(ROUNDING);
-        for (g, t) in gradient.iter_mut().zip(&tangent) {
-            *g -= attraction.force * t / rounded;
-        }
-        energy + attraction.force * rounded
-    }
-}
+use crate::space::vector::{add, norm};
 
 /// Proposes a preconditioned Langevin step from `state` under `law` and returns the logarithm of its exact
 /// Metropolis–Hastings ratio (−∞ where the energy is not finite).
@@ -32,6 +13,9 @@ impl Law<'_> {
 /// u = −½ ε² P ∇A/T + ε P^½ ξ,   x' = shift(x, u),   A = E + F d(x, x*),   P = diag(scales²),   ξ ~ N(0, I)
 /// log r = (A(x) − A(x'))/T + log q(x' → x) − log q(x → x')
 /// ```
+///
+/// P: squares of `scales`; ε: `step`, a length. Near the target d is rounded to √(d² + ε²), whose gradient is not singular;
+/// the law sampled is that of the rounded distance, so ε must stay fixed where exact averages are wanted.
 ///
 /// The reverse move is −u (see [`Space::shift`]). `evaluate` gives the unaltered energy and gradient at a point; the
 /// proposal's coordinates, energy and gradient are written, its discrete part is left alone. G. O. Roberts and
@@ -52,7 +36,7 @@ pub fn langevin(
 ) -> f64 {
     let temperature = law.temperature;
     let mut drift = state.gradient.clone();
-    let here = law.alter(space, &state.coordinates, state.energy, &mut drift);
+    let here = state.energy + pull(space, law, &state.coordinates, step, &mut drift);
     let mut forward = 0.0;
     let mut tangent = drift;
     for (component, scale) in tangent.iter_mut().zip(scales) {
@@ -68,12 +52,30 @@ pub fn langevin(
     if !proposal.energy.is_finite() {
         return f64::NEG_INFINITY;
     }
-    let mut pull = proposal.gradient.clone();
-    let there = law.alter(space, &proposal.coordinates, proposal.energy, &mut pull);
+    let mut slope = proposal.gradient.clone();
+    let there = proposal.energy + pull(space, law, &proposal.coordinates, step, &mut slope);
     let mut backward = 0.0;
-    for ((u, g), scale) in tangent.iter().zip(&pull).zip(scales) {
+    for ((u, g), scale) in tangent.iter().zip(&slope).zip(scales) {
         let noise = (-u + 0.5 * (step * scale).powi(2) * g / temperature) / (step * scale);
         backward += noise * noise;
     }
     (here - there) / temperature + 0.5 * (forward - backward)
+}
+
+/// F √(d² + rounding²); adds its gradient to `slope`.
+pub(super) fn pull(
+    space: &dyn Space,
+    law: &Law<'_>,
+    x: &[f64],
+    rounding: f64,
+    slope: &mut [f64],
+) -> f64 {
+    let Some(Attraction { target, force }) = law.attraction else {
+        return 0.0;
+    };
+    let mut toward = vec![0.0; slope.len()];
+    space.toward_near(x, target, &mut toward);
+    let distance = norm(&toward).hypot(rounding);
+    add(slope, -force / distance, &toward);
+    force * distance
 }

@@ -2,23 +2,11 @@
 
 use std::fmt;
 
-use rand_distr::{Distribution, StandardNormal};
-
-use super::{Attraction, Kernel, Law, Rng, State};
+use super::{Kernel, Law, Rng, State, langevin};
 use crate::energy::Energy;
 use crate::space::Space;
-use crate::space::vector::{add, norm};
 
-/// Preconditioned Langevin steps with the exact Metropolis–Hastings correction.
-///
-/// ```text
-/// u = −½ ε² P ∇(E + F d)/T + ε P^½ ξ,   P = diag(s²),   ξ ~ N(0, I),   x' = Exp_x(u)
-/// ln a = −Δ(E + F d)/T + ln N(−u; drift(x'), ε² P) − ln N(u; drift(x), ε² P)
-/// ```
-///
-/// s: the step scales of the space; ε: `step`, a length. The reverse of a move is its negated tangent. Near the target d
-/// is rounded to √(d² + ε²), whose gradient is not singular; the law sampled is that of the rounded distance, so ε must
-/// stay fixed where exact averages are wanted. G. O. Roberts and R. L. Tweedie, Bernoulli 2, 341 (1996).
+/// Preconditioned Langevin steps with the exact Metropolis–Hastings correction: see [`langevin`].
 pub struct Mala<'a> {
     energy: &'a dyn Energy,
     scales: Vec<f64>,
@@ -67,51 +55,18 @@ impl Kernel for Mala<'_> {
         rng: &mut Rng,
         proposal: &mut State,
     ) -> f64 {
-        let space = self.space();
-        let mut slope = state.gradient.clone();
-        let mut potential = state.energy + pull(space, law, &state.coordinates, step, &mut slope);
-        let mut forward = 0.0;
-        let mut tangent = slope;
-        for (u, scale) in tangent.iter_mut().zip(&self.scales) {
-            let noise: f64 = StandardNormal.sample(rng);
-            forward += 0.5 * noise * noise;
-            *u = drift(*u, *scale, step, law.temperature) + step * scale * noise;
-        }
-        proposal.coordinates.clone_from(&state.coordinates);
-        space.shift(&mut proposal.coordinates, &tangent);
         proposal.discrete.clone_from(&state.discrete);
-        proposal.gradient.resize(tangent.len(), 0.0);
-        proposal.energy = self
-            .energy
-            .evaluate(&proposal.coordinates, &mut proposal.gradient);
-        if !proposal.energy.is_finite() {
-            return f64::NEG_INFINITY;
-        }
-        let mut slope = proposal.gradient.clone();
-        potential -= proposal.energy + pull(space, law, &proposal.coordinates, step, &mut slope);
-        let mut backward = 0.0;
-        for ((u, g), scale) in tangent.iter().zip(&slope).zip(&self.scales) {
-            let noise = (-u - drift(*g, *scale, step, law.temperature)) / (step * scale);
-            backward += 0.5 * noise * noise;
-        }
-        potential / law.temperature + forward - backward
+        langevin(
+            self.space(),
+            &self.scales,
+            state,
+            law,
+            step,
+            rng,
+            proposal,
+            |x, gradient| self.energy.evaluate(x, gradient),
+        )
     }
-}
-
-fn drift(slope: f64, scale: f64, step: f64, temperature: f64) -> f64 {
-    -0.5 * (step * scale).powi(2) * slope / temperature
-}
-
-/// F √(d² + rounding²); adds its gradient to `slope`.
-fn pull(space: &dyn Space, law: &Law<'_>, x: &[f64], rounding: f64, slope: &mut [f64]) -> f64 {
-    let Some(Attraction { target, force }) = law.attraction else {
-        return 0.0;
-    };
-    let mut toward = vec![0.0; slope.len()];
-    space.toward_near(x, target, &mut toward);
-    let distance = norm(&toward).hypot(rounding);
-    add(slope, -force / distance, &toward);
-    force * distance
 }
 
 #[cfg(test)]
@@ -120,7 +75,8 @@ mod tests {
 
     use super::*;
     use crate::energy::model::MullerBrown;
-    use crate::sample::{Task, stream};
+    use crate::sample::langevin::pull;
+    use crate::sample::{Attraction, Task, stream};
     use crate::space::Euclidean;
 
     /// ½ xᵀ K x with stiffnesses 1 and 25, in a space that says so.
