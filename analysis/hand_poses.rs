@@ -1,4 +1,4 @@
-//! The human hand open, at rest, as a fist, pinching and in a tripod, from two sides → figures/hand_poses.png
+//! The human hand open, at rest, as a fist, pinching and in a tripod, from two sides → `figures/hand_poses.png`
 
 use landscape::figure::{Scene, Surface, contact_sheet};
 use landscape::grasp::hand::{Hand, PosedHand};
