@@ -93,6 +93,7 @@ fn map_settings(command: &Build, energy: &GraspEnergy) -> MapSettings {
     let contact_slope = energy.settings().distance_weight / energy.unit_m();
     let mut settings = MapSettings::for_scales(0.3, 0.04).with_seed(command.seed);
     settings.neighbours = command.neighbours.unwrap_or(6);
+    settings.retry_rounds = 1;
     settings.quench = settings
         .quench
         .with_gradient_tolerance(1e-5)
@@ -120,9 +121,10 @@ fn map_settings(command: &Build, energy: &GraspEnergy) -> MapSettings {
         iterations: 30,
         rounds: 3,
         max_step: 0.004,
-        force_tolerance: 0.5 * contact_slope,
+        // Where the best contact set changes, the force jumps by the slope of the contact that changes.
+        force_tolerance: contact_slope,
         exact_below: 0.5,
-        energy_tolerance: 0.01,
+        energy_tolerance: 0.02,
         ..settings.path
     };
     settings

@@ -116,7 +116,7 @@ impl Connector<'_> {
     ///
     /// Chains run in both directions (with growing force until one arrives, `replicas` times); the best of them and the
     /// straight line are relaxed and the lower path is kept. On an energy with discrete choices a `known` path that would
-    /// not relax is relaxed further instead, with shorter segments. The outcome depends on the two minima, their numbers, the
+    /// not relax is relaxed further instead. The outcome depends on the two minima, their numbers, the
     /// settings, the effort and what is known only.
     pub fn connect(
         &self,
@@ -136,8 +136,7 @@ impl Connector<'_> {
                 && known.path.images.len() > 2
         });
         let (chains, starts) = if let Some(known) = unfinished {
-            // What was relaxed once goes on from there, with shorter segments.
-            settings.segments *= 2;
+            // What was relaxed once goes on from there.
             (Chains::default(), vec![known.path.images.clone()])
         } else {
             let chains = self.chains(energy, kernel, ids, minima, effort);

@@ -29,7 +29,7 @@ pub(super) fn settle<'e>(
     let (fine, peak) = lowest(energy, coarse.doubled(), floor, settings)?;
     let slack = settings.slack(peak.energy - floor);
     Some(Settled {
-        relaxed: fine.across(peak.image) <= settings.force_tolerance
+        relaxed: fine.across(peak.image, settings.max_step) <= settings.force_tolerance
             && (peak.energy - coarse_peak.energy).abs() <= slack,
         band: fine,
         peak,
@@ -59,9 +59,9 @@ fn lowest<'e>(
         if lower {
             best = Some((band.clone(), peak));
         }
-        let rests = best
-            .as_ref()
-            .is_some_and(|(band, peak)| band.across(peak.image) <= settings.force_tolerance);
+        let rests = best.as_ref().is_some_and(|(band, peak)| {
+            band.across(peak.image, settings.max_step) <= settings.force_tolerance
+        });
         if !falling && rests {
             break;
         }
