@@ -11,11 +11,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, Int32Type};
 use arrow_array::{
-    Array, ArrayRef, DictionaryArray, Float32Array, Float64Array, Int32Array, Int64Array,
-    LargeListArray, ListArray, NullArray, RecordBatch, StringArray,
+    ArrayRef, DictionaryArray, Float32Array, Float64Array, Int32Array, Int64Array, LargeListArray,
+    ListArray, NullArray, StringArray,
 };
 use base64::Engine;
 use landscape::store::{
@@ -23,12 +22,11 @@ use landscape::store::{
     Manifest, Metadata, MinimumRow, ObjectMetadata, Overrides, PathRow, Phase, SCHEMA_VERSION,
     Source, StoreError, TextFile, Timings, Warning, write_atomic,
 };
-use parquet::arrow::ArrowWriter;
-use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
-use parquet::file::metadata::KeyValue;
-use parquet::file::properties::WriterProperties;
+use parts::Parts;
 use serde_json::json;
 use tempfile::TempDir;
+
+mod parts;
 
 fn hand() -> HandMetadata {
     HandMetadata {
@@ -128,90 +126,13 @@ fn names(folder: &Path) -> Vec<String> {
 }
 
 /// The columns of a valid file, to be spoilt.
-struct Parts {
-    columns: Vec<(String, ArrayRef)>,
-    metadata: Option<String>,
+fn of(file: &GraspFile) -> Parts {
+    let (_folder, path) = place("grasps.parquet");
+    file.write(&path).unwrap();
+    Parts::of(&path)
 }
 
 impl Parts {
-    fn of(file: &GraspFile) -> Self {
-        let (_folder, path) = place("grasps.parquet");
-        file.write(&path).unwrap();
-        let builder =
-            ParquetRecordBatchReaderBuilder::try_new(bytes::Bytes::from(fs::read(path).unwrap()))
-                .unwrap();
-        let pairs = builder
-            .metadata()
-            .file_metadata()
-            .key_value_metadata()
-            .unwrap();
-        let metadata = pairs
-            .iter()
-            .find(|pair| pair.key == "landscape")
-            .unwrap()
-            .value
-            .clone();
-        let batch = builder.build().unwrap().next().unwrap().unwrap();
-        let columns = batch
-            .schema()
-            .fields()
-            .iter()
-            .map(|field| field.name().clone())
-            .zip(batch.columns().to_vec())
-            .collect();
-        Self { columns, metadata }
-    }
-
-    fn set(mut self, name: &str, array: impl Array + 'static) -> Self {
-        self.columns
-            .iter_mut()
-            .find(|(column, _)| column == name)
-            .unwrap()
-            .1 = Arc::new(array);
-        self
-    }
-
-    fn without(mut self, name: &str) -> Self {
-        let before = self.columns.len();
-        self.columns.retain(|(column, _)| column != name);
-        assert_eq!(self.columns.len(), before - 1);
-        self
-    }
-
-    fn floats(&self, name: &str) -> Vec<f64> {
-        self.columns
-            .iter()
-            .find(|(column, _)| column == name)
-            .unwrap()
-            .1
-            .as_primitive::<Float64Type>()
-            .values()
-            .to_vec()
-    }
-
-    fn write(self, path: &Path) {
-        let batch = RecordBatch::try_from_iter_with_nullable(
-            self.columns
-                .into_iter()
-                .map(|(name, array)| (name, array, true)),
-        )
-        .unwrap();
-        let pairs = self
-            .metadata
-            .map(|text| vec![KeyValue::new("landscape".into(), text)]);
-        let properties = WriterProperties::builder()
-            .set_key_value_metadata(pairs)
-            .build();
-        let mut writer = ArrowWriter::try_new(
-            fs::File::create(path).unwrap(),
-            batch.schema(),
-            Some(properties),
-        )
-        .unwrap();
-        writer.write(&batch).unwrap();
-        writer.close().unwrap();
-    }
-
     fn read(self, overrides: Overrides) -> Result<(GraspFile, Vec<Warning>), StoreError> {
         let (_folder, path) = place("grasps.parquet");
         self.write(&path);
@@ -338,7 +259,7 @@ fn a_mixed_file_holds_several_landscapes() {
 
 #[test]
 fn absent_columns_have_defaults() {
-    let mut parts = Parts::of(&file(2));
+    let mut parts = of(&file(2));
     for name in [
         "id",
         "hand",
@@ -372,7 +293,7 @@ fn absent_columns_have_defaults() {
     };
     assert_eq!(found.grasps[1], expected);
     // Two objects are described, so a row must say which it means.
-    let refused = Parts::of(&file(2)).without("object").refusal();
+    let refused = of(&file(2)).without("object").refusal();
     assert_eq!(refused, "grasps.parquet has no column `object` (text)");
 }
 
@@ -381,7 +302,7 @@ fn columns_may_have_passed_through_other_tools() {
     let contacts = vec![Some(vec![Some(39), Some(0), Some(7)]); 2];
     let joints = vec![Some(vec![Some(0.2), Some(-7.0)]); 2];
     let cup: DictionaryArray<Int32Type> = ["cup", "cup"].into_iter().collect();
-    let (found, _) = Parts::of(&file(2))
+    let (found, _) = of(&file(2))
         .set("id", Int64Array::from(vec![0, 1]))
         .set("scale", Int32Array::from(vec![1, 1]))
         .set(
@@ -441,7 +362,7 @@ fn a_joint_slightly_beyond_its_limit_is_kept_with_a_warning() {
 #[test]
 fn a_file_of_others_needs_hand_and_object() {
     let foreign = || {
-        let mut parts = Parts::of(&file(2)).without("hand").without("object");
+        let mut parts = of(&file(2)).without("hand").without("object");
         parts.metadata = None;
         parts
     };
@@ -469,12 +390,12 @@ fn a_file_of_others_needs_hand_and_object() {
 #[test]
 fn overrides_replace_what_the_file_describes() {
     let mut given = overrides();
-    let (found, warnings) = Parts::of(&file(1)).read(given.clone()).unwrap();
+    let (found, warnings) = of(&file(1)).read(given.clone()).unwrap();
     assert_eq!((found.metadata, warnings), (file(1).metadata, vec![]));
 
     given.hand.as_mut().unwrap().content_hash = "other".into();
     given.object.as_mut().unwrap().content_hash = "other".into();
-    let (found, warnings) = Parts::of(&file(1)).read(given.clone()).unwrap();
+    let (found, warnings) = of(&file(1)).read(given.clone()).unwrap();
     assert_eq!(found.metadata.hands[0].content_hash, "other");
     let expected = [
         Warning::OtherHand {
@@ -487,7 +408,7 @@ fn overrides_replace_what_the_file_describes() {
     assert_eq!(warnings, expected);
 
     given.hand.as_mut().unwrap().joint_names.swap(0, 1);
-    let refused = Parts::of(&file(1)).read(given).unwrap_err().to_string();
+    let refused = of(&file(1)).read(given).unwrap_err().to_string();
     let reason =
         "hand `two fingers` has joints `left`, `right`, but the one given has `right`, `left`";
     assert!(refused.ends_with(reason), "{refused}");
@@ -564,7 +485,7 @@ fn rows_that_cannot_be_used_are_refused() {
 #[test]
 fn the_reader_names_row_and_column() {
     let spoilt = |name: &str, row: usize, value: f64| {
-        let parts = Parts::of(&file(4));
+        let parts = of(&file(4));
         let mut values = parts.floats(name);
         values[row] = value;
         parts.set(name, Float64Array::from(values)).refusal()
@@ -580,7 +501,7 @@ fn the_reader_names_row_and_column() {
     );
     assert_eq!(spoilt("scale", 1, -1.0), row(1, "scale -1 is not positive"));
 
-    let set = |name: &str, array: ArrayRef| Parts::of(&file(2)).set(name, array).refusal();
+    let set = |name: &str, array: ArrayRef| of(&file(2)).set(name, array).refusal();
     let lists = |rows: [&[f64]; 2]| -> ArrayRef {
         let rows = rows.map(|row| Some(row.iter().copied().map(Some).collect::<Vec<_>>()));
         Arc::new(ListArray::from_iter_primitive::<Float64Type, _, _>(rows))
@@ -680,7 +601,7 @@ fn files_that_are_no_grasp_files_are_refused() {
         "grasps.parquet holds no grasps"
     );
 
-    let mut parts = Parts::of(&file(2));
+    let mut parts = of(&file(2));
     for (_, array) in &mut parts.columns {
         *array = array.slice(0, 0);
     }
@@ -694,20 +615,20 @@ fn files_that_are_no_grasp_files_are_refused() {
         "term_distance",
         "net_wrench",
     ] {
-        let refused = Parts::of(&file(2)).without(column).refusal();
+        let refused = of(&file(2)).without(column).refusal();
         assert!(
             refused.starts_with(&format!("grasps.parquet has no column `{column}` (")),
             "{refused}"
         );
     }
-    let refused = Parts::of(&file(2))
+    let refused = of(&file(2))
         .set("energy", StringArray::from(vec!["a", "b"]))
         .refusal();
     assert_eq!(
         refused,
         "column `energy` of grasps.parquet holds Utf8, expected numbers"
     );
-    let refused = Parts::of(&file(2))
+    let refused = of(&file(2))
         .set("contacts", Int64Array::from(vec![1, 2]))
         .refusal();
     assert_eq!(
@@ -720,7 +641,7 @@ fn files_that_are_no_grasp_files_are_refused() {
 fn metadata_are_checked() {
     type Spoil = fn(&mut serde_json::Value);
     let spoilt = |spoil: fn(&mut serde_json::Value)| {
-        let mut parts = Parts::of(&file(2));
+        let mut parts = of(&file(2));
         let mut value = serde_json::from_str(parts.metadata.as_ref().unwrap()).unwrap();
         spoil(&mut value);
         parts.metadata = Some(value.to_string());
@@ -756,7 +677,7 @@ fn metadata_are_checked() {
     for (spoil, expected) in cases {
         assert_eq!(spoilt(spoil), format!("{begin}{expected}"));
     }
-    let mut parts = Parts::of(&file(2));
+    let mut parts = of(&file(2));
     parts.metadata = Some("{".into());
     assert!(parts.refusal().starts_with(begin));
 }

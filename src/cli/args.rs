@@ -8,7 +8,7 @@ use clap::{Args, Parser, Subcommand};
 /// Shows how diverse a population of grasps really is: synthesizes grasps by differentiable force closure and maps the
 /// energy landscape between them.
 #[derive(Debug, Parser)]
-#[command(version, propagate_version = true, arg_required_else_help = true)]
+#[command(version, propagate_version = true, arg_required_else_help = true, after_help = EXAMPLES)]
 pub(super) struct Arguments {
     #[command(subcommand)]
     pub(super) command: Command,
@@ -50,6 +50,13 @@ pub(super) enum Command {
     #[command(after_help = BUILD_EXAMPLES)]
     Build(Build),
 }
+
+const EXAMPLES: &str = "\
+Examples:
+  landscape synth --object bottle_round -n 64              grasps.parquet: grasps of the human hand on a bottle
+  landscape build grasps.parquet                           grasps.landscape/: the landscape between them
+
+`landscape synth --help` and `landscape build --help` tell more.";
 
 const SYNTH_EXAMPLES: &str = "\
 Examples:
@@ -138,10 +145,10 @@ pub(super) struct Build {
     #[arg(long, value_name = "K")]
     pub(super) neighbours: Option<usize>,
     /// Temperature T of attraction–diffusion.
-    #[arg(long, value_name = "T")]
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
     pub(super) temperature: Option<f64>,
     /// Pull F = αT of attraction–diffusion, energy per metre.
-    #[arg(long, value_name = "F")]
+    #[arg(long, value_name = "F", allow_negative_numbers = true)]
     pub(super) force: Option<f64>,
     /// Map only the first N grasps: a quick look.
     #[arg(long, value_name = "N")]

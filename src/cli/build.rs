@@ -10,7 +10,7 @@ use indicatif::ProgressBar;
 
 use super::args::{Build, Common};
 use super::landscape::{Mapped, pictures, summary, tables};
-use super::{complain, models, print, progress};
+use super::{check_output, complain, models, print, progress};
 use crate::grasp::hover::hover_costs;
 use crate::grasp::{EnergySettings, GraspEnergy, GraspKernel};
 use crate::store::{
@@ -23,6 +23,20 @@ use crate::topography::{
 };
 
 pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
+    for (flag, value) in [("temperature", command.temperature), ("force", command.force)] {
+        if let Some(value) = value {
+            anyhow::ensure!(
+                value.is_finite() && value > 0.0,
+                "--{flag} {value}: a positive number is needed"
+            );
+        }
+    }
+    if let Some(first @ 0..2) = command.first {
+        anyhow::bail!("--first {first}: a landscape lies between at least two grasps");
+    }
+    if let Some(output) = &command.output {
+        check_output(output)?;
+    }
     let overrides = Overrides {
         hand: command
             .hand
@@ -35,7 +49,10 @@ pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
         },
     };
     let (file, warnings) = GraspFile::read(&command.grasps, overrides)?;
-    let warnings: Vec<String> = warnings.iter().map(ToString::to_string).collect();
+    let mut warnings: Vec<String> = warnings.iter().map(ToString::to_string).collect();
+    if file.metadata.energy.is_null() {
+        warnings.push("the file does not tell the energy of its grasps: the default one is used".to_owned());
+    }
     if !common.quiet {
         for warning in warnings.iter().take(5) {
             complain(&format!("warning: {warning}"));
@@ -167,10 +184,15 @@ fn build(
         .collect();
     anyhow::ensure!(
         grasps.len() > 1,
-        "one grasp only: a landscape lies between at least two"
+        "only one grasp of the {} hand on {}: a landscape lies between at least two",
+        population.hand.name,
+        population.object.name
     );
-    let energy_settings: EnergySettings = serde_json::from_value(file.metadata.energy.clone())
-        .context("the energy in the metadata is not one this program knows")?;
+    let energy_settings = match &file.metadata.energy {
+        serde_json::Value::Null => EnergySettings::default(),
+        told => serde_json::from_value(told.clone())
+            .context("the energy in the metadata is not one this program knows")?,
+    };
     let energy = GraspEnergy::new(
         models::hand(population.hand)?,
         models::object(population.object, population.scale)?,

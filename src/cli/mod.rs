@@ -4,6 +4,7 @@
 //! code 1.
 
 use std::io::Write;
+use std::path::Path;
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -31,10 +32,38 @@ pub fn run() -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            complain(&format!("error: {error:#}"));
+            complain(&format!("error: {}", sentence(&error)));
             ExitCode::FAILURE
         }
     }
+}
+
+/// An error and its causes, without those that it already repeats.
+fn sentence(error: &anyhow::Error) -> String {
+    let mut text = String::new();
+    for cause in error.chain().map(ToString::to_string) {
+        let cause = cause.trim_end();
+        if text.is_empty() {
+            cause.clone_into(&mut text);
+        } else if !text.ends_with(cause) {
+            text.push_str(": ");
+            text.push_str(cause);
+        }
+    }
+    text
+}
+
+/// Refuses an output that cannot be written, before any work is spent on it.
+fn check_output(output: &Path) -> anyhow::Result<()> {
+    if let Some(folder) = output.parent().filter(|folder| *folder != Path::new("")) {
+        anyhow::ensure!(
+            folder.is_dir(),
+            "--output {}: there is no folder {}",
+            output.display(),
+            folder.display()
+        );
+    }
+    Ok(())
 }
 
 /// A line for the person at the terminal. A closed terminal is nobody's mistake.

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::args::{Common, Keep, Synth};
 use super::experiment::Experiment;
-use super::{complain, models, print, progress};
+use super::{check_output, complain, models, print, progress};
 use crate::grasp::spread::spread;
 use crate::grasp::synthesis::{Synthesized, synthesize};
 use crate::grasp::{GraspEnergy, Judgement, judge};
@@ -33,13 +33,24 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
         "--spread 0: at least one grasp is to be kept"
     );
     anyhow::ensure!(command.chains > 0, "-n 0: at least one chain is needed");
+    check_output(&command.output)?;
+    anyhow::ensure!(
+        !command.output.is_dir(),
+        "--output {}: this is a folder, the name of a file is needed",
+        command.output.display()
+    );
     let hand = models::hand_metadata(&command.hand)?;
     let (object, object_metadata) = models::object_metadata(&command.object)?;
     let energy = GraspEnergy::new(models::hand(&hand)?, object, experiment.energy)?;
 
     let metadata = metadata(command, &experiment, &energy, hand, object_metadata)?;
     let journal_path = journal_path(&command.output);
-    let fingerprint = content_hash(&[serde_json::to_string(&metadata)?.as_bytes()]);
+    // A chain does not depend on how many there are or which are kept, so the command may ask for others next time.
+    let of_a_chain = Metadata {
+        command: String::new(),
+        ..metadata.clone()
+    };
+    let fingerprint = content_hash(&[serde_json::to_string(&of_a_chain)?.as_bytes()]);
     let journal = Journal::open(&journal_path, &fingerprint, command.fresh)?;
 
     let started = Instant::now();
@@ -100,7 +111,8 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
     }
     anyhow::ensure!(
         !kept.is_empty(),
-        "none of the {} chains passed the filter: run more or longer ones (-n, --steps), or keep others (--keep)",
+        "none of the {} chains passed the filter: run more (-n) or longer ones (--steps with --fresh), or keep others \
+         (--keep)",
         command.chains
     );
     let file = GraspFile {

@@ -184,7 +184,7 @@ impl Table {
 fn damaged(path: &Path, reason: &dyn Display) -> StoreError {
     StoreError::NotParquet {
         path: path.to_path_buf(),
-        reason: reason.to_string(),
+        reason: reason.to_string().trim_start_matches("Parquet error: ").to_owned(),
     }
 }
 
