@@ -23,7 +23,10 @@ use crate::topography::{
 };
 
 pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
-    for (flag, value) in [("temperature", command.temperature), ("force", command.force)] {
+    for (flag, value) in [
+        ("temperature", command.temperature),
+        ("force", command.force),
+    ] {
         if let Some(value) = value {
             anyhow::ensure!(
                 value.is_finite() && value > 0.0,
@@ -51,7 +54,9 @@ pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
     let (file, warnings) = GraspFile::read(&command.grasps, overrides)?;
     let mut warnings: Vec<String> = warnings.iter().map(ToString::to_string).collect();
     if file.metadata.energy.is_null() {
-        warnings.push("the file does not tell the energy of its grasps: the default one is used".to_owned());
+        warnings.push(
+            "the file does not tell the energy of its grasps: the default one is used".to_owned(),
+        );
     }
     if !common.quiet {
         for warning in warnings.iter().take(5) {
@@ -227,11 +232,14 @@ fn build(
     let quench_evaluations: usize = quenches.iter().map(|quench| quench.evaluations).sum();
     let (minima, _) = distinct(&energy, &quenches, &settings.sameness, f64::INFINITY);
     watch.lap("quench", quench_evaluations);
-    anyhow::ensure!(
-        minima.len() > 1,
-        "all {} grasps lie in one minimum: there is nothing to connect",
-        grasps.len()
-    );
+    if minima.len() < 2 {
+        disk.remove()?;
+        folder.discard()?;
+        anyhow::bail!(
+            "all {} grasps lie in one minimum: there is nothing to connect",
+            grasps.len()
+        );
+    }
     let landscape = map(&energy, &kernel, minima, &settings, &journal, &|p| {
         watch.see(p);
     });

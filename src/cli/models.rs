@@ -87,7 +87,12 @@ pub(super) fn hand(metadata: &HandMetadata) -> anyhow::Result<Arc<Hand>> {
 /// Checks that the hand built from a description is the one the rows were written for.
 pub(super) fn check_hand(metadata: &HandMetadata, hand: &Hand) -> anyhow::Result<()> {
     let joints: Vec<&String> = hand.joints.iter().map(|joint| &joint.name).collect();
-    if let Some((joint, name)) = joints.iter().copied().zip(&metadata.joint_names).find(|(a, b)| a != b) {
+    if let Some((joint, name)) = joints
+        .iter()
+        .copied()
+        .zip(&metadata.joint_names)
+        .find(|(a, b)| a != b)
+    {
         anyhow::bail!(
             "hand `{}` does not match: the file was written for joint `{name}` where its description has `{joint}`",
             metadata.name

@@ -101,6 +101,14 @@ impl AtomicFolder {
         write_atomic(&self.partial.join(name), bytes)
     }
 
+    /// Removes the unfinished folder: there will be nothing to finish.
+    ///
+    /// # Errors
+    /// If it cannot be removed.
+    pub fn discard(self) -> Result<(), StoreError> {
+        fs::remove_dir_all(&self.partial).map_err(StoreError::io("remove", &self.partial))
+    }
+
     /// Gives the folder its final name and returns it; a previous folder of that name is replaced.
     ///
     /// # Errors

@@ -184,7 +184,10 @@ impl Table {
 fn damaged(path: &Path, reason: &dyn Display) -> StoreError {
     StoreError::NotParquet {
         path: path.to_path_buf(),
-        reason: reason.to_string().trim_start_matches("Parquet error: ").to_owned(),
+        reason: reason
+            .to_string()
+            .trim_start_matches("Parquet error: ")
+            .to_owned(),
     }
 }
 
