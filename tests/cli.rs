@@ -713,6 +713,7 @@ fn identical_grasps() {
         &["same.parquet: all 4 grasps lie in one minimum"],
     );
     assert!(!desk.path("same.landscape").exists());
+    assert!(!desk.path("same.landscape.partial").exists());
 }
 
 #[test]
