@@ -16,7 +16,7 @@ use crate::grasp::hover::HoverCost;
 use crate::store::{
     Counts, EdgeRow, Grasp, LandscapeFiles, Manifest, MinimumRow, PathRow, Population, Source,
 };
-use crate::topography::{Evidence, Landscape, MapSettings, MinimumId, decisive};
+use crate::topography::{Evidence, Landscape, MapSettings, MinimumId, Tree, decisive};
 
 /// A mapped population and everything that describes it.
 pub(super) struct Mapped<'a> {
@@ -292,15 +292,20 @@ pub(super) fn pictures(mapped: &Mapped<'_>, folder: &Path) -> anyhow::Result<()>
         })
         .collect();
     let group_of = mapped.group_of();
+    let (tree, left_out) = legible_tree(mapped);
     let title = format!(
         "{} grasps, {} hand on {}",
         mapped.grasps.len(),
         mapped.population.hand.name,
         mapped.population.object.name
     );
-    let mut tree = DisconnectivityPicture::new(landscape.tree.clone(), &landscape.network);
+    let mut tree = DisconnectivityPicture::new(tree, &landscape.network);
     tree.leaves.clone_from(&leaves);
-    tree.title.clone_from(&title);
+    tree.title = match left_out {
+        Some((count, height)) => format!("{title} ({count} merges above {height:.2} not drawn)"),
+        None => title.clone(),
+    };
+    tree.size = [1600, 900];
     "energy E(H, O)".clone_into(&mut tree.energy_label);
     "grasps".clone_into(&mut tree.members_label);
     let mut graph = BarrierPicture::new(&landscape.network);
@@ -323,6 +328,28 @@ pub(super) fn pictures(mapped: &Mapped<'_>, folder: &Path) -> anyhow::Result<()>
         }
     }
     Ok(())
+}
+
+/// The tree as drawn: where the highest twentieth of the merges would squash the rest, it is cut below them, and how many
+/// merges that leaves out above which height.
+fn legible_tree(mapped: &Mapped<'_>) -> (Tree, Option<(usize, f64)>) {
+    let heights: Vec<f64> = mapped.merges().iter().map(|merge| merge.height).collect();
+    let whole = (mapped.landscape.tree.clone(), None);
+    let Some((&highest, &usual)) = heights.last().zip(heights.get(heights.len() * 19 / 20)) else {
+        return whole;
+    };
+    if highest < 2.0 * usual {
+        return whole;
+    }
+    let network = mapped.landscape.network.filter_map(
+        |_, node| Some(node.clone()),
+        |_, edge| (edge.height <= usual).then(|| edge.clone()),
+    );
+    let left_out = heights.iter().filter(|height| **height > usual).count();
+    (
+        Tree::from_network(&network, Evidence::Chain),
+        Some((left_out, usual)),
+    )
 }
 
 /// `summary.md`, which is also what the terminal shows.

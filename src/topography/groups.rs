@@ -77,7 +77,8 @@ impl Groups {
     /// The connections are resampled with replacement; the stability of a level is the mean adjusted Rand index (L.
     /// Hubert and P. Arabie, J. Classif. 2, 193 (1985)) between its partition and the resampled ones. Levels where all
     /// minima are apart or all are one say nothing; levels where one group holds more than half of them have percolated
-    /// and count only if there are no others. The lowest of equally stable levels wins; with no level left every
+    /// and count only if there are no others, as do levels with more groups than half the minima, where grouping has
+    /// hardly begun. The lowest of equally stable levels wins; with no level left every
     /// minimum is a group of its own.
     pub fn stable(network: &Network, settings: &GroupSettings) -> Self {
         let links = links(network, settings.worst);
@@ -123,7 +124,10 @@ impl Groups {
                 _ => Some(*level),
             })
         };
-        let chosen = best(&mut scan.iter().filter(telling).filter(|l| 2 * l.largest <= n))
+        let whole = |level: &&Level| 2 * level.largest <= n;
+        let begun = |level: &&Level| 2 * level.groups <= n;
+        let chosen = best(&mut scan.iter().filter(telling).filter(whole).filter(begun))
+            .or_else(|| best(&mut scan.iter().filter(telling).filter(whole)))
             .or_else(|| best(&mut scan.iter().filter(telling)));
         let barrier = chosen.map_or(0.0, |level| level.barrier);
         Self {
