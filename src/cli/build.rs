@@ -262,14 +262,7 @@ fn build(
         population,
         settings: &settings,
         hover: &hover,
-        source: Source {
-            name: command
-                .grasps
-                .file_name()
-                .map(|name| name.to_string_lossy().into_owned())
-                .unwrap_or_default(),
-            content_hash: content_hash(&[&bytes]),
-        },
+        source: source(command, &bytes),
         command: command_line(command, &settings),
         seed: command.seed,
         quench_evaluations,
@@ -293,6 +286,15 @@ fn coordinates(grasp: &Grasp) -> Vec<f64> {
     x.extend(grasp.rotation_wxyz);
     x.extend(&grasp.joints_rad);
     x
+}
+
+/// What the manifest says of the input.
+fn source(command: &Build, bytes: &[u8]) -> Source {
+    let name = command.grasps.file_name().unwrap_or_default();
+    Source {
+        name: name.to_string_lossy().into_owned(),
+        content_hash: content_hash(&[bytes]),
+    }
 }
 
 /// Minima from all heights of the landscape: as many as a second pays for.

@@ -18,27 +18,7 @@ use crate::store::{
 };
 
 pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
-    let mut experiment = match &command.config {
-        Some(path) => Experiment::read(path)?,
-        None => Experiment::preset(&command.preset)?,
-    };
-    if let Some(steps) = command.steps {
-        experiment.synthesis.steps = steps;
-    }
-    if let Some(contacts) = command.contacts {
-        experiment.energy.contacts = contacts;
-    }
-    anyhow::ensure!(
-        command.spread != Some(0),
-        "--spread 0: at least one grasp is to be kept"
-    );
-    anyhow::ensure!(command.chains > 0, "-n 0: at least one chain is needed");
-    check_output(&command.output)?;
-    anyhow::ensure!(
-        !command.output.is_dir(),
-        "--output {}: this is a folder, the name of a file is needed",
-        command.output.display()
-    );
+    let experiment = experiment(command)?;
     let hand = models::hand_metadata(&command.hand)?;
     let (object, object_metadata) = models::object_metadata(&command.object)?;
     let energy = GraspEnergy::new(models::hand(&hand)?, object, experiment.energy)?;
@@ -125,6 +105,32 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
         complain(&format!("wrote {}", command.output.display()));
     }
     Ok(())
+}
+
+/// The settings that the flags ask for; refuses what makes no sense before any work is spent on it.
+fn experiment(command: &Synth) -> anyhow::Result<Experiment> {
+    let mut experiment = match &command.config {
+        Some(path) => Experiment::read(path)?,
+        None => Experiment::preset(&command.preset)?,
+    };
+    if let Some(steps) = command.steps {
+        experiment.synthesis.steps = steps;
+    }
+    if let Some(contacts) = command.contacts {
+        experiment.energy.contacts = contacts;
+    }
+    anyhow::ensure!(
+        command.spread != Some(0),
+        "--spread 0: at least one grasp is to be kept"
+    );
+    anyhow::ensure!(command.chains > 0, "-n 0: at least one chain is needed");
+    check_output(&command.output)?;
+    anyhow::ensure!(
+        !command.output.is_dir(),
+        "--output {}: this is a folder, the name of a file is needed",
+        command.output.display()
+    );
+    Ok(experiment)
 }
 
 fn journal_path(output: &Path) -> PathBuf {
