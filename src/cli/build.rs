@@ -145,6 +145,7 @@ fn map_settings(command: &Build, energy: &GraspEnergy) -> MapSettings {
         max_step: 0.004,
         // Where the best contact set changes, the force jumps by the slope of the contact that changes.
         force_tolerance: contact_slope,
+        as_a_whole: true,
         exact_below: 0.5,
         energy_tolerance: 0.02,
         ..settings.path

@@ -115,7 +115,7 @@ impl Connector<'_> {
     /// Connects the minima `ids` = (from, to), from < to.
     ///
     /// Chains run in both directions (with growing force until one arrives, `replicas` times); the best of them and the
-    /// straight line are relaxed and the lower path is kept. On an energy with discrete choices a `known` path that would
+    /// straight line are relaxed and the lower path is kept. Where paths are relaxed as a whole, a `known` path that would
     /// not relax is relaxed further instead. The outcome depends on the two minima, their numbers, the
     /// settings, the effort and what is known only.
     pub fn connect(
@@ -130,7 +130,7 @@ impl Connector<'_> {
         let (counted, space) = (Counted::new(energy), energy.space());
         let mut settings = self.path.clone();
         let unfinished = known.filter(|known| {
-            !minima.0.choice.is_empty()
+            self.path.as_a_whole
                 && known.objection.is_none()
                 && known.edge.evidence == Evidence::Chain
                 && known.path.images.len() > 2

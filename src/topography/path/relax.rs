@@ -44,6 +44,9 @@ pub struct PathSettings {
     pub refinement_steps: usize,
     /// Length of the first step down from a pass.
     pub push: f64,
+    /// Whether paths are relaxed as a whole instead of pass by pass: for an energy with discrete choices whose kinks lie so
+    /// close that the pieces that tie at a top are seldom the lowest ones where they come to rest.
+    pub as_a_whole: bool,
     /// Height above the higher end below which images are evaluated exactly; see
     /// [`Energy::evaluate_roughly_above`].
     pub exact_below: f64,
@@ -71,6 +74,7 @@ impl PathSettings {
             height_tolerance: 0.01,
             refinement_steps: 60,
             push: 0.01 * length,
+            as_a_whole: false,
             exact_below: 3.0 * energy,
             energy_tolerance: 1e-6 * energy,
         }
@@ -119,8 +123,8 @@ pub(in crate::topography) fn relax(
     sameness: &Sameness,
 ) -> Option<Outcome> {
     let floor = ends.0.energy.max(ends.1.energy);
-    // With discrete choices the start with the lower top is kept: relaxing another one to the end costs as much again.
-    let rough_energy = !ends.0.choice.is_empty();
+    // As a whole, the start with the lower top is kept: relaxing another one to the end costs as much again.
+    let rough_energy = settings.as_a_whole;
     let mut rough: Vec<(usize, bool, Band<'_>)> = starts
         .iter()
         .enumerate()
@@ -189,7 +193,7 @@ struct Relaxation<'a> {
 }
 
 impl Relaxation<'_> {
-    /// [`Relaxation::finish`] on an energy with discrete choices: relaxed as a whole, then its top is refined if it can be.
+    /// [`Relaxation::finish`] for a path relaxed as a whole, then its top is refined if it can be.
     fn finish_rough(&self, band: Band<'_>, floor: f64) -> Outcome {
         let unsettled = band.path.clone();
         let Some(settled) = settle(self.energy, band, floor, self.settings) else {
@@ -230,7 +234,7 @@ impl Relaxation<'_> {
     fn finish(&self, mut band: Band<'_>) -> Outcome {
         let space = self.energy.space();
         let floor = self.ends.0.energy.max(self.ends.1.energy);
-        if !self.ends.0.choice.is_empty() {
+        if self.settings.as_a_whole {
             return self.finish_rough(band, floor);
         }
         let reach = 2.0 * band.path.length(space) / (band.path.images.len() - 1) as f64;

@@ -1,6 +1,6 @@
-//! Relaxation on an energy that is a minimum over discrete choices.
+//! Relaxation of a path as a whole.
 //!
-//! Kinks lie every few millimetres there, so the pieces that tie at a top rarely stay the lowest ones on the way to a
+//! On the envelope of grasps kinks lie every few millimetres, so the pieces that tie at a top rarely stay the lowest ones on the way to a
 //! stationary point of theirs. A path is relaxed as a whole instead, until its top is at rest and its height has settled.
 
 use super::PathSettings;
