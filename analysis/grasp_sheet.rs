@@ -82,7 +82,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 ],
                 markers: grasp.contacts.iter().map(marker).collect(),
             };
-            scene.render(&scene.best_camera(Vector3::z()), 300, 300)
+            scene.render(&scene.best_camera(Vector3::z()), 240, 240)
         })
         .collect();
     let captions: Vec<String> = chosen

@@ -305,6 +305,9 @@ pub(super) fn pictures(mapped: &Mapped<'_>, folder: &Path) -> anyhow::Result<()>
         Some((count, height)) => format!("{title} ({count} merges above {height:.2} not drawn)"),
         None => title.clone(),
     };
+    if let Some((_, height)) = left_out {
+        tree.apart = format!("apart: joined above {height:.2}");
+    }
     tree.size = [1600, 900];
     "energy E(H, O)".clone_into(&mut tree.energy_label);
     "grasps".clone_into(&mut tree.members_label);

@@ -24,6 +24,8 @@ pub struct DisconnectivityPicture {
     pub energy_label: String,
     /// What the circles count, plural: heading of their legend.
     pub members_label: String,
+    /// Legend of trees that nothing joins.
+    pub apart: String,
     /// Order of the branches.
     pub order: LeafOrder,
     /// Width and height in canvas units.
@@ -39,6 +41,7 @@ impl DisconnectivityPicture {
             title: String::new(),
             energy_label: "energy".to_owned(),
             members_label: "members".to_owned(),
+            apart: "apart: no path found".to_owned(),
             order: LeafOrder::default(),
             size: [1200, 860],
         }
@@ -152,7 +155,7 @@ impl DisconnectivityPicture {
             legend.line(upper_bound(2.5), "upper bound");
         }
         if self.tree.roots.len() > 1 {
-            legend.note("apart: no path found");
+            legend.note(&self.apart);
         }
         legend
     }
