@@ -1,0 +1,57 @@
+//! What each surface point would cost as the last contact of a set: the law that heat-bath moves draw from.
+
+use nalgebra::Vector6;
+
+use super::{FIRST_BAND_M, GraspEnergy};
+use crate::grasp::term::point_contact;
+
+impl GraspEnergy {
+    /// Costs of every surface point as the contact that completes `others` at pose `x`: own cost plus force closure of
+    /// the whole set, for points that cost at most `allowance` more than the cheapest own cost.
+    pub fn completions(
+        &self,
+        x: &[f64],
+        others: &[u32],
+        distance_factor: f64,
+        allowance: f64,
+    ) -> Vec<(u32, f64)> {
+        self.with_scratch(|scratch| {
+            self.pose(x, scratch);
+            let cost =
+                |distance_m: f64| distance_factor * self.distance.cost(distance_m, self.unit_m);
+            self.measure(FIRST_BAND_M, scratch);
+            while scratch.near.is_empty() {
+                self.measure(2.0 * scratch.band_m, scratch);
+            }
+            let cheapest = scratch
+                .near
+                .iter()
+                .map(|(_, d)| cost(*d))
+                .min_by(f64::total_cmp)
+                .unwrap_or(0.0);
+            let reach_m = self
+                .distance
+                .reach_m((cheapest + allowance) / distance_factor, self.unit_m);
+            self.measure(reach_m, scratch);
+            self.measure_contacts(others, scratch);
+            let rest: Vector6<f64> = scratch
+                .contacts
+                .iter()
+                .map(|c| point_contact(c, &self.object.centroid, self.unit_m).wrench())
+                .sum();
+            let wrench_cost = self.wrench_cost();
+            self.candidates(scratch);
+            scratch
+                .search
+                .candidates_mut()
+                .iter()
+                .filter(|c| !others.contains(&c.index))
+                .map(|c| {
+                    let net = rest + Vector6::from(c.wrench);
+                    let own = distance_factor * c.cost;
+                    (c.index, own + wrench_cost.of_squared(net.norm_squared()))
+                })
+                .collect()
+        })
+    }
+}

@@ -1,0 +1,358 @@
+//! The grasp energy E(H, x, O) of a pose and a contact set, and its envelope E(H, O) = min over x.
+
+mod completions;
+mod probe;
+mod scratch;
+mod search;
+mod settings;
+
+use std::sync::{Arc, Mutex};
+
+pub use probe::THROUGH_M;
+use scratch::Scratch;
+pub use settings::{EnergySettings, EnergySettingsError, Unit};
+
+use super::hand::Hand;
+use super::object::Object;
+use super::term::{
+    Distance, ForceClosure, Intrusion, JointLimits, Penetration, Prior, Rank, SelfPenetration, Term,
+};
+use crate::energy::Energy;
+use crate::space::{PoseMetric, PoseSpace, Space};
+
+/// E(H, O): the energy of a hand pose on an object, minimised exactly over the contact sets of n surface points.
+///
+/// ```text
+/// E(H, O) = min over x ⊂ S(H), |x| = n  of  E_fc(H, x, O) + E_dist(H, x, O) + E_pen + E_prior + …
+/// ```
+///
+/// Continuous and piecewise C¹: the best contact set changes on seams. Every term is C¹ for a fixed set
+/// ([`Energy::evaluate_choice`]).
+#[derive(Debug)]
+pub struct GraspEnergy {
+    hand: Arc<Hand>,
+    object: Arc<Object>,
+    space: PoseSpace,
+    metric: PoseMetric,
+    settings: EnergySettings,
+    unit_m: f64,
+    force_closure: ForceClosure,
+    rank: Rank,
+    distance: Distance,
+    penetration: Penetration,
+    intrusion: Intrusion,
+    pose_terms: Vec<Box<dyn Term>>,
+    scratch: Mutex<Vec<Scratch>>,
+}
+
+/// Surface points within this distance are candidates at first; the search widens the band by itself where needed.
+const FIRST_BAND_M: f64 = 0.006;
+
+/// Contact energy above which no contact set is any good, and the best one is only looked for where it is asked for.
+const HOPELESS: f64 = 1.0;
+
+impl GraspEnergy {
+    /// The energy of `hand` on `object`.
+    ///
+    /// # Errors
+    /// If the settings make no sense.
+    pub fn new(
+        hand: Arc<Hand>,
+        object: Arc<Object>,
+        settings: EnergySettings,
+    ) -> Result<Self, EnergySettingsError> {
+        settings.validate()?;
+        let unit_m = match settings.unit {
+            Unit::ObjectRadius => object.radius_m,
+            Unit::Metres(unit) => unit,
+        };
+        let metric = hand.pose_metric();
+        let space = PoseSpace::new(metric.clone(), object.symmetry.clone());
+        let pose_terms: Vec<Box<dyn Term>> = vec![
+            Box::new(SelfPenetration {
+                weight: settings.self_penetration_weight,
+                rounding_m: settings.depth_rounding_m,
+            }),
+            Box::new(JointLimits {
+                weight: settings.joint_limits_weight,
+                rounding_rad: settings.joint_limits_rounding_rad,
+            }),
+            Box::new(Prior {
+                weight: settings.prior_weight,
+                form: settings.prior_form,
+            }),
+        ];
+        Ok(Self {
+            space,
+            metric,
+            settings,
+            unit_m,
+            force_closure: ForceClosure {
+                weight: settings.force_closure_weight,
+                rounding: settings.force_closure_rounding,
+            },
+            rank: Rank {
+                weight: settings.rank_weight,
+                epsilon: settings.rank_epsilon,
+            },
+            distance: Distance {
+                weight: settings.distance_weight,
+                rounding_m: settings.distance_rounding_m,
+            },
+            penetration: Penetration {
+                weight: settings.penetration_weight,
+                rounding_m: settings.depth_rounding_m,
+                clearance_m: 0.0,
+            },
+            intrusion: Intrusion {
+                weight: settings.intrusion_weight,
+                rounding_m: settings.depth_rounding_m,
+            },
+            pose_terms,
+            hand,
+            object,
+            scratch: Mutex::new(Vec::new()),
+        })
+    }
+
+    /// The same energy with every surface point of the hand kept `clearance_m` off the object by a stiff penalty: its
+    /// minima tell what hovering costs.
+    #[must_use]
+    pub fn with_clearance(mut self, clearance_m: f64, weight: f64) -> Self {
+        self.penetration.clearance_m = clearance_m;
+        self.penetration.weight = weight;
+        self
+    }
+
+    /// The hand.
+    pub fn hand(&self) -> &Arc<Hand> {
+        &self.hand
+    }
+
+    /// The object.
+    pub fn object(&self) -> &Arc<Object> {
+        &self.object
+    }
+
+    /// The settings it was made with.
+    pub fn settings(&self) -> &EnergySettings {
+        &self.settings
+    }
+
+    /// The pose space, as a concrete type.
+    pub fn pose_space(&self) -> &PoseSpace {
+        &self.space
+    }
+
+    /// The length that divides arms, distances and depths, metres.
+    pub fn unit_m(&self) -> f64 {
+        self.unit_m
+    }
+
+    /// The terms that need no contacts, in a fixed order.
+    fn contact_free_terms(&self) -> impl Iterator<Item = &dyn Term> {
+        let depth: [(&dyn Term, f64); 2] = [
+            (&self.penetration, self.penetration.weight),
+            (&self.intrusion, self.intrusion.weight),
+        ];
+        let pose = [
+            self.settings.self_penetration_weight,
+            self.settings.joint_limits_weight,
+            self.settings.prior_weight,
+        ];
+        depth
+            .into_iter()
+            .chain(self.pose_terms.iter().map(|t| &**t).zip(pose))
+            .filter(|(_, weight)| *weight > 0.0)
+            .map(|(term, _)| term)
+    }
+
+    /// The terms of a contact set.
+    fn contact_terms(&self) -> impl Iterator<Item = &dyn Term> {
+        let terms: [(&dyn Term, f64); 3] = [
+            (&self.force_closure, self.force_closure.weight),
+            (&self.rank, self.rank.weight),
+            (&self.distance, self.distance.weight),
+        ];
+        terms
+            .into_iter()
+            .filter(|(_, weight)| *weight > 0.0)
+            .map(|(term, _)| term)
+    }
+
+    fn add_terms<'a>(
+        &'a self,
+        terms: impl Iterator<Item = &'a dyn Term>,
+        x: &[f64],
+        scratch: &mut Scratch,
+    ) -> f64 {
+        let mut forces = std::mem::take(&mut scratch.forces);
+        let scene = self.scene(x, scratch);
+        let energy = terms.map(|term| term.add(&scene, &mut forces)).sum();
+        scratch.forces = forces;
+        energy
+    }
+
+    fn contact_free(&self, x: &[f64], scratch: &mut Scratch) -> f64 {
+        scratch
+            .forces
+            .reset(self.hand.links.len(), self.hand.joints.len());
+        self.add_terms(self.contact_free_terms(), x, scratch)
+    }
+
+    /// Adds the terms of `choice` and writes the gradient; `scratch` holds the posed hand and the contact-free forces.
+    fn finish(
+        &self,
+        x: &[f64],
+        choice: &[u32],
+        scratch: &mut Scratch,
+        gradient: &mut [f64],
+    ) -> f64 {
+        self.measure_contacts(choice, scratch);
+        let energy = self.add_terms(self.contact_terms(), x, scratch);
+        self.hand.pull_back(
+            &scratch.posed,
+            &scratch.forces.wrenches,
+            &scratch.forces.joints,
+            &self.metric,
+            gradient,
+        );
+        energy
+    }
+
+    /// Band that holds the candidates of most poses and every point the penetration term asks about.
+    fn first_band_m(&self) -> f64 {
+        FIRST_BAND_M.max(self.penetration.clearance_m)
+    }
+
+    /// The envelope at `x`, leaving early above `cutoff`.
+    fn envelope(&self, x: &[f64], gradient: &mut [f64], cutoff: f64) -> f64 {
+        self.with_scratch(|scratch| {
+            self.pose(x, scratch);
+            self.measure(self.first_band_m(), scratch);
+            let base = self.contact_free(x, scratch);
+            if base > cutoff {
+                return base;
+            }
+            let contact_part = self.search(cutoff - base, scratch);
+            if base + contact_part > cutoff || scratch.search.best().len() < self.settings.contacts
+            {
+                return base + contact_part;
+            }
+            let mut choice = std::mem::take(&mut scratch.warm);
+            choice.clear();
+            choice.extend_from_slice(scratch.search.best());
+            let energy = base + self.finish(x, &choice, scratch, gradient);
+            scratch.warm = choice;
+            energy
+        })
+    }
+}
+
+impl Energy for GraspEnergy {
+    fn space(&self) -> &dyn Space {
+        &self.space
+    }
+
+    fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64 {
+        self.envelope(x, gradient, f64::INFINITY)
+    }
+
+    fn evaluate_below(&self, x: &[f64], gradient: &mut [f64], cutoff: f64) -> f64 {
+        self.envelope(x, gradient, cutoff)
+    }
+
+    fn evaluate_roughly_above(&self, x: &[f64], gradient: &mut [f64], ceiling: f64) -> f64 {
+        self.with_scratch(|scratch| {
+            self.pose(x, scratch);
+            self.measure(self.first_band_m(), scratch);
+            let base = self.contact_free(x, scratch);
+            self.search_roughly_above(ceiling - base, scratch);
+            let choice = scratch.search.best().to_vec();
+            base + self.finish(x, &choice, scratch, gradient)
+        })
+    }
+
+    fn choice(&self, x: &[f64]) -> Vec<u32> {
+        self.with_scratch(|scratch| {
+            self.pose(x, scratch);
+            self.measure(self.first_band_m(), scratch);
+            self.search(f64::INFINITY, scratch);
+            scratch.search.best().to_vec()
+        })
+    }
+
+    fn evaluate_choice(&self, x: &[f64], choice: &[u32], gradient: &mut [f64]) -> f64 {
+        self.evaluate_ramped(x, choice, 1.0, gradient)
+    }
+
+    /// At the best contact set, or at a good one where even that costs so much that none is worth finding.
+    fn terms(&self, x: &[f64]) -> Vec<(String, f64)> {
+        let choice = self.with_scratch(|scratch| {
+            self.pose(x, scratch);
+            self.measure(self.first_band_m(), scratch);
+            self.search_roughly_above(HOPELESS, scratch);
+            scratch.search.best().to_vec()
+        });
+        self.terms_of(x, &choice)
+    }
+
+    fn objection(&self, x: &[f64]) -> Option<String> {
+        let deepest_m = self.deepest_m(x);
+        (deepest_m > THROUGH_M)
+            .then(|| format!("hand and object overlap by {:.1} mm", deepest_m * 1e3))
+    }
+}
+
+impl GraspEnergy {
+    /// E(H, x, O) with the weight of the contact distances multiplied by `distance_factor`, as synthesis ramps it.
+    ///
+    /// # Panics
+    /// If a slice has the wrong length.
+    pub fn evaluate_ramped(
+        &self,
+        x: &[f64],
+        choice: &[u32],
+        distance_factor: f64,
+        gradient: &mut [f64],
+    ) -> f64 {
+        self.with_scratch(|scratch| {
+            self.pose(x, scratch);
+            self.measure(self.penetration.clearance_m, scratch);
+            let base = self.contact_free(x, scratch);
+            scratch.distance_factor = distance_factor;
+            let energy = base + self.finish(x, choice, scratch, gradient);
+            scratch.distance_factor = 1.0;
+            energy
+        })
+    }
+
+    /// The named, weighted terms of E(H, x, O), in a fixed order.
+    pub fn terms_of(&self, x: &[f64], choice: &[u32]) -> Vec<(String, f64)> {
+        self.with_scratch(|scratch| {
+            self.pose(x, scratch);
+            self.measure(self.penetration.clearance_m, scratch);
+            self.measure_contacts(choice, scratch);
+            scratch
+                .forces
+                .reset(self.hand.links.len(), self.hand.joints.len());
+            let mut forces = std::mem::take(&mut scratch.forces);
+            let scene = self.scene(x, scratch);
+            let terms = self
+                .contact_terms()
+                .chain(self.contact_free_terms())
+                .map(|term| (term.name().to_owned(), term.add(&scene, &mut forces)))
+                .collect();
+            scratch.forces = forces;
+            terms
+        })
+    }
+
+    /// Names of the terms, in the order of [`Energy::terms`].
+    pub fn term_names(&self) -> Vec<String> {
+        self.contact_terms()
+            .chain(self.contact_free_terms())
+            .map(|term| term.name().to_owned())
+            .collect()
+    }
+}

@@ -1,0 +1,158 @@
+//! Which terms make the grasp energy, and the presets.
+
+use serde::{Deserialize, Serialize};
+
+use crate::grasp::term::PriorForm;
+
+/// The length that divides arms, distances and depths, and so makes the energy dimensionless.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Unit {
+    /// Largest distance of a vertex of the object from its centroid of volume.
+    ObjectRadius,
+    /// A fixed length in metres (the authors of Liu et al. 2021 use 0.12).
+    Metres(f64),
+}
+
+/// Which terms make the grasp energy, with weights and roundings. Read from a TOML file; see `data/experiments/`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct EnergySettings {
+    /// Number of contacts n. Three equal unit forces balance only at 120°, so pinches need four.
+    pub contacts: usize,
+    /// The length that makes the energy dimensionless.
+    pub unit: Unit,
+    /// Weight of the left-over wrench.
+    pub force_closure_weight: f64,
+    /// Rounding of its norm, dimensionless.
+    pub force_closure_rounding: f64,
+    /// Weight of the rank condition.
+    pub rank_weight: f64,
+    /// Its threshold ε.
+    pub rank_epsilon: f64,
+    /// Weight of contact distances per unit length.
+    pub distance_weight: f64,
+    /// Their rounding, metres.
+    pub distance_rounding_m: f64,
+    /// Weight of hand points inside the object per unit length.
+    pub penetration_weight: f64,
+    /// Weight of object points inside the hand per unit length.
+    pub intrusion_weight: f64,
+    /// Weight of the hand inside itself per unit length.
+    pub self_penetration_weight: f64,
+    /// Rounding of the three depths, metres.
+    pub depth_rounding_m: f64,
+    /// Weight of joint excess per radian.
+    pub joint_limits_weight: f64,
+    /// Its rounding, radians.
+    pub joint_limits_rounding_rad: f64,
+    /// Weight of the pose prior.
+    pub prior_weight: f64,
+    /// Its form.
+    pub prior_form: PriorForm,
+}
+
+impl Default for EnergySettings {
+    /// Ours: smooth, scale-free, possible hands. The distance weight makes a hand that hovers pay more than one that
+    /// loses force closure, so that barriers mean force closure.
+    fn default() -> Self {
+        Self {
+            contacts: 4,
+            unit: Unit::ObjectRadius,
+            force_closure_weight: 1.0,
+            force_closure_rounding: 0.05,
+            rank_weight: 0.0,
+            rank_epsilon: 1e-4,
+            distance_weight: 10.0,
+            distance_rounding_m: 0.002,
+            penetration_weight: 10.0,
+            intrusion_weight: 10.0,
+            self_penetration_weight: 10.0,
+            depth_rounding_m: 0.0005,
+            joint_limits_weight: 20.0,
+            joint_limits_rounding_rad: 0.02,
+            prior_weight: 0.02,
+            prior_form: PriorForm::Quadratic,
+        }
+    }
+}
+
+impl EnergySettings {
+    /// The formulae printed in Liu et al. (2021), Eqs. 7–10, with their w = 1.
+    pub fn paper() -> Self {
+        Self {
+            contacts: 3,
+            unit: Unit::ObjectRadius,
+            force_closure_weight: 1.0,
+            force_closure_rounding: 0.0,
+            rank_weight: 1.0,
+            rank_epsilon: 1e-4,
+            distance_weight: 1.0,
+            distance_rounding_m: 0.0,
+            penetration_weight: 1.0,
+            intrusion_weight: 0.0,
+            self_penetration_weight: 0.0,
+            depth_rounding_m: 0.0,
+            joint_limits_weight: 0.0,
+            joint_limits_rounding_rad: 0.02,
+            prior_weight: 1.0,
+            prior_form: PriorForm::Norm,
+        }
+    }
+
+    /// One clear sentence on the first value that makes no sense.
+    ///
+    /// # Errors
+    /// If a weight or rounding is negative or not finite, or the number of contacts is outside 2..=8.
+    pub fn validate(&self) -> Result<(), EnergySettingsError> {
+        if !(2..=8).contains(&self.contacts) {
+            return Err(EnergySettingsError::Contacts(self.contacts));
+        }
+        if let Unit::Metres(unit) = self.unit
+            && !(unit > 0.0 && unit.is_finite())
+        {
+            return Err(EnergySettingsError::Value {
+                name: "unit",
+                value: unit,
+            });
+        }
+        let values = [
+            ("force_closure_weight", self.force_closure_weight),
+            ("force_closure_rounding", self.force_closure_rounding),
+            ("rank_weight", self.rank_weight),
+            ("rank_epsilon", self.rank_epsilon),
+            ("distance_weight", self.distance_weight),
+            ("distance_rounding_m", self.distance_rounding_m),
+            ("penetration_weight", self.penetration_weight),
+            ("intrusion_weight", self.intrusion_weight),
+            ("self_penetration_weight", self.self_penetration_weight),
+            ("depth_rounding_m", self.depth_rounding_m),
+            ("joint_limits_weight", self.joint_limits_weight),
+            ("joint_limits_rounding_rad", self.joint_limits_rounding_rad),
+            ("prior_weight", self.prior_weight),
+        ];
+        for (name, value) in values {
+            if !(value >= 0.0 && value.is_finite()) {
+                return Err(EnergySettingsError::Value { name, value });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A setting of the energy that makes no sense.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum EnergySettingsError {
+    /// Outside 2..=8.
+    #[error("contacts = {0}: between 2 and 8 contacts make a grasp")]
+    Contacts(usize),
+    /// Negative, NaN or infinite.
+    #[error("{name} = {value}: must be finite and not negative")]
+    Value {
+        /// The setting.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+    },
+}
