@@ -4,8 +4,8 @@
 
 use std::sync::Arc;
 
-use landscape::figure::{Marker, Scene, Surface, contact_sheet};
-use landscape::grasp::hand::{Hand, PosedHand};
+use landscape::figure::{Scene, contact_sheet};
+use landscape::grasp::hand::Hand;
 use landscape::grasp::object::{Mesh, Object};
 use landscape::store::{Grasp, GraspFile, Overrides};
 use nalgebra::Vector3;
@@ -13,9 +13,6 @@ use rayon::prelude::*;
 
 const GRASPS: usize = 60;
 const COLUMNS: usize = 10;
-const SKIN: [u8; 3] = [232, 190, 162];
-const OBJECT: [u8; 3] = [128, 164, 190];
-const CONTACT: [u8; 3] = [213, 40, 20];
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let path = std::env::args()
@@ -59,29 +56,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let mut x = grasp.translation_m.to_vec();
             x.extend(grasp.rotation_wxyz);
             x.extend(&grasp.joints_rad);
-            let mut posed = PosedHand::default();
-            hand.pose(&x, &mut posed);
-            let surface = |vertices, triangles: &[[u32; 3]], colour| Surface {
-                vertices,
-                triangles: triangles.to_vec(),
-                colour,
-            };
-            let marker = |&contact: &u32| Marker {
-                centre: posed.points[contact as usize],
-                radius_m: 0.005,
-                colour: CONTACT,
-            };
-            let scene = Scene {
-                surfaces: vec![
-                    surface(skin.pose(&posed), &skin.triangles, SKIN),
-                    surface(
-                        object.mesh.vertices().to_vec(),
-                        object.mesh.triangles(),
-                        OBJECT,
-                    ),
-                ],
-                markers: grasp.contacts.iter().map(marker).collect(),
-            };
+            let scene = Scene::of_grasp(&hand, &skin, &object, &x, &grasp.contacts);
             scene.render(&scene.best_camera(Vector3::z()), 240, 240)
         })
         .collect();

@@ -75,8 +75,6 @@ const POSES: [(&str, &[(&str, f64)]); 5] = [
     ),
 ];
 
-const SKIN: [u8; 3] = [232, 190, 162];
-
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let hand = Hand::human();
     let skin = hand.skin();
@@ -95,12 +93,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let mut posed = PosedHand::default();
             hand.pose(&x, &mut posed);
             let scene = Scene {
-                surfaces: vec![Surface {
-                    vertices: skin.pose(&posed),
-                    triangles: skin.triangles.clone(),
-                    colour: SKIN,
-                }],
-                markers: Vec::new(),
+                surfaces: vec![Surface::of_hand(&skin, &posed)],
+                ..Scene::default()
             };
             // A little from above, so that depth is seen.
             let camera = scene.framed(toward_eye + distal * 0.25, distal);

@@ -44,7 +44,7 @@ pub use layout::LeafOrder;
 #[cfg(feature = "topography")]
 pub use leaf::{Leaf, group, leaves_of};
 #[cfg(feature = "grasp")]
-pub use scene::{Camera, Marker, Scene, Surface};
+pub use scene::{Camera, Cone, Marker, Scene, Surface};
 #[cfg(feature = "grasp")]
 pub use sheet::contact_sheet;
 

@@ -162,6 +162,7 @@ mod tests {
         Scene {
             surfaces: vec![hand, bottle],
             markers,
+            ..Scene::default()
         }
     }
 

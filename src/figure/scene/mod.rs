@@ -7,6 +7,13 @@ use nalgebra::{Matrix3, Vector3};
 use super::image::Image;
 use super::theme::byte;
 
+mod cone;
+mod grasp;
+mod raster;
+
+pub use cone::Cone;
+use raster::{Layer, Raster};
+
 /// Pixels are rendered twice as fine in both directions and averaged.
 const SUPERSAMPLING: u32 = 2;
 /// Faces that meet at a sharper angle than this keep their edge: cosine of 40°.
@@ -45,6 +52,8 @@ pub struct Scene {
     pub surfaces: Vec<Surface>,
     /// Contacts.
     pub markers: Vec<Marker>,
+    /// Friction cones, see [`Scene::with_friction_cones`].
+    pub cones: Vec<Cone>,
 }
 
 /// An orthographic camera.
@@ -116,6 +125,11 @@ impl Scene {
         self.markers
             .iter()
             .for_each(|marker| include(&marker.centre, marker.radius_m));
+        for cone in &self.cones {
+            let (middle, radius) = cone.base();
+            include(&cone.tip, 0.0);
+            include(&middle, radius);
+        }
         if low.x > high.x {
             return camera;
         }
@@ -175,20 +189,26 @@ impl Scene {
             &normals,
         );
         let mut rgb = Vec::with_capacity(raster.surface.len() * 3);
-        for (surface, marker) in raster.surface.iter().zip(&raster.marker) {
+        let layers = raster.surface.iter().zip(&raster.cone).zip(&raster.marker);
+        for ((surface, cone), marker) in layers {
+            let veil = if cone.depth >= surface.depth {
+                cone::COVERING
+            } else {
+                cone::SHINING
+            };
             let shine = if marker.depth >= surface.depth {
                 1.0
             } else {
                 SHINE_THROUGH
             };
             for channel in 0..3 {
-                let under = surface.colour[channel];
-                let over = if marker.depth > f64::NEG_INFINITY {
-                    marker.colour[channel]
-                } else {
-                    under
-                };
-                rgb.push(byte(under + shine * (over - under)));
+                let mut colour = surface.colour[channel];
+                for (layer, share) in [(cone, veil), (marker, shine)] {
+                    if layer.depth > f64::NEG_INFINITY {
+                        colour += share * (layer.colour[channel] - colour);
+                    }
+                }
+                rgb.push(byte(colour));
             }
         }
         Image {
@@ -217,7 +237,15 @@ impl Scene {
             for (triangle, normals) in surface.triangles.iter().zip(normals) {
                 let corners = triangle.map(|corner| vertices[corner as usize]);
                 let normals = normals.map(|normal| camera.view_from_object * normal);
-                raster.triangle(&corners, &normals, colour, owner);
+                raster.triangle(Layer::Surface, &corners, &normals, colour, owner);
+            }
+        }
+        for cone in &self.cones {
+            let colour = cone.colour.map(f64::from);
+            for [corners, normals] in cone.triangles() {
+                let corners = corners.map(|corner| raster.pixel_from_object(&corner));
+                let normals = normals.map(|normal| camera.view_from_object * normal);
+                raster.triangle(Layer::Cone, &corners, &normals, colour, 0);
             }
         }
         for marker in &self.markers {
@@ -282,155 +310,6 @@ impl Surface {
             })
             .collect()
     }
-}
-
-/// What is nearest to the eye at a pixel.
-#[derive(Debug, Clone, Copy)]
-struct Nearest {
-    /// Toward the eye, pixels; −∞ where nothing is.
-    depth: f64,
-    colour: [f64; 3],
-    /// Number of the surface.
-    owner: usize,
-}
-
-#[derive(Debug)]
-struct Raster {
-    width: u32,
-    height: u32,
-    camera: Camera,
-    pixels_per_m: f64,
-    surface: Vec<Nearest>,
-    marker: Vec<Nearest>,
-}
-
-impl Raster {
-    fn new(camera: &Camera, width: u32, height: u32) -> Self {
-        let empty = Nearest {
-            depth: f64::NEG_INFINITY,
-            colour: [255.0; 3],
-            owner: 0,
-        };
-        let count = width as usize * height as usize;
-        Self {
-            width,
-            height,
-            camera: *camera,
-            pixels_per_m: 0.5 * f64::from(width.min(height)) / camera.half_extent_m,
-            surface: vec![empty; count],
-            marker: vec![empty; count],
-        }
-    }
-
-    /// Column, row (downward) and depth toward the eye, all in pixels.
-    fn pixel_from_object(&self, point: &Vector3<f64>) -> Vector3<f64> {
-        let seen =
-            self.pixels_per_m * (self.camera.view_from_object * (point - self.camera.target));
-        Vector3::new(
-            0.5 * f64::from(self.width) + seen.x,
-            0.5 * f64::from(self.height) - seen.y,
-            seen.z,
-        )
-    }
-
-    /// Pixels whose centres may lie between `low` and `high`.
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "clamped to the image first"
-    )]
-    fn range(low: f64, high: f64, size: u32) -> std::ops::Range<u32> {
-        let clamp = |value: f64| value.clamp(0.0, f64::from(size)) as u32;
-        clamp((low - 0.5).ceil())..clamp((high + 0.5).floor())
-    }
-
-    fn index(&self, column: u32, row: u32) -> usize {
-        row as usize * self.width as usize + column as usize
-    }
-
-    fn triangle(
-        &mut self,
-        corners: &[Vector3<f64>; 3],
-        normals: &[Vector3<f64>; 3],
-        colour: [f64; 3],
-        owner: usize,
-    ) {
-        let [a, b, c] = corners;
-        let area = (b - a).xy().perp(&(c - a).xy());
-        if area == 0.0 || !area.is_finite() {
-            return;
-        }
-        let span = |axis: usize| {
-            let values = [a[axis], b[axis], c[axis]];
-            (
-                values.iter().copied().fold(f64::INFINITY, f64::min),
-                values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
-            )
-        };
-        let ((left, right), (top, bottom)) = (span(0), span(1));
-        for row in Self::range(top, bottom, self.height) {
-            for column in Self::range(left, right, self.width) {
-                let at = nalgebra::Vector2::new(f64::from(column) + 0.5, f64::from(row) + 0.5);
-                let (weight_b, weight_c) = (
-                    (at - a.xy()).perp(&(c - a).xy()) / area,
-                    (b - a).xy().perp(&(at - a.xy())) / area,
-                );
-                let weight_a = 1.0 - weight_b - weight_c;
-                if weight_a < 0.0 || weight_b < 0.0 || weight_c < 0.0 {
-                    continue;
-                }
-                let depth = weight_a * a.z + weight_b * b.z + weight_c * c.z;
-                let index = self.index(column, row);
-                if depth > self.surface[index].depth {
-                    let normal =
-                        weight_a * normals[0] + weight_b * normals[1] + weight_c * normals[2];
-                    self.surface[index] = Nearest {
-                        depth,
-                        colour: shade(colour, &normal),
-                        owner,
-                    };
-                }
-            }
-        }
-    }
-
-    fn sphere(&mut self, marker: &Marker) {
-        let centre = self.pixel_from_object(&marker.centre);
-        let radius = marker.radius_m * self.pixels_per_m;
-        let colour = marker.colour.map(f64::from);
-        for row in Self::range(centre.y - radius, centre.y + radius, self.height) {
-            for column in Self::range(centre.x - radius, centre.x + radius, self.width) {
-                let (x, y) = (
-                    f64::from(column) + 0.5 - centre.x,
-                    centre.y - f64::from(row) - 0.5,
-                );
-                let square = radius * radius - x * x - y * y;
-                if square < 0.0 {
-                    continue;
-                }
-                let normal = Vector3::new(x, y, square.sqrt()) / radius;
-                let index = self.index(column, row);
-                let depth = centre.z + square.sqrt();
-                if depth > self.marker[index].depth {
-                    self.marker[index] = Nearest {
-                        depth,
-                        colour: shade(colour, &normal),
-                        owner: 0,
-                    };
-                }
-            }
-        }
-    }
-}
-
-/// Lambert shading in view coordinates: a main light from the upper left, a weaker one from the right, some from
-/// everywhere. Back faces are lit like front faces, so that open meshes do not show holes.
-fn shade(colour: [f64; 3], normal: &Vector3<f64>) -> [f64; 3] {
-    let normal = normal.try_normalize(0.0).unwrap_or_else(Vector3::z);
-    let normal = if normal.z < 0.0 { -normal } else { normal };
-    let light = |x: f64, y: f64, z: f64| normal.dot(&Vector3::new(x, y, z).normalize()).max(0.0);
-    let strength = 0.45 + 0.56 * light(-0.45, 0.6, 0.8) + 0.18 * light(0.8, -0.1, 0.5);
-    colour.map(|channel| (channel * strength).min(255.0))
 }
 
 #[cfg(test)]
@@ -516,7 +395,7 @@ mod tests {
                 ball(Vector3::new(0.0, 0.0, 0.0), 1.0, [200, 0, 0], 48),
                 ball(Vector3::new(0.9, 0.0, 0.3), 1.0, [0, 0, 200], 48),
             ],
-            markers: Vec::new(),
+            ..Scene::default()
         };
         let camera = Camera::look_at(Vector3::zeros(), Vector3::z(), Vector3::y(), 2.0);
         let image = scene.render(&camera, 200, 200);
@@ -581,6 +460,7 @@ mod tests {
                 radius_m: 0.05,
                 colour: [255, 0, 0],
             }],
+            ..Scene::default()
         };
         for direction in [Vector3::x(), Vector3::new(1.0, -1.0, 0.5), Vector3::z()] {
             let image = scene.render(&scene.framed(direction, Vector3::z()), 64, 64);
@@ -614,7 +494,7 @@ mod tests {
                 ball(Vector3::new(0.0, 0.1, 0.0), 0.05, [230, 190, 160], 24),
                 cuboid(Vector3::new(0.06, 0.06, 0.06), [120, 150, 190]),
             ],
-            markers: Vec::new(),
+            ..Scene::default()
         };
         for side in [-1.0, 1.0] {
             let centre = Vector3::new(0.062 * side, 0.0, 0.0);
@@ -637,7 +517,7 @@ mod tests {
     fn a_covered_marker_shines_through() {
         let mut scene = Scene {
             surfaces: vec![cuboid(Vector3::repeat(1.0), [100, 100, 100])],
-            markers: Vec::new(),
+            ..Scene::default()
         };
         let camera = Camera::look_at(Vector3::zeros(), Vector3::z(), Vector3::y(), 1.5);
         let plain = pixel(&scene.render(&camera, 40, 40), 20, 20);
@@ -653,5 +533,48 @@ mod tests {
             plain[1] > covered[1] && covered[1] > open[1] && open[1] == 0,
             "{plain:?} {covered:?} {open:?}"
         );
+    }
+
+    #[test]
+    fn friction_cones_open_inward_and_are_seen_through_the_object() {
+        let ball = crate::grasp::object::Object::named("ball").unwrap();
+        let mut scene = Scene {
+            surfaces: vec![Surface {
+                colour: [120; 3],
+                ..Surface::of_mesh(&ball.mesh)
+            }],
+            ..Scene::default()
+        };
+        let centre = ball.centroid;
+        let camera = Camera::look_at(centre, Vector3::z(), Vector3::y(), 0.05);
+        let plain = scene.render(&camera, 100, 100);
+        scene.markers.push(Marker {
+            centre: centre + Vector3::x() * 0.036,
+            radius_m: 0.001,
+            colour: [250, 0, 0],
+        });
+        let (friction, side_m) = (0.5, 0.02);
+        let scene = scene.with_friction_cones(&ball.exact, friction, side_m);
+        let [cone] = scene.cones[..] else {
+            panic!("one marker, one cone")
+        };
+        assert!((cone.tip - centre - Vector3::x() * 0.035).norm() < 1e-4);
+        assert!((cone.axis + Vector3::x()).norm() < 0.05 && (cone.axis.norm() - 1.0).abs() < 1e-9);
+        let image = scene.render(&camera, 100, 100);
+        // A pixel is a millimetre; one and a half inside and outside the side of the cone, at three depths.
+        for depth in [6, 10, 14] {
+            for (row, inside) in [(51 - depth / 2, true), (48 - depth / 2, false)] {
+                let [before, after] =
+                    [&plain, &image].map(|image| pixel(image, 84 - depth, row)[0]);
+                assert_eq!(after > before, inside, "{before} {after} at {depth} mm");
+            }
+        }
+        // Triangles close the cone and face outward.
+        let middle = cone.tip + cone.axis * 0.01;
+        for [corners, normals] in cone.triangles() {
+            let centroid = corners.iter().sum::<Vector3<f64>>() / 3.0;
+            assert!(normals.iter().all(|n| n.dot(&(centroid - middle)) > 0.0));
+            assert!(normals.iter().all(|n| (n.norm() - 1.0).abs() < 1e-9));
+        }
     }
 }

@@ -1,0 +1,64 @@
+//! A hand on an object.
+
+use crate::grasp::hand::{Hand, PosedHand, Skin};
+use crate::grasp::object::{Mesh, Object};
+
+use super::{Marker, Scene, Surface};
+
+const SKIN: [u8; 3] = [232, 190, 162];
+const OBJECT: [u8; 3] = [128, 164, 190];
+const CONTACT: [u8; 3] = [213, 40, 20];
+const CONTACT_RADIUS_M: f64 = 0.005;
+
+impl Surface {
+    /// The skin of a posed hand.
+    ///
+    /// # Panics
+    /// If `skin` is that of another hand.
+    pub fn of_hand(skin: &Skin, posed: &PosedHand) -> Self {
+        Self {
+            vertices: skin.pose(posed),
+            triangles: skin.triangles.clone(),
+            colour: SKIN,
+        }
+    }
+
+    /// The mesh of an object.
+    pub fn of_mesh(mesh: &Mesh) -> Self {
+        Self {
+            vertices: mesh.vertices().to_vec(),
+            triangles: mesh.triangles().to_vec(),
+            colour: OBJECT,
+        }
+    }
+}
+
+impl Scene {
+    /// `hand` at pose `x` on `object`, a marker at each of the surface points `contacts`.
+    ///
+    /// # Panics
+    /// If `skin` or `x` is that of another hand or a contact index is out of range.
+    pub fn of_grasp(
+        hand: &Hand,
+        skin: &Skin,
+        object: &Object,
+        x: &[f64],
+        contacts: &[u32],
+    ) -> Self {
+        let mut posed = PosedHand::default();
+        hand.pose(x, &mut posed);
+        let marker = |&contact: &u32| Marker {
+            centre: posed.points[contact as usize],
+            radius_m: CONTACT_RADIUS_M,
+            colour: CONTACT,
+        };
+        Self {
+            surfaces: vec![
+                Surface::of_hand(skin, &posed),
+                Surface::of_mesh(&object.mesh),
+            ],
+            markers: contacts.iter().map(marker).collect(),
+            cones: Vec::new(),
+        }
+    }
+}
