@@ -13,7 +13,7 @@ use super::field::{Ball, Field, FieldReport, FieldSettings, Level};
 use super::spline::Spline;
 
 /// Raise it whenever baking or the file changes: old files are then no longer found.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 const MAGIC: [u8; 8] = *b"LSFIELD\n";
 
 /// The field of `mesh` from the user's cache folder, else from `bake`, then remembered.

@@ -106,7 +106,7 @@ impl Field {
         let mut specifications = LEVELS;
         specifications[0][0] = settings
             .cell_m
-            .unwrap_or_else(|| finest_cell_m(&(high - low)));
+            .unwrap_or_else(|| finest_cell_m(&(high - low), thickness_m(mesh, exact)));
         let levels: Vec<Level> = specifications.into_iter().map(bake_level).collect();
         let ball = Ball::around(levels.last().expect("levels are listed above"));
         let report = FieldReport {
@@ -323,11 +323,43 @@ impl Ball {
     }
 }
 
-/// Two millimetres, less for slim objects.
-fn finest_cell_m(extents: &Vector3<f64>) -> f64 {
+/// Two millimetres, less for slim objects and for thin walls.
+fn finest_cell_m(extents: &Vector3<f64>, thickness_m: f64) -> f64 {
     const CELLS_ACROSS: f64 = 24.0;
+    const CELLS_THROUGH: f64 = 5.0;
     const SMALLEST_M: f64 = 0.5e-3;
-    (extents.min() / CELLS_ACROSS).clamp(SMALLEST_M, LEVELS[0][0])
+    let slim = (extents.min() / CELLS_ACROSS).min(thickness_m / CELLS_THROUGH);
+    slim.clamp(SMALLEST_M, LEVELS[0][0])
+}
+
+/// Thickness of the solid under half of its surface, but at most 2 cm: from samples inward as far as
+/// they remain the nearest point of the surface, which is half of the way through.
+fn thickness_m(mesh: &Mesh, exact: &ExactMesh) -> f64 {
+    const SAMPLES: usize = 200;
+    const HALVINGS: u32 = 7;
+    const DEEPEST_M: f64 = 0.01;
+    const STILL_NEAREST: f64 = 0.98;
+    let half = |sample: &super::SurfaceSample| {
+        let reaches = |depth_m: f64| {
+            -exact.distance(&(sample.point - sample.normal * depth_m)) > STILL_NEAREST * depth_m
+        };
+        if reaches(DEEPEST_M) {
+            return DEEPEST_M;
+        }
+        let (mut near, mut far) = (0.0, DEEPEST_M);
+        for _ in 0..HALVINGS {
+            let middle = f64::midpoint(near, far);
+            if reaches(middle) {
+                near = middle;
+            } else {
+                far = middle;
+            }
+        }
+        near
+    };
+    let mut halves: Vec<f64> = mesh.sample_surface(SAMPLES, 0).iter().map(half).collect();
+    halves.sort_by(f64::total_cmp);
+    2.0 * halves[SAMPLES / 2]
 }
 
 /// `cell_m`, enlarged until a grid over `extents` has at most `most_nodes`.

@@ -29,7 +29,7 @@ macro_rules! embedded {
     };
 }
 
-const EMBEDDED: [Embedded; 8] = embedded![
+const EMBEDDED: [Embedded; 15] = embedded![
     "ball",
     "bottle_flask",
     "bottle_medicine",
@@ -37,7 +37,14 @@ const EMBEDDED: [Embedded; 8] = embedded![
     "bottle_square",
     "bottle_squeeze",
     "bottle_water",
+    "bowl",
+    "box",
+    "can",
+    "disk",
+    "hammer",
     "jar",
+    "mug",
+    "pen",
 ];
 
 impl Object {
