@@ -14,6 +14,7 @@
 //! | synthesize and judge grasps | [`grasp::synthesis::synthesize`], [`grasp::judge`], [`grasp::closure`] |
 //! | map a landscape | [`topography::quench_all`], [`topography::distinct`], [`topography::map()`] |
 //! | draw it | [`figure::DisconnectivityPicture`], [`figure::BarrierPicture`], [`figure::Scene`] |
+//! | plot numbers | [`figure::chart::Chart`] |
 //! | read and write files | [`store`] |
 //!
 //! # Example

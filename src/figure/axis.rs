@@ -70,6 +70,75 @@ pub fn number(value: f64) -> String {
     }
 }
 
+/// Round values inside [`low`, `high`] (both positive) for a logarithmic axis, about `wanted` of them: powers of ten, with
+/// 2 and 5 times them between where there are few, and evenly spaced ones where there are hardly any.
+pub fn log_ticks(low: f64, high: f64, wanted: usize) -> Vec<f64> {
+    let [first, last] = [low, high].map(f64::log10);
+    if !(last > first && first.is_finite() && last.is_finite()) {
+        return vec![low];
+    }
+    let span = last - first;
+    // Between 1, 2, 5 and 10 times a power of ten lie about equal steps.
+    let factors: &[f64] = if span < 0.34 * wanted as f64 {
+        &[1.0, 2.0, 5.0]
+    } else {
+        &[1.0]
+    };
+    let inside = |every: f64| {
+        let mut values = Vec::new();
+        let mut exponent = (first / every).floor() * every;
+        while exponent <= last {
+            let decade = factors
+                .iter()
+                .map(|factor| factor * power_of_ten(exponent))
+                .filter(|value| (low..=high).contains(value));
+            values.extend(decade);
+            exponent += every;
+        }
+        values
+    };
+    let mut every = (span / wanted.max(1) as f64).ceil().max(1.0);
+    let mut values = inside(every);
+    while values.len() < 2 && every > 1.0 {
+        every -= 1.0;
+        values = inside(every);
+    }
+    if values.len() < 3 && span < 1.0 {
+        ticks(low, high, wanted)
+    } else {
+        values
+    }
+}
+
+/// Ticks of a logarithmic axis as texts: plain numbers near one, powers of ten elsewhere.
+pub fn log_tick_texts(values: &[f64]) -> Vec<String> {
+    let exponents = values.iter().map(|value| value.log10());
+    let near_one = exponents.clone().all(|e| (-3.1..4.1).contains(&e));
+    let powers = exponents.clone().all(|e| (e - e.round()).abs() < 1e-9);
+    if near_one || !powers {
+        return values.iter().map(|&value| number(value)).collect();
+    }
+    let raised = |digit: char| match digit {
+        '-' => '⁻',
+        '1' => '¹',
+        '2' => '²',
+        '3' => '³',
+        '0' => '⁰',
+        other => char::from_u32('⁰' as u32 + other.to_digit(10).unwrap_or(0)).unwrap_or(other),
+    };
+    exponents
+        .map(|e| {
+            let digits = format!("{:.0}", e.round() + 0.0);
+            format!("10{}", digits.chars().map(raised).collect::<String>())
+        })
+        .collect()
+}
+
+/// 10^exponent, exact where that is a number.
+fn power_of_ten(exponent: f64) -> f64 {
+    format!("1e{exponent:.0}").parse().unwrap_or(f64::NAN)
+}
+
 /// Decimal places from the first digit of `large` to the first digit of `small`.
 #[expect(
     clippy::cast_possible_truncation,
@@ -115,6 +184,31 @@ mod tests {
                 texts.len() > 3 && texts.windows(2).all(|pair| pair[0] != pair[1]),
                 "{texts:?}"
             );
+        }
+    }
+
+    #[test]
+    fn logarithmic_ticks_are_round() {
+        let texts = |low, high, wanted| log_tick_texts(&log_ticks(low, high, wanted));
+        assert_eq!(texts(0.9, 1100.0, 6), ["1", "10", "100", "1000"]);
+        assert_eq!(texts(2.0, 30.0, 5), ["2", "5", "10", "20"]);
+        assert_eq!(texts(3.1, 3.9, 4), ["3.2", "3.4", "3.6", "3.8"]);
+        assert_eq!(
+            texts(1e-12, 1.0, 5),
+            ["10⁻¹²", "10⁻⁹", "10⁻⁶", "10⁻³", "10⁰"]
+        );
+        assert_eq!(log_ticks(2.0, 2.0, 5), [2.0]);
+        assert_eq!(log_ticks(0.0, 2.0, 5), [0.0]);
+        for (low, high) in [(1e-4, 1e-1), (3e-9, 8e7), (0.5, 2e3), (7.0, 9.0)] {
+            for wanted in 2..9 {
+                let values = log_ticks(low, high, wanted);
+                assert!(
+                    values.len() > 1
+                        && values.iter().all(|value| (low..=high).contains(value))
+                        && values.windows(2).all(|pair| pair[0] < pair[1]),
+                    "{low} {high} {wanted}: {values:?}"
+                );
+            }
         }
     }
 

@@ -2,7 +2,9 @@
 
 use super::canvas::Canvas;
 use super::layout::{components, majorise, pack, separate, shortest_paths};
-use super::leaf::{DiscScale, Leaf, group, label_colours, leaves_of};
+use super::leaf::{
+    DiscScale, Leaf, explain_labels, explain_sizes, group, label_colours, leaves_of,
+};
 use super::legend::Legend;
 use super::style::{Anchor, Colour, Stroke, TextFace};
 use super::theme::{INK, LINE, MARGIN, PALE_LINE, TEXT, TITLE, UNLABELLED, WHITE, sequential};
@@ -210,13 +212,19 @@ impl BarrierPicture {
     fn legend(&self, links: &[Link], widths: &Widths, scale: DiscScale) -> Legend {
         let mut legend = Legend::default();
         let labelled = self.leaves.iter().any(|leaf| leaf.label.is_some());
-        legend.labels(&self.leaves, LABEL_RADIUS);
+        explain_labels(&self.leaves, LABEL_RADIUS, &mut legend);
         let [low, high] = self.energy_range();
         if !labelled && high > low {
             legend.heading(&self.energy_label);
             legend.bar(low, high);
         }
-        legend.sizes(&self.leaves, scale, &self.members_label, UNLABELLED);
+        explain_sizes(
+            &self.leaves,
+            scale,
+            &self.members_label,
+            UNLABELLED,
+            &mut legend,
+        );
         if links.is_empty() {
             return legend;
         }

@@ -123,10 +123,38 @@ impl Canvas {
         }
     }
 
-    /// Straight lines from point to point.
+    /// Straight lines from point to point; dashes run on around corners.
     pub fn polyline(&mut self, points: &[[f64; 2]], stroke: Stroke) {
+        let pattern = stroke.dash.unwrap_or([f64::INFINITY, 0.0]);
+        let solid = Stroke {
+            dash: None,
+            ..stroke
+        };
+        // Dashes and gaps in turn: which of the two, and how much of it is left.
+        let (mut gap, mut left) = (0, pattern[0]);
         for pair in points.windows(2) {
-            self.line(pair[0], pair[1], stroke);
+            let [from, to] = [pair[0], pair[1]];
+            let length = (to[0] - from[0]).hypot(to[1] - from[1]);
+            let at = |t: f64| {
+                [
+                    from[0] + t * (to[0] - from[0]),
+                    from[1] + t * (to[1] - from[1]),
+                ]
+            };
+            let mut start = 0.0;
+            while start < length {
+                let end = (start + left).min(length);
+                if gap == 0 {
+                    self.line(at(start / length), at(end / length), solid);
+                }
+                left -= end - start;
+                start = end;
+                // A rest that vanishes against the coordinates would never be used up.
+                if left <= 1e-6 {
+                    gap = 1 - gap;
+                    left = pattern[gap];
+                }
+            }
         }
     }
 
@@ -497,6 +525,38 @@ mod tests {
         assert_eq!(ends.len(), 10);
         assert!((ends[9].1 - 97.0).abs() < 1e-9);
         assert!(ends.windows(2).all(|pair| pair[0].1 < pair[1].0));
+    }
+
+    #[test]
+    fn dashes_run_on_around_corners() {
+        let mut canvas = Canvas::new(100, 100);
+        let stroke = Stroke::dashed(BLACK, 1.0, 6.0, 4.0);
+        canvas.polyline(&[[0.0, 0.0], [3.0, 0.0], [3.0, 20.0]], stroke);
+        let ends: Vec<_> = canvas
+            .marks
+            .iter()
+            .map(|mark| match mark {
+                Mark::Line { from, to, .. } => [*from, *to],
+                other => panic!("{other:?}"),
+            })
+            .collect();
+        assert_eq!(
+            ends,
+            [
+                [[0.0, 0.0], [3.0, 0.0]],
+                [[3.0, 0.0], [3.0, 3.0]],
+                [[3.0, 7.0], [3.0, 13.0]],
+                [[3.0, 17.0], [3.0, 20.0]],
+            ]
+        );
+    }
+
+    #[test]
+    fn dashes_end_however_the_lengths_round() {
+        let mut canvas = Canvas::new(100, 100);
+        let stroke = Stroke::dashed(BLACK, 1.0, 9.1, 5.85);
+        canvas.polyline(&[[0.0, 0.0], [0.0, 1e3]], stroke);
+        assert_eq!(canvas.marks.len(), 67);
     }
 
     #[test]

@@ -2,7 +2,9 @@
 
 use super::canvas::Canvas;
 use super::layout::{LeafOrder, TreeLayout, collapse, leaf_count, place};
-use super::leaf::{DiscScale, Leaf, group, label_colours, leaves_of};
+use super::leaf::{
+    DiscScale, Leaf, explain_labels, explain_sizes, group, label_colours, leaves_of,
+};
 use super::legend::Legend;
 use super::style::{Anchor, Colour, Stroke, TextFace};
 use super::theme::{FAINT, INK, LINE, MARGIN, PALE_LINE, TEXT, TITLE, UNLABELLED, WHITE};
@@ -136,8 +138,14 @@ impl DisconnectivityPicture {
 
     fn legend(&self, scale: DiscScale) -> Legend {
         let mut legend = Legend::default();
-        legend.labels(&self.leaves, LABEL_RADIUS);
-        legend.sizes(&self.leaves, scale, &self.members_label, UNLABELLED);
+        explain_labels(&self.leaves, LABEL_RADIUS, &mut legend);
+        explain_sizes(
+            &self.leaves,
+            scale,
+            &self.members_label,
+            UNLABELLED,
+            &mut legend,
+        );
         let merges = || {
             self.tree
                 .nodes

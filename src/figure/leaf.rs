@@ -1,5 +1,6 @@
 //! What a picture says about a minimum (or a group of minima): how many members, which label.
 
+use super::legend::Legend;
 use super::style::Colour;
 use super::theme;
 use crate::topography::Network;
@@ -91,6 +92,38 @@ pub(super) fn label_colours(leaves: &[Leaf]) -> Vec<(&str, Colour)> {
     labels.into_iter().zip(colours).collect()
 }
 
+/// Says in `legend` which label has which colour, if any occurs.
+pub(super) fn explain_labels(leaves: &[Leaf], radius: f64, legend: &mut Legend) {
+    let colours = label_colours(leaves);
+    if colours.is_empty() {
+        return;
+    }
+    legend.heading("label");
+    for (label, fill) in colours {
+        legend.disc(radius, fill, label);
+    }
+    if leaves.iter().any(|leaf| leaf.label.is_none()) {
+        legend.disc(radius, theme::UNLABELLED, "none");
+    }
+}
+
+/// Says in `legend` how many members a circle stands for.
+pub(super) fn explain_sizes(
+    leaves: &[Leaf],
+    scale: DiscScale,
+    heading: &str,
+    fill: Colour,
+    legend: &mut Legend,
+) {
+    legend.heading(heading);
+    if leaves.iter().any(|leaf| leaf.members == 0) {
+        legend.disc(scale.radius(0), theme::WHITE, "0");
+    }
+    for members in typical_members(leaves) {
+        legend.disc(scale.radius(members), fill, &members.to_string());
+    }
+}
+
 /// Radius of circles: area proportional to the number of members.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct DiscScale {
@@ -109,7 +142,7 @@ impl DiscScale {
 }
 
 /// Numbers of members worth showing in a legend: the smallest, the largest and a round one between.
-pub(super) fn typical_members(leaves: &[Leaf]) -> Vec<usize> {
+fn typical_members(leaves: &[Leaf]) -> Vec<usize> {
     let present = || {
         leaves
             .iter()

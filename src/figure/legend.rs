@@ -1,100 +1,104 @@
-//! The legend: a column of samples with texts beside the data, never over it.
+//! The legend: samples of lines, circles and colours, each with its text, in a column or in rows.
 
+use super::axis;
 use super::canvas::Canvas;
 use super::style::{Anchor, Colour, Stroke, TextFace};
-use super::theme::{INK, LINE, MARGIN, TEXT, UNLABELLED, WHITE, sequential};
-use super::{axis, leaf};
+use super::theme::{INK, LINE, MARGIN, TEXT, sequential};
 
 const SIZE: f64 = 0.9 * TEXT;
 const ROW: f64 = 1.42 * SIZE;
 const SAMPLE_LINE: f64 = 52.0;
 const BAR: [f64; 2] = [26.0, 170.0];
+const PATCH: [f64; 2] = [34.0, 20.0];
 const GAP: f64 = 12.0;
+/// Between the entries of a row.
+const APART: f64 = 40.0;
 /// Longest text; a longer one is set smaller.
 const LONGEST: f64 = 270.0;
 
-#[derive(Debug)]
+#[derive(Debug, Clone, PartialEq)]
 enum Sample {
     Heading,
     Nothing,
     Disc { radius: f64, fill: Colour },
     Line(Stroke),
+    Patch(Colour),
     Bar { low: f64, high: f64 },
 }
 
-/// A column of samples.
-#[derive(Debug, Default)]
-pub(super) struct Legend {
+impl Sample {
+    fn width(&self) -> f64 {
+        match self {
+            Self::Disc { radius, .. } => 2.0 * radius + 4.0,
+            Self::Line(_) => SAMPLE_LINE,
+            Self::Patch(_) => PATCH[0],
+            Self::Bar { .. } => BAR[0],
+            Self::Heading | Self::Nothing => 0.0,
+        }
+    }
+
+    /// Draws what has a text at its middle, not a bar or a heading.
+    fn draw(&self, canvas: &mut Canvas, [x, y]: [f64; 2]) {
+        match self {
+            Self::Disc { radius, fill } => canvas.rimmed_circle([x, y], *radius, *fill, LINE, 1.0),
+            Self::Line(stroke) => {
+                let half = 0.5 * SAMPLE_LINE;
+                canvas.line([x - half, y], [x + half, y], *stroke);
+            }
+            Self::Patch(fill) => {
+                let half = PATCH.map(|side| 0.5 * side);
+                canvas.rectangle(
+                    [x - half[0], y - half[1]],
+                    [x + half[0], y + half[1]],
+                    *fill,
+                );
+            }
+            Self::Heading | Self::Nothing | Self::Bar { .. } => {}
+        }
+    }
+}
+
+/// Samples, each with its text.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Legend {
     rows: Vec<(Sample, String)>,
 }
 
 impl Legend {
-    pub(super) fn heading(&mut self, text: &str) {
+    /// A bold line of text.
+    pub fn heading(&mut self, text: &str) {
         self.rows.push((Sample::Heading, text.to_owned()));
     }
 
-    pub(super) fn note(&mut self, text: &str) {
+    /// A line of text without a sample.
+    pub fn note(&mut self, text: &str) {
         self.rows.push((Sample::Nothing, text.to_owned()));
     }
 
-    pub(super) fn line(&mut self, stroke: Stroke, text: &str) {
+    /// A piece of line.
+    pub fn line(&mut self, stroke: Stroke, text: &str) {
         self.rows.push((Sample::Line(stroke), text.to_owned()));
     }
 
     /// A bar of the sequential colours from `low` to `high`.
-    pub(super) fn bar(&mut self, low: f64, high: f64) {
+    pub fn bar(&mut self, low: f64, high: f64) {
         self.rows.push((Sample::Bar { low, high }, String::new()));
     }
 
-    /// The colours of the labels that occur, if any.
-    pub(super) fn labels(&mut self, leaves: &[leaf::Leaf], radius: f64) {
-        let colours = leaf::label_colours(leaves);
-        if colours.is_empty() {
-            return;
-        }
-        self.heading("label");
-        for (label, fill) in colours {
-            self.rows
-                .push((Sample::Disc { radius, fill }, label.to_owned()));
-        }
-        if leaves.iter().any(|leaf| leaf.label.is_none()) {
-            self.rows.push((
-                Sample::Disc {
-                    radius,
-                    fill: UNLABELLED,
-                },
-                "none".to_owned(),
-            ));
-        }
+    /// A circle with a thin rim.
+    pub fn disc(&mut self, radius: f64, fill: Colour, text: &str) {
+        self.rows
+            .push((Sample::Disc { radius, fill }, text.to_owned()));
     }
 
-    /// The sizes of circles.
-    pub(super) fn sizes(
-        &mut self,
-        leaves: &[leaf::Leaf],
-        scale: leaf::DiscScale,
-        heading: &str,
-        fill: Colour,
-    ) {
-        self.heading(heading);
-        if leaves.iter().any(|leaf| leaf.members == 0) {
-            self.rows.push((
-                Sample::Disc {
-                    radius: scale.radius(0),
-                    fill: WHITE,
-                },
-                "0".to_owned(),
-            ));
-        }
-        for members in leaf::typical_members(leaves) {
-            self.rows.push((
-                Sample::Disc {
-                    radius: scale.radius(members),
-                    fill,
-                },
-                members.to_string(),
-            ));
-        }
+    /// A small filled area.
+    pub fn patch(&mut self, fill: Colour, text: &str) {
+        self.rows.push((Sample::Patch(fill), text.to_owned()));
+    }
+
+    /// Whether it says nothing.
+    pub fn is_empty(&self) -> bool {
+        self.rows.is_empty()
     }
 
     fn row_height(sample: &Sample) -> f64 {
@@ -102,20 +106,14 @@ impl Legend {
             Sample::Heading => 1.2 * ROW,
             Sample::Disc { radius, .. } => ROW.max(2.0 * radius + 8.0),
             Sample::Bar { .. } => BAR[1] + 1.2 * SIZE,
-            Sample::Line(_) | Sample::Nothing => ROW,
+            Sample::Line(_) | Sample::Patch(_) | Sample::Nothing => ROW,
         }
     }
 
     fn sample_width(&self) -> f64 {
-        let width = |sample: &Sample| match sample {
-            Sample::Disc { radius, .. } => 2.0 * radius + 4.0,
-            Sample::Line(_) => SAMPLE_LINE,
-            Sample::Bar { .. } => BAR[0],
-            Sample::Heading | Sample::Nothing => 0.0,
-        };
         self.rows
             .iter()
-            .map(|(sample, _)| width(sample))
+            .map(|(sample, _)| sample.width())
             .fold(0.0, f64::max)
     }
 
@@ -130,7 +128,7 @@ impl Legend {
     }
 
     /// Width of the column.
-    pub(super) fn width(&self) -> f64 {
+    pub fn width(&self) -> f64 {
         let samples = self.sample_width() + GAP;
         let width = |(sample, text): &(Sample, String)| {
             let face = Self::face(sample, text);
@@ -145,24 +143,27 @@ impl Legend {
                             .map(|text| super::text_width(text, SIZE, false))
                             .fold(0.0, f64::max)
                 }
-                Sample::Disc { .. } | Sample::Line(_) => samples + length,
+                Sample::Disc { .. } | Sample::Line(_) | Sample::Patch(_) => samples + length,
             }
         };
         self.rows.iter().map(width).fold(0.0, f64::max)
     }
 
+    /// Height of the column.
+    pub fn height(&self) -> f64 {
+        self.rows
+            .iter()
+            .map(|(sample, _)| Self::row_height(sample))
+            .sum()
+    }
+
     /// Draws the column with its upper left corner at `[left, top]`; closer together if it would pass
     /// the bottom margin.
-    pub(super) fn draw(&self, canvas: &mut Canvas, [left, top]: [f64; 2]) {
+    pub fn draw(&self, canvas: &mut Canvas, [left, top]: [f64; 2]) {
         let bottom = canvas.height() - MARGIN;
         let middle = left + 0.5 * self.sample_width();
         let beside = left + self.sample_width() + GAP;
-        let needed: f64 = self
-            .rows
-            .iter()
-            .map(|(sample, _)| Self::row_height(sample))
-            .sum();
-        let squeeze = ((bottom - top) / needed).min(1.0);
+        let squeeze = ((bottom - top) / self.height()).min(1.0);
         let mut y = top;
         for (sample, text) in &self.rows {
             let height = Self::row_height(sample) * squeeze;
@@ -175,13 +176,8 @@ impl Legend {
             match sample {
                 Sample::Heading => canvas.text([left, y + 0.62 * height], text, face),
                 Sample::Nothing => canvas.text([left, centre], text, face),
-                Sample::Disc { radius, fill } => {
-                    canvas.rimmed_circle([middle, centre], *radius, *fill, LINE, 1.0);
-                    canvas.text([beside, centre], text, face);
-                }
-                Sample::Line(stroke) => {
-                    let half = 0.5 * SAMPLE_LINE;
-                    canvas.line([middle - half, centre], [middle + half, centre], *stroke);
+                Sample::Disc { .. } | Sample::Line(_) | Sample::Patch(_) => {
+                    sample.draw(canvas, [middle, centre]);
                     canvas.text([beside, centre], text, face);
                 }
                 Sample::Bar { low, high } => {
@@ -194,6 +190,38 @@ impl Legend {
                 }
             }
             y += height;
+        }
+    }
+
+    /// Where each entry begins, relative to the upper left corner, if they follow each other in rows at most `width` long;
+    /// bars of colours and headings have no place in rows.
+    fn flow(&self, width: f64) -> Vec<([f64; 2], &Sample, &str)> {
+        let mut entries = Vec::new();
+        let [mut x, mut y] = [0.0, 0.0];
+        for (sample, text) in &self.rows {
+            let face = Self::face(sample, text);
+            let length = sample.width() + GAP + super::text_width(text, face.size, face.bold);
+            if x > 0.0 && x + length > width {
+                [x, y] = [0.0, y + ROW];
+            }
+            entries.push(([x, y], sample, text.as_str()));
+            x += length + APART;
+        }
+        entries
+    }
+
+    /// Height of the entries in rows at most `width` long.
+    pub fn height_in_rows(&self, width: f64) -> f64 {
+        self.flow(width).last().map_or(0.0, |([_, y], ..)| y + ROW)
+    }
+
+    /// Draws the entries in rows at most `width` long below `[left, top]`.
+    pub fn draw_in_rows(&self, canvas: &mut Canvas, [left, top]: [f64; 2], width: f64) {
+        for ([x, y], sample, text) in self.flow(width) {
+            let [x, centre] = [left + x, top + y + 0.5 * ROW];
+            sample.draw(canvas, [x + 0.5 * sample.width(), centre]);
+            let beside = x + sample.width() + GAP;
+            canvas.text([beside, centre], text, Self::face(sample, text));
         }
     }
 }

@@ -1,15 +1,18 @@
 //! Pictures: layout is pure geometry, painting is plotters.
 //!
-//! A picture ([`DisconnectivityPicture`], [`BarrierPicture`], with feature `grasp` a rendered [`Scene`]) is plain data;
-//! drawing it gives a [`Canvas`], and [`Canvas::save`] writes SVG or PNG. Only `canvas` and `style` name plotters; programs that
-//! need another kind of chart put lines and texts on a [`Canvas`] themselves, with [`ticks`] for the axes and [`theme`] for the look.
+//! A picture ([`DisconnectivityPicture`], [`BarrierPicture`], a [`Chart`](chart::Chart), with feature `grasp` a rendered
+//! [`Scene`]) is plain data; drawing it gives a [`Canvas`], and [`Canvas::save`] writes SVG or PNG. Only `canvas` and `style`
+//! name plotters; programs that need another kind of picture put lines and texts on a [`Canvas`] themselves, with [`ticks`]
+//! for axes, a [`Legend`] and [`theme`] for the look.
 
 use std::path::PathBuf;
 
 mod axis;
 mod canvas;
+pub mod chart;
 mod glyph;
 mod image;
+mod legend;
 mod style;
 pub mod theme;
 
@@ -21,18 +24,17 @@ mod disconnectivity;
 pub mod layout;
 #[cfg(feature = "topography")]
 mod leaf;
-#[cfg(feature = "topography")]
-mod legend;
 #[cfg(feature = "grasp")]
 mod scene;
 #[cfg(feature = "grasp")]
 mod sheet;
-#[cfg(all(test, feature = "topography"))]
+#[cfg(test)]
 mod testing;
 
-pub use axis::{number, tick_texts, ticks};
+pub use axis::{log_tick_texts, log_ticks, number, tick_texts, ticks};
 pub use canvas::Canvas;
 pub use image::Image;
+pub use legend::Legend;
 pub use style::{Anchor, Colour, Stroke, TextFace, text_width};
 
 #[cfg(feature = "topography")]
@@ -76,6 +78,24 @@ pub enum FigureError {
         node: usize,
         /// Its energy.
         energy: f64,
+    },
+    /// A value that has no place on an axis of a chart.
+    #[error("{value} cannot be drawn on the axis \"{axis}\"")]
+    OffAxis {
+        /// The value: infinite, or not positive on a logarithmic axis.
+        value: f64,
+        /// The label of the axis.
+        axis: String,
+    },
+    /// An axis of a chart from nowhere to nowhere.
+    #[error("the axis \"{axis}\" cannot go from {low} to {high}")]
+    Range {
+        /// The label of the axis.
+        axis: String,
+        /// Its lower end.
+        low: f64,
+        /// Its upper end.
+        high: f64,
     },
     /// A link names a minimum that is not there.
     #[error("a link names minimum {node}, but there are only {present}")]

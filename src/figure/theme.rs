@@ -35,6 +35,24 @@ const PALETTE: [Colour; 9] = [
     Colour::new(0x4D, 0x4D, 0x4D),
 ];
 
+/// Okabe and Ito (2008), the darker ones first, then darker mixtures: for lines and areas of charts.
+const SERIES: [Colour; 9] = [
+    Colour::new(0x00, 0x72, 0xB2),
+    Colour::new(0xD5, 0x5E, 0x00),
+    Colour::new(0x00, 0x9E, 0x73),
+    Colour::new(0xCC, 0x79, 0xA7),
+    Colour::new(0xE6, 0x9F, 0x00),
+    Colour::new(0x56, 0xB4, 0xE9),
+    Colour::new(0x5B, 0x3A, 0x8E),
+    Colour::new(0x8C, 0x51, 0x0A),
+    Colour::new(0x4D, 0x4D, 0x4D),
+];
+
+/// Colour of series number `index` of a chart; they repeat after nine.
+pub const fn series(index: usize) -> Colour {
+    SERIES[index % SERIES.len()]
+}
+
 /// Colour of each of the `labels`: the paper's green, red and yellow for precision, power and intermediate grasps (in
 /// Okabe and Ito's variants), the palette in order of the list for any other.
 pub fn label_colours(labels: &[&str]) -> Vec<Colour> {

@@ -1,13 +1,12 @@
-//! Synthetic landscapes for tests of pictures, and where to look at the pictures.
+//! Synthetic landscapes.
 
 use rand::RngExt;
 
-use super::canvas::Canvas;
 use crate::sample::{Task, stream};
 use crate::topography::{Edge, Evidence, Minimum, MinimumId, Network, Node, NodeId, Tree};
 
 /// Random minima in a plane on an uneven floor, joined to near neighbours within each of `parts` parts.
-pub(super) fn random_network(seed: u64, count: usize, parts: usize) -> Network {
+pub(in crate::figure) fn random_network(seed: u64, count: usize, parts: usize) -> Network {
     let mut rng = stream(seed, Task::Start, 0);
     let mut minima: Vec<Minimum> = (0..count)
         .map(|index| {
@@ -74,7 +73,7 @@ pub(super) fn random_network(seed: u64, count: usize, parts: usize) -> Network {
 }
 
 /// Kruskal's algorithm, two branches a merge.
-pub(super) fn tree_of(network: &Network) -> Tree {
+pub(in crate::figure) fn tree_of(network: &Network) -> Tree {
     let mut nodes: Vec<Node> = network
         .node_weights()
         .enumerate()
@@ -113,12 +112,12 @@ pub(super) fn tree_of(network: &Network) -> Tree {
     with_roots(nodes)
 }
 
-pub(super) fn random_tree(seed: u64, leaves: usize, parts: usize) -> Tree {
+pub(in crate::figure) fn random_tree(seed: u64, leaves: usize, parts: usize) -> Tree {
     tree_of(&random_network(seed, leaves, parts))
 }
 
 /// Leaves of given energies and merges (height, numbers of the branches).
-pub(super) fn forest(energies: &[f64], merges: &[(f64, &[usize])]) -> Tree {
+pub(in crate::figure) fn forest(energies: &[f64], merges: &[(f64, &[usize])]) -> Tree {
     let mut nodes: Vec<Node> = energies
         .iter()
         .enumerate()
@@ -163,7 +162,11 @@ fn with_roots(nodes: Vec<Node>) -> Tree {
 }
 
 /// A random connected graph: a tree and `extra` more links.
-pub(super) fn random_links(seed: u64, count: usize, extra: usize) -> Vec<([usize; 2], f64)> {
+pub(in crate::figure) fn random_links(
+    seed: u64,
+    count: usize,
+    extra: usize,
+) -> Vec<([usize; 2], f64)> {
     let mut rng = stream(seed, Task::Start, 1);
     let mut links: Vec<([usize; 2], f64)> = (1..count)
         .map(|node| ([rng.random_range(0..node), node], 0.1 + rng.random::<f64>()))
@@ -175,38 +178,4 @@ pub(super) fn random_links(seed: u64, count: usize, extra: usize) -> Vec<([usize
         }
     }
     links
-}
-
-/// Every text lies on the sheet and none touches another.
-pub(super) fn assert_legible(canvas: &Canvas) {
-    let texts = canvas.texts();
-    for (index, (text, [left, top, right, bottom])) in texts.iter().enumerate() {
-        assert!(
-            *left >= 0.0 && *top >= 0.0 && *right <= canvas.width() && *bottom <= canvas.height(),
-            "{text:?} is cut off: {left} {top} {right} {bottom}"
-        );
-        for (other, rectangle) in &texts[..index] {
-            let overlap = *left < rectangle[2]
-                && rectangle[0] < *right
-                && *top < rectangle[3]
-                && rectangle[1] < *bottom;
-            assert!(!overlap, "{text:?} touches {other:?}");
-        }
-    }
-}
-
-/// Writes the picture as SVG and PNG into the folder named by `LANDSCAPE_GALLERY`, to be looked at; where that is unset,
-/// into a folder that vanishes.
-pub(super) fn gallery(canvas: &Canvas, name: &str) {
-    let vanishing = tempfile::tempdir().expect("a folder");
-    let wanted = std::env::var_os("LANDSCAPE_GALLERY").map(std::path::PathBuf::from);
-    let folder = wanted.as_deref().unwrap_or(vanishing.path());
-    canvas
-        .save(&folder.join(format!("{name}.svg")))
-        .expect("an SVG");
-    if wanted.is_some() {
-        canvas
-            .save(&folder.join(format!("{name}.png")))
-            .expect("a PNG");
-    }
 }

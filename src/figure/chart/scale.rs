@@ -1,0 +1,252 @@
+//! Axes: what they say, where they begin and end, where a value lies.
+
+use super::super::{FigureError, axis};
+
+/// How values are spread along an axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scale {
+    /// Evenly.
+    Linear,
+    /// By their logarithm.
+    Logarithmic,
+}
+
+impl Scale {
+    /// Where `value` lies, before any shift and stretch: itself or its decadic logarithm.
+    pub(super) fn transform(self, value: f64) -> f64 {
+        match self {
+            Self::Linear => value,
+            Self::Logarithmic => value.log10(),
+        }
+    }
+
+    /// The value that lies at `place`.
+    pub(super) fn invert(self, place: f64) -> f64 {
+        match self {
+            Self::Linear => place,
+            Self::Logarithmic => 10f64.powf(place),
+        }
+    }
+}
+
+/// One axis of a panel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Axis {
+    /// Name and unit of what it shows.
+    pub label: String,
+    /// How values are spread.
+    pub scale: Scale,
+    /// Its ends, ascending; `None` takes them from the data.
+    pub range: Option<[f64; 2]>,
+    /// Places with names, for categories; empty for numbers.
+    pub names: Vec<(f64, String)>,
+}
+
+impl Axis {
+    /// An axis with evenly spread values.
+    pub fn linear(label: &str) -> Self {
+        Self {
+            label: label.to_owned(),
+            scale: Scale::Linear,
+            range: None,
+            names: Vec::new(),
+        }
+    }
+
+    /// A logarithmic axis.
+    pub fn logarithmic(label: &str) -> Self {
+        Self {
+            scale: Scale::Logarithmic,
+            ..Self::linear(label)
+        }
+    }
+
+    /// An axis with the given names at 0, 1, 2, …
+    pub fn named(label: &str, names: &[&str]) -> Self {
+        let names: Vec<(f64, String)> = names
+            .iter()
+            .enumerate()
+            .map(|(place, name)| (place as f64, (*name).to_owned()))
+            .collect();
+        Self {
+            range: Some([-0.6, names.len().max(1) as f64 - 0.4]),
+            names,
+            ..Self::linear(label)
+        }
+    }
+
+    /// From `low` to `high`.
+    #[must_use]
+    pub fn with_range(self, low: f64, high: f64) -> Self {
+        Self {
+            range: Some([low, high]),
+            ..self
+        }
+    }
+
+    /// With names at places instead of numbers.
+    #[must_use]
+    pub fn with_names(self, names: Vec<(f64, String)>) -> Self {
+        Self { names, ..self }
+    }
+
+    /// The axis from end to end, given the values that must be on it. NaN is no value.
+    pub(super) fn span(&self, values: impl Iterator<Item = f64>) -> Result<Span, FigureError> {
+        let mut ends = [f64::INFINITY, f64::NEG_INFINITY];
+        for value in values.filter(|value| !value.is_nan()) {
+            let place = self.scale.transform(value);
+            if !place.is_finite() {
+                return Err(FigureError::OffAxis {
+                    value,
+                    axis: self.label.clone(),
+                });
+            }
+            ends = [ends[0].min(place), ends[1].max(place)];
+        }
+        let [low, high] = match self.range {
+            Some([low, high]) => {
+                let ends = [low, high].map(|end| self.scale.transform(end));
+                if !(ends[0] < ends[1] && ends[0].is_finite() && ends[1].is_finite()) {
+                    return Err(FigureError::Range {
+                        axis: self.label.clone(),
+                        low,
+                        high,
+                    });
+                }
+                ends
+            }
+            None => self.padded(ends),
+        };
+        Ok(Span {
+            scale: self.scale,
+            low,
+            high,
+        })
+    }
+
+    /// A little room at both ends, but not below zero where nothing is negative.
+    fn padded(&self, [low, high]: [f64; 2]) -> [f64; 2] {
+        if low > high {
+            return [0.0, 1.0];
+        }
+        let pad = if high - low > 1e-12 * high.abs().max(low.abs()) {
+            0.05 * (high - low)
+        } else if self.scale == Scale::Linear && low != 0.0 {
+            0.1 * low.abs()
+        } else {
+            0.5
+        };
+        let floor = if self.scale == Scale::Linear && low >= 0.0 {
+            0.0
+        } else {
+            f64::NEG_INFINITY
+        };
+        [(low - pad).max(floor), high + pad]
+    }
+}
+
+/// An axis from end to end, in transformed values.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Span {
+    pub(super) scale: Scale,
+    pub(super) low: f64,
+    pub(super) high: f64,
+}
+
+impl Span {
+    /// Part of the way from the lower end to the upper one.
+    pub(super) fn part(&self, value: f64) -> f64 {
+        self.part_of_place(self.scale.transform(value))
+    }
+
+    /// The same for a transformed value.
+    pub(super) fn part_of_place(&self, place: f64) -> f64 {
+        (place - self.low) / (self.high - self.low)
+    }
+
+    /// Values with texts, about `wanted` of them; those with names if there are any.
+    pub(super) fn ticks(&self, names: &[(f64, String)], wanted: usize) -> Vec<(f64, String)> {
+        if !names.is_empty() {
+            return names
+                .iter()
+                .filter(|(place, _)| (0.0..=1.0).contains(&self.part(*place)))
+                .cloned()
+                .collect();
+        }
+        let [low, high] = [self.low, self.high].map(|end| self.scale.invert(end));
+        let (values, texts) = match self.scale {
+            Scale::Linear => {
+                let values = axis::ticks(low, high, wanted);
+                let texts = axis::tick_texts(&values);
+                (values, texts)
+            }
+            Scale::Logarithmic => {
+                let values = axis::log_ticks(low, high, wanted);
+                let texts = axis::log_tick_texts(&values);
+                (values, texts)
+            }
+        };
+        values.into_iter().zip(texts).collect()
+    }
+
+    /// Values for small ticks without texts: 2, 3, … 9 times powers of ten of a logarithmic axis of few decades.
+    pub(super) fn small_ticks(&self) -> Vec<f64> {
+        if self.scale == Scale::Linear || self.high - self.low > 6.0 {
+            return Vec::new();
+        }
+        let mut values = Vec::new();
+        let mut exponent = self.low.floor();
+        while exponent <= self.high {
+            values.extend((2..10).map(|factor| f64::from(factor) * 10f64.powf(exponent)));
+            exponent += 1.0;
+        }
+        values.retain(|&value| (0.0..=1.0).contains(&self.part(value)));
+        values
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_follow_the_data() {
+        let ends = |axis: &Axis, values: &[f64]| {
+            let span = axis.span(values.iter().copied()).unwrap();
+            vec![span.scale.invert(span.low), span.scale.invert(span.high)]
+        };
+        let linear = Axis::linear("x");
+        assert_eq!(ends(&linear, &[0.0, 100.0, f64::NAN]), [0.0, 105.0]);
+        assert_eq!(ends(&linear, &[-10.0, 10.0]), [-11.0, 11.0]);
+        assert_eq!(ends(&linear, &[10.0]), [9.0, 11.0]);
+        assert_eq!(ends(&linear, &[]), [0.0, 1.0]);
+        let log = Axis::logarithmic("x");
+        let logs: Vec<f64> = ends(&log, &[1.0, 100.0])
+            .iter()
+            .map(|end| end.log10())
+            .collect();
+        assert!((logs[0] + 0.1).abs() < 1e-12 && (logs[1] - 2.1).abs() < 1e-12);
+        assert_eq!(ends(&linear.with_range(2.0, 3.0), &[-5.0]), [2.0, 3.0]);
+    }
+
+    #[test]
+    fn what_has_no_place_is_refused() {
+        let off = |axis: Axis, value: f64| axis.span([1.0, value].into_iter()).unwrap_err();
+        assert!(matches!(
+            off(Axis::logarithmic("time"), 0.0),
+            FigureError::OffAxis { value: 0.0, axis } if axis == "time"
+        ));
+        let message = off(Axis::linear("μ₀"), f64::INFINITY).to_string();
+        assert_eq!(message, "inf cannot be drawn on the axis \"μ₀\"");
+        for (low, high) in [(2.0, 2.0), (3.0, 1.0), (0.0, f64::NAN)] {
+            assert!(matches!(
+                off(Axis::linear("x").with_range(low, high), 1.0),
+                FigureError::Range { .. }
+            ));
+        }
+        assert!(matches!(
+            off(Axis::logarithmic("x").with_range(0.0, 1.0), 1.0),
+            FigureError::Range { .. }
+        ));
+    }
+}
