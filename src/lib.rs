@@ -11,7 +11,7 @@
 //! | descend to a minimum | [`optimize::quench`] |
 //! | draw samples | [`sample::Kernel`], [`sample::Mala`] |
 //! | build the energy of a hand on an object | [`grasp::GraspEnergy`], [`grasp::hand::Hand`], [`grasp::object::Object`] |
-//! | synthesize and judge grasps | [`grasp::synthesis::synthesize`], [`grasp::judge`], [`grasp::closure`] |
+//! | synthesize and judge grasps | [`grasp::synthesis::synthesize`], [`grasp::judge`], [`grasp::closure`], [`grasp::relaxed`] |
 //! | map a landscape | [`topography::quench_all`], [`topography::distinct`], [`topography::map()`] |
 //! | draw it | [`figure::DisconnectivityPicture`], [`figure::BarrierPicture`], [`figure::Scene`] |
 //! | plot numbers | [`figure::chart::Chart`] |

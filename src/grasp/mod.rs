@@ -1,7 +1,8 @@
 //! Half one: hand + object → energy → grasps.
 //!
 //! [`hand`] and [`object`] are what meets, [`term`] what a meeting costs, [`energy`] the sum and its envelope over contact
-//! sets, [`kernel`] the moves, [`synthesis`] the search, [`filter`] and [`closure`] the judges.
+//! sets, [`kernel`] the moves, [`synthesis`] the search, [`filter`] and [`closure`] the judges,
+//! [`relaxed`] the relaxed test of bare points.
 
 pub mod closure;
 pub mod contact;
@@ -11,6 +12,7 @@ pub mod hand;
 pub mod hover;
 pub mod kernel;
 pub mod object;
+pub mod relaxed;
 pub mod spread;
 pub mod start;
 pub mod synthesis;
