@@ -106,6 +106,7 @@ impl GraspEnergy {
             },
             intrusion: Intrusion {
                 weight: settings.intrusion_weight,
+                free_m: settings.intrusion_free_m,
                 rounding_m: settings.depth_rounding_m,
             },
             pose_terms,

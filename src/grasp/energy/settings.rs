@@ -38,6 +38,8 @@ pub struct EnergySettings {
     pub penetration_weight: f64,
     /// Weight of object points inside the hand per unit length.
     pub intrusion_weight: f64,
+    /// Depth of an object point inside the hand that costs nothing, metres: what skin gives.
+    pub intrusion_free_m: f64,
     /// Weight of the hand inside itself per unit length.
     pub self_penetration_weight: f64,
     /// Rounding of the three depths, metres.
@@ -67,6 +69,7 @@ impl Default for EnergySettings {
             distance_rounding_m: 0.002,
             penetration_weight: 10.0,
             intrusion_weight: 10.0,
+            intrusion_free_m: 0.0015,
             self_penetration_weight: 10.0,
             depth_rounding_m: 0.0005,
             joint_limits_weight: 20.0,
@@ -91,6 +94,7 @@ impl EnergySettings {
             distance_rounding_m: 0.0,
             penetration_weight: 1.0,
             intrusion_weight: 0.0,
+            intrusion_free_m: 0.0,
             self_penetration_weight: 0.0,
             depth_rounding_m: 0.0,
             joint_limits_weight: 0.0,

@@ -10,8 +10,8 @@ use serde::{Deserialize, Serialize};
 use crate::space::Symmetry;
 
 use super::{
-    Capsule, Cuboid, Cylinder, ExactMesh, Field, FieldSettings, Mesh, ObjectError, Shape, Sphere,
-    SurfaceSample,
+    Capsule, Cuboid, Cylinder, ExactMesh, Field, FieldSettings, Mesh, ObjectError, Revolved, Shape,
+    Sphere, SurfaceSample,
 };
 
 /// Density of an object whose mass is not given, kg/m³: half that of water, as of a half-full bottle or of wood.
@@ -144,6 +144,10 @@ impl Object {
             let shape = primitive.shape();
             fit.primitive(&*shape, &surface_samples)?;
             (shape, None)
+        } else if let Symmetry::Axis { point, direction } = &description.symmetry {
+            let field = Revolved::bake(&mesh, &exact, point, direction);
+            let report = *field.report();
+            (Arc::new(field) as Arc<dyn Shape>, Some(report))
         } else {
             let field = Field::cached(&mesh, &exact, &FieldSettings::default());
             let report = *field.report();

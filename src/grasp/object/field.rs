@@ -125,7 +125,8 @@ impl Field {
             report,
         };
         field.report.lipschitz = field.steepest();
-        (field.report.max_error_m, field.report.max_error_anywhere_m) = field.errors(mesh, exact);
+        (field.report.max_error_m, field.report.max_error_anywhere_m) =
+            errors(&field, field.report.cell_m, mesh, exact);
         field
     }
 
@@ -192,42 +193,6 @@ impl Field {
                 .reduce(|| 0.0, f64::max)
         };
         self.levels.iter().map(of_level).fold(1.0, f64::max).sqrt() * HEADROOM
-    }
-
-    /// Largest errors within the judged band: apart from the medial axis, and anywhere.
-    fn errors(&self, mesh: &Mesh, exact: &ExactMesh) -> (f64, f64) {
-        const PROBES: usize = 1_000;
-        const DEPTHS: usize = 9;
-        let error_at = |index: usize, sample: &super::SurfaceSample| {
-            // Depths interleave between neighbouring samples, so that all of the band is met.
-            (0..DEPTHS)
-                .map(|step| {
-                    let share = (step as f64 + (index % 4) as f64 / 4.0) / DEPTHS as f64;
-                    let point =
-                        sample.point + sample.normal * (JUDGED_BAND_M * (2.0 * share - 1.0));
-                    let distance = exact.distance(&point);
-                    let error = (self.distance(&point) - distance).abs();
-                    if distance.abs() > JUDGED_BAND_M {
-                        (point, 0.0)
-                    } else {
-                        (point, error)
-                    }
-                })
-                .collect::<Vec<_>>()
-        };
-        let samples = mesh.sample_surface(PROBES, 0);
-        let mut errors: Vec<(Vector3<f64>, f64)> = samples
-            .par_iter()
-            .enumerate()
-            .flat_map_iter(|(index, sample)| error_at(index, sample))
-            .collect();
-        errors.sort_by(|a, b| b.1.total_cmp(&a.1));
-        let anywhere = errors.first().map_or(0.0, |worst| worst.1);
-        let reach_m = 2.0 * self.report.cell_m;
-        let apart = errors
-            .par_iter()
-            .find_first(|(point, _)| !near_medial_axis(exact, point, reach_m));
-        (apart.map_or(0.0, |worst| worst.1), anywhere)
     }
 }
 
@@ -372,6 +337,41 @@ fn fitting_cell_m(extents: &Vector3<f64>, mut cell_m: f64, most_nodes: usize) ->
         cell_m *= 1.05;
     }
     cell_m
+}
+
+/// Largest errors of a field with cells of `cell_m` within the judged band: apart from the medial axis, and anywhere.
+pub(super) fn errors(field: &dyn Shape, cell_m: f64, mesh: &Mesh, exact: &ExactMesh) -> (f64, f64) {
+    const PROBES: usize = 1_000;
+    const DEPTHS: usize = 9;
+    let error_at = |index: usize, sample: &super::SurfaceSample| {
+        // Depths interleave between neighbouring samples, so that all of the band is met.
+        (0..DEPTHS)
+            .map(|step| {
+                let share = (step as f64 + (index % 4) as f64 / 4.0) / DEPTHS as f64;
+                let point = sample.point + sample.normal * (JUDGED_BAND_M * (2.0 * share - 1.0));
+                let distance = exact.distance(&point);
+                let error = (field.distance(&point) - distance).abs();
+                if distance.abs() > JUDGED_BAND_M {
+                    (point, 0.0)
+                } else {
+                    (point, error)
+                }
+            })
+            .collect::<Vec<_>>()
+    };
+    let samples = mesh.sample_surface(PROBES, 0);
+    let mut errors: Vec<(Vector3<f64>, f64)> = samples
+        .par_iter()
+        .enumerate()
+        .flat_map_iter(|(index, sample)| error_at(index, sample))
+        .collect();
+    errors.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let anywhere = errors.first().map_or(0.0, |worst| worst.1);
+    let reach_m = 2.0 * cell_m;
+    let apart = errors
+        .par_iter()
+        .find_first(|(point, _)| !near_medial_axis(exact, point, reach_m));
+    (apart.map_or(0.0, |worst| worst.1), anywhere)
 }
 
 /// Exact distances at nodes along z. The last one bounds the next, which spares most of the search.

@@ -16,6 +16,7 @@ mod file;
 mod jet;
 mod mesh;
 mod named;
+mod revolved;
 mod sphere;
 mod spline;
 
@@ -27,6 +28,7 @@ pub use exact::{ExactMesh, Nearest};
 pub use field::{Field, FieldReport, FieldSettings};
 pub use mesh::{Mesh, SurfaceSample};
 pub use named::OBJECT_NAMES;
+pub use revolved::Revolved;
 pub use sphere::Sphere;
 
 /// A solid, as its signed distance: metres, negative inside, in the object frame, defined everywhere.

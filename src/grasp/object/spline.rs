@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::jet::Jet;
 
 /// Nodes beyond the box on each side, so that the condition at the rim of the grid is not felt inside.
-const RIM: usize = 3;
+pub(super) const RIM: usize = 3;
 
 /// A tri-cubic B-spline over a box.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,11 +22,11 @@ pub(super) struct Spline {
 }
 
 /// Weights of four neighbouring coefficients along one axis, and their derivatives.
-struct Weights {
-    first: usize,
-    value: [f64; 4],
-    slope: [f64; 4],
-    bend: [f64; 4],
+pub(super) struct Weights {
+    pub(super) first: usize,
+    pub(super) value: [f64; 4],
+    pub(super) slope: [f64; 4],
+    pub(super) bend: [f64; 4],
 }
 
 impl Spline {
@@ -155,19 +155,27 @@ impl Spline {
         inverse_cell: f64,
         axis: usize,
     ) -> Weights {
+        let along = (point[axis] - self.origin[axis]) * inverse_cell;
+        Weights::at::<ORDER>(along, self.nodes[axis], inverse_cell)
+    }
+}
+
+impl Weights {
+    /// Weights at `along` cells from the first of `nodes` nodes.
+    #[inline]
+    pub(super) fn at<const ORDER: usize>(along: f64, nodes: usize, inverse_cell: f64) -> Self {
         const SIXTH: f64 = 1.0 / 6.0;
         const TWO_THIRDS: f64 = 2.0 / 3.0;
-        let along = (point[axis] - self.origin[axis]) * inverse_cell;
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
             reason = "between one and the number of nodes"
         )]
-        let cell = along.max(1.0).min((self.nodes[axis] - 3) as f64) as u32;
+        let cell = along.max(1.0).min((nodes - 3) as f64) as u32;
         let t = along - f64::from(cell);
         let s = 1.0 - t;
         let (ss, tt) = (s * s, t * t);
-        let mut weights = Weights {
+        let mut weights = Self {
             first: cell as usize - 1,
             value: [0.0; 4],
             slope: [0.0; 4],
@@ -197,14 +205,14 @@ impl Spline {
 }
 
 #[inline]
-fn dot(a: &[f64; 4], b: &[f64; 4]) -> f64 {
+pub(super) fn dot(a: &[f64; 4], b: &[f64; 4]) -> f64 {
     (a[0] * b[0] + a[1] * b[1]) + (a[2] * b[2] + a[3] * b[3])
 }
 
 /// Turns samples into B-spline coefficients along the slowest axis of `block`, a list of slices of `stride` numbers.
 ///
 /// Solves (c₋ + 4c + c₊)/6 = f with c = f at both ends (no curvature there), after Unser et al. (1993).
-fn solve_lines(block: &mut [f64], stride: usize) {
+pub(super) fn solve_lines(block: &mut [f64], stride: usize) {
     let count = block.len() / stride;
     let mut factors = vec![0.0; count];
     for i in 1..count - 1 {

@@ -7,15 +7,19 @@ use nalgebra::Vector3;
 /// Depth of the object's surface samples inside the hand's capsules.
 ///
 /// ```text
-/// E = w Σ_{s ∈ S(O)} Σ_{capsules} h(r − dist(s, axis)) / unit
+/// E = w Σ_{s ∈ S(O)} Σ_{capsules} h(r − free − dist(s, axis)) / unit
 /// ```
 ///
+/// Depths up to `free` cost nothing: samples lie a centimetre apart, so what they feel at a shallow depth would depend on
+/// where they happen to lie, and grasps that differ by a turn of a round object would differ in energy.
 /// Catches what the hand's own points miss: a thin neck or an edge between two surface points. After the penetration
 /// energy of Wang et al. (`DexGraspNet`, 2023), which also looks from the object into the hand.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Intrusion {
     /// Weight w per unit length.
     pub weight: f64,
+    /// Depth that costs nothing, metres.
+    pub free_m: f64,
     /// Rounding of the hinge, metres.
     pub rounding_m: f64,
 }
@@ -67,7 +71,7 @@ impl Term for Intrusion {
         let scale = self.weight / scene.unit_m;
         let mut energy = 0.0;
         for_each_intruder(scene, |capsule, sample, offset, depth| {
-            let (value, slope) = rounded_hinge(depth, self.rounding_m);
+            let (value, slope) = rounded_hinge(depth - self.free_m, self.rounding_m);
             energy += scale * value;
             let length = offset.norm();
             if length > 0.0 {
