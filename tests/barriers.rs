@@ -7,8 +7,8 @@ use landscape::optimize::{QuenchSettings, quench};
 use landscape::sample::{Mala, Task, stream};
 use landscape::space::{Euclidean, Space};
 use landscape::topography::{
-    Evidence, Landscape, MapSettings, MemoryJournal, Minimum, MinimumId, NoJournal, Sameness, Tree,
-    distinct, map, quench_all, silent,
+    Evidence, Landscape, MapSettings, MemoryJournal, Minimum, MinimumId, NoJournal, Sameness,
+    SeamSettings, Tree, distinct, map, quench_all, silent,
 };
 use rand::RngExt;
 
@@ -336,4 +336,84 @@ fn a_tree_of_paths_only_may_fall_apart() {
     let strict = Tree::from_network(&found.network, Evidence::Saddle);
     // All passes are seams: without them nothing is joined.
     assert_eq!(strict.roots.len(), found.network.node_count());
+}
+
+/// A double well cut into bowls a tenth apart: kinks everywhere, and exact heights all the same.
+fn rugged() -> Bowls {
+    let mut rng = stream(21, Task::Start, 0);
+    let mut bowls = Vec::new();
+    for column in -14..=14 {
+        for row in -7..=7 {
+            let mut jitter = || rng.random_range(-0.03..0.03);
+            let (x, y) = (
+                0.1 * f64::from(column) + jitter(),
+                0.1 * f64::from(row) + jitter(),
+            );
+            let bend = y - 0.4 * (1.0 - x * x);
+            bowls.push(Bowl {
+                depth: (x * x - 1.0).powi(2) + 2.0 * bend * bend + 0.3 * jitter(),
+                stiffness: vec![rng.random_range(10.0..30.0), rng.random_range(10.0..30.0)],
+                centre: vec![x, y],
+            });
+        }
+    }
+    Bowls {
+        space: Euclidean::new(2),
+        bowls,
+    }
+}
+
+#[test]
+fn tops_over_close_kinks_are_lowered_to_their_passes() {
+    let energy = rugged();
+    let deepest = |side: f64| {
+        let all = (0..energy.bowls.len()).filter(|i| side * energy.bowls[*i].centre[0] > 0.3);
+        all.min_by(|i, j| energy.bowls[*i].depth.total_cmp(&energy.bowls[*j].depth))
+            .unwrap()
+    };
+    let ends = [deepest(-1.0), deepest(1.0)];
+    let order: Vec<usize> = ends
+        .into_iter()
+        .chain((0..energy.bowls.len()).filter(|i| !ends.contains(i)))
+        .collect();
+    let exact = energy.exact(&order)[0][1];
+    let minimum = |i: usize| Minimum {
+        coordinates: energy.bowls[i].centre.clone(),
+        energy: energy.bowls[i].depth,
+        members: vec![i],
+        choice: vec![u32::try_from(i).unwrap()],
+    };
+    let minima = ends.map(minimum).to_vec();
+    let mut settings = MapSettings::for_scales(1.0, 1.0);
+    settings.path.energy_tolerance = 0.02;
+    settings.path.seams = Some(SeamSettings {
+        spacing: 0.02,
+        moves: 200,
+    });
+    let found = map(
+        &energy,
+        &Mala::new(&energy),
+        minima,
+        &settings,
+        &NoJournal,
+        &silent,
+    );
+    let edge = &found.connection(MinimumId(0), MinimumId(1)).unwrap().edge;
+    let straight = (0..=1000)
+        .map(|k| {
+            let t = f64::from(k) / 1000.0;
+            let [a, b] = ends.map(|i| &energy.bowls[i].centre);
+            let x: Vec<f64> = (0..2).map(|d| a[d] + t * (b[d] - a[d])).collect();
+            energy
+                .bowls
+                .iter()
+                .map(|bowl| bowl.energy(&x))
+                .fold(f64::INFINITY, f64::min)
+        })
+        .fold(f64::NEG_INFINITY, f64::max);
+    assert!(edge.evidence <= Evidence::Path, "{:?}", edge.evidence);
+    assert!(edge.height > exact - 1e-9, "{} {exact}", edge.height);
+    // Not above the best sequence of bowls by more than what bowls differ by, and far below the straight line.
+    assert!(edge.height < exact + 0.03, "{} {exact}", edge.height);
+    assert!(straight > exact + 0.2, "{straight} {exact}");
 }

@@ -18,8 +18,8 @@ use crate::store::{
     StoreError, Timings, content_hash,
 };
 use crate::topography::{
-    self, ChainSettings, MapSettings, PathSettings, Phase, Progress, Sameness, distinct, map,
-    quench_all,
+    self, ChainSettings, MapSettings, PathSettings, Phase, Progress, Sameness, SeamSettings,
+    distinct, map, quench_all,
 };
 
 pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
@@ -143,9 +143,11 @@ fn map_settings(command: &Build, energy: &GraspEnergy) -> MapSettings {
         iterations: 30,
         rounds: 3,
         max_step: 0.004,
-        // Where the best contact set changes, the force jumps by the slope of the contact that changes.
-        force_tolerance: contact_slope,
-        as_a_whole: true,
+        force_tolerance: 2.0,
+        seams: Some(SeamSettings {
+            spacing: 5e-4,
+            moves: 100,
+        }),
         exact_below: 0.5,
         energy_tolerance: 0.02,
         ..settings.path

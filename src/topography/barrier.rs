@@ -115,9 +115,8 @@ impl Connector<'_> {
     /// Connects the minima `ids` = (from, to), from < to.
     ///
     /// Chains run in both directions (with growing force until one arrives, `replicas` times); the best of them and the
-    /// straight line are relaxed and the lower path is kept. Where paths are relaxed as a whole, a `known` path that would
-    /// not relax is relaxed further instead. The outcome depends on the two minima, their numbers, the
-    /// settings, the effort and what is known only.
+    /// straight line are relaxed and the lower path is kept. The outcome depends on the two minima, their numbers, the
+    /// settings and the effort only.
     pub fn connect(
         &self,
         energy: &dyn Energy,
@@ -125,26 +124,13 @@ impl Connector<'_> {
         ids: (MinimumId, MinimumId),
         minima: (&Minimum, &Minimum),
         effort: Effort,
-        known: Option<&Connection>,
     ) -> Connection {
         let (counted, space) = (Counted::new(energy), energy.space());
         let mut settings = self.path.clone();
-        let unfinished = known.filter(|known| {
-            self.path.as_a_whole
-                && known.objection.is_none()
-                && known.edge.evidence == Evidence::Chain
-                && known.path.images.len() > 2
-        });
-        let (chains, starts) = if let Some(known) = unfinished {
-            // What was relaxed once goes on from there.
-            (Chains::default(), vec![known.path.images.clone()])
-        } else {
-            let chains = self.chains(energy, kernel, ids, minima, effort);
-            let straight = |t| interpolate(space, &minima.0.coordinates, &minima.1.coordinates, t);
-            let mut starts = vec![vec![straight(0.0), straight(1.0)]];
-            starts.extend(chains.best.iter().map(|path| path.images.clone()));
-            (chains, starts)
-        };
+        let chains = self.chains(energy, kernel, ids, minima, effort);
+        let straight = |t| interpolate(space, &minima.0.coordinates, &minima.1.coordinates, t);
+        let mut starts = vec![vec![straight(0.0), straight(1.0)]];
+        starts.extend(chains.best.iter().map(|path| path.images.clone()));
         settings.coarse_iterations <<= effort.attempt;
         settings.iterations <<= effort.attempt;
         let outcome = relax(
@@ -185,12 +171,11 @@ impl Connector<'_> {
                 length: outcome.path.length(space),
             };
             connection.path = outcome.path;
-            let first = unfinished.map_or(Some(Start::Straight), |known| known.start);
-            connection.start = if outcome.start == 0 {
-                first
+            connection.start = Some(if outcome.start == 0 {
+                Start::Straight
             } else {
-                Some(Start::Chain)
-            };
+                Start::Chain
+            });
             connection.objection = outcome.objection;
             connection.crossings = outcome.passes.into_iter().map(Crossing::from).collect();
         }

@@ -269,7 +269,6 @@ impl Survey<'_> {
                             attempt,
                             seed: self.settings.seed,
                         },
-                        self.best.get(&(*i, *j)),
                     )
                 });
                 tally.tick();

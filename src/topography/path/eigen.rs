@@ -62,6 +62,12 @@ impl<'e> Piece<'e> {
         x
     }
 
+    /// A tangent by scaled tangents.
+    pub(super) fn scaled(&self, tangent: &[f64]) -> Vec<f64> {
+        let parts = tangent.iter().zip(&self.scales);
+        parts.map(|(t, s)| t / s).collect()
+    }
+
     /// Norm of a gradient by scaled tangents, in the metric.
     pub(super) fn size(&self, gradient: &[f64]) -> f64 {
         let plain = gradient.iter().zip(&self.scales).map(|(g, s)| g / s);
@@ -158,11 +164,7 @@ impl<'e> Piece<'e> {
         let mut hessian = self.hessian(&x, difference)?;
         let mut exact = true;
         let mut trust = longest;
-        let mut followed: Vec<f64> = tangent
-            .iter()
-            .zip(&self.scales)
-            .map(|(t, s)| t / s)
-            .collect();
+        let mut followed = self.scaled(tangent);
         for k in 1..=steps {
             if !energy.is_finite() {
                 return None;

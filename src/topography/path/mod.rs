@@ -4,15 +4,15 @@
 //! worth is decided by descents from it ([`relax`]).
 
 mod eigen;
+mod lower;
 mod pass;
 mod relax;
-mod rough;
 mod seam;
 mod string;
 
 pub use pass::Pass;
-pub use relax::PathSettings;
 pub(super) use relax::relax;
+pub use relax::{PathSettings, SeamSettings};
 use serde::{Deserialize, Serialize};
 
 use super::journal::bits;

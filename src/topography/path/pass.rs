@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::eigen::Piece;
-use super::seam::{least_combination, lowest_crossing};
+use super::seam::{Sheet, least_combination, slide};
 use super::string::Band;
 use super::{Path, PathSettings, between};
 use crate::energy::Energy;
@@ -36,14 +36,12 @@ pub struct Pass {
 pub(super) struct Peak {
     /// The free image it is next to.
     pub(super) image: usize,
-    /// Whether it lies beyond that image, toward the end of the path.
-    pub(super) beyond: bool,
     pub(super) x: Vec<f64>,
     pub(super) energy: f64,
     /// Points of the path close before and behind.
-    sides: [Vec<f64>; 2],
+    pub(super) sides: [Vec<f64>; 2],
     /// Unit tangent of the path.
-    tangent: Vec<f64>,
+    pub(super) tangent: Vec<f64>,
 }
 
 impl Peak {
@@ -104,7 +102,6 @@ impl Peak {
         let (x, sides) = (point(middle), [point(low), point(high)]);
         Some(Self {
             image: top,
-            beyond: middle > 0.0,
             x,
             energy: best,
             sides,
@@ -143,13 +140,15 @@ impl Peak {
         let seam = before != after;
         let (x, height, residual, mut normal) = if seam {
             let pieces = [Piece::new(energy, before), Piece::new(energy, after)];
-            let found = lowest_crossing(
-                [&pieces[0], &pieces[1]],
+            let found = slide(
+                &Sheet::Seam([&pieces[0], &pieces[1]]),
                 &self.x,
                 (settings.force_tolerance, sameness.energy),
                 settings.max_step,
                 settings.refinement_steps,
-            )?;
+                &mut |_, _| false,
+            )
+            .crossing?;
             // Scaled to plain tangents; toward the first piece's side.
             let scales = space.step_scales();
             let normal: Vec<f64> = found

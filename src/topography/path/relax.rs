@@ -10,8 +10,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::lower::{Lowered, lower};
 use super::pass::{Pass, Peak};
-use super::rough::settle;
 use super::string::Band;
 use super::{Path, near, spread};
 use crate::energy::Energy;
@@ -44,14 +44,23 @@ pub struct PathSettings {
     pub refinement_steps: usize,
     /// Length of the first step down from a pass.
     pub push: f64,
-    /// Whether paths are relaxed as a whole instead of pass by pass: for an energy with discrete choices whose kinks lie so
-    /// close that the pieces that tie at a top are seldom the lowest ones where they come to rest.
-    pub as_a_whole: bool,
+    /// For an energy with discrete choices whose kinks lie close: tops are lowered seam by seam instead of pass by pass.
+    pub seams: Option<SeamSettings>,
     /// Height above the higher end below which images are evaluated exactly; see
     /// [`Energy::evaluate_roughly_above`].
     pub exact_below: f64,
     /// Differences of height below this mean nothing.
     pub energy_tolerance: f64,
+}
+
+/// How the tops of paths over a kinked energy are lowered.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SeamSettings {
+    /// Greatest distance of neighbouring points of such a path, a length of the space: less than that of neighbouring kinks.
+    pub spacing: f64,
+    /// Moves of the top at most.
+    pub moves: usize,
 }
 
 impl Default for PathSettings {
@@ -74,7 +83,7 @@ impl PathSettings {
             height_tolerance: 0.01,
             refinement_steps: 60,
             push: 0.01 * length,
-            as_a_whole: false,
+            seams: None,
             exact_below: 3.0 * energy,
             energy_tolerance: 1e-6 * energy,
         }
@@ -123,8 +132,6 @@ pub(in crate::topography) fn relax(
     sameness: &Sameness,
 ) -> Option<Outcome> {
     let floor = ends.0.energy.max(ends.1.energy);
-    // As a whole, the start with the lower top is kept: relaxing another one to the end costs as much again.
-    let rough_energy = settings.as_a_whole;
     let mut rough: Vec<(usize, bool, Band<'_>)> = starts
         .iter()
         .enumerate()
@@ -156,9 +163,10 @@ pub(in crate::topography) fn relax(
     for (start, blamed, band) in rough {
         let margin = settings.rivalry * (band.path.height() - floor);
         let beyond = |known: &Outcome| {
-            (known.evidence < Evidence::Chain
-                && (blamed || band.path.height() - margin > known.height))
-                || (rough_energy && known.objection.is_none())
+            known.evidence < Evidence::Chain
+                && (settings.seams.is_some()
+                    || blamed
+                    || band.path.height() - margin > known.height)
         };
         if best.as_ref().is_some_and(beyond) {
             continue;
@@ -193,17 +201,20 @@ struct Relaxation<'a> {
 }
 
 impl Relaxation<'_> {
-    /// [`Relaxation::finish`] for a path relaxed as a whole, then its top is refined if it can be.
-    fn finish_rough(&self, band: Band<'_>, floor: f64) -> Outcome {
-        let unsettled = band.path.clone();
-        let Some(settled) = settle(self.energy, band, floor, self.settings) else {
-            let top = unsettled.images[unsettled.top()].clone();
-            let height = unsettled.height();
-            return self.verdict(unsettled, height, top, Evidence::Chain, Vec::new());
+    /// [`Relaxation::finish`] for a kinked energy: the top is lowered, then refined if it can be.
+    fn finish_kinked(&self, band: Band<'_>, floor: f64, seams: &SeamSettings) -> Outcome {
+        let found = lower(self.energy, &band.path.images, floor, self.settings, seams);
+        let Some(Lowered {
+            path,
+            peak,
+            relaxed,
+        }) = found
+        else {
+            let top = band.path.images[band.path.top()].clone();
+            let height = band.path.height();
+            return self.verdict(band.path, height, top, Evidence::Chain, Vec::new());
         };
-        let mut path = settled.band.path;
-        let peak = settled.peak;
-        if settled.relaxed {
+        if relaxed {
             let pass = peak.refine(
                 self.energy,
                 floor,
@@ -218,12 +229,8 @@ impl Relaxation<'_> {
                 return self.verdict(path, height, top, pass_evidence(&pass), vec![pass]);
             }
         }
-        // The top itself becomes an image: what is drawn and stored reaches the height that is reported.
-        let after = usize::from(peak.beyond);
-        path.images.insert(peak.image + after, peak.x.clone());
-        path.energies.insert(peak.image + after, peak.energy);
-        let height = peak.energy.max(path.height());
-        let evidence = if settled.relaxed {
+        let height = path.height();
+        let evidence = if relaxed {
             Evidence::Path
         } else {
             Evidence::Chain
@@ -234,8 +241,8 @@ impl Relaxation<'_> {
     fn finish(&self, mut band: Band<'_>) -> Outcome {
         let space = self.energy.space();
         let floor = self.ends.0.energy.max(self.ends.1.energy);
-        if self.settings.as_a_whole {
-            return self.finish_rough(band, floor);
+        if let Some(seams) = &self.settings.seams {
+            return self.finish_kinked(band, floor, seams);
         }
         let reach = 2.0 * band.path.length(space) / (band.path.images.len() - 1) as f64;
         let (mut passes, mut doubled) = (Vec::new(), false);

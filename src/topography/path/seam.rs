@@ -20,6 +20,22 @@ pub(super) struct Crossing {
     pub(super) normal: Vec<f64>,
 }
 
+/// What a descent stays on.
+pub(super) enum Sheet<'p> {
+    /// The seam where two pieces tie.
+    Seam([&'p Piece<'p>; 2]),
+    /// What lies across a path through one piece, whose scaled tangent is given.
+    Across(&'p Piece<'p>, &'p [f64]),
+}
+
+impl<'p> Sheet<'p> {
+    fn first(&self) -> &'p Piece<'p> {
+        match self {
+            Self::Seam([piece, _]) | Self::Across(piece, _) => piece,
+        }
+    }
+}
+
 /// Both pieces at a point.
 struct Pair {
     x: Vec<f64>,
@@ -28,14 +44,19 @@ struct Pair {
 }
 
 impl Pair {
-    fn at(pieces: [&Piece<'_>; 2], x: Vec<f64>) -> Self {
-        let n = pieces[0].space().tangents();
+    fn at(sheet: &Sheet<'_>, x: Vec<f64>) -> Self {
+        let n = sheet.first().space().tangents();
         let mut gradients = [vec![0.0; n], vec![0.0; n]];
         let [first, second] = &mut gradients;
-        let energies = [
-            pieces[0].evaluate(&x, first),
-            pieces[1].evaluate(&x, second),
-        ];
+        let energy = sheet.first().evaluate(&x, first);
+        let energies = match sheet {
+            Sheet::Seam([_, piece]) => [energy, piece.evaluate(&x, second)],
+            Sheet::Across(_, tangent) => {
+                second.clone_from(first);
+                add(second, -1.0, tangent);
+                [energy, energy]
+            }
+        };
         Self {
             x,
             energies,
@@ -68,8 +89,13 @@ impl Pair {
     }
 }
 
-/// Norm of the shortest vector between `a` and `b` (plain tangents).
+/// Norm of the shortest convex combination of `a` and `b`.
 pub(super) fn least_combination(a: &[f64], b: &[f64]) -> f64 {
+    norm(&shortest_combination(a, b))
+}
+
+/// The shortest convex combination of `a` and `b`.
+pub(super) fn shortest_combination(a: &[f64], b: &[f64]) -> Vec<f64> {
     let mut across = a.to_vec();
     add(&mut across, -1.0, b);
     let square = dot(&across, &across);
@@ -80,40 +106,55 @@ pub(super) fn least_combination(a: &[f64], b: &[f64]) -> f64 {
     };
     let mut least = a.to_vec();
     add(&mut least, -share, &across);
-    norm(&least)
+    least
 }
 
-/// Descends along the seam of two pieces from near it.
+/// How far a descent along a seam came.
+pub(super) struct Slide {
+    /// Where it ended.
+    pub(super) x: Vec<f64>,
+    /// The lowest point of the seam, if that is where it ended.
+    pub(super) crossing: Option<Crossing>,
+}
+
+/// Descends along the seam of two pieces from near it, for at most `steps` steps or until `leave` says so of a point and
+/// its energy.
 ///
 /// A Newton step onto the seam plus a BFGS step along it, as in the search for crossing points of J. N. Harvey et al.,
-/// Theor. Chem. Acc. 99, 95 (1998). `None` if it does not converge within `steps`, or both pieces fall on one side.
-pub(super) fn lowest_crossing(
-    pieces: [&Piece<'_>; 2],
+/// Theor. Chem. Acc. 99, 95 (1998). No crossing is found if it does not converge, or both pieces fall on one side.
+pub(super) fn slide(
+    sheet: &Sheet<'_>,
     start: &[f64],
     (tolerance, tie): (f64, f64),
     longest: f64,
     steps: usize,
-) -> Option<Crossing> {
-    let n = pieces[0].space().tangents();
-    let mut here = Pair::at(pieces, start.to_vec());
+    leave: &mut dyn FnMut(&[f64], f64) -> bool,
+) -> Slide {
+    let piece = sheet.first();
+    let n = piece.space().tangents();
+    let mut here = Pair::at(sheet, start.to_vec());
     let mut inverse: Option<DMatrix<f64>> = None;
     for _ in 0..steps {
         let (across, along) = (here.across(), here.along());
         let square = dot(&across, &across);
         if !here.height().is_finite() || square.is_nan() || square == 0.0 {
-            return None;
+            break;
         }
-        if here.gap().abs() <= tie && pieces[0].size(&along) <= tolerance {
+        if here.gap().abs() <= tie && piece.size(&along) <= tolerance {
             let opposite =
                 dot(&here.gradients[0], &across) > 0.0 && dot(&here.gradients[1], &across) < 0.0;
             let mut normal = across;
             scale(&mut normal, square.sqrt().recip());
-            return opposite.then(|| Crossing {
+            let crossing = (opposite && matches!(sheet, Sheet::Seam(_))).then(|| Crossing {
                 energy: here.energies[0].min(here.energies[1]),
-                residual: pieces[0].size(&along),
-                x: here.x,
+                residual: piece.size(&along),
+                x: here.x.clone(),
                 normal,
             });
+            return Slide {
+                x: here.x,
+                crossing,
+            };
         }
         let along_vector = DVector::from_column_slice(&along);
         let mut slide: Vec<f64> = match &inverse {
@@ -132,14 +173,14 @@ pub(super) fn lowest_crossing(
         }
         let mut found = None;
         for _ in 0..10 {
-            let next = Pair::at(pieces, pieces[0].moved(&here.x, &slide));
+            let next = Pair::at(sheet, piece.moved(&here.x, &slide));
             if next.height() < here.height() + tie {
                 found = Some(next);
                 break;
             }
             scale(&mut slide, 0.3);
         }
-        let next = found?;
+        let Some(next) = found else { break };
         let step = DVector::from_column_slice(&slide);
         let change = DVector::from_column_slice(&next.along()) - &along_vector;
         let curvature = step.dot(&change);
@@ -157,6 +198,12 @@ pub(super) fn lowest_crossing(
             inverse = None;
         }
         here = next;
+        if leave(&here.x, here.energies[0].min(here.energies[1])) {
+            break;
+        }
     }
-    None
+    Slide {
+        x: here.x,
+        crossing: None,
+    }
 }

@@ -112,30 +112,6 @@ impl<'e> Band<'e> {
         self.worst(&forces)
     }
 
-    /// Size of the force across the path at inner image `i`, by scaled tangents.
-    ///
-    /// The direction of the path is taken between the first images at least `reach` away on both sides: images much
-    /// closer than that zigzag by as much as they are apart, and a share of the slope along the path would count.
-    pub(super) fn across(&self, i: usize, reach: f64) -> f64 {
-        let space = self.energy.space();
-        let (images, last) = (&self.path.images, self.path.images.len() - 1);
-        let away = |j: &usize| near(space, &images[i], &images[*j]) >= reach;
-        let behind = (0..i).rev().find(away).unwrap_or(0);
-        let ahead = (i + 1..=last).find(away).unwrap_or(last);
-        let mut tangent = vec![0.0; self.scales.len()];
-        let mut back = tangent.clone();
-        space.toward_near(&images[i], &images[ahead], &mut tangent);
-        space.toward_near(&images[i], &images[behind], &mut back);
-        add(&mut tangent, -1.0, &back);
-        let length = norm(&tangent);
-        let mut force = self.gradients[i].clone();
-        if length > 0.0 {
-            let along = dot(&force, &tangent) / (length * length);
-            add(&mut force, -along, &tangent);
-        }
-        norm(&times(&force, &self.scales))
-    }
-
     fn worst(&self, forces: &[Vec<f64>]) -> f64 {
         let free = forces.iter().zip(&self.pinned).filter(|(_, pin)| !**pin);
         free.map(|(force, _)| norm(&times(force, &self.scales)))

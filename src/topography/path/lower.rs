@@ -1,0 +1,420 @@
+//! Lowering the top of a path over a kinked energy, seam by seam.
+//!
+//! On an envelope E = min over pieces whose kinks lie close, a string never comes to rest: its images flip from piece to
+//! piece. But such a path is a sequence of pieces, and what it costs is where it changes from one to the next. Along the
+//! seam of two pieces its crossing descends by itself, whatever the rest of the path does, since between two crossings a
+//! straight line through one smooth piece costs little more than its ends. So the highest crossing is moved down its
+//! seam, until it comes to rest there or a third piece undercuts both. Then the path goes through that one, and its top
+//! is one of the two new seams. A move counts only if the highest point of the path falls.
+
+use super::eigen::Piece;
+use super::pass::Peak;
+use super::seam::{Sheet, slide};
+use super::{Path, PathSettings, SeamSettings, near};
+use crate::energy::Energy;
+use crate::space::Space;
+use crate::space::vector::{dot, norm, scale};
+
+/// Golden section.
+const GOLDEN: f64 = 0.381_966_011_250_105;
+/// Probes of the golden section between two nodes.
+const PROBES: usize = 10;
+/// Segments searched for the top.
+const SEARCHED: usize = 8;
+/// Lengths of a move that are tried, each this share of the one before.
+const TRIALS: usize = 4;
+const SHORTER: f64 = 0.4;
+/// Width over which the neighbours of the top follow it, in lengths of its move.
+const WIDTH: f64 = 4.0;
+/// Share of the difference in energy that means nothing by which a third piece must undercut a seam, by which two pieces
+/// may differ on it, and by which a top must fall.
+const UNDERCUT: f64 = 0.05;
+const TIE: f64 = 1e-3;
+const GAIN: f64 = 1e-3;
+
+/// A point of the path.
+#[derive(Clone)]
+struct Node {
+    x: Vec<f64>,
+    energy: f64,
+    gradient: Vec<f64>,
+    choice: Vec<u32>,
+}
+
+/// A polygon through the pieces of a kinked energy.
+#[derive(Clone)]
+struct Kinked<'e> {
+    energy: &'e dyn Energy,
+    settings: &'e PathSettings,
+    ceiling: f64,
+    /// Nodes are at most this far apart.
+    spacing: f64,
+    /// Falls of the top below this do not count.
+    gain: f64,
+    nodes: Vec<Node>,
+}
+
+/// The highest point of a polygon, between two of its nodes.
+struct Top {
+    segment: usize,
+    energy: f64,
+    x: Vec<f64>,
+    /// Points of the path close before and behind, and what is chosen there.
+    sides: [Vec<f64>; 2],
+    choices: [Vec<u32>; 2],
+}
+
+/// A path whose top was lowered as far as it would go.
+pub(super) struct Lowered {
+    pub(super) path: Path,
+    pub(super) peak: Peak,
+    /// Whether no move lowers the top any more *and* halving the distance of its nodes hardly changed its height.
+    pub(super) relaxed: bool,
+}
+
+/// Lowers the top of the polygon through `images`. `None` if no point between its ends is finite.
+pub(super) fn lower(
+    energy: &dyn Energy,
+    images: &[Vec<f64>],
+    floor: f64,
+    settings: &PathSettings,
+    seams: &SeamSettings,
+) -> Option<Lowered> {
+    let ceiling = floor + settings.exact_below;
+    let mut coarse = Kinked::new(energy, images, seams.spacing, ceiling, settings);
+    let (coarse_top, _) = coarse.lower(seams.moves)?;
+    let images: Vec<Vec<f64>> = coarse.nodes.into_iter().map(|node| node.x).collect();
+    let mut fine = Kinked::new(energy, &images, 0.5 * seams.spacing, ceiling, settings);
+    let change = fine.top()?.energy - coarse_top.energy;
+    let (top, rests) = fine.lower(seams.moves)?;
+    Some(Lowered {
+        relaxed: rests && change.abs() <= settings.slack(top.energy - floor),
+        peak: fine.peak(&top),
+        path: fine.path(&top),
+    })
+}
+
+impl<'e> Kinked<'e> {
+    fn new(
+        energy: &'e dyn Energy,
+        images: &[Vec<f64>],
+        spacing: f64,
+        ceiling: f64,
+        settings: &'e PathSettings,
+    ) -> Self {
+        let mut path = Self {
+            energy,
+            settings,
+            ceiling,
+            spacing,
+            gain: GAIN * settings.energy_tolerance,
+            nodes: Vec::new(),
+        };
+        path.nodes = path.through(images);
+        path
+    }
+
+    /// The images, the top among them: what is drawn and stored reaches the height that is reported.
+    fn path(self, top: &Top) -> Path {
+        let nodes = self.nodes.into_iter().map(|node| (node.x, node.energy));
+        let (mut images, mut energies): (Vec<_>, Vec<_>) = nodes.unzip();
+        images.insert(top.segment + 1, top.x.clone());
+        energies.insert(top.segment + 1, top.energy);
+        Path { images, energies }
+    }
+
+    fn space(&self) -> &'e dyn Space {
+        self.energy.space()
+    }
+
+    fn node(&self, x: Vec<f64>) -> Node {
+        let mut gradient = vec![0.0; self.space().tangents()];
+        let energy = self
+            .energy
+            .evaluate_roughly_above(&x, &mut gradient, self.ceiling);
+        let choice = self.energy.choice(&x);
+        Node {
+            x,
+            energy,
+            gradient,
+            choice,
+        }
+    }
+
+    /// Nodes along the polygon through `points`, at most the spacing apart.
+    fn through(&self, points: &[Vec<f64>]) -> Vec<Node> {
+        let space = self.space();
+        let mut tangent = vec![0.0; space.tangents()];
+        let mut nodes = vec![self.node(points[0].clone())];
+        for pair in points.windows(2) {
+            let length = space.toward_near(&pair[0], &pair[1], &mut tangent);
+            let parts = (length / self.spacing).ceil().max(1.0) as usize;
+            for k in 1..parts {
+                let mut step = tangent.clone();
+                scale(&mut step, k as f64 / parts as f64);
+                let mut x = pair[0].clone();
+                space.shift(&mut x, &step);
+                nodes.push(self.node(x));
+            }
+            nodes.push(self.node(pair[1].clone()));
+        }
+        nodes
+    }
+
+    /// The highest point of the path. It may lie between nodes far below it: between two nodes the path rises from one and
+    /// falls to the other, and where it is concave it lies below both tangents. Segments are searched in the order of that
+    /// bound, until none can be higher.
+    fn top(&self) -> Option<Top> {
+        let space = self.space();
+        let mut tangent = vec![0.0; space.tangents()];
+        let mut bounds: Vec<(f64, usize)> = Vec::new();
+        for (i, pair) in self.nodes.windows(2).enumerate() {
+            let (low, high) = (pair[0].energy, pair[1].energy);
+            let mut bound = low.max(high);
+            space.toward_near(&pair[0].x, &pair[1].x, &mut tangent);
+            let rise = dot(&pair[0].gradient, &tangent);
+            space.toward_near(&pair[1].x, &pair[0].x, &mut tangent);
+            let fall = dot(&pair[1].gradient, &tangent);
+            if rise > 0.0 && fall > 0.0 {
+                let s = ((high - low + fall) / (rise + fall)).clamp(0.0, 1.0);
+                bound = bound.max((low + s * rise).min(high + (1.0 - s) * fall));
+            }
+            if bound.is_finite() {
+                bounds.push((bound, i));
+            }
+        }
+        bounds.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        let mut best: Option<Top> = None;
+        for (bound, i) in bounds.into_iter().take(SEARCHED) {
+            if best.as_ref().is_some_and(|best| best.energy >= bound) {
+                break;
+            }
+            let top = self.between(i);
+            if best.as_ref().is_none_or(|best| top.energy > best.energy) {
+                best = Some(top);
+            }
+        }
+        let mut best = best?;
+        best.choices = [0, 1].map(|side: usize| self.energy.choice(&best.sides[side]));
+        Some(best)
+    }
+
+    /// The highest point between nodes `i` and `i + 1`, by golden section, both nodes included.
+    fn between(&self, i: usize) -> Top {
+        let space = self.space();
+        let (from, to) = (&self.nodes[i], &self.nodes[i + 1]);
+        let mut along = vec![0.0; space.tangents()];
+        let length = space.toward_near(&from.x, &to.x, &mut along);
+        let mut gradient = along.clone();
+        let point = |s: f64| {
+            let mut step = along.clone();
+            scale(&mut step, s);
+            let mut x = from.x.clone();
+            space.shift(&mut x, &step);
+            x
+        };
+        let mut height = |s: f64| {
+            self.energy
+                .evaluate_roughly_above(&point(s), &mut gradient, self.ceiling)
+        };
+        let (mut low, mut middle, mut high) = (0.0, GOLDEN, 1.0);
+        let mut value = height(middle);
+        for _ in 0..PROBES {
+            let right = high - middle > middle - low;
+            let probe = if right {
+                middle + GOLDEN * (high - middle)
+            } else {
+                middle - GOLDEN * (middle - low)
+            };
+            let there = height(probe);
+            if there > value && there.is_finite() {
+                *(if right { &mut low } else { &mut high }) = middle;
+                (middle, value) = (probe, there);
+            } else {
+                *(if right { &mut high } else { &mut low }) = probe;
+            }
+        }
+        let (mut x, mut sides) = (point(middle), [point(low), point(high)]);
+        // The path may be highest at a node, which has another segment beyond it.
+        let reach = (high - low) * length;
+        let last = self.nodes.len() - 1;
+        if from.energy > value && i > 0 {
+            sides = [self.beside(i, i - 1, reach), point(high - low)];
+            (x, value) = (from.x.clone(), from.energy);
+        } else if to.energy > value && i + 1 < last {
+            sides = [point(1.0 - (high - low)), self.beside(i + 1, i + 2, reach)];
+            (x, value) = (to.x.clone(), to.energy);
+        }
+        Top {
+            segment: i,
+            energy: value,
+            x,
+            sides,
+            choices: [Vec::new(), Vec::new()],
+        }
+    }
+
+    /// The point `reach` from node `at` toward node `toward`.
+    fn beside(&self, at: usize, toward: usize, reach: f64) -> Vec<f64> {
+        let space = self.space();
+        let mut step = vec![0.0; space.tangents()];
+        let length = space.toward_near(&self.nodes[at].x, &self.nodes[toward].x, &mut step);
+        scale(&mut step, (reach / length.max(f64::MIN_POSITIVE)).min(1.0));
+        let mut x = self.nodes[at].x.clone();
+        space.shift(&mut x, &step);
+        x
+    }
+
+    /// Where the crossing at `top` comes to rest on its seam, where a third piece undercuts both, or how far it may go.
+    fn slid(&self, top: &Top) -> Vec<f64> {
+        let reach = 2.0 * self.settings.max_step;
+        let pieces = [0, 1].map(|side: usize| Piece::new(self.energy, top.choices[side].clone()));
+        let mut gradient = vec![0.0; self.space().tangents()];
+        let tangent = pieces[0].scaled(&self.peak(top).tangent);
+        let sheet = if top.choices[0] == top.choices[1] {
+            Sheet::Across(&pieces[0], &tangent)
+        } else {
+            Sheet::Seam([&pieces[0], &pieces[1]])
+        };
+        let found = slide(
+            &sheet,
+            &top.x,
+            (
+                self.settings.force_tolerance,
+                TIE * self.settings.energy_tolerance,
+            ),
+            self.settings.max_step,
+            self.settings.refinement_steps,
+            &mut |x, height| {
+                self.energy.evaluate(x, &mut gradient)
+                    < height - UNDERCUT * self.settings.energy_tolerance
+                    || near(self.space(), &top.x, x) > reach
+            },
+        );
+        found.x
+    }
+
+    /// The path with its stretch through the two pieces that meet at `top` replaced by one through `x`.
+    fn through_seam(&self, top: &Top, x: &[f64]) -> Self {
+        let mut first = top.segment;
+        while first > 0 && self.nodes[first - 1].choice == top.choices[0] {
+            first -= 1;
+        }
+        let last = self.nodes.len() - 1;
+        let mut end = (top.segment + 1).min(last);
+        while end < last && self.nodes[end + 1].choice == top.choices[1] {
+            end += 1;
+        }
+        self.spliced(first, x, end)
+    }
+
+    fn spliced(&self, first: usize, x: &[f64], end: usize) -> Self {
+        let fresh = self.through(&[
+            self.nodes[first].x.clone(),
+            x.to_vec(),
+            self.nodes[end].x.clone(),
+        ]);
+        let mut nodes = self.nodes[..first].to_vec();
+        nodes.extend(fresh);
+        nodes.extend_from_slice(&self.nodes[end + 1..]);
+        Self {
+            nodes,
+            ..self.clone()
+        }
+    }
+
+    /// The path with the nodes within `width` of the top moved by a share of the tangent `move_by` that falls to zero there.
+    fn dragged(&self, top: &Top, move_by: &[f64], width: f64) -> Self {
+        let space = self.space();
+        let mut path = self.clone();
+        path.nodes.insert(top.segment + 1, self.node(top.x.clone()));
+        let centre = top.segment + 1;
+        let last = path.nodes.len() - 1;
+        let sides: [Vec<usize>; 2] = [(1..centre).rev().collect(), (centre + 1..last).collect()];
+        let mut shares = vec![(centre, 1.0)];
+        for side in &sides {
+            let (mut here, mut away) = (centre, 0.0);
+            for &i in side {
+                away += near(space, &path.nodes[here].x, &path.nodes[i].x);
+                if away >= width {
+                    break;
+                }
+                shares.push((i, 1.0 - away / width));
+                here = i;
+            }
+        }
+        for (i, share) in shares {
+            let mut step = move_by.to_vec();
+            scale(&mut step, share);
+            let mut x = path.nodes[i].x.clone();
+            space.shift(&mut x, &step);
+            path.nodes[i] = path.node(x);
+        }
+        path
+    }
+
+    /// Lowers the top for at most `moves` moves. Returns the last top, and whether no move lowers it any more; `None` if no
+    /// point between the ends is finite.
+    fn lower(&mut self, moves: usize) -> Option<(Top, bool)> {
+        let mut top = self.top()?;
+        for _ in 0..moves {
+            let Some((lower, next)) = self.lowered(&top) else {
+                return Some((top, true));
+            };
+            *self = lower;
+            top = next;
+        }
+        Some((top, false))
+    }
+
+    /// The path with its top moved down, by the longest of several moves that lowers it.
+    ///
+    /// Either the stretch through the two pieces goes straight to where the crossing slid, or its neighbours follow it by
+    /// a share of its move.
+    fn lowered(&self, top: &Top) -> Option<(Self, Top)> {
+        let space = self.space();
+        let place = self.slid(top);
+        let mut move_by = vec![0.0; space.tangents()];
+        let mut length = space.toward_near(&top.x, &place, &mut move_by);
+        for _ in 0..TRIALS {
+            let mut x = top.x.clone();
+            space.shift(&mut x, &move_by);
+            let trials = [
+                self.through_seam(top, &x),
+                self.dragged(top, &move_by, WIDTH * length),
+            ];
+            let best = trials
+                .into_iter()
+                .filter_map(|trial| trial.top().map(|next| (trial, next)))
+                .min_by(|a, b| a.1.energy.total_cmp(&b.1.energy));
+            if let Some(best) = best
+                && best.1.energy < top.energy - self.gain
+            {
+                return Some(best);
+            }
+            length *= SHORTER;
+            scale(&mut move_by, SHORTER);
+        }
+        None
+    }
+
+    /// The top as a peak that can be refined to a pass.
+    fn peak(&self, top: &Top) -> Peak {
+        let space = self.space();
+        let mut tangent = vec![0.0; space.tangents()];
+        space.toward_near(
+            &self.nodes[top.segment].x,
+            &self.nodes[top.segment + 1].x,
+            &mut tangent,
+        );
+        let length = norm(&tangent);
+        scale(&mut tangent, length.max(f64::MIN_POSITIVE).recip());
+        Peak {
+            image: top.segment,
+            x: top.x.clone(),
+            energy: top.energy,
+            sides: top.sides.clone(),
+            tangent,
+        }
+    }
+}
