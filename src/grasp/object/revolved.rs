@@ -233,7 +233,7 @@ impl Shape for Revolved {
     }
 
     fn hessian(&self, point: &Vector3<f64>) -> (f64, Vector3<f64>, Matrix3<f64>) {
-        /// Below this radius, metres, f_r/r is its limit f_rr to all digits that matter.
+        /// Below this radius, metres, the slope over the radius is its limit, the curvature, to all digits that matter.
         const ON_AXIS_M: f64 = 1e-7;
         let (r, z, outward) = self.place(point);
         let profile = self.profile::<2>(r, z);
@@ -416,8 +416,9 @@ impl Level {
 mod tests {
     use nalgebra::Rotation3;
 
-    use super::super::{Object, Symmetry};
+    use super::super::Object;
     use super::*;
+    use crate::space::Symmetry;
 
     #[test]
     fn turning_changes_nothing() {
@@ -450,13 +451,13 @@ mod tests {
         let Symmetry::Axis { point, direction } = &object.symmetry else {
             panic!("a round bottle is round");
         };
-        let side = direction.cross(&Vector3::new(0.3, 0.5, 0.1)).normalize();
+        let side: Vector3<f64> = direction.cross(&Vector3::new(0.3, 0.5, 0.1)).normalize();
         for height in [-0.2, -0.05, 0.0, 0.08, 0.2] {
             let centre = point + direction * height;
             let (_, gradient, hessian) = object.shape.hessian(&centre);
             assert!(gradient.dot(&side).abs() < 1e-12);
             let near = object.shape.gradient(&(centre + side * 1e-5)).1;
-            let expected = gradient + hessian * side * 1e-5;
+            let expected = gradient + hessian * (side * 1e-5);
             assert!((near - expected).norm() < 1e-4, "{near} {expected}");
         }
     }

@@ -148,6 +148,11 @@ impl<'e> Kinked<'e> {
         let mut nodes = vec![self.node(points[0].clone())];
         for pair in points.windows(2) {
             let length = space.toward_near(&pair[0], &pair[1], &mut tangent);
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "a small positive count"
+            )]
             let parts = (length / self.spacing).ceil().max(1.0) as usize;
             for k in 1..parts {
                 let mut step = tangent.clone();

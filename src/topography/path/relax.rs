@@ -7,6 +7,9 @@
 //! barrier. Tops are refined to passes and pinned; the rest of the string goes on relaxing below them, and whatever then
 //! sticks out is refined in turn. If descents from the highest pass reach both minima it is better than a path:
 //! [`Evidence::Saddle`] or [`Evidence::Seam`].
+//!
+//! Where kinks lie close ([`PathSettings::seams`]) a path counts as relaxed when no move along a seam lowers its top any more
+//! *and* halving the distance of its points hardly changes its height: see `lower`.
 
 use serde::{Deserialize, Serialize};
 
