@@ -1,6 +1,7 @@
 //! The grasp energy E(H, x, O) of a pose and a contact set, and its envelope E(H, O) = min over x.
 
 mod completions;
+mod near;
 mod probe;
 mod scratch;
 mod search;
@@ -193,11 +194,38 @@ impl GraspEnergy {
         energy
     }
 
+    /// Energy and forces of the terms that need no contacts, into `scratch.forces`.
     fn contact_free(&self, x: &[f64], scratch: &mut Scratch) -> f64 {
+        if let Some((energy, forces)) = &scratch.contact_free {
+            scratch.forces.clone_from(forces);
+            return *energy;
+        }
+        let clearance_m = self.penetration.clearance_m;
+        if scratch.band_m.is_nan() || scratch.band_m < clearance_m {
+            self.measure(clearance_m, clearance_m, scratch);
+        }
+        self.update_proximity(scratch);
         scratch
             .forces
             .reset(self.hand.links.len(), self.hand.joints.len());
-        self.add_terms(self.contact_free_terms(), x, scratch)
+        let energy = self.add_terms(self.contact_free_terms(), x, scratch);
+        let known = scratch.contact_free.get_or_insert_default();
+        known.0 = energy;
+        known.1.clone_from(&scratch.forces);
+        energy
+    }
+
+    /// What may overlap, as far as a term asks.
+    fn update_proximity(&self, scratch: &mut Scratch) {
+        let (hand, posed) = (&self.hand, &scratch.posed);
+        if self.intrusion.weight > 0.0 {
+            scratch
+                .proximity
+                .update_intruders(hand, posed, &self.object);
+        }
+        if self.settings.self_penetration_weight > 0.0 {
+            scratch.proximity.update_pairs(hand, posed);
+        }
     }
 
     /// Adds the terms of `choice` and writes the gradient; `scratch` holds the posed hand and the contact-free forces.
@@ -220,16 +248,11 @@ impl GraspEnergy {
         energy
     }
 
-    /// Band that holds the candidates of most poses and every point the penetration term asks about.
-    fn first_band_m(&self) -> f64 {
-        FIRST_BAND_M.max(self.penetration.clearance_m)
-    }
-
     /// The envelope at `x`, leaving early above `cutoff`.
     fn envelope(&self, x: &[f64], gradient: &mut [f64], cutoff: f64) -> f64 {
         self.with_scratch(|scratch| {
             self.pose(x, scratch);
-            self.measure(self.first_band_m(), scratch);
+            self.measure_candidates(scratch);
             let base = self.contact_free(x, scratch);
             if base > cutoff {
                 return base;
@@ -239,12 +262,8 @@ impl GraspEnergy {
             {
                 return base + contact_part;
             }
-            let mut choice = std::mem::take(&mut scratch.warm);
-            choice.clear();
-            choice.extend_from_slice(scratch.search.best());
-            let energy = base + self.finish(x, &choice, scratch, gradient);
-            scratch.warm = choice;
-            energy
+            let choice = scratch.search.best().to_vec();
+            base + self.finish(x, &choice, scratch, gradient)
         })
     }
 }
@@ -265,7 +284,7 @@ impl Energy for GraspEnergy {
     fn evaluate_roughly_above(&self, x: &[f64], gradient: &mut [f64], ceiling: f64) -> f64 {
         self.with_scratch(|scratch| {
             self.pose(x, scratch);
-            self.measure(self.first_band_m(), scratch);
+            self.measure_candidates(scratch);
             let base = self.contact_free(x, scratch);
             self.search_roughly_above(ceiling - base, scratch);
             let choice = scratch.search.best().to_vec();
@@ -276,7 +295,7 @@ impl Energy for GraspEnergy {
     fn choice(&self, x: &[f64]) -> Vec<u32> {
         self.with_scratch(|scratch| {
             self.pose(x, scratch);
-            self.measure(self.first_band_m(), scratch);
+            self.measure_candidates(scratch);
             self.search(f64::INFINITY, scratch);
             scratch.search.best().to_vec()
         })
@@ -290,7 +309,7 @@ impl Energy for GraspEnergy {
     fn terms(&self, x: &[f64]) -> Vec<(String, f64)> {
         let choice = self.with_scratch(|scratch| {
             self.pose(x, scratch);
-            self.measure(self.first_band_m(), scratch);
+            self.measure_candidates(scratch);
             self.search_roughly_above(HOPELESS, scratch);
             scratch.search.best().to_vec()
         });
@@ -318,7 +337,6 @@ impl GraspEnergy {
     ) -> f64 {
         self.with_scratch(|scratch| {
             self.pose(x, scratch);
-            self.measure(self.penetration.clearance_m, scratch);
             let base = self.contact_free(x, scratch);
             scratch.distance_factor = distance_factor;
             let energy = base + self.finish(x, choice, scratch, gradient);
@@ -331,11 +349,8 @@ impl GraspEnergy {
     pub fn terms_of(&self, x: &[f64], choice: &[u32]) -> Vec<(String, f64)> {
         self.with_scratch(|scratch| {
             self.pose(x, scratch);
-            self.measure(self.penetration.clearance_m, scratch);
+            self.contact_free(x, scratch);
             self.measure_contacts(choice, scratch);
-            scratch
-                .forces
-                .reset(self.hand.links.len(), self.hand.joints.len());
             let mut forces = std::mem::take(&mut scratch.forces);
             let scene = self.scene(x, scratch);
             let terms = self
