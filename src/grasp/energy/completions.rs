@@ -15,7 +15,7 @@ impl GraspEnergy {
         distance_factor: f64,
         allowance: f64,
     ) -> Vec<(u32, f64)> {
-        self.with_scratch(|scratch| {
+        self.with_scratch(x, |scratch| {
             self.pose(x, scratch);
             let cost =
                 |distance_m: f64| distance_factor * self.distance.cost(distance_m, self.unit_m);

@@ -1,6 +1,7 @@
 //! The grasp energy E(H, x, O) of a pose and a contact set, and its envelope E(H, O) = min over x.
 
 mod completions;
+mod local;
 mod near;
 mod probe;
 mod scratch;
@@ -249,22 +250,52 @@ impl GraspEnergy {
     }
 
     /// The envelope at `x`, leaving early above `cutoff`.
-    fn envelope(&self, x: &[f64], gradient: &mut [f64], cutoff: f64) -> f64 {
-        self.with_scratch(|scratch| {
-            self.pose(x, scratch);
-            self.measure_candidates(scratch);
-            let base = self.contact_free(x, scratch);
-            if base > cutoff {
-                return base;
-            }
-            let contact_part = self.search(cutoff - base, scratch);
-            if base + contact_part > cutoff || scratch.search.best().len() < self.settings.contacts
-            {
-                return base + contact_part;
-            }
-            let choice = scratch.search.best().to_vec();
-            base + self.finish(x, &choice, scratch, gradient)
-        })
+    fn envelope(&self, x: &[f64], gradient: &mut [f64], cutoff: f64, scratch: &mut Scratch) -> f64 {
+        self.pose(x, scratch);
+        self.measure_candidates(scratch);
+        let base = self.contact_free(x, scratch);
+        if base > cutoff {
+            return base;
+        }
+        let contact_part = self.search(cutoff - base, scratch);
+        if base + contact_part > cutoff || scratch.search.best().len() < self.settings.contacts {
+            return base + contact_part;
+        }
+        let choice = scratch.search.best().to_vec();
+        base + self.finish(x, &choice, scratch, gradient)
+    }
+
+    /// The envelope at `x`, or the energy of a good contact set above `ceiling`.
+    fn roughly(&self, x: &[f64], gradient: &mut [f64], ceiling: f64, scratch: &mut Scratch) -> f64 {
+        self.pose(x, scratch);
+        self.measure_candidates(scratch);
+        let base = self.contact_free(x, scratch);
+        self.search_roughly_above(ceiling - base, scratch);
+        let choice = scratch.search.best().to_vec();
+        base + self.finish(x, &choice, scratch, gradient)
+    }
+
+    fn best_choice(&self, x: &[f64], scratch: &mut Scratch) -> Vec<u32> {
+        self.pose(x, scratch);
+        self.measure_candidates(scratch);
+        self.search(f64::INFINITY, scratch);
+        scratch.search.best().to_vec()
+    }
+
+    fn held(
+        &self,
+        x: &[f64],
+        choice: &[u32],
+        distance_factor: f64,
+        gradient: &mut [f64],
+        scratch: &mut Scratch,
+    ) -> f64 {
+        self.pose(x, scratch);
+        let base = self.contact_free(x, scratch);
+        scratch.distance_factor = distance_factor;
+        let energy = base + self.finish(x, choice, scratch, gradient);
+        scratch.distance_factor = 1.0;
+        energy
     }
 }
 
@@ -274,40 +305,32 @@ impl Energy for GraspEnergy {
     }
 
     fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64 {
-        self.envelope(x, gradient, f64::INFINITY)
+        self.evaluate_below(x, gradient, f64::INFINITY)
     }
 
     fn evaluate_below(&self, x: &[f64], gradient: &mut [f64], cutoff: f64) -> f64 {
-        self.envelope(x, gradient, cutoff)
+        self.with_scratch(x, |scratch| self.envelope(x, gradient, cutoff, scratch))
     }
 
     fn evaluate_roughly_above(&self, x: &[f64], gradient: &mut [f64], ceiling: f64) -> f64 {
-        self.with_scratch(|scratch| {
-            self.pose(x, scratch);
-            self.measure_candidates(scratch);
-            let base = self.contact_free(x, scratch);
-            self.search_roughly_above(ceiling - base, scratch);
-            let choice = scratch.search.best().to_vec();
-            base + self.finish(x, &choice, scratch, gradient)
-        })
+        self.with_scratch(x, |scratch| self.roughly(x, gradient, ceiling, scratch))
     }
 
     fn choice(&self, x: &[f64]) -> Vec<u32> {
-        self.with_scratch(|scratch| {
-            self.pose(x, scratch);
-            self.measure_candidates(scratch);
-            self.search(f64::INFINITY, scratch);
-            scratch.search.best().to_vec()
-        })
+        self.with_scratch(x, |scratch| self.best_choice(x, scratch))
     }
 
     fn evaluate_choice(&self, x: &[f64], choice: &[u32], gradient: &mut [f64]) -> f64 {
         self.evaluate_ramped(x, choice, 1.0, gradient)
     }
 
+    fn local(&self) -> Option<Box<dyn Energy + '_>> {
+        Some(Box::new(self.with_own_memory()))
+    }
+
     /// At the best contact set, or at a good one where even that costs so much that none is worth finding.
     fn terms(&self, x: &[f64]) -> Vec<(String, f64)> {
-        let choice = self.with_scratch(|scratch| {
+        let choice = self.with_scratch(x, |scratch| {
             self.pose(x, scratch);
             self.measure_candidates(scratch);
             self.search_roughly_above(HOPELESS, scratch);
@@ -335,21 +358,18 @@ impl GraspEnergy {
         distance_factor: f64,
         gradient: &mut [f64],
     ) -> f64 {
-        self.with_scratch(|scratch| {
-            self.pose(x, scratch);
-            let base = self.contact_free(x, scratch);
-            scratch.distance_factor = distance_factor;
-            let energy = base + self.finish(x, choice, scratch, gradient);
-            scratch.distance_factor = 1.0;
-            energy
+        self.with_scratch(x, |scratch| {
+            self.held(x, choice, distance_factor, gradient, scratch)
         })
     }
 
     /// The named, weighted terms of E(H, x, O), in a fixed order.
     pub fn terms_of(&self, x: &[f64], choice: &[u32]) -> Vec<(String, f64)> {
-        self.with_scratch(|scratch| {
+        self.with_scratch(x, |scratch| {
             self.pose(x, scratch);
-            self.contact_free(x, scratch);
+            let clearance_m = self.penetration.clearance_m;
+            self.measure(clearance_m, clearance_m, scratch);
+            self.update_proximity(scratch);
             self.measure_contacts(choice, scratch);
             let mut forces = std::mem::take(&mut scratch.forces);
             let scene = self.scene(x, scratch);

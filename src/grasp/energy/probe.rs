@@ -12,7 +12,7 @@ pub const THROUGH_M: f64 = 0.002;
 impl GraspEnergy {
     /// The contacts of `choice` at pose `x` as the force-closure tests see them, arms divided by the unit.
     pub fn point_contacts(&self, x: &[f64], choice: &[u32]) -> Vec<PointContact> {
-        self.with_scratch(|scratch| {
+        self.with_scratch(x, |scratch| {
             self.pose(x, scratch);
             self.measure_contacts(choice, scratch);
             scratch
@@ -26,7 +26,7 @@ impl GraspEnergy {
     /// Deepest point at pose `x`: of the hand's surface inside the object or of the object's samples inside the hand,
     /// metres, 0 where nothing overlaps. Measured on the smooth shape.
     pub fn deepest_m(&self, x: &[f64]) -> f64 {
-        self.with_scratch(|scratch| {
+        self.with_scratch(x, |scratch| {
             self.pose(x, scratch);
             self.measure(0.0, 0.0, scratch);
             scratch
@@ -43,7 +43,7 @@ impl GraspEnergy {
 
     /// Least signed distance of a surface point of the hand from the object at pose `x`, metres.
     pub fn clearance_m(&self, x: &[f64]) -> f64 {
-        self.with_scratch(|scratch| {
+        self.with_scratch(x, |scratch| {
             self.pose(x, scratch);
             let points = (0..self.hand.surface.len())
                 .map(|index| self.hand.surface_point(&scratch.posed, index));
@@ -54,7 +54,7 @@ impl GraspEnergy {
 
     /// Mean of the contact points of `choice` at pose `x`, object frame, metres.
     pub fn contact_centre(&self, x: &[f64], choice: &[u32]) -> Vector3<f64> {
-        self.with_scratch(|scratch| {
+        self.with_scratch(x, |scratch| {
             self.pose(x, scratch);
             let points = choice
                 .iter()

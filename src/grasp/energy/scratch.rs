@@ -10,7 +10,7 @@ use crate::grasp::term::{Contact, Forces, NearPoint, Proximity, Scene};
 use crate::space::Space;
 
 /// Buffers of one evaluation, and what is remembered to make the next one cheaper (never to change its result).
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Scratch {
     /// The pose that `posed` holds.
     x: Vec<f64>,
@@ -39,14 +39,22 @@ impl Scratch {
 }
 
 impl GraspEnergy {
-    pub(super) fn with_scratch<R>(&self, work: impl FnOnce(&mut Scratch) -> R) -> R {
+    /// Works with the scratch whose memory is nearest to `x`; threads that work elsewhere do not take each other's.
+    pub(super) fn with_scratch<R>(&self, x: &[f64], work: impl FnOnce(&mut Scratch) -> R) -> R {
         let pool = || self.scratch.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut scratch = pool().pop().unwrap_or_else(Scratch::new);
+        let mut scratch = take_nearest(&mut pool(), x).unwrap_or_else(Scratch::new);
         let result = work(&mut scratch);
         pool().push(scratch);
         result
     }
 
+    /// A scratch that knows what the last one used knows.
+    pub(super) fn copy_of_scratch(&self) -> Scratch {
+        let pool = self.scratch.lock().unwrap_or_else(PoisonError::into_inner);
+        pool.last().cloned().unwrap_or_else(Scratch::new)
+    }
+
+    /// Poses the links of the hand, unless they are there already.
     pub(super) fn pose(&self, x: &[f64], scratch: &mut Scratch) {
         assert_eq!(x.len(), self.space.coordinates(), "a pose of another hand");
         let bits = |x: &f64| x.to_bits();
@@ -102,4 +110,18 @@ impl GraspEnergy {
             distance_factor: scratch.distance_factor,
         }
     }
+}
+
+fn take_nearest(pool: &mut Vec<Scratch>, x: &[f64]) -> Option<Scratch> {
+    if pool.len() < 2 {
+        return pool.pop();
+    }
+    // Any measure will do; a radian moves fingers by centimetres.
+    let weight = |coordinate: usize| if coordinate < 3 { 1.0 } else { 0.05 };
+    let away = |scratch: &Scratch| -> f64 {
+        let steps = scratch.x.iter().zip(x).enumerate();
+        steps.map(|(k, (a, b))| (weight(k) * (a - b)).powi(2)).sum()
+    };
+    let nearest = (0..pool.len()).min_by(|a, b| away(&pool[*a]).total_cmp(&away(&pool[*b])))?;
+    Some(pool.swap_remove(nearest))
 }
