@@ -372,6 +372,7 @@ impl GraspEnergy {
             self.update_proximity(scratch);
             self.measure_contacts(choice, scratch);
             let mut forces = std::mem::take(&mut scratch.forces);
+            forces.reset(self.hand.links.len(), self.hand.joints.len());
             let scene = self.scene(x, scratch);
             let terms = self
                 .contact_terms()
