@@ -56,6 +56,8 @@ const SLACK: f64 = 1e-12;
 pub struct ContactSearch {
     /// By rising cost.
     candidates: Vec<Candidate>,
+    /// The same, side by side.
+    lanes: Vec<Lanes>,
     /// The same as they came, and their costs in order with the places they came at.
     unsorted: Vec<Candidate>,
     order: Vec<(i64, u32, usize)>,
@@ -80,6 +82,9 @@ impl ContactSearch {
         let places = self.order.iter().map(|(_, _, place)| *place);
         self.candidates
             .extend(places.map(|place| self.unsorted[place]));
+        self.lanes.clear();
+        self.lanes
+            .extend(self.candidates.chunks(LANES).map(Lanes::of));
         self.best.clear();
         self.best_total = f64::INFINITY;
     }
@@ -196,16 +201,17 @@ impl ContactSearch {
         }
         let mut least = f64::INFINITY;
         let mut choice = set[slot];
-        for (p, candidate) in self.candidates.iter().enumerate() {
-            if own + candidate.cost >= least {
-                break;
-            }
-            let total = own
-                + candidate.cost
-                + cost.of_squared(sum_norm_squared(&others, &candidate.wrench));
-            if total < least && !set.iter().enumerate().any(|(k, &q)| k != slot && q == p) {
-                least = total;
-                choice = p;
+        for (block, lanes) in self.lanes.iter().enumerate() {
+            let totals = lanes.totals(own, &others, cost);
+            for (lane, total) in totals.into_iter().enumerate() {
+                if own + lanes.cost[lane] >= least {
+                    return choice;
+                }
+                let p = LANES * block + lane;
+                if total < least && !set.iter().enumerate().any(|(k, &q)| k != slot && q == p) {
+                    least = total;
+                    choice = p;
+                }
             }
         }
         choice
@@ -249,31 +255,57 @@ impl ContactSearch {
             self.close(chosen, from, own, wrench, cost);
             return;
         }
-        // With one member to come after this one, the forces so far must be about a unit force; as the members get
-        // dearer only less of the total is left.
-        let mut window = self.window(own + missing as f64 * self.candidates[from].cost, cost);
+        if missing == 2 {
+            self.extend_by_two(chosen, usable, own, wrench, cost);
+            return;
+        }
         for p in from..usable {
             let candidate = &self.candidates[p];
-            let least_own = own + missing as f64 * candidate.cost;
-            if least_own > self.best_total + SLACK {
+            if own + missing as f64 * candidate.cost > self.best_total + SLACK {
                 break;
             }
             let mut sum = *wrench;
             add(&mut sum, &candidate.wrench);
-            if missing == 2 {
-                let squared = sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2];
-                if !window.contains(&squared) {
-                    continue;
-                }
-                window = self.window(least_own, cost);
-                if !window.contains(&squared) {
-                    continue;
-                }
-            }
             let own = own + candidate.cost;
             chosen.push(p);
             self.extend(chosen, size, usable, own, &sum, cost);
             chosen.pop();
+        }
+    }
+
+    /// [`ContactSearch::extend`] by the last member but one: after it the forces must be about a unit force.
+    fn extend_by_two(
+        &mut self,
+        chosen: &mut Vec<usize>,
+        usable: usize,
+        own: f64,
+        wrench: &[f64; 6],
+        cost: &WrenchCost,
+    ) {
+        let from = chosen.last().map_or(0, |last| last + 1);
+        // As the members get dearer only less of the total is left: this window is wider than any that follow.
+        let widest = self.window(own + 2.0 * self.candidates[from].cost, cost);
+        for block in from / LANES..usable.div_ceil(LANES) {
+            let squares = self.lanes[block].force_squares(wrench);
+            let first = LANES * block;
+            for p in from.max(first)..usable.min(first + LANES) {
+                let squared = squares[p - first];
+                if !widest.contains(&squared) {
+                    continue;
+                }
+                let candidate = self.candidates[p];
+                let least_own = own + 2.0 * candidate.cost;
+                if least_own > self.best_total + SLACK {
+                    return;
+                }
+                if p + 1 < usable && self.window(least_own, cost).contains(&squared) {
+                    let mut sum = *wrench;
+                    add(&mut sum, &candidate.wrench);
+                    chosen.push(p);
+                    self.close(chosen, p + 1, own + candidate.cost, &sum, cost);
+                    chosen.pop();
+                }
+            }
         }
     }
 
@@ -328,6 +360,56 @@ impl ContactSearch {
     /// The best set found, as sorted surface-point indices.
     pub fn best(&self) -> &[u32] {
         &self.best
+    }
+}
+
+/// Candidates in a row of lanes.
+const LANES: usize = 8;
+
+/// Neighbouring candidates side by side, for sums that compilers turn into vectors. Missing ones cost infinitely much.
+#[derive(Debug, Clone)]
+struct Lanes {
+    cost: [f64; LANES],
+    wrench: [[f64; LANES]; 6],
+}
+
+impl Lanes {
+    fn of(candidates: &[Candidate]) -> Self {
+        let mut lanes = Self {
+            cost: [f64::INFINITY; LANES],
+            wrench: [[0.0; LANES]; 6],
+        };
+        for (lane, candidate) in candidates.iter().enumerate() {
+            lanes.cost[lane] = candidate.cost;
+            for (row, component) in lanes.wrench.iter_mut().zip(candidate.wrench) {
+                row[lane] = component;
+            }
+        }
+        lanes
+    }
+
+    /// Totals of the sets that each candidate completes: others that cost `own` and leave `wrench`.
+    fn totals(&self, own: f64, wrench: &[f64; 6], cost: &WrenchCost) -> [f64; LANES] {
+        let mut squares = [0.0; LANES];
+        for (row, component) in self.wrench.iter().zip(wrench) {
+            for (square, w) in squares.iter_mut().zip(row) {
+                *square += (component + w) * (component + w);
+            }
+        }
+        std::array::from_fn(|lane| own + self.cost[lane] + cost.of_squared(squares[lane]))
+    }
+
+    /// Squares of the forces that each candidate leaves of `wrench`.
+    fn force_squares(&self, wrench: &[f64; 6]) -> [f64; LANES] {
+        let [x, y, z, ..] = &self.wrench;
+        std::array::from_fn(|lane| {
+            let sum = [
+                wrench[0] + x[lane],
+                wrench[1] + y[lane],
+                wrench[2] + z[lane],
+            ];
+            sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]
+        })
     }
 }
 
