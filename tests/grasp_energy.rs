@@ -260,29 +260,93 @@ fn envelope_is_the_minimum_over_quadruples_of_many_points() {
     compare_with_brute_force(5, 4, 20, 0.05);
 }
 
-/// What was evaluated before makes an evaluation faster, never different.
+/// How many kinds of questions [`answer`] knows.
+const QUESTIONS: usize = 11;
+
+/// The bits of what `energy` (or the `whole` energy, where only that can be asked) answers at a pose.
+fn answer(
+    question: usize,
+    energy: &dyn Energy,
+    whole: &GraspEnergy,
+    x: &[f64],
+    held: &[u32],
+) -> Vec<u64> {
+    let mut gradient = vec![0.0; energy.space().tangents()];
+    let value = match question {
+        0 => energy.evaluate_roughly_above(x, &mut gradient, 0.1),
+        1 => energy.evaluate_roughly_above(x, &mut gradient, 0.5),
+        2 => energy.evaluate_roughly_above(x, &mut gradient, 1e3),
+        3 => energy.evaluate(x, &mut gradient),
+        4 => energy.evaluate_choice(x, held, &mut gradient),
+        5 => whole.evaluate_ramped(x, held, 0.3, &mut gradient),
+        6 => whole.deepest_m(x),
+        7 => {
+            gradient = energy.choice(x).into_iter().map(f64::from).collect();
+            0.0
+        }
+        8 => {
+            gradient = energy
+                .terms(x)
+                .into_iter()
+                .map(|(_, value)| value)
+                .collect();
+            0.0
+        }
+        n => {
+            let (allowance, factor) = if n == 9 { (0.05, 1.0) } else { (3.0, 0.2) };
+            let costs = whole.completions(x, &held[1..], factor, allowance);
+            gradient = costs
+                .into_iter()
+                .flat_map(|(index, cost)| [f64::from(index), cost])
+                .collect();
+            0.0
+        }
+    };
+    [value]
+        .iter()
+        .chain(&gradient)
+        .map(|v| v.to_bits())
+        .collect()
+}
+
+/// What was asked before makes an answer cheaper, never different: a walk of small and of large steps, with an energy
+/// that remembers all of it, one with a memory of its own, and for every question one that knows nothing.
 #[test]
 fn the_envelope_has_no_memory() {
-    let fresh =
-        || GraspEnergy::new(HAND.clone(), BOTTLE.clone(), EnergySettings::default()).unwrap();
-    let used = fresh();
-    let mut rng = stream(3, Task::Start, 0);
-    let mut x = start_pose(&HAND, &BOTTLE, &mut rng);
-    let mut gradient = vec![0.0; used.space().tangents()];
-    for n in 0..60 {
-        let size = if n % 10 == 0 { 0.05 } else { 5e-4 };
-        let tangent: Vec<f64> = (0..gradient.len())
-            .map(|_| rng.random_range(-size..size))
-            .collect();
-        used.space().shift(&mut x, &tangent);
-        let value = used.evaluate(&x, &mut gradient);
-        let mut other = vec![0.0; gradient.len()];
-        let alone = fresh().evaluate(&x, &mut other);
-        assert_eq!(value.to_bits(), alone.to_bits(), "step {n}");
-        assert_eq!(gradient, other, "step {n}");
-        let choice = used.choice(&x);
-        let held = used.evaluate_choice(&x, &choice, &mut other);
-        assert!((held - value).abs() <= 1e-12 * (1.0 + value.abs()));
+    for (object, clearance_m) in [(&*BOTTLE, 0.0), (&*BALL, 0.0), (&*BOTTLE, 0.01)] {
+        let settings = EnergySettings::default();
+        let fresh = || {
+            GraspEnergy::new(HAND.clone(), object.clone(), settings)
+                .unwrap()
+                .with_clearance(clearance_m, settings.penetration_weight)
+        };
+        let used = fresh();
+        let local = used.local().unwrap();
+        let mut rng = stream(3, Task::Start, 0);
+        let mut x = start_pose(&HAND, object, &mut rng);
+        let scales = used.space().step_scales();
+        for n in 0..60 {
+            let size = [5e-4, 3e-3, 5e-4, 0.0, 1e-4, 0.05][n % 6];
+            let tangent: Vec<f64> = scales
+                .iter()
+                .map(|scale| scale * size * rng.random_range(-1.0..=1.0))
+                .collect();
+            used.space().shift(&mut x, &tangent);
+            let held = random_choice(&HAND, 4, &mut rng);
+            for k in 0..QUESTIONS {
+                let question = (k + 5 * n) % QUESTIONS;
+                let alone = fresh();
+                let expected = answer(question, &alone, &alone, &x, &held);
+                for energy in [&used as &dyn Energy, &*local] {
+                    let answer = answer(question, energy, &used, &x, &held);
+                    assert_eq!(answer, expected, "question {question} at step {n}");
+                }
+            }
+            let mut gradient = vec![0.0; scales.len()];
+            let value = used.evaluate(&x, &mut gradient);
+            let held = used.evaluate_choice(&x, &used.choice(&x), &mut gradient);
+            assert!((held - value).abs() <= 1e-12 * (1.0 + value.abs()));
+        }
     }
 }
 

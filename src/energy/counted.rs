@@ -1,6 +1,8 @@
 //! An energy that counts its evaluations.
 
 use std::fmt;
+use std::ops::Deref;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::Energy;
@@ -9,16 +11,32 @@ use crate::space::Space;
 /// Another energy plus a count of how often it was evaluated, whole or with a cut-off or a fixed choice, on all threads
 /// together.
 pub struct Counted<'a> {
-    energy: &'a dyn Energy,
-    evaluations: AtomicU64,
+    energy: Wrapped<'a>,
+    evaluations: Arc<AtomicU64>,
+}
+
+enum Wrapped<'a> {
+    Borrowed(&'a dyn Energy),
+    Local(Box<dyn Energy + 'a>),
+}
+
+impl<'a> Deref for Wrapped<'a> {
+    type Target = dyn Energy + 'a;
+
+    fn deref(&self) -> &Self::Target {
+        match self {
+            Self::Borrowed(energy) => *energy,
+            Self::Local(energy) => &**energy,
+        }
+    }
 }
 
 impl<'a> Counted<'a> {
     /// Counts the evaluations of `energy`, from zero.
-    pub const fn new(energy: &'a dyn Energy) -> Self {
+    pub fn new(energy: &'a dyn Energy) -> Self {
         Self {
-            energy,
-            evaluations: AtomicU64::new(0),
+            energy: Wrapped::Borrowed(energy),
+            evaluations: Arc::default(),
         }
     }
 
@@ -27,10 +45,10 @@ impl<'a> Counted<'a> {
         self.evaluations.load(Ordering::Relaxed)
     }
 
-    fn count(&self) -> &'a dyn Energy {
+    fn count(&self) -> &(dyn Energy + 'a) {
         // Only the total is read, and it is read after the threads have joined: no ordering is needed.
         self.evaluations.fetch_add(1, Ordering::Relaxed);
-        self.energy
+        &*self.energy
     }
 }
 
@@ -66,6 +84,14 @@ impl Energy for Counted<'_> {
 
     fn evaluate_choice(&self, x: &[f64], choice: &[u32], gradient: &mut [f64]) -> f64 {
         self.count().evaluate_choice(x, choice, gradient)
+    }
+
+    /// Counts together with this one.
+    fn local(&self) -> Option<Box<dyn Energy + '_>> {
+        Some(Box::new(Counted {
+            energy: Wrapped::Local(self.energy.local()?),
+            evaluations: Arc::clone(&self.evaluations),
+        }))
     }
 
     fn terms(&self, x: &[f64]) -> Vec<(String, f64)> {

@@ -64,6 +64,12 @@ pub trait Energy: Sync {
         self.evaluate(x, gradient)
     }
 
+    /// The same energy with a memory of its own, for a caller that keeps asking about one neighbourhood: the same bits,
+    /// cheaper. `None` for energies that remember nothing.
+    fn local(&self) -> Option<Box<dyn Energy + '_>> {
+        None
+    }
+
     /// The named, weighted terms whose sum is the energy at `x`, in a fixed order; empty where an energy has no parts.
     /// The top of a path is named after the term that rises most.
     fn terms(&self, x: &[f64]) -> Vec<(String, f64)> {

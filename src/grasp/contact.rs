@@ -5,6 +5,8 @@
 //! costs at least as much as the last one) exceed the best known total, or when unit forces can no longer cancel what is
 //! left over. Nothing else is cut, so the result is the minimum; ties go to the lexicographically first set.
 
+use std::ops::RangeInclusive;
+
 /// How the left-over wrench is turned into an energy: `weight · (√(‖Gc‖² + rounding²) − rounding)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WrenchCost {
@@ -52,21 +54,39 @@ const SLACK: f64 = 1e-12;
 /// Searches the best sets among `candidates`; keeps its buffers between calls.
 #[derive(Debug, Clone, Default)]
 pub struct ContactSearch {
+    /// By rising cost.
     candidates: Vec<Candidate>,
+    /// The same, side by side.
+    lanes: Vec<Lanes>,
+    /// The same as they came, and their costs in order with the places they came at.
+    unsorted: Vec<Candidate>,
+    order: Vec<(i64, u32, usize)>,
+    /// Members of the branch, or of the descent.
     chosen: Vec<usize>,
     best: Vec<u32>,
     best_total: f64,
-    /// Candidates by the octant cell of their force direction, for the last contact.
-    cells: Vec<Vec<u16>>,
+    directions: Directions,
 }
 
-/// Cells per axis of the grid over force directions.
-const CELLS: usize = 8;
-
 impl ContactSearch {
-    /// Starts a new search, handing out the (emptied) list of candidates to fill.
-    pub fn candidates_mut(&mut self) -> &mut Vec<Candidate> {
-        &mut self.candidates
+    /// Starts a new search among `candidates`.
+    pub fn begin(&mut self, candidates: impl IntoIterator<Item = Candidate>) {
+        self.unsorted.clear();
+        self.unsorted.extend(candidates);
+        self.order.clear();
+        let keys = self.unsorted.iter().enumerate();
+        self.order
+            .extend(keys.map(|(place, c)| (rank(c.cost), c.index, place)));
+        self.order.sort_unstable();
+        self.candidates.clear();
+        let places = self.order.iter().map(|(_, _, place)| *place);
+        self.candidates
+            .extend(places.map(|place| self.unsorted[place]));
+        self.lanes.clear();
+        self.lanes
+            .extend(self.candidates.chunks(LANES).map(Lanes::of));
+        self.best.clear();
+        self.best_total = f64::INFINITY;
     }
 
     /// Total of a given set of positions in the candidate list, summed in index order so that it does not depend on the
@@ -82,10 +102,11 @@ impl ContactSearch {
         own + cost.of_squared(norm_squared(&wrench))
     }
 
-    fn offer(&mut self, positions: &mut [usize], cost: &WrenchCost) {
+    /// Takes a set for the best if it is; returns its total.
+    fn offer(&mut self, positions: &mut [usize], cost: &WrenchCost) -> f64 {
         let total = self.total(positions, cost);
         if total > self.best_total {
-            return;
+            return total;
         }
         let set = positions.iter().map(|&p| self.candidates[p].index);
         if total < self.best_total || set.clone().lt(self.best.iter().copied()) {
@@ -93,50 +114,53 @@ impl ContactSearch {
             self.best.clear();
             self.best.extend(set);
         }
+        total
     }
 
-    /// A good set that depends on the candidates alone: the best of coordinate descents from opposed pairs of candidates
-    /// along the axes and from the cheapest candidates. Otherwise as [`ContactSearch::descend`].
-    pub fn descend_cold(&mut self, size: usize, cost: &WrenchCost) -> f64 {
-        let mut best = (self.descend(size, &[], cost), self.best.clone());
+    /// A good set that depends on the candidates alone: the best of coordinate descents from the cheapest candidates and
+    /// from opposed pairs along the axes. Otherwise as [`ContactSearch::descend`].
+    ///
+    /// Leaves early with the first set that costs at most `enough`.
+    pub fn descend_cold(&mut self, size: usize, cost: &WrenchCost, enough: f64) -> f64 {
+        self.descend(size, &[], cost);
         for axes in [[0, 1], [0, 2], [1, 2]] {
-            let mut start: Vec<u32> = Vec::new();
+            if self.best_total <= enough {
+                break;
+            }
+            let mut start = [0; 4];
+            let mut ends = 0;
             for axis in axes {
                 let along = |a: &&Candidate, b: &&Candidate| {
                     a.wrench[axis]
                         .total_cmp(&b.wrench[axis])
                         .then(a.index.cmp(&b.index))
                 };
-                let ends = [
+                let (low, high) = (
                     self.candidates.iter().min_by(along),
                     self.candidates.iter().max_by(along),
-                ];
-                start.extend(ends.into_iter().flatten().map(|c| c.index));
+                );
+                for end in [low, high].into_iter().flatten() {
+                    start[ends] = end.index;
+                    ends += 1;
+                }
             }
-            let total = self.descend(size, &start, cost);
-            if total < best.0 {
-                best = (total, self.best.clone());
-            }
+            self.descend(size, &start[..ends], cost);
         }
-        (self.best_total, self.best) = best;
         self.best_total
     }
 
-    /// A good set by coordinate descent from `warm` (positions are looked up by index; missing ones are replaced by the
-    /// cheapest candidates). Never worse than `warm` where all of it is among the candidates.
+    /// A good set by coordinate descent from `start` (positions are looked up by index; missing ones are replaced by the
+    /// cheapest candidates). Never worse than `start` where all of it is among the candidates, nor than what earlier
+    /// descents of this search found.
     ///
     /// Returns its total, or infinity with fewer than `size` candidates; the set is read with [`ContactSearch::best`].
-    pub fn descend(&mut self, size: usize, warm: &[u32], cost: &WrenchCost) -> f64 {
-        self.candidates
-            .sort_unstable_by(|a, b| a.cost.total_cmp(&b.cost).then(a.index.cmp(&b.index)));
-        self.best.clear();
-        self.best_total = f64::INFINITY;
+    pub fn descend(&mut self, size: usize, start: &[u32], cost: &WrenchCost) -> f64 {
         if self.candidates.len() < size || size == 0 {
             return self.best_total;
         }
         let mut set: Vec<usize> = std::mem::take(&mut self.chosen);
         set.clear();
-        for index in warm.iter().take(size) {
+        for index in start.iter().take(size) {
             if let Some(position) = self.candidates.iter().position(|c| c.index == *index)
                 && !set.contains(&position)
             {
@@ -150,48 +174,51 @@ impl ContactSearch {
             }
             next += 1;
         }
-        self.offer(&mut set.clone(), cost);
+        let mut here = self.offer(&mut set.clone(), cost);
         loop {
-            let before = self.best_total;
             for slot in 0..size {
-                let mut others = [0.0; 6];
-                let mut own = 0.0;
-                for (k, &p) in set.iter().enumerate() {
-                    if k != slot {
-                        add(&mut others, &self.candidates[p].wrench);
-                        own += self.candidates[p].cost;
-                    }
-                }
-                let mut least = f64::INFINITY;
-                let mut choice = set[slot];
-                for (p, candidate) in self.candidates.iter().enumerate() {
-                    if own + candidate.cost >= least {
-                        break;
-                    }
-                    let total = own
-                        + candidate.cost
-                        + cost.of_squared(sum_norm_squared(&others, &candidate.wrench));
-                    if total < least && !set.iter().enumerate().any(|(k, &q)| k != slot && q == p) {
-                        least = total;
-                        choice = p;
-                    }
-                }
-                set[slot] = choice;
+                set[slot] = self.best_in_slot(&set, slot, cost);
             }
-            self.offer(&mut set.clone(), cost);
-            if self.best_total >= before - SLACK {
+            let next = self.offer(&mut set.clone(), cost);
+            if next >= here - SLACK {
                 break;
             }
+            here = next;
         }
         self.chosen = set;
         self.best_total
     }
 
+    /// The candidate that goes best with the other members of `set`.
+    fn best_in_slot(&self, set: &[usize], slot: usize, cost: &WrenchCost) -> usize {
+        let mut others = [0.0; 6];
+        let mut own = 0.0;
+        for (k, &p) in set.iter().enumerate() {
+            if k != slot {
+                add(&mut others, &self.candidates[p].wrench);
+                own += self.candidates[p].cost;
+            }
+        }
+        let mut least = f64::INFINITY;
+        let mut choice = set[slot];
+        for (block, lanes) in self.lanes.iter().enumerate() {
+            let totals = lanes.totals(own, &others, cost);
+            for (lane, total) in totals.into_iter().enumerate() {
+                if own + lanes.cost[lane] >= least {
+                    return choice;
+                }
+                let p = LANES * block + lane;
+                if total < least && !set.iter().enumerate().any(|(k, &q)| k != slot && q == p) {
+                    least = total;
+                    choice = p;
+                }
+            }
+        }
+        choice
+    }
+
     /// Proves or improves the set left by [`ContactSearch::descend`] until it is the exact minimum over all sets of
     /// `size` candidates, and returns its total.
-    ///
-    /// # Panics
-    /// With more than 65,536 candidates.
     pub fn prove(&mut self, size: usize, cost: &WrenchCost) -> f64 {
         if self.candidates.len() < size || size == 0 {
             return self.best_total;
@@ -201,59 +228,91 @@ impl ContactSearch {
         let usable = self
             .candidates
             .partition_point(|c| c.cost + floor <= self.best_total + SLACK);
-        self.cells.resize_with(CELLS * CELLS * CELLS, Vec::new);
-        for cell in &mut self.cells {
-            cell.clear();
-        }
-        for p in 0..usable {
-            let w = &self.candidates[p].wrench;
-            let position = u16::try_from(p).expect("a hand has fewer than 65536 surface points");
-            self.cells[cell_of(w[0]) * CELLS * CELLS + cell_of(w[1]) * CELLS + cell_of(w[2])]
-                .push(position);
-        }
+        self.directions.list(&self.candidates[..usable]);
         let mut chosen = std::mem::take(&mut self.chosen);
         chosen.clear();
-        self.extend(&mut chosen, size, usable, 0, 0.0, [0.0; 6], cost);
+        self.extend(&mut chosen, size, usable, 0.0, &[0.0; 6], cost);
         self.chosen = chosen;
         self.best_total
     }
 
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "the state of one branch; a struct would be built and torn down millions of times"
-    )]
+    /// Tries every further member of the branch `chosen`, after its last one.
     fn extend(
         &mut self,
         chosen: &mut Vec<usize>,
         size: usize,
         usable: usize,
-        from: usize,
         own: f64,
-        wrench: [f64; 6],
+        wrench: &[f64; 6],
         cost: &WrenchCost,
     ) {
         let missing = size - chosen.len();
+        let from = chosen.last().map_or(0, |last| last + 1);
+        if from + missing > usable {
+            return;
+        }
         if missing == 1 {
-            self.close(chosen, from, own, &wrench, cost);
+            self.close(chosen, from, own, wrench, cost);
+            return;
+        }
+        if missing == 2 {
+            self.extend_by_two(chosen, usable, own, wrench, cost);
             return;
         }
         for p in from..usable {
-            let candidate = self.candidates[p];
-            let least_own = own + missing as f64 * candidate.cost;
-            if least_own > self.best_total + SLACK {
+            let candidate = &self.candidates[p];
+            if own + missing as f64 * candidate.cost > self.best_total + SLACK {
                 break;
             }
-            let mut sum = wrench;
+            let mut sum = *wrench;
             add(&mut sum, &candidate.wrench);
-            let force = (sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]).sqrt();
-            let reach = cost.reach(self.best_total + SLACK - least_own);
-            if force - (missing - 1) as f64 > reach || (missing == 2 && 1.0 - force > reach) {
-                continue;
-            }
+            let own = own + candidate.cost;
             chosen.push(p);
-            self.extend(chosen, size, usable, p + 1, own + candidate.cost, sum, cost);
+            self.extend(chosen, size, usable, own, &sum, cost);
             chosen.pop();
         }
+    }
+
+    /// [`ContactSearch::extend`] by the last member but one: after it the forces must be about a unit force.
+    fn extend_by_two(
+        &mut self,
+        chosen: &mut Vec<usize>,
+        usable: usize,
+        own: f64,
+        wrench: &[f64; 6],
+        cost: &WrenchCost,
+    ) {
+        let from = chosen.last().map_or(0, |last| last + 1);
+        // As the members get dearer only less of the total is left: this window is wider than any that follow.
+        let widest = self.window(own + 2.0 * self.candidates[from].cost, cost);
+        for block in from / LANES..usable.div_ceil(LANES) {
+            let squares = self.lanes[block].force_squares(wrench);
+            let first = LANES * block;
+            for p in from.max(first)..usable.min(first + LANES) {
+                let squared = squares[p - first];
+                if !widest.contains(&squared) {
+                    continue;
+                }
+                let candidate = self.candidates[p];
+                let least_own = own + 2.0 * candidate.cost;
+                if least_own > self.best_total + SLACK {
+                    return;
+                }
+                if p + 1 < usable && self.window(least_own, cost).contains(&squared) {
+                    let mut sum = *wrench;
+                    add(&mut sum, &candidate.wrench);
+                    chosen.push(p);
+                    self.close(chosen, p + 1, own + candidate.cost, &sum, cost);
+                    chosen.pop();
+                }
+            }
+        }
+    }
+
+    /// Squares of the forces that one unit force may cancel well enough when the own costs are at least `own`.
+    fn window(&self, own: f64, cost: &WrenchCost) -> RangeInclusive<f64> {
+        let reach = cost.reach(self.best_total + SLACK - own) + SLACK;
+        (1.0 - reach).max(0.0).powi(2)..=(1.0 + reach).powi(2)
     }
 
     /// Tries every last member whose force lies within reach of cancelling `wrench`.
@@ -265,34 +324,26 @@ impl ContactSearch {
         wrench: &[f64; 6],
         cost: &WrenchCost,
     ) {
-        let Some(cheapest) = self.candidates.get(from) else {
-            return;
-        };
-        let reach = cost.reach(self.best_total + SLACK - own - cheapest.cost);
-        let range = |k: usize| cell_of(-wrench[k] - reach)..=cell_of(-wrench[k] + reach);
-        let (xs, ys, zs) = (range(0), range(1), range(2));
-        for x in xs {
-            for y in ys.clone() {
-                for z in zs.clone() {
-                    let cell = x * CELLS * CELLS + y * CELLS + z;
-                    for slot in 0..self.cells[cell].len() {
-                        let p = usize::from(self.cells[cell][slot]);
-                        if p < from {
-                            continue;
-                        }
-                        let candidate = &self.candidates[p];
-                        if own + candidate.cost > self.best_total + SLACK {
-                            break;
-                        }
-                        let total = own
-                            + candidate.cost
-                            + cost.of_squared(sum_norm_squared(wrench, &candidate.wrench));
-                        if total <= self.best_total + SLACK {
-                            let mut set: Vec<usize> = chosen.to_vec();
-                            set.push(p);
-                            self.offer(&mut set, cost);
-                        }
-                    }
+        let reach = cost.reach(self.best_total + SLACK - own - self.candidates[from].cost);
+        for block in from / BLOCK..self.directions.blocks.len() {
+            let mut opposed = self.directions.blocks[block].opposed(wrench, reach);
+            if block == from / BLOCK {
+                opposed &= u64::MAX << (from % BLOCK);
+            }
+            while opposed != 0 {
+                let p = BLOCK * block + opposed.trailing_zeros() as usize;
+                opposed &= opposed - 1;
+                let candidate = &self.candidates[p];
+                if own + candidate.cost > self.best_total + SLACK {
+                    return;
+                }
+                let total = own
+                    + candidate.cost
+                    + cost.of_squared(sum_norm_squared(wrench, &candidate.wrench));
+                if total <= self.best_total + SLACK {
+                    let mut set: Vec<usize> = chosen.to_vec();
+                    set.push(p);
+                    self.offer(&mut set, cost);
                 }
             }
         }
@@ -310,6 +361,113 @@ impl ContactSearch {
     pub fn best(&self) -> &[u32] {
         &self.best
     }
+}
+
+/// Candidates in a row of lanes.
+const LANES: usize = 8;
+
+/// Neighbouring candidates side by side, for sums that compilers turn into vectors. Missing ones cost infinitely much.
+#[derive(Debug, Clone)]
+struct Lanes {
+    cost: [f64; LANES],
+    wrench: [[f64; LANES]; 6],
+}
+
+impl Lanes {
+    fn of(candidates: &[Candidate]) -> Self {
+        let mut lanes = Self {
+            cost: [f64::INFINITY; LANES],
+            wrench: [[0.0; LANES]; 6],
+        };
+        for (lane, candidate) in candidates.iter().enumerate() {
+            lanes.cost[lane] = candidate.cost;
+            for (row, component) in lanes.wrench.iter_mut().zip(candidate.wrench) {
+                row[lane] = component;
+            }
+        }
+        lanes
+    }
+
+    /// Totals of the sets that each candidate completes: others that cost `own` and leave `wrench`.
+    fn totals(&self, own: f64, wrench: &[f64; 6], cost: &WrenchCost) -> [f64; LANES] {
+        let mut squares = [0.0; LANES];
+        for (row, component) in self.wrench.iter().zip(wrench) {
+            for (square, w) in squares.iter_mut().zip(row) {
+                *square += (component + w) * (component + w);
+            }
+        }
+        std::array::from_fn(|lane| own + self.cost[lane] + cost.of_squared(squares[lane]))
+    }
+
+    /// Squares of the forces that each candidate leaves of `wrench`.
+    fn force_squares(&self, wrench: &[f64; 6]) -> [f64; LANES] {
+        let [x, y, z, ..] = &self.wrench;
+        std::array::from_fn(|lane| {
+            let sum = [
+                wrench[0] + x[lane],
+                wrench[1] + y[lane],
+                wrench[2] + z[lane],
+            ];
+            sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]
+        })
+    }
+}
+
+/// Which candidates push in which directions: sets of bits, so that three lookups give all that oppose a force.
+#[derive(Debug, Clone, Default)]
+struct Directions {
+    blocks: Vec<Block>,
+}
+
+/// Candidates in a block: the bits of a word.
+const BLOCK: usize = 64;
+
+/// Cells per axis of the grid over force directions.
+const CELLS: usize = 16;
+
+/// For each axis, the candidates whose force lies in the cells from one to another.
+#[derive(Debug, Clone)]
+struct Block {
+    ranges: [[[u64; CELLS]; CELLS]; 3],
+}
+
+impl Directions {
+    fn list(&mut self, candidates: &[Candidate]) {
+        self.blocks.clear();
+        for chunk in candidates.chunks(BLOCK) {
+            let mut ranges = [[[0; CELLS]; CELLS]; 3];
+            for (bit, candidate) in chunk.iter().enumerate() {
+                for (range, component) in ranges.iter_mut().zip(&candidate.wrench) {
+                    let cell = cell_of(*component);
+                    range[cell][cell] |= 1 << bit;
+                }
+            }
+            for range in &mut ranges {
+                for low in 0..CELLS {
+                    for high in low + 1..CELLS {
+                        range[low][high] = range[low][high - 1] | range[high][high];
+                    }
+                }
+            }
+            self.blocks.push(Block { ranges });
+        }
+    }
+}
+
+impl Block {
+    /// Candidates whose force is within `reach` of the opposite of this one, along every axis (and some others).
+    fn opposed(&self, wrench: &[f64; 6], reach: f64) -> u64 {
+        let axes = self.ranges.iter().zip(wrench);
+        axes.fold(u64::MAX, |set, (range, component)| {
+            set & range[cell_of(-component - reach)][cell_of(-component + reach)]
+        })
+    }
+}
+
+/// Orders costs as `total_cmp` does.
+fn rank(cost: f64) -> i64 {
+    let bits = cost.to_bits().cast_signed();
+    bits ^ ((bits >> 63).cast_unsigned() >> 1).cast_signed()
 }
 
 fn add(sum: &mut [f64; 6], wrench: &[f64; 6]) {
@@ -412,7 +570,7 @@ mod tests {
                 };
                 let (total, set) = brute_force(&candidates, size, &cost);
                 let mut search = ContactSearch::default();
-                search.candidates_mut().extend(candidates.iter().rev());
+                search.begin(candidates.iter().rev().copied());
                 let descended = search.descend(size, &[3, 5], &cost);
                 let proven = search.prove(size, &cost);
                 assert!(descended >= proven);
@@ -429,7 +587,7 @@ mod tests {
             rounding: 0.0,
         };
         let mut search = ContactSearch::default();
-        search.candidates_mut().extend(random_candidates(2, 0));
+        search.begin(random_candidates(2, 0));
         assert!(search.descend(3, &[], &cost).is_infinite());
         assert!(search.prove(3, &cost).is_infinite());
     }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::closure::{PointContact, is_force_closure, least_friction, net_wrench};
 use super::energy::GraspEnergy;
 use super::hand::PosedHand;
-use super::term::{Scene, for_each_intruder, for_each_overlap};
+use super::term::{Proximity, Scene, for_each_intruder, for_each_overlap};
 
 /// The length unit of the authors of Liu et al. (2021), in which Eq. 11 is stated.
 pub const AUTHORS_UNIT_M: f64 = 0.12;
@@ -82,12 +82,16 @@ pub fn judge(energy: &GraspEnergy, x: &[f64], contacts: &[u32]) -> Judgement {
     let (hand, object) = (energy.hand(), energy.object());
     let mut posed = PosedHand::default();
     hand.pose(x, &mut posed);
+    let mut proximity = Proximity::default();
+    proximity.update_intruders(hand, &posed, object);
+    proximity.update_pairs(hand, &posed);
     let scene = Scene {
         hand,
         posed: &posed,
         joints_rad: &x[7..],
         object,
         near: &[],
+        proximity: &proximity,
         contacts: &[],
         unit_m: energy.unit_m(),
         distance_factor: 1.0,

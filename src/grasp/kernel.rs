@@ -107,8 +107,10 @@ impl<'a> GraspKernel<'a> {
                 break;
             }
         }
-        proposal.discrete[slot] = chosen;
-        self.evaluate(proposal);
+        if chosen != state.discrete[slot] {
+            proposal.discrete[slot] = chosen;
+            self.evaluate(proposal);
+        }
         0.0
     }
 }

@@ -15,24 +15,28 @@ impl GraspEnergy {
         distance_factor: f64,
         allowance: f64,
     ) -> Vec<(u32, f64)> {
-        self.with_scratch(|scratch| {
+        self.with_scratch(x, |scratch| {
             self.pose(x, scratch);
             let cost =
                 |distance_m: f64| distance_factor * self.distance.cost(distance_m, self.unit_m);
-            self.measure(FIRST_BAND_M, scratch);
+            // At least this far points count, so their gradients will be asked for.
+            let surely_m = self
+                .distance
+                .reach_m(allowance / distance_factor, self.unit_m);
+            self.measure(FIRST_BAND_M, surely_m.min(FIRST_BAND_M), scratch);
             while scratch.near.is_empty() {
-                self.measure(2.0 * scratch.band_m, scratch);
+                self.measure(2.0 * scratch.band_m, 0.0, scratch);
             }
             let cheapest = scratch
                 .near
                 .iter()
-                .map(|(_, d)| cost(*d))
+                .map(|near| cost(near.distance_m))
                 .min_by(f64::total_cmp)
                 .unwrap_or(0.0);
             let reach_m = self
                 .distance
                 .reach_m((cheapest + allowance) / distance_factor, self.unit_m);
-            self.measure(reach_m, scratch);
+            self.measure(reach_m, reach_m, scratch);
             self.measure_contacts(others, scratch);
             let rest: Vector6<f64> = scratch
                 .contacts
@@ -40,16 +44,14 @@ impl GraspEnergy {
                 .map(|c| point_contact(c, &self.object.centroid, self.unit_m).wrench())
                 .sum();
             let wrench_cost = self.wrench_cost();
-            self.candidates(scratch);
             scratch
-                .search
-                .candidates_mut()
+                .near
                 .iter()
-                .filter(|c| !others.contains(&c.index))
-                .map(|c| {
-                    let net = rest + Vector6::from(c.wrench);
-                    let own = distance_factor * c.cost;
-                    (c.index, own + wrench_cost.of_squared(net.norm_squared()))
+                .filter(|near| !others.contains(&near.index))
+                .filter_map(|near| {
+                    let net = rest + self.contact_at(near)?.wrench();
+                    let own = cost(near.distance_m);
+                    Some((near.index, own + wrench_cost.of_squared(net.norm_squared())))
                 })
                 .collect()
         })

@@ -1,6 +1,8 @@
 //! The grasp energy E(H, x, O) of a pose and a contact set, and its envelope E(H, O) = min over x.
 
 mod completions;
+mod local;
+mod near;
 mod probe;
 mod scratch;
 mod search;
@@ -194,11 +196,38 @@ impl GraspEnergy {
         energy
     }
 
+    /// Energy and forces of the terms that need no contacts, into `scratch.forces`.
     fn contact_free(&self, x: &[f64], scratch: &mut Scratch) -> f64 {
+        if let Some((energy, forces)) = &scratch.contact_free {
+            scratch.forces.clone_from(forces);
+            return *energy;
+        }
+        let clearance_m = self.penetration.clearance_m;
+        if scratch.band_m.is_nan() || scratch.band_m < clearance_m {
+            self.measure(clearance_m, clearance_m, scratch);
+        }
+        self.update_proximity(scratch);
         scratch
             .forces
             .reset(self.hand.links.len(), self.hand.joints.len());
-        self.add_terms(self.contact_free_terms(), x, scratch)
+        let energy = self.add_terms(self.contact_free_terms(), x, scratch);
+        let known = scratch.contact_free.get_or_insert_default();
+        known.0 = energy;
+        known.1.clone_from(&scratch.forces);
+        energy
+    }
+
+    /// What may overlap, as far as a term asks.
+    fn update_proximity(&self, scratch: &mut Scratch) {
+        let (hand, posed) = (&self.hand, &scratch.posed);
+        if self.intrusion.weight > 0.0 {
+            scratch
+                .proximity
+                .update_intruders(hand, posed, &self.object);
+        }
+        if self.settings.self_penetration_weight > 0.0 {
+            scratch.proximity.update_pairs(hand, posed);
+        }
     }
 
     /// Adds the terms of `choice` and writes the gradient; `scratch` holds the posed hand and the contact-free forces.
@@ -221,32 +250,53 @@ impl GraspEnergy {
         energy
     }
 
-    /// Band that holds the candidates of most poses and every point the penetration term asks about.
-    fn first_band_m(&self) -> f64 {
-        FIRST_BAND_M.max(self.penetration.clearance_m)
+    /// The envelope at `x`, leaving early above `cutoff`.
+    fn envelope(&self, x: &[f64], gradient: &mut [f64], cutoff: f64, scratch: &mut Scratch) -> f64 {
+        self.pose(x, scratch);
+        self.measure_candidates(scratch);
+        let base = self.contact_free(x, scratch);
+        if base > cutoff {
+            return base;
+        }
+        let contact_part = self.search(cutoff - base, scratch);
+        if base + contact_part > cutoff || scratch.search.best().len() < self.settings.contacts {
+            return base + contact_part;
+        }
+        let choice = scratch.search.best().to_vec();
+        base + self.finish(x, &choice, scratch, gradient)
     }
 
-    /// The envelope at `x`, leaving early above `cutoff`.
-    fn envelope(&self, x: &[f64], gradient: &mut [f64], cutoff: f64) -> f64 {
-        self.with_scratch(|scratch| {
-            self.pose(x, scratch);
-            self.measure(self.first_band_m(), scratch);
-            let base = self.contact_free(x, scratch);
-            if base > cutoff {
-                return base;
-            }
-            let contact_part = self.search(cutoff - base, scratch);
-            if base + contact_part > cutoff || scratch.search.best().len() < self.settings.contacts
-            {
-                return base + contact_part;
-            }
-            let mut choice = std::mem::take(&mut scratch.warm);
-            choice.clear();
-            choice.extend_from_slice(scratch.search.best());
-            let energy = base + self.finish(x, &choice, scratch, gradient);
-            scratch.warm = choice;
-            energy
-        })
+    /// The envelope at `x`, or the energy of a good contact set above `ceiling`.
+    fn roughly(&self, x: &[f64], gradient: &mut [f64], ceiling: f64, scratch: &mut Scratch) -> f64 {
+        self.pose(x, scratch);
+        self.measure_candidates(scratch);
+        let base = self.contact_free(x, scratch);
+        self.search_roughly_above(ceiling - base, scratch);
+        let choice = scratch.search.best().to_vec();
+        base + self.finish(x, &choice, scratch, gradient)
+    }
+
+    fn best_choice(&self, x: &[f64], scratch: &mut Scratch) -> Vec<u32> {
+        self.pose(x, scratch);
+        self.measure_candidates(scratch);
+        self.search(f64::INFINITY, scratch);
+        scratch.search.best().to_vec()
+    }
+
+    fn held(
+        &self,
+        x: &[f64],
+        choice: &[u32],
+        distance_factor: f64,
+        gradient: &mut [f64],
+        scratch: &mut Scratch,
+    ) -> f64 {
+        self.pose(x, scratch);
+        let base = self.contact_free(x, scratch);
+        scratch.distance_factor = distance_factor;
+        let energy = base + self.finish(x, choice, scratch, gradient);
+        scratch.distance_factor = 1.0;
+        energy
     }
 }
 
@@ -256,42 +306,34 @@ impl Energy for GraspEnergy {
     }
 
     fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64 {
-        self.envelope(x, gradient, f64::INFINITY)
+        self.evaluate_below(x, gradient, f64::INFINITY)
     }
 
     fn evaluate_below(&self, x: &[f64], gradient: &mut [f64], cutoff: f64) -> f64 {
-        self.envelope(x, gradient, cutoff)
+        self.with_scratch(x, |scratch| self.envelope(x, gradient, cutoff, scratch))
     }
 
     fn evaluate_roughly_above(&self, x: &[f64], gradient: &mut [f64], ceiling: f64) -> f64 {
-        self.with_scratch(|scratch| {
-            self.pose(x, scratch);
-            self.measure(self.first_band_m(), scratch);
-            let base = self.contact_free(x, scratch);
-            self.search_roughly_above(ceiling - base, scratch);
-            let choice = scratch.search.best().to_vec();
-            base + self.finish(x, &choice, scratch, gradient)
-        })
+        self.with_scratch(x, |scratch| self.roughly(x, gradient, ceiling, scratch))
     }
 
     fn choice(&self, x: &[f64]) -> Vec<u32> {
-        self.with_scratch(|scratch| {
-            self.pose(x, scratch);
-            self.measure(self.first_band_m(), scratch);
-            self.search(f64::INFINITY, scratch);
-            scratch.search.best().to_vec()
-        })
+        self.with_scratch(x, |scratch| self.best_choice(x, scratch))
     }
 
     fn evaluate_choice(&self, x: &[f64], choice: &[u32], gradient: &mut [f64]) -> f64 {
         self.evaluate_ramped(x, choice, 1.0, gradient)
     }
 
+    fn local(&self) -> Option<Box<dyn Energy + '_>> {
+        Some(Box::new(self.with_own_memory()))
+    }
+
     /// At the best contact set, or at a good one where even that costs so much that none is worth finding.
     fn terms(&self, x: &[f64]) -> Vec<(String, f64)> {
-        let choice = self.with_scratch(|scratch| {
+        let choice = self.with_scratch(x, |scratch| {
             self.pose(x, scratch);
-            self.measure(self.first_band_m(), scratch);
+            self.measure_candidates(scratch);
             self.search_roughly_above(HOPELESS, scratch);
             scratch.search.best().to_vec()
         });
@@ -317,27 +359,21 @@ impl GraspEnergy {
         distance_factor: f64,
         gradient: &mut [f64],
     ) -> f64 {
-        self.with_scratch(|scratch| {
-            self.pose(x, scratch);
-            self.measure(self.penetration.clearance_m, scratch);
-            let base = self.contact_free(x, scratch);
-            scratch.distance_factor = distance_factor;
-            let energy = base + self.finish(x, choice, scratch, gradient);
-            scratch.distance_factor = 1.0;
-            energy
+        self.with_scratch(x, |scratch| {
+            self.held(x, choice, distance_factor, gradient, scratch)
         })
     }
 
     /// The named, weighted terms of E(H, x, O), in a fixed order.
     pub fn terms_of(&self, x: &[f64], choice: &[u32]) -> Vec<(String, f64)> {
-        self.with_scratch(|scratch| {
+        self.with_scratch(x, |scratch| {
             self.pose(x, scratch);
-            self.measure(self.penetration.clearance_m, scratch);
+            let clearance_m = self.penetration.clearance_m;
+            self.measure(clearance_m, clearance_m, scratch);
+            self.update_proximity(scratch);
             self.measure_contacts(choice, scratch);
-            scratch
-                .forces
-                .reset(self.hand.links.len(), self.hand.joints.len());
             let mut forces = std::mem::take(&mut scratch.forces);
+            forces.reset(self.hand.links.len(), self.hand.joints.len());
             let scene = self.scene(x, scratch);
             let terms = self
                 .contact_terms()

@@ -1,31 +1,45 @@
 //! The best contact set of a posed hand: which surface points are candidates, and when the search may end.
 
-use super::GraspEnergy;
 use super::scratch::Scratch;
+use super::{FIRST_BAND_M, GraspEnergy};
 use crate::grasp::closure::PointContact;
 use crate::grasp::contact::{Candidate, WrenchCost};
+use crate::grasp::term::NearPoint;
 
 impl GraspEnergy {
-    pub(super) fn candidates(&self, scratch: &mut Scratch) {
-        let list = scratch.search.candidates_mut();
-        list.clear();
-        for &(index, distance_m) in &scratch.near {
-            let point = scratch.posed.points[index as usize];
-            let (_, gradient) = self.object.shape.gradient(&point);
-            let length = gradient.norm();
-            if length == 0.0 {
-                continue;
-            }
-            let contact = PointContact {
-                arm: (point - self.object.centroid) / self.unit_m,
-                inward_normal: -gradient / length,
-            };
-            list.push(Candidate {
-                index,
-                cost: self.distance.cost(distance_m, self.unit_m),
-                wrench: contact.wrench().into(),
-            });
-        }
+    /// Fills `near` with the candidates of most poses and every point the penetration term asks about.
+    pub(super) fn measure_candidates(&self, scratch: &mut Scratch) {
+        let band_m = FIRST_BAND_M.max(self.penetration.clearance_m);
+        self.measure(band_m, band_m, scratch);
+    }
+
+    /// The contact that a surface point near the object would make; `None` where the object has no normal.
+    pub(super) fn contact_at(&self, near: &NearPoint) -> Option<PointContact> {
+        let gradient = near
+            .gradient
+            .unwrap_or_else(|| self.object.shape.gradient(&near.point).1);
+        let length = gradient.norm();
+        (length > 0.0).then(|| PointContact {
+            arm: (near.point - self.object.centroid) / self.unit_m,
+            inward_normal: -gradient / length,
+        })
+    }
+
+    fn list_candidates(&self, scratch: &mut Scratch) {
+        let candidates = scratch.near.iter().filter_map(|near| {
+            Some(Candidate {
+                index: near.index,
+                cost: self.distance.cost(near.distance_m, self.unit_m),
+                wrench: self.contact_at(near)?.wrench().into(),
+            })
+        });
+        scratch.search.begin(candidates);
+    }
+
+    /// Fills `near` and the list of candidates from a wider band.
+    fn widen(&self, band_m: f64, scratch: &mut Scratch) {
+        self.measure(band_m, band_m, scratch);
+        self.list_candidates(scratch);
     }
 
     pub(super) fn wrench_cost(&self) -> WrenchCost {
@@ -41,31 +55,39 @@ impl GraspEnergy {
     /// With a rank weight the set is the minimum of the other contact terms: the rank term is zero but for degenerate
     /// sets, and its value is added to the energy.
     pub(super) fn search(&self, cutoff: f64, scratch: &mut Scratch) -> f64 {
+        self.list_candidates(scratch);
+        self.search_listed(cutoff, scratch)
+    }
+
+    /// [`GraspEnergy::search`] among the candidates listed, and further ones where they could matter.
+    fn search_listed(&self, cutoff: f64, scratch: &mut Scratch) -> f64 {
         let size = self.settings.contacts;
         let cost = self.wrench_cost();
         loop {
             let band_m = scratch.band_m;
             let everything = scratch.near.len() == self.hand.surface.len();
             if scratch.near.len() < size && !everything {
-                self.measure(2.0 * band_m, scratch);
+                self.widen(2.0 * band_m, scratch);
                 continue;
             }
-            self.candidates(scratch);
-            let total = scratch.search.descend(size, &scratch.warm, &cost);
             let floor = scratch.search.floor(size);
             if floor > cutoff {
                 return floor;
             }
+            let total = scratch.search.descend(size, &scratch.warm, &cost);
             // A member of a better set costs at most what the others leave of the total.
             let needed_m = self
                 .distance
                 .reach_m(total - scratch.search.floor(size - 1), self.unit_m);
             if needed_m > band_m && !everything {
                 // Also when few candidates made the first total poor: the wider list has a better one.
-                self.measure(needed_m.min(2.0 * band_m), scratch);
+                remember(scratch);
+                self.widen(needed_m.min(2.0 * band_m), scratch);
                 continue;
             }
-            return scratch.search.prove(size, &cost);
+            let least = scratch.search.prove(size, &cost);
+            remember(scratch);
+            return least;
         }
     }
 
@@ -75,18 +97,20 @@ impl GraspEnergy {
         let size = self.settings.contacts;
         let cost = self.wrench_cost();
         while scratch.near.len() < size.min(self.hand.surface.len()) {
-            self.measure(2.0 * scratch.band_m, scratch);
+            let band_m = 2.0 * scratch.band_m;
+            self.measure(band_m, band_m, scratch);
         }
-        self.candidates(scratch);
-        let total = scratch.search.descend_cold(size, &cost);
+        self.list_candidates(scratch);
+        let total = scratch.search.descend_cold(size, &cost, ceiling);
         if total > ceiling {
             return total;
         }
-        // The proof may begin with this set; it ends with the minimum in any case.
-        let mut warm = std::mem::take(&mut scratch.warm);
-        warm.clear();
-        warm.extend_from_slice(scratch.search.best());
-        scratch.warm = warm;
-        self.search(f64::INFINITY, scratch)
+        self.search_listed(f64::INFINITY, scratch)
     }
+}
+
+/// Keeps the best set found as the start of the next search.
+fn remember(scratch: &mut Scratch) {
+    scratch.warm.clear();
+    scratch.warm.extend_from_slice(scratch.search.best());
 }

@@ -14,15 +14,33 @@ impl Hand {
     /// # Panics
     /// If `x` does not have 7 numbers more than the hand has joints.
     pub fn pose(&self, x: &[f64], posed: &mut PosedHand) {
+        self.pose_links(x, posed);
+        posed.points.resize(self.surface.len(), Vector3::zeros());
+        for (frame, range) in posed.object_from_link.iter().zip(&self.link_points) {
+            for (posed_point, point) in posed.points[range.clone()]
+                .iter_mut()
+                .zip(&self.surface[range.clone()])
+            {
+                *posed_point = frame.point(&point.point);
+            }
+        }
+    }
+
+    /// As [`Hand::pose`], but of the surface points none is posed ([`PosedHand::points`] is left empty): for those who
+    /// ask for a few of them ([`Hand::surface_point`]).
+    ///
+    /// # Panics
+    /// If `x` does not have 7 numbers more than the hand has joints.
+    pub fn pose_links(&self, x: &[f64], posed: &mut PosedHand) {
         assert_eq!(
             x.len(),
             7 + self.joints.len(),
             "coordinates are [t, q(wxyz), joints]"
         );
+        posed.points.clear();
         posed
             .object_from_link
             .resize(self.links.len(), Frame::default());
-        posed.points.resize(self.surface.len(), Vector3::zeros());
         posed
             .capsules
             .resize(self.capsules.len(), [Vector3::zeros(); 2]);
@@ -38,18 +56,20 @@ impl Hand {
             }
             posed.object_from_link[l] = frame;
         }
-        for (frame, range) in posed.object_from_link.iter().zip(&self.link_points) {
-            for (posed_point, point) in posed.points[range.clone()]
-                .iter_mut()
-                .zip(&self.surface[range.clone()])
-            {
-                *posed_point = frame.point(&point.point);
-            }
-        }
         for (ends, capsule) in posed.capsules.iter_mut().zip(&self.capsules) {
             let frame = &posed.object_from_link[capsule.link.0];
             *ends = [frame.point(&capsule.a), frame.point(&capsule.b)];
         }
+    }
+
+    /// Surface point `index`, object frame, metres.
+    ///
+    /// # Panics
+    /// If there is no such point.
+    #[inline]
+    pub fn surface_point(&self, posed: &PosedHand, index: usize) -> Vector3<f64> {
+        let point = &self.surface[index];
+        posed.object_from_link[point.link.0].point(&point.point)
     }
 
     /// Outward unit normal of surface point `index`, object frame.

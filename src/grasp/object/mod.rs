@@ -32,6 +32,8 @@ pub use revolved::Revolved;
 pub use sphere::Sphere;
 
 /// A solid, as its signed distance: metres, negative inside, in the object frame, defined everywhere.
+///
+/// All three functions give the same bits for the same number, so that it does not matter which was asked.
 pub trait Shape: std::fmt::Debug + Send + Sync {
     /// Signed distance at `point`, metres.
     fn distance(&self, point: &Vector3<f64>) -> f64;

@@ -24,33 +24,24 @@ pub struct Intrusion {
     pub rounding_m: f64,
 }
 
-/// How many of the object's samples are looked at: on a bottle about one per square centimetre.
-const SAMPLES: usize = 384;
-
-/// Calls `visit` with every capsule that may touch the object and each object sample inside it: capsule, sample, the
-/// vector from the axis to the sample and the depth.
+/// Calls `visit` with each capsule and each object sample inside it: capsule, sample, the vector from the axis to the
+/// sample and the depth.
 pub(crate) fn for_each_intruder(
     scene: &Scene<'_>,
     mut visit: impl FnMut(&Capsule, &Vector3<f64>, &Vector3<f64>, f64),
 ) {
-    let lipschitz = scene.object.shape.lipschitz();
     let samples = &scene.object.surface_samples;
-    let samples = &samples[..samples.len().min(SAMPLES)];
-    for (capsule, &[a, b]) in scene.hand.capsules.iter().zip(&scene.posed.capsules) {
-        let axis = b - a;
-        let middle = a + axis * 0.5;
-        let reach = 0.5 * axis.norm() + capsule.radius_m;
-        if scene.object.shape.distance(&middle) > lipschitz * reach {
+    let capsules = scene.hand.capsules.iter().zip(&scene.posed.capsules);
+    for (number, (capsule, &[a, b])) in capsules.enumerate() {
+        let near = scene.proximity.intruders(number);
+        if near.is_empty() {
             continue;
         }
-        let reach_squared = reach * reach;
+        let axis = b - a;
         let radius_squared = capsule.radius_m * capsule.radius_m;
         let inverse = 1.0 / axis.norm_squared().max(f64::MIN_POSITIVE);
-        for sample in samples {
-            let sample = &sample.point;
-            if (sample - middle).norm_squared() > reach_squared {
-                continue;
-            }
+        for &sample in near {
+            let sample = &samples[sample as usize].point;
             let from_a = sample - a;
             let along = (from_a.dot(&axis) * inverse).clamp(0.0, 1.0);
             let offset = from_a - axis * along;

@@ -14,6 +14,7 @@ mod intrusion;
 mod joint_limits;
 mod penetration;
 mod prior;
+mod proximity;
 mod self_penetration;
 
 pub use distance::Distance;
@@ -24,6 +25,7 @@ pub(crate) use intrusion::for_each_intruder;
 pub use joint_limits::JointLimits;
 pub use penetration::Penetration;
 pub use prior::{Prior, PriorForm};
+pub use proximity::Proximity;
 pub use self_penetration::SelfPenetration;
 pub(crate) use self_penetration::for_each_overlap;
 
@@ -44,19 +46,34 @@ pub struct Contact {
     pub hessian: Matrix3<f64>,
 }
 
+/// A surface point of the hand near the object, with the object's answers at it (object frame).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NearPoint {
+    /// Index into [`Hand::surface`].
+    pub index: u32,
+    /// Position, metres.
+    pub point: Vector3<f64>,
+    /// Signed distance to the object, metres.
+    pub distance_m: f64,
+    /// Gradient of the signed distance, if it is known; it always is at or below the clearance asked of the hand.
+    pub gradient: Option<Vector3<f64>>,
+}
+
 /// What a term may look at.
 #[derive(Debug, Clone, Copy)]
 pub struct Scene<'a> {
     /// The hand.
     pub hand: &'a Hand,
-    /// The hand's links and surface points, object frame.
+    /// The hand's links and capsules, object frame; of its surface points only those in `near` and `contacts` are posed.
     pub posed: &'a PosedHand,
     /// Joint angles.
     pub joints_rad: &'a [f64],
     /// The object.
     pub object: &'a Object,
-    /// Surface points that may be at or below the clearance asked of the hand: index and signed distance.
-    pub near: &'a [(u32, f64)],
+    /// Surface points that may be at or below the clearance asked of the hand, by rising index.
+    pub near: &'a [NearPoint],
+    /// Other parts that may overlap.
+    pub proximity: &'a Proximity,
     /// The contact set.
     pub contacts: &'a [Contact],
     /// The length that makes arms and depths dimensionless, metres.

@@ -28,17 +28,17 @@ impl Term for Penetration {
     fn add(&self, scene: &Scene<'_>, forces: &mut Forces) -> f64 {
         let scale = self.weight / scene.unit_m;
         let mut energy = 0.0;
-        for &(index, distance_m) in scene.near {
-            let depth = self.clearance_m - distance_m;
+        for near in scene.near {
+            let depth = self.clearance_m - near.distance_m;
             if depth <= 0.0 {
                 continue;
             }
             let (value, slope) = rounded_hinge(depth, self.rounding_m);
             energy += scale * value;
-            let point = &scene.posed.points[index as usize];
-            let (_, gradient) = scene.object.shape.gradient(point);
-            let link = scene.hand.surface[index as usize].link;
-            forces.push(link, point, &(gradient * (-scale * slope)));
+            let gradient =
+                (near.gradient).unwrap_or_else(|| scene.object.shape.gradient(&near.point).1);
+            let link = scene.hand.surface[near.index as usize].link;
+            forces.push(link, &near.point, &(gradient * (-scale * slope)));
         }
         energy
     }

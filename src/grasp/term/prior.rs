@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{Forces, Scene, Term};
+use crate::grasp::hand::PosePrior;
 
 /// How the prior's quadratic form becomes an energy.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -30,17 +31,10 @@ impl Term for Prior {
 
     fn add(&self, scene: &Scene<'_>, forces: &mut Forces) -> f64 {
         let prior = &scene.hand.prior;
-        let k = prior.rest_rad.len();
-        let row_product = |i: usize| {
-            let row = &prior.precision[i * k..(i + 1) * k];
-            row.iter()
-                .zip(scene.joints_rad.iter().zip(&prior.rest_rad))
-                .map(|(p, (q, rest))| p * (q - rest))
-                .sum::<f64>()
-        };
-        let square: f64 = (0..k)
-            .map(|i| (scene.joints_rad[i] - prior.rest_rad[i]) * row_product(i))
-            .sum();
+        let mut square = 0.0;
+        for_each_product(prior, scene.joints_rad, |i, product| {
+            square += (scene.joints_rad[i] - prior.rest_rad[i]) * product;
+        });
         let (value, slope) = match self.form {
             PriorForm::Quadratic => (0.5 * square, 1.0),
             PriorForm::Norm => {
@@ -48,9 +42,40 @@ impl Term for Prior {
                 (norm, if norm > 0.0 { 1.0 / norm } else { 0.0 })
             }
         };
-        for (i, force) in forces.joints.iter_mut().enumerate().take(k) {
-            *force += self.weight * slope * row_product(i);
-        }
+        for_each_product(prior, scene.joints_rad, |i, product| {
+            forces.joints[i] += self.weight * slope * product;
+        });
         self.weight * value
+    }
+}
+
+/// Rows of the precision that are multiplied side by side.
+const ROWS: usize = 8;
+
+/// Calls `visit` with every joint and its component of Λz.
+///
+/// Λ is symmetric, so the numbers of several rows at one column lie side by side: each row is summed in the order of its
+/// columns, many rows at a time.
+fn for_each_product(prior: &PosePrior, joints_rad: &[f64], mut visit: impl FnMut(usize, f64)) {
+    let k = prior.rest_rad.len();
+    for first in (0..k).step_by(ROWS) {
+        let mut products = [0.0; ROWS];
+        let rows = ROWS.min(k - first);
+        for (j, (angle, rest)) in joints_rad.iter().zip(&prior.rest_rad).enumerate() {
+            let z = angle - rest;
+            let column = &prior.precision[j * k + first..j * k + first + rows];
+            if let Ok(column) = <&[f64; ROWS]>::try_from(column) {
+                for (product, p) in products.iter_mut().zip(column) {
+                    *product += p * z;
+                }
+            } else {
+                for (product, p) in products.iter_mut().zip(column) {
+                    *product += p * z;
+                }
+            }
+        }
+        for (i, product) in products[..rows].iter().enumerate() {
+            visit(first + i, *product);
+        }
     }
 }

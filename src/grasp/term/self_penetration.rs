@@ -23,7 +23,8 @@ pub(crate) fn for_each_overlap(
     scene: &Scene<'_>,
     mut visit: impl FnMut(&Capsule, &Capsule, &Vector3<f64>, &Vector3<f64>, f64),
 ) {
-    for &[first, second] in &scene.hand.self_pairs {
+    for &pair in scene.proximity.pairs() {
+        let [first, second] = scene.hand.self_pairs[pair as usize];
         let (one, two) = (&scene.hand.capsules[first], &scene.hand.capsules[second]);
         let (axis_one, axis_two) = (&scene.posed.capsules[first], &scene.posed.capsules[second]);
         let nearest = closest_points(axis_one, axis_two);

@@ -1,5 +1,7 @@
 //! A string of images that relaxes perpendicular to itself.
 
+use std::sync::Arc;
+
 use super::{Path, near, spread};
 use crate::energy::Energy;
 use crate::optimize::Fire;
@@ -16,6 +18,8 @@ const UNEVEN: f64 = 1.5;
 #[derive(Clone)]
 pub(super) struct Band<'e> {
     energy: &'e dyn Energy,
+    /// The energy as each image sees it, where it has a memory.
+    local: Vec<Option<Arc<dyn Energy + 'e>>>,
     scales: Vec<f64>,
     longest: f64,
     pub(super) path: Path,
@@ -49,15 +53,20 @@ impl<'e> Band<'e> {
         let space = energy.space();
         let count = images.len();
         let mut gradients = vec![vec![0.0; space.tangents()]; count];
-        let energies = images
-            .iter()
+        let local: Vec<Option<Arc<dyn Energy + 'e>>> =
+            (0..count).map(|_| energy.local().map(Arc::from)).collect();
+        let energies = (images.iter().zip(&local))
             .zip(&mut gradients)
-            .map(|(x, gradient)| energy.evaluate_roughly_above(x, gradient, ceiling))
+            .map(|((x, local), gradient)| {
+                let energy = local.as_deref().unwrap_or(energy);
+                energy.evaluate_roughly_above(x, gradient, ceiling)
+            })
             .collect();
         pinned[0] = true;
         pinned[count - 1] = true;
         Self {
             energy,
+            local,
             scales: space.step_scales(),
             longest,
             path: Path { images, energies },
@@ -177,9 +186,8 @@ impl<'e> Band<'e> {
                 continue;
             }
             let mut gradient = vec![0.0; self.scales.len()];
-            let energy = self
-                .energy
-                .evaluate_roughly_above(&image, &mut gradient, self.ceiling);
+            let local = self.local[i].as_deref().unwrap_or(self.energy);
+            let energy = local.evaluate_roughly_above(&image, &mut gradient, self.ceiling);
             if energy.is_finite() || !self.path.energies[i].is_finite() {
                 self.path.images[i] = image;
                 self.path.energies[i] = energy;

@@ -1,0 +1,73 @@
+//! A grasp energy with a memory of its own.
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use super::GraspEnergy;
+use super::scratch::Scratch;
+use crate::energy::Energy;
+use crate::space::Space;
+
+/// The energy as one image of a path sees it: what is remembered stays near that image, so little must be looked at anew
+/// when it moves.
+#[derive(Debug)]
+pub(super) struct Local<'a> {
+    energy: &'a GraspEnergy,
+    scratch: Mutex<Scratch>,
+}
+
+impl GraspEnergy {
+    /// The same energy with a memory of its own.
+    pub(super) fn with_own_memory(&self) -> Local<'_> {
+        Local {
+            energy: self,
+            scratch: Mutex::new(self.copy_of_scratch()),
+        }
+    }
+}
+
+impl Local<'_> {
+    fn scratch(&self) -> MutexGuard<'_, Scratch> {
+        self.scratch.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Energy for Local<'_> {
+    fn space(&self) -> &dyn Space {
+        self.energy.space()
+    }
+
+    fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64 {
+        self.evaluate_below(x, gradient, f64::INFINITY)
+    }
+
+    fn evaluate_below(&self, x: &[f64], gradient: &mut [f64], cutoff: f64) -> f64 {
+        self.energy
+            .envelope(x, gradient, cutoff, &mut self.scratch())
+    }
+
+    fn evaluate_roughly_above(&self, x: &[f64], gradient: &mut [f64], ceiling: f64) -> f64 {
+        self.energy
+            .roughly(x, gradient, ceiling, &mut self.scratch())
+    }
+
+    fn choice(&self, x: &[f64]) -> Vec<u32> {
+        self.energy.best_choice(x, &mut self.scratch())
+    }
+
+    fn evaluate_choice(&self, x: &[f64], choice: &[u32], gradient: &mut [f64]) -> f64 {
+        self.energy
+            .held(x, choice, 1.0, gradient, &mut self.scratch())
+    }
+
+    fn local(&self) -> Option<Box<dyn Energy + '_>> {
+        self.energy.local()
+    }
+
+    fn terms(&self, x: &[f64]) -> Vec<(String, f64)> {
+        self.energy.terms(x)
+    }
+
+    fn objection(&self, x: &[f64]) -> Option<String> {
+        self.energy.objection(x)
+    }
+}
