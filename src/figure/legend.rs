@@ -195,16 +195,17 @@ impl Legend {
 
     /// Where each entry begins, relative to the upper left corner, if they follow each other in rows at most `width` long;
     /// bars of colours and headings have no place in rows.
-    fn flow(&self, width: f64) -> Vec<([f64; 2], &Sample, &str)> {
+    fn flow(&self, width: f64) -> Vec<([f64; 2], &Sample, &str, TextFace)> {
         let mut entries = Vec::new();
         let [mut x, mut y] = [0.0, 0.0];
         for (sample, text) in &self.rows {
-            let face = Self::face(sample, text);
-            let length = sample.width() + GAP + super::text_width(text, face.size, face.bold);
+            let beside = sample.width() + GAP;
+            let face = TextFace::new(SIZE, INK).fitted(text, width - beside);
+            let length = beside + super::text_width(text, face.size, face.bold);
             if x > 0.0 && x + length > width {
                 [x, y] = [0.0, y + ROW];
             }
-            entries.push(([x, y], sample, text.as_str()));
+            entries.push(([x, y], sample, text.as_str(), face));
             x += length + APART;
         }
         entries
@@ -217,11 +218,11 @@ impl Legend {
 
     /// Draws the entries in rows at most `width` long below `[left, top]`.
     pub fn draw_in_rows(&self, canvas: &mut Canvas, [left, top]: [f64; 2], width: f64) {
-        for ([x, y], sample, text) in self.flow(width) {
+        for ([x, y], sample, text, face) in self.flow(width) {
             let [x, centre] = [left + x, top + y + 0.5 * ROW];
             sample.draw(canvas, [x + 0.5 * sample.width(), centre]);
             let beside = x + sample.width() + GAP;
-            canvas.text([beside, centre], text, Self::face(sample, text));
+            canvas.text([beside, centre], text, face);
         }
     }
 }

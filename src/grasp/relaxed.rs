@@ -170,7 +170,7 @@ impl RelaxedForceClosure {
     /// The contact at a point with the given gradient of the signed distance, as the force-closure tests see it.
     pub fn contact(&self, point: &Vector3<f64>, gradient: &Vector3<f64>) -> PointContact {
         PointContact {
-            arm: (point - self.centroid) / self.unit_m,
+            arm: (point - self.centroid) * (1.0 / self.unit_m),
             inward_normal: inward_normal(gradient),
         }
     }
@@ -215,7 +215,7 @@ fn hypotenuse(squared: f64, rounding: f64) -> f64 {
 fn inward_normal(gradient: &Vector3<f64>) -> Vector3<f64> {
     let length = gradient.norm();
     if length > 0.0 {
-        -gradient / length
+        gradient * -(1.0 / length)
     } else {
         Vector3::zeros()
     }
@@ -229,12 +229,14 @@ fn by_turning(
     hessian: &Matrix3<f64>,
     by_normal: &Vector3<f64>,
 ) -> Vector3<f64> {
-    let squared = gradient.norm_squared();
-    if squared == 0.0 {
+    let length = gradient.norm();
+    if length == 0.0 {
         return Vector3::zeros();
     }
-    let tangential = by_normal - gradient * (gradient.dot(by_normal) / squared);
-    hessian * tangential / -squared.sqrt()
+    let per_length = 1.0 / length;
+    let unit = gradient * per_length;
+    let tangential = by_normal - unit * unit.dot(by_normal);
+    hessian * tangential * -per_length
 }
 
 /// Number, sum and second moments of arms: all that `GGᵀ` depends on.

@@ -62,8 +62,8 @@ impl Chart {
             MARGIN + 1.6 * TITLE
         };
         let bottom = top + across(rows.max(1), cell[1]);
-        let legend_height = below.height_in_rows(width - 2.0 * MARGIN);
-        let height = bottom + legend_height + MARGIN;
+        let legend_top = bottom + if below.is_empty() { 0.0 } else { 0.5 * MARGIN };
+        let height = legend_top + below.height_in_rows(width - 2.0 * MARGIN) + MARGIN;
         let mut canvas = Canvas::new(whole(width), whole(height));
         let face = TextFace::new(TITLE, INK).bold().anchored(Anchor::Middle);
         canvas.text(
@@ -93,7 +93,7 @@ impl Chart {
             };
             one.draw(&mut canvas, frame, corner, &colours);
         }
-        below.draw_in_rows(&mut canvas, [MARGIN, bottom], width - 2.0 * MARGIN);
+        below.draw_in_rows(&mut canvas, [MARGIN, legend_top], width - 2.0 * MARGIN);
         Ok(canvas)
     }
 
