@@ -1,62 +1,81 @@
-//! Exact force closure against published and independently computed contact sets.
+//! Exact force closure, contact forces and ε against published and independently computed contact sets.
 #![cfg(feature = "grasp")]
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
-use landscape::grasp::closure::{
-    PointContact, grasp_matrix_rank_margin, least_friction, net_wrench,
-};
-use nalgebra::Vector3;
+use std::f64::consts::TAU;
 
-fn cases(text: &str) -> Vec<(String, Vec<PointContact>, serde_json::Value)> {
-    let file: serde_json::Value = serde_json::from_str(text).unwrap();
-    let vector = |value: &serde_json::Value| {
-        Vector3::from_iterator(
-            value
+use landscape::grasp::closure::{
+    EpsilonSettings, PointContact, WrenchLimit, contact_forces, epsilon, epsilon_of_wrenches,
+    grasp_matrix_rank_margin, is_force_closure, least_friction, net_wrench,
+};
+use nalgebra::{Rotation3, Vector3, Vector6};
+use serde_json::Value;
+
+struct Case {
+    id: String,
+    contacts: Vec<PointContact>,
+    told: Value,
+}
+
+impl Case {
+    fn number(&self, key: &str) -> Option<f64> {
+        self.told[key].as_f64()
+    }
+}
+
+fn cases(text: &str) -> Vec<Case> {
+    let file: Value = serde_json::from_str(text).unwrap();
+    let vectors = |values: &Value| -> Vec<Vector3<f64>> {
+        let numbers = |value: &Value| {
+            let components = value
                 .as_array()
                 .unwrap()
                 .iter()
-                .map(|v| v.as_f64().unwrap()),
-        )
+                .map(|v| v.as_f64().unwrap());
+            Vector3::from_iterator(components)
+        };
+        values.as_array().unwrap().iter().map(numbers).collect()
     };
     file["cases"]
         .as_array()
         .unwrap()
         .iter()
-        .map(|case| {
-            let points = case["points"].as_array().unwrap().iter().map(vector);
-            let axes = case["axes"].as_array().unwrap().iter().map(vector);
-            let contacts = points
-                .zip(axes)
+        .map(|case| Case {
+            id: case["id"].as_str().unwrap().to_owned(),
+            contacts: vectors(&case["points"])
+                .into_iter()
+                .zip(vectors(&case["axes"]))
                 .map(|(arm, inward_normal)| PointContact { arm, inward_normal })
-                .collect();
-            (
-                case["id"].as_str().unwrap().to_owned(),
-                contacts,
-                case.clone(),
-            )
+                .collect(),
+            told: case.clone(),
         })
         .collect()
 }
 
-fn check(text: &str, expected_cases: usize) {
-    let cases = cases(text);
-    assert_eq!(cases.len(), expected_cases);
-    for (id, contacts, case) in cases {
+fn computed() -> Vec<Case> {
+    cases(include_str!("reference/force_closure.json"))
+}
+
+fn analytic() -> Vec<Case> {
+    cases(include_str!("reference/force_closure_analytic.json"))
+}
+
+fn check_friction(cases: &[Case]) {
+    for case in cases {
+        let (id, contacts) = (&case.id, &case.contacts);
+        let expected = case.number("gc_norm").unwrap();
         assert!(
-            (net_wrench(&contacts) - case["gc_norm"].as_f64().unwrap()).abs() < 1e-10,
+            (net_wrench(contacts) - expected).abs() < 1e-10,
             "{id}: net wrench"
         );
-        let margin = case["lambda_min_GGt"].as_f64();
-        if let Some(margin) = margin {
-            assert!(
-                (grasp_matrix_rank_margin(&contacts) - margin).abs() < 1e-9,
-                "{id}: rank margin"
-            );
+        if let Some(margin) = case.number("lambda_min_GGt") {
+            let found = grasp_matrix_rank_margin(contacts);
+            assert!((found - margin).abs() < 1e-9, "{id}: rank margin");
         }
-        let friction = least_friction(&contacts);
-        match case["mu0"].as_f64() {
+        let friction = least_friction(contacts);
+        match case.number("mu0") {
             Some(expected) => assert!(
-                (friction - expected).abs() < 1e-5,
+                (friction - expected).abs() < 1e-6 * expected.max(1.0),
                 "{id}: μ₀ = {friction}, expected {expected}"
             ),
             None => assert!(friction.is_infinite(), "{id}: μ₀ = {friction}, expected ∞"),
@@ -66,10 +85,204 @@ fn check(text: &str, expected_cases: usize) {
 
 #[test]
 fn computed_reference_sets() {
-    check(include_str!("reference/force_closure.json"), 110);
+    let cases = computed();
+    assert_eq!(cases.len(), 110);
+    assert_eq!(
+        cases
+            .iter()
+            .filter(|case| case.number("mu0").is_none())
+            .count(),
+        10
+    );
+    check_friction(&cases);
 }
 
 #[test]
 fn analytic_reference_sets() {
-    check(include_str!("reference/force_closure_analytic.json"), 22);
+    let cases = analytic();
+    assert_eq!(cases.len(), 22);
+    check_friction(&cases);
+}
+
+#[test]
+fn forces_balance_from_the_least_friction_on() {
+    for Case { id, contacts, .. } in computed().into_iter().chain(analytic()) {
+        let least = least_friction(&contacts);
+        if least.is_infinite() {
+            assert!(contact_forces(&contacts, 100.0).is_none(), "{id}");
+            continue;
+        }
+        for friction in [least, 1.1 * least + 0.1] {
+            let found = contact_forces(&contacts, friction).expect(&id);
+            assert!(found.residual <= 1e-9, "{id}: ‖Gf‖ = {:e}", found.residual);
+            assert!(
+                found.violation <= 1e-7,
+                "{id}: {:e} outside the cones",
+                found.violation
+            );
+            let mut wrench = Vector6::zeros();
+            let mut normal = 0.0;
+            for (contact, force) in contacts.iter().zip(&found.forces) {
+                wrench += contact.wrench_of(force);
+                normal += contact.inward_normal.dot(force);
+            }
+            assert!((wrench.norm() - found.residual).abs() < 1e-15);
+            assert!((normal - 1.0).abs() < 1e-9, "{id}: Σ f_n = {normal}");
+        }
+        if least > 0.01 {
+            assert!(contact_forces(&contacts, 0.99 * least).is_none(), "{id}");
+        }
+    }
+}
+
+#[test]
+fn closure_is_balance_and_rank() {
+    for Case { id, contacts, .. } in computed() {
+        let least = least_friction(&contacts);
+        let spans = grasp_matrix_rank_margin(&contacts) > 1e-4;
+        for friction in [0.1, 0.5, 1.0, 3.0] {
+            // Nobody knows on the edge.
+            if (friction - least).abs() > 1e-4 {
+                let closes = is_force_closure(&contacts, friction);
+                assert_eq!(closes, spans && least < friction, "{id} at {friction}");
+            }
+        }
+    }
+}
+
+/// The reference hulls have the edges of their pyramids turned by the axes of the frame.
+fn reference_wrenches(
+    contacts: &[PointContact],
+    centre: Vector3<f64>,
+    scale: f64,
+) -> Vec<Vec<Vector6<f64>>> {
+    contacts
+        .iter()
+        .map(|contact| {
+            let normal = contact.inward_normal;
+            let mut axis = Vector3::zeros();
+            axis[normal.iamin()] = 1.0;
+            let first = normal.cross(&axis).normalize();
+            let second = normal.cross(&first);
+            let moved = PointContact {
+                arm: (contact.arm - centre) * scale,
+                ..*contact
+            };
+            (0..8)
+                .map(|edge| {
+                    let (sine, cosine) = (TAU * f64::from(edge) / 8.0).sin_cos();
+                    moved.wrench_of(&(normal + (first * cosine + second * sine) * 0.5))
+                })
+                .collect()
+        })
+        .collect()
+}
+
+#[test]
+fn epsilon_of_reference_sets() {
+    let mut positive = 0;
+    for case in computed() {
+        let centroid =
+            case.contacts.iter().map(|c| c.arm).sum::<Vector3<f64>>() / case.contacts.len() as f64;
+        let scale = case.number("torque_scale_centroid").unwrap();
+        for (name, centre, scale) in [
+            ("epsilon_L1_origin", Vector3::zeros(), 1.0),
+            ("epsilon_L1_centroid_scaled", centroid, scale),
+        ] {
+            let expected = case.number(name).unwrap();
+            let wrenches = reference_wrenches(&case.contacts, centre, scale);
+            let found = epsilon_of_wrenches(&wrenches, WrenchLimit::Sum);
+            let id = &case.id;
+            if expected > 0.0 {
+                positive += 1;
+                assert!(
+                    (found.value - expected).abs() < 1e-9,
+                    "{id}: {} for {expected}",
+                    found.value
+                );
+            } else {
+                assert!(found.value <= 0.0, "{id}: {} for {expected}", found.value);
+            }
+            // What is reached in the weakest direction proves that ε is not larger.
+            let reached = wrenches
+                .iter()
+                .flatten()
+                .map(|wrench| wrench.dot(&found.weakest))
+                .fold(f64::NEG_INFINITY, f64::max);
+            // Outside the hull its nearest point comes from a cone programme.
+            let tolerance = if expected > 0.0 { 1e-12 } else { 1e-6 };
+            assert!((found.weakest.norm() - 1.0).abs() < 1e-9, "{id}");
+            assert!(
+                (reached - found.value).abs() < tolerance,
+                "{id}: {reached} for {}",
+                found.value
+            );
+        }
+    }
+    assert!(positive > 60, "{positive} sets with a positive ε");
+}
+
+#[test]
+fn turning_and_moving_contacts_changes_nothing() {
+    let turn = Rotation3::from_euler_angles(0.3, -1.1, 2.4);
+    let settings = EpsilonSettings::default();
+    for Case { id, contacts, .. } in computed() {
+        let turned: Vec<PointContact> = contacts
+            .iter()
+            .map(|contact| PointContact {
+                arm: turn * contact.arm,
+                inward_normal: turn * contact.inward_normal,
+            })
+            .collect();
+        let moved: Vec<PointContact> = turned
+            .iter()
+            .map(|contact| PointContact {
+                arm: contact.arm * 3.0 + Vector3::new(0.2, -0.1, 0.5),
+                ..*contact
+            })
+            .collect();
+        let [before, after, elsewhere] = [&contacts, &turned, &moved].map(|c| least_friction(c));
+        if before.is_finite() {
+            assert!(
+                (before - after).abs() < 2e-6 * before.max(1.0),
+                "{id}: {before}, turned {after}"
+            );
+            assert!(
+                (before - elsewhere).abs() < 2e-6 * before.max(1.0),
+                "{id}: {before}, {elsewhere}"
+            );
+        } else {
+            assert!(after.is_infinite() && elsewhere.is_infinite(), "{id}");
+        }
+        let [before, after] = [&contacts, &turned].map(|c| epsilon(c, &settings).value);
+        assert!(
+            (before - after).abs() < 1e-8,
+            "{id}: ε = {before}, turned {after}"
+        );
+    }
+}
+
+#[test]
+fn larger_contacts_with_smaller_torques_change_nothing() {
+    for limit in [WrenchLimit::Sum, WrenchLimit::Each] {
+        for Case { id, contacts, .. } in computed().into_iter().step_by(5) {
+            let settings = EpsilonSettings {
+                limit,
+                ..EpsilonSettings::default()
+            };
+            let larger: Vec<PointContact> = contacts
+                .iter()
+                .map(|contact| PointContact {
+                    arm: contact.arm * 40.0,
+                    ..*contact
+                })
+                .collect();
+            let scaled = EpsilonSettings {
+                torque_scale: settings.torque_scale / 40.0,
+                ..settings
+            };
+            let (before, after) = (epsilon(&contacts, &settings), epsilon(&larger, &scaled));
+            assert!((before.value - after.value).abs() < 1e-8, "{id}");
+        }
+    }
 }

@@ -49,14 +49,18 @@ pub(super) enum Command {
     /// Map the energy landscape between the grasps of a file
     #[command(after_help = BUILD_EXAMPLES)]
     Build(Build),
+    /// Judge the grasps of a file, or bare contacts
+    #[command(after_help = INSPECT_EXAMPLES)]
+    Inspect(Inspect),
 }
 
 const EXAMPLES: &str = "\
 Examples:
   landscape synth --object bottle_round -n 64              grasps.parquet: grasps of the human hand on a bottle
   landscape build grasps.parquet                           grasps.landscape/: the landscape between them
+  landscape inspect grasps.parquet                         how good these grasps are
 
-`landscape synth --help` and `landscape build --help` tell more.";
+`landscape synth --help`, `landscape build --help` and `landscape inspect --help` tell more.";
 
 const SYNTH_EXAMPLES: &str = "\
 Examples:
@@ -74,6 +78,33 @@ Examples:
 Writes minima.parquet, edges.parquet, paths.parquet, landscape.json, tree.nwk, barriers.graphml, the disconnectivity
 graph and the barrier graph (SVG and PNG), and summary.md. An interrupted run continues where it stopped when the same
 command is given again.";
+
+const INSPECT_EXAMPLES: &str = "\
+Examples:
+  landscape inspect grasps.parquet                         the file in numbers: who passes, and quantiles
+  landscape inspect grasps.parquet --each                  one line for each grasp
+  landscape inspect grasps.parquet --grasp 17 --grasp 40   all about two of them
+  landscape inspect contacts.json                          bare contacts: balance, forces, ε
+  landscape inspect grasps.parquet --json | jq '.grasps[] | select(.epsilon < 0.05) | .id'
+
+What is measured:
+  |Gc|       wrench left over when all contacts push equally along their normals; below 0.5 passes the relaxed test
+  friction   least friction coefficient at which forces balance (exact); inf where none does
+  epsilon    Ferrari-Canny: the least wrench that can be resisted, per unit sum of normal forces, at friction 0.5 with
+             eight edges a cone; not positive where some wrench cannot be resisted
+  gap, depth farthest contact from the surface and deepest penetration, on the exact mesh
+Arms of torques are divided by the object's radius, so all but gap and depth are dimensionless.
+
+Bare contacts (JSON; lengths in any one unit, normals of any length):
+  {
+    \"contacts\": [
+      {\"position\": [0.03, 0.00, 0.09], \"inward_normal\": [-1, 0, 0]},
+      {\"position\": [-0.03, 0.01, 0.09], \"inward_normal\": [1, 0, 0]}
+    ],
+    \"centre\": [0, 0, 0.09],     torques are taken about it; default: the mean of the positions
+    \"length\": 0.1,              arms are divided by it; default: the longest arm
+    \"friction\": 0.5             for force closure, forces and epsilon; default: 0.5
+  }";
 
 /// Synthesize grasps.
 #[derive(Debug, Args)]
@@ -165,4 +196,27 @@ pub(super) struct Build {
     /// Begin again instead of continuing an interrupted run.
     #[arg(long)]
     pub(super) fresh: bool,
+}
+
+/// Judge grasps.
+#[derive(Debug, Args)]
+pub(super) struct Inspect {
+    /// Grasps (Parquet, as of `landscape synth`), or bare contacts (JSON, see below).
+    #[arg(value_name = "FILE")]
+    pub(super) file: PathBuf,
+    /// All about the grasp with this id, instead of the summary; may be given several times.
+    #[arg(long, value_name = "ID")]
+    pub(super) grasp: Vec<u64>,
+    /// One line for each grasp, instead of the summary.
+    #[arg(long, conflicts_with = "grasp")]
+    pub(super) each: bool,
+    /// Write everything as JSON.
+    #[arg(long)]
+    pub(super) json: bool,
+    /// The hand, for a file that does not describe it.
+    #[arg(long, value_name = "NAME|FILE")]
+    pub(super) hand: Option<String>,
+    /// The object, for a file that does not describe it.
+    #[arg(long, value_name = "NAME|FILE")]
+    pub(super) object: Option<String>,
 }

@@ -10,12 +10,12 @@ use indicatif::ProgressBar;
 
 use super::args::{Build, Common};
 use super::landscape::{Mapped, pictures, summary, tables};
-use super::{check_output, complain, models, print, progress};
+use super::{check_output, complain, input, print, progress};
 use crate::grasp::hover::hover_costs;
-use crate::grasp::{EnergySettings, GraspEnergy, GraspKernel};
+use crate::grasp::{GraspEnergy, GraspKernel};
 use crate::store::{
-    AtomicFolder, Grasp, GraspFile, Journal, Overrides, Phase as Timing, Population, Source,
-    StoreError, Timings, content_hash,
+    AtomicFolder, GraspFile, Journal, Phase as Timing, Population, Source, StoreError, Timings,
+    content_hash,
 };
 use crate::topography::{
     self, ChainSettings, MapSettings, PathSettings, Phase, Progress, Sameness, SeamSettings,
@@ -40,34 +40,13 @@ pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
     if let Some(output) = &command.output {
         check_output(output)?;
     }
-    let overrides = Overrides {
-        hand: command
-            .hand
-            .as_deref()
-            .map(models::hand_metadata)
-            .transpose()?,
-        object: match &command.object {
-            Some(flag) => Some(models::object_metadata(flag)?.1),
-            None => None,
-        },
-    };
-    let (file, warnings) = GraspFile::read(&command.grasps, overrides)?;
-    let mut warnings: Vec<String> = warnings.iter().map(ToString::to_string).collect();
-    if file.metadata.energy.is_null() {
-        warnings.push(
-            "the file does not tell the energy of its grasps: the default one is used".to_owned(),
-        );
-    }
+    let (file, warnings) = input::read(
+        &command.grasps,
+        command.hand.as_deref(),
+        command.object.as_deref(),
+    )?;
     if !common.quiet {
-        for warning in warnings.iter().take(5) {
-            complain(&format!("warning: {warning}"));
-        }
-        if warnings.len() > 5 {
-            complain(&format!(
-                "warning: … and {} more like these",
-                warnings.len() - 5
-            ));
-        }
+        input::warn(&warnings);
     }
     let populations = file.landscapes();
     for population in &populations {
@@ -196,17 +175,7 @@ fn build(
         population.hand.name,
         population.object.name
     );
-    let energy_settings = match &file.metadata.energy {
-        serde_json::Value::Null => EnergySettings::default(),
-        told => serde_json::from_value(told.clone())
-            .context("the energy in the metadata is not one this program knows")?,
-    };
-    let energy = GraspEnergy::new(
-        models::hand(population.hand)?,
-        models::object(population.object, population.scale)?,
-        energy_settings,
-    )?;
-    models::check_hand(population.hand, energy.hand())?;
+    let energy = input::energy(file, population)?;
     let kernel = GraspKernel::new(&energy);
     let settings = map_settings(command, &energy);
 
@@ -228,7 +197,10 @@ fn build(
     };
 
     let mut watch = Watch::new(common.quiet);
-    let starts: Vec<Vec<f64>> = grasps.iter().map(|grasp| coordinates(grasp)).collect();
+    let starts: Vec<Vec<f64>> = grasps
+        .iter()
+        .map(|grasp| input::coordinates(grasp))
+        .collect();
     let quenches = quench_all(&energy, &starts, &settings.quench, &journal, &|p| {
         watch.see(p);
     });
@@ -281,14 +253,6 @@ fn build(
         complain(&format!("wrote {}", finished.display()));
     }
     Ok(())
-}
-
-/// The pose of a row, as the pose space has it.
-fn coordinates(grasp: &Grasp) -> Vec<f64> {
-    let mut x = grasp.translation_m.to_vec();
-    x.extend(grasp.rotation_wxyz);
-    x.extend(&grasp.joints_rad);
-    x
 }
 
 /// What the manifest says of the input.

@@ -12,6 +12,8 @@ use clap::Parser;
 mod args;
 mod build;
 mod experiment;
+mod input;
+mod inspect;
 mod landscape;
 mod models;
 mod progress;
@@ -34,6 +36,7 @@ pub fn run() -> ExitCode {
         .and_then(|()| match &arguments.command {
             Command::Synth(command) => synth::run(command, &arguments.common),
             Command::Build(command) => build::run(command, &arguments.common),
+            Command::Inspect(command) => inspect::run(command, &arguments.common),
         });
     match result {
         Ok(()) => ExitCode::SUCCESS,

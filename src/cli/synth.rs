@@ -199,7 +199,7 @@ fn row(
         distance_squared: judgement.distance_squared,
         penetration: judgement.penetration,
         friction: judgement.least_friction,
-        epsilon: None,
+        epsilon: Some(judgement.epsilon),
         stable: None,
         label: None,
         label_auto: None,

@@ -2,9 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::closure::{PointContact, is_force_closure, least_friction, net_wrench};
+use super::closure::{
+    EpsilonSettings, PointContact, epsilon, is_force_closure, least_friction, net_wrench,
+};
 use super::energy::GraspEnergy;
-use super::hand::PosedHand;
+use super::hand::{LinkId, PosedHand};
 use super::term::{Proximity, Scene, for_each_intruder, for_each_overlap};
 
 /// The length unit of the authors of Liu et al. (2021), in which Eq. 11 is stated.
@@ -36,6 +38,9 @@ pub struct Judgement {
     pub least_friction: Option<f64>,
     /// Exact force closure at [`STRICT_FRICTION`].
     pub force_closure: bool,
+    /// Ferrari–Canny ε at [`STRICT_FRICTION`], otherwise by the default [`EpsilonSettings`]: not positive where some wrench
+    /// cannot be resisted.
+    pub epsilon: f64,
 }
 
 impl Judgement {
@@ -74,6 +79,47 @@ impl Judgement {
     }
 }
 
+/// A contact as the exact mesh sees it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MeasuredContact {
+    /// Index of the hand's surface point.
+    pub surface_point: u32,
+    /// The link it lies on.
+    pub link: LinkId,
+    /// Signed distance from the mesh, metres; negative inside.
+    pub distance_m: f64,
+    /// Arm from the object's centroid, divided by the energy's unit, and inward normal of the mesh.
+    pub contact: PointContact,
+}
+
+/// The contacts `contacts` of pose `x` on the exact mesh.
+///
+/// # Panics
+/// If `x` is a pose of another hand or a contact index is out of range.
+pub fn measure_contacts(energy: &GraspEnergy, x: &[f64], contacts: &[u32]) -> Vec<MeasuredContact> {
+    let mut posed = PosedHand::default();
+    energy.hand().pose(x, &mut posed);
+    measure(energy, &posed, contacts)
+}
+
+fn measure(energy: &GraspEnergy, posed: &PosedHand, contacts: &[u32]) -> Vec<MeasuredContact> {
+    let (hand, object) = (energy.hand(), energy.object());
+    let measure = |&index: &u32| {
+        let point = posed.points[index as usize];
+        let nearest = object.exact.nearest(&point);
+        MeasuredContact {
+            surface_point: index,
+            link: hand.surface[index as usize].link,
+            distance_m: nearest.distance_m,
+            contact: PointContact {
+                arm: (point - object.centroid) / energy.unit_m(),
+                inward_normal: -nearest.normal,
+            },
+        }
+    };
+    contacts.iter().map(measure).collect()
+}
+
 /// Judges pose `x` with contact set `contacts` on the exact mesh.
 ///
 /// # Panics
@@ -97,20 +143,13 @@ pub fn judge(energy: &GraspEnergy, x: &[f64], contacts: &[u32]) -> Judgement {
         distance_factor: 1.0,
     };
 
-    let mut point_contacts = Vec::with_capacity(contacts.len());
-    let (mut distance_squared, mut gap_m) = (0.0, 0.0f64);
-    let mut digits = Vec::new();
-    for &index in contacts {
-        let point = posed.points[index as usize];
-        let nearest = object.exact.nearest(&point);
-        distance_squared += (nearest.distance_m / AUTHORS_UNIT_M).powi(2);
-        gap_m = gap_m.max(nearest.distance_m.abs());
-        digits.push(hand.links[hand.surface[index as usize].link.0].digit);
-        point_contacts.push(PointContact {
-            arm: (point - object.centroid) / energy.unit_m(),
-            inward_normal: -nearest.normal,
-        });
-    }
+    let measured = measure(energy, &posed, contacts);
+    let point_contacts: Vec<PointContact> = measured.iter().map(|m| m.contact).collect();
+    let distances_m = || measured.iter().map(|m| m.distance_m);
+    let mut digits: Vec<usize> = measured
+        .iter()
+        .map(|m| hand.links[m.link.0].digit)
+        .collect();
     digits.sort_unstable();
     digits.dedup();
 
@@ -141,16 +180,21 @@ pub fn judge(energy: &GraspEnergy, x: &[f64], contacts: &[u32]) -> Judgement {
             worst.max(q - upper).max(lower - q)
         });
     let least = least_friction(&point_contacts);
+    let epsilon_settings = EpsilonSettings {
+        friction: STRICT_FRICTION,
+        ..EpsilonSettings::default()
+    };
     Judgement {
         net_wrench: net_wrench(&point_contacts),
-        distance_squared,
+        distance_squared: distances_m().map(|d| (d / AUTHORS_UNIT_M).powi(2)).sum(),
         penetration,
-        gap_m,
+        gap_m: distances_m().map(f64::abs).fold(0.0, f64::max),
         deepest_m,
         self_penetration_m,
         joint_excess_rad,
         digits: digits.len(),
         least_friction: least.is_finite().then_some(least),
         force_closure: is_force_closure(&point_contacts, STRICT_FRICTION),
+        epsilon: epsilon(&point_contacts, &epsilon_settings).value,
     }
 }

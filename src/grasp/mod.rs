@@ -19,5 +19,5 @@ pub mod synthesis;
 pub mod term;
 
 pub use energy::{EnergySettings, GraspEnergy};
-pub use filter::{Judgement, judge};
+pub use filter::{Judgement, MeasuredContact, judge, measure_contacts};
 pub use kernel::GraspKernel;

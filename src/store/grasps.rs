@@ -16,7 +16,7 @@
 //! | `distance_squared` | double | Σ d² of the contacts in the authors' unit (120 mm) |
 //! | `penetration` | double | penetration energy in the authors' unit |
 //! | `friction`?∅ | double | μ₀, least friction of exact force closure; null: none suffices |
-//! | `epsilon`?∅ | double | Ferrari–Canny ε; null: not computed |
+//! | `epsilon`?∅ | double | Ferrari–Canny ε at μ = 0.5, see `closure::epsilon`; ≤ 0: holds not every wrench; null: not computed |
 //! | `stable`?∅ | bool | held in simulation; null: not simulated |
 //! | `label`?∅ | string | grasp type given by a human |
 //! | `label_auto`?∅ | string | grasp type given by the rule |
@@ -79,7 +79,7 @@ pub struct Grasp {
     pub penetration: f64,
     /// Least friction of exact force closure μ₀; `None` where no friction suffices.
     pub friction: Option<f64>,
-    /// Ferrari–Canny ε.
+    /// Ferrari–Canny ε; not positive where some wrench cannot be resisted.
     pub epsilon: Option<f64>,
     /// Whether it held in simulation.
     pub stable: Option<bool>,

@@ -1,0 +1,294 @@
+//! The grasps of a file, judged anew on the exact mesh.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+use anyhow::Context;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::summary::{Landscape, summary};
+use super::{number, table, yes};
+use crate::cli::args::{Common, Inspect};
+use crate::cli::{input, print, progress};
+use crate::grasp::closure::{PointContact, contact_forces};
+use crate::grasp::filter::STRICT_FRICTION;
+use crate::grasp::{GraspEnergy, Judgement, MeasuredContact, judge, measure_contacts};
+use crate::store::{Grasp, GraspFile};
+
+/// A row of the file and what was measured.
+#[derive(Debug, Serialize)]
+pub(super) struct Judged {
+    pub(super) id: u64,
+    hand: String,
+    object: String,
+    scale: f64,
+    label: Option<String>,
+    /// As the file tells.
+    pub(super) energy: f64,
+    /// As the file tells.
+    pub(super) terms: BTreeMap<String, f64>,
+    #[serde(flatten)]
+    pub(super) judgement: Judgement,
+    pub(super) passes_published: bool,
+    pub(super) passes_released: bool,
+    /// First reason why the strict filter refuses it.
+    pub(super) objection: Option<&'static str>,
+    pub(super) contacts: Vec<Touch>,
+    #[serde(skip)]
+    bare: Vec<PointContact>,
+}
+
+/// A contact.
+#[derive(Debug, Serialize)]
+pub(super) struct Touch {
+    surface_point: u32,
+    pub(super) link: String,
+    digit: String,
+    distance_m: f64,
+}
+
+/// Everything, for machines.
+#[derive(Serialize)]
+struct Everything<'a> {
+    landscapes: Vec<Landscape>,
+    grasps: &'a [Judged],
+}
+
+pub(super) fn run(command: &Inspect, common: &Common) -> anyhow::Result<()> {
+    let (file, warnings) = input::read(
+        &command.file,
+        command.hand.as_deref(),
+        command.object.as_deref(),
+    )?;
+    if !common.quiet {
+        input::warn(&warnings);
+    }
+    let name = command.file.display();
+    for id in &command.grasp {
+        anyhow::ensure!(
+            file.grasps.iter().any(|grasp| grasp.id == *id),
+            "--grasp {id}: {name} has no grasp with this id"
+        );
+    }
+    let wanted = |grasp: &Grasp| command.grasp.is_empty() || command.grasp.contains(&grasp.id);
+    let count = file.grasps.iter().filter(|grasp| wanted(grasp)).count();
+    let bar = progress::bar("grasps", count as u64, common.quiet);
+    let mut landscapes = Vec::new();
+    let mut all = Vec::new();
+    let mut text = String::new();
+    for population in file.landscapes() {
+        let grasps: Vec<&Grasp> = population
+            .grasps
+            .iter()
+            .copied()
+            .filter(|g| wanted(g))
+            .collect();
+        if grasps.is_empty() {
+            continue;
+        }
+        let energy = input::energy(&file, &population).with_context(|| format!("{name}"))?;
+        let judged: Vec<Judged> = grasps
+            .par_iter()
+            .map(|grasp| {
+                bar.inc(1);
+                judged(&file, &energy, grasp)
+            })
+            .collect();
+        let landscape = Landscape::of(&population, &judged);
+        if !command.grasp.is_empty() {
+            for grasp in &judged {
+                text.push_str(&detail(grasp));
+                text.push('\n');
+            }
+        } else if command.each {
+            text.push_str(&landscape.title());
+            text.push_str(&lines(&judged));
+            text.push('\n');
+        } else {
+            text.push_str(&summary(&landscape, &judged));
+            text.push('\n');
+        }
+        landscapes.push(landscape);
+        all.extend(judged);
+    }
+    bar.finish_and_clear();
+    if command.json {
+        let everything = Everything {
+            landscapes,
+            grasps: &all,
+        };
+        text = serde_json::to_string_pretty(&everything)?;
+    }
+    print(&text);
+    Ok(())
+}
+
+fn judged(file: &GraspFile, energy: &GraspEnergy, grasp: &Grasp) -> Judged {
+    let x = input::coordinates(grasp);
+    let judgement = judge(energy, &x, &grasp.contacts);
+    let hand = energy.hand();
+    let measured = measure_contacts(energy, &x, &grasp.contacts);
+    let touch = |contact: &MeasuredContact| {
+        let link = &hand.links[contact.link.0];
+        Touch {
+            surface_point: contact.surface_point,
+            link: link.name.clone(),
+            digit: hand.digits[link.digit].clone(),
+            distance_m: contact.distance_m,
+        }
+    };
+    let terms = file.metadata.terms.iter().cloned();
+    Judged {
+        id: grasp.id,
+        hand: grasp.hand.clone(),
+        object: grasp.object.clone(),
+        scale: grasp.scale,
+        label: grasp.label.clone().or_else(|| grasp.label_auto.clone()),
+        energy: grasp.energy,
+        terms: terms.zip(grasp.terms.iter().copied()).collect(),
+        passes_published: judgement.passes_published(),
+        passes_released: judgement.passes_released(),
+        objection: judgement.strict_objection(),
+        judgement,
+        contacts: measured.iter().map(touch).collect(),
+        bare: measured.iter().map(|contact| contact.contact).collect(),
+    }
+}
+
+pub(super) fn millimetres(metres: f64) -> String {
+    format!("{:.2}", 1e3 * metres)
+}
+
+pub(super) fn friction(judgement: &Judgement) -> f64 {
+    judgement.least_friction.unwrap_or(f64::INFINITY)
+}
+
+/// One line for each grasp.
+fn lines(judged: &[Judged]) -> String {
+    let header = [
+        "id",
+        "energy",
+        "|Gc|",
+        "friction",
+        "epsilon",
+        "gap mm",
+        "depth mm",
+        "self mm",
+        "digits",
+        "strict filter",
+    ];
+    let mut rows = vec![header.map(str::to_owned).to_vec()];
+    for grasp in judged {
+        let judgement = &grasp.judgement;
+        rows.push(vec![
+            grasp.id.to_string(),
+            number(grasp.energy),
+            number(judgement.net_wrench),
+            number(friction(judgement)),
+            number(judgement.epsilon),
+            millimetres(judgement.gap_m),
+            millimetres(judgement.deepest_m),
+            millimetres(judgement.self_penetration_m),
+            judgement.digits.to_string(),
+            grasp.objection.unwrap_or("passes").to_owned(),
+        ]);
+    }
+    table(&rows)
+}
+
+/// All about one grasp.
+fn detail(grasp: &Judged) -> String {
+    let judgement = &grasp.judgement;
+    let mut text = format!(
+        "grasp {}: {} on {}{}\n\n",
+        grasp.id,
+        grasp.hand,
+        grasp.object,
+        grasp
+            .label
+            .as_ref()
+            .map_or(String::new(), |label| format!(", {label}"))
+    );
+    let lines = [
+        (
+            "strict filter",
+            grasp.objection.map_or("passes".to_owned(), |reason| {
+                format!("refused for {reason}")
+            }),
+        ),
+        (
+            "Eq. 11 as printed",
+            if grasp.passes_published {
+                "passes"
+            } else {
+                "refused"
+            }
+            .to_owned(),
+        ),
+        (
+            "Eq. 11 as released",
+            if grasp.passes_released {
+                "passes"
+            } else {
+                "refused"
+            }
+            .to_owned(),
+        ),
+        ("", String::new()),
+        ("|Gc|", number(judgement.net_wrench)),
+        ("least friction", number(friction(judgement))),
+        (
+            "force closure at 0.5",
+            yes(judgement.force_closure).to_owned(),
+        ),
+        ("epsilon at 0.5", number(judgement.epsilon)),
+        (
+            "farthest contact",
+            format!("{} mm", millimetres(judgement.gap_m)),
+        ),
+        (
+            "deepest penetration",
+            format!("{} mm", millimetres(judgement.deepest_m)),
+        ),
+        (
+            "deepest in itself",
+            format!("{} mm", millimetres(judgement.self_penetration_m)),
+        ),
+        (
+            "beyond joint limits",
+            format!("{:.3} rad", judgement.joint_excess_rad),
+        ),
+        ("", String::new()),
+        ("energy", number(grasp.energy)),
+    ];
+    for (what, value) in lines {
+        let _ = writeln!(text, "{}", format!("{what:<22} {value}").trim_end());
+    }
+    for (term, value) in &grasp.terms {
+        let _ = writeln!(text, "  {term:<20} {}", number(*value));
+    }
+    let forces = contact_forces(&grasp.bare, STRICT_FRICTION);
+    let header = ["contact on", "digit", "point", "distance mm", "force"];
+    let mut rows = vec![header.map(str::to_owned).to_vec()];
+    for (index, touch) in grasp.contacts.iter().enumerate() {
+        let force = forces.as_ref().map_or("-".to_owned(), |found| {
+            number(found.forces[index].dot(&grasp.bare[index].inward_normal))
+        });
+        rows.push(vec![
+            touch.link.clone(),
+            touch.digit.clone(),
+            touch.surface_point.to_string(),
+            millimetres(touch.distance_m),
+            force,
+        ]);
+    }
+    text.push('\n');
+    text.push_str(&table(&rows));
+    text.push_str(if forces.is_some() {
+        "force: share of the normal force that balances as far inside the cones of friction 0.5 as possible\n"
+    } else {
+        "no forces balance at friction 0.5\n"
+    });
+    text
+}

@@ -1,0 +1,105 @@
+//! `landscape inspect`: how good grasps or bare contacts are.
+
+use std::fmt::Write;
+
+use anyhow::Context;
+
+use super::args::{Common, Inspect};
+use super::print;
+
+mod contacts;
+mod grasps;
+mod summary;
+
+/// What a Parquet file begins with.
+const PARQUET: &[u8] = b"PAR1";
+
+pub(super) fn run(command: &Inspect, common: &Common) -> anyhow::Result<()> {
+    let name = command.file.display();
+    let bytes = std::fs::read(&command.file).with_context(|| format!("cannot read {name}"))?;
+    let is_json = bytes.trim_ascii_start().starts_with(b"{");
+    if bytes.starts_with(PARQUET) || !is_json {
+        return grasps::run(command, common);
+    }
+    let flags = [
+        ("--grasp", !command.grasp.is_empty()),
+        ("--each", command.each),
+        ("--hand", command.hand.is_some()),
+        ("--object", command.object.is_some()),
+    ];
+    if let Some((flag, _)) = flags.iter().find(|(_, given)| *given) {
+        anyhow::bail!("{flag}: {name} holds bare contacts, not grasps");
+    }
+    let contacts = contacts::Contacts::read(&bytes).with_context(|| format!("{name}"))?;
+    let report = contacts.judge();
+    if command.json {
+        print(&serde_json::to_string_pretty(&report)?);
+    } else {
+        print(&report.text());
+    }
+    Ok(())
+}
+
+/// Columns aligned: the first to the left, the others to the right.
+fn table(rows: &[Vec<String>]) -> String {
+    let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
+    let width = |column: usize| {
+        let cells = rows.iter().filter_map(|row| row.get(column));
+        cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
+    };
+    let widths: Vec<usize> = (0..columns).map(width).collect();
+    let mut text = String::new();
+    for row in rows {
+        let mut line = String::new();
+        for (column, (cell, width)) in row.iter().zip(&widths).enumerate() {
+            if column == 0 {
+                let _ = write!(line, "{cell:<width$}");
+            } else {
+                let _ = write!(line, "  {cell:>width$}");
+            }
+        }
+        text.push_str(line.trim_end());
+        text.push('\n');
+    }
+    text
+}
+
+/// Four significant digits and no more than that many decimals; `inf` for infinity.
+fn number(value: f64) -> String {
+    if value.is_infinite() {
+        return if value > 0.0 { "inf" } else { "-inf" }.to_owned();
+    }
+    let decimals = match value.abs() {
+        size if size < 10.0 => 4,
+        size if size < 100.0 => 3,
+        size if size < 1000.0 => 2,
+        _ => 0,
+    };
+    let text = format!("{value:.decimals$}");
+    // No minus in front of nothing.
+    if text.trim_start_matches(['-', '0', '.']).is_empty() {
+        text.trim_start_matches('-').to_owned()
+    } else {
+        text
+    }
+}
+
+fn yes(is: bool) -> &'static str {
+    if is { "yes" } else { "no" }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_and_tables() {
+        assert_eq!(number(f64::INFINITY), "inf");
+        assert_eq!(number(-1e-9), "0.0000");
+        assert_eq!(number(-0.12345), "-0.1235");
+        assert_eq!(number(123.456), "123.46");
+        let rows = [vec!["μ", "1.5", "x"], vec!["depth", "10.5"]]
+            .map(|row| row.into_iter().map(str::to_owned).collect());
+        assert_eq!(table(&rows), "μ       1.5  x\ndepth  10.5\n");
+    }
+}

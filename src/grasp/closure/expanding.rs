@@ -1,0 +1,268 @@
+//! The ball about the origin that just fits into a convex body in ℝ⁶, by an expanding polytope.
+//!
+//! The body is known through its support points only: the farthest in a given direction. A simplex of support points
+//! grows by the support point beyond its facet nearest to the origin, until that facet lies on the body. All other facets
+//! lie inside the body and farther out, so the ball is exact although most of the body was never looked at (van den
+//! Bergen 2001 did this in ℝ³ for penetration depths).
+
+use nalgebra::{Matrix6, Vector6};
+
+/// Points closer than this to a facet, relative to the size of the body, lie on it. Much more than round-off, so that no
+/// facet degenerates.
+const THICKNESS: f64 = 1e-11;
+
+/// If round-off breaks a polytope nevertheless, it is built again with facets a hundred times thicker, up to this.
+const THICKEST: f64 = 1e-7;
+
+/// A body thinner than this, relative to its size, is flat.
+const FLATNESS: f64 = 1e-9;
+
+/// A facet of the body: all of the body lies at `normal · w ≤ offset`.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct NearestFacet {
+    pub(super) normal: Vector6<f64>,
+    pub(super) offset: f64,
+}
+
+/// The facet of least signed distance from the origin (negative where the origin lies beyond it) of the body with
+/// this support function.
+///
+/// If the distance is positive it is the radius of the largest ball about the origin inside the body. If it is negative the
+/// origin lies outside, and the facet is one that it lies beyond. A flat body is its own facet, at no positive distance.
+pub(super) fn nearest_facet(support: impl Fn(&Vector6<f64>) -> Vector6<f64>) -> NearestFacet {
+    let mut thickness = THICKNESS;
+    loop {
+        match expand(&support, thickness) {
+            Ok(nearest) => return nearest,
+            Err(bound) if thickness >= THICKEST => return bound,
+            Err(_) => thickness *= 100.0,
+        }
+    }
+}
+
+/// As [`nearest_facet`] with facets of this thickness; where round-off breaks the polytope, the supporting plane that
+/// came nearest to the origin until then.
+fn expand(
+    support: impl Fn(&Vector6<f64>) -> Vector6<f64>,
+    thickness: f64,
+) -> Result<NearestFacet, NearestFacet> {
+    let mut polytope = match Polytope::simplex(&support, thickness) {
+        Ok(polytope) => polytope,
+        Err(flat) => return Ok(flat),
+    };
+    let mut bound = NearestFacet {
+        normal: Vector6::x(),
+        offset: f64::INFINITY,
+    };
+    loop {
+        let nearest = polytope.nearest();
+        let facet = &polytope.facets[nearest];
+        let point = support(&facet.normal);
+        let found = NearestFacet {
+            normal: facet.normal,
+            offset: facet.normal.dot(&point),
+        };
+        if found.offset <= facet.offset + polytope.thickness {
+            return Ok(found);
+        }
+        if found.offset < bound.offset {
+            bound = found;
+        }
+        polytope.grow(nearest, point).ok_or(bound)?;
+    }
+}
+
+struct Facet {
+    corners: [usize; 6],
+    /// Facet across the ridge opposite to each corner.
+    neighbours: [usize; 6],
+    normal: Vector6<f64>,
+    offset: f64,
+    alive: bool,
+}
+
+struct Polytope {
+    points: Vec<Vector6<f64>>,
+    facets: Vec<Facet>,
+    inside: Vector6<f64>,
+    thickness: f64,
+}
+
+impl Polytope {
+    /// Seven support points that span ℝ⁶, or the flat body as a facet.
+    fn simplex(
+        support: impl Fn(&Vector6<f64>) -> Vector6<f64>,
+        thickness: f64,
+    ) -> Result<Self, NearestFacet> {
+        let mut points = vec![support(&Vector6::x())];
+        // Columns: directions of the simplex so far.
+        let mut directions = Matrix6::zeros();
+        let mut size = points[0].norm();
+        for found in 0..6 {
+            let basis = directions.qr().q();
+            let mut farthest = (0.0, points[0]);
+            for k in found..6 {
+                let axis: Vector6<f64> = basis.column(k).into();
+                for direction in [axis, -axis] {
+                    let point = support(&direction);
+                    let extent = direction.dot(&(point - points[0]));
+                    size = size.max(point.norm());
+                    if extent > farthest.0 {
+                        farthest = (extent, point);
+                    }
+                }
+            }
+            if farthest.0 <= FLATNESS * size {
+                let across: Vector6<f64> = basis.column(found).into();
+                let distance = across.dot(&points[0]);
+                return Err(NearestFacet {
+                    normal: across * -distance.signum(),
+                    offset: -distance.abs(),
+                });
+            }
+            directions.set_column(found, &(farthest.1 - points[0]).normalize());
+            points.push(farthest.1);
+        }
+        let mut polytope = Self {
+            inside: points.iter().sum::<Vector6<f64>>() / 7.0,
+            points,
+            facets: Vec::new(),
+            thickness: thickness * size,
+        };
+        for left_out in 0..7 {
+            let others = |own: usize| std::array::from_fn(|k| if k < own { k } else { k + 1 });
+            let corners: [usize; 6] = others(left_out);
+            // Facet k leaves out corner k, so it lies opposite to it.
+            polytope.add(corners, corners);
+        }
+        Ok(polytope)
+    }
+
+    fn add(&mut self, corners: [usize; 6], neighbours: [usize; 6]) {
+        let first = self.points[corners[0]];
+        let mut edges = Matrix6::zeros();
+        for (k, corner) in corners[1..].iter().enumerate() {
+            edges.set_column(k, &(self.points[*corner] - first));
+        }
+        // Householder's Q is orthogonal however flat the facet is; its last column is what five edges leave over.
+        let mut normal: Vector6<f64> = edges.qr().q().column(5).into();
+        if normal.dot(&(first - self.inside)) < 0.0 {
+            normal = -normal;
+        }
+        let offset = corners
+            .iter()
+            .map(|corner| normal.dot(&self.points[*corner]))
+            .fold(f64::NEG_INFINITY, f64::max);
+        self.facets.push(Facet {
+            corners,
+            neighbours,
+            normal,
+            offset,
+            alive: true,
+        });
+    }
+
+    fn nearest(&self) -> usize {
+        let alive = self
+            .facets
+            .iter()
+            .enumerate()
+            .filter(|(_, facet)| facet.alive);
+        alive
+            .min_by(|(_, a), (_, b)| a.offset.total_cmp(&b.offset))
+            .map(|(index, _)| index)
+            .expect("a polytope has facets")
+    }
+
+    /// Adds a point beyond facet `seen_from`: the facets it sees give way to a cone over their rim. `None` where
+    /// round-off lets it see what cannot be seen at once.
+    fn grow(&mut self, seen_from: usize, point: Vector6<f64>) -> Option<()> {
+        if self.points.contains(&point) {
+            return None;
+        }
+        let apex = self.points.len();
+        self.points.push(point);
+        let mut seen = vec![seen_from];
+        self.facets[seen_from].alive = false;
+        let mut rim = Vec::new();
+        let mut next = 0;
+        while let Some(&facet) = seen.get(next) {
+            next += 1;
+            for k in 0..6 {
+                let across = self.facets[facet].neighbours[k];
+                let neighbour = &mut self.facets[across];
+                if neighbour.alive {
+                    if neighbour.normal.dot(&point) > neighbour.offset + self.thickness {
+                        neighbour.alive = false;
+                        seen.push(across);
+                    } else {
+                        rim.push((facet, k, across));
+                    }
+                }
+            }
+        }
+        // Two new facets meet in each four corners that two ridges of the rim share.
+        let mut meetings = Vec::with_capacity(5 * rim.len());
+        let first_new = self.facets.len();
+        for (index, &(facet, k, across)) in rim.iter().enumerate() {
+            let mut corners = self.facets[facet].corners;
+            corners[k] = apex;
+            let new = first_new + index;
+            let mut neighbours = [usize::MAX; 6];
+            neighbours[k] = across;
+            self.add(corners, neighbours);
+            let back = self.facets[across]
+                .neighbours
+                .iter()
+                .position(|&other| other == facet)?;
+            self.facets[across].neighbours[back] = new;
+            for slot in (0..6).filter(|&slot| slot != k) {
+                let mut shared = corners;
+                shared[slot] = apex;
+                shared.sort_unstable();
+                meetings.push((shared, new, slot));
+            }
+        }
+        meetings.sort_unstable();
+        for pair in meetings.chunks(2) {
+            let [(shared, a, slot_a), (other, b, slot_b)] = pair else {
+                return None;
+            };
+            if shared != other {
+                return None;
+            }
+            self.facets[*a].neighbours[*slot_a] = *b;
+            self.facets[*b].neighbours[*slot_b] = *a;
+        }
+        Some(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The facets of a 24-gon times a 24-gon times a 24-gon, each shared by hundreds of corners, without any thickness.
+    #[test]
+    fn round_off_ends_in_a_bound() {
+        let support = |u: &Vector6<f64>| {
+            let mut point = Vector6::zeros();
+            for plane in 0..3 {
+                let corner = (0..24)
+                    .map(|k| (f64::from(k) * std::f64::consts::TAU / 24.0).sin_cos())
+                    .max_by(|a, b| {
+                        let along = |c: &(f64, f64)| c.0 * u[2 * plane] + c.1 * u[2 * plane + 1];
+                        along(a).total_cmp(&along(b))
+                    })
+                    .unwrap();
+                (point[2 * plane], point[2 * plane + 1]) = corner;
+            }
+            point
+        };
+        let inner = (std::f64::consts::PI / 24.0).cos();
+        assert!((nearest_facet(support).offset - inner).abs() < 1e-10);
+        let thin = expand(support, 0.0);
+        let found = thin.unwrap_or_else(|bound| bound);
+        assert!(found.offset > inner - 1e-10, "{found:?}");
+    }
+}

@@ -1,0 +1,91 @@
+//! Judges of bare contacts: the relaxed and the exact force-closure test, contact forces, and the Ferrari–Canny ε. They
+//! know neither hand nor object.
+//!
+//! | question | function |
+//! |---|---|
+//! | what is left over when all push equally along their normals | [`net_wrench`] |
+//! | how much friction is needed for balance | [`least_friction`] |
+//! | does it hold against any wrench at friction μ | [`is_force_closure`] |
+//! | which forces balance | [`contact_forces`] |
+//! | how well does it hold against the worst wrench | [`epsilon()`] |
+
+use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
+
+mod cone_programme;
+mod epsilon;
+mod expanding;
+mod friction;
+mod triangle;
+
+pub use cone_programme::{ContactForces, contact_forces};
+pub use epsilon::{Epsilon, EpsilonSettings, WrenchLimit, epsilon, epsilon_of_wrenches};
+pub use friction::{LARGEST_FRICTION, is_force_closure, least_friction};
+
+/// A point contact: where it pushes and in which direction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PointContact {
+    /// Arm from the torque centre, divided by the length that makes torques comparable to forces.
+    pub arm: Vector3<f64>,
+    /// Inward unit normal: the direction in which the contact pushes the object.
+    pub inward_normal: Vector3<f64>,
+}
+
+impl PointContact {
+    /// Wrench (force, torque) of a unit normal force at this contact.
+    pub fn wrench(&self) -> Vector6<f64> {
+        self.wrench_of(&self.inward_normal)
+    }
+
+    /// Wrench (force, torque) of `force` at this contact.
+    pub fn wrench_of(&self, force: &Vector3<f64>) -> Vector6<f64> {
+        let torque = self.arm.cross(force);
+        Vector6::new(force.x, force.y, force.z, torque.x, torque.y, torque.z)
+    }
+}
+
+/// ‖Gc‖₂, the wrench left over when every contact pushes with a unit force along its normal.
+///
+/// ```text
+/// G = [I … I; [x₁]ₓ … [xₙ]ₓ]  (6 × 3n),   c = (c₁, …, cₙ)
+/// ```
+///
+/// Dimensionless, zero when the normals alone balance. Liu et al. (2021), Eq. 6.
+pub fn net_wrench(contacts: &[PointContact]) -> f64 {
+    contacts
+        .iter()
+        .map(PointContact::wrench)
+        .sum::<Vector6<f64>>()
+        .norm()
+}
+
+/// Smallest eigenvalue of `GGᵀ`: positive when the contacts' forces span all six wrench directions.
+///
+/// Two point contacts always give zero: no force turns the object about the line through them.
+pub fn grasp_matrix_rank_margin(contacts: &[PointContact]) -> f64 {
+    let mut moment = Matrix3::zeros();
+    let mut inertia = Matrix3::zeros();
+    for contact in contacts {
+        let cross = contact.arm.cross_matrix();
+        moment += cross;
+        inertia += cross * cross.transpose();
+    }
+    let mut gram = Matrix6::zeros();
+    gram.fixed_view_mut::<3, 3>(0, 0)
+        .copy_from(&(Matrix3::identity() * contacts.len() as f64));
+    gram.fixed_view_mut::<3, 3>(3, 0).copy_from(&moment);
+    gram.fixed_view_mut::<3, 3>(0, 3)
+        .copy_from(&moment.transpose());
+    gram.fixed_view_mut::<3, 3>(3, 3).copy_from(&inertia);
+    gram.symmetric_eigenvalues().min()
+}
+
+/// The rank condition of force closure, `GGᵀ` ≻ εI, uses this ε (Liu et al. 2021, Eq. 3, with arms of order one).
+pub const RANK_EPSILON: f64 = 1e-4;
+
+/// Two unit vectors perpendicular to a unit vector and to each other.
+fn tangents_of(normal: &Vector3<f64>) -> [Vector3<f64>; 2] {
+    let mut axis = Vector3::zeros();
+    axis[normal.iamin()] = 1.0;
+    let first = normal.cross(&axis).normalize();
+    [first, normal.cross(&first)]
+}
