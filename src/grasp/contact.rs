@@ -286,8 +286,12 @@ impl ContactSearch {
         // As the members get dearer only less of the total is left: this window is wider than any that follow.
         let widest = self.window(own + 2.0 * self.candidates[from].cost, cost);
         for block in from / LANES..usable.div_ceil(LANES) {
-            let squares = self.lanes[block].force_squares(wrench);
             let first = LANES * block;
+            let cheapest = &self.candidates[from.max(first)];
+            if own + 2.0 * cheapest.cost > self.best_total + SLACK {
+                return;
+            }
+            let squares = self.lanes[block].force_squares(wrench);
             for p in from.max(first)..usable.min(first + LANES) {
                 let squared = squares[p - first];
                 if !widest.contains(&squared) {
@@ -295,9 +299,6 @@ impl ContactSearch {
                 }
                 let candidate = self.candidates[p];
                 let least_own = own + 2.0 * candidate.cost;
-                if least_own > self.best_total + SLACK {
-                    return;
-                }
                 if p + 1 < usable && self.window(least_own, cost).contains(&squared) {
                     let mut sum = *wrench;
                     add(&mut sum, &candidate.wrench);
