@@ -33,7 +33,7 @@ struct FileContact {
 /// Contacts that make sense.
 #[derive(Debug)]
 pub(super) struct Contacts {
-    contacts: Vec<PointContact>,
+    points: Vec<PointContact>,
     centre: Vector3<f64>,
     length: f64,
     friction: f64,
@@ -60,7 +60,8 @@ pub(super) struct Report {
 #[derive(Debug, Serialize)]
 struct Forces {
     /// Normal components add up to one.
-    forces: Vec<[f64; 3]>,
+    #[serde(rename = "forces")]
+    vectors: Vec<[f64; 3]>,
     normal: Vec<f64>,
     tangential: Vec<f64>,
     residual: f64,
@@ -105,7 +106,7 @@ impl Contacts {
         };
         let contacts = file.contacts.iter().enumerate().map(contact);
         Ok(Self {
-            contacts: contacts.collect::<anyhow::Result<_>>()?,
+            points: contacts.collect::<anyhow::Result<_>>()?,
             centre,
             length,
             friction,
@@ -113,7 +114,7 @@ impl Contacts {
     }
 
     pub(super) fn judge(&self) -> Report {
-        let (contacts, friction) = (&self.contacts, self.friction);
+        let (contacts, friction) = (&self.points, self.friction);
         let least = least_friction(contacts);
         let resisted = epsilon(
             contacts,
@@ -135,7 +136,7 @@ impl Contacts {
             Forces {
                 tangential: tangential.collect(),
                 normal,
-                forces: found.forces.iter().map(|force| (*force).into()).collect(),
+                vectors: found.forces.iter().map(|force| (*force).into()).collect(),
                 residual: found.residual,
                 violation: found.violation,
             }
@@ -224,7 +225,7 @@ impl Report {
             "z",
         ];
         let mut rows = vec![header.map(str::to_owned).to_vec()];
-        for (index, force) in forces.forces.iter().enumerate() {
+        for (index, force) in forces.vectors.iter().enumerate() {
             let (normal, tangential) = (forces.normal[index], forces.tangential[index]);
             let limit = friction * normal;
             let share = if limit > 0.0 {

@@ -11,7 +11,7 @@ use super::{PointContact, tangents_of};
 
 /// Balanced forces as far inside the friction cones as possible.
 pub(super) struct WidestMargin {
-    /// Largest s for which balanced forces with ‖f_t‖ cos θ ≤ f_n sin θ − s exist.
+    /// Largest s for which balanced forces with ‖fₜ‖ cos θ ≤ fₙ sin θ − s exist.
     pub(super) margin: f64,
     /// ds/dθ.
     pub(super) slope: f64,
@@ -45,7 +45,7 @@ impl WidestMargin {
     }
 }
 
-/// The forces that balance (Gf = 0, Σ f_n = 1, f_n ≥ 0) farthest inside cones of half-angle θ; `None` where no forces
+/// The forces that balance (Gf = 0, Σ fₙ = 1, fₙ ≥ 0) farthest inside cones of half-angle θ; `None` where no forces
 /// balance, whatever the cones.
 pub(super) fn widest_margin(contacts: &[PointContact], half_angle: f64) -> Option<WidestMargin> {
     let n = contacts.len();
@@ -115,7 +115,7 @@ pub struct ContactForces {
     pub forces: Vec<Vector3<f64>>,
     /// ‖Gf‖₂, the wrench left over: round-off.
     pub residual: f64,
-    /// By how much the worst force lies outside its cone: max over contacts of ‖f_t‖ − μ f_n and −f_n; negative inside.
+    /// By how much the worst force lies outside its cone: max over contacts of ‖fₜ‖ − μ fₙ and −fₙ; negative inside.
     pub violation: f64,
 }
 
@@ -123,10 +123,10 @@ pub struct ContactForces {
 /// are none.
 ///
 /// ```text
-/// max s   with   ‖f_t,i‖ cos θ ≤ f_n,i sin θ − s,   f_n,i ≥ 0,   Σ f_n,i = 1,   Gf = 0,   tan θ = μ
+/// max s   with   ‖fₜ,i‖ cos θ ≤ fₙ,i sin θ − s,   fₙ,i ≥ 0,   Σ fₙ,i = 1,   Gf = 0,   tan θ = μ
 /// ```
 ///
-/// Solved as a second-order cone programme, then projected onto Gf = 0, Σ f_n = 1, so that ‖Gf‖ ≤ 10⁻⁹ (usually
+/// Solved as a second-order cone programme, then projected onto Gf = 0, Σ fₙ = 1, so that ‖Gf‖ ≤ 10⁻⁹ (usually
 /// 10⁻¹⁶); the cones hold to about 10⁻⁸. With [`least_friction`](super::least_friction) as `friction` the forces are
 /// those that need the least friction, and lie on the cones.
 ///
@@ -164,7 +164,7 @@ pub fn contact_forces(contacts: &[PointContact], friction: f64) -> Option<Contac
     })
 }
 
-/// The nearest forces with Gf = 0 and Σ f_n = 1.
+/// The nearest forces with Gf = 0 and Σ fₙ = 1.
 fn balanced(contacts: &[PointContact], mut forces: Vec<Vector3<f64>>) -> Vec<Vector3<f64>> {
     let rows: Vec<_> = contacts
         .iter()

@@ -59,7 +59,7 @@ pub struct Epsilon {
 ///
 /// ```text
 /// ε = min over ‖u‖ = 1 of max over w ∈ W of u·w
-/// W = conv ⋃ᵢ Wᵢ  (Σ f_n = 1)   or   ⊕ᵢ conv(0, Wᵢ)  (f_n,i ≤ 1)
+/// W = conv ⋃ᵢ Wᵢ  (Σ fₙ = 1)   or   ⊕ᵢ conv(0, Wᵢ)  (fₙ,i ≤ 1)
 /// Wᵢ = { (f, σ xᵢ × f) : f = cᵢ + μ (cos(2πk/m) t₁ + sin(2πk/m) t₂), k = 0 … m−1 }
 /// ```
 ///

@@ -45,7 +45,7 @@ pub fn is_force_closure(contacts: &[PointContact], friction: f64) -> bool {
 /// [`LARGEST_FRICTION`] suffices. Does not look at the rank condition.
 ///
 /// ```text
-/// μ₀ = inf { μ : ∃ f, ‖f_t,i‖ ≤ μ f_n,i, f_n,i ≥ 0, Σ f_n,i = 1, Gf = 0 }
+/// μ₀ = inf { μ : ∃ f, ‖fₜ,i‖ ≤ μ fₙ,i, fₙ,i ≥ 0, Σ fₙ,i = 1, Gf = 0 }
 /// ```
 ///
 /// * Two contacts: the forces lie on the connecting line, μ₀ = max tan ∠(normal, line).
@@ -306,7 +306,6 @@ mod tests {
                 );
                 close += u64::from(difference < 1e-6);
             }
-            println!("{kind} {finite} {close}");
             assert!(10 * finite > 8 * sets, "kind {kind}: {finite} finite");
             assert!(100 * close > 96 * sets, "kind {kind}: {close} within 1e-6");
         }

@@ -123,7 +123,10 @@ impl NearSearch {
         for (link, frame) in self.links.iter_mut().zip(&posed.object_from_link) {
             let reach = band_m + slope * link.moved_m(frame);
             // A bound that is not a number rules nothing out.
-            let marked = link.order.iter().take_while(|(bound, _)| !(*bound > reach));
+            let marked = link
+                .order
+                .iter()
+                .take_while(|(bound, _)| bound.is_nan() || reach.is_nan() || *bound <= reach);
             for (_, index) in marked {
                 self.marks[*index as usize / 64] |= 1 << (index % 64);
                 link.in_vain += 1;

@@ -30,7 +30,7 @@ pub(super) struct Scratch {
 }
 
 impl Scratch {
-    fn new() -> Self {
+    fn fresh() -> Self {
         Self {
             distance_factor: 1.0,
             ..Self::default()
@@ -42,7 +42,7 @@ impl GraspEnergy {
     /// Works with the scratch whose memory is nearest to `x`; threads that work elsewhere do not take each other's.
     pub(super) fn with_scratch<R>(&self, x: &[f64], work: impl FnOnce(&mut Scratch) -> R) -> R {
         let pool = || self.scratch.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut scratch = take_nearest(&mut pool(), x).unwrap_or_else(Scratch::new);
+        let mut scratch = take_nearest(&mut pool(), x).unwrap_or_else(Scratch::fresh);
         let result = work(&mut scratch);
         pool().push(scratch);
         result
@@ -51,7 +51,7 @@ impl GraspEnergy {
     /// A scratch that knows what the last one used knows.
     pub(super) fn copy_of_scratch(&self) -> Scratch {
         let pool = self.scratch.lock().unwrap_or_else(PoisonError::into_inner);
-        pool.last().cloned().unwrap_or_else(Scratch::new)
+        pool.last().cloned().unwrap_or_else(Scratch::fresh)
     }
 
     /// Poses the links of the hand, unless they are there already.
