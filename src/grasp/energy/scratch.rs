@@ -22,19 +22,44 @@ pub(super) struct Scratch {
     pub(super) proximity: Proximity,
     pub(super) forces: Forces,
     /// Energy and forces of the contact-free terms, if they were computed at the current pose.
-    pub(super) contact_free: Option<(f64, Forces)>,
+    pub(super) contact_free: Option<ContactFree>,
     pub(super) contacts: Vec<Contact>,
     pub(super) search: ContactSearch,
     pub(super) warm: Vec<u32>,
-    pub(super) distance_factor: f64,
+    pub(super) ramp: Ramp,
+}
+
+/// Energy and forces of the terms that need no contacts.
+#[derive(Debug, Clone, Default)]
+pub(super) struct ContactFree {
+    /// The factor on depths they were computed with.
+    pub(super) depth_factor: f64,
+    pub(super) energy: f64,
+    pub(super) forces: Forces,
+}
+
+/// Factors on weights while a synthesis begins softly.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ramp {
+    /// On the weight of contact distances.
+    pub distance: f64,
+    /// On the weights of depths: hand in object, object in hand, hand in hand.
+    pub depth: f64,
+}
+
+impl Default for Ramp {
+    /// The energy as it is.
+    fn default() -> Self {
+        Self {
+            distance: 1.0,
+            depth: 1.0,
+        }
+    }
 }
 
 impl Scratch {
     fn new() -> Self {
-        Self {
-            distance_factor: 1.0,
-            ..Self::default()
-        }
+        Self::default()
     }
 }
 
@@ -107,7 +132,7 @@ impl GraspEnergy {
             proximity: &scratch.proximity,
             contacts: &scratch.contacts,
             unit_m: self.unit_m,
-            distance_factor: scratch.distance_factor,
+            distance_factor: scratch.ramp.distance,
         }
     }
 }
