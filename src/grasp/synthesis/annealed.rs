@@ -10,6 +10,9 @@ use crate::sample::{Law, Rng, State};
 /// Steps between two changes of the weights; each change costs one more evaluation.
 const RAMP_EVERY: u32 = 50;
 
+/// Length of the first step; it adapts within a hundred or two.
+const FIRST_STEP_M: f64 = 0.003;
+
 /// What changes along a chain: temperature and weights.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Schedule {
@@ -63,7 +66,7 @@ pub(super) fn anneal(
 ) -> State {
     let mut kernel = GraspKernel::new(energy).with_step_scales(settings.step_scales);
     let mut proposal = State::default();
-    let mut log_step = (0.01f64).ln();
+    let mut log_step = FIRST_STEP_M.ln();
     for n in 0..schedule.steps {
         let temperature = schedule.temperature(n);
         if n % RAMP_EVERY == 0 {

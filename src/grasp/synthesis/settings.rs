@@ -102,15 +102,15 @@ impl Default for SynthesisSettings {
     fn default() -> Self {
         Self {
             sampler: Sampler::Annealed,
-            start: Start::Surface,
-            start_candidates: 1,
+            start: Start::EvenSurface,
+            start_candidates: 200,
             steps: 10_000,
-            attempts: 1,
-            temperature_start: 0.3,
+            attempts: 8,
+            temperature_start: 0.1,
             temperature_end: 0.002,
-            ramp_start: 0.05,
+            ramp_start: 0.02,
             ramp_share: 0.8,
-            ramp_depths: false,
+            ramp_depths: true,
             contact_probability: 0.2,
             contact_moves: ContactMoves::HeatBath,
             step_scales: StepScales::Levers,
@@ -126,6 +126,8 @@ impl SynthesisSettings {
         Self {
             sampler: Sampler::Released,
             start: Start::Gaussian,
+            start_candidates: 1,
+            attempts: 1,
             contact_probability: 0.15,
             ..Self::default()
         }
