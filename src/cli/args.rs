@@ -127,7 +127,7 @@ pub(super) struct Synth {
     /// Seed of every random draw.
     #[arg(long, default_value_t = 0)]
     pub(super) seed: u64,
-    /// Energy and sampler: `default` (smooth, physical) or `paper` (as published).
+    /// Energy and sampler: `default` (smooth, physical), `paper` (as printed) or `released` (as the authors' code has it).
     #[arg(
         long,
         default_value = "default",

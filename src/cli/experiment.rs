@@ -16,12 +16,16 @@ pub(super) struct Experiment {
     pub(super) synthesis: SynthesisSettings,
 }
 
-const PRESETS: [(&str, &str); 2] = [
+const PRESETS: [(&str, &str); 3] = [
     (
         "default",
         include_str!("../../data/experiments/default.toml"),
     ),
     ("paper", include_str!("../../data/experiments/paper.toml")),
+    (
+        "released",
+        include_str!("../../data/experiments/released.toml"),
+    ),
 ];
 
 impl Experiment {
@@ -67,6 +71,11 @@ mod tests {
             synthesis: SynthesisSettings::paper(),
         };
         assert_eq!(Experiment::preset("paper").unwrap(), paper);
+        let released = Experiment {
+            energy: EnergySettings::released(),
+            synthesis: SynthesisSettings::released(),
+        };
+        assert_eq!(Experiment::preset("released").unwrap(), released);
     }
 
     #[test]

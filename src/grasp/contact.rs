@@ -7,11 +7,15 @@
 
 use std::ops::RangeInclusive;
 
-/// How the left-over wrench is turned into an energy: `weight · (√(‖Gc‖² + rounding²) − rounding)`.
+use super::term::NormForm;
+
+/// How the left-over wrench is turned into an energy: `weight · (√(‖Gc‖² + rounding²) − rounding)` or `weight · ‖Gc‖²`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WrenchCost {
     /// Energy per unit of ‖Gc‖ far from zero.
     pub weight: f64,
+    /// Norm or square.
+    pub form: NormForm,
     /// Radius within which the norm is rounded off (0: the plain norm).
     pub rounding: f64,
 }
@@ -19,7 +23,13 @@ pub struct WrenchCost {
 impl WrenchCost {
     /// Energy of a left-over wrench of this norm squared.
     pub fn of_squared(&self, norm_squared: f64) -> f64 {
-        self.weight * ((norm_squared + self.rounding * self.rounding).sqrt() - self.rounding)
+        self.weight
+            * match self.form {
+                NormForm::Norm => {
+                    (norm_squared + self.rounding * self.rounding).sqrt() - self.rounding
+                }
+                NormForm::Square => norm_squared,
+            }
     }
 
     /// Largest norm that costs at most `energy`.
@@ -30,10 +40,7 @@ impl WrenchCost {
         if self.weight == 0.0 {
             return f64::INFINITY;
         }
-        let total = energy / self.weight + self.rounding;
-        (total * total - self.rounding * self.rounding)
-            .max(0.0)
-            .sqrt()
+        self.form.reach(energy / self.weight, self.rounding)
     }
 }
 
@@ -87,6 +94,16 @@ impl ContactSearch {
             .extend(self.candidates.chunks(LANES).map(Lanes::of));
         self.best.clear();
         self.best_total = f64::INFINITY;
+    }
+
+    /// Number of candidates.
+    pub fn len(&self) -> usize {
+        self.candidates.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.candidates.is_empty()
     }
 
     /// Total of a given set of positions in the candidate list, summed in index order so that it does not depend on the
@@ -358,6 +375,13 @@ impl ContactSearch {
         self.candidates[..count].iter().map(|c| c.cost).sum()
     }
 
+    /// Least own cost of any `count` points together, of which those that are not among the candidates cost at least
+    /// `outside` each.
+    pub fn floor_with(&self, count: usize, outside: f64) -> f64 {
+        let known = self.candidates.iter().map(|c| c.cost.min(outside));
+        known.chain(std::iter::repeat(outside)).take(count).sum()
+    }
+
     /// The best set found, as sorted surface-point indices.
     pub fn best(&self) -> &[u32] {
         &self.best
@@ -567,6 +591,7 @@ mod tests {
                 let candidates = random_candidates(18, seed);
                 let cost = WrenchCost {
                     weight: 1.0,
+                    form: NormForm::Norm,
                     rounding,
                 };
                 let (total, set) = brute_force(&candidates, size, &cost);
@@ -585,6 +610,7 @@ mod tests {
     fn too_few_candidates() {
         let cost = WrenchCost {
             weight: 1.0,
+            form: NormForm::Norm,
             rounding: 0.0,
         };
         let mut search = ContactSearch::default();

@@ -2,7 +2,8 @@
 
 use rand::RngExt;
 
-use super::energy::GraspEnergy;
+use super::energy::{GraspEnergy, Ramp};
+use super::synthesis::StepScales;
 use crate::energy::Energy;
 use crate::sample::{Kernel, Law, Rng, State, langevin};
 use crate::space::Space;
@@ -17,8 +18,8 @@ pub struct GraspKernel<'a> {
     scales: Vec<f64>,
     /// Probability of a contact move (1 − ρ in Liu et al. 2021, Algorithm 1).
     pub contact_probability: f64,
-    /// Factor on the distance weight, see [`GraspEnergy::evaluate_ramped`].
-    pub distance_factor: f64,
+    /// Factors on weights, see [`GraspEnergy::evaluate_ramped`].
+    pub ramp: Ramp,
 }
 
 /// Contacts whose weight in the heat bath is below e⁻³⁰ of the largest are not looked at.
@@ -31,8 +32,18 @@ impl<'a> GraspKernel<'a> {
             energy,
             scales: energy.space().step_scales(),
             contact_probability: 0.2,
-            distance_factor: 1.0,
+            ramp: Ramp::default(),
         }
+    }
+
+    /// The same kernel with the noise of pose moves scaled in this way.
+    #[must_use]
+    pub fn with_step_scales(mut self, scales: StepScales) -> Self {
+        self.scales = match scales {
+            StepScales::Levers => self.energy.space().step_scales(),
+            StepScales::Metric => vec![1.0; self.energy.space().tangents()],
+        };
+        self
     }
 
     /// Energy of `state`'s pose and contact set, written into it with its gradient.
@@ -41,7 +52,7 @@ impl<'a> GraspKernel<'a> {
         state.energy = self.energy.evaluate_ramped(
             &state.coordinates,
             &state.discrete,
-            self.distance_factor,
+            self.ramp,
             &mut state.gradient,
         );
     }
@@ -66,7 +77,7 @@ impl<'a> GraspKernel<'a> {
             proposal,
             |x, gradient| {
                 self.energy
-                    .evaluate_ramped(x, &state.discrete, self.distance_factor, gradient)
+                    .evaluate_ramped(x, &state.discrete, self.ramp, gradient)
             },
         )
     }
@@ -90,7 +101,7 @@ impl<'a> GraspKernel<'a> {
         let options = self.energy.completions(
             &state.coordinates,
             &others,
-            self.distance_factor,
+            self.ramp.distance,
             NEGLIGIBLE * temperature,
         );
         let least = options.iter().fold(f64::INFINITY, |m, (_, e)| m.min(*e));
@@ -112,6 +123,22 @@ impl<'a> GraspKernel<'a> {
             self.evaluate(proposal);
         }
         0.0
+    }
+
+    /// Proposes any candidate in the place of one contact; returns the logarithm of the acceptance ratio.
+    pub fn move_contact_uniformly(
+        &self,
+        state: &State,
+        temperature: f64,
+        rng: &mut Rng,
+        proposal: &mut State,
+    ) -> f64 {
+        proposal.clone_from(state);
+        let candidates = self.energy.contact_candidates();
+        let slot = rng.random_range(0..proposal.discrete.len());
+        proposal.discrete[slot] = candidates[rng.random_range(0..candidates.len())];
+        self.evaluate(proposal);
+        (state.energy - proposal.energy) / temperature
     }
 }
 

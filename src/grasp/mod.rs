@@ -6,6 +6,7 @@
 
 pub mod closure;
 pub mod contact;
+pub mod diversity;
 pub mod energy;
 pub mod filter;
 pub mod hand;
@@ -18,6 +19,7 @@ pub mod start;
 pub mod synthesis;
 pub mod term;
 
+pub use diversity::Diversity;
 pub use energy::{EnergySettings, GraspEnergy};
 pub use filter::{Judgement, MeasuredContact, judge, measure_contacts};
 pub use kernel::GraspKernel;

@@ -5,7 +5,7 @@ use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::hand::Hand;
-use super::object::Object;
+use super::object::{Object, SurfaceSample};
 use crate::sample::Rng;
 use crate::space::pose_coordinates;
 
@@ -24,6 +24,16 @@ const JOINT_SHARE: f64 = 0.15;
 /// After the initialisation of `DexGraspNet` (Wang et al. 2023), without its convex hull: the surface point is one of the
 /// object's evenly spread samples, so that starts are spread over the whole object.
 pub fn start_pose(hand: &Hand, object: &Object, rng: &mut Rng) -> Vec<f64> {
+    let samples = &object.surface_samples;
+    draw(hand, rng, |rng| samples[rng.random_range(0..samples.len())])
+}
+
+/// A random pose with the palm facing `faced`, fingers near rest.
+pub fn start_pose_facing(hand: &Hand, faced: &SurfaceSample, rng: &mut Rng) -> Vec<f64> {
+    draw(hand, rng, |_| *faced)
+}
+
+fn draw(hand: &Hand, rng: &mut Rng, faced: impl FnOnce(&mut Rng) -> SurfaceSample) -> Vec<f64> {
     let mut normal = || -> f64 { StandardNormal.sample(rng) };
     let tilt = [TILT_RAD * normal(), TILT_RAD * normal()];
     let joints: Vec<f64> = hand
@@ -35,7 +45,7 @@ pub fn start_pose(hand: &Hand, object: &Object, rng: &mut Rng) -> Vec<f64> {
             (rest + JOINT_SHARE * (upper - lower) * normal()).clamp(lower, upper)
         })
         .collect();
-    let faced = object.surface_samples[rng.random_range(0..object.surface_samples.len())];
+    let faced = faced(rng);
     let outward = Unit::new_normalize(faced.normal);
     let roll = rng.random_range(0.0..std::f64::consts::TAU);
     let gap_m = rng.random_range(GAP_M);

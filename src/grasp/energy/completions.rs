@@ -24,7 +24,7 @@ impl GraspEnergy {
                 .distance
                 .reach_m(allowance / distance_factor, self.unit_m);
             self.measure(FIRST_BAND_M, surely_m.min(FIRST_BAND_M), scratch);
-            while scratch.near.is_empty() {
+            while !scratch.near.iter().any(|near| self.may_touch(near)) {
                 self.measure(2.0 * scratch.band_m, 0.0, scratch);
             }
             let cheapest = scratch
@@ -47,7 +47,7 @@ impl GraspEnergy {
             scratch
                 .near
                 .iter()
-                .filter(|near| !others.contains(&near.index))
+                .filter(|near| self.may_touch(near) && !others.contains(&near.index))
                 .filter_map(|near| {
                     let net = rest + self.contact_at(near)?.wrench();
                     let own = cost(near.distance_m);

@@ -2,8 +2,8 @@
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use super::GraspEnergy;
 use super::scratch::Scratch;
+use super::{GraspEnergy, Ramp};
 use crate::energy::Energy;
 use crate::space::Space;
 
@@ -56,7 +56,7 @@ impl Energy for Local<'_> {
 
     fn evaluate_choice(&self, x: &[f64], choice: &[u32], gradient: &mut [f64]) -> f64 {
         self.energy
-            .held(x, choice, 1.0, gradient, &mut self.scratch())
+            .held(x, choice, Ramp::default(), gradient, &mut self.scratch())
     }
 
     fn local(&self) -> Option<Box<dyn Energy + '_>> {

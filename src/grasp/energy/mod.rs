@@ -4,6 +4,7 @@ mod completions;
 mod local;
 mod near;
 mod probe;
+mod promise;
 mod scratch;
 mod search;
 mod settings;
@@ -11,13 +12,15 @@ mod settings;
 use std::sync::{Arc, Mutex};
 
 pub use probe::THROUGH_M;
+pub use scratch::Ramp;
 use scratch::Scratch;
-pub use settings::{EnergySettings, EnergySettingsError, Unit};
+pub use settings::{Candidates, EnergySettings, EnergySettingsError, Unit};
 
 use super::hand::Hand;
 use super::object::Object;
 use super::term::{
-    Distance, ForceClosure, Intrusion, JointLimits, Penetration, Prior, Rank, SelfPenetration, Term,
+    Alignment, Distance, ForceClosure, Intrusion, JointLimits, Penetration, Prior, Rank,
+    SelfPenetration, Term,
 };
 use crate::energy::Energy;
 use crate::space::{PoseMetric, PoseSpace, Space};
@@ -41,9 +44,14 @@ pub struct GraspEnergy {
     force_closure: ForceClosure,
     rank: Rank,
     distance: Distance,
+    alignment: Alignment,
     penetration: Penetration,
     intrusion: Intrusion,
+    self_penetration: SelfPenetration,
     pose_terms: Vec<Box<dyn Term>>,
+    /// Whether each surface point may be a contact, and the list of those that may.
+    may_touch: Vec<bool>,
+    contact_candidates: Vec<u32>,
     scratch: Mutex<Vec<Scratch>>,
 }
 
@@ -70,11 +78,18 @@ impl GraspEnergy {
         };
         let metric = hand.pose_metric();
         let space = PoseSpace::new(metric.clone(), object.symmetry.clone());
+        let may_touch = settings.candidates.of(&hand);
+        let contact_candidates: Vec<u32> = (0u32..)
+            .zip(&may_touch)
+            .filter_map(|(index, may)| may.then_some(index))
+            .collect();
+        if contact_candidates.len() < settings.contacts {
+            return Err(EnergySettingsError::Candidates {
+                found: contact_candidates.len(),
+                contacts: settings.contacts,
+            });
+        }
         let pose_terms: Vec<Box<dyn Term>> = vec![
-            Box::new(SelfPenetration {
-                weight: settings.self_penetration_weight,
-                rounding_m: settings.depth_rounding_m,
-            }),
             Box::new(JointLimits {
                 weight: settings.joint_limits_weight,
                 rounding_rad: settings.joint_limits_rounding_rad,
@@ -91,15 +106,21 @@ impl GraspEnergy {
             unit_m,
             force_closure: ForceClosure {
                 weight: settings.force_closure_weight,
+                form: settings.force_closure_form,
                 rounding: settings.force_closure_rounding,
             },
             rank: Rank {
                 weight: settings.rank_weight,
+                form: settings.rank_form,
                 epsilon: settings.rank_epsilon,
             },
             distance: Distance {
                 weight: settings.distance_weight,
+                form: settings.distance_form,
                 rounding_m: settings.distance_rounding_m,
+            },
+            alignment: Alignment {
+                weight: settings.alignment_weight,
             },
             penetration: Penetration {
                 weight: settings.penetration_weight,
@@ -111,7 +132,13 @@ impl GraspEnergy {
                 free_m: settings.intrusion_free_m,
                 rounding_m: settings.depth_rounding_m,
             },
+            self_penetration: SelfPenetration {
+                weight: settings.self_penetration_weight,
+                rounding_m: settings.depth_rounding_m,
+            },
             pose_terms,
+            may_touch,
+            contact_candidates,
             hand,
             object,
             scratch: Mutex::new(Vec::new()),
@@ -137,6 +164,11 @@ impl GraspEnergy {
         &self.object
     }
 
+    /// Surface points that may be contacts, by index.
+    pub fn contact_candidates(&self) -> &[u32] {
+        &self.contact_candidates
+    }
+
     /// The settings it was made with.
     pub fn settings(&self) -> &EnergySettings {
         &self.settings
@@ -152,35 +184,34 @@ impl GraspEnergy {
         self.unit_m
     }
 
-    /// The terms that need no contacts, in a fixed order.
-    fn contact_free_terms(&self) -> impl Iterator<Item = &dyn Term> {
-        let depth: [(&dyn Term, f64); 2] = [
+    /// The terms about depths, in a fixed order.
+    fn depth_terms(&self) -> impl Iterator<Item = &dyn Term> {
+        let terms: [(&dyn Term, f64); 3] = [
             (&self.penetration, self.penetration.weight),
             (&self.intrusion, self.intrusion.weight),
+            (&self.self_penetration, self.self_penetration.weight),
         ];
-        let pose = [
-            self.settings.self_penetration_weight,
+        active(terms)
+    }
+
+    /// The terms of the hand alone.
+    fn pose_terms(&self) -> impl Iterator<Item = &dyn Term> {
+        let weights = [
             self.settings.joint_limits_weight,
             self.settings.prior_weight,
         ];
-        depth
-            .into_iter()
-            .chain(self.pose_terms.iter().map(|t| &**t).zip(pose))
-            .filter(|(_, weight)| *weight > 0.0)
-            .map(|(term, _)| term)
+        active(self.pose_terms.iter().map(|t| &**t).zip(weights))
     }
 
     /// The terms of a contact set.
     fn contact_terms(&self) -> impl Iterator<Item = &dyn Term> {
-        let terms: [(&dyn Term, f64); 3] = [
+        let terms: [(&dyn Term, f64); 4] = [
             (&self.force_closure, self.force_closure.weight),
             (&self.rank, self.rank.weight),
             (&self.distance, self.distance.weight),
+            (&self.alignment, self.alignment.weight),
         ];
-        terms
-            .into_iter()
-            .filter(|(_, weight)| *weight > 0.0)
-            .map(|(term, _)| term)
+        active(terms)
     }
 
     fn add_terms<'a>(
@@ -198,9 +229,11 @@ impl GraspEnergy {
 
     /// Energy and forces of the terms that need no contacts, into `scratch.forces`.
     fn contact_free(&self, x: &[f64], scratch: &mut Scratch) -> f64 {
-        if let Some((energy, forces)) = &scratch.contact_free {
-            scratch.forces.clone_from(forces);
-            return *energy;
+        if let Some(known) = &scratch.contact_free
+            && known.depth_factor == scratch.ramp.depth
+        {
+            scratch.forces.clone_from(&known.forces);
+            return known.energy;
         }
         let clearance_m = self.penetration.clearance_m;
         if scratch.band_m.is_nan() || scratch.band_m < clearance_m {
@@ -210,10 +243,17 @@ impl GraspEnergy {
         scratch
             .forces
             .reset(self.hand.links.len(), self.hand.joints.len());
-        let energy = self.add_terms(self.contact_free_terms(), x, scratch);
+        let mut energy = self.add_terms(self.depth_terms(), x, scratch);
+        let factor = scratch.ramp.depth;
+        if scratch.ramp != Ramp::default() {
+            energy *= factor;
+            scratch.forces.scale(factor);
+        }
+        energy += self.add_terms(self.pose_terms(), x, scratch);
         let known = scratch.contact_free.get_or_insert_default();
-        known.0 = energy;
-        known.1.clone_from(&scratch.forces);
+        known.depth_factor = factor;
+        known.energy = energy;
+        known.forces.clone_from(&scratch.forces);
         energy
     }
 
@@ -225,7 +265,7 @@ impl GraspEnergy {
                 .proximity
                 .update_intruders(hand, posed, &self.object);
         }
-        if self.settings.self_penetration_weight > 0.0 {
+        if self.self_penetration.weight > 0.0 {
             scratch.proximity.update_pairs(hand, posed);
         }
     }
@@ -254,7 +294,9 @@ impl GraspEnergy {
     fn envelope(&self, x: &[f64], gradient: &mut [f64], cutoff: f64, scratch: &mut Scratch) -> f64 {
         self.pose(x, scratch);
         self.measure_candidates(scratch);
-        let base = self.contact_free(x, scratch);
+        let free = self.contact_free(x, scratch);
+        // The search counts the alignment from its least value.
+        let base = free - self.alignment.weight;
         if base > cutoff {
             return base;
         }
@@ -263,7 +305,7 @@ impl GraspEnergy {
             return base + contact_part;
         }
         let choice = scratch.search.best().to_vec();
-        base + self.finish(x, &choice, scratch, gradient)
+        free + self.finish(x, &choice, scratch, gradient)
     }
 
     /// The envelope at `x`, or the energy of a good contact set above `ceiling`.
@@ -271,7 +313,7 @@ impl GraspEnergy {
         self.pose(x, scratch);
         self.measure_candidates(scratch);
         let base = self.contact_free(x, scratch);
-        self.search_roughly_above(ceiling - base, scratch);
+        self.search_roughly_above(ceiling - base + self.alignment.weight, scratch);
         let choice = scratch.search.best().to_vec();
         base + self.finish(x, &choice, scratch, gradient)
     }
@@ -287,15 +329,15 @@ impl GraspEnergy {
         &self,
         x: &[f64],
         choice: &[u32],
-        distance_factor: f64,
+        ramp: Ramp,
         gradient: &mut [f64],
         scratch: &mut Scratch,
     ) -> f64 {
         self.pose(x, scratch);
+        scratch.ramp = ramp;
         let base = self.contact_free(x, scratch);
-        scratch.distance_factor = distance_factor;
         let energy = base + self.finish(x, choice, scratch, gradient);
-        scratch.distance_factor = 1.0;
+        scratch.ramp = Ramp::default();
         energy
     }
 }
@@ -322,7 +364,7 @@ impl Energy for GraspEnergy {
     }
 
     fn evaluate_choice(&self, x: &[f64], choice: &[u32], gradient: &mut [f64]) -> f64 {
-        self.evaluate_ramped(x, choice, 1.0, gradient)
+        self.evaluate_ramped(x, choice, Ramp::default(), gradient)
     }
 
     fn local(&self) -> Option<Box<dyn Energy + '_>> {
@@ -348,7 +390,7 @@ impl Energy for GraspEnergy {
 }
 
 impl GraspEnergy {
-    /// E(H, x, O) with the weight of the contact distances multiplied by `distance_factor`, as synthesis ramps it.
+    /// E(H, x, O) with the weights of contact distances and depths multiplied by `ramp`, as synthesis ramps them.
     ///
     /// # Panics
     /// If a slice has the wrong length.
@@ -356,11 +398,11 @@ impl GraspEnergy {
         &self,
         x: &[f64],
         choice: &[u32],
-        distance_factor: f64,
+        ramp: Ramp,
         gradient: &mut [f64],
     ) -> f64 {
         self.with_scratch(x, |scratch| {
-            self.held(x, choice, distance_factor, gradient, scratch)
+            self.held(x, choice, ramp, gradient, scratch)
         })
     }
 
@@ -377,7 +419,8 @@ impl GraspEnergy {
             let scene = self.scene(x, scratch);
             let terms = self
                 .contact_terms()
-                .chain(self.contact_free_terms())
+                .chain(self.depth_terms())
+                .chain(self.pose_terms())
                 .map(|term| (term.name().to_owned(), term.add(&scene, &mut forces)))
                 .collect();
             scratch.forces = forces;
@@ -388,8 +431,19 @@ impl GraspEnergy {
     /// Names of the terms, in the order of [`Energy::terms`].
     pub fn term_names(&self) -> Vec<String> {
         self.contact_terms()
-            .chain(self.contact_free_terms())
+            .chain(self.depth_terms())
+            .chain(self.pose_terms())
             .map(|term| term.name().to_owned())
             .collect()
     }
+}
+
+/// The terms whose weight is not zero.
+fn active<'a>(
+    terms: impl IntoIterator<Item = (&'a dyn Term, f64)>,
+) -> impl Iterator<Item = &'a dyn Term> {
+    terms
+        .into_iter()
+        .filter(|(_, weight)| *weight > 0.0)
+        .map(|(term, _)| term)
 }

@@ -22,18 +22,37 @@ pub(super) struct Scratch {
     pub(super) proximity: Proximity,
     pub(super) forces: Forces,
     /// Energy and forces of the contact-free terms, if they were computed at the current pose.
-    pub(super) contact_free: Option<(f64, Forces)>,
+    pub(super) contact_free: Option<ContactFree>,
     pub(super) contacts: Vec<Contact>,
     pub(super) search: ContactSearch,
     pub(super) warm: Vec<u32>,
-    pub(super) distance_factor: f64,
+    pub(super) ramp: Ramp,
 }
 
-impl Scratch {
-    fn fresh() -> Self {
+/// Energy and forces of the terms that need no contacts.
+#[derive(Debug, Clone, Default)]
+pub(super) struct ContactFree {
+    /// The factor on depths they were computed with.
+    pub(super) depth_factor: f64,
+    pub(super) energy: f64,
+    pub(super) forces: Forces,
+}
+
+/// Factors on weights while a synthesis begins softly.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ramp {
+    /// On the weight of contact distances.
+    pub distance: f64,
+    /// On the weights of depths: hand in object, object in hand, hand in hand.
+    pub depth: f64,
+}
+
+impl Default for Ramp {
+    /// The energy as it is.
+    fn default() -> Self {
         Self {
-            distance_factor: 1.0,
-            ..Self::default()
+            distance: 1.0,
+            depth: 1.0,
         }
     }
 }
@@ -42,7 +61,7 @@ impl GraspEnergy {
     /// Works with the scratch whose memory is nearest to `x`; threads that work elsewhere do not take each other's.
     pub(super) fn with_scratch<R>(&self, x: &[f64], work: impl FnOnce(&mut Scratch) -> R) -> R {
         let pool = || self.scratch.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut scratch = take_nearest(&mut pool(), x).unwrap_or_else(Scratch::fresh);
+        let mut scratch = take_nearest(&mut pool(), x).unwrap_or_default();
         let result = work(&mut scratch);
         pool().push(scratch);
         result
@@ -51,7 +70,7 @@ impl GraspEnergy {
     /// A scratch that knows what the last one used knows.
     pub(super) fn copy_of_scratch(&self) -> Scratch {
         let pool = self.scratch.lock().unwrap_or_else(PoisonError::into_inner);
-        pool.last().cloned().unwrap_or_else(Scratch::fresh)
+        pool.last().cloned().unwrap_or_default()
     }
 
     /// Poses the links of the hand, unless they are there already.
@@ -107,7 +126,7 @@ impl GraspEnergy {
             proximity: &scratch.proximity,
             contacts: &scratch.contacts,
             unit_m: self.unit_m,
-            distance_factor: scratch.distance_factor,
+            distance_factor: scratch.ramp.distance,
         }
     }
 }

@@ -4,6 +4,7 @@ use super::scratch::Scratch;
 use super::{FIRST_BAND_M, GraspEnergy};
 use crate::grasp::closure::PointContact;
 use crate::grasp::contact::{Candidate, WrenchCost};
+use crate::grasp::hand::PosedHand;
 use crate::grasp::term::NearPoint;
 
 impl GraspEnergy {
@@ -11,6 +12,11 @@ impl GraspEnergy {
     pub(super) fn measure_candidates(&self, scratch: &mut Scratch) {
         let band_m = FIRST_BAND_M.max(self.penetration.clearance_m);
         self.measure(band_m, band_m, scratch);
+    }
+
+    /// Whether a surface point may be a contact.
+    pub(super) fn may_touch(&self, near: &NearPoint) -> bool {
+        self.may_touch[near.index as usize]
     }
 
     /// The contact that a surface point near the object would make; `None` where the object has no normal.
@@ -25,14 +31,30 @@ impl GraspEnergy {
         })
     }
 
+    /// The candidate that a surface point near the object is; `None` where the object has no normal.
+    pub(super) fn candidate(&self, near: &NearPoint, posed: &PosedHand) -> Option<Candidate> {
+        let contact = self.contact_at(near)?;
+        Some(Candidate {
+            index: near.index,
+            cost: self.own_cost(near, &contact, posed),
+            wrench: contact.wrench().into(),
+        })
+    }
+
+    /// Cost of a contact that does not depend on the others; the alignment counts from its least value.
+    fn own_cost(&self, near: &NearPoint, contact: &PointContact, posed: &PosedHand) -> f64 {
+        let distance = self.distance.cost(near.distance_m, self.unit_m);
+        if self.alignment.weight == 0.0 {
+            return distance;
+        }
+        let outward = self.hand.point_normal(posed, near.index as usize);
+        let size = self.settings.contacts;
+        distance + self.alignment.cost(&outward, &contact.inward_normal, size)
+    }
+
     fn list_candidates(&self, scratch: &mut Scratch) {
-        let candidates = scratch.near.iter().filter_map(|near| {
-            Some(Candidate {
-                index: near.index,
-                cost: self.distance.cost(near.distance_m, self.unit_m),
-                wrench: self.contact_at(near)?.wrench().into(),
-            })
-        });
+        let may_touch = scratch.near.iter().filter(|near| self.may_touch(near));
+        let candidates = may_touch.filter_map(|near| self.candidate(near, &scratch.posed));
         scratch.search.begin(candidates);
     }
 
@@ -45,12 +67,13 @@ impl GraspEnergy {
     pub(super) fn wrench_cost(&self) -> WrenchCost {
         WrenchCost {
             weight: self.force_closure.weight,
+            form: self.force_closure.form,
             rounding: self.force_closure.rounding,
         }
     }
 
     /// Leaves the best contact set at the posed hand in `scratch.search` and returns its contact energy, or a lower
-    /// bound of it above `cutoff`.
+    /// bound of it above `cutoff`; the alignment counts from its least value, so that no cost is negative.
     ///
     /// With a rank weight the set is the minimum of the other contact terms: the rank term is zero but for degenerate
     /// sets, and its value is added to the energy.
@@ -66,7 +89,7 @@ impl GraspEnergy {
         loop {
             let band_m = scratch.band_m;
             let everything = scratch.near.len() == self.hand.surface.len();
-            if scratch.near.len() < size && !everything {
+            if scratch.search.len() < size && !everything {
                 self.widen(2.0 * band_m, scratch);
                 continue;
             }
@@ -75,10 +98,11 @@ impl GraspEnergy {
                 return floor;
             }
             let total = scratch.search.descend(size, &scratch.warm, &cost);
-            // A member of a better set costs at most what the others leave of the total.
-            let needed_m = self
-                .distance
-                .reach_m(total - scratch.search.floor(size - 1), self.unit_m);
+            // A member of a better set costs at most what the others leave of the total. Of others outside the band nothing
+            // but the distance is sure to cost something.
+            let outside = self.distance.cost(band_m, self.unit_m);
+            let others = scratch.search.floor_with(size - 1, outside);
+            let needed_m = self.distance.reach_m(total - others, self.unit_m);
             if needed_m > band_m && !everything {
                 // Also when few candidates made the first total poor: the wider list has a better one.
                 remember(scratch);
@@ -96,11 +120,10 @@ impl GraspEnergy {
     pub(super) fn search_roughly_above(&self, ceiling: f64, scratch: &mut Scratch) -> f64 {
         let size = self.settings.contacts;
         let cost = self.wrench_cost();
-        while scratch.near.len() < size.min(self.hand.surface.len()) {
-            let band_m = 2.0 * scratch.band_m;
-            self.measure(band_m, band_m, scratch);
-        }
         self.list_candidates(scratch);
+        while scratch.search.len() < size && scratch.near.len() < self.hand.surface.len() {
+            self.widen(2.0 * scratch.band_m, scratch);
+        }
         let total = scratch.search.descend_cold(size, &cost, ceiling);
         if total > ceiling {
             return total;

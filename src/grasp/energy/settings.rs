@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::grasp::term::PriorForm;
+use crate::grasp::filter::AUTHORS_UNIT_M;
+use crate::grasp::hand::Hand;
+use crate::grasp::term::{NormForm, PriorForm, RankForm};
 
 /// The length that divides arms, distances and depths, and so makes the energy dimensionless.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -14,26 +16,57 @@ pub enum Unit {
     Metres(f64),
 }
 
+/// Which surface points of the hand may be contacts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Candidates {
+    /// All.
+    All,
+    /// Those on the tips and pads of the last links of the digits.
+    Fingertips,
+}
+
+impl Candidates {
+    /// For each surface point of `hand`, whether it is one.
+    pub fn of(self, hand: &Hand) -> Vec<bool> {
+        let is_candidate = |point| match self {
+            Self::All => true,
+            Self::Fingertips => hand.is_fingertip(point),
+        };
+        hand.surface.iter().map(is_candidate).collect()
+    }
+}
+
 /// Which terms make the grasp energy, with weights and roundings. Read from a TOML file; see `data/experiments/`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct EnergySettings {
     /// Number of contacts n. Three equal unit forces balance only at 120°, so pinches need four.
     pub contacts: usize,
+    /// Which surface points may be contacts.
+    pub candidates: Candidates,
     /// The length that makes the energy dimensionless.
     pub unit: Unit,
     /// Weight of the left-over wrench.
     pub force_closure_weight: f64,
+    /// Its norm or its square.
+    pub force_closure_form: NormForm,
     /// Rounding of its norm, dimensionless.
     pub force_closure_rounding: f64,
     /// Weight of the rank condition.
     pub rank_weight: f64,
+    /// The least eigenvalue or all.
+    pub rank_form: RankForm,
     /// Its threshold ε.
     pub rank_epsilon: f64,
-    /// Weight of contact distances per unit length.
+    /// Weight of contact distances per unit length (or its square).
     pub distance_weight: f64,
+    /// The distances or their squares.
+    pub distance_form: NormForm,
     /// Their rounding, metres.
     pub distance_rounding_m: f64,
+    /// Weight of the agreement of the hand's normals with the object's at the contacts.
+    pub alignment_weight: f64,
     /// Weight of hand points inside the object per unit length.
     pub penetration_weight: f64,
     /// Weight of object points inside the hand per unit length.
@@ -60,13 +93,18 @@ impl Default for EnergySettings {
     fn default() -> Self {
         Self {
             contacts: 4,
+            candidates: Candidates::All,
             unit: Unit::ObjectRadius,
             force_closure_weight: 1.0,
+            force_closure_form: NormForm::Norm,
             force_closure_rounding: 0.05,
             rank_weight: 0.0,
+            rank_form: RankForm::Least,
             rank_epsilon: 1e-4,
             distance_weight: 10.0,
+            distance_form: NormForm::Norm,
             distance_rounding_m: 0.002,
+            alignment_weight: 0.0,
             penetration_weight: 10.0,
             intrusion_weight: 10.0,
             intrusion_free_m: 0.0015,
@@ -85,13 +123,18 @@ impl EnergySettings {
     pub fn paper() -> Self {
         Self {
             contacts: 3,
+            candidates: Candidates::All,
             unit: Unit::ObjectRadius,
             force_closure_weight: 1.0,
+            force_closure_form: NormForm::Norm,
             force_closure_rounding: 0.0,
             rank_weight: 1.0,
+            rank_form: RankForm::Least,
             rank_epsilon: 1e-4,
             distance_weight: 1.0,
+            distance_form: NormForm::Norm,
             distance_rounding_m: 0.0,
+            alignment_weight: 0.0,
             penetration_weight: 1.0,
             intrusion_weight: 0.0,
             intrusion_free_m: 0.0,
@@ -101,6 +144,23 @@ impl EnergySettings {
             joint_limits_rounding_rad: 0.02,
             prior_weight: 1.0,
             prior_form: PriorForm::Norm,
+        }
+    }
+
+    /// What the authors' code computes: squared norms, ten times the penetration, the rank term over all eigenvalues, and
+    /// an alignment term that the paper does not mention; lengths in units of 120 mm.
+    pub fn released() -> Self {
+        Self {
+            contacts: 5,
+            unit: Unit::Metres(AUTHORS_UNIT_M),
+            force_closure_form: NormForm::Square,
+            rank_form: RankForm::Sum,
+            rank_epsilon: 0.01,
+            distance_form: NormForm::Square,
+            alignment_weight: 1.0,
+            penetration_weight: 10.0,
+            prior_form: PriorForm::StandardScores,
+            ..Self::paper()
         }
     }
 
@@ -127,6 +187,7 @@ impl EnergySettings {
             ("rank_epsilon", self.rank_epsilon),
             ("distance_weight", self.distance_weight),
             ("distance_rounding_m", self.distance_rounding_m),
+            ("alignment_weight", self.alignment_weight),
             ("penetration_weight", self.penetration_weight),
             ("intrusion_weight", self.intrusion_weight),
             ("self_penetration_weight", self.self_penetration_weight),
@@ -151,6 +212,14 @@ pub enum EnergySettingsError {
     /// Outside 2..=8.
     #[error("contacts = {0}: between 2 and 8 contacts make a grasp")]
     Contacts(usize),
+    /// Fewer candidates than contacts.
+    #[error("only {found} surface points of the hand may be contacts, {contacts} are needed")]
+    Candidates {
+        /// Candidates.
+        found: usize,
+        /// Contacts asked for.
+        contacts: usize,
+    },
     /// Negative, NaN or infinite.
     #[error("{name} = {value}: must be finite and not negative")]
     Value {

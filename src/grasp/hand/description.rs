@@ -16,7 +16,7 @@ pub(super) fn read(text: &str, side_file: Option<&str>) -> Result<Hand, HandErro
     let capsules = capsules(&robot, &side, &links)?;
     let digits = region::assign_digits(&mut links, &joints, &capsules, &side)?;
     let (rest_rad, cast_rad) = prior::poses(&joints, &side)?;
-    let precision = prior::precision(&joints, &side)?;
+    let prior = prior::gaussian(rest_rad, &joints, &side)?;
 
     let mut hand = Hand {
         name: side.name.clone().unwrap_or_else(|| robot.name.clone()),
@@ -29,10 +29,7 @@ pub(super) fn read(text: &str, side_file: Option<&str>) -> Result<Hand, HandErro
         surface: Vec::new(),
         digits,
         regions: Vec::new(),
-        prior: super::PosePrior {
-            rest_rad,
-            precision,
-        },
+        prior,
         palm: PalmFrame {
             centre: Vector3::zeros(),
             volar: Vector3::z(),

@@ -141,6 +141,8 @@ pub struct PosePrior {
     pub rest_rad: Vec<f64>,
     /// Precision Λ, row-major k × k, 1/rad².
     pub precision: Vec<f64>,
+    /// Standard deviations of the single joints, √(Λ⁻¹)ᵢᵢ, radians.
+    pub deviations_rad: Vec<f64>,
 }
 
 /// A kinematic tree with limits, geometry, surface points and a rest pose.
@@ -274,6 +276,19 @@ impl Hand {
         self.link_points = (0..self.links.len())
             .map(|l| first(l)..first(l + 1))
             .collect();
+    }
+
+    /// Whether a surface point lies on the tip or pad of the last link of a digit; on the last link of a digit where the
+    /// hand names no pads.
+    pub fn is_fingertip(&self, point: &SurfacePoint) -> bool {
+        let link = point.link.0;
+        let beyond = link + 1..self.subtree_ends[link];
+        let last = !self.capsules.iter().any(|c| beyond.contains(&c.link.0));
+        let region = &self.regions[point.region];
+        let behind = [".back", ".radial", ".ulnar"]
+            .iter()
+            .any(|side| region.ends_with(side));
+        self.links[link].digit > 0 && last && !behind
     }
 
     /// Number of the link with this name.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::{DMatrix, DVector};
 
 use super::side_file::SideFile;
-use super::{HandError, Joint};
+use super::{HandError, Joint, PosePrior};
 
 /// Standard deviation of a joint as a share of its range: the limits lie two standard deviations from the middle.
 const DEVIATION_OF_RANGE: f64 = 0.25;
@@ -34,7 +34,7 @@ pub(super) fn poses(joints: &[Joint], side: &SideFile) -> Result<(Vec<f64>, Vec<
     Ok((rest, cast))
 }
 
-/// Precision of the prior, row-major.
+/// The prior about a rest pose.
 ///
 /// ```text
 /// Λ = (D C D)⁻¹,   C = (1 − ι) k Σ vᵢ uᵢ uᵢᵀ / Σ vᵢ + ι I
@@ -43,7 +43,11 @@ pub(super) fn poses(joints: &[Joint], side: &SideFile) -> Result<(Vec<f64>, Vec<
 /// D: standard deviations, a quarter of each joint's range; `uᵢ`, `vᵢ`: orthonormalised synergies and their shares of
 /// variance; ι: share that is independent from joint to joint (1 without synergies). The trace of C is the number of
 /// joints k, whatever the shares.
-pub(super) fn precision(joints: &[Joint], side: &SideFile) -> Result<Vec<f64>, HandError> {
+pub(super) fn gaussian(
+    rest_rad: Vec<f64>,
+    joints: &[Joint],
+    side: &SideFile,
+) -> Result<PosePrior, HandError> {
     let count = joints.len();
     let independent = side
         .independent_share
@@ -81,12 +85,17 @@ pub(super) fn precision(joints: &[Joint], side: &SideFile) -> Result<Vec<f64>, H
         covariance.row_mut(i).scale_mut(deviation);
         covariance.column_mut(i).scale_mut(deviation);
     }
+    let deviations_rad = covariance.diagonal().map(f64::sqrt).as_slice().to_vec();
     let mut precision = covariance
         .cholesky()
         .expect("a positive share of it is diagonal")
         .inverse();
     precision.fill_lower_triangle_with_upper_triangle();
-    Ok(precision.as_slice().to_vec())
+    Ok(PosePrior {
+        rest_rad,
+        precision: precision.as_slice().to_vec(),
+        deviations_rad,
+    })
 }
 
 fn check_share(what: &str, value: f64) -> Result<(), HandError> {

@@ -1,6 +1,6 @@
 //! Contacts lie on the object's surface.
 
-use super::{Forces, Scene, Term, rounded_norm};
+use super::{Forces, NormForm, Scene, Term};
 
 /// Distance of the contacts from the surface, on either side.
 ///
@@ -8,11 +8,14 @@ use super::{Forces, Scene, Term, rounded_norm};
 /// E = w Σᵢ (√(dᵢ² + r²) − r) / unit
 /// ```
 ///
-/// Liu et al. (2021), Eq. 7, last term (there r = 0). Never capped: a cap would make every release cost the same.
+/// Liu et al. (2021), Eq. 7, last term (there r = 0); their code has w Σᵢ (dᵢ/unit)². Never capped: a cap would make every
+/// release cost the same.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Distance {
-    /// Weight w per unit length.
+    /// Weight w per unit length (or its square).
     pub weight: f64,
+    /// Norm or square.
+    pub form: NormForm,
     /// Rounding r, metres.
     pub rounding_m: f64,
 }
@@ -20,7 +23,7 @@ pub struct Distance {
 impl Distance {
     /// Cost of one contact at signed distance `distance_m`.
     pub fn cost(&self, distance_m: f64, unit_m: f64) -> f64 {
-        self.weight * rounded_norm(distance_m, self.rounding_m).0 / unit_m
+        self.weight * self.value(distance_m, unit_m).0
     }
 
     /// Largest distance from the surface that costs at most `cost`.
@@ -28,10 +31,18 @@ impl Distance {
         if self.weight == 0.0 {
             return f64::INFINITY;
         }
-        let total = cost.max(0.0) * unit_m / self.weight + self.rounding_m;
-        (total * total - self.rounding_m * self.rounding_m)
-            .max(0.0)
-            .sqrt()
+        unit_m
+            * self
+                .form
+                .reach(cost / self.weight, self.rounding_m / unit_m)
+    }
+
+    /// Energy at weight 1 and its derivative by the distance.
+    fn value(&self, distance_m: f64, unit_m: f64) -> (f64, f64) {
+        let (value, slope) = self
+            .form
+            .apply(distance_m / unit_m, self.rounding_m / unit_m);
+        (value, slope / unit_m)
     }
 }
 
@@ -41,10 +52,10 @@ impl Term for Distance {
     }
 
     fn add(&self, scene: &Scene<'_>, forces: &mut Forces) -> f64 {
-        let scale = self.weight * scene.distance_factor / scene.unit_m;
+        let scale = self.weight * scene.distance_factor;
         let mut energy = 0.0;
         for contact in scene.contacts {
-            let (value, slope) = rounded_norm(contact.distance_m, self.rounding_m);
+            let (value, slope) = self.value(contact.distance_m, scene.unit_m);
             energy += scale * value;
             forces.push(
                 contact.link,

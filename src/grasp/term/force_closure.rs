@@ -1,8 +1,9 @@
 //! Relaxed force closure and the rank condition.
 
 use nalgebra::{Matrix6, Vector3, Vector6};
+use serde::{Deserialize, Serialize};
 
-use super::{Contact, Forces, Scene, Term, rounded_norm};
+use super::{Contact, Forces, NormForm, Scene, Term};
 use crate::grasp::closure::PointContact;
 
 /// The wrench left over when every contact pushes with a unit force along the object's inward normal.
@@ -12,11 +13,13 @@ use crate::grasp::closure::PointContact;
 /// ```
 ///
 /// Normals turn as contacts move, so the derivative contains the shape's curvature. Liu et al. (2021), Eq. 7; r = 0 is
-/// the printed form, r > 0 makes it smooth where the contacts balance.
+/// the printed form, r > 0 makes it smooth where the contacts balance; their code has w ‖Gc‖².
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ForceClosure {
     /// Weight w.
     pub weight: f64,
+    /// Norm or square.
+    pub form: NormForm,
     /// Rounding r of the norm.
     pub rounding: f64,
 }
@@ -39,7 +42,7 @@ pub(crate) fn point_contact(
 }
 
 /// Adds ∂E/∂pᵢ from the derivatives of E by the contact's normal (`by_normal`) and by its arm (`by_arm`).
-fn push(
+pub(super) fn push(
     contact: &Contact,
     unit_m: f64,
     by_normal: &Vector3<f64>,
@@ -71,7 +74,7 @@ impl Term for ForceClosure {
         };
         let net: Vector6<f64> = contacts().map(|(_, c)| c.wrench()).sum();
         let norm = net.norm();
-        let (value, slope) = rounded_norm(norm, self.rounding);
+        let (value, slope) = self.form.apply(norm, self.rounding);
         if norm > 0.0 {
             let by_wrench = net * (self.weight * slope / norm);
             let by_force = by_wrench.fixed_rows::<3>(0).into_owned();
@@ -90,17 +93,29 @@ impl Term for ForceClosure {
     }
 }
 
+/// Which eigenvalues of `GGᵀ` the rank condition looks at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum RankForm {
+    /// The least: max(0, ε − λ_min), as printed.
+    Least,
+    /// All: Σₖ max(0, ε − λₖ)², as coded.
+    Sum,
+}
+
 /// The rank condition of force closure as a penalty.
 ///
 /// ```text
-/// E = w max(0, ε − λ_min(GGᵀ))
+/// E = w max(0, ε − λ_min(GGᵀ))    or    w Σₖ max(0, ε − λₖ(GGᵀ))²
 /// ```
 ///
-/// Liu et al. (2021), Eq. 7, first term.
+/// Liu et al. (2021), Eq. 7, first term; the sum is their code's.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rank {
     /// Weight w.
     pub weight: f64,
+    /// Least eigenvalue or all.
+    pub form: RankForm,
     /// Threshold ε.
     pub epsilon: f64,
 }
@@ -138,15 +153,29 @@ impl Term for Rank {
         }
         let eigen = gram.symmetric_eigen();
         let least = eigen.eigenvalues.imin();
-        let vector = eigen.eigenvectors.column(least);
-        let by_force = vector.fixed_rows::<3>(0).into_owned();
-        let by_torque = vector.fixed_rows::<3>(3).into_owned();
-        for (contact, arm) in arms() {
-            // λ = Σᵢ ‖u + tᵢ‖² with u the force part and tᵢ = [aᵢ]ₓᵀ v = v × aᵢ, so ∂λ/∂aᵢ = 2 (u + v×aᵢ) × v.
-            let spread = by_force + by_torque.cross(&arm);
-            let force = spread.cross(&by_torque) * (-2.0 * self.weight / scene.unit_m);
-            forces.push(contact.link, &contact.point, &force);
+        let mut energy = 0.0;
+        for (k, eigenvalue) in eigen.eigenvalues.iter().enumerate() {
+            let lack = self.epsilon - eigenvalue;
+            let (value, slope) = match self.form {
+                RankForm::Least if k == least => (lack, 1.0),
+                RankForm::Sum if lack > 0.0 => (lack * lack, 2.0 * lack),
+                RankForm::Least | RankForm::Sum => continue,
+            };
+            energy += self.weight * value;
+            let vector = eigen.eigenvectors.column(k);
+            let by_force = vector.fixed_rows::<3>(0).into_owned();
+            let by_torque = vector.fixed_rows::<3>(3).into_owned();
+            for (contact, arm) in arms() {
+                // λ = Σᵢ ‖u + tᵢ‖² with u the force part and tᵢ = [aᵢ]ₓᵀ v = v × aᵢ, so ∂λ/∂aᵢ = 2 (u + v×aᵢ) × v.
+                let spread = by_force + by_torque.cross(&arm);
+                let factor = -2.0 * self.weight * slope / scene.unit_m;
+                forces.push(
+                    contact.link,
+                    &contact.point,
+                    &(spread.cross(&by_torque) * factor),
+                );
+            }
         }
-        self.weight * (self.epsilon - eigen.eigenvalues[least])
+        energy
     }
 }

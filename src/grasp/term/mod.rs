@@ -4,10 +4,12 @@
 //! the derivative of the pose once ([`Hand::pull_back`](super::hand::Hand::pull_back)).
 
 use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
 
 use super::hand::{Hand, LinkId, PosedHand, Wrench};
 use super::object::Object;
 
+mod alignment;
 mod distance;
 mod force_closure;
 mod intrusion;
@@ -17,9 +19,10 @@ mod prior;
 mod proximity;
 mod self_penetration;
 
+pub use alignment::Alignment;
 pub use distance::Distance;
 pub(crate) use force_closure::point_contact;
-pub use force_closure::{ForceClosure, Rank};
+pub use force_closure::{ForceClosure, Rank, RankForm};
 pub use intrusion::Intrusion;
 pub(crate) use intrusion::for_each_intruder;
 pub use joint_limits::JointLimits;
@@ -100,9 +103,25 @@ impl Forces {
         self.joints.resize(joints, 0.0);
     }
 
+    /// Multiplies everything collected so far.
+    pub fn scale(&mut self, factor: f64) {
+        for wrench in &mut self.wrenches {
+            wrench.force *= factor;
+            wrench.moment *= factor;
+        }
+        for force in &mut self.joints {
+            *force *= factor;
+        }
+    }
+
     /// Adds ∂E/∂p = `force` at `point` of `link`.
     pub fn push(&mut self, link: LinkId, point: &Vector3<f64>, force: &Vector3<f64>) {
         self.wrenches[link.0].add(point, force);
+    }
+
+    /// Adds the derivative `moment` of E by turns of `link` (about any point: no point of it moves).
+    pub fn turn(&mut self, link: LinkId, moment: &Vector3<f64>) {
+        self.wrenches[link.0].moment += moment;
     }
 }
 
@@ -113,6 +132,38 @@ pub trait Term: std::fmt::Debug + Send + Sync {
 
     /// Energy of this term; adds its derivative to `forces`.
     fn add(&self, scene: &Scene<'_>, forces: &mut Forces) -> f64;
+}
+
+/// How a length becomes an energy.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum NormForm {
+    /// √(s² + r²) − r: the norm, rounded off within r.
+    Norm,
+    /// s², as the code of Liu et al. (2021) has it where its text has the norm. Nothing is rounded.
+    Square,
+}
+
+impl NormForm {
+    /// Energy of a length s and its derivative.
+    pub fn apply(self, s: f64, rounding: f64) -> (f64, f64) {
+        match self {
+            Self::Norm => rounded_norm(s, rounding),
+            Self::Square => (s * s, 2.0 * s),
+        }
+    }
+
+    /// Largest length that costs at most `energy`.
+    pub fn reach(self, energy: f64, rounding: f64) -> f64 {
+        let energy = energy.max(0.0);
+        match self {
+            Self::Norm => {
+                let total = energy + rounding;
+                (total * total - rounding * rounding).max(0.0).sqrt()
+            }
+            Self::Square => energy.sqrt(),
+        }
+    }
 }
 
 /// √(s² + r²) − r and its derivative by s: a norm rounded off within `rounding`.

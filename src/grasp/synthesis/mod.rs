@@ -1,0 +1,219 @@
+//! Synthesis: one chain from a start pose to a grasp.
+
+mod annealed;
+mod released;
+mod settings;
+mod start;
+
+use rand::RngExt;
+use serde::{Deserialize, Serialize};
+
+use self::annealed::{Schedule, anneal};
+pub use self::settings::{
+    ContactMoves, Refinement, Sampler, Start, StepScales, SynthesisSettings, SynthesisSettingsError,
+};
+use super::energy::GraspEnergy;
+use super::filter::judge;
+use crate::energy::Energy;
+use crate::optimize::{self, QuenchSettings};
+use crate::sample::{Rng, State, Task, stream};
+
+/// What a chain ended with.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Synthesized {
+    /// Number of the chain: its random stream.
+    pub chain: u64,
+    /// Pose at the end of the chain, before refinement.
+    pub raw: Vec<f64>,
+    /// Contact set at the end of the chain.
+    pub raw_contacts: Vec<u32>,
+    /// Pose after refinement on the envelope.
+    pub refined: Vec<f64>,
+    /// Best contact set of the refined pose.
+    pub contacts: Vec<u32>,
+    /// E(H, O) of the refined pose.
+    pub energy: f64,
+    /// Steps of the chain.
+    pub steps: u64,
+    /// Energy evaluations spent, refinement included.
+    pub evaluations: u64,
+}
+
+/// What is shown every state of a chain: the number of steps so far and the state.
+type Observe<'a> = &'a mut dyn FnMut(u32, &State);
+
+/// Runs chain number `chain` under `seed` and refines its end.
+///
+/// Chains are independent: the result depends on the energy, the settings, the seed and the number only.
+pub fn synthesize(
+    energy: &GraspEnergy,
+    settings: &SynthesisSettings,
+    refine: &QuenchSettings,
+    seed: u64,
+    chain: u64,
+) -> Synthesized {
+    synthesize_observed(energy, settings, refine, seed, chain, &mut |_, _| ())
+}
+
+/// As [`synthesize`], and shows `observe` every state of the chain: the start as number 0, the state after step n as
+/// number n. A further attempt shows its start with the number of steps before it.
+///
+/// A state's energy is what the chain sees: while the annealed sampler ramps weights, it is E(H, x, O) with the weights of
+/// that step ([`GraspEnergy::evaluate_ramped`]).
+pub fn synthesize_observed(
+    energy: &GraspEnergy,
+    settings: &SynthesisSettings,
+    refine: &QuenchSettings,
+    seed: u64,
+    chain: u64,
+    observe: &mut dyn FnMut(u32, &State),
+) -> Synthesized {
+    let mut rng = stream(seed, Task::Synthesis, chain);
+    let mut best: Option<Synthesized> = None;
+    let (mut steps, mut evaluations) = (0, 0);
+    for attempt in 0..settings.attempts {
+        let share = attempt_steps(settings, attempt);
+        let start = start::start(energy, settings, chain, &mut rng);
+        evaluations += u64::from(settings.start_candidates) + u64::from(share);
+        let end = walk(energy, settings, start, share, &mut rng, &mut |n, state| {
+            observe(steps + n, state);
+        });
+        steps += share;
+        let only = settings.attempts == 1;
+        let (found, passes) = finish(energy, settings, refine, end, only);
+        evaluations += found.evaluations;
+        if passes
+            || best
+                .as_ref()
+                .is_none_or(|known| found.energy < known.energy)
+        {
+            best = Some(found);
+        }
+        if passes {
+            break;
+        }
+    }
+    let best = best.expect("there is at least one attempt");
+    Synthesized {
+        chain,
+        steps: u64::from(steps),
+        evaluations,
+        ..best
+    }
+}
+
+/// Steps of attempt number `attempt`: the steps of the chain, divided as evenly as whole numbers allow.
+fn attempt_steps(settings: &SynthesisSettings, attempt: u32) -> u32 {
+    let extra = u32::from(attempt < settings.steps % settings.attempts);
+    settings.steps / settings.attempts + extra
+}
+
+/// Ends of a walk: its last state and, where the sampler refines by itself, the refined one.
+struct End {
+    raw: State,
+    refined: State,
+    evaluations: u64,
+}
+
+fn walk(
+    energy: &GraspEnergy,
+    settings: &SynthesisSettings,
+    start: State,
+    steps: u32,
+    rng: &mut Rng,
+    observe: Observe<'_>,
+) -> End {
+    match settings.sampler {
+        Sampler::Annealed => {
+            let schedule = Schedule::new(settings, steps);
+            let raw = anneal(energy, settings, &schedule, start, rng, observe);
+            End {
+                refined: raw.clone(),
+                raw,
+                evaluations: 0,
+            }
+        }
+        Sampler::Released => {
+            let mut chain = released::Chain::new(energy, start);
+            chain.run(settings, steps, rng, observe);
+            let raw = chain.state().clone();
+            let mut evaluations = 0;
+            if settings.refinement == Refinement::Noisy {
+                evaluations = u64::from(chain.refine(rng));
+            }
+            End {
+                raw,
+                refined: chain.state().clone(),
+                evaluations,
+            }
+        }
+    }
+}
+
+/// A descent that only tells whether an attempt came to a grasp.
+fn trial_settings(refine: &QuenchSettings) -> QuenchSettings {
+    refine
+        .clone()
+        .with_gradient_tolerance(TRIAL_TOLERANCE.max(refine.gradient_tolerance))
+        .with_max_evaluations(TRIAL_EVALUATIONS.min(refine.max_evaluations))
+}
+
+/// Energy per metre: over the millimetres that are left, far less than what tells grasps apart.
+const TRIAL_TOLERANCE: f64 = 1e-2;
+const TRIAL_EVALUATIONS: usize = 300;
+
+/// Refines the end of a walk and tells whether it passes the strict filter (not asked of the only attempt).
+///
+/// Of several attempts, one that fails after a rough descent is not refined any further.
+fn finish(
+    energy: &GraspEnergy,
+    settings: &SynthesisSettings,
+    refine: &QuenchSettings,
+    end: End,
+    only: bool,
+) -> (Synthesized, bool) {
+    let mut found = Synthesized {
+        chain: 0,
+        raw: end.raw.coordinates,
+        raw_contacts: end.raw.discrete,
+        refined: end.refined.coordinates,
+        contacts: end.refined.discrete,
+        energy: f64::NAN,
+        steps: 0,
+        evaluations: end.evaluations,
+    };
+    let passes = |found: &Synthesized| {
+        !only && judge(energy, &found.refined, &found.contacts).passes_strict()
+    };
+    if settings.refinement == Refinement::Quench {
+        if !only {
+            descend(energy, &trial_settings(refine), &mut found);
+            if !passes(&found) {
+                return (found, false);
+            }
+        }
+        descend(energy, refine, &mut found);
+    } else {
+        let mut unused = vec![0.0; energy.space().tangents()];
+        found.energy = energy.evaluate_choice(&found.refined, &found.contacts, &mut unused);
+    }
+    let passes = passes(&found);
+    (found, passes)
+}
+
+fn descend(energy: &GraspEnergy, settings: &QuenchSettings, found: &mut Synthesized) {
+    let quench = optimize::quench(energy, &found.refined, settings);
+    found.evaluations += quench.evaluations as u64;
+    found.contacts = energy.choice(&quench.x);
+    found.refined = quench.x;
+    found.energy = quench.energy;
+}
+
+/// Metropolis: replaces `state` by `proposal` with probability min(1, eʳ).
+fn accept(state: &mut State, proposal: &mut State, log_ratio: f64, rng: &mut Rng) -> bool {
+    let accepted = rng.random::<f64>().ln() < log_ratio;
+    if accepted {
+        std::mem::swap(state, proposal);
+    }
+    accepted
+}

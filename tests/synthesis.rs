@@ -1,0 +1,216 @@
+//! Synthesis: starts, attempts, refinements, and what a watcher is shown.
+#![cfg(feature = "grasp")]
+
+use std::sync::{Arc, LazyLock};
+
+use landscape::energy::Energy;
+use landscape::grasp::energy::{Candidates, Ramp};
+use landscape::grasp::hand::Hand;
+use landscape::grasp::object::Object;
+use landscape::grasp::synthesis::{
+    Refinement, Start, SynthesisSettings, Synthesized, synthesize, synthesize_observed,
+};
+use landscape::grasp::{EnergySettings, GraspEnergy, judge};
+use landscape::optimize::QuenchSettings;
+use landscape::sample::State;
+use landscape::space::object_from_hand;
+
+static HAND: LazyLock<Arc<Hand>> = LazyLock::new(|| Arc::new(Hand::human()));
+static BALL: LazyLock<Arc<Object>> = LazyLock::new(|| Arc::new(Object::named("ball").unwrap()));
+static BOTTLE: LazyLock<Arc<Object>> =
+    LazyLock::new(|| Arc::new(Object::named("bottle_round").unwrap()));
+
+fn energy(object: &Arc<Object>, settings: EnergySettings) -> GraspEnergy {
+    GraspEnergy::new(HAND.clone(), object.clone(), settings).unwrap()
+}
+
+fn refine() -> QuenchSettings {
+    QuenchSettings::default().with_gradient_tolerance(1e-2)
+}
+
+fn observed(
+    energy: &GraspEnergy,
+    settings: &SynthesisSettings,
+    chain: u64,
+) -> (Synthesized, Vec<(u32, State)>) {
+    let mut seen = Vec::new();
+    let end = synthesize_observed(energy, settings, &refine(), 1, chain, &mut |n, state| {
+        seen.push((n, state.clone()));
+    });
+    (end, seen)
+}
+
+/// The first attempt of several is the only attempt of one, and a chain goes on only while it has no grasp.
+#[test]
+fn attempts_end_with_the_first_grasp() {
+    let energy = energy(&BALL, EnergySettings::default());
+    let one = SynthesisSettings {
+        steps: 300,
+        attempts: 1,
+        start_candidates: 30,
+        ..SynthesisSettings::default()
+    };
+    let four = SynthesisSettings {
+        steps: 1200,
+        attempts: 4,
+        ..one
+    };
+    let strict = |end: &Synthesized| judge(&energy, &end.refined, &end.contacts).passes_strict();
+    let (mut ended_early, mut helped) = (0, 0);
+    for chain in 0..12 {
+        let first = synthesize(&energy, &one, &refine(), 1, chain);
+        let best = synthesize(&energy, &four, &refine(), 1, chain);
+        assert_eq!((first.chain, best.chain), (chain, chain));
+        assert!(best.steps >= 300 && best.steps <= 1200 && best.steps.is_multiple_of(300));
+        if best.steps == 300 {
+            assert_eq!(first.raw, best.raw);
+            ended_early += 1;
+        }
+        if best.steps < 1200 {
+            assert!(
+                strict(&best),
+                "chain {chain} gave up after {} steps",
+                best.steps
+            );
+        }
+        helped += u32::from(strict(&best) && !strict(&first));
+        assert_eq!(best, synthesize(&energy, &four, &refine(), 1, chain));
+    }
+    assert!(ended_early > 0 && helped > 0, "{ended_early} {helped}");
+}
+
+/// Step numbers run from the start to the end of each attempt without a gap, and the last state is the raw end.
+#[test]
+fn a_watcher_sees_every_state() {
+    let energy = energy(&BALL, EnergySettings::default());
+    for settings in [
+        SynthesisSettings {
+            steps: 300,
+            attempts: 1,
+            ..SynthesisSettings::default()
+        },
+        SynthesisSettings {
+            steps: 300,
+            ..SynthesisSettings::released()
+        },
+    ] {
+        let (end, seen) = observed(&energy, &settings, 3);
+        let numbers: Vec<u32> = seen.iter().map(|(n, _)| *n).collect();
+        assert_eq!(numbers, (0..=300).collect::<Vec<u32>>());
+        let (_, last) = seen.last().unwrap();
+        assert_eq!(
+            (&last.coordinates, &last.discrete),
+            (&end.raw, &end.raw_contacts)
+        );
+        let distance = energy
+            .space()
+            .distance(&seen[0].1.coordinates, &last.coordinates);
+        assert!(distance > 1e-4, "the chain moved by {distance} m");
+    }
+}
+
+/// Even starts face the surface points in turn; chosen starts promise more than others at the same point.
+#[test]
+fn starts_are_even_and_chosen() {
+    let energy = energy(&BOTTLE, EnergySettings::default());
+    let settings = |start_candidates| SynthesisSettings {
+        steps: 1,
+        attempts: 1,
+        start_candidates,
+        refinement: Refinement::None,
+        ..SynthesisSettings::default()
+    };
+    let ramp = Ramp {
+        distance: 0.02,
+        depth: 0.02,
+    };
+    let (mut chosen, mut any) = (0.0, 0.0);
+    for chain in 0..20 {
+        let faced = BOTTLE.surface_samples[usize::try_from(chain).unwrap()];
+        for candidates in [1, 50] {
+            let (_, seen) = observed(&energy, &settings(candidates), chain);
+            let x = &seen[0].1.coordinates;
+            let palm = object_from_hand(x) * nalgebra::Point3::from(HAND.palm.centre);
+            // The palm's centre lies 35 mm proximal of the faced point and up to 40 mm off, give or take its tilt.
+            let off_m = (palm.coords - faced.point).norm();
+            assert!(off_m < 0.06, "chain {chain}: palm {off_m} m from its point");
+            let promise = energy.promise(x, ramp).0;
+            *(if candidates == 1 {
+                &mut any
+            } else {
+                &mut chosen
+            }) += promise / 20.0;
+        }
+    }
+    assert!(chosen < 0.5 * any, "{chosen} against {any}");
+}
+
+/// The refinement as coded is a walk at temperature 0.001 that never touches the contact set.
+#[test]
+fn the_noisy_refinement_cools_and_keeps_the_contacts() {
+    let energy = energy(&BALL, EnergySettings::released());
+    let settings = SynthesisSettings {
+        steps: 200,
+        ..SynthesisSettings::released()
+    };
+    for chain in 0..3 {
+        let end = synthesize(&energy, &settings, &refine(), 1, chain);
+        assert_eq!(end.contacts, end.raw_contacts);
+        assert_eq!(end.evaluations, 1 + 200 + 1000);
+        let mut unused = vec![0.0; energy.space().tangents()];
+        let before = energy.evaluate_choice(&end.raw, &end.raw_contacts, &mut unused);
+        assert!(end.energy < before, "{before} to {}", end.energy);
+    }
+    // Their start: about the object's centroid, in units of 120 mm, and turned anyhow.
+    let (_, seen) = observed(
+        &energy,
+        &SynthesisSettings {
+            start: Start::Gaussian,
+            ..settings
+        },
+        0,
+    );
+    let offset = object_from_hand(&seen[0].1.coordinates).translation.vector - BALL.centroid;
+    assert!(offset.norm() > 0.01 && offset.norm() < 0.6);
+}
+
+/// With fingertips for candidates nothing else ever touches, in the chain and on the envelope.
+#[test]
+fn contacts_can_be_restricted_to_fingertips() {
+    let settings = EnergySettings {
+        candidates: Candidates::Fingertips,
+        ..EnergySettings::default()
+    };
+    let energy = energy(&BALL, settings);
+    let tips = energy.contact_candidates();
+    let shares = tips.len() as f64 / HAND.surface.len() as f64;
+    assert!((0.05..0.3).contains(&shares), "{shares}");
+    let digits = |set: &[u32]| -> Vec<usize> {
+        let mut digits: Vec<usize> = set
+            .iter()
+            .map(|&i| HAND.links[HAND.surface[i as usize].link.0].digit)
+            .collect();
+        digits.sort_unstable();
+        digits.dedup();
+        digits
+    };
+    assert_eq!(digits(tips), [1, 2, 3, 4, 5]);
+    let chain = SynthesisSettings {
+        steps: 100,
+        attempts: 1,
+        ..SynthesisSettings::default()
+    };
+    let (end, seen) = observed(&energy, &chain, 0);
+    let sets = seen
+        .iter()
+        .map(|(_, state)| &state.discrete)
+        .chain([&end.contacts]);
+    for set in sets {
+        assert!(set.iter().all(|index| tips.contains(index)), "{set:?}");
+    }
+    let few = EnergySettings {
+        contacts: 8,
+        ..settings
+    };
+    assert!(GraspEnergy::new(Arc::new(HAND.thinned(40)), BALL.clone(), few).is_err());
+}
