@@ -401,9 +401,7 @@ impl GraspEnergy {
         ramp: Ramp,
         gradient: &mut [f64],
     ) -> f64 {
-        self.with_scratch(x, |scratch| {
-            self.held(x, choice, ramp, gradient, scratch)
-        })
+        self.with_scratch(x, |scratch| self.held(x, choice, ramp, gradient, scratch))
     }
 
     /// The named, weighted terms of E(H, x, O), in a fixed order.

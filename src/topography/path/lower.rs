@@ -114,13 +114,26 @@ impl<'e> Kinked<'e> {
         path
     }
 
-    /// The images, the top among them: what is drawn and stored reaches the height that is reported.
-    fn path(self, top: &Top) -> Path {
-        let nodes = self.nodes.into_iter().map(|node| (node.x, node.energy));
-        let (mut images, mut energies): (Vec<_>, Vec<_>) = nodes.unzip();
-        images.insert(top.segment + 1, top.x.clone());
-        energies.insert(top.segment + 1, top.energy);
-        Path { images, energies }
+    /// The ends, the top and as much between them as shows the way: images half the longest step apart.
+    fn path(&self, top: &Top) -> Path {
+        let mut path = Path::default();
+        let mut keep = |x: &[f64], energy: f64, always: bool| {
+            let far = path.images.last().is_none_or(|last: &Vec<f64>| {
+                near(self.space(), last, x) >= 0.5 * self.settings.max_step
+            });
+            if always || far {
+                path.images.push(x.to_vec());
+                path.energies.push(energy);
+            }
+        };
+        let last = self.nodes.len() - 1;
+        for (i, node) in self.nodes.iter().enumerate() {
+            keep(&node.x, node.energy, i == last);
+            if i == top.segment {
+                keep(&top.x, top.energy, true);
+            }
+        }
+        path
     }
 
     fn space(&self) -> &'e dyn Space {
