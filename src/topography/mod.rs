@@ -2,6 +2,8 @@
 
 mod adelm;
 mod barrier;
+mod eigen;
+mod follow;
 mod groups;
 mod journal;
 mod map;

@@ -3,7 +3,6 @@
 //! A path is relaxed as a string ([`string`]), its highest point is refined to a pass ([`pass`]), and what that pass is
 //! worth is decided by descents from it ([`relax`]).
 
-mod eigen;
 mod lower;
 mod pass;
 mod relax;

@@ -2,13 +2,14 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::eigen::Piece;
 use super::seam::{Sheet, least_combination, slide};
 use super::string::Band;
 use super::{Path, PathSettings, between};
 use crate::energy::Energy;
 use crate::optimize::{QuenchSettings, quench_traced};
 use crate::space::vector::{norm, scale};
+use crate::topography::eigen::Piece;
+use crate::topography::follow::Following;
 use crate::topography::minima::Sameness;
 
 /// Golden section.
@@ -159,13 +160,15 @@ impl Peak {
                 .collect();
             (found.x, found.energy, found.residual, normal)
         } else {
-            let found = Piece::new(energy, before).follow(
-                &self.x,
-                &self.tangent,
-                10.0 * descent.gradient_tolerance,
-                settings.max_step,
-                settings.refinement_steps,
-            )?;
+            let following = Following {
+                tolerance: 10.0 * descent.gradient_tolerance,
+                longest: settings.max_step,
+                steps: settings.refinement_steps,
+                kicks: 0,
+            };
+            let found = Piece::new(energy, before)
+                .follow(&self.x, Some(&self.tangent), &following)
+                .ok()?;
             (found.x, found.energy, found.residual, found.mode)
         };
         let mut gradient = vec![0.0; space.tangents()];
