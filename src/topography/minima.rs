@@ -262,7 +262,7 @@ fn hop_from(
 
 /// A [`Quench`] to the last bit.
 #[derive(Serialize, Deserialize)]
-struct QuenchRecord {
+pub(super) struct QuenchRecord {
     #[serde(with = "bits::list")]
     x: Vec<f64>,
     #[serde(with = "bits::number")]

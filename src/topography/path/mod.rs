@@ -10,6 +10,7 @@ mod seam;
 mod string;
 
 pub use pass::Pass;
+pub(super) use pass::descend;
 pub(super) use relax::relax;
 pub use relax::{PathSettings, SeamSettings};
 use serde::{Deserialize, Serialize};
