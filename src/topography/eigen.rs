@@ -1,6 +1,6 @@
 //! One smooth piece of an energy, with its Hessian and curvatures.
 
-use faer::{Mat, Side};
+use nalgebra::{DMatrix, SymmetricEigen};
 
 use crate::energy::Energy;
 use crate::space::Space;
@@ -8,6 +8,9 @@ use crate::space::vector::{add, dot, norm, scale, times};
 
 /// Curvatures smaller than this share of the largest have no sign.
 pub(super) const FLAT: f64 = 1e-6;
+
+/// Sweeps of the eigenvalue iteration for each row, far more than it ever takes.
+const SWEEPS: usize = 100;
 
 /// One smooth piece of an energy: its discrete choice held, in tangents divided by the step scales.
 pub(super) struct Piece<'e> {
@@ -126,9 +129,9 @@ impl<'e> Piece<'e> {
     }
 
     /// Hessian by central differences of the gradient, symmetrised; `None` next to the edge of the domain.
-    pub(super) fn hessian(&self, x: &[f64], difference: f64) -> Option<Mat<f64>> {
+    pub(super) fn hessian(&self, x: &[f64], difference: f64) -> Option<DMatrix<f64>> {
         let n = self.scales.len();
-        let mut columns = Mat::zeros(n, n);
+        let mut columns = DMatrix::zeros(n, n);
         let mut step = vec![0.0; n];
         let (mut ahead, mut behind) = (step.clone(), step.clone());
         for j in 0..n {
@@ -144,39 +147,68 @@ impl<'e> Piece<'e> {
                 columns[(i, j)] = (ahead[i] - behind[i]) / (2.0 * difference);
             }
         }
-        Some(Mat::from_fn(n, n, |i, j| {
+        Some(DMatrix::from_fn(n, n, |i, j| {
             f64::midpoint(columns[(i, j)], columns[(j, i)])
         }))
     }
 
-    /// Eigenvalues and eigenvectors of `hessian`.
-    pub(super) fn modes(&self, x: &[f64], hessian: &Mat<f64>) -> Option<Modes> {
-        let (n, free) = (self.scales.len(), self.free(x));
-        let bound = (0..n)
-            .map(|i| (0..n).map(|j| hessian[(i, j)].abs()).sum::<f64>())
-            .fold(0.0, f64::max);
-        // P H P + 4 bound · (1 − P): the free directions go to the very top and are cut off there.
+    /// Eigenvalues and eigenvectors of `hessian`; `None` if it is not finite.
+    ///
+    /// Reflections turn the free directions into the first axes, whose rows and columns are left out: what is left is the
+    /// Hessian of the other directions, and smaller.
+    pub(super) fn modes(&self, x: &[f64], hessian: &DMatrix<f64>) -> Option<Modes> {
+        let (n, mut free) = (self.scales.len(), self.free(x));
         let mut matrix = hessian.clone();
-        for mode in &free {
-            let image: Vec<f64> = (0..n)
-                .map(|i| (0..n).map(|j| matrix[(i, j)] * mode[j]).sum())
-                .collect();
-            let along = dot(&image, mode) + 4.0 * bound;
-            for i in 0..n {
-                for j in 0..n {
-                    matrix[(i, j)] +=
-                        along * mode[i] * mode[j] - image[i] * mode[j] - mode[i] * image[j];
-                }
+        let mut mirrors: Vec<Vec<f64>> = Vec::with_capacity(free.len());
+        for k in 0..free.len() {
+            let mut mirror = free[k].clone();
+            mirror[..k].fill(0.0);
+            mirror[k] += norm(&mirror).copysign(mirror[k]);
+            let length = norm(&mirror);
+            scale(&mut mirror, length.recip());
+            for later in &mut free[k + 1..] {
+                reflect(later, &mirror);
             }
+            reflect_both(&mut matrix, &mirror);
+            mirrors.push(mirror);
         }
-        let eigen = matrix.self_adjoint_eigen(Side::Lower).ok()?;
-        let values = eigen.S().column_vector();
-        let vector = |k: usize| (0..n).map(|i| eigen.U()[(i, k)]).collect();
-        let inner = 0..n - free.len();
+        let f = free.len();
+        let inner = matrix.view((f, f), (n - f, n - f)).into_owned();
+        if !inner.iter().all(|entry| entry.is_finite()) {
+            return None;
+        }
+        let eigen = SymmetricEigen::try_new(inner, f64::EPSILON, SWEEPS * n)?;
+        let mut order: Vec<usize> = (0..n - f).collect();
+        order.sort_by(|i, j| eigen.eigenvalues[*i].total_cmp(&eigen.eigenvalues[*j]).then(i.cmp(j)));
+        let tangent = |k: &usize| {
+            let mut tangent = vec![0.0; n];
+            tangent[f..].copy_from_slice(eigen.eigenvectors.column(*k).as_slice());
+            for mirror in mirrors.iter().rev() {
+                reflect(&mut tangent, mirror);
+            }
+            tangent
+        };
         Some(Modes {
-            curvatures: inner.clone().map(|k| values[k]).collect(),
-            tangents: inner.map(vector).collect(),
+            curvatures: order.iter().map(|k| eigen.eigenvalues[*k]).collect(),
+            tangents: order.iter().map(tangent).collect(),
         })
+    }
+}
+
+/// (1 − 2 m mᵀ) v for a unit vector m.
+fn reflect(vector: &mut [f64], mirror: &[f64]) {
+    let share = dot(vector, mirror);
+    add(vector, -2.0 * share, mirror);
+}
+
+/// (1 − 2 m mᵀ) A (1 − 2 m mᵀ) for a symmetric A.
+fn reflect_both(matrix: &mut DMatrix<f64>, mirror: &[f64]) {
+    let mut image: Vec<f64> = matrix.column_iter().map(|column| dot(column.as_slice(), mirror)).collect();
+    let share = dot(&image, mirror);
+    add(&mut image, -share, mirror);
+    for (mut column, (m, p)) in matrix.column_iter_mut().zip(mirror.iter().zip(&image)) {
+        add(column.as_mut_slice(), -2.0 * m, &image);
+        add(column.as_mut_slice(), -2.0 * p, mirror);
     }
 }
 

@@ -1,13 +1,13 @@
 //! Eigenvector following: uphill along one mode and downhill along all others, to a stationary point of index 1.
 
-use faer::Mat;
+use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
 use super::eigen::{FLAT, Modes, Piece};
 use crate::space::vector::{add, dot, norm, scale, times};
 
 /// Steps between two exact Hessians; in between it is updated.
-const REFRESH: usize = 5;
+const REFRESH: usize = 3;
 /// Errors of the predicted change of energy, as shares of its parts: above the first a step is taken back, above the
 /// second the next one is shorter, below the third it may be longer.
 const ERRORS: [f64; 3] = [1.0, 0.5, 0.2];
@@ -29,6 +29,8 @@ pub(super) struct Following {
     pub(super) steps: usize,
     /// How often to go on, along its second mode, from a point of higher index.
     pub(super) kicks: usize,
+    /// Energy above which nothing is sought; a search that starts higher must not rise.
+    pub(super) ceiling: f64,
 }
 
 /// Why a search found no saddle.
@@ -36,6 +38,8 @@ pub(super) struct Following {
 pub(super) enum Lost {
     /// It left the domain.
     Outside,
+    /// It rose above the ceiling.
+    High,
     /// It did not converge within the steps allowed.
     Steps,
     /// It converged to a point of another index.
@@ -57,7 +61,7 @@ struct Here {
     x: Vec<f64>,
     energy: f64,
     gradient: Vec<f64>,
-    hessian: Mat<f64>,
+    hessian: DMatrix<f64>,
     /// Whether the Hessian was measured here.
     exact: bool,
 }
@@ -85,12 +89,16 @@ impl Piece<'_> {
             hessian: self.hessian(start, difference).ok_or(Lost::Outside)?,
             exact: true,
         };
+        if !here.energy.is_finite() {
+            return Err(Lost::Outside);
+        }
+        let ceiling = settings.ceiling.max(here.energy);
         let mut followed: Option<Vec<f64>> = hint.map(|tangent| self.scaled(tangent));
         let (mut trust, mut kicks) = (settings.longest, settings.kicks);
         let mut modes = self.modes(&here.x, &here.hessian).ok_or(Lost::Outside)?;
         for k in 1..=settings.steps {
-            if !here.energy.is_finite() {
-                return Err(Lost::Outside);
+            if here.energy > ceiling {
+                return Err(Lost::High);
             }
             if self.size(&here.gradient) <= settings.tolerance {
                 if !here.exact {
@@ -219,7 +227,7 @@ impl Step {
 }
 
 /// Bofill's mixture of the symmetric rank-one and the Powell update.
-fn update(hessian: &mut Mat<f64>, step: &[f64], before: &[f64], after: &[f64]) {
+fn update(hessian: &mut DMatrix<f64>, step: &[f64], before: &[f64], after: &[f64]) {
     let n = step.len();
     let error: Vec<f64> = (0..n)
         .map(|i| after[i] - before[i] - (0..n).map(|j| hessian[(i, j)] * step[j]).sum::<f64>())
@@ -257,6 +265,7 @@ mod tests {
             longest: 0.1,
             steps: 60,
             kicks: 0,
+            ceiling: f64::INFINITY,
         }
     }
 

@@ -29,6 +29,7 @@ pub use path::{Pass, Path, PathSettings, SeamSettings};
 use progress::Tally;
 pub use progress::{Observer, Phase, Progress, silent};
 pub use search::{
+    Refused,
     Coverage, Draw, Exploration, Fate, SearchSettings, TransitionState, explore,
 };
 pub use text::{graphml, newick};

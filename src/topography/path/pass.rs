@@ -165,6 +165,7 @@ impl Peak {
                 longest: settings.max_step,
                 steps: settings.refinement_steps,
                 kicks: 0,
+                ceiling: f64::INFINITY,
             };
             let found = Piece::new(energy, before)
                 .follow(&self.x, Some(&self.tangent), &following)

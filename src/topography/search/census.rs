@@ -56,6 +56,19 @@ pub struct Coverage {
     pub unseen: f64,
 }
 
+/// The end of a descent or of a climb that did not pass its audit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Refused {
+    /// Number of the search.
+    pub search: usize,
+    /// The index it should have: 0 of a minimum, 1 of a saddle.
+    pub expected_index: usize,
+    /// Its energy.
+    pub energy: f64,
+    /// What is wrong with it.
+    pub audit: Audit,
+}
+
 /// A minimum of the census.
 pub(super) struct Known {
     pub(super) x: Vec<f64>,
@@ -65,6 +78,9 @@ pub(super) struct Known {
     audit: Audit,
     draws: Vec<usize>,
 }
+
+/// How far above all stationary points a search may rise, in units of their range and the surface's energy.
+const FAR: f64 = 10.0;
 
 /// Numbers of things by rising energy.
 #[derive(Default)]
@@ -91,6 +107,7 @@ pub(super) struct Census {
     by_energy: [Shelf; 2],
     sameness: Sameness,
     audit: AuditSettings,
+    refused: Vec<Refused>,
     fates: BTreeMap<Fate, usize>,
     pub(super) searches: usize,
     pub(super) last_new: usize,
@@ -100,7 +117,7 @@ pub(super) struct Census {
 /// A saddle of the census.
 pub(super) struct Found {
     pub(super) x: Vec<f64>,
-    energy: f64,
+    pub(super) energy: f64,
     ends: [usize; 2],
     crossing: Crossing,
     hits: usize,
@@ -117,6 +134,7 @@ impl Census {
             by_energy: [Shelf::default(), Shelf::default()],
             sameness: settings.sameness,
             audit: settings.audit(),
+            refused: Vec::new(),
             fates: BTreeMap::new(),
             searches: 0,
             last_new: 0,
@@ -145,10 +163,7 @@ impl Census {
         if known.is_some() {
             return known;
         }
-        let (height, audit) = examine(energy, x, 0, &self.audit);
-        if audit.verdict != Verdict::Sound {
-            return None;
-        }
+        let audit = self.passed(energy, x, 0)?;
         let piece = Piece::new(energy, Vec::new());
         let hessian = piece.hessian(x, self.audit.difference)?;
         let modes = piece.modes(x, &hessian)?.tangents;
@@ -162,6 +177,21 @@ impl Census {
         });
         self.last_new = self.searches;
         Some(self.minima.len() - 1)
+    }
+
+    /// The audit of a point, if it passes.
+    fn passed(&mut self, energy: &dyn Energy, x: &[f64], expected_index: usize) -> Option<Audit> {
+        let (height, audit) = examine(energy, x, expected_index, &self.audit);
+        if audit.verdict == Verdict::Sound {
+            return Some(audit);
+        }
+        self.refused.push(Refused {
+            search: self.searches,
+            expected_index,
+            energy: height,
+            audit,
+        });
+        None
     }
 
     /// Takes in what the next search brought.
@@ -184,6 +214,22 @@ impl Census {
         *self.fates.entry(fate).or_insert(0) += 1;
     }
 
+    /// The minima as the path search knows them.
+    pub(super) fn as_minima(&self) -> Vec<Minimum> {
+        let minimum = |known: &Known| Minimum {
+            coordinates: known.x.clone(),
+            energy: known.energy,
+            choice: Vec::new(),
+            members: Vec::new(),
+        };
+        self.minima.iter().map(minimum).collect()
+    }
+
+    /// What relaxing paths cost.
+    pub(super) fn spend(&mut self, evaluations: usize) {
+        self.evaluations += evaluations;
+    }
+
     /// Takes in a saddle that was not known when its search began.
     pub(super) fn meet(&mut self, energy: &dyn Energy, crossing: Crossing) -> Fate {
         let space = energy.space();
@@ -198,10 +244,9 @@ impl Census {
         let [Some(from), Some(to)] = ends else {
             return Fate::Evaporated;
         };
-        let (_, audit) = examine(energy, &x, 1, &self.audit);
-        if audit.verdict != Verdict::Sound {
+        let Some(audit) = self.passed(energy, &x, 1) else {
             return Fate::Index;
-        }
+        };
         let reach = near(space, &x, &images[0]).max(near(space, &x, &images[last]));
         self.by_energy[1].insert(height, self.saddles.len());
         self.saddles.push(Found {
@@ -218,6 +263,17 @@ impl Census {
         reaches.sort_by(f64::total_cmp);
         self.reach = reaches.get(reaches.len() / 2).copied();
         Fate::Arrived
+    }
+
+    /// Energy above which no saddle is expected: far above all stationary points known.
+    pub(super) fn ceiling(&self, scale: f64) -> f64 {
+        let ends = self.by_energy.iter().flat_map(|shelf| [shelf.0.first(), shelf.0.last()]);
+        let energies = ends.flatten().map(|(energy, _)| *energy);
+        let (low, high) = energies.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), e| (low.min(e), high.max(e)));
+        if low > high {
+            return f64::INFINITY;
+        }
+        high + FAR * (high - low + scale)
     }
 
     /// Component of each minimum in the network of saddles.
@@ -285,6 +341,7 @@ impl Census {
             minima,
             audits,
             saddles,
+            refused: self.refused,
             fates: self.fates,
             coverage,
             evaluations: self.evaluations + spent,

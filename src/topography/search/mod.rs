@@ -5,6 +5,8 @@
 //! places to climb from. The search ends when it has found nothing new for long, measured by what it has found.
 
 mod census;
+mod join;
+mod landscape;
 mod settings;
 mod start;
 mod task;
@@ -12,10 +14,11 @@ mod task;
 use std::collections::{BTreeMap, VecDeque};
 
 use census::Census;
-pub use census::{Coverage, TransitionState};
+pub use census::{Coverage, Refused, TransitionState};
+use join::Joiner;
 use rayon::prelude::*;
 pub use settings::SearchSettings;
-use start::Start;
+use start::{Gait, Start};
 pub use task::Fate;
 use task::{Outcome, Searcher};
 
@@ -38,6 +41,8 @@ pub struct Exploration {
     pub audits: Vec<Audit>,
     /// Distinct saddles, lowest first.
     pub saddles: Vec<TransitionState>,
+    /// What was taken for a stationary point and did not pass its audit.
+    pub refused: Vec<Refused>,
     /// How the searches ended.
     pub fates: BTreeMap<Fate, usize>,
     /// How complete the saddles are.
@@ -72,7 +77,8 @@ pub fn explore(
     };
     let mut census = Census::new(settings);
     let mut queue = VecDeque::new();
-    let (mut queued, mut round, mut joins) = (0, 0, 0);
+    let (mut queued, mut round) = (0, 0);
+    let mut joiner = Joiner::default();
     loop {
         let plan: Vec<Start> = (0..settings.batch.max(1))
             .map(|_| queue.pop_front().unwrap_or(Start::Random))
@@ -94,12 +100,15 @@ pub fn explore(
             census.take(&counted, outcome);
         }
         for (minimum, known) in census.minima.iter().enumerate().skip(queued) {
-            for mode in 0..known.modes.len().min(settings.modes) {
-                queue.extend([true, false].map(|forward| Start::Mode {
-                    minimum,
-                    mode,
-                    forward,
-                }));
+            for gait in [Gait::Careful, Gait::Bold] {
+                for mode in 0..known.modes.len().min(settings.modes) {
+                    queue.extend([true, false].map(|forward| Start::Mode {
+                        minimum,
+                        mode,
+                        forward,
+                        gait,
+                    }));
+                }
             }
         }
         queued = census.minima.len();
@@ -108,7 +117,10 @@ pub fn explore(
         }
         let idle = census.searches - census.last_new;
         if queue.is_empty() && idle >= settings.patience * census.found().max(1) {
-            break;
+            let news = joiner.join(&searcher, &mut census, &counted, journal, observer);
+            if !news {
+                break;
+            }
         }
     }
     let spent = usize::try_from(counted.evaluations()).unwrap_or(usize::MAX);

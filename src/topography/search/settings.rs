@@ -145,7 +145,7 @@ fn reach(energy: &dyn Energy, bottom: &[f64], size: f64, id: usize, seed: u64) -
         let Some(there) = piece.hessian(&piece.moved(bottom, &step), difference) else {
             break;
         };
-        if (&there - &here).norm_l2() >= CHANGE * here.norm_l2() {
+        if (&there - &here).norm() >= CHANGE * here.norm() {
             break;
         }
         length *= 1.5;

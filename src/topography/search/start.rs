@@ -2,13 +2,16 @@
 
 use rand::RngExt;
 
-use super::census::Census;
+use super::census::{Census, Known};
 use super::settings::random_tangent;
 use super::task::Searcher;
 use crate::optimize::{Quench, quench_traced};
 use crate::sample::{Rng, Task, stream};
 use crate::space::interpolate;
-use crate::space::vector::times;
+use crate::space::vector::{scale, times};
+
+/// Logarithms to base two of the longest step of a search from a random place, in units of the length of the surface.
+const BOLDNESS: std::ops::Range<f64> = 0.0..3.0;
 
 /// What a search is to start from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -18,18 +21,51 @@ pub(super) enum Start {
         minimum: usize,
         mode: usize,
         forward: bool,
+        gait: Gait,
     },
     /// Somewhere, drawn by the search itself.
     Random,
 }
 
+/// How long the steps are. Careful ones stay with the mode they follow; bold ones end elsewhere, and sooner.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Gait {
+    /// Half the length of the surface.
+    Careful,
+    /// Several times the length of the surface.
+    Bold,
+}
+
+impl Gait {
+    /// Longest step, in units of the length of the surface.
+    fn stride(self) -> f64 {
+        match self {
+            Self::Careful => 0.5,
+            Self::Bold => 4.0,
+        }
+    }
+}
+
 /// Where a search starts, and which way is up.
 pub(super) struct Place {
     pub(super) x: Vec<f64>,
+    /// Longest step of the search.
+    pub(super) longest: f64,
     /// Plain tangent of the mode to follow; none for the lowest.
     pub(super) hint: Option<Vec<f64>>,
     /// The descent that led there, where it began at a random point.
     pub(super) drawn: Option<Quench>,
+}
+
+impl Place {
+    fn new(x: Vec<f64>, hint: Option<Vec<f64>>) -> Self {
+        Self {
+            x,
+            longest: 0.0,
+            hint,
+            drawn: None,
+        }
+    }
 }
 
 impl Searcher<'_> {
@@ -41,72 +77,68 @@ impl Searcher<'_> {
                 minimum,
                 mode,
                 forward,
+                gait,
             } => {
-                let known = &census.minima[minimum];
+                let length = gait.stride() * self.settings.length;
                 let sign = if forward { 1.0 } else { -1.0 };
-                let step: Vec<f64> = known.modes[mode]
-                    .iter()
-                    .map(|m| sign * self.settings.length * m)
-                    .collect();
+                // Bold steps do not start boldly: all of them would leave the well on the same side.
+                let first = sign * length.min(2.0 * self.settings.length);
+                let known = &census.minima[minimum];
+                let step: Vec<f64> = known.modes[mode].iter().map(|m| first * m).collect();
                 Place {
                     x: self.moved(&known.x, &step),
+                    longest: length,
                     hint: Some(step),
                     drawn: None,
                 }
             }
-            Start::Random if census.minima.is_empty() => self.anywhere(id, &mut rng),
-            Start::Random => match rng.random_range(0..8) {
-                0 | 1 => self.around_a_minimum(census, &mut rng),
-                2 | 3 | 4 => self.around_a_saddle(census, &mut rng),
-                5 | 6 => self.between_minima(census, &mut rng),
-                _ => self.anywhere(id, &mut rng),
-            },
+            Start::Random => {
+                let mut place = self.somewhere(id, census, &mut rng);
+                place.longest = self.settings.length * rng.random_range(BOLDNESS).exp2();
+                place
+            }
         }
     }
 
-    /// A random step away from a minimum, to follow the mode most like it or the lowest.
-    fn around_a_minimum(&self, census: &Census, rng: &mut Rng) -> Place {
+    fn somewhere(&self, id: u64, census: &Census, rng: &mut Rng) -> Place {
+        if census.minima.is_empty() {
+            return self.anywhere(id, rng);
+        }
         let minimum = &census.minima[rng.random_range(0..census.minima.len())];
-        let step = self.kick(census, rng);
-        Place {
-            x: self.moved(&minimum.x, &step),
-            hint: rng.random_bool(0.5).then_some(step),
-            drawn: None,
+        match rng.random_range(0..8) {
+            0 => self.between(minimum, census, rng),
+            1 => self.anywhere(id, rng),
+            2 => {
+                let step = self.kick(census, rng);
+                Place::new(self.moved(&minimum.x, &step), rng.random_bool(0.5).then_some(step))
+            }
+            3 | 4 if !minimum.modes.is_empty() => {
+                let mut step = minimum.modes[rng.random_range(0..minimum.modes.len())].clone();
+                scale(&mut step, self.reach(census) * rng.random_range(-1.0..1.0));
+                Place::new(self.moved(&minimum.x, &step), Some(step))
+            }
+            _ => {
+                let saddles = census.saddles.len();
+                let x = if saddles == 0 {
+                    &minimum.x
+                } else {
+                    &census.saddles[rng.random_range(0..saddles)].x
+                };
+                Place::new(self.moved(x, &self.kick(census, rng)), None)
+            }
         }
     }
 
-    /// A random step away from a saddle.
-    fn around_a_saddle(&self, census: &Census, rng: &mut Rng) -> Place {
-        if census.saddles.is_empty() {
-            return self.around_a_minimum(census, rng);
-        }
-        let saddle = &census.saddles[rng.random_range(0..census.saddles.len())];
-        let step = self.kick(census, rng);
-        Place {
-            x: self.moved(&saddle.x, &step),
-            hint: None,
-            drawn: None,
-        }
-    }
-
-    /// Part of the way from one minimum to another, off the line by a little.
-    fn between_minima(&self, census: &Census, rng: &mut Rng) -> Place {
-        let count = census.minima.len();
-        let (from, to) = (rng.random_range(0..count), rng.random_range(0..count));
-        if from == to {
-            return self.around_a_minimum(census, rng);
-        }
-        let (from, to) = (&census.minima[from].x, &census.minima[to].x);
+    /// Part of the way from a minimum to another, off the line by a little.
+    fn between(&self, from: &Known, census: &Census, rng: &mut Rng) -> Place {
+        let to = &census.minima[rng.random_range(0..census.minima.len())].x;
         let space = self.energy.space();
-        let x = interpolate(space, from, to, rng.random_range(0.2..0.8));
-        let step = random_tangent(space.tangents(), self.settings.length, rng);
+        let x = interpolate(space, &from.x, to, rng.random_range(0.2..0.8));
+        let aside = self.random_tangent(self.settings.length, rng);
         let mut hint = vec![0.0; space.tangents()];
-        space.toward(&x, to, &mut hint);
-        Place {
-            x: self.moved(&x, &times(&step, &space.step_scales())),
-            hint: rng.random_bool(0.5).then_some(hint),
-            drawn: None,
-        }
+        let length = space.toward(&x, to, &mut hint);
+        let along = length > 0.0 && rng.random_bool(0.5);
+        Place::new(self.moved(&x, &aside), along.then_some(hint))
     }
 
     /// Part of the way down from a random point.
@@ -118,18 +150,24 @@ impl Searcher<'_> {
         });
         let stage = rng.random_range(0..trace.len());
         Place {
-            x: trace.swap_remove(stage),
-            hint: None,
             drawn: Some(drawn),
+            ..Place::new(trace.swap_remove(stage), None)
         }
     }
 
-    /// A random plain tangent about as long as the way from a minimum to a saddle.
+    /// How far it is from a minimum to a saddle.
+    fn reach(&self, census: &Census) -> f64 {
+        census.reach.unwrap_or(5.0 * self.settings.length)
+    }
+
+    /// A random tangent up to half as long again as the way from a minimum to a saddle.
     fn kick(&self, census: &Census, rng: &mut Rng) -> Vec<f64> {
+        self.random_tangent(self.reach(census) * rng.random_range(0.1..1.5), rng)
+    }
+
+    fn random_tangent(&self, length: f64, rng: &mut Rng) -> Vec<f64> {
         let space = self.energy.space();
-        let length = census.reach.unwrap_or(5.0 * self.settings.length) * rng.random_range(0.1..1.5);
-        let step = random_tangent(space.tangents(), length, rng);
-        times(&step, &space.step_scales())
+        times(&random_tangent(space.tangents(), length, rng), &space.step_scales())
     }
 
     fn moved(&self, x: &[f64], step: &[f64]) -> Vec<f64> {

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::census::Census;
-use super::start::Start;
+use super::start::{Place, Start};
 use super::{Draw, SearchSettings};
 use crate::energy::{Counted, Energy};
 use crate::optimize::{Quench, StopReason};
@@ -14,7 +14,7 @@ use crate::topography::minima::QuenchRecord;
 use crate::topography::path::{Pass, descend};
 
 /// Push off a saddle, as a share of the length of the surface.
-const PUSH: f64 = 0.1;
+pub(super) const PUSH: f64 = 0.1;
 
 /// How a search ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -26,6 +26,8 @@ pub enum Fate {
     Evaporated,
     /// At a stationary point of another index.
     Index,
+    /// Far above everything known.
+    High,
     /// Nowhere within the steps allowed.
     Steps,
     /// Outside the domain.
@@ -39,6 +41,7 @@ impl Fate {
             Self::Arrived => "arrived",
             Self::Evaporated => "evaporated",
             Self::Index => "index",
+            Self::High => "high",
             Self::Steps => "steps",
             Self::Outside => "outside",
         }
@@ -49,6 +52,7 @@ impl From<Lost> for Fate {
     fn from(lost: Lost) -> Self {
         match lost {
             Lost::Outside => Self::Outside,
+            Lost::High => Self::High,
             Lost::Steps => Self::Steps,
             Lost::Index => Self::Index,
         }
@@ -84,7 +88,7 @@ impl Searcher<'_> {
             ..*self
         };
         let place = counting.place(id, start, census);
-        let mut outcome = counting.climb(&place.x, place.hint.as_deref(), census);
+        let mut outcome = counting.climb(&place, census);
         outcome.drawn = place
             .drawn
             .filter(|quench: &Quench| quench.stop != StopReason::Budget && quench.energy.is_finite())
@@ -93,7 +97,7 @@ impl Searcher<'_> {
         outcome
     }
 
-    fn climb(&self, x: &[f64], hint: Option<&[f64]>, census: &Census) -> Outcome {
+    fn climb(&self, place: &Place, census: &Census) -> Outcome {
         let mut outcome = Outcome {
             fate: Fate::Arrived,
             known: None,
@@ -103,11 +107,12 @@ impl Searcher<'_> {
         };
         let following = Following {
             tolerance: self.settings.quench.gradient_tolerance,
-            longest: self.settings.length,
+            longest: place.longest,
             steps: self.settings.steps,
             kicks: 1,
+            ceiling: census.ceiling(self.settings.energy),
         };
-        let saddle = match Piece::new(self.energy, Vec::new()).follow(x, hint, &following) {
+        let saddle = match Piece::new(self.energy, Vec::new()).follow(&place.x, place.hint.as_deref(), &following) {
             Ok(saddle) => saddle,
             Err(lost) => {
                 outcome.fate = lost.into();
