@@ -19,7 +19,10 @@ fn in_box(low: Vec<f64>, high: Vec<f64>) -> impl Fn(&mut Rng) -> Vec<f64> + Sync
 }
 
 fn main() {
-    let wanted: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
+    let wanted: Vec<String> = std::env::args()
+        .skip(1)
+        .filter(|a| !a.starts_with('-'))
+        .collect();
     let mut surfaces: Vec<(String, Box<dyn Energy>, Box<Draw<'_>>)> = vec![(
         "muller-brown".to_owned(),
         Box::new(MullerBrown::new()),
@@ -32,9 +35,17 @@ fn main() {
             Box::new(in_box(vec![-1.2; 3 * atoms], vec![1.2; 3 * atoms])),
         ));
     }
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("one thread can be had");
-    let seeds: u64 = std::env::var("SEEDS").ok().and_then(|s| s.parse().ok()).unwrap_or(1);
-    println!("| surface | seed | minima | saddles | once | unseen | searches | last new | evaluations | seconds |");
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(1)
+        .build()
+        .expect("one thread can be had");
+    let seeds: u64 = std::env::var("SEEDS")
+        .ok()
+        .and_then(|s| s.parse().ok())
+        .unwrap_or(1);
+    println!(
+        "| surface | seed | minima | saddles | once | unseen | searches | last new | evaluations | seconds |"
+    );
     println!("|---|---|---|---|---|---|---|---|---|---|");
     for (name, energy, draw) in &surfaces {
         if !wanted.is_empty() && !wanted.iter().any(|part| name.contains(part)) {
@@ -44,8 +55,15 @@ fn main() {
             let started = Instant::now();
             let found = pool.install(|| {
                 let mut settings = SearchSettings::measured(&**energy, &**draw, seed);
-                if let Some(p) = std::env::var("PATIENCE").ok().and_then(|s| s.parse().ok()) { settings.patience = p; }
-                if std::env::var("VERBOSE").is_ok() { eprintln!("{} {} {:?}", settings.length, settings.energy, settings.quench); }
+                if let Some(p) = std::env::var("PATIENCE").ok().and_then(|s| s.parse().ok()) {
+                    settings.patience = p;
+                }
+                if std::env::var("VERBOSE").is_ok() {
+                    eprintln!(
+                        "{} {} {:?}",
+                        settings.length, settings.energy, settings.quench
+                    );
+                }
                 explore(&**energy, &**draw, &settings, &NoJournal, &silent)
             });
             let c = found.coverage;
@@ -62,7 +80,15 @@ fn main() {
             );
             if std::env::var("VERBOSE").is_ok() {
                 eprintln!("{:?}", found.fates);
-                for s in &found.saddles { eprintln!("{:.6} {:?} {} {:?}", s.energy, s.ends.map(|e| e.0), s.hits, s.audit.curvatures[0]); }
+                for s in &found.saddles {
+                    eprintln!(
+                        "{:.6} {:?} {} {:?}",
+                        s.energy,
+                        s.ends.map(|e| e.0),
+                        s.hits,
+                        s.audit.curvatures[0]
+                    );
+                }
             }
         }
     }

@@ -179,7 +179,11 @@ impl<'e> Piece<'e> {
         }
         let eigen = SymmetricEigen::try_new(inner, f64::EPSILON, SWEEPS * n)?;
         let mut order: Vec<usize> = (0..n - f).collect();
-        order.sort_by(|i, j| eigen.eigenvalues[*i].total_cmp(&eigen.eigenvalues[*j]).then(i.cmp(j)));
+        order.sort_by(|i, j| {
+            eigen.eigenvalues[*i]
+                .total_cmp(&eigen.eigenvalues[*j])
+                .then(i.cmp(j))
+        });
         let tangent = |k: &usize| {
             let mut tangent = vec![0.0; n];
             tangent[f..].copy_from_slice(eigen.eigenvectors.column(*k).as_slice());
@@ -203,7 +207,10 @@ fn reflect(vector: &mut [f64], mirror: &[f64]) {
 
 /// (1 − 2 m mᵀ) A (1 − 2 m mᵀ) for a symmetric A.
 fn reflect_both(matrix: &mut DMatrix<f64>, mirror: &[f64]) {
-    let mut image: Vec<f64> = matrix.column_iter().map(|column| dot(column.as_slice(), mirror)).collect();
+    let mut image: Vec<f64> = matrix
+        .column_iter()
+        .map(|column| dot(column.as_slice(), mirror))
+        .collect();
     let share = dot(&image, mirror);
     add(&mut image, -share, mirror);
     for (mut column, (m, p)) in matrix.column_iter_mut().zip(mirror.iter().zip(&image)) {

@@ -29,8 +29,7 @@ pub use path::{Pass, Path, PathSettings, SeamSettings};
 use progress::Tally;
 pub use progress::{Observer, Phase, Progress, silent};
 pub use search::{
-    Refused,
-    Coverage, Draw, Exploration, Fate, SearchSettings, TransitionState, explore,
+    Coverage, Draw, Exploration, Fate, Refused, SearchSettings, TransitionState, explore, in_box,
 };
 pub use text::{graphml, newick};
 pub use tree::{Node, NodeId, Tree, decisive};

@@ -171,7 +171,10 @@ impl Census {
         self.minima.push(Known {
             x: x.to_vec(),
             energy: height,
-            modes: modes.iter().map(|mode| times(mode, &piece.scales)).collect(),
+            modes: modes
+                .iter()
+                .map(|mode| times(mode, &piece.scales))
+                .collect(),
             audit,
             draws: Vec::new(),
         });
@@ -267,9 +270,14 @@ impl Census {
 
     /// Energy above which no saddle is expected: far above all stationary points known.
     pub(super) fn ceiling(&self, scale: f64) -> f64 {
-        let ends = self.by_energy.iter().flat_map(|shelf| [shelf.0.first(), shelf.0.last()]);
+        let ends = self
+            .by_energy
+            .iter()
+            .flat_map(|shelf| [shelf.0.first(), shelf.0.last()]);
         let energies = ends.flatten().map(|(energy, _)| *energy);
-        let (low, high) = energies.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), e| (low.min(e), high.max(e)));
+        let (low, high) = energies.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), e| {
+            (low.min(e), high.max(e))
+        });
         if low > high {
             return f64::INFINITY;
         }
@@ -287,12 +295,21 @@ impl Census {
 
     /// Everything found, by rising energy.
     pub(super) fn finish(self, energy: &dyn Energy, spent: usize) -> Exploration {
-        let order: Vec<usize> = self.by_energy[0].0.iter().map(|(_, number)| *number).collect();
+        let order: Vec<usize> = self.by_energy[0]
+            .0
+            .iter()
+            .map(|(_, number)| *number)
+            .collect();
         let mut number = vec![0; order.len()];
         for (id, old) in order.iter().enumerate() {
             number[*old] = id;
         }
-        let count = |hits: usize| self.saddles.iter().filter(|saddle| saddle.hits == hits).count();
+        let count = |hits: usize| {
+            self.saddles
+                .iter()
+                .filter(|saddle| saddle.hits == hits)
+                .count()
+        };
         let (once, twice) = (count(1), count(2));
         let arrived = self.fates.get(&Fate::Arrived).copied().unwrap_or(0);
         let coverage = Coverage {

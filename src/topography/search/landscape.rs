@@ -27,7 +27,11 @@ impl Exploration {
     /// The map: of each pair its lowest saddle, the merge tree, and groups.
     pub fn landscape(&self, energy: &dyn Energy, groups: &GroupSettings) -> Landscape {
         let mut pairs: BTreeMap<[MinimumId; 2], Vec<&TransitionState>> = BTreeMap::new();
-        for saddle in self.saddles.iter().filter(|saddle| saddle.ends[0] != saddle.ends[1]) {
+        for saddle in self
+            .saddles
+            .iter()
+            .filter(|saddle| saddle.ends[0] != saddle.ends[1])
+        {
             pairs.entry(saddle.ends).or_default().push(saddle);
         }
         let mut network = self.nodes();

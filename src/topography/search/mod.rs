@@ -18,6 +18,7 @@ pub use census::{Coverage, Refused, TransitionState};
 use join::Joiner;
 use rayon::prelude::*;
 pub use settings::SearchSettings;
+pub use start::in_box;
 use start::{Gait, Start};
 pub use task::Fate;
 use task::{Outcome, Searcher};
@@ -84,7 +85,12 @@ pub fn explore(
             .map(|_| queue.pop_front().unwrap_or(Start::Random))
             .collect();
         let expected = census.last_new + settings.patience * census.found().max(1);
-        let tally = Tally::after(Phase::Search, census.searches, expected + queue.len(), observer);
+        let tally = Tally::after(
+            Phase::Search,
+            census.searches,
+            expected + queue.len(),
+            observer,
+        );
         let outcomes = remember(journal, &format!("search/{round}"), || {
             let first = census.searches as u64;
             let search = |(k, start): (usize, &Start)| {

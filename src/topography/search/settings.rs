@@ -85,8 +85,12 @@ impl SearchSettings {
             .map(|id| draw(&mut stream(seed, Task::Start, u64::MAX - id)))
             .collect();
         let space = energy.space();
-        let pairs = points.windows(2).map(|pair| near(space, &pair[0], &pair[1]));
-        let size = median(pairs.collect()).filter(|size| *size > 0.0).unwrap_or(1.0);
+        let pairs = points
+            .windows(2)
+            .map(|pair| near(space, &pair[0], &pair[1]));
+        let size = median(pairs.collect())
+            .filter(|size| *size > 0.0)
+            .unwrap_or(1.0);
         let coarse = QuenchSettings::default()
             .with_max_step(0.05 * size)
             .with_gradient_tolerance(0.0)
@@ -133,7 +137,13 @@ impl SearchSettings {
 
 /// How far from `bottom`, in a random direction, the Hessian has changed by [`CHANGE`] (at most `size`), and the largest
 /// curvature at `bottom`.
-fn reach(energy: &dyn Energy, bottom: &[f64], size: f64, id: usize, seed: u64) -> Option<(f64, f64)> {
+fn reach(
+    energy: &dyn Energy,
+    bottom: &[f64],
+    size: f64,
+    id: usize,
+    seed: u64,
+) -> Option<(f64, f64)> {
     let piece = Piece::new(energy, energy.choice(bottom));
     let difference = 1e-5 * size;
     let here = piece.hessian(bottom, difference)?;
@@ -156,7 +166,9 @@ fn reach(energy: &dyn Energy, bottom: &[f64], size: f64, id: usize, seed: u64) -
 
 /// A tangent of this length in a random direction.
 pub(super) fn random_tangent(dimensions: usize, length: f64, rng: &mut Rng) -> Vec<f64> {
-    let mut tangent: Vec<f64> = (0..dimensions).map(|_| StandardNormal.sample(rng)).collect();
+    let mut tangent: Vec<f64> = (0..dimensions)
+        .map(|_| StandardNormal.sample(rng))
+        .collect();
     let norm = norm(&tangent);
     scale(&mut tangent, length / norm);
     tangent

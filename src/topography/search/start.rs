@@ -13,6 +13,19 @@ use crate::space::vector::{scale, times};
 /// Logarithms to base two of the longest step of a search from a random place, in units of the length of the surface.
 const BOLDNESS: std::ops::Range<f64> = 0.0..3.0;
 
+/// Draws points evenly from a box of coordinates.
+///
+/// # Panics
+/// When it draws: if a bound is not below its counterpart.
+pub fn in_box<'a>(low: &'a [f64], high: &'a [f64]) -> impl Fn(&mut Rng) -> Vec<f64> + Sync + 'a {
+    move |rng: &mut Rng| {
+        let sides = low.iter().zip(high);
+        sides
+            .map(|(low, high)| rng.random_range(*low..*high))
+            .collect()
+    }
+}
+
 /// What a search is to start from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Start {
@@ -110,7 +123,10 @@ impl Searcher<'_> {
             1 => self.anywhere(id, rng),
             2 => {
                 let step = self.kick(census, rng);
-                Place::new(self.moved(&minimum.x, &step), rng.random_bool(0.5).then_some(step))
+                Place::new(
+                    self.moved(&minimum.x, &step),
+                    rng.random_bool(0.5).then_some(step),
+                )
             }
             3 | 4 if !minimum.modes.is_empty() => {
                 let mut step = minimum.modes[rng.random_range(0..minimum.modes.len())].clone();
@@ -167,7 +183,10 @@ impl Searcher<'_> {
 
     fn random_tangent(&self, length: f64, rng: &mut Rng) -> Vec<f64> {
         let space = self.energy.space();
-        times(&random_tangent(space.tangents(), length, rng), &space.step_scales())
+        times(
+            &random_tangent(space.tangents(), length, rng),
+            &space.step_scales(),
+        )
     }
 
     fn moved(&self, x: &[f64], step: &[f64]) -> Vec<f64> {

@@ -91,7 +91,9 @@ impl Searcher<'_> {
         let mut outcome = counting.climb(&place, census);
         outcome.drawn = place
             .drawn
-            .filter(|quench: &Quench| quench.stop != StopReason::Budget && quench.energy.is_finite())
+            .filter(|quench: &Quench| {
+                quench.stop != StopReason::Budget && quench.energy.is_finite()
+            })
             .map(QuenchRecord::from);
         outcome.evaluations = usize::try_from(counted.evaluations()).unwrap_or(usize::MAX);
         outcome
@@ -112,7 +114,11 @@ impl Searcher<'_> {
             kicks: 1,
             ceiling: census.ceiling(self.settings.energy),
         };
-        let saddle = match Piece::new(self.energy, Vec::new()).follow(&place.x, place.hint.as_deref(), &following) {
+        let saddle = match Piece::new(self.energy, Vec::new()).follow(
+            &place.x,
+            place.hint.as_deref(),
+            &following,
+        ) {
             Ok(saddle) => saddle,
             Err(lost) => {
                 outcome.fate = lost.into();
