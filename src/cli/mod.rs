@@ -15,6 +15,9 @@ mod experiment;
 mod landscape;
 mod models;
 mod progress;
+mod report;
+mod run;
+mod surface;
 mod synth;
 
 use args::{Arguments, Command};
@@ -34,6 +37,7 @@ pub fn run() -> ExitCode {
         .and_then(|()| match &arguments.command {
             Command::Synth(command) => synth::run(command, &arguments.common),
             Command::Build(command) => build::run(command, &arguments.common),
+            Command::Surface(command) => surface::run(command, &arguments.common),
         });
     match result {
         Ok(()) => ExitCode::SUCCESS,

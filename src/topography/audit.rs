@@ -29,6 +29,20 @@ pub enum Verdict {
     Outside,
 }
 
+impl Verdict {
+    /// The lower-case name used in files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Sound => "sound",
+            Self::Moving => "moving",
+            Self::Index => "index",
+            Self::Evaporated => "evaporated",
+            Self::Duplicate => "duplicate",
+            Self::Outside => "outside",
+        }
+    }
+}
+
 /// The audit of one point. Curvatures are those of the smooth piece of the energy that is lowest there.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Audit {

@@ -67,7 +67,7 @@ impl SearchSettings {
                 distance: 0.01 * length,
             },
             steps: 150,
-            modes: usize::MAX,
+            modes: 1000,
             batch: 64,
             patience: 20,
             max_searches: 100_000,
