@@ -1,7 +1,9 @@
 //! Every energy of the crate: its gradient is the central difference along the tangents of its space.
 
 use landscape::energy::Energy;
-use landscape::energy::model::{DoubleWell, LennardJones, MullerBrown, ThreeHole, Torsion};
+use landscape::energy::model::{
+    DoubleWell, LennardJones, MullerBrown, Orientation, ThreeHole, Torsion,
+};
 use landscape::sample::{Rng, Task, stream};
 use rand::RngExt;
 
@@ -29,6 +31,11 @@ fn energies() -> Vec<(&'static str, Box<dyn Energy>, Sampler)> {
             "torsion",
             Box::new(Torsion::new(&[(1.0, 3), (0.3, 2)])),
             |rng| uniform(rng, 2, 3.0),
+        ),
+        (
+            "orientation",
+            Box::new(Orientation::new([1.0, 1.5, 2.0, 3.0])),
+            |rng| uniform(rng, 4, 1.0),
         ),
         ("Lennard-Jones 5", Box::new(LennardJones::new(5)), |rng| {
             loose_cluster(rng, 5)

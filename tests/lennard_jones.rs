@@ -3,12 +3,12 @@
 use landscape::energy::model::LennardJones;
 use landscape::sample::{Mala, Task, stream};
 use landscape::topography::{
-    Evidence, HoppingSettings, Landscape, MapSettings, MinimumId, NoJournal, Sameness, hop, map,
-    silent,
+    Evidence, HoppingSettings, Landscape, MapSettings, Minimum, MinimumId, NoJournal, Sameness,
+    hop, map, silent,
 };
 use rand::RngExt;
 
-fn mapped(atoms: usize) -> Landscape {
+fn hopped(atoms: usize) -> Vec<Minimum> {
     let energy = LennardJones::new(atoms);
     let starts: Vec<Vec<f64>> = (0..4)
         .map(|id| {
@@ -20,14 +20,18 @@ fn mapped(atoms: usize) -> Landscape {
         .collect();
     let hopping = HoppingSettings {
         kick: 1.2,
-        patience: 100,
         sameness: Sameness {
             energy: 1e-6,
             distance: 1e-2,
         },
         ..HoppingSettings::default()
     };
-    let minima = hop(&energy, &starts, &hopping, &silent);
+    hop(&energy, &starts, &hopping, &silent)
+}
+
+fn mapped(atoms: usize) -> Landscape {
+    let energy = LennardJones::new(atoms);
+    let minima = hopped(atoms);
     let settings = MapSettings::for_minima(&energy, &minima);
     map(
         &energy,
@@ -78,4 +82,10 @@ fn eight_atoms() {
     for node in &found.tree.nodes {
         assert!(node.evidence <= Evidence::Path);
     }
+}
+
+#[test]
+fn nine_atoms_by_hopping() {
+    // Doye and Wales (2002): 21 minima.
+    assert_eq!(hopped(9).len(), 21);
 }

@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use anyhow::Context;
 use clap::{Args, Parser, Subcommand};
 
+use crate::energy::model::MODELS;
+
 /// Shows how diverse a population of grasps really is: synthesizes grasps by differentiable force closure and maps the
 /// energy landscape between them.
 #[derive(Debug, Parser)]
@@ -49,18 +51,30 @@ pub(super) enum Command {
     /// Map the energy landscape between the grasps of a file
     #[command(after_help = BUILD_EXAMPLES)]
     Build(Build),
+<<<<<<< HEAD
     /// Judge the grasps of a file, or bare contacts
     #[command(after_help = INSPECT_EXAMPLES)]
     Inspect(Inspect),
+=======
+    /// Map a surface: a named model, or an energy of your own
+    #[command(after_help = surface_examples())]
+    Surface(Surface),
+>>>>>>> saddles
 }
 
 const EXAMPLES: &str = "\
 Examples:
   landscape synth --object bottle_round -n 64              grasps.parquet: grasps of the human hand on a bottle
   landscape build grasps.parquet                           grasps.landscape/: the landscape between them
+<<<<<<< HEAD
   landscape inspect grasps.parquet                         how good these grasps are
 
 `landscape synth --help`, `landscape build --help` and `landscape inspect --help` tell more.";
+=======
+  landscape surface lj 7                                   lj-7.landscape/: all minima and saddles of a model
+
+`landscape synth --help`, `landscape build --help` and `landscape surface --help` tell more.";
+>>>>>>> saddles
 
 const SYNTH_EXAMPLES: &str = "\
 Examples:
@@ -79,6 +93,7 @@ Writes minima.parquet, edges.parquet, paths.parquet, landscape.json, tree.nwk, b
 graph and the barrier graph (SVG and PNG), and summary.md. An interrupted run continues where it stopped when the same
 command is given again.";
 
+<<<<<<< HEAD
 const INSPECT_EXAMPLES: &str = "\
 Examples:
   landscape inspect grasps.parquet                         the file in numbers: who passes, and quantiles
@@ -105,6 +120,36 @@ Bare contacts (JSON; lengths in any one unit, normals of any length):
     \"length\": 0.1,              arms are divided by it; default: the longest arm
     \"friction\": 0.5             for force closure, forces and epsilon; default: 0.5
   }";
+=======
+fn surface_examples() -> String {
+    let models = MODELS.iter().map(|model| {
+        let call = format!("{} {}", model.name, model.arguments);
+        format!("  {call:<40}{}\n", model.about)
+    });
+    format!(
+        "{SURFACE_EXAMPLES}\n\nModels:\n{}",
+        models.collect::<String>().trim_end()
+    )
+}
+
+const SURFACE_EXAMPLES: &str = r#"Finds every minimum and every saddle between them that it can, from random points and the energy alone: it climbs from
+minima along their modes and from random places, descends on both sides of each saddle, and stops when it has found
+nothing new for long. How complete that is is estimated and told.
+
+Examples:
+  landscape surface muller-brown                           writes muller-brown.landscape/
+  landscape surface lj 7 -o seven.landscape                7 Lennard-Jones atoms: 4 minima, 12 saddles
+  landscape surface --command "python3 my_energy.py" --region=-1.5:1,-0.3:1.8
+                                                           your own energy, starts drawn from this box
+
+Your program answers a line for a line (docs/external_energy.md has a whole example):
+  asked on standard input       {"x": [0.5, -1.25]}
+  answered on standard output   {"energy": 3.5, "gradient": [0.25, -1.0]}   or {"energy": null} outside the domain
+Without "gradient" it is taken by differences. One program runs on each thread.
+
+Writes what `landscape build` writes, and stationary.parquet: all minima and saddles with their curvatures. An interrupted
+run continues where it stopped when the same command is given again."#;
+>>>>>>> saddles
 
 /// Synthesize grasps.
 #[derive(Debug, Args)]
@@ -198,6 +243,7 @@ pub(super) struct Build {
     pub(super) fresh: bool,
 }
 
+<<<<<<< HEAD
 /// Judge grasps.
 #[derive(Debug, Args)]
 pub(super) struct Inspect {
@@ -219,4 +265,54 @@ pub(super) struct Inspect {
     /// The object, for a file that does not describe it.
     #[arg(long, value_name = "NAME|FILE")]
     pub(super) object: Option<String>,
+=======
+/// Map a surface.
+#[derive(Debug, Args)]
+pub(super) struct Surface {
+    /// The model and its arguments, as listed below.
+    #[arg(
+        value_name = "MODEL",
+        required_unless_present = "command",
+        conflicts_with = "command",
+        allow_negative_numbers = true
+    )]
+    pub(super) model: Vec<String>,
+    /// A program that computes the energy, as the shell would run it.
+    #[arg(long, value_name = "COMMAND", requires = "region")]
+    pub(super) command: Option<String>,
+    /// Where random starts are drawn: low:high for each coordinate; `-1:1x21` stands for 21 alike.
+    #[arg(long, value_name = "LOW:HIGH,...", allow_hyphen_values = true)]
+    pub(super) region: Option<String>,
+    /// What the coordinates of the program's energy are.
+    #[arg(long, value_enum, default_value_t = Coordinates::Flat, requires = "command")]
+    pub(super) coordinates: Coordinates,
+    /// The folder to write; by default the name of the model with the ending `.landscape`.
+    #[arg(long, short, value_name = "FOLDER")]
+    pub(super) output: Option<PathBuf>,
+    /// Stop after this many searches without anything new for every minimum and saddle found.
+    #[arg(long, value_name = "N")]
+    pub(super) patience: Option<usize>,
+    /// Stop after about this many searches in any case.
+    #[arg(long, value_name = "N")]
+    pub(super) searches: Option<usize>,
+    /// Seed of every random draw.
+    #[arg(long, default_value_t = 0)]
+    pub(super) seed: u64,
+    /// Begin again instead of continuing an interrupted run.
+    #[arg(long)]
+    pub(super) fresh: bool,
+}
+
+/// What coordinates are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub(super) enum Coordinates {
+    /// Numbers of a flat space.
+    Flat,
+    /// Angles in radians, which wrap.
+    Angles,
+    /// Positions x, y, z of equal atoms: moved, turned, mirrored and renumbered copies are one.
+    Atoms,
+    /// A unit quaternion w, x, y, z; the gradient has three numbers, by rotation about the body's own axes.
+    Rotation,
+>>>>>>> saddles
 }

@@ -1,25 +1,32 @@
 //! `landscape build`: the landscape between the grasps of a file.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
-use std::time::Instant;
 
 use anyhow::Context;
-use indicatif::ProgressBar;
 
 use super::args::{Build, Common};
+<<<<<<< HEAD
 use super::landscape::{Mapped, pictures, summary, tables};
 use super::{check_output, complain, input, print, progress};
+=======
+use super::landscape::{Input, Mapped};
+use super::report::{Report, summary, tables};
+use super::run::{DiskJournal, Watch};
+use super::{check_output, complain, models, print};
+>>>>>>> saddles
 use crate::grasp::hover::hover_costs;
 use crate::grasp::{GraspEnergy, GraspKernel};
 use crate::store::{
+<<<<<<< HEAD
     AtomicFolder, GraspFile, Journal, Phase as Timing, Population, Source, StoreError, Timings,
     content_hash,
+=======
+    AtomicFolder, Grasp, GraspFile, Journal, Overrides, Population, Source, content_hash,
+>>>>>>> saddles
 };
 use crate::topography::{
-    self, ChainSettings, MapSettings, PathSettings, Phase, Progress, Sameness, SeamSettings,
-    distinct, map, quench_all,
+    self, ChainSettings, MapSettings, PathSettings, Sameness, SeamSettings, distinct, map,
+    quench_all,
 };
 
 pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
@@ -134,27 +141,6 @@ fn map_settings(command: &Build, energy: &GraspEnergy) -> MapSettings {
     settings
 }
 
-/// The journal on disk as the map sees it; the first failure to write is kept for the end.
-struct DiskJournal<'a> {
-    journal: &'a Journal,
-    failure: Mutex<Option<StoreError>>,
-}
-
-impl topography::Journal for DiskJournal<'_> {
-    fn get(&self, key: &str) -> Option<Vec<u8>> {
-        self.journal.get(key)
-    }
-
-    fn put(&self, key: &str, record: &[u8]) {
-        if let Err(error) = self.journal.put(key, record) {
-            self.failure
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner)
-                .get_or_insert(error);
-        }
-    }
-}
-
 fn build(
     command: &Build,
     common: &Common,
@@ -191,10 +177,7 @@ fn build(
     ]);
     let folder = AtomicFolder::open(output, command.fresh)?;
     let disk = Journal::open(&folder.journal(), &fingerprint, command.fresh)?;
-    let journal = DiskJournal {
-        journal: &disk,
-        failure: Mutex::new(None),
-    };
+    let journal = DiskJournal::new(&disk);
 
     let mut watch = Watch::new(common.quiet);
     let starts: Vec<Vec<f64>> = grasps
@@ -219,21 +202,18 @@ fn build(
         watch.see(p);
     });
     watch.lap("connect", landscape.evaluations);
-    if let Some(error) = journal
-        .failure
-        .lock()
-        .unwrap_or_else(PoisonError::into_inner)
-        .take()
-    {
-        return Err(error.into());
-    }
+    journal.check()?;
     let hover = hover_costs(&energy, &probes(&landscape))?;
     watch.lap("hover", 0);
 
-    let mapped = Mapped {
-        landscape: &landscape,
+    let report = Report {
+        mapped: Mapped {
+            landscape: &landscape,
+            energy: &energy,
+            inputs: grasps.iter().map(|grasp| input(grasp)).collect(),
+            choices_below: settings.path.exact_below,
+        },
         energy: &energy,
-        grasps: &grasps,
         population,
         settings: &settings,
         hover: &hover,
@@ -243,7 +223,11 @@ fn build(
         quench_evaluations,
         warnings,
     };
-    let text = write(&mapped, &folder)?;
+    let files = tables(&report)?;
+    files.write(&folder)?;
+    report.mapped.draw(&report.titles(), &folder)?;
+    let text = summary(&report, &files);
+    folder.write("summary.md", text.as_bytes())?;
     watch.lap("write", 0);
     watch.timings().write(&folder)?;
     disk.remove()?;
@@ -255,6 +239,25 @@ fn build(
     Ok(())
 }
 
+<<<<<<< HEAD
+=======
+/// The pose of a row, as the pose space has it.
+fn coordinates(grasp: &Grasp) -> Vec<f64> {
+    let mut x = grasp.translation_m.to_vec();
+    x.extend(grasp.rotation_wxyz);
+    x.extend(&grasp.joints_rad);
+    x
+}
+
+/// A row and its label: the human one, else the automatic one.
+fn input(grasp: &Grasp) -> Input {
+    Input {
+        id: grasp.id,
+        label: grasp.label.clone().or_else(|| grasp.label_auto.clone()),
+    }
+}
+
+>>>>>>> saddles
 /// What the manifest says of the input.
 fn source(command: &Build, bytes: &[u8]) -> Source {
     let name = command.grasps.file_name().unwrap_or_default();
@@ -277,21 +280,6 @@ fn probes(landscape: &topography::Landscape) -> Vec<&[f64]> {
         .collect()
 }
 
-/// Writes everything but the timings; returns the summary.
-fn write(mapped: &Mapped<'_>, folder: &AtomicFolder) -> anyhow::Result<String> {
-    let name = |id: topography::MinimumId| format!("m{}", id.0);
-    let files = tables(mapped)?;
-    files.write(folder)?;
-    let tree = topography::newick(&mapped.landscape.tree, name);
-    folder.write("tree.nwk", tree.as_bytes())?;
-    let graph = topography::graphml(&mapped.landscape.network, name);
-    folder.write("barriers.graphml", graph.as_bytes())?;
-    pictures(mapped, folder.path())?;
-    let text = summary(mapped, &files);
-    folder.write("summary.md", text.as_bytes())?;
-    Ok(text)
-}
-
 fn command_line(command: &Build, settings: &MapSettings) -> String {
     let name = command
         .grasps
@@ -305,82 +293,4 @@ fn command_line(command: &Build, settings: &MapSettings) -> String {
         "landscape build {name} --neighbours {} --temperature {} --force {} --seed {}{first}",
         settings.neighbours, settings.chain.temperature, settings.chain.force, command.seed
     )
-}
-
-/// Progress bar and stopwatch.
-struct Watch {
-    quiet: bool,
-    bar: Mutex<Option<(Phase, ProgressBar)>>,
-    started: Instant,
-    phases: Vec<Timing>,
-}
-
-impl Watch {
-    fn new(quiet: bool) -> Self {
-        Self {
-            quiet,
-            bar: Mutex::new(None),
-            started: Instant::now(),
-            phases: Vec::new(),
-        }
-    }
-
-    fn see(&self, news: Progress) {
-        let mut bar = self.bar.lock().unwrap_or_else(PoisonError::into_inner);
-        let total = news.total as u64;
-        let same = bar
-            .as_ref()
-            .is_some_and(|(phase, bar)| *phase == news.phase && bar.length() == Some(total));
-        if !same {
-            if let Some((_, old)) = bar.take() {
-                old.finish_and_clear();
-            }
-            let what = match news.phase {
-                Phase::Quench => "descending",
-                Phase::Connect => "connecting pairs",
-                Phase::Join => "joining components",
-                Phase::Retry => "improving merges",
-                _ => "searching",
-            };
-            *bar = Some((news.phase, progress::bar(what, total, self.quiet)));
-        }
-        if let Some((_, bar)) = bar.as_ref() {
-            bar.set_position(news.done as u64);
-        }
-    }
-
-    fn lap(&mut self, name: &str, evaluations: usize) {
-        if let Some((_, bar)) = self
-            .bar
-            .get_mut()
-            .unwrap_or_else(PoisonError::into_inner)
-            .take()
-        {
-            bar.finish_and_clear();
-        }
-        let before: f64 = self.phases.iter().map(|phase| phase.seconds).sum();
-        self.phases.push(Timing {
-            name: name.to_owned(),
-            seconds: self.started.elapsed().as_secs_f64() - before,
-            evaluations: evaluations as u64,
-        });
-    }
-
-    fn timings(self) -> Timings {
-        Timings {
-            threads: rayon::current_num_threads(),
-            phases: self.phases,
-        }
-    }
-}
-
-/// How often each name occurs, most frequent first.
-pub(super) fn tally<'a>(names: impl Iterator<Item = &'a str>) -> Vec<(String, usize)> {
-    let mut counts = BTreeMap::new();
-    for name in names {
-        *counts.entry(name.to_owned()).or_insert(0) += 1;
-    }
-    let mut counts: Vec<_> = counts.into_iter().collect();
-    counts.sort_by(|a, b| b.1.cmp(&a.1).then(a.0.cmp(&b.0)));
-    counts
 }

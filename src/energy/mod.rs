@@ -3,9 +3,11 @@
 use crate::space::Space;
 
 mod counted;
+mod external;
 pub mod model;
 
 pub use counted::Counted;
+pub use external::{External, ExternalError};
 
 /// A scalar field on a [`Space`], continuously differentiable wherever it is finite (or piecewise so, where documented).
 ///

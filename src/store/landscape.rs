@@ -7,6 +7,10 @@
 //! | `edges.parquet` | a pair that was tried | `a`, `b` (ids), `height`∅, `relative_barrier`∅, `length`∅, `evidence`, `term`∅, `chain_forward`∅, `chain_backward`∅, `evaluations` |
 //! | `paths.parquet` | an image of an edge's path | `a`, `b`, `image`, `coordinates`, `energy`, `choice`, `term_<name>`∅ (at the highest image only) |
 //!
+//! The folder of a searched surface also holds `stationary.parquet`, a row a minimum or saddle
+//! ([`StationaryRow`](super::StationaryRow)): `index`, `id`, `a`, `b`, `energy`, `coordinates`, `gradient_norm`, `curvatures`,
+//! `searches`, `verdict`.
+//!
 //! `∅` may be null: no path was found, or the value was not computed.
 
 use std::collections::BTreeMap;
@@ -200,12 +204,8 @@ impl LandscapeFiles {
             (EDGES, edge_columns(&self.edges)),
             (PATHS, self.path_columns()),
         ] {
-            let head =
-                json!({ "format": FORMAT, "schema_version": super::SCHEMA_VERSION, "table": name });
-            folder.write(
-                name,
-                &columns.encode(&folder.path().join(name), head.to_string())?,
-            )?;
+            let path = folder.path().join(name);
+            folder.write(name, &columns.encode(&path, table_head(name))?)?;
         }
         let manifest = serde_json::to_value(&self.manifest).expect("a manifest is plain data");
         let mut document = json!({ "format": FORMAT, "schema_version": super::SCHEMA_VERSION });
@@ -254,6 +254,11 @@ impl Timings {
     pub fn write(&self, folder: &AtomicFolder) -> Result<(), StoreError> {
         folder.write(TIMINGS, &pretty(self))
     }
+}
+
+/// Metadata of a table of a landscape.
+pub(super) fn table_head(name: &str) -> String {
+    json!({ "format": FORMAT, "schema_version": super::SCHEMA_VERSION, "table": name }).to_string()
 }
 
 fn pretty(value: &impl Serialize) -> Vec<u8> {
@@ -316,7 +321,7 @@ fn read_manifest(folder: &Path) -> Result<Manifest, StoreError> {
 }
 
 /// Opens a table of this version.
-fn read_table(path: &Path) -> Result<Table, StoreError> {
+pub(super) fn read_table(path: &Path) -> Result<Table, StoreError> {
     let table = Table::read(path)?;
     let head = table.metadata.as_deref().unwrap_or_default();
     check_version(path, &serde_json::from_str(head).unwrap_or_default())?;

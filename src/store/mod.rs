@@ -16,6 +16,7 @@ pub mod grasps;
 mod journal;
 mod landscape;
 mod metadata;
+mod stationary;
 mod table;
 
 pub use atomic::{AtomicFolder, JOURNAL, write_atomic};
@@ -28,3 +29,4 @@ pub use landscape::{
 pub use metadata::{
     HandMetadata, Metadata, ObjectMetadata, SCHEMA_VERSION, TextFile, content_hash,
 };
+pub use stationary::StationaryRow;

@@ -10,7 +10,7 @@ use super::network::Minimum;
 use super::{Observer, Phase, Tally};
 use crate::energy::Energy;
 use crate::optimize::{Quench, QuenchSettings, StopReason, quench};
-use crate::sample::{Task, stream};
+use crate::sample::{Rng, Task, stream};
 use crate::space::Space;
 
 /// When two stationary points are one.
@@ -152,7 +152,7 @@ pub struct HoppingSettings {
     pub kick: f64,
     /// Temperature at which a hop uphill is accepted, in units of the energy.
     pub temperature: f64,
-    /// A walker stops after this many hops in a row that found nothing new to it.
+    /// The walk ends when this many hops, of all walkers together and for every minimum found, brought nothing new.
     pub patience: usize,
     /// Most hops of a walker.
     pub max_hops: usize,
@@ -167,102 +167,141 @@ impl Default for HoppingSettings {
             sameness: Sameness::default(),
             kick: 1.0,
             temperature: 1.0,
-            patience: 50,
-            max_hops: 5000,
+            patience: 25,
+            max_hops: 50_000,
             seed: 0,
         }
     }
 }
 
-/// Basin hopping: walkers from `starts`, each kicking its minimum, descending and accepting by Metropolis' rule, until
-/// it has found nothing new for a while. Returns the distinct minima; their members are the walkers that saw them.
+/// Basin hopping: walkers from `starts`, each kicking its minimum, descending and accepting by Metropolis' rule, until all
+/// of them together have found nothing new for long, measured by what they have found. Returns the distinct minima; their
+/// members are the walkers that saw them.
 ///
-/// D. J. Wales and J. P. K. Doye, J. Phys. Chem. A 101, 5111 (1997). No walker knows what the others or the literature
-/// found. Descents that do not converge (evaporated clusters) are not minima and not counted as new.
+/// D. J. Wales and J. P. K. Doye, J. Phys. Chem. A 101, 5111 (1997). Every second walker accepts every hop: the Metropolis
+/// rule keeps a walker among low minima, and high ones are rarely seen by it. No expected number enters anywhere. Descents
+/// that do not converge (evaporated clusters) are not minima and not counted as new.
 pub fn hop(
     energy: &dyn Energy,
     starts: &[Vec<f64>],
     settings: &HoppingSettings,
     observer: &Observer<'_>,
 ) -> Vec<Minimum> {
-    let tally = Tally::new(Phase::Hop, starts.len(), observer);
-    let walk = |(walker, start): (usize, &Vec<f64>)| {
-        let seen = hop_from(energy, start, walker, settings);
-        tally.tick();
-        seen
-    };
-    let seen: Vec<Vec<Quench>> = starts.par_iter().enumerate().map(walk).collect();
-    let walker: Vec<usize> = (seen.iter().enumerate())
-        .flat_map(|(walker, found)| std::iter::repeat_n(walker, found.len()))
+    let space = energy.space();
+    let mut walkers: Vec<Walker> = (starts.par_iter().enumerate())
+        .map(|(id, start)| Walker::new(energy, start, id, settings))
         .collect();
-    let (mut minima, _) = distinct(energy, &seen.concat(), &settings.sameness, f64::INFINITY);
-    for minimum in &mut minima {
-        for member in &mut minimum.members {
-            *member = walker[*member];
+    let mut pool: Vec<Quench> = Vec::new();
+    let mut seen_by: Vec<Vec<usize>> = Vec::new();
+    let (mut hops, mut idle) = (0, 0);
+    let most = settings.max_hops * walkers.len();
+    while !walkers.is_empty() && hops < most && idle < settings.patience * pool.len().max(1) {
+        let expected = hops - idle + settings.patience * pool.len().max(1);
+        let tally = Tally::after(Phase::Hop, hops, expected, observer);
+        let rounds: Vec<Vec<Quench>> = walkers
+            .par_iter_mut()
+            .map(|walker| {
+                let hop = |_| {
+                    let end = walker.hop(energy, settings);
+                    tally.tick();
+                    end
+                };
+                (0..ROUND).map(hop).collect()
+            })
+            .collect();
+        for (walker, ends) in rounds.into_iter().enumerate() {
+            for end in ends {
+                hops += 1;
+                idle += 1;
+                if end.stop != StopReason::Converged {
+                    continue;
+                }
+                let known = pool.iter().position(|old| {
+                    (old.energy - end.energy).abs() <= settings.sameness.energy
+                        && space.distance(&old.x, &end.x) <= settings.sameness.distance
+                });
+                if let Some(known) = known {
+                    seen_by[known].push(walker);
+                } else {
+                    pool.push(end);
+                    seen_by.push(vec![walker]);
+                    idle = 0;
+                }
+            }
         }
+    }
+    let (mut minima, _) = distinct(energy, &pool, &settings.sameness, f64::INFINITY);
+    for minimum in &mut minima {
+        let rows = minimum.members.iter();
+        minimum.members = rows.flat_map(|row| seen_by[*row].iter().copied()).collect();
+        minimum.members.sort_unstable();
         minimum.members.dedup();
     }
     minima
 }
 
-fn hop_from(
-    energy: &dyn Energy,
-    start: &[f64],
-    walker: usize,
-    settings: &HoppingSettings,
-) -> Vec<Quench> {
-    let space = energy.space();
-    let scales = space.step_scales();
-    let share = settings.kick / (scales.iter().map(|s| s * s).sum::<f64>()).sqrt();
-    let mut rng = stream(settings.seed, Task::BasinHopping, walker as u64);
-    let mut seen: Vec<Quench> = Vec::new();
-    let mut here = quench(energy, start, &settings.quench);
-    if here.stop == StopReason::Converged {
-        seen.push(here.clone());
-    }
-    let mut idle = 0;
-    for _ in 0..settings.max_hops {
-        if idle >= settings.patience {
-            break;
+/// Hops of every walker between two looks at what all have found.
+const ROUND: usize = 8;
+
+/// A point that hops from minimum to minimum.
+struct Walker {
+    here: Quench,
+    rng: Rng,
+    /// Temperature of its Metropolis rule.
+    temperature: f64,
+    first: bool,
+}
+
+impl Walker {
+    fn new(energy: &dyn Energy, start: &[f64], id: usize, settings: &HoppingSettings) -> Self {
+        Self {
+            here: quench(energy, start, &settings.quench),
+            rng: stream(settings.seed, Task::BasinHopping, id as u64),
+            temperature: if id % 2 == 1 {
+                f64::INFINITY
+            } else {
+                settings.temperature
+            },
+            first: true,
         }
-        idle += 1;
+    }
+
+    /// One hop; returns where it ended, whether accepted or not. The first is the descent from the start.
+    fn hop(&mut self, energy: &dyn Energy, settings: &HoppingSettings) -> Quench {
+        if std::mem::take(&mut self.first) {
+            return self.here.clone();
+        }
+        let space = energy.space();
+        let scales = space.step_scales();
+        let share = settings.kick / (scales.iter().map(|s| s * s).sum::<f64>()).sqrt();
         let kick: Vec<f64> = scales
             .iter()
             .map(|s| {
-                let noise: f64 = StandardNormal.sample(&mut rng);
+                let noise: f64 = StandardNormal.sample(&mut self.rng);
                 share * s * noise
             })
             .collect();
-        let mut x = here.x.clone();
+        let mut x = self.here.x.clone();
         space.shift(&mut x, &kick);
         let next = quench(energy, &x, &settings.quench);
-        let chance: f64 = rng.random();
-        if next.stop != StopReason::Converged {
-            if here.stop != StopReason::Converged && next.energy < here.energy {
-                here = next;
-            }
-            continue;
+        let chance: f64 = self.rng.random();
+        let settled = |quench: &Quench| quench.stop == StopReason::Converged;
+        let accepted = match (settled(&next), settled(&self.here)) {
+            (true, true) => chance < ((self.here.energy - next.energy) / self.temperature).exp(),
+            (true, false) => true,
+            (false, true) => false,
+            (false, false) => next.energy < self.here.energy,
+        };
+        if accepted {
+            self.here = next.clone();
         }
-        let known = seen.iter().any(|old| {
-            (old.energy - next.energy).abs() <= settings.sameness.energy
-                && space.distance(&old.x, &next.x) <= settings.sameness.distance
-        });
-        if !known {
-            seen.push(next.clone());
-            idle = 0;
-        }
-        if here.stop != StopReason::Converged
-            || chance < ((here.energy - next.energy) / settings.temperature).exp()
-        {
-            here = next;
-        }
+        next
     }
-    seen
 }
 
 /// A [`Quench`] to the last bit.
 #[derive(Serialize, Deserialize)]
-struct QuenchRecord {
+pub(super) struct QuenchRecord {
     #[serde(with = "bits::list")]
     x: Vec<f64>,
     #[serde(with = "bits::number")]

@@ -1,7 +1,10 @@
 //! Half two: maps any energy. Minima, paths between them, barriers, the tree.
 
 mod adelm;
+mod audit;
 mod barrier;
+mod eigen;
+mod follow;
 mod groups;
 mod journal;
 mod map;
@@ -10,10 +13,12 @@ mod network;
 mod pairs;
 mod path;
 mod progress;
+mod search;
 mod text;
 mod tree;
 
 pub use adelm::{Chain, ChainSettings, chain};
+pub use audit::{Audit, AuditSettings, Verdict, audit};
 pub use barrier::{Connection, Connector, Crossing, Effort, Start};
 pub use groups::{GroupSettings, Groups, Level};
 pub use journal::{Journal, MemoryJournal, NoJournal};
@@ -23,5 +28,8 @@ pub use network::{Edge, Evidence, Minimum, MinimumId, Network};
 pub use path::{Pass, Path, PathSettings, SeamSettings};
 use progress::Tally;
 pub use progress::{Observer, Phase, Progress, silent};
+pub use search::{
+    Coverage, Draw, Exploration, Fate, Refused, SearchSettings, TransitionState, explore, in_box,
+};
 pub use text::{graphml, newick};
 pub use tree::{Node, NodeId, Tree, decisive};

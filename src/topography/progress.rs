@@ -10,6 +10,8 @@ pub enum Phase {
     Quench,
     /// Basin hopping.
     Hop,
+    /// Searching saddles; the total is what the search would take if nothing new turned up.
+    Search,
     /// Choosing pairs.
     Pairs,
     /// Connecting near pairs.
@@ -47,14 +49,20 @@ pub(super) struct Tally<'a> {
 
 impl<'a> Tally<'a> {
     pub(super) fn new(phase: Phase, total: usize, observer: &'a Observer<'a>) -> Self {
-        observer(Progress {
-            phase,
-            done: 0,
-            total,
-        });
+        Self::after(phase, 0, total, observer)
+    }
+
+    /// With `done` tasks already finished.
+    pub(super) fn after(
+        phase: Phase,
+        done: usize,
+        total: usize,
+        observer: &'a Observer<'a>,
+    ) -> Self {
+        observer(Progress { phase, done, total });
         Self {
             phase,
-            done: AtomicUsize::new(0),
+            done: AtomicUsize::new(done),
             total,
             observer,
         }

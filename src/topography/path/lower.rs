@@ -7,13 +7,13 @@
 //! seam, until it comes to rest there or a third piece undercuts both. Then the path goes through that one, and its top
 //! is one of the two new seams. A move counts only if the highest point of the path falls.
 
-use super::eigen::Piece;
 use super::pass::Peak;
 use super::seam::{Sheet, slide};
 use super::{Path, PathSettings, SeamSettings, near};
 use crate::energy::Energy;
 use crate::space::Space;
 use crate::space::vector::{dot, norm, scale};
+use crate::topography::eigen::Piece;
 
 /// Golden section.
 const GOLDEN: f64 = 0.381_966_011_250_105;

@@ -3,7 +3,6 @@
 //! A path is relaxed as a string ([`string`]), its highest point is refined to a pass ([`pass`]), and what that pass is
 //! worth is decided by descents from it ([`relax`]).
 
-mod eigen;
 mod lower;
 mod pass;
 mod relax;
@@ -11,6 +10,7 @@ mod seam;
 mod string;
 
 pub use pass::Pass;
+pub(super) use pass::descend;
 pub(super) use relax::relax;
 pub use relax::{PathSettings, SeamSettings};
 use serde::{Deserialize, Serialize};

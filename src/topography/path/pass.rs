@@ -2,13 +2,14 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::eigen::Piece;
 use super::seam::{Sheet, least_combination, slide};
 use super::string::Band;
 use super::{Path, PathSettings, between};
 use crate::energy::Energy;
 use crate::optimize::{QuenchSettings, quench_traced};
 use crate::space::vector::{norm, scale};
+use crate::topography::eigen::Piece;
+use crate::topography::follow::Following;
 use crate::topography::minima::Sameness;
 
 /// Golden section.
@@ -159,13 +160,16 @@ impl Peak {
                 .collect();
             (found.x, found.energy, found.residual, normal)
         } else {
-            let found = Piece::new(energy, before).follow(
-                &self.x,
-                &self.tangent,
-                10.0 * descent.gradient_tolerance,
-                settings.max_step,
-                settings.refinement_steps,
-            )?;
+            let following = Following {
+                tolerance: 10.0 * descent.gradient_tolerance,
+                longest: settings.max_step,
+                steps: settings.refinement_steps,
+                kicks: 0,
+                ceiling: f64::INFINITY,
+            };
+            let found = Piece::new(energy, before)
+                .follow(&self.x, Some(&self.tangent), &following)
+                .ok()?;
             (found.x, found.energy, found.residual, found.mode)
         };
         let mut gradient = vec![0.0; space.tangents()];
@@ -176,35 +180,48 @@ impl Peak {
             return None;
         }
         let length = norm(&normal);
-        scale(&mut normal, settings.push / length);
-        let mut descents = Vec::with_capacity(2);
-        for _ in 0..2 {
-            let mut start = x.clone();
-            space.shift(&mut start, &normal);
-            if energy.evaluate(&start, &mut gradient) >= height {
-                return None;
-            }
-            let mut trace = Path {
-                images: vec![x.clone()],
-                energies: vec![height],
-            };
-            let end = quench_traced(energy, &start, descent, &mut |x, height| {
-                trace.images.push(x.to_vec());
-                trace.energies.push(height);
-            });
-            trace.images.push(end.x);
-            trace.energies.push(end.energy);
-            descents.push(trace);
-            scale(&mut normal, -1.0);
-        }
-        let second = descents.pop()?;
-        let first = descents.pop()?;
+        scale(&mut normal, length.recip());
+        let descents = descend(energy, (&x, height), &normal, settings.push, descent)?;
         Some(Pass {
             x,
             energy: height,
             seam,
             residual,
-            descents: [first, second],
+            descents,
         })
     }
+}
+
+/// Descents on both sides of a pass, after a step of length `push` along its unit tangent `mode`; `None` where such a
+/// step leads no lower.
+pub(in crate::topography) fn descend(
+    energy: &dyn Energy,
+    (pass, height): (&[f64], f64),
+    mode: &[f64],
+    push: f64,
+    settings: &QuenchSettings,
+) -> Option<[Path; 2]> {
+    let space = energy.space();
+    let mut gradient = vec![0.0; space.tangents()];
+    let mut side = |push: f64| {
+        let mut step = mode.to_vec();
+        scale(&mut step, push);
+        let mut start = pass.to_vec();
+        space.shift(&mut start, &step);
+        if energy.evaluate(&start, &mut gradient) >= height {
+            return None;
+        }
+        let mut trace = Path {
+            images: vec![pass.to_vec()],
+            energies: vec![height],
+        };
+        let end = quench_traced(energy, &start, settings, &mut |x, height| {
+            trace.images.push(x.to_vec());
+            trace.energies.push(height);
+        });
+        trace.images.push(end.x);
+        trace.energies.push(end.energy);
+        Some(trace)
+    };
+    Some([side(push)?, side(-push)?])
 }

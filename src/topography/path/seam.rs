@@ -7,8 +7,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::eigen::Piece;
 use crate::space::vector::{add, dot, norm, scale};
+use crate::topography::eigen::Piece;
 
 /// The lowest point of a seam.
 pub(super) struct Crossing {

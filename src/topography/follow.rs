@@ -1,0 +1,336 @@
+//! Eigenvector following: uphill along one mode and downhill along all others, to a stationary point of index 1.
+
+use nalgebra::DMatrix;
+use serde::{Deserialize, Serialize};
+
+use super::eigen::{FLAT, Modes, Piece};
+use crate::space::vector::{add, dot, norm, scale, times};
+
+/// Steps between two exact Hessians; in between it is updated.
+const REFRESH: usize = 3;
+/// Errors of the predicted change of energy, as shares of its parts: above the first a step is taken back, above the
+/// second the next one is shorter, below the third it may be longer.
+const ERRORS: [f64; 3] = [1.0, 0.5, 0.2];
+/// Shortest trust radius, as a share of the longest: a step is never taken back below.
+const SHORTEST: f64 = 1e-3;
+/// Energies closer than this share of their size differ by rounding only.
+const ROUNDING: f64 = 1e-13;
+/// Length of a step off a point of higher index, as a share of the longest.
+const KICK: f64 = 0.3;
+
+/// How to follow.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Following {
+    /// Converged when the norm of the gradient is at most this, energy per length.
+    pub(super) tolerance: f64,
+    /// Longest step, by scaled tangents.
+    pub(super) longest: f64,
+    /// Steps allowed.
+    pub(super) steps: usize,
+    /// How often to go on, along its second mode, from a point of higher index.
+    pub(super) kicks: usize,
+    /// Energy above which nothing is sought; a search that starts higher must not rise.
+    pub(super) ceiling: f64,
+}
+
+/// Why a search found no saddle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub(super) enum Lost {
+    /// It left the domain.
+    Outside,
+    /// It rose above the ceiling.
+    High,
+    /// It did not converge within the steps allowed.
+    Steps,
+    /// It converged to a point of another index.
+    Index,
+}
+
+/// An index-1 stationary point of a piece.
+pub(super) struct Saddle {
+    pub(super) x: Vec<f64>,
+    pub(super) energy: f64,
+    /// Norm of the gradient, energy per length.
+    pub(super) residual: f64,
+    /// Unit tangent along the only negative curvature.
+    pub(super) mode: Vec<f64>,
+}
+
+/// Where a search is, and what is known of the surface there.
+struct Here {
+    x: Vec<f64>,
+    energy: f64,
+    gradient: Vec<f64>,
+    hessian: DMatrix<f64>,
+    /// Whether the Hessian was measured here.
+    exact: bool,
+}
+
+impl Piece<'_> {
+    /// Follows the mode most like `hint` (a plain tangent; the lowest mode if none) uphill and all others downhill, to a
+    /// stationary point of index 1. Once the followed mode is the only one of negative curvature it is the lowest, and
+    /// stays so.
+    ///
+    /// Steps after D. J. Wales, J. Chem. Phys. 101, 3750 (1994): along each mode 2g / (|λ| (1 + √(1 + 4 g²/λ²))), within
+    /// a trust radius that follows the error of the predicted energy; the Hessian by central differences, updated in
+    /// between (J. M. Bofill, J. Comput. Chem. 15, 1 (1994)). The index is that of an exact Hessian at the end.
+    pub(super) fn follow(
+        &self,
+        start: &[f64],
+        hint: Option<&[f64]>,
+        settings: &Following,
+    ) -> Result<Saddle, Lost> {
+        let difference = 1e-4 * settings.longest;
+        let mut gradient = vec![0.0; self.scales.len()];
+        let mut here = Here {
+            energy: self.evaluate(start, &mut gradient),
+            x: start.to_vec(),
+            gradient,
+            hessian: self.hessian(start, difference).ok_or(Lost::Outside)?,
+            exact: true,
+        };
+        if !here.energy.is_finite() {
+            return Err(Lost::Outside);
+        }
+        let ceiling = settings.ceiling.max(here.energy);
+        let mut followed: Option<Vec<f64>> = hint.map(|tangent| self.scaled(tangent));
+        let (mut trust, mut kicks) = (settings.longest, settings.kicks);
+        let mut modes = self.modes(&here.x, &here.hessian).ok_or(Lost::Outside)?;
+        for k in 1..=settings.steps {
+            if here.energy > ceiling {
+                return Err(Lost::High);
+            }
+            if self.size(&here.gradient) <= settings.tolerance {
+                if !here.exact {
+                    modes = self.measure(&mut here, difference)?;
+                }
+                match modes.index() {
+                    (1, _) => return Ok(self.saddle(here, &modes)),
+                    (0, _) => return Err(Lost::Index),
+                    _ if kicks == 0 => return Err(Lost::Index),
+                    _ => {
+                        kicks -= 1;
+                        let mut kick = modes.tangents[1].clone();
+                        scale(&mut kick, KICK * settings.longest);
+                        here.x = self.moved(&here.x, &kick);
+                        here.energy = self.evaluate(&here.x, &mut here.gradient);
+                        modes = self.measure(&mut here, difference)?;
+                        followed = None;
+                        continue;
+                    }
+                }
+            }
+            let uphill = followed.as_ref().map_or(0, |hint| modes.most_like(hint));
+            let reached = uphill == 0 && modes.curvatures[0] < 0.0;
+            followed = (!reached).then(|| modes.tangents[uphill].clone());
+            let step = Step::new(&modes, &here.gradient, uphill, trust, settings.tolerance);
+            let x = self.moved(&here.x, &step.tangent);
+            let mut gradient = vec![0.0; self.scales.len()];
+            let energy = self.evaluate(&x, &mut gradient);
+            let error = (energy - here.energy - step.rise).abs()
+                / (step.parts + ROUNDING * here.energy.abs());
+            // An error that is not a number refuses as well.
+            if !(error <= ERRORS[0]) && step.length > SHORTEST * settings.longest {
+                trust = 0.25 * step.length;
+                if !here.exact {
+                    modes = self.measure(&mut here, difference)?;
+                }
+                continue;
+            }
+            if error > ERRORS[1] {
+                trust = 0.5 * step.length;
+            } else if error < ERRORS[2] {
+                trust = settings.longest.min(2.0 * trust);
+            }
+            if k % REFRESH == 0 {
+                (here.x, here.energy, here.gradient) = (x, energy, gradient);
+                modes = self.measure(&mut here, difference)?;
+            } else {
+                update(&mut here.hessian, &step.tangent, &here.gradient, &gradient);
+                (here.x, here.energy, here.gradient) = (x, energy, gradient);
+                here.exact = false;
+                modes = self.modes(&here.x, &here.hessian).ok_or(Lost::Outside)?;
+            }
+        }
+        Err(Lost::Steps)
+    }
+
+    /// Measures the Hessian.
+    fn measure(&self, here: &mut Here, difference: f64) -> Result<Modes, Lost> {
+        here.hessian = self.hessian(&here.x, difference).ok_or(Lost::Outside)?;
+        here.exact = true;
+        self.modes(&here.x, &here.hessian).ok_or(Lost::Outside)
+    }
+
+    fn saddle(&self, here: Here, modes: &Modes) -> Saddle {
+        let mut mode = times(&modes.tangents[0], &self.scales);
+        let length = norm(&mode);
+        scale(&mut mode, length.recip());
+        Saddle {
+            residual: self.size(&here.gradient),
+            x: here.x,
+            energy: here.energy,
+            mode,
+        }
+    }
+}
+
+/// A step by scaled tangents and what the quadratic model expects of it.
+struct Step {
+    tangent: Vec<f64>,
+    length: f64,
+    /// Expected change of energy.
+    rise: f64,
+    /// Sum of the sizes of its parts along the modes.
+    parts: f64,
+}
+
+impl Step {
+    /// Up along mode `uphill`, down along all others, at most `trust` long.
+    fn new(modes: &Modes, gradient: &[f64], uphill: usize, trust: f64, tolerance: f64) -> Self {
+        let flat = FLAT * modes.stiffest();
+        let slopes: Vec<f64> = modes
+            .tangents
+            .iter()
+            .map(|mode| dot(gradient, mode))
+            .collect();
+        let mut along: Vec<f64> = (modes.curvatures.iter().zip(&slopes).enumerate())
+            .map(|(m, (curvature, slope))| {
+                if curvature.abs() < flat && slope.abs() <= tolerance {
+                    // A symmetry the space does not name: a step along it would be noise over noise.
+                    return 0.0;
+                }
+                let stiffness = curvature.abs().max(f64::MIN_POSITIVE);
+                let ratio = 2.0 * slope / stiffness;
+                let length = 2.0 * slope / (stiffness * (1.0 + (1.0 + ratio * ratio).sqrt()));
+                if m == uphill { length } else { -length }
+            })
+            .collect();
+        let length = norm(&along);
+        if length > trust {
+            scale(&mut along, trust / length);
+        }
+        let mut step = Self {
+            tangent: vec![0.0; gradient.len()],
+            length: length.min(trust),
+            rise: 0.0,
+            parts: 0.0,
+        };
+        for (m, length) in along.iter().enumerate() {
+            add(&mut step.tangent, *length, &modes.tangents[m]);
+            let part = length * (slopes[m] + 0.5 * modes.curvatures[m] * length);
+            step.rise += part;
+            step.parts += part.abs();
+        }
+        step
+    }
+}
+
+/// Bofill's mixture of the symmetric rank-one and the Powell update.
+fn update(hessian: &mut DMatrix<f64>, step: &[f64], before: &[f64], after: &[f64]) {
+    let n = step.len();
+    let error: Vec<f64> = (0..n)
+        .map(|i| after[i] - before[i] - (0..n).map(|j| hessian[(i, j)] * step[j]).sum::<f64>())
+        .collect();
+    let (es, ss, ee) = (dot(&error, step), dot(step, step), dot(&error, &error));
+    if ee * ss == 0.0 {
+        return;
+    }
+    let mix = es * es / (ee * ss);
+    for i in 0..n {
+        for j in 0..n {
+            // Where es vanishes so does the share of the first update.
+            let rank_one = if es == 0.0 {
+                0.0
+            } else {
+                error[i] * error[j] / es
+            };
+            let powell =
+                (error[i] * step[j] + step[i] * error[j]) / ss - es * step[i] * step[j] / (ss * ss);
+            hessian[(i, j)] += mix * rank_one + (1.0 - mix) * powell;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::energy::Energy;
+    use crate::energy::model::{DoubleWell, MullerBrown, ThreeHole};
+    use crate::space::{Euclidean, Space};
+
+    fn following(tolerance: f64) -> Following {
+        Following {
+            tolerance,
+            longest: 0.1,
+            steps: 60,
+            kicks: 0,
+            ceiling: f64::INFINITY,
+        }
+    }
+
+    #[test]
+    fn finds_published_saddles() {
+        let energy = MullerBrown::new();
+        let piece = Piece::new(&energy, Vec::new());
+        for (start, tangent, height) in [
+            ([-0.75, 0.65], [-0.7, 0.7], -40.664843508657),
+            ([0.2, 0.35], [0.8, -0.6], -72.248940112325),
+        ] {
+            let saddle = piece
+                .follow(&start, Some(&tangent), &following(1e-8))
+                .ok()
+                .unwrap();
+            assert!((saddle.energy - height).abs() < 1e-8, "{}", saddle.energy);
+        }
+    }
+
+    #[test]
+    fn a_hilltop_is_not_a_saddle() {
+        let energy = ThreeHole::new();
+        let piece = Piece::new(&energy, Vec::new());
+        let top = [0.0, 0.519186741892];
+        let found = piece.follow(&top, Some(&[1.0, 0.0]), &following(1e-6));
+        assert_eq!(found.err(), Some(Lost::Index));
+    }
+
+    #[test]
+    fn a_search_may_go_on_from_a_hilltop() {
+        // Of the four saddles around it at height 1, one a side.
+        let energy = DoubleWell::new(2);
+        let kicked = Following {
+            kicks: 1,
+            ..following(1e-8)
+        };
+        let found = Piece::new(&energy, Vec::new()).follow(&[0.0, 0.0], None, &kicked);
+        assert!((found.ok().unwrap().energy - 1.0).abs() < 1e-12);
+    }
+
+    /// 5 (√(x² + y²) − 1)² + (z² − 1)²: the same all around the z axis, as grasps of a bottle are.
+    struct Ring(Euclidean);
+
+    impl Energy for Ring {
+        fn space(&self) -> &dyn Space {
+            &self.0
+        }
+
+        fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64 {
+            let radius = x[0].hypot(x[1]);
+            let (stretch, well) = (radius - 1.0, x[2] * x[2] - 1.0);
+            gradient[0] = 10.0 * stretch * x[0] / radius;
+            gradient[1] = 10.0 * stretch * x[1] / radius;
+            gradient[2] = 4.0 * x[2] * well;
+            5.0 * stretch * stretch + well * well
+        }
+    }
+
+    #[test]
+    fn an_unnamed_symmetry_does_no_harm() {
+        let energy = Ring(Euclidean::new(3));
+        let piece = Piece::new(&energy, Vec::new());
+        let found = piece.follow(&[0.7, 0.4, 0.2], Some(&[0.0, 0.1, 1.0]), &following(1e-9));
+        let saddle = found.ok().unwrap();
+        assert!((saddle.energy - 1.0).abs() < 1e-12, "{}", saddle.energy);
+        assert!(saddle.mode[2].abs() > 0.999999);
+    }
+}

@@ -1,0 +1,105 @@
+//! Joining minima that no saddle joins, by relaxing paths between them.
+
+use std::collections::BTreeSet;
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::census::Census;
+use super::task::{PUSH, Searcher};
+use crate::energy::{Counted, Energy};
+use crate::space::interpolate;
+use crate::topography::barrier::Crossing;
+use crate::topography::journal::{Journal, remember};
+use crate::topography::network::Minimum;
+use crate::topography::pairs::{bridges, distances};
+use crate::topography::path::{PathSettings, relax};
+use crate::topography::{Observer, Phase, Tally};
+
+/// The pairs tried so far.
+#[derive(Default)]
+pub(super) struct Joiner {
+    rounds: usize,
+    tried: BTreeSet<(usize, usize)>,
+}
+
+/// What relaxing one path came to.
+#[derive(Serialize, Deserialize)]
+struct Relaxed {
+    crossings: Vec<Crossing>,
+    evaluations: usize,
+}
+
+impl Joiner {
+    /// Relaxes the straight line from every component to its nearest neighbour and takes in the passes met; whether that
+    /// brought anything new.
+    pub(super) fn join(
+        &mut self,
+        searcher: &Searcher<'_>,
+        census: &mut Census,
+        energy: &dyn Energy,
+        journal: &dyn Journal,
+        observer: &Observer<'_>,
+    ) -> bool {
+        if self.rounds >= searcher.settings.join_rounds {
+            return false;
+        }
+        let component = census.components();
+        let minima = census.as_minima();
+        if component.iter().all(|c| *c == component[0]) {
+            return false;
+        }
+        let distances = distances(energy.space(), &minima);
+        let pairs = bridges(&distances, &component, &|pair| self.tried.contains(&pair));
+        let tally = Tally::new(Phase::Join, pairs.len(), observer);
+        let relaxed = remember(journal, &format!("join/{}", self.rounds), || {
+            let connect = |&(i, j): &(usize, usize)| {
+                let relaxed = searcher.relax((&minima[i], &minima[j]), distances[i][j]);
+                tally.tick();
+                relaxed
+            };
+            let relaxed: Vec<Relaxed> = pairs.par_iter().map(connect).collect();
+            relaxed
+        });
+        self.rounds += 1;
+        self.tried.extend(pairs);
+        let before = census.found();
+        for Relaxed {
+            crossings,
+            evaluations,
+        } in relaxed
+        {
+            census.spend(evaluations);
+            for crossing in crossings {
+                census.meet(energy, crossing);
+            }
+        }
+        census.found() > before
+    }
+}
+
+impl Searcher<'_> {
+    /// The passes on the straight line between two minima, relaxed.
+    fn relax(&self, ends: (&Minimum, &Minimum), distance: f64) -> Relaxed {
+        let counted = Counted::new(self.energy);
+        let space = self.energy.space();
+        let straight = |t| interpolate(space, &ends.0.coordinates, &ends.1.coordinates, t);
+        let settings = PathSettings {
+            push: PUSH * self.settings.length,
+            ..PathSettings::for_scales(self.settings.energy, distance)
+        };
+        let outcome = relax(
+            &counted,
+            ends,
+            &[vec![straight(0.0), straight(1.0)]],
+            &settings,
+            &self.settings.quench,
+            &self.settings.sameness,
+        );
+        let passes = outcome.map(|outcome| outcome.passes).unwrap_or_default();
+        Relaxed {
+            crossings: passes.into_iter().map(Crossing::from).collect(),
+            evaluations: usize::try_from(counted.evaluations()).unwrap_or(usize::MAX),
+        }
+    }
+}

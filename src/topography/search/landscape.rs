@@ -1,0 +1,99 @@
+//! What a search found as a network and its tree.
+
+use std::collections::BTreeMap;
+
+use petgraph::graph::NodeIndex;
+
+use super::{Exploration, TransitionState};
+use crate::energy::Energy;
+use crate::topography::barrier::{Connection, Crossing, rising_term};
+use crate::topography::groups::{GroupSettings, Groups};
+use crate::topography::map::Landscape;
+use crate::topography::network::{Edge, Evidence, MinimumId, Network};
+use crate::topography::tree::Tree;
+
+impl Exploration {
+    /// Minima and *all* saddles: several edges where several saddles join one pair, loops for degenerate rearrangements.
+    /// Edge i is saddle i.
+    pub fn network(&self, energy: &dyn Energy) -> Network {
+        let mut network = self.nodes();
+        for saddle in &self.saddles {
+            let [from, to] = saddle.ends.map(|end| NodeIndex::new(end.0));
+            network.add_edge(from, to, self.edge(energy, saddle));
+        }
+        network
+    }
+
+    /// The map: of each pair its lowest saddle, the merge tree, and groups.
+    pub fn landscape(&self, energy: &dyn Energy, groups: &GroupSettings) -> Landscape {
+        let mut pairs: BTreeMap<[MinimumId; 2], Vec<&TransitionState>> = BTreeMap::new();
+        for saddle in self
+            .saddles
+            .iter()
+            .filter(|saddle| saddle.ends[0] != saddle.ends[1])
+        {
+            pairs.entry(saddle.ends).or_default().push(saddle);
+        }
+        let mut network = self.nodes();
+        let mut connections = Vec::with_capacity(pairs.len());
+        for ([from, to], saddles) in pairs {
+            // Saddles come by rising energy.
+            let lowest = saddles[0];
+            let edge = self.edge(energy, lowest);
+            network.add_edge(NodeIndex::new(from.0), NodeIndex::new(to.0), edge.clone());
+            let mut path = lowest.path.clone();
+            path.unfold(energy.space());
+            connections.push(Connection {
+                from,
+                to,
+                edge,
+                path,
+                forward: Vec::new(),
+                backward: Vec::new(),
+                start: None,
+                objection: energy.objection(&lowest.coordinates),
+                crossings: saddles.into_iter().map(Crossing::from).collect(),
+                evaluations: 0,
+            });
+        }
+        Landscape {
+            tree: Tree::from_network(&network, Evidence::Chain),
+            groups: Groups::stable(&network, groups),
+            network,
+            connections,
+            strays: Vec::new(),
+            evaluations: self.evaluations,
+        }
+    }
+
+    fn nodes(&self) -> Network {
+        let mut network = Network::default();
+        for minimum in &self.minima {
+            network.add_node(minimum.clone());
+        }
+        network
+    }
+
+    fn edge(&self, energy: &dyn Energy, saddle: &TransitionState) -> Edge {
+        let [from, to] = saddle.ends.map(|end| &self.minima[end.0]);
+        Edge {
+            height: saddle.energy,
+            evidence: match energy.objection(&saddle.coordinates) {
+                Some(_) => Evidence::Chain,
+                None => Evidence::Saddle,
+            },
+            term: rising_term(energy, &saddle.coordinates, (from, to)),
+            length: saddle.path.length(energy.space()),
+        }
+    }
+}
+
+impl From<&TransitionState> for Crossing {
+    fn from(saddle: &TransitionState) -> Self {
+        Self {
+            pass: saddle.top,
+            evidence: Evidence::Saddle,
+            path: saddle.path.clone(),
+        }
+    }
+}

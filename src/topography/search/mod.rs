@@ -1,0 +1,134 @@
+//! Every stationary point that can be found: minima, the saddles between them, and how much may still be missing.
+//!
+//! Random starts give the first minima; single-ended searches climb from minima, from saddles, from points between minima
+//! and from anywhere to stationary points of index 1; descents on both sides of those give the minima they join, and more
+//! places to climb from. The search ends when it has found nothing new for long, measured by what it has found.
+
+mod census;
+mod join;
+mod landscape;
+mod settings;
+mod start;
+mod task;
+
+use std::collections::{BTreeMap, VecDeque};
+
+use census::Census;
+pub use census::{Coverage, Refused, TransitionState};
+use join::Joiner;
+use rayon::prelude::*;
+pub use settings::SearchSettings;
+pub use start::in_box;
+use start::{Gait, Start};
+pub use task::Fate;
+use task::{Outcome, Searcher};
+
+use super::audit::Audit;
+use super::journal::{Journal, remember};
+use super::network::Minimum;
+use super::{Observer, Phase, Tally};
+use crate::energy::{Counted, Energy};
+use crate::sample::Rng;
+
+/// Draws a random point of the region of interest.
+pub type Draw<'a> = dyn Fn(&mut Rng) -> Vec<f64> + Sync + 'a;
+
+/// What a search found. Everything in it passed its audit.
+#[derive(Debug, Clone)]
+pub struct Exploration {
+    /// Distinct minima, lowest first; members are the numbers of the searches whose random draw quenched into it.
+    pub minima: Vec<Minimum>,
+    /// The audit of each minimum.
+    pub audits: Vec<Audit>,
+    /// Distinct saddles, lowest first.
+    pub saddles: Vec<TransitionState>,
+    /// What was taken for a stationary point and did not pass its audit.
+    pub refused: Vec<Refused>,
+    /// How the searches ended.
+    pub fates: BTreeMap<Fate, usize>,
+    /// How complete the saddles are.
+    pub coverage: Coverage,
+    /// Evaluations spent.
+    pub evaluations: usize,
+}
+
+/// Explores a smooth surface from nothing but its energy and random points.
+///
+/// Single-ended searches (eigenvector following) climb along every mode of every minimum, both ways, and then from random
+/// places: around minima and saddles, between minima, part of the way down from random points. Each distinct saddle gets
+/// descents on both sides; their ends, if new, are searched from in turn. Points are distinct by energy and distance, so
+/// modulo the symmetry of the space. The search ends when `patience` searches for every point found brought nothing new;
+/// minima that no saddle joins are then joined by relaxed paths, if they can be, and the search goes on from what those
+/// find. No expected number enters anywhere.
+///
+/// The result depends on the settings and the seed, not on the number of threads or interruptions. An energy with discrete
+/// choices has passes on seams, which this does not look for: see [`map`](super::map()).
+pub fn explore(
+    energy: &dyn Energy,
+    draw: &Draw<'_>,
+    settings: &SearchSettings,
+    journal: &dyn Journal,
+    observer: &Observer<'_>,
+) -> Exploration {
+    let counted = Counted::new(energy);
+    let searcher = Searcher {
+        energy,
+        draw,
+        settings,
+    };
+    let mut census = Census::new(settings);
+    let mut queue = VecDeque::new();
+    let (mut queued, mut round) = (0, 0);
+    let mut joiner = Joiner::default();
+    loop {
+        let plan: Vec<Start> = (0..settings.batch.max(1))
+            .map(|_| queue.pop_front().unwrap_or(Start::Random))
+            .collect();
+        let expected = census.last_new + settings.patience * census.found().max(1);
+        let tally = Tally::after(
+            Phase::Search,
+            census.searches,
+            expected + queue.len(),
+            observer,
+        );
+        let outcomes = remember(journal, &format!("search/{round}"), || {
+            let first = census.searches as u64;
+            let search = |(k, start): (usize, &Start)| {
+                let outcome = searcher.run(first + k as u64, *start, &census);
+                tally.tick();
+                outcome
+            };
+            let outcomes: Vec<Outcome> = plan.par_iter().enumerate().map(search).collect();
+            outcomes
+        });
+        round += 1;
+        for outcome in outcomes {
+            census.take(&counted, outcome);
+        }
+        for (minimum, known) in census.minima.iter().enumerate().skip(queued) {
+            for gait in [Gait::Careful, Gait::Bold] {
+                for mode in 0..known.modes.len().min(settings.modes) {
+                    queue.extend([true, false].map(|forward| Start::Mode {
+                        minimum,
+                        mode,
+                        forward,
+                        gait,
+                    }));
+                }
+            }
+        }
+        queued = census.minima.len();
+        if census.searches >= settings.max_searches {
+            break;
+        }
+        let idle = census.searches - census.last_new;
+        if queue.is_empty() && idle >= settings.patience * census.found().max(1) {
+            let news = joiner.join(&searcher, &mut census, &counted, journal, observer);
+            if !news {
+                break;
+            }
+        }
+    }
+    let spent = usize::try_from(counted.evaluations()).unwrap_or(usize::MAX);
+    census.finish(energy, spent)
+}

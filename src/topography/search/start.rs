@@ -1,0 +1,197 @@
+//! Where a search starts.
+
+use rand::RngExt;
+
+use super::census::{Census, Known};
+use super::settings::random_tangent;
+use super::task::Searcher;
+use crate::optimize::{Quench, quench_traced};
+use crate::sample::{Rng, Task, stream};
+use crate::space::interpolate;
+use crate::space::vector::{scale, times};
+
+/// Logarithms to base two of the longest step of a search from a random place, in units of the length of the surface.
+const BOLDNESS: std::ops::Range<f64> = 0.0..3.0;
+
+/// Draws points evenly from a box of coordinates.
+///
+/// # Panics
+/// When it draws: if a bound is not below its counterpart.
+pub fn in_box<'a>(low: &'a [f64], high: &'a [f64]) -> impl Fn(&mut Rng) -> Vec<f64> + Sync + 'a {
+    move |rng: &mut Rng| {
+        let sides = low.iter().zip(high);
+        sides
+            .map(|(low, high)| rng.random_range(*low..*high))
+            .collect()
+    }
+}
+
+/// What a search is to start from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Start {
+    /// A step from minimum `minimum` along its mode `mode`.
+    Mode {
+        minimum: usize,
+        mode: usize,
+        forward: bool,
+        gait: Gait,
+    },
+    /// Somewhere, drawn by the search itself.
+    Random,
+}
+
+/// How long the steps are. Careful ones stay with the mode they follow; bold ones end elsewhere, and sooner.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Gait {
+    /// Half the length of the surface.
+    Careful,
+    /// Several times the length of the surface.
+    Bold,
+}
+
+impl Gait {
+    /// Longest step, in units of the length of the surface.
+    fn stride(self) -> f64 {
+        match self {
+            Self::Careful => 0.5,
+            Self::Bold => 4.0,
+        }
+    }
+}
+
+/// Where a search starts, and which way is up.
+pub(super) struct Place {
+    pub(super) x: Vec<f64>,
+    /// Longest step of the search.
+    pub(super) longest: f64,
+    /// Plain tangent of the mode to follow; none for the lowest.
+    pub(super) hint: Option<Vec<f64>>,
+    /// The descent that led there, where it began at a random point.
+    pub(super) drawn: Option<Quench>,
+}
+
+impl Place {
+    fn new(x: Vec<f64>, hint: Option<Vec<f64>>) -> Self {
+        Self {
+            x,
+            longest: 0.0,
+            hint,
+            drawn: None,
+        }
+    }
+}
+
+impl Searcher<'_> {
+    /// Carries out `start` for search number `id`.
+    pub(super) fn place(&self, id: u64, start: Start, census: &Census) -> Place {
+        let mut rng = stream(self.settings.seed, Task::Saddle, id);
+        match start {
+            Start::Mode {
+                minimum,
+                mode,
+                forward,
+                gait,
+            } => {
+                let length = gait.stride() * self.settings.length;
+                let sign = if forward { 1.0 } else { -1.0 };
+                // Bold steps do not start boldly: all of them would leave the well on the same side.
+                let first = sign * length.min(2.0 * self.settings.length);
+                let known = &census.minima[minimum];
+                let step: Vec<f64> = known.modes[mode].iter().map(|m| first * m).collect();
+                Place {
+                    x: self.moved(&known.x, &step),
+                    longest: length,
+                    hint: Some(step),
+                    drawn: None,
+                }
+            }
+            Start::Random => {
+                let mut place = self.somewhere(id, census, &mut rng);
+                place.longest = self.settings.length * rng.random_range(BOLDNESS).exp2();
+                place
+            }
+        }
+    }
+
+    fn somewhere(&self, id: u64, census: &Census, rng: &mut Rng) -> Place {
+        if census.minima.is_empty() {
+            return self.anywhere(id, rng);
+        }
+        let minimum = &census.minima[rng.random_range(0..census.minima.len())];
+        match rng.random_range(0..8) {
+            0 => self.between(minimum, census, rng),
+            1 => self.anywhere(id, rng),
+            2 => {
+                let step = self.kick(census, rng);
+                Place::new(
+                    self.moved(&minimum.x, &step),
+                    rng.random_bool(0.5).then_some(step),
+                )
+            }
+            3 | 4 if !minimum.modes.is_empty() => {
+                let mut step = minimum.modes[rng.random_range(0..minimum.modes.len())].clone();
+                scale(&mut step, self.reach(census) * rng.random_range(-1.0..1.0));
+                Place::new(self.moved(&minimum.x, &step), Some(step))
+            }
+            _ => {
+                let saddles = census.saddles.len();
+                let x = if saddles == 0 {
+                    &minimum.x
+                } else {
+                    &census.saddles[rng.random_range(0..saddles)].x
+                };
+                Place::new(self.moved(x, &self.kick(census, rng)), None)
+            }
+        }
+    }
+
+    /// Part of the way from a minimum to another, off the line by a little.
+    fn between(&self, from: &Known, census: &Census, rng: &mut Rng) -> Place {
+        let to = &census.minima[rng.random_range(0..census.minima.len())].x;
+        let space = self.energy.space();
+        let x = interpolate(space, &from.x, to, rng.random_range(0.2..0.8));
+        let aside = self.random_tangent(self.settings.length, rng);
+        let mut hint = vec![0.0; space.tangents()];
+        let length = space.toward(&x, to, &mut hint);
+        let along = length > 0.0 && rng.random_bool(0.5);
+        Place::new(self.moved(&x, &aside), along.then_some(hint))
+    }
+
+    /// Part of the way down from a random point.
+    fn anywhere(&self, id: u64, rng: &mut Rng) -> Place {
+        let start = (self.draw)(&mut stream(self.settings.seed, Task::Start, id));
+        let mut trace = vec![start.clone()];
+        let drawn = quench_traced(self.energy, &start, &self.settings.quench, &mut |x, _| {
+            trace.push(x.to_vec());
+        });
+        let stage = rng.random_range(0..trace.len());
+        Place {
+            drawn: Some(drawn),
+            ..Place::new(trace.swap_remove(stage), None)
+        }
+    }
+
+    /// How far it is from a minimum to a saddle.
+    fn reach(&self, census: &Census) -> f64 {
+        census.reach.unwrap_or(5.0 * self.settings.length)
+    }
+
+    /// A random tangent up to half as long again as the way from a minimum to a saddle.
+    fn kick(&self, census: &Census, rng: &mut Rng) -> Vec<f64> {
+        self.random_tangent(self.reach(census) * rng.random_range(0.1..1.5), rng)
+    }
+
+    fn random_tangent(&self, length: f64, rng: &mut Rng) -> Vec<f64> {
+        let space = self.energy.space();
+        times(
+            &random_tangent(space.tangents(), length, rng),
+            &space.step_scales(),
+        )
+    }
+
+    fn moved(&self, x: &[f64], step: &[f64]) -> Vec<f64> {
+        let mut x = x.to_vec();
+        self.energy.space().shift(&mut x, step);
+        x
+    }
+}

@@ -1,0 +1,153 @@
+//! One search: from a start to a saddle, and down both sides of it.
+
+use serde::{Deserialize, Serialize};
+
+use super::census::Census;
+use super::start::{Place, Start};
+use super::{Draw, SearchSettings};
+use crate::energy::{Counted, Energy};
+use crate::optimize::{Quench, StopReason};
+use crate::topography::barrier::Crossing;
+use crate::topography::eigen::Piece;
+use crate::topography::follow::{Following, Lost};
+use crate::topography::minima::QuenchRecord;
+use crate::topography::path::{Pass, descend};
+
+/// Push off a saddle, as a share of the length of the surface.
+pub(super) const PUSH: f64 = 0.1;
+
+/// How a search ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Fate {
+    /// At a saddle whose descents reach minima.
+    Arrived,
+    /// At a saddle from which a descent reaches no minimum.
+    Evaporated,
+    /// At a stationary point of another index.
+    Index,
+    /// Far above everything known.
+    High,
+    /// Nowhere within the steps allowed.
+    Steps,
+    /// Outside the domain.
+    Outside,
+}
+
+impl Fate {
+    /// The lower-case name used in files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Arrived => "arrived",
+            Self::Evaporated => "evaporated",
+            Self::Index => "index",
+            Self::High => "high",
+            Self::Steps => "steps",
+            Self::Outside => "outside",
+        }
+    }
+}
+
+impl From<Lost> for Fate {
+    fn from(lost: Lost) -> Self {
+        match lost {
+            Lost::Outside => Self::Outside,
+            Lost::High => Self::High,
+            Lost::Steps => Self::Steps,
+            Lost::Index => Self::Index,
+        }
+    }
+}
+
+/// What a search brings home.
+#[derive(Serialize, Deserialize)]
+pub(super) struct Outcome {
+    pub(super) fate: Fate,
+    /// The saddle it met, if it was known when the search began.
+    pub(super) known: Option<usize>,
+    /// The saddle it met, if it was not.
+    pub(super) found: Option<Crossing>,
+    /// The end of the descent from a random point.
+    pub(super) drawn: Option<QuenchRecord>,
+    pub(super) evaluations: usize,
+}
+
+/// Everything a search needs but what is known so far.
+pub(super) struct Searcher<'a> {
+    pub(super) energy: &'a dyn Energy,
+    pub(super) draw: &'a Draw<'a>,
+    pub(super) settings: &'a SearchSettings,
+}
+
+impl Searcher<'_> {
+    /// Search number `id`. The outcome depends on its number, its start and the census only.
+    pub(super) fn run(&self, id: u64, start: Start, census: &Census) -> Outcome {
+        let counted = Counted::new(self.energy);
+        let counting = Searcher {
+            energy: &counted,
+            ..*self
+        };
+        let place = counting.place(id, start, census);
+        let mut outcome = counting.climb(&place, census);
+        outcome.drawn = place
+            .drawn
+            .filter(|quench: &Quench| {
+                quench.stop != StopReason::Budget && quench.energy.is_finite()
+            })
+            .map(QuenchRecord::from);
+        outcome.evaluations = usize::try_from(counted.evaluations()).unwrap_or(usize::MAX);
+        outcome
+    }
+
+    fn climb(&self, place: &Place, census: &Census) -> Outcome {
+        let mut outcome = Outcome {
+            fate: Fate::Arrived,
+            known: None,
+            found: None,
+            drawn: None,
+            evaluations: 0,
+        };
+        let following = Following {
+            tolerance: self.settings.quench.gradient_tolerance,
+            longest: place.longest,
+            steps: self.settings.steps,
+            kicks: 1,
+            ceiling: census.ceiling(self.settings.energy),
+        };
+        let saddle = match Piece::new(self.energy, Vec::new()).follow(
+            &place.x,
+            place.hint.as_deref(),
+            &following,
+        ) {
+            Ok(saddle) => saddle,
+            Err(lost) => {
+                outcome.fate = lost.into();
+                return outcome;
+            }
+        };
+        outcome.known = census.saddle(self.energy.space(), &saddle.x, saddle.energy);
+        if outcome.known.is_none() {
+            let push = PUSH * self.settings.length;
+            let descents = descend(
+                self.energy,
+                (&saddle.x, saddle.energy),
+                &saddle.mode,
+                push,
+                &self.settings.quench,
+            );
+            match descents {
+                None => outcome.fate = Fate::Evaporated,
+                Some(descents) => {
+                    outcome.found = Some(Crossing::from(Pass {
+                        x: saddle.x,
+                        energy: saddle.energy,
+                        seam: false,
+                        residual: saddle.residual,
+                        descents,
+                    }));
+                }
+            }
+        }
+        outcome
+    }
+}

@@ -1,0 +1,314 @@
+//! `landscape surface` as a user runs it: models, an energy of another program, interruptions, and mistakes.
+#![cfg(feature = "cli")]
+#![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::time::Duration;
+
+use landscape::store::{LandscapeFiles, StationaryRow};
+use tempfile::TempDir;
+
+/// A folder to work in.
+struct Desk {
+    folder: TempDir,
+}
+
+impl Desk {
+    fn new() -> Self {
+        Self {
+            folder: TempDir::new().unwrap(),
+        }
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_landscape"));
+        command
+            .arg("surface")
+            .args(arguments)
+            .current_dir(self.folder.path());
+        command
+    }
+
+    fn run(&self, arguments: &[&str]) -> Output {
+        self.command(arguments).output().unwrap()
+    }
+
+    fn succeed(&self, arguments: &[&str]) -> String {
+        let output = self.run(arguments);
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.success(), "{arguments:?}: {said}");
+        String::from_utf8(output.stdout).unwrap()
+    }
+
+    /// The sentence of a mistake after which nothing is left behind.
+    fn mistake(&self, arguments: &[&str]) -> String {
+        let before = names(self.folder.path());
+        let output = self.run(arguments);
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{arguments:?}: {said}");
+        assert!(!said.contains("panicked"), "{said}");
+        assert_eq!(names(self.folder.path()), before, "{arguments:?}");
+        said
+    }
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).unwrap();
+    let mut names: Vec<_> = entries
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
+}
+
+/// What must not depend on threads and interruptions.
+fn promised(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let files = names(folder)
+        .into_iter()
+        .filter(|name| name != "timings.json");
+    files
+        .map(|name| (name.clone(), fs::read(folder.join(name)).unwrap()))
+        .collect()
+}
+
+#[test]
+fn a_model_is_mapped() {
+    let desk = Desk::new();
+    let text = desk.succeed(&["lj", "6", "--threads", "1"]);
+    assert!(
+        text.contains("**2 minima** and **3 saddles**, 2 of which join two copies"),
+        "{text}"
+    );
+    assert_eq!(names(desk.folder.path()), ["lj-6.landscape"]);
+    let folder = desk.path("lj-6.landscape");
+    assert_eq!(
+        names(&folder),
+        [
+            "barriers.graphml",
+            "barriers.png",
+            "barriers.svg",
+            "barriers_minima.png",
+            "barriers_minima.svg",
+            "disconnectivity.png",
+            "disconnectivity.svg",
+            "disconnectivity_minima.png",
+            "disconnectivity_minima.svg",
+            "edges.parquet",
+            "landscape.json",
+            "minima.parquet",
+            "paths.parquet",
+            "stationary.parquet",
+            "summary.md",
+            "timings.json",
+            "tree.nwk"
+        ]
+    );
+    let files = LandscapeFiles::read(&folder).unwrap();
+    assert_eq!((files.minima.len(), files.edges.len()), (2, 1));
+    assert!((files.edges[0].height.unwrap() + 12.079031).abs() < 1e-5);
+    assert_eq!(files.edges[0].evidence, "saddle");
+    let rows = StationaryRow::read(&folder).unwrap();
+    let ends: Vec<_> = rows.iter().map(|row| (row.index, row.ends)).collect();
+    assert_eq!(
+        ends,
+        [
+            (0, [0, 0]),
+            (0, [1, 1]),
+            (1, [0, 1]),
+            (1, [1, 1]),
+            (1, [1, 1])
+        ]
+    );
+    assert!(
+        rows.iter()
+            .all(|row| row.curvatures.len() == 12 && row.verdict == "sound")
+    );
+    // Another number of threads, the same bytes.
+    desk.succeed(&["lj", "6", "--threads", "3", "-o", "again.landscape"]);
+    assert_eq!(promised(&folder), promised(&desk.path("again.landscape")));
+}
+
+#[test]
+fn a_single_minimum_makes_a_landscape_too() {
+    let desk = Desk::new();
+    let text = desk.succeed(&["lj", "4", "-q", "-o", "four"]);
+    assert!(text.is_empty());
+    let summary = fs::read_to_string(desk.path("four/summary.md")).unwrap();
+    assert!(
+        summary.contains("**1 minima** and **1 saddles**"),
+        "{summary}"
+    );
+}
+
+#[test]
+fn an_interrupted_search_continues() {
+    let desk = Desk::new();
+    let arguments = ["lj", "7", "-q", "--threads", "1", "--patience", "60"];
+    desk.succeed(&[&arguments[..], &["-o", "whole"]].concat());
+    let arguments = [&arguments[..], &["-o", "cut"]].concat();
+    let mut child = desk
+        .command(&arguments)
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let journal = desk.path("cut.partial/journal");
+    while fs::metadata(&journal).map_or(0, |file| file.len()) < 20_000 {
+        assert_eq!(
+            child.try_wait().unwrap(),
+            None,
+            "ended before it was killed"
+        );
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    child.kill().unwrap();
+    assert!(!child.wait().unwrap().success());
+    desk.succeed(&arguments);
+    assert_eq!(promised(&desk.path("whole")), promised(&desk.path("cut")));
+}
+
+#[test]
+fn mistakes_are_told() {
+    let desk = Desk::new();
+    for (arguments, part) in [
+        (
+            &["ising"][..],
+            "no model is called `ising`; there are muller-brown",
+        ),
+        (&["lj", "seven"], "write `lj N`"),
+        (&["lj", "7", "--patience", "0"], "--patience 0"),
+        (&["lj", "7", "--region=-1:1"], "has 21 coordinates, not 1"),
+        (&["muller-brown", "--region=-1:1,2"], "`2` is not low:high"),
+        (&["muller-brown", "-o", "no/where"], "there is no folder no"),
+        (&["--command", "cat"], "--region"),
+        (&[], "MODEL"),
+    ] {
+        let said = desk.mistake(arguments);
+        assert!(said.contains(part), "`{part}` is missing in: {said}");
+    }
+}
+
+#[test]
+fn the_help_teaches() {
+    let text = String::from_utf8(Desk::new().run(&["--help"]).stdout).unwrap();
+    for part in [
+        "muller-brown",
+        "lj N",
+        "{\"x\": [0.5, -1.25]}",
+        "stationary.parquet",
+    ] {
+        assert!(text.contains(part), "`{part}` is missing in: {text}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn programs_that_fail_are_told() {
+    let desk = Desk::new();
+    let mistake =
+        |program: &str| desk.mistake(&["--command", program, "--region=-1:1x2", "-q", "-o", "out"]);
+    for (program, part) in [
+        ("exit 3", "ended (exit status: 3)"),
+        ("no_such_program_anywhere", "exit status: 127"),
+        ("while read line; do echo hello; done", "answered `hello`"),
+        (
+            r#"while read line; do echo '{"energy": NaN, "gradient": [0, 0]}'; done"#,
+            "must be finite",
+        ),
+        (
+            r#"while read line; do echo '{"energy": 1, "gradient": [5, 5]}'; done"#,
+            "the gradient is not the derivative",
+        ),
+        (
+            r#"while read line; do echo '{"energy": null}'; done"#,
+            "found no minimum",
+        ),
+        (
+            r#"while read line; do echo '{"error": "no such atom"}'; done"#,
+            "reports: no such atom",
+        ),
+    ] {
+        let said = mistake(program);
+        assert!(said.contains(part), "`{part}` is missing in: {said}");
+        assert_eq!(said.matches("error:").count(), 1, "{said}");
+    }
+}
+
+/// Whether there is a Python to test with.
+fn python() -> bool {
+    let found = Command::new("python3").arg("--version").output();
+    let there = found.is_ok_and(|output| output.status.success());
+    if !there {
+        println!("SKIPPED: there is no python3");
+    }
+    there
+}
+
+#[test]
+fn a_python_energy_is_mapped() {
+    if !python() {
+        return;
+    }
+    let desk = Desk::new();
+    let program = format!(
+        "python3 '{}'",
+        Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("data/energies/muller_brown.py")
+            .display()
+    );
+    let arguments = [
+        "--command",
+        &program,
+        "--region=-1.5:1,-0.3:1.8",
+        "-q",
+        "--patience",
+        "8",
+    ];
+    desk.succeed(&[&arguments[..], &["--threads", "2", "-o", "one"]].concat());
+    desk.succeed(&[&arguments[..], &["--threads", "1", "-o", "two"]].concat());
+    assert_eq!(promised(&desk.path("one")), promised(&desk.path("two")));
+    check_brown(&desk.path("one"));
+}
+
+/// The published minima and saddles of Müller and Brown's surface.
+fn check_brown(folder: &Path) {
+    let rows = StationaryRow::read(folder).unwrap();
+    let known = [-146.699517, -108.166724, -80.767818, -72.248940, -40.664844];
+    assert_eq!(rows.len(), known.len());
+    for (row, known) in rows.iter().zip(known) {
+        assert!((row.energy - known).abs() < 1e-5, "{row:?}");
+    }
+}
+
+#[test]
+fn a_python_energy_without_gradient_is_mapped() {
+    if !python() {
+        return;
+    }
+    let desk = Desk::new();
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/energies/muller_brown.py");
+    let program = fs::read_to_string(example).unwrap();
+    let program = program.replace(
+        "\"energy\": energy, \"gradient\": gradient",
+        "\"energy\": energy",
+    );
+    assert!(!program.contains("\"gradient\": gradient"));
+    fs::write(desk.path("brown.py"), program).unwrap();
+    let program = "python3 brown.py";
+    let arguments = [
+        "--command",
+        program,
+        "--region=-1.5:1,-0.3:1.8",
+        "-q",
+        "--patience",
+        "8",
+    ];
+    desk.succeed(&[&arguments[..], &["-o", "out"]].concat());
+    check_brown(&desk.path("out"));
+}
