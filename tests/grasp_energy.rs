@@ -405,7 +405,13 @@ fn answer(
         2 => energy.evaluate_roughly_above(x, &mut gradient, 1e3),
         3 => energy.evaluate(x, &mut gradient),
         4 => energy.evaluate_choice(x, held, &mut gradient),
-        5 => whole.evaluate_ramped(x, held, 0.3, &mut gradient),
+        5 => {
+            let ramp = Ramp {
+                distance: 0.3,
+                depth: 0.5,
+            };
+            whole.evaluate_ramped(x, held, ramp, &mut gradient)
+        }
         6 => whole.deepest_m(x),
         7 => {
             gradient = energy.choice(x).into_iter().map(f64::from).collect();

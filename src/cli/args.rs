@@ -51,30 +51,22 @@ pub(super) enum Command {
     /// Map the energy landscape between the grasps of a file
     #[command(after_help = BUILD_EXAMPLES)]
     Build(Build),
-<<<<<<< HEAD
     /// Judge the grasps of a file, or bare contacts
     #[command(after_help = INSPECT_EXAMPLES)]
     Inspect(Inspect),
-=======
     /// Map a surface: a named model, or an energy of your own
     #[command(after_help = surface_examples())]
     Surface(Surface),
->>>>>>> saddles
 }
 
 const EXAMPLES: &str = "\
 Examples:
   landscape synth --object bottle_round -n 64              grasps.parquet: grasps of the human hand on a bottle
   landscape build grasps.parquet                           grasps.landscape/: the landscape between them
-<<<<<<< HEAD
   landscape inspect grasps.parquet                         how good these grasps are
-
-`landscape synth --help`, `landscape build --help` and `landscape inspect --help` tell more.";
-=======
   landscape surface lj 7                                   lj-7.landscape/: all minima and saddles of a model
 
-`landscape synth --help`, `landscape build --help` and `landscape surface --help` tell more.";
->>>>>>> saddles
+`landscape help synth`, `landscape help build` and so on tell more.";
 
 const SYNTH_EXAMPLES: &str = "\
 Examples:
@@ -93,7 +85,6 @@ Writes minima.parquet, edges.parquet, paths.parquet, landscape.json, tree.nwk, b
 graph and the barrier graph (SVG and PNG), and summary.md. An interrupted run continues where it stopped when the same
 command is given again.";
 
-<<<<<<< HEAD
 const INSPECT_EXAMPLES: &str = "\
 Examples:
   landscape inspect grasps.parquet                         the file in numbers: who passes, and quantiles
@@ -120,7 +111,7 @@ Bare contacts (JSON; lengths in any one unit, normals of any length):
     \"length\": 0.1,              arms are divided by it; default: the longest arm
     \"friction\": 0.5             for force closure, forces and epsilon; default: 0.5
   }";
-=======
+
 fn surface_examples() -> String {
     let models = MODELS.iter().map(|model| {
         let call = format!("{} {}", model.name, model.arguments);
@@ -149,7 +140,6 @@ Without "gradient" it is taken by differences. One program runs on each thread.
 
 Writes what `landscape build` writes, and stationary.parquet: all minima and saddles with their curvatures. An interrupted
 run continues where it stopped when the same command is given again."#;
->>>>>>> saddles
 
 /// Synthesize grasps.
 #[derive(Debug, Args)]
@@ -243,7 +233,6 @@ pub(super) struct Build {
     pub(super) fresh: bool,
 }
 
-<<<<<<< HEAD
 /// Judge grasps.
 #[derive(Debug, Args)]
 pub(super) struct Inspect {
@@ -265,7 +254,8 @@ pub(super) struct Inspect {
     /// The object, for a file that does not describe it.
     #[arg(long, value_name = "NAME|FILE")]
     pub(super) object: Option<String>,
-=======
+}
+
 /// Map a surface.
 #[derive(Debug, Args)]
 pub(super) struct Surface {
@@ -314,5 +304,4 @@ pub(super) enum Coordinates {
     Atoms,
     /// A unit quaternion w, x, y, z; the gradient has three numbers, by rotation about the body's own axes.
     Rotation,
->>>>>>> saddles
 }

@@ -5,25 +5,13 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 
 use super::args::{Build, Common};
-<<<<<<< HEAD
-use super::landscape::{Mapped, pictures, summary, tables};
-use super::{check_output, complain, input, print, progress};
-=======
 use super::landscape::{Input, Mapped};
 use super::report::{Report, summary, tables};
 use super::run::{DiskJournal, Watch};
-use super::{check_output, complain, models, print};
->>>>>>> saddles
+use super::{check_output, complain, input, print};
 use crate::grasp::hover::hover_costs;
 use crate::grasp::{GraspEnergy, GraspKernel};
-use crate::store::{
-<<<<<<< HEAD
-    AtomicFolder, GraspFile, Journal, Phase as Timing, Population, Source, StoreError, Timings,
-    content_hash,
-=======
-    AtomicFolder, Grasp, GraspFile, Journal, Overrides, Population, Source, content_hash,
->>>>>>> saddles
-};
+use crate::store::{AtomicFolder, Grasp, GraspFile, Journal, Population, Source, content_hash};
 use crate::topography::{
     self, ChainSettings, MapSettings, PathSettings, Sameness, SeamSettings, distinct, map,
     quench_all,
@@ -210,7 +198,7 @@ fn build(
         mapped: Mapped {
             landscape: &landscape,
             energy: &energy,
-            inputs: grasps.iter().map(|grasp| input(grasp)).collect(),
+            inputs: grasps.iter().map(|grasp| row(grasp)).collect(),
             choices_below: settings.path.exact_below,
         },
         energy: &energy,
@@ -239,25 +227,14 @@ fn build(
     Ok(())
 }
 
-<<<<<<< HEAD
-=======
-/// The pose of a row, as the pose space has it.
-fn coordinates(grasp: &Grasp) -> Vec<f64> {
-    let mut x = grasp.translation_m.to_vec();
-    x.extend(grasp.rotation_wxyz);
-    x.extend(&grasp.joints_rad);
-    x
-}
-
 /// A row and its label: the human one, else the automatic one.
-fn input(grasp: &Grasp) -> Input {
+fn row(grasp: &Grasp) -> Input {
     Input {
         id: grasp.id,
         label: grasp.label.clone().or_else(|| grasp.label_auto.clone()),
     }
 }
 
->>>>>>> saddles
 /// What the manifest says of the input.
 fn source(command: &Build, bytes: &[u8]) -> Source {
     let name = command.grasps.file_name().unwrap_or_default();

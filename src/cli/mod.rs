@@ -39,11 +39,8 @@ pub fn run() -> ExitCode {
         .and_then(|()| match &arguments.command {
             Command::Synth(command) => synth::run(command, &arguments.common),
             Command::Build(command) => build::run(command, &arguments.common),
-<<<<<<< HEAD
             Command::Inspect(command) => inspect::run(command, &arguments.common),
-=======
             Command::Surface(command) => surface::run(command, &arguments.common),
->>>>>>> saddles
         });
     match result {
         Ok(()) => ExitCode::SUCCESS,

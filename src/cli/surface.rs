@@ -148,7 +148,7 @@ fn map(command: &Surface, common: &Common, subject: &Subject<'_>) -> anyhow::Res
     };
     let mut watch = Watch::new(common.quiet);
     let found = explore(subject.energy, &draw, &settings, &journal, &|p| {
-        watch.see(p)
+        watch.see(p);
     });
     watch.lap("search", found.evaluations);
     (subject.check)()?;
@@ -544,7 +544,7 @@ fn space(coordinates: Coordinates, count: usize) -> anyhow::Result<Box<dyn Space
         Coordinates::Angles => Box::new(Torus::new(count)),
         Coordinates::Atoms => {
             ensure!(
-                count % 3 == 0,
+                count.is_multiple_of(3),
                 "--coordinates atoms: --region has {count} coordinates, and an atom has three"
             );
             Box::new(Cluster::new(count / 3))

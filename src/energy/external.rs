@@ -354,7 +354,8 @@ fn read(answer: &str, tangents: usize) -> Result<(f64, Option<Vec<f64>>), Misund
     Ok((energy, Some(numbers)))
 }
 
-#[cfg(all(test, unix))]
+#[cfg(test)]
+#[cfg(unix)]
 mod tests {
     use super::*;
     use crate::space::Euclidean;
@@ -383,7 +384,7 @@ mod tests {
         let external = answering(&saying(r#"{"energy": 3.5, "gradient": [0.25, -1e-3]}"#));
         let mut gradient = [0.0; 2];
         assert!((external.evaluate(&[0.5, 1.0], &mut gradient) - 3.5).abs() < 1e-15);
-        assert_eq!(gradient, [0.25, -1e-3]);
+        assert!((gradient[0] - 0.25).abs() + (gradient[1] + 1e-3).abs() < 1e-15);
         assert!(external.check().is_ok());
         let outside = answering(&saying(r#"{"energy": null}"#));
         assert!(outside.evaluate(&[0.5, 1.0], &mut gradient).is_infinite());

@@ -130,7 +130,7 @@ impl Piece<'_> {
             let error = (energy - here.energy - step.rise).abs()
                 / (step.parts + ROUNDING * here.energy.abs());
             // An error that is not a number refuses as well.
-            if !(error <= ERRORS[0]) && step.length > SHORTEST * settings.longest {
+            if (error.is_nan() || error > ERRORS[0]) && step.length > SHORTEST * settings.longest {
                 trust = 0.25 * step.length;
                 if !here.exact {
                     modes = self.measure(&mut here, difference)?;

@@ -6,16 +6,16 @@ use crate::space::{Rotation, Space};
 /// A quartic of the quaternion: a surface on SO(3) all of whose critical points are known.
 ///
 /// ```text
-/// V(q) = −Σ_i c_i q_i⁴,   q = (w, x, y, z) a unit quaternion, c_i > 0
+/// V(q) = −Σ_i cᵢ qᵢ⁴,   q = (w, x, y, z) a unit quaternion, cᵢ > 0
 /// ```
 ///
-/// V(q) = V(−q), so it is a function of the rotation. On the sphere ∇V is parallel to q where c_i q_i² = 1/σ for all i in a
-/// set S of coordinates, σ = Σ_{i∈S} 1/c_i, and q_i = 0 elsewhere; there V = −1/σ. Its second derivative along the unit
+/// V(q) = V(−q), so it is a function of the rotation. On the sphere ∇V is parallel to q where cᵢ qᵢ² = 1/σ for all i in a
+/// set S of coordinates, σ = Σ_{i∈S} 1/cᵢ, and qᵢ = 0 elsewhere; there V = −1/σ. Its second derivative along the unit
 /// sphere is −12/σ + 4/σ within S and 4/σ across; a quaternion turns by half the angle, so per radian of rotation the
 /// curvatures are −2/σ (|S| − 1 times) and 1/σ (4 − |S| times): nondegenerate, of index |S| − 1. Signs up to a common one
-/// give 2^(|S|−1) rotations for each S: 4 minima at −c_i, 12 saddles (two for each pair of minima, the two ways round), 16
+/// give 2^(|S|−1) rotations for each S: 4 minima at −cᵢ, 12 saddles (two for each pair of minima, the two ways round), 16
 /// points of index 2 and 8 maxima, and 4 − 12 + 16 − 8 = 0 as Morse theory asks of SO(3). Minima i and j are joined
-/// directly at −1/(1/c_i + 1/c_j), which rises as either weight falls: the two deepest merge first, and every other minimum
+/// directly at −1/(1/cᵢ + 1/cⱼ), which rises as either weight falls: the two deepest merge first, and every other minimum
 /// joins at its pass to the deepest one.
 #[derive(Debug, Clone)]
 pub struct Orientation {

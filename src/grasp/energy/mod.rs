@@ -230,7 +230,7 @@ impl GraspEnergy {
     /// Energy and forces of the terms that need no contacts, into `scratch.forces`.
     fn contact_free(&self, x: &[f64], scratch: &mut Scratch) -> f64 {
         if let Some(known) = &scratch.contact_free
-            && known.depth_factor == scratch.ramp.depth
+            && known.depth_factor.to_bits() == scratch.ramp.depth.to_bits()
         {
             scratch.forces.clone_from(&known.forces);
             return known.energy;

@@ -45,6 +45,9 @@ type Observe<'a> = &'a mut dyn FnMut(u32, &State);
 /// Runs chain number `chain` under `seed` and refines its end.
 ///
 /// Chains are independent: the result depends on the energy, the settings, the seed and the number only.
+///
+/// # Panics
+/// If the settings ask for no attempt.
 pub fn synthesize(
     energy: &GraspEnergy,
     settings: &SynthesisSettings,
@@ -60,6 +63,9 @@ pub fn synthesize(
 ///
 /// A state's energy is what the chain sees: while the annealed sampler ramps weights, it is E(H, x, O) with the weights of
 /// that step ([`GraspEnergy::evaluate_ramped`]).
+///
+/// # Panics
+/// If the settings ask for no attempt.
 pub fn synthesize_observed(
     energy: &GraspEnergy,
     settings: &SynthesisSettings,

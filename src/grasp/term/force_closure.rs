@@ -97,7 +97,7 @@ impl Term for ForceClosure {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum RankForm {
-    /// The least: max(0, ε − λ_min), as printed.
+    /// The least: max(0, ε − λₘᵢₙ), as printed.
     Least,
     /// All: Σₖ max(0, ε − λₖ)², as coded.
     Sum,
