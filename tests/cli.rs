@@ -386,18 +386,18 @@ fn an_interrupted_synthesis_continues() {
 #[test]
 fn chains_of_a_run_without_success_are_not_lost() {
     let desk = Desk::empty();
-    let few = "synth --object ball --steps 1 -n 1 -q";
+    let few = "synth --object ball --preset paper --steps 1 -n 1 -q";
     assert_says(
         &desk.mistake(few),
         &["none of the 1 chains passed", "--keep", "-n"],
     );
     assert_eq!(names(desk.folder.path()), ["grasps.parquet.partial"]);
     desk.resume(
-        "synth --object ball --steps 1 -n 2 --keep all -q",
+        "synth --object ball --preset paper --steps 1 -n 2 --keep all -q",
         "grasps.parquet.partial",
     );
     let fresh = Desk::empty();
-    fresh.succeed("synth --object ball --steps 1 -n 2 --keep all -q");
+    fresh.succeed("synth --object ball --preset paper --steps 1 -n 2 --keep all -q");
     assert_eq!(contents_by_name(&desk), contents_by_name(&fresh));
 }
 

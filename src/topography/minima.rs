@@ -167,7 +167,7 @@ impl Default for HoppingSettings {
             sameness: Sameness::default(),
             kick: 1.0,
             temperature: 1.0,
-            patience: 25,
+            patience: 100,
             max_hops: 50_000,
             seed: 0,
         }
