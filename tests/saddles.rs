@@ -1,5 +1,6 @@
 //! Every minimum and every saddle of surfaces whose number of them is known, from random points: the search knows no
 //! reference value, no expected number and no scale.
+#![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 use landscape::energy::Energy;
 use landscape::energy::model::{LennardJones, Surface, named};
@@ -171,9 +172,9 @@ fn tilted_wells_are_a_product() {
         for _ in 0..100 {
             let middle = f64::midpoint(low, high);
             if (slope(middle) > 0.0) == (slope(low) > 0.0) {
-                low = middle
+                low = middle;
             } else {
-                high = middle
+                high = middle;
             }
         }
         value(low)

@@ -1,5 +1,6 @@
 //! Synthesis: starts, attempts, refinements, and what a watcher is shown.
 #![cfg(feature = "grasp")]
+#![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 use std::sync::{Arc, LazyLock};
 
