@@ -12,6 +12,8 @@ use std::time::Duration;
 use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, UInt32Type};
 use arrow_array::{ArrayRef, FixedSizeListArray, Float64Array, ListArray};
+use landscape::grasp::hand::Hand;
+use landscape::space::{PoseSpace, Space, Symmetry};
 use landscape::store::{Grasp, GraspFile, LandscapeFiles, Overrides};
 use parts::Parts;
 use serde_json::{Value, json};
@@ -380,6 +382,113 @@ fn an_interrupted_synthesis_continues() {
     let (file, _) = GraspFile::read(&desk.path("grasps.parquet"), Overrides::default()).unwrap();
     assert_eq!((file.metadata.seed, file.grasps.len()), (2, 2));
     assert_eq!(names(desk.folder.path()), ["grasps.parquet"]);
+}
+
+/// Chains from given grasps: one for each row unless told otherwise, near its grasp, the same on any number of threads.
+#[test]
+fn synthesis_from_given_grasps() {
+    let desk = Desk::with_grasps();
+    let read = |name: &str| {
+        GraspFile::read(&desk.path(name), Overrides::default())
+            .unwrap()
+            .0
+    };
+    let given = read("g.parquet");
+    let pose = |grasp: &Grasp| {
+        let mut x = grasp.translation_m.to_vec();
+        x.extend(grasp.rotation_wxyz);
+        x.extend(&grasp.joints_rad);
+        x
+    };
+    let space = PoseSpace::new(Hand::human().pose_metric(), Symmetry::None);
+    let apart = |name: &str| -> Vec<f64> {
+        let rows = read(name).grasps;
+        rows.iter()
+            .map(|row| {
+                let from = &given.grasps[usize::try_from(row.id).unwrap() % given.grasps.len()];
+                assert!(
+                    row.source.ends_with(&format!("from {}", from.id)),
+                    "{}",
+                    row.source
+                );
+                space.distance(&pose(row), &pose(from))
+            })
+            .collect()
+    };
+    let line = "synth --from g.parquet --steps 60 --keep all --seed 3 -q";
+    desk.succeed(&format!("{line} -o near.parquet --threads 1"));
+    desk.succeed(&format!("{line} -o near2.parquet --threads 2"));
+    assert_eq!(
+        fs::read(desk.path("near.parquet")).unwrap(),
+        fs::read(desk.path("near2.parquet")).unwrap()
+    );
+    let near = read("near.parquet");
+    assert_eq!(near.grasps.len(), given.grasps.len());
+    assert_eq!(
+        (&near.metadata.hands, &near.metadata.objects),
+        (&given.metadata.hands, &given.metadata.objects)
+    );
+    assert_says(
+        &near.metadata.command,
+        &["landscape synth --from g.parquet -n 6 --steps 60"],
+    );
+    let mean = |lengths: Vec<f64>| lengths.iter().sum::<f64>() / lengths.len() as f64;
+    let refined_m = mean(apart("near.parquet"));
+    assert!(refined_m < 0.02, "refined {refined_m} m away");
+
+    desk.succeed(&format!("{line} --perturb 60 -n 13 -o far.parquet"));
+    let far = read("far.parquet").grasps;
+    assert_eq!(
+        far.iter().map(|row| row.id).collect::<Vec<_>>(),
+        (0..13).collect::<Vec<_>>()
+    );
+    let perturbed_m = mean(apart("far.parquet"));
+    assert!(
+        perturbed_m > 2.0 * refined_m && perturbed_m < 0.1,
+        "{refined_m} {perturbed_m}"
+    );
+    assert_ne!(
+        pose(&far[0]),
+        pose(&far[6]),
+        "the same grasp, moved differently"
+    );
+    assert_says(
+        &read("far.parquet").metadata.command,
+        &["--from g.parquet --perturb 60 -n 13"],
+    );
+}
+
+#[test]
+fn mistakes_with_given_grasps() {
+    let desk = Desk::with_grasps();
+    let parts = Parts::of(&desk.path("g.parquet"));
+    let mut scales = parts.floats("scale");
+    scales[0] = 1.5;
+    let mixed = parts.set("scale", Float64Array::from(scales));
+    mixed.write(&desk.path("mixed.parquet"));
+    fs::write(desk.path("text.parquet"), "no table").unwrap();
+    let cases: [(&str, &[&str]); 8] = [
+        ("synth --from absent.parquet", &["absent.parquet"]),
+        ("synth --from text.parquet", &["text.parquet", "Parquet"]),
+        (
+            "synth --from mixed.parquet",
+            &["--from mixed.parquet", "2 pairs of hand and object"],
+        ),
+        (
+            "synth --from g.parquet --perturb -1",
+            &["--perturb -1", "millimetres"],
+        ),
+        (
+            "synth --from g.parquet --perturb nan",
+            &["--perturb NaN", "millimetres"],
+        ),
+        ("synth --from g.parquet -n 0", &["-n 0"]),
+        ("synth --object ball --perturb 3", &["--from"]),
+        ("synth", &["--object"]),
+    ];
+    for (line, words) in cases {
+        assert_says(&desk.early_mistake(line), words);
+    }
 }
 
 /// The error advises to keep others or run more chains: that must then work, and use what was computed.
@@ -820,7 +929,7 @@ fn mistakes_in_flags() {
         ("synth --object empty.obj", &["empty.obj has no faces"]),
         (
             "synth --object ball --preset quick",
-            &["--preset quick", "default, paper"],
+            &["--preset quick", "default, paper, released"],
         ),
         ("synth --object ball -n 0", &["-n 0"]),
         ("synth --object ball --spread 0", &["--spread 0"]),

@@ -73,6 +73,9 @@ Examples:
   landscape synth --object bottle_round -n 64              64 chains on a bottle that comes with the program
   landscape synth --object mug.obj -n 256 -o mug.parquet   your own mesh (metres, closed)
   landscape synth --object ball --preset paper --keep all  the published energy and sampler
+  landscape synth --from mug.parquet -o better.parquet     refine given grasps
+  landscape synth --from mug.parquet --perturb 10 -n 500 -o more.parquet
+                                                           look around given grasps
 
 An interrupted run continues where it stopped when the same command is given again.";
 
@@ -144,15 +147,28 @@ run continues where it stopped when the same command is given again."#;
 /// Synthesize grasps.
 #[derive(Debug, Args)]
 pub(super) struct Synth {
-    /// The hand: `human`, or a URDF file.
-    #[arg(long, default_value = "human", value_name = "NAME|FILE")]
-    pub(super) hand: String,
-    /// The object: a name of one that comes with the program, or an OBJ or STL file in metres.
+    /// The hand: `human` (unless told otherwise), or a URDF file.
     #[arg(long, value_name = "NAME|FILE")]
-    pub(super) object: String,
-    /// Number of chains; each gives one grasp, if its end passes the filter.
-    #[arg(short = 'n', long, default_value_t = 64, value_name = "N")]
-    pub(super) chains: u64,
+    pub(super) hand: Option<String>,
+    /// The object: a name of one that comes with the program, or an OBJ or STL file in metres.
+    #[arg(long, value_name = "NAME|FILE", required_unless_present = "from")]
+    pub(super) object: Option<String>,
+    /// Start from the grasps of a file instead of random poses: chain i from row i, and again from the first after the
+    /// last. Hand and object are those of the file.
+    #[arg(long, value_name = "FILE")]
+    pub(super) from: Option<PathBuf>,
+    /// Move each given grasp by so many millimetres in a random direction first (as poses are measured: the root mean
+    /// square way of the hand's surface).
+    #[arg(
+        long,
+        value_name = "MM",
+        requires = "from",
+        allow_negative_numbers = true
+    )]
+    pub(super) perturb: Option<f64>,
+    /// Number of chains; each gives one grasp, if its end passes the filter. By default 64, or one for each given grasp.
+    #[arg(short = 'n', long, value_name = "N")]
+    pub(super) chains: Option<u64>,
     /// Steps of each chain.
     #[arg(long, value_name = "N")]
     pub(super) steps: Option<u32>,

@@ -16,6 +16,7 @@ mod input;
 mod inspect;
 mod landscape;
 mod models;
+mod origin;
 mod progress;
 mod report;
 mod run;

@@ -8,34 +8,44 @@ use rayon::prelude::*;
 
 use super::args::{Common, Keep, Synth};
 use super::experiment::Experiment;
+use super::input::coordinates;
+use super::origin::Origin;
 use super::{check_output, complain, models, print, progress};
 use crate::grasp::spread::spread;
-use crate::grasp::synthesis::{Synthesized, synthesize};
-use crate::grasp::{GraspEnergy, Judgement, judge};
+use crate::grasp::synthesis::{Given, Synthesized, synthesize, synthesize_from};
+use crate::grasp::{Diversity, GraspEnergy, Judgement, judge};
 use crate::optimize::QuenchSettings;
-use crate::store::{
-    Grasp, GraspFile, HandMetadata, Journal, Metadata, ObjectMetadata, SCHEMA_VERSION, content_hash,
-};
+use crate::store::{Grasp, GraspFile, Journal, Metadata, SCHEMA_VERSION, content_hash};
+
+/// Chains unless told otherwise.
+const DEFAULT_CHAINS: u64 = 64;
 
 pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
     let experiment = experiment(command)?;
-    let hand = models::hand_metadata(&command.hand)?;
-    let (object, object_metadata) = models::object_metadata(&command.object)?;
-    let energy = GraspEnergy::new(models::hand(&hand)?, object, experiment.energy)?;
+    let origin = Origin::read(command, common.quiet)?;
+    let count = match command.chains {
+        Some(count) => count,
+        None if origin.given.is_empty() => DEFAULT_CHAINS,
+        None => origin.given.len() as u64,
+    };
+    let hand = models::hand(&origin.hand)?;
+    let energy = GraspEnergy::new(hand, origin.object.clone(), experiment.energy)?;
 
-    let metadata = metadata(command, &experiment, &energy, hand, object_metadata)?;
+    let metadata = metadata(command, &experiment, &energy, &origin, count)?;
     let journal_path = journal_path(&command.output);
     // A chain does not depend on how many there are or which are kept, so the command may ask for others next time.
     let of_a_chain = Metadata {
         command: String::new(),
         ..metadata.clone()
     };
-    let fingerprint = content_hash(&[serde_json::to_string(&of_a_chain)?.as_bytes()]);
+    let given = format!("{:?} {:?}", command.perturb, origin.given);
+    let of_a_chain = serde_json::to_string(&of_a_chain)?;
+    let fingerprint = content_hash(&[of_a_chain.as_bytes(), given.as_bytes()]);
     let journal = Journal::open(&journal_path, &fingerprint, command.fresh)?;
 
     let started = Instant::now();
-    let bar = progress::bar("chains", command.chains, common.quiet);
-    let chains: Vec<(Synthesized, Judgement)> = (0..command.chains)
+    let bar = progress::bar("chains", count, common.quiet);
+    let chains: Vec<(Synthesized, Judgement)> = (0..count)
         .into_par_iter()
         .map(|chain| {
             let key = format!("chain {chain}");
@@ -45,8 +55,7 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
             let end: Synthesized = if let Some(end) = done {
                 end
             } else {
-                let refine = QuenchSettings::default();
-                let end = synthesize(&energy, &experiment.synthesis, &refine, command.seed, chain);
+                let end = work(command, &experiment, &energy, &origin, chain);
                 journal.put(&key, &serde_json::to_vec(&end)?)?;
                 end
             };
@@ -80,10 +89,11 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
     }
     let kept: Vec<Grasp> = passed
         .iter()
-        .map(|(end, judgement)| row(&energy, &metadata, command, end, judgement))
+        .map(|(end, judgement)| row(&energy, &metadata, command, &origin, end, judgement))
         .collect();
     if !common.quiet {
         print(&summary(
+            &energy,
             &chains,
             kept.len(),
             started.elapsed().as_secs_f64(),
@@ -91,9 +101,8 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
     }
     anyhow::ensure!(
         !kept.is_empty(),
-        "none of the {} chains passed the filter: run more (-n) or longer ones (--steps with --fresh), or keep others \
-         (--keep)",
-        command.chains
+        "none of the {count} chains passed the filter: run more (-n) or longer ones (--steps with --fresh), or keep \
+         others (--keep)"
     );
     let file = GraspFile {
         metadata,
@@ -123,7 +132,16 @@ fn experiment(command: &Synth) -> anyhow::Result<Experiment> {
         command.spread != Some(0),
         "--spread 0: at least one grasp is to be kept"
     );
-    anyhow::ensure!(command.chains > 0, "-n 0: at least one chain is needed");
+    anyhow::ensure!(
+        command.chains != Some(0),
+        "-n 0: at least one chain is needed"
+    );
+    if let Some(perturb) = command.perturb {
+        anyhow::ensure!(
+            perturb.is_finite() && perturb >= 0.0,
+            "--perturb {perturb}: a length in millimetres is needed, 0 or more"
+        );
+    }
     check_output(&command.output)?;
     anyhow::ensure!(
         !command.output.is_dir(),
@@ -143,8 +161,8 @@ fn metadata(
     command: &Synth,
     experiment: &Experiment,
     energy: &GraspEnergy,
-    hand: HandMetadata,
-    object: ObjectMetadata,
+    origin: &Origin,
+    count: u64,
 ) -> anyhow::Result<Metadata> {
     let keep = match command.keep {
         Keep::Strict => "strict",
@@ -158,27 +176,82 @@ fn metadata(
         schema_version: SCHEMA_VERSION,
         program_version: env!("CARGO_PKG_VERSION").to_owned(),
         command: format!(
-            "landscape synth --hand {} --object {} -n {} --steps {} --contacts {} --seed {} --keep {keep}{spread}",
-            command.hand,
-            command.object,
-            command.chains,
+            "landscape synth{} -n {count} --steps {} --contacts {} --seed {} --keep {keep}{spread}",
+            beginning(command),
             experiment.synthesis.steps,
             experiment.energy.contacts,
             command.seed
         ),
         seed: command.seed,
-        hands: vec![hand],
-        objects: vec![object],
+        hands: vec![origin.hand.clone()],
+        objects: vec![origin.object_metadata.clone()],
         energy: serde_json::to_value(experiment.energy)?,
         settings: serde_json::to_value(experiment.synthesis)?,
         terms: energy.term_names(),
     })
 }
 
+/// The flags that say what chains begin with.
+fn beginning(command: &Synth) -> String {
+    let mut text = String::new();
+    let mut add = |flag: &str, value: Option<String>| {
+        if let Some(value) = value {
+            let _ = write!(text, " --{flag} {value}");
+        }
+    };
+    let hand = command.hand.clone();
+    let default = command.from.is_none().then(|| "human".to_owned());
+    add("hand", hand.or(default));
+    add("object", command.object.clone());
+    let from = command.from.as_ref();
+    add("from", from.map(|path| path.display().to_string()));
+    add("perturb", command.perturb.map(|length| length.to_string()));
+    let strict = chains
+        .iter()
+        .filter(|(_, judgement)| judgement.passes_strict())
+        .map(|(end, _)| (&*end.refined, &*end.contacts));
+    if let Some(diversity) = Diversity::of(energy.hand(), &energy.object().centroid, strict) {
+        let [first, second, ..] = diversity.explained_variance;
+        let _ = writeln!(
+            text,
+            "of the strict ones   {} sets of hand regions ({:.0} per hundred grasps), entropy of joints {:.2} and of the \
+             pose {:.2} nats,\n                     {:.0} % of the variance in one principal component, {:.0} % in two",
+            diversity.region_sets,
+            diversity.region_sets_per_hundred,
+            diversity.joint_entropy,
+            diversity.pose_entropy,
+            100.0 * first,
+            100.0 * second,
+        );
+    }
+    text
+}
+
+/// One chain.
+fn work(
+    command: &Synth,
+    experiment: &Experiment,
+    energy: &GraspEnergy,
+    origin: &Origin,
+    chain: u64,
+) -> Synthesized {
+    let settings = &experiment.synthesis;
+    let refine = QuenchSettings::default();
+    let Some(given) = origin.given(chain) else {
+        return synthesize(energy, settings, &refine, command.seed, chain);
+    };
+    let given = Given {
+        x: &coordinates(given),
+        displacement_m: 1e-3 * command.perturb.unwrap_or(0.0),
+    };
+    synthesize_from(energy, settings, &refine, command.seed, chain, &given)
+}
+
 fn row(
     energy: &GraspEnergy,
     metadata: &Metadata,
     command: &Synth,
+    origin: &Origin,
     end: &Synthesized,
     judgement: &Judgement,
 ) -> Grasp {
@@ -187,7 +260,7 @@ fn row(
     Grasp {
         id: end.chain,
         object: metadata.objects[0].name.clone(),
-        scale: 1.0,
+        scale: origin.scale,
         hand: metadata.hands[0].name.clone(),
         translation_m: [x[0], x[1], x[2]],
         rotation_wxyz: [x[3], x[4], x[5], x[6]],
@@ -204,13 +277,25 @@ fn row(
         label: None,
         label_auto: None,
         label_score: None,
-        source: format!("landscape {} synth", env!("CARGO_PKG_VERSION")),
+        source: match origin.given(end.chain) {
+            None => format!("landscape {} synth", env!("CARGO_PKG_VERSION")),
+            Some(given) => format!(
+                "landscape {} synth from {}",
+                env!("CARGO_PKG_VERSION"),
+                given.id
+            ),
+        },
         chain_seed: command.seed,
         chain_step: end.steps,
     }
 }
 
-fn summary(chains: &[(Synthesized, Judgement)], kept: usize, seconds: f64) -> String {
+fn summary(
+    energy: &GraspEnergy,
+    chains: &[(Synthesized, Judgement)],
+    kept: usize,
+    seconds: f64,
+) -> String {
     let total = chains.len();
     let share = |count: usize| {
         format!(

@@ -587,11 +587,20 @@ mod tests {
     #[test]
     fn exact_minimum_for_every_size_and_rounding() {
         for seed in 0..20 {
-            for (size, rounding) in [(2, 0.05), (3, 0.0), (3, 0.05), (4, 0.05), (5, 0.05)] {
+            let (norm, square) = (NormForm::Norm, NormForm::Square);
+            for (size, form, rounding) in [
+                (2, norm, 0.05),
+                (3, norm, 0.0),
+                (3, norm, 0.05),
+                (4, norm, 0.05),
+                (5, norm, 0.05),
+                (3, square, 0.0),
+                (5, square, 0.0),
+            ] {
                 let candidates = random_candidates(18, seed);
                 let cost = WrenchCost {
                     weight: 1.0,
-                    form: NormForm::Norm,
+                    form,
                     rounding,
                 };
                 let (total, set) = brute_force(&candidates, size, &cost);

@@ -36,6 +36,15 @@ impl Schedule {
         }
     }
 
+    /// For a chain that starts from a given grasp: no hotter than that, and nothing is softened.
+    pub(super) fn from_given(settings: &SynthesisSettings, steps: u32) -> Self {
+        Self {
+            temperature_start: settings.given_temperature,
+            ramp_start: 1.0,
+            ..Self::new(settings, steps)
+        }
+    }
+
     fn progress(&self, step: u32) -> f64 {
         f64::from(step) / f64::from(self.steps)
     }

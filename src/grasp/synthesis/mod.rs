@@ -12,6 +12,7 @@ use self::annealed::{Schedule, anneal};
 pub use self::settings::{
     ContactMoves, Refinement, Sampler, Start, StepScales, SynthesisSettings, SynthesisSettingsError,
 };
+pub use self::start::Given;
 use super::energy::GraspEnergy;
 use super::filter::judge;
 use crate::energy::Energy;
@@ -58,6 +59,29 @@ pub fn synthesize(
     synthesize_observed(energy, settings, refine, seed, chain, &mut |_, _| ())
 }
 
+/// As [`synthesize`], but the chain starts from a given grasp: each attempt at the same pose, moved anew in a random
+/// direction, no hotter than [`SynthesisSettings::given_temperature`], with nothing softened.
+///
+/// # Panics
+/// If the pose is one of another hand.
+pub fn synthesize_from(
+    energy: &GraspEnergy,
+    settings: &SynthesisSettings,
+    refine: &QuenchSettings,
+    seed: u64,
+    chain: u64,
+    given: &Given<'_>,
+) -> Synthesized {
+    run(
+        energy,
+        settings,
+        refine,
+        [seed, chain],
+        Some(given),
+        &mut |_, _| (),
+    )
+}
+
 /// As [`synthesize`], and shows `observe` every state of the chain: the start as number 0, the state after step n as
 /// number n. A further attempt shows its start with the number of steps before it.
 ///
@@ -74,18 +98,48 @@ pub fn synthesize_observed(
     chain: u64,
     observe: &mut dyn FnMut(u32, &State),
 ) -> Synthesized {
+    run(energy, settings, refine, [seed, chain], None, observe)
+}
+
+fn run(
+    energy: &GraspEnergy,
+    settings: &SynthesisSettings,
+    refine: &QuenchSettings,
+    [seed, chain]: [u64; 2],
+    given: Option<&Given<'_>>,
+    observe: Observe<'_>,
+) -> Synthesized {
     let mut rng = stream(seed, Task::Synthesis, chain);
     let mut best: Option<Synthesized> = None;
     let (mut steps, mut evaluations) = (0, 0);
-    for attempt in 0..settings.attempts {
-        let share = attempt_steps(settings, attempt);
-        let start = start::start(energy, settings, chain, &mut rng);
-        evaluations += u64::from(settings.start_candidates) + u64::from(share);
-        let end = walk(energy, settings, start, share, &mut rng, &mut |n, state| {
-            observe(steps + n, state);
-        });
+    let attempts = settings.attempts.min(settings.steps.max(1));
+    for attempt in 0..attempts {
+        // Divided as evenly as whole numbers allow.
+        let share = settings.steps / attempts + u32::from(attempt < settings.steps % attempts);
+        let (start, schedule) = match given {
+            None => {
+                evaluations += u64::from(settings.start_candidates);
+                let start = start::start(energy, settings, chain, &mut rng);
+                (start, Schedule::new(settings, share))
+            }
+            Some(given) => {
+                let start = start::given_start(energy, given, &mut rng);
+                (start, Schedule::from_given(settings, share))
+            }
+        };
+        evaluations += u64::from(share);
+        let end = walk(
+            energy,
+            settings,
+            &schedule,
+            start,
+            &mut rng,
+            &mut |n, state| {
+                observe(steps + n, state);
+            },
+        );
         steps += share;
-        let only = settings.attempts == 1;
+        let only = attempts == 1;
         let (found, passes) = finish(energy, settings, refine, end, only);
         evaluations += found.evaluations;
         if passes
@@ -108,12 +162,6 @@ pub fn synthesize_observed(
     }
 }
 
-/// Steps of attempt number `attempt`: the steps of the chain, divided as evenly as whole numbers allow.
-fn attempt_steps(settings: &SynthesisSettings, attempt: u32) -> u32 {
-    let extra = u32::from(attempt < settings.steps % settings.attempts);
-    settings.steps / settings.attempts + extra
-}
-
 /// Ends of a walk: its last state and, where the sampler refines by itself, the refined one.
 struct End {
     raw: State,
@@ -124,15 +172,14 @@ struct End {
 fn walk(
     energy: &GraspEnergy,
     settings: &SynthesisSettings,
+    schedule: &Schedule,
     start: State,
-    steps: u32,
     rng: &mut Rng,
     observe: Observe<'_>,
 ) -> End {
     match settings.sampler {
         Sampler::Annealed => {
-            let schedule = Schedule::new(settings, steps);
-            let raw = anneal(energy, settings, &schedule, start, rng, observe);
+            let raw = anneal(energy, settings, schedule, start, rng, observe);
             End {
                 refined: raw.clone(),
                 raw,
@@ -141,7 +188,7 @@ fn walk(
         }
         Sampler::Released => {
             let mut chain = released::Chain::new(energy, start);
-            chain.run(settings, steps, rng, observe);
+            chain.run(settings, schedule.steps, rng, observe);
             let raw = chain.state().clone();
             let mut evaluations = 0;
             if settings.refinement == Refinement::Noisy {

@@ -78,6 +78,9 @@ pub struct SynthesisSettings {
     pub attempts: u32,
     /// Temperature of the first step (annealed sampler).
     pub temperature_start: f64,
+    /// Temperature of the first step of a chain that starts from a given grasp: enough to leave a shallow minimum, not to
+    /// forget the grasp (annealed sampler).
+    pub given_temperature: f64,
     /// Temperature of the last step (annealed sampler).
     pub temperature_end: f64,
     /// Share of the distance weight at the first step (annealed sampler): force closure first, contact later.
@@ -107,6 +110,7 @@ impl Default for SynthesisSettings {
             steps: 10_000,
             attempts: 8,
             temperature_start: 0.1,
+            given_temperature: 0.005,
             temperature_end: 0.002,
             ramp_start: 0.02,
             ramp_share: 0.8,
@@ -149,6 +153,7 @@ impl SynthesisSettings {
         let wrong = |name, value, range| Err(SynthesisSettingsError { name, value, range });
         let positive = [
             ("temperature_start", self.temperature_start),
+            ("given_temperature", self.given_temperature),
             ("temperature_end", self.temperature_end),
         ];
         for (name, value) in positive {

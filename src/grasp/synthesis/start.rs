@@ -1,13 +1,51 @@
 //! The first state of a chain.
 
 use rand::RngExt;
+use rand_distr::{Distribution, StandardNormal};
 
 use super::annealed::Schedule;
 use super::released::gaussian_pose;
 use super::{Start, SynthesisSettings};
+use crate::energy::Energy;
 use crate::grasp::energy::GraspEnergy;
 use crate::grasp::start::start_pose_facing;
 use crate::sample::{Rng, State};
+use crate::space::vector::norm;
+
+/// A grasp to start from instead of a random pose.
+#[derive(Debug, Clone, Copy)]
+pub struct Given<'a> {
+    /// Its pose: coordinates of [`PoseSpace`](crate::space::PoseSpace).
+    pub x: &'a [f64],
+    /// How far it is moved at first, in a random direction: a distance of that space, metres.
+    pub displacement_m: f64,
+}
+
+/// The given pose, moved, with its best contact set.
+///
+/// The direction is drawn with the step scales of the space, so that no joint turns much farther than others move.
+pub(super) fn given_start(energy: &GraspEnergy, given: &Given<'_>, rng: &mut Rng) -> State {
+    let space = energy.space();
+    let mut coordinates = given.x.to_vec();
+    if given.displacement_m > 0.0 {
+        let mut tangent: Vec<f64> = space
+            .step_scales()
+            .iter()
+            .map(|scale| {
+                let noise: f64 = StandardNormal.sample(rng);
+                scale * noise
+            })
+            .collect();
+        let factor = given.displacement_m / norm(&tangent);
+        tangent.iter_mut().for_each(|t| *t *= factor);
+        space.shift(&mut coordinates, &tangent);
+    }
+    State {
+        discrete: energy.choice(&coordinates),
+        coordinates,
+        ..State::default()
+    }
+}
 
 /// Draws the first state of chain number `chain`.
 pub(super) fn start(

@@ -1,0 +1,124 @@
+//! What the programs about yields share: runs of many chains, and a table of their numbers that grows run by run.
+
+use std::fmt::Write;
+use std::path::Path;
+use std::sync::Arc;
+use std::{fs, io};
+
+use landscape::grasp::hand::Hand;
+use landscape::grasp::object::Object;
+use landscape::grasp::synthesis::{SynthesisSettings, Synthesized};
+use landscape::grasp::{EnergySettings, GraspEnergy};
+
+/// What is run: many chains of one method on one object.
+#[derive(Debug, Clone)]
+pub(crate) struct Run {
+    /// Name of the row or line.
+    pub(crate) name: String,
+    pub(crate) object: &'static str,
+    pub(crate) energy: EnergySettings,
+    pub(crate) synthesis: SynthesisSettings,
+    pub(crate) seed: u64,
+    pub(crate) chains: u64,
+}
+
+impl Run {
+    /// Tells this run from all others, settings included.
+    pub(crate) fn key(&self) -> Result<String, serde_json::Error> {
+        let settings = serde_json::to_string(&(self.energy, self.synthesis))?;
+        // FNV-1a: a name, not a secret.
+        let hash = settings
+            .bytes()
+            .fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
+                (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+            });
+        Ok(format!(
+            "{},{},{},{},{hash:016x}",
+            self.name, self.object, self.seed, self.chains
+        ))
+    }
+
+    pub(crate) fn energy(&self) -> Result<GraspEnergy, Box<dyn std::error::Error>> {
+        let object = Object::named(self.object)?;
+        Ok(GraspEnergy::new(
+            Arc::new(Hand::human()),
+            Arc::new(object),
+            self.energy,
+        )?)
+    }
+}
+
+/// A comma-separated table whose first five columns are a run's key. Runs that are in it are not made again.
+#[derive(Debug)]
+pub(crate) struct Table {
+    header: String,
+    rows: Vec<String>,
+}
+
+impl Table {
+    pub(crate) fn read(path: &Path, columns: &str) -> io::Result<Self> {
+        let header = format!("name,object,seed,chains,settings,{columns}");
+        let text = match fs::read_to_string(path) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => String::new(),
+            text => text?,
+        };
+        let mut lines = text.lines();
+        let known = lines.next() == Some(&*header);
+        let rows = lines.filter(|_| known).map(str::to_owned).collect();
+        Ok(Self { header, rows })
+    }
+
+    /// The numbers of a run, row by row; empty if it was not made yet.
+    pub(crate) fn of(&self, key: &str) -> Vec<Vec<f64>> {
+        let of_key = self
+            .rows
+            .iter()
+            .filter_map(|row| row.strip_prefix(key)?.strip_prefix(','));
+        of_key
+            .map(|row| {
+                row.split(',')
+                    .map(|v| v.parse().unwrap_or(f64::NAN))
+                    .collect()
+            })
+            .collect()
+    }
+
+    pub(crate) fn add(&mut self, key: &str, numbers: &[f64]) {
+        let mut row = key.to_owned();
+        for number in numbers {
+            let _ = write!(row, ",{number}");
+        }
+        self.rows.push(row);
+    }
+
+    /// Writes the rows of these runs, in this order; others are forgotten.
+    pub(crate) fn write(&self, path: &Path, keys: &[String]) -> io::Result<()> {
+        let mut text = format!("{}\n", self.header);
+        for key in keys {
+            let of_key =
+                |row: &&String| row.strip_prefix(&**key).is_some_and(|r| r.starts_with(','));
+            for row in self.rows.iter().filter(of_key) {
+                text.push_str(row);
+                text.push('\n');
+            }
+        }
+        fs::write(path, text)
+    }
+}
+
+/// Poses and contact sets, as measures of diversity take them.
+pub(crate) fn grasps<'a>(
+    ends: impl Iterator<Item = &'a Synthesized>,
+) -> impl Iterator<Item = (&'a [f64], &'a [u32])> {
+    ends.map(|end| (&*end.refined, &*end.contacts))
+}
+
+/// Wilson's 95 % interval of a share of `of`.
+pub(crate) fn interval(count: f64, of: f64) -> [f64; 2] {
+    const Z: f64 = 1.959_964;
+    let share = count / of;
+    let scale = 1.0 + Z * Z / of;
+    let middle = (share + Z * Z / (2.0 * of)) / scale;
+    let half = Z / scale * (share * (1.0 - share) / of + Z * Z / (4.0 * of * of)).sqrt();
+    [(middle - half).max(0.0), (middle + half).min(1.0)]
+}

@@ -1,0 +1,76 @@
+//! What `landscape synth` begins with: hand and object of the flags, or those of the given grasps.
+
+use std::sync::Arc;
+
+use anyhow::Context;
+
+use super::args::Synth;
+use super::{input, models};
+use crate::grasp::object::Object;
+use crate::store::{Grasp, HandMetadata, ObjectMetadata};
+
+/// Hand, object and, with `--from`, the grasps to start from.
+pub(super) struct Origin {
+    pub(super) hand: HandMetadata,
+    pub(super) object: Arc<Object>,
+    pub(super) object_metadata: ObjectMetadata,
+    /// Factor on the size of the object that the metadata describe.
+    pub(super) scale: f64,
+    /// Grasps to start from; empty without `--from`.
+    pub(super) given: Vec<Grasp>,
+}
+
+impl Origin {
+    pub(super) fn read(command: &Synth, quiet: bool) -> anyhow::Result<Self> {
+        if command.from.is_some() {
+            return Self::of_file(command, quiet);
+        }
+        let object = command.object.as_deref();
+        let object = object.context("--object: the object to be grasped must be named")?;
+        let (object, object_metadata) = models::object_metadata(object)?;
+        Ok(Self {
+            hand: models::hand_metadata(command.hand.as_deref().unwrap_or("human"))?,
+            object,
+            object_metadata,
+            scale: 1.0,
+            given: Vec::new(),
+        })
+    }
+
+    fn of_file(command: &Synth, quiet: bool) -> anyhow::Result<Self> {
+        let path = command
+            .from
+            .as_deref()
+            .context("--from: a file is needed")?;
+        let (file, warnings) =
+            input::read(path, command.hand.as_deref(), command.object.as_deref())?;
+        if !quiet {
+            input::warn(&warnings);
+        }
+        let populations = file.landscapes();
+        let [population] = populations.as_slice() else {
+            anyhow::bail!(
+                "--from {}: holds grasps of {} pairs of hand and object; chains start from one at a time",
+                path.display(),
+                populations.len()
+            );
+        };
+        let hand = models::hand(population.hand)?;
+        models::check_hand(population.hand, &hand).with_context(|| path.display().to_string())?;
+        Ok(Self {
+            hand: population.hand.clone(),
+            object: models::object(population.object, population.scale)?,
+            object_metadata: population.object.clone(),
+            scale: population.scale,
+            given: population.grasps.iter().copied().cloned().collect(),
+        })
+    }
+
+    /// The grasp that chain number `chain` starts from.
+    pub(super) fn given(&self, chain: u64) -> Option<&Grasp> {
+        let count = u64::try_from(self.given.len())
+            .ok()
+            .filter(|count| *count > 0)?;
+        self.given.get(usize::try_from(chain % count).ok()?)
+    }
+}
