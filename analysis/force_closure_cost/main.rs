@@ -21,6 +21,11 @@ const CONTACTS: [usize; 6] = [3, 5, 10, 20, 100, 1000];
 /// Friction of the exact test.
 const FRICTION: f64 = 0.5;
 const RADIUS_M: f64 = 0.04;
+/// Bottles and what kind of field they have.
+const BOTTLES: [(&str, &str); 2] = [
+    ("bottle_round", "round bottle (field in a plane)"),
+    ("bottle_square", "square bottle (field in space)"),
+];
 
 /// Seconds, one number for each of [`CONTACTS`].
 type Costs = Vec<f64>;
@@ -63,22 +68,18 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let test = RelaxedForceClosure::paper(ball.centre, RADIUS_M);
     let on_ball: Vec<_> = CONTACTS.iter().map(|&n| contacts_on_ball(n)).collect();
-    let bottle = Object::named("bottle_round")?;
-    let on_bottle: Vec<_> = CONTACTS
-        .iter()
-        .map(|&n| contacts_near(&bottle, n))
-        .collect();
+    let mut relaxed = vec![relaxed_on("sphere", &ball, &test, &on_ball, clock)];
+    for (name, description) in BOTTLES {
+        let bottle = Object::named(name)?;
+        let sets: Vec<_> = CONTACTS
+            .iter()
+            .map(|&n| contacts_near(&bottle, n))
+            .collect();
+        let test = RelaxedForceClosure::of_object(&bottle);
+        relaxed.push(relaxed_on(description, &*bottle.shape, &test, &sets, clock));
+    }
     let measured = Measured {
-        relaxed: vec![
-            relaxed_on("sphere", &ball, &test, &on_ball, clock),
-            relaxed_on(
-                "bottle as a smooth field",
-                &*bottle.shape,
-                &RelaxedForceClosure::of_object(&bottle),
-                &on_bottle,
-                clock,
-            ),
-        ],
+        relaxed,
         ..exact_on_ball(&ball, &test, &on_ball, clock)
     };
     picture::draw(&measured)?.save("figures/force_closure_cost.png".as_ref())?;

@@ -24,8 +24,8 @@ pub(crate) fn paper_s(contacts: usize) -> f64 {
 pub(crate) fn text(measured: &Measured) -> String {
     let mut text = String::from(
         "# What force-closure tests cost\n\nWritten by `cargo run --release --example force_closure_cost`; \
-         timings differ from run to run. One core. Contacts are spread at random over the sphere, or within 2 mm of the \
-         bottle; each number is the mean over many sets in the fastest of 25 batches.\n\n",
+         timings differ from run to run. One core. Contacts are spread at random over the sphere, or within 2 mm of \
+         a bottle; each number is the mean over many sets in the fastest of 25 batches.\n\n",
     );
     costs(&mut text, measured);
     target(&mut text, measured);
