@@ -206,24 +206,6 @@ fn beginning(command: &Synth) -> String {
     let from = command.from.as_ref();
     add("from", from.map(|path| path.display().to_string()));
     add("perturb", command.perturb.map(|length| length.to_string()));
-    let strict = chains
-        .iter()
-        .filter(|(_, judgement)| judgement.passes_strict())
-        .map(|(end, _)| (&*end.refined, &*end.contacts));
-    if let Some(diversity) = Diversity::of(energy.hand(), &energy.object().centroid, strict) {
-        let [first, second, ..] = diversity.explained_variance;
-        let _ = writeln!(
-            text,
-            "of the strict ones   {} sets of hand regions ({:.0} per hundred grasps), entropy of joints {:.2} and of the \
-             pose {:.2} nats,\n                     {:.0} % of the variance in one principal component, {:.0} % in two",
-            diversity.region_sets,
-            diversity.region_sets_per_hundred,
-            diversity.joint_entropy,
-            diversity.pose_entropy,
-            100.0 * first,
-            100.0 * second,
-        );
-    }
     text
 }
 
@@ -323,6 +305,24 @@ fn summary(
     reasons.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
     for (reason, count) in reasons {
         let _ = writeln!(text, "  refused for {reason}: {count}");
+    }
+    let strict = chains
+        .iter()
+        .filter(|(_, judgement)| judgement.passes_strict())
+        .map(|(end, _)| (&*end.refined, &*end.contacts));
+    if let Some(diversity) = Diversity::of(energy.hand(), &energy.object().centroid, strict) {
+        let [first, second, ..] = diversity.explained_variance;
+        let _ = writeln!(
+            text,
+            "of the strict ones   {} sets of hand regions ({:.0} per hundred grasps), entropy of joints {:.2} and of the \
+             pose {:.2} nats,\n                     {:.0} % of the variance in one principal component, {:.0} % in two",
+            diversity.region_sets,
+            diversity.region_sets_per_hundred,
+            diversity.joint_entropy,
+            diversity.pose_entropy,
+            100.0 * first,
+            100.0 * second,
+        );
     }
     text
 }

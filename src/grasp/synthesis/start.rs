@@ -37,7 +37,9 @@ pub(super) fn given_start(energy: &GraspEnergy, given: &Given<'_>, rng: &mut Rng
             })
             .collect();
         let factor = given.displacement_m / norm(&tangent);
-        tangent.iter_mut().for_each(|t| *t *= factor);
+        for t in &mut tangent {
+            *t *= factor;
+        }
         space.shift(&mut coordinates, &tangent);
     }
     State {
