@@ -1,6 +1,6 @@
 //! What each setting of the default synthesis is worth with three contacts → `figures/ablation.md`, `figures/ablation.csv`
 //!
-//! Tuned on bottle_round, bottle_square and ball with seed 1; confirmed on all bottles and the ball with another seed.
+//! Tuned on `bottle_round`, `bottle_square` and `ball` with seed 1; confirmed on all bottles and the ball with another seed.
 //! Runs that the .csv holds already are not made again: delete it to begin anew. `--quick`: 8 chains, into `target/`.
 
 #[path = "yields/mod.rs"]
@@ -18,7 +18,7 @@ use landscape::grasp::synthesis::{
 use landscape::grasp::{Diversity, EnergySettings, Judgement, judge};
 use landscape::optimize::QuenchSettings;
 use rayon::prelude::*;
-use yields::{Run, Table, grasps, interval};
+use yields::{Run, Table, interval};
 
 const TUNED: (&[&str], u64) = (&["bottle_round", "bottle_square", "ball"], 1);
 const FRESH: (&[&str], u64) = (
@@ -75,7 +75,7 @@ fn variants() -> Vec<(&'static str, EnergySettings, SynthesisSettings)> {
     vec![
         change("default", &|_| ()),
         change("start anywhere on the surface", &|s| {
-            s.start = Start::Surface
+            s.start = Start::Surface;
         }),
         change("start of the authors", &|s| s.start = Start::Gaussian),
         change("one start candidate", &|s| s.start_candidates = 1),
@@ -85,13 +85,13 @@ fn variants() -> Vec<(&'static str, EnergySettings, SynthesisSettings)> {
         change("hotter start (0.3)", &|s| s.temperature_start = 0.3),
         change("always cold (0.002)", &|s| s.temperature_start = 0.002),
         change("uniform contact moves", &|s| {
-            s.contact_moves = ContactMoves::Uniform
+            s.contact_moves = ContactMoves::Uniform;
         }),
         change("noise scaled by the metric", &|s| {
-            s.step_scales = StepScales::Metric
+            s.step_scales = StepScales::Metric;
         }),
         change("one attempt of 1250 steps", &|s| {
-            (s.attempts, s.steps) = (1, 1250)
+            (s.attempts, s.steps) = (1, 1250);
         }),
         change("one attempt of 10000 steps", &|s| s.attempts = 1),
         change("as it was before", &|s| {
@@ -174,7 +174,11 @@ fn measure(run: &Run) -> Result<[f64; 9], Box<dyn Error>> {
 /// Of the first [`DIVERSE`] grasps, if there are as many.
 fn diversity(energy: &GraspEnergy, strict: &[&Synthesized]) -> Option<Diversity> {
     let first = strict.get(..DIVERSE)?.iter().copied();
-    Diversity::of(energy.hand(), &energy.object().centroid, grasps(first))
+    Diversity::of(
+        energy.hand(),
+        &energy.object().centroid,
+        first.map(|end| (&*end.refined, &*end.contacts)),
+    )
 }
 
 fn text(runs: &[Run], keys: &[String], table: &Table) -> String {

@@ -12,7 +12,7 @@ use std::fmt::Write;
 use std::fs;
 use std::path::PathBuf;
 
-use landscape::figure::chart::{Axis, Chart, Corner, Mark, Panel, Series};
+use landscape::figure::chart::{Axis, Chart, Corner, Panel, Series};
 use landscape::grasp::energy::{Candidates, GraspEnergy};
 use landscape::grasp::synthesis::{SynthesisSettings, synthesize_observed};
 use landscape::grasp::{EnergySettings, Judgement, judge};
@@ -256,10 +256,13 @@ fn row(text: &mut String, run: &Run, rows: &[Vec<f64>]) {
 
 /// Numbers of steps at which chains are judged: six a decade.
 fn checkpoints(steps: u32) -> Vec<u32> {
-    let mut steps_at: Vec<u32> = (6..)
-        .map(|k| 10f64.powf(f64::from(k) / 6.0).round() as u32)
-        .take_while(|step| *step < steps)
-        .collect();
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a positive number of steps"
+    )]
+    let step = |k: u32| 10f64.powf(f64::from(k) / 6.0).round() as u32;
+    let mut steps_at: Vec<u32> = (6..54).map(step).take_while(|step| *step < steps).collect();
     steps_at.push(steps);
     steps_at
 }

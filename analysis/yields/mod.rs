@@ -7,7 +7,7 @@ use std::{fs, io};
 
 use landscape::grasp::hand::Hand;
 use landscape::grasp::object::Object;
-use landscape::grasp::synthesis::{SynthesisSettings, Synthesized};
+use landscape::grasp::synthesis::SynthesisSettings;
 use landscape::grasp::{EnergySettings, GraspEnergy};
 
 /// What is run: many chains of one method on one object.
@@ -104,13 +104,6 @@ impl Table {
         }
         fs::write(path, text)
     }
-}
-
-/// Poses and contact sets, as measures of diversity take them.
-pub(crate) fn grasps<'a>(
-    ends: impl Iterator<Item = &'a Synthesized>,
-) -> impl Iterator<Item = (&'a [f64], &'a [u32])> {
-    ends.map(|end| (&*end.refined, &*end.contacts))
 }
 
 /// Wilson's 95 % interval of a share of `of`.
