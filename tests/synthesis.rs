@@ -175,6 +175,25 @@ fn the_noisy_refinement_cools_and_keeps_the_contacts() {
     assert!(offset.norm() > 0.01 && offset.norm() < 0.6);
 }
 
+/// The refinement as written descends with the contact set held.
+#[test]
+fn the_refinement_of_the_paper_keeps_the_contacts() {
+    let energy = energy(&BALL, EnergySettings::paper());
+    let settings = SynthesisSettings {
+        steps: 200,
+        ..SynthesisSettings::paper()
+    };
+    for chain in 0..3 {
+        let end = synthesize(&energy, &settings, &refine(), 1, chain);
+        assert_eq!(end.contacts, end.raw_contacts);
+        let mut unused = vec![0.0; energy.space().tangents()];
+        let before = energy.evaluate_choice(&end.raw, &end.raw_contacts, &mut unused);
+        let after = energy.evaluate_choice(&end.refined, &end.contacts, &mut unused);
+        assert_eq!(after.to_bits(), end.energy.to_bits());
+        assert!(after < before - 0.01, "{before} to {after}");
+    }
+}
+
 /// With fingertips for candidates nothing else ever touches, in the chain and on the envelope.
 #[test]
 fn contacts_can_be_restricted_to_fingertips() {

@@ -161,6 +161,20 @@ pub fn quench_traced(
     found
 }
 
+/// As [`quench`] within one piece: the discrete choice is held.
+///
+/// # Panics
+/// If `start` has the wrong length.
+pub fn quench_choice(
+    energy: &dyn Energy,
+    choice: &[u32],
+    start: &[f64],
+    settings: &QuenchSettings,
+) -> Quench {
+    let mut piece = |x: &[f64], gradient: &mut [f64]| energy.evaluate_choice(x, choice, gradient);
+    lbfgs::minimise(energy.space(), &mut piece, start, settings, &mut |_, _| ())
+}
+
 #[cfg(test)]
 mod tests {
     use rand::RngExt;
@@ -228,6 +242,8 @@ mod tests {
         // The minimum of the last piece (3 at x = 2) lies above the piece before (1 + 1.5), and so on down to 0.
         assert_eq!(found.stop, StopReason::Converged);
         assert!(found.x[0].abs() < 1e-6 && found.energy < 1e-9, "{found:?}");
+        let held = quench_choice(&energy, &[2], &[7.0], &QuenchSettings::default());
+        assert!((held.x[0] - 2.0).abs() < 1e-6 && (held.energy - 3.0).abs() < 1e-9);
     }
 
     #[test]

@@ -238,17 +238,26 @@ fn finish(
     let passes = |found: &Synthesized| {
         !only && judge(energy, &found.refined, &found.contacts).passes_strict()
     };
-    if settings.refinement == Refinement::Quench {
-        if !only {
-            descend(energy, &trial_settings(refine), &mut found);
-            if !passes(&found) {
-                return (found, false);
+    match settings.refinement {
+        Refinement::Quench => {
+            if !only {
+                descend(energy, &trial_settings(refine), &mut found);
+                if !passes(&found) {
+                    return (found, false);
+                }
             }
+            descend(energy, refine, &mut found);
         }
-        descend(energy, refine, &mut found);
-    } else {
-        let mut unused = vec![0.0; energy.space().tangents()];
-        found.energy = energy.evaluate_choice(&found.refined, &found.contacts, &mut unused);
+        Refinement::Held => {
+            let quench = optimize::quench_choice(energy, &found.contacts, &found.refined, refine);
+            found.evaluations += quench.evaluations as u64;
+            found.refined = quench.x;
+            found.energy = quench.energy;
+        }
+        Refinement::Noisy | Refinement::None => {
+            let mut unused = vec![0.0; energy.space().tangents()];
+            found.energy = energy.evaluate_choice(&found.refined, &found.contacts, &mut unused);
+        }
     }
     let passes = passes(&found);
     (found, passes)

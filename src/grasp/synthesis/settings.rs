@@ -53,6 +53,8 @@ pub enum StepScales {
 pub enum Refinement {
     /// Descent to a local minimum of the envelope.
     Quench,
+    /// Descent to a local minimum with the contact set held: what the text of the paper says.
+    Held,
     /// A thousand noisy steps of the chain at temperature 0.001 with the contact set held, as the authors' code has it
     /// (their text says gradient descent).
     Noisy,
@@ -133,6 +135,7 @@ impl SynthesisSettings {
             start_candidates: 1,
             attempts: 1,
             contact_probability: 0.15,
+            refinement: Refinement::Held,
             ..Self::default()
         }
     }
