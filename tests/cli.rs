@@ -5,54 +5,28 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Child, Stdio};
 use std::sync::OnceLock;
 use std::time::Duration;
 
 use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, UInt32Type};
 use arrow_array::{ArrayRef, FixedSizeListArray, Float64Array, ListArray};
+use desk::{Desk, assert_says};
 use landscape::grasp::hand::Hand;
 use landscape::space::{PoseSpace, Space, Symmetry};
 use landscape::store::{Grasp, GraspFile, LandscapeFiles, Overrides};
 use parts::Parts;
 use serde_json::{Value, json};
-use tempfile::TempDir;
 
+mod desk;
 mod parts;
 
-/// A folder with a small file of grasps in it.
-struct Desk {
-    folder: TempDir,
-}
-
 impl Desk {
-    fn empty() -> Self {
-        Self {
-            folder: TempDir::new().unwrap(),
-        }
-    }
-
     fn with_grasps() -> Self {
         let desk = Self::empty();
         fs::write(desk.path("g.parquet"), grasps()).unwrap();
         desk
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
-    }
-
-    fn command(&self, line: &str) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_landscape"));
-        command
-            .args(line.split_whitespace())
-            .current_dir(self.folder.path());
-        command
-    }
-
-    fn run(&self, line: &str) -> Output {
-        self.command(line).output().unwrap()
     }
 
     /// Runs a command that must succeed and returns what it said on standard error.
@@ -61,17 +35,6 @@ impl Desk {
         let said = String::from_utf8(output.stderr).unwrap();
         assert!(output.status.success(), "landscape {line}: {said}");
         said
-    }
-
-    /// Runs a command that must fail with exit code 1 and one `error: …`, and returns the sentence.
-    fn mistake(&self, line: &str) -> String {
-        let output = self.run(line);
-        let said = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(1), "landscape {line}: {said}");
-        assert!(!said.contains("panicked"), "{said}");
-        let sentence = said.strip_prefix("error: ").expect(&said);
-        assert!(!sentence.contains("error:"), "one error only: {said}");
-        sentence.trim_end().to_owned()
     }
 
     /// The sentence of a mistake that is found before anything is written.
@@ -214,15 +177,6 @@ fn records(journal: &Path) -> Vec<String> {
         keys.push(String::from_utf8(name.to_vec()).unwrap());
     }
     keys
-}
-
-fn assert_says(sentence: &str, words: &[&str]) {
-    for word in words {
-        assert!(
-            sentence.contains(word),
-            "`{word}` is missing in: {sentence}"
-        );
-    }
 }
 
 #[test]

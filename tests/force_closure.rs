@@ -60,6 +60,26 @@ fn analytic() -> Vec<Case> {
     cases(include_str!("reference/force_closure_analytic.json"))
 }
 
+fn all() -> impl Iterator<Item = Case> {
+    computed().into_iter().chain(analytic())
+}
+
+/// Contacts turned, then enlarged, then moved.
+fn carried(
+    contacts: &[PointContact],
+    turn: Rotation3<f64>,
+    factor: f64,
+    shift: Vector3<f64>,
+) -> Vec<PointContact> {
+    contacts
+        .iter()
+        .map(|contact| PointContact {
+            arm: turn * contact.arm * factor + shift,
+            inward_normal: turn * contact.inward_normal,
+        })
+        .collect()
+}
+
 fn check_friction(cases: &[Case]) {
     for case in cases {
         let (id, contacts) = (&case.id, &case.contacts);
@@ -106,13 +126,13 @@ fn analytic_reference_sets() {
 
 #[test]
 fn forces_balance_from_the_least_friction_on() {
-    for Case { id, contacts, .. } in computed().into_iter().chain(analytic()) {
+    for Case { id, contacts, .. } in all() {
         let least = least_friction(&contacts);
         if least.is_infinite() {
             assert!(contact_forces(&contacts, 100.0).is_none(), "{id}");
             continue;
         }
-        for friction in [least, 1.1 * least + 0.1] {
+        for friction in [least, 1.001 * least + 1e-5, 1.1 * least + 0.1, least + 2.0] {
             let found = contact_forces(&contacts, friction).expect(&id);
             assert!(found.residual <= 1e-9, "{id}: ‖Gf‖ = {:e}", found.residual);
             assert!(
@@ -121,13 +141,21 @@ fn forces_balance_from_the_least_friction_on() {
                 found.violation
             );
             let mut wrench = Vector6::zeros();
-            let mut normal = 0.0;
+            let mut sum = 0.0;
+            let mut outside = f64::NEG_INFINITY;
             for (contact, force) in contacts.iter().zip(&found.forces) {
                 wrench += contact.wrench_of(force);
-                normal += contact.inward_normal.dot(force);
+                let normal = contact.inward_normal.dot(force);
+                let tangential = (force - contact.inward_normal * normal).norm();
+                outside = outside.max(-normal).max(tangential - friction * normal);
+                sum += normal;
             }
             assert!((wrench.norm() - found.residual).abs() < 1e-15);
-            assert!((normal - 1.0).abs() < 1e-9, "{id}: Σ f_n = {normal}");
+            assert!((outside - found.violation).abs() < 1e-12, "{id}");
+            assert!((sum - 1.0).abs() < 1e-9, "{id}: Σ f_n = {sum}");
+            if friction > least {
+                assert!(outside <= 1e-9, "{id}: {outside:e} outside at {friction}");
+            }
         }
         if least > 0.01 {
             assert!(contact_forces(&contacts, 0.99 * least).is_none(), "{id}");
@@ -223,60 +251,104 @@ fn epsilon_of_reference_sets() {
 }
 
 #[test]
-fn turning_and_moving_contacts_changes_nothing() {
+fn turning_moving_and_enlarging_contacts_does_not_change_friction() {
+    let turn = Rotation3::from_euler_angles(0.3, -1.1, 2.4);
+    let shift = Vector3::new(0.2, -0.1, 0.5);
+    for Case { id, contacts, .. } in all() {
+        let before = least_friction(&contacts);
+        let turned = carried(&contacts, turn, 1.0, Vector3::zeros());
+        let moved = carried(&contacts, turn, 3.0, shift);
+        let tiny = carried(&contacts, Rotation3::identity(), 1e-3, Vector3::zeros());
+        for after in [turned, moved, tiny].map(|contacts| least_friction(&contacts)) {
+            if before.is_finite() {
+                assert!(
+                    (before - after).abs() < 2e-6 * before.max(1.0),
+                    "{id}: {before}, then {after}"
+                );
+            } else {
+                assert!(after.is_infinite(), "{id}");
+            }
+        }
+    }
+}
+
+#[test]
+fn turning_contacts_does_not_change_closure_and_epsilon() {
     let turn = Rotation3::from_euler_angles(0.3, -1.1, 2.4);
     let settings = EpsilonSettings::default();
-    for Case { id, contacts, .. } in computed() {
-        let turned: Vec<PointContact> = contacts
-            .iter()
-            .map(|contact| PointContact {
-                arm: turn * contact.arm,
-                inward_normal: turn * contact.inward_normal,
-            })
-            .collect();
-        let moved: Vec<PointContact> = turned
-            .iter()
-            .map(|contact| PointContact {
-                arm: contact.arm * 3.0 + Vector3::new(0.2, -0.1, 0.5),
-                ..*contact
-            })
-            .collect();
-        let [before, after, elsewhere] = [&contacts, &turned, &moved].map(|c| least_friction(c));
-        if before.is_finite() {
-            assert!(
-                (before - after).abs() < 2e-6 * before.max(1.0),
-                "{id}: {before}, turned {after}"
-            );
-            assert!(
-                (before - elsewhere).abs() < 2e-6 * before.max(1.0),
-                "{id}: {before}, {elsewhere}"
-            );
-        } else {
-            assert!(after.is_infinite() && elsewhere.is_infinite(), "{id}");
-        }
+    let mut closed = 0;
+    for Case { id, contacts, .. } in all() {
+        let turned = carried(&contacts, turn, 1.0, Vector3::zeros());
         let [before, after] = [&contacts, &turned].map(|c| epsilon(c, &settings).value);
         assert!(
             (before - after).abs() < 1e-8,
             "{id}: ε = {before}, turned {after}"
         );
+        let least = least_friction(&contacts);
+        for friction in [0.05, 0.3, 0.7, 1.5] {
+            if (friction - least).abs() > 1e-4 {
+                let [before, after] = [&contacts, &turned].map(|c| is_force_closure(c, friction));
+                assert_eq!(before, after, "{id} at {friction}");
+                closed += usize::from(before);
+            }
+        }
     }
+    assert!(closed > 100, "{closed} are closed");
+}
+
+/// How far inside the cones the forces lie that lie least far inside, as [`contact_forces`] measures it.
+fn margin(contacts: &[PointContact], forces: &[Vector3<f64>], friction: f64) -> f64 {
+    let (sine, cosine) = friction.atan().sin_cos();
+    let inside = |(contact, force): (&PointContact, &Vector3<f64>)| {
+        let normal = contact.inward_normal.dot(force);
+        let tangential = (force - contact.inward_normal * normal).norm();
+        normal * sine - tangential * cosine
+    };
+    let all = contacts.iter().zip(forces).map(inside);
+    all.fold(f64::INFINITY, f64::min)
+}
+
+/// Torques need not be rescaled: wrenches that vanish vanish in any unit.
+#[test]
+fn turning_and_enlarging_contacts_turns_forces() {
+    let turn = Rotation3::from_euler_angles(-2.0, 0.7, 1.1);
+    let (mut sets, mut compared) = (0, 0);
+    for Case { id, contacts, .. } in all() {
+        let least = least_friction(&contacts);
+        if least.is_infinite() {
+            continue;
+        }
+        sets += 1;
+        let friction = 1.1 * least + 0.1;
+        let before = contact_forces(&contacts, friction).expect(&id).forces;
+        for factor in [1.0, 5.0] {
+            let turned = carried(&contacts, turn, factor, Vector3::zeros());
+            let after = contact_forces(&turned, friction).expect(&id).forces;
+            let [a, b] = [(&contacts, &before), (&turned, &after)]
+                .map(|(contacts, forces)| margin(contacts, forces, friction));
+            assert!((a - b).abs() < 1e-8, "{id}: margins {a}, {b}");
+            // More contacts may push equally well in several ways.
+            if contacts.len() <= 3 {
+                compared += 1;
+                for (one, other) in before.iter().zip(&after) {
+                    let apart = (turn * one - other).norm();
+                    assert!(apart < 1e-5, "{id}: forces {apart:e} apart");
+                }
+            }
+        }
+    }
+    assert!(sets > 100 && compared > 50, "{sets}, {compared}");
 }
 
 #[test]
 fn larger_contacts_with_smaller_torques_change_nothing() {
     for limit in [WrenchLimit::Sum, WrenchLimit::Each] {
-        for Case { id, contacts, .. } in computed().into_iter().step_by(5) {
+        for Case { id, contacts, .. } in all().step_by(5) {
             let settings = EpsilonSettings {
                 limit,
                 ..EpsilonSettings::default()
             };
-            let larger: Vec<PointContact> = contacts
-                .iter()
-                .map(|contact| PointContact {
-                    arm: contact.arm * 40.0,
-                    ..*contact
-                })
-                .collect();
+            let larger = carried(&contacts, Rotation3::identity(), 40.0, Vector3::zeros());
             let scaled = EpsilonSettings {
                 torque_scale: settings.torque_scale / 40.0,
                 ..settings

@@ -2,16 +2,20 @@
 
 use std::fmt::Write;
 
-use anyhow::{Context, ensure};
+use anyhow::{Context, bail, ensure};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::{number, table, yes};
 use crate::grasp::closure::{
-    EpsilonSettings, PointContact, RANK_EPSILON, contact_forces, epsilon, grasp_matrix_rank_margin,
-    is_force_closure, least_friction, net_wrench,
+    EpsilonSettings, LARGEST_FRICTION, PointContact, RANK_EPSILON, contact_forces, epsilon,
+    grasp_matrix_rank_margin, is_force_closure, least_friction, net_wrench,
 };
 use crate::grasp::filter::STRICT_FRICTION;
+
+/// Longer arms than this, in units of the length, are a mistake in units; their torques would drown the forces in
+/// round-off.
+const LONGEST_ARM: f64 = 1e4;
 
 /// The file; its format is told by `landscape inspect --help`.
 #[derive(Debug, Deserialize)]
@@ -68,10 +72,26 @@ struct Forces {
     violation: f64,
 }
 
+/// The file, or which of its fields is wrong and where.
+fn parse(bytes: &[u8]) -> anyhow::Result<File> {
+    const NO_CONTACTS: &str = "these are no contacts (see `landscape inspect --help`)";
+    let mut json = serde_json::Deserializer::from_slice(bytes);
+    let file = serde_path_to_error::deserialize(&mut json).map_err(|error| {
+        let place = error.path().to_string();
+        let cause = anyhow::Error::new(error.into_inner());
+        if place == "." {
+            cause.context(NO_CONTACTS)
+        } else {
+            cause.context(place).context(NO_CONTACTS)
+        }
+    })?;
+    json.end().context(NO_CONTACTS)?;
+    Ok(file)
+}
+
 impl Contacts {
     pub(super) fn read(bytes: &[u8]) -> anyhow::Result<Self> {
-        let file: File = serde_json::from_slice(bytes)
-            .context("these are no contacts (see `landscape inspect --help`)")?;
+        let file = parse(bytes)?;
         ensure!(!file.contacts.is_empty(), "there are no contacts in it");
         let count = file.contacts.len() as f64;
         let positions = || file.contacts.iter().map(|c| Vector3::from(c.position));
@@ -79,9 +99,12 @@ impl Contacts {
             Some(centre) => Vector3::from(centre),
             None => positions().sum::<Vector3<f64>>() / count,
         };
-        let longest = positions()
-            .map(|position| (position - centre).norm())
-            .fold(0.0, f64::max);
+        let distances = || positions().map(|position| (position - centre).norm());
+        let longest = distances().fold(0.0, f64::max);
+        ensure!(
+            longest.is_finite(),
+            "positions and centre are too far apart to compute with"
+        );
         let length = file.length.unwrap_or(longest);
         ensure!(
             length > 0.0,
@@ -90,15 +113,26 @@ impl Contacts {
                 None => "all contacts lie in the centre: give a \"length\"".to_owned(),
             }
         );
+        if let Some(index) = distances().position(|distance| distance > LONGEST_ARM * length) {
+            bail!(
+                "\"length\" is {length:e}, and contact {index} lies more than {LONGEST_ARM} lengths from the centre: are \
+                 they in the same unit?"
+            );
+        }
         let friction = file.friction.unwrap_or(STRICT_FRICTION);
         ensure!(
-            friction >= 0.0,
-            "\"friction\" is {friction}: it cannot be negative"
+            (0.0..=LARGEST_FRICTION).contains(&friction),
+            "\"friction\" is {friction:?}: a number from 0 to {LARGEST_FRICTION} is needed"
         );
         let contact = |(index, contact): (usize, &FileContact)| {
-            let inward_normal = Vector3::from(contact.inward_normal)
-                .try_normalize(0.0)
-                .with_context(|| format!("the inward normal of contact {index} is zero"))?;
+            let normal = Vector3::from(contact.inward_normal);
+            // Divided by its largest component first: the square of any number must neither vanish nor overflow.
+            let largest = normal.amax();
+            ensure!(
+                largest > 0.0,
+                "contacts[{index}].inward_normal is zero: a direction is needed"
+            );
+            let inward_normal = (normal / largest).normalize();
             Ok(PointContact {
                 arm: (Vector3::from(contact.position) - centre) / length,
                 inward_normal,

@@ -11,14 +11,15 @@ mod contacts;
 mod grasps;
 mod summary;
 
-/// What a Parquet file begins with.
-const PARQUET: &[u8] = b"PAR1";
-
 pub(super) fn run(command: &Inspect, common: &Common) -> anyhow::Result<()> {
     let name = command.file.display();
     let bytes = std::fs::read(&command.file).with_context(|| format!("cannot read {name}"))?;
-    let is_json = bytes.trim_ascii_start().starts_with(b"{");
-    if bytes.starts_with(PARQUET) || !is_json {
+    let first = bytes.trim_ascii_start().first();
+    anyhow::ensure!(
+        first != Some(&b'['),
+        "{name} holds a list: bare contacts are told as {{\"contacts\": [...]}} (see `landscape inspect --help`)"
+    );
+    if first != Some(&b'{') {
         return grasps::run(command, common);
     }
     let flags = [
@@ -64,10 +65,13 @@ fn table(rows: &[Vec<String>]) -> String {
     text
 }
 
-/// Four significant digits and no more than that many decimals; `inf` for infinity.
+/// Four significant digits and no more than that many decimals, powers of ten from ten millions on; `inf` for infinity.
 fn number(value: f64) -> String {
     if value.is_infinite() {
         return if value > 0.0 { "inf" } else { "-inf" }.to_owned();
+    }
+    if value.abs() >= 1e7 {
+        return format!("{value:.3e}");
     }
     let decimals = match value.abs() {
         size if size < 10.0 => 4,
@@ -98,6 +102,7 @@ mod tests {
         assert_eq!(number(-1e-9), "0.0000");
         assert_eq!(number(-0.12345), "-0.1235");
         assert_eq!(number(123.456), "123.46");
+        assert_eq!(number(-123_456_789.0), "-1.235e8");
         let rows = [vec!["μ", "1.5", "x"], vec!["depth", "10.5"]]
             .map(|row| row.into_iter().map(str::to_owned).collect());
         assert_eq!(table(&rows), "μ       1.5  x\ndepth  10.5\n");
