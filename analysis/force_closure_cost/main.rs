@@ -10,6 +10,8 @@ use nalgebra::Vector3;
 use rand::RngExt;
 
 mod fit;
+#[path = "../line.rs"]
+mod line;
 mod picture;
 mod report;
 mod timing;

@@ -2,7 +2,8 @@
 
 use std::fmt::Write as _;
 
-use super::fit::{self, Line};
+use super::fit;
+use super::line::Line;
 use super::{CONTACTS, Costs, Measured, Relaxed};
 
 /// The authors' code in torch on one CPU thread, patched only for device and eigen-solver: value and derivative on the
