@@ -106,7 +106,7 @@ impl<T: Real> NeuralField<T> {
                     continue;
                 }
                 let moved = *point - gradient * (distance_m / steepness) - start;
-                *point = start + moved.cap_magnitude(0.5 * cell_m);
+                *point = start + moved.cap_magnitude(cell_m);
             }
         }
     }
