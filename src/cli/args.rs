@@ -54,6 +54,8 @@ pub(super) enum Command {
     /// Judge the grasps of a file, or bare contacts
     #[command(after_help = INSPECT_EXAMPLES)]
     Inspect(Inspect),
+    /// List the objects that come with the program, or make one of a neural network
+    Objects(Objects),
     /// Map a surface: a named model, or an energy of your own
     #[command(after_help = surface_examples())]
     Surface(Surface),
@@ -114,6 +116,17 @@ Bare contacts (JSON; lengths in any one unit, normals of any length):
     \"length\": 0.1,              arms are divided by it; default: the longest arm
     \"friction\": 0.5             for force closure, forces and epsilon; default: 0.5
   }";
+
+const BAKE_EXAMPLES: &str = "\
+Examples:
+  landscape objects bake model.safetensors --scale 0.1 -o bottle.obj
+                                                           shape 0 of a trained decoder, 0.1 m per unit
+  landscape objects bake model.safetensors --specs s.json --codes codes.safetensors --code 7 --scale 0.1 -o jar.obj
+  landscape synth --object bottle.obj -n 64                then as any other object
+
+The network is the decoder of DeepSDF: negative inside, shapes scaled into a ball of radius 1. Its zero level becomes a
+closed mesh, and that a smooth field, which has the curvature that a network of rectifiers lacks. The field is kept in the
+cache folder of the system. Checkpoints of torch (.pth) are converted by the script in docs/neural_objects.md.";
 
 fn surface_examples() -> String {
     let models = MODELS.iter().map(|model| {
@@ -270,6 +283,48 @@ pub(super) struct Inspect {
     /// The object, for a file that does not describe it.
     #[arg(long, value_name = "NAME|FILE")]
     pub(super) object: Option<String>,
+}
+
+/// Objects.
+#[derive(Debug, Args)]
+pub(super) struct Objects {
+    #[command(subcommand)]
+    pub(super) command: ObjectsCommand,
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum ObjectsCommand {
+    /// List the objects that come with the program
+    List,
+    /// Make an object of a neural signed-distance function: a mesh, with its smooth field in the cache
+    #[command(after_help = BAKE_EXAMPLES)]
+    Bake(Bake),
+}
+
+/// Make an object of a network.
+#[derive(Debug, Args)]
+pub(super) struct Bake {
+    /// Weights of the decoder (.safetensors).
+    #[arg(value_name = "MODEL")]
+    pub(super) model: PathBuf,
+    /// What the network looks like: the specs.json of its experiment; by default the one beside the model.
+    #[arg(long, value_name = "FILE")]
+    pub(super) specs: Option<PathBuf>,
+    /// The latent codes (.safetensors): by default the tensor `latent_codes` of the model.
+    #[arg(long, value_name = "FILE")]
+    pub(super) codes: Option<PathBuf>,
+    /// Which latent code, from 0.
+    #[arg(long, value_name = "I", default_value_t = 0)]
+    pub(super) code: usize,
+    /// Metres per unit of the network: about half the longest side of the object.
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
+    pub(super) scale: f64,
+    /// How finely the surface is taken: cells along the diameter of the network's ball.
+    #[arg(long, value_name = "N", default_value_t = 128)]
+    pub(super) cells: u32,
+    /// The mesh to write (.obj).
+    #[arg(long, short, value_name = "FILE")]
+    pub(super) output: PathBuf,
 }
 
 /// Map a surface.

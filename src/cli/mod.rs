@@ -16,6 +16,7 @@ mod input;
 mod inspect;
 mod landscape;
 mod models;
+mod objects;
 mod origin;
 mod progress;
 mod report;
@@ -41,6 +42,7 @@ pub fn run() -> ExitCode {
             Command::Synth(command) => synth::run(command, &arguments.common),
             Command::Build(command) => build::run(command, &arguments.common),
             Command::Inspect(command) => inspect::run(command, &arguments.common),
+            Command::Objects(command) => objects::run(&command.command, &arguments.common),
             Command::Surface(command) => surface::run(command, &arguments.common),
         });
     match result {

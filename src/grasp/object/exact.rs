@@ -102,7 +102,8 @@ impl ExactMesh {
     }
 }
 
-fn signed_volume(mesh: &Mesh, triangles: &[[u32; 3]]) -> f64 {
+/// Six times the volume that `triangles` enclose; negative where they are inside out.
+pub(super) fn signed_volume(mesh: &Mesh, triangles: &[[u32; 3]]) -> f64 {
     let corner =
         |index: u32| mesh.vertices()[index as usize] - mesh.vertices()[triangles[0][0] as usize];
     triangles

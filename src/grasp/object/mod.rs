@@ -16,6 +16,7 @@ mod file;
 mod jet;
 mod mesh;
 mod named;
+pub mod neural;
 mod revolved;
 mod sphere;
 mod spline;

@@ -53,6 +53,15 @@ impl Object {
     /// # Errors
     /// Where there is none of that name.
     pub fn named(name: &str) -> Result<Self, ObjectError> {
+        let (mesh, description) = Self::parts_of_named(name)?;
+        Self::from_mesh(name, mesh, &description)
+    }
+
+    /// What an object that comes with this crate is made of; nothing is baked.
+    ///
+    /// # Errors
+    /// Where there is none of that name.
+    pub fn parts_of_named(name: &str) -> Result<(Mesh, Description), ObjectError> {
         let Some(embedded) = EMBEDDED.iter().find(|embedded| embedded.name == name) else {
             return Err(ObjectError::Unknown {
                 name: name.to_owned(),
@@ -60,6 +69,6 @@ impl Object {
             });
         };
         let mesh = Mesh::from_obj(name, &mut embedded.obj.as_bytes())?;
-        Self::from_mesh(name, mesh, &Description::from_json(name, embedded.json)?)
+        Ok((mesh, Description::from_json(name, embedded.json)?))
     }
 }

@@ -1,0 +1,159 @@
+//! `landscape objects`: those that come with the program, and new ones from neural networks.
+
+use std::fmt::Write as _;
+
+use anyhow::Context;
+
+use super::args::{Bake, Common, ObjectsCommand};
+use super::{check_output, complain, print};
+use crate::grasp::object::neural::{
+    Decoder, Network, NeuralField, Specs, Surface, SurfaceSettings, Tensors,
+};
+use crate::grasp::object::{Description, OBJECT_NAMES, Object};
+use crate::space::Symmetry;
+use crate::store::write_atomic;
+
+pub(super) fn run(command: &ObjectsCommand, common: &Common) -> anyhow::Result<()> {
+    match command {
+        ObjectsCommand::List => list(),
+        ObjectsCommand::Bake(command) => bake(command, common),
+    }
+}
+
+fn list() -> anyhow::Result<()> {
+    let mut text = format!(
+        "{:<18}{:>18}{:>10}  symmetry\n",
+        "name", "size, mm", "mass, kg"
+    );
+    for name in OBJECT_NAMES {
+        let (mesh, description) = Object::parts_of_named(name)?;
+        let [low, high] = mesh.bounds();
+        let size = (high - low).map(|side| format!("{:.0}", 1e3 * side));
+        let size = size.as_slice().join(" × ");
+        let mass = description
+            .mass_kg
+            .map_or_else(String::new, |mass| format!("{mass:.3}"));
+        let symmetry = match &description.symmetry {
+            Symmetry::None => "none".to_owned(),
+            Symmetry::Axis { .. } => "axis".to_owned(),
+            Symmetry::Sphere { .. } => "sphere".to_owned(),
+            Symmetry::Finite(motions) if motions.len() == 1 => "one motion".to_owned(),
+            Symmetry::Finite(motions) => format!("{} motions", motions.len()),
+        };
+        let _ = writeln!(text, "{name:<18}{size:>18}{mass:>10}  {symmetry}");
+    }
+    print(&text);
+    Ok(())
+}
+
+/// What is refused before any work is spent on it.
+fn check(command: &Bake) -> anyhow::Result<()> {
+    let output = &command.output;
+    anyhow::ensure!(
+        output
+            .extension()
+            .is_some_and(|kind| kind.eq_ignore_ascii_case("obj")),
+        "--output {}: the name of an OBJ file (.obj) is needed",
+        output.display()
+    );
+    check_output(output)?;
+    anyhow::ensure!(
+        (16..=512).contains(&command.cells),
+        "--cells {}: between 16 and 512 are possible",
+        command.cells
+    );
+    anyhow::ensure!(
+        command.scale > 0.0 && command.scale.is_finite(),
+        "--scale {}: metres per unit of the network are needed, a positive number",
+        command.scale
+    );
+    // The object's description, which would be read together with the mesh.
+    let beside = output.with_extension("json");
+    if beside.exists() {
+        let text = std::fs::read_to_string(&beside)
+            .with_context(|| format!("cannot read {}", beside.display()))?;
+        Description::from_json(&beside.display().to_string(), &text).context(
+            "a file beside the output has the name of an object's description: choose another --output",
+        )?;
+    }
+    Ok(())
+}
+
+fn bake(command: &Bake, common: &Common) -> anyhow::Result<()> {
+    check(command)?;
+    let say = |line: &str| {
+        if !common.quiet {
+            complain(line);
+        }
+    };
+    let field = read(command)?;
+    let name = command
+        .output
+        .file_stem()
+        .unwrap_or_default()
+        .to_string_lossy();
+    say("looking for the surface …");
+    let settings = SurfaceSettings {
+        cells: command.cells,
+    };
+    let surface = field.surface(&name, &settings)?;
+    write_atomic(&command.output, surface.mesh.to_obj().as_bytes())?;
+    say(&format!(
+        "wrote {}; baking its smooth field …",
+        command.output.display()
+    ));
+    // As `--object` reads it, so that the field is found in the cache from now on.
+    let object = Object::load(&command.output)?;
+    if !common.quiet {
+        print(&summary(&surface, &object));
+    }
+    Ok(())
+}
+
+fn read(command: &Bake) -> anyhow::Result<NeuralField<f32>> {
+    let specs = command
+        .specs
+        .clone()
+        .unwrap_or_else(|| command.model.with_file_name("specs.json"));
+    let model = Tensors::load(&command.model)?;
+    anyhow::ensure!(
+        command.specs.is_some() || specs.exists(),
+        "there is no {} beside the model: name the specs file with --specs",
+        specs.display()
+    );
+    let decoder = Decoder::new(Specs::load(&specs)?, &model)?;
+    let code = match &command.codes {
+        Some(codes) => Tensors::load(codes)?.code(command.code),
+        None => model.code(command.code),
+    };
+    let code = code.with_context(|| format!("--code {}", command.code))?;
+    Ok(NeuralField::new(
+        Network::new(&decoder, &code)?,
+        command.scale,
+    )?)
+}
+
+fn summary(surface: &Surface, object: &Object) -> String {
+    let [low, high] = surface.mesh.bounds();
+    let size = (high - low).map(|side| format!("{:.1}", 1e3 * side));
+    let mut text = format!(
+        "size                 {} mm\nmass                 {:.3} kg at 500 kg/m³\ntriangles            {}\n\
+         network at vertices  {:.4} mm at most\n",
+        size.as_slice().join(" × "),
+        object.mass_kg,
+        surface.mesh.triangles().len(),
+        1e3 * surface.residual_m,
+    );
+    if surface.crumbs > 0 {
+        let _ = writeln!(text, "left out             {} small pieces", surface.crumbs);
+    }
+    if let Some(report) = &object.field_report {
+        let _ = writeln!(
+            text,
+            "smooth field         cells of {:.1} mm, within {:.2} mm of the mesh near the surface",
+            1e3 * report.cell_m,
+            1e3 * report.max_error_m
+        );
+    }
+    text
+}

@@ -1,0 +1,288 @@
+//! A decoder for one latent code, evaluated at many points at once.
+
+use nalgebra::{DMatrix, DMatrixView, DVector, Dyn, Matrix3, RealField, Vector3, convert};
+use rayon::prelude::*;
+
+use super::decoder::Linear;
+use super::{Decoder, NeuralError};
+
+/// Number type of the weights and activations: `f32`, as networks are trained, or `f64`.
+pub trait Real: RealField + Copy {}
+impl Real for f32 {}
+impl Real for f64 {}
+
+/// A [`Decoder`] for one latent code: a function of three coordinates.
+///
+/// All that the code contributes is part of the biases, so the wide columns that only see the code cost nothing. Points
+/// are answered in batches by matrix products; each point's answer is the same bits in any company and on any number of
+/// threads. It is not the same on every processor, since products use the widest vectors there are.
+///
+/// A network of rectifiers is linear in pieces: its gradient jumps from piece to piece, and the only curvature within a
+/// piece is that of the final tanh, H = tanh″(z) ∇z ∇zᵀ.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Network<T: Real> {
+    layers: Vec<Layer<T>>,
+    /// The last row of weights: by hidden values, by coordinates, and the bias.
+    last: Layer<T>,
+    squashing: Squashing,
+}
+
+/// One layer: W h + X x + b.
+#[derive(Debug, Clone, PartialEq)]
+struct Layer<T: Real> {
+    /// W; no columns in the first layer.
+    hidden: DMatrix<T>,
+    /// X, where the coordinates join.
+    coordinates: Option<DMatrix<T>>,
+    /// b, with what the code adds.
+    bias: DVector<T>,
+}
+
+/// How many hyperbolic tangents the output passes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Squashing(u32);
+
+/// Answer at a point: value, gradient and Hessian.
+pub type Answer = (f64, Vector3<f64>, Matrix3<f64>);
+
+/// Points of one batch: the activations of a layer of 512 then fill a quarter of a megabyte, so that those of all layers
+/// stay in the cache until they are needed on the way back.
+const BATCH: usize = 128;
+/// Fewest columns of a product. With fewer, nalgebra takes another way, which rounds differently.
+const FEWEST: usize = 6;
+
+impl<T: Real> Network<T> {
+    /// The function of the shape that `code` stands for.
+    ///
+    /// # Errors
+    /// Where the code has another length than the specs say.
+    ///
+    /// # Panics
+    /// Never: specs without layers are refused.
+    pub fn new(decoder: &Decoder, code: &[f64]) -> Result<Self, NeuralError> {
+        let specs = &decoder.specs;
+        if code.len() != specs.code_length {
+            return Err(NeuralError::CodeLength {
+                found: code.len(),
+                expected: specs.code_length,
+            });
+        }
+        let code = DVector::from_column_slice(code);
+        let fold = |(index, linear): (usize, &Linear)| {
+            if index == 0 || specs.network.latent_in.contains(&index) {
+                Layer::joined(linear, Some(&code))
+            } else if specs.network.xyz_in_all {
+                Layer::joined(linear, None)
+            } else {
+                Layer::plain(linear)
+            }
+        };
+        let mut layers: Vec<Layer<T>> = decoder.layers.iter().enumerate().map(fold).collect();
+        let last = layers.pop().expect("specs without layers are refused");
+        let network = &specs.network;
+        Ok(Self {
+            layers,
+            last,
+            squashing: Squashing(u32::from(network.use_tanh) + u32::from(network.final_tanh)),
+        })
+    }
+
+    /// f at each of `points`.
+    pub fn values(&self, points: &[Vector3<f64>]) -> Vec<f64> {
+        batches(points, |batch| {
+            let hidden = self.forward(batch);
+            (0..batch.len())
+                .map(|point| self.squashing.of(self.output(&hidden, batch, point))[0])
+                .collect()
+        })
+    }
+
+    /// f, its gradient and its Hessian at each of `points`. Costs twice as much as the values.
+    pub fn answers(&self, points: &[Vector3<f64>]) -> Vec<Answer> {
+        batches(points, |batch| {
+            let hidden = self.forward(batch);
+            let slopes = self.backward(&hidden, batch.len());
+            let answer = |(point, slope): (usize, &Vector3<f64>)| {
+                let [value, first, second] = self.squashing.of(self.output(&hidden, batch, point));
+                (value, slope * first, slope * slope.transpose() * second)
+            };
+            slopes.iter().enumerate().map(answer).collect()
+        })
+    }
+
+    /// Floating-point operations of the matrix products for a value; as many again for a gradient.
+    pub fn operations(&self) -> usize {
+        let all = self.layers.iter().chain([&self.last]);
+        all.map(|layer| 2 * layer.hidden.len()).sum()
+    }
+
+    /// Hidden values of each layer, one column a point (and columns of zeros up to the fewest of a product).
+    fn forward(&self, points: &[Vector3<f64>]) -> Vec<DMatrix<T>> {
+        let columns = points.len().max(FEWEST);
+        let mut all: Vec<DMatrix<T>> = Vec::with_capacity(self.layers.len());
+        for layer in &self.layers {
+            let mut next = layer.offsets(points, columns);
+            if let Some(before) = all.last() {
+                next.gemm(T::one(), &layer.hidden, before, T::one());
+            }
+            next.apply(|value| {
+                *value = if *value > T::zero() {
+                    *value
+                } else {
+                    T::zero()
+                }
+            });
+            all.push(next);
+        }
+        all
+    }
+
+    /// z at a point: what the final tanh is taken of.
+    fn output(&self, hidden: &[DMatrix<T>], points: &[Vector3<f64>], point: usize) -> f64 {
+        let mut z = self.last.bias[0];
+        if let Some(coordinates) = &self.last.coordinates {
+            let place: Vector3<T> = points[point].map(convert);
+            z += coordinates.row(0).transpose().dot(&place);
+        }
+        if let Some(hidden) = hidden.last() {
+            z += dot(self.last.hidden.as_slice(), hidden.column(point).as_slice());
+        }
+        wide(z)
+    }
+
+    /// ∇z at each point, from the hidden values there.
+    fn backward(&self, hidden: &[DMatrix<T>], points: usize) -> Vec<Vector3<f64>> {
+        let mut slopes = vec![Vector3::zeros(); points];
+        self.last
+            .add_coordinates(&DMatrix::repeat(1, points, T::one()), &mut slopes);
+        let mut by_output: Option<DMatrix<T>> = None;
+        for (index, (layer, values)) in self.layers.iter().zip(hidden).enumerate().rev() {
+            let mut by_value = match by_output {
+                None => DMatrix::from_fn(values.nrows(), values.ncols(), |row, _| {
+                    self.last.hidden[(0, row)]
+                }),
+                Some(by_output) => {
+                    let mut by_value = DMatrix::zeros(values.nrows(), values.ncols());
+                    by_value.gemm(
+                        T::one(),
+                        &self.layers[index + 1].transposed(),
+                        &by_output,
+                        T::zero(),
+                    );
+                    by_value
+                }
+            };
+            // The derivative of the rectifier; at its corner that of the flat side.
+            by_value.zip_apply(values, |slope, value| {
+                if value <= T::zero() {
+                    *slope = T::zero();
+                }
+            });
+            layer.add_coordinates(&by_value, &mut slopes);
+            by_output = Some(by_value);
+        }
+        slopes
+    }
+}
+
+impl<T: Real> Layer<T> {
+    fn plain(linear: &Linear) -> Self {
+        Self {
+            hidden: linear.weight.map(convert),
+            coordinates: None,
+            bias: linear.bias.map(convert),
+        }
+    }
+
+    /// A layer whose last columns see the coordinates, and before those the code.
+    fn joined(linear: &Linear, code: Option<&DVector<f64>>) -> Self {
+        let columns = linear.weight.ncols();
+        let length = code.map_or(0, DVector::len);
+        let hidden = columns - 3 - length;
+        let mut bias = linear.bias.clone();
+        if let Some(code) = code {
+            bias += linear.weight.columns(hidden, length) * code;
+        }
+        Self {
+            hidden: linear.weight.columns(0, hidden).map(convert),
+            coordinates: Some(linear.weight.columns(columns - 3, 3).map(convert)),
+            bias: bias.map(convert),
+        }
+    }
+
+    /// X x + b, one column a point.
+    fn offsets(&self, points: &[Vector3<f64>], columns: usize) -> DMatrix<T> {
+        let mut offsets = DMatrix::zeros(self.bias.len(), columns);
+        for (point, mut column) in points.iter().zip(offsets.column_iter_mut()) {
+            column.copy_from(&self.bias);
+            if let Some(coordinates) = &self.coordinates {
+                for axis in 0..3 {
+                    column.axpy(convert(point[axis]), &coordinates.column(axis), T::one());
+                }
+            }
+        }
+        offsets
+    }
+
+    /// Wᵀ, without moving a number.
+    fn transposed(&self) -> DMatrixView<'_, T, Dyn, Dyn> {
+        let (rows, columns) = self.hidden.shape();
+        DMatrixView::from_slice_with_strides(self.hidden.as_slice(), columns, rows, rows, 1)
+    }
+
+    /// Adds Xᵀ y to the slope of each point, y being the column of the point.
+    fn add_coordinates(&self, by_output: &DMatrix<T>, slopes: &mut [Vector3<f64>]) {
+        let Some(coordinates) = &self.coordinates else {
+            return;
+        };
+        for (slope, column) in slopes.iter_mut().zip(by_output.column_iter()) {
+            for axis in 0..3 {
+                slope[axis] += wide(dot(coordinates.column(axis).as_slice(), column.as_slice()));
+            }
+        }
+    }
+}
+
+impl Squashing {
+    /// Output for z, with its first and second derivative.
+    fn of(self, z: f64) -> [f64; 3] {
+        (0..self.0).fold([z, 1.0, 0.0], |[value, first, second], _| {
+            let t = value.tanh();
+            let slope = 1.0 - t * t;
+            [
+                t,
+                slope * first,
+                slope * second - 2.0 * t * slope * first * first,
+            ]
+        })
+    }
+}
+
+/// What `work` answers about each of `points`, in batches on all threads.
+fn batches<A: Send>(
+    points: &[Vector3<f64>],
+    work: impl Fn(&[Vector3<f64>]) -> Vec<A> + Sync + Send,
+) -> Vec<A> {
+    if points.len() <= BATCH {
+        return work(points);
+    }
+    points.par_chunks(BATCH).flat_map_iter(work).collect()
+}
+
+/// Eight sums side by side, as wide as a vector register.
+fn dot<T: Real>(a: &[T], b: &[T]) -> T {
+    let ((a, rest_of_a), (b, rest_of_b)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
+    let mut sums = [T::zero(); 8];
+    for (a, b) in a.iter().zip(b) {
+        for (sum, (&a, &b)) in sums.iter_mut().zip(a.iter().zip(b)) {
+            *sum += a * b;
+        }
+    }
+    let rest = rest_of_a.iter().zip(rest_of_b);
+    let start = rest.fold(T::zero(), |sum, (&a, &b)| sum + a * b);
+    sums.into_iter().fold(start, |sum, lane| sum + lane)
+}
+
+fn wide<T: Real>(value: T) -> f64 {
+    nalgebra::try_convert(value).unwrap_or(f64::NAN)
+}
