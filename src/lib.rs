@@ -13,6 +13,7 @@
 //! | build the energy of a hand on an object | [`grasp::GraspEnergy`], [`grasp::hand::Hand`], [`grasp::object::Object`] |
 //! | synthesize and judge grasps | [`grasp::synthesis::synthesize`], [`grasp::judge`], [`grasp::closure`], [`grasp::relaxed`] |
 //! | map a landscape | [`topography::quench_all`], [`topography::distinct`], [`topography::map()`] |
+//! | judge scores against what is true | [`agreement::Roc`] |
 //! | draw it | [`figure::DisconnectivityPicture`], [`figure::BarrierPicture`], [`figure::Scene`] |
 //! | plot numbers | [`figure::chart::Chart`] |
 //! | read and write files | [`store`] |
@@ -43,6 +44,7 @@
 //! ```
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
+pub mod agreement;
 pub mod energy;
 pub mod figure;
 pub mod optimize;

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Stdio};
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 use arrow_array::cast::AsArray;
@@ -14,6 +14,8 @@ use arrow_array::types::{Float64Type, UInt32Type};
 use arrow_array::{ArrayRef, FixedSizeListArray, Float64Array, ListArray};
 use desk::{Desk, assert_says};
 use landscape::grasp::hand::Hand;
+use landscape::grasp::object::Object;
+use landscape::grasp::{EnergySettings, GraspEnergy, judge};
 use landscape::space::{PoseSpace, Space, Symmetry};
 use landscape::store::{Grasp, GraspFile, LandscapeFiles, Overrides};
 use parts::Parts;
@@ -386,6 +388,30 @@ fn synthesis_from_given_grasps() {
         &near.metadata.command,
         &["landscape synth --from g.parquet -n 6 --steps 60"],
     );
+    // Not worse than what was given: as strict, and of lower energy where neither or both pass the strict filter.
+    let hand = Arc::new(Hand::human());
+    let ball = Arc::new(Object::named("ball").unwrap());
+    let energy = GraspEnergy::new(hand, ball, EnergySettings::default()).unwrap();
+    let strict = |grasp: &Grasp| judge(&energy, &pose(grasp), &grasp.contacts).passes_strict();
+    let mut lower = 0;
+    for (row, from) in near.grasps.iter().zip(&given.grasps) {
+        let (before, after) = (strict(from), strict(row));
+        assert!(
+            after >= before,
+            "row {} is no strict grasp any more",
+            row.id
+        );
+        assert!(
+            (after && !before) || row.energy <= from.energy,
+            "row {}: {} from {}",
+            row.id,
+            row.energy,
+            from.energy
+        );
+        lower += usize::from(row.energy < from.energy);
+    }
+    assert!(lower > 0, "nothing was refined");
+
     let mean = |lengths: Vec<f64>| lengths.iter().sum::<f64>() / lengths.len() as f64;
     let refined_m = mean(apart("near.parquet"));
     assert!(refined_m < 0.02, "refined {refined_m} m away");
@@ -409,6 +435,53 @@ fn synthesis_from_given_grasps() {
     assert_says(
         &read("far.parquet").metadata.command,
         &["--from g.parquet --perturb 60 -n 13"],
+    );
+}
+
+/// Hand and object are those in the file: neither the files they came from nor any flag is needed.
+#[test]
+fn given_grasps_bring_their_hand_and_object() {
+    let desk = Desk::empty();
+    let [urdf, side] = Hand::human_description();
+    fs::write(desk.path("own.urdf"), urdf).unwrap();
+    fs::write(desk.path("own.json"), side).unwrap();
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/objects");
+    let mesh = fs::read_to_string(data.join("ball.obj")).unwrap();
+    fs::write(desk.path("globe.obj"), mesh).unwrap();
+    let description = fs::read_to_string(data.join("ball.json")).unwrap();
+    fs::write(
+        desk.path("globe.json"),
+        description.replace("\"ball\"", "\"globe\""),
+    )
+    .unwrap();
+    let line = "--steps 60 --keep all --seed 3 -q";
+    desk.succeed(&format!(
+        "synth --hand own.urdf --object globe.obj -n 2 {line} -o g.parquet"
+    ));
+    for name in ["own.urdf", "own.json", "globe.obj", "globe.json"] {
+        fs::remove_file(desk.path(name)).unwrap();
+    }
+    desk.succeed(&format!("synth --from g.parquet {line} -o refined.parquet"));
+    let read = |name: &str| {
+        GraspFile::read(&desk.path(name), Overrides::default())
+            .unwrap()
+            .0
+    };
+    let (given, refined) = (read("g.parquet"), read("refined.parquet"));
+    let names = |file: &GraspFile| {
+        (
+            file.metadata.hands[0].name.clone(),
+            file.metadata.objects[0].name.clone(),
+        )
+    };
+    assert_eq!(names(&given), ("own".to_owned(), "globe".to_owned()));
+    assert_eq!(names(&refined), names(&given));
+    assert_eq!(refined.metadata.objects, given.metadata.objects);
+    assert!(
+        refined
+            .grasps
+            .iter()
+            .all(|row| (&*row.hand, &*row.object) == ("own", "globe"))
     );
 }
 

@@ -82,8 +82,11 @@ impl<'a> GraspKernel<'a> {
         )
     }
 
-    /// Redraws one contact from its law given the pose and the other contacts. Always accepted: the proposal *is* the
-    /// conditional law.
+    /// Redraws one contact from its law given the pose and the other contacts (heat bath); returns the logarithm of the
+    /// acceptance ratio.
+    ///
+    /// Without a rank condition that is 0 up to rounding: the proposal *is* the conditional law. The rank condition is not
+    /// part of the proposal ([`GraspEnergy::completions`]) and decides on acceptance.
     pub fn move_contact(
         &self,
         state: &State,
@@ -110,22 +113,29 @@ impl<'a> GraspKernel<'a> {
             .map(|(_, energy)| ((least - energy) / temperature).exp())
             .collect();
         let mut left = rng.random::<f64>() * weights.iter().sum::<f64>();
-        let mut chosen = state.discrete[slot];
-        for ((index, _), weight) in options.iter().zip(&weights) {
-            chosen = *index;
+        let present = state.discrete[slot];
+        let mut chosen = None;
+        for (option, weight) in options.iter().zip(&weights) {
+            chosen = Some(*option);
             left -= weight;
             if left < 0.0 {
                 break;
             }
         }
-        if chosen != state.discrete[slot] {
-            proposal.discrete[slot] = chosen;
-            self.evaluate(proposal);
-        }
-        0.0
+        let Some((chosen, cost)) = chosen.filter(|(index, _)| *index != present) else {
+            return 0.0;
+        };
+        proposal.discrete[slot] = chosen;
+        self.evaluate(proposal);
+        // A present contact that is not among the options weighs next to nothing, and is let go.
+        let present_cost = options.iter().find(|(index, _)| *index == present);
+        present_cost.map_or(0.0, |(_, present_cost)| {
+            ((state.energy - present_cost) - (proposal.energy - cost)) / temperature
+        })
     }
 
-    /// Proposes any candidate in the place of one contact; returns the logarithm of the acceptance ratio.
+    /// Proposes any candidate in the place of one contact; returns the logarithm of the acceptance ratio (−∞ where the
+    /// candidate is in the set already).
     pub fn move_contact_uniformly(
         &self,
         state: &State,
@@ -134,9 +144,19 @@ impl<'a> GraspKernel<'a> {
         proposal: &mut State,
     ) -> f64 {
         proposal.clone_from(state);
+        if state.discrete.is_empty() {
+            return f64::NEG_INFINITY;
+        }
         let candidates = self.energy.contact_candidates();
         let slot = rng.random_range(0..proposal.discrete.len());
-        proposal.discrete[slot] = candidates[rng.random_range(0..candidates.len())];
+        let candidate = candidates[rng.random_range(0..candidates.len())];
+        if candidate == state.discrete[slot] {
+            return 0.0;
+        }
+        if state.discrete.contains(&candidate) {
+            return f64::NEG_INFINITY;
+        }
+        proposal.discrete[slot] = candidate;
         self.evaluate(proposal);
         (state.energy - proposal.energy) / temperature
     }

@@ -2,12 +2,14 @@
 
 use nalgebra::Vector6;
 
+use super::scratch::Scratch;
 use super::{FIRST_BAND_M, GraspEnergy};
 use crate::grasp::term::point_contact;
 
 impl GraspEnergy {
-    /// Costs of every surface point as the contact that completes `others` at pose `x`: own cost plus force closure of
-    /// the whole set, for points that cost at most `allowance` more than the cheapest own cost.
+    /// Costs of surface points as the contact that completes `others` at pose `x`: own cost (distance times
+    /// `distance_factor`, alignment counted from its least value) plus force closure of the whole set, without the rank
+    /// condition. Every point is listed that costs at most `allowance` more than the cheapest one.
     pub fn completions(
         &self,
         x: &[f64],
@@ -17,43 +19,70 @@ impl GraspEnergy {
     ) -> Vec<(u32, f64)> {
         self.with_scratch(x, |scratch| {
             self.pose(x, scratch);
-            let cost =
-                |distance_m: f64| distance_factor * self.distance.cost(distance_m, self.unit_m);
-            // At least this far points count, so their gradients will be asked for.
-            let surely_m = self
-                .distance
-                .reach_m(allowance / distance_factor, self.unit_m);
-            self.measure(FIRST_BAND_M, surely_m.min(FIRST_BAND_M), scratch);
-            while !scratch.near.iter().any(|near| self.may_touch(near)) {
-                self.measure(2.0 * scratch.band_m, 0.0, scratch);
-            }
-            let cheapest = scratch
-                .near
-                .iter()
-                .map(|near| cost(near.distance_m))
-                .min_by(f64::total_cmp)
-                .unwrap_or(0.0);
-            let reach_m = self
-                .distance
-                .reach_m((cheapest + allowance) / distance_factor, self.unit_m);
-            self.measure(reach_m, reach_m, scratch);
             self.measure_contacts(others, scratch);
             let rest: Vector6<f64> = scratch
                 .contacts
                 .iter()
                 .map(|c| point_contact(c, &self.object.centroid, self.unit_m).wrench())
                 .sum();
-            let wrench_cost = self.wrench_cost();
-            scratch
-                .near
-                .iter()
-                .filter(|near| self.may_touch(near) && !others.contains(&near.index))
-                .filter_map(|near| {
-                    let net = rest + self.contact_at(near)?.wrench();
-                    let own = cost(near.distance_m);
-                    Some((near.index, own + wrench_cost.of_squared(net.norm_squared())))
-                })
-                .collect()
+            let reach_m = |cost: f64| self.distance.reach_m(cost / distance_factor, self.unit_m);
+            // At least this far points count, so their gradients will be asked for.
+            let surely_m = reach_m(allowance);
+            self.measure(FIRST_BAND_M, surely_m.min(FIRST_BAND_M), scratch);
+            let nearest_m = loop {
+                let free = scratch
+                    .near
+                    .iter()
+                    .filter(|near| self.may_touch(near) && !others.contains(&near.index));
+                if let Some(least) = free.map(|near| near.distance_m.abs()).min_by(f64::total_cmp) {
+                    break least;
+                }
+                if scratch.near.len() == self.hand.surface.len() {
+                    return Vec::new();
+                }
+                self.measure(2.0 * scratch.band_m, 0.0, scratch);
+            };
+            // Some point costs no more than the cheapest one found here; nothing but the distance is sure to cost
+            // something, so only points beyond the reach of that total are surely dearer.
+            let cheapest = distance_factor * self.distance.cost(nearest_m, self.unit_m);
+            let near_m = reach_m(cheapest + allowance);
+            self.measure(near_m, near_m, scratch);
+            let mut options = self.options(others, &rest, distance_factor, scratch);
+            let needed_m = reach_m(least_of(&options) + allowance);
+            if needed_m > near_m {
+                self.measure(needed_m, needed_m, scratch);
+                options = self.options(others, &rest, distance_factor, scratch);
+            }
+            let most = least_of(&options) + allowance;
+            options.retain(|(_, cost)| *cost <= most);
+            options
         })
     }
+
+    /// Costs of the measured points that may complete `others`, whose wrench is `rest`.
+    fn options(
+        &self,
+        others: &[u32],
+        rest: &Vector6<f64>,
+        distance_factor: f64,
+        scratch: &Scratch,
+    ) -> Vec<(u32, f64)> {
+        let wrench_cost = self.wrench_cost();
+        scratch
+            .near
+            .iter()
+            .filter(|near| self.may_touch(near) && !others.contains(&near.index))
+            .filter_map(|near| {
+                let contact = self.contact_at(near)?;
+                let own = self.own_cost(near, &contact, distance_factor, &scratch.posed);
+                let net = rest + contact.wrench();
+                Some((near.index, own + wrench_cost.of_squared(net.norm_squared())))
+            })
+            .collect()
+    }
+}
+
+fn least_of(options: &[(u32, f64)]) -> f64 {
+    let costs = options.iter().map(|(_, cost)| *cost);
+    costs.fold(f64::INFINITY, f64::min)
 }

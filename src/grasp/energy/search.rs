@@ -36,14 +36,21 @@ impl GraspEnergy {
         let contact = self.contact_at(near)?;
         Some(Candidate {
             index: near.index,
-            cost: self.own_cost(near, &contact, posed),
+            cost: self.own_cost(near, &contact, 1.0, posed),
             wrench: contact.wrench().into(),
         })
     }
 
-    /// Cost of a contact that does not depend on the others; the alignment counts from its least value.
-    fn own_cost(&self, near: &NearPoint, contact: &PointContact, posed: &PosedHand) -> f64 {
-        let distance = self.distance.cost(near.distance_m, self.unit_m);
+    /// Cost of a contact that does not depend on the others, its distance weighted by `distance_factor`; the alignment
+    /// counts from its least value.
+    pub(super) fn own_cost(
+        &self,
+        near: &NearPoint,
+        contact: &PointContact,
+        distance_factor: f64,
+        posed: &PosedHand,
+    ) -> f64 {
+        let distance = distance_factor * self.distance.cost(near.distance_m, self.unit_m);
         if self.alignment.weight == 0.0 {
             return distance;
         }

@@ -62,6 +62,10 @@ pub fn synthesize(
 /// As [`synthesize`], but the chain starts from a given grasp: each attempt at the same pose, moved anew in a random
 /// direction, no hotter than [`SynthesisSettings::given_temperature`], with nothing softened.
 ///
+/// A grasp that is not moved at first is refined: where the chain ends, a descent from the very pose counts instead if it
+/// alone passes the strict filter, or if both or neither do and its energy is lower. With another refinement
+/// than [`Refinement::Quench`] it is always the chain's end.
+///
 /// # Panics
 /// If the pose is one of another hand.
 pub fn synthesize_from(
@@ -153,13 +157,41 @@ fn run(
             break;
         }
     }
-    let best = best.expect("there is at least one attempt");
+    let mut best = best.expect("there is at least one attempt");
+    if let Some(given) = given.filter(|given| given.displacement_m == 0.0)
+        && settings.refinement == Refinement::Quench
+    {
+        let refined = refine_given(energy, refine, given);
+        evaluations += refined.evaluations;
+        let rank = |end: &Synthesized| !judge(energy, &end.refined, &end.contacts).passes_strict();
+        let order = rank(&refined).cmp(&rank(&best));
+        if order.then(refined.energy.total_cmp(&best.energy)).is_lt() {
+            best = refined;
+        }
+    }
     Synthesized {
         chain,
         steps: u64::from(steps),
         evaluations,
         ..best
     }
+}
+
+/// The descent from a given grasp.
+fn refine_given(energy: &GraspEnergy, refine: &QuenchSettings, given: &Given<'_>) -> Synthesized {
+    let contacts = energy.choice(given.x);
+    let mut found = Synthesized {
+        chain: 0,
+        raw: given.x.to_vec(),
+        raw_contacts: contacts.clone(),
+        refined: given.x.to_vec(),
+        contacts,
+        energy: f64::NAN,
+        steps: 0,
+        evaluations: 0,
+    };
+    descend(energy, refine, &mut found);
+    found
 }
 
 /// Ends of a walk: its last state and, where the sampler refines by itself, the refined one.

@@ -1,0 +1,116 @@
+//! How far the means of correlated samples are from what they should be, in standard deviations.
+
+use nalgebra::{DMatrix, DVector};
+
+/// Hotelling's T² of the batch means against `expected`, as a standard normal deviate: all observables at once, with the
+/// covariance that the batches show, so that the autocorrelation of the chain is accounted for (multivariate batch means,
+/// D. Vats, J. M. Flegal and G. L. Jones, Biometrika 106, 321 (2019)).
+///
+/// `T² = B (m − μ)ᵀ S⁻¹ (m − μ)`; `(B − p)/(p (B − 1)) T²` has the F distribution with p and B − p degrees of freedom, which
+/// E. Paulson's cube root (Ann. Math. Stat. 13, 233 (1942)) makes normal. Observables must not depend on each other
+/// linearly.
+pub(crate) fn deviation(batches: &[Vec<f64>], expected: &[f64]) -> f64 {
+    let (count, size) = (batches.len(), expected.len());
+    assert!(count > 4 * size, "{count} batches for {size} observables");
+    let offset =
+        |batch: &Vec<f64>| DVector::from_column_slice(batch) - DVector::from_column_slice(expected);
+    let mean = batches.iter().map(offset).sum::<DVector<f64>>() / count as f64;
+    let covariance = batches
+        .iter()
+        .map(|batch| {
+            let d = offset(batch) - &mean;
+            &d * d.transpose()
+        })
+        .sum::<DMatrix<f64>>()
+        / (count - 1) as f64;
+    // Observables of very different size are scaled alike before the inversion.
+    let scale = covariance
+        .diagonal()
+        .map(|variance| variance.sqrt().recip());
+    let scaled = DMatrix::from_fn(size, size, |i, j| covariance[(i, j)] * scale[i] * scale[j]);
+    let mean = mean.component_mul(&scale);
+    let squared = count as f64 * mean.dot(&scaled.cholesky().unwrap().solve(&mean));
+    let (a, b) = (size as f64, (count - size) as f64);
+    let cube_root = (b / (a * (count - 1) as f64) * squared).cbrt();
+    let (variance_a, variance_b) = (2.0 / (9.0 * a), 2.0 / (9.0 * b));
+    ((1.0 - variance_b) * cube_root - (1.0 - variance_a))
+        / (variance_b * cube_root * cube_root + variance_a).sqrt()
+}
+
+/// Adds 1 to the bin that `value` falls into, between rising `edges`. What lies above all of them is not counted, as it
+/// follows from the others.
+pub(crate) fn count(value: f64, edges: &[f64], bins: &mut [f64]) {
+    if let Some(bin) = edges.iter().position(|edge| value < *edge) {
+        bins[bin] += 1.0;
+    }
+}
+
+/// Where a density on [low, high] (not normalised) has gathered each of so many equal parts of its mass, but the last.
+pub(crate) fn quantiles(low: f64, high: f64, parts: u32, density: impl Fn(f64) -> f64) -> Vec<f64> {
+    const CELLS: u32 = 20_000;
+    let width = (high - low) / f64::from(CELLS);
+    let masses: Vec<f64> = (0..CELLS)
+        .map(|k| density(low + width * (f64::from(k) + 0.5)))
+        .collect();
+    let total: f64 = masses.iter().sum();
+    let (mut gathered, mut upper, mut edges) = (0.0, low, Vec::new());
+    for mass in masses {
+        while edges.len() + 1 < parts as usize {
+            let wanted = total * (edges.len() + 1) as f64 / f64::from(parts);
+            if gathered + mass < wanted {
+                break;
+            }
+            edges.push(upper + width * (wanted - gathered) / mass);
+        }
+        gathered += mass;
+        upper += width;
+    }
+    edges
+}
+
+#[cfg(test)]
+mod tests {
+    use landscape::sample::{Task, stream};
+    use rand_distr::{Distribution, StandardNormal};
+
+    use super::*;
+    use crate::{CHANCE, WRONG};
+
+    /// Slow autoregressions: right means are recognised in spite of the correlation, wrong ones are not, and the deviate
+    /// is a standard normal one.
+    #[test]
+    fn the_deviate_is_a_standard_normal_one() {
+        let (memory, size, count, length) = (0.9_f64, 5, 100, 200);
+        let mut deviates = Vec::new();
+        for seed in 0..60 {
+            let mut rng = stream(seed, Task::Start, 0);
+            let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+            let mut x = vec![0.0; size];
+            let batches: Vec<Vec<f64>> = (0..count)
+                .map(|_| {
+                    let mut sums = vec![0.0; size];
+                    for _ in 0..length {
+                        let common = normal();
+                        for (k, (x, sum)) in x.iter_mut().zip(&mut sums).enumerate() {
+                            *x = memory * *x + normal() + common;
+                            *sum += *x * 10.0_f64.powi(k.try_into().unwrap()) / f64::from(length);
+                        }
+                    }
+                    sums
+                })
+                .collect();
+            deviates.push(deviation(&batches, &vec![0.0; size]));
+            // 0.5 of a standard deviation of 3.2 of one observable.
+            let mut wrong = vec![0.0; size];
+            wrong[2] = 160.0;
+            assert!(deviation(&batches, &wrong) > WRONG);
+        }
+        let mean = deviates.iter().sum::<f64>() / 60.0;
+        let square = deviates.iter().map(|z| z * z).sum::<f64>() / 60.0;
+        assert!(mean.abs() < CHANCE / 60.0_f64.sqrt(), "{mean}");
+        assert!(
+            (square - 1.0).abs() < CHANCE * (2.0_f64 / 60.0).sqrt(),
+            "{square}"
+        );
+    }
+}
