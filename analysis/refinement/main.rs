@@ -82,7 +82,7 @@ fn methods() -> [Method; 3] {
     [
         Method {
             name: "as printed",
-            refinement: "descent",
+            refinement: "descent, contacts held",
             energy: EnergySettings::paper(),
             synthesis: SynthesisSettings::paper(),
         },
