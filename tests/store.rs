@@ -20,7 +20,7 @@ use base64::Engine;
 use landscape::store::{
     AtomicFolder, Counts, EdgeRow, Fault, Grasp, GraspFile, HandMetadata, Journal, LandscapeFiles,
     Manifest, Metadata, MinimumRow, ObjectMetadata, Overrides, PathRow, Phase, SCHEMA_VERSION,
-    Source, StoreError, TextFile, Timings, Warning, write_atomic,
+    Source, StoreError, TextFile, Timings, Warning, remove_leftovers, write_atomic,
 };
 use parts::Parts;
 use serde_json::json;
@@ -1000,6 +1000,75 @@ fn a_folder_survives_being_killed_between_renames() {
     AtomicFolder::open(&path, false).unwrap();
     assert_eq!(seed(&path), 1, "the new landscape stays");
     assert!(!old.exists());
+
+    // After the last renaming, before the journal was removed.
+    fs::remove_dir_all(&partial).unwrap();
+    fs::write(path.join("journal"), "all tasks").unwrap();
+    assert_eq!(
+        AtomicFolder::left_journal(&path),
+        Some(path.join("journal"))
+    );
+    AtomicFolder::open(&path, false).unwrap();
+    assert_eq!(
+        fs::read_to_string(partial.join("journal")).unwrap(),
+        "all tasks"
+    );
+    assert!(!path.join("journal").exists());
+
+    // While the previous folder was removed: what shows that it is ours goes last.
+    fs::create_dir(&old).unwrap();
+    fs::write(old.join("landscape.json"), r#"{"format": "landscape"}"#).unwrap();
+    AtomicFolder::open(&path, false).unwrap();
+    assert!(!old.exists());
+
+    // While the first file of all was written.
+    fs::remove_dir_all(&partial).unwrap();
+    assert_eq!(AtomicFolder::left_journal(&path), None);
+    fs::create_dir(&partial).unwrap();
+    fs::write(partial.join(".unfinished.123.partial"), "land").unwrap();
+    AtomicFolder::open(&path, false).unwrap();
+    assert_eq!(names(&partial), [".unfinished"]);
+}
+
+/// Neither continuing nor beginning again takes the ground from under a running process.
+#[test]
+fn a_folder_in_use_is_left_alone() {
+    let (folder, path) = place("cup.landscape");
+    let unfinished = AtomicFolder::open(&path, false).unwrap();
+    let journal = Journal::open(&unfinished.journal(), "input", false).unwrap();
+    journal.put("task", b"done").unwrap();
+    unfinished.write("tree.nwk", b"();").unwrap();
+    for fresh in [false, true] {
+        let refused = AtomicFolder::open(&path, fresh).unwrap_err();
+        assert_eq!(
+            sentence(&refused, folder.path()),
+            "cup.landscape.partial/journal is in use by another run"
+        );
+        assert_eq!(
+            names(unfinished.path()),
+            [".unfinished", "journal", "tree.nwk"]
+        );
+    }
+    landscape().write(&unfinished).unwrap();
+    unfinished.finish().unwrap();
+    assert_eq!(names(folder.path()), ["cup.landscape"]);
+    assert!(!path.join("journal").exists());
+}
+
+#[test]
+fn leftovers_of_killed_writes_are_removed_and_nothing_else() {
+    let (folder, path) = place("grasps.parquet");
+    let others = [
+        "grasps.parquet",
+        "grasps.parquet.partial",
+        "grasps.parquet.old.partial",
+        "mygrasps.parquet.12.partial",
+    ];
+    for name in others.iter().chain(&["grasps.parquet.4711.partial"]) {
+        fs::write(folder.path().join(name), "x").unwrap();
+    }
+    remove_leftovers(&path).unwrap();
+    assert_eq!(names(folder.path()), others);
 }
 
 #[test]
@@ -1092,8 +1161,8 @@ fn a_journal_of_other_input_is_refused() {
         let refused = Journal::open(&path, other, false).unwrap_err();
         assert_eq!(
             sentence(&refused, folder.path()),
-            "journal belongs to a run with other input or settings: repeat those to resume it, or start over with \
-             --fresh"
+            "journal belongs to a run with other input or settings, or of another version of the program: repeat those \
+             to resume it, or start over with --fresh"
         );
     }
     assert_eq!(
@@ -1193,15 +1262,15 @@ fn a_journal_with_a_spoilt_last_record_drops_it() {
         );
     }
     for position in 0..ends[0] {
-        fs::write(&path, flipped(&whole, position, 0xff)).unwrap();
-        // A length that leads beyond the end looks like a head that was never finished; the rest is noticed.
+        // A damaged length of the head must not pass for a head cut off, which would cost the records.
+        let spoilt = flipped(&whole, position, 0xff);
+        fs::write(&path, &spoilt).unwrap();
         let opened = Journal::open(&path, "input", false);
-        let fine = match &opened {
-            Err(StoreError::NotAJournal { .. }) => true,
-            Ok(journal) => journal.is_empty(),
-            Err(_) => false,
-        };
-        assert!(fine, "head byte {position}: {opened:?}");
+        assert!(
+            matches!(opened, Err(StoreError::NotAJournal { .. })),
+            "head byte {position}: {opened:?}"
+        );
+        assert_eq!(fs::read(&path).unwrap(), spoilt, "nothing is destroyed");
     }
 }
 

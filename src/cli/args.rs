@@ -43,6 +43,18 @@ impl Common {
     }
 }
 
+/// What becomes of an interrupted run. Without these flags it is continued if there is one.
+#[derive(Debug, Args)]
+pub(super) struct Again {
+    /// Continue an interrupted run, and refuse to begin a new one. (Without this flag, too, a run continues where it
+    /// stopped, if there is one.)
+    #[arg(long, conflicts_with = "fresh")]
+    pub(super) resume: bool,
+    /// Begin again instead of continuing an interrupted run.
+    #[arg(long)]
+    pub(super) fresh: bool,
+}
+
 #[derive(Debug, Subcommand)]
 pub(super) enum Command {
     /// Synthesize grasps of a hand on an object
@@ -79,7 +91,8 @@ Examples:
   landscape synth --from mug.parquet --perturb 10 -n 500 -o more.parquet
                                                            look around given grasps
 
-An interrupted run continues where it stopped when the same command is given again.";
+An interrupted run continues where it stopped when the same command is given again; with --resume it must, with --fresh
+it begins anew. The result is the same to the last byte.";
 
 const BUILD_EXAMPLES: &str = "\
 Examples:
@@ -88,7 +101,7 @@ Examples:
 
 Writes minima.parquet, edges.parquet, paths.parquet, landscape.json, tree.nwk, barriers.graphml, the disconnectivity
 graph and the barrier graph (SVG and PNG), and summary.md. An interrupted run continues where it stopped when the same
-command is given again.";
+command is given again; with --resume it must, with --fresh it begins anew. The result is the same to the last byte.";
 
 const INSPECT_EXAMPLES: &str = "\
 Examples:
@@ -155,7 +168,7 @@ Your program answers a line for a line (docs/external_energy.md has a whole exam
 Without "gradient" it is taken by differences. One program runs on each thread.
 
 Writes what `landscape build` writes, and stationary.parquet: all minima and saddles with their curvatures. An interrupted
-run continues where it stopped when the same command is given again."#;
+run continues where it stopped when the same command is given again; with --resume it must, with --fresh it begins anew."#;
 
 /// Synthesize grasps.
 #[derive(Debug, Args)]
@@ -211,9 +224,8 @@ pub(super) struct Synth {
     /// The file to write.
     #[arg(long, short, default_value = "grasps.parquet", value_name = "FILE")]
     pub(super) output: PathBuf,
-    /// Begin again instead of continuing an interrupted run.
-    #[arg(long)]
-    pub(super) fresh: bool,
+    #[command(flatten)]
+    pub(super) again: Again,
 }
 
 /// Which grasps to keep.
@@ -257,9 +269,8 @@ pub(super) struct Build {
     /// The object, for a file that does not describe it.
     #[arg(long, value_name = "NAME|FILE")]
     pub(super) object: Option<String>,
-    /// Begin again instead of continuing an interrupted run.
-    #[arg(long)]
-    pub(super) fresh: bool,
+    #[command(flatten)]
+    pub(super) again: Again,
 }
 
 /// Judge grasps.
@@ -359,9 +370,8 @@ pub(super) struct Surface {
     /// Seed of every random draw.
     #[arg(long, default_value_t = 0)]
     pub(super) seed: u64,
-    /// Begin again instead of continuing an interrupted run.
-    #[arg(long)]
-    pub(super) fresh: bool,
+    #[command(flatten)]
+    pub(super) again: Again,
 }
 
 /// What coordinates are.

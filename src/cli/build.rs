@@ -7,11 +7,11 @@ use anyhow::Context;
 use super::args::{Build, Common};
 use super::landscape::{Input, Mapped};
 use super::report::{Report, summary, tables};
-use super::run::{DiskJournal, Watch};
+use super::run::{DiskJournal, Unfinished, Watch, check_resumable, until_unwritable};
 use super::{check_output, complain, input, print};
 use crate::grasp::hover::hover_costs;
 use crate::grasp::{GraspEnergy, GraspKernel};
-use crate::store::{AtomicFolder, Grasp, GraspFile, Journal, Population, Source, content_hash};
+use crate::store::{Grasp, GraspFile, Population, Source, content_hash};
 use crate::topography::{
     self, ChainSettings, MapSettings, PathSettings, Sameness, SeamSettings, distinct, map,
     quench_all,
@@ -44,17 +44,15 @@ pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
         input::warn(&warnings);
     }
     let populations = file.landscapes();
-    for population in &populations {
-        let folder = folder(command, population, populations.len() > 1)?;
-        build(
-            command,
-            common,
-            &file,
-            population,
-            &folder,
-            warnings.clone(),
-        )
-        .with_context(|| format!("{}", command.grasps.display()))?;
+    let several = populations.len() > 1;
+    let folders = populations
+        .iter()
+        .map(|population| folder(command, population, several))
+        .collect::<anyhow::Result<Vec<_>>>()?;
+    check_resumable(&command.again, &folders)?;
+    for (population, folder) in populations.iter().zip(&folders) {
+        until_unwritable(|| build(command, common, &file, population, folder, warnings.clone()))?
+            .with_context(|| format!("{}", command.grasps.display()))?;
     }
     Ok(())
 }
@@ -157,15 +155,16 @@ fn build(
     let fingerprint = content_hash(&[
         &bytes,
         serde_json::to_string(&settings)?.as_bytes(),
-        population.object.name.as_bytes(),
-        population.hand.name.as_bytes(),
+        // With what the flags --hand and --object say of them.
+        serde_json::to_string(population.object)?.as_bytes(),
+        serde_json::to_string(population.hand)?.as_bytes(),
         &population.scale.to_le_bytes(),
         &(grasps.len() as u64).to_le_bytes(),
         env!("CARGO_PKG_VERSION").as_bytes(),
     ]);
-    let folder = AtomicFolder::open(output, command.fresh)?;
-    let disk = Journal::open(&folder.journal(), &fingerprint, command.fresh)?;
-    let journal = DiskJournal::new(&disk);
+    let unfinished = Unfinished::open(output, &fingerprint, &command.again, common.quiet)?;
+    let folder = &unfinished.folder;
+    let journal = DiskJournal(&unfinished.journal);
 
     let mut watch = Watch::new(common.quiet);
     let starts: Vec<Vec<f64>> = grasps
@@ -179,8 +178,7 @@ fn build(
     let (minima, _) = distinct(&energy, &quenches, &settings.sameness, f64::INFINITY);
     watch.lap("quench", quench_evaluations);
     if minima.len() < 2 {
-        disk.remove()?;
-        folder.discard()?;
+        unfinished.discard()?;
         anyhow::bail!(
             "all {} grasps lie in one minimum: there is nothing to connect",
             grasps.len()
@@ -190,7 +188,6 @@ fn build(
         watch.see(p);
     });
     watch.lap("connect", landscape.evaluations);
-    journal.check()?;
     let hover = hover_costs(&energy, &probes(&landscape))?;
     watch.lap("hover", 0);
 
@@ -212,14 +209,13 @@ fn build(
         warnings,
     };
     let files = tables(&report)?;
-    files.write(&folder)?;
-    report.mapped.draw(&report.titles(), &folder)?;
+    files.write(folder)?;
+    report.mapped.draw(&report.titles(), folder)?;
     let text = summary(&report, &files);
     folder.write("summary.md", text.as_bytes())?;
     watch.lap("write", 0);
-    watch.timings().write(&folder)?;
-    disk.remove()?;
-    let finished = folder.finish()?;
+    watch.timings().write(folder)?;
+    let finished = unfinished.finish()?;
     if !common.quiet {
         print(&text);
         complain(&format!("wrote {}", finished.display()));

@@ -1,49 +1,127 @@
 //! What every long run needs: a journal on disk, a progress bar, a stopwatch.
 
 use std::collections::BTreeMap;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use indicatif::ProgressBar;
 
-use super::progress;
-use crate::store::{Journal, Phase as Timing, StoreError, Timings};
+use super::args::Again;
+use super::{complain, progress};
+use crate::store::{AtomicFolder, Journal, Phase as Timing, StoreError, Timings};
 use crate::topography::{self, Phase, Progress};
 
-/// The journal on disk as the map sees it; the first failure to write is kept for the end.
-pub(super) struct DiskJournal<'a> {
-    journal: &'a Journal,
-    failure: Mutex<Option<StoreError>>,
+/// The folder of a run and the journal in it.
+pub(super) struct Unfinished {
+    pub(super) folder: AtomicFolder,
+    pub(super) journal: Journal,
 }
 
-impl<'a> DiskJournal<'a> {
-    pub(super) fn new(journal: &'a Journal) -> Self {
-        Self {
-            journal,
-            failure: Mutex::new(None),
-        }
+impl Unfinished {
+    /// Begins or continues the folder that will be called `output`.
+    pub(super) fn open(
+        output: &Path,
+        fingerprint: &str,
+        again: &Again,
+        quiet: bool,
+    ) -> Result<Self, StoreError> {
+        let folder = AtomicFolder::open(output, again.fresh)?;
+        let journal = Journal::open(&folder.journal(), fingerprint, again.fresh)?;
+        tell(&journal, &folder.journal(), quiet);
+        Ok(Self { folder, journal })
     }
 
-    /// The first failure to write, if there was one.
-    pub(super) fn check(&self) -> Result<(), StoreError> {
-        let mut failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner);
-        failure.take().map_or(Ok(()), Err)
+    /// Gives the folder its name.
+    pub(super) fn finish(self) -> Result<PathBuf, StoreError> {
+        // The lock keeps others out to the very end; where an open file keeps its folder from being renamed, it goes first.
+        let lock = (!cfg!(windows)).then_some(self.journal);
+        let finished = self.folder.finish()?;
+        drop(lock);
+        Ok(finished)
+    }
+
+    /// Leaves nothing behind.
+    pub(super) fn discard(self) -> Result<(), StoreError> {
+        self.journal.remove()?;
+        self.folder.discard()
     }
 }
+
+/// With `--resume`, refuses to begin where no run of any of these folders was interrupted.
+pub(super) fn check_resumable(again: &Again, outputs: &[PathBuf]) -> anyhow::Result<()> {
+    let left = |output: &PathBuf| AtomicFolder::left_journal(output).is_some();
+    anyhow::ensure!(
+        !again.resume || outputs.iter().any(left),
+        "--resume: no interrupted run has left a journal for {}: begin one without --resume",
+        outputs
+            .first()
+            .map_or(Path::new("."), PathBuf::as_path)
+            .display()
+    );
+    Ok(())
+}
+
+/// Opens the journal of a run that writes one file.
+pub(super) fn open_journal(
+    path: &Path,
+    fingerprint: &str,
+    again: &Again,
+    quiet: bool,
+) -> anyhow::Result<Journal> {
+    anyhow::ensure!(
+        !again.resume || path.is_file(),
+        "--resume: there is no {}, so no interrupted run: begin one without --resume",
+        path.display()
+    );
+    let journal = Journal::open(path, fingerprint, again.fresh)?;
+    tell(&journal, path, quiet);
+    Ok(journal)
+}
+
+/// Says what is known already.
+fn tell(journal: &Journal, path: &Path, quiet: bool) {
+    if quiet {
+        return;
+    }
+    let path = path.display();
+    if !journal.is_empty() {
+        complain(&format!(
+            "continuing an interrupted run: {path} holds {} finished tasks",
+            journal.len()
+        ));
+    }
+    if journal.dropped_bytes() > 0 {
+        complain(&format!(
+            "warning: the last {} bytes of {path} are torn or damaged: what they held is done again",
+            journal.dropped_bytes()
+        ));
+    }
+}
+
+/// The journal on disk as the map sees it. Must be used within [`until_unwritable`]: nothing goes on without a journal.
+pub(super) struct DiskJournal<'a>(pub(super) &'a Journal);
 
 impl topography::Journal for DiskJournal<'_> {
     fn get(&self, key: &str) -> Option<Vec<u8>> {
-        self.journal.get(key)
+        self.0.get(key)
     }
 
     fn put(&self, key: &str, record: &[u8]) {
-        if let Err(error) = self.journal.put(key, record) {
-            self.failure
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner)
-                .get_or_insert(error);
+        if let Err(error) = self.0.put(key, record) {
+            // The map knows of no failures, so this is the way out of its loops on all threads, without a message.
+            resume_unwind(Box::new(error));
         }
     }
+}
+
+/// Works until a [`DiskJournal`] cannot be written: hours of work must not be done that a full disk would lose.
+pub(super) fn until_unwritable<T>(work: impl FnOnce() -> T) -> Result<T, StoreError> {
+    catch_unwind(AssertUnwindSafe(work)).map_err(|payload| match payload.downcast::<StoreError>() {
+        Ok(error) => *error,
+        Err(other) => resume_unwind(other),
+    })
 }
 
 /// Progress bar and stopwatch.

@@ -10,14 +10,12 @@ use serde_json::json;
 
 use super::args::{Common, Coordinates, Surface};
 use super::landscape::{Input, Mapped, Merge, Titles};
-use super::run::{DiskJournal, Watch, tally};
+use super::run::{DiskJournal, Unfinished, Watch, check_resumable, tally, until_unwritable};
 use super::{check_output, complain, print};
 use crate::energy::{Counted, Energy, External, model};
 use crate::sample::{Task, stream};
 use crate::space::{Cluster, Euclidean, Rotation, Space, Torus};
-use crate::store::{
-    AtomicFolder, Counts, Journal, LandscapeFiles, Manifest, Source, StationaryRow, content_hash,
-};
+use crate::store::{Counts, LandscapeFiles, Manifest, Source, StationaryRow, content_hash};
 use crate::topography::{self, Exploration, GroupSettings, SearchSettings, explore, in_box};
 
 /// Length over which energies are differenced, as a share of the shortest side of the region.
@@ -87,7 +85,7 @@ fn run_model(command: &Surface, common: &Common, region: Option<Region>) -> anyh
         words: surface.name.clone(),
         check: &|| Ok(()),
     };
-    map(command, common, &subject)
+    until_unwritable(|| map(command, common, &subject))?
 }
 
 fn run_program(
@@ -117,7 +115,7 @@ fn run_program(
         ),
         check: &|| Ok(external.check()?),
     };
-    map(command, common, &subject)
+    until_unwritable(|| map(command, common, &subject))?
 }
 
 /// Searches the surface and writes its folder.
@@ -140,10 +138,11 @@ fn map(command: &Surface, common: &Common, subject: &Subject<'_>) -> anyhow::Res
         serde_json::to_string(&settings)?.as_bytes(),
         env!("CARGO_PKG_VERSION").as_bytes(),
     ]);
-    let folder = AtomicFolder::open(&output, command.fresh)?;
-    let disk = Journal::open(&folder.journal(), &fingerprint, command.fresh)?;
+    check_resumable(&command.again, std::slice::from_ref(&output))?;
+    let unfinished = Unfinished::open(&output, &fingerprint, &command.again, common.quiet)?;
+    let folder = &unfinished.folder;
     let journal = Guarded {
-        journal: DiskJournal::new(&disk),
+        journal: DiskJournal(&unfinished.journal),
         check: subject.check,
     };
     let mut watch = Watch::new(common.quiet);
@@ -152,10 +151,8 @@ fn map(command: &Surface, common: &Common, subject: &Subject<'_>) -> anyhow::Res
     });
     watch.lap("search", found.evaluations);
     (subject.check)()?;
-    journal.journal.check()?;
     if found.minima.is_empty() {
-        disk.remove()?;
-        folder.discard()?;
+        unfinished.discard()?;
         bail!(
             "{}: {} searches from random points of the region found no minimum ({})",
             subject.name,
@@ -180,15 +177,14 @@ fn map(command: &Surface, common: &Common, subject: &Subject<'_>) -> anyhow::Res
         measuring: measuring.evaluations(),
     };
     let files = report.tables()?;
-    files.write(&folder)?;
-    StationaryRow::write(&report.stationary(), &folder)?;
-    report.mapped.draw(&report.titles(), &folder)?;
+    files.write(folder)?;
+    StationaryRow::write(&report.stationary(), folder)?;
+    report.mapped.draw(&report.titles(), folder)?;
     let text = report.summary();
     folder.write("summary.md", text.as_bytes())?;
     watch.lap("write", 0);
-    watch.timings().write(&folder)?;
-    disk.remove()?;
-    let finished = folder.finish()?;
+    watch.timings().write(folder)?;
+    let finished = unfinished.finish()?;
     if !common.quiet {
         print(&text);
         complain(&format!("wrote {}", finished.display()));

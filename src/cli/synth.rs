@@ -10,12 +10,13 @@ use super::args::{Common, Keep, Synth};
 use super::experiment::Experiment;
 use super::input::coordinates;
 use super::origin::Origin;
+use super::run::open_journal;
 use super::{check_output, complain, models, print, progress};
 use crate::grasp::spread::spread;
 use crate::grasp::synthesis::{Given, Synthesized, synthesize, synthesize_from};
 use crate::grasp::{Diversity, GraspEnergy, Judgement, judge};
 use crate::optimize::QuenchSettings;
-use crate::store::{Grasp, GraspFile, Journal, Metadata, SCHEMA_VERSION, content_hash};
+use crate::store::{Grasp, GraspFile, Metadata, SCHEMA_VERSION, content_hash, remove_leftovers};
 
 /// Chains unless told otherwise.
 const DEFAULT_CHAINS: u64 = 64;
@@ -41,7 +42,9 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
     let given = format!("{:?} {:?}", command.perturb, origin.given);
     let of_a_chain = serde_json::to_string(&of_a_chain)?;
     let fingerprint = content_hash(&[of_a_chain.as_bytes(), given.as_bytes()]);
-    let journal = Journal::open(&journal_path, &fingerprint, command.fresh)?;
+    let journal = open_journal(&journal_path, &fingerprint, &command.again, common.quiet)?;
+    // The journal's lock says that nobody else is writing.
+    remove_leftovers(&command.output)?;
 
     let started = Instant::now();
     let bar = progress::bar("chains", count, common.quiet);

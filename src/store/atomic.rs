@@ -1,7 +1,7 @@
 //! Files and folders that appear under their name only when they are complete.
 
 use std::ffi::OsString;
-use std::fs::{self, File};
+use std::fs::{self, File, TryLockError};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -38,10 +38,30 @@ pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
     })
 }
 
+/// Removes what killed runs of [`write_atomic`] to `path` left under temporary names. Only for who knows that nobody else
+/// is writing `path`.
+///
+/// # Errors
+/// If the folder cannot be read or a file not removed.
+pub fn remove_leftovers(path: &Path) -> Result<(), StoreError> {
+    let start = sibling(path, ".")?;
+    let start = start.file_name().unwrap_or_default().as_encoded_bytes();
+    let folder = folder_of(path);
+    for name in names_in(folder)? {
+        let middle = name.as_encoded_bytes().strip_prefix(start);
+        let process = middle.and_then(|middle| middle.strip_suffix(b".partial"));
+        if process.is_some_and(|id| !id.is_empty() && id.iter().all(u8::is_ascii_digit)) {
+            remove(&folder.join(name))?;
+        }
+    }
+    Ok(())
+}
+
 /// A folder that grows as `X.partial` and becomes `X` when it is complete.
 ///
 /// At every moment, `X` is absent, or the previous complete folder, or the new complete folder (between two renames of
 /// [`AtomicFolder::finish`] the previous one is called `X.old.partial`; the next [`AtomicFolder::open`] sets that right).
+/// The journal goes last, so that a run killed at any moment either is complete or can be resumed, or both.
 #[derive(Debug)]
 pub struct AtomicFolder {
     finished: PathBuf,
@@ -53,7 +73,8 @@ impl AtomicFolder {
     /// unfinished folder only its [`JOURNAL`] is kept, and with `fresh` not even that.
     ///
     /// # Errors
-    /// If something that landscape did not make has one of the names, or the place cannot be written.
+    /// If something that landscape did not make has one of the names, another process is at it (it holds the journal
+    /// locked), or the place cannot be written.
     pub fn open(finished: &Path, fresh: bool) -> Result<Self, StoreError> {
         let folder = Self {
             finished: finished.to_path_buf(),
@@ -63,9 +84,13 @@ impl AtomicFolder {
         refuse_foreign(&folder.partial)?;
         let old = folder.old()?;
         refuse_foreign(&old)?;
+        let journals = folder.journals();
+        for journal in &journals {
+            refuse_in_use(journal)?;
+        }
         if old.exists() {
             if folder.finished.exists() {
-                fs::remove_dir_all(&old).map_err(StoreError::io("remove", &old))?;
+                remove_ours(&old)?;
             } else {
                 fs::rename(&old, &folder.finished).map_err(StoreError::io("rename", &old))?;
             }
@@ -80,7 +105,29 @@ impl AtomicFolder {
             fs::create_dir(&folder.partial).map_err(StoreError::io("create", &folder.partial))?;
         }
         folder.write(MARKER, MARKER_TEXT)?;
+        // Killed after the renaming, before the journal was removed: the same command has its tasks back at once.
+        let [kept, left] = &journals;
+        if left.exists() && !kept.exists() && !fresh {
+            fs::rename(left, kept).map_err(StoreError::io("rename", left))?;
+        } else {
+            remove(left)?;
+        }
         Ok(folder)
+    }
+
+    /// The journal that an interrupted run of the folder called `finished` left, if one did.
+    pub fn left_journal(finished: &Path) -> Option<PathBuf> {
+        let folder = Self {
+            finished: finished.to_path_buf(),
+            partial: sibling(finished, ".partial").ok()?,
+        };
+        let journals = folder.journals();
+        journals.into_iter().find(|journal| journal.is_file())
+    }
+
+    /// Where a journal can be: while the folder grows, and for a moment after its renaming.
+    fn journals(&self) -> [PathBuf; 2] {
+        [self.partial.join(JOURNAL), self.finished.join(JOURNAL)]
     }
 
     /// Where the folder grows.
@@ -106,10 +153,11 @@ impl AtomicFolder {
     /// # Errors
     /// If it cannot be removed.
     pub fn discard(self) -> Result<(), StoreError> {
-        fs::remove_dir_all(&self.partial).map_err(StoreError::io("remove", &self.partial))
+        remove_ours(&self.partial)
     }
 
-    /// Gives the folder its final name and returns it; a previous folder of that name is replaced.
+    /// Gives the folder its final name and returns it; a previous folder of that name is replaced. Then removes the
+    /// journal, which until then would have brought everything back.
     ///
     /// # Errors
     /// If the folder has no manifest, or a rename is refused (a previous folder is then put back).
@@ -136,11 +184,11 @@ impl AtomicFolder {
         }
         let parent = folder_of(&self.finished);
         sync_folder(parent).map_err(StoreError::io("write", parent))?;
-        // Only now is the journal dispensable, and the previous folder too.
-        for name in [JOURNAL, MARKER] {
+        // Only now is the previous folder dispensable, and then the journal.
+        remove_ours(&old)?;
+        for name in [MARKER, JOURNAL] {
             remove(&self.finished.join(name))?;
         }
-        remove(&old)?;
         Ok(self.finished)
     }
 
@@ -195,12 +243,41 @@ fn remove(path: &Path) -> Result<(), StoreError> {
     removed.map_err(StoreError::io("remove", path))
 }
 
+/// Removes a folder of ours, what shows that it is ours last: a run killed here must not bar the way of the next.
+fn remove_ours(folder: &Path) -> Result<(), StoreError> {
+    if !folder.exists() {
+        return Ok(());
+    }
+    for name in names_in(folder)? {
+        if name != MANIFEST && name != MARKER {
+            remove(&folder.join(name))?;
+        }
+    }
+    for name in [MANIFEST, MARKER] {
+        remove(&folder.join(name))?;
+    }
+    fs::remove_dir(folder).map_err(StoreError::io("remove", folder))
+}
+
+/// Refuses a journal that a running process holds.
+fn refuse_in_use(journal: &Path) -> Result<(), StoreError> {
+    match File::open(journal).map(|file| file.try_lock()) {
+        Ok(Err(TryLockError::WouldBlock)) => Err(StoreError::InUse {
+            path: journal.to_path_buf(),
+        }),
+        // What is wrong otherwise is told by who reads it.
+        _ => Ok(()),
+    }
+}
+
 /// Refuses anything that exists and is neither an empty folder nor one of ours.
 fn refuse_foreign(path: &Path) -> Result<(), StoreError> {
     let foreign = match fs::symlink_metadata(path) {
         Err(_) => false,
         Ok(metadata) if metadata.is_dir() => {
-            !(has_manifest(path) || path.join(MARKER).is_file() || names_in(path)?.is_empty())
+            // A run killed while it wrote the marker leaves that under its temporary name.
+            let marker = |name: &OsString| name.as_encoded_bytes().starts_with(MARKER.as_bytes());
+            !(has_manifest(path) || names_in(path)?.iter().all(marker) || has_marker(path))
         }
         Ok(_) => true,
     };
@@ -211,6 +288,10 @@ fn refuse_foreign(path: &Path) -> Result<(), StoreError> {
     } else {
         Ok(())
     }
+}
+
+fn has_marker(folder: &Path) -> bool {
+    folder.join(MARKER).is_file()
 }
 
 fn has_manifest(folder: &Path) -> bool {

@@ -130,7 +130,8 @@ pub enum StoreError {
     },
     /// A journal of a run with other input or settings.
     #[error(
-        "{path} belongs to a run with other input or settings: repeat those to resume it, or start over with --fresh"
+        "{path} belongs to a run with other input or settings, or of another version of the program: repeat those to \
+         resume it, or start over with --fresh"
     )]
     OtherRun {
         /// The journal.

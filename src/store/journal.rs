@@ -72,7 +72,7 @@ impl Journal {
             file.read_to_end(&mut bytes)
                 .map_err(StoreError::io("read", path))?;
         }
-        let (records, length) = match split_head(&bytes) {
+        let (records, length) = match split_head(&bytes, fingerprint) {
             Head::Whole {
                 fingerprint: found, ..
             } if found != fingerprint.as_bytes() => {
@@ -227,6 +227,7 @@ enum Head<'a> {
     },
     /// Empty, or cut off while it was written: no record can follow.
     Torn,
+    /// Anything else, which may be worth something to somebody.
     Foreign,
 }
 
@@ -238,23 +239,21 @@ fn head(fingerprint: &str) -> Vec<u8> {
     bytes
 }
 
-fn split_head(bytes: &[u8]) -> Head<'_> {
-    let shown = bytes.len().min(MAGIC.len());
-    if bytes[..shown] != MAGIC[..shown] {
-        return Head::Foreign;
-    }
-    let Some(rest) = bytes.get(MAGIC.len() + 8..) else {
-        return Head::Torn;
+fn split_head<'a>(bytes: &'a [u8], expected: &str) -> Head<'a> {
+    let whole = || {
+        let rest = bytes.strip_prefix(MAGIC)?;
+        let (numbers, rest) = rest.split_at_checked(8)?;
+        let fingerprint = rest.get(..number(numbers) as usize)?;
+        (checksum(&[fingerprint]) == number(&numbers[4..])).then_some(fingerprint)
     };
-    let Some(fingerprint) = rest.get(..number(&bytes[MAGIC.len()..]) as usize) else {
-        return Head::Torn;
-    };
-    if checksum(&[fingerprint]) != number(&bytes[MAGIC.len() + 4..]) {
-        return Head::Foreign;
-    }
-    Head::Whole {
-        fingerprint,
-        length: MAGIC.len() + 8 + fingerprint.len(),
+    match whole() {
+        Some(fingerprint) => Head::Whole {
+            fingerprint,
+            length: MAGIC.len() + 8 + fingerprint.len(),
+        },
+        // A damaged length must not pass for a head cut off: that would cost all records behind it.
+        None if head(expected).starts_with(bytes) => Head::Torn,
+        None => Head::Foreign,
     }
 }
 

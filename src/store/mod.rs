@@ -19,7 +19,7 @@ mod metadata;
 mod stationary;
 mod table;
 
-pub use atomic::{AtomicFolder, JOURNAL, write_atomic};
+pub use atomic::{AtomicFolder, JOURNAL, remove_leftovers, write_atomic};
 pub use error::{Fault, StoreError, Warning};
 pub use grasps::{Grasp, GraspFile, Overrides, Population};
 pub use journal::Journal;
