@@ -8,6 +8,7 @@ use super::args::{Build, Common};
 use super::landscape::{Input, Mapped};
 use super::report::{Report, summary, tables};
 use super::run::{DiskJournal, Watch};
+use super::uncertainty::Unseen;
 use super::{check_output, complain, input, print};
 use crate::grasp::hover::hover_costs;
 use crate::grasp::{GraspEnergy, GraspKernel};
@@ -90,6 +91,7 @@ fn map_settings(command: &Build, energy: &GraspEnergy) -> MapSettings {
     let mut settings = MapSettings::for_scales(0.3, 0.04).with_seed(command.seed);
     settings.neighbours = command.neighbours.unwrap_or(6);
     settings.retry_rounds = 1;
+    settings.decisive_replicas = 3;
     settings.quench = settings
         .quench
         .with_gradient_tolerance(1e-5)
@@ -201,6 +203,7 @@ fn build(
             inputs: grasps.iter().map(|grasp| row(grasp)).collect(),
             choices_below: settings.path.exact_below,
         },
+        unseen: Unseen::of(&landscape),
         energy: &energy,
         population,
         settings: &settings,
@@ -214,6 +217,8 @@ fn build(
     let files = tables(&report)?;
     files.write(&folder)?;
     report.mapped.draw(&report.titles(), &folder)?;
+    let title = report.titles().title;
+    report.unseen.draw(&report.mapped, &title, &folder)?;
     let text = summary(&report, &files);
     folder.write("summary.md", text.as_bytes())?;
     watch.lap("write", 0);

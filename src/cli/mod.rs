@@ -22,6 +22,7 @@ mod report;
 mod run;
 mod surface;
 mod synth;
+mod uncertainty;
 
 use args::{Arguments, Command};
 

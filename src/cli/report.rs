@@ -6,6 +6,7 @@ use petgraph::graph::NodeIndex;
 
 use super::landscape::{Mapped, Merge, Titles, median, upper_bounds};
 use super::run::tally;
+use super::uncertainty::{self, Unseen};
 use crate::grasp::GraspEnergy;
 use crate::grasp::hover::HoverCost;
 use crate::store::{Counts, LandscapeFiles, Manifest, Population, Source};
@@ -14,6 +15,7 @@ use crate::topography::{Evidence, MapSettings, MinimumId};
 /// A mapped population and everything that describes it.
 pub(super) struct Report<'a> {
     pub(super) mapped: Mapped<'a>,
+    pub(super) unseen: Unseen,
     pub(super) energy: &'a GraspEnergy,
     pub(super) population: &'a Population<'a>,
     pub(super) settings: &'a MapSettings,
@@ -61,6 +63,14 @@ fn manifest(report: &Report<'_>, pairs: usize) -> anyhow::Result<Manifest> {
     let merges = report.mapped.merges();
     let mut findings: BTreeMap<_, _> = report.mapped.findings(&merges)?.into_iter().collect();
     findings.insert("hover_cost".to_owned(), serde_json::to_value(report.hover)?);
+    let rarefaction = [
+        ("groups", &report.unseen.groups),
+        ("minima", &report.unseen.minima),
+    ];
+    findings.insert(
+        "rarefaction".to_owned(),
+        serde_json::to_value(BTreeMap::from(rarefaction))?,
+    );
     Ok(Manifest {
         program_version: env!("CARGO_PKG_VERSION").to_owned(),
         command: report.command.clone(),
@@ -181,6 +191,8 @@ fn overview(report: &Report<'_>, files: &LandscapeFiles, merges: &[Merge]) -> Ve
     if let Some(depth) = median(merges.iter().map(|merge| merge.depth).collect()) {
         lines.push(format!("- median merge depth: {depth:.3}"));
     }
+    lines.push(report.unseen.line());
+    lines.extend(uncertainty::lines(report.mapped.landscape));
     lines.extend(report.hover.iter().map(|hover| {
         format!(
             "- hovering {:.0} mm off the object costs {:.3} (quartiles {:.3} to {:.3}; {:.1} mm reached)",

@@ -79,6 +79,7 @@ impl Watch {
                 Phase::Connect => "connecting pairs",
                 Phase::Join => "joining components",
                 Phase::Retry => "improving merges",
+                Phase::Replicate => "repeating chains",
                 Phase::Search => "searching saddles",
                 _ => "searching",
             };

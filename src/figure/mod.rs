@@ -24,6 +24,8 @@ mod disconnectivity;
 pub mod layout;
 #[cfg(feature = "topography")]
 mod leaf;
+#[cfg(feature = "topography")]
+mod rarefaction;
 #[cfg(feature = "grasp")]
 mod scene;
 #[cfg(feature = "grasp")]
@@ -45,6 +47,8 @@ pub use disconnectivity::DisconnectivityPicture;
 pub use layout::LeafOrder;
 #[cfg(feature = "topography")]
 pub use leaf::{Leaf, group, leaves_of};
+#[cfg(feature = "topography")]
+pub use rarefaction::rarefaction_chart;
 #[cfg(feature = "grasp")]
 pub use scene::{Camera, Cone, Marker, Scene, Surface};
 #[cfg(feature = "grasp")]

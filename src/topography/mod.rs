@@ -13,13 +13,15 @@ mod network;
 mod pairs;
 mod path;
 mod progress;
+mod rarefaction;
 mod search;
+mod support;
 mod text;
 mod tree;
 
 pub use adelm::{Chain, ChainSettings, chain};
 pub use audit::{Audit, AuditSettings, Verdict, audit};
-pub use barrier::{Connection, Connector, Crossing, Effort, Start};
+pub use barrier::{Connection, Connector, Crossing, Effort, Pair, Start};
 pub use groups::{GroupSettings, Groups, Level};
 pub use journal::{Journal, MemoryJournal, NoJournal};
 pub use map::{Landscape, MapSettings, map};
@@ -28,8 +30,10 @@ pub use network::{Edge, Evidence, Minimum, MinimumId, Network};
 pub use path::{Pass, Path, PathSettings, SeamSettings};
 use progress::Tally;
 pub use progress::{Observer, Phase, Progress, silent};
+pub use rarefaction::{Rarefaction, Rarefied};
 pub use search::{
     Coverage, Draw, Exploration, Fate, Refused, SearchSettings, TransitionState, explore, in_box,
 };
+pub use support::support;
 pub use text::{graphml, newick};
 pub use tree::{Node, NodeId, Tree, decisive};

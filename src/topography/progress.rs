@@ -20,6 +20,8 @@ pub enum Phase {
     Join,
     /// Trying the connections that decide the tree again.
     Retry,
+    /// Running more chains between the pairs that decide the tree.
+    Replicate,
 }
 
 /// Tasks done of those of a phase.
