@@ -15,6 +15,7 @@ mod experiment;
 mod input;
 mod inspect;
 mod landscape;
+mod magnetisation;
 mod models;
 mod origin;
 mod progress;

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::landscape::{Mapped, median};
+use super::landscape::median;
 use crate::figure::rarefaction_chart;
 use crate::store::AtomicFolder;
 use crate::topography::{Evidence, Landscape, Rarefaction, support};
@@ -168,15 +168,8 @@ impl Unseen {
     }
 
     /// `rarefaction.svg` and `.png`.
-    pub(super) fn draw(
-        &self,
-        mapped: &Mapped<'_>,
-        title: &str,
-        folder: &AtomicFolder,
-    ) -> anyhow::Result<()> {
-        let barrier = mapped.landscape.groups.barrier;
-        let groups = format!("groups (relative barrier up to {barrier:.3})");
-        let curves = [(groups.as_str(), &self.groups), ("minima", &self.minima)];
+    pub(super) fn draw(&self, title: &str, folder: &AtomicFolder) -> anyhow::Result<()> {
+        let curves = [("groups", &self.groups), ("minima", &self.minima)];
         let canvas = rarefaction_chart(title, "grasps", &curves).draw()?;
         for ending in ["svg", "png"] {
             canvas.save(&folder.path().join(format!("rarefaction.{ending}")))?;

@@ -19,6 +19,8 @@ pub mod theme;
 #[cfg(feature = "topography")]
 mod barriers;
 #[cfg(feature = "topography")]
+mod diagram;
+#[cfg(feature = "topography")]
 mod disconnectivity;
 #[cfg(feature = "topography")]
 pub mod layout;
@@ -41,6 +43,8 @@ pub use style::{Anchor, Colour, Stroke, TextFace, text_width};
 
 #[cfg(feature = "topography")]
 pub use barriers::{BarrierPicture, Link};
+#[cfg(feature = "topography")]
+pub use diagram::diagram_chart;
 #[cfg(feature = "topography")]
 pub use disconnectivity::DisconnectivityPicture;
 #[cfg(feature = "topography")]

@@ -30,7 +30,7 @@ pub fn rarefaction_chart(title: &str, members: &str, curves: &[(&str, &Rarefacti
             BandPoint {
                 x: point.members as f64,
                 lower: (point.groups - half).max(0.0),
-                upper: point.groups + half,
+                upper: (point.groups + half).min(point.members as f64),
             }
         });
         marks.push(Series::band(band.collect()).coloured(colour));

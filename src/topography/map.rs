@@ -167,13 +167,7 @@ pub fn map(
     journal: &dyn Journal,
     observer: &Observer<'_>,
 ) -> Landscape {
-    minima.sort_by(|a, b| {
-        let coordinates = || a.coordinates.iter().zip(&b.coordinates);
-        a.energy.total_cmp(&b.energy).then_with(|| {
-            let orders = coordinates().map(|(a, b)| a.total_cmp(b));
-            orders.fold(std::cmp::Ordering::Equal, std::cmp::Ordering::then)
-        })
-    });
+    minima.sort_by(by_energy);
     let mut survey = Survey {
         energy,
         kernel,
@@ -244,6 +238,15 @@ pub fn map(
         connections: survey.best.into_values().collect(),
         evaluations: survey.evaluations,
     }
+}
+
+/// The order of minima in a network: by energy, then by coordinates.
+pub(super) fn by_energy(a: &Minimum, b: &Minimum) -> std::cmp::Ordering {
+    a.energy.total_cmp(&b.energy).then_with(|| {
+        let coordinates = a.coordinates.iter().zip(&b.coordinates);
+        let orders = coordinates.map(|(a, b)| a.total_cmp(b));
+        orders.fold(std::cmp::Ordering::Equal, std::cmp::Ordering::then)
+    })
 }
 
 /// A map in the making.

@@ -20,6 +20,10 @@ pub enum Phase {
     Join,
     /// Trying the connections that decide the tree again.
     Retry,
+    /// Measuring the magnetisation diagram.
+    Diagram,
+    /// Assigning minima to groups one by one.
+    Assign,
     /// Running more chains between the pairs that decide the tree.
     Replicate,
 }
