@@ -195,6 +195,7 @@ fn a_tiny_experiment() {
         "landscape.json",
         "minima.parquet",
         "paths.parquet",
+        "rarefaction.svg",
         "summary.md",
         "timings.json",
         "tree.nwk",

@@ -750,6 +750,9 @@ fn landscape() -> LandscapeFiles {
         term: Some("distance".into()),
         chain_forward: Some(0.9),
         chain_backward: None,
+        chains_forward: vec![0.95, 0.9],
+        chains_backward: Vec::new(),
+        chain_runs: 4,
         evaluations: 12345,
     };
     let untried = EdgeRow {

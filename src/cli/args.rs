@@ -98,10 +98,12 @@ const BUILD_EXAMPLES: &str = "\
 Examples:
   landscape build data/grasps.parquet                      writes data/grasps.landscape/
   landscape build mug.parquet --neighbours 12 -o mug.landscape
+  landscape build mug.parquet --sequential                 the published method, for comparison
 
 Writes minima.parquet, edges.parquet, paths.parquet, landscape.json, tree.nwk, barriers.graphml, the disconnectivity
-graph and the barrier graph (SVG and PNG), and summary.md. An interrupted run continues where it stopped when the same
-command is given again; with --resume it must, with --fresh it begins anew. The result is the same to the last byte.";
+graph, the barrier graph and a rarefaction curve (SVG and PNG), and summary.md. An interrupted run continues where it
+stopped when the same command is given again; with --resume it must, with --fresh it begins anew. The result is the same to
+the last byte.";
 
 const INSPECT_EXAMPLES: &str = "\
 Examples:
@@ -257,6 +259,15 @@ pub(super) struct Build {
     /// Pull F = αT of attraction–diffusion, energy per metre.
     #[arg(long, value_name = "F", allow_negative_numbers = true)]
     pub(super) force: Option<f64>,
+    /// Measure the magnetisation diagram first (diagram.json and a picture): at which T and F chains get through. It
+    /// chooses T and F where they are not given.
+    #[arg(long)]
+    pub(super) diagram: bool,
+    /// Map by sequential ADELM as published: minima are assigned one by one, in the order of the file, to the group they
+    /// reach over the lowest raw barrier. Every barrier is an upper bound, and the result depends on the order; for
+    /// comparison.
+    #[arg(long)]
+    pub(super) sequential: bool,
     /// Map only the first N grasps: a quick look.
     #[arg(long, value_name = "N")]
     pub(super) first: Option<usize>,

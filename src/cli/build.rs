@@ -6,15 +6,17 @@ use anyhow::Context;
 
 use super::args::{Build, Common};
 use super::landscape::{Input, Mapped};
+use super::magnetisation;
 use super::report::{Report, summary, tables};
 use super::run::{DiskJournal, Unfinished, Watch, check_resumable, until_unwritable};
+use super::uncertainty::Unseen;
 use super::{check_output, complain, input, print};
 use crate::grasp::hover::hover_costs;
 use crate::grasp::{GraspEnergy, GraspKernel};
-use crate::store::{Grasp, GraspFile, Population, Source, content_hash};
+use crate::store::{AtomicFolder, Grasp, GraspFile, Population, Source, content_hash};
 use crate::topography::{
-    self, ChainSettings, MapSettings, PathSettings, Sameness, SeamSettings, distinct, map,
-    quench_all,
+    self, ChainSettings, Diagram, Landscape, MapSettings, Minimum, MinimumId, PathSettings,
+    Sameness, SeamSettings, Sequential, SequentialSettings, distinct, map, quench_all, sequential,
 };
 
 pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
@@ -88,6 +90,7 @@ fn map_settings(command: &Build, energy: &GraspEnergy) -> MapSettings {
     let mut settings = MapSettings::for_scales(0.3, 0.04).with_seed(command.seed);
     settings.neighbours = command.neighbours.unwrap_or(6);
     settings.retry_rounds = 1;
+    settings.decisive_replicas = 3;
     settings.quench = settings
         .quench
         .with_gradient_tolerance(1e-5)
@@ -149,7 +152,7 @@ fn build(
     );
     let energy = input::energy(file, population)?;
     let kernel = GraspKernel::new(&energy);
-    let settings = map_settings(command, &energy);
+    let mut settings = map_settings(command, &energy);
 
     let bytes = std::fs::read(&command.grasps)?;
     let fingerprint = content_hash(&[
@@ -160,6 +163,7 @@ fn build(
         serde_json::to_string(population.hand)?.as_bytes(),
         &population.scale.to_le_bytes(),
         &(grasps.len() as u64).to_le_bytes(),
+        &[u8::from(command.sequential), u8::from(command.diagram)],
         env!("CARGO_PKG_VERSION").as_bytes(),
     ]);
     let unfinished = Unfinished::open(output, &fingerprint, &command.again, common.quiet)?;
@@ -184,23 +188,35 @@ fn build(
             grasps.len()
         );
     }
-    let landscape = map(&energy, &kernel, minima, &settings, &journal, &|p| {
-        watch.see(p);
-    });
-    watch.lap("connect", landscape.evaluations);
-    let hover = hover_costs(&energy, &probes(&landscape))?;
+    let surface = (&energy, &kernel);
+    let found = mapped(
+        command,
+        surface,
+        minima,
+        &mut settings,
+        (&journal, &mut watch),
+    );
+    let landscape = &found.landscape;
+    let hover = hover_costs(&energy, &probes(landscape))?;
     watch.lap("hover", 0);
 
     let report = Report {
         mapped: Mapped {
-            landscape: &landscape,
+            landscape,
             energy: &energy,
             inputs: grasps.iter().map(|grasp| row(grasp)).collect(),
             choices_below: settings.path.exact_below,
         },
+        unseen: Unseen::of(landscape),
         energy: &energy,
         population,
         settings: &settings,
+        arrivals: found.arrivals.as_deref(),
+        diagram: found.diagram.as_ref(),
+        chosen: magnetisation::choice(
+            found.diagram.as_ref(),
+            command.temperature.is_some() && command.force.is_some(),
+        ),
         hover: &hover,
         source: source(command, &bytes),
         command: command_line(command, &settings),
@@ -208,11 +224,7 @@ fn build(
         quench_evaluations,
         warnings,
     };
-    let files = tables(&report)?;
-    files.write(folder)?;
-    report.mapped.draw(&report.titles(), folder)?;
-    let text = summary(&report, &files);
-    folder.write("summary.md", text.as_bytes())?;
+    let text = write(&report, folder)?;
     watch.lap("write", 0);
     watch.timings().write(folder)?;
     let finished = unfinished.finish()?;
@@ -221,6 +233,83 @@ fn build(
         complain(&format!("wrote {}", finished.display()));
     }
     Ok(())
+}
+
+/// Writes tables, pictures and the summary, and returns it.
+fn write(report: &Report<'_>, folder: &AtomicFolder) -> anyhow::Result<String> {
+    let files = tables(report)?;
+    files.write(folder)?;
+    let titles = report.titles();
+    report.mapped.draw(&titles, folder)?;
+    report.unseen.draw(&titles.title, folder)?;
+    if let Some(diagram) = report.diagram {
+        magnetisation::write(diagram, &titles.title, folder)?;
+    }
+    let text = summary(report, &files);
+    folder.write("summary.md", text.as_bytes())?;
+    Ok(text)
+}
+
+/// What came of the minima.
+struct Found {
+    landscape: Landscape,
+    /// Minima in their order of arrival, for sequential ADELM.
+    arrivals: Option<Vec<MinimumId>>,
+    diagram: Option<Diagram>,
+}
+
+/// Maps the minima, at the temperature and force of their diagram if that was asked for.
+fn mapped(
+    command: &Build,
+    (energy, kernel): (&GraspEnergy, &GraspKernel<'_>),
+    minima: Vec<Minimum>,
+    settings: &mut MapSettings,
+    (journal, watch): (&DiskJournal<'_>, &mut Watch),
+) -> Found {
+    let diagram = command
+        .diagram
+        .then(|| magnetisation::measure((energy, kernel), &minima, settings, journal, watch));
+    if let Some(diagram) = &diagram {
+        watch.lap("diagram", diagram.evaluations);
+        if let Some(best) = &diagram.recommended {
+            settings.chain.temperature = command.temperature.unwrap_or(best.temperature);
+            settings.chain.force = command.force.unwrap_or(best.force);
+        }
+    }
+    let (landscape, arrivals) = if command.sequential {
+        let found = map_sequentially((energy, kernel), minima, settings, journal, watch);
+        (found.landscape, Some(found.arrivals))
+    } else {
+        let see = |p| watch.see(p);
+        let found = map(energy, kernel, minima, settings, journal, &see);
+        (found, None)
+    };
+    watch.lap("connect", landscape.evaluations);
+    Found {
+        landscape,
+        arrivals,
+        diagram,
+    }
+}
+
+/// Sequential ADELM of the minima in the order of the grasps that fell into them.
+fn map_sequentially(
+    (energy, kernel): (&GraspEnergy, &GraspKernel<'_>),
+    mut minima: Vec<Minimum>,
+    settings: &MapSettings,
+    journal: &DiskJournal<'_>,
+    watch: &Watch,
+) -> Sequential {
+    minima.sort_by_key(|minimum| minimum.members.first().copied());
+    let settings = SequentialSettings {
+        chain: settings.chain.clone(),
+        quench: settings.quench.clone(),
+        sameness: settings.sameness,
+        seed: settings.seed,
+    };
+    sequential(energy, kernel, &minima, &settings, journal, &|p| {
+        watch.see(p);
+    })
 }
 
 /// A row and its label: the human one, else the automatic one.
@@ -262,8 +351,30 @@ fn command_line(command: &Build, settings: &MapSettings) -> String {
     let first = command
         .first
         .map_or(String::new(), |n| format!(" --first {n}"));
+    let chain = &settings.chain;
+    // What the diagram chose it chooses again.
+    let given =
+        |value: Option<f64>, used: f64| (!command.diagram || value.is_some()).then_some(used);
+    let values = [
+        ("temperature", given(command.temperature, chain.temperature)),
+        ("force", given(command.force, chain.force)),
+    ];
+    let values = values
+        .iter()
+        .filter_map(|(name, value)| value.map(|v| format!(" --{name} {v}")));
+    let flags = [
+        ("diagram", command.diagram),
+        ("sequential", command.sequential),
+    ];
+    let flags = flags
+        .iter()
+        .filter(|(_, set)| *set)
+        .map(|(name, _)| format!(" --{name}"));
     format!(
-        "landscape build {name} --neighbours {} --temperature {} --force {} --seed {}{first}",
-        settings.neighbours, settings.chain.temperature, settings.chain.force, command.seed
+        "landscape build {name} --neighbours {}{} --seed {}{first}{}",
+        settings.neighbours,
+        values.collect::<String>(),
+        command.seed,
+        flags.collect::<String>()
     )
 }

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use serde_json::Value;
 
 use super::run::tally;
+use super::uncertainty;
 use crate::energy::Energy;
 use crate::figure::{BarrierPicture, DisconnectivityPicture, Leaf};
 use crate::store::{AtomicFolder, EdgeRow, MinimumRow, PathRow};
@@ -147,6 +148,9 @@ impl Mapped<'_> {
                     term: weight.term.clone(),
                     chain_forward: least(&connection.forward),
                     chain_backward: least(&connection.backward),
+                    chains_forward: connection.forward.iter().flatten().copied().collect(),
+                    chains_backward: connection.backward.iter().flatten().copied().collect(),
+                    chain_runs: (connection.forward.len() + connection.backward.len()) as u64,
                     evaluations: connection.evaluations as u64,
                 }
             })
@@ -196,6 +200,14 @@ impl Mapped<'_> {
                 "group_scan",
                 serde_json::to_value(&self.landscape.groups.scan)?,
             ),
+            (
+                "merges",
+                serde_json::to_value(uncertainty::merges(self.landscape))?,
+            ),
+            (
+                "chains",
+                serde_json::to_value(uncertainty::spread(self.landscape))?,
+            ),
         ];
         Ok(findings
             .map(|(name, value)| (name.to_owned(), value))
@@ -235,6 +247,7 @@ fn pictures(mapped: &Mapped<'_>, titles: &Titles<'_>, folder: &Path) -> anyhow::
     let (tree, left_out) = legible_tree(mapped);
     let title = &titles.title;
     let mut tree = DisconnectivityPicture::new(tree, &landscape.network);
+    tree.resampled.clone_from(&landscape.resampled);
     tree.leaves.clone_from(&leaves);
     tree.title = match left_out {
         Some((count, height)) => format!("{title} ({count} merges above {height:.2} not drawn)"),

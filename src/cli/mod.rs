@@ -15,6 +15,7 @@ mod experiment;
 mod input;
 mod inspect;
 mod landscape;
+mod magnetisation;
 mod models;
 mod objects;
 mod origin;
@@ -23,6 +24,7 @@ mod report;
 mod run;
 mod surface;
 mod synth;
+mod uncertainty;
 
 use args::{Arguments, Command};
 

@@ -6,17 +6,25 @@ use petgraph::graph::NodeIndex;
 
 use super::landscape::{Mapped, Merge, Titles, median, upper_bounds};
 use super::run::tally;
+use super::uncertainty::{self, Unseen};
 use crate::grasp::GraspEnergy;
 use crate::grasp::hover::HoverCost;
 use crate::store::{Counts, LandscapeFiles, Manifest, Population, Source};
-use crate::topography::{Evidence, MapSettings, MinimumId};
+use crate::topography::{Diagram, Evidence, MapSettings, MinimumId};
 
 /// A mapped population and everything that describes it.
 pub(super) struct Report<'a> {
     pub(super) mapped: Mapped<'a>,
+    pub(super) unseen: Unseen,
     pub(super) energy: &'a GraspEnergy,
     pub(super) population: &'a Population<'a>,
     pub(super) settings: &'a MapSettings,
+    /// Minima in their order of arrival, where the order mattered: sequential ADELM.
+    pub(super) arrivals: Option<&'a [MinimumId]>,
+    /// The magnetisation diagram, if it was measured.
+    pub(super) diagram: Option<&'a Diagram>,
+    /// How temperature and force were chosen.
+    pub(super) chosen: String,
     pub(super) hover: &'a [HoverCost],
     pub(super) source: Source,
     pub(super) command: String,
@@ -61,6 +69,29 @@ fn manifest(report: &Report<'_>, pairs: usize) -> anyhow::Result<Manifest> {
     let merges = report.mapped.merges();
     let mut findings: BTreeMap<_, _> = report.mapped.findings(&merges)?.into_iter().collect();
     findings.insert("hover_cost".to_owned(), serde_json::to_value(report.hover)?);
+    let method = match report.arrivals {
+        Some(_) => "sequential ADELM",
+        None => "relaxed connections",
+    };
+    findings.insert("method".to_owned(), method.into());
+    if let Some(arrivals) = report.arrivals {
+        findings.insert("arrivals".to_owned(), serde_json::to_value(arrivals)?);
+    }
+    findings.insert("chosen".to_owned(), report.chosen.clone().into());
+    if let Some(diagram) = report.diagram {
+        findings.insert(
+            "recommended".to_owned(),
+            serde_json::to_value(&diagram.recommended)?,
+        );
+    }
+    let rarefaction = [
+        ("groups", &report.unseen.groups),
+        ("minima", &report.unseen.minima),
+    ];
+    findings.insert(
+        "rarefaction".to_owned(),
+        serde_json::to_value(BTreeMap::from(rarefaction))?,
+    );
     Ok(Manifest {
         program_version: env!("CARGO_PKG_VERSION").to_owned(),
         command: report.command.clone(),
@@ -147,14 +178,31 @@ fn overview(report: &Report<'_>, files: &LandscapeFiles, merges: &[Merge]) -> Ve
             .collect();
         parts.join(", ")
     };
+    let barrier = report.mapped.landscape.groups.barrier;
+    let rule = match report.arrivals {
+        Some(_) => format!(
+            "assigned one by one, in the order of the grasps, by sequential ADELM; greatest relative raw barrier {barrier:.3}"
+        ),
+        None => {
+            format!("minima joined by relaxed connections with relative barrier up to {barrier:.3}")
+        }
+    };
+    let chain = &report.settings.chain;
     let mut lines = vec![
         format!(
             "# {} grasps of the {} hand on {}\n",
             counts.grasps, report.population.hand.name, report.population.object.name
         ),
         format!(
-            "- **{} minima** in **{} groups** (minima joined by relaxed connections with relative barrier up to {:.3})",
-            counts.minima, counts.groups, report.mapped.landscape.groups.barrier
+            "- **{} minima** in **{} groups** ({rule})",
+            counts.minima, counts.groups
+        ),
+        format!(
+            "- attraction–diffusion at T = {:.4}, F = αT = {:.0}/m (α = {:.0}/m): {}",
+            chain.temperature,
+            chain.force,
+            chain.alpha(),
+            report.chosen
         ),
         format!(
             "- {} pairs connected; no path joins {} component(s) to the rest",
@@ -181,6 +229,8 @@ fn overview(report: &Report<'_>, files: &LandscapeFiles, merges: &[Merge]) -> Ve
     if let Some(depth) = median(merges.iter().map(|merge| merge.depth).collect()) {
         lines.push(format!("- median merge depth: {depth:.3}"));
     }
+    lines.push(report.unseen.line());
+    lines.extend(uncertainty::lines(report.mapped.landscape));
     lines.extend(report.hover.iter().map(|hover| {
         format!(
             "- hovering {:.0} mm off the object costs {:.3} (quartiles {:.3} to {:.3}; {:.1} mm reached)",

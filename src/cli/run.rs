@@ -157,6 +157,9 @@ impl Watch {
                 Phase::Connect => "connecting pairs",
                 Phase::Join => "joining components",
                 Phase::Retry => "improving merges",
+                Phase::Diagram => "measuring the diagram",
+                Phase::Assign => "assigning minima",
+                Phase::Replicate => "repeating chains",
                 Phase::Search => "searching saddles",
                 _ => "searching",
             };

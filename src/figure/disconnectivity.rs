@@ -9,9 +9,15 @@ use super::legend::Legend;
 use super::style::{Anchor, Colour, Stroke, TextFace};
 use super::theme::{FAINT, INK, LINE, MARGIN, PALE_LINE, TEXT, TITLE, UNLABELLED, WHITE};
 use super::{FigureError, axis, text_width};
-use crate::topography::{Evidence, Network, Tree};
+use crate::topography::{Evidence, Network, Tree, support};
 
 const LABEL_RADIUS: f64 = 9.0;
+/// Least support of each mark, its fill, and what the legend calls it.
+const SUPPORT: [(f64, Colour, &str); 3] = [
+    (0.95, INK, "95 % or more"),
+    (0.70, PALE_LINE, "70 to 95 %"),
+    (0.00, WHITE, "less"),
+];
 
 /// A merge tree with a circle at the end of every branch.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,6 +34,9 @@ pub struct DisconnectivityPicture {
     pub members_label: String,
     /// Legend of trees that nothing joins.
     pub apart: String,
+    /// Trees of resampled chains with the leaves of `tree`: each merge is marked by its support among them
+    /// ([`support`]). Empty for no marks.
+    pub resampled: Vec<Tree>,
     /// Order of the branches.
     pub order: LeafOrder,
     /// Width and height in canvas units.
@@ -44,6 +53,7 @@ impl DisconnectivityPicture {
             energy_label: "energy".to_owned(),
             members_label: "members".to_owned(),
             apart: "apart: no path found".to_owned(),
+            resampled: Vec::new(),
             order: LeafOrder::default(),
             size: [1200, 860],
         }
@@ -58,6 +68,9 @@ impl DisconnectivityPicture {
         Self {
             tree: collapse(&self.tree, group_of),
             leaves: group(&self.leaves, group_of),
+            resampled: (self.resampled.iter())
+                .map(|tree| collapse(tree, group_of))
+                .collect(),
             ..self.clone()
         }
     }
@@ -112,6 +125,7 @@ impl DisconnectivityPicture {
             &mut canvas,
         );
         plot.draw_branches(&mut canvas);
+        plot.draw_support(&mut canvas);
         plot.draw_leaves(&mut canvas);
         Ok(canvas)
     }
@@ -164,6 +178,12 @@ impl DisconnectivityPicture {
         }
         if self.tree.roots.len() > 1 {
             legend.note(&self.apart);
+        }
+        if !self.resampled.is_empty() && merges().next().is_some() {
+            legend.heading("support");
+            for (_, fill, text) in SUPPORT {
+                legend.disc(6.0, fill, text);
+            }
         }
         legend
     }
@@ -318,6 +338,18 @@ impl<'a> Plot<'a> {
                 if node.parent.is_none() {
                     canvas.line([x, self.top], [x, y], stroke);
                 }
+            }
+        }
+    }
+
+    /// A dot in the middle of each bar.
+    fn draw_support(&self, canvas: &mut Canvas) {
+        let radius = (0.2 * self.x[1]).clamp(2.4, 6.0);
+        let found = support(&self.picture.tree, &self.picture.resampled);
+        for (node, support) in found.into_iter().enumerate() {
+            let mark = support.and_then(|share| SUPPORT.iter().find(|(least, ..)| share >= *least));
+            if let Some((_, fill, _)) = mark {
+                canvas.rimmed_circle(self.at(node), radius, *fill, LINE, 1.0);
             }
         }
     }
@@ -494,6 +526,23 @@ mod tests {
         };
         assert_eq!(total(&grouped), total(&full));
         assert_legible(&grouped.draw().unwrap());
+    }
+
+    #[test]
+    fn merges_carry_their_support() {
+        let tree = random_tree(11, 91, 2);
+        let mut picture = picture(tree.clone(), true);
+        picture.resampled = (0..10)
+            .map(|other| random_tree(if other < 8 { 11 } else { other }, 91, 2))
+            .collect();
+        let canvas = picture.draw().unwrap();
+        assert_legible(&canvas);
+        gallery(&canvas, "disconnectivity_support");
+        let texts: Vec<&str> = canvas.texts().iter().map(|(text, _)| *text).collect();
+        assert!(texts.contains(&"support") && texts.contains(&"70 to 95 %"));
+        let groups: Vec<usize> = (0..91).map(|leaf| leaf / 4).collect();
+        assert_eq!(picture.grouped(&groups).resampled.len(), 10);
+        assert_legible(&picture.grouped(&groups).draw().unwrap());
     }
 
     #[test]

@@ -19,11 +19,15 @@ pub mod theme;
 #[cfg(feature = "topography")]
 mod barriers;
 #[cfg(feature = "topography")]
+mod diagram;
+#[cfg(feature = "topography")]
 mod disconnectivity;
 #[cfg(feature = "topography")]
 pub mod layout;
 #[cfg(feature = "topography")]
 mod leaf;
+#[cfg(feature = "topography")]
+mod rarefaction;
 #[cfg(feature = "grasp")]
 mod scene;
 #[cfg(feature = "grasp")]
@@ -40,11 +44,15 @@ pub use style::{Anchor, Colour, Stroke, TextFace, text_width};
 #[cfg(feature = "topography")]
 pub use barriers::{BarrierPicture, Link};
 #[cfg(feature = "topography")]
+pub use diagram::diagram_chart;
+#[cfg(feature = "topography")]
 pub use disconnectivity::DisconnectivityPicture;
 #[cfg(feature = "topography")]
 pub use layout::LeafOrder;
 #[cfg(feature = "topography")]
 pub use leaf::{Leaf, group, leaves_of};
+#[cfg(feature = "topography")]
+pub use rarefaction::rarefaction_chart;
 #[cfg(feature = "grasp")]
 pub use scene::{Camera, Cone, Marker, Scene, Surface};
 #[cfg(feature = "grasp")]

@@ -36,6 +36,10 @@ pub enum Task {
     Layout = 7,
     /// Resampling of a network.
     Resampling = 9,
+    /// One chain of sequential ADELM.
+    Sequential = 10,
+    /// One chain of a magnetisation diagram.
+    Diagram = 11,
 }
 
 /// Random stream of task number `id` of kind `task` under `seed`.

@@ -4,7 +4,7 @@
 //! | table | a row is | columns |
 //! | --- | --- | --- |
 //! | `minima.parquet` | a minimum | `id`, `energy`, `coordinates`, `choice` (contact set), `members` (grasp ids), `group`, `labels` and `label_counts` (lists of equal length) |
-//! | `edges.parquet` | a pair that was tried | `a`, `b` (ids), `height`∅, `relative_barrier`∅, `length`∅, `evidence`, `term`∅, `chain_forward`∅, `chain_backward`∅, `evaluations` |
+//! | `edges.parquet` | a pair that was tried | `a`, `b` (ids), `height`∅, `relative_barrier`∅, `length`∅, `evidence`, `term`∅, `chain_forward`∅, `chain_backward`∅ (lowest raw barriers), `chains_forward`, `chains_backward` (all of them: the spread over replicas and directions), `chain_runs`, `evaluations` |
 //! | `paths.parquet` | an image of an edge's path | `a`, `b`, `image`, `coordinates`, `energy`, `choice`, `term_<name>`∅ (at the highest image only) |
 //!
 //! The folder of a searched surface also holds `stationary.parquet`, a row a minimum or saddle
@@ -69,10 +69,16 @@ pub struct EdgeRow {
     pub evidence: String,
     /// The energy term that dominates the top.
     pub term: Option<String>,
-    /// Raw attraction–diffusion barrier height from a to b.
+    /// Lowest raw attraction–diffusion barrier height from a to b.
     pub chain_forward: Option<f64>,
-    /// Raw attraction–diffusion barrier height from b to a.
+    /// Lowest raw attraction–diffusion barrier height from b to a.
     pub chain_backward: Option<f64>,
+    /// Raw barrier heights of all chains from a to b that arrived.
+    pub chains_forward: Vec<f64>,
+    /// Raw barrier heights of all chains from b to a that arrived.
+    pub chains_backward: Vec<f64>,
+    /// Chains run in both directions, whether they arrived or not.
+    pub chain_runs: u64,
     /// Energy evaluations spent.
     pub evaluations: u64,
 }
@@ -298,6 +304,15 @@ fn edge_columns(edges: &[EdgeRow]) -> Columns {
     columns.optional_texts("term", rows().map(|row| row.term.as_deref()));
     columns.optional_floats("chain_forward", rows().map(|row| row.chain_forward));
     columns.optional_floats("chain_backward", rows().map(|row| row.chain_backward));
+    columns.vectors(
+        "chains_forward",
+        rows().map(|row| row.chains_forward.as_slice()),
+    );
+    columns.vectors(
+        "chains_backward",
+        rows().map(|row| row.chains_backward.as_slice()),
+    );
+    columns.wholes("chain_runs", rows().map(|row| row.chain_runs));
     columns.wholes("evaluations", rows().map(|row| row.evaluations));
     columns
 }
@@ -380,6 +395,9 @@ fn read_edges(path: &Path) -> Result<Vec<EdgeRow>, StoreError> {
     let mut term = table.optional("term", &TEXT)?.into_iter();
     let mut chain_forward = table.optional("chain_forward", &FLOAT)?.into_iter();
     let mut chain_backward = table.optional("chain_backward", &FLOAT)?.into_iter();
+    let mut chains_forward = table.optional("chains_forward", &VECTOR)?.into_iter();
+    let mut chains_backward = table.optional("chains_backward", &VECTOR)?.into_iter();
+    let mut chain_runs = table.optional("chain_runs", &WHOLE)?.into_iter();
     let mut evaluations = table.required("evaluations", &WHOLE)?.into_iter();
     let edge = || {
         Some(EdgeRow {
@@ -392,6 +410,9 @@ fn read_edges(path: &Path) -> Result<Vec<EdgeRow>, StoreError> {
             term: term.next()?,
             chain_forward: chain_forward.next()?,
             chain_backward: chain_backward.next()?,
+            chains_forward: chains_forward.next()?.unwrap_or_default(),
+            chains_backward: chains_backward.next()?.unwrap_or_default(),
+            chain_runs: chain_runs.next()?.unwrap_or_default(),
             evaluations: evaluations.next()?,
         })
     };

@@ -18,7 +18,12 @@ use crate::space::interpolate;
 #[serde(rename_all = "lowercase")]
 pub enum Start {
     /// An attraction–diffusion chain.
-    Chain,
+    Chain {
+        /// Whether it ran from the higher minimum to the lower.
+        backward: bool,
+        /// Its number among those of its try and direction.
+        replica: usize,
+    },
     /// The geodesic between the two minima.
     Straight,
 }
@@ -54,6 +59,10 @@ pub struct Connection {
     pub backward: Vec<Option<f64>>,
     /// Where the path came from.
     pub start: Option<Start>,
+    /// Height of the geodesic between the two minima, roughly relaxed; infinite where it leaves the domain or the energy
+    /// objects to its top.
+    #[serde(with = "bits::number")]
+    pub straight: f64,
     /// What the energy has against the top of the path.
     pub objection: Option<String>,
     /// Every pass met.
@@ -98,6 +107,17 @@ pub struct Effort {
     pub seed: u64,
 }
 
+/// Two minima to be connected.
+#[derive(Debug, Clone, Copy)]
+pub struct Pair<'a> {
+    /// Their numbers, the lower first.
+    pub ids: (MinimumId, MinimumId),
+    /// The minima.
+    pub minima: (&'a Minimum, &'a Minimum),
+    /// How hard to try.
+    pub effort: Effort,
+}
+
 /// Everything a connection needs but the pair.
 #[derive(Debug, Clone, Copy)]
 pub struct Connector<'a> {
@@ -112,48 +132,78 @@ pub struct Connector<'a> {
 }
 
 impl Connector<'_> {
-    /// Connects the minima `ids` = (from, to), from < to.
+    /// Connects a pair.
     ///
     /// Chains run in both directions (with growing force until one arrives, `replicas` times); the best of them and the
     /// straight line are relaxed and the lower path is kept. The outcome depends on the two minima, their numbers, the
     /// settings and the effort only.
-    pub fn connect(
+    pub fn connect(&self, energy: &dyn Energy, kernel: &dyn Kernel, pair: Pair<'_>) -> Connection {
+        let (space, (from, to)) = (energy.space(), pair.minima);
+        let chains = self.chains(
+            energy,
+            kernel,
+            pair,
+            self.chain.replicas << pair.effort.attempt,
+        );
+        let straight = |t| interpolate(space, &from.coordinates, &to.coordinates, t);
+        let mut starts = vec![(Start::Straight, vec![straight(0.0), straight(1.0)])];
+        starts.extend(chains.best.iter().map(Best::start));
+        self.relaxed(energy, pair, chains, &starts)
+    }
+
+    /// Runs `replicas` more chains in either direction; the best of them is relaxed if it came lower than `known`. Else the
+    /// connection has no path.
+    pub fn replicate(
         &self,
         energy: &dyn Energy,
         kernel: &dyn Kernel,
-        ids: (MinimumId, MinimumId),
-        minima: (&Minimum, &Minimum),
-        effort: Effort,
+        pair: Pair<'_>,
+        replicas: usize,
+        known: f64,
     ) -> Connection {
-        let (counted, space) = (Counted::new(energy), energy.space());
+        let chains = self.chains(energy, kernel, pair, replicas);
+        let lower = chains.best.iter().filter(|best| best.barrier < known);
+        let starts: Vec<_> = lower.map(Best::start).collect();
+        self.relaxed(energy, pair, chains, &starts)
+    }
+
+    /// The connection over the lowest of the paths that `starts` relax to.
+    fn relaxed(
+        &self,
+        energy: &dyn Energy,
+        pair: Pair<'_>,
+        chains: Chains,
+        starts: &[(Start, Vec<Vec<f64>>)],
+    ) -> Connection {
+        let (counted, minima) = (Counted::new(energy), pair.minima);
         let mut settings = self.path.clone();
-        let chains = self.chains(energy, kernel, ids, minima, effort);
-        let straight = |t| interpolate(space, &minima.0.coordinates, &minima.1.coordinates, t);
-        let mut starts = vec![vec![straight(0.0), straight(1.0)]];
-        starts.extend(chains.best.iter().map(|path| path.images.clone()));
-        settings.coarse_iterations <<= effort.attempt;
-        settings.iterations <<= effort.attempt;
+        settings.coarse_iterations <<= pair.effort.attempt;
+        settings.iterations <<= pair.effort.attempt;
+        let points: Vec<_> = starts.iter().map(|(_, points)| points.clone()).collect();
         let outcome = relax(
             &counted,
             minima,
-            &starts,
+            &points,
             &settings,
             self.quench,
             self.sameness,
         );
         let mut connection = Connection {
-            from: ids.0,
-            to: ids.1,
+            from: pair.ids.0,
+            to: pair.ids.1,
             edge: Edge {
                 height: f64::INFINITY,
                 evidence: Evidence::None,
                 term: None,
-                length: space.distance(&minima.0.coordinates, &minima.1.coordinates),
+                length: energy
+                    .space()
+                    .distance(&minima.0.coordinates, &minima.1.coordinates),
             },
             path: Path::default(),
             forward: chains.forward,
             backward: chains.backward,
             start: None,
+            straight: f64::INFINITY,
             objection: None,
             crossings: Vec::new(),
             evaluations: 0,
@@ -168,14 +218,15 @@ impl Connector<'_> {
                     Evidence::None
                 },
                 term: rising_term(energy, &outcome.top, minima),
-                length: outcome.path.length(space),
+                length: outcome.path.length(energy.space()),
             };
             connection.path = outcome.path;
-            connection.start = Some(if outcome.start == 0 {
-                Start::Straight
-            } else {
-                Start::Chain
-            });
+            connection.start = Some(starts[outcome.start].0);
+            if let Some(rough) = outcome.first
+                && starts[0].0 == Start::Straight
+            {
+                connection.straight = rough;
+            }
             connection.objection = outcome.objection;
             connection.crossings = outcome.passes.into_iter().map(Crossing::from).collect();
         }
@@ -189,12 +240,15 @@ impl Connector<'_> {
         &self,
         energy: &dyn Energy,
         kernel: &dyn Kernel,
-        ids: (MinimumId, MinimumId),
-        minima: (&Minimum, &Minimum),
-        effort: Effort,
+        Pair {
+            ids,
+            minima,
+            effort,
+        }: Pair<'_>,
+        replicas: usize,
     ) -> Chains {
         let mut evaluations = 0;
-        let mut best: Option<(f64, Path)> = None;
+        let mut best: Option<Best> = None;
         let mut run = |backward: bool, replica: usize| {
             let mut force = self.chain.force;
             for attempt in 0..self.chain.attempts {
@@ -219,14 +273,18 @@ impl Connector<'_> {
                 if found.arrived {
                     if best
                         .as_ref()
-                        .is_none_or(|(height, _)| found.barrier < *height)
+                        .is_none_or(|known| found.barrier < known.barrier)
                     {
                         let path = if backward {
                             found.path.reversed()
                         } else {
                             found.path
                         };
-                        best = Some((found.barrier, path));
+                        best = Some(Best {
+                            barrier: found.barrier,
+                            path,
+                            start: Start::Chain { backward, replica },
+                        });
                     }
                     return Some(found.barrier);
                 }
@@ -234,13 +292,12 @@ impl Connector<'_> {
             }
             None
         };
-        let replicas = self.chain.replicas << effort.attempt;
         let [forward, backward] =
             [false, true].map(|backward| (0..replicas).map(|k| run(backward, k)).collect());
         Chains {
             forward,
             backward,
-            best: best.map(|(_, path)| path),
+            best,
             evaluations,
         }
     }
@@ -251,9 +308,23 @@ impl Connector<'_> {
 struct Chains {
     forward: Vec<Option<f64>>,
     backward: Vec<Option<f64>>,
-    /// The path of the lowest barrier, from the lower minimum.
-    best: Option<Path>,
+    best: Option<Best>,
     evaluations: usize,
+}
+
+/// The chain of the lowest barrier.
+struct Best {
+    barrier: f64,
+    /// Its path, from the lower minimum.
+    path: Path,
+    start: Start,
+}
+
+impl Best {
+    /// What a string starts from.
+    fn start(&self) -> (Start, Vec<Vec<f64>>) {
+        (self.start, self.path.images.clone())
+    }
 }
 
 /// Points kept of each descent from a pass.

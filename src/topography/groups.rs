@@ -102,39 +102,54 @@ impl Groups {
             .collect();
         let mut scan = Vec::new();
         for barrier in grid {
-            let labels = partition(n, &links, barrier, |_| true);
+            let (level, labels) = level(n, &links, barrier);
             let total: f64 = draws
                 .iter()
                 .map(|drawn| {
                     adjusted_rand_index(&labels, &partition(n, &links, barrier, |k| drawn[k]))
                 })
                 .sum();
-            let sizes: Vec<usize> = members(&labels).iter().map(Vec::len).collect();
             scan.push(Level {
-                barrier,
                 stability: total / draws.len().max(1) as f64,
-                groups: sizes.len(),
-                largest: sizes.into_iter().max().unwrap_or(0),
+                ..level
             });
         }
-        let telling = |level: &&Level| level.groups > 1 && level.groups < n;
-        let best = |levels: &mut dyn Iterator<Item = &Level>| {
-            levels.fold(None, |best: Option<Level>, level| match best {
-                Some(known) if known.stability >= level.stability => Some(known),
-                _ => Some(*level),
-            })
-        };
-        let whole = |level: &&Level| 2 * level.largest <= n;
-        let begun = |level: &&Level| 2 * level.groups <= n;
-        let chosen = best(&mut scan.iter().filter(telling).filter(whole).filter(begun))
-            .or_else(|| best(&mut scan.iter().filter(telling).filter(whole)))
-            .or_else(|| best(&mut scan.iter().filter(telling)));
-        let barrier = chosen.map_or(0.0, |level| level.barrier);
+        let barrier = most_stable(&scan, n).map_or(0.0, |level| level.barrier);
         Self {
             scan,
             ..Self::below(network, barrier, settings.worst)
         }
     }
+}
+
+/// The level that joins all `links` (both ends and the relative barrier) up to `barrier`, its stability set to 1, and the
+/// labels of the minima.
+pub(super) fn level(n: usize, links: &[(usize, usize, f64)], barrier: f64) -> (Level, Vec<usize>) {
+    let labels = partition(n, links, barrier, |_| true);
+    let sizes: Vec<usize> = members(&labels).iter().map(Vec::len).collect();
+    let level = Level {
+        barrier,
+        stability: 1.0,
+        groups: sizes.len(),
+        largest: sizes.into_iter().max().unwrap_or(0),
+    };
+    (level, labels)
+}
+
+/// The most stable level of `n` minima that says something, by the rules of [`Groups::stable`].
+pub(super) fn most_stable(scan: &[Level], n: usize) -> Option<Level> {
+    let telling = |level: &&Level| level.groups > 1 && level.groups < n;
+    let best = |levels: &mut dyn Iterator<Item = &Level>| {
+        levels.fold(None, |best: Option<Level>, level| match best {
+            Some(known) if known.stability >= level.stability => Some(known),
+            _ => Some(*level),
+        })
+    };
+    let whole = |level: &&Level| 2 * level.largest <= n;
+    let begun = |level: &&Level| 2 * level.groups <= n;
+    best(&mut scan.iter().filter(telling).filter(whole).filter(begun))
+        .or_else(|| best(&mut scan.iter().filter(telling).filter(whole)))
+        .or_else(|| best(&mut scan.iter().filter(telling)))
 }
 
 /// Usable connections: both ends and the relative barrier.
@@ -184,7 +199,7 @@ fn members(labels: &[usize]) -> Vec<Vec<MinimumId>> {
 }
 
 /// Agreement of two partitions beyond chance: 1 for equal ones, about 0 for unrelated ones.
-fn adjusted_rand_index(a: &[usize], b: &[usize]) -> f64 {
+pub(super) fn adjusted_rand_index(a: &[usize], b: &[usize]) -> f64 {
     let pairs = |count: usize| (count * count.saturating_sub(1)) as f64 / 2.0;
     let same = |labels: &mut Vec<(usize, usize)>| {
         labels.sort_unstable();

@@ -8,13 +8,14 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::adelm::ChainSettings;
-use super::barrier::{Connection, Connector, Effort};
+use super::barrier::{Connection, Connector, Effort, Pair};
 use super::groups::{GroupSettings, Groups};
 use super::journal::{Journal, remember};
 use super::minima::{Sameness, distinct};
 use super::network::{Claim, Edge, Evidence, Minimum, MinimumId, Network};
 use super::pairs::{bridges, candidates, distances};
 use super::path::PathSettings;
+use super::support::{Trial, resample};
 use super::tree::{Tree, decisive};
 use super::{Observer, Phase, Tally};
 use crate::energy::Energy;
@@ -34,6 +35,8 @@ pub struct MapSettings {
     pub join_rounds: usize,
     /// Rounds that try the connections that decide the tree again, if they are worth no more than a chain.
     pub retry_rounds: usize,
+    /// Chains in each direction, at least, of the connections that decide the tree: what the support of merges rests on.
+    pub decisive_replicas: usize,
     /// Chains.
     pub chain: ChainSettings,
     /// Paths.
@@ -44,6 +47,8 @@ pub struct MapSettings {
     pub sameness: Sameness,
     /// Groups.
     pub groups: GroupSettings,
+    /// Resamplings of the chains for the support of merges.
+    pub resamplings: usize,
     /// Seed of all chains.
     pub seed: u64,
 }
@@ -62,6 +67,7 @@ impl MapSettings {
             batch: 64,
             join_rounds: 3,
             retry_rounds: 2,
+            decisive_replicas: 4,
             chain: ChainSettings::for_scales(energy, length),
             path: PathSettings::for_scales(energy, length),
             quench: QuenchSettings::default()
@@ -72,6 +78,7 @@ impl MapSettings {
                 distance: 0.01 * length,
             },
             groups: GroupSettings::default(),
+            resamplings: 200,
             seed: 0,
         }
     }
@@ -140,6 +147,8 @@ pub struct Landscape {
     /// Minima that descents from passes found but the map was not given, lowest first, without members. Add them and map
     /// again for a finer map; merge heights are right without them.
     pub strays: Vec<Minimum>,
+    /// Trees of resampled chains: see [`support`](super::support()). Empty where no pair has two chains in one direction.
+    pub resampled: Vec<Tree>,
     /// Evaluations spent on connections.
     pub evaluations: usize,
 }
@@ -158,13 +167,7 @@ pub fn map(
     journal: &dyn Journal,
     observer: &Observer<'_>,
 ) -> Landscape {
-    minima.sort_by(|a, b| {
-        let coordinates = || a.coordinates.iter().zip(&b.coordinates);
-        a.energy.total_cmp(&b.energy).then_with(|| {
-            let orders = coordinates().map(|(a, b)| a.total_cmp(b));
-            orders.fold(std::cmp::Ordering::Equal, std::cmp::Ordering::then)
-        })
-    });
+    minima.sort_by(by_energy);
     let mut survey = Survey {
         energy,
         kernel,
@@ -175,6 +178,7 @@ pub fn map(
         best: BTreeMap::new(),
         tried: BTreeMap::new(),
         strays: Vec::new(),
+        trials: BTreeMap::new(),
         evaluations: 0,
     };
     let pairs = candidates(&survey.distances, settings.neighbours);
@@ -214,6 +218,7 @@ pub fn map(
         let tally = Tally::new(Phase::Retry, pairs.len(), observer);
         survey.connect(&pairs, &tally);
     }
+    survey.replicate(observer);
     let network = survey.network();
     let (mut strays, _) = distinct(energy, &survey.strays, &settings.sameness, f64::INFINITY);
     for stray in &mut strays {
@@ -221,12 +226,27 @@ pub fn map(
     }
     Landscape {
         strays,
+        resampled: resample(
+            &network,
+            &survey.trials,
+            settings.resamplings,
+            settings.seed,
+        ),
         tree: Tree::from_network(&network, Evidence::Chain),
         groups: Groups::stable(&network, &settings.groups),
         network,
         connections: survey.best.into_values().collect(),
         evaluations: survey.evaluations,
     }
+}
+
+/// The order of minima in a network: by energy, then by coordinates.
+pub(super) fn by_energy(a: &Minimum, b: &Minimum) -> std::cmp::Ordering {
+    a.energy.total_cmp(&b.energy).then_with(|| {
+        let coordinates = a.coordinates.iter().zip(&b.coordinates);
+        let orders = coordinates.map(|(a, b)| a.total_cmp(b));
+        orders.fold(std::cmp::Ordering::Equal, std::cmp::Ordering::then)
+    })
 }
 
 /// A map in the making.
@@ -243,52 +263,100 @@ struct Survey<'a> {
     tried: BTreeMap<(usize, usize), usize>,
     /// Ends of descents that are no minimum known.
     strays: Vec<Quench>,
+    /// Every try of each pair.
+    trials: BTreeMap<(usize, usize), Trial>,
     evaluations: usize,
 }
 
 impl Survey<'_> {
     /// Connects `pairs` in parallel, then takes in the outcomes in their order.
     fn connect(&mut self, pairs: &[(usize, usize)], tally: &Tally<'_>) {
+        let found = self.each(pairs, tally, "pair", &|connector, pair| {
+            connector.connect(self.energy, self.kernel, pair)
+        });
+        for pair in pairs {
+            *self.tried.entry(*pair).or_insert(0) += 1;
+        }
+        self.take_all(found);
+    }
+
+    /// Runs more chains between the pairs that decide the tree. Those chains are relaxed only where they came lower than
+    /// what is known.
+    fn replicate(&mut self, observer: &Observer<'_>) {
+        let network = self.network();
+        let ends = decisive(&network, Evidence::Chain).into_iter();
+        let mut pairs: Vec<(usize, usize)> = ends
+            .filter_map(|edge| network.edge_endpoints(edge))
+            .map(|(a, b)| (a.index().min(b.index()), a.index().max(b.index())))
+            .collect();
+        pairs.retain(|pair| self.missing_replicas(*pair) > 0);
+        if pairs.is_empty() {
+            return;
+        }
+        let tally = Tally::new(Phase::Replicate, pairs.len(), observer);
+        let found = self.each(&pairs, &tally, "replicas", &|connector, pair| {
+            let ends = (pair.ids.0.0, pair.ids.1.0);
+            let known = self.best[&ends].edge.height;
+            let replicas = self.missing_replicas(ends);
+            connector.replicate(self.energy, self.kernel, pair, replicas, known)
+        });
+        self.take_all(found);
+    }
+
+    /// Chains still to be run in each direction of a decisive pair.
+    fn missing_replicas(&self, pair: (usize, usize)) -> usize {
+        let known = self.trials.get(&pair).map_or(0, Trial::replicas);
+        self.settings.decisive_replicas.saturating_sub(known)
+    }
+
+    /// What `work` finds for each of `pairs`, in parallel and remembered as `kind`.
+    fn each(
+        &self,
+        pairs: &[(usize, usize)],
+        tally: &Tally<'_>,
+        kind: &str,
+        work: &(dyn Fn(&Connector<'_>, Pair<'_>) -> Connection + Sync),
+    ) -> Vec<Connection> {
         let connector = Connector {
             chain: &self.settings.chain,
             path: &self.settings.path,
             quench: &self.settings.quench,
             sameness: &self.settings.sameness,
         };
-        let found: Vec<Connection> = pairs
+        let one = |(i, j): &(usize, usize)| {
+            let attempt = self.tried.get(&(*i, *j)).copied().unwrap_or(0);
+            let connection = remember(self.journal, &format!("{kind}/{i}-{j}/{attempt}"), || {
+                let pair = Pair {
+                    ids: (MinimumId(*i), MinimumId(*j)),
+                    minima: (&self.minima[*i], &self.minima[*j]),
+                    effort: Effort {
+                        attempt,
+                        seed: self.settings.seed,
+                    },
+                };
+                work(&connector, pair)
+            });
+            tally.tick();
+            connection
+        };
+        pairs.par_iter().map(one).collect()
+    }
+
+    /// Takes in connections and the passes met on their ways, in order.
+    fn take_all(&mut self, found: Vec<Connection>) {
+        let byways: Vec<Vec<Connection>> = found
             .par_iter()
-            .map(|(i, j)| {
-                let attempt = self.tried.get(&(*i, *j)).copied().unwrap_or(0);
-                let connection = remember(self.journal, &format!("pair/{i}-{j}/{attempt}"), || {
-                    connector.connect(
-                        self.energy,
-                        self.kernel,
-                        (MinimumId(*i), MinimumId(*j)),
-                        (&self.minima[*i], &self.minima[*j]),
-                        Effort {
-                            attempt,
-                            seed: self.settings.seed,
-                        },
-                    )
-                });
-                tally.tick();
-                connection
-            })
+            .map(|connection| self.byways(connection))
             .collect();
-        let byways: Vec<Connection> = found
-            .par_iter()
-            .flat_map_iter(|connection| self.byways(connection))
-            .collect();
-        for connection in found {
-            *self
-                .tried
-                .entry((connection.from.0, connection.to.0))
-                .or_insert(0) += 1;
+        for (connection, byways) in found.into_iter().zip(&byways) {
+            let pair = (connection.from.0, connection.to.0);
+            let trial = self.trials.entry(pair).or_default();
+            trial.add(&connection, byways);
             self.evaluations += connection.evaluations;
             self.collect_strays(&connection);
             self.take(connection);
         }
-        for connection in byways {
+        for connection in byways.into_iter().flatten() {
             self.take(connection);
         }
     }
@@ -333,6 +401,7 @@ impl Survey<'_> {
                 forward: Vec::new(),
                 backward: Vec::new(),
                 start: None,
+                straight: f64::INFINITY,
                 objection,
                 crossings: vec![crossing.clone()],
                 evaluations: 0,

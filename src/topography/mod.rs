@@ -3,6 +3,7 @@
 mod adelm;
 mod audit;
 mod barrier;
+mod diagram;
 mod eigen;
 mod follow;
 mod groups;
@@ -13,13 +14,19 @@ mod network;
 mod pairs;
 mod path;
 mod progress;
+mod rarefaction;
 mod search;
+mod sequential;
+mod support;
 mod text;
 mod tree;
 
 pub use adelm::{Chain, ChainSettings, chain};
 pub use audit::{Audit, AuditSettings, Verdict, audit};
-pub use barrier::{Connection, Connector, Crossing, Effort, Start};
+pub use barrier::{Connection, Connector, Crossing, Effort, Pair, Start};
+pub use diagram::{
+    Diagram, DiagramSettings, ForceLevel, Isotherm, Recommendation, Threshold, diagram, log_grid,
+};
 pub use groups::{GroupSettings, Groups, Level};
 pub use journal::{Journal, MemoryJournal, NoJournal};
 pub use map::{Landscape, MapSettings, map};
@@ -28,8 +35,11 @@ pub use network::{Edge, Evidence, Minimum, MinimumId, Network};
 pub use path::{Pass, Path, PathSettings, SeamSettings};
 use progress::Tally;
 pub use progress::{Observer, Phase, Progress, silent};
+pub use rarefaction::{Rarefaction, Rarefied};
 pub use search::{
     Coverage, Draw, Exploration, Fate, Refused, SearchSettings, TransitionState, explore, in_box,
 };
+pub use sequential::{Sequential, SequentialSettings, sequential};
+pub use support::support;
 pub use text::{graphml, newick};
 pub use tree::{Node, NodeId, Tree, decisive};

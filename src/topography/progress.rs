@@ -20,6 +20,12 @@ pub enum Phase {
     Join,
     /// Trying the connections that decide the tree again.
     Retry,
+    /// Measuring the magnetisation diagram.
+    Diagram,
+    /// Assigning minima to groups one by one.
+    Assign,
+    /// Running more chains between the pairs that decide the tree.
+    Replicate,
 }
 
 /// Tasks done of those of a phase.

@@ -112,6 +112,8 @@ pub(in crate::topography) struct Outcome {
     pub(in crate::topography) passes: Vec<Pass>,
     /// Which start it came from.
     pub(in crate::topography) start: usize,
+    /// Rough height of the first start, unless it leaves the domain or the energy objects to its top.
+    pub(in crate::topography) first: Option<f64>,
 }
 
 impl Outcome {
@@ -161,6 +163,10 @@ pub(in crate::topography) fn relax(
         })
         .collect();
     rough.sort_by(|a, b| (a.1.cmp(&b.1)).then(a.2.path.height().total_cmp(&b.2.path.height())));
+    let first = rough
+        .iter()
+        .find(|(start, blamed, _)| *start == 0 && !blamed)
+        .map(|(_, _, band)| band.path.height());
     let mut best: Option<Outcome> = None;
     let mut passes = Vec::new();
     for (start, blamed, band) in rough {
@@ -192,6 +198,7 @@ pub(in crate::topography) fn relax(
     }
     let mut best = best?;
     best.passes = passes;
+    best.first = first;
     Some(best)
 }
 
@@ -405,6 +412,7 @@ impl Relaxation<'_> {
             objection,
             passes,
             start: 0,
+            first: None,
         }
     }
 }

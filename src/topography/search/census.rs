@@ -12,6 +12,7 @@ use crate::topography::eigen::Piece;
 use crate::topography::minima::Sameness;
 use crate::topography::network::{Minimum, MinimumId};
 use crate::topography::path::{Path, near};
+use crate::topography::rarefaction::unseen;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -51,8 +52,8 @@ pub struct Coverage {
     /// Good and Turing's estimate of the chance that the next search that ends at a saddle ends at a new one:
     /// once / arrived.
     pub chance_of_news: f64,
-    /// Chao's estimate (a lower bound) of the number of saddles these searches could still meet:
-    /// once (once − 1) / (2 (twice + 1)).
+    /// Chao's estimate (a lower bound) of the number of saddles these searches could still meet, as in
+    /// [`Rarefaction`](crate::topography::Rarefaction).
     pub unseen: f64,
 }
 
@@ -319,7 +320,7 @@ impl Census {
             once,
             twice,
             chance_of_news: once as f64 / arrived.max(1) as f64,
-            unseen: (once * once.saturating_sub(1)) as f64 / (2 * (twice + 1)) as f64,
+            unseen: unseen(arrived, once, twice),
         };
         let mut saddles: Vec<Option<Found>> = self.saddles.into_iter().map(Some).collect();
         let by_energy = self.by_energy[1].0.iter();

@@ -51,6 +51,7 @@ impl Exploration {
                 forward: Vec::new(),
                 backward: Vec::new(),
                 start: None,
+                straight: f64::INFINITY,
                 objection: energy.objection(&lowest.coordinates),
                 crossings: saddles.into_iter().map(Crossing::from).collect(),
                 evaluations: 0,
@@ -62,6 +63,7 @@ impl Exploration {
             network,
             connections,
             strays: Vec::new(),
+            resampled: Vec::new(),
             evaluations: self.evaluations,
         }
     }

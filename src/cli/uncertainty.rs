@@ -1,0 +1,179 @@
+//! What is said of uncertainty: support of merges, spread of chains, groups still unseen.
+
+use serde::Serialize;
+
+use super::landscape::median;
+use crate::figure::rarefaction_chart;
+use crate::store::AtomicFolder;
+use crate::topography::{Evidence, Landscape, Rarefaction, support};
+
+/// Points of a rarefaction curve up to the sample at hand.
+const POINTS: usize = 50;
+
+/// A merge of the tree, as the manifest lists it.
+#[derive(Debug, Serialize)]
+pub(super) struct MergeRow {
+    height: f64,
+    /// Minima below it.
+    minima: usize,
+    /// The lowest of each branch.
+    lowest: Vec<usize>,
+    evidence: Evidence,
+    /// Share of the resamplings in which the same minima are joined before any other joins them.
+    support: Option<f64>,
+}
+
+/// The merges by rising height.
+pub(super) fn merges(landscape: &Landscape) -> Vec<MergeRow> {
+    let tree = &landscape.tree;
+    let support = support(tree, &landscape.resampled);
+    // Lowest minimum and number of minima below each node; minima are numbered by energy.
+    let mut below: Vec<(usize, usize)> = Vec::with_capacity(tree.nodes.len());
+    let mut rows = Vec::new();
+    for (id, node) in tree.nodes.iter().enumerate() {
+        let children = || node.children.iter().map(|child| below[child.0]);
+        let here = (
+            children().map(|(lowest, _)| lowest).min().unwrap_or(id),
+            children().map(|(_, minima)| minima).sum::<usize>().max(1),
+        );
+        if !node.children.is_empty() {
+            rows.push(MergeRow {
+                height: node.energy,
+                minima: here.1,
+                lowest: children().map(|(lowest, _)| lowest).collect(),
+                evidence: node.evidence,
+                support: support[id],
+            });
+        }
+        below.push(here);
+    }
+    rows
+}
+
+/// How far raw barriers scatter.
+#[derive(Debug, Serialize)]
+pub(super) struct Spread {
+    /// Chains run.
+    runs: usize,
+    /// Those that arrived.
+    arrived: usize,
+    /// Pairs and directions with at least two arrivals.
+    replicated: usize,
+    /// Median over them of the highest less the lowest barrier.
+    median_range_of_replicas: Option<f64>,
+    /// Median over pairs reached both ways of the difference between the lowest barriers of the two directions.
+    median_gap_of_directions: Option<f64>,
+    /// Median over pairs with a path of the lowest raw barrier less the height found.
+    median_excess: Option<f64>,
+    resamplings: usize,
+}
+
+pub(super) fn spread(landscape: &Landscape) -> Spread {
+    let (mut runs, mut arrived) = (0, 0);
+    let (mut ranges, mut gaps, mut excesses) = (Vec::new(), Vec::new(), Vec::new());
+    for connection in &landscape.connections {
+        let sides = [&connection.forward, &connection.backward].map(|chains| {
+            runs += chains.len();
+            let barriers: Vec<f64> = chains.iter().flatten().copied().collect();
+            arrived += barriers.len();
+            let least = barriers.iter().copied().reduce(f64::min);
+            let most = barriers.iter().copied().reduce(f64::max);
+            let side = least.zip(most);
+            ranges.extend(
+                side.filter(|_| barriers.len() > 1)
+                    .map(|(least, most)| most - least),
+            );
+            least
+        });
+        let least = sides.iter().flatten().copied().reduce(f64::min);
+        gaps.extend(sides[0].zip(sides[1]).map(|(a, b)| (a - b).abs()));
+        let height = Some(connection.edge.height).filter(|height| height.is_finite());
+        excesses.extend(least.zip(height).map(|(raw, height)| raw - height));
+    }
+    Spread {
+        runs,
+        arrived,
+        replicated: ranges.len(),
+        median_range_of_replicas: median(ranges),
+        median_gap_of_directions: median(gaps),
+        median_excess: median(excesses),
+        resamplings: landscape.resampled.len(),
+    }
+}
+
+/// Lines of the summary about merges and chains.
+pub(super) fn lines(landscape: &Landscape) -> Vec<String> {
+    let mut lines = Vec::new();
+    let supports: Vec<f64> = merges(landscape)
+        .iter()
+        .filter_map(|merge| merge.support)
+        .collect();
+    if !supports.is_empty() {
+        let sure = supports.iter().filter(|share| **share >= 0.95).count();
+        let doubtful = supports.iter().filter(|share| **share < 0.7).count();
+        lines.push(format!(
+            "- support of merges ({} resamplings of the chains): {sure} of {} at least 95 %, {doubtful} below 70 %",
+            landscape.resampled.len(),
+            supports.len()
+        ));
+    }
+    let spread = spread(landscape);
+    let number = |value: Option<f64>| value.map_or("–".to_owned(), |value| format!("{value:.3}"));
+    if spread.runs > 0 {
+        lines.push(format!(
+            "- raw chains: {} of {} arrived; in the median replicas differ by {}, directions by {}, and the lowest lies {} above \
+             the height found",
+            spread.arrived,
+            spread.runs,
+            number(spread.median_range_of_replicas),
+            number(spread.median_gap_of_directions),
+            number(spread.median_excess)
+        ));
+    }
+    lines
+}
+
+/// Rarefaction of groups and of minima over the inputs.
+pub(super) struct Unseen {
+    pub(super) groups: Rarefaction,
+    pub(super) minima: Rarefaction,
+}
+
+impl Unseen {
+    pub(super) fn of(landscape: &Landscape) -> Self {
+        let sizes: Vec<usize> = (landscape.network.node_weights())
+            .map(|minimum| minimum.members.len())
+            .collect();
+        let groups = landscape.groups.members.iter();
+        let groups: Vec<usize> = groups
+            .map(|members| members.iter().map(|id| sizes[id.0]).sum())
+            .collect();
+        Self {
+            groups: Rarefaction::new(&groups, POINTS),
+            minima: Rarefaction::new(&sizes, POINTS),
+        }
+    }
+
+    /// A line of the summary.
+    pub(super) fn line(&self) -> String {
+        let [low, high] = self.groups.unseen_interval;
+        format!(
+            "- groups still unseen: about {:.0} (Chao1, a lower bound; 95 % interval {low:.0} to {high:.0}); one more grasp falls \
+             into a known group with a chance of {:.0} %, into a known minimum with {:.0} % (Good and Turing). This takes the \
+             grasps for independent draws: grasps chosen to be spread make it too pessimistic",
+            self.groups.unseen,
+            100.0 * self.groups.coverage,
+            100.0 * self.minima.coverage
+        )
+    }
+
+    /// `rarefaction.svg` and `.png`.
+    pub(super) fn draw(&self, title: &str, folder: &AtomicFolder) -> anyhow::Result<()> {
+        let curves = [("groups", &self.groups), ("minima", &self.minima)];
+        let canvas = rarefaction_chart(title, "grasps", &curves).draw()?;
+        for ending in ["svg", "png"] {
+            canvas.save(&folder.path().join(format!("rarefaction.{ending}")))?;
+        }
+        Ok(())
+    }
+}

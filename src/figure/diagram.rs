@@ -1,0 +1,104 @@
+//! The magnetisation diagram: thresholds, groups and stability against temperature and force.
+
+use super::chart::{Axis, BandPoint, Chart, Mark, Panel, Series};
+use super::theme::{INK, sequential, series};
+use crate::topography::{Diagram, Isotherm, Threshold};
+
+/// Three panels: between which forces chains become certain to arrive (median over pairs and directions, with quartiles), how
+/// many groups they make, and how alike the replicas' groups are. `unit` is that of the force.
+pub fn diagram_chart(title: &str, unit: &str, diagram: &Diagram) -> Chart {
+    let force = if unit.is_empty() {
+        "force F = αT".to_owned()
+    } else {
+        format!("force F = αT ({unit})")
+    };
+    let rows = &diagram.isotherms;
+    let level = |value: fn(&crate::topography::ForceLevel) -> f64| -> Vec<Series> {
+        let isotherm = |(k, row): (usize, &Isotherm)| {
+            let points: Vec<[f64; 2]> = (row.levels.iter())
+                .map(|level| [level.force, value(level)])
+                .collect();
+            let colour = sequential(0.9 * k as f64 / rows.len().max(2) as f64);
+            Series::line(points)
+                .named(&format!("T = {}", super::number(row.temperature)))
+                .coloured(colour)
+        };
+        let mut marks: Vec<Series> = rows.iter().enumerate().map(isotherm).collect();
+        marks.extend(diagram.recommended.iter().map(|best| {
+            let rule = Series::new(Mark::Vertical(best.force));
+            rule.dashed().coloured(INK)
+        }));
+        marks
+    };
+    let axis = || Axis::logarithmic(&force);
+    let panels = vec![
+        thresholds(&force, diagram),
+        Panel::new(
+            "groups of the sample",
+            axis(),
+            Axis::linear("groups"),
+            level(|level| level.groups),
+        ),
+        Panel::new(
+            "agreement of replicas",
+            axis(),
+            Axis::linear("adjusted Rand index").with_range(0.0, 1.05),
+            level(|level| level.stability),
+        ),
+    ];
+    Chart {
+        legend_below: true,
+        ..Chart::new(title, panels)
+    }
+}
+
+/// A force of a threshold.
+type Value = fn(&Threshold) -> Option<f64>;
+
+fn thresholds(force: &str, diagram: &Diagram) -> Panel {
+    let mut marks = Vec::new();
+    let kinds: [(&str, Value); 2] = [
+        ("first chain arrives", |threshold| threshold.first),
+        ("all chains arrive", |threshold| threshold.always),
+    ];
+    for (k, (name, value)) in kinds.into_iter().enumerate() {
+        // A threshold beyond the grid is not known, but it is higher than all others.
+        let quartile = |row: &Isotherm, quarters: usize| {
+            let mut values: Vec<f64> = (row.thresholds.iter())
+                .map(|threshold| value(threshold).unwrap_or(f64::INFINITY))
+                .collect();
+            values.sort_by(f64::total_cmp);
+            let place = quarters * values.len().saturating_sub(1) / 4;
+            values.get(place).copied().filter(|value| value.is_finite())
+        };
+        let band = diagram.isotherms.iter().filter_map(|row| {
+            let (lower, upper) = quartile(row, 1).zip(quartile(row, 3))?;
+            Some(BandPoint {
+                x: row.temperature,
+                lower,
+                upper,
+            })
+        });
+        let line: Vec<[f64; 2]> = (diagram.isotherms.iter())
+            .filter_map(|row| quartile(row, 2).map(|force| [row.temperature, force]))
+            .collect();
+        let colour = series(k);
+        marks.push(Series::band(band.collect()).coloured(colour));
+        marks.push(Series::line(line.clone()).named(name).coloured(colour));
+        marks.push(Series::points(line).coloured(colour));
+    }
+    if let Some(best) = &diagram.recommended {
+        let place = vec![[best.temperature, best.force]];
+        let mark = Mark::Points {
+            points: place,
+            radius: 12.0,
+        };
+        marks.push(Series::new(mark).named("recommended").coloured(INK));
+    }
+    Panel::new(
+        "where chains get through",
+        Axis::logarithmic("temperature T"),
+        Axis::logarithmic(force),
+        marks,
+    )
+}

@@ -1,0 +1,77 @@
+//! Rarefaction curves: groups found against members used.
+
+use super::chart::{Axis, BandPoint, Chart, Corner, Mark, Panel, Series};
+use super::theme::series;
+use crate::topography::{Rarefaction, Rarefied};
+
+/// Standard deviations of a 95 % band.
+const BAND: f64 = 1.96;
+
+/// Curves of several ways to group the same members, named, with 95 % bands; dashed beyond the members at hand, whose number
+/// a rule marks. `members` names what is drawn, plural.
+pub fn rarefaction_chart(title: &str, members: &str, curves: &[(&str, &Rarefaction)]) -> Chart {
+    let mut marks = Vec::new();
+    if let Some((_, first)) = curves.first() {
+        marks.push(Series::new(Mark::Vertical(first.members as f64)));
+    }
+    for (number, (name, found)) in curves.iter().enumerate() {
+        let colour = series(number);
+        let (inside, mut beyond): (Vec<&Rarefied>, Vec<&Rarefied>) =
+            (found.curve.iter()).partition(|point| point.deviation.is_some());
+        beyond.splice(0..0, inside.last().copied());
+        let line = |points: &[&Rarefied]| {
+            let places = points.iter();
+            places
+                .map(|point| [point.members as f64, point.groups])
+                .collect::<Vec<_>>()
+        };
+        let band = inside.iter().map(|point| {
+            let half = BAND * point.deviation.unwrap_or(0.0);
+            BandPoint {
+                x: point.members as f64,
+                lower: (point.groups - half).max(0.0),
+                upper: (point.groups + half).min(point.members as f64),
+            }
+        });
+        marks.push(Series::band(band.collect()).coloured(colour));
+        marks.push(Series::line(line(&inside)).named(name).coloured(colour));
+        marks.push(Series::line(line(&beyond)).coloured(colour).dashed());
+    }
+    let panel = Panel {
+        legend: Some(Corner::UpperLeft),
+        ..Panel::new(
+            title,
+            Axis::linear(&format!("{members} used")),
+            Axis::linear("expected number found"),
+            marks,
+        )
+    };
+    Chart::new("", vec![panel])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{assert_legible, gallery};
+    use super::*;
+
+    #[test]
+    fn two_curves() {
+        let sizes: Vec<usize> = (1..60).map(|k| 90 / (k * k) + 1).collect();
+        let groups = Rarefaction::new(&sizes, 60);
+        let minima = Rarefaction::new(&vec![1; groups.members], 60);
+        let curves = [("groups", &groups), ("minima", &minima)];
+        let canvas = rarefaction_chart("200 grasps", "grasps", &curves)
+            .draw()
+            .unwrap();
+        assert_legible(&canvas);
+        gallery(&canvas, "rarefaction");
+        let texts = canvas.texts();
+        for expected in ["groups", "minima", "grasps used"] {
+            assert!(texts.iter().any(|(text, _)| *text == expected));
+        }
+        // Nothing to show is no mistake.
+        let empty = Rarefaction::new(&[], 60);
+        let canvas = rarefaction_chart("", "grasps", &[("groups", &empty)]).draw();
+        assert!(canvas.is_ok());
+    }
+}

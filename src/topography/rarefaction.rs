@@ -1,0 +1,276 @@
+//! Rarefaction: how many groups a smaller sample would have shown, and how many are still unseen.
+//!
+//! K. L. Heck, G. van Belle and D. Simberloff, Ecology 56, 1459 (1975); A. Chao, Scand. J. Stat. 11, 265 (1984);
+//! R. K. Colwell et al., J. Plant Ecol. 5, 3 (2012), below "C12"; A. Chao and L. Jost, Ecology 93, 2533 (2012).
+
+use serde::{Deserialize, Serialize};
+
+/// Standard deviations of a 95 % interval.
+const QUANTILE: f64 = 1.959_963_984_540_054;
+
+/// What a sample of so many members would hold.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Rarefied {
+    /// Size of the sample.
+    pub members: usize,
+    /// Expected number of groups in it.
+    pub groups: f64,
+    /// Its standard deviation; `None` beyond the sample at hand.
+    pub deviation: Option<f64>,
+}
+
+/// How complete a list of groups is, judged from how many members each has.
+///
+/// It holds for members drawn independently from one law. Where they were chosen to be unlike, singletons are too many, and
+/// the number unseen is overestimated.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Rarefaction {
+    /// Members N of all groups.
+    pub members: usize,
+    /// Groups found, S.
+    pub groups: usize,
+    /// Groups with one member, f₁.
+    pub once: usize,
+    /// Groups with two, f₂.
+    pub twice: usize,
+    /// Chao's estimate of the number of groups unseen, a lower bound, in its bias-corrected form:
+    /// (N − 1)/N · f₁ (f₁ − 1)/(2 (f₂ + 1)).
+    pub unseen: f64,
+    /// Its 95 % interval.
+    pub unseen_interval: [f64; 2],
+    /// Estimated chance that one more member falls into a group already found (sample coverage, Chao and Jost's Eq. 4a):
+    /// 1 − f₁/N · (N − 1) f₁/((N − 1) f₁ + 2 f₂).
+    pub coverage: f64,
+    /// Expected groups at sample sizes up to N, then beyond.
+    pub curve: Vec<Rarefied>,
+}
+
+/// The bias-corrected estimate "Chao1" of the number of kinds unseen in a sample of `members`, `once` of whose kinds were
+/// met once and `twice` twice: (N − 1)/N · f₁ (f₁ − 1)/(2 (f₂ + 1)).
+pub(super) fn unseen(members: usize, once: usize, twice: usize) -> f64 {
+    let share = members.saturating_sub(1) as f64 / members.max(1) as f64;
+    share * (once * once.saturating_sub(1)) as f64 / (2 * (twice + 1)) as f64
+}
+
+impl Rarefaction {
+    /// Of groups with these many members; the curve has about `points` points up to N, and half as many from there to 2 N.
+    ///
+    /// ```text
+    /// E[S_n] = Σ_i (1 − α_i),  α_i = C(N − N_i, n)/C(N, n)                    (Heck et al., Eq. 2)
+    /// Var S_n = Σ_i (1 − α_i)² − E[S_n]²/(S + f̂₀)                            (C12, Eq. 5)
+    /// S_{N+m} = S + f̂₀ (1 − (1 − f₁/(N f̂₀))^m)                               (C12, Eq. 9)
+    /// ```
+    ///
+    /// f̂₀: the number unseen. Groups without members are not counted.
+    pub fn new(sizes: &[usize], points: usize) -> Self {
+        let sizes: Vec<usize> = sizes.iter().copied().filter(|size| *size > 0).collect();
+        let members: usize = sizes.iter().sum();
+        let count = |size: usize| sizes.iter().filter(|other| **other == size).count();
+        let (once, twice) = (count(1), count(2));
+        let unseen = unseen(members, once, twice);
+        let (f1, f2, n) = (once as f64, twice as f64, members as f64);
+        let missing = if once == 0 {
+            0.0
+        } else {
+            // A lone member has no f₂ beside it, and its next of kin are all unseen.
+            let weight = (n - 1.0) * f1;
+            let share = if weight + 2.0 * f2 > 0.0 {
+                weight / (weight + 2.0 * f2)
+            } else {
+                1.0
+            };
+            f1 / n * share
+        };
+        let mut found = Self {
+            members,
+            groups: sizes.len(),
+            once,
+            twice,
+            unseen,
+            unseen_interval: [0.0; 2],
+            coverage: 1.0 - missing,
+            curve: Vec::new(),
+        };
+        found.unseen_interval = found.interval(&sizes);
+        found.curve = found.curve(&sizes, points.max(2));
+        found
+    }
+
+    /// The 95 % interval of the number unseen: that of a log-normal law of f̂₀ with the variance of the estimate (A. Chao,
+    /// Biometrics 43, 783 (1987), Eq. 13; variances: R. K. Colwell, `EstimateS` 9.1 User's Guide, Appendix B, Eqs. 6 and 7).
+    /// Where the estimate is 0, of S/(1 − P) with P = `Σ exp(−N_i)/S` (ibid., Eqs. 8 and 14).
+    fn interval(&self, sizes: &[usize]) -> [f64; 2] {
+        let (f1, f2) = (self.once as f64, self.twice as f64);
+        let (n, found) = (self.members as f64, self.groups as f64);
+        if self.groups == 0 {
+            return [0.0; 2];
+        }
+        let share = (n - 1.0) / n;
+        if self.unseen > 0.0 {
+            let variance = if self.twice > 0 {
+                let more = f2 + 1.0;
+                self.unseen
+                    + share * share * f1 * (2.0 * f1 - 1.0).powi(2) / (4.0 * more * more)
+                    + share * share * f1 * f1 * f2 * (f1 - 1.0).powi(2) / (4.0 * more.powi(4))
+            } else {
+                self.unseen + share * share * f1 * (2.0 * f1 - 1.0).powi(2) / 4.0
+                    - share * share * f1.powi(4) / (4.0 * (found + self.unseen))
+            };
+            let spread = (variance.max(0.0) / (self.unseen * self.unseen)).ln_1p();
+            let factor = (QUANTILE * spread.sqrt()).exp();
+            return [self.unseen / factor, self.unseen * factor];
+        }
+        let missed = |size: &usize| (-(*size as f64)).exp();
+        let (mut once, mut twice, mut mean) = (0.0, 0.0, 0.0);
+        for size in sizes {
+            once += missed(size);
+            twice += missed(size).powi(2);
+            mean += *size as f64 * missed(size);
+        }
+        let kept = 1.0 - once / found;
+        let deviation = (once - twice - mean * mean / n).max(0.0).sqrt();
+        let (middle, half) = (found / kept - found, QUANTILE * deviation / kept);
+        [(middle - half).max(0.0), middle + half]
+    }
+
+    fn curve(&self, sizes: &[usize], points: usize) -> Vec<Rarefied> {
+        let (total, n) = (self.members, self.members as f64);
+        // Groups of one size share their α.
+        let mut kinds: Vec<(usize, f64, f64)> = Vec::new();
+        let mut sorted = sizes.to_vec();
+        sorted.sort_unstable();
+        for chunk in sorted.chunk_by(|a, b| a == b) {
+            kinds.push((chunk[0], chunk.len() as f64, 1.0));
+        }
+        let step = total.div_ceil(points).max(1);
+        let mut curve = Vec::new();
+        for drawn in 0..=total {
+            if drawn % step == 0 || drawn == total {
+                let share = |power| {
+                    let kinds = kinds.iter();
+                    kinds
+                        .map(|(_, count, missed)| count * (1.0 - missed).powi(power))
+                        .sum::<f64>()
+                };
+                let groups = share(1);
+                let spread = if self.groups == 0 {
+                    0.0
+                } else {
+                    share(2) - groups * groups / (self.groups as f64 + self.unseen)
+                };
+                curve.push(Rarefied {
+                    members: drawn,
+                    groups,
+                    deviation: Some(spread.max(0.0).sqrt()),
+                });
+            }
+            // α(n + 1) = α(n) (N − N_i − n)/(N − n).
+            for (size, _, missed) in &mut kinds {
+                let left = total.saturating_sub(*size + drawn);
+                *missed *= left as f64 / (total - drawn).max(1) as f64;
+            }
+        }
+        for more in (1..=total).filter(|more| more % (2 * step) == 0 || *more == total) {
+            let chance = if self.unseen > 0.0 {
+                (self.once as f64 / (n * self.unseen)).min(1.0)
+            } else {
+                0.0
+            };
+            let news = self.unseen * (1.0 - (1.0 - chance).powf(more as f64));
+            curve.push(Rarefied {
+                members: total + more,
+                groups: self.groups as f64 + news,
+                deviation: None,
+            });
+        }
+        curve
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(found: &Rarefaction, members: usize) -> Rarefied {
+        let point = found.curve.iter().find(|point| point.members == members);
+        *point.unwrap()
+    }
+
+    #[test]
+    fn small_sample_by_hand() {
+        // Groups of 3, 2, 1, 1, 1: N = 8, S = 5, f₁ = 3, f₂ = 1.
+        let found = Rarefaction::new(&[3, 1, 2, 1, 0, 1], 8);
+        assert_eq!(
+            (found.members, found.groups, found.once, found.twice),
+            (8, 5, 3, 1)
+        );
+        // 7/8 · 3 · 2/(2 · 2).
+        assert!((found.unseen - 1.3125).abs() < 1e-12);
+        // 1 − 3/8 · 21/23.
+        assert!((found.coverage - (1.0 - 63.0 / 184.0)).abs() < 1e-12);
+        // Two of eight: C(5,2)/C(8,2) = 10/28 miss the group of three, 15/28 that of two, 21/28 each of the others.
+        let two = at(&found, 2);
+        assert!((two.groups - (18.0 + 13.0 + 3.0 * 7.0) / 28.0).abs() < 1e-12);
+        let squares = (18.0 * 18.0 + 13.0 * 13.0 + 3.0 * 49.0) / 784.0;
+        let variance: f64 = squares - two.groups * two.groups / 6.3125;
+        assert!((two.deviation.unwrap() - variance.sqrt()).abs() < 1e-12);
+        assert!((at(&found, 1).groups - 1.0).abs() < 1e-12);
+        assert!(at(&found, 0).groups.abs() < 1e-12);
+        assert!((at(&found, 8).groups - 5.0).abs() < 1e-12);
+        // Two more: 1.3125 (1 − (1 − 3/10.5)²).
+        let beyond = 5.0 + 1.3125 * (1.0 - (7.5_f64 / 10.5).powi(2));
+        assert!((at(&found, 10).groups - beyond).abs() < 1e-12);
+        // Variance 1.3125 + 49/64 · (3 · 25/16 + 9 · 1 · 4/64) = 5.332031…, then the log-normal interval.
+        let variance = 1.3125 + 49.0 / 64.0 * (75.0 / 16.0 + 36.0 / 64.0);
+        let factor = (1.959963985 * (1.0_f64 + variance / 1.3125_f64.powi(2)).ln().sqrt()).exp();
+        assert!((found.unseen_interval[0] - 1.3125 / factor).abs() < 1e-6);
+        assert!((found.unseen_interval[1] - 1.3125 * factor).abs() < 1e-6);
+    }
+
+    #[test]
+    fn no_twins() {
+        // Four singletons: 3/4 · 4 · 3/2 = 4.5 unseen; variance 4.5 + 9/16 · (4 · 49/4 − 256/(4 · 8.5)).
+        let found = Rarefaction::new(&[1; 4], 4);
+        assert!((found.unseen - 4.5).abs() < 1e-12);
+        assert!(found.coverage.abs() < 1e-12);
+        let variance = 4.5 + 9.0 / 16.0 * (49.0 - 64.0 / 8.5);
+        let factor = (1.959963985 * (1.0_f64 + variance / 20.25).ln().sqrt()).exp();
+        assert!((found.unseen_interval[1] - 4.5 * factor).abs() < 1e-5);
+        // Every draw is a new group.
+        assert!((at(&found, 3).groups - 3.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn nothing_unseen_where_all_were_met_often() {
+        let found = Rarefaction::new(&[20, 31, 12], 16);
+        assert!(found.unseen.abs() < 1e-12);
+        assert!((found.coverage - 1.0).abs() < 1e-12);
+        assert!(found.unseen_interval[1] < 0.01);
+        let last = found.curve.last().unwrap();
+        assert_eq!(last.members, 126);
+        assert!((last.groups - 3.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn curves_rise_and_bend_down() {
+        let sizes: Vec<usize> = (1..40).map(|k| 60 / (k * k) + 1).collect();
+        let found = Rarefaction::new(&sizes, 1000);
+        for three in found.curve.windows(3) {
+            let [a, b, c] = [three[0].groups, three[1].groups, three[2].groups];
+            assert!(b >= a - 1e-9);
+            // The step doubles beyond the sample.
+            let even = three[1].members - three[0].members == three[2].members - three[1].members;
+            assert!(!even || c - b <= b - a + 1e-9);
+        }
+    }
+
+    #[test]
+    fn empty_and_single() {
+        let empty = Rarefaction::new(&[], 10);
+        assert_eq!((empty.members, empty.groups), (0, 0));
+        assert!(empty.unseen.abs() < 1e-12);
+        let lone = Rarefaction::new(&[1], 10);
+        assert!(lone.unseen.abs() < 1e-12 && lone.coverage.abs() < 1e-12);
+        assert!(lone.unseen_interval.iter().all(|value| value.is_finite()));
+    }
+}

@@ -1,0 +1,392 @@
+//! Sequential ADELM as published: minima are assigned one by one, in order of arrival.
+//!
+//! M. Hill, E. Nijkamp and S.-C. Zhu, *Building a telescope to look into high-dimensional image spaces*, Quarterly of
+//! Applied Mathematics 77, 269 (2019), arXiv:1803.01043.
+
+use std::collections::BTreeMap;
+
+use petgraph::graph::NodeIndex;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::adelm::{Chain, ChainSettings, chain};
+use super::barrier::{Connection, Start};
+use super::groups::Groups;
+use super::journal::{Journal, bits, remember};
+use super::map::{Landscape, by_energy};
+use super::minima::Sameness;
+use super::network::{Edge, Evidence, Minimum, MinimumId, Network};
+use super::path::Path;
+use super::tree::Tree;
+use super::{Observer, Phase, Tally};
+use crate::energy::Energy;
+use crate::optimize::QuenchSettings;
+use crate::sample::{Kernel, Task, stream};
+
+/// Settings of [`sequential`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SequentialSettings {
+    /// Chains. Assignment uses the one temperature and force given here: they are the zoom of the map. Barriers between
+    /// representatives use `attempts` forces, each `escalation` times the one before, `replicas` chains each.
+    pub chain: ChainSettings,
+    /// Descents at the ends of chains.
+    pub quench: QuenchSettings,
+    /// When two minima are one.
+    pub sameness: Sameness,
+    /// Seed of all chains.
+    pub seed: u64,
+}
+
+impl Default for SequentialSettings {
+    fn default() -> Self {
+        Self::for_scales(1.0, 1.0)
+    }
+}
+
+impl SequentialSettings {
+    /// Settings for a surface whose typical barrier is `energy` high and `length` wide.
+    pub fn for_scales(energy: f64, length: f64) -> Self {
+        Self {
+            chain: ChainSettings::for_scales(energy, length),
+            quench: QuenchSettings::default()
+                .with_max_step(0.05 * length)
+                .with_gradient_tolerance(1e-7 * energy / length),
+            sameness: Sameness {
+                energy: 1e-6 * energy,
+                distance: 0.01 * length,
+            },
+            seed: 0,
+        }
+    }
+}
+
+/// The outcome of [`sequential`].
+#[derive(Debug, Clone)]
+pub struct Sequential {
+    /// Minima by rising energy. Edges are those the method rests on: each minimum to the representative it was assigned to
+    /// (as it was then), and representatives to each other. All are raw chains ([`Evidence::Chain`]).
+    pub landscape: Landscape,
+    /// Lowest member of each group, in the order of `landscape.groups`.
+    pub representatives: Vec<MinimumId>,
+    /// Minima in their order of arrival.
+    pub arrivals: Vec<MinimumId>,
+}
+
+/// Maps `minima`, given in order of arrival, by sequential ADELM.
+///
+/// *Burn-in.* Every new minimum sends one chain to the representative of each group, and each of them sends one back. The
+/// minimum joins the group with the lowest barrier among those so reached, and becomes its representative if it lies lower;
+/// where nothing arrives it founds a group of its own. *Tree stage.* Every pair of representatives is joined by the lowest
+/// barrier of all chains of a schedule of forces, in both directions.
+///
+/// The groups depend on the order of arrival, on T and F, and on the seed, and barriers are upper bounds of what chains met:
+/// [`map`](super::map()) has none of these properties and is the better tool. This is for comparison with published maps.
+/// 2 L chains are run for each minimum, for L groups, and L (L − 1) times the schedule in the end.
+pub fn sequential(
+    energy: &dyn Energy,
+    kernel: &dyn Kernel,
+    minima: &[Minimum],
+    settings: &SequentialSettings,
+    journal: &dyn Journal,
+    observer: &Observer<'_>,
+) -> Sequential {
+    let run = Run {
+        energy,
+        kernel,
+        minima,
+        settings,
+        journal,
+    };
+    let mut known: BTreeMap<(usize, usize), Contact> = BTreeMap::new();
+    let mut evaluations = 0;
+    // Representative and members of each group.
+    let mut groups: Vec<(usize, Vec<usize>)> = Vec::new();
+    let tally = Tally::new(Phase::Assign, minima.len(), observer);
+    for new in 0..minima.len() {
+        let contacts: Vec<Contact> = groups
+            .par_iter()
+            .map(|(representative, _)| run.contact(Stage::BurnIn, (*representative, new)))
+            .collect();
+        evaluations += contacts
+            .iter()
+            .map(|found| found.evaluations)
+            .sum::<usize>();
+        let reached = contacts
+            .iter()
+            .enumerate()
+            .filter(|(_, found)| found.reached());
+        // The first of equal barriers: the older group.
+        let nearest = reached.min_by(|a, b| a.1.barrier.total_cmp(&b.1.barrier));
+        if let Some((group, contact)) = nearest {
+            let (representative, members) = &mut groups[group];
+            known.insert((*representative, new), contact.clone());
+            members.push(new);
+            if minima[new].energy < minima[*representative].energy {
+                *representative = new;
+            }
+        } else {
+            groups.push((new, vec![new]));
+        }
+        tally.tick();
+    }
+    let representatives: Vec<usize> = groups
+        .iter()
+        .map(|(representative, _)| *representative)
+        .collect();
+    let pairs: Vec<(usize, usize)> = (0..representatives.len())
+        .flat_map(|j| (0..j).map(move |i| (i, j)))
+        .map(|(i, j)| (representatives[i], representatives[j]))
+        .collect();
+    let tally = Tally::new(Phase::Connect, pairs.len(), observer);
+    let contacts: Vec<Contact> = pairs
+        .par_iter()
+        .map(|pair| {
+            let contact = run.contact(Stage::Tree, *pair);
+            tally.tick();
+            contact
+        })
+        .collect();
+    evaluations += contacts
+        .iter()
+        .map(|found| found.evaluations)
+        .sum::<usize>();
+    known.extend(pairs.into_iter().zip(contacts));
+    run.outcome(&groups, known, evaluations)
+}
+
+/// What the chains are for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Stage {
+    BurnIn,
+    Tree,
+}
+
+/// What the chains between two minima came to.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Contact {
+    /// Lowest barrier; infinite where none arrived.
+    #[serde(with = "bits::number")]
+    barrier: f64,
+    /// The way of that chain, from the first minimum.
+    path: Path,
+    start: Option<Start>,
+    /// Barriers of the chains from the first to the second, then back.
+    #[serde(with = "bits::options")]
+    forward: Vec<Option<f64>>,
+    #[serde(with = "bits::options")]
+    backward: Vec<Option<f64>>,
+    evaluations: usize,
+}
+
+impl Contact {
+    fn reached(&self) -> bool {
+        self.barrier.is_finite()
+    }
+}
+
+struct Run<'a> {
+    energy: &'a dyn Energy,
+    kernel: &'a dyn Kernel,
+    minima: &'a [Minimum],
+    settings: &'a SequentialSettings,
+    journal: &'a dyn Journal,
+}
+
+impl Run<'_> {
+    /// Chains in both directions between two minima, named by their arrival.
+    fn contact(&self, stage: Stage, (a, b): (usize, usize)) -> Contact {
+        let (kind, forces, replicas) = match stage {
+            Stage::BurnIn => ("assign", 1, 1),
+            Stage::Tree => (
+                "representatives",
+                self.settings.chain.attempts,
+                self.settings.chain.replicas,
+            ),
+        };
+        remember(self.journal, &format!("{kind}/{a}-{b}"), || {
+            let mut contact = Contact {
+                barrier: f64::INFINITY,
+                path: Path::default(),
+                start: None,
+                forward: Vec::new(),
+                backward: Vec::new(),
+                evaluations: 0,
+            };
+            for backward in [false, true] {
+                let mut force = self.settings.chain.force;
+                for step in 0..forces {
+                    for replica in 0..replicas {
+                        let number = step * replicas + replica;
+                        let found = self.chain(stage, (a, b), backward, (number, force));
+                        contact.add(found, backward, number);
+                    }
+                    force *= self.settings.chain.escalation;
+                }
+            }
+            contact
+        })
+    }
+
+    fn chain(
+        &self,
+        stage: Stage,
+        (a, b): (usize, usize),
+        backward: bool,
+        (number, force): (usize, f64),
+    ) -> Chain {
+        // Room for 2²⁴ minima, and 2¹⁴ chains each way.
+        let id = [
+            b,
+            usize::from(stage == Stage::Tree),
+            usize::from(backward),
+            number,
+        ]
+        .into_iter()
+        .zip([24, 1, 1, 14])
+        .fold(a as u64, |id, (part, width)| (id << width) | part as u64);
+        let mut rng = stream(self.settings.seed, Task::Sequential, id);
+        let ends = (&self.minima[a], &self.minima[b]);
+        chain(
+            self.energy,
+            self.kernel,
+            if backward { (ends.1, ends.0) } else { ends },
+            force,
+            &self.settings.chain,
+            (&self.settings.quench, &self.settings.sameness),
+            f64::INFINITY,
+            &mut rng,
+        )
+    }
+
+    /// The network of the contacts, by rising energy.
+    fn outcome(
+        &self,
+        groups: &[(usize, Vec<usize>)],
+        known: BTreeMap<(usize, usize), Contact>,
+        evaluations: usize,
+    ) -> Sequential {
+        let mut order: Vec<usize> = (0..self.minima.len()).collect();
+        order.sort_by(|a, b| by_energy(&self.minima[*a], &self.minima[*b]).then(a.cmp(b)));
+        let mut number = vec![0; order.len()];
+        let mut network = Network::default();
+        for (id, arrival) in order.iter().enumerate() {
+            number[*arrival] = id;
+            network.add_node(self.minima[*arrival].clone());
+        }
+        let mut connections: Vec<Connection> = known
+            .into_iter()
+            .map(|((a, b), contact)| self.connection((number[a], number[b]), (a, b), contact))
+            .collect();
+        connections.sort_by_key(|connection| (connection.from, connection.to));
+        let mut barrier: f64 = 0.0;
+        let mut group_of = vec![0; number.len()];
+        for (group, (_, members)) in groups.iter().enumerate() {
+            for member in members {
+                group_of[number[*member]] = group;
+            }
+        }
+        for connection in &connections {
+            let (from, to) = (connection.from.0, connection.to.0);
+            let edge = connection.edge.clone();
+            if group_of[from] == group_of[to] {
+                // Minima are numbered by rising energy, so `to` is the higher one.
+                let above = network[NodeIndex::new(to)].energy;
+                barrier = barrier.max(edge.height - above);
+            }
+            network.add_edge(NodeIndex::new(from), NodeIndex::new(to), edge);
+        }
+        let mut members: Vec<Vec<MinimumId>> = groups
+            .iter()
+            .map(|(_, members)| members.iter().map(|m| MinimumId(number[*m])).collect())
+            .collect();
+        for group in &mut members {
+            group.sort_unstable();
+        }
+        members.sort_unstable();
+        Sequential {
+            representatives: members.iter().map(|group| group[0]).collect(),
+            arrivals: number.into_iter().map(MinimumId).collect(),
+            landscape: Landscape {
+                tree: Tree::from_network(&network, Evidence::Chain),
+                groups: Groups {
+                    barrier,
+                    members,
+                    scan: Vec::new(),
+                },
+                network,
+                connections,
+                strays: Vec::new(),
+                resampled: Vec::new(),
+                evaluations,
+            },
+        }
+    }
+
+    fn connection(
+        &self,
+        (one, other): (usize, usize),
+        (a, b): (usize, usize),
+        mut contact: Contact,
+    ) -> Connection {
+        let space = self.energy.space();
+        if one > other {
+            contact.path = contact.path.reversed();
+            std::mem::swap(&mut contact.forward, &mut contact.backward);
+            if let Some(Start::Chain { backward, .. }) = &mut contact.start {
+                *backward = !*backward;
+            }
+        }
+        contact.path.unfold(space);
+        let top = contact.path.images.get(contact.path.top());
+        let reached = contact.barrier.is_finite();
+        let ends = (&self.minima[a], &self.minima[b]);
+        Connection {
+            from: MinimumId(one.min(other)),
+            to: MinimumId(one.max(other)),
+            edge: Edge {
+                height: contact.barrier,
+                evidence: if reached {
+                    Evidence::Chain
+                } else {
+                    Evidence::None
+                },
+                term: top.and_then(|top| super::barrier::rising_term(self.energy, top, ends)),
+                length: if reached {
+                    contact.path.length(space)
+                } else {
+                    space.distance(&ends.0.coordinates, &ends.1.coordinates)
+                },
+            },
+            objection: top.and_then(|top| self.energy.objection(top)),
+            path: contact.path,
+            forward: contact.forward,
+            backward: contact.backward,
+            start: contact.start,
+            straight: f64::INFINITY,
+            crossings: Vec::new(),
+            evaluations: contact.evaluations,
+        }
+    }
+}
+
+impl Contact {
+    fn add(&mut self, found: Chain, backward: bool, replica: usize) {
+        self.evaluations += found.evaluations;
+        let barrier = found.arrived.then_some(found.barrier);
+        if backward {
+            self.backward.push(barrier);
+        } else {
+            self.forward.push(barrier);
+        }
+        if barrier.is_some_and(|barrier| barrier < self.barrier) {
+            self.barrier = found.barrier;
+            self.start = Some(Start::Chain { backward, replica });
+            self.path = if backward {
+                found.path.reversed()
+            } else {
+                found.path
+            };
+        }
+    }
+}

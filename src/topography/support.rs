@@ -1,0 +1,293 @@
+//! How sure a merge is: a bootstrap over the chains that the map rests on.
+
+use std::collections::BTreeMap;
+
+use petgraph::graph::NodeIndex;
+use rand::RngExt;
+
+use super::barrier::{Connection, Start};
+use super::network::{Edge, Evidence, Minimum, Network};
+use super::tree::Tree;
+use crate::sample::{Task, stream};
+
+/// First stream of the bootstrap; those of the groups come before.
+const FIRST_STREAM: u64 = 1 << 32;
+
+/// All tries of one pair: their chains, and the heights they gave.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Trial {
+    /// Raw barriers of the chains in either direction.
+    chains: [Vec<Option<f64>>; 2],
+    /// Least height of the straight line, roughly relaxed.
+    straight: Option<f64>,
+    /// What each path was relaxed from (numbers of chains run on through all tries), its height and those of the passes met
+    /// on the way, with the minima they join.
+    found: Vec<(Start, Vec<Found>)>,
+}
+
+/// Two minima and the height of a way between them.
+type Found = ((usize, usize), f64);
+
+impl Trial {
+    /// Chains in each direction.
+    pub(super) fn replicas(&self) -> usize {
+        self.chains[0].len().min(self.chains[1].len())
+    }
+
+    /// Adds the try that gave `connection` and, on the way, `byways`.
+    pub(super) fn add(&mut self, connection: &Connection, byways: &[Connection]) {
+        let before = [self.chains[0].len(), self.chains[1].len()];
+        self.chains[0].extend(&connection.forward);
+        self.chains[1].extend(&connection.backward);
+        let straight = self.straight.unwrap_or(f64::INFINITY);
+        self.straight = Some(straight.min(connection.straight));
+        let start = match connection.start {
+            Some(Start::Chain { backward, replica }) => Start::Chain {
+                backward,
+                replica: before[usize::from(backward)] + replica,
+            },
+            Some(Start::Straight) => Start::Straight,
+            None => return,
+        };
+        let height = |connection: &Connection| {
+            let pair = (connection.from.0, connection.to.0);
+            (pair, connection.edge.height)
+        };
+        let heights = std::iter::once(connection).chain(byways).map(height);
+        self.found.push((start, heights.collect()));
+    }
+
+    /// Heights known of the pair `ends` and of others if only the `drawn` chains had been run.
+    fn heights(&self, ends: (usize, usize), drawn: &[Vec<bool>; 2]) -> Vec<Found> {
+        let raw = self.chains.iter().zip(drawn).flat_map(|(chains, drawn)| {
+            let pairs = chains.iter().zip(drawn).filter(|(_, drawn)| **drawn);
+            pairs.filter_map(|(barrier, _)| *barrier)
+        });
+        let least = raw.fold(self.straight.unwrap_or(f64::INFINITY), f64::min);
+        let mut known = vec![(ends, least)];
+        for (start, heights) in &self.found {
+            let had = match start {
+                Start::Chain { backward, replica } => drawn[usize::from(*backward)][*replica],
+                Start::Straight => true,
+            };
+            if had {
+                known.extend_from_slice(heights);
+            }
+        }
+        known
+    }
+}
+
+/// Merge trees of `count` resamplings of the chains; none where no pair has two chains in one direction, for then nothing
+/// is known of their spread.
+///
+/// Each direction of each pair draws as many of its chains, with replacement, as it has. A pair is then as high as the lowest
+/// of what is left: raw barriers of the chains drawn, the straight line, and relaxed paths with the passes met on them,
+/// where the chain they were relaxed from is drawn or they came from the straight line. It is never lower than in the map
+/// itself, whose height is the best that is known. A relaxed path whose chain is not drawn counts as lost, although another
+/// chain might well have relaxed to the same: the bootstrap errs toward doubt.
+pub(super) fn resample(
+    network: &Network,
+    trials: &BTreeMap<(usize, usize), Trial>,
+    count: usize,
+    seed: u64,
+) -> Vec<Tree> {
+    let replicated = |trial: &Trial| trial.chains.iter().any(|chains| chains.len() > 1);
+    if !trials.values().any(replicated) {
+        return Vec::new();
+    }
+    let mut skeleton = network.map(
+        |_, minimum| Minimum {
+            energy: minimum.energy,
+            coordinates: Vec::new(),
+            choice: Vec::new(),
+            members: Vec::new(),
+        },
+        |_, edge| Edge {
+            evidence: Evidence::Chain,
+            term: None,
+            ..*edge
+        },
+    );
+    let resampling = |id| {
+        let mut rng = stream(seed, Task::Resampling, FIRST_STREAM + id as u64);
+        for edge in skeleton.edge_weights_mut() {
+            edge.height = f64::INFINITY;
+        }
+        for (ends, trial) in trials {
+            let drawn = [0, 1].map(|direction| {
+                let chains = trial.chains[direction].len();
+                let mut drawn = vec![false; chains];
+                for _ in 0..chains {
+                    drawn[rng.random_range(0..chains)] = true;
+                }
+                drawn
+            });
+            for ((a, b), height) in trial.heights(*ends, &drawn) {
+                let Some(edge) = skeleton.find_edge(NodeIndex::new(a), NodeIndex::new(b)) else {
+                    continue;
+                };
+                let least = network[edge].height;
+                skeleton[edge].height = skeleton[edge].height.min(height.max(least));
+            }
+        }
+        Tree::from_network(&skeleton, Evidence::Chain)
+    };
+    (0..count).map(resampling).collect()
+}
+
+/// Support of each node of `tree`: the share of the `resampled` trees in which some node has exactly the leaves below it.
+/// `None` for leaves, and where nothing was resampled.
+///
+/// J. Felsenstein, Evolution 39, 783 (1985); clusters are compared by W. H. E. Day's intervals, J. Classif. 2, 7 (1985),
+/// in O(leaves) a tree. Leaf i must be the same in all trees.
+///
+/// # Panics
+/// If a resampled tree has other leaves.
+pub fn support(tree: &Tree, resampled: &[Tree]) -> Vec<Option<f64>> {
+    let place = places(tree);
+    let own = intervals(tree, &place);
+    let mut hits = vec![0_usize; tree.nodes.len()];
+    let mut lookup: Vec<((usize, usize), usize)> = (0..tree.nodes.len())
+        .filter(|node| !tree.nodes[*node].children.is_empty())
+        .map(|node| ((own[node].first, own[node].last), node))
+        .collect();
+    lookup.sort_unstable();
+    for other in resampled {
+        let theirs = intervals(other, &place);
+        for (node, interval) in other.nodes.iter().zip(&theirs) {
+            let whole = interval.last - interval.first + 1 == interval.leaves;
+            if node.children.is_empty() || !whole {
+                continue;
+            }
+            let key = (interval.first, interval.last);
+            if let Ok(found) = lookup.binary_search_by(|(known, _)| known.cmp(&key)) {
+                hits[lookup[found].1] += 1;
+            }
+        }
+    }
+    let share = |(hits, node): (usize, &super::tree::Node)| {
+        let asked = !node.children.is_empty() && !resampled.is_empty();
+        asked.then(|| hits as f64 / resampled.len() as f64)
+    };
+    hits.into_iter().zip(&tree.nodes).map(share).collect()
+}
+
+/// The leaves below a node: their least and greatest place, and how many they are.
+#[derive(Clone, Copy)]
+struct Interval {
+    first: usize,
+    last: usize,
+    leaves: usize,
+}
+
+/// A place for each leaf, so that the leaves below any node lie side by side.
+fn places(tree: &Tree) -> Vec<usize> {
+    let leaves = tree.nodes.iter().filter(|node| node.children.is_empty());
+    let mut place = vec![0; leaves.count()];
+    let mut next = 0;
+    let mut stack: Vec<usize> = tree.roots.iter().rev().map(|root| root.0).collect();
+    while let Some(node) = stack.pop() {
+        let children = &tree.nodes[node].children;
+        if children.is_empty() {
+            place[node] = next;
+            next += 1;
+        }
+        stack.extend(children.iter().rev().map(|child| child.0));
+    }
+    place
+}
+
+fn intervals(tree: &Tree, place: &[usize]) -> Vec<Interval> {
+    let mut found: Vec<Interval> = Vec::with_capacity(tree.nodes.len());
+    // Children come before their parents.
+    for (index, node) in tree.nodes.iter().enumerate() {
+        let below = node.children.iter().map(|child| found[child.0]);
+        let joined = below.reduce(|a, b| Interval {
+            first: a.first.min(b.first),
+            last: a.last.max(b.last),
+            leaves: a.leaves + b.leaves,
+        });
+        found.push(joined.unwrap_or_else(|| Interval {
+            first: place[index],
+            last: place[index],
+            leaves: 1,
+        }));
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::topography::tree::tests::network;
+
+    fn tree(edges: &[(usize, usize, f64)]) -> Tree {
+        let edges: Vec<_> = edges
+            .iter()
+            .map(|(a, b, height)| (*a, *b, *height, Evidence::Chain))
+            .collect();
+        Tree::from_network(&network(&[0.0; 5], &edges), Evidence::Chain)
+    }
+
+    #[test]
+    fn clusters_are_counted() {
+        // ((0 1) 2) and (3 4); the second tree has (1 2) instead of (0 1), the third lacks what joins 2.
+        let reference = tree(&[(0, 1, 1.0), (1, 2, 2.0), (3, 4, 1.5), (2, 3, 3.0)]);
+        let second = tree(&[(1, 2, 1.0), (0, 1, 2.0), (3, 4, 1.5), (2, 3, 3.0)]);
+        let third = tree(&[(0, 1, 1.0), (3, 4, 1.5)]);
+        let found = support(&reference, &[reference.clone(), second, third]);
+        assert_eq!(found.len(), reference.nodes.len());
+        assert!(found[..5].iter().all(Option::is_none));
+        // By rising height: {0 1}, {3 4}, {0 1 2}, all.
+        let thirds = [2.0, 3.0, 2.0, 2.0];
+        for (value, thirds) in found[5..].iter().zip(thirds) {
+            assert!((value.unwrap() - thirds / 3.0).abs() < 1e-12, "{found:?}");
+        }
+        assert!(support(&reference, &[]).iter().all(Option::is_none));
+    }
+
+    #[test]
+    fn lost_chains_raise_heights() {
+        let kept = network(
+            &[0.0, 0.1, 0.2],
+            &[
+                (0, 1, 1.0, Evidence::Path),
+                (1, 2, 1.2, Evidence::Path),
+                (0, 2, 1.5, Evidence::Chain),
+            ],
+        );
+        let trial = |chains: [&[Option<f64>]; 2], start, found| Trial {
+            chains: chains.map(<[_]>::to_vec),
+            straight: None,
+            found: vec![(start, vec![found])],
+        };
+        let first = Start::Chain {
+            backward: false,
+            replica: 0,
+        };
+        let mut trials = BTreeMap::from([
+            // The path came from one of two chains; the other is higher than all else.
+            (
+                (0, 1),
+                trial([&[Some(1.3), Some(2.0)], &[None]], first, ((0, 1), 1.0)),
+            ),
+            (
+                (1, 2),
+                trial([&[Some(1.4)], &[None]], Start::Straight, ((1, 2), 1.2)),
+            ),
+            ((0, 2), trial([&[], &[]], Start::Straight, ((0, 2), 1.5))),
+        ]);
+        let reference = Tree::from_network(&kept, Evidence::Chain);
+        let trees = resample(&kept, &trials, 400, 1);
+        let found = support(&reference, &trees);
+        // Chain 0 of two is missed by two draws with chance 1/4; then 0 joins last.
+        let lower = found[3].unwrap();
+        assert!((lower - 0.75).abs() < 0.08, "{lower}");
+        assert!((found[4].unwrap() - 1.0).abs() < 1e-12);
+        assert_eq!(trees, resample(&kept, &trials, 400, 1));
+        // Without a second chain nothing is known.
+        trials.remove(&(0, 1));
+        assert!(resample(&kept, &trials, 10, 1).is_empty());
+    }
+}

@@ -1,0 +1,245 @@
+//! Sequential ADELM follows its published rules and depends on the order of arrival; the default map does not.
+
+use landscape::energy::Energy;
+use landscape::energy::model::{MullerBrown, Torsion};
+use landscape::optimize::QuenchSettings;
+use landscape::sample::{Mala, Task, stream};
+use landscape::space::{Euclidean, Space};
+use landscape::topography::{
+    ChainSettings, Evidence, Landscape, MapSettings, MemoryJournal, Minimum, MinimumId, NoJournal,
+    Sameness, Sequential, SequentialSettings, distinct, map, quench_all, sequential, silent,
+};
+use rand::RngExt;
+use rand::seq::SliceRandom;
+
+/// Three wells in the plane, two of them on either side of a wall that ends below the third: a straight pull leads from
+/// each of the two to the third, but not from one to the other.
+struct Wall(Euclidean);
+
+/// Height at which the wall ends.
+const END: f64 = 0.6;
+
+const WELLS: [([f64; 2], f64); 3] = [([0.0, 1.5], 1.2), ([-0.5, 0.0], 1.1), ([0.5, 0.0], 1.0)];
+
+impl Wall {
+    fn new() -> Self {
+        Self(Euclidean::new(2))
+    }
+}
+
+impl Energy for Wall {
+    fn space(&self) -> &dyn Space {
+        &self.0
+    }
+
+    fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64 {
+        let along = 1.0 / (1.0 + ((x[1] - END) / 0.1).exp());
+        let across = 20.0 * (-50.0 * x[0] * x[0]).exp();
+        let mut energy = across * along;
+        gradient[0] = -100.0 * x[0] * energy;
+        gradient[1] = -energy * (1.0 - along) / 0.1;
+        for (centre, depth) in WELLS {
+            let (dx, dy) = (x[0] - centre[0], x[1] - centre[1]);
+            let well = depth * (-12.5 * (dx * dx + dy * dy)).exp();
+            energy -= well;
+            gradient[0] += 25.0 * dx * well;
+            gradient[1] += 25.0 * dy * well;
+        }
+        energy
+    }
+}
+
+/// The minima of the wells, in this order.
+fn wells(order: &[usize]) -> Vec<Minimum> {
+    let starts: Vec<Vec<f64>> = WELLS.iter().map(|(centre, _)| centre.to_vec()).collect();
+    let energy = Wall::new();
+    let settings = QuenchSettings::default();
+    let found = quench_all(&energy, &starts, &settings, &NoJournal, &silent);
+    let (minima, rejected) = distinct(&energy, &found, &Sameness::default(), 1e-6);
+    assert!(rejected.is_empty() && minima.len() == 3);
+    order.iter().map(|well| minima[*well].clone()).collect()
+}
+
+fn settings() -> SequentialSettings {
+    let scales = SequentialSettings::for_scales(1.0, 1.0);
+    SequentialSettings {
+        chain: ChainSettings {
+            temperature: 0.05,
+            force: 6.0,
+            attempts: 2,
+            replicas: 2,
+            ..scales.chain
+        },
+        ..scales
+    }
+}
+
+fn run(order: &[usize]) -> Sequential {
+    let energy = Wall::new();
+    let kernel = Mala::new(&energy);
+    let (minima, settings) = (wells(order), settings());
+    sequential(&energy, &kernel, &minima, &settings, &NoJournal, &silent)
+}
+
+#[test]
+fn gradient_of_the_wall() {
+    let energy = Wall::new();
+    for x in [[0.05, 0.9], [-0.3, 0.2], [0.1, 1.3]] {
+        let mut gradient = [0.0; 2];
+        energy.evaluate(&x, &mut gradient);
+        for k in 0..2 {
+            let side = |step: f64| {
+                let mut there = x;
+                there[k] += step;
+                energy.evaluate(&there, &mut [0.0; 2])
+            };
+            let measured = (side(1e-6) - side(-1e-6)) / 2e-6;
+            assert!((gradient[k] - measured).abs() < 1e-6 * (1.0 + measured.abs()));
+        }
+    }
+}
+
+#[test]
+fn groups_depend_on_the_order_of_arrival() {
+    // The lowest first: it stays the representative, and both others reach it.
+    let one = run(&[0, 1, 2]);
+    let ids = |ids: &[usize]| ids.iter().map(|id| MinimumId(*id)).collect::<Vec<_>>();
+    assert_eq!(one.landscape.groups.members, [ids(&[0, 1, 2])]);
+    assert_eq!(one.representatives, ids(&[0]));
+    assert_eq!(one.arrivals, ids(&[0, 1, 2]));
+    // The two on either side of the wall first: neither reaches the other, so each founds a group. The third joins one of
+    // them, and being lower becomes its representative.
+    let two = run(&[1, 2, 0]);
+    assert_eq!(two.arrivals, ids(&[1, 2, 0]));
+    assert_eq!(two.landscape.groups.members.len(), 2);
+    assert_eq!(two.representatives[0], MinimumId(0));
+    let joined = &two.landscape.groups.members[0];
+    assert_eq!(joined.len(), 2);
+    // It joined the group it reached over the lower barrier.
+    let own = two.landscape.connection(joined[0], joined[1]).unwrap();
+    assert_eq!(own.edge.evidence, Evidence::Chain);
+    assert_eq!(own.forward.len() + own.backward.len(), 2);
+    // Tree stage: one pair of representatives, two forces, two chains each way.
+    let between = two
+        .landscape
+        .connection(two.representatives[0], two.representatives[1])
+        .unwrap();
+    assert_eq!((between.forward.len(), between.backward.len()), (4, 4));
+    let lowest = (between.forward.iter().chain(&between.backward))
+        .flatten()
+        .fold(f64::INFINITY, |least, barrier| barrier.min(least));
+    assert!((between.edge.height - lowest).abs() < 1e-15);
+    assert!(between.path.height() <= between.edge.height + 1e-12);
+    assert_eq!(two.landscape.tree.roots.len(), 1);
+    // Chains go round the wall, which is twenty high, but not below the outer rim of the wells.
+    for node in &two.landscape.tree.nodes[3..] {
+        assert!((-1.0..3.0).contains(&node.energy), "{}", node.energy);
+    }
+}
+
+#[test]
+fn remembered_chains_are_not_run_again() {
+    let (energy, journal) = (Wall::new(), MemoryJournal::default());
+    let counted = landscape::energy::Counted::new(&energy);
+    let (kernel, minima) = (Mala::new(&counted), wells(&[1, 2, 0]));
+    let first = sequential(&counted, &kernel, &minima, &settings(), &journal, &silent);
+    let spent = counted.evaluations();
+    let second = sequential(&counted, &kernel, &minima, &settings(), &journal, &silent);
+    assert_eq!(counted.evaluations(), spent);
+    assert_eq!(first.landscape.connections, second.landscape.connections);
+    assert_eq!(
+        first.landscape.connections,
+        run(&[1, 2, 0]).landscape.connections
+    );
+}
+
+#[test]
+fn published_surface() {
+    // A strong pull joins all of Müller and Brown's minima, a weak one only those 8.5 apart, less than twice T (thresholds
+    // measured in tests/muller_brown.rs).
+    let energy = MullerBrown::new();
+    let kernel = Mala::new(&energy);
+    let starts = [vec![0.62, 0.03], vec![-0.05, 0.47], vec![-0.56, 1.44]];
+    let found = quench_all(
+        &energy,
+        &starts,
+        &QuenchSettings::default(),
+        &NoJournal,
+        &silent,
+    );
+    let (minima, _) = distinct(&energy, &found, &Sameness::default(), 1e-6);
+    let groups = |force| {
+        let scales = SequentialSettings::for_scales(50.0, 1.0);
+        let settings = SequentialSettings {
+            chain: ChainSettings {
+                temperature: 5.0,
+                force,
+                max_steps: 20_000,
+                patience: 500,
+                ..scales.chain.clone()
+            },
+            ..scales
+        };
+        let found = sequential(&energy, &kernel, &minima, &settings, &NoJournal, &silent);
+        (found.landscape.groups.members.len(), found)
+    };
+    let (one, all) = groups(1000.0);
+    assert_eq!(one, 1);
+    let ids = |ids: &[usize]| ids.iter().map(|id| MinimumId(*id)).collect::<Vec<_>>();
+    let (_, some) = groups(2.0);
+    assert_eq!(some.landscape.groups.members, [ids(&[0]), ids(&[1, 2])]);
+    // Upper bounds, up to the length of a step.
+    let height = all
+        .landscape
+        .tree
+        .minimax(MinimumId(0), MinimumId(1))
+        .unwrap();
+    assert!(height > -40.67 - 0.05 && height < 60.0, "{height}");
+}
+
+/// Everything of a map but the row numbers of members.
+fn bits(found: &Landscape) -> String {
+    let minima: Vec<_> = (found.network.node_weights())
+        .map(|minimum| (minimum.energy.to_bits(), minimum.coordinates.clone()))
+        .collect();
+    format!(
+        "{minima:?} {:?} {:?} {:?}",
+        found.connections, found.tree, found.groups
+    )
+}
+
+#[test]
+fn the_map_does_not_depend_on_the_order() {
+    let torsion = Torsion::new(&[(1.0, 2), (3.0, 2)]);
+    let (wall, muller_brown) = (Wall::new(), MullerBrown::new());
+    let surfaces: [(&dyn Energy, [f64; 2], [f64; 2]); 3] = [
+        (&wall, [-0.7, -0.2], [0.7, 1.7]),
+        (&muller_brown, [-1.5, -0.3], [1.0, 1.8]),
+        (&torsion, [-3.1; 2], [3.1; 2]),
+    ];
+    for (energy, low, high) in surfaces {
+        let mut rng = stream(5, Task::Start, 0);
+        let mut starts: Vec<Vec<f64>> = (0..40)
+            .map(|_| (0..2).map(|k| rng.random_range(low[k]..high[k])).collect())
+            .collect();
+        let kernel = Mala::new(energy);
+        let minima = |starts: &[Vec<f64>]| {
+            let settings = QuenchSettings::default();
+            let found = quench_all(energy, starts, &settings, &NoJournal, &silent);
+            distinct(energy, &found, &Sameness::default(), 1e-6).0
+        };
+        let settings = MapSettings::for_minima(energy, &minima(&starts));
+        let map = |minima| map(energy, &kernel, minima, &settings, &NoJournal, &silent);
+        let first = map(minima(&starts));
+        assert!(first.network.node_count() > 2);
+        for _ in 0..3 {
+            // The starts in another order …
+            starts.shuffle(&mut rng);
+            let mut others = minima(&starts);
+            assert_eq!(bits(&map(others.clone())), bits(&first));
+            // … and the minima themselves.
+            others.shuffle(&mut rng);
+            assert_eq!(bits(&map(others)), bits(&first));
+        }
+    }
+}
