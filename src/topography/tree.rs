@@ -299,7 +299,7 @@ pub(super) mod tests {
     }
 
     prop_compose! {
-        fn any_network()(n in 1_usize..9)(
+        pub(in crate::topography) fn any_network()(n in 1_usize..9)(
             energies in proptest::collection::vec(-1.0..0.5_f64, n),
             // Heights on a coarse grid, so that many tie.
             edges in proptest::collection::vec((0..n, 0..n, 0..8_u8), 0..20),
@@ -343,6 +343,38 @@ pub(super) mod tests {
                     for k in 0..leaves {
                         prop_assert!(height(i, k) <= height(i, j).max(height(j, k)));
                     }
+                }
+            }
+        }
+
+        #[test]
+        fn names_do_not_matter(network in any_network(), shuffle in any::<u64>()) {
+            // A random permutation: minimum i is renamed order[i].
+            let n = network.node_count();
+            let mut keys: Vec<usize> = (0..n).collect();
+            keys.sort_by_key(|i| (*i as u64 + 1).wrapping_mul(shuffle | 1));
+            let mut order = vec![0; n];
+            for (new, old) in keys.iter().enumerate() {
+                order[*old] = new;
+            }
+            let mut renamed = Network::default();
+            for old in &keys {
+                renamed.add_node(network[NodeIndex::new(*old)].clone());
+            }
+            // Connections come in reverse order and with their ends exchanged, too.
+            for edge in network.raw_edges().iter().rev() {
+                let [a, b] = [edge.source(), edge.target()].map(|end| NodeIndex::new(order[end.index()]));
+                renamed.add_edge(b, a, edge.weight.clone());
+            }
+            let [before, after] = [&network, &renamed].map(|network| Tree::from_network(network, Evidence::Chain));
+            prop_assert_eq!(before.roots.len(), after.roots.len());
+            prop_assert_eq!(before.nodes.len(), after.nodes.len());
+            for i in 0..n {
+                for j in 0..n {
+                    prop_assert_eq!(
+                        before.minimax(MinimumId(i), MinimumId(j)),
+                        after.minimax(MinimumId(order[i]), MinimumId(order[j]))
+                    );
                 }
             }
         }

@@ -15,6 +15,8 @@ use crate::topography::path::{Pass, descend};
 
 /// Push off a saddle, as a share of the length of the surface.
 pub(super) const PUSH: f64 = 0.1;
+/// How often that is halved before both sides lead down.
+const HALVINGS: i32 = 8;
 
 /// How a search ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -127,14 +129,16 @@ impl Searcher<'_> {
         };
         outcome.known = census.saddle(self.energy.space(), &saddle.x, saddle.energy);
         if outcome.known.is_none() {
-            let push = PUSH * self.settings.length;
-            let descents = descend(
-                self.energy,
-                (&saddle.x, saddle.energy),
-                &saddle.mode,
-                push,
-                &self.settings.quench,
-            );
+            // Behind a saddle that lies next to its minimum a push of the usual length ends above the saddle again.
+            let descents = (0..HALVINGS).find_map(|halvings| {
+                descend(
+                    self.energy,
+                    (&saddle.x, saddle.energy),
+                    &saddle.mode,
+                    PUSH * self.settings.length * 0.5_f64.powi(halvings),
+                    &self.settings.quench,
+                )
+            });
             match descents {
                 None => outcome.fate = Fate::Evaporated,
                 Some(descents) => {
