@@ -20,6 +20,7 @@ mod sequential;
 mod support;
 mod text;
 mod tree;
+pub mod view;
 
 pub use adelm::{Chain, ChainSettings, chain};
 pub use audit::{Audit, AuditSettings, Verdict, audit};

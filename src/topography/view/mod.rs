@@ -1,0 +1,251 @@
+//! Views of a merge tree: what is shown of it, chosen after the analysis.
+//!
+//! A view hides minima or coarsens heights; it never analyses again. A hidden minimum still connects those that are kept,
+//! so no filter changes the height at which two kept minima merge, and only [`View::swept`] changes heights at all, in a
+//! documented way. Filters follow each other in any order: `View::whole(&tree).lowest(50).with_members(&counts, 2)`.
+//!
+//! Pruning after the analysis is the rule of disconnectionDPS (D. J. Wales, keywords `LOWEST`, `PICK`, `MONOTONIC`).
+
+mod network;
+
+use std::collections::BTreeSet;
+
+pub use network::{bottoms, grouped, restricted};
+
+use super::network::{Evidence, MinimumId};
+use super::tree::{Node, NodeId, Tree};
+
+/// Part of a merge tree.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct View {
+    /// The tree that is shown; its leaf i stands for `minima[i]`.
+    pub tree: Tree,
+    /// The minima kept, as the whole tree numbers them, in its order.
+    pub minima: Vec<MinimumId>,
+}
+
+/// Levels of a superbasin analysis: `first`, `first + step`, … , `count` of them, upward.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Levels {
+    /// The lowest level.
+    pub first: f64,
+    /// Distance of two levels, positive.
+    pub step: f64,
+    /// How many there are.
+    pub count: usize,
+}
+
+/// Share of a step by which a height may exceed a level and still count as on it: levels that were made from the heights
+/// themselves meet them up to rounding.
+const ON_LEVEL: f64 = 1e-9;
+
+impl Levels {
+    /// `count` levels spread evenly from the lowest merge of `tree` (the first level) to the highest (the last); one
+    /// level, the highest merge, if `count` is 1. `None` for a tree without merges, or no levels.
+    pub fn spanning(tree: &Tree, count: usize) -> Option<Self> {
+        let merges = tree.nodes.iter().filter(|node| node.minimum.is_none());
+        let (low, high) = merges.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), node| {
+            (low.min(node.energy), high.max(node.energy))
+        });
+        if low > high || count == 0 {
+            return None;
+        }
+        if count == 1 || high - low <= 0.0 {
+            let (first, step, count) = (high, 1.0, 1);
+            return Some(Self { first, step, count });
+        }
+        Some(Self {
+            first: low,
+            step: (high - low) / (count - 1) as f64,
+            count,
+        })
+    }
+
+    /// Energy of level `k`.
+    pub fn energy(&self, k: usize) -> f64 {
+        self.first + k as f64 * self.step
+    }
+
+    /// The lowest level at which a pass of this height is open; `None` above the last.
+    pub fn of(&self, height: f64) -> Option<usize> {
+        let steps = ((height - self.first) / self.step - ON_LEVEL).ceil();
+        // A negative number of steps is level 0.
+        (0..self.count).find(|k| steps <= *k as f64)
+    }
+}
+
+impl View {
+    /// The whole tree.
+    pub fn whole(tree: &Tree) -> Self {
+        let leaves = tree.nodes.iter().map_while(|node| node.minimum);
+        Self {
+            minima: leaves.collect(),
+            tree: tree.clone(),
+        }
+    }
+
+    /// The `count` lowest minima (at equal energies those of lower number): `LOWEST` of disconnectionDPS.
+    #[must_use]
+    pub fn lowest(&self, count: usize) -> Self {
+        let mut leaves: Vec<usize> = (0..self.minima.len()).collect();
+        leaves.sort_by(|a, b| {
+            let [one, other] = [a, b].map(|leaf| self.tree.nodes[*leaf].energy);
+            one.total_cmp(&other).then(a.cmp(b))
+        });
+        leaves.truncate(count);
+        let kept: BTreeSet<usize> = leaves.into_iter().collect();
+        self.keep(|leaf, _| kept.contains(&leaf))
+    }
+
+    /// The named minima: `PICK` of disconnectionDPS. Names that are not in the view say nothing.
+    #[must_use]
+    pub fn picked(&self, names: &[MinimumId]) -> Self {
+        let names: BTreeSet<MinimumId> = names.iter().copied().collect();
+        self.keep(|_, minimum| names.contains(&minimum))
+    }
+
+    /// Minima with at least `least` members; `members[i]` counts those of minimum i of the whole tree.
+    ///
+    /// # Panics
+    /// If a minimum of the view has no count.
+    #[must_use]
+    pub fn with_members(&self, members: &[usize], least: usize) -> Self {
+        self.keep(|_, minimum| members[minimum.0] >= least)
+    }
+
+    /// Only minima for which `keep` holds of the number of the leaf and of the minimum; merges of two or more branches
+    /// that hold any stay at their height, others vanish.
+    #[must_use]
+    pub fn keep(&self, keep: impl Fn(usize, MinimumId) -> bool) -> Self {
+        let (mut nodes, mut minima) = (Vec::new(), Vec::new());
+        // What stands for each old node: nothing, or a node of the new tree.
+        let mut image: Vec<Option<NodeId>> = Vec::with_capacity(self.tree.nodes.len());
+        for (number, node) in self.tree.nodes.iter().enumerate() {
+            let new = NodeId(nodes.len());
+            if node.minimum.is_some() {
+                let kept = keep(number, self.minima[number]);
+                if kept {
+                    minima.push(self.minima[number]);
+                    nodes.push(leaf(new.0, node.energy));
+                }
+                image.push(kept.then_some(new));
+                continue;
+            }
+            let children: Vec<NodeId> = (node.children.iter())
+                .filter_map(|child| image[child.0])
+                .collect();
+            image.push(match children[..] {
+                [] => None,
+                [only] => Some(only),
+                _ => {
+                    merge(&mut nodes, node.energy, node.evidence, children);
+                    Some(new)
+                }
+            });
+        }
+        Self {
+            tree: grown(nodes),
+            minima,
+        }
+    }
+
+    /// Without the merges above `height`: what they joined stands apart.
+    #[must_use]
+    pub fn below(&self, height: f64) -> Self {
+        let mut nodes = self.tree.nodes.clone();
+        // Merges come by rising height, so the ones left out are the last.
+        nodes.retain(|node| node.minimum.is_some() || node.energy <= height);
+        let count = nodes.len();
+        for node in &mut nodes {
+            node.parent = node.parent.filter(|parent| parent.0 < count);
+        }
+        Self {
+            tree: grown(nodes),
+            minima: self.minima.clone(),
+        }
+    }
+
+    /// The superbasin analysis of O. M. Becker and M. Karplus, J. Chem. Phys. 106, 1495 (1997), at `levels`: at each level
+    /// a superbasin is a set of minima joined by passes no higher than it.
+    ///
+    /// Every merge is raised to the lowest level at which its pass is open (a pass exactly on a level is open there), and
+    /// merges that land on one level within one another become one. Passes above the last level join nothing. Two minima
+    /// merge at the level of their minimax height.
+    #[must_use]
+    pub fn swept(&self, levels: &Levels) -> Self {
+        let mut nodes: Vec<Node> = (self.tree.nodes.iter())
+            .take(self.minima.len())
+            .enumerate()
+            .map(|(number, node)| leaf(number, node.energy))
+            .collect();
+        // What stands for each old node: itself, or its children where the merge above is on the same level.
+        let mut images: Vec<(Vec<NodeId>, Evidence)> = (0..nodes.len())
+            .map(|number| (vec![NodeId(number)], Evidence::Saddle))
+            .collect();
+        for node in &self.tree.nodes[self.minima.len()..] {
+            let mut children = Vec::new();
+            let mut evidence = node.evidence;
+            let Some(level) = levels.of(node.energy) else {
+                images.push((children, evidence));
+                continue;
+            };
+            for child in &node.children {
+                let (below, worst) = &images[child.0];
+                children.extend(below);
+                if below.len() > 1 {
+                    evidence = evidence.max(*worst);
+                }
+            }
+            let above = node.parent.map(|parent| self.tree.nodes[parent.0].energy);
+            if above.is_none_or(|height| levels.of(height) != Some(level)) {
+                let new = NodeId(nodes.len());
+                // A pass on a level may be above it by rounding.
+                let energy = levels.energy(level).max(node.energy);
+                merge(&mut nodes, energy, evidence, children);
+                images.push((vec![new], evidence));
+            } else {
+                images.push((children, evidence));
+            }
+        }
+        Self {
+            tree: grown(nodes),
+            minima: self.minima.clone(),
+        }
+    }
+}
+
+fn leaf(number: usize, energy: f64) -> Node {
+    Node {
+        energy,
+        minimum: Some(MinimumId(number)),
+        children: Vec::new(),
+        parent: None,
+        evidence: Evidence::Saddle,
+    }
+}
+
+fn merge(nodes: &mut Vec<Node>, energy: f64, evidence: Evidence, mut children: Vec<NodeId>) {
+    let number = NodeId(nodes.len());
+    children.sort_unstable();
+    for child in &children {
+        nodes[child.0].parent = Some(number);
+    }
+    nodes.push(Node {
+        energy,
+        minimum: None,
+        children,
+        parent: None,
+        evidence,
+    });
+}
+
+fn grown(nodes: Vec<Node>) -> Tree {
+    let roots = (0..nodes.len())
+        .filter(|node| nodes[*node].parent.is_none())
+        .map(NodeId)
+        .collect();
+    Tree { nodes, roots }
+}
+
+#[cfg(test)]
+mod tests;
