@@ -288,6 +288,40 @@ fn a_tiny_experiment() {
 }
 
 #[test]
+fn a_finished_landscape_is_drawn_and_exchanged() {
+    let desk = landscape();
+    let out = Desk::empty();
+    let folder = desk.path("g.landscape");
+    let whole = out.path("whole");
+    let line = format!("draw {} -o {}", folder.display(), whole.display());
+    out.succeed(&line);
+    let text = |path: &Path| fs::read_to_string(path).unwrap();
+    // Nothing hidden, nothing changed.
+    for name in ["tree.nwk", "tree.dot", "tree.json", "barriers.graphml"] {
+        assert_eq!(text(&folder.join(name)), text(&whole.join(name)), "{name}");
+    }
+    for name in ["barriers.svg", "disconnectivity_minima.svg"] {
+        assert_eq!(text(&folder.join(name)), text(&whole.join(name)), "{name}");
+    }
+    let files = LandscapeFiles::read(&folder).unwrap();
+    fs::create_dir(out.path("data")).unwrap();
+    for name in ["min.data", "ts.data"] {
+        fs::copy(folder.join(name), out.path("data").join(name)).unwrap();
+    }
+    out.succeed("import data");
+    let read = LandscapeFiles::read(&out.path("data.landscape")).unwrap();
+    let energies = |files: &LandscapeFiles| -> Vec<u64> {
+        files
+            .minima
+            .iter()
+            .map(|row| row.energy.to_bits())
+            .collect()
+    };
+    assert_eq!(energies(&read), energies(&files));
+    assert_eq!(read.edges.len(), files.edges.len());
+}
+
+#[test]
 fn grasps_do_not_depend_on_threads() {
     let desk = Desk::empty();
     desk.succeed(&format!("{SYNTH} --threads 2 -o other.parquet"));

@@ -102,12 +102,16 @@ fn a_model_is_mapped() {
             "disconnectivity_minima.svg",
             "edges.parquet",
             "landscape.json",
+            "min.data",
             "minima.parquet",
             "paths.parquet",
             "stationary.parquet",
             "summary.md",
             "timings.json",
-            "tree.nwk"
+            "tree.dot",
+            "tree.json",
+            "tree.nwk",
+            "ts.data"
         ]
     );
     let files = LandscapeFiles::read(&folder).unwrap();

@@ -71,6 +71,12 @@ pub(super) enum Command {
     /// Map a surface: a named model, or an energy of your own
     #[command(after_help = surface_examples())]
     Surface(Surface),
+    /// Draw a finished landscape again, with some of its minima or at few levels
+    #[command(after_help = DRAW_EXAMPLES)]
+    Draw(Draw),
+    /// Read min.data and ts.data of PATHSAMPLE or topsearch
+    #[command(after_help = IMPORT_EXAMPLES)]
+    Import(Import),
 }
 
 const EXAMPLES: &str = "\
@@ -79,6 +85,7 @@ Examples:
   landscape build grasps.parquet                           grasps.landscape/: the landscape between them
   landscape inspect grasps.parquet                         how good these grasps are
   landscape surface lj 7                                   lj-7.landscape/: all minima and saddles of a model
+  landscape draw grasps.landscape --lowest 50              grasps.view/: the same pictures of its 50 lowest minima
 
 `landscape help synth`, `landscape help build` and so on tell more.";
 
@@ -100,7 +107,8 @@ Examples:
   landscape build mug.parquet --neighbours 12 -o mug.landscape
   landscape build mug.parquet --sequential                 the published method, for comparison
 
-Writes minima.parquet, edges.parquet, paths.parquet, landscape.json, tree.nwk, barriers.graphml, the disconnectivity
+Writes minima.parquet, edges.parquet, paths.parquet, landscape.json, the tree (tree.nwk, tree.dot, tree.json), the network
+(barriers.graphml), min.data and ts.data as PATHSAMPLE reads them (without curvatures: placeholders), the disconnectivity
 graph, the barrier graph and a rarefaction curve (SVG and PNG), and summary.md. An interrupted run continues where it
 stopped when the same command is given again; with --resume it must, with --fresh it begins anew. The result is the same to
 the last byte.";
@@ -169,8 +177,28 @@ Your program answers a line for a line (docs/external_energy.md has a whole exam
   answered on standard output   {"energy": 3.5, "gradient": [0.25, -1.0]}   or {"energy": null} outside the domain
 Without "gradient" it is taken by differences. One program runs on each thread.
 
-Writes what `landscape build` writes, and stationary.parquet: all minima and saddles with their curvatures. An interrupted
-run continues where it stopped when the same command is given again; with --resume it must, with --fresh it begins anew."#;
+Writes what `landscape build` writes, and stationary.parquet: all minima and saddles with their curvatures, which are in
+min.data and ts.data, too. An interrupted run continues where it stopped when the same command is given again; with --resume
+it must, with --fresh it begins anew."#;
+
+const DRAW_EXAMPLES: &str = "\
+Examples:
+  landscape draw grasps.landscape --lowest 50              grasps.view/: the 50 lowest minima (and groups)
+  landscape draw grasps.landscape --min-members 2 --levels 20
+  landscape draw grasps.landscape --pick m0,m4,m31 -o three
+
+A hidden minimum still joins those that are shown: no choice of minima moves a merge. --levels raises every merge to the
+next of so many even levels. Pictures of groups (disconnectivity, barriers) and of minima (…_minima) take the same
+choices, each of its own leaves; picking a minimum picks its group. Writes the pictures (SVG and PNG), and tree.nwk,
+tree.dot, tree.json and barriers.graphml of what is shown of the minima.";
+
+const IMPORT_EXAMPLES: &str = "\
+Examples:
+  landscape import lj7                                     lj7.landscape/ from lj7/min.data and lj7/ts.data
+
+The files are PATHSAMPLE's (6 and 8 columns) or topsearch's (2 and 3 columns): the number of columns tells. Writes
+minima.parquet, edges.parquet, landscape.json, the tree, the network and the pictures as `landscape build` does, and
+min.data and ts.data in PATHSAMPLE's columns.";
 
 /// Synthesize grasps.
 #[derive(Debug, Args)]
@@ -396,4 +424,44 @@ pub(super) enum Coordinates {
     Atoms,
     /// A unit quaternion w, x, y, z; the gradient has three numbers, by rotation about the body's own axes.
     Rotation,
+}
+
+/// Draw a landscape again.
+#[derive(Debug, Args)]
+pub(super) struct Draw {
+    /// The landscape: a folder of `landscape build`, `surface` or `import`.
+    #[arg(value_name = "FOLDER")]
+    pub(super) landscape: PathBuf,
+    /// The folder to write; by default the name of the landscape with the ending `.view`.
+    #[arg(long, short, value_name = "FOLDER")]
+    pub(super) output: Option<PathBuf>,
+    /// Only the N lowest.
+    #[arg(long, value_name = "N")]
+    pub(super) lowest: Option<usize>,
+    /// Only those with at least N members.
+    #[arg(long, value_name = "N")]
+    pub(super) min_members: Option<usize>,
+    /// Only the bottoms of monotonic sequences: those that no connection joins to a lower one.
+    #[arg(long)]
+    pub(super) monotonic: bool,
+    /// Only these minima, named as in the tree: m0,m4,m31.
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    pub(super) pick: Vec<String>,
+    /// Raise every merge to the next of N even levels between the lowest merge and the highest.
+    #[arg(long, value_name = "N")]
+    pub(super) levels: Option<usize>,
+    /// Seed of the layout; by default that of the landscape.
+    #[arg(long)]
+    pub(super) seed: Option<u64>,
+}
+
+/// Read the files of other programs.
+#[derive(Debug, Args)]
+pub(super) struct Import {
+    /// The folder that holds min.data and ts.data.
+    #[arg(value_name = "FOLDER")]
+    pub(super) folder: PathBuf,
+    /// The folder to write; by default the name of the folder with the ending `.landscape`, beside where you are.
+    #[arg(long, short, value_name = "FOLDER")]
+    pub(super) output: Option<PathBuf>,
 }

@@ -14,6 +14,7 @@ use super::{check_output, complain, input, print};
 use crate::grasp::hover::hover_costs;
 use crate::grasp::{GraspEnergy, GraspKernel};
 use crate::store::{AtomicFolder, Grasp, GraspFile, Population, Source, content_hash};
+use crate::topography::exchange::Database;
 use crate::topography::{
     self, ChainSettings, Diagram, Landscape, MapSettings, Minimum, MinimumId, PathSettings,
     Sameness, SeamSettings, Sequential, SequentialSettings, distinct, map, quench_all, sequential,
@@ -240,7 +241,8 @@ fn write(report: &Report<'_>, folder: &AtomicFolder) -> anyhow::Result<String> {
     let files = tables(report)?;
     files.write(folder)?;
     let titles = report.titles();
-    report.mapped.draw(&titles, folder)?;
+    let database = Database::from_network(&report.mapped.landscape.network);
+    report.mapped.draw(&titles, &database, folder)?;
     report.unseen.draw(&titles.title, folder)?;
     if let Some(diagram) = report.diagram {
         magnetisation::write(diagram, &titles.title, folder)?;

@@ -1,18 +1,17 @@
 //! What `landscape build` and `landscape surface` write alike: tables, trees, pictures.
 
-use std::path::Path;
-
-use anyhow::Context;
 use petgraph::visit::EdgeRef;
 use rayon::prelude::*;
 use serde_json::Value;
 
+use super::drawing::{Drawing, Views};
 use super::run::tally;
 use super::uncertainty;
 use crate::energy::Energy;
-use crate::figure::{BarrierPicture, DisconnectivityPicture, Leaf};
+use crate::figure::Leaf;
 use crate::store::{AtomicFolder, EdgeRow, MinimumRow, PathRow};
-use crate::topography::{self, Evidence, Landscape, MinimumId, Tree, decisive};
+use crate::topography::exchange::{Database, Layout};
+use crate::topography::{self, Evidence, Landscape, decisive};
 
 /// A map, and what its minima are made of.
 pub(super) struct Mapped<'a> {
@@ -214,93 +213,45 @@ impl Mapped<'_> {
             .to_vec())
     }
 
-    /// Writes the tree as Newick, the network as GraphML, and the pictures.
-    pub(super) fn draw(&self, titles: &Titles<'_>, folder: &AtomicFolder) -> anyhow::Result<()> {
-        let name = |id: MinimumId| format!("m{}", id.0);
-        let tree = topography::newick(&self.landscape.tree, name);
-        folder.write("tree.nwk", tree.as_bytes())?;
-        let graph = topography::graphml(&self.landscape.network, name);
-        folder.write("barriers.graphml", graph.as_bytes())?;
-        pictures(self, titles, folder.path())
+    /// Writes trees and graphs as text and pictures, and the minima and passes as `min.data` and `ts.data`.
+    pub(super) fn draw(
+        &self,
+        titles: &Titles<'_>,
+        database: &Database,
+        folder: &AtomicFolder,
+    ) -> anyhow::Result<()> {
+        let network = &self.landscape.network;
+        let leaves = network.node_weights().map(|minimum| Leaf {
+            members: minimum.members.len(),
+            label: self.label(&minimum.members),
+            caption: None,
+        });
+        write_database(database, folder)?;
+        let drawing = Drawing {
+            network,
+            tree: &self.landscape.tree,
+            resampled: &self.landscape.resampled,
+            leaves: leaves.collect(),
+            group_of: self.group_of(),
+            titles,
+            views: Views::default(),
+        };
+        drawing.write(folder.path())
     }
+}
+
+/// Writes `min.data` and `ts.data` as PATHSAMPLE reads them.
+pub(super) fn write_database(database: &Database, folder: &AtomicFolder) -> anyhow::Result<()> {
+    let minima = database.min_data(Layout::Pathsample);
+    folder.write("min.data", minima.as_bytes())?;
+    let states = database.ts_data(Layout::Pathsample);
+    Ok(folder.write("ts.data", states.as_bytes())?)
 }
 
 /// The middle of some values, the upper one of two.
 pub(super) fn median(mut values: Vec<f64>) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied()
-}
-
-/// The disconnectivity graph and the barrier graph, as SVG and PNG.
-fn pictures(mapped: &Mapped<'_>, titles: &Titles<'_>, folder: &Path) -> anyhow::Result<()> {
-    let landscape = mapped.landscape;
-    let leaves: Vec<Leaf> = landscape
-        .network
-        .node_weights()
-        .map(|minimum| Leaf {
-            members: minimum.members.len(),
-            label: mapped.label(&minimum.members),
-            caption: None,
-        })
-        .collect();
-    let group_of = mapped.group_of();
-    let (tree, left_out) = legible_tree(mapped);
-    let title = &titles.title;
-    let mut tree = DisconnectivityPicture::new(tree, &landscape.network);
-    tree.resampled.clone_from(&landscape.resampled);
-    tree.leaves.clone_from(&leaves);
-    tree.title = match left_out {
-        Some((count, height)) => format!("{title} ({count} merges above {height:.2} not drawn)"),
-        None => title.clone(),
-    };
-    if let Some((_, height)) = left_out {
-        tree.apart = format!("apart: joined above {height:.2}");
-    }
-    tree.size = [1600, 900];
-    titles.energy.clone_into(&mut tree.energy_label);
-    titles.members.clone_into(&mut tree.members_label);
-    let mut graph = BarrierPicture::new(&landscape.network);
-    graph.leaves = leaves;
-    graph.title.clone_from(title);
-    titles.energy.clone_into(&mut graph.energy_label);
-    titles.members.clone_into(&mut graph.members_label);
-    graph.seed = titles.seed;
-    let pictures = [
-        ("disconnectivity", tree.grouped(&group_of).draw()?),
-        ("disconnectivity_minima", tree.draw()?),
-        ("barriers", graph.grouped(&group_of).draw()?),
-        ("barriers_minima", graph.draw()?),
-    ];
-    for (name, canvas) in pictures {
-        for ending in ["svg", "png"] {
-            canvas
-                .save(&folder.join(format!("{name}.{ending}")))
-                .context("cannot draw")?;
-        }
-    }
-    Ok(())
-}
-
-/// The tree as drawn: where the highest twentieth of the merges would squash the rest, it is cut below them, and how many
-/// merges that leaves out above which height.
-fn legible_tree(mapped: &Mapped<'_>) -> (Tree, Option<(usize, f64)>) {
-    let heights: Vec<f64> = mapped.merges().iter().map(|merge| merge.height).collect();
-    let whole = (mapped.landscape.tree.clone(), None);
-    let Some((&highest, &usual)) = heights.last().zip(heights.get(heights.len() * 19 / 20)) else {
-        return whole;
-    };
-    if highest < 2.0 * usual {
-        return whole;
-    }
-    let network = mapped.landscape.network.filter_map(
-        |_, node| Some(node.clone()),
-        |_, edge| (edge.height <= usual).then(|| edge.clone()),
-    );
-    let left_out = heights.iter().filter(|height| **height > usual).count();
-    (
-        Tree::from_network(&network, Evidence::Chain),
-        Some((left_out, usual)),
-    )
 }
 
 /// The merges that rest on an upper bound, as a table.

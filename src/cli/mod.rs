@@ -11,7 +11,10 @@ use clap::Parser;
 
 mod args;
 mod build;
+mod draw;
+mod drawing;
 mod experiment;
+mod import;
 mod input;
 mod inspect;
 mod landscape;
@@ -46,6 +49,8 @@ pub fn run() -> ExitCode {
             Command::Inspect(command) => inspect::run(command, &arguments.common),
             Command::Objects(command) => objects::run(&command.command, &arguments.common),
             Command::Surface(command) => surface::run(command, &arguments.common),
+            Command::Draw(command) => draw::run(command, &arguments.common),
+            Command::Import(command) => import::run(command, &arguments.common),
         });
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -16,6 +16,7 @@ use crate::energy::{Counted, Energy, External, model};
 use crate::sample::{Task, stream};
 use crate::space::{Cluster, Euclidean, Rotation, Space, Torus};
 use crate::store::{Counts, LandscapeFiles, Manifest, Source, StationaryRow, content_hash};
+use crate::topography::exchange::Database;
 use crate::topography::{self, Exploration, GroupSettings, SearchSettings, explore, in_box};
 
 /// Length over which energies are differenced, as a share of the shortest side of the region.
@@ -29,6 +30,8 @@ const SHOWN: usize = 20;
 struct Subject<'a> {
     name: &'a str,
     energy: &'a dyn Energy,
+    /// What its coordinates are, as `--coordinates` names it.
+    coordinates: String,
     /// Where random starts are drawn.
     low: Vec<f64>,
     high: Vec<f64>,
@@ -76,6 +79,7 @@ fn run_model(command: &Surface, common: &Common, region: Option<Region>) -> anyh
     let subject = Subject {
         name: &surface.name,
         energy: &*surface.energy,
+        coordinates: surface.coordinates.to_owned(),
         low,
         high,
         source: Source {
@@ -100,19 +104,18 @@ fn run_program(
     let external = External::start(program, space, DIFFERENCE * side)?;
     check_gradient(&external, (&low, &high), command.seed, DIFFERENCE * side)?;
     let coordinates = command.coordinates.to_possible_value();
+    let coordinates = coordinates.map_or_else(String::new, |value| value.get_name().to_owned());
     let subject = Subject {
         name: program,
         energy: &external,
+        coordinates: coordinates.clone(),
         low,
         high,
         source: Source {
             name: program.to_owned(),
             content_hash: command_hash(program),
         },
-        words: format!(
-            "--command '{program}' --coordinates {}",
-            coordinates.as_ref().map_or("", |value| value.get_name())
-        ),
+        words: format!("--command '{program}' --coordinates {coordinates}"),
         check: &|| Ok(external.check()?),
     };
     until_unwritable(|| map(command, common, &subject))?
@@ -179,7 +182,8 @@ fn map(command: &Surface, common: &Common, subject: &Subject<'_>) -> anyhow::Res
     let files = report.tables()?;
     files.write(folder)?;
     StationaryRow::write(&report.stationary(), folder)?;
-    report.mapped.draw(&report.titles(), folder)?;
+    let database = Database::from_exploration(&found, subject.coordinates == "atoms");
+    report.mapped.draw(&report.titles(), &database, folder)?;
     let text = report.summary();
     folder.write("summary.md", text.as_bytes())?;
     watch.lap("write", 0);
@@ -260,6 +264,7 @@ impl Report<'_> {
             scale: 1.0,
             energy: json!({
                 "surface": self.subject.words,
+                "coordinates": self.subject.coordinates,
                 "low": self.subject.low,
                 "high": self.subject.high,
             }),
@@ -534,7 +539,11 @@ fn region(flag: &str) -> anyhow::Result<Region> {
     Ok((low, high))
 }
 
-fn space(coordinates: Coordinates, count: usize) -> anyhow::Result<Box<dyn Space + Send>> {
+/// The space of coordinates of this kind.
+pub(super) fn space(
+    coordinates: Coordinates,
+    count: usize,
+) -> anyhow::Result<Box<dyn Space + Send>> {
     Ok(match coordinates {
         Coordinates::Flat => Box::new(Euclidean::new(count)),
         Coordinates::Angles => Box::new(Torus::new(count)),

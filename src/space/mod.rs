@@ -8,6 +8,7 @@ mod cluster;
 mod euclidean;
 mod pose;
 mod rotation;
+mod structure;
 mod symmetry;
 mod torus;
 pub(crate) mod vector;
@@ -16,6 +17,7 @@ pub use cluster::Cluster;
 pub use euclidean::Euclidean;
 pub use pose::{PoseMetric, PoseSpace, object_from_hand, pose_coordinates};
 pub use rotation::Rotation;
+pub use structure::{moments_of_inertia, point_group_order};
 pub use symmetry::Symmetry;
 pub use torus::Torus;
 

@@ -269,6 +269,16 @@ pub enum Fault {
         /// The objects described.
         known: String,
     },
+    /// A value that refers to nothing, or has no meaning.
+    #[error("column `{column}` holds `{value}`, expected {expected}")]
+    Unexpected {
+        /// The column.
+        column: String,
+        /// The value.
+        value: String,
+        /// What it should be.
+        expected: String,
+    },
     /// Two grasps with one id.
     #[error("id {id} is taken by row {first} already")]
     RepeatedId {

@@ -450,10 +450,10 @@ fn read_paths(path: &Path, terms: &[String]) -> Result<Vec<PathRow>, StoreError>
 }
 
 impl Table {
-    /// Coordinates; a table without rows has no column for them.
+    /// Coordinates; where no row has any (imported minima), or there are no rows, there is no column for them.
     fn required_unless_empty(&self, name: &str) -> Result<Vec<Vec<f64>>, StoreError> {
-        if self.rows == 0 {
-            Ok(Vec::new())
+        if self.rows == 0 || !self.has(name) {
+            Ok(vec![Vec::new(); self.rows])
         } else {
             self.required(name, &VECTOR)
         }

@@ -16,6 +16,7 @@ pub mod grasps;
 mod journal;
 mod landscape;
 mod metadata;
+mod network;
 mod stationary;
 mod table;
 

@@ -5,6 +5,7 @@ mod audit;
 mod barrier;
 mod diagram;
 mod eigen;
+pub mod exchange;
 mod follow;
 mod groups;
 mod journal;
@@ -42,5 +43,5 @@ pub use search::{
 };
 pub use sequential::{Sequential, SequentialSettings, sequential};
 pub use support::support;
-pub use text::{graphml, newick};
+pub use text::{dot, graphml, newick, tree_json};
 pub use tree::{Node, NodeId, Tree, decisive};

@@ -1,4 +1,4 @@
-//! The map as text that other programs read: Newick (trees), GraphML (graphs), JSON.
+//! The map as text that other programs read: Newick, DOT and JSON (trees), GraphML (graphs), JSON (everything).
 
 use std::fmt::{Display, Write};
 
@@ -19,6 +19,18 @@ impl Evidence {
             Self::Chain => "chain",
             Self::None => "none",
         }
+    }
+
+    /// The evidence of that name.
+    pub fn named(name: &str) -> Option<Self> {
+        let all = [
+            Self::Saddle,
+            Self::Seam,
+            Self::Path,
+            Self::Chain,
+            Self::None,
+        ];
+        all.into_iter().find(|evidence| evidence.name() == name)
     }
 }
 
@@ -51,6 +63,70 @@ fn write_subtree(tree: &Tree, id: NodeId, name: &impl Fn(MinimumId) -> String, t
         write!(text, ":{}", tree.nodes[parent.0].energy - node.energy)
             .expect("text grows without fail");
     }
+}
+
+/// The tree in the DOT language of Graphviz, leaves by `name` and merges by their height; each node has its `energy` as an
+/// attribute, each merge its `evidence`. Merges that rest on something worse than [`Evidence::Path`] are dashed.
+pub fn dot(tree: &Tree, name: impl Fn(MinimumId) -> String) -> String {
+    let mut text = String::from("graph disconnectivity {\n  node [fontname=\"sans-serif\"];\n");
+    for (id, node) in tree.nodes.iter().enumerate() {
+        let energy = node.energy;
+        let line = if let Some(minimum) = node.minimum {
+            let label = quoted(&name(minimum));
+            format!("  n{id} [label={label}, energy=\"{energy}\", shape=box];\n")
+        } else {
+            let evidence = node.evidence.name();
+            format!(
+                "  n{id} [label=\"{energy:.6}\", energy=\"{energy}\", evidence=\"{evidence}\", shape=plaintext];\n"
+            )
+        };
+        text.push_str(&line);
+    }
+    for (id, node) in tree.nodes.iter().enumerate() {
+        let style = if node.evidence > Evidence::Path {
+            " [style=dashed]"
+        } else {
+            ""
+        };
+        for child in &node.children {
+            writeln!(text, "  n{id} -- n{}{style};", child.0).expect("text grows without fail");
+        }
+    }
+    text.push_str("}\n");
+    text
+}
+
+/// A quoted DOT identifier: only quotes need an escape; a backslash at the end would take the closing one.
+fn quoted(text: &str) -> String {
+    format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\""))
+}
+
+/// The tree as JSON: `roots`, and `nodes` of which each has `energy`, `minimum` (its number, `null` for a merge),
+/// `children` and `parent` (numbers of nodes) and `evidence`; leaves also have a `name`, merges the number of `leaves`
+/// below. It is read back as a [`Tree`] by serde. Flat, for nested trees of many minima are too deep for most parsers.
+pub fn tree_json(tree: &Tree, name: impl Fn(MinimumId) -> String) -> Value {
+    let mut leaves: Vec<usize> = Vec::with_capacity(tree.nodes.len());
+    let nodes: Vec<Value> = (tree.nodes.iter())
+        .map(|node| {
+            let mut object = json!({
+                "energy": node.energy,
+                "minimum": node.minimum,
+                "children": node.children,
+                "parent": node.parent,
+                "evidence": node.evidence,
+            });
+            let below = node.children.iter().map(|child| leaves[child.0]).sum();
+            if let Some(minimum) = node.minimum {
+                object["name"] = json!(name(minimum));
+                leaves.push(1);
+            } else {
+                object["leaves"] = json!(below);
+                leaves.push(below);
+            }
+            object
+        })
+        .collect();
+    json!({ "nodes": nodes, "roots": tree.roots })
 }
 
 /// The network as GraphML: energy and number of members on nodes; height, relative barrier, evidence, term and length on
@@ -191,6 +267,35 @@ mod tests {
         let tree = Tree::from_network(&example(), Evidence::Chain);
         let text = newick(&tree, |id| format!("m{}'", id.0));
         assert_eq!(text, "('m2''':3,('m0''':2,'m1''':1.5)2:2)4;\n");
+    }
+
+    #[test]
+    fn dot_of_a_small_tree() {
+        let mut tree = Tree::from_network(&example(), Evidence::Chain);
+        tree.nodes[4].evidence = Evidence::Chain;
+        let text = dot(&tree, |id| format!("\"{}\\", id.0));
+        assert!(
+            text.contains(r#"n0 [label="\"0\\", energy="0", shape=box];"#),
+            "{text}"
+        );
+        assert!(
+            text.contains(
+                r#"n3 [label="2.000000", energy="2", evidence="saddle", shape=plaintext];"#
+            )
+        );
+        assert_eq!(text.matches(" -- ").count(), 4);
+        assert!(text.contains("n4 -- n2 [style=dashed];"), "{text}");
+        assert!(text.contains("n3 -- n0;"), "{text}");
+    }
+
+    #[test]
+    fn json_is_read_back() {
+        let tree = Tree::from_network(&example(), Evidence::Chain);
+        let value = tree_json(&tree, |id| format!("m{}", id.0));
+        assert_eq!(value["nodes"][1]["name"], "m1");
+        assert_eq!(value["nodes"][4]["leaves"], 3);
+        let read: Tree = serde_json::from_str(&value.to_string()).unwrap();
+        assert_eq!(read, tree);
     }
 
     #[test]

@@ -9,6 +9,8 @@ pub struct Surface {
     pub name: String,
     /// The surface.
     pub energy: Box<dyn Energy + Send>,
+    /// What its coordinates are: `flat`, `angles`, `atoms` or `rotation`.
+    pub coordinates: &'static str,
     /// The least value of each coordinate of a random start.
     pub low: Vec<f64>,
     /// The greatest.
@@ -93,11 +95,10 @@ pub const MODELS: &[Model] = &[
                 .collect();
             let n = words.len() / 2;
             let half = std::f64::consts::PI;
-            Some(surface(
-                Torsion::new(&angles?),
-                &vec![-half; n],
-                &vec![half; n],
-            ))
+            Some(Surface {
+                coordinates: "angles",
+                ..surface(Torsion::new(&angles?), &vec![-half; n], &vec![half; n])
+            })
         },
     },
     Model {
@@ -110,7 +111,10 @@ pub const MODELS: &[Model] = &[
                 _ => <[f64; 4]>::try_from(words).ok()?,
             };
             let positive = weights.iter().all(|c| *c > 0.0);
-            positive.then(|| surface(Orientation::new(weights), &[-1.0; 4], &[1.0; 4]))
+            positive.then(|| Surface {
+                coordinates: "rotation",
+                ..surface(Orientation::new(weights), &[-1.0; 4], &[1.0; 4])
+            })
         },
     },
     Model {
@@ -122,11 +126,14 @@ pub const MODELS: &[Model] = &[
             let atoms = whole(*count, 2..=100)?;
             // Half the side of a box in which compact clusters are common.
             let half = 0.62 * (atoms as f64).cbrt();
-            Some(surface(
-                LennardJones::new(atoms),
-                &vec![-half; 3 * atoms],
-                &vec![half; 3 * atoms],
-            ))
+            Some(Surface {
+                coordinates: "atoms",
+                ..surface(
+                    LennardJones::new(atoms),
+                    &vec![-half; 3 * atoms],
+                    &vec![half; 3 * atoms],
+                )
+            })
         },
     },
 ];
@@ -194,6 +201,7 @@ fn surface(energy: impl Energy + Send + 'static, low: &[f64], high: &[f64]) -> S
     Surface {
         name: String::new(),
         energy: Box::new(energy),
+        coordinates: "flat",
         low: low.to_vec(),
         high: high.to_vec(),
     }

@@ -1,0 +1,145 @@
+//! `landscape draw`: the pictures of a finished landscape again, with views applied.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail, ensure};
+
+use super::args::{Common, Draw};
+use super::drawing::{Drawing, Views};
+use super::landscape::Titles;
+use super::{check_output, complain};
+use crate::figure::Leaf;
+use crate::store::{LandscapeFiles, MinimumRow};
+use crate::topography::{Evidence, MinimumId, Tree};
+
+pub(super) fn run(command: &Draw, common: &Common) -> anyhow::Result<()> {
+    for (flag, value) in [
+        ("lowest", command.lowest),
+        ("levels", command.levels),
+        ("min-members", command.min_members),
+    ] {
+        ensure!(value != Some(0), "--{flag} 0: at least 1 is needed");
+    }
+    if let Some(output) = &command.output {
+        check_output(output)?;
+    }
+    let files = LandscapeFiles::read(&command.landscape)?;
+    let network = files.network(&command.landscape)?;
+    let tree = Tree::from_network(&network, Evidence::Chain);
+    let views = Views {
+        lowest: command.lowest,
+        members: command.min_members,
+        monotonic: command.monotonic,
+        levels: command.levels,
+        picked: picked(&command.pick, files.minima.len())?,
+    };
+    let output = match &command.output {
+        Some(output) => output.clone(),
+        None => beside(&command.landscape)?,
+    };
+    std::fs::create_dir_all(&output)
+        .with_context(|| format!("cannot create the folder {}", output.display()))?;
+    let titles = titles(&files, command.seed);
+    let drawing = Drawing {
+        network: &network,
+        tree: &tree,
+        resampled: &[],
+        leaves: files.minima.iter().map(leaf).collect(),
+        group_of: groups(&files),
+        titles: &titles,
+        views,
+    };
+    drawing.write(&output)?;
+    if !common.quiet {
+        complain(&format!("wrote {}", output.display()));
+    }
+    Ok(())
+}
+
+/// Groups as they are numbered in the file, without gaps.
+fn groups(files: &LandscapeFiles) -> Vec<usize> {
+    let mut names: Vec<u64> = files.minima.iter().map(|minimum| minimum.group).collect();
+    names.sort_unstable();
+    names.dedup();
+    let places = files.minima.iter();
+    places
+        .map(|minimum| names.partition_point(|name| *name < minimum.group))
+        .collect()
+}
+
+/// `m3`, or `3`.
+fn picked(names: &[String], count: usize) -> anyhow::Result<Vec<MinimumId>> {
+    let mut picked = Vec::new();
+    for name in names {
+        let number = name.strip_prefix('m').unwrap_or(name).parse().ok();
+        match number {
+            Some(number) if number < count => picked.push(MinimumId(number)),
+            Some(_) => bail!(
+                "--pick {name}: the landscape has {count} minima, m0 to m{}",
+                count.saturating_sub(1)
+            ),
+            None => bail!("--pick {name}: write minima as the tree names them, m0,m3,m17"),
+        }
+    }
+    Ok(picked)
+}
+
+/// `X.landscape` is drawn into `X.view`.
+fn beside(landscape: &Path) -> anyhow::Result<PathBuf> {
+    ensure!(
+        landscape.file_name().is_some(),
+        "{}: name the folder to write with --output",
+        landscape.display()
+    );
+    Ok(landscape.with_extension("view"))
+}
+
+/// The label that most members carry, the first in the alphabet at a tie.
+fn leaf(minimum: &MinimumRow) -> Leaf {
+    let labels = minimum.labels.iter().rev();
+    Leaf {
+        members: minimum.members.len(),
+        label: labels
+            .max_by_key(|(_, count)| **count)
+            .map(|(label, _)| label.clone()),
+        caption: None,
+    }
+}
+
+/// As `landscape build`, `surface` and `import` title their pictures.
+fn titles(files: &LandscapeFiles, seed: Option<u64>) -> Titles<'static> {
+    let manifest = &files.manifest;
+    let seed = seed.unwrap_or(manifest.seed);
+    match (&manifest.hand, &manifest.object) {
+        (Some(hand), Some(object)) => Titles {
+            title: format!(
+                "{} grasps, {} hand on {}",
+                manifest.counts.grasps, hand.name, object.name
+            ),
+            energy: "energy E(H, O)",
+            members: "grasps",
+            seed,
+        },
+        _ => Titles {
+            title: manifest.source.name.clone(),
+            energy: "energy",
+            members: "members",
+            seed,
+        },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn minima_are_picked_by_name() {
+        let names = ["m3", "0"].map(str::to_owned);
+        assert_eq!(picked(&names, 4).unwrap(), [3, 0].map(MinimumId));
+        for (name, said) in [("m4", "m0 to m3"), ("x", "m0,m3,m17"), ("-1", "m0,m3,m17")] {
+            let error = picked(&[name.to_owned()], 4).unwrap_err().to_string();
+            assert!(error.contains(said), "{error}");
+        }
+    }
+}

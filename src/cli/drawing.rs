@@ -1,0 +1,265 @@
+//! Pictures of a network and its tree, with views applied, and the same as text for other programs.
+
+use std::path::Path;
+
+use anyhow::Context;
+
+use super::landscape::Titles;
+use crate::figure::layout::collapse;
+use crate::figure::{BarrierPicture, DisconnectivityPicture, Leaf, group};
+use crate::store::write_atomic;
+use crate::topography::view::{Levels, View, bottoms, grouped, restricted};
+use crate::topography::{self, Evidence, MinimumId, Network, Tree};
+
+/// What is to be drawn.
+pub(super) struct Drawing<'a> {
+    pub(super) network: &'a Network,
+    pub(super) tree: &'a Tree,
+    /// Trees of resampled chains, which tell the support of merges; none where it is not known.
+    pub(super) resampled: &'a [Tree],
+    /// One a minimum.
+    pub(super) leaves: Vec<Leaf>,
+    /// The group of each minimum.
+    pub(super) group_of: Vec<usize>,
+    pub(super) titles: &'a Titles<'a>,
+    pub(super) views: Views,
+}
+
+/// What is shown of it; by default everything.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub(super) struct Views {
+    pub(super) lowest: Option<usize>,
+    pub(super) members: Option<usize>,
+    pub(super) monotonic: bool,
+    pub(super) levels: Option<usize>,
+    /// Minima named; no names, no choice.
+    pub(super) picked: Vec<MinimumId>,
+}
+
+impl Views {
+    /// Filters, then levels, which are returned, too. `picked` names leaves of this tree.
+    fn of(&self, network: &Network, tree: &Tree, picked: &[MinimumId]) -> (View, Option<Levels>) {
+        let mut view = View::whole(tree);
+        if !picked.is_empty() {
+            view = view.picked(picked);
+        }
+        if self.monotonic {
+            view = view.picked(&bottoms(network, Evidence::Chain));
+        }
+        if let Some(least) = self.members {
+            let members: Vec<usize> = network.node_weights().map(|m| m.members.len()).collect();
+            view = view.with_members(&members, least);
+        }
+        if let Some(count) = self.lowest {
+            view = view.lowest(count);
+        }
+        let levels = self
+            .levels
+            .and_then(|count| Levels::spanning(&view.tree, count));
+        match levels {
+            Some(levels) => (view.swept(&levels), Some(levels)),
+            None => (view, None),
+        }
+    }
+
+    /// What a title says of it.
+    fn spell(&self) -> String {
+        let mut parts = Vec::new();
+        if !self.picked.is_empty() {
+            parts.push("picked".to_owned());
+        }
+        if self.monotonic {
+            parts.push("bottoms of monotonic sequences".to_owned());
+        }
+        if let Some(least) = self.members {
+            parts.push(format!("at least {least} members"));
+        }
+        if let Some(count) = self.lowest {
+            parts.push(format!("the {count} lowest"));
+        }
+        if let Some(count) = self.levels {
+            parts.push(format!("{count} levels"));
+        }
+        parts.join(", ")
+    }
+}
+
+/// One of the two resolutions: minima, or groups of them.
+struct Shown<'a> {
+    network: &'a Network,
+    tree: Tree,
+    resampled: Vec<Tree>,
+    leaves: &'a [Leaf],
+    picked: Vec<MinimumId>,
+}
+
+impl Drawing<'_> {
+    /// Writes the tree (Newick, DOT, JSON) and the network (GraphML) of the minima as they are shown, and the pictures of
+    /// minima and of groups.
+    pub(super) fn write(&self, folder: &Path) -> anyhow::Result<()> {
+        let (view, _) = (self.views).of(self.network, self.tree, &self.views.picked);
+        let name = |id: MinimumId| format!("m{}", view.minima[id.0].0);
+        let write = |file: &str, text: &str| write_atomic(&folder.join(file), text.as_bytes());
+        write("tree.nwk", &topography::newick(&view.tree, name))?;
+        write("tree.dot", &topography::dot(&view.tree, name))?;
+        let json = topography::tree_json(&view.tree, name);
+        write("tree.json", &format!("{json:#}\n"))?;
+        let network = visible(self.network, &view);
+        let network = network.as_ref().unwrap_or(self.network);
+        write("barriers.graphml", &topography::graphml(network, name))?;
+
+        let groups = grouped(self.network, &self.group_of);
+        let mut picked: Vec<MinimumId> = (self.views.picked.iter())
+            .map(|minimum| MinimumId(self.group_of[minimum.0]))
+            .collect();
+        picked.sort_unstable();
+        picked.dedup();
+        let shown = [
+            Shown {
+                network: &groups,
+                tree: collapse(self.tree, &self.group_of),
+                resampled: (self.resampled.iter())
+                    .map(|tree| collapse(tree, &self.group_of))
+                    .collect(),
+                leaves: &group(&self.leaves, &self.group_of),
+                picked,
+            },
+            Shown {
+                network: self.network,
+                tree: self.tree.clone(),
+                resampled: self.resampled.to_vec(),
+                leaves: &self.leaves,
+                picked: self.views.picked.clone(),
+            },
+        ];
+        for (shown, ending) in shown.iter().zip(["", "_minima"]) {
+            self.pictures(shown, ending, folder)?;
+        }
+        Ok(())
+    }
+
+    /// The disconnectivity graph and the barrier graph, as SVG and PNG.
+    fn pictures(&self, shown: &Shown<'_>, ending: &str, folder: &Path) -> anyhow::Result<()> {
+        let (view, levels) = (self.views).of(shown.network, &shown.tree, &shown.picked);
+        let leaves: Vec<Leaf> = (view.minima.iter())
+            .map(|minimum| shown.leaves[minimum.0].clone())
+            .collect();
+        let titles = self.titles;
+        let mut title = titles.title.clone();
+        let spelled = self.views.spell();
+        if !spelled.is_empty() {
+            let (shown, all) = (leaves.len(), shown.leaves.len());
+            let what = if ending.is_empty() {
+                "groups"
+            } else {
+                "minima"
+            };
+            title = format!("{title}: {shown} of {all} {what} ({spelled})");
+        }
+        let network = visible(shown.network, &view);
+        let network = network.as_ref().unwrap_or(shown.network);
+
+        let cut = squashing(&view.tree);
+        let drawn = cut.map_or(view.clone(), |(_, height)| view.below(height));
+        let mut tree = DisconnectivityPicture::new(drawn.tree, network);
+        tree.leaves.clone_from(&leaves);
+        // A merge that is shown is as sure as it is among the minima that are shown.
+        let resampled = shown.resampled.iter().map(|tree| {
+            let other = View::whole(tree).picked(&view.minima);
+            let swept = levels.map(|levels| other.swept(&levels));
+            swept.unwrap_or(other).tree
+        });
+        tree.resampled = resampled.collect();
+        tree.title = match cut {
+            Some((count, height)) => {
+                tree.apart = format!("apart: joined above {height:.2}");
+                let merges = if count == 1 { "merge" } else { "merges" };
+                format!("{title} ({count} {merges} above {height:.2} not drawn)")
+            }
+            None => title.clone(),
+        };
+        tree.size = [1600, 900];
+        titles.energy.clone_into(&mut tree.energy_label);
+        titles.members.clone_into(&mut tree.members_label);
+        let mut graph = BarrierPicture::new(network);
+        graph.leaves = leaves;
+        graph.title = title;
+        titles.energy.clone_into(&mut graph.energy_label);
+        titles.members.clone_into(&mut graph.members_label);
+        graph.seed = titles.seed;
+        for (name, canvas) in [
+            ("disconnectivity", tree.draw()?),
+            ("barriers", graph.draw()?),
+        ] {
+            for format in ["svg", "png"] {
+                canvas
+                    .save(&folder.join(format!("{name}{ending}.{format}")))
+                    .context("cannot draw")?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The network of a view that hides anything.
+fn visible(network: &Network, view: &View) -> Option<Network> {
+    let hides = view.minima.len() < network.node_count();
+    hides.then(|| restricted(network, &view.minima, Evidence::Chain))
+}
+
+/// Where the highest twentieth of the merges would squash the rest: how many merges lie above which height.
+fn squashing(tree: &Tree) -> Option<(usize, f64)> {
+    // A merge of several branches counts as often as it joins two.
+    let merges = tree.nodes.iter().filter(|node| node.minimum.is_none());
+    let heights: Vec<f64> = merges
+        .flat_map(|node| vec![node.energy; node.children.len() - 1])
+        .collect();
+    let bottom = (tree.nodes.iter()).fold(f64::INFINITY, |low, node| low.min(node.energy));
+    let (&highest, &usual) = heights.last().zip(heights.get(heights.len() * 19 / 20))?;
+    if highest - bottom < 2.0 * (usual - bottom) {
+        return None;
+    }
+    let count = heights.iter().filter(|height| **height > usual).count();
+    (count > 0).then_some((count, usual))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::topography::{Node, NodeId};
+
+    fn ladder(heights: &[f64]) -> Tree {
+        let leaf = |number| Node {
+            energy: -10.0,
+            minimum: Some(MinimumId(number)),
+            children: Vec::new(),
+            parent: None,
+            evidence: Evidence::Saddle,
+        };
+        let mut nodes: Vec<Node> = (0..=heights.len()).map(leaf).collect();
+        for (k, height) in heights.iter().enumerate() {
+            let below = if k == 0 { 0 } else { heights.len() + k };
+            nodes.push(Node {
+                energy: *height,
+                minimum: None,
+                children: vec![NodeId(k + 1), NodeId(below)],
+                parent: None,
+                evidence: Evidence::Path,
+            });
+        }
+        Tree {
+            nodes,
+            roots: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn only_what_squashes_the_rest_is_cut_off() {
+        // Energies may be negative: heights count from the lowest minimum.
+        assert_eq!(squashing(&ladder(&[-9.0, -8.5, -8.0])), None);
+        let mut heights = vec![-9.0; 20];
+        heights.push(5.0);
+        assert_eq!(squashing(&ladder(&heights)), Some((1, -9.0)));
+        assert_eq!(squashing(&ladder(&[])), None);
+    }
+}

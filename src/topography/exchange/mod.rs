@@ -1,0 +1,184 @@
+//! `min.data` and `ts.data`: the text files in which landscapes are exchanged.
+//!
+//! Two programs write files of these names, with different columns:
+//!
+//! | program | `min.data`, a line a minimum | `ts.data`, a line a transition state |
+//! | --- | --- | --- |
+//! | PATHSAMPLE (D. J. Wales) | energy, ln-product, order, I₁, I₂, I₃ | energy, ln-product, order, a, b, I₁, I₂, I₃ |
+//! | topsearch (L. Dicks and D. J. Wales) | number, energy | a, b, energy |
+//!
+//! * *ln-product*: sum of the logarithms of the positive (mass-weighted) Hessian eigenvalues;
+//! * *order*: number of operations of the point group;
+//! * *a*, *b*: the minima joined, counted from 1 by PATHSAMPLE, by their numbers in topsearch (from 0);
+//! * *I*: the three principal moments of inertia by rising value.
+//!
+//! A reader tells them apart by the number of columns, 6 and 8 or 2 and 3. What a surface does not have is written as a
+//! placeholder: ln-product 0 (no Hessian), order 1, moments 0 (no atoms). Numbers keep all their bits.
+
+mod read;
+mod write;
+
+use std::collections::BTreeMap;
+
+use petgraph::graph::NodeIndex;
+use petgraph::visit::EdgeRef;
+pub use read::{ExchangeError, Layout};
+
+use super::network::{Edge, Evidence, Minimum, Network};
+use super::search::Exploration;
+use crate::space::{moments_of_inertia, point_group_order};
+
+/// What PATHSAMPLE's files say of a stationary point besides its energy.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Vibrations {
+    /// Σ ln λ over the positive eigenvalues λ of the Hessian, energies per length squared (all masses 1 when written by
+    /// us).
+    pub log_product: f64,
+    /// Operations of the point group that map the structure on itself, mirror images included.
+    pub point_group_order: u32,
+    /// Principal moments of inertia by rising value.
+    pub moments_of_inertia: [f64; 3],
+}
+
+impl Default for Vibrations {
+    /// The placeholders.
+    fn default() -> Self {
+        Self {
+            log_product: 0.0,
+            point_group_order: 1,
+            moments_of_inertia: [0.0; 3],
+        }
+    }
+}
+
+/// A minimum of a [`Database`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MinimumEntry {
+    /// Its energy.
+    pub energy: f64,
+    /// What else is known.
+    pub vibrations: Option<Vibrations>,
+}
+
+/// A transition state of a [`Database`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TransitionStateEntry {
+    /// Its energy.
+    pub energy: f64,
+    /// Rows of the minima it joins; twice the same for a degenerate rearrangement.
+    pub ends: [usize; 2],
+    /// What else is known.
+    pub vibrations: Option<Vibrations>,
+}
+
+/// The contents of a `min.data` and its `ts.data`, in their order.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Database {
+    /// Minima.
+    pub minima: Vec<MinimumEntry>,
+    /// Transition states.
+    pub transition_states: Vec<TransitionStateEntry>,
+}
+
+/// Distance up to which two atoms count as being in one place, as a share of the distance to the farthest atom from the
+/// centre: stationary points are found to about 10⁻⁸, structures that are merely nearly symmetric differ by more.
+const SAME_PLACE: f64 = 1e-3;
+
+impl Database {
+    /// The minima and finite connections of a network; nothing is known of their curvatures.
+    pub fn from_network(network: &Network) -> Self {
+        let minima = network.node_weights().map(|minimum| MinimumEntry {
+            energy: minimum.energy,
+            vibrations: None,
+        });
+        let reached = network
+            .edge_references()
+            .filter(|edge| edge.weight().height.is_finite());
+        let transition_states = reached.map(|edge| TransitionStateEntry {
+            energy: edge.weight().height,
+            ends: [edge.source().index(), edge.target().index()],
+            vibrations: None,
+        });
+        Self {
+            minima: minima.collect(),
+            transition_states: transition_states.collect(),
+        }
+    }
+
+    /// All minima and saddles of a search with their curvatures; with `atoms`, coordinates are positions of equal atoms
+    /// of mass 1 and give the point groups and moments of inertia, too.
+    pub fn from_exploration(found: &Exploration, atoms: bool) -> Self {
+        let vibrations = |coordinates: &[f64], curvatures: &[f64]| {
+            let positive = curvatures.iter().filter(|curvature| **curvature > 0.0);
+            let log_product = positive.map(|curvature| curvature.ln()).sum();
+            let plain = Vibrations {
+                log_product,
+                ..Vibrations::default()
+            };
+            Some(if atoms {
+                Vibrations {
+                    point_group_order: point_group_order(coordinates, SAME_PLACE),
+                    moments_of_inertia: moments_of_inertia(coordinates),
+                    ..plain
+                }
+            } else {
+                plain
+            })
+        };
+        let minima = found.minima.iter().zip(&found.audits);
+        let minima = minima.map(|(minimum, audit)| MinimumEntry {
+            energy: minimum.energy,
+            vibrations: vibrations(&minimum.coordinates, &audit.curvatures),
+        });
+        let saddles = found.saddles.iter().map(|saddle| TransitionStateEntry {
+            energy: saddle.energy,
+            ends: saddle.ends.map(|end| end.0),
+            vibrations: vibrations(&saddle.coordinates, &saddle.audit.curvatures),
+        });
+        Self {
+            minima: minima.collect(),
+            transition_states: saddles.collect(),
+        }
+    }
+
+    /// The network: minima by rising energy (`members` names the row of each), of each pair the lowest transition state.
+    /// Degenerate rearrangements join nothing and are left out; coordinates and lengths are not known (none, 0).
+    pub fn network(&self) -> Network {
+        let mut rows: Vec<usize> = (0..self.minima.len()).collect();
+        rows.sort_by(|a, b| {
+            let [one, other] = [a, b].map(|row| self.minima[*row].energy);
+            one.total_cmp(&other).then(a.cmp(b))
+        });
+        let mut network = Network::default();
+        let mut place = vec![NodeIndex::new(0); rows.len()];
+        for row in rows {
+            place[row] = network.add_node(Minimum {
+                coordinates: Vec::new(),
+                energy: self.minima[row].energy,
+                choice: Vec::new(),
+                members: vec![row],
+            });
+        }
+        let mut lowest: BTreeMap<[NodeIndex; 2], f64> = BTreeMap::new();
+        for state in &self.transition_states {
+            let [a, b] = state.ends.map(|end| place[end]);
+            if a != b {
+                let height = lowest.entry([a.min(b), a.max(b)]).or_insert(f64::INFINITY);
+                *height = height.min(state.energy);
+            }
+        }
+        for ([a, b], height) in lowest {
+            let edge = Edge {
+                height,
+                evidence: Evidence::Saddle,
+                term: None,
+                length: 0.0,
+            };
+            network.add_edge(a, b, edge);
+        }
+        network
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,185 @@
+use proptest::prelude::*;
+
+use super::*;
+use crate::topography::{MinimumId, Tree};
+
+/// The four minima and the three deciding saddles of seven Lennard-Jones atoms, as PATHSAMPLE has them.
+const MIN: &str = "
+  -15.9350430000   89.1D0   6   3.1  3.1  4.0
+  -16.5053840000   9.2E+1  20   2.9  2.9  4.4
+  -15.5330600000   88.5     2   2.0  3.0  4.0
+  -15.5932100000   88.2     6   2.5  3.5  3.5
+";
+const TS: &str = "\
+-15.4447340000 84.0 1 2 1 1.0 2.0 3.0\n\n\
+-15.3198640000 83.0 1 1 4 1.0 2.0 3.0\n\
+-15.2834210000 82.0 1 1 3 1.0 2.0 3.0\n\
+-15.0333840000 82.0 1 2 4 1.0 2.0 3.0\n\
+-14.8164000000 82.0 2 3 3 1.0 2.0 3.0\n";
+
+#[test]
+fn pathsample_makes_a_tree() {
+    let (database, layout) = Database::parse(MIN, TS).unwrap();
+    assert_eq!(layout, Layout::Pathsample);
+    let vibrations = database.minima[0].vibrations.unwrap();
+    assert_eq!(vibrations.log_product.to_bits(), 89.1_f64.to_bits());
+    assert_eq!(vibrations.point_group_order, 6);
+    assert_eq!(database.transition_states.len(), 5);
+    let network = database.network();
+    // By rising energy, and no loop.
+    assert_eq!(network[NodeIndex::new(0)].members, [1]);
+    assert_eq!(network.edge_count(), 4);
+    let tree = Tree::from_network(&network, Evidence::Saddle);
+    let height = |i, j| tree.minimax(MinimumId(i), MinimumId(j));
+    assert_eq!(height(0, 1), Some(-15.444734));
+    assert_eq!(height(0, 2), Some(-15.319864));
+    assert_eq!(height(0, 3), Some(-15.283421));
+}
+
+#[test]
+fn topsearch_numbers_its_minima() {
+    let (database, layout) = Database::parse(
+        "0 -15.59321\n2 -16.50538\n1 -15.53306\n",
+        "0 2 -15.03338\n1 2 -15.02644",
+    )
+    .unwrap();
+    assert_eq!(layout, Layout::Topsearch);
+    assert_eq!(database.transition_states[0].ends, [0, 1]);
+    assert_eq!(database.transition_states[1].ends, [2, 1]);
+    assert_eq!(database.minima[0].vibrations, None);
+}
+
+#[test]
+fn what_does_not_fit_is_told() {
+    let good = "-1.0 0 1 0 0 0\n-0.5 0 1 0 0 0\n";
+    for (min, ts, said) in [
+        ("", "", "min.data holds no minima"),
+        (
+            "-1 2 3\n",
+            "",
+            "min.data, line 1: 3 fields, but a line has 6 (PATHSAMPLE) or 2 (topsearch)",
+        ),
+        (
+            "\n0 -1\n-1.0 0 1 0 0 0",
+            "",
+            "min.data, line 3: the layout of PATHSAMPLE (6 fields), but min.data begins in that of topsearch",
+        ),
+        (
+            good,
+            "0 1 0.5",
+            "ts.data, line 1: the layout of topsearch (3 fields), but min.data begins in that of PATHSAMPLE",
+        ),
+        (
+            good,
+            "0.5 0 1 1 2 0 0",
+            "ts.data, line 1: 7 fields, but a line has 8 (PATHSAMPLE) or 3 (topsearch)",
+        ),
+        (
+            "-1.0 x 1 0 0 0",
+            "",
+            "min.data, line 1, field 2: `x` is not a finite number",
+        ),
+        (
+            "nan 0 1 0 0 0",
+            "",
+            "min.data, line 1, field 1: `nan` is not a finite number",
+        ),
+        (
+            "-1 0 0 0 0 0",
+            "",
+            "min.data, line 1, field 3: `0` is not a whole number of operations, 1 or more",
+        ),
+        (
+            "-1 0 1 0 0 ***",
+            "",
+            "min.data, line 1, field 6: `***` is not a finite number",
+        ),
+        (
+            good,
+            "0.5 0 1 1 2.0 0 0 0",
+            "ts.data, line 1, field 5: `2.0` is not the number of a minimum",
+        ),
+        (
+            good,
+            "0.5 0 1 0 2 0 0 0",
+            "ts.data, line 1, field 4: there is no minimum 0 in min.data, which holds 2 counted from 1",
+        ),
+        (
+            good,
+            "0.5 0 1 1 2 0 0 0\n0.5 0 1 1 3 0 0 0",
+            "ts.data, line 2, field 5: there is no minimum 3 in min.data, which holds 2 counted from 1",
+        ),
+        (
+            "0 -1\n0 -2",
+            "",
+            "min.data, line 2, field 1: minimum 0 is already on line 1",
+        ),
+        (
+            "0 -1\n-1 -2",
+            "",
+            "min.data, line 2, field 1: `-1` is not the number of a minimum",
+        ),
+        (
+            "0 -1\n1 -2",
+            "0 2 0",
+            "ts.data, line 1, field 2: there is no minimum 2 in min.data, which holds 2 counted from 0",
+        ),
+    ] {
+        let error = Database::parse(min, ts).unwrap_err();
+        assert_eq!(error.to_string(), said);
+    }
+}
+
+#[test]
+fn placeholders_are_written_where_nothing_is_known() {
+    let database = Database {
+        minima: vec![MinimumEntry {
+            energy: -1.5,
+            vibrations: None,
+        }],
+        transition_states: Vec::new(),
+    };
+    let fields: Vec<String> = database
+        .min_data(Layout::Pathsample)
+        .split_whitespace()
+        .map(str::to_owned)
+        .collect();
+    assert_eq!(fields, ["-1.5", "0.0", "1", "0.0", "0.0", "0.0"]);
+}
+
+prop_compose! {
+    fn vibrations()(log_product in -1e3..1e3_f64, point_group_order in 1..121_u32, moments in proptest::array::uniform3(0.0..1e6_f64)) -> Vibrations {
+        Vibrations { log_product, point_group_order, moments_of_inertia: moments }
+    }
+}
+
+prop_compose! {
+    fn databases()(count in 1..12_usize, full in any::<bool>())(
+        minima in proptest::collection::vec((any::<f64>().prop_filter("finite", |x| x.is_finite()), vibrations()), count),
+        states in proptest::collection::vec((-1e-3..1e20_f64, vibrations(), 0..count, 0..count), 0..30),
+        full in Just(full),
+    ) -> Database {
+        Database {
+            minima: minima.into_iter().map(|(energy, v)| MinimumEntry { energy, vibrations: full.then_some(v) }).collect(),
+            transition_states: states.into_iter()
+                .map(|(energy, v, a, b)| TransitionStateEntry { energy, ends: [a, b], vibrations: full.then_some(v) })
+                .collect(),
+        }
+    }
+}
+
+proptest! {
+    #[test]
+    fn what_is_written_is_read_again(database in databases()) {
+        let layout = if database.minima[0].vibrations.is_some() { Layout::Pathsample } else { Layout::Topsearch };
+        let (min, ts) = (database.min_data(layout), database.ts_data(layout));
+        let read = Database::parse(&min, &ts);
+        prop_assert_eq!(read, Ok((database, layout)));
+    }
+
+    #[test]
+    fn no_text_makes_it_panic(min in ".{0,80}", ts in "[-0-9. e\n]{0,80}") {
+        let _ = Database::parse(&min, &ts);
+        let _ = Database::parse("0 1\n1 2\n", &ts);
+    }
+}

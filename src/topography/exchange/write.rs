@@ -1,0 +1,61 @@
+//! Writing `min.data` and `ts.data`.
+
+use super::{Database, Layout, Vibrations};
+
+impl Database {
+    /// The text of `min.data`. Numbers are written with all their bits, in columns of fixed width.
+    pub fn min_data(&self, layout: Layout) -> String {
+        let minima = self.minima.iter().enumerate();
+        minima
+            .map(|(row, minimum)| match layout {
+                Layout::Pathsample => {
+                    let (before, after) = columns(minimum.vibrations);
+                    format!("{} {before} {after}\n", number(minimum.energy))
+                }
+                Layout::Topsearch => format!("{row:>8} {}\n", number(minimum.energy)),
+            })
+            .collect()
+    }
+
+    /// The text of `ts.data`.
+    pub fn ts_data(&self, layout: Layout) -> String {
+        let states = self.transition_states.iter();
+        states
+            .map(|state| {
+                let energy = number(state.energy);
+                match layout {
+                    Layout::Pathsample => {
+                        let (before, after) = columns(state.vibrations);
+                        let [a, b] = state.ends.map(|end| end + 1);
+                        format!("{energy} {before} {a:>8} {b:>8} {after}\n")
+                    }
+                    Layout::Topsearch => {
+                        let [a, b] = state.ends;
+                        format!("{a:>8} {b:>8} {energy}\n")
+                    }
+                }
+            })
+            .collect()
+    }
+}
+
+/// ln-product and order, and the moments of inertia.
+fn columns(vibrations: Option<Vibrations>) -> (String, String) {
+    let vibrations = vibrations.unwrap_or_default();
+    let before = format!(
+        "{} {:>6}",
+        number(vibrations.log_product),
+        vibrations.point_group_order
+    );
+    (before, vibrations.moments_of_inertia.map(number).join(" "))
+}
+
+/// The shortest text that gives the same number back, right-aligned.
+fn number(value: f64) -> String {
+    let plain = value == 0.0 || (1e-5..1e15).contains(&value.abs());
+    if plain {
+        format!("{value:>25?}")
+    } else {
+        format!("{value:>25e}")
+    }
+}

@@ -1,0 +1,251 @@
+//! What is done with finished landscapes: drawing views, exchanging min.data and ts.data.
+#![cfg(feature = "cli")]
+#![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use landscape::store::{LandscapeFiles, StationaryRow};
+use landscape::topography::exchange::{Database, Layout};
+use landscape::topography::{MinimumId, Tree};
+use serde_json::Value;
+use tempfile::TempDir;
+
+struct Desk(TempDir);
+
+impl Desk {
+    fn new() -> Self {
+        Self(TempDir::new().unwrap())
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn text(&self, name: &str) -> String {
+        fs::read_to_string(self.path(name)).unwrap()
+    }
+
+    fn run(&self, line: &str) -> Output {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_landscape"));
+        command.args(line.split_whitespace());
+        command.current_dir(self.0.path()).output().unwrap()
+    }
+
+    /// Runs a command that must succeed and returns what it printed.
+    fn succeed(&self, line: &str) -> String {
+        let output = self.run(line);
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.success(), "landscape {line}: {said}");
+        String::from_utf8(output.stdout).unwrap()
+    }
+
+    /// Runs a command that must fail with one sentence, which is returned.
+    fn mistake(&self, line: &str) -> String {
+        let output = self.run(line);
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "landscape {line}: {said}");
+        assert!(
+            said.starts_with("error: ") && !said.contains("panicked"),
+            "{said}"
+        );
+        said
+    }
+
+    fn tree(&self, folder: &str) -> Tree {
+        serde_json::from_str(&self.text(&format!("{folder}/tree.json"))).unwrap()
+    }
+
+    fn write(&self, folder: &str, min: &str, ts: &str) {
+        fs::create_dir_all(self.path(folder)).unwrap();
+        fs::write(self.path(folder).join("min.data"), min).unwrap();
+        fs::write(self.path(folder).join("ts.data"), ts).unwrap();
+    }
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).unwrap();
+    let mut names: Vec<String> = entries
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .filter(|name| !name.starts_with('.'))
+        .collect();
+    names.sort();
+    names
+}
+
+/// Seven Lennard-Jones atoms in topsearch's columns, from the reference values.
+fn seven() -> (String, String) {
+    let reference: Value = serde_json::from_str(include_str!("reference/landscapes.json")).unwrap();
+    let known = &reference["LJ7"];
+    let minima = known["minima"].as_array().unwrap().iter();
+    let minima = minima
+        .enumerate()
+        .map(|(i, minimum)| format!("{i} {minimum}\n"));
+    let states = known["ts"].as_array().unwrap().iter();
+    let states = states.map(|state| {
+        format!(
+            "{} {} {}\n",
+            state["connects"][0], state["connects"][1], state["energy"]
+        )
+    });
+    (minima.collect(), states.collect())
+}
+
+#[test]
+fn files_of_others_become_a_landscape() {
+    let desk = Desk::new();
+    let (min, ts) = seven();
+    desk.write("seven", &min, &ts);
+    let said = desk.succeed("import seven");
+    assert!(
+        said.contains("**4 minima** and **12 transition states** in the layout of topsearch"),
+        "{said}"
+    );
+    let found = names(&desk.path("seven.landscape"));
+    for name in [
+        "barriers.graphml",
+        "barriers.png",
+        "disconnectivity.svg",
+        "edges.parquet",
+        "landscape.json",
+        "min.data",
+        "minima.parquet",
+        "tree.dot",
+        "tree.json",
+        "tree.nwk",
+        "ts.data",
+    ] {
+        assert!(found.iter().any(|file| file == name), "{name} of {found:?}");
+    }
+    let tree = desk.tree("seven.landscape");
+    for (a, b, height) in [(0, 1, -15.444734), (0, 2, -15.319864), (0, 3, -15.283421)] {
+        let found = tree.minimax(MinimumId(a), MinimumId(b)).unwrap();
+        assert!((found - height).abs() < 1e-5, "{a} {b}: {found}");
+    }
+    // What it writes is PATHSAMPLE's, and reads as the same.
+    desk.succeed("import seven.landscape -o again -q");
+    assert_eq!(tree, desk.tree("again"));
+    assert_eq!(
+        desk.text("seven.landscape/ts.data"),
+        desk.text("again/ts.data")
+    );
+    let files = LandscapeFiles::read(&desk.path("again")).unwrap();
+    assert_eq!(files.minima.len(), 4);
+    assert!(files.minima[0].coordinates.is_empty());
+}
+
+#[test]
+fn curvatures_are_exchanged() {
+    let desk = Desk::new();
+    desk.succeed("surface lj 7 -q -o seven");
+    let (database, layout) =
+        Database::parse(&desk.text("seven/min.data"), &desk.text("seven/ts.data")).unwrap();
+    assert_eq!(layout, Layout::Pathsample);
+    let rows = StationaryRow::read(&desk.path("seven")).unwrap();
+    let minima = database
+        .minima
+        .iter()
+        .map(|m| (m.energy, m.vibrations.unwrap()));
+    let states = database
+        .transition_states
+        .iter()
+        .map(|s| (s.energy, s.vibrations.unwrap()));
+    assert_eq!(rows.len(), 16);
+    for (row, (energy, vibrations)) in rows.iter().zip(minima.chain(states)) {
+        assert_eq!(energy.to_bits(), row.energy.to_bits());
+        let index = usize::try_from(row.index).unwrap();
+        let product: f64 = row.curvatures[index..].iter().map(|c| c.ln()).sum();
+        assert!((vibrations.log_product - product).abs() < 1e-9);
+        let [a, b, c] = vibrations.moments_of_inertia;
+        assert!(0.0 < a && a <= b && b <= c && c <= a + b);
+    }
+    // D5h, C3v, C2, C3v: the published point groups of the four minima (energies by rising value).
+    let orders: Vec<u32> = database
+        .minima
+        .iter()
+        .map(|m| m.vibrations.unwrap().point_group_order)
+        .collect();
+    assert_eq!(orders, [20, 6, 6, 2]);
+    desk.succeed("import seven -o again -q");
+    let [here, there] = ["seven", "again"].map(|folder| desk.tree(folder));
+    assert_eq!(here.nodes.len(), there.nodes.len());
+    for i in 0..4 {
+        for j in 0..4 {
+            assert_eq!(
+                here.minimax(MinimumId(i), MinimumId(j)),
+                there.minimax(MinimumId(i), MinimumId(j))
+            );
+        }
+    }
+}
+
+#[test]
+fn files_that_do_not_fit_are_refused() {
+    let desk = Desk::new();
+    desk.write("bad", "0 -1.0\n1 -2.0\n", "0 1 0.5\n0 2 0.5\n");
+    let said = desk.mistake("import bad");
+    assert!(
+        said.contains("bad: ts.data, line 2, field 2: there is no minimum 2"),
+        "{said}"
+    );
+    assert!(!desk.path("bad.landscape").exists() && !desk.path("bad.landscape.partial").exists());
+    assert!(
+        desk.mistake("import nowhere")
+            .contains("nowhere is no folder")
+    );
+    fs::remove_file(desk.path("bad/ts.data")).unwrap();
+    assert!(
+        desk.mistake("import bad")
+            .contains("cannot read bad/ts.data")
+    );
+}
+
+#[test]
+fn views_are_drawn() {
+    let desk = Desk::new();
+    // Nine minima at energy 0; merges at 2 and at 6.
+    desk.succeed("surface torsion 1 3 3 3 -q -o t.landscape");
+    desk.succeed("draw t.landscape --lowest 4 --levels 2 --seed 3");
+    let found = names(&desk.path("t.view"));
+    assert_eq!(found.len(), 12, "{found:?}");
+    let svg = desk.text("t.view/disconnectivity_minima.svg");
+    assert!(
+        svg.contains("4 of 9 minima (the 4 lowest, 2 levels)"),
+        "{svg}"
+    );
+    assert_eq!(
+        desk.tree("t.view")
+            .nodes
+            .iter()
+            .filter(|node| node.minimum.is_some())
+            .count(),
+        4
+    );
+
+    desk.succeed("draw t.landscape --pick m8,m0 -o two");
+    let whole = desk.tree("t.landscape");
+    let two = desk.tree("two");
+    assert_eq!(
+        two.minimax(MinimumId(0), MinimumId(1)),
+        whole.minimax(MinimumId(0), MinimumId(8))
+    );
+    assert!(desk.text("two/tree.nwk").contains("'m8'"));
+    assert!(desk.text("two/barriers.graphml").contains("<edge "));
+    // All are bottoms: nothing is lower than anything.
+    desk.succeed("draw t.landscape --monotonic -o bottoms");
+    assert!(!desk.tree("bottoms").nodes.is_empty());
+    desk.succeed("draw t.landscape --min-members 1000000 -o none");
+    assert_eq!(desk.tree("none"), Tree::default());
+
+    for (line, said) in [
+        ("draw t.landscape --pick m9", "m0 to m8"),
+        ("draw t.landscape --pick first", "m0,m3,m17"),
+        ("draw t.landscape --lowest 0", "--lowest 0"),
+        ("draw nowhere", "no such file"),
+        ("draw t.landscape -o no/where", "there is no folder no"),
+    ] {
+        let sentence = desk.mistake(line);
+        assert!(sentence.contains(said), "{line}: {sentence}");
+    }
+}
