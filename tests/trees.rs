@@ -1,4 +1,4 @@
-//! What is done with finished landscapes: drawing views, exchanging min.data and ts.data.
+//! What is done with finished landscapes: drawing views, comparing two, exchanging min.data and ts.data.
 #![cfg(feature = "cli")]
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
@@ -8,7 +8,7 @@ use std::process::{Command, Output};
 
 use landscape::store::{LandscapeFiles, StationaryRow};
 use landscape::topography::exchange::{Database, Layout};
-use landscape::topography::{MinimumId, Tree};
+use landscape::topography::{Evidence, MinimumId, Tree};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -133,6 +133,11 @@ fn files_of_others_become_a_landscape() {
     let files = LandscapeFiles::read(&desk.path("again")).unwrap();
     assert_eq!(files.minima.len(), 4);
     assert!(files.minima[0].coordinates.is_empty());
+    let said = desk.mistake("diff again seven.landscape");
+    assert!(
+        said.contains("does not tell where its minima are"),
+        "{said}"
+    );
 }
 
 #[test]
@@ -244,6 +249,63 @@ fn views_are_drawn() {
         ("draw t.landscape --lowest 0", "--lowest 0"),
         ("draw nowhere", "no such file"),
         ("draw t.landscape -o no/where", "there is no folder no"),
+    ] {
+        let sentence = desk.mistake(line);
+        assert!(sentence.contains(said), "{line}: {sentence}");
+    }
+}
+
+#[test]
+fn differences_are_told() {
+    let desk = Desk::new();
+    desk.succeed("surface double-well 2 0.1 -q -o even.landscape");
+    desk.succeed("surface double-well 2 0.3 -q -o tilted.landscape");
+    let text = desk.succeed("diff even.landscape even.landscape");
+    assert!(
+        text.contains("4 of 4 and 4 minima correspond") && text.contains("correlation: 1.0000"),
+        "{text}"
+    );
+    assert!(!text.contains("moved most"), "{text}");
+    let text = desk.succeed("diff even.landscape tilted.landscape --within 0.2");
+    assert!(
+        text.contains("## Energies that moved most") && text.contains("## Merges that moved most"),
+        "{text}"
+    );
+    let json = desk.succeed("diff even.landscape tilted.landscape --within 0.2 --json");
+    let value: Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(value["matches"].as_array().unwrap().len(), 4);
+    assert_eq!(value["merges"].as_array().unwrap().len(), 3);
+    // The deepest minimum has both coordinates in the deeper well, whose energy falls with the tilt.
+    let files = ["even", "tilted"]
+        .map(|name| LandscapeFiles::read(&desk.path(&format!("{name}.landscape"))).unwrap());
+    let told = value["matches"][0]["energies"][1].as_f64().unwrap();
+    assert!((told - files[1].minima[0].energy).abs() < 1e-12 && told < files[0].minima[0].energy);
+    let network = files[1].network(&desk.path("tilted.landscape")).unwrap();
+    let tree = Tree::from_network(&network, Evidence::Chain);
+    let merge = &value["merges"][0];
+    let ends =
+        [0, 1].map(|k| MinimumId(usize::try_from(merge["ends"][k].as_u64().unwrap()).unwrap()));
+    let partner = |id: MinimumId| {
+        let matches = value["matches"].as_array().unwrap();
+        let matched = matches.iter().find(|m| m["before"] == id.0).unwrap();
+        MinimumId(usize::try_from(matched["after"].as_u64().unwrap()).unwrap())
+    };
+    assert_eq!(
+        merge["after"].as_f64(),
+        tree.minimax(partner(ends[0]), partner(ends[1]))
+    );
+
+    desk.succeed("surface double-well 3 -q -o cube.landscape");
+    for (line, said) in [
+        (
+            "diff even.landscape cube.landscape",
+            "of different spaces (2 flat, 3 flat)",
+        ),
+        ("diff even.landscape nowhere", "no such file"),
+        (
+            "diff even.landscape tilted.landscape --within -1",
+            "--within -1",
+        ),
     ] {
         let sentence = desk.mistake(line);
         assert!(sentence.contains(said), "{line}: {sentence}");

@@ -74,6 +74,9 @@ pub(super) enum Command {
     /// Draw a finished landscape again, with some of its minima or at few levels
     #[command(after_help = DRAW_EXAMPLES)]
     Draw(Draw),
+    /// Tell what moved between two landscapes
+    #[command(after_help = DIFF_EXAMPLES)]
+    Diff(Diff),
     /// Read min.data and ts.data of PATHSAMPLE or topsearch
     #[command(after_help = IMPORT_EXAMPLES)]
     Import(Import),
@@ -86,6 +89,7 @@ Examples:
   landscape inspect grasps.parquet                         how good these grasps are
   landscape surface lj 7                                   lj-7.landscape/: all minima and saddles of a model
   landscape draw grasps.landscape --lowest 50              grasps.view/: the same pictures of its 50 lowest minima
+  landscape diff warm.landscape cold.landscape             which minima and merges moved
 
 `landscape help synth`, `landscape help build` and so on tell more.";
 
@@ -191,6 +195,16 @@ A hidden minimum still joins those that are shown: no choice of minima moves a m
 next of so many even levels. Pictures of groups (disconnectivity, barriers) and of minima (…_minima) take the same
 choices, each of its own leaves; picking a minimum picks its group. Writes the pictures (SVG and PNG), and tree.nwk,
 tree.dot, tree.json and barriers.graphml of what is shown of the minima.";
+
+const DIFF_EXAMPLES: &str = "\
+Examples:
+  landscape diff warm.landscape cold.landscape             tables on standard output
+  landscape diff a.landscape b.landscape --within 0.01 --json
+
+For landscapes of one hand, or of one surface, made at another temperature, with other weights or another object: which
+minima correspond (the nearest, within the distance at which two minima were one, or --within), whose energies moved, which
+merges of the first moved and by how much, and what vanished and appeared. Heights are compared for all pairs at once by
+the cophenetic distance and correlation of the two trees.";
 
 const IMPORT_EXAMPLES: &str = "\
 Examples:
@@ -453,6 +467,23 @@ pub(super) struct Draw {
     /// Seed of the layout; by default that of the landscape.
     #[arg(long)]
     pub(super) seed: Option<u64>,
+}
+
+/// Compare two landscapes.
+#[derive(Debug, Args)]
+pub(super) struct Diff {
+    /// The first landscape.
+    #[arg(value_name = "BEFORE")]
+    pub(super) before: PathBuf,
+    /// The second.
+    #[arg(value_name = "AFTER")]
+    pub(super) after: PathBuf,
+    /// Minima correspond up to this distance (metres for grasps); by default what made two minima one.
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
+    pub(super) within: Option<f64>,
+    /// Write everything as JSON.
+    #[arg(long)]
+    pub(super) json: bool,
 }
 
 /// Read the files of other programs.

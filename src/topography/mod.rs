@@ -4,6 +4,7 @@ mod adelm;
 mod audit;
 mod barrier;
 mod diagram;
+mod difference;
 mod eigen;
 pub mod exchange;
 mod follow;
@@ -29,6 +30,7 @@ pub use barrier::{Connection, Connector, Crossing, Effort, Pair, Start};
 pub use diagram::{
     Diagram, DiagramSettings, ForceLevel, Isotherm, Recommendation, Threshold, diagram, log_grid,
 };
+pub use difference::{Likeness, Match, MergeChange, TreeDifference};
 pub use groups::{GroupSettings, Groups, Level};
 pub use journal::{Journal, MemoryJournal, NoJournal};
 pub use map::{Landscape, MapSettings, map};

@@ -1,0 +1,279 @@
+//! `landscape diff`: what moved between two landscapes of one space.
+
+use std::path::Path;
+
+use anyhow::{Context, bail, ensure};
+use clap::ValueEnum;
+use serde_json::json;
+
+use super::args::{Common, Coordinates, Diff};
+use super::landscape::median;
+use super::{models, print, surface};
+use crate::grasp::object::Description;
+use crate::space::{PoseSpace, Space, Symmetry};
+use crate::store::{LandscapeFiles, Manifest};
+use crate::topography::{Evidence, Match, MergeChange, Minimum, MinimumId, Tree, TreeDifference};
+
+/// Rows of a table of the text.
+const SHOWN: usize = 20;
+
+/// A landscape of the two.
+struct Side {
+    name: String,
+    manifest: Manifest,
+    minima: Vec<Minimum>,
+    tree: Tree,
+}
+
+pub(super) fn run(command: &Diff, common: &Common) -> anyhow::Result<()> {
+    if let Some(reach) = command.within {
+        ensure!(
+            reach >= 0.0 && reach.is_finite(),
+            "--within {reach}: a length is needed"
+        );
+    }
+    let before = side(&command.before)?;
+    let after = side(&command.after)?;
+    let space = common_space(&before, &after)?;
+    let reach = match command.within {
+        Some(reach) => reach,
+        None => sameness(&before)?.max(sameness(&after)?),
+    };
+    let found = TreeDifference::between(
+        &*space,
+        (&before.minima, &before.tree),
+        (&after.minima, &after.tree),
+        reach,
+    );
+    if command.json {
+        let mut value = serde_json::to_value(&found)?;
+        value["before"] = json!(before.name);
+        value["after"] = json!(after.name);
+        value["within"] = json!(reach);
+        print(&format!("{value:#}"));
+    } else if !common.quiet {
+        print(&text(&before, &after, reach, &found));
+    }
+    Ok(())
+}
+
+fn side(folder: &Path) -> anyhow::Result<Side> {
+    let files = LandscapeFiles::read(folder)?;
+    let network = files.network(folder)?;
+    Ok(Side {
+        name: folder.display().to_string(),
+        tree: Tree::from_network(&network, Evidence::Chain),
+        minima: network.node_weights().cloned().collect(),
+        manifest: files.manifest,
+    })
+}
+
+/// The distance within which two minima were one when the landscape was made.
+fn sameness(side: &Side) -> anyhow::Result<f64> {
+    let distance = side.manifest.settings["sameness"]["distance"].as_f64();
+    distance.with_context(|| {
+        format!(
+            "{} does not tell when two of its minima are one: say how near they must be with --within",
+            side.name
+        )
+    })
+}
+
+/// The space both live in. Of two objects with different symmetries none is kept.
+fn common_space(before: &Side, after: &Side) -> anyhow::Result<Box<dyn Space>> {
+    let sides = [before, after];
+    for side in sides {
+        ensure!(
+            side.minima
+                .iter()
+                .all(|minimum| !minimum.coordinates.is_empty()),
+            "{} does not tell where its minima are, so none can be recognised",
+            side.name
+        );
+    }
+    let space = match sides.map(|side| &side.manifest.hand) {
+        [Some(one), Some(other)] => {
+            ensure!(
+                one.content_hash == other.content_hash,
+                "the two landscapes are of different hands (`{}`, `{}`): their poses cannot be compared",
+                one.name,
+                other.name
+            );
+            let hand = models::hand(one)?;
+            let [one, other] = sides.map(|side| symmetry(&side.manifest));
+            let (one, other) = (one?, other?);
+            let shared = if one == other { one } else { Symmetry::None };
+            Box::new(PoseSpace::new(hand.pose_metric().clone(), shared))
+        }
+        [None, None] => {
+            let [one, other] = sides.map(|side| surface_space(&side.manifest));
+            let ((one, kind), (_, other_kind)) = (one?, other?);
+            ensure!(
+                kind == other_kind,
+                "the two landscapes are of different spaces ({kind}, {other_kind})"
+            );
+            one
+        }
+        _ => bail!("one landscape is of grasps, the other of a surface"),
+    };
+    let wanted = space.coordinates();
+    for side in sides {
+        let odd = (side.minima.iter()).position(|minimum| minimum.coordinates.len() != wanted);
+        if let Some(row) = odd {
+            bail!(
+                "{}: m{row} has {} coordinates, but a point of the space has {wanted}",
+                side.name,
+                side.minima[row].coordinates.len()
+            );
+        }
+    }
+    Ok(space)
+}
+
+/// The symmetry of the object of a landscape, at its scale.
+fn symmetry(manifest: &Manifest) -> anyhow::Result<Symmetry> {
+    let Some(object) = &manifest.object else {
+        return Ok(Symmetry::None);
+    };
+    let description: Description = serde_json::from_value(object.description.clone())
+        .with_context(|| format!("the description of object `{}`", object.name))?;
+    Ok(description.scaled(manifest.scale).symmetry)
+}
+
+/// The space of a searched surface, and what tells it from others.
+fn surface_space(manifest: &Manifest) -> anyhow::Result<(Box<dyn Space>, String)> {
+    let count = manifest.energy["low"].as_array().map_or(0, Vec::len);
+    let kind = manifest.energy["coordinates"].as_str().unwrap_or_default();
+    let coordinates = Coordinates::from_str(kind, false)
+        .ok()
+        .with_context(|| format!("the space of `{}` is not recorded", manifest.source.name))?;
+    Ok((
+        surface::space(coordinates, count)?,
+        format!("{count} {kind}"),
+    ))
+}
+
+fn text(before: &Side, after: &Side, reach: f64, found: &TreeDifference) -> String {
+    let likeness = &found.likeness;
+    let moved: Vec<f64> = (found.matches.iter())
+        .map(|matched| (matched.energies[1] - matched.energies[0]).abs())
+        .collect();
+    let mut lines = vec![
+        format!("# {} → {}\n", before.name, after.name),
+        format!(
+            "- {} of {} and {} minima correspond (within {reach:.4}); {} vanished, {} appeared",
+            found.matches.len(),
+            before.minima.len(),
+            after.minima.len(),
+            found.vanished.len(),
+            found.appeared.len()
+        ),
+    ];
+    if let (Some(usual), Some(most)) = (
+        median(moved.clone()),
+        moved.iter().copied().reduce(f64::max),
+    ) {
+        lines.push(format!(
+            "- energies of corresponding minima moved by {usual:.6} (median), {most:.6} at most"
+        ));
+    }
+    lines.push(format!(
+        "- heights at which {} pairs merge moved by {:+.6} on average, {:.6} root mean square; {} pairs are joined in one \
+         landscape only",
+        likeness.pairs, likeness.mean_change, likeness.rms_change, likeness.joined_in_one
+    ));
+    lines.push(format!(
+        "- largest change of a height or an energy: {:.6} (cophenetic distance)",
+        likeness.largest_change
+    ));
+    if let Some(correlation) = likeness.correlation {
+        lines.push(format!("- cophenetic correlation: {correlation:.4}"));
+    }
+    lines.extend(energies(found));
+    lines.extend(merges(found));
+    lines.extend(alone("Vanished", &before.minima, &found.vanished));
+    lines.extend(alone("Appeared", &after.minima, &found.appeared));
+    lines.push(String::new());
+    lines.join("\n")
+}
+
+/// The minima whose energies moved most.
+fn energies(found: &TreeDifference) -> Vec<String> {
+    let mut matches = found.matches.clone();
+    let change = |matched: &Match| matched.energies[1] - matched.energies[0];
+    matches.retain(|matched| change(matched).abs() > 0.0);
+    matches.sort_by(|a, b| change(b).abs().total_cmp(&change(a).abs()));
+    let rows = matches.iter().map(|matched| {
+        let [one, other] = matched.energies;
+        format!(
+            "| m{} | m{} | {one:.6} | {other:.6} | {:+.6} | {:.4} |",
+            matched.before.0,
+            matched.after.0,
+            other - one,
+            matched.distance
+        )
+    });
+    table(
+        "Energies that moved most",
+        "| before | after | energy before | after | change | distance |\n|---|---|---|---|---|---|",
+        rows.collect(),
+    )
+}
+
+/// The merges that moved most; those that came apart first.
+fn merges(found: &TreeDifference) -> Vec<String> {
+    let mut merges = found.merges.clone();
+    let change = |merge: &MergeChange| {
+        merge
+            .after
+            .map_or(f64::INFINITY, |after| (after - merge.before).abs())
+    };
+    merges.retain(|merge| change(merge) > 0.0);
+    merges.sort_by(|a, b| change(b).total_cmp(&change(a)));
+    let rows = merges.iter().map(|merge| {
+        let [a, b] = merge.ends.map(|end| end.0);
+        match merge.after {
+            Some(after) => format!(
+                "| m{a}, m{b} | {:.6} | {after:.6} | {:+.6} |",
+                merge.before,
+                after - merge.before
+            ),
+            None => format!("| m{a}, m{b} | {:.6} | apart | |", merge.before),
+        }
+    });
+    table(
+        "Merges that moved most",
+        "| lowest minima of the two sides (before) | height before | after | change |\n|---|---|---|---|",
+        rows.collect(),
+    )
+}
+
+fn alone(heading: &str, minima: &[Minimum], names: &[MinimumId]) -> Vec<String> {
+    let rows = names.iter().map(|name| {
+        let minimum = &minima[name.0];
+        format!(
+            "| m{} | {:.6} | {} |",
+            name.0,
+            minimum.energy,
+            minimum.members.len()
+        )
+    });
+    table(
+        heading,
+        "| minimum | energy | members |\n|---|---|---|",
+        rows.collect(),
+    )
+}
+
+fn table(heading: &str, head: &str, rows: Vec<String>) -> Vec<String> {
+    if rows.is_empty() {
+        return Vec::new();
+    }
+    let left_out = rows.len().saturating_sub(SHOWN);
+    let mut lines = vec![format!("\n## {heading}\n\n{head}")];
+    lines.extend(rows.into_iter().take(SHOWN));
+    if left_out > 0 {
+        lines.push(format!("\n… and {left_out} more (--json has all)"));
+    }
+    lines
+}
