@@ -34,7 +34,10 @@ impl GraspEnergy {
                     .near
                     .iter()
                     .filter(|near| self.may_touch(near) && !others.contains(&near.index));
-                if let Some(least) = free.map(|near| near.distance_m.abs()).min_by(f64::total_cmp) {
+                if let Some(least) = free
+                    .map(|near| near.distance_m.abs())
+                    .min_by(f64::total_cmp)
+                {
                     break least;
                 }
                 if scratch.near.len() == self.hand.surface.len() {
