@@ -19,10 +19,12 @@ use landscape::grasp::{EnergySettings, GraspEnergy, judge};
 use landscape::space::{PoseSpace, Space, Symmetry};
 use landscape::store::{Grasp, GraspFile, LandscapeFiles, Overrides};
 use parts::Parts;
+use records::records;
 use serde_json::{Value, json};
 
 mod desk;
 mod parts;
+mod records;
 
 impl Desk {
     fn with_grasps() -> Self {
@@ -87,7 +89,7 @@ impl Desk {
         fs::remove_file(self.path("kept")).unwrap();
         assert_eq!(all[..done.len()], done, "what was done is kept");
         assert!(all.len() > done.len(), "killed before the end");
-        let keys: BTreeSet<_> = all.iter().collect();
+        let keys: BTreeSet<_> = all.iter().map(|(key, _)| key).collect();
         assert_eq!(keys.len(), all.len(), "no task is done twice: {all:?}");
     }
 }
@@ -156,29 +158,6 @@ fn promised(folder: &Path) -> BTreeMap<String, Vec<u8>> {
         .filter(|name| name != "timings.json")
         .map(|name| (name.clone(), fs::read(folder.join(name)).unwrap()))
         .collect()
-}
-
-/// The keys of the whole records of a journal (the format is told in `store::Journal`), none if there is no journal yet.
-fn records(journal: &Path) -> Vec<String> {
-    let bytes = fs::read(journal).unwrap_or_default();
-    let number = |at: usize| {
-        let four = bytes.get(at..at + 4)?;
-        Some(u32::from_le_bytes(four.try_into().unwrap()) as usize)
-    };
-    let magic = b"landscape journal 1\n".len();
-    let mut keys = Vec::new();
-    let mut at = magic + 8 + number(magic).unwrap_or(usize::from(u16::MAX));
-    while let (Some(key), Some(payload)) = (number(at), number(at + 4)) {
-        let Some(name) = bytes.get(at + 12..at + 12 + key) else {
-            break;
-        };
-        at += 12 + key + payload;
-        if at > bytes.len() {
-            break;
-        }
-        keys.push(String::from_utf8(name.to_vec()).unwrap());
-    }
-    keys
 }
 
 #[test]

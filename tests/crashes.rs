@@ -1,0 +1,370 @@
+//! Runs that are really killed (SIGKILL), cut short or out of space, at many moments: what they finished is kept, and the
+//! end is the same to the last byte.
+#![cfg(all(feature = "cli", unix))]
+#![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::OnceLock;
+use std::time::{Duration, Instant};
+
+use desk::{Desk, assert_says};
+use landscape::sample::{Task, stream};
+use landscape::store::Journal;
+use rand::RngExt;
+use records::records;
+
+mod desk;
+mod records;
+
+/// A command, and what it writes.
+struct Run {
+    line: &'static str,
+    output: &'static str,
+    journal: &'static str,
+}
+
+const SYNTH: Run = Run {
+    line: "synth --object ball -n 10 --steps 300 --keep all --seed 1 -o g.parquet",
+    output: "g.parquet",
+    journal: "g.parquet.partial",
+};
+const BUILD: Run = Run {
+    line: "build g.parquet --first 4",
+    output: "g.landscape",
+    journal: "g.landscape.partial/journal",
+};
+const SURFACE: Run = Run {
+    line: "surface three-hole --seed 2 -o s.landscape",
+    output: "s.landscape",
+    journal: "s.landscape.partial/journal",
+};
+
+/// Bytes of a journal before its first record, with the 32 letters of a `content_hash`.
+const HEAD: usize = 20 + 8 + 32;
+
+/// Files by name.
+type Files = BTreeMap<String, Vec<u8>>;
+
+/// What an uninterrupted run on one thread leaves, and its journal just before it ended.
+struct Whole {
+    files: Files,
+    journal: Vec<u8>,
+}
+
+impl Run {
+    /// The uninterrupted run, made once for each command.
+    fn whole(&self) -> &'static Whole {
+        static WHOLE: [OnceLock<Whole>; 3] = [const { OnceLock::new() }; 3];
+        let place = [SYNTH.output, BUILD.output, SURFACE.output]
+            .iter()
+            .position(|output| *output == self.output);
+        WHOLE[place.unwrap()].get_or_init(|| {
+            let desk = self.desk();
+            let mut child = self.start(&desk, 1);
+            // A second name keeps the journal, which is removed at the end.
+            while fs::hard_link(desk.path(self.journal), desk.path("kept")).is_err() {
+                assert_eq!(child.try_wait().unwrap(), None, "it has a journal");
+                std::thread::sleep(Duration::from_micros(100));
+            }
+            assert!(child.wait().unwrap().success());
+            Whole {
+                files: self.files(&desk),
+                journal: fs::read(desk.path("kept")).unwrap(),
+            }
+        })
+    }
+
+    /// A folder with what the command reads.
+    fn desk(&self) -> Desk {
+        let desk = Desk::empty();
+        if self.output == BUILD.output {
+            fs::write(desk.path(SYNTH.output), &SYNTH.whole().files[SYNTH.output]).unwrap();
+        }
+        desk
+    }
+
+    fn start(&self, desk: &Desk, threads: usize) -> Child {
+        desk.command(&format!("{} -q --threads {threads}", self.line))
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap()
+    }
+
+    /// The finished files, without the only one that tells how the run went; none if there are none under their name.
+    fn files(&self, desk: &Desk) -> Files {
+        let path = desk.path(self.output);
+        let read = |path: PathBuf| (name(&path), fs::read(&path).unwrap());
+        if path.is_file() {
+            return [read(path)].into();
+        }
+        let entries = fs::read_dir(&path).into_iter().flatten();
+        let files = entries.map(|entry| read(entry.unwrap().path()));
+        files.filter(|(name, _)| name != "timings.json").collect()
+    }
+
+    /// What a kill may leave: a journal that begins with what it held before, holds nothing twice, and under the final
+    /// name nothing or everything.
+    fn check_wreck(&self, desk: &Desk, before: &[(String, usize)]) {
+        let mut files = self.files(desk);
+        // Of the folder's last moments.
+        let journal = files.remove("journal");
+        files.remove(".unfinished");
+        let complete = !files.is_empty();
+        assert!(!complete || files == self.whole().files, "whole or absent");
+        let after = records(&desk.path(self.journal));
+        if journal.is_none() && !(complete && after.is_empty()) {
+            assert!(after.starts_with(before), "{before:?} became {after:?}");
+        }
+        let keys: BTreeSet<_> = after.iter().map(|(key, _)| key).collect();
+        assert_eq!(keys.len(), after.len(), "a task was done twice: {after:?}");
+    }
+
+    /// Puts a journal where an interrupted run would have left it.
+    fn plant(&self, desk: &Desk, journal: &[u8]) {
+        let path = desk.path(self.journal);
+        if self.journal.ends_with("/journal") {
+            let folder = path.parent().unwrap();
+            fs::create_dir_all(folder).unwrap();
+            fs::write(folder.join(".unfinished"), "").unwrap();
+        }
+        fs::write(path, journal).unwrap();
+    }
+
+    /// Lets the command end, and compares.
+    fn finish(&self, desk: &Desk, flags: &str) -> String {
+        let output = desk.run(&format!("{} {flags}", self.line));
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.success(), "{} {flags}: {said}", self.line);
+        assert!(self.files(desk) == self.whole().files, "same bytes");
+        let left: Vec<String> = fs::read_dir(desk.folder.path())
+            .unwrap()
+            .map(|entry| name(&entry.unwrap().path()))
+            .filter(|name| name != SYNTH.output && name != self.output && name != "kept")
+            .collect();
+        assert_eq!(left, [""; 0], "nothing else is left");
+        said
+    }
+}
+
+fn name(path: &Path) -> String {
+    path.file_name().unwrap().to_string_lossy().into_owned()
+}
+
+/// Kills a process that may have ended in the meantime, and tells whether it had.
+fn kill(mut child: Child) -> bool {
+    child.kill().unwrap();
+    child.wait().unwrap().success()
+}
+
+/// Kills as soon as each record has appeared, on one thread and on two in turn.
+fn killed_after_each_record(run: &Run) {
+    let desk = run.desk();
+    let journal = desk.path(run.journal);
+    let (mut kills, mut ended) = (0, false);
+    while !ended {
+        let before = records(&journal);
+        let mut child = run.start(&desk, 1 + kills % 2);
+        while records(&journal).len() <= before.len() && child.try_wait().unwrap().is_none() {
+            std::thread::sleep(Duration::from_micros(200));
+        }
+        ended = kill(child);
+        run.check_wreck(&desk, &before);
+        kills += usize::from(!ended);
+        assert!(kills <= 200, "every run finishes a task at least");
+    }
+    assert!(kills >= 3, "only {kills} kills");
+    assert!(run.files(&desk) == run.whole().files, "same bytes");
+}
+
+/// Kills after random times.
+fn killed_at_random(run: &Run) {
+    let desk = run.desk();
+    for id in 0..10 {
+        let before = records(&desk.path(run.journal));
+        let mut rng = stream(4, Task::Start, id);
+        let child = run.start(&desk, rng.random_range(1..=2));
+        // From the first millisecond on; as many kills below a tenth of the longest time as above.
+        let milliseconds = 200.0 * rng.random::<f64>().powi(4);
+        std::thread::sleep(Duration::from_secs_f64(1e-3 * milliseconds));
+        kill(child);
+        run.check_wreck(&desk, &before);
+    }
+    run.finish(&desk, "-q --threads 2");
+}
+
+/// Kills while the results of a complete journal are written, the last times when a name appears or goes.
+fn killed_while_writing(run: &Run) {
+    let whole = run.whole();
+    let desk = run.desk();
+    run.plant(&desk, &whole.journal);
+    let all = records(&desk.path(run.journal));
+    let started = Instant::now();
+    run.finish(&desk, "-q --threads 1 --resume");
+    let duration = started.elapsed();
+
+    for moment in 0..8 {
+        for output in [run.output, run.journal] {
+            let path = desk.path(output);
+            let _ = fs::remove_file(&path).or_else(|_| fs::remove_dir_all(&path));
+        }
+        run.plant(&desk, &whole.journal);
+        let mut child = run.start(&desk, 1);
+        match moment {
+            0..6 => std::thread::sleep(duration.mul_f64((f64::from(moment) + 0.5) / 6.0)),
+            _ => {
+                let appears = moment == 6;
+                let path = desk.path(if appears { run.output } else { run.journal });
+                while path.exists() != appears && child.try_wait().unwrap().is_none() {
+                    std::hint::spin_loop();
+                }
+            }
+        }
+        kill(child);
+        run.check_wreck(&desk, &[]);
+        if run.files(&desk).is_empty() {
+            assert_eq!(records(&desk.path(run.journal)), all, "nothing is lost");
+            run.finish(&desk, "-q --threads 2 --resume");
+        } else {
+            run.finish(&desk, "-q --threads 2");
+        }
+    }
+}
+
+/// A journal cut off near the ends of its records, or damaged in the last one, gives what it held before.
+fn cut_short(run: &Run, shares: &[f64]) {
+    let whole = run.whole();
+    let desk = run.desk();
+    run.plant(&desk, &whole.journal);
+    let all = records(&desk.path(run.journal));
+    let last = all.len() - 1;
+    let mut cases: Vec<(Vec<u8>, usize)> = vec![(whole.journal[..11].to_vec(), 0)];
+    for (share, offset) in shares.iter().zip([-3_isize, 0, 5].iter().cycle()) {
+        let record = (share * last as f64).round() as usize;
+        let cut = all[record].1.saturating_add_signed(*offset);
+        let kept = all.iter().filter(|(_, end)| *end <= cut).count();
+        let cut = cut.min(whole.journal.len());
+        cases.push((whole.journal[..cut].to_vec(), kept));
+    }
+    let mut flipped = whole.journal.clone();
+    flipped[all[last].1 - 2] ^= 0x10;
+    cases.push((flipped, last));
+    for (bytes, kept) in cases {
+        run.plant(&desk, &bytes);
+        let _ = fs::remove_file(desk.path("kept"));
+        fs::hard_link(desk.path(run.journal), desk.path("kept")).unwrap();
+        let said = run.finish(&desk, "--threads 2 --resume");
+        let then = records(&desk.path("kept"));
+        assert_eq!(then[..kept], all[..kept], "what was whole is kept");
+        assert_eq!(then.len(), all.len(), "and the rest is done once more");
+        if kept > 0 {
+            assert_says(&said, &[&format!("holds {kept} finished tasks")]);
+        }
+        let whole_until = match kept {
+            0 if bytes.len() < HEAD => 0,
+            0 => HEAD,
+            _ => all[kept - 1].1,
+        };
+        let torn = bytes.len() - whole_until;
+        let warned = said.contains(&format!("the last {torn} bytes of"));
+        assert_eq!(warned, torn > 0, "{torn} bytes are torn: {said}");
+    }
+}
+
+/// A full disk: no file may grow beyond a limit. It is told in one sentence, and there is no half of a file.
+fn out_of_space(run: &Run) {
+    let desk = run.desk();
+    let mut failures = 0;
+    for blocks in [0, 1, 8, 64] {
+        let before = records(&desk.path(run.journal));
+        let program = desk.command("");
+        let output = Command::new("sh")
+            // Ignored, so that writes fail as they do on a full disk instead of ending the process.
+            .args(["-c", "trap '' XFSZ; ulimit -f $0; exec \"$@\""])
+            .arg(blocks.to_string())
+            .arg(program.get_program())
+            .args(format!("{} -q --threads 2", run.line).split_whitespace())
+            .current_dir(desk.folder.path())
+            .output()
+            .unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{blocks} blocks: {said}");
+        assert!(said.starts_with("error: cannot write "), "{said}");
+        assert_says(&said, &["File too large"]);
+        assert_eq!(said.lines().count(), 1, "{said}");
+        run.check_wreck(&desk, &before);
+        assert_eq!(run.files(&desk), Files::new());
+        failures += 1;
+    }
+    assert_eq!(failures, 4);
+    assert!(
+        !records(&desk.path(run.journal)).is_empty(),
+        "what was finished is kept"
+    );
+    run.finish(&desk, "-q --threads 1 --resume");
+}
+
+#[test]
+fn a_killed_synthesis() {
+    killed_after_each_record(&SYNTH);
+    killed_at_random(&SYNTH);
+    killed_while_writing(&SYNTH);
+}
+
+#[test]
+fn a_killed_build() {
+    killed_after_each_record(&BUILD);
+    killed_at_random(&BUILD);
+}
+
+#[test]
+fn a_killed_search() {
+    killed_after_each_record(&SURFACE);
+    killed_at_random(&SURFACE);
+    killed_while_writing(&SURFACE);
+}
+
+#[test]
+fn torn_journals() {
+    cut_short(&SYNTH, &[0.0, 0.2, 0.5, 0.8, 1.0, 1.0]);
+    cut_short(&SURFACE, &[0.5, 1.0]);
+    cut_short(&BUILD, &[0.4, 0.9]);
+}
+
+#[test]
+fn full_disks() {
+    out_of_space(&SYNTH);
+    out_of_space(&SURFACE);
+    out_of_space(&BUILD);
+}
+
+/// Journals of something else, and a wish to resume where there is nothing.
+#[test]
+fn journals_that_do_not_fit() {
+    for run in [&SYNTH, &SURFACE] {
+        let desk = run.desk();
+        assert_says(
+            &desk.mistake(&format!("{} --resume", run.line)),
+            &["--resume: ", "interrupted run", "without --resume"],
+        );
+        assert_eq!(fs::read_dir(desk.folder.path()).unwrap().count(), 0);
+
+        run.plant(&desk, b"");
+        fs::remove_file(desk.path(run.journal)).unwrap();
+        let other = Journal::open(&desk.path(run.journal), "another program", false).unwrap();
+        other.put("chain 0", b"{}").unwrap();
+        drop(other);
+        let before = fs::read(desk.path(run.journal)).unwrap();
+        for flag in ["", "--resume"] {
+            assert_says(
+                &desk.mistake(&format!("{} {flag}", run.line)),
+                &[run.journal, "other input or settings", "--fresh"],
+            );
+            assert_eq!(fs::read(desk.path(run.journal)).unwrap(), before);
+        }
+        run.finish(&desk, "-q --fresh");
+    }
+}
