@@ -4,7 +4,7 @@
 
 use landscape::grasp::closure::{is_force_closure, least_friction};
 use landscape::grasp::object::{Object, Shape, Sphere};
-use landscape::grasp::relaxed::RelaxedForceClosure;
+use landscape::grasp::relaxed::{RelaxedForceClosure, Touch};
 use landscape::sample::{Task, stream};
 use nalgebra::Vector3;
 use rand::RngExt;
@@ -12,6 +12,7 @@ use rand::RngExt;
 mod fit;
 #[path = "../line.rs"]
 mod line;
+mod network;
 mod picture;
 mod report;
 mod timing;
@@ -57,6 +58,10 @@ struct Measured {
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
+    // A network would use all cores.
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(1)
+        .build_global()?;
     let clock = Clock {
         batches: if std::env::args().any(|argument| argument == "--quick") {
             3
@@ -80,6 +85,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let test = RelaxedForceClosure::of_object(&bottle);
         relaxed.push(relaxed_on(description, &*bottle.shape, &test, &sets, clock));
     }
+    relaxed.push(relaxed_on_network(&test, &on_ball, clock)?);
     let measured = Measured {
         relaxed,
         ..exact_on_ball(&ball, &test, &on_ball, clock)
@@ -141,6 +147,48 @@ fn relaxed_on<S: Shape + ?Sized>(
             touches[0].distance_m
         }),
     }
+}
+
+/// The relaxed test on a neural signed distance of the standard size. Its weights are made up, which changes no cost.
+fn relaxed_on_network(
+    test: &RelaxedForceClosure,
+    sets: &[Vec<Set>],
+    clock: Clock,
+) -> Result<Relaxed, Box<dyn std::error::Error>> {
+    let field = network::field(RADIUS_M)?;
+    // All contacts of a set in one batch.
+    let measure = |touches: &mut [Touch]| {
+        let points: Vec<Vector3<f64>> = touches.iter().map(|touch| touch.point).collect();
+        for (touch, answer) in touches.iter_mut().zip(field.answers(&points)) {
+            (touch.distance_m, touch.gradient, touch.hessian) = answer;
+        }
+    };
+    let each =
+        |work: Work<'_>| -> Costs { sets.iter().map(|sets| clock.over(sets, work)).collect() };
+    eprintln!("relaxed test on a network");
+    let answers = each(&|_, touches| {
+        measure(touches);
+        touches[0].distance_m
+    });
+    Ok(Relaxed {
+        shape: "neural SDF (8 × 512, f32)",
+        value: each(&|points, _| {
+            let answers = field.answers(points).into_iter();
+            test.value_of(
+                points
+                    .iter()
+                    .zip(answers)
+                    .map(|(point, answer)| (*point, answer.0, answer.1)),
+            )
+        }),
+        forces: each(&|_, touches| {
+            measure(touches);
+            test.forces(touches)
+        }),
+        // A network tells gradient and curvature at once.
+        normals: answers.clone(),
+        answers,
+    })
 }
 
 /// What is measured on the ball only, with nothing in `relaxed`.

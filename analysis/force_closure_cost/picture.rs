@@ -43,7 +43,7 @@ fn costs(measured: &Measured) -> Panel {
         series.extend(drawn(&name, micro(&relaxed.forces), theme::series(index)));
     }
     let exact = [
-        ("exact: force closure at 0.5", &measured.force_closure, 3),
+        ("exact: force closure at 0.5", &measured.force_closure, 5),
         ("exact: least friction", &measured.least_friction, 6),
     ];
     for (name, costs, colour) in exact {

@@ -17,8 +17,8 @@ use crate::grasp::object::Shape;
 /// continued outward: continuous, but with a kink in its slope on the sphere. Within the ball it has kinks everywhere, as
 /// networks of rectifiers have.
 ///
-/// Many points asked at once ([`NeuralField::distances`], [`NeuralField::answers`]) cost far less than one by one, and give
-/// the same bits. `f32` is as accurate as the network was trained; `f64` has derivatives without rounding noise.
+/// Many points asked at once ([`NeuralField::distances`], [`NeuralField::answers`]) cost far less than one by one, and
+/// differ from that by rounding. `f32` is as accurate as the network was trained; `f64` has derivatives without rounding noise.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NeuralField<T: Real> {
     network: Network<T>,

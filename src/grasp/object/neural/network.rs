@@ -14,8 +14,9 @@ impl Real for f64 {}
 /// A [`Decoder`] for one latent code: a function of three coordinates.
 ///
 /// All that the code contributes is part of the biases, so the wide columns that only see the code cost nothing. Points
-/// are answered in batches by matrix products; each point's answer is the same bits in any company and on any number of
-/// threads. It is not the same on every processor, since products use the widest vectors there are.
+/// are answered in batches by matrix products, up to 16 by skipping what rectifiers hold at rest; the two ways differ by
+/// rounding. The answers to a list of points are the same bits on any number of threads, but not on every processor, since
+/// products use the widest vectors there are.
 ///
 /// A network of rectifiers is linear in pieces: its gradient jumps from piece to piece, and the only curvature within a
 /// piece is that of the final tanh, H = tanh″(z) ∇z ∇zᵀ.
@@ -45,11 +46,12 @@ struct Squashing(u32);
 /// Answer at a point: value, gradient and Hessian.
 pub type Answer = (f64, Vector3<f64>, Matrix3<f64>);
 
-/// Points of one batch: the activations of a layer of 512 then fill a quarter of a megabyte, so that those of all layers
-/// stay in the cache until they are needed on the way back.
-const BATCH: usize = 128;
-/// Fewest columns of a product. With fewer, nalgebra takes another way, which rounds differently.
-const FEWEST: usize = 6;
+/// Points of one batch: enough that packing the weights for a product costs little beside it, and few enough that a
+/// hand's points keep several threads busy.
+const BATCH: usize = 256;
+/// Up to so many points, weights are read once as they lie, without those of resting rectifiers; packing them for a product
+/// would cost more than the product.
+const FEW: usize = 16;
 
 impl<T: Real> Network<T> {
     /// The function of the shape that `code` stands for.
@@ -116,22 +118,16 @@ impl<T: Real> Network<T> {
         all.map(|layer| 2 * layer.hidden.len()).sum()
     }
 
-    /// Hidden values of each layer, one column a point (and columns of zeros up to the fewest of a product).
+    /// Hidden values of each layer, one column a point.
     fn forward(&self, points: &[Vector3<f64>]) -> Vec<DMatrix<T>> {
-        let columns = points.len().max(FEWEST);
         let mut all: Vec<DMatrix<T>> = Vec::with_capacity(self.layers.len());
         for layer in &self.layers {
-            let mut next = layer.offsets(points, columns);
+            let mut next = layer.offsets(points);
             if let Some(before) = all.last() {
-                next.gemm(T::one(), &layer.hidden, before, T::one());
+                layer.add_hidden(before, &mut next);
             }
-            next.apply(|value| {
-                *value = if *value > T::zero() {
-                    *value
-                } else {
-                    T::zero()
-                }
-            });
+            let zero = T::zero();
+            next.apply(|value| *value = if *value > zero { *value } else { zero });
             all.push(next);
         }
         all
@@ -161,16 +157,7 @@ impl<T: Real> Network<T> {
                 None => DMatrix::from_fn(values.nrows(), values.ncols(), |row, _| {
                     self.last.hidden[(0, row)]
                 }),
-                Some(by_output) => {
-                    let mut by_value = DMatrix::zeros(values.nrows(), values.ncols());
-                    by_value.gemm(
-                        T::one(),
-                        &self.layers[index + 1].transposed(),
-                        &by_output,
-                        T::zero(),
-                    );
-                    by_value
-                }
+                Some(by_output) => self.layers[index + 1].pull_back(&by_output, values),
             };
             // The derivative of the rectifier; at its corner that of the flat side.
             by_value.zip_apply(values, |slope, value| {
@@ -211,8 +198,8 @@ impl<T: Real> Layer<T> {
     }
 
     /// X x + b, one column a point.
-    fn offsets(&self, points: &[Vector3<f64>], columns: usize) -> DMatrix<T> {
-        let mut offsets = DMatrix::zeros(self.bias.len(), columns);
+    fn offsets(&self, points: &[Vector3<f64>]) -> DMatrix<T> {
+        let mut offsets = DMatrix::zeros(self.bias.len(), points.len());
         for (point, mut column) in points.iter().zip(offsets.column_iter_mut()) {
             column.copy_from(&self.bias);
             if let Some(coordinates) = &self.coordinates {
@@ -222,6 +209,39 @@ impl<T: Real> Layer<T> {
             }
         }
         offsets
+    }
+
+    /// Adds W h to each column.
+    fn add_hidden(&self, before: &DMatrix<T>, sums: &mut DMatrix<T>) {
+        if before.ncols() > FEW {
+            sums.gemm(T::one(), &self.hidden, before, T::one());
+            return;
+        }
+        for (unit, weights) in self.hidden.column_iter().enumerate() {
+            for (&value, mut sum) in before.row(unit).iter().zip(sums.column_iter_mut()) {
+                // About half of the rectifiers rest.
+                if value > T::zero() {
+                    sum.axpy(value, &weights, T::one());
+                }
+            }
+        }
+    }
+
+    /// Wᵀ y for each column y; what rests by `values` may be left out.
+    fn pull_back(&self, by_output: &DMatrix<T>, values: &DMatrix<T>) -> DMatrix<T> {
+        let mut by_value = DMatrix::zeros(values.nrows(), values.ncols());
+        if values.ncols() > FEW {
+            by_value.gemm(T::one(), &self.transposed(), by_output, T::zero());
+            return by_value;
+        }
+        for (unit, weights) in self.hidden.column_iter().enumerate() {
+            for (point, slopes) in by_output.column_iter().enumerate() {
+                if values[(unit, point)] > T::zero() {
+                    by_value[(unit, point)] = dot(weights.as_slice(), slopes.as_slice());
+                }
+            }
+        }
+        by_value
     }
 
     /// Wᵀ, without moving a number.
