@@ -58,6 +58,10 @@ struct Measured {
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
+    // A network would use all cores.
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(1)
+        .build_global()?;
     let clock = Clock {
         batches: if std::env::args().any(|argument| argument == "--quick") {
             3
@@ -151,7 +155,6 @@ fn relaxed_on_network(
     sets: &[Vec<Set>],
     clock: Clock,
 ) -> Result<Relaxed, Box<dyn std::error::Error>> {
-    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
     let field = network::field(RADIUS_M)?;
     // All contacts of a set in one batch.
     let measure = |touches: &mut [Touch]| {
@@ -160,9 +163,8 @@ fn relaxed_on_network(
             (touch.distance_m, touch.gradient, touch.hessian) = answer;
         }
     };
-    let each = |work: Work<'_>| -> Costs {
-        one.install(|| sets.iter().map(|sets| clock.over(sets, work)).collect())
-    };
+    let each =
+        |work: Work<'_>| -> Costs { sets.iter().map(|sets| clock.over(sets, work)).collect() };
     eprintln!("relaxed test on a network");
     let answers = each(&|_, touches| {
         measure(touches);
