@@ -235,15 +235,15 @@ fn killed_while_writing(run: &Run) {
 }
 
 /// A journal cut off near the ends of its records, or damaged in the last one, gives what it held before.
-fn cut_short(run: &Run, shares: &[f64]) {
+fn cut_short(run: &Run, percent: &[usize]) {
     let whole = run.whole();
     let desk = run.desk();
     run.plant(&desk, &whole.journal);
     let all = records(&desk.path(run.journal));
     let last = all.len() - 1;
     let mut cases: Vec<(Vec<u8>, usize)> = vec![(whole.journal[..11].to_vec(), 0)];
-    for (share, offset) in shares.iter().zip([-3_isize, 0, 5].iter().cycle()) {
-        let record = (share * last as f64).round() as usize;
+    for (share, offset) in percent.iter().zip([-3_isize, 0, 5].iter().cycle()) {
+        let record = share * last / 100;
         let cut = all[record].1.saturating_add_signed(*offset);
         let kept = all.iter().filter(|(_, end)| *end <= cut).count();
         let cut = cut.min(whole.journal.len());
@@ -326,9 +326,9 @@ fn a_killed_search() {
 
 #[test]
 fn torn_journals() {
-    cut_short(&SYNTH, &[0.0, 0.2, 0.5, 0.8, 1.0, 1.0]);
-    cut_short(&SURFACE, &[0.5, 1.0]);
-    cut_short(&BUILD, &[0.4, 0.9]);
+    cut_short(&SYNTH, &[0, 20, 50, 80, 100, 100]);
+    cut_short(&SURFACE, &[50, 100]);
+    cut_short(&BUILD, &[40, 90]);
 }
 
 #[test]
