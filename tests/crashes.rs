@@ -213,14 +213,13 @@ fn killed_while_writing(run: &Run) {
         }
         run.plant(&desk, &whole.journal);
         let mut child = run.start(&desk, 1);
-        match moment {
-            0..6 => std::thread::sleep(duration.mul_f64((f64::from(moment) + 0.5) / 6.0)),
-            _ => {
-                let appears = moment == 6;
-                let path = desk.path(if appears { run.output } else { run.journal });
-                while path.exists() != appears && child.try_wait().unwrap().is_none() {
-                    std::hint::spin_loop();
-                }
+        if moment < 6 {
+            std::thread::sleep(duration.mul_f64((f64::from(moment) + 0.5) / 6.0));
+        } else {
+            let appears = moment == 6;
+            let path = desk.path(if appears { run.output } else { run.journal });
+            while path.exists() != appears && child.try_wait().unwrap().is_none() {
+                std::hint::spin_loop();
             }
         }
         kill(child);

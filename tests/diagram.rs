@@ -42,10 +42,12 @@ fn measure(settings: &DiagramSettings) -> Diagram {
     diagram(&energy, &kernel, &minima(), settings, &NoJournal, &silent)
 }
 
+/// From and to, the force of the first success, the one from which all succeed.
+type Threshold = ((usize, usize), f64, f64);
+
 #[test]
 fn thresholds_are_those_measured_before() {
-    // (from, to), first success, all succeed.
-    let known: [(f64, &[((usize, usize), f64, f64)]); 2] = [
+    let known: [(f64, &[Threshold]); 2] = [
         (
             5.0,
             &[
