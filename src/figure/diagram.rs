@@ -102,3 +102,42 @@ fn thresholds(force: &str, diagram: &Diagram) -> Panel {
         marks,
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{assert_legible, gallery};
+    use super::*;
+    use crate::energy::model::MullerBrown;
+    use crate::optimize::QuenchSettings;
+    use crate::sample::Mala;
+    use crate::topography::{
+        DiagramSettings, NoJournal, Sameness, diagram, distinct, quench_all, silent,
+    };
+
+    #[test]
+    fn diagram_of_a_surface() {
+        let energy = MullerBrown::new();
+        let starts = [vec![-0.56, 1.44], vec![0.62, 0.03], vec![-0.05, 0.47]];
+        let settings = QuenchSettings::default();
+        let found = quench_all(&energy, &starts, &settings, &NoJournal, &silent);
+        let (minima, _) = distinct(&energy, &found, &Sameness::default(), 1e-6);
+        let settings = DiagramSettings {
+            replicas: 3,
+            ..DiagramSettings::for_scales(50.0, 1.0)
+        };
+        let kernel = Mala::new(&energy);
+        let found = diagram(&energy, &kernel, &minima, &settings, &NoJournal, &silent);
+        let canvas = diagram_chart("Müller and Brown", "", &found)
+            .draw()
+            .unwrap();
+        assert_legible(&canvas);
+        gallery(&canvas, "diagram");
+        let texts = canvas.texts();
+        for expected in ["first chain arrives", "recommended", "adjusted Rand index"] {
+            assert!(
+                texts.iter().any(|(text, _)| *text == expected),
+                "{expected}"
+            );
+        }
+    }
+}

@@ -300,19 +300,19 @@ fn recommendation(
     let (row, level) = (&isotherms[t], &isotherms[t].levels[f]);
     let next = isotherms.get(t + 1).map_or(String::new(), |next| {
         format!(
-            ", {:.0} % at {:.3}",
+            ", {:.0} % at {}",
             100.0 * next.retention,
-            next.temperature
+            short(next.temperature)
         )
     });
     let kept = format!(
-        "T = {:.3}: without pull {:.0} % of the chains stay in their minimum{next}; F = {:.4}: {:.0} % of the pairs are joined, \
-         over the lowest median barrier, {:.3}",
-        row.temperature,
+        "T = {}: without pull {:.0} % of the chains stay in their minimum{next}; F = {}: {:.0} % of the pairs are joined, \
+         over the lowest median barrier, {}",
+        short(row.temperature),
         100.0 * row.retention,
-        level.force,
+        short(level.force),
         100.0 * level.joined,
-        level.median_barrier.unwrap_or(f64::NAN)
+        level.median_barrier.map_or(String::new(), short)
     );
     let (barrier, stability) = b.map_or((0.0, 1.0), |level| (level.barrier, level.stability));
     Recommendation {
@@ -321,9 +321,17 @@ fn recommendation(
         barrier,
         stability,
         reason: format!(
-            "{kept}; b = {barrier:.3}: replicas agree best on the groups (adjusted Rand index {stability:.2})"
+            "{kept}; b = {}: replicas agree best on the groups (adjusted Rand index {stability:.2})",
+            short(barrier)
         ),
     }
+}
+
+/// Three significant digits.
+fn short(value: f64) -> String {
+    let decimals = (0..12).find(|k| value.abs() * 10_f64.powi(*k) >= 99.5);
+    let decimals = usize::try_from(decimals.unwrap_or(0)).unwrap_or(0);
+    format!("{value:.decimals$}")
 }
 
 struct Run<'a> {
@@ -551,4 +559,30 @@ fn agreement(
         Level { stability, ..first },
         groups as f64 / levels.len().max(1) as f64,
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn grids_and_numbers() {
+        let grid = log_grid(0.01, 1.0, 3);
+        assert!((grid[1] - 0.1).abs() < 1e-12 && (grid[2] - 1.0).abs() < 1e-12);
+        assert_eq!(log_grid(2.0, 9.0, 1).len(), 1);
+        let shown = [0.0025, 564.43, 12.345, 0.0, 99.96].map(short);
+        assert_eq!(shown, ["0.00250", "564", "12.3", "0", "100"]);
+    }
+
+    #[test]
+    fn samples_are_patches_of_neighbours() {
+        let place = |i: usize| i as f64 + if i % 2 == 1 { 100.0 } else { 0.0 };
+        let row = |i| (0..40).map(|j| (place(i) - place(j)).abs()).collect();
+        let distances: Vec<Vec<f64>> = (0..40).map(row).collect();
+        let chosen = sample(&distances, 8);
+        assert_eq!(chosen.len(), 8);
+        // Seeds 0 and 20; their nearest are even.
+        assert!(chosen.iter().all(|i| i % 2 == 0), "{chosen:?}");
+        assert_eq!(sample(&distances, 40).len(), 40);
+    }
 }
