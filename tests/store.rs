@@ -1063,8 +1063,8 @@ fn leftovers_of_killed_writes_are_removed_and_nothing_else() {
     let (folder, path) = place("grasps.parquet");
     let others = [
         "grasps.parquet",
-        "grasps.parquet.partial",
         "grasps.parquet.old.partial",
+        "grasps.parquet.partial",
         "mygrasps.parquet.12.partial",
     ];
     for name in others.iter().chain(&["grasps.parquet.4711.partial"]) {

@@ -353,13 +353,9 @@ fn command_line(command: &Build, settings: &MapSettings) -> String {
     let first = command
         .first
         .map_or(String::new(), |n| format!(" --first {n}"));
-    let chain = &settings.chain;
-    // What the diagram chose it chooses again.
-    let given =
-        |value: Option<f64>, used: f64| (!command.diagram || value.is_some()).then_some(used);
     let values = [
-        ("temperature", given(command.temperature, chain.temperature)),
-        ("force", given(command.force, chain.force)),
+        ("temperature", command.temperature),
+        ("force", command.force),
     ];
     let values = values
         .iter()
