@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::{Sample, Score, Series, Truth, area};
 
 const QUANTILES: usize = 5;
-const SIDE: u32 = 128;
+const SIDE: u32 = 140;
 const GAP: u32 = 10;
 const CAPTION: u32 = 22;
 const TITLE: u32 = 34;
@@ -51,7 +51,7 @@ pub(crate) fn sheet(all: &[Series]) -> Canvas {
         for (sample, [before, after]) in samples.iter().zip(images) {
             let middle = f64::from(left) + 0.5 * f64::from(SIDE);
             let mut below = |at: u32, text: &str, colour: Colour| {
-                let face = TextFace::new(13.0, colour).anchored(Anchor::Middle);
+                let face = TextFace::new(14.0, colour).anchored(Anchor::Middle);
                 let at = [middle, f64::from(at) + 0.5 * f64::from(CAPTION)];
                 canvas.text(at, text, face.fitted(text, f64::from(SIDE)));
             };
