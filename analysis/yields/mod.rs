@@ -1,5 +1,7 @@
 //! What the programs about yields share: runs of many chains, and a table of their numbers that grows run by run.
 
+mod interval;
+
 use std::fmt::Write;
 use std::path::Path;
 use std::sync::Arc;
@@ -9,6 +11,8 @@ use landscape::grasp::hand::Hand;
 use landscape::grasp::object::Object;
 use landscape::grasp::synthesis::SynthesisSettings;
 use landscape::grasp::{EnergySettings, GraspEnergy};
+
+pub(crate) use interval::interval;
 
 /// What is run: many chains of one method on one object.
 #[derive(Debug, Clone)]
@@ -104,14 +108,4 @@ impl Table {
         }
         fs::write(path, text)
     }
-}
-
-/// Wilson's 95 % interval of a share of `of`.
-pub(crate) fn interval(count: f64, of: f64) -> [f64; 2] {
-    const Z: f64 = 1.959_964;
-    let share = count / of;
-    let scale = 1.0 + Z * Z / of;
-    let middle = (share + Z * Z / (2.0 * of)) / scale;
-    let half = Z / scale * (share * (1.0 - share) / of + Z * Z / (4.0 * of * of)).sqrt();
-    [(middle - half).max(0.0), (middle + half).min(1.0)]
 }

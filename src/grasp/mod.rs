@@ -2,10 +2,12 @@
 //!
 //! [`hand`] and [`object`] are what meets, [`term`] what a meeting costs, [`energy`] the sum and its envelope over contact
 //! sets, [`kernel`] the moves, [`synthesis`] the search, [`filter`] and [`closure`] the judges,
-//! [`relaxed`] the relaxed test of bare points.
+//! [`relaxed`] the relaxed test of bare points and
+//! [`contact_points`] the search for its minima.
 
 pub mod closure;
 pub mod contact;
+pub mod contact_points;
 pub mod diversity;
 pub mod energy;
 pub mod filter;
