@@ -1,11 +1,13 @@
 //! Is it a grasp? The published filter and a strict one, measured on the exact mesh.
 
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::closure::{
     EpsilonSettings, PointContact, epsilon, is_force_closure, least_friction, net_wrench,
 };
 use super::energy::GraspEnergy;
+use super::failure::in_one_concavity;
 use super::hand::{LinkId, PosedHand};
 use super::term::{Proximity, Scene, for_each_intruder, for_each_overlap};
 
@@ -34,6 +36,8 @@ pub struct Judgement {
     pub joint_excess_rad: f64,
     /// On how many of palm, thumb and fingers the contacts lie.
     pub digits: usize,
+    /// Whether the contacts all lie in one concavity ([`in_one_concavity`]), pushing apart instead of together.
+    pub one_concavity: bool,
     /// Least friction at which the contact forces balance; `None` where none suffices.
     pub least_friction: Option<f64>,
     /// Exact force closure at [`STRICT_FRICTION`].
@@ -65,6 +69,7 @@ impl Judgement {
             (self.self_penetration_m < 0.003, "self-penetration"),
             (self.joint_excess_rad <= 1e-3, "joint limits"),
             (self.digits >= 2, "one digit only"),
+            (!self.one_concavity, "contacts in one concavity"),
             (self.force_closure, "force closure"),
         ];
         checks
@@ -73,7 +78,8 @@ impl Judgement {
     }
 
     /// The strict filter: ‖Gc‖ < 0.5, contacts within 2 mm, nothing deeper than 2 mm, self-penetration under 3 mm, joint
-    /// limits kept, at least two of palm, thumb and fingers, exact force closure at μ = 0.5.
+    /// limits kept, at least two of palm, thumb and fingers, contacts not all in one concavity, exact force closure at
+    /// μ = 0.5.
     pub fn passes_strict(&self) -> bool {
         self.strict_objection().is_none()
     }
@@ -153,6 +159,16 @@ pub fn judge(energy: &GraspEnergy, x: &[f64], contacts: &[u32]) -> Judgement {
     digits.sort_unstable();
     digits.dedup();
 
+    let on_mesh: Vec<Vector3<f64>> = measured
+        .iter()
+        .map(|m| {
+            object
+                .exact
+                .nearest(&posed.points[m.surface_point as usize])
+                .point
+        })
+        .collect();
+
     let (mut penetration, mut deepest_m) = (0.0, 0.0f64);
     let lipschitz = object.shape.lipschitz();
     for point in &posed.points {
@@ -193,6 +209,7 @@ pub fn judge(energy: &GraspEnergy, x: &[f64], contacts: &[u32]) -> Judgement {
         self_penetration_m,
         joint_excess_rad,
         digits: digits.len(),
+        one_concavity: in_one_concavity(&object.exact, &on_mesh),
         least_friction: least.is_finite().then_some(least),
         force_closure: is_force_closure(&point_contacts, STRICT_FRICTION),
         epsilon: epsilon(&point_contacts, &epsilon_settings).value,

@@ -2,7 +2,7 @@
 //!
 //! [`hand`] and [`object`] are what meets, [`term`] what a meeting costs, [`energy`] the sum and its envelope over contact
 //! sets, [`kernel`] the moves, [`synthesis`] the search, [`filter`] and [`closure`] the judges,
-//! [`relaxed`] the relaxed test of bare points and
+//! [`failure`] what relaxed force closure alone does not see, [`relaxed`] the relaxed test of bare points and
 //! [`contact_points`] the search for its minima.
 
 pub mod closure;
@@ -10,6 +10,7 @@ pub mod contact;
 pub mod contact_points;
 pub mod diversity;
 pub mod energy;
+pub mod failure;
 pub mod filter;
 pub mod hand;
 pub mod hover;

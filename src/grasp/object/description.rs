@@ -17,8 +17,18 @@ use super::{
 /// Density of an object whose mass is not given, kg/m³: half that of water, as of a half-full bottle or of wood.
 const DEFAULT_DENSITY_KG_M3: f64 = 500.0;
 
-/// Points of the object's surface that are held against the hand.
+/// Points of the object's surface.
 const SURFACE_SAMPLES: usize = 2_000;
+
+/// So many of them are held against the hand wherever they lie: on a bottle about one per square centimetre …
+const HELD_EVERYWHERE: usize = 384;
+
+/// … and all where the object is thinner than this, metres: a finger is about as thick, and so can swallow what lies
+/// between two points that far apart.
+const THIN_M: f64 = 0.015;
+
+/// Shortest step of the search for the other side of the object, metres.
+const THICKNESS_STEP_M: f64 = 2.5e-4;
 
 /// What a mesh does not tell about an object; the file beside the mesh with the ending `.json`. Everything may be left
 /// out.
@@ -88,6 +98,8 @@ pub struct Object {
     pub description: Description,
     /// Points spread evenly over the surface; each prefix is evenly spread too.
     pub surface_samples: Vec<SurfaceSample>,
+    /// Numbers of those that are held against the hand, rising: the first few hundred, and all where the object is thin.
+    pub held_samples: Vec<u32>,
 }
 
 impl Object {
@@ -153,6 +165,7 @@ impl Object {
             let report = *field.report();
             (Arc::new(field) as Arc<dyn Shape>, Some(report))
         };
+        let held_samples = held(&surface_samples, &*shape);
         Ok(Self {
             name: name.to_owned(),
             shape,
@@ -165,6 +178,7 @@ impl Object {
                 .unwrap_or_else(|| mesh.volume() * DEFAULT_DENSITY_KG_M3),
             description: description.clone(),
             surface_samples,
+            held_samples,
             exact,
             mesh,
         })
@@ -224,6 +238,28 @@ impl Description {
         }
         Ok(())
     }
+}
+
+/// Numbers of the samples that are held against the hand.
+fn held(samples: &[SurfaceSample], shape: &dyn Shape) -> Vec<u32> {
+    (0u32..)
+        .zip(samples)
+        .filter(|(number, sample)| (*number as usize) < HELD_EVERYWHERE || is_thin(sample, shape))
+        .map(|(number, _)| number)
+        .collect()
+}
+
+/// Whether the straight way inward from a point of the surface leaves the object before [`THIN_M`].
+fn is_thin(sample: &SurfaceSample, shape: &dyn Shape) -> bool {
+    let mut along = THICKNESS_STEP_M;
+    while along < THIN_M {
+        let distance = shape.distance(&(sample.point - sample.normal * along));
+        if distance > THICKNESS_STEP_M {
+            return true;
+        }
+        along += distance.abs().max(THICKNESS_STEP_M);
+    }
+    false
 }
 
 /// Compares what is declared with the mesh.

@@ -8,9 +8,6 @@ use nalgebra::Vector3;
 use crate::grasp::hand::{Hand, PosedHand, closest_points};
 use crate::grasp::object::Object;
 
-/// How many of the object's samples are held against the hand: on a bottle about one per square centimetre.
-const SAMPLES: usize = 384;
-
 /// Object samples nearer to a capsule than this are listed: the list holds until the capsule has moved as far.
 const MARGIN_M: f64 = 0.008;
 
@@ -116,8 +113,8 @@ impl Intruders {
         let inverse = 1.0 / along.norm_squared().max(f64::MIN_POSITIVE);
         let mut nearest_squared = f64::INFINITY;
         self.samples.clear();
-        for (index, sample) in (0u32..).zip(object.surface_samples.iter().take(SAMPLES)) {
-            let from = sample.point - axis[0];
+        for &index in &object.held_samples {
+            let from = object.surface_samples[index as usize].point - axis[0];
             let share = (from.dot(&along) * inverse).clamp(0.0, 1.0);
             let squared = (from - along * share).norm_squared();
             nearest_squared = nearest_squared.min(squared);

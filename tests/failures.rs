@@ -1,0 +1,157 @@
+//! The known failures of Liu et al. (2021), Fig. 11: found with the paper's preset, gone with the default.
+#![cfg(feature = "grasp")]
+#![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
+
+use std::sync::{Arc, LazyLock};
+
+use landscape::energy::Energy;
+use landscape::grasp::failure::{
+    SWALLOWED_M, hand_inside_object_m, in_one_concavity, object_inside_hand_m,
+    passes_between_points, sees,
+};
+use landscape::grasp::hand::{Hand, PosedHand};
+use landscape::grasp::object::{Object, SurfaceSample};
+use landscape::grasp::synthesis::{SynthesisSettings, synthesize};
+use landscape::grasp::{EnergySettings, GraspEnergy, Judgement, judge};
+use landscape::optimize::QuenchSettings;
+use nalgebra::Vector3;
+
+static HAND: LazyLock<Arc<Hand>> = LazyLock::new(|| Arc::new(Hand::human()));
+static PEN: LazyLock<Arc<Object>> = LazyLock::new(|| Arc::new(Object::named("pen").unwrap()));
+static BOWL: LazyLock<Arc<Object>> = LazyLock::new(|| Arc::new(Object::named("bowl").unwrap()));
+
+/// As in `analysis/failures.rs`.
+const SEED: u64 = 11;
+
+fn posed(x: &[f64]) -> PosedHand {
+    let mut posed = PosedHand::default();
+    HAND.pose(x, &mut posed);
+    posed
+}
+
+fn on_surface(object: &Object, toward: [f64; 3]) -> Vector3<f64> {
+    object.exact.nearest(&Vector3::from(toward)).point
+}
+
+/// The inner wall of a bowl sees itself, its outer wall does not; nor does any two points of a ball.
+#[test]
+fn the_inside_of_a_bowl_is_one_concavity() {
+    let around = |radius: f64, height: f64| {
+        [0.3, 2.3, 4.4].map(|angle: f64| {
+            on_surface(&BOWL, [radius * angle.cos(), radius * angle.sin(), height])
+        })
+    };
+    let (inside, outside) = (around(0.05, 0.045), around(0.09, 0.045));
+    assert!(in_one_concavity(&BOWL.exact, &inside));
+    assert!(!in_one_concavity(&BOWL.exact, &outside));
+    let [a, b, _] = inside;
+    let [_, _, c] = outside;
+    assert!(sees(&BOWL.exact, &a, &b) && !sees(&BOWL.exact, &a, &c));
+    assert!(!in_one_concavity(&BOWL.exact, &[a, b, c]));
+
+    let ball = Object::named("ball").unwrap();
+    let samples = &ball.surface_samples;
+    for (one, other) in samples.iter().zip(&samples[1..200]) {
+        let apart = (one.point - other.point).norm();
+        assert!(apart < 0.01 || !sees(&ball.exact, &one.point, &other.point));
+    }
+}
+
+/// More points of the object are held against the hand where it is thin, and only there.
+#[test]
+fn thin_parts_are_held_densely() {
+    for name in ["ball", "bottle_round", "box", "can"] {
+        let object = Object::named(name).unwrap();
+        assert_eq!(
+            object.held_samples,
+            (0..384).collect::<Vec<u32>>(),
+            "{name}"
+        );
+    }
+    for object in [&PEN, &BOWL] {
+        assert!(object.held_samples.len() > 1_900, "{}", object.name);
+        assert!(object.held_samples.is_sorted());
+    }
+    let hammer = Object::named("hammer").unwrap();
+    assert!((385..1_500).contains(&hammer.held_samples.len()));
+}
+
+/// The paper's preset lets a pen pass through a finger between its surface points and finds nothing wrong with it; the
+/// default charges that pose for it, and none of its own grasps does the same.
+#[test]
+fn a_pen_no_longer_passes_through_a_finger() {
+    let samples: Vec<SurfaceSample> = PEN.mesh.sample_surface(4_000, 1);
+    let [paper, ours] = [EnergySettings::paper(), EnergySettings::default()]
+        .map(|settings| GraspEnergy::new(HAND.clone(), PEN.clone(), settings).unwrap());
+    let refine = QuenchSettings::default().with_gradient_tolerance(1e-3);
+
+    let mut failures = 0;
+    for chain in 0..12 {
+        let end = synthesize(&paper, &SynthesisSettings::paper(), &refine, SEED, chain);
+        let posed = posed(&end.refined);
+        let judgement = judge(&paper, &end.refined, &end.contacts);
+        if !passes_between_points(&PEN.exact, &samples, &HAND, &posed) || judgement.net_wrench > 0.5
+        {
+            continue;
+        }
+        failures += 1;
+        assert!(judgement.penetration < 0.02, "Eq. 11 sees nothing");
+        assert!(hand_inside_object_m(&PEN.exact, &posed) < 0.002);
+        assert!(judgement.deepest_m > 0.002 && !judgement.passes_strict());
+        let terms = ours.terms(&end.refined);
+        let charge = |name| terms.iter().find(|(term, _)| term == name).unwrap().1;
+        assert!(charge("intrusion") > 1.0, "{terms:?}");
+    }
+    assert!(failures > 0);
+
+    let mut grasps = 0;
+    for chain in 0..4 {
+        let end = synthesize(&ours, &SynthesisSettings::default(), &refine, SEED, chain);
+        let judgement = judge(&ours, &end.refined, &end.contacts);
+        if judgement.passes_strict() {
+            grasps += 1;
+            let depth = object_inside_hand_m(&HAND, &posed(&end.refined), &samples);
+            assert!(depth < SWALLOWED_M, "{depth}");
+            assert!(judgement.digits > 1 && !judgement.one_concavity);
+        }
+    }
+    assert!(grasps >= 2, "{grasps}");
+}
+
+/// Three points of a hand that press against the inner wall of a bowl are contacts in one concavity, and refused as such.
+#[test]
+fn contacts_in_one_concavity_are_refused() {
+    let energy = GraspEnergy::new(HAND.clone(), BOWL.clone(), EnergySettings::default()).unwrap();
+    // Somewhere in the middle of the bowl.
+    let mut x = vec![0.0, 0.0, 0.05, 1.0, 0.0, 0.0, 0.0];
+    x.extend(HAND.joints.iter().map(|_| 0.0));
+    let posed = posed(&x);
+    let nearest = |index: u32| BOWL.exact.nearest(&posed.points[index as usize]);
+    let all = 0..u32::try_from(posed.points.len()).unwrap();
+    let at_wall = |angle: f64, side: f64| {
+        let outward = Vector3::new(angle.cos(), angle.sin(), 0.0);
+        let alignment = |index: &u32| nearest(*index).point.xy().normalize().dot(&outward.xy());
+        all.clone()
+            .filter(|index| side * nearest(*index).normal.dot(&outward) > 0.5)
+            .max_by(|a, b| alignment(a).total_cmp(&alignment(b)))
+            .unwrap()
+    };
+    let inside = [0.0, 2.0, 4.0].map(|angle| at_wall(angle, -1.0));
+    let through = [inside[0], inside[1], at_wall(4.0, 1.0)];
+    assert!(!judge(&energy, &x, &through).one_concavity);
+
+    let mut judgement = judge(&energy, &x, &inside);
+    assert!(judgement.one_concavity && !judgement.passes_strict());
+    judgement = Judgement {
+        net_wrench: 0.1,
+        gap_m: 0.0,
+        deepest_m: 0.0,
+        self_penetration_m: 0.0,
+        joint_excess_rad: 0.0,
+        digits: 3,
+        force_closure: true,
+        ..judgement
+    };
+    let objection = judgement.strict_objection();
+    assert_eq!(objection, Some("contacts in one concavity"));
+}
