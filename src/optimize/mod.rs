@@ -51,6 +51,13 @@ impl Default for QuenchSettings {
 }
 
 impl QuenchSettings {
+    /// Settings for a surface whose typical barrier is `energy` high and `length` wide.
+    pub fn for_scales(energy: f64, length: f64) -> Self {
+        Self::default()
+            .with_max_step(0.05 * length)
+            .with_gradient_tolerance(1e-7 * energy / length)
+    }
+
     /// Replaces the tolerance on the gradient norm, energy per length.
     #[must_use]
     pub fn with_gradient_tolerance(mut self, tolerance: f64) -> Self {

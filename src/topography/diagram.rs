@@ -59,13 +59,8 @@ impl DiagramSettings {
             minima: 24,
             neighbours: 3,
             chain: ChainSettings::for_scales(energy, length),
-            quench: QuenchSettings::default()
-                .with_max_step(0.05 * length)
-                .with_gradient_tolerance(1e-7 * energy / length),
-            sameness: Sameness {
-                energy: 1e-6 * energy,
-                distance: 0.01 * length,
-            },
+            quench: QuenchSettings::for_scales(energy, length),
+            sameness: Sameness::for_scales(energy, length),
             seed: 0,
         }
     }

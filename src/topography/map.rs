@@ -70,13 +70,8 @@ impl MapSettings {
             decisive_replicas: 4,
             chain: ChainSettings::for_scales(energy, length),
             path: PathSettings::for_scales(energy, length),
-            quench: QuenchSettings::default()
-                .with_max_step(0.05 * length)
-                .with_gradient_tolerance(1e-7 * energy / length),
-            sameness: Sameness {
-                energy: 1e-6 * energy,
-                distance: 0.01 * length,
-            },
+            quench: QuenchSettings::for_scales(energy, length),
+            sameness: Sameness::for_scales(energy, length),
             groups: GroupSettings::default(),
             resamplings: 200,
             seed: 0,

@@ -23,6 +23,16 @@ pub struct Sameness {
     pub distance: f64,
 }
 
+impl Sameness {
+    /// Tolerances for a surface whose typical barrier is `energy` high and `length` wide.
+    pub fn for_scales(energy: f64, length: f64) -> Self {
+        Self {
+            energy: 1e-6 * energy,
+            distance: 0.01 * length,
+        }
+    }
+}
+
 impl Default for Sameness {
     fn default() -> Self {
         Self {
