@@ -23,12 +23,12 @@ const SURFACE_SAMPLES: usize = 2_000;
 /// So many of them are held against the hand wherever they lie: on a bottle about one per square centimetre …
 const HELD_EVERYWHERE: usize = 384;
 
-/// … and all where the object is thinner than this, metres: a finger is about as thick, and so can swallow what lies
-/// between two points that far apart.
-const THIN_M: f64 = 0.015;
+/// … and all where a ball of this radius, metres, does not fit into the object: at thin walls, edges and rims. A finger is
+/// about as thick, and so can swallow what lies between two points that far apart.
+const FITTING_BALL_M: f64 = 0.0075;
 
-/// Shortest step of the search for the other side of the object, metres.
-const THICKNESS_STEP_M: f64 = 2.5e-4;
+/// Accuracy of that test, metres: that of baked fields.
+const FITTING_TOLERANCE_M: f64 = 5e-4;
 
 /// What a mesh does not tell about an object; the file beside the mesh with the ending `.json`. Everything may be left
 /// out.
@@ -98,7 +98,8 @@ pub struct Object {
     pub description: Description,
     /// Points spread evenly over the surface; each prefix is evenly spread too.
     pub surface_samples: Vec<SurfaceSample>,
-    /// Numbers of those that are held against the hand, rising: the first few hundred, and all where the object is thin.
+    /// Numbers of those that are held against the hand, rising: the first few hundred, and all where the object is
+    /// narrow: at thin walls, edges and rims.
     pub held_samples: Vec<u32>,
 }
 
@@ -244,22 +245,15 @@ impl Description {
 fn held(samples: &[SurfaceSample], shape: &dyn Shape) -> Vec<u32> {
     (0u32..)
         .zip(samples)
-        .filter(|(number, sample)| (*number as usize) < HELD_EVERYWHERE || is_thin(sample, shape))
+        .filter(|(number, sample)| (*number as usize) < HELD_EVERYWHERE || is_narrow(sample, shape))
         .map(|(number, _)| number)
         .collect()
 }
 
-/// Whether the straight way inward from a point of the surface leaves the object before [`THIN_M`].
-fn is_thin(sample: &SurfaceSample, shape: &dyn Shape) -> bool {
-    let mut along = THICKNESS_STEP_M;
-    while along < THIN_M {
-        let distance = shape.distance(&(sample.point - sample.normal * along));
-        if distance > THICKNESS_STEP_M {
-            return true;
-        }
-        along += distance.abs().max(THICKNESS_STEP_M);
-    }
-    false
+/// Whether the ball of [`FITTING_BALL_M`] that touches the surface in this point from inside sticks out elsewhere.
+fn is_narrow(sample: &SurfaceSample, shape: &dyn Shape) -> bool {
+    let centre = sample.point - sample.normal * FITTING_BALL_M;
+    shape.distance(&centre) > FITTING_TOLERANCE_M - FITTING_BALL_M
 }
 
 /// Compares what is declared with the mesh.
