@@ -61,20 +61,20 @@ fn the_inside_of_a_bowl_is_one_concavity() {
 /// More points of the object are held against the hand where it is thin, and only there.
 #[test]
 fn thin_parts_are_held_densely() {
+    let everywhere: Vec<u32> = (0..384).collect();
     for name in ["ball", "bottle_round", "box", "can"] {
         let object = Object::named(name).unwrap();
-        assert_eq!(
-            object.held_samples,
-            (0..384).collect::<Vec<u32>>(),
-            "{name}"
-        );
+        assert_eq!(object.held_samples, everywhere, "{name}");
+        assert!(object.thin_share < 1e-9, "{name}");
     }
     for object in [&PEN, &BOWL] {
         assert!(object.held_samples.len() > 1_900, "{}", object.name);
         assert!(object.held_samples.is_sorted());
+        assert!(object.thin_share > 0.9, "{}", object.name);
     }
     let hammer = Object::named("hammer").unwrap();
     assert!((385..1_500).contains(&hammer.held_samples.len()));
+    assert!(hammer.thin_share < 0.5);
 }
 
 /// The exact depth of an object in a hand is what ever denser points of its surface come to from below.
@@ -103,7 +103,8 @@ fn nothing_hides_between_points() {
     assert!(inside > 10 && narrowest < 2e-4, "{inside} {narrowest}");
 }
 
-/// The paper's preset lets a pen pass through a finger between its surface points and finds nothing wrong with it; the
+/// The paper's preset lets a pen pass through a finger between its surface points, and force closure and penetration as
+/// Eq. 11 has them find nothing wrong with it; the
 /// default charges that pose for it, and none of its own grasps does the same.
 #[test]
 fn a_pen_no_longer_passes_through_a_finger() {
@@ -116,11 +117,11 @@ fn a_pen_no_longer_passes_through_a_finger() {
         let end = synthesize(&paper, &SynthesisSettings::paper(), &refine, SEED, chain);
         let posed = posed(&end.refined);
         let judgement = judge(&paper, &end.refined, &end.contacts);
-        if !passes_between_points(&PEN.exact, &HAND, &posed) || judgement.net_wrench > 0.5 {
+        let blind = judgement.net_wrench < 0.5 && judgement.penetration < 0.02;
+        if !passes_between_points(&PEN.exact, &HAND, &posed) || !blind {
             continue;
         }
         failures += 1;
-        assert!(judgement.penetration < 0.02, "Eq. 11 sees nothing");
         assert!(hand_inside_object_m(&PEN.exact, &posed) < 0.002);
         assert!(judgement.deepest_m > 0.002 && !judgement.passes_strict());
         let terms = ours.terms(&end.refined);

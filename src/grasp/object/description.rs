@@ -23,12 +23,12 @@ const SURFACE_SAMPLES: usize = 2_000;
 /// So many of them are held against the hand wherever they lie: on a bottle about one per square centimetre …
 const HELD_EVERYWHERE: usize = 384;
 
-/// … and all where a ball of this radius, metres, does not fit into the object: at thin walls, edges and rims. A finger is
-/// about as thick, and so can swallow what lies between two points that far apart.
-const FITTING_BALL_M: f64 = 0.0075;
+/// … and all where the object is thinner than this, metres: a finger is about as thick, and so can swallow what lies
+/// between two points that far apart; and, pressed through such a wall, it does not come back on the side it came from.
+const THIN_M: f64 = 0.015;
 
-/// Accuracy of that test, metres: that of baked fields.
-const FITTING_TOLERANCE_M: f64 = 5e-4;
+/// Shortest step of the search for the other side of the object, metres.
+const THICKNESS_STEP_M: f64 = 2.5e-4;
 
 /// What a mesh does not tell about an object; the file beside the mesh with the ending `.json`. Everything may be left
 /// out.
@@ -98,9 +98,10 @@ pub struct Object {
     pub description: Description,
     /// Points spread evenly over the surface; each prefix is evenly spread too.
     pub surface_samples: Vec<SurfaceSample>,
-    /// Numbers of those that are held against the hand, rising: the first few hundred, and all where the object is
-    /// narrow: at thin walls, edges and rims.
+    /// Numbers of those that are held against the hand, rising: the first few hundred, and all where the object is thin.
     pub held_samples: Vec<u32>,
+    /// Share of the surface where the object is thinner than a finger (15 mm): 1 for a bowl, 0 for a bottle taken as solid.
+    pub thin_share: f64,
 }
 
 impl Object {
@@ -169,7 +170,6 @@ impl Object {
         let held_samples = held(&surface_samples, &*shape);
         Ok(Self {
             name: name.to_owned(),
-            shape,
             field_report,
             centroid: mesh.centroid(),
             radius_m,
@@ -178,8 +178,10 @@ impl Object {
                 .mass_kg
                 .unwrap_or_else(|| mesh.volume() * DEFAULT_DENSITY_KG_M3),
             description: description.clone(),
+            thin_share: thin_share(&surface_samples[..HELD_EVERYWHERE], &*shape),
             surface_samples,
             held_samples,
+            shape,
             exact,
             mesh,
         })
@@ -245,15 +247,28 @@ impl Description {
 fn held(samples: &[SurfaceSample], shape: &dyn Shape) -> Vec<u32> {
     (0u32..)
         .zip(samples)
-        .filter(|(number, sample)| (*number as usize) < HELD_EVERYWHERE || is_narrow(sample, shape))
+        .filter(|(number, sample)| (*number as usize) < HELD_EVERYWHERE || is_thin(sample, shape))
         .map(|(number, _)| number)
         .collect()
 }
 
-/// Whether the ball of [`FITTING_BALL_M`] that touches the surface in this point from inside sticks out elsewhere.
-fn is_narrow(sample: &SurfaceSample, shape: &dyn Shape) -> bool {
-    let centre = sample.point - sample.normal * FITTING_BALL_M;
-    shape.distance(&centre) > FITTING_TOLERANCE_M - FITTING_BALL_M
+/// Share of the samples at which the object is thin.
+fn thin_share(samples: &[SurfaceSample], shape: &dyn Shape) -> f64 {
+    let thin = samples.iter().filter(|sample| is_thin(sample, shape));
+    thin.count() as f64 / samples.len() as f64
+}
+
+/// Whether the straight way inward from a point of the surface leaves the object before [`THIN_M`].
+fn is_thin(sample: &SurfaceSample, shape: &dyn Shape) -> bool {
+    let mut along = THICKNESS_STEP_M;
+    while along < THIN_M {
+        let distance = shape.distance(&(sample.point - sample.normal * along));
+        if distance > THICKNESS_STEP_M {
+            return true;
+        }
+        along += distance.abs().max(THICKNESS_STEP_M);
+    }
+    false
 }
 
 /// Compares what is declared with the mesh.
