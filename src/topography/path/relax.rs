@@ -13,9 +13,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::images::{BandSettings, Images, Manner, PathMethod};
 use super::lower::{Lowered, lower};
-use super::pass::{Pass, Peak};
-use super::string::Band;
+use super::pass::{Pass, Peak, Refined};
 use super::{Path, near, spread};
 use crate::energy::Energy;
 use crate::optimize::QuenchSettings;
@@ -27,8 +27,19 @@ use crate::topography::network::{Claim, Evidence, Minimum};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PathSettings {
-    /// Segments of a string before doubling.
+    /// What keeps the images of a path apart.
+    pub method: PathMethod,
+    /// Springs, for a band.
+    pub band: BandSettings,
+    /// Segments of a path before any is split.
     pub segments: usize,
+    /// The way round between two points that is not the shortest is tried as well if it is at most this many times as long.
+    pub detour: f64,
+    /// Looks, before a top is refined, for segments along which the surface departs from what their ends say of it; those
+    /// are split.
+    pub insertions: usize,
+    /// What departs: a share of the barrier.
+    pub departure: f64,
     /// Iterations before the lowest of several starts is chosen.
     pub coarse_iterations: usize,
     /// A rough path is a rival, and relaxed as well, if it would win by sinking this share of its barrier.
@@ -62,8 +73,10 @@ pub struct PathSettings {
 pub struct SeamSettings {
     /// Greatest distance of neighbouring points of such a path, a length of the space: less than that of neighbouring kinks.
     pub spacing: f64,
-    /// Moves of the top at most.
+    /// Moves of the top at most, before each halving and after.
     pub moves: usize,
+    /// How often the distance of its points is halved at most, to see whether the height holds.
+    pub halvings: usize,
 }
 
 impl Default for PathSettings {
@@ -76,7 +89,12 @@ impl PathSettings {
     /// Settings for a surface whose typical barrier is `energy` high and `length` wide.
     pub fn for_scales(energy: f64, length: f64) -> Self {
         Self {
+            method: PathMethod::default(),
+            band: BandSettings::for_scales(energy, length),
             segments: 12,
+            detour: 1.5,
+            insertions: 3,
+            departure: 0.05,
             coarse_iterations: 60,
             rivalry: 0.25,
             iterations: 60,
@@ -137,45 +155,50 @@ pub(in crate::topography) fn relax(
     sameness: &Sameness,
 ) -> Option<Outcome> {
     let floor = ends.0.energy.max(ends.1.energy);
-    let mut rough: Vec<(usize, bool, Band<'_>)> = starts
+    let mut rough: Vec<(usize, bool, Images<'_>)> = starts
         .iter()
         .enumerate()
         .filter_map(|(start, points)| {
-            let mut band = Band::new(
+            let mut images = Images::new(
                 energy,
                 points,
                 settings.segments,
-                (settings.max_step, floor + settings.exact_below),
+                Manner {
+                    method: settings.method,
+                    band: settings.band,
+                    longest: settings.max_step,
+                    ceiling: floor + settings.exact_below,
+                },
             );
-            if band.path.energies[1..settings.segments]
+            if images.path.energies[1..settings.segments]
                 .iter()
                 .all(|e| !e.is_finite())
             {
                 return None;
             }
-            band.relax(settings.coarse_iterations, settings.force_tolerance);
-            if !band.path.height().is_finite() {
+            images.relax(settings.coarse_iterations, settings.force_tolerance);
+            if !images.path.height().is_finite() {
                 return None;
             }
-            let top = &band.path.images[band.path.top()];
+            let top = &images.path.images[images.path.top()];
             let blamed = energy.objection(top).is_some();
-            Some((start, blamed, band))
+            Some((start, blamed, images))
         })
         .collect();
     rough.sort_by(|a, b| (a.1.cmp(&b.1)).then(a.2.path.height().total_cmp(&b.2.path.height())));
     let first = rough
         .iter()
         .find(|(start, blamed, _)| *start == 0 && !blamed)
-        .map(|(_, _, band)| band.path.height());
+        .map(|(_, _, images)| images.path.height());
     let mut best: Option<Outcome> = None;
     let mut passes = Vec::new();
-    for (start, blamed, band) in rough {
-        let margin = settings.rivalry * (band.path.height() - floor);
+    for (start, blamed, images) in rough {
+        let margin = settings.rivalry * (images.path.height() - floor);
         let beyond = |known: &Outcome| {
             known.evidence < Evidence::Chain
                 && (settings.seams.is_some()
                     || blamed
-                    || band.path.height() - margin > known.height)
+                    || images.path.height() - margin > known.height)
         };
         if best.as_ref().is_some_and(beyond) {
             continue;
@@ -187,7 +210,7 @@ pub(in crate::topography) fn relax(
             descent,
             sameness,
         }
-        .finish(band);
+        .finish(images);
         outcome.start = start;
         passes.append(&mut outcome.passes);
         let slack = settings.height_tolerance * (outcome.height - floor) + sameness.energy;
@@ -212,17 +235,23 @@ struct Relaxation<'a> {
 
 impl Relaxation<'_> {
     /// [`Relaxation::finish`] for a kinked energy: the top is lowered, then refined if it can be.
-    fn finish_kinked(&self, band: Band<'_>, floor: f64, seams: &SeamSettings) -> Outcome {
-        let found = lower(self.energy, &band.path.images, floor, self.settings, seams);
+    fn finish_kinked(&self, images: Images<'_>, floor: f64, seams: &SeamSettings) -> Outcome {
+        let found = lower(
+            self.energy,
+            &images.path.images,
+            floor,
+            self.settings,
+            seams,
+        );
         let Some(Lowered {
             path,
             peak,
             relaxed,
         }) = found
         else {
-            let top = band.path.images[band.path.top()].clone();
-            let height = band.path.height();
-            return self.verdict(band.path, height, top, Evidence::Chain, Vec::new());
+            let top = images.path.images[images.path.top()].clone();
+            let height = images.path.height();
+            return self.verdict(images.path, height, top, Evidence::Chain, Vec::new());
         };
         if relaxed {
             let pass = peak.refine(
@@ -232,7 +261,7 @@ impl Relaxation<'_> {
                 self.descent,
                 self.sameness,
             );
-            if let Some(pass) = pass
+            if let Some(Refined { pass, .. }) = pass
                 && let Some(path) = self.direct(&pass, path.images.len())
             {
                 let (height, top) = (pass.energy.max(path.height()), pass.x.clone());
@@ -248,20 +277,24 @@ impl Relaxation<'_> {
         self.verdict(path, height, peak.x, evidence, Vec::new())
     }
 
-    fn finish(&self, mut band: Band<'_>) -> Outcome {
+    fn finish(&self, mut images: Images<'_>) -> Outcome {
         let space = self.energy.space();
         let floor = self.ends.0.energy.max(self.ends.1.energy);
         if let Some(seams) = &self.settings.seams {
-            return self.finish_kinked(band, floor, seams);
+            return self.finish_kinked(images, floor, seams);
         }
-        let reach = 2.0 * band.path.length(space) / (band.path.images.len() - 1) as f64;
+        if images.climb() {
+            images.relax(self.settings.iterations, self.settings.force_tolerance);
+        }
+        self.insert(&mut images, floor);
+        let reach = 2.0 * images.path.length(space) / (images.path.images.len() - 1) as f64;
         let (mut passes, mut doubled) = (Vec::new(), false);
         // The highest pinned point and its energy, and that of the last peak that would not refine.
         let mut pinned = (floor, self.higher_end().to_vec());
         let mut loose: Option<Peak> = None;
         let mut round = 0;
         let relaxed = loop {
-            let Some(peak) = Peak::of(self.energy, &band) else {
+            let Some(peak) = Peak::of(self.energy, &images) else {
                 break true;
             };
             let slack = self.settings.height_tolerance * (pinned.0 - floor) + self.sameness.energy;
@@ -270,9 +303,9 @@ impl Relaxation<'_> {
                 if doubled {
                     break true;
                 }
-                band = band.doubled();
+                images = images.doubled();
                 doubled = true;
-                band.relax(self.settings.iterations / 2, self.settings.force_tolerance);
+                images.relax(self.settings.iterations / 2, self.settings.force_tolerance);
                 continue;
             }
             if round == self.settings.rounds {
@@ -285,37 +318,35 @@ impl Relaxation<'_> {
                 let before = if doubled {
                     before
                 } else {
-                    band = band.doubled();
-                    band.relax(self.settings.iterations, self.settings.force_tolerance);
-                    loose = Peak::of(self.energy, &band);
+                    images = images.doubled();
+                    images.relax(self.settings.iterations, self.settings.force_tolerance);
+                    loose = Peak::of(self.energy, &images);
                     Some(height)
                 };
                 break self.settled(loose.as_ref(), before, floor);
             }
             round += 1;
-            let found = peak
-                .refine(
-                    self.energy,
-                    floor,
-                    self.settings,
-                    self.descent,
-                    self.sameness,
-                )
-                .filter(|pass| near(space, &pass.x, &peak.x) <= reach);
-            if let Some(pass) = found {
-                if let Some(path) = self.direct(&pass, band.path.images.len()) {
-                    return self.verdict(
-                        path,
-                        pass.energy,
-                        pass.x.clone(),
-                        pass_evidence(&pass),
-                        {
-                            passes.push(pass);
-                            passes
-                        },
-                    );
+            let found = peak.refine(
+                self.energy,
+                floor,
+                self.settings,
+                self.descent,
+                self.sameness,
+            );
+            let direct = (found.as_ref())
+                .and_then(|found| self.direct(&found.pass, images.path.images.len()));
+            // One that joins other minima is a pass of this path only if it is near it, or the path lay on a higher ridge.
+            let found = found.filter(|found| {
+                direct.is_some() || found.beside || near(space, &found.pass.x, &peak.x) <= reach
+            });
+            if let Some(Refined { pass, .. }) = found {
+                if let Some(path) = direct {
+                    let (top, evidence) = (pass.x.clone(), pass_evidence(&pass));
+                    let height = pass.energy;
+                    passes.push(pass);
+                    return self.verdict(path, height, top, evidence, passes);
                 }
-                band.pin(peak.image, &pass.x, pass.energy);
+                images.pin(peak.image, &pass.x, pass.energy);
                 if pass.energy > pinned.0 {
                     pinned = (pass.energy, pass.x.clone());
                 }
@@ -324,7 +355,7 @@ impl Relaxation<'_> {
             } else {
                 loose = Some(peak);
             }
-            band.relax(self.settings.iterations, self.settings.force_tolerance);
+            images.relax(self.settings.iterations, self.settings.force_tolerance);
         };
         let (mut height, mut top) = pinned;
         if let Some(peak) = loose
@@ -333,16 +364,29 @@ impl Relaxation<'_> {
             (height, top) = (peak.energy, peak.x);
         }
         // What is reported is never below what was met.
-        if band.path.height() > height {
-            height = band.path.height();
-            top.clone_from(&band.path.images[band.path.top()]);
+        if images.path.height() > height {
+            height = images.path.height();
+            top.clone_from(&images.path.images[images.path.top()]);
         }
         let evidence = if relaxed {
             Evidence::Path
         } else {
             Evidence::Chain
         };
-        self.verdict(band.path, height, top, evidence, passes)
+        self.verdict(images.path, height, top, evidence, passes)
+    }
+
+    /// Splits segments until what their ends say of them is true.
+    fn insert(&self, images: &mut Images<'_>, floor: f64) {
+        for _ in 0..self.settings.insertions {
+            let barrier = (images.path.height() - floor).max(0.0);
+            let tolerance = self.settings.departure * barrier + self.settings.energy_tolerance;
+            let Some(finer) = images.inserted(tolerance) else {
+                break;
+            };
+            *images = finer;
+            images.relax(self.settings.iterations / 2, self.settings.force_tolerance);
+        }
     }
 
     /// Whether a peak that would not refine to a pass is stationary all the same, and as high as before.
