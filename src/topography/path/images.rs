@@ -8,8 +8,7 @@
 
 use std::sync::Arc;
 
-use serde::{Deserialize, Serialize};
-
+use super::settings::{BandSettings, PathMethod};
 use super::{Path, between, near, spread_by};
 use crate::energy::Energy;
 use crate::optimize::Fire;
@@ -25,42 +24,6 @@ const STIFFER: f64 = 1.2;
 const STIFFEST: f64 = 10.0;
 /// Farthest an image of a band moves in an iteration, as a share of the shorter of its segments: it never passes another.
 const STRIDE: f64 = 0.4;
-
-/// How the images of a path are kept apart while it relaxes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum PathMethod {
-    /// The string method: images are put back at even distances.
-    #[default]
-    String,
-    /// The nudged elastic band: springs hold them.
-    Band,
-}
-
-/// Settings of an elastic band.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct BandSettings {
-    /// Stiffness of the springs at first, energy per length squared. It grows while the images are spread unevenly and
-    /// falls while they are not.
-    pub spring: f64,
-    /// Whether the highest image climbs to the top once the band is roughly relaxed.
-    pub climbing: bool,
-    /// Whether the part of the springs' force across the path that does not work against the surface acts too (S. A.
-    /// Trygubenko and D. J. Wales, J. Chem. Phys. 120, 2082 (2004)): no kinks, and a little off the true path.
-    pub doubly_nudged: bool,
-}
-
-impl BandSettings {
-    /// Settings for a surface whose typical barrier is `energy` high and `length` wide.
-    pub fn for_scales(energy: f64, length: f64) -> Self {
-        Self {
-            spring: 10.0 * energy / (length * length),
-            climbing: true,
-            doubly_nudged: false,
-        }
-    }
-}
 
 /// How images relax.
 #[derive(Clone, Copy)]

@@ -19,7 +19,7 @@ use crate::topography::eigen::Piece;
 const GOLDEN: f64 = 0.381_966_011_250_105;
 /// Probes of the golden section between two nodes.
 const PROBES: usize = 10;
-/// Segments searched for the top.
+/// Segments searched for the top, besides those with a node above it.
 const SEARCHED: usize = 8;
 /// Lengths of a move that are tried, each this share of the one before.
 const TRIALS: usize = 4;
@@ -219,9 +219,14 @@ impl<'e> Kinked<'e> {
         }
         bounds.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         let mut best: Option<Top> = None;
-        for (bound, i) in bounds.into_iter().take(SEARCHED) {
+        for (searched, (bound, i)) in bounds.into_iter().enumerate() {
             if best.as_ref().is_some_and(|best| best.energy >= bound) {
                 break;
+            }
+            // A node that was met counts, however many bounds lie above it.
+            let met = self.nodes[i].energy.max(self.nodes[i + 1].energy);
+            if searched >= SEARCHED && best.as_ref().is_some_and(|best| best.energy >= met) {
+                continue;
             }
             let top = self.between(i, limit);
             if top.energy >= limit {

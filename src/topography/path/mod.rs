@@ -8,13 +8,13 @@ mod lower;
 mod pass;
 mod relax;
 mod seam;
+mod settings;
 
-pub use images::{BandSettings, PathMethod};
 pub use pass::Pass;
 pub(super) use pass::descend;
 pub(super) use relax::relax;
-pub use relax::{PathSettings, SeamSettings};
 use serde::{Deserialize, Serialize};
+pub use settings::{BandSettings, PathMethod, PathSettings, SeamSettings};
 
 use super::journal::bits;
 use crate::energy::Energy;

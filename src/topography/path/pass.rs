@@ -209,7 +209,7 @@ impl Peak {
 }
 
 /// Descents on both sides of a pass, after a step of length `push` along its unit tangent `mode`; `None` where such a
-/// step leads no lower.
+/// step leads no lower. A descent that crosses the pass at once is begun again with shorter steps.
 pub(in crate::topography) fn descend(
     energy: &dyn Energy,
     (pass, height): (&[f64], f64),
