@@ -12,6 +12,7 @@
 //! | draw samples | [`sample::Kernel`], [`sample::Mala`] |
 //! | build the energy of a hand on an object | [`grasp::GraspEnergy`], [`grasp::hand::Hand`], [`grasp::object::Object`] |
 //! | synthesize and judge grasps | [`grasp::synthesis::synthesize`], [`grasp::judge`], [`grasp::closure`], [`grasp::relaxed`] |
+//! | go from a function of your own to its disconnectivity graph | [`own_function`] |
 //! | map a landscape | [`topography::quench_all`], [`topography::distinct`], [`topography::map()`] |
 //! | judge scores against what is true | [`agreement::Roc`] |
 //! | draw it | [`figure::DisconnectivityPicture`], [`figure::BarrierPicture`], [`figure::Scene`] |
@@ -55,6 +56,10 @@ pub mod space;
 pub mod grasp;
 #[cfg(feature = "topography")]
 pub mod topography;
+
+#[cfg(feature = "topography")]
+#[doc = include_str!("../docs/own_function.md")]
+pub mod own_function {}
 
 #[cfg(feature = "cli")]
 pub mod cli;

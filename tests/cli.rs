@@ -275,12 +275,18 @@ fn a_finished_landscape_is_drawn_compared_and_exchanged() {
     let line = format!("draw {} -o {}", folder.display(), whole.display());
     out.succeed(&line);
     let text = |path: &Path| fs::read_to_string(path).unwrap();
+    // What the support of merges rests on.
+    assert!(folder.join("resampled.parquet").is_file());
     // Nothing hidden, nothing changed.
     for name in ["tree.nwk", "tree.dot", "tree.json", "barriers.graphml"] {
         assert_eq!(text(&folder.join(name)), text(&whole.join(name)), "{name}");
     }
-    // The support of merges is not stored as trees, so it is not drawn again.
-    for name in ["barriers.svg", "barriers_minima.svg"] {
+    for name in [
+        "barriers.svg",
+        "barriers_minima.svg",
+        "disconnectivity.svg",
+        "disconnectivity_minima.svg",
+    ] {
         assert_eq!(text(&folder.join(name)), text(&whole.join(name)), "{name}");
     }
     let output = out.run(&format!("diff {0} {0} --json", folder.display()));

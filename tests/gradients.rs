@@ -1,9 +1,9 @@
 //! Every energy of the crate: its gradient is the central difference along the tangents of its space.
 
-use landscape::energy::Energy;
 use landscape::energy::model::{
-    DoubleWell, LennardJones, MullerBrown, Orientation, ThreeHole, Torsion,
+    DoubleWell, LennardJones, MullerBrown, Orientation, ThreeHole, Torsion, Waves,
 };
+use landscape::energy::{Energy, InBox};
 use landscape::sample::{Rng, Task, stream};
 use rand::RngExt;
 
@@ -31,6 +31,20 @@ fn energies() -> Vec<(&'static str, Box<dyn Energy>, Sampler)> {
             "torsion",
             Box::new(Torsion::new(&[(1.0, 3), (0.3, 2)])),
             |rng| uniform(rng, 2, 3.0),
+        ),
+        (
+            "in a box",
+            Box::new(InBox::new(&[-1.0, 0.5], &[2.0, 1.0], |x, gradient| {
+                gradient[0] = 2.0 * x[0] * x[1];
+                gradient[1] = x[0] * x[0] + x[1].exp();
+                x[0] * x[0] * x[1] + x[1].exp()
+            })),
+            |rng| uniform(rng, 2, 5.0),
+        ),
+        (
+            "waves",
+            Box::new(Waves::random(3, 2, 20, &mut stream(1, Task::Surface, 0))),
+            |rng| uniform(rng, 3, 3.0),
         ),
         (
             "orientation",

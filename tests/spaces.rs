@@ -3,8 +3,8 @@
 use std::f64::consts::{PI, TAU};
 
 use landscape::space::{
-    Cluster, Euclidean, PoseMetric, PoseSpace, Rotation, Space, Symmetry, Torus, interpolate,
-    object_from_hand, pose_coordinates,
+    Cluster, Euclidean, Mirrored, PoseMetric, PoseSpace, Rotation, Space, Symmetry, Torus,
+    interpolate, object_from_hand, pose_coordinates,
 };
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
@@ -37,6 +37,13 @@ fn cases() -> Vec<Case> {
             space: Box::new(Euclidean::new(3)),
             point: |u| u[..3].to_vec(),
             injectivity: f64::INFINITY,
+        },
+        Case {
+            name: "mirrored box",
+            space: Box::new(Mirrored::new(&[-1.0, 0.0, 2.0], &[1.0, 3.0, 5.0])),
+            point: |u| u[..3].to_vec(),
+            // A mirror may be anywhere near.
+            injectivity: 0.0,
         },
         Case {
             name: "torus",
@@ -241,7 +248,7 @@ proptest! {
     fn symmetry_shortens(a in numbers(), b in numbers(), by in numbers()) {
         let (a, b) = (pose_point(&a), pose_point(&b));
         let plain = PoseSpace::new(metric(), Symmetry::None);
-        for Case { name, space, .. } in cases().into_iter().skip(4) {
+        for Case { name, space, .. } in cases().into_iter().skip(5) {
             prop_assert!(space.distance(&a, &b) <= plain.distance(&a, &b) + ROUNDING, "{name}");
         }
         let motion = turn_about([by[0], by[1], by[2]], Vector3::new(by[3], by[4], by[5]) * PI);
@@ -251,7 +258,7 @@ proptest! {
 
     #[test]
     fn the_other_way_arrives_too_and_is_no_shorter(a in numbers(), b in numbers()) {
-        for Case { name, space, point, .. } in cases().into_iter().skip(1) {
+        for Case { name, space, point, .. } in cases().into_iter().skip(2) {
             let (a, b) = (point(&a), point(&b));
             let mut step = vec![f64::NAN; space.tangents()];
             let length = space.toward_other_way(&a, &b, &mut step).unwrap();

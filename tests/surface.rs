@@ -105,6 +105,8 @@ fn a_model_is_mapped() {
             "min.data",
             "minima.parquet",
             "paths.parquet",
+            "rarefaction.png",
+            "rarefaction.svg",
             "stationary.parquet",
             "summary.md",
             "timings.json",

@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 
 use super::args::{Build, Common, Paths};
+use super::grasp_map::settings_for_grasps;
 use super::landscape::{Input, Mapped};
-use super::magnetisation;
+use super::magnetisation::{self, Choice};
 use super::report::{Report, summary, tables};
 use super::run::{DiskJournal, Unfinished, Watch, check_resumable, until_unwritable};
 use super::uncertainty::Unseen;
@@ -16,8 +17,8 @@ use crate::grasp::{GraspEnergy, GraspKernel};
 use crate::store::{AtomicFolder, Grasp, GraspFile, Population, Source, content_hash};
 use crate::topography::exchange::Database;
 use crate::topography::{
-    self, ChainSettings, Diagram, Landscape, MapSettings, Minimum, MinimumId, PathSettings,
-    Sameness, SeamSettings, Sequential, SequentialSettings, distinct, map, quench_all, sequential,
+    self, Landscape, MapSettings, Minimum, MinimumId, Sequential, SequentialSettings, distinct,
+    map, quench_all, sequential,
 };
 
 pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
@@ -82,54 +83,14 @@ fn folder(command: &Build, population: &Population<'_>, several: bool) -> anyhow
     Ok(folder)
 }
 
-/// Settings for a hand: energies are of the order of one, lengths of centimetres.
-///
-/// The pull of a chain must beat the slope of all contacts at once; nearby minima that differ by less than the spacing of
-/// the hand's surface points are one grasp.
+/// The usual settings with what the flags say.
 fn map_settings(command: &Build, energy: &GraspEnergy) -> MapSettings {
-    let contact_slope = energy.settings().distance_weight / energy.unit_m();
-    let mut settings = MapSettings::for_scales(0.3, 0.04).with_seed(command.seed);
-    settings.neighbours = command.neighbours.unwrap_or(6);
-    settings.retry_rounds = 1;
-    settings.decisive_replicas = 3;
-    settings.quench = settings
-        .quench
-        .with_gradient_tolerance(1e-5)
-        .with_max_step(0.01)
-        .with_max_evaluations(1000);
-    settings.sameness = Sameness {
-        energy: 0.02,
-        distance: 0.005,
-    };
-    settings.chain = ChainSettings {
-        temperature: command.temperature.unwrap_or(0.01),
-        force: command.force.unwrap_or(8.0 * contact_slope),
-        attempts: 1,
-        replicas: 1,
-        step: 1e-3,
-        arrival: 0.005,
-        patience: 150,
-        max_steps: 1500,
-        spacing: 0.003,
-        ..settings.chain
-    };
-    settings.path = PathSettings {
-        method: command.paths.into(),
-        segments: 20,
-        coarse_iterations: 36,
-        iterations: 30,
-        rounds: 3,
-        max_step: 0.004,
-        force_tolerance: 2.0,
-        seams: Some(SeamSettings {
-            spacing: 5e-4,
-            moves: 100,
-            halvings: 2,
-        }),
-        exact_below: 0.5,
-        energy_tolerance: 0.02,
-        ..settings.path
-    };
+    let mut settings = settings_for_grasps(energy).with_seed(command.seed);
+    settings.neighbours = command.neighbours.unwrap_or(settings.neighbours);
+    let chain = &mut settings.chain;
+    chain.temperature = command.temperature.unwrap_or(chain.temperature);
+    chain.force = command.force.unwrap_or(chain.force);
+    settings.path.method = command.paths.into();
     settings
 }
 
@@ -210,16 +171,12 @@ fn build(
             inputs: grasps.iter().map(|grasp| row(grasp)).collect(),
             choices_below: settings.path.exact_below,
         },
-        unseen: Unseen::of(landscape),
+        unseen: Unseen::of(landscape, "grasps"),
         energy: &energy,
         population,
         settings: &settings,
         arrivals: found.arrivals.as_deref(),
-        diagram: found.diagram.as_ref(),
-        chosen: magnetisation::choice(
-            found.diagram.as_ref(),
-            command.temperature.is_some() && command.force.is_some(),
-        ),
+        choice: &found.choice,
         hover: &hover,
         source: source(command, &bytes),
         command: command_line(command, &settings),
@@ -246,7 +203,7 @@ fn write(report: &Report<'_>, folder: &AtomicFolder) -> anyhow::Result<String> {
     let database = Database::from_network(&report.mapped.landscape.network);
     report.mapped.draw(&titles, &database, folder)?;
     report.unseen.draw(&titles.title, folder)?;
-    if let Some(diagram) = report.diagram {
+    if let Some(diagram) = &report.choice.diagram {
         magnetisation::write(diagram, &titles.title, folder)?;
     }
     let text = summary(report, &files);
@@ -259,10 +216,10 @@ struct Found {
     landscape: Landscape,
     /// Minima in their order of arrival, for sequential ADELM.
     arrivals: Option<Vec<MinimumId>>,
-    diagram: Option<Diagram>,
+    choice: Choice,
 }
 
-/// Maps the minima, at the temperature and force of their diagram if that was asked for.
+/// Maps the minima, at the temperature and force given or chosen.
 fn mapped(
     command: &Build,
     (energy, kernel): (&GraspEnergy, &GraspKernel<'_>),
@@ -270,16 +227,13 @@ fn mapped(
     settings: &mut MapSettings,
     (journal, watch): (&DiskJournal<'_>, &mut Watch),
 ) -> Found {
-    let diagram = command
-        .diagram
-        .then(|| magnetisation::measure((energy, kernel), &minima, settings, journal, watch));
-    if let Some(diagram) = &diagram {
-        watch.lap("diagram", diagram.evaluations);
-        if let Some(best) = &diagram.recommended {
-            settings.chain.temperature = command.temperature.unwrap_or(best.temperature);
-            settings.chain.force = command.force.unwrap_or(best.force);
-        }
-    }
+    let choice = Choice::make(
+        command,
+        (energy, kernel),
+        &minima,
+        settings,
+        (journal, watch),
+    );
     let (landscape, arrivals) = if command.sequential {
         let found = map_sequentially((energy, kernel), minima, settings, journal, watch);
         (found.landscape, Some(found.arrivals))
@@ -292,7 +246,7 @@ fn mapped(
     Found {
         landscape,
         arrivals,
-        diagram,
+        choice,
     }
 }
 
@@ -309,6 +263,7 @@ fn map_sequentially(
         chain: settings.chain.clone(),
         quench: settings.quench.clone(),
         sameness: settings.sameness,
+        pruned: settings.pruned,
         seed: settings.seed,
     };
     sequential(energy, kernel, &minima, &settings, journal, &|p| {

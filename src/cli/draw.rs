@@ -9,7 +9,7 @@ use super::drawing::{Drawing, Views};
 use super::landscape::Titles;
 use super::{check_output, complain};
 use crate::figure::Leaf;
-use crate::store::{LandscapeFiles, MinimumRow};
+use crate::store::{LandscapeFiles, MinimumRow, read_resampled};
 use crate::topography::{Evidence, MinimumId, Tree};
 
 pub(super) fn run(command: &Draw, common: &Common) -> anyhow::Result<()> {
@@ -43,7 +43,7 @@ pub(super) fn run(command: &Draw, common: &Common) -> anyhow::Result<()> {
     let drawing = Drawing {
         network: &network,
         tree: &tree,
-        resampled: &[],
+        resampled: &read_resampled(&command.landscape, &network)?,
         leaves: files.minima.iter().map(leaf).collect(),
         group_of: groups(&files),
         titles: &titles,

@@ -9,7 +9,7 @@ use crate::figure::layout::collapse;
 use crate::figure::{BarrierPicture, DisconnectivityPicture, Leaf, group};
 use crate::store::write_atomic;
 use crate::topography::view::{Levels, View, bottoms, grouped, restricted};
-use crate::topography::{self, Evidence, MinimumId, Network, Tree};
+use crate::topography::{self, Evidence, MinimumId, Network, Tree, decisive, support};
 
 /// What is to be drawn.
 pub(super) struct Drawing<'a> {
@@ -97,16 +97,21 @@ impl Drawing<'_> {
     /// Writes the tree (Newick, DOT, JSON) and the network (GraphML) of the minima as they are shown, and the pictures of
     /// minima and of groups.
     pub(super) fn write(&self, folder: &Path) -> anyhow::Result<()> {
-        let (view, _) = (self.views).of(self.network, self.tree, &self.views.picked);
+        let (view, levels) = (self.views).of(self.network, self.tree, &self.views.picked);
         let name = |id: MinimumId| format!("m{}", view.minima[id.0].0);
         let write = |file: &str, text: &str| write_atomic(&folder.join(file), text.as_bytes());
-        write("tree.nwk", &topography::newick(&view.tree, name))?;
-        write("tree.dot", &topography::dot(&view.tree, name))?;
-        let json = topography::tree_json(&view.tree, name);
+        let known = support(&view.tree, &shown_of(self.resampled, &view, levels));
+        write("tree.nwk", &topography::newick(&view.tree, &known, name))?;
+        write("tree.dot", &topography::dot(&view.tree, &known, name))?;
+        let json = topography::tree_json(&view.tree, &known, name);
         write("tree.json", &format!("{json:#}\n"))?;
         let network = visible(self.network, &view);
         let network = network.as_ref().unwrap_or(self.network);
-        write("barriers.graphml", &topography::graphml(network, name))?;
+        let known = of_edges(network, &view.tree, &known);
+        write(
+            "barriers.graphml",
+            &topography::graphml(network, &known, name),
+        )?;
 
         let groups = grouped(self.network, &self.group_of);
         let mut picked: Vec<MinimumId> = (self.views.picked.iter())
@@ -163,13 +168,7 @@ impl Drawing<'_> {
         let drawn = cut.map_or(view.clone(), |(_, height)| view.below(height));
         let mut tree = DisconnectivityPicture::new(drawn.tree, network);
         tree.leaves.clone_from(&leaves);
-        // A merge that is shown is as sure as it is among the minima that are shown.
-        let resampled = shown.resampled.iter().map(|tree| {
-            let other = View::whole(tree).picked(&view.minima);
-            let swept = levels.map(|levels| other.swept(&levels));
-            swept.unwrap_or(other).tree
-        });
-        tree.resampled = resampled.collect();
+        tree.resampled = shown_of(&shown.resampled, &view, levels);
         tree.title = match cut {
             Some((count, height)) => {
                 tree.apart = format!("apart: joined above {height:.2}");
@@ -199,6 +198,27 @@ impl Drawing<'_> {
         }
         Ok(())
     }
+}
+
+/// Resampled trees as a view shows them: a merge that is shown is as sure as it is among the minima that are shown.
+fn shown_of(resampled: &[Tree], view: &View, levels: Option<Levels>) -> Vec<Tree> {
+    let shown = resampled.iter().map(|tree| {
+        let other = View::whole(tree).picked(&view.minima);
+        let swept = levels.map(|levels| other.swept(&levels));
+        swept.unwrap_or(other).tree
+    });
+    shown.collect()
+}
+
+/// The support of the merge that each edge of the tree makes; none for the other edges.
+fn of_edges(network: &Network, tree: &Tree, support: &[Option<f64>]) -> Vec<Option<f64>> {
+    let mut of_edges = vec![None; network.edge_count()];
+    for edge in decisive(network, Evidence::Chain) {
+        let ends = network.edge_endpoints(edge);
+        let merge = ends.and_then(|(a, b)| tree.joint(MinimumId(a.index()), MinimumId(b.index())));
+        of_edges[edge.index()] = merge.and_then(|merge| support[merge.0]);
+    }
+    of_edges
 }
 
 /// The network of a view that hides anything.

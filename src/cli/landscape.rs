@@ -9,7 +9,7 @@ use super::run::tally;
 use super::uncertainty;
 use crate::energy::Energy;
 use crate::figure::Leaf;
-use crate::store::{AtomicFolder, EdgeRow, MinimumRow, PathRow};
+use crate::store::{AtomicFolder, EdgeRow, MinimumRow, PathRow, write_resampled};
 use crate::topography::exchange::{Database, Layout};
 use crate::topography::{self, Evidence, Landscape, decisive};
 
@@ -227,6 +227,7 @@ impl Mapped<'_> {
             caption: None,
         });
         write_database(database, folder)?;
+        write_resampled(&self.landscape.resampled, folder)?;
         let drawing = Drawing {
             network,
             tree: &self.landscape.tree,

@@ -1,20 +1,124 @@
-//! `landscape build --diagram`: temperature and force from a magnetisation diagram.
+//! Temperature and force of `landscape build`: from a few chains, or from a magnetisation diagram (`--diagram`).
 
+use super::args::Build;
+use super::grasp_map::contact_slope;
 use super::run::{DiskJournal, Watch};
 use crate::figure::diagram_chart;
 use crate::grasp::{GraspEnergy, GraspKernel};
 use crate::store::AtomicFolder;
-use crate::topography::{Diagram, DiagramSettings, MapSettings, Minimum, diagram, log_grid};
+use crate::topography::{
+    Diagram, DiagramSettings, MapSettings, Minimum, Tuning, TuningSettings, diagram, log_grid, tune,
+};
+
+/// How temperature and force came about.
+#[derive(Debug, Default)]
+pub(super) struct Choice {
+    /// The magnetisation diagram, if it was asked for.
+    pub(super) diagram: Option<Diagram>,
+    /// The few chains that chose instead, unless both values were given.
+    pub(super) tuning: Option<Tuning>,
+    /// Whether both were given.
+    given: bool,
+}
+
+impl Choice {
+    /// Chooses what is not given, and sets it.
+    pub(super) fn make(
+        command: &Build,
+        surface: (&GraspEnergy, &GraspKernel<'_>),
+        minima: &[Minimum],
+        settings: &mut MapSettings,
+        (journal, watch): (&DiskJournal<'_>, &mut Watch),
+    ) -> Self {
+        let mut choice = Self {
+            given: command.temperature.is_some() && command.force.is_some(),
+            ..Self::default()
+        };
+        let mut best = None;
+        if command.diagram {
+            let found = measure(surface, minima, settings, journal, watch);
+            watch.lap("diagram", found.evaluations);
+            let recommended = found.recommended.as_ref();
+            best = recommended.map(|best| (best.temperature, best.force));
+            choice.diagram = Some(found);
+        } else if !choice.given {
+            let found = try_few(command, surface, minima, settings, (journal, watch));
+            watch.lap("choose", found.evaluations);
+            best = found
+                .recommended()
+                .map(|best| (best.temperature, best.force));
+            choice.tuning = Some(found);
+        }
+        if let Some((temperature, force)) = best {
+            settings.chain.temperature = command.temperature.unwrap_or(temperature);
+            settings.chain.force = command.force.unwrap_or(force);
+        }
+        choice
+    }
+
+    /// Evaluations spent on it.
+    pub(super) fn evaluations(&self) -> usize {
+        let diagram = self.diagram.as_ref().map_or(0, |found| found.evaluations);
+        diagram + self.tuning.as_ref().map_or(0, |found| found.evaluations)
+    }
+
+    /// How T and F were chosen, for the summary.
+    pub(super) fn spell(&self) -> String {
+        let measured = self.diagram.as_ref().map(|found| {
+            let best = found.recommended.as_ref();
+            best.map(|best| format!("by its magnetisation diagram: {}", best.reason))
+        });
+        let tried = || self.tuning.as_ref()?.reason();
+        match (measured, self.given) {
+            (_, true) => "as asked for".to_owned(),
+            (Some(Some(reason)), false) => reason,
+            (Some(None), false) => {
+                "the usual values: in the diagram no force joined most pairs".to_owned()
+            }
+            (None, false) => tried().unwrap_or_else(|| {
+                "the usual values: none of those tried joined half of the pairs".to_owned()
+            }),
+        }
+    }
+}
+
+/// A few chains at few temperatures and forces about those that suit a hand, or at the one that is given.
+fn try_few(
+    command: &Build,
+    (energy, kernel): (&GraspEnergy, &GraspKernel<'_>),
+    minima: &[Minimum],
+    settings: &MapSettings,
+    (journal, watch): (&DiskJournal<'_>, &Watch),
+) -> Tuning {
+    let slope = contact_slope(energy);
+    let settings = TuningSettings {
+        temperatures: command
+            .temperature
+            .map_or_else(|| log_grid(0.0025, 0.04, 3), |given| vec![given]),
+        forces: command
+            .force
+            .map_or_else(|| log_grid(slope, 32.0 * slope, 11), |given| vec![given]),
+        pairs: 12,
+        neighbours: settings.neighbours,
+        chain: settings.chain.clone(),
+        quench: settings.quench.clone(),
+        sameness: settings.sameness,
+        seed: settings.seed,
+    };
+    tune(energy, kernel, minima, &settings, journal, &|p| {
+        watch.see(p);
+    })
+}
 
 /// The diagram of a hand: temperatures and forces about those that suit it, forces in units of the slope of one contact.
-pub(super) fn measure(
+fn measure(
     (energy, kernel): (&GraspEnergy, &GraspKernel<'_>),
     minima: &[Minimum],
     settings: &MapSettings,
     journal: &DiskJournal<'_>,
     watch: &Watch,
 ) -> Diagram {
-    let contact_slope = energy.settings().distance_weight / energy.unit_m();
+    let contact_slope = contact_slope(energy);
     let settings = DiagramSettings {
         temperatures: log_grid(0.0025, 0.04, 5),
         forces: log_grid(0.25 * contact_slope, 32.0 * contact_slope, 15),
@@ -40,17 +144,4 @@ pub(super) fn write(found: &Diagram, title: &str, folder: &AtomicFolder) -> anyh
         canvas.save(&folder.path().join(format!("diagram.{ending}")))?;
     }
     Ok(())
-}
-
-/// How T and F were chosen, for the summary.
-pub(super) fn choice(found: Option<&Diagram>, given: bool) -> String {
-    let measured = found.and_then(|found| found.recommended.as_ref());
-    match (measured, given) {
-        (_, true) => "as asked for".to_owned(),
-        (Some(best), false) => format!("by its magnetisation diagram: {}", best.reason),
-        (None, false) if found.is_some() => {
-            "the usual values: in the diagram no force joined most pairs".to_owned()
-        }
-        (None, false) => "the usual values for a hand; --diagram measures them".to_owned(),
-    }
 }

@@ -15,6 +15,7 @@ mod diff;
 mod draw;
 mod drawing;
 mod experiment;
+mod grasp_map;
 mod import;
 mod input;
 mod inspect;
@@ -31,6 +32,7 @@ mod synth;
 mod uncertainty;
 
 use args::{Arguments, Command};
+pub use grasp_map::settings_for_grasps;
 
 /// Runs the command line of this process.
 pub fn run() -> ExitCode {

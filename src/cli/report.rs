@@ -5,12 +5,13 @@ use std::collections::BTreeMap;
 use petgraph::graph::NodeIndex;
 
 use super::landscape::{Mapped, Merge, Titles, median, upper_bounds};
+use super::magnetisation::Choice;
 use super::run::tally;
 use super::uncertainty::{self, Unseen};
 use crate::grasp::GraspEnergy;
 use crate::grasp::hover::HoverCost;
 use crate::store::{Counts, LandscapeFiles, Manifest, Population, Source};
-use crate::topography::{Diagram, Evidence, MapSettings, MinimumId};
+use crate::topography::{Evidence, MapSettings, MinimumId};
 
 /// A mapped population and everything that describes it.
 pub(super) struct Report<'a> {
@@ -21,10 +22,8 @@ pub(super) struct Report<'a> {
     pub(super) settings: &'a MapSettings,
     /// Minima in their order of arrival, where the order mattered: sequential ADELM.
     pub(super) arrivals: Option<&'a [MinimumId]>,
-    /// The magnetisation diagram, if it was measured.
-    pub(super) diagram: Option<&'a Diagram>,
     /// How temperature and force were chosen.
-    pub(super) chosen: String,
+    pub(super) choice: &'a Choice,
     pub(super) hover: &'a [HoverCost],
     pub(super) source: Source,
     pub(super) command: String,
@@ -77,21 +76,17 @@ fn manifest(report: &Report<'_>, pairs: usize) -> anyhow::Result<Manifest> {
     if let Some(arrivals) = report.arrivals {
         findings.insert("arrivals".to_owned(), serde_json::to_value(arrivals)?);
     }
-    findings.insert("chosen".to_owned(), report.chosen.clone().into());
-    if let Some(diagram) = report.diagram {
+    findings.insert("chosen".to_owned(), report.choice.spell().into());
+    if let Some(diagram) = &report.choice.diagram {
         findings.insert(
             "recommended".to_owned(),
             serde_json::to_value(&diagram.recommended)?,
         );
     }
-    let rarefaction = [
-        ("groups", &report.unseen.groups),
-        ("minima", &report.unseen.minima),
-    ];
-    findings.insert(
-        "rarefaction".to_owned(),
-        serde_json::to_value(BTreeMap::from(rarefaction))?,
-    );
+    if let Some(tuning) = &report.choice.tuning {
+        findings.insert("tuning".to_owned(), serde_json::to_value(tuning)?);
+    }
+    findings.insert("rarefaction".to_owned(), report.unseen.to_json()?);
     Ok(Manifest {
         program_version: env!("CARGO_PKG_VERSION").to_owned(),
         command: report.command.clone(),
@@ -110,7 +105,9 @@ fn manifest(report: &Report<'_>, pairs: usize) -> anyhow::Result<Manifest> {
             groups: landscape.groups.members.len() as u64,
             pairs: pairs as u64,
             components: landscape.tree.roots.len() as u64,
-            evaluations: (landscape.evaluations + report.quench_evaluations) as u64,
+            evaluations: (landscape.evaluations
+                + report.quench_evaluations
+                + report.choice.evaluations()) as u64,
         },
         evidence: landscape
             .tally()
@@ -202,7 +199,7 @@ fn overview(report: &Report<'_>, files: &LandscapeFiles, merges: &[Merge]) -> Ve
             chain.temperature,
             chain.force,
             chain.alpha(),
-            report.chosen
+            report.choice.spell()
         ),
         format!(
             "- {} pairs connected; no path joins {} component(s) to the rest",

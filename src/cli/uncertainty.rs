@@ -1,5 +1,7 @@
 //! What is said of uncertainty: support of merges, spread of chains, groups still unseen.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 
 use super::landscape::median;
@@ -135,12 +137,14 @@ pub(super) fn lines(landscape: &Landscape) -> Vec<String> {
 
 /// Rarefaction of groups and of minima over the inputs.
 pub(super) struct Unseen {
+    /// What the inputs are called.
+    inputs: &'static str,
     pub(super) groups: Rarefaction,
     pub(super) minima: Rarefaction,
 }
 
 impl Unseen {
-    pub(super) fn of(landscape: &Landscape) -> Self {
+    pub(super) fn of(landscape: &Landscape, inputs: &'static str) -> Self {
         let sizes: Vec<usize> = (landscape.network.node_weights())
             .map(|minimum| minimum.members.len())
             .collect();
@@ -149,9 +153,16 @@ impl Unseen {
             .map(|members| members.iter().map(|id| sizes[id.0]).sum())
             .collect();
         Self {
+            inputs,
             groups: Rarefaction::new(&groups, POINTS),
             minima: Rarefaction::new(&sizes, POINTS),
         }
+    }
+
+    /// What the manifest says of it.
+    pub(super) fn to_json(&self) -> serde_json::Result<serde_json::Value> {
+        let both = BTreeMap::from([("groups", &self.groups), ("minima", &self.minima)]);
+        serde_json::to_value(both)
     }
 
     /// A line of the summary.
@@ -170,7 +181,7 @@ impl Unseen {
     /// `rarefaction.svg` and `.png`.
     pub(super) fn draw(&self, title: &str, folder: &AtomicFolder) -> anyhow::Result<()> {
         let curves = [("groups", &self.groups), ("minima", &self.minima)];
-        let canvas = rarefaction_chart(title, "grasps", &curves).draw()?;
+        let canvas = rarefaction_chart(title, self.inputs, &curves).draw()?;
         for ending in ["svg", "png"] {
             canvas.save(&folder.path().join(format!("rarefaction.{ending}")))?;
         }

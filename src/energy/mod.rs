@@ -4,10 +4,12 @@ use crate::space::Space;
 
 mod counted;
 mod external;
+mod in_box;
 pub mod model;
 
 pub use counted::Counted;
 pub use external::{External, ExternalError};
+pub use in_box::InBox;
 
 /// A scalar field on a [`Space`], continuously differentiable wherever it is finite (or piecewise so, where documented).
 ///

@@ -40,6 +40,8 @@ pub enum Task {
     Sequential = 10,
     /// One chain of a magnetisation diagram.
     Diagram = 11,
+    /// One chain that chooses temperature and force.
+    Tuning = 12,
 }
 
 /// Random stream of task number `id` of kind `task` under `seed`.

@@ -6,6 +6,7 @@
 mod assignment;
 mod cluster;
 mod euclidean;
+mod mirrored;
 mod pose;
 mod rotation;
 mod structure;
@@ -15,6 +16,7 @@ pub(crate) mod vector;
 
 pub use cluster::Cluster;
 pub use euclidean::Euclidean;
+pub use mirrored::Mirrored;
 pub use pose::{PoseMetric, PoseSpace, object_from_hand, pose_coordinates};
 pub use rotation::Rotation;
 pub use structure::{moments_of_inertia, point_group_order};

@@ -11,6 +11,9 @@
 //! ([`StationaryRow`](super::StationaryRow)): `index`, `id`, `a`, `b`, `energy`, `coordinates`, `gradient_norm`, `curvatures`,
 //! `searches`, `verdict`.
 //!
+//! A landscape whose merges have a support holds `resampled.parquet` as well: the merges of the resampled trees
+//! ([`write_resampled`](super::write_resampled)).
+//!
 //! `∅` may be null: no path was found, or the value was not computed.
 
 use std::collections::BTreeMap;

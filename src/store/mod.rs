@@ -17,6 +17,7 @@ mod journal;
 mod landscape;
 mod metadata;
 mod network;
+mod resampled;
 mod stationary;
 mod table;
 
@@ -30,4 +31,5 @@ pub use landscape::{
 pub use metadata::{
     HandMetadata, Metadata, ObjectMetadata, SCHEMA_VERSION, TextFile, content_hash,
 };
+pub use resampled::{read_resampled, write_resampled};
 pub use stationary::StationaryRow;

@@ -17,7 +17,7 @@ use crate::optimize::QuenchSettings;
 use crate::sample::{Kernel, Task, stream};
 
 /// Share of free chains that must come back to their minimum below the melting temperature.
-const FROZEN: f64 = 0.9;
+pub(super) const FROZEN: f64 = 0.9;
 
 /// Settings of [`diagram`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -323,7 +323,7 @@ fn recommendation(
 }
 
 /// Three significant digits.
-fn short(value: f64) -> String {
+pub(super) fn short(value: f64) -> String {
     let decimals = (0..12).find(|k| value.abs() * 10_f64.powi(*k) >= 99.5);
     let decimals = usize::try_from(decimals.unwrap_or(0)).unwrap_or(0);
     format!("{value:.decimals$}")

@@ -31,6 +31,9 @@ pub struct MapSettings {
     pub neighbours: usize,
     /// Pairs connected before the skipping rule is asked again. Part of the result, so it must not depend on threads.
     pub batch: usize,
+    /// Whether pairs are skipped that passes already known join at the energy of their higher minimum: no path could lie
+    /// lower (by more than the energy at which two minima are one).
+    pub pruned: bool,
     /// Rounds that join components left apart, each by its shortest untried link.
     pub join_rounds: usize,
     /// Rounds that try the connections that decide the tree again, if they are worth no more than a chain.
@@ -65,6 +68,7 @@ impl MapSettings {
         Self {
             neighbours: 8,
             batch: 64,
+            pruned: true,
             join_rounds: 3,
             retry_rounds: 2,
             decisive_replicas: 4,
@@ -181,7 +185,7 @@ pub fn map(
     for batch in pairs.chunks(settings.batch.max(1)) {
         let known = Tree::from_network(&survey.network(), Evidence::Path);
         let open: Vec<_> = (batch.iter().copied())
-            .filter(|pair| !survey.joined_at_the_bottom(&known, *pair))
+            .filter(|pair| !(settings.pruned && survey.joined_at_the_bottom(&known, *pair)))
             .collect();
         for _ in open.len()..batch.len() {
             tally.tick();

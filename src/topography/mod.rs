@@ -22,6 +22,7 @@ mod sequential;
 mod support;
 mod text;
 mod tree;
+mod tuning;
 pub mod view;
 
 pub use adelm::{Chain, ChainSettings, chain};
@@ -47,3 +48,4 @@ pub use sequential::{Sequential, SequentialSettings, sequential};
 pub use support::support;
 pub use text::{dot, graphml, newick, tree_json};
 pub use tree::{Node, NodeId, Tree, decisive};
+pub use tuning::{Tuning, TuningSettings, TuningTrial, tune};

@@ -22,6 +22,7 @@ use super::{Observer, Phase, Tally};
 use crate::energy::Energy;
 use crate::optimize::QuenchSettings;
 use crate::sample::{Kernel, Task, stream};
+use crate::space::Space;
 
 /// Settings of [`sequential`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -34,6 +35,10 @@ pub struct SequentialSettings {
     pub quench: QuenchSettings,
     /// When two minima are one.
     pub sameness: Sameness,
+    /// Whether chains stop, and pairs are skipped, that can change neither groups nor tree: a chain of the tree stage once its
+    /// highest energy exceeds the lowest way known between its ends, any chain once it exceeds the lowest of its pair,
+    /// and a pair that is joined already at the energy of its higher minimum. Such chains count as not arrived.
+    pub pruned: bool,
     /// Seed of all chains.
     pub seed: u64,
 }
@@ -51,6 +56,7 @@ impl SequentialSettings {
             chain: ChainSettings::for_scales(energy, length),
             quench: QuenchSettings::for_scales(energy, length),
             sameness: Sameness::for_scales(energy, length),
+            pruned: true,
             seed: 0,
         }
     }
@@ -77,7 +83,7 @@ pub struct Sequential {
 ///
 /// The groups depend on the order of arrival, on T and F, and on the seed, and barriers are upper bounds of what chains met:
 /// [`map`](super::map()) has none of these properties and is the better tool. This is for comparison with published maps.
-/// 2 L chains are run for each minimum, for L groups, and L (L − 1) times the schedule in the end.
+/// 2 L chains are run for each minimum, for L groups, and up to L (L − 1) times the schedule in the end.
 pub fn sequential(
     energy: &dyn Energy,
     kernel: &dyn Kernel,
@@ -101,7 +107,9 @@ pub fn sequential(
     for new in 0..minima.len() {
         let contacts: Vec<Contact> = groups
             .par_iter()
-            .map(|(representative, _)| run.contact(Stage::BurnIn, (*representative, new)))
+            .map(|(representative, _)| {
+                run.contact(Stage::BurnIn, (*representative, new), f64::INFINITY)
+            })
             .collect();
         evaluations += contacts
             .iter()
@@ -133,22 +141,33 @@ pub fn sequential(
         .flat_map(|j| (0..j).map(move |i| (i, j)))
         .map(|(i, j)| (representatives[i], representatives[j]))
         .collect();
-    let tally = Tally::new(Phase::Connect, pairs.len(), observer);
-    let contacts: Vec<Contact> = pairs
-        .par_iter()
-        .map(|pair| {
-            let contact = run.contact(Stage::Tree, *pair);
-            tally.tick();
-            contact
-        })
-        .collect();
-    evaluations += contacts
-        .iter()
-        .map(|found| found.evaluations)
-        .sum::<usize>();
-    known.extend(pairs.into_iter().zip(contacts));
+    evaluations += run.tree_stage(
+        &nearest_first(energy.space(), minima, pairs),
+        &mut known,
+        observer,
+    );
     run.outcome(&groups, known, evaluations)
 }
+
+/// Near pairs are joined over low passes, so with them first more of the others can be skipped.
+fn nearest_first(
+    space: &dyn Space,
+    minima: &[Minimum],
+    pairs: Vec<(usize, usize)>,
+) -> Vec<(usize, usize)> {
+    let mut pairs: Vec<(f64, (usize, usize))> = pairs
+        .into_par_iter()
+        .map(|(a, b)| {
+            let distance = space.distance(&minima[a].coordinates, &minima[b].coordinates);
+            (distance, (a, b))
+        })
+        .collect();
+    pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    pairs.into_iter().map(|(_, pair)| pair).collect()
+}
+
+/// Pairs of the tree stage between two looks at what is known. Part of the result, so it must not depend on threads.
+const BATCH: usize = 8;
 
 /// What the chains are for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -189,8 +208,69 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// Chains in both directions between two minima, named by their arrival.
-    fn contact(&self, stage: Stage, (a, b): (usize, usize)) -> Contact {
+    /// Joins `pairs`, batch by batch; returns the evaluations spent.
+    fn tree_stage(
+        &self,
+        pairs: &[(usize, usize)],
+        known: &mut BTreeMap<(usize, usize), Contact>,
+        observer: &Observer<'_>,
+    ) -> usize {
+        let tally = Tally::new(Phase::Connect, pairs.len(), observer);
+        let mut evaluations = 0;
+        for batch in pairs.chunks(BATCH) {
+            let bounds = self.bounds(batch, known);
+            let contacts: Vec<Option<Contact>> = (batch.par_iter())
+                .zip(bounds)
+                .map(|(pair, bound)| {
+                    let contact = bound.map(|bound| self.contact(Stage::Tree, *pair, bound));
+                    tally.tick();
+                    contact
+                })
+                .collect();
+            for (pair, contact) in batch.iter().zip(contacts) {
+                if let Some(contact) = contact {
+                    evaluations += contact.evaluations;
+                    known.insert(*pair, contact);
+                }
+            }
+        }
+        evaluations
+    }
+
+    /// For each pair the height above which nothing between its ends matters any more; `None` where nothing matters at all.
+    fn bounds(
+        &self,
+        pairs: &[(usize, usize)],
+        known: &BTreeMap<(usize, usize), Contact>,
+    ) -> Vec<Option<f64>> {
+        if !self.settings.pruned {
+            return vec![Some(f64::INFINITY); pairs.len()];
+        }
+        let mut network = Network::default();
+        for minimum in self.minima {
+            network.add_node(minimum.clone());
+        }
+        for ((a, b), contact) in known {
+            let edge = Edge {
+                height: contact.barrier,
+                evidence: Evidence::Chain,
+                term: None,
+                length: 0.0,
+            };
+            network.add_edge(NodeIndex::new(*a), NodeIndex::new(*b), edge);
+        }
+        let tree = Tree::from_network(&network, Evidence::Chain);
+        let bound = |(a, b): &(usize, usize)| {
+            let height = tree.minimax(MinimumId(*a), MinimumId(*b));
+            let bottom = self.minima[*a].energy.max(self.minima[*b].energy);
+            let height = height.unwrap_or(f64::INFINITY);
+            (height > bottom + self.settings.sameness.energy).then_some(height)
+        };
+        pairs.iter().map(bound).collect()
+    }
+
+    /// Chains in both directions between two minima, named by their arrival; those that rise above `bound` do not matter.
+    fn contact(&self, stage: Stage, (a, b): (usize, usize), bound: f64) -> Contact {
         let (kind, forces, replicas) = match stage {
             Stage::BurnIn => ("assign", 1, 1),
             Stage::Tree => (
@@ -213,7 +293,12 @@ impl Run<'_> {
                 for step in 0..forces {
                     for replica in 0..replicas {
                         let number = step * replicas + replica;
-                        let found = self.chain(stage, (a, b), backward, (number, force));
+                        let bound = if self.settings.pruned {
+                            bound.min(contact.barrier)
+                        } else {
+                            f64::INFINITY
+                        };
+                        let found = self.chain(stage, (a, b), backward, (number, force), bound);
                         contact.add(found, backward, number);
                     }
                     force *= self.settings.chain.escalation;
@@ -229,6 +314,7 @@ impl Run<'_> {
         (a, b): (usize, usize),
         backward: bool,
         (number, force): (usize, f64),
+        bound: f64,
     ) -> Chain {
         // Room for 2²⁴ minima, and 2¹⁴ chains each way.
         let id = [
@@ -249,7 +335,7 @@ impl Run<'_> {
             force,
             &self.settings.chain,
             (&self.settings.quench, &self.settings.sameness),
-            f64::INFINITY,
+            bound,
             &mut rng,
         )
     }

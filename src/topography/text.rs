@@ -34,27 +34,38 @@ impl Evidence {
     }
 }
 
-/// The tree in Newick form, one line a root: leaves by `name`, merges by their height, branches as long as the rise in
-/// energy.
-pub fn newick(tree: &Tree, name: impl Fn(MinimumId) -> String) -> String {
+/// The tree in Newick form, one line a root: leaves by `name`, branches as long as the rise in energy.
+///
+/// Without `support` (none, or as many entries as nodes: [`support`](super::support())) merges are labelled by their height.
+/// With it they are labelled by their support in percent, as programs that draw trees expect it, and the height is in a
+/// comment, `[&energy=…]`.
+pub fn newick(tree: &Tree, support: &[Option<f64>], name: impl Fn(MinimumId) -> String) -> String {
     let mut text = String::new();
     for root in &tree.roots {
-        write_subtree(tree, *root, &name, &mut text);
+        write_subtree(tree, *root, support, &name, &mut text);
         text.push_str(";\n");
     }
     text
 }
 
-fn write_subtree(tree: &Tree, id: NodeId, name: &impl Fn(MinimumId) -> String, text: &mut String) {
+fn write_subtree(
+    tree: &Tree,
+    id: NodeId,
+    support: &[Option<f64>],
+    name: &impl Fn(MinimumId) -> String,
+    text: &mut String,
+) {
     let node = &tree.nodes[id.0];
     for (k, child) in node.children.iter().enumerate() {
         text.push(if k == 0 { '(' } else { ',' });
-        write_subtree(tree, *child, name, text);
+        write_subtree(tree, *child, support, name, text);
     }
     if let Some(minimum) = node.minimum {
         // A quoted label may hold anything; a quote in it is doubled.
         let label = name(minimum).replace('\'', "''");
         write!(text, "'{label}'")
+    } else if let Some(share) = of(support, id.0) {
+        write!(text, "){}[&energy={}]", percent(share), node.energy)
     } else {
         write!(text, "){}", node.energy)
     }
@@ -65,9 +76,19 @@ fn write_subtree(tree: &Tree, id: NodeId, name: &impl Fn(MinimumId) -> String, t
     }
 }
 
+fn of(support: &[Option<f64>], node: usize) -> Option<f64> {
+    support.get(node).copied().flatten()
+}
+
+/// Tenths of a percent are more than resamplings tell.
+fn percent(share: f64) -> f64 {
+    (1000.0 * share).round() / 10.0
+}
+
 /// The tree in the DOT language of Graphviz, leaves by `name` and merges by their height; each node has its `energy` as an
-/// attribute, each merge its `evidence`. Merges that rest on something worse than [`Evidence::Path`] are dashed.
-pub fn dot(tree: &Tree, name: impl Fn(MinimumId) -> String) -> String {
+/// attribute, each merge its `evidence` and, where it is known, its `support` (a share; none, or as many entries as nodes).
+/// Merges that rest on something worse than [`Evidence::Path`] are dashed.
+pub fn dot(tree: &Tree, support: &[Option<f64>], name: impl Fn(MinimumId) -> String) -> String {
     let mut text = String::from("graph disconnectivity {\n  node [fontname=\"sans-serif\"];\n");
     for (id, node) in tree.nodes.iter().enumerate() {
         let energy = node.energy;
@@ -76,8 +97,10 @@ pub fn dot(tree: &Tree, name: impl Fn(MinimumId) -> String) -> String {
             format!("  n{id} [label={label}, energy=\"{energy}\", shape=box];\n")
         } else {
             let evidence = node.evidence.name();
+            let support = of(support, id);
+            let support = support.map_or(String::new(), |share| format!("support=\"{share}\", "));
             format!(
-                "  n{id} [label=\"{energy:.6}\", energy=\"{energy}\", evidence=\"{evidence}\", shape=plaintext];\n"
+                "  n{id} [label=\"{energy:.6}\", energy=\"{energy}\", evidence=\"{evidence}\", {support}shape=plaintext];\n"
             )
         };
         text.push_str(&line);
@@ -103,11 +126,16 @@ fn quoted(text: &str) -> String {
 
 /// The tree as JSON: `roots`, and `nodes` of which each has `energy`, `minimum` (its number, `null` for a merge),
 /// `children` and `parent` (numbers of nodes) and `evidence`; leaves also have a `name`, merges the number of `leaves`
-/// below. It is read back as a [`Tree`] by serde. Flat, for nested trees of many minima are too deep for most parsers.
-pub fn tree_json(tree: &Tree, name: impl Fn(MinimumId) -> String) -> Value {
+/// below and their `support` (a share, `null` where it is not known; given none, or as many entries as nodes). It is read
+/// back as a [`Tree`] by serde. Flat, for nested trees of many minima are too deep for most parsers.
+pub fn tree_json(
+    tree: &Tree,
+    support: &[Option<f64>],
+    name: impl Fn(MinimumId) -> String,
+) -> Value {
     let mut leaves: Vec<usize> = Vec::with_capacity(tree.nodes.len());
-    let nodes: Vec<Value> = (tree.nodes.iter())
-        .map(|node| {
+    let nodes: Vec<Value> = (tree.nodes.iter().enumerate())
+        .map(|(id, node)| {
             let mut object = json!({
                 "energy": node.energy,
                 "minimum": node.minimum,
@@ -121,6 +149,7 @@ pub fn tree_json(tree: &Tree, name: impl Fn(MinimumId) -> String) -> Value {
                 leaves.push(1);
             } else {
                 object["leaves"] = json!(below);
+                object["support"] = json!(of(support, id));
                 leaves.push(below);
             }
             object
@@ -130,8 +159,13 @@ pub fn tree_json(tree: &Tree, name: impl Fn(MinimumId) -> String) -> Value {
 }
 
 /// The network as GraphML: energy and number of members on nodes; height, relative barrier, evidence, term and length on
-/// edges. Pairs never reached are left out: no edge means nothing.
-pub fn graphml(network: &Network, name: impl Fn(MinimumId) -> String) -> String {
+/// edges, and on those that make the tree the support of their merge (`support`: none, or one entry an edge). Pairs
+/// never reached are left out: no edge means nothing.
+pub fn graphml(
+    network: &Network,
+    support: &[Option<f64>],
+    name: impl Fn(MinimumId) -> String,
+) -> String {
     let keys = [
         ("node", "name", "string"),
         ("node", "energy", "double"),
@@ -141,6 +175,7 @@ pub fn graphml(network: &Network, name: impl Fn(MinimumId) -> String) -> String 
         ("edge", "evidence", "string"),
         ("edge", "term", "string"),
         ("edge", "length", "double"),
+        ("edge", "support", "double"),
     ]
     .map(|(owner, key, kind)| {
         format!("  <key id=\"{key}\" for=\"{owner}\" attr.name=\"{key}\" attr.type=\"{kind}\"/>\n")
@@ -166,6 +201,9 @@ pub fn graphml(network: &Network, name: impl Fn(MinimumId) -> String) -> String 
             data("evidence", &weight.evidence.name()),
             term.unwrap_or_default(),
             data("length", &weight.length),
+            of(support, edge.id().index())
+                .map(|share| data("support", &share))
+                .unwrap_or_default(),
         ];
         let (a, b) = (a.index(), b.index());
         format!(
@@ -265,7 +303,7 @@ mod tests {
     #[test]
     fn newick_of_a_small_tree() {
         let tree = Tree::from_network(&example(), Evidence::Chain);
-        let text = newick(&tree, |id| format!("m{}'", id.0));
+        let text = newick(&tree, &[], |id| format!("m{}'", id.0));
         assert_eq!(text, "('m2''':3,('m0''':2,'m1''':1.5)2:2)4;\n");
     }
 
@@ -273,7 +311,7 @@ mod tests {
     fn dot_of_a_small_tree() {
         let mut tree = Tree::from_network(&example(), Evidence::Chain);
         tree.nodes[4].evidence = Evidence::Chain;
-        let text = dot(&tree, |id| format!("\"{}\\", id.0));
+        let text = dot(&tree, &[], |id| format!("\"{}\\", id.0));
         assert!(
             text.contains(r#"n0 [label="\"0\\", energy="0", shape=box];"#),
             "{text}"
@@ -291,7 +329,7 @@ mod tests {
     #[test]
     fn json_is_read_back() {
         let tree = Tree::from_network(&example(), Evidence::Chain);
-        let value = tree_json(&tree, |id| format!("m{}", id.0));
+        let value = tree_json(&tree, &[], |id| format!("m{}", id.0));
         assert_eq!(value["nodes"][1]["name"], "m1");
         assert_eq!(value["nodes"][4]["leaves"], 3);
         let read: Tree = serde_json::from_str(&value.to_string()).unwrap();
@@ -300,11 +338,32 @@ mod tests {
 
     #[test]
     fn graphml_escapes_names_and_omits_what_was_never_reached() {
-        let text = graphml(&example(), |id| format!("<{}>", id.0));
+        let text = graphml(&example(), &[], |id| format!("<{}>", id.0));
         assert!(text.contains("<data key=\"name\">&lt;0&gt;</data>"));
         assert_eq!(text.matches("<edge ").count(), 2);
         assert!(text.contains(
             "<edge source=\"m1\" target=\"m2\"><data key=\"height\">4</data><data key=\"barrier\">3</data><data key=\"evidence\">path</data>"
         ));
+    }
+
+    #[test]
+    fn support_is_told_where_it_is_known() {
+        let tree = Tree::from_network(&example(), Evidence::Chain);
+        let support = [None, None, None, Some(0.955), Some(1.0)];
+        let name = |id: MinimumId| format!("m{}", id.0);
+        assert_eq!(
+            newick(&tree, &support, name),
+            "('m2':3,('m0':2,'m1':1.5)95.5[&energy=2]:2)100[&energy=4];\n"
+        );
+        let text = dot(&tree, &support, name);
+        assert!(text.contains("evidence=\"saddle\", support=\"0.955\", shape"));
+        let value = tree_json(&tree, &support, name);
+        assert_eq!(value["nodes"][3]["support"], 0.955);
+        assert_eq!(serde_json::from_value::<Tree>(value).unwrap(), tree);
+        let text = graphml(&example(), &[Some(0.955), None, None], name);
+        assert_eq!(
+            text.matches("<data key=\"support\">0.955</data>").count(),
+            1
+        );
     }
 }

@@ -126,6 +126,14 @@ impl Tree {
     /// # Panics
     /// If a minimum is not in the tree.
     pub fn minimax(&self, a: MinimumId, b: MinimumId) -> Option<f64> {
+        self.joint(a, b).map(|node| self.nodes[node.0].energy)
+    }
+
+    /// The lowest node above both `a` and `b`; `None` where they lie in separate trees.
+    ///
+    /// # Panics
+    /// If a minimum is not in the tree.
+    pub fn joint(&self, a: MinimumId, b: MinimumId) -> Option<NodeId> {
         let (mut a, mut b) = (a.0, b.0);
         while a != b {
             // Parents have larger numbers than their children, so the smaller one cannot be the ancestor.
@@ -135,7 +143,7 @@ impl Tree {
                 b = self.nodes[b].parent?.0;
             }
         }
-        Some(self.nodes[a].energy)
+        Some(NodeId(a))
     }
 }
 

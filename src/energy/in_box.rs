@@ -1,0 +1,81 @@
+//! A function with box constraints.
+
+use std::fmt;
+
+use super::Energy;
+use crate::space::{Mirrored, Space};
+
+/// A function of x in a box: minima may lie inside, or on a face, an edge or a corner.
+///
+/// The box is unrolled ([`Mirrored`]), so that searches need not know of constraints: whatever is stationary on a face is
+/// stationary. The function is never asked about a point outside the box. A saddle on a face that a step inward leaves
+/// downhill has its two ways down mirrored, into one minimum: it joins nothing, like a rearrangement of equal atoms.
+///
+/// ```
+/// use landscape::energy::{Energy, InBox};
+///
+/// // Falls to the right: the minimum is on the face.
+/// let energy = InBox::new(&[0.0], &[2.0], |x, gradient| {
+///     gradient[0] = -1.0;
+///     -x[0]
+/// });
+/// let mut gradient = [0.0];
+/// assert!((energy.evaluate(&[std::f64::consts::PI], &mut gradient) + 2.0).abs() < 1e-12);
+/// assert!(gradient[0].abs() < 1e-12);
+/// ```
+pub struct InBox<F> {
+    space: Mirrored,
+    function: F,
+}
+
+impl<F: Fn(&[f64], &mut [f64]) -> f64 + Sync> InBox<F> {
+    /// `function` of x on the box from `low` to `high`: it returns its value and writes its derivative along each coordinate of x.
+    /// Infinity and NaN stand for a point outside its domain.
+    ///
+    /// # Panics
+    /// If the ends differ in length, or a side is not positive and finite.
+    pub fn new(low: &[f64], high: &[f64], function: F) -> Self {
+        Self {
+            space: Mirrored::new(low, high),
+            function,
+        }
+    }
+
+    /// The point of the box at the coordinates of a minimum or of an image of a path.
+    ///
+    /// # Panics
+    /// If `coordinates` have the wrong length.
+    pub fn point(&self, coordinates: &[f64]) -> Vec<f64> {
+        self.space.point(coordinates)
+    }
+
+    /// Least and greatest coordinates of the box: where random starts are drawn.
+    pub fn region(&self) -> (Vec<f64>, Vec<f64>) {
+        self.space.copy()
+    }
+}
+
+impl<F> fmt::Debug for InBox<F> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut shown = formatter.debug_struct("InBox");
+        shown.field("space", &self.space).finish_non_exhaustive()
+    }
+}
+
+impl<F: Fn(&[f64], &mut [f64]) -> f64 + Sync> Energy for InBox<F> {
+    fn space(&self) -> &dyn Space {
+        &self.space
+    }
+
+    fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64 {
+        let value = (self.function)(&self.space.point(x), gradient);
+        for (slope, stretch) in gradient.iter_mut().zip(self.space.slopes(x)) {
+            *slope *= stretch;
+        }
+        if value.is_finite() {
+            value
+        } else {
+            f64::INFINITY
+        }
+    }
+}

@@ -1,0 +1,154 @@
+//! `resampled.parquet`: the trees of resampled chains that the support of merges rests on.
+//!
+//! A row joins two minima at a height: `resampling`, `a`, `b`, `height`. The rows of one resampling make one tree.
+
+use std::path::Path;
+
+use petgraph::graph::NodeIndex;
+
+use super::atomic::AtomicFolder;
+use super::columns::Columns;
+use super::error::{Fault, StoreError};
+use super::landscape::{read_table, table_head};
+use super::table::{FLOAT, WHOLE};
+use crate::topography::{Edge, Evidence, Network, Tree};
+
+const RESAMPLED: &str = "resampled.parquet";
+
+/// Writes the merges of `trees`, if there are any trees; the same bytes for the same trees.
+///
+/// # Errors
+/// If a height is not finite, or the folder cannot be written.
+pub fn write_resampled(trees: &[Tree], folder: &AtomicFolder) -> Result<(), StoreError> {
+    if trees.is_empty() {
+        return Ok(());
+    }
+    let rows: Vec<(u64, [u64; 2], f64)> = (trees.iter().enumerate())
+        .flat_map(|(number, tree)| {
+            let merges = merges(tree).into_iter();
+            merges.map(move |(ends, height)| (number as u64, ends, height))
+        })
+        .collect();
+    let mut columns = Columns::default();
+    columns.wholes("resampling", rows.iter().map(|row| row.0));
+    columns.wholes("a", rows.iter().map(|row| row.1[0]));
+    columns.wholes("b", rows.iter().map(|row| row.1[1]));
+    columns.floats("height", rows.iter().map(|row| row.2));
+    let path = folder.path().join(RESAMPLED);
+    folder.write(RESAMPLED, &columns.encode(&path, table_head(RESAMPLED))?)
+}
+
+/// The first leaf below the first branch of each merge with that below each other branch, and the height.
+fn merges(tree: &Tree) -> Vec<([u64; 2], f64)> {
+    let mut first: Vec<u64> = Vec::with_capacity(tree.nodes.len());
+    let mut merges = Vec::new();
+    for (id, node) in tree.nodes.iter().enumerate() {
+        // Children come before their parents.
+        let mut below = node.children.iter().map(|child| first[child.0]);
+        let leaf = below.next().unwrap_or(id as u64);
+        merges.extend(below.map(|other| ([leaf, other], node.energy)));
+        first.push(leaf);
+    }
+    merges
+}
+
+/// Reads the trees of a finished landscape whose minima are the nodes of `network`; none where the folder has no such
+/// table.
+///
+/// # Errors
+/// If the table is damaged, of another version, or of other minima.
+pub fn read_resampled(folder: &Path, network: &Network) -> Result<Vec<Tree>, StoreError> {
+    let path = folder.join(RESAMPLED);
+    if !path.exists() {
+        return Ok(Vec::new());
+    }
+    let table = read_table(&path)?;
+    let resampling = table.required("resampling", &WHOLE)?;
+    let ends = [table.required("a", &WHOLE)?, table.required("b", &WHOLE)?];
+    let heights = table.required("height", &FLOAT)?;
+    let mut bare = Network::default();
+    for minimum in network.node_weights() {
+        bare.add_node(minimum.clone());
+    }
+    let mut networks: Vec<Network> = Vec::new();
+    let mut last = None;
+    for (row, number) in resampling.into_iter().enumerate() {
+        if last != Some(number) {
+            networks.push(bare.clone());
+            last = Some(number);
+        }
+        let end = |k: usize| {
+            let number = usize::try_from(ends[k][row]).ok();
+            let known = number.filter(|number| *number < bare.node_count());
+            known.map(NodeIndex::new).ok_or_else(|| StoreError::Row {
+                path: path.clone(),
+                row,
+                fault: Fault::Unexpected {
+                    column: ["a", "b"][k].to_owned(),
+                    value: ends[k][row].to_string(),
+                    expected: format!("one of the {} minima", bare.node_count()),
+                },
+            })
+        };
+        let edge = Edge {
+            height: heights[row],
+            evidence: Evidence::Chain,
+            term: None,
+            length: 0.0,
+        };
+        let (a, b) = (end(0)?, end(1)?);
+        if let Some(network) = networks.last_mut() {
+            network.add_edge(a, b, edge);
+        }
+    }
+    let trees = networks.iter();
+    Ok(trees
+        .map(|network| Tree::from_network(network, Evidence::Chain))
+        .collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::topography::Minimum;
+
+    #[test]
+    fn trees_come_back() {
+        let mut network = Network::default();
+        for energy in [0.0, 0.1, 0.2, 0.3] {
+            network.add_node(Minimum {
+                coordinates: Vec::new(),
+                energy,
+                choice: Vec::new(),
+                members: Vec::new(),
+            });
+        }
+        let tree = |edges: &[(usize, usize, f64)]| {
+            let mut network = network.clone();
+            for (a, b, height) in edges {
+                let edge = Edge {
+                    height: *height,
+                    evidence: Evidence::Chain,
+                    term: None,
+                    length: 0.0,
+                };
+                network.add_edge(NodeIndex::new(*a), NodeIndex::new(*b), edge);
+            }
+            Tree::from_network(&network, Evidence::Chain)
+        };
+        // A merge of three, a forest, and a ladder.
+        let trees = [
+            tree(&[(0, 1, 1.0), (1, 2, 1.0), (2, 3, 2.0)]),
+            tree(&[(2, 3, 0.5)]),
+            tree(&[(3, 2, 0.4), (2, 1, 0.6), (1, 0, 0.7)]),
+        ];
+        let place = tempfile::tempdir().unwrap();
+        let folder = AtomicFolder::open(&place.path().join("a.landscape"), false).unwrap();
+        write_resampled(&trees, &folder).unwrap();
+        assert_eq!(read_resampled(folder.path(), &network).unwrap(), trees);
+        // Of other minima.
+        network.remove_node(NodeIndex::new(3));
+        let error = read_resampled(folder.path(), &network).unwrap_err();
+        assert!(error.to_string().contains("one of the 3 minima"), "{error}");
+    }
+}

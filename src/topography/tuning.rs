@@ -1,0 +1,383 @@
+//! Temperature and force of attraction–diffusion, chosen by a few chains: a small magnetisation diagram.
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::adelm::{ChainSettings, chain, stays};
+use super::diagram::{FROZEN, log_grid, short};
+use super::journal::{Journal, bits, remember};
+use super::minima::Sameness;
+use super::network::Minimum;
+use super::pairs::{candidates, distances};
+use super::{Observer, Phase, Tally};
+use crate::energy::Energy;
+use crate::optimize::QuenchSettings;
+use crate::sample::{Kernel, Task, stream};
+
+/// Share of the pairs that the force is to join, of those that any force joins.
+const JOINED: f64 = 0.9;
+
+/// Settings of [`tune`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct TuningSettings {
+    /// Temperatures T to choose from, ascending.
+    pub temperatures: Vec<f64>,
+    /// Forces F = αT to choose from, energy per length, ascending.
+    pub forces: Vec<f64>,
+    /// Pairs that chains run between, at most.
+    pub pairs: usize,
+    /// The pairs are taken evenly by distance from those of each minimum with so many nearest ones.
+    pub neighbours: usize,
+    /// Chains; their temperature, force, attempts and replicas are not used.
+    pub chain: ChainSettings,
+    /// Descents at the ends of chains.
+    pub quench: QuenchSettings,
+    /// When two minima are one.
+    pub sameness: Sameness,
+    /// Seed of all chains.
+    pub seed: u64,
+}
+
+impl Default for TuningSettings {
+    fn default() -> Self {
+        Self::for_scales(1.0, 1.0)
+    }
+}
+
+impl TuningSettings {
+    /// Settings for a surface whose typical barrier is `energy` high and `length` wide.
+    pub fn for_scales(energy: f64, length: f64) -> Self {
+        Self {
+            temperatures: log_grid(0.0125 * energy, 0.2 * energy, 3),
+            forces: log_grid(0.5 * energy / length, 32.0 * energy / length, 13),
+            pairs: 12,
+            neighbours: 3,
+            chain: ChainSettings::for_scales(energy, length),
+            quench: QuenchSettings::for_scales(energy, length),
+            sameness: Sameness::for_scales(energy, length),
+            seed: 0,
+        }
+    }
+}
+
+/// What was tried, and what it recommends.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Tuning {
+    /// Pairs that chains ran between, both ways.
+    pub pairs: Vec<(usize, usize)>,
+    /// Temperatures and forces that were tried on all of them.
+    pub trials: Vec<TuningTrial>,
+    /// The trial to follow; `None` where none joined half of the pairs.
+    pub best: Option<usize>,
+    /// Evaluations spent.
+    pub evaluations: usize,
+}
+
+/// Chains between all pairs at one temperature and force.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct TuningTrial {
+    /// T.
+    pub temperature: f64,
+    /// F = αT.
+    pub force: f64,
+    /// Share of chains without any pull that are still in their minimum after as many steps as a chain's patience.
+    pub retention: f64,
+    /// Share of the chains that arrived.
+    pub arrived: f64,
+    /// Share of the pairs that some chain joined.
+    pub joined: f64,
+    /// Median over all pairs of the lower raw barrier, above the higher minimum; `None` where half of them are not joined.
+    pub median_barrier: Option<f64>,
+    /// Evaluations of these chains.
+    pub evaluations: usize,
+}
+
+impl Tuning {
+    /// The trial to follow.
+    pub fn recommended(&self) -> Option<&TuningTrial> {
+        self.trials.get(self.best?)
+    }
+
+    /// What it recommends and why.
+    pub fn reason(&self) -> Option<String> {
+        let best = self.recommended()?;
+        Some(format!(
+            "of {} temperatures and forces tried on {} pairs, T = {} and F = {} met the lowest median barrier, {} \
+             ({:.0} % of the pairs joined; without pull {:.0} % of the chains stay in their minimum)",
+            self.trials.len(),
+            self.pairs.len(),
+            short(best.temperature),
+            short(best.force),
+            best.median_barrier.map_or(String::new(), short),
+            100.0 * best.joined,
+            100.0 * best.retention
+        ))
+    }
+}
+
+/// What one chain came to, for the journal.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Outcome {
+    #[serde(with = "bits::options")]
+    barrier: Vec<Option<f64>>,
+    evaluations: usize,
+}
+
+/// Chooses temperature and force by chains between a few pairs of `minima` (sorted by energy).
+///
+/// At each temperature bisection finds the least force at which a chain gets from each minimum of a pair to the other, as if
+/// what a force can do every stronger one could. Two forces are then tried on all pairs: the least that should join nine pairs of ten,
+/// and the next one that is at least twice as strong. The trial whose chains meet the lowest barriers is recommended,
+/// among temperatures at which free chains stay in their minimum, if there are any.
+///
+/// For P pairs and G forces at most P (2 log₂ G + 6) chains run at each temperature: a hundredth of what
+/// [`diagram`](super::diagram()) costs. The outcome depends neither on threads nor on interruptions.
+pub fn tune(
+    energy: &dyn Energy,
+    kernel: &dyn Kernel,
+    minima: &[Minimum],
+    settings: &TuningSettings,
+    journal: &dyn Journal,
+    observer: &Observer<'_>,
+) -> Tuning {
+    let all = candidates(&distances(energy.space(), minima), settings.neighbours);
+    let count = settings.pairs.min(all.len());
+    let run = Run {
+        energy,
+        kernel,
+        minima,
+        settings,
+        journal,
+        pairs: (0..count).map(|k| all[k * all.len() / count]).collect(),
+    };
+    let temperatures = settings.temperatures.len();
+    // A scan, a free chain and two trials for each direction of each pair.
+    let tally = Tally::new(Phase::Diagram, 8 * temperatures * count, observer);
+    let mut evaluations = 0;
+    let mut trials = Vec::new();
+    for t in 0..temperatures {
+        let (thresholds, retention, spent) = run.scan(t, &tally);
+        evaluations += spent;
+        for f in run.worth_trying(&thresholds) {
+            let trial = run.trial((t, f), retention, &tally);
+            evaluations += trial.evaluations;
+            trials.push(trial);
+        }
+    }
+    Tuning {
+        best: best(&trials),
+        pairs: run.pairs,
+        trials,
+        evaluations,
+    }
+}
+
+/// The trial with the lowest barriers, the cheaper of equal ones.
+fn best(trials: &[TuningTrial]) -> Option<usize> {
+    let joined = trials.iter().enumerate().filter_map(|(k, trial)| {
+        let frozen = trial.retention >= FROZEN;
+        Some((!frozen, trial.median_barrier?, trial.evaluations, k))
+    });
+    joined
+        .min_by(|a, b| {
+            let barriers = a.0.cmp(&b.0).then(a.1.total_cmp(&b.1));
+            barriers.then((a.2, a.3).cmp(&(b.2, b.3)))
+        })
+        .map(|(.., k)| k)
+}
+
+struct Run<'a> {
+    energy: &'a dyn Energy,
+    kernel: &'a dyn Kernel,
+    minima: &'a [Minimum],
+    settings: &'a TuningSettings,
+    journal: &'a dyn Journal,
+    pairs: Vec<(usize, usize)>,
+}
+
+impl Run<'_> {
+    /// Both directions of all pairs: first those there, then those back.
+    fn ways(&self) -> Vec<(usize, usize)> {
+        let back = self.pairs.iter().map(|(a, b)| (*b, *a));
+        self.pairs.iter().copied().chain(back).collect()
+    }
+
+    fn chain_settings(&self, t: usize) -> ChainSettings {
+        ChainSettings {
+            temperature: self.settings.temperatures[t],
+            ..self.settings.chain.clone()
+        }
+    }
+
+    /// Barrier of one chain at temperature number `t` and force number `f`, if it arrives, and the evaluations.
+    fn chain(
+        &self,
+        (from, to): (usize, usize),
+        (t, f): (usize, usize),
+        replica: usize,
+    ) -> (Option<f64>, usize) {
+        // Room for 2²⁰ minima, and 2⁸ of everything else.
+        let parts = [(to, 20), (t, 8), (f, 8), (replica, 8)];
+        let id = parts
+            .into_iter()
+            .fold(from as u64, |id, (part, width)| (id << width) | part as u64);
+        let found = chain(
+            self.energy,
+            self.kernel,
+            (&self.minima[from], &self.minima[to]),
+            self.settings.forces[f],
+            &self.chain_settings(t),
+            (&self.settings.quench, &self.settings.sameness),
+            f64::INFINITY,
+            &mut stream(self.settings.seed, Task::Tuning, id),
+        );
+        (found.arrived.then_some(found.barrier), found.evaluations)
+    }
+
+    /// For each pair the number of the least force that joins it either way (the number of forces where none does), the
+    /// share of free chains that stay in their minimum, and the evaluations spent.
+    fn scan(&self, t: usize, tally: &Tally<'_>) -> (Vec<usize>, f64, usize) {
+        let ways = self.ways();
+        let found: Vec<(usize, bool, usize)> = ways
+            .par_iter()
+            .map(|(from, to)| {
+                let found = remember(self.journal, &format!("tune/{t}/{from}-{to}"), || {
+                    let (threshold, spent) = self.threshold(t, (*from, *to));
+                    let (stayed, free) = self.stays(t, (*from, *to));
+                    (threshold, stayed, spent + free)
+                });
+                tally.tick();
+                tally.tick();
+                found
+            })
+            .collect();
+        let (there, back) = found.split_at(self.pairs.len());
+        let either = there.iter().zip(back).map(|(a, b)| a.0.min(b.0));
+        let stayed = found.iter().filter(|(_, stayed, _)| *stayed).count();
+        (
+            either.collect(),
+            stayed as f64 / found.len().max(1) as f64,
+            found.iter().map(|(.., spent)| spent).sum(),
+        )
+    }
+
+    /// Number of the least force that brings a chain there, by bisection, and the evaluations.
+    fn threshold(&self, t: usize, way: (usize, usize)) -> (usize, usize) {
+        let (mut fails, mut arrives, mut spent) = (0, self.settings.forces.len(), 0);
+        while fails < arrives {
+            let middle = fails.midpoint(arrives);
+            let (barrier, evaluations) = self.chain(way, (t, middle), 0);
+            spent += evaluations;
+            if barrier.is_some() {
+                arrives = middle;
+            } else {
+                fails = middle + 1;
+            }
+        }
+        (arrives, spent)
+    }
+
+    /// Whether a free chain stays in the first minimum, and the evaluations.
+    fn stays(&self, t: usize, (from, to): (usize, usize)) -> (bool, usize) {
+        let id = (((from as u64) << 20 | to as u64) << 8 | t as u64) | 1 << 63;
+        stays(
+            self.energy,
+            self.kernel,
+            &self.minima[from],
+            &self.chain_settings(t),
+            (&self.settings.quench, &self.settings.sameness),
+            &mut stream(self.settings.seed, Task::Tuning, id),
+        )
+    }
+
+    /// Numbers of the forces to be tried on all pairs.
+    fn worth_trying(&self, thresholds: &[usize]) -> Vec<usize> {
+        let forces = &self.settings.forces;
+        let mut reached: Vec<usize> = (thresholds.iter().copied())
+            .filter(|f| *f < forces.len())
+            .collect();
+        reached.sort_unstable();
+        let enough = (1..=reached.len()).find(|k| *k as f64 >= JOINED * reached.len() as f64);
+        let Some(least) = enough.map(|k| reached[k - 1]) else {
+            return Vec::new();
+        };
+        let double = forces
+            .iter()
+            .position(|force| *force >= 1.99 * forces[least]);
+        std::iter::once(least).chain(double).collect()
+    }
+
+    /// Chains between all pairs, both ways.
+    fn trial(&self, (t, f): (usize, usize), retention: f64, tally: &Tally<'_>) -> TuningTrial {
+        let ways = self.ways();
+        let found: Vec<Outcome> = ways
+            .par_iter()
+            .map(|(from, to)| {
+                let key = format!("tune/{t}/{f}/{from}-{to}");
+                let found = remember(self.journal, &key, || {
+                    let (barrier, evaluations) = self.chain((*from, *to), (t, f), 1);
+                    Outcome {
+                        barrier: vec![barrier],
+                        evaluations,
+                    }
+                });
+                tally.tick();
+                found
+            })
+            .collect();
+        let barriers: Vec<Option<f64>> = found.iter().map(|found| found.barrier[0]).collect();
+        let (there, back) = barriers.split_at(self.pairs.len());
+        let mut lowest: Vec<f64> = (self.pairs.iter().zip(there).zip(back))
+            .map(|(((a, b), there), back)| {
+                let floor = self.minima[*a].energy.max(self.minima[*b].energy);
+                let least = there.iter().chain(back).copied();
+                least.fold(f64::INFINITY, f64::min) - floor
+            })
+            .collect();
+        let joined = lowest.iter().filter(|barrier| barrier.is_finite()).count();
+        lowest.sort_by(f64::total_cmp);
+        let median = lowest.get(lowest.len() / 2).copied();
+        TuningTrial {
+            temperature: self.settings.temperatures[t],
+            force: self.settings.forces[f],
+            retention,
+            arrived: barriers.iter().flatten().count() as f64 / barriers.len().max(1) as f64,
+            joined: joined as f64 / lowest.len().max(1) as f64,
+            median_barrier: median.filter(|barrier| barrier.is_finite()),
+            evaluations: found.iter().map(|found| found.evaluations).sum(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn trial(retention: f64, median_barrier: Option<f64>, evaluations: usize) -> TuningTrial {
+        TuningTrial {
+            temperature: 1.0,
+            force: 1.0,
+            retention,
+            arrived: 1.0,
+            joined: 1.0,
+            median_barrier,
+            evaluations,
+        }
+    }
+
+    #[test]
+    fn frozen_and_low_is_best() {
+        let trials = [
+            trial(1.0, Some(2.0), 10),
+            trial(1.0, Some(1.0), 20),
+            trial(1.0, Some(1.0), 10),
+            trial(0.5, Some(0.1), 1),
+            trial(1.0, None, 1),
+        ];
+        assert_eq!(best(&trials), Some(2));
+        // Where everything melts the lowest has to do.
+        assert_eq!(best(&trials[3..]), Some(0));
+        assert_eq!(best(&trials[4..]), None);
+    }
+}

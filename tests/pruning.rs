@@ -1,0 +1,132 @@
+//! Savings that are exact: with them and without them the tree is the same.
+
+use landscape::energy::model::Waves;
+use landscape::optimize::QuenchSettings;
+use landscape::sample::{Mala, Task, stream};
+use landscape::topography::{
+    Landscape, MapSettings, Minimum, MinimumId, NoJournal, Sameness, SequentialSettings, Tree,
+    distinct, in_box, map, quench_all, sequential, silent,
+};
+use rayon::prelude::*;
+
+/// A random surface of two angles and the minima that random starts fall into.
+fn surface(id: u64) -> (Waves, Vec<Minimum>) {
+    let energy = Waves::random(2, 3, 24, &mut stream(4, Task::Surface, id));
+    let half = std::f64::consts::PI;
+    let (low, high) = ([-half; 2], [half; 2]);
+    let draw = in_box(&low, &high);
+    let starts: Vec<Vec<f64>> = (0..150)
+        .map(|start| draw(&mut stream(id, Task::Start, start)))
+        .collect();
+    let settings = QuenchSettings::default().with_gradient_tolerance(1e-9);
+    let found = quench_all(&energy, &starts, &settings, &NoJournal, &silent);
+    let sameness = Sameness {
+        energy: 1e-7,
+        distance: 1e-4,
+    };
+    let (minima, _) = distinct(&energy, &found, &sameness, 1e-6);
+    (energy, minima)
+}
+
+/// Largest difference between the heights at which two trees join a pair of minima.
+fn difference(a: &Tree, b: &Tree, count: usize) -> f64 {
+    let height = |tree: &Tree, i, j| {
+        let height = tree.minimax(MinimumId(i), MinimumId(j));
+        height.unwrap_or(f64::MAX)
+    };
+    (0..count)
+        .flat_map(|j| (0..j).map(move |i| (i, j)))
+        .map(|(i, j)| (height(a, i, j) - height(b, i, j)).abs())
+        .fold(0.0, f64::max)
+}
+
+/// Pairs that chains ran between.
+fn tried(found: &Landscape) -> usize {
+    let connections = found.connections.iter();
+    connections.filter(|c| !c.forward.is_empty()).count()
+}
+
+#[test]
+fn raw_chains_stop_early_and_the_tree_is_the_same() {
+    let spent: Vec<[usize; 3]> = (0..24_u64)
+        .into_par_iter()
+        .map(|id| {
+            let (energy, minima) = surface(id);
+            let scales = MapSettings::for_minima(&energy, &minima);
+            let kernel = Mala::new(&energy);
+            let run = |pruned: bool, energy_tolerance: f64| {
+                let mut settings = SequentialSettings {
+                    chain: scales.chain.clone(),
+                    quench: scales.quench.clone(),
+                    sameness: scales.sameness,
+                    pruned,
+                    seed: id,
+                };
+                settings.sameness.energy = energy_tolerance;
+                // A weak pull at first: many groups, and a tree of many representatives.
+                settings.chain.force *= 0.1;
+                settings.chain.escalation = 4.0;
+                settings.chain.replicas = 2;
+                sequential(&energy, &kernel, &minima, &settings, &NoJournal, &silent)
+            };
+            let tolerance = scales.sameness.energy;
+            let (whole, pruned) = (run(false, tolerance), run(true, tolerance));
+            assert_eq!(
+                whole.landscape.groups.members, pruned.landscape.groups.members,
+                "surface {id}"
+            );
+            let count = minima.len();
+            let off = difference(&whole.landscape.tree, &pruned.landscape.tree, count);
+            assert!(
+                off <= tolerance,
+                "surface {id}: {off:.2e} > {tolerance:.2e}"
+            );
+            [
+                whole.representatives.len(),
+                whole.landscape.evaluations,
+                pruned.landscape.evaluations,
+            ]
+        })
+        .collect();
+    let [groups, whole, pruned] = [0, 1, 2].map(|k| spent.iter().map(|row| row[k]).sum::<usize>());
+    println!("{groups} groups on 24 surfaces; {pruned} evaluations instead of {whole}");
+    // Or the test would say nothing.
+    assert!(groups > 72 && pruned < whole);
+}
+
+#[test]
+fn pairs_joined_at_the_bottom_are_skipped_and_the_tree_is_the_same() {
+    let skipped: Vec<usize> = (0..24_u64)
+        .into_par_iter()
+        .map(|id| {
+            let (energy, minima) = surface(id);
+            let mut scales = MapSettings::for_minima(&energy, &minima).with_seed(id);
+            // Barriers below this are none.
+            let tolerance = 0.3;
+            scales.sameness.energy = tolerance;
+            let kernel = Mala::new(&energy);
+            let run = |pruned: bool| {
+                let settings = MapSettings {
+                    pruned,
+                    batch: 4,
+                    decisive_replicas: 0,
+                    ..scales.clone()
+                };
+                map(
+                    &energy,
+                    &kernel,
+                    minima.clone(),
+                    &settings,
+                    &NoJournal,
+                    &silent,
+                )
+            };
+            let (whole, pruned) = (run(false), run(true));
+            let off = difference(&whole.tree, &pruned.tree, minima.len());
+            assert!(off <= tolerance, "surface {id}: {off}");
+            tried(&whole) - tried(&pruned)
+        })
+        .collect();
+    println!("skipped: {skipped:?}");
+    assert!(skipped.iter().sum::<usize>() > 24);
+}
