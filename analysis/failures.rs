@@ -214,7 +214,7 @@ fn text(rows: &str) -> String {
          What removes them: contacts on at least two of palm, thumb and fingers and not all in one concavity, and nothing of \
          the object deeper than 2 mm inside the hand (all in the strict filter, for which a chain makes several attempts, so \
          no strict grasp can fail so); the depth of the object inside the hand as an energy, at points of the object that \
-         lie a centimetre apart where it is thick and a few millimetres where it is thinner than a finger, so that attempts \
-         come to such grasps.\n"
+         lie a centimetre apart where it is thick and a few millimetres where it is thinner than a finger, and \
+         on thin-walled objects never softened, so that attempts come to such grasps.\n"
     )
 }
