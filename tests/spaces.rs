@@ -39,17 +39,17 @@ fn cases() -> Vec<Case> {
             injectivity: f64::INFINITY,
         },
         Case {
-            name: "torus",
-            space: Box::new(Torus::new(3)),
-            point: |u| u[..3].iter().map(|k| PI * k).collect(),
-            injectivity: PI,
-        },
-        Case {
             name: "mirrored box",
             space: Box::new(Mirrored::new(&[-1.0, 0.0, 2.0], &[1.0, 3.0, 5.0])),
             point: |u| u[..3].to_vec(),
             // A mirror may be anywhere near.
             injectivity: 0.0,
+        },
+        Case {
+            name: "torus",
+            space: Box::new(Torus::new(3)),
+            point: |u| u[..3].iter().map(|k| PI * k).collect(),
+            injectivity: PI,
         },
         Case {
             name: "rotation",
@@ -258,7 +258,7 @@ proptest! {
 
     #[test]
     fn the_other_way_arrives_too_and_is_no_shorter(a in numbers(), b in numbers()) {
-        for Case { name, space, point, .. } in cases().into_iter().skip(3) {
+        for Case { name, space, point, .. } in cases().into_iter().skip(2) {
             let (a, b) = (point(&a), point(&b));
             let mut step = vec![f64::NAN; space.tangents()];
             let length = space.toward_other_way(&a, &b, &mut step).unwrap();

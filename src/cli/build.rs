@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 
-use super::args::{Build, Common};
+use super::args::{Build, Common, Paths};
 use super::grasp_map::settings_for_grasps;
 use super::landscape::{Input, Mapped};
 use super::magnetisation::{self, Choice};
@@ -90,6 +90,7 @@ fn map_settings(command: &Build, energy: &GraspEnergy) -> MapSettings {
     let chain = &mut settings.chain;
     chain.temperature = command.temperature.unwrap_or(chain.temperature);
     chain.force = command.force.unwrap_or(chain.force);
+    settings.path.method = command.paths.into();
     settings
 }
 
@@ -317,6 +318,7 @@ fn command_line(command: &Build, settings: &MapSettings) -> String {
         .iter()
         .filter_map(|(name, value)| value.map(|v| format!(" --{name} {v}")));
     let flags = [
+        ("paths band", command.paths == Paths::Band),
         ("diagram", command.diagram),
         ("sequential", command.sequential),
     ];

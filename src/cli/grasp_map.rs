@@ -49,6 +49,7 @@ pub fn settings_for_grasps(energy: &GraspEnergy) -> MapSettings {
         seams: Some(SeamSettings {
             spacing: 5e-4,
             moves: 100,
+            halvings: 2,
         }),
         exact_below: 0.5,
         energy_tolerance: 0.02,
