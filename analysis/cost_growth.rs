@@ -36,11 +36,11 @@ const RUGGED_SAMPLES: [u64; 5] = [4, 4, 4, 4, 4];
 const GRASP_SAMPLES: [u64; 5] = [2, 2, 1, 1, 1];
 /// Nearest minima of each: fewer than `landscape build` takes, to save time.
 const NEIGHBOURS: usize = 3;
-const ANGLES: usize = 6;
+const ANGLES: usize = 7;
 const TABLE: &str = "figures/cost_growth.csv";
 const COLUMNS: &str = "landscape,minima,sample,pairs,evaluations";
 const GRASPS: &str = "grasps";
-const RUGGED: &str = "waves of 6 angles";
+const RUGGED: &str = "waves of 7 angles";
 
 /// One map.
 #[derive(Clone)]
