@@ -15,6 +15,7 @@ mod diff;
 mod draw;
 mod drawing;
 mod experiment;
+mod hands;
 mod import;
 mod input;
 mod inspect;
@@ -48,6 +49,7 @@ pub fn run() -> ExitCode {
             Command::Synth(command) => synth::run(command, &arguments.common),
             Command::Build(command) => build::run(command, &arguments.common),
             Command::Inspect(command) => inspect::run(command, &arguments.common),
+            Command::Hands(command) => hands::run(&command.command, &arguments.common),
             Command::Objects(command) => objects::run(&command.command, &arguments.common),
             Command::Surface(command) => surface::run(command, &arguments.common),
             Command::Draw(command) => draw::run(command, &arguments.common),
