@@ -342,6 +342,32 @@ fn roles_follow_from_the_tree() {
     }
 }
 
+/// Grippers face what their digits close on.
+#[test]
+fn grippers_face_what_they_close_on() {
+    for (name, volar, digits) in [
+        (
+            "gripper_parallel",
+            Vector3::z(),
+            &["palm", "finger 1", "finger 2"][..],
+        ),
+        (
+            "gripper_three_finger",
+            Vector3::y(),
+            &["palm", "thumb", "finger 1", "finger 2"],
+        ),
+    ] {
+        let hand = Hand::named(name).unwrap();
+        assert!(
+            hand.palm.volar.dot(&volar) > 0.97,
+            "{name}: {:?}",
+            hand.palm
+        );
+        assert!(hand.palm.faced_m.abs() < 1e-12, "{name}");
+        assert_eq!(hand.digits, digits, "{name}");
+    }
+}
+
 /// A finger whose links are meshes of a hundred thousand faces, open and inside out, is no different.
 #[test]
 fn dense_meshes_are_read() {

@@ -10,6 +10,8 @@ const OPPOSED: f64 = 0.5;
 const MORE: f64 = 1.3;
 /// Digits close to one side, as fingers do toward a palm, if their closing adds up to this share of its lengths.
 const ONE_SIDED: f64 = 0.5;
+/// What lies farther out than this share of a digit's reach is its tip.
+const TIP: f64 = 0.97;
 /// Share of the fingers' length from the palm's centre at which an object is faced: that of a human hand.
 const FACED: f64 = 0.4;
 
@@ -57,17 +59,19 @@ fn reaches(hand: &Hand) -> Vec<Reach> {
                 .filter(|&c| hand.links[hand.capsules[c].link.0].digit == digit)
                 .flat_map(|c| [(c, 0), (c, 1)]);
             let distance = |&(c, end): &(usize, usize)| (straight.capsules[c][end] - root).norm();
-            let tip = ends.max_by(|a, b| distance(a).total_cmp(&distance(b)));
-            tip.map_or_else(
-                || Reach {
-                    out: Vector3::zeros(),
-                    closing: Vector3::zeros(),
-                },
-                |(c, end)| Reach {
-                    out: straight.capsules[c][end] - root,
-                    closing: closed.capsules[c][end] - straight.capsules[c][end],
-                },
-            )
+            let farthest = ends.clone().map(|end| distance(&end)).fold(0.0, f64::max);
+            // The tip: the middle of all that is nearly as far out as anything.
+            let tip: Vec<(usize, usize)> =
+                ends.filter(|end| distance(end) >= TIP * farthest).collect();
+            let middle = |posed: &PosedHand| {
+                let ends = tip.iter().map(|&(c, end)| posed.capsules[c][end]);
+                ends.sum::<Vector3<f64>>() / tip.len().max(1) as f64
+            };
+            let out = middle(&straight);
+            Reach {
+                out: out - root,
+                closing: middle(&closed) - out,
+            }
         })
         .collect()
 }
@@ -112,8 +116,9 @@ pub(super) fn name_digits(hand: &mut Hand) {
 
 /// The palm's frame.
 ///
-/// Where the digits close to one side, the palm faces that side and `distal` is where they point; a gripper, whose digits
-/// close on each other, faces where they point.
+/// Where the digits close to one side, the palm faces that side and `distal` is where they point. Where a thumb points
+/// away from the fingers it counts as much as all of these, and objects are faced in the middle. A gripper, whose digits
+/// all point one way and close on each other, faces where they point.
 pub(super) fn palm_frame(hand: &Hand) -> PalmFrame {
     let mut rest = PosedHand::default();
     hand.pose(&hand.rest_coordinates(), &mut rest);
@@ -138,15 +143,22 @@ pub(super) fn palm_frame(hand: &Hand) -> PalmFrame {
         .or_else(|| (tips - palm).try_normalize(1e-6))
         .unwrap_or_else(Vector3::z);
     let across = |v: &Vector3<f64>| v - distal * distal.dot(v);
-    let closing: Vector3<f64> = reaches.iter().map(|reach| across(&reach.closing)).sum();
-    let lengths: f64 = reaches
-        .iter()
-        .map(|reach| across(&reach.closing).norm())
-        .sum();
+    let away = thumb == 1 && reaches[0].out.dot(&distal) < 0.0;
+    let share = |digit: usize| match (digit, away) {
+        (0, true) => fingers.len() as f64,
+        _ => 1.0,
+    };
+    let closings = || {
+        let closings = reaches.iter().enumerate();
+        closings.map(|(digit, reach)| across(&reach.closing) * share(digit))
+    };
+    let closing: Vector3<f64> = closings().sum();
+    let lengths: f64 = closings().map(|closing| closing.norm()).sum();
 
     let (volar, distal, faced_m) = if closing.norm() > ONE_SIDED * lengths && lengths > 1e-6 {
         let length = out.norm() / fingers.len().max(1) as f64;
-        (closing.normalize(), distal, FACED * length)
+        let faced_m = if away { 0.0 } else { FACED * length };
+        (closing.normalize(), distal, faced_m)
     } else {
         let helper = Vector3::ith(distal.iamin(), 1.0);
         (distal, distal.cross(&helper).normalize(), 0.0)
