@@ -389,6 +389,7 @@ fn tops_over_close_kinks_are_lowered_to_their_passes() {
     settings.path.seams = Some(SeamSettings {
         spacing: 0.02,
         moves: 200,
+        halvings: 1,
     });
     let found = map(
         &energy,

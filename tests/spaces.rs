@@ -251,7 +251,7 @@ proptest! {
 
     #[test]
     fn the_other_way_arrives_too_and_is_no_shorter(a in numbers(), b in numbers()) {
-        for Case { name, space, point, .. } in cases().into_iter().skip(2) {
+        for Case { name, space, point, .. } in cases().into_iter().skip(1) {
             let (a, b) = (point(&a), point(&b));
             let mut step = vec![f64::NAN; space.tangents()];
             let length = space.toward_other_way(&a, &b, &mut step).unwrap();

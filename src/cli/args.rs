@@ -6,6 +6,7 @@ use anyhow::Context;
 use clap::{Args, Parser, Subcommand};
 
 use crate::energy::model::MODELS;
+use crate::topography::PathMethod;
 
 /// Shows how diverse a population of grasps really is: synthesizes grasps by differentiable force closure and maps the
 /// energy landscape between them.
@@ -317,6 +318,9 @@ pub(super) struct Build {
     /// chooses T and F where they are not given.
     #[arg(long)]
     pub(super) diagram: bool,
+    /// How paths relax.
+    #[arg(long, value_enum, default_value_t)]
+    pub(super) paths: Paths,
     /// Map by sequential ADELM as published: minima are assigned one by one, in the order of the file, to the group they
     /// reach over the lowest raw barrier. Every barrier is an upper bound, and the result depends on the order; for
     /// comparison.
@@ -469,11 +473,33 @@ pub(super) struct Surface {
     /// Stop after about this many searches in any case.
     #[arg(long, value_name = "N")]
     pub(super) searches: Option<usize>,
+    /// How the paths relax that join minima which no search joined.
+    #[arg(long, value_enum, default_value_t)]
+    pub(super) paths: Paths,
     /// Seed of every random draw.
     #[arg(long, default_value_t = 0)]
     pub(super) seed: u64,
     #[command(flatten)]
     pub(super) again: Again,
+}
+
+/// How paths relax.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
+pub(super) enum Paths {
+    /// A string: its images are put back at even distances.
+    #[default]
+    String,
+    /// A nudged elastic band whose highest image climbs.
+    Band,
+}
+
+impl From<Paths> for PathMethod {
+    fn from(paths: Paths) -> Self {
+        match paths {
+            Paths::String => Self::String,
+            Paths::Band => Self::Band,
+        }
+    }
 }
 
 /// What coordinates are.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 
-use super::args::{Build, Common};
+use super::args::{Build, Common, Paths};
 use super::landscape::{Input, Mapped};
 use super::magnetisation;
 use super::report::{Report, summary, tables};
@@ -114,6 +114,7 @@ fn map_settings(command: &Build, energy: &GraspEnergy) -> MapSettings {
         ..settings.chain
     };
     settings.path = PathSettings {
+        method: command.paths.into(),
         segments: 20,
         coarse_iterations: 36,
         iterations: 30,
@@ -123,6 +124,7 @@ fn map_settings(command: &Build, energy: &GraspEnergy) -> MapSettings {
         seams: Some(SeamSettings {
             spacing: 5e-4,
             moves: 100,
+            halvings: 2,
         }),
         exact_below: 0.5,
         energy_tolerance: 0.02,
@@ -361,6 +363,7 @@ fn command_line(command: &Build, settings: &MapSettings) -> String {
         .iter()
         .filter_map(|(name, value)| value.map(|v| format!(" --{name} {v}")));
     let flags = [
+        ("paths band", command.paths == Paths::Band),
         ("diagram", command.diagram),
         ("sequential", command.sequential),
     ];

@@ -17,7 +17,9 @@ use crate::sample::{Task, stream};
 use crate::space::{Cluster, Euclidean, Rotation, Space, Torus};
 use crate::store::{Counts, LandscapeFiles, Manifest, Source, StationaryRow, content_hash};
 use crate::topography::exchange::Database;
-use crate::topography::{self, Exploration, GroupSettings, SearchSettings, explore, in_box};
+use crate::topography::{
+    self, Exploration, GroupSettings, PathMethod, SearchSettings, explore, in_box,
+};
 
 /// Length over which energies are differenced, as a share of the shortest side of the region.
 const DIFFERENCE: f64 = 1e-5;
@@ -129,6 +131,7 @@ fn map(command: &Surface, common: &Common, subject: &Subject<'_>) -> anyhow::Res
     (subject.check)()?;
     settings.patience = command.patience.unwrap_or(settings.patience);
     settings.max_searches = command.searches.unwrap_or(settings.max_searches);
+    settings.paths = command.paths.into();
 
     let output = match &command.output {
         Some(output) => output.clone(),
@@ -506,8 +509,12 @@ fn file_name(name: &str) -> String {
 fn command_line(subject: &Subject<'_>, settings: &SearchSettings) -> String {
     let sides = subject.low.iter().zip(&subject.high);
     let sides: Vec<String> = sides.map(|(low, high)| format!("{low}:{high}")).collect();
+    let paths = match settings.paths {
+        PathMethod::String => "",
+        PathMethod::Band => " --paths band",
+    };
     format!(
-        "landscape surface {} --region={} --patience {} --searches {} --seed {}",
+        "landscape surface {} --region={} --patience {} --searches {}{paths} --seed {}",
         subject.words,
         sides.join(","),
         settings.patience,

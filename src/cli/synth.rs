@@ -126,7 +126,11 @@ fn experiment(command: &Synth) -> anyhow::Result<Experiment> {
         None => Experiment::preset(&command.preset)?,
     };
     if let Some(steps) = command.steps {
-        experiment.synthesis.steps = steps;
+        // A shorter chain makes fewer attempts, not shorter ones.
+        let synthesis = &mut experiment.synthesis;
+        let of_an_attempt = (synthesis.steps / synthesis.attempts.max(1)).max(1);
+        synthesis.attempts = synthesis.attempts.min(steps / of_an_attempt).max(1);
+        synthesis.steps = steps;
     }
     if let Some(contacts) = command.contacts {
         experiment.energy.contacts = contacts;

@@ -3,8 +3,8 @@
 
 use nalgebra::Vector3;
 
-use super::hand::{Hand, PosedHand, axis_distance};
-use super::object::{ExactMesh, SurfaceSample};
+use super::hand::{Hand, PosedHand};
+use super::object::ExactMesh;
 
 /// A part of the object deeper than this inside the hand passes through it, metres.
 pub const SWALLOWED_M: f64 = 0.004;
@@ -45,16 +45,22 @@ pub fn sees(exact: &ExactMesh, from: &Vector3<f64>, to: &Vector3<f64>) -> bool {
     true
 }
 
-/// Depth of the deepest of these points of the object inside the hand's capsules, metres; 0 if none is inside.
+/// Depth of the deepest point of the object's surface inside the hand's capsules, metres; 0 if none is inside.
+///
+/// Exact on the mesh: a capsule's radius less the distance of its axis from the nearest triangle. A capsule whose axis
+/// lies within a thick object farther than its radius from the surface counts nothing: there the hand's own points are
+/// inside the object.
 ///
 /// # Panics
 /// If `posed` is another hand.
-pub fn object_inside_hand_m(hand: &Hand, posed: &PosedHand, samples: &[SurfaceSample]) -> f64 {
-    let capsules = || hand.capsules.iter().zip(&posed.capsules);
-    samples.iter().fold(0.0, |deepest, sample| {
-        capsules().fold(deepest, |deepest: f64, (capsule, axis)| {
-            deepest.max(capsule.radius_m - axis_distance(&sample.point, axis))
-        })
+pub fn object_inside_hand_m(exact: &ExactMesh, hand: &Hand, posed: &PosedHand) -> f64 {
+    let capsules = hand.capsules.iter().zip(&posed.capsules);
+    capsules.fold(0.0, |deepest: f64, (capsule, axis)| {
+        // Only what is deeper than what was found before.
+        let reach_m = capsule.radius_m - deepest;
+        exact
+            .segment_distance_within(axis, reach_m)
+            .map_or(deepest, |distance| capsule.radius_m - distance)
     })
 }
 
@@ -65,17 +71,12 @@ pub fn hand_inside_object_m(exact: &ExactMesh, posed: &PosedHand) -> f64 {
     })
 }
 
-/// Whether a part of the object, given by points of its surface, passes through the posed hand although each of the hand's
-/// surface points keeps within 2 mm of the outside.
+/// Whether a part of the object passes through the posed hand although each of the hand's surface points keeps within 2 mm
+/// of the outside.
 ///
 /// # Panics
 /// If `posed` is another hand.
-pub fn passes_between_points(
-    exact: &ExactMesh,
-    samples: &[SurfaceSample],
-    hand: &Hand,
-    posed: &PosedHand,
-) -> bool {
-    object_inside_hand_m(hand, posed, samples) > SWALLOWED_M
+pub fn passes_between_points(exact: &ExactMesh, hand: &Hand, posed: &PosedHand) -> bool {
+    object_inside_hand_m(exact, hand, posed) > SWALLOWED_M
         && hand_inside_object_m(exact, posed) < UNSEEN_M
 }

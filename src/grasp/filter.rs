@@ -7,9 +7,9 @@ use super::closure::{
     EpsilonSettings, PointContact, epsilon, is_force_closure, least_friction, net_wrench,
 };
 use super::energy::GraspEnergy;
-use super::failure::in_one_concavity;
+use super::failure::{in_one_concavity, object_inside_hand_m};
 use super::hand::{LinkId, PosedHand};
-use super::term::{Proximity, Scene, for_each_intruder, for_each_overlap};
+use super::term::{Proximity, Scene, for_each_overlap};
 
 /// The length unit of the authors of Liu et al. (2021), in which Eq. 11 is stated.
 pub const AUTHORS_UNIT_M: f64 = 0.12;
@@ -28,7 +28,8 @@ pub struct Judgement {
     pub penetration: f64,
     /// Largest distance of a contact from the surface, metres.
     pub gap_m: f64,
-    /// Deepest surface point of the hand inside the object, or of the object inside the hand, metres.
+    /// Deepest surface point of the hand inside the object, or deepest point of all of the object's surface inside the
+    /// hand ([`object_inside_hand_m`]), metres.
     pub deepest_m: f64,
     /// Deepest overlap of the hand with itself, metres.
     pub self_penetration_m: f64,
@@ -135,7 +136,6 @@ pub fn judge(energy: &GraspEnergy, x: &[f64], contacts: &[u32]) -> Judgement {
     let mut posed = PosedHand::default();
     hand.pose(x, &mut posed);
     let mut proximity = Proximity::default();
-    proximity.update_intruders(hand, &posed, object);
     proximity.update_pairs(hand, &posed);
     let scene = Scene {
         hand,
@@ -169,7 +169,8 @@ pub fn judge(energy: &GraspEnergy, x: &[f64], contacts: &[u32]) -> Judgement {
         })
         .collect();
 
-    let (mut penetration, mut deepest_m) = (0.0, 0.0f64);
+    let mut penetration = 0.0;
+    let mut deepest_m = object_inside_hand_m(&object.exact, hand, &posed);
     let lipschitz = object.shape.lipschitz();
     for point in &posed.points {
         // The smooth shape says where the exact distance is worth its price.
@@ -182,7 +183,6 @@ pub fn judge(energy: &GraspEnergy, x: &[f64], contacts: &[u32]) -> Judgement {
             deepest_m = deepest_m.max(depth);
         }
     }
-    for_each_intruder(&scene, |_, _, _, depth| deepest_m = deepest_m.max(depth));
     let mut self_penetration_m = 0.0f64;
     for_each_overlap(&scene, |_, _, _, _, depth| {
         self_penetration_m = self_penetration_m.max(depth);

@@ -52,11 +52,12 @@ pub trait Space: Sync {
     /// If a slice has the wrong length.
     fn toward(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64;
 
-    /// The rotation of [`Space::toward`] the long way round: writes the tangent and returns its length. `None` where
-    /// there is no second way.
+    /// The other way from `a` to the copy of `b` that [`Space::toward`] leads to: its rotation the long way round, or the angle
+    /// nearest to half a turn past the other side. Writes the tangent and returns its length. `None` where there is no
+    /// second way.
     ///
-    /// Rotations near half a turn have two almost equally short ways; a path search that starts from straight lines
-    /// should try both when the second is not much longer.
+    /// Near half a turn the two ways are almost equally short; a path search that starts from straight lines should try
+    /// both when the second is not much longer.
     ///
     /// # Panics
     /// If a slice has the wrong length.

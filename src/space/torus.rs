@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::Space;
+use super::vector::norm;
 
 /// n independent angles in radians; distances are taken the short way round.
 ///
@@ -44,7 +45,19 @@ impl Space for Torus {
         for ((step, from), to) in tangent.iter_mut().zip(a).zip(b) {
             *step = wrap(to - from);
         }
-        tangent.iter().map(|step| step * step).sum::<f64>().sqrt()
+        norm(tangent)
+    }
+
+    fn toward_other_way(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> Option<f64> {
+        self.toward(a, b, tangent);
+        let widest = tangent
+            .iter_mut()
+            .max_by(|one, other| one.abs().total_cmp(&other.abs()))?;
+        if *widest == 0.0 {
+            return None;
+        }
+        *widest -= TAU.copysign(*widest);
+        Some(norm(tangent))
     }
 }
 
@@ -71,5 +84,23 @@ mod tests {
         let mut x = [3.0, 0.1];
         space.shift(&mut x, &tangent);
         approx::assert_abs_diff_eq!(x.as_slice(), [-3.0, 0.2].as_slice(), epsilon = 1e-15);
+    }
+
+    #[test]
+    fn the_other_way_passes_the_other_side() {
+        let space = Torus::new(2);
+        let mut tangent = [0.0; 2];
+        let length = space.toward_other_way(&[0.0, 0.1], &[3.0, 0.2], &mut tangent);
+        approx::assert_abs_diff_eq!(
+            tangent.as_slice(),
+            [3.0 - TAU, 0.1].as_slice(),
+            epsilon = 1e-15
+        );
+        approx::assert_abs_diff_eq!(length.unwrap(), (3.0 - TAU).hypot(0.1), epsilon = 1e-15);
+        assert!(
+            space
+                .toward_other_way(&[1.0, 2.0], &[1.0, 2.0], &mut tangent)
+                .is_none()
+        );
     }
 }

@@ -1,5 +1,5 @@
 //! Connecting one pair of minima: chains in both directions, then relaxation of the best of them and of the straight
-//! line.
+//! ways.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,11 +7,10 @@ use super::adelm::{ChainSettings, chain};
 use super::journal::bits;
 use super::minima::Sameness;
 use super::network::{Edge, Evidence, Minimum, MinimumId};
-use super::path::{Pass, Path, PathSettings, relax};
+use super::path::{Pass, Path, PathSettings, geodesics, relax};
 use crate::energy::{Counted, Energy};
 use crate::optimize::QuenchSettings;
 use crate::sample::{Kernel, Task, stream};
-use crate::space::interpolate;
 
 /// Where the lowest path of a connection started.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -26,6 +25,8 @@ pub enum Start {
     },
     /// The geodesic between the two minima.
     Straight,
+    /// The geodesic the other way round: a rotation of more than half a turn, or the far side of a torus.
+    Round,
 }
 
 /// A pass found while a pair was connected.
@@ -134,19 +135,22 @@ pub struct Connector<'a> {
 impl Connector<'_> {
     /// Connects a pair.
     ///
-    /// Chains run in both directions (with growing force until one arrives, `replicas` times); the best of them and the
-    /// straight line are relaxed and the lower path is kept. The outcome depends on the two minima, their numbers, the
+    /// Chains run in both directions (with growing force until one arrives, `replicas` times); the best of them, the straight
+    /// line and the other way round, where that is not much longer, are relaxed and the lowest path is kept. The outcome depends on the two minima, their numbers, the
     /// settings and the effort only.
     pub fn connect(&self, energy: &dyn Energy, kernel: &dyn Kernel, pair: Pair<'_>) -> Connection {
-        let (space, (from, to)) = (energy.space(), pair.minima);
+        let (from, to) = (&pair.minima.0.coordinates, &pair.minima.1.coordinates);
         let chains = self.chains(
             energy,
             kernel,
             pair,
             self.chain.replicas << pair.effort.attempt,
         );
-        let straight = |t| interpolate(space, &from.coordinates, &to.coordinates, t);
-        let mut starts = vec![(Start::Straight, vec![straight(0.0), straight(1.0)])];
+        let ways = geodesics(energy.space(), from, to, self.path.detour);
+        let mut starts: Vec<_> = [Start::Straight, Start::Round]
+            .into_iter()
+            .zip(ways)
+            .collect();
         starts.extend(chains.best.iter().map(Best::start));
         self.relaxed(energy, pair, chains, &starts)
     }
@@ -179,6 +183,10 @@ impl Connector<'_> {
         let mut settings = self.path.clone();
         settings.coarse_iterations <<= pair.effort.attempt;
         settings.iterations <<= pair.effort.attempt;
+        if let Some(seams) = &mut settings.seams {
+            seams.moves <<= pair.effort.attempt;
+            seams.halvings += pair.effort.attempt;
+        }
         let points: Vec<_> = starts.iter().map(|(_, points)| points.clone()).collect();
         let outcome = relax(
             &counted,

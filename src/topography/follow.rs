@@ -54,6 +54,8 @@ pub(super) struct Saddle {
     pub(super) residual: f64,
     /// Unit tangent along the only negative curvature.
     pub(super) mode: Vec<f64>,
+    /// Whether the search met a point of higher index first.
+    pub(super) kicked: bool,
 }
 
 /// Where a search is, and what is known of the surface there.
@@ -105,7 +107,7 @@ impl Piece<'_> {
                     modes = self.measure(&mut here, difference)?;
                 }
                 match modes.index() {
-                    (1, _) => return Ok(self.saddle(here, &modes)),
+                    (1, _) => return Ok(self.saddle(here, &modes, kicks < settings.kicks)),
                     (0, _) => return Err(Lost::Index),
                     _ if kicks == 0 => return Err(Lost::Index),
                     _ => {
@@ -162,7 +164,7 @@ impl Piece<'_> {
         self.modes(&here.x, &here.hessian).ok_or(Lost::Outside)
     }
 
-    fn saddle(&self, here: Here, modes: &Modes) -> Saddle {
+    fn saddle(&self, here: Here, modes: &Modes, kicked: bool) -> Saddle {
         let mut mode = times(&modes.tangents[0], &self.scales);
         let length = norm(&mode);
         scale(&mut mode, length.recip());
@@ -171,6 +173,7 @@ impl Piece<'_> {
             x: here.x,
             energy: here.energy,
             mode,
+            kicked,
         }
     }
 }

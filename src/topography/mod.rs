@@ -36,7 +36,7 @@ pub use journal::{Journal, MemoryJournal, NoJournal};
 pub use map::{Landscape, MapSettings, map};
 pub use minima::{HoppingSettings, Rejected, Sameness, distinct, hop, quench_all};
 pub use network::{Edge, Evidence, Minimum, MinimumId, Network};
-pub use path::{Pass, Path, PathSettings, SeamSettings};
+pub use path::{BandSettings, Pass, Path, PathMethod, PathSettings, SeamSettings};
 use progress::Tally;
 pub use progress::{Observer, Phase, Progress, silent};
 pub use rarefaction::{Rarefaction, Rarefied};

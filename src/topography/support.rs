@@ -46,7 +46,7 @@ impl Trial {
                 backward,
                 replica: before[usize::from(backward)] + replica,
             },
-            Some(Start::Straight) => Start::Straight,
+            Some(geodesic) => geodesic,
             None => return,
         };
         let height = |connection: &Connection| {
@@ -68,7 +68,7 @@ impl Trial {
         for (start, heights) in &self.found {
             let had = match start {
                 Start::Chain { backward, replica } => drawn[usize::from(*backward)][*replica],
-                Start::Straight => true,
+                Start::Straight | Start::Round => true,
             };
             if had {
                 known.extend_from_slice(heights);

@@ -15,7 +15,7 @@ use landscape::sample::{Kernel, Law, Mala, Rng, State, Task, stream};
 use landscape::space::Space;
 use landscape::topography::{
     Evidence, Exploration, GroupSettings, MapSettings, Minimum, MinimumId, Network, NoJournal,
-    SearchSettings, Tree, chain, explore, in_box, map, silent,
+    PathMethod, SearchSettings, Tree, chain, explore, in_box, map, silent,
 };
 use petgraph::graph::NodeIndex;
 use rand::RngExt;
@@ -124,6 +124,13 @@ fn complaints(cases: &[Case]) -> Vec<String> {
 #[test]
 fn trees_of_searches_equal_floods() {
     let complaints = complaints(cases());
+    assert!(complaints.is_empty(), "{}", complaints.join("\n"));
+}
+
+#[test]
+fn a_saddle_beside_its_minimum_is_not_crossed_again() {
+    // One of its saddles lies 0.026 from a minimum and 1e-5 above it: less than a first step down.
+    let complaints = complaints(&[Case::new(MODES, GRID, 1373)]);
     assert!(complaints.is_empty(), "{}", complaints.join("\n"));
 }
 
@@ -237,41 +244,53 @@ fn chains_never_pass_below_the_floods() {
 
 #[test]
 fn paths_never_pass_below_the_floods() {
-    let counts: Vec<[usize; 2]> = (cases()[..50].par_iter())
-        .map(|case| {
-            let Case {
-                id,
-                surface,
-                exact,
-                e,
-                ..
-            } = case;
-            let minima = case.found.minima.clone();
-            let settings = MapSettings::for_minima(surface, &minima);
-            let kernel = Mala::new(surface);
-            let found = map(surface, &kernel, minima, &settings, &NoJournal, &silent);
-            for connection in &found.connections {
-                let [i, j] = [connection.from.0, connection.to.0];
-                let images = &connection.path.images;
-                let gaps = images
-                    .windows(2)
-                    .map(|pair| surface.space().distance(&pair[0], &pair[1]));
-                let slack = between(surface, gaps.fold(0.0, f64::max));
-                let floor = exact.minimax[i][j] - 2.0 * e;
-                assert!(
-                    connection.edge.height >= floor - slack,
-                    "surface {id}, m{i} to m{j}: {} is below {floor} by more than {slack}",
-                    connection.edge.height
-                );
-            }
-            let off = difference(&heights(&found.tree, exact.minimax.len()), &exact.minimax);
-            [1, usize::from(off <= 2.0 * e)]
-        })
-        .collect();
-    let [all, exact] = [0, 1].map(|k| counts.iter().map(|c| c[k]).sum::<usize>());
-    println!("{exact} of {all} trees of maps equal the flood");
-    // One pair is connected by one path: where the lowest pass lies the other way round the torus, it may be missed.
-    assert!(5 * exact >= 4 * all, "{exact} of {all}");
+    for method in [PathMethod::String, PathMethod::Band] {
+        let counts: Vec<[usize; 3]> = (cases()[..50].par_iter())
+            .map(|case| check_map(case, method))
+            .collect();
+        let [all, exact, evaluations] =
+            [0, 1, 2].map(|k| counts.iter().map(|c| c[k]).sum::<usize>());
+        println!(
+            "{method:?}: {exact} of {all} trees of maps equal the flood, {evaluations} evaluations"
+        );
+        // Nothing promises that every pass is tried; that one path is tried each way round a torus makes it so here.
+        assert!(exact + 1 >= all, "{method:?}: {exact} of {all}");
+    }
+}
+
+/// One map; whether its tree equals the flood, and the evaluations it took.
+fn check_map(case: &Case, method: PathMethod) -> [usize; 3] {
+    let Case {
+        id,
+        surface,
+        exact,
+        e,
+        ..
+    } = case;
+    let minima = case.found.minima.clone();
+    let mut settings = MapSettings::for_minima(surface, &minima);
+    settings.path.method = method;
+    let kernel = Mala::new(surface);
+    let found = map(surface, &kernel, minima, &settings, &NoJournal, &silent);
+    for connection in &found.connections {
+        let [i, j] = [connection.from.0, connection.to.0];
+        let images = &connection.path.images;
+        let gaps = images
+            .windows(2)
+            .map(|pair| surface.space().distance(&pair[0], &pair[1]));
+        let slack = between(surface, gaps.fold(0.0, f64::max));
+        let floor = exact.minimax[i][j] - 2.0 * e;
+        assert!(
+            connection.edge.height >= floor - slack,
+            "surface {id}, m{i} to m{j}: {} is below {floor} by more than {slack}",
+            connection.edge.height
+        );
+    }
+    let off = difference(&heights(&found.tree, exact.minimax.len()), &exact.minimax);
+    if off > 2.0 * e {
+        println!("surface {id}: {off:.2e} off");
+    }
+    [1, usize::from(off <= 2.0 * e), found.evaluations]
 }
 
 #[test]
@@ -360,6 +379,5 @@ fn many_trees_of_searches_equal_floods() {
     let mut complaints = many(MODES, GRID, SURFACES..SURFACES + 2000);
     complaints.extend(many(4, 512, 0..100));
     println!("{}", complaints.join("\n"));
-    // Surface 1373 is known to lack a deciding saddle; why is open.
-    assert!(complaints.len() <= 1, "{}", complaints.join("\n"));
+    assert!(complaints.is_empty(), "{}", complaints.join("\n"));
 }

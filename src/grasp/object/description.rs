@@ -24,7 +24,7 @@ const SURFACE_SAMPLES: usize = 2_000;
 const HELD_EVERYWHERE: usize = 384;
 
 /// … and all where the object is thinner than this, metres: a finger is about as thick, and so can swallow what lies
-/// between two points that far apart.
+/// between two points that far apart; and, pressed through such a wall, it does not come back on the side it came from.
 const THIN_M: f64 = 0.015;
 
 /// Shortest step of the search for the other side of the object, metres.
@@ -100,6 +100,8 @@ pub struct Object {
     pub surface_samples: Vec<SurfaceSample>,
     /// Numbers of those that are held against the hand, rising: the first few hundred, and all where the object is thin.
     pub held_samples: Vec<u32>,
+    /// Share of the surface where the object is thinner than a finger (15 mm): 1 for a bowl, 0 for a bottle taken as solid.
+    pub thin_share: f64,
 }
 
 impl Object {
@@ -168,7 +170,6 @@ impl Object {
         let held_samples = held(&surface_samples, &*shape);
         Ok(Self {
             name: name.to_owned(),
-            shape,
             field_report,
             centroid: mesh.centroid(),
             radius_m,
@@ -177,8 +178,10 @@ impl Object {
                 .mass_kg
                 .unwrap_or_else(|| mesh.volume() * DEFAULT_DENSITY_KG_M3),
             description: description.clone(),
+            thin_share: thin_share(&surface_samples[..HELD_EVERYWHERE], &*shape),
             surface_samples,
             held_samples,
+            shape,
             exact,
             mesh,
         })
@@ -247,6 +250,12 @@ fn held(samples: &[SurfaceSample], shape: &dyn Shape) -> Vec<u32> {
         .filter(|(number, sample)| (*number as usize) < HELD_EVERYWHERE || is_thin(sample, shape))
         .map(|(number, _)| number)
         .collect()
+}
+
+/// Share of the samples at which the object is thin.
+fn thin_share(samples: &[SurfaceSample], shape: &dyn Shape) -> f64 {
+    let thin = samples.iter().filter(|sample| is_thin(sample, shape));
+    thin.count() as f64 / samples.len() as f64
 }
 
 /// Whether the straight way inward from a point of the surface leaves the object before [`THIN_M`].

@@ -113,6 +113,10 @@ fn run(
     given: Option<&Given<'_>>,
     observe: Observe<'_>,
 ) -> Synthesized {
+    let settings = &SynthesisSettings {
+        ramp_depths: settings.ramp_depths && energy.object().thin_share < MOSTLY_THIN,
+        ..*settings
+    };
     let mut rng = stream(seed, Task::Synthesis, chain);
     let mut best: Option<Synthesized> = None;
     let (mut steps, mut evaluations) = (0, 0);
@@ -234,6 +238,10 @@ fn walk(
         }
     }
 }
+
+/// Share of thin walls from which on the weights of depths are never softened: a hand that has passed through a wall stays
+/// in it.
+const MOSTLY_THIN: f64 = 0.5;
 
 /// A descent that only tells whether an attempt came to a grasp.
 fn trial_settings(refine: &QuenchSettings) -> QuenchSettings {

@@ -75,8 +75,8 @@ pub struct SynthesisSettings {
     pub start_candidates: u32,
     /// Steps of a chain; one energy evaluation each.
     pub steps: u32,
-    /// The steps are divided among so many attempts from new starts at the same point of the object. The first whose refined end passes the strict filter
-    /// ends the chain; if none does, the end of least energy counts.
+    /// The steps are divided among so many attempts from new starts (with [`Start::EvenSurface`], at the same point of the
+    /// object). The first whose refined end passes the strict filter ends the chain; if none does, the end of least energy counts.
     pub attempts: u32,
     /// Temperature of the first step (annealed sampler).
     pub temperature_start: f64,
@@ -89,7 +89,9 @@ pub struct SynthesisSettings {
     pub ramp_start: f64,
     /// Share of the steps after which the full weight is reached.
     pub ramp_share: f64,
-    /// Whether the weights of depths rise with the distance weight, so that the hand may first pass through the object.
+    /// Whether the weights of depths rise with the distance weight, so that the hand may first pass through the object. Not
+    /// on objects most of whose surface is that of a thin wall, in which a hand would stay
+    /// ([`Object::thin_share`](crate::grasp::object::Object::thin_share)).
     pub ramp_depths: bool,
     /// Probability of a contact move: 1 − ρ.
     pub contact_probability: f64,
@@ -110,7 +112,7 @@ impl Default for SynthesisSettings {
             start: Start::EvenSurface,
             start_candidates: 200,
             steps: 10_000,
-            attempts: 8,
+            attempts: 20,
             temperature_start: 0.1,
             given_temperature: 0.005,
             temperature_end: 0.002,

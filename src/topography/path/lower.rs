@@ -19,7 +19,7 @@ use crate::topography::eigen::Piece;
 const GOLDEN: f64 = 0.381_966_011_250_105;
 /// Probes of the golden section between two nodes.
 const PROBES: usize = 10;
-/// Segments searched for the top.
+/// Segments searched for the top, besides those with a node above it.
 const SEARCHED: usize = 8;
 /// Lengths of a move that are tried, each this share of the one before.
 const TRIALS: usize = 4;
@@ -42,7 +42,6 @@ struct Node {
 }
 
 /// A polygon through the pieces of a kinked energy.
-#[derive(Clone)]
 struct Kinked<'e> {
     energy: &'e dyn Energy,
     settings: &'e PathSettings,
@@ -81,16 +80,25 @@ pub(super) fn lower(
     seams: &SeamSettings,
 ) -> Option<Lowered> {
     let ceiling = floor + settings.exact_below;
-    let mut coarse = Kinked::new(energy, images, seams.spacing, ceiling, settings);
-    let (coarse_top, _) = coarse.lower(seams.moves)?;
-    let images: Vec<Vec<f64>> = coarse.nodes.into_iter().map(|node| node.x).collect();
-    let mut fine = Kinked::new(energy, &images, 0.5 * seams.spacing, ceiling, settings);
-    let change = fine.top()?.energy - coarse_top.energy;
-    let (top, rests) = fine.lower(seams.moves)?;
+    let mut path = Kinked::new(energy, images, seams.spacing, ceiling, settings);
+    let (mut top, _) = path.lower(seams.moves)?;
+    let mut relaxed = false;
+    for halving in 1..=seams.halvings {
+        let images: Vec<Vec<f64>> = path.nodes.into_iter().map(|node| node.x).collect();
+        let spacing = seams.spacing * 0.5_f64.powi(i32::try_from(halving).unwrap_or(i32::MAX));
+        path = Kinked::new(energy, &images, spacing, ceiling, settings);
+        let change = path.top(f64::INFINITY)?.energy - top.energy;
+        let (next, rests) = path.lower(seams.moves)?;
+        top = next;
+        relaxed = rests && change.abs() <= settings.slack(top.energy - floor);
+        if relaxed {
+            break;
+        }
+    }
     Some(Lowered {
-        relaxed: rests && change.abs() <= settings.slack(top.energy - floor),
-        peak: fine.peak(&top),
-        path: fine.path(&top),
+        relaxed,
+        peak: path.peak(&top),
+        path: path.path(&top),
     })
 }
 
@@ -110,7 +118,7 @@ impl<'e> Kinked<'e> {
             gain: GAIN * settings.energy_tolerance,
             nodes: Vec::new(),
         };
-        path.nodes = path.through(images);
+        path.nodes = path.through(images, f64::INFINITY).unwrap_or_default();
         path
     }
 
@@ -154,11 +162,12 @@ impl<'e> Kinked<'e> {
         }
     }
 
-    /// Nodes along the polygon through `points`, at most the spacing apart.
-    fn through(&self, points: &[Vec<f64>]) -> Vec<Node> {
+    /// Nodes along the polygon through `points`, at most the spacing apart. `None` if one is as high as `limit`.
+    fn through(&self, points: &[Vec<f64>], limit: f64) -> Option<Vec<Node>> {
         let space = self.space();
         let mut tangent = vec![0.0; space.tangents()];
-        let mut nodes = vec![self.node(points[0].clone())];
+        let below = |node: Node| (node.energy < limit || limit == f64::INFINITY).then_some(node);
+        let mut nodes = vec![below(self.node(points[0].clone()))?];
         for pair in points.windows(2) {
             let length = space.toward_near(&pair[0], &pair[1], &mut tangent);
             #[expect(
@@ -172,19 +181,26 @@ impl<'e> Kinked<'e> {
                 scale(&mut step, k as f64 / parts as f64);
                 let mut x = pair[0].clone();
                 space.shift(&mut x, &step);
-                nodes.push(self.node(x));
+                nodes.push(below(self.node(x))?);
             }
-            nodes.push(self.node(pair[1].clone()));
+            nodes.push(below(self.node(pair[1].clone()))?);
         }
-        nodes
+        Some(nodes)
     }
 
     /// The highest point of the path. It may lie between nodes far below it: between two nodes the path rises from one and
     /// falls to the other, and where it is concave it lies below both tangents. Segments are searched in the order of that
-    /// bound, until none can be higher.
-    fn top(&self) -> Option<Top> {
+    /// bound, until none can be higher. `None` if no point is finite, or as soon as one is as high as `limit`.
+    fn top(&self, limit: f64) -> Option<Top> {
         let space = self.space();
         let mut tangent = vec![0.0; space.tangents()];
+        let last = self.nodes.len() - 1;
+        if self.nodes[1..last]
+            .iter()
+            .any(|node| node.energy >= limit && limit.is_finite())
+        {
+            return None;
+        }
         let mut bounds: Vec<(f64, usize)> = Vec::new();
         for (i, pair) in self.nodes.windows(2).enumerate() {
             let (low, high) = (pair[0].energy, pair[1].energy);
@@ -203,11 +219,19 @@ impl<'e> Kinked<'e> {
         }
         bounds.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         let mut best: Option<Top> = None;
-        for (bound, i) in bounds.into_iter().take(SEARCHED) {
+        for (searched, (bound, i)) in bounds.into_iter().enumerate() {
             if best.as_ref().is_some_and(|best| best.energy >= bound) {
                 break;
             }
-            let top = self.between(i);
+            // A node that was met counts, however many bounds lie above it.
+            let met = self.nodes[i].energy.max(self.nodes[i + 1].energy);
+            if searched >= SEARCHED && best.as_ref().is_some_and(|best| best.energy >= met) {
+                continue;
+            }
+            let top = self.between(i, limit);
+            if top.energy >= limit {
+                return None;
+            }
             if best.as_ref().is_none_or(|best| top.energy > best.energy) {
                 best = Some(top);
             }
@@ -217,8 +241,9 @@ impl<'e> Kinked<'e> {
         Some(best)
     }
 
-    /// The highest point between nodes `i` and `i + 1`, by golden section, both nodes included.
-    fn between(&self, i: usize) -> Top {
+    /// The highest point between nodes `i` and `i + 1`, by golden section, both nodes included; or the first point met that
+    /// is as high as `limit`.
+    fn between(&self, i: usize, limit: f64) -> Top {
         let space = self.space();
         let (from, to) = (&self.nodes[i], &self.nodes[i + 1]);
         let mut along = vec![0.0; space.tangents()];
@@ -238,6 +263,9 @@ impl<'e> Kinked<'e> {
         let (mut low, mut middle, mut high) = (0.0, GOLDEN, 1.0);
         let mut value = height(middle);
         for _ in 0..PROBES {
+            if value >= limit {
+                break;
+            }
             let right = high - middle > middle - low;
             let probe = if right {
                 middle + GOLDEN * (high - middle)
@@ -312,8 +340,9 @@ impl<'e> Kinked<'e> {
         found.x
     }
 
-    /// The path with its stretch through the two pieces that meet at `top` replaced by one through `x`.
-    fn through_seam(&self, top: &Top, x: &[f64]) -> Self {
+    /// The path with its stretch through the two pieces that meet at `top` replaced by one through `x`; `None` if that rises
+    /// as high as `limit`.
+    fn through_seam(&self, top: &Top, x: &[f64], limit: f64) -> Option<Self> {
         let mut first = top.segment;
         while first > 0 && self.nodes[first - 1].choice == top.choices[0] {
             first -= 1;
@@ -323,28 +352,31 @@ impl<'e> Kinked<'e> {
         while end < last && self.nodes[end + 1].choice == top.choices[1] {
             end += 1;
         }
-        self.spliced(first, x, end)
+        self.spliced(first, x, end, limit)
     }
 
-    fn spliced(&self, first: usize, x: &[f64], end: usize) -> Self {
-        let fresh = self.through(&[
+    fn spliced(&self, first: usize, x: &[f64], end: usize, limit: f64) -> Option<Self> {
+        let points = [
             self.nodes[first].x.clone(),
             x.to_vec(),
             self.nodes[end].x.clone(),
-        ]);
+        ];
+        let fresh = self.through(&points, limit)?;
         let mut nodes = self.nodes[..first].to_vec();
         nodes.extend(fresh);
         nodes.extend_from_slice(&self.nodes[end + 1..]);
-        Self {
-            nodes,
-            ..self.clone()
-        }
+        Some(self.with(nodes))
     }
 
-    /// The path with the nodes within `width` of the top moved by a share of the tangent `move_by` that falls to zero there.
-    fn dragged(&self, top: &Top, move_by: &[f64], width: f64) -> Self {
+    fn with(&self, nodes: Vec<Node>) -> Self {
+        Self { nodes, ..*self }
+    }
+
+    /// The path with the nodes within `width` of the top moved by a share of the tangent `move_by` that falls to zero there;
+    /// `None` if one rises as high as `limit`.
+    fn dragged(&self, top: &Top, move_by: &[f64], width: f64, limit: f64) -> Option<Self> {
         let space = self.space();
-        let mut path = self.clone();
+        let mut path = self.with(self.nodes.clone());
         path.nodes.insert(top.segment + 1, self.node(top.x.clone()));
         let centre = top.segment + 1;
         let last = path.nodes.len() - 1;
@@ -367,14 +399,17 @@ impl<'e> Kinked<'e> {
             let mut x = path.nodes[i].x.clone();
             space.shift(&mut x, &step);
             path.nodes[i] = path.node(x);
+            if path.nodes[i].energy >= limit {
+                return None;
+            }
         }
-        path
+        Some(path)
     }
 
     /// Lowers the top for at most `moves` moves. Returns the last top, and whether no move lowers it any more; `None` if no
     /// point between the ends is finite.
     fn lower(&mut self, moves: usize) -> Option<(Top, bool)> {
-        let mut top = self.top()?;
+        let mut top = self.top(f64::INFINITY)?;
         for _ in 0..moves {
             let Some((lower, next)) = self.lowered(&top) else {
                 return Some((top, true));
@@ -397,18 +432,17 @@ impl<'e> Kinked<'e> {
         for _ in 0..TRIALS {
             let mut x = top.x.clone();
             space.shift(&mut x, &move_by);
+            // Most trials fail, and one point that is too high says so.
+            let limit = top.energy - self.gain;
             let trials = [
-                self.through_seam(top, &x),
-                self.dragged(top, &move_by, WIDTH * length),
+                self.through_seam(top, &x, limit),
+                self.dragged(top, &move_by, WIDTH * length, limit),
             ];
-            let best = trials
-                .into_iter()
-                .filter_map(|trial| trial.top().map(|next| (trial, next)))
+            let best = (trials.into_iter().flatten())
+                .filter_map(|trial| trial.top(limit).map(|next| (trial, next)))
                 .min_by(|a, b| a.1.energy.total_cmp(&b.1.energy));
-            if let Some(best) = best
-                && best.1.energy < top.energy - self.gain
-            {
-                return Some(best);
+            if best.is_some() {
+                return best;
             }
             length *= SHORTER;
             scale(&mut move_by, SHORTER);

@@ -1,19 +1,20 @@
 //! Minimum-energy paths, written with the Log and Exp of the space only.
 //!
-//! A path is relaxed as a string ([`string`]), its highest point is refined to a pass ([`pass`]), and what that pass is
-//! worth is decided by descents from it ([`relax`]).
+//! A path is relaxed as a string or as an elastic band ([`images`]), its highest point is refined to a pass ([`pass`]),
+//! and what that pass is worth is decided by descents from it ([`relax`]).
 
+mod images;
 mod lower;
 mod pass;
 mod relax;
 mod seam;
-mod string;
+mod settings;
 
 pub use pass::Pass;
 pub(super) use pass::descend;
 pub(super) use relax::relax;
-pub use relax::{PathSettings, SeamSettings};
 use serde::{Deserialize, Serialize};
+pub use settings::{BandSettings, PathMethod, PathSettings, SeamSettings};
 
 use super::journal::bits;
 use crate::energy::Energy;
@@ -111,8 +112,43 @@ fn between(space: &dyn Space, a: &[f64], b: &[f64], t: f64, tangent: &mut [f64])
     x
 }
 
+/// Points of the straight way between two points: the nearest copy of `to`; and of the other way round, if there is one
+/// at most `detour` times as long.
+pub(super) fn geodesics(
+    space: &dyn Space,
+    from: &[f64],
+    to: &[f64],
+    detour: f64,
+) -> Vec<Vec<Vec<f64>>> {
+    let mut tangent = vec![0.0; space.tangents()];
+    let along = |tangent: &[f64], parts: usize| {
+        let point = |k: usize| {
+            let mut x = from.to_vec();
+            let step: Vec<f64> = (tangent.iter())
+                .map(|t| t * k as f64 / parts as f64)
+                .collect();
+            space.shift(&mut x, &step);
+            x
+        };
+        (0..=parts).map(point).collect::<Vec<_>>()
+    };
+    let length = space.toward(from, to, &mut tangent);
+    let mut ways = vec![along(&tangent, 1)];
+    let other = space.toward_other_way(from, to, &mut tangent);
+    if other.is_some_and(|other| other <= detour * length) {
+        // More than half a turn: only its parts are shortest ways between their ends.
+        ways.push(along(&tangent, 4));
+    }
+    ways
+}
+
 /// `segments` + 1 points at equal distances along the polygon through `points`; both ends are kept.
 fn spread(space: &dyn Space, points: &[Vec<f64>], segments: usize) -> Vec<Vec<f64>> {
+    spread_by(space, points, &vec![1.0; segments])
+}
+
+/// Points along the polygon through `points` whose distances along it are as these shares; both ends are kept.
+fn spread_by(space: &dyn Space, points: &[Vec<f64>], shares: &[f64]) -> Vec<Vec<f64>> {
     let lengths: Vec<f64> = points
         .windows(2)
         .map(|pair| near(space, &pair[0], &pair[1]))
@@ -121,8 +157,10 @@ fn spread(space: &dyn Space, points: &[Vec<f64>], segments: usize) -> Vec<Vec<f6
     let mut tangent = vec![0.0; space.tangents()];
     let (mut segment, mut passed) = (0, 0.0);
     let mut images = vec![points[0].clone()];
-    for k in 1..segments {
-        let place = total * k as f64 / segments as f64;
+    let (whole, mut share_passed) = (shares.iter().sum::<f64>(), 0.0);
+    for share in &shares[..shares.len() - 1] {
+        share_passed += share;
+        let place = total * share_passed / whole;
         while segment + 1 < lengths.len() && passed + lengths[segment] < place {
             passed += lengths[segment];
             segment += 1;

@@ -2,12 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::images::Images;
 use super::seam::{Sheet, least_combination, slide};
-use super::string::Band;
 use super::{Path, PathSettings, between};
 use crate::energy::Energy;
-use crate::optimize::{QuenchSettings, quench_traced};
-use crate::space::vector::{norm, scale};
+use crate::optimize::{Quench, QuenchSettings, StopReason, quench_traced};
+use crate::space::vector::{dot, norm, scale};
 use crate::topography::eigen::Piece;
 use crate::topography::follow::Following;
 use crate::topography::minima::Sameness;
@@ -16,6 +16,10 @@ use crate::topography::minima::Sameness;
 const GOLDEN: f64 = 0.381_966_011_250_105;
 /// How far the true top of a path may lie above its highest sample, as a share of the barrier.
 const SAMPLING: f64 = 0.1;
+/// Points at the beginning of a descent that should still lie on the side where it started.
+const EARLY: usize = 3;
+/// Evaluations of a descent whose steps are no longer than the push off the pass.
+const CAREFUL: usize = 20;
 
 /// A stationary point at which a path may pass from one basin to another: an index-1 saddle, or the lowest point of a
 /// seam.
@@ -45,11 +49,18 @@ pub(super) struct Peak {
     pub(super) tangent: Vec<f64>,
 }
 
+/// The pass that a peak was refined to.
+pub(super) struct Refined {
+    pub(super) pass: Pass,
+    /// Whether a point of higher index was met first: the path lay on a ridge beside it.
+    pub(super) beside: bool,
+}
+
 impl Peak {
     /// The highest point near the highest free image; `None` if all images are pinned.
-    pub(super) fn of(energy: &dyn Energy, band: &Band<'_>) -> Option<Self> {
-        let path = &band.path;
-        let free = (0..path.images.len()).filter(|i| !band.pinned[*i]);
+    pub(super) fn of(energy: &dyn Energy, images: &Images<'_>) -> Option<Self> {
+        let path = &images.path;
+        let free = (0..path.images.len()).filter(|i| !images.pinned[*i]);
         let top = free.max_by(|i, j| {
             path.energies[*i]
                 .total_cmp(&path.energies[*j])
@@ -92,7 +103,8 @@ impl Peak {
             } else {
                 middle - GOLDEN * (middle - low)
             };
-            let height = energy.evaluate_roughly_above(&point(probe), &mut gradient, band.ceiling);
+            let height =
+                energy.evaluate_roughly_above(&point(probe), &mut gradient, images.manner.ceiling);
             if height > best && height.is_finite() {
                 *(if right { &mut low } else { &mut high }) = middle;
                 (middle, best) = (probe, height);
@@ -106,7 +118,7 @@ impl Peak {
             x,
             energy: best,
             sides,
-            tangent: band.tangent(top),
+            tangent: images.tangent(top),
         })
     }
 
@@ -135,8 +147,9 @@ impl Peak {
         settings: &PathSettings,
         descent: &QuenchSettings,
         sameness: &Sameness,
-    ) -> Option<Pass> {
+    ) -> Option<Refined> {
         let space = energy.space();
+        let mut beside = false;
         let [before, after] = [0, 1].map(|side| energy.choice(&self.sides[side]));
         let seam = before != after;
         let (x, height, residual, mut normal) = if seam {
@@ -164,12 +177,14 @@ impl Peak {
                 tolerance: 10.0 * descent.gradient_tolerance,
                 longest: settings.max_step,
                 steps: settings.refinement_steps,
-                kicks: 0,
+                // A path along a mirror plane of the surface may top out at a point of higher index; a pass lies beside it.
+                kicks: 1,
                 ceiling: f64::INFINITY,
             };
             let found = Piece::new(energy, before)
                 .follow(&self.x, Some(&self.tangent), &following)
                 .ok()?;
+            beside = found.kicked;
             (found.x, found.energy, found.residual, found.mode)
         };
         let mut gradient = vec![0.0; space.tangents()];
@@ -182,18 +197,19 @@ impl Peak {
         let length = norm(&normal);
         scale(&mut normal, length.recip());
         let descents = descend(energy, (&x, height), &normal, settings.push, descent)?;
-        Some(Pass {
+        let pass = Pass {
             x,
             energy: height,
             seam,
             residual,
             descents,
-        })
+        };
+        Some(Refined { pass, beside })
     }
 }
 
 /// Descents on both sides of a pass, after a step of length `push` along its unit tangent `mode`; `None` where such a
-/// step leads no lower.
+/// step leads no lower. A descent that crosses the pass at once is begun again with shorter steps.
 pub(in crate::topography) fn descend(
     energy: &dyn Energy,
     (pass, height): (&[f64], f64),
@@ -211,17 +227,41 @@ pub(in crate::topography) fn descend(
         if energy.evaluate(&start, &mut gradient) >= height {
             return None;
         }
-        let mut trace = Path {
-            images: vec![pass.to_vec()],
-            energies: vec![height],
-        };
-        let end = quench_traced(energy, &start, settings, &mut |x, height| {
-            trace.images.push(x.to_vec());
-            trace.energies.push(height);
+        let (mut trace, mut end) = traced(energy, &start, settings);
+        let mut toward = vec![0.0; space.tangents()];
+        let crossed = trace.images.iter().take(EARLY).any(|x| {
+            space.toward_near(pass, x, &mut toward);
+            dot(&toward, &step) < 0.0
         });
+        if crossed {
+            // A long first step leads back over the pass where a minimum lies close beside it: shorter ones first.
+            let careful = settings
+                .clone()
+                .with_max_step(push.abs())
+                .with_max_evaluations(CAREFUL.min(settings.max_evaluations));
+            (trace, end) = traced(energy, &start, &careful);
+            if end.stop != StopReason::Converged {
+                let (mut rest, last) = traced(energy, &end.x, settings);
+                trace.images.append(&mut rest.images);
+                trace.energies.append(&mut rest.energies);
+                end = last;
+            }
+        }
+        trace.images.insert(0, pass.to_vec());
+        trace.energies.insert(0, height);
         trace.images.push(end.x);
         trace.energies.push(end.energy);
         Some(trace)
     };
     Some([side(push)?, side(-push)?])
+}
+
+/// The points of a descent after its start, and its end.
+fn traced(energy: &dyn Energy, start: &[f64], settings: &QuenchSettings) -> (Path, Quench) {
+    let mut trace = Path::default();
+    let end = quench_traced(energy, start, settings, &mut |x, height| {
+        trace.images.push(x.to_vec());
+        trace.energies.push(height);
+    });
+    (trace, end)
 }

@@ -11,94 +11,15 @@
 //! Where kinks lie close ([`PathSettings::seams`]) a path counts as relaxed when no move along a seam lowers its top any more
 //! *and* halving the distance of its points hardly changes its height: see `lower`.
 
-use serde::{Deserialize, Serialize};
-
+use super::images::{Images, Manner};
 use super::lower::{Lowered, lower};
-use super::pass::{Pass, Peak};
-use super::string::Band;
+use super::pass::{Pass, Peak, Refined};
+use super::settings::{PathSettings, SeamSettings};
 use super::{Path, near, spread};
 use crate::energy::Energy;
 use crate::optimize::QuenchSettings;
 use crate::topography::minima::Sameness;
 use crate::topography::network::{Claim, Evidence, Minimum};
-
-/// Settings of path relaxation. Lengths and forces are in the units of the surface; [`PathSettings::for_scales`] sets
-/// all of them from one energy and one length.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct PathSettings {
-    /// Segments of a string before doubling.
-    pub segments: usize,
-    /// Iterations before the lowest of several starts is chosen.
-    pub coarse_iterations: usize,
-    /// A rough path is a rival, and relaxed as well, if it would win by sinking this share of its barrier.
-    pub rivalry: f64,
-    /// Iterations after each pass found, and after doubling.
-    pub iterations: usize,
-    /// Passes refined at most.
-    pub rounds: usize,
-    /// Farthest an image moves in an iteration, a length of the space.
-    pub max_step: f64,
-    /// Greatest force at the top of a relaxed path, energy per length.
-    pub force_tolerance: f64,
-    /// Greatest change of the height under doubling, as a share of the barrier.
-    pub height_tolerance: f64,
-    /// Steps of the refinement of one pass.
-    pub refinement_steps: usize,
-    /// Length of the first step down from a pass.
-    pub push: f64,
-    /// For an energy with discrete choices whose kinks lie close: tops are lowered seam by seam instead of pass by pass.
-    pub seams: Option<SeamSettings>,
-    /// Height above the higher end below which images are evaluated exactly; see
-    /// [`Energy::evaluate_roughly_above`].
-    pub exact_below: f64,
-    /// Differences of height below this mean nothing.
-    pub energy_tolerance: f64,
-}
-
-/// How the tops of paths over a kinked energy are lowered.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct SeamSettings {
-    /// Greatest distance of neighbouring points of such a path, a length of the space: less than that of neighbouring kinks.
-    pub spacing: f64,
-    /// Moves of the top at most.
-    pub moves: usize,
-}
-
-impl Default for PathSettings {
-    fn default() -> Self {
-        Self::for_scales(1.0, 1.0)
-    }
-}
-
-impl PathSettings {
-    /// Settings for a surface whose typical barrier is `energy` high and `length` wide.
-    pub fn for_scales(energy: f64, length: f64) -> Self {
-        Self {
-            segments: 12,
-            coarse_iterations: 60,
-            rivalry: 0.25,
-            iterations: 60,
-            rounds: 4,
-            max_step: 0.05 * length,
-            force_tolerance: 0.01 * energy / length,
-            height_tolerance: 0.01,
-            refinement_steps: 60,
-            push: 0.01 * length,
-            seams: None,
-            exact_below: 3.0 * energy,
-            energy_tolerance: 1e-6 * energy,
-        }
-    }
-}
-
-impl PathSettings {
-    /// Change of height that counts as none for a barrier of this height.
-    pub(super) fn slack(&self, barrier: f64) -> f64 {
-        self.height_tolerance * barrier + self.energy_tolerance
-    }
-}
 
 /// The lowest path found.
 pub(in crate::topography) struct Outcome {
@@ -137,45 +58,50 @@ pub(in crate::topography) fn relax(
     sameness: &Sameness,
 ) -> Option<Outcome> {
     let floor = ends.0.energy.max(ends.1.energy);
-    let mut rough: Vec<(usize, bool, Band<'_>)> = starts
+    let mut rough: Vec<(usize, bool, Images<'_>)> = starts
         .iter()
         .enumerate()
         .filter_map(|(start, points)| {
-            let mut band = Band::new(
+            let mut images = Images::new(
                 energy,
                 points,
                 settings.segments,
-                (settings.max_step, floor + settings.exact_below),
+                Manner {
+                    method: settings.method,
+                    band: settings.band,
+                    longest: settings.max_step,
+                    ceiling: floor + settings.exact_below,
+                },
             );
-            if band.path.energies[1..settings.segments]
+            if images.path.energies[1..settings.segments]
                 .iter()
                 .all(|e| !e.is_finite())
             {
                 return None;
             }
-            band.relax(settings.coarse_iterations, settings.force_tolerance);
-            if !band.path.height().is_finite() {
+            images.relax(settings.coarse_iterations, settings.force_tolerance);
+            if !images.path.height().is_finite() {
                 return None;
             }
-            let top = &band.path.images[band.path.top()];
+            let top = &images.path.images[images.path.top()];
             let blamed = energy.objection(top).is_some();
-            Some((start, blamed, band))
+            Some((start, blamed, images))
         })
         .collect();
     rough.sort_by(|a, b| (a.1.cmp(&b.1)).then(a.2.path.height().total_cmp(&b.2.path.height())));
     let first = rough
         .iter()
         .find(|(start, blamed, _)| *start == 0 && !blamed)
-        .map(|(_, _, band)| band.path.height());
+        .map(|(_, _, images)| images.path.height());
     let mut best: Option<Outcome> = None;
     let mut passes = Vec::new();
-    for (start, blamed, band) in rough {
-        let margin = settings.rivalry * (band.path.height() - floor);
+    for (start, blamed, images) in rough {
+        let margin = settings.rivalry * (images.path.height() - floor);
         let beyond = |known: &Outcome| {
             known.evidence < Evidence::Chain
                 && (settings.seams.is_some()
                     || blamed
-                    || band.path.height() - margin > known.height)
+                    || images.path.height() - margin > known.height)
         };
         if best.as_ref().is_some_and(beyond) {
             continue;
@@ -187,7 +113,7 @@ pub(in crate::topography) fn relax(
             descent,
             sameness,
         }
-        .finish(band);
+        .finish(images);
         outcome.start = start;
         passes.append(&mut outcome.passes);
         let slack = settings.height_tolerance * (outcome.height - floor) + sameness.energy;
@@ -212,17 +138,23 @@ struct Relaxation<'a> {
 
 impl Relaxation<'_> {
     /// [`Relaxation::finish`] for a kinked energy: the top is lowered, then refined if it can be.
-    fn finish_kinked(&self, band: Band<'_>, floor: f64, seams: &SeamSettings) -> Outcome {
-        let found = lower(self.energy, &band.path.images, floor, self.settings, seams);
+    fn finish_kinked(&self, images: Images<'_>, floor: f64, seams: &SeamSettings) -> Outcome {
+        let found = lower(
+            self.energy,
+            &images.path.images,
+            floor,
+            self.settings,
+            seams,
+        );
         let Some(Lowered {
             path,
             peak,
             relaxed,
         }) = found
         else {
-            let top = band.path.images[band.path.top()].clone();
-            let height = band.path.height();
-            return self.verdict(band.path, height, top, Evidence::Chain, Vec::new());
+            let top = images.path.images[images.path.top()].clone();
+            let height = images.path.height();
+            return self.verdict(images.path, height, top, Evidence::Chain, Vec::new());
         };
         if relaxed {
             let pass = peak.refine(
@@ -232,7 +164,7 @@ impl Relaxation<'_> {
                 self.descent,
                 self.sameness,
             );
-            if let Some(pass) = pass
+            if let Some(Refined { pass, .. }) = pass
                 && let Some(path) = self.direct(&pass, path.images.len())
             {
                 let (height, top) = (pass.energy.max(path.height()), pass.x.clone());
@@ -248,20 +180,24 @@ impl Relaxation<'_> {
         self.verdict(path, height, peak.x, evidence, Vec::new())
     }
 
-    fn finish(&self, mut band: Band<'_>) -> Outcome {
+    fn finish(&self, mut images: Images<'_>) -> Outcome {
         let space = self.energy.space();
         let floor = self.ends.0.energy.max(self.ends.1.energy);
         if let Some(seams) = &self.settings.seams {
-            return self.finish_kinked(band, floor, seams);
+            return self.finish_kinked(images, floor, seams);
         }
-        let reach = 2.0 * band.path.length(space) / (band.path.images.len() - 1) as f64;
+        if images.climb() {
+            images.relax(self.settings.iterations, self.settings.force_tolerance);
+        }
+        self.insert(&mut images, floor);
+        let reach = 2.0 * images.path.length(space) / (images.path.images.len() - 1) as f64;
         let (mut passes, mut doubled) = (Vec::new(), false);
         // The highest pinned point and its energy, and that of the last peak that would not refine.
         let mut pinned = (floor, self.higher_end().to_vec());
         let mut loose: Option<Peak> = None;
         let mut round = 0;
         let relaxed = loop {
-            let Some(peak) = Peak::of(self.energy, &band) else {
+            let Some(peak) = Peak::of(self.energy, &images) else {
                 break true;
             };
             let slack = self.settings.height_tolerance * (pinned.0 - floor) + self.sameness.energy;
@@ -270,9 +206,9 @@ impl Relaxation<'_> {
                 if doubled {
                     break true;
                 }
-                band = band.doubled();
+                images = images.doubled();
                 doubled = true;
-                band.relax(self.settings.iterations / 2, self.settings.force_tolerance);
+                images.relax(self.settings.iterations / 2, self.settings.force_tolerance);
                 continue;
             }
             if round == self.settings.rounds {
@@ -285,37 +221,35 @@ impl Relaxation<'_> {
                 let before = if doubled {
                     before
                 } else {
-                    band = band.doubled();
-                    band.relax(self.settings.iterations, self.settings.force_tolerance);
-                    loose = Peak::of(self.energy, &band);
+                    images = images.doubled();
+                    images.relax(self.settings.iterations, self.settings.force_tolerance);
+                    loose = Peak::of(self.energy, &images);
                     Some(height)
                 };
                 break self.settled(loose.as_ref(), before, floor);
             }
             round += 1;
-            let found = peak
-                .refine(
-                    self.energy,
-                    floor,
-                    self.settings,
-                    self.descent,
-                    self.sameness,
-                )
-                .filter(|pass| near(space, &pass.x, &peak.x) <= reach);
-            if let Some(pass) = found {
-                if let Some(path) = self.direct(&pass, band.path.images.len()) {
-                    return self.verdict(
-                        path,
-                        pass.energy,
-                        pass.x.clone(),
-                        pass_evidence(&pass),
-                        {
-                            passes.push(pass);
-                            passes
-                        },
-                    );
+            let found = peak.refine(
+                self.energy,
+                floor,
+                self.settings,
+                self.descent,
+                self.sameness,
+            );
+            let direct = (found.as_ref())
+                .and_then(|found| self.direct(&found.pass, images.path.images.len()));
+            // One that joins other minima is a pass of this path only if it is near it, or the path lay on a higher ridge.
+            let found = found.filter(|found| {
+                direct.is_some() || found.beside || near(space, &found.pass.x, &peak.x) <= reach
+            });
+            if let Some(Refined { pass, .. }) = found {
+                if let Some(path) = direct {
+                    let (top, evidence) = (pass.x.clone(), pass_evidence(&pass));
+                    let height = pass.energy;
+                    passes.push(pass);
+                    return self.verdict(path, height, top, evidence, passes);
                 }
-                band.pin(peak.image, &pass.x, pass.energy);
+                images.pin(peak.image, &pass.x, pass.energy);
                 if pass.energy > pinned.0 {
                     pinned = (pass.energy, pass.x.clone());
                 }
@@ -324,7 +258,7 @@ impl Relaxation<'_> {
             } else {
                 loose = Some(peak);
             }
-            band.relax(self.settings.iterations, self.settings.force_tolerance);
+            images.relax(self.settings.iterations, self.settings.force_tolerance);
         };
         let (mut height, mut top) = pinned;
         if let Some(peak) = loose
@@ -333,16 +267,29 @@ impl Relaxation<'_> {
             (height, top) = (peak.energy, peak.x);
         }
         // What is reported is never below what was met.
-        if band.path.height() > height {
-            height = band.path.height();
-            top.clone_from(&band.path.images[band.path.top()]);
+        if images.path.height() > height {
+            height = images.path.height();
+            top.clone_from(&images.path.images[images.path.top()]);
         }
         let evidence = if relaxed {
             Evidence::Path
         } else {
             Evidence::Chain
         };
-        self.verdict(band.path, height, top, evidence, passes)
+        self.verdict(images.path, height, top, evidence, passes)
+    }
+
+    /// Splits segments until what their ends say of them is true.
+    fn insert(&self, images: &mut Images<'_>, floor: f64) {
+        for _ in 0..self.settings.insertions {
+            let barrier = (images.path.height() - floor).max(0.0);
+            let tolerance = self.settings.departure * barrier + self.settings.energy_tolerance;
+            let Some(finer) = images.inserted(tolerance) else {
+                break;
+            };
+            *images = finer;
+            images.relax(self.settings.iterations / 2, self.settings.force_tolerance);
+        }
     }
 
     /// Whether a peak that would not refine to a pass is stationary all the same, and as high as before.

@@ -8,12 +8,11 @@ use serde::{Deserialize, Serialize};
 use super::census::Census;
 use super::task::{PUSH, Searcher};
 use crate::energy::{Counted, Energy};
-use crate::space::interpolate;
 use crate::topography::barrier::Crossing;
 use crate::topography::journal::{Journal, remember};
 use crate::topography::network::Minimum;
 use crate::topography::pairs::{bridges, distances};
-use crate::topography::path::{PathSettings, relax};
+use crate::topography::path::{PathSettings, geodesics, relax};
 use crate::topography::{Observer, Phase, Tally};
 
 /// The pairs tried so far.
@@ -79,19 +78,20 @@ impl Joiner {
 }
 
 impl Searcher<'_> {
-    /// The passes on the straight line between two minima, relaxed.
+    /// The passes on the straight line between two minima (and on the other way round), relaxed.
     fn relax(&self, ends: (&Minimum, &Minimum), distance: f64) -> Relaxed {
         let counted = Counted::new(self.energy);
         let space = self.energy.space();
-        let straight = |t| interpolate(space, &ends.0.coordinates, &ends.1.coordinates, t);
         let settings = PathSettings {
+            method: self.settings.paths,
             push: PUSH * self.settings.length,
             ..PathSettings::for_scales(self.settings.energy, distance)
         };
+        let (from, to) = (&ends.0.coordinates, &ends.1.coordinates);
         let outcome = relax(
             &counted,
             ends,
-            &[vec![straight(0.0), straight(1.0)]],
+            &geodesics(space, from, to, settings.detour),
             &settings,
             &self.settings.quench,
             &self.settings.sameness,

@@ -11,7 +11,7 @@ use crate::space::vector::{norm, scale};
 use crate::topography::audit::AuditSettings;
 use crate::topography::eigen::Piece;
 use crate::topography::minima::Sameness;
-use crate::topography::path::near;
+use crate::topography::path::{PathMethod, near};
 
 /// Starts from which the scales of a surface are measured.
 const PROBES: u64 = 5;
@@ -43,6 +43,8 @@ pub struct SearchSettings {
     pub max_searches: usize,
     /// Rounds that join minima which no saddle joins, by relaxing paths.
     pub join_rounds: usize,
+    /// What keeps the images of those paths apart.
+    pub paths: PathMethod,
     /// Seed of every draw.
     pub seed: u64,
 }
@@ -72,6 +74,7 @@ impl SearchSettings {
             patience: 20,
             max_searches: 100_000,
             join_rounds: 2,
+            paths: PathMethod::default(),
             seed: 0,
         }
     }

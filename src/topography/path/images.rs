@@ -1,0 +1,505 @@
+//! Images along a path that relax together, as a string or as an elastic band.
+//!
+//! Both move every image by the force across the path. They differ in what keeps the images apart: those of a string
+//! (W. E, W. Ren and E. Vanden-Eijnden, J. Chem. Phys. 126, 164103 (2007)) are put back at even distances, those of a band
+//! are held by springs along the path (H. Jónsson, G. Mills and K. W. Jacobsen, *Nudged elastic band method* (1998)), and
+//! its highest image climbs (G. Henkelman, B. P. Uberuaga and H. Jónsson, J. Chem. Phys. 113, 9901 (2000)). The tangent is
+//! the upwind one of G. Henkelman and H. Jónsson, J. Chem. Phys. 113, 9978 (2000), for both.
+
+use std::sync::Arc;
+
+use super::settings::{BandSettings, PathMethod};
+use super::{Path, between, near, spread_by};
+use crate::energy::Energy;
+use crate::optimize::Fire;
+use crate::space::vector::{add, dot, norm, scale, times};
+
+/// Segments may differ in length by this factor, after their shares, before a string makes them even again or a band
+/// stiffens.
+const UNEVEN: f64 = 1.5;
+/// Iterations of a band between two looks at its springs, the factor by which they become stiffer or softer, and the factor
+/// that they may change by at most.
+const LOOK: usize = 5;
+const STIFFER: f64 = 1.2;
+const STIFFEST: f64 = 10.0;
+/// Farthest an image of a band moves in an iteration, as a share of the shorter of its segments: it never passes another.
+const STRIDE: f64 = 0.4;
+
+/// How images relax.
+#[derive(Clone, Copy)]
+pub(super) struct Manner {
+    pub(super) method: PathMethod,
+    pub(super) band: BandSettings,
+    /// Farthest an image moves in an iteration.
+    pub(super) longest: f64,
+    /// Energy above which images need not be known exactly.
+    pub(super) ceiling: f64,
+}
+
+/// Images joined by geodesics; the ends and the pinned images stay where they are.
+///
+/// One FIRE an image: with the tangent given, the forces across the path of different images know nothing of each other, so
+/// a stiff image does not slow the others. No energy of the whole exists; forces alone say when it has come to rest.
+#[derive(Clone)]
+pub(super) struct Images<'e> {
+    energy: &'e dyn Energy,
+    /// The energy as each image sees it, where it has a memory.
+    local: Vec<Option<Arc<dyn Energy + 'e>>>,
+    scales: Vec<f64>,
+    pub(super) manner: Manner,
+    pub(super) path: Path,
+    pub(super) gradients: Vec<Vec<f64>>,
+    pub(super) pinned: Vec<bool>,
+    /// Length of each segment relative to the others.
+    shares: Vec<f64>,
+    fire: Vec<Fire>,
+    climbs: bool,
+    iterations: usize,
+    /// Stiffness of the springs now, in units of that at first.
+    stiffness: f64,
+}
+
+impl<'e> Images<'e> {
+    /// Images at the ends of `segments` equal segments of the polygon through `points`.
+    pub(super) fn new(
+        energy: &'e dyn Energy,
+        points: &[Vec<f64>],
+        segments: usize,
+        manner: Manner,
+    ) -> Self {
+        let space = energy.space();
+        let shares = vec![1.0; segments];
+        let mut images = Self {
+            energy,
+            local: Vec::new(),
+            scales: space.step_scales(),
+            manner,
+            path: Path::default(),
+            gradients: Vec::new(),
+            pinned: Vec::new(),
+            fire: Vec::new(),
+            climbs: false,
+            iterations: 0,
+            stiffness: 1.0,
+            shares: Vec::new(),
+        };
+        for x in spread_by(space, points, &shares) {
+            images.push(x);
+        }
+        images.shares = shares;
+        images.pinned[0] = true;
+        images.pinned[segments] = true;
+        images
+    }
+
+    /// Appends an image at rest.
+    fn push(&mut self, x: Vec<f64>) {
+        let local: Option<Arc<dyn Energy + 'e>> = self.energy.local().map(Arc::from);
+        let mut gradient = vec![0.0; self.scales.len()];
+        let energy = local
+            .as_deref()
+            .unwrap_or(self.energy)
+            .evaluate_roughly_above(&x, &mut gradient, self.manner.ceiling);
+        self.path.images.push(x);
+        self.path.energies.push(energy);
+        self.gradients.push(gradient);
+        self.local.push(local);
+        self.pinned.push(false);
+        self.fire
+            .push(Fire::new(self.scales.len(), self.manner.longest));
+    }
+
+    /// From now on the highest image climbs, if this is a band that should; whether it is.
+    pub(super) fn climb(&mut self) -> bool {
+        self.climbs = self.manner.method == PathMethod::Band && self.manner.band.climbing;
+        self.climbs
+    }
+
+    /// The same path with an image in the middle of every segment.
+    pub(super) fn doubled(self) -> Self {
+        self.split(&mut |_, _| true)
+    }
+
+    /// The same path with an image in the middle of the segments where the surface departs from what the images say of it:
+    /// from the cubic through the energies and slopes at both ends, by more than `tolerance`. `None` where it does so
+    /// nowhere.
+    ///
+    /// As images are inserted by F. Draxler et al. (2018), arXiv:1803.00885, with the cubic in place of the straight line.
+    pub(super) fn inserted(&self, tolerance: f64) -> Option<Self> {
+        let space = self.energy.space();
+        let mut tangent = vec![0.0; self.scales.len()];
+        let mut expected = Vec::with_capacity(self.shares.len());
+        for i in 0..self.shares.len() {
+            let (images, energies) = (&self.path.images, &self.path.energies);
+            space.toward_near(&images[i], &images[i + 1], &mut tangent);
+            let out = dot(&self.slope(i), &tangent);
+            space.toward_near(&images[i + 1], &images[i], &mut tangent);
+            let back = dot(&self.slope(i + 1), &tangent);
+            expected.push(f64::midpoint(energies[i], energies[i + 1]) + (out + back) / 8.0);
+        }
+        let finer = self.clone().split(&mut |i, height| {
+            expected[i].is_finite() && (height - expected[i]).abs() > tolerance
+        });
+        (finer.shares.len() > self.shares.len()).then_some(finer)
+    }
+
+    /// The gradient at an image; pinned images are stationary.
+    fn slope(&self, i: usize) -> Vec<f64> {
+        if self.pinned[i] {
+            vec![0.0; self.scales.len()]
+        } else {
+            self.gradients[i].clone()
+        }
+    }
+
+    /// The same path with an image in the middle of the segments for which `wanted(segment, energy there)`.
+    fn split(self, wanted: &mut dyn FnMut(usize, f64) -> bool) -> Self {
+        let space = self.energy.space();
+        let mut tangent = vec![0.0; self.scales.len()];
+        let mut finer = Self {
+            local: Vec::new(),
+            scales: self.scales.clone(),
+            path: Path::default(),
+            gradients: Vec::new(),
+            pinned: Vec::new(),
+            shares: Vec::new(),
+            fire: Vec::new(),
+            ..self
+        };
+        let old = self
+            .path
+            .images
+            .into_iter()
+            .zip(self.path.energies)
+            .zip(self.gradients.into_iter().zip(self.pinned))
+            .zip(self.local.into_iter().zip(self.fire));
+        for (i, (((x, energy), (gradient, pinned)), (local, fire))) in old.enumerate() {
+            if let Some(before) = i.checked_sub(1) {
+                let last = finer.path.images.len() - 1;
+                finer.push(between(
+                    space,
+                    &finer.path.images[last],
+                    &x,
+                    0.5,
+                    &mut tangent,
+                ));
+                let share = self.shares[before];
+                if wanted(before, finer.path.energies[last + 1]) {
+                    finer.shares.extend([0.5 * share; 2]);
+                } else {
+                    finer.pop();
+                    finer.shares.push(share);
+                }
+            }
+            finer.path.images.push(x);
+            finer.path.energies.push(energy);
+            finer.gradients.push(gradient);
+            finer.local.push(local);
+            finer.pinned.push(pinned);
+            finer.fire.push(fire);
+        }
+        finer
+    }
+
+    fn pop(&mut self) {
+        self.path.images.pop();
+        self.path.energies.pop();
+        self.gradients.pop();
+        self.local.pop();
+        self.pinned.pop();
+        self.fire.pop();
+    }
+
+    /// Holds image `i` at `x` from now on.
+    pub(super) fn pin(&mut self, i: usize, x: &[f64], energy: f64) {
+        self.path.images[i] = x.to_vec();
+        self.path.energies[i] = energy;
+        self.gradients[i].fill(0.0);
+        self.pinned[i] = true;
+    }
+
+    /// Relaxes until the greatest force across the path is at most `tolerance`, or for `iterations`; returns that force.
+    /// Of a climbing image its whole force counts; springs do not, which only decide where along the path the images lie.
+    pub(super) fn relax(&mut self, iterations: usize, tolerance: f64) -> f64 {
+        let mut left = iterations;
+        loop {
+            let forces: Vec<Vec<f64>> = (0..self.path.images.len())
+                .map(|i| self.force_across(i))
+                .collect();
+            let worst = self.worst(&forces);
+            if worst <= tolerance || left == 0 {
+                return worst;
+            }
+            left -= 1;
+            self.advance(forces);
+        }
+    }
+
+    fn worst(&self, forces: &[Vec<f64>]) -> f64 {
+        let free = forces.iter().zip(&self.pinned).filter(|(_, pin)| !**pin);
+        free.map(|(force, _)| norm(&times(force, &self.scales)))
+            .fold(0.0, f64::max)
+    }
+
+    /// The tangents at an inner image to the one after and from the one before.
+    fn neighbours(&self, i: usize) -> [Vec<f64>; 2] {
+        let space = self.energy.space();
+        let images = &self.path.images;
+        let mut ahead = vec![0.0; self.scales.len()];
+        let mut behind = ahead.clone();
+        space.toward_near(&images[i], &images[i + 1], &mut ahead);
+        space.toward_near(&images[i], &images[i - 1], &mut behind);
+        scale(&mut behind, -1.0);
+        [ahead, behind]
+    }
+
+    /// Unit tangent at an inner image, toward rising energy.
+    pub(super) fn tangent(&self, i: usize) -> Vec<f64> {
+        let energies = &self.path.energies;
+        let [mut ahead, behind] = self.neighbours(i);
+        let (up, down) = (energies[i + 1] - energies[i], energies[i - 1] - energies[i]);
+        let (most, least) = (up.abs().max(down.abs()), up.abs().min(down.abs()));
+        let (forward, backward) = if !most.is_finite() {
+            (1.0, 1.0)
+        } else if up > 0.0 && down <= 0.0 {
+            (1.0, 0.0)
+        } else if up <= 0.0 && down > 0.0 {
+            (0.0, 1.0)
+        } else if energies[i + 1] > energies[i - 1] {
+            (most, least)
+        } else {
+            (least, most)
+        };
+        scale(&mut ahead, forward);
+        add(&mut ahead, backward, &behind);
+        let length = norm(&ahead);
+        if length > 0.0 {
+            scale(&mut ahead, length.recip());
+        }
+        ahead
+    }
+
+    /// The surface's force across the path at image `i`; upwards along it too where that image climbs. Zero at pinned
+    /// images and outside the domain.
+    fn force_across(&self, i: usize) -> Vec<f64> {
+        let mut force = vec![0.0; self.scales.len()];
+        if !self.pinned[i] && self.path.energies[i].is_finite() {
+            let tangent = self.tangent(i);
+            add(&mut force, -1.0, &self.gradients[i]);
+            let along = dot(&force, &tangent);
+            let share = if self.is_climbing(i) { 2.0 } else { 1.0 };
+            add(&mut force, -share * along, &tangent);
+        }
+        force
+    }
+
+    /// Whether a free image climbs: the highest, if it is higher than both its neighbours.
+    fn is_climbing(&self, i: usize) -> bool {
+        let energies = &self.path.energies;
+        self.climbs
+            && energies[i] > energies[i - 1]
+            && energies[i] > energies[i + 1]
+            && (energies.iter().zip(&self.pinned)).all(|(e, pin)| *pin || *e <= energies[i])
+    }
+
+    /// Adds the force of the springs on a free image that does not climb: along the path, and what double nudging leaves of
+    /// the rest. An image outside the domain follows its neighbours.
+    fn add_springs(&self, i: usize, force: &mut [f64]) {
+        let settings = &self.manner.band;
+        let spring = settings.spring * self.stiffness;
+        let [mut pull, behind] = self.neighbours(i);
+        // A segment is stretched when it is longer than its share; no spring is stiffer than between equal shares.
+        let least = self.shares[i].min(self.shares[i - 1]);
+        let [ahead_factor, behind_factor] = [i, i - 1].map(|k| least / self.shares[k]);
+        let stretch = norm(&pull) * ahead_factor - norm(&behind) * behind_factor;
+        scale(&mut pull, spring * ahead_factor);
+        add(&mut pull, -spring * behind_factor, &behind);
+        if !self.path.energies[i].is_finite() {
+            add(force, 1.0, &pull);
+            return;
+        }
+        let tangent = self.tangent(i);
+        if settings.doubly_nudged {
+            let along = dot(&pull, &tangent);
+            add(&mut pull, -along, &tangent);
+            let square = dot(force, force);
+            if square > 0.0 {
+                let working = dot(&pull, force) / square;
+                add(&mut pull, -working, force);
+            }
+            add(force, 1.0, &pull);
+        }
+        add(force, spring * stretch, &tangent);
+    }
+
+    fn advance(&mut self, mut forces: Vec<Vec<f64>>) {
+        let space = self.energy.space();
+        let banded = self.manner.method == PathMethod::Band;
+        let mut images = self.path.images.clone();
+        let mut step = vec![0.0; self.scales.len()];
+        for (i, image) in images.iter_mut().enumerate() {
+            if self.pinned[i] {
+                continue;
+            }
+            if banded && !self.is_climbing(i) {
+                self.add_springs(i, &mut forces[i]);
+            }
+            self.fire[i].advance(&times(&forces[i], &self.scales), &mut step);
+            let mut step = times(&step, &self.scales);
+            if banded {
+                let [ahead, behind] = self.neighbours(i);
+                let (length, most) = (norm(&step), STRIDE * norm(&ahead).min(norm(&behind)));
+                if length > most {
+                    scale(&mut step, most / length);
+                }
+            }
+            space.shift(image, &step);
+        }
+        if banded {
+            self.adapt_springs(&images);
+        } else {
+            self.even_out(&mut images);
+        }
+        for (i, image) in images.into_iter().enumerate() {
+            if self.pinned[i] {
+                continue;
+            }
+            let mut gradient = vec![0.0; self.scales.len()];
+            let local = self.local[i].as_deref().unwrap_or(self.energy);
+            let energy = local.evaluate_roughly_above(&image, &mut gradient, self.manner.ceiling);
+            if energy.is_finite() || !self.path.energies[i].is_finite() {
+                self.path.images[i] = image;
+                self.path.energies[i] = energy;
+                self.gradients[i] = gradient;
+            } else {
+                self.fire[i].refuse();
+            }
+        }
+        self.iterations += 1;
+    }
+
+    /// The stretches between pinned images, as the numbers of both ends.
+    fn stretches(&self) -> Vec<(usize, usize)> {
+        let pins: Vec<usize> = (0..self.pinned.len()).filter(|i| self.pinned[*i]).collect();
+        pins.windows(2).map(|ends| (ends[0], ends[1])).collect()
+    }
+
+    /// Whether the segments of a stretch differ much in length from their shares of it.
+    fn is_uneven(&self, images: &[Vec<f64>], (first, last): (usize, usize)) -> bool {
+        let space = self.energy.space();
+        let (mut shortest, mut longest) = (f64::INFINITY, 0.0_f64);
+        for i in first..last {
+            let length = near(space, &images[i], &images[i + 1]) / self.shares[i];
+            shortest = shortest.min(length);
+            longest = longest.max(length);
+        }
+        longest > UNEVEN * shortest
+    }
+
+    /// Makes the segments between two pinned images as long as their shares say, where they differ much.
+    fn even_out(&self, images: &mut [Vec<f64>]) {
+        for (first, last) in self.stretches() {
+            if self.is_uneven(images, (first, last)) {
+                let even = spread_by(
+                    self.energy.space(),
+                    &images[first..=last],
+                    &self.shares[first..last],
+                );
+                images[first + 1..last].clone_from_slice(&even[1..last - first]);
+            }
+        }
+    }
+
+    /// Stiffens the springs while images are spread unevenly, and softens them while they are not.
+    fn adapt_springs(&mut self, images: &[Vec<f64>]) {
+        if self.iterations % LOOK == LOOK - 1 {
+            let stretches = self.stretches();
+            let uneven = (stretches.into_iter()).any(|ends| self.is_uneven(images, ends));
+            self.stiffness *= if uneven { STIFFER } else { STIFFER.recip() };
+            self.stiffness = self.stiffness.clamp(STIFFEST.recip(), STIFFEST);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::energy::Counted;
+    use crate::energy::model::MullerBrown;
+
+    /// Müller and Brown's highest pass lies between these two minima.
+    const ENDS: [[f64; 2]; 2] = [[-0.558224, 1.441726], [-0.050011, 0.466694]];
+    const PASS: f64 = -40.664843508657;
+
+    fn images(energy: &dyn Energy, method: PathMethod, doubly_nudged: bool) -> Images<'_> {
+        let manner = Manner {
+            method,
+            band: BandSettings {
+                doubly_nudged,
+                ..BandSettings::for_scales(50.0, 1.0)
+            },
+            longest: 0.05,
+            ceiling: f64::INFINITY,
+        };
+        Images::new(energy, &ENDS.map(|end| end.to_vec()), 12, manner)
+    }
+
+    #[test]
+    fn strings_and_bands_come_to_rest_evenly_spread() {
+        let energy = MullerBrown::new();
+        for method in [PathMethod::String, PathMethod::Band] {
+            let mut images = images(&energy, method, false);
+            let force = images.relax(500, 2.0);
+            assert!(force <= 2.0, "{method:?}: {force}");
+            assert!(
+                !images.is_uneven(&images.path.images, (0, 12)),
+                "{method:?}"
+            );
+            // The true top may lie between two images.
+            let height = images.path.height();
+            assert!(
+                (PASS - 3.0..PASS + 0.1).contains(&height),
+                "{method:?}: {height}"
+            );
+        }
+    }
+
+    #[test]
+    fn the_top_of_a_band_climbs_to_the_pass() {
+        let energy = MullerBrown::new();
+        assert!(!images(&energy, PathMethod::String, false).climb());
+        for doubly_nudged in [false, true] {
+            let mut images = images(&energy, PathMethod::Band, doubly_nudged);
+            images.relax(60, 2.0);
+            assert!(images.climb());
+            images.relax(300, 0.1);
+            let height = images.path.height();
+            assert!((height - PASS).abs() < 1e-4, "{doubly_nudged}: {height}");
+            let top = images.path.top();
+            assert!(norm(&images.gradients[top]) < 0.5);
+        }
+    }
+
+    #[test]
+    fn splitting_keeps_what_is_known() {
+        let well = MullerBrown::new();
+        let energy = Counted::new(&well);
+        let mut images = images(&energy, PathMethod::String, false);
+        images.relax(20, 0.0);
+        let before = energy.evaluations();
+        let doubled = images.clone().doubled();
+        assert_eq!(energy.evaluations(), before + 12);
+        assert_eq!(doubled.path.images.len(), 25);
+        for (i, x) in images.path.images.iter().enumerate() {
+            assert_eq!(doubled.path.images[2 * i], *x);
+            assert_eq!(
+                doubled.path.energies[2 * i].to_bits(),
+                images.path.energies[i].to_bits()
+            );
+        }
+        assert!(images.inserted(f64::INFINITY).is_none());
+        // A cubic knows a smooth path to a hundredth of its barrier, and not to a billionth.
+        assert!(images.inserted(1.0).is_none());
+        assert!(images.inserted(1e-7).is_some());
+    }
+}

@@ -1,0 +1,612 @@
+//! Paths between two minima: strings and bands, both ways round, modulo the symmetry of an object, between close ridges,
+//! and where something speaks against them. No chains help unless a test says so.
+#![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
+
+use std::f64::consts::PI;
+
+use landscape::energy::Energy;
+use landscape::energy::model::{LennardJones, MullerBrown, Orientation, ThreeHole};
+use landscape::optimize::{QuenchSettings, quench};
+use landscape::sample::{Kernel, Law, Mala, Rng, State};
+use landscape::space::{
+    Euclidean, PoseMetric, PoseSpace, Rotation, Space, Symmetry, Torus, object_from_hand,
+    pose_coordinates,
+};
+use landscape::topography::{
+    AuditSettings, Connection, Connector, Effort, Evidence, MapSettings, Minimum, MinimumId, Pair,
+    PathMethod, Start, Verdict, audit,
+};
+use nalgebra::{Isometry3, Vector3};
+use serde_json::Value;
+
+fn reference(name: &str) -> Value {
+    let all: Value = serde_json::from_str(include_str!("reference/landscapes.json")).unwrap();
+    all[name].clone()
+}
+
+/// The minima below these points, lowest first.
+fn minima_below(energy: &dyn Energy, starts: &[Vec<f64>]) -> Vec<Minimum> {
+    let settings = QuenchSettings::default().with_gradient_tolerance(1e-9);
+    let mut minima: Vec<Minimum> = starts
+        .iter()
+        .map(|start| {
+            let found = quench(energy, start, &settings);
+            Minimum {
+                choice: energy.choice(&found.x),
+                coordinates: found.x,
+                energy: found.energy,
+                members: Vec::new(),
+            }
+        })
+        .collect();
+    minima.sort_by(|a, b| a.energy.total_cmp(&b.energy));
+    minima
+}
+
+/// Settings of paths from straight lines alone.
+fn straight_only(energy: f64, length: f64, method: PathMethod) -> MapSettings {
+    let mut settings = MapSettings::for_scales(energy, length);
+    settings.chain.attempts = 0;
+    settings.path.method = method;
+    settings
+}
+
+fn connect(
+    energy: &dyn Energy,
+    kernel: &dyn Kernel,
+    ends: (&Minimum, &Minimum),
+    settings: &MapSettings,
+) -> Connection {
+    let connector = Connector {
+        chain: &settings.chain,
+        path: &settings.path,
+        quench: &settings.quench,
+        sameness: &settings.sameness,
+    };
+    let effort = Effort {
+        attempt: 0,
+        seed: settings.seed,
+    };
+    let pair = Pair {
+        ids: (MinimumId(0), MinimumId(1)),
+        minima: ends,
+        effort,
+    };
+    connector.connect(energy, kernel, pair)
+}
+
+/// The path along the straight line of two minima.
+fn straight(energy: &dyn Energy, ends: (&Minimum, &Minimum), settings: &MapSettings) -> Connection {
+    connect(energy, &Mala::new(energy), ends, settings)
+}
+
+const METHODS: [PathMethod; 2] = [PathMethod::String, PathMethod::Band];
+
+/// A surface, its minima, and the scales of its paths.
+struct Case {
+    name: &'static str,
+    energy: Box<dyn Energy>,
+    minima: Vec<Minimum>,
+    scales: (f64, f64),
+    /// Energies of all its saddles.
+    saddles: Vec<f64>,
+}
+
+fn cases() -> Vec<Case> {
+    let plane = |name: &'static str, energy: Box<dyn Energy>, scales| {
+        let reference = reference(name);
+        let list = |kind: &str| reference[kind].as_array().unwrap().clone();
+        let place =
+            |point: &Value| -> Vec<f64> { serde_json::from_value(point["x"].clone()).unwrap() };
+        let starts: Vec<Vec<f64>> = list("minima").iter().map(place).collect();
+        let minima = minima_below(&*energy, &starts);
+        let saddles = list("saddles")
+            .iter()
+            .map(|p| p["energy"].as_f64().unwrap())
+            .collect();
+        Case {
+            name,
+            energy,
+            minima,
+            scales,
+            saddles,
+        }
+    };
+    let cluster = reference("LJ7");
+    let places: Vec<Vec<f64>> = serde_json::from_value(cluster["minima_coords"].clone()).unwrap();
+    let energy = LennardJones::new(7);
+    let seven = Case {
+        name: "LJ7",
+        minima: minima_below(&energy, &places),
+        energy: Box::new(energy),
+        scales: (1.0, 1.0),
+        saddles: (cluster["ts"].as_array().unwrap().iter())
+            .map(|ts| ts["energy"].as_f64().unwrap())
+            .collect(),
+    };
+    let weights = [3.0, 2.0, 1.5, 1.0];
+    let energy = Orientation::new(weights);
+    let axes: Vec<Vec<f64>> = (0..4)
+        .map(|k| (0..4).map(|j| f64::from(u8::from(j == k))).collect())
+        .collect();
+    let rotations = Case {
+        name: "rotations",
+        minima: minima_below(&energy, &axes),
+        energy: Box::new(energy),
+        scales: (0.5, 1.5),
+        saddles: (0..4)
+            .flat_map(|j| (0..j).map(move |i| -1.0 / (1.0 / weights[i] + 1.0 / weights[j])))
+            .collect(),
+    };
+    vec![
+        plane("muller_brown", Box::new(MullerBrown::new()), (50.0, 1.0)),
+        plane("three_hole", Box::new(ThreeHole::new()), (1.0, 1.0)),
+        seven,
+        rotations,
+    ]
+}
+
+/// Strings and bands reach the same saddles: heights agree to a millionth of the barriers, every one is a known saddle of
+/// index 1 on measuring again, and both descents end in the minima asked for.
+#[test]
+fn strings_and_bands_end_at_the_same_verified_saddles() {
+    let mut saddles = 0;
+    for case in cases() {
+        let (energy, scales) = (&*case.energy, case.scales);
+        for j in 1..case.minima.len() {
+            for i in 0..j {
+                let ends = (&case.minima[i], &case.minima[j]);
+                let found = METHODS.map(|method| {
+                    straight(energy, ends, &straight_only(scales.0, scales.1, method))
+                });
+                let [string, band] = found.each_ref().map(|c| (c.edge.height, c.edge.evidence));
+                println!(
+                    "{} {i}-{j}: string {string:?} in {}, band {band:?} in {}",
+                    case.name, found[0].evaluations, found[1].evaluations
+                );
+                assert!(
+                    (string.0 - band.0).abs() < 1e-6 * scales.0,
+                    "{} {i}-{j}: {string:?} {band:?}",
+                    case.name
+                );
+                for connection in &found {
+                    if connection.edge.evidence == Evidence::Saddle {
+                        saddles += 1;
+                        check_saddle(&case, ends, connection);
+                    }
+                }
+            }
+        }
+    }
+    assert!(saddles >= 2 * 12, "{saddles}");
+}
+
+fn check_saddle(case: &Case, ends: (&Minimum, &Minimum), connection: &Connection) {
+    let height = connection.edge.height;
+    let known = case.saddles.iter().any(|e| (e - height).abs() < 1e-5);
+    assert!(known, "{}: no saddle at {height}", case.name);
+    let path = &connection.path;
+    let top = path.top();
+    let audits = audit(
+        &*case.energy,
+        &[path.images[top].clone()],
+        1,
+        &AuditSettings {
+            gradient_tolerance: 1e-3,
+            ..AuditSettings::default()
+        },
+    );
+    assert_eq!(
+        audits[0].verdict,
+        Verdict::Sound,
+        "{}: {audits:?}",
+        case.name
+    );
+    // Descents of our own, from both sides of the top.
+    let space = case.energy.space();
+    for (side, end) in [(top - 1, ends.0), (top + 1, ends.1)] {
+        let below = quench(
+            &*case.energy,
+            &path.images[side],
+            &QuenchSettings::default(),
+        );
+        let apart = space.distance(&below.x, &end.coordinates);
+        assert!(apart < 1e-3, "{}: {apart}", case.name);
+    }
+}
+
+#[test]
+fn double_nudging_changes_no_saddle() {
+    let case = &cases()[0];
+    let ends = (&case.minima[1], &case.minima[2]);
+    let mut settings = straight_only(50.0, 1.0, PathMethod::Band);
+    settings.path.band.doubly_nudged = true;
+    let found = straight(&*case.energy, ends, &settings);
+    assert_eq!(found.edge.evidence, Evidence::Saddle);
+    assert!((found.edge.height + 72.248940112325).abs() < 1e-6);
+}
+
+/// −Σ cᵢ qᵢ⁴ + b w³x³: minima w and x are half a turn about x apart, and the term makes one of the two ways round lower,
+/// without moving them. With equal weights c its top lies at 45°, at −c/2 − |b|/8; the other at −c/2 + |b|/8.
+struct Turn {
+    even: Orientation,
+    twist: f64,
+}
+
+impl Energy for Turn {
+    fn space(&self) -> &dyn Space {
+        self.even.space()
+    }
+
+    fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64 {
+        let even = self.even.evaluate(x, gradient);
+        let norm = x.iter().map(|q| q * q).sum::<f64>().sqrt();
+        let [w, i, j, k] = [0, 1, 2, 3].map(|n| x[n] / norm);
+        // dq = ½ q ∘ (0, u) for a turn u in the body's frame.
+        let slope = [3.0 * w * w * i * i * i, 3.0 * w * w * w * i * i];
+        for (g, turn) in gradient.iter_mut().zip([[-i, w], [-j, -k], [-k, j]]) {
+            *g += 0.5 * self.twist * (slope[0] * turn[0] + slope[1] * turn[1]);
+        }
+        even + self.twist * w * w * w * i * i * i
+    }
+}
+
+#[test]
+fn half_turns_go_the_lower_way_round() {
+    for twist in [-0.8, 0.8] {
+        let energy = Turn {
+            even: Orientation::new([2.0, 2.0, 1.0, 1.0]),
+            twist,
+        };
+        let mut gradient = [0.0; 3];
+        let x = [0.6, 0.5, 0.4, -0.48];
+        energy.evaluate(&x, &mut gradient);
+        for (n, g) in gradient.iter().enumerate() {
+            let at = |h: f64| {
+                let (mut x, mut step) = (x, [0.0; 3]);
+                step[n] = h;
+                energy.space().shift(&mut x, &step);
+                energy.evaluate(&x, &mut [0.0; 3])
+            };
+            assert!(((at(1e-5) - at(-1e-5)) / 2e-5 - g).abs() < 1e-8);
+        }
+        let corners = [vec![1.0, 0.0, 0.0, 0.0], vec![0.0, 1.0, 0.0, 0.0]];
+        let minima = minima_below(&energy, &corners);
+        for method in METHODS {
+            let mut settings = straight_only(1.0, 1.5, method);
+            let ends = (&minima[0], &minima[1]);
+            let found = straight(&energy, ends, &settings);
+            assert_eq!(found.edge.evidence, Evidence::Saddle);
+            assert!(
+                (found.edge.height + 1.1).abs() < 1e-6,
+                "{}",
+                found.edge.height
+            );
+            // One way alone is the higher one for one of the two twists.
+            settings.path.detour = 0.0;
+            let alone = straight(&energy, ends, &settings);
+            let lower = found.start == Some(Start::Straight);
+            let expected = if lower { -1.1 } else { -0.9 };
+            assert!(
+                (alone.edge.height - expected).abs() < 1e-6,
+                "{}",
+                alone.edge.height
+            );
+        }
+    }
+}
+
+#[test]
+fn both_ways_round_are_lower_for_one_twist_each() {
+    let starts: Vec<Option<Start>> = [-0.8, 0.8]
+        .iter()
+        .map(|twist| {
+            let energy = Turn {
+                even: Orientation::new([2.0, 2.0, 1.0, 1.0]),
+                twist: *twist,
+            };
+            let corners = [vec![1.0, 0.0, 0.0, 0.0], vec![0.0, 1.0, 0.0, 0.0]];
+            let minima = minima_below(&energy, &corners);
+            let settings = straight_only(1.0, 1.5, PathMethod::String);
+            straight(&energy, (&minima[0], &minima[1]), &settings).start
+        })
+        .collect();
+    assert_eq!(starts.len(), 2);
+    assert!(starts.contains(&Some(Start::Straight)));
+    assert!(starts.contains(&Some(Start::Round)));
+}
+
+/// −Σ exp(−d²/2w²) over some centres: the same for all copies of a pose that the space takes for one.
+struct Wells<S> {
+    space: S,
+    centres: Vec<Vec<f64>>,
+    width: f64,
+}
+
+impl<S: Space> Energy for Wells<S> {
+    fn space(&self) -> &dyn Space {
+        &self.space
+    }
+
+    fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64 {
+        gradient.fill(0.0);
+        let mut toward = vec![0.0; gradient.len()];
+        let mut energy = 0.0;
+        for centre in &self.centres {
+            let distance = self.space.toward(x, centre, &mut toward);
+            let square = self.width * self.width;
+            let depth = (-0.5 * distance * distance / square).exp();
+            energy -= depth;
+            for (g, t) in gradient.iter_mut().zip(&toward) {
+                *g -= depth * t / square;
+            }
+        }
+        energy
+    }
+}
+
+/// Two wells apart by `step`, the second given as another copy of itself: the path is as long and as high as between the
+/// nearest copies.
+fn check_symmetry(symmetry: Symmetry, motion: &Isometry3<f64>) {
+    let metric = PoseMetric {
+        centroid: Vector3::new(0.01, -0.02, 0.07),
+        radius_of_gyration_m: 0.05,
+        joint_levers_m: vec![0.02],
+        joint_reaches_m: vec![0.05],
+        rotation_reach_m: 0.08,
+        wraps: vec![false],
+    };
+    let space = PoseSpace::new(metric.clone(), symmetry);
+    let hand = Isometry3::new(
+        Vector3::new(0.08, 0.01, -0.03),
+        Vector3::new(0.4, -0.2, 0.9),
+    );
+    let a = pose_coordinates(&hand, &[0.3]);
+    let mut near = a.clone();
+    space.shift(&mut near, &[0.002, 0.011, 0.016, 0.015, -0.01, 0.006, 0.01]);
+    let far = pose_coordinates(&(motion * object_from_hand(&near)), &near[7..]);
+    let distance = space.distance(&a, &near);
+    assert!((space.distance(&a, &far) - distance).abs() < 1e-12);
+    let plain = PoseSpace::new(metric, Symmetry::None);
+    assert!(plain.distance(&a, &far) > 2.0 * distance);
+    let energy = Wells {
+        space,
+        centres: vec![a.clone(), far.clone()],
+        width: distance / 3.0,
+    };
+    let minima = minima_below(&energy, &[a, far]);
+    let height = -2.0 * (-9.0_f64 / 8.0).exp();
+    for method in METHODS {
+        let found = straight(
+            &energy,
+            (&minima[0], &minima[1]),
+            &straight_only(0.3, distance, method),
+        );
+        assert_eq!(found.edge.evidence, Evidence::Saddle);
+        assert!(
+            (found.edge.height - height).abs() < 1e-3,
+            "{}",
+            found.edge.height
+        );
+        let stretch = found.edge.length / distance;
+        // Descents do not go quite straight.
+        assert!((0.95..1.05).contains(&stretch), "{stretch}");
+    }
+}
+
+#[test]
+fn copies_of_a_solid_of_revolution_are_aligned() {
+    let (point, direction) = (
+        Vector3::new(0.02, -0.01, 0.05),
+        Vector3::new(0.1, -0.3, 1.0),
+    );
+    let turn = nalgebra::UnitQuaternion::from_scaled_axis(direction.normalize() * 2.0);
+    let motion = Isometry3::from_parts((point - turn * point).into(), turn);
+    check_symmetry(Symmetry::Axis { point, direction }, &motion);
+}
+
+#[test]
+fn copies_on_a_ball_are_aligned() {
+    let centre = Vector3::new(0.02, -0.01, 0.05);
+    let turn = nalgebra::UnitQuaternion::from_scaled_axis(Vector3::new(1.0, -2.0, 0.7));
+    let motion = Isometry3::from_parts((centre - turn * centre).into(), turn);
+    check_symmetry(Symmetry::Sphere { centre }, &motion);
+}
+
+#[test]
+fn copies_on_a_box_are_aligned() {
+    let half_turns: Vec<Isometry3<f64>> = [Vector3::x(), Vector3::y(), Vector3::z()]
+        .map(|axis| Isometry3::rotation(axis * PI))
+        .to_vec();
+    let motion = half_turns[1];
+    check_symmetry(Symmetry::Finite(half_turns), &motion);
+}
+
+/// (x² − 1)² + 3 y² and a ridge across, so narrow that it fits between two images.
+struct Ridge(Euclidean);
+
+impl Energy for Ridge {
+    fn space(&self) -> &dyn Space {
+        &self.0
+    }
+
+    fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64 {
+        let (well, off) = (x[0] * x[0] - 1.0, (x[0] - 0.375) / 0.016);
+        let ridge = (-0.5 * off * off).exp();
+        gradient[0] = 4.0 * x[0] * well - ridge * off / 0.016;
+        gradient[1] = 6.0 * x[1];
+        well * well + 3.0 * x[1] * x[1] + ridge
+    }
+}
+
+#[test]
+fn a_ridge_between_two_images_is_seen() {
+    let energy = Ridge(Euclidean::new(2));
+    let minima = minima_below(&energy, &[vec![-1.0, 0.0], vec![1.0, 0.0]]);
+    // The top of the ridge, by bisection of the slope.
+    let (mut low, mut high) = (0.36, 0.39);
+    for _ in 0..60 {
+        let middle = f64::midpoint(low, high);
+        let mut gradient = [0.0; 2];
+        energy.evaluate(&[middle, 0.0], &mut gradient);
+        *(if gradient[0] > 0.0 {
+            &mut low
+        } else {
+            &mut high
+        }) = middle;
+    }
+    let height = energy.evaluate(&[low, 0.0], &mut [0.0; 2]);
+    for method in METHODS {
+        let mut settings = straight_only(1.0, 2.0, method);
+        let ends = (&minima[0], &minima[1]);
+        let found = straight(&energy, ends, &settings);
+        assert!(
+            (found.edge.height - height).abs() < 1e-6,
+            "{}",
+            found.edge.height
+        );
+        assert!(found.edge.evidence <= Evidence::Path);
+        // Or the test would say nothing.
+        settings.path.insertions = 0;
+        let blind = straight(&energy, ends, &settings).edge.height;
+        assert!(blind < height - 0.3, "{blind}");
+    }
+}
+
+/// 5 (r² − 1)² + (y + 0.3)²: two minima on a ring, with a low way below and a high way above. Below −0.6 it objects.
+struct Ring(Euclidean);
+
+impl Ring {
+    fn parts(x: &[f64]) -> [f64; 2] {
+        let off = x[0] * x[0] + x[1] * x[1] - 1.0;
+        [5.0 * off * off, (x[1] + 0.3) * (x[1] + 0.3)]
+    }
+}
+
+impl Energy for Ring {
+    fn space(&self) -> &dyn Space {
+        &self.0
+    }
+
+    fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64 {
+        let off = x[0] * x[0] + x[1] * x[1] - 1.0;
+        gradient[0] = 20.0 * off * x[0];
+        gradient[1] = 20.0 * off * x[1] + 2.0 * (x[1] + 0.3);
+        Self::parts(x).iter().sum()
+    }
+
+    fn terms(&self, x: &[f64]) -> Vec<(String, f64)> {
+        let names = ["ring", "height"].map(str::to_owned);
+        names.into_iter().zip(Self::parts(x)).collect()
+    }
+
+    fn objection(&self, x: &[f64]) -> Option<String> {
+        (x[1] < -0.6).then(|| "through the object".to_owned())
+    }
+}
+
+/// Leads every chain over the top of the ring.
+struct Guide<'a>(&'a Ring);
+
+impl Kernel for Guide<'_> {
+    fn space(&self) -> &dyn Space {
+        self.0.space()
+    }
+
+    fn start(&self, x: &[f64]) -> State {
+        let mut gradient = vec![0.0; 2];
+        State {
+            coordinates: x.to_vec(),
+            discrete: Vec::new(),
+            energy: self.0.evaluate(x, &mut gradient),
+            gradient,
+        }
+    }
+
+    fn propose(
+        &self,
+        state: &State,
+        law: &Law<'_>,
+        _: f64,
+        _: &mut Rng,
+        proposal: &mut State,
+    ) -> f64 {
+        let target = law.attraction.as_ref().unwrap().target;
+        let x = &state.coordinates;
+        let turn = if target[0] > 0.0 { -0.05 } else { 0.05 };
+        let angle = x[1].atan2(x[0]) + turn;
+        *proposal = self.start(&[angle.cos(), angle.sin()]);
+        f64::INFINITY
+    }
+}
+
+#[test]
+fn what_passes_through_the_object_is_restarted_from_a_chain_or_marked() {
+    let energy = Ring(Euclidean::new(2));
+    let minima = minima_below(&energy, &[vec![-0.9, -0.3], vec![0.9, -0.3]]);
+    let ends = (&minima[0], &minima[1]);
+    for method in METHODS {
+        let mut settings = straight_only(1.0, 2.0, method);
+        let threaded = straight(&energy, ends, &settings);
+        assert_eq!(threaded.edge.evidence, Evidence::Chain);
+        assert_eq!(threaded.objection.as_deref(), Some("through the object"));
+        assert!(threaded.edge.height < 0.6);
+        settings.chain.attempts = 1;
+        let around = connect(&energy, &Guide(&energy), ends, &settings);
+        assert!(matches!(around.start, Some(Start::Chain { .. })));
+        assert_eq!(around.objection, None);
+        assert_eq!(around.edge.evidence, Evidence::Saddle);
+        assert!(around.edge.height > 1.5 && around.edge.height < 1.7);
+        assert_eq!(around.edge.term.as_deref(), Some("height"));
+    }
+}
+
+/// A wave on one angle whose lower top lies on the far side.
+struct Wave(Torus);
+
+impl Energy for Wave {
+    fn space(&self) -> &dyn Space {
+        &self.0
+    }
+
+    /// −cos 2θ + ½ sin θ.
+    fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64 {
+        gradient[0] = 2.0 * (2.0 * x[0]).sin() + 0.5 * x[0].cos();
+        -(2.0 * x[0]).cos() + 0.5 * x[0].sin()
+    }
+}
+
+#[test]
+fn angles_go_the_lower_way_round() {
+    let energy = Wave(Torus::new(1));
+    let minima = minima_below(&energy, &[vec![0.0], vec![3.1]]);
+    let settings = straight_only(1.0, 2.0, PathMethod::String);
+    for ends in [(&minima[0], &minima[1]), (&minima[1], &minima[0])] {
+        let found = straight(&energy, ends, &settings);
+        // 1 − ½ at −π/2; 1 + ½ at π/2.
+        assert!(
+            (found.edge.height - 0.5).abs() < 1e-6,
+            "{}",
+            found.edge.height
+        );
+    }
+}
+
+#[test]
+fn rotations_are_met_by_their_nearest_way_alone_where_it_is_much_shorter() {
+    // A quarter turn: the other way is three times as long.
+    let energy = Wells {
+        space: Rotation::new(1.0),
+        centres: vec![
+            vec![1.0, 0.0, 0.0, 0.0],
+            vec![0.5_f64.sqrt(), 0.5_f64.sqrt(), 0.0, 0.0],
+        ],
+        width: PI / 6.0,
+    };
+    let minima = minima_below(&energy, &energy.centres);
+    let settings = straight_only(0.3, PI / 2.0, PathMethod::String);
+    let found = straight(&energy, (&minima[0], &minima[1]), &settings);
+    assert_eq!(found.start, Some(Start::Straight));
+    assert_eq!(found.edge.evidence, Evidence::Saddle);
+    assert!((found.edge.length - PI / 2.0).abs() < 0.05);
+}
