@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use landscape::figure::{Scene, contact_sheet};
-use landscape::grasp::hand::Hand;
+use landscape::grasp::hand::{Hand, HandFiles};
 use landscape::grasp::object::{Mesh, Object};
 use landscape::store::{Grasp, GraspFile, Overrides};
 use nalgebra::Vector3;
@@ -24,13 +24,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .hands
         .first()
         .ok_or("the file describes no hand")?;
-    let [urdf, side @ ..] = description.description.as_slice() else {
-        return Err("the file holds no description of the hand".into());
-    };
-    let hand = Arc::new(Hand::from_urdf(
-        &urdf.text,
-        side.first().map(|f| f.text.as_str()),
-    )?);
+    let texts = description.description.iter();
+    let files = HandFiles::of_texts(texts.map(|file| [file.name.as_str(), file.text.as_str()]));
+    let hand = Arc::new(Hand::from_files(&files)?);
     let object = file
         .metadata
         .objects

@@ -67,6 +67,8 @@ pub(super) enum Command {
     /// Judge the grasps of a file, or bare contacts
     #[command(after_help = INSPECT_EXAMPLES)]
     Inspect(Inspect),
+    /// List the hands that come with the program, or show what is derived of one of your own
+    Hands(Hands),
     /// List the objects that come with the program, or make one of a neural network
     Objects(Objects),
     /// Map a surface: a named model, or an energy of your own
@@ -105,6 +107,13 @@ Examples:
 
 An interrupted run continues where it stopped when the same command is given again; with --resume it must, with --fresh
 it begins anew. The result is the same to the last byte.";
+
+const HANDS_EXAMPLES: &str = "\
+Examples:
+  landscape hands inspect human                            human.json and human.png
+  landscape hands inspect my_hand.xml                      my_hand.json: edit it beside my_hand.xml
+  landscape synth --hand my_hand.xml --object mug          grasps of that hand
+  landscape synth --hand my_hand.xml --mirror --object mug and of its mirror image";
 
 const BUILD_EXAMPLES: &str = "\
 Examples:
@@ -218,9 +227,12 @@ min.data and ts.data in PATHSAMPLE's columns.";
 /// Synthesize grasps.
 #[derive(Debug, Args)]
 pub(super) struct Synth {
-    /// The hand: `human` (unless told otherwise), or a URDF file.
+    /// The hand: a name of one that comes with the program (`human` unless told otherwise), or a URDF or MJCF file.
     #[arg(long, value_name = "NAME|FILE")]
     pub(super) hand: Option<String>,
+    /// The hand's mirror image instead: a left hand of a right one.
+    #[arg(long, conflicts_with = "from")]
+    pub(super) mirror: bool,
     /// The object: a name of one that comes with the program, or an OBJ or STL file in metres.
     #[arg(long, value_name = "NAME|FILE", required_unless_present = "from")]
     pub(super) object: Option<String>,
@@ -351,6 +363,43 @@ pub(super) struct Inspect {
     /// The object, for a file that does not describe it.
     #[arg(long, value_name = "NAME|FILE")]
     pub(super) object: Option<String>,
+}
+
+/// Hands.
+#[derive(Debug, Args)]
+pub(super) struct Hands {
+    #[command(subcommand)]
+    pub(super) command: HandsCommand,
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum HandsCommand {
+    /// List the hands that come with the program
+    List,
+    /// Show what is derived of a hand (table, picture), and write a side file in which any of it can be changed
+    #[command(after_help = HANDS_EXAMPLES)]
+    Inspect(HandsInspect),
+}
+
+/// What is derived of a hand.
+#[derive(Debug, Args)]
+pub(super) struct HandsInspect {
+    /// The hand: a name of one that comes with the program, or a URDF or MJCF file.
+    #[arg(value_name = "NAME|FILE")]
+    pub(super) hand: String,
+    /// Its mirror image instead.
+    #[arg(long)]
+    pub(super) mirror: bool,
+    /// The side file to write (.json); by default in the current folder, named after the hand. One beside the
+    /// description, of the same name, is read with it.
+    #[arg(long, value_name = "FILE")]
+    pub(super) side_file: Option<PathBuf>,
+    /// The picture to write (.png); by default in the current folder, named after the hand.
+    #[arg(long, value_name = "FILE")]
+    pub(super) picture: Option<PathBuf>,
+    /// Overwrite a side file that exists.
+    #[arg(long)]
+    pub(super) force: bool,
 }
 
 /// Objects.

@@ -15,7 +15,9 @@ pub(super) fn read(
     object: Option<&str>,
 ) -> anyhow::Result<(GraspFile, Vec<String>)> {
     let overrides = Overrides {
-        hand: hand.map(models::hand_metadata).transpose()?,
+        hand: hand
+            .map(|hand| models::hand_metadata(hand, false))
+            .transpose()?,
         object: match object {
             Some(flag) => Some(models::object_metadata(flag)?.1),
             None => None,

@@ -16,6 +16,7 @@ mod draw;
 mod drawing;
 mod experiment;
 mod grasp_map;
+mod hands;
 mod import;
 mod input;
 mod inspect;
@@ -50,6 +51,7 @@ pub fn run() -> ExitCode {
             Command::Synth(command) => synth::run(command, &arguments.common),
             Command::Build(command) => build::run(command, &arguments.common),
             Command::Inspect(command) => inspect::run(command, &arguments.common),
+            Command::Hands(command) => hands::run(&command.command, &arguments.common),
             Command::Objects(command) => objects::run(&command.command, &arguments.common),
             Command::Surface(command) => surface::run(command, &arguments.common),
             Command::Draw(command) => draw::run(command, &arguments.common),

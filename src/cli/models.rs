@@ -5,56 +5,55 @@ use std::sync::Arc;
 
 use anyhow::Context;
 
-use crate::grasp::hand::Hand;
+use crate::grasp::hand::{HAND_NAMES, Hand, HandFiles};
 use crate::grasp::object::{Description, Mesh, OBJECT_NAMES, Object};
 use crate::store::{HandMetadata, ObjectMetadata, TextFile, content_hash};
 
-/// The hand that a flag names: one that comes with the program, or a URDF file (with a JSON side file of the same stem,
-/// if there is one).
-pub(super) fn hand_metadata(flag: &str) -> anyhow::Result<HandMetadata> {
-    let mut files = Vec::new();
-    let name;
-    if flag == "human" {
-        name = flag.to_owned();
-        let [urdf, side] = Hand::human_description();
-        files.push(text_file("human.urdf", urdf));
-        files.push(text_file("human.json", side));
+/// The files of the hand that a flag names: one that comes with the program, or a URDF or MJCF file with a JSON side file
+/// of the same stem, if there is one.
+pub(super) fn hand_files(flag: &str, mirror: bool) -> anyhow::Result<HandFiles> {
+    let files = if HAND_NAMES.contains(&flag) {
+        HandFiles::named(flag)?
     } else {
-        let path = Path::new(flag);
-        let read = |path: &Path| {
-            std::fs::read_to_string(path)
-                .with_context(|| format!("--hand {flag}: cannot read {}", path.display()))
-        };
         anyhow::ensure!(
-            path.exists(),
-            "--hand {flag}: neither a file nor a hand that comes with the program (human)"
+            Path::new(flag).exists(),
+            "--hand {flag}: neither a file nor a hand that comes with the program ({})",
+            HAND_NAMES.join(", ")
         );
-        let file_name = |path: &Path| {
-            path.file_name()
-                .unwrap_or_default()
-                .to_string_lossy()
-                .into_owned()
-        };
-        name = path
-            .file_stem()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .into_owned();
-        files.push(text_file(&file_name(path), &read(path)?));
-        let side = path.with_extension("json");
-        if side.exists() {
-            files.push(text_file(&file_name(&side), &read(&side)?));
-        }
+        HandFiles::load(Path::new(flag)).with_context(|| format!("--hand {flag}"))?
+    };
+    if mirror {
+        return files.mirrored().with_context(|| format!("--hand {flag}"));
+    }
+    Ok(files)
+}
+
+/// The hand that a flag names, with what a file must say about it.
+pub(super) fn hand_metadata(flag: &str, mirror: bool) -> anyhow::Result<HandMetadata> {
+    let files = hand_files(flag, mirror)?;
+    let texts: Vec<&[u8]> = files
+        .files
+        .iter()
+        .map(|file| file.text.as_bytes())
+        .collect();
+    let mut name = if HAND_NAMES.contains(&flag) {
+        flag.to_owned()
+    } else {
+        let stem = Path::new(flag).file_stem().unwrap_or_default();
+        stem.to_string_lossy().into_owned()
+    };
+    if mirror {
+        name += "_mirrored";
     }
     let mut metadata = HandMetadata {
         name,
-        content_hash: content_hash(
-            &files
-                .iter()
-                .map(|file| file.text.as_bytes())
-                .collect::<Vec<_>>(),
-        ),
-        description: files,
+        content_hash: content_hash(&texts),
+        description: (files.files.iter())
+            .map(|file| TextFile {
+                name: file.name.clone(),
+                text: file.text.clone(),
+            })
+            .collect(),
         ..HandMetadata::default()
     };
     let hand = hand(&metadata)?;
@@ -64,23 +63,17 @@ pub(super) fn hand_metadata(flag: &str) -> anyhow::Result<HandMetadata> {
     Ok(metadata)
 }
 
-fn text_file(name: &str, text: &str) -> TextFile {
-    TextFile {
-        name: name.to_owned(),
-        text: text.to_owned(),
-    }
-}
-
 /// Builds the hand that metadata describe.
 pub(super) fn hand(metadata: &HandMetadata) -> anyhow::Result<Arc<Hand>> {
-    let [urdf, rest @ ..] = metadata.description.as_slice() else {
+    let Some(main) = metadata.description.first() else {
         anyhow::bail!(
             "the file does not describe hand `{}`: name it with --hand",
             metadata.name
         );
     };
-    let side = rest.first().map(|file| file.text.as_str());
-    let hand = Hand::from_urdf(&urdf.text, side).with_context(|| format!("hand {}", urdf.name))?;
+    let texts = metadata.description.iter();
+    let files = HandFiles::of_texts(texts.map(|file| [file.name.as_str(), file.text.as_str()]));
+    let hand = Hand::from_files(&files).with_context(|| format!("hand {}", main.name))?;
     Ok(Arc::new(hand))
 }
 

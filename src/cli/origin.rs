@@ -29,7 +29,10 @@ impl Origin {
         let object = object.context("--object: the object to be grasped must be named")?;
         let (object, object_metadata) = models::object_metadata(object)?;
         Ok(Self {
-            hand: models::hand_metadata(command.hand.as_deref().unwrap_or("human"))?,
+            hand: models::hand_metadata(
+                command.hand.as_deref().unwrap_or("human"),
+                command.mirror,
+            )?,
             object,
             object_metadata,
             scale: 1.0,

@@ -208,7 +208,8 @@ fn beginning(command: &Synth) -> String {
     };
     let hand = command.hand.clone();
     let default = command.from.is_none().then(|| "human".to_owned());
-    add("hand", hand.or(default));
+    let mirror = if command.mirror { " --mirror" } else { "" };
+    add("hand", hand.or(default).map(|hand| hand + mirror));
     add("object", command.object.clone());
     let from = command.from.as_ref();
     add("from", from.map(|path| path.display().to_string()));

@@ -11,8 +11,6 @@ use crate::space::pose_coordinates;
 
 /// Distance of the palm from the surface point it faces, metres.
 const GAP_M: std::ops::Range<f64> = 0.002..0.040;
-/// How far beyond the palm's centre, toward the fingers, that surface point lies, metres.
-const DISTAL_M: f64 = 0.035;
 /// Standard deviation of the palm's tilt, radians.
 const TILT_RAD: f64 = 0.35;
 /// Standard deviation of a joint about its rest angle, as a share of its range.
@@ -59,7 +57,7 @@ fn draw(hand: &Hand, rng: &mut Rng, faced: impl FnOnce(&mut Rng) -> SurfaceSampl
     let rotation = UnitQuaternion::from_rotation_matrix(
         &(object_from_surface * tilted * hand_from_palm.inverse()),
     );
-    let facing = hand.palm.centre + hand.palm.distal * DISTAL_M;
+    let facing = hand.palm.centre + hand.palm.distal * hand.palm.faced_m;
     let translation = faced.point + outward.into_inner() * gap_m - rotation * facing;
     pose_coordinates(
         &Isometry3::from_parts(translation.into(), rotation),

@@ -30,8 +30,8 @@ impl Candidates {
     /// For each surface point of `hand`, whether it is one.
     pub fn of(self, hand: &Hand) -> Vec<bool> {
         let is_candidate = |point| match self {
-            Self::All => true,
-            Self::Fingertips => hand.is_fingertip(point),
+            Self::All => hand.may_touch(point),
+            Self::Fingertips => hand.may_touch(point) && hand.is_fingertip(point),
         };
         hand.surface.iter().map(is_candidate).collect()
     }

@@ -4,6 +4,31 @@
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum HandError {
+    /// A file that cannot be read.
+    #[error("cannot read {}: {problem}", path.display())]
+    File {
+        /// The file.
+        path: std::path::PathBuf,
+        /// What is wrong.
+        problem: String,
+    },
+    /// No description at all.
+    #[error("there is no description of a hand")]
+    NoDescription,
+    /// An element of an MJCF document.
+    #[error("{place}: {problem}")]
+    Mjcf {
+        /// Element, file and line.
+        place: String,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// No hand of that name comes with the program.
+    #[error("there is no hand \"{name}\" ({})", super::HAND_NAMES.join(", "))]
+    NoSuchHand {
+        /// The name.
+        name: String,
+    },
     /// The description is not a URDF document.
     #[error("the URDF cannot be read: {0}")]
     Urdf(#[from] urdf_rs::UrdfError),
@@ -50,9 +75,9 @@ pub enum HandError {
         /// One of the links.
         link: String,
     },
-    /// A joint that is neither revolute nor fixed.
+    /// A joint of a kind that is not handled.
     #[error(
-        "joint \"{joint}\" is {kind}; only revolute, continuous and fixed joints without mimic are handled"
+        "joint \"{joint}\" is {kind}; only revolute, continuous, prismatic and fixed joints are handled"
     )]
     UnsupportedJoint {
         /// The joint.
@@ -60,8 +85,20 @@ pub enum HandError {
         /// Its type.
         kind: &'static str,
     },
+    /// Joints that follow each other.
+    #[error("joint \"{joint}\" follows others in a circle")]
+    Circle {
+        /// One of them.
+        joint: String,
+    },
+    /// A slide without limits.
+    #[error("joint \"{joint}\" slides without limits: give it a range")]
+    Endless {
+        /// The joint.
+        joint: String,
+    },
     /// Limits that leave no range.
-    #[error("joint \"{joint}\" may move from {lower} to {upper} rad: that is no range")]
+    #[error("joint \"{joint}\" may move from {lower} to {upper}: that is no range")]
     EmptyRange {
         /// The joint.
         joint: String,
@@ -79,15 +116,15 @@ pub enum HandError {
     /// Nothing moves.
     #[error("the description has no movable joint")]
     NoJoints,
-    /// Geometry of a kind that is not handled.
+    /// A mesh that cannot be read.
     #[error(
-        "link \"{link}\" is the mesh {file}; give it capsules in the side file (\"capsules\": {{\"{link}\": …}})"
+        "link \"{link}\", {problem} (or give it capsules in the side file: \"capsules\": {{\"{link}\": …}})"
     )]
     Mesh {
         /// The link.
         link: String,
-        /// The mesh file.
-        file: String,
+        /// The mesh and what is wrong with it.
+        problem: String,
     },
     /// A size that is not a positive length.
     #[error("link \"{link}\" has geometry of size {size} m")]
@@ -111,6 +148,24 @@ pub enum HandError {
     Degenerate {
         /// Where.
         place: &'static str,
+    },
+    /// An angle for a slide or a length for a hinge.
+    #[error(
+        "{place} names joint \"{joint}\", whose unit it is not: degrees are for hinges, millimetres for slides"
+    )]
+    Unit {
+        /// Where.
+        place: String,
+        /// The joint.
+        joint: String,
+    },
+    /// A number that has to be positive.
+    #[error("{what} is {value}: a positive number is needed")]
+    NotPositive {
+        /// What.
+        what: String,
+        /// The number.
+        value: f64,
     },
     /// Shares of variance that make no covariance.
     #[error("{what} is {value}: shares of variance are positive and at most 1")]

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Unit, Vector3};
 
-use super::{Frame, Hand, PosedHand, Wrench};
+use super::{Frame, Hand, JointKind, PosedHand, Wrench};
 use crate::space::PoseMetric;
 
 impl Hand {
@@ -51,8 +51,16 @@ impl Hand {
                 None => base_frame(x),
             };
             let mut frame = parent.compose(&link.parent_from_link);
-            if let Some(j) = link.joint {
-                frame.rotation *= rotation_about(&self.joints[j].axis, x[7 + j]);
+            if let Some(motion) = &link.motion {
+                let displacement = motion.ratio * x[7 + motion.joint] + motion.offset;
+                match motion.kind {
+                    JointKind::Hinge => {
+                        frame.rotation *= rotation_about(&motion.axis, displacement);
+                    }
+                    JointKind::Slide => {
+                        frame.translation += frame.rotation * (motion.axis * displacement);
+                    }
+                }
             }
             posed.object_from_link[l] = frame;
         }
@@ -90,7 +98,7 @@ impl Hand {
     /// ```
     ///
     /// `wrenches`: one [`Wrench`] a link, object frame; `joint_gradient`: hⱼ, what acts on the angles directly;
-    /// `aⱼ`, `oⱼ`: axis and origin of joint j; `c`: the metric's centroid, posed; `r`, `ℓⱼ`: radius of gyration and
+    /// `aⱼ`, `oⱼ`: axis and origin of joint j (aⱼ·Fⱼ of a slide; joints that follow j add their share); `c`: the metric's centroid, posed; `r`, `ℓⱼ`: radius of gyration and
     /// levers of `metric`. `posed` must be the hand at the point whose tangent is asked for.
     ///
     /// # Panics
@@ -124,13 +132,22 @@ impl Hand {
         gradient[..3].copy_from_slice(total.force.as_slice());
         gradient[3..6].copy_from_slice((moment / metric.radius_of_gyration_m).as_slice());
 
-        for (j, joint) in self.joints.iter().enumerate() {
-            let first = joint.link.0;
+        gradient[6..].fill(0.0);
+        for (first, link) in self.links.iter().enumerate() {
+            let Some(motion) = &link.motion else { continue };
             let moved = sum(&wrenches[first..self.subtree_ends[first]]);
             let frame = &posed.object_from_link[first];
-            let axis = frame.direction(&joint.axis);
-            let torque = axis.dot(&(moved.moment - frame.translation.cross(&moved.force)));
-            gradient[6 + j] = (torque + joint_gradient[j]) / metric.joint_levers_m[j];
+            let axis = frame.direction(&motion.axis);
+            let work = match motion.kind {
+                JointKind::Hinge => {
+                    axis.dot(&(moved.moment - frame.translation.cross(&moved.force)))
+                }
+                JointKind::Slide => axis.dot(&moved.force),
+            };
+            gradient[6 + motion.joint] += motion.ratio * work;
+        }
+        for (j, slope) in gradient[6..].iter_mut().enumerate() {
+            *slope = (*slope + joint_gradient[j]) / metric.joint_levers_m[j];
         }
     }
 }
@@ -205,7 +222,13 @@ mod tests {
     /// pose space, at a pose far from rest.
     #[test]
     fn pull_back_is_the_gradient_along_the_tangents() {
-        let hand = Hand::human();
+        // Hinges; a slide that another one follows; hinges in links that are boxes.
+        for name in ["human", "gripper_parallel", "gripper_three_finger"] {
+            check_pull_back(&Hand::named(name).unwrap());
+        }
+    }
+
+    fn check_pull_back(hand: &Hand) {
         let metric = hand.pose_metric();
         let space = PoseSpace::new(metric.clone(), Symmetry::None);
         let target = Vector3::new(0.05, -0.02, 0.11);

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::{Hand, PosedHand};
+use super::{Hand, HandError, JointKind, PosedHand};
 use crate::space::PoseMetric;
 
 /// A joint that moves next to nothing still needs a length, metres per radian.
@@ -41,18 +41,14 @@ impl Hand {
             radius_of_gyration_m
         };
 
-        let (joint_levers_m, joint_reaches_m) = (self.joints.iter())
-            .map(|joint| {
-                let first = joint.link.0;
-                let frame = &rest.object_from_link[first];
-                let axis = frame.direction(&joint.axis);
+        let (joint_levers_m, joint_reaches_m) = (0..self.joints.len())
+            .map(|j| {
                 let (mut moved_area, mut moved_second) = (0.0, 0.0);
-                for (at, p) in weighted()
-                    .filter(|(at, _)| (first..self.subtree_ends[first]).contains(&at.link.0))
-                {
-                    moved_area += at.area_m2;
-                    moved_second +=
-                        at.area_m2 * axis.cross(&(p - frame.translation)).norm_squared();
+                for (at, p) in weighted() {
+                    if let Some(velocity) = self.velocity(&rest, j, at.link.0, p) {
+                        moved_area += at.area_m2;
+                        moved_second += at.area_m2 * velocity.norm_squared();
+                    }
                 }
                 let reach = if moved_area > 0.0 {
                     (moved_second / moved_area).sqrt()
@@ -65,13 +61,82 @@ impl Hand {
                 )
             })
             .unzip();
-        PoseMetric {
+        let mut metric = PoseMetric {
             centroid,
             radius_of_gyration_m,
             joint_levers_m,
             joint_reaches_m,
             rotation_reach_m: rotation_reach_m.max(LEAST_LEVER_M),
             wraps: self.joints.iter().map(|joint| joint.wraps).collect(),
+        };
+        self.override_metric(&mut metric);
+        metric
+    }
+
+    /// Velocity of point `p` of link `link` per unit of joint `j`; `None` if the joint does not move it.
+    fn velocity(
+        &self,
+        posed: &PosedHand,
+        j: usize,
+        link: usize,
+        p: &Vector3<f64>,
+    ) -> Option<Vector3<f64>> {
+        let mut total: Option<Vector3<f64>> = None;
+        let mut at = Some(link);
+        while let Some(l) = at {
+            if let Some(motion) = self.links[l].motion.filter(|motion| motion.joint == j) {
+                let frame = &posed.object_from_link[l];
+                let axis = frame.direction(&motion.axis);
+                let own = match motion.kind {
+                    JointKind::Hinge => axis.cross(&(p - frame.translation)),
+                    JointKind::Slide => axis,
+                } * motion.ratio;
+                total = Some(total.map_or(own, |total| total + own));
+            }
+            at = self.links[l].parent.map(|parent| parent.0);
+        }
+        total
+    }
+
+    /// Puts in what the side file says.
+    fn override_metric(&self, metric: &mut PoseMetric) {
+        let given = &self.metric;
+        if let Some(radius) = given.radius_of_gyration_m {
+            metric.radius_of_gyration_m = radius;
+        }
+        if let Some(reach) = given.rotation_reach_m {
+            metric.rotation_reach_m = reach;
+        }
+        for (j, joint) in self.joints.iter().enumerate() {
+            if let Some(&lever) = given.levers_m.get(&joint.name) {
+                metric.joint_levers_m[j] = lever;
+            }
+            if let Some(&reach) = given.reaches_m.get(&joint.name) {
+                metric.joint_reaches_m[j] = reach;
+            }
+        }
+    }
+
+    /// Refuses a side file's lengths that are not positive, or of joints that the hand does not have.
+    pub(super) fn check_metric(&self) -> Result<(), HandError> {
+        let given = &self.metric;
+        let single = [given.radius_of_gyration_m, given.rotation_reach_m];
+        let all = single.into_iter().flatten();
+        let lists = || given.levers_m.iter().chain(&given.reaches_m);
+        if let Some((name, _)) = lists().find(|(name, _)| self.joint(name).is_none()) {
+            return Err(HandError::Unknown {
+                place: "\"metric\" of the side file".to_owned(),
+                kind: "joint",
+                name: name.clone(),
+            });
+        }
+        let mut lengths = all.chain(lists().map(|(_, length)| *length));
+        match lengths.find(|length| !(*length > 0.0 && length.is_finite())) {
+            Some(value) => Err(HandError::NotPositive {
+                what: "a length in \"metric\" of the side file".to_owned(),
+                value,
+            }),
+            None => Ok(()),
         }
     }
 }

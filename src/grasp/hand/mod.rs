@@ -1,26 +1,41 @@
 //! The hand: a kinematic tree with surface points, posed in the object's frame.
 //!
-//! [`Hand::from_urdf`] derives everything a grasp needs from a description file: contact candidates, self-collision
-//! pairs, rest pose, prior and metric. A side file may override any of it. [`Hand::pose`] places the hand,
+//! [`Hand::from_files`] derives everything a grasp needs from a URDF or MJCF description: contact candidates,
+//! self-collision pairs, palm and digits, rest pose, prior and metric. A side file may override any of it. [`Hand::pose`] places the hand,
 //! [`Hand::pull_back`] turns forces on its links into a gradient, [`Hand::skin`] draws it.
 
+mod derived;
 mod description;
 mod error;
+mod files;
+mod fill;
+mod geometry;
+mod hull;
 mod kinematics;
+mod mesh;
 mod metric;
+mod mirror;
+mod mjcf;
+mod model;
+mod named;
 mod prior;
 mod region;
+mod roles;
 mod self_pairs;
 mod side_file;
 mod skin;
 mod surface;
-
-use std::ops::Range;
-use std::sync::OnceLock;
+mod urdf;
 
 use nalgebra::{Matrix3, Vector3};
+use std::ops::Range;
+
+use geometry::LinkMesh;
+use side_file::MetricEntry;
 
 pub use error::HandError;
+pub use files::{HandFile, HandFiles};
+pub use named::HAND_NAMES;
 pub use self_pairs::{SegmentPair, axis_distance, closest_points};
 pub use skin::{Skin, SkinVertex};
 
@@ -85,22 +100,57 @@ pub struct Link {
     pub parent: Option<LinkId>,
     /// Fixed transform from this link's frame at joint angle zero to the parent's frame.
     pub parent_from_link: Frame,
-    /// Index of the revolute joint between parent and this link in [`Hand::joints`]; `None` if fixed.
-    pub joint: Option<usize>,
+    /// How a joint moves it against its parent; `None` if fixed.
+    pub motion: Option<Motion>,
     /// Digit this link belongs to: 0 = palm, 1.. = digits (1 = thumb, 2 = index … 5 = little on a human hand).
     pub digit: usize,
 }
 
-/// A revolute joint.
+/// What a joint does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum JointKind {
+    /// Turns about its axis; its coordinate is an angle in radians.
+    Hinge,
+    /// Slides along its axis; its coordinate is a length in metres.
+    Slide,
+}
+
+impl JointKind {
+    /// What makes coordinates of hinges and slides comparable: radians per radian, or per metre at a lever of 100 mm, the
+    /// length of a finger.
+    pub fn radians_per_unit(self) -> f64 {
+        match self {
+            Self::Hinge => 1.0,
+            Self::Slide => 10.0,
+        }
+    }
+}
+
+/// How a link moves against its parent: by the displacement `ratio · q + offset`, q the coordinate of joint `joint`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Motion {
+    /// Index into [`Hand::joints`]: the link's own joint, or the one that its joint follows.
+    pub joint: usize,
+    /// Turn or slide.
+    pub kind: JointKind,
+    /// Unit axis in the frame of the link that moves; a turn's passes through that frame's origin.
+    pub axis: Vector3<f64>,
+    /// Displacement of the link per displacement of the joint; 1 unless it follows another one.
+    pub ratio: f64,
+    /// Displacement at coordinate zero, radians or metres; 0 unless the description says otherwise.
+    pub offset: f64,
+}
+
+/// A joint: one coordinate of the hand. Joints that follow others are no coordinates of their own, see [`Motion`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Joint {
     /// Name in the description file.
     pub name: String,
-    /// The link it moves.
+    /// The link it moves; others may follow.
     pub link: LinkId,
-    /// Unit axis in the frame of the link the joint moves, through that frame's origin.
-    pub axis: Vector3<f64>,
-    /// Lower and upper limit, radians; ±π where the joint wraps.
+    /// Turn or slide. The unit of all that is called `rad` of a joint is the metre where it slides.
+    pub kind: JointKind,
+    /// Lower and upper limit, radians (metres of a slide); ±π where the joint wraps.
     pub limits_rad: [f64; 2],
     /// Whether it turns without limits, so that q and q + 2π are the same pose.
     pub wraps: bool,
@@ -169,6 +219,16 @@ pub struct Hand {
     pub prior: PosePrior,
     /// Outward volar (palm) direction and centre of the palm's grasping side, root frame, for start poses.
     pub palm: PalmFrame,
+    /// What of the description was left out or taken otherwise, one sentence each.
+    pub notes: Vec<String>,
+    /// Parts to be drawn as they are; without any the hand is drawn with a skin over its capsules.
+    meshes: Vec<LinkMesh>,
+    /// For each capsule: whether it is geometry itself, rather than filling a mesh or a box.
+    exact: Vec<bool>,
+    /// For each link: whether contacts on it are forbidden.
+    untouching: Vec<bool>,
+    /// What the side file says about the metric.
+    metric: MetricEntry,
     /// Joint angles at which the skin is cast, radians: fingers apart.
     cast_rad: Vec<f64>,
     /// For each link, one past the last link of its subtree.
@@ -186,6 +246,9 @@ pub struct PalmFrame {
     pub volar: Vector3<f64>,
     /// Unit vector from the palm to the fingertips, perpendicular to `volar`.
     pub distal: Vector3<f64>,
+    /// How far from the centre along `distal` the object is faced at the start of a chain, metres: under the fingers of
+    /// a hand, in front of the palm of a gripper.
+    pub faced_m: f64,
 }
 
 /// A hand in a pose: everything in the object's frame.
@@ -219,40 +282,30 @@ impl Wrench {
 }
 
 impl Hand {
-    /// The hand described by a URDF document and an optional side file (JSON, see `data/hands/README.md`).
-    ///
-    /// Revolute, continuous and fixed joints; boxes, cylinders, capsules and spheres as collision geometry (visual
-    /// geometry where no link has any collision geometry), turned into capsules. Joint coordinates follow the order in
-    /// which the file lists the movable joints.
+    /// The hand described by a URDF or MJCF document and an optional side file (JSON, see `data/hands/README.md`), neither
+    /// of which may refer to other files.
     ///
     /// # Errors
-    /// If either text cannot be read, the joints do not form one tree, or a joint or a link's geometry is of a kind
-    /// this crate does not handle; the message names it.
+    /// As [`Hand::from_files`].
     pub fn from_urdf(text: &str, side_file: Option<&str>) -> Result<Self, HandError> {
-        description::read(text, side_file)
+        let main = Some(["hand", text]);
+        let side = side_file.map(|text| ["hand.json", text]);
+        let files = HandFiles::of_texts(main.into_iter().chain(side));
+        description::read(&files, &files::NoFiles)
     }
 
-    /// The human right hand that comes with this crate: 22 joints, 50th percentile (`data/hands/human`).
+    /// The hand described by some files: URDF or MJCF, told by the root element, and what that refers to.
     ///
-    /// # Panics
-    /// Never: the description is part of the program and read by its tests.
-    pub fn human() -> Self {
-        static HUMAN: OnceLock<Hand> = OnceLock::new();
-        HUMAN
-            .get_or_init(|| {
-                let [urdf, side_file] = Self::human_description();
-                Self::from_urdf(urdf, Some(side_file))
-                    .expect("the tests read this very description")
-            })
-            .clone()
-    }
-
-    /// The texts of `data/hands/human`: URDF and side file.
-    pub fn human_description() -> [&'static str; 2] {
-        [
-            include_str!("../../../data/hands/human/human.urdf"),
-            include_str!("../../../data/hands/human/human.json"),
-        ]
+    /// Hinges, slides, fixed joints and joints that follow others; spheres, capsules, cylinders, boxes, ellipsoids and
+    /// meshes, for which their convex hulls stand. A link's collision geometry counts; where it has none, what is to be
+    /// seen of it. Joint coordinates follow the order in which the file lists the joints; see [`Hand::notes`] for what was
+    /// left out.
+    ///
+    /// # Errors
+    /// If a text cannot be read, the joints do not form one tree, or a joint or a link's geometry is of a kind that is not
+    /// handled; the message names it, in MJCF with its line.
+    pub fn from_files(files: &HandFiles) -> Result<Self, HandError> {
+        description::read(files, files)
     }
 
     /// The same hand with every `stride`-th surface point only, each standing for more area.
@@ -276,6 +329,11 @@ impl Hand {
         self.link_points = (0..self.links.len())
             .map(|l| first(l)..first(l + 1))
             .collect();
+    }
+
+    /// Whether a surface point may be a contact: the side file may forbid links.
+    pub fn may_touch(&self, point: &SurfacePoint) -> bool {
+        !self.untouching[point.link.0]
     }
 
     /// Whether a surface point lies on the tip or pad of the last link of a digit; on the last link of a digit where the

@@ -5,33 +5,74 @@ use std::collections::BTreeMap;
 use nalgebra::{DMatrix, DVector};
 
 use super::side_file::SideFile;
-use super::{HandError, Joint, PosePrior};
+use super::{HandError, Joint, JointKind, PosePrior};
 
 /// Standard deviation of a joint as a share of its range: the limits lie two standard deviations from the middle.
 const DEVIATION_OF_RANGE: f64 = 0.25;
 
 /// Rest pose and the pose in which the skin is cast, radians.
 pub(super) fn poses(joints: &[Joint], side: &SideFile) -> Result<(Vec<f64>, Vec<f64>), HandError> {
-    let mut rest: Vec<f64> = joints
-        .iter()
-        .map(|joint| f64::midpoint(joint.limits_rad[0], joint.limits_rad[1]))
-        .collect();
-    fill(
-        &mut rest,
-        joints,
-        &side.rest_deg,
-        "\"rest_deg\" of the side file",
-        f64::to_radians,
-    )?;
+    let mut rest: Vec<f64> = joints.iter().map(resting).collect();
+    fill_measured(&mut rest, joints, "rest", [&side.rest_deg, &side.rest_mm])?;
     let mut cast = rest.clone();
-    fill(
+    fill_measured(
         &mut cast,
         joints,
-        &side.cast_deg,
-        "\"cast_deg\" of the side file",
-        f64::to_radians,
+        "cast",
+        [&side.cast_deg, &BTreeMap::new()],
     )?;
     Ok((rest, cast))
+}
+
+/// Share of the way from where a hinge is drawn in the description (zero, or the limit next to it) to the middle of its
+/// range at which it rests: half closed fingers would bar the way to the palm.
+const RESTING: f64 = 0.5;
+
+/// Where a joint rests unless the side file says otherwise. A slide rests in the middle of its range.
+fn resting(joint: &Joint) -> f64 {
+    let [lower, upper] = joint.limits_rad;
+    let middle = f64::midpoint(lower, upper);
+    match joint.kind {
+        JointKind::Hinge => {
+            let straight = 0.0f64.clamp(lower, upper);
+            straight + RESTING * (middle - straight)
+        }
+        JointKind::Slide => middle,
+    }
+}
+
+/// Writes angles in degrees to hinges and lengths in millimetres to slides: the entries `…_deg` and `…_mm` of the side
+/// file.
+fn fill_measured(
+    values: &mut [f64],
+    joints: &[Joint],
+    entry: &str,
+    [angles, lengths]: [&BTreeMap<String, f64>; 2],
+) -> Result<(), HandError> {
+    for (kind, unit, entries) in [
+        (JointKind::Hinge, "deg", angles),
+        (JointKind::Slide, "mm", lengths),
+    ] {
+        let place = format!("\"{entry}_{unit}\" of the side file");
+        let other = |joint: &&Joint| joint.kind != kind && entries.contains_key(&joint.name);
+        if let Some(joint) = joints.iter().find(other) {
+            return Err(HandError::Unit {
+                place,
+                joint: joint.name.clone(),
+            });
+        }
+        if let Some((name, _)) = entries.iter().find(|(_, value)| !value.is_finite()) {
+            return Err(HandError::NotFinite {
+                place: format!("joint \"{name}\" in {place}"),
+            });
+        }
+        let convert = |value: f64| match kind {
+            JointKind::Hinge => value.to_radians(),
+            JointKind::Slide => 1e-3 * value,
+        };
+        fill(values, joints, entries, &place, convert)?;
+    }
+    Ok(())
 }
 
 /// The prior about a rest pose.
@@ -40,7 +81,7 @@ pub(super) fn poses(joints: &[Joint], side: &SideFile) -> Result<(Vec<f64>, Vec<
 /// Λ = (D C D)⁻¹,   C = (1 − ι) k Σ vᵢ uᵢ uᵢᵀ / Σ vᵢ + ι I
 /// ```
 ///
-/// D: standard deviations, a quarter of each joint's range; `uᵢ`, `vᵢ`: orthonormalised synergies and their shares of
+/// D: standard deviations, a quarter of each joint's range unless the side file says otherwise; `uᵢ`, `vᵢ`: orthonormalised synergies and their shares of
 /// variance; ι: share that is independent from joint to joint (1 without synergies). The trace of C is the number of
 /// joints k, whatever the shares.
 pub(super) fn gaussian(
@@ -80,8 +121,19 @@ pub(super) fn gaussian(
         covariance =
             covariance * independent + synergies * ((1.0 - independent) * count as f64 / total);
     }
-    for (i, joint) in joints.iter().enumerate() {
-        let deviation = (joint.limits_rad[1] - joint.limits_rad[0]) * DEVIATION_OF_RANGE;
+    let mut deviations: Vec<f64> = joints
+        .iter()
+        .map(|joint| (joint.limits_rad[1] - joint.limits_rad[0]) * DEVIATION_OF_RANGE)
+        .collect();
+    let given = [&side.deviation_deg, &side.deviation_mm];
+    fill_measured(&mut deviations, joints, "deviation", given)?;
+    if let Some(&value) = deviations.iter().find(|deviation| **deviation <= 0.0) {
+        return Err(HandError::NotPositive {
+            what: "a standard deviation of the side file".to_owned(),
+            value,
+        });
+    }
+    for (i, deviation) in deviations.into_iter().enumerate() {
         covariance.row_mut(i).scale_mut(deviation);
         covariance.column_mut(i).scale_mut(deviation);
     }

@@ -1,9 +1,9 @@
-//! Which digit a link belongs to, which region a surface point, and where the palm is.
+//! Which digit a link belongs to and which region a surface point.
 
 use nalgebra::Vector3;
 
-use super::side_file::{AxesEntry, PalmRule, SideFile};
-use super::{Capsule, Hand, HandError, Joint, Link, PalmFrame, PosedHand};
+use super::side_file::{AxesEntry, PalmEntry, PalmRule, SideFile};
+use super::{Capsule, Hand, HandError, Link, PalmFrame, PosedHand};
 
 // A patch of a digit is named by its outward normal n in the link's frame: tip if n·distal, back if n·pad,
 // side if n·radial passes the threshold, else pad.
@@ -17,7 +17,6 @@ const SIDE: f64 = 0.8;
 /// on such a branch; each branch is a digit.
 pub(super) fn assign_digits(
     links: &mut [Link],
-    joints: &[Joint],
     capsules: &[Capsule],
     side: &SideFile,
 ) -> Result<Vec<String>, HandError> {
@@ -55,7 +54,7 @@ pub(super) fn assign_digits(
     // First link of the rigid body of each link; branches hang on bodies.
     let mut body: Vec<usize> = Vec::with_capacity(links.len());
     for (l, link) in links.iter().enumerate() {
-        body.push(match (link.joint, link.parent) {
+        body.push(match (link.motion, link.parent) {
             (None, Some(parent)) => body[parent.0],
             _ => l,
         });
@@ -68,9 +67,9 @@ pub(super) fn assign_digits(
         at.is_some()
     };
     let mut branches: Vec<Vec<usize>> = vec![Vec::new(); links.len()];
-    for joint in joints {
-        let first = joint.link.0;
-        if let Some(parent) = links[first].parent
+    for (first, link) in links.iter().enumerate() {
+        if link.motion.is_some()
+            && let Some(parent) = link.parent
             && capsules.iter().any(|capsule| inside(capsule.link.0, first))
         {
             branches[body[parent.0]].push(first);
@@ -163,62 +162,26 @@ fn holds(rule: &PalmRule, position: &Vector3<f64>, normal: &Vector3<f64>) -> boo
     low && high && Vector3::from(rule.normal).dot(normal) >= rule.at_least
 }
 
-/// The palm frame of the side file, or one derived from the rest pose: the palm faces the middle of the digits' last
-/// links, and `distal` points to where the digits begin.
-pub(super) fn palm_frame(
-    hand: &Hand,
-    rest: &PosedHand,
-    side: &SideFile,
-) -> Result<PalmFrame, HandError> {
+/// The palm frame of the side file.
+pub(super) fn palm_frame(palm: &PalmEntry) -> Result<PalmFrame, HandError> {
     let place = "\"palm\" of the side file";
-    if let Some(palm) = &side.palm {
-        let volar = Vector3::from(palm.volar)
-            .try_normalize(1e-9)
-            .ok_or(HandError::Degenerate { place })?;
-        let distal = Vector3::from(palm.distal);
-        let distal = (distal - volar * volar.dot(&distal))
-            .try_normalize(1e-9)
-            .ok_or(HandError::Degenerate { place })?;
-        return Ok(PalmFrame {
-            centre: palm.centre_m.into(),
-            volar,
-            distal,
+    let volar = Vector3::from(palm.volar)
+        .try_normalize(1e-9)
+        .ok_or(HandError::Degenerate { place })?;
+    let distal = Vector3::from(palm.distal);
+    let distal = (distal - volar * volar.dot(&distal))
+        .try_normalize(1e-9)
+        .ok_or(HandError::Degenerate { place })?;
+    let finite = palm.centre_m.iter().all(|x| x.is_finite()) && palm.faced_m.is_finite();
+    if !finite {
+        return Err(HandError::NotFinite {
+            place: place.to_owned(),
         });
     }
-    let mean = |keep: &dyn Fn(usize) -> bool| {
-        let kept = hand
-            .surface
-            .iter()
-            .zip(&rest.points)
-            .filter(|(at, _)| keep(at.link.0));
-        let (sum, area) = kept.fold((Vector3::zeros(), 0.0), |(sum, area), (at, p)| {
-            (sum + p * at.area_m2, area + at.area_m2)
-        });
-        if area > 0.0 { Some(sum / area) } else { None }
-    };
-    let all = mean(&|_| true).expect("a hand has geometry");
-    let palm = mean(&|l| hand.links[l].digit == 0).unwrap_or(all);
-    let tips = mean(&|l| hand.links[l].digit > 0 && hand.subtree_ends[l] == l + 1).unwrap_or(all);
-    let volar = (tips - palm).try_normalize(1e-6).unwrap_or_else(Vector3::z);
-    let roots: Vec<Vector3<f64>> = (1..hand.digits.len())
-        .filter_map(|d| hand.links.iter().position(|link| link.digit == d))
-        .map(|l| rest.object_from_link[l].translation)
-        .collect();
-    let toward_roots = roots.iter().sum::<Vector3<f64>>() / roots.len().max(1) as f64 - palm;
-    let distal = (toward_roots - volar * volar.dot(&toward_roots))
-        .try_normalize(1e-4)
-        .unwrap_or_else(|| volar.cross(&Vector3::ith(volar.iamin(), 1.0)).normalize());
-    let reach = hand
-        .surface
-        .iter()
-        .zip(&rest.points)
-        .filter(|(at, _)| hand.links[at.link.0].digit == 0);
-    let height = reach
-        .map(|(_, p)| volar.dot(&(p - palm)))
-        .fold(0.0, f64::max);
     Ok(PalmFrame {
-        centre: palm + volar * height,
+        centre: palm.centre_m.into(),
         volar,
         distal,
+        faced_m: palm.faced_m,
     })
 }

@@ -2,7 +2,9 @@
 
 use nalgebra::Vector3;
 
-use super::{Hand, LinkId, PosedHand};
+use super::model::Model;
+use super::side_file::SideFile;
+use super::{Hand, HandError, LinkId, PosedHand};
 
 /// Parts nearer than this at rest are taken to be neighbours that always touch, metres.
 const TOUCHING_M: f64 = 1e-3;
@@ -78,10 +80,49 @@ pub fn axis_distance(point: &Vector3<f64>, ends: &[Vector3<f64>; 2]) -> f64 {
     (from - along * t).norm()
 }
 
+/// Which pairs of links may be checked at all.
+pub(super) struct Apart {
+    /// Pairs that are never checked.
+    never: Vec<[usize; 2]>,
+    /// If given, the only pairs that are checked.
+    only: Option<Vec<[usize; 2]>>,
+}
+
+/// What the description and the side file say about pairs of links.
+pub(super) fn apart(hand: &Hand, model: &Model, side: &SideFile) -> Result<Apart, HandError> {
+    let find = |place: &str, pairs: &[[String; 2]]| -> Result<Vec<[usize; 2]>, HandError> {
+        let link = |name: &String| {
+            hand.link(name)
+                .map(|link| link.0)
+                .ok_or_else(|| HandError::Unknown {
+                    place: place.to_owned(),
+                    kind: "link",
+                    name: name.clone(),
+                })
+        };
+        let pair = |[a, b]: &[String; 2]| {
+            let (a, b) = (link(a)?, link(b)?);
+            Ok([a.min(b), a.max(b)])
+        };
+        pairs.iter().map(pair).collect()
+    };
+    // A description may speak of bodies that are no part of the hand.
+    let known = |pair: &&[String; 2]| pair.iter().all(|name| hand.link(name).is_some());
+    let described: Vec<_> = model.apart.iter().filter(known).cloned().collect();
+    let mut never = find("the description", &described)?;
+    never.extend(find("\"apart\" of the side file", &side.apart)?);
+    let only = side
+        .self_pairs
+        .as_ref()
+        .map(|pairs| find("\"self_pairs\" of the side file", pairs))
+        .transpose()?;
+    Ok(Apart { never, only })
+}
+
 /// Pairs of capsules that do not touch at rest and whose links are not neighbours in the tree.
 ///
 /// Links without geometry and fixed joints do not count: neighbours are links with geometry joined by nothing else.
-pub(super) fn derive(hand: &Hand, rest: &PosedHand) -> Vec<[usize; 2]> {
+pub(super) fn derive(hand: &Hand, rest: &PosedHand, apart: &Apart) -> Vec<[usize; 2]> {
     let solid: Vec<LinkId> = (0..hand.links.len())
         .map(|l| body(hand, LinkId(l)))
         .collect();
@@ -101,7 +142,17 @@ pub(super) fn derive(hand: &Hand, rest: &PosedHand) -> Vec<[usize; 2]> {
         let a = solid[first.link.0];
         for (j, second) in hand.capsules.iter().enumerate().skip(i + 1) {
             let b = solid[second.link.0];
-            if a == b || neighbour_above(a) == Some(b) || neighbour_above(b) == Some(a) {
+            let links = [first.link.0, second.link.0];
+            if apart.never.contains(&links) {
+                continue;
+            }
+            let listed = apart.only.as_ref().map(|only| only.contains(&links));
+            if listed == Some(false) {
+                continue;
+            }
+            let neighbours =
+                a == b || neighbour_above(a) == Some(b) || neighbour_above(b) == Some(a);
+            if neighbours && listed.is_none() {
                 continue;
             }
             let gap = closest_points(&rest.capsules[i], &rest.capsules[j])
@@ -117,7 +168,7 @@ pub(super) fn derive(hand: &Hand, rest: &PosedHand) -> Vec<[usize; 2]> {
 
 /// The first link of the rigid body this link belongs to: up through fixed joints.
 fn body(hand: &Hand, mut link: LinkId) -> LinkId {
-    while let (None, Some(parent)) = (hand.links[link.0].joint, hand.links[link.0].parent) {
+    while let (None, Some(parent)) = (hand.links[link.0].motion, hand.links[link.0].parent) {
         link = parent;
     }
     link

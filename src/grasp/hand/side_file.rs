@@ -2,48 +2,127 @@
 
 use std::collections::BTreeMap;
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::HandError;
 
 /// Everything in it is optional; what is missing is derived from the description file.
-#[derive(Debug, Clone, Default, Deserialize)]
+#[derive(Debug, Clone, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct SideFile {
     /// Says what the file is about; not read.
-    #[serde(rename = "comment")]
-    pub(super) _comment: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) comment: Option<String>,
     /// Name of the hand.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) name: Option<String>,
+    /// The mirror image of all that follows: a left hand of a right one.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub(super) mirror: bool,
+    /// Links that are taken off, with all that hangs on them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(super) without: Vec<String>,
+    /// Number of surface points.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) surface_points: Option<usize>,
+    /// Links on which there are no contacts.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(super) no_contact: Vec<String>,
+    /// Pairs of links that are never checked for running into each other.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(super) apart: Vec<[String; 2]>,
+    /// Pairs of links that are checked, in place of all that may run into each other.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) self_pairs: Option<Vec<[String; 2]>>,
+    /// Lengths of the pose space's metric.
+    #[serde(skip_serializing_if = "MetricEntry::is_empty")]
+    pub(super) metric: MetricEntry,
     /// Palm frame, root frame.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) palm: Option<PalmEntry>,
     /// Digits by name, thumb first; links that are not listed belong to the palm.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) digits: Option<Vec<DigitEntry>>,
     /// Directions of the listed links' frames, for naming the regions of digits.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) axes: Option<AxesEntry>,
     /// Regions of the palm: the first rule that holds names the region.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(super) palm_regions: Vec<PalmRule>,
     /// Geometry of links, in place of what the description file says.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub(super) capsules: BTreeMap<String, Vec<CapsuleEntry>>,
-    /// Angles of the rest pose, degrees, by joint; the others rest in the middle of their range.
+    /// Capsules that fill the meshes, boxes and cylinders of links; what touches stays these themselves.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub(super) filling: BTreeMap<String, Vec<CapsuleEntry>>,
+    /// Angles of the rest pose, degrees, by joint.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub(super) rest_deg: BTreeMap<String, f64>,
+    /// The rest pose of joints that slide, millimetres.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub(super) rest_mm: BTreeMap<String, f64>,
     /// Angles at which the skin is cast, degrees, by joint; the others as in the rest pose.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub(super) cast_deg: BTreeMap<String, f64>,
+    /// Standard deviations of the prior, degrees, by joint; the others a quarter of their range.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub(super) deviation_deg: BTreeMap<String, f64>,
+    /// The same of joints that slide, millimetres.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub(super) deviation_mm: BTreeMap<String, f64>,
     /// Postural synergies.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(super) synergies: Vec<Synergy>,
     /// Share of the prior's variance that is independent from joint to joint; 1 without synergies.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) independent_share: Option<f64>,
 }
 
-#[derive(Debug, Clone, Copy, Deserialize)]
+#[derive(Debug, Clone, Copy, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct PalmEntry {
     pub(super) centre_m: [f64; 3],
     pub(super) volar: [f64; 3],
     pub(super) distal: [f64; 3],
+    /// How far from the centre along `distal` the object is faced at the start of a chain.
+    #[serde(default = "under_the_fingers")]
+    pub(super) faced_m: f64,
 }
 
-#[derive(Debug, Clone, Deserialize)]
+/// On a human hand, metres.
+fn under_the_fingers() -> f64 {
+    0.035
+}
+
+/// Lengths of the metric; those that are missing are derived.
+#[derive(Debug, Clone, PartialEq, Default, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+#[expect(
+    clippy::struct_field_names,
+    reason = "the unit belongs in the names of the file's entries"
+)]
+pub(super) struct MetricEntry {
+    /// Metres per radian of a turn of the whole hand.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) radius_of_gyration_m: Option<f64>,
+    /// How far such a turn moves the digits, metres per radian.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) rotation_reach_m: Option<f64>,
+    /// Metres per unit of each joint, averaged over the hand.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub(super) levers_m: BTreeMap<String, f64>,
+    /// Metres per unit of each joint, averaged over what it moves.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub(super) reaches_m: BTreeMap<String, f64>,
+}
+
+impl MetricEntry {
+    fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+#[derive(Debug, Clone, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct DigitEntry {
     pub(super) name: String,
@@ -51,7 +130,7 @@ pub(super) struct DigitEntry {
     pub(super) segments: BTreeMap<String, Vec<String>>,
 }
 
-#[derive(Debug, Clone, Copy, Deserialize)]
+#[derive(Debug, Clone, Copy, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct AxesEntry {
     /// Out of the pad.
@@ -63,7 +142,7 @@ pub(super) struct AxesEntry {
 }
 
 /// Holds where `normal`·n ≥ `at_least` and min ≤ p ≤ max, all in the root frame at the rest pose.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct PalmRule {
     pub(super) region: String,
@@ -71,13 +150,13 @@ pub(super) struct PalmRule {
     pub(super) normal: [f64; 3],
     #[serde(default)]
     pub(super) at_least: f64,
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) min_m: Option<[f64; 3]>,
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) max_m: Option<[f64; 3]>,
 }
 
-#[derive(Debug, Clone, Copy, Deserialize)]
+#[derive(Debug, Clone, Copy, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct CapsuleEntry {
     #[serde(rename = "a_m")]
@@ -88,11 +167,10 @@ pub(super) struct CapsuleEntry {
 }
 
 /// A direction in which joints move together, in units of their standard deviations.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Synergy {
-    #[serde(rename = "name")]
-    pub(super) _name: String,
+    pub(super) name: String,
     pub(super) variance: f64,
     pub(super) weights: BTreeMap<String, f64>,
 }

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::geometry::LinkMesh;
 use super::{Capsule, Frame, Hand, LinkId, PosedHand, axis_distance, coordinates};
 
 /// Cells of the grid the skin is cut from along the longest side of the hand: 2 mm for a human one.
@@ -50,8 +51,12 @@ impl Skin {
 
 impl Hand {
     /// The skin: the zero level of a rounded union of the capsules, cut from a grid with the fingers apart by
-    /// surface nets (Gibson 1998). Takes a fraction of a second; keep it.
+    /// surface nets (Gibson 1998). Takes a fraction of a second; keep it. A hand with meshes, boxes or cylinders is drawn
+    /// as its parts are, stiff.
     pub fn skin(&self) -> Skin {
+        if !self.meshes.is_empty() {
+            return self.stiff_skin();
+        }
         let mut cast = PosedHand::default();
         self.pose(&coordinates(&self.cast_rad), &mut cast);
         let form = Form::new(self, &cast);
@@ -63,6 +68,85 @@ impl Hand {
             vertices: points.iter().map(bind).collect(),
             triangles,
         }
+    }
+}
+
+impl Hand {
+    /// The parts themselves, each fixed to its link.
+    fn stiff_skin(&self) -> Skin {
+        let capsules = self.capsules.iter().zip(&self.exact);
+        let round = capsules.filter(|(_, exact)| **exact);
+        let round = round.map(|(capsule, _)| capsule_mesh(capsule));
+        Self::stiff(self.meshes.iter().cloned().chain(round))
+    }
+
+    /// All capsules, each fixed to its link: what other things are kept out of.
+    pub fn capsule_skin(&self) -> Skin {
+        Self::stiff(self.capsules.iter().map(capsule_mesh))
+    }
+
+    fn stiff(meshes: impl Iterator<Item = LinkMesh>) -> Skin {
+        let mut skin = Skin {
+            vertices: Vec::new(),
+            triangles: Vec::new(),
+        };
+        for mesh in meshes {
+            let first = u32::try_from(skin.vertices.len()).unwrap_or(u32::MAX);
+            let vertex = |point: &Vector3<f64>| SkinVertex {
+                bindings: vec![(mesh.link, *point, 1.0)],
+            };
+            skin.vertices.extend(mesh.vertices.iter().map(vertex));
+            let corners = mesh.triangles.iter();
+            skin.triangles
+                .extend(corners.map(|t| t.map(|corner| corner.saturating_add(first))));
+        }
+        skin
+    }
+}
+
+/// Corners around a capsule and rings on each of its half spheres.
+const AROUND: u32 = 24;
+const RINGS: u32 = 6;
+
+fn capsule_mesh(capsule: &Capsule) -> LinkMesh {
+    let along = (capsule.b - capsule.a)
+        .try_normalize(1e-12)
+        .unwrap_or_else(Vector3::z);
+    let across = along.cross(&Vector3::ith(along.iamin(), 1.0)).normalize();
+    let third = along.cross(&across);
+    let mut vertices = vec![capsule.a - along * capsule.radius_m];
+    let latitudes = (1..=RINGS).map(|ring| (capsule.a, f64::from(ring) / f64::from(RINGS) - 1.0));
+    let upper = (0..RINGS).map(|ring| (capsule.b, f64::from(ring) / f64::from(RINGS)));
+    for (centre, latitude) in latitudes.chain(upper) {
+        let (sin, cos) = (latitude * std::f64::consts::FRAC_PI_2).sin_cos();
+        for corner in 0..AROUND {
+            let angle = std::f64::consts::TAU * f64::from(corner) / f64::from(AROUND);
+            let out = across * angle.cos() + third * angle.sin();
+            vertices.push(centre + (along * sin + out * cos) * capsule.radius_m);
+        }
+    }
+    vertices.push(capsule.b + along * capsule.radius_m);
+    let last = 1 + 2 * RINGS * AROUND;
+    let at = |ring: u32, corner: u32| 1 + ring * AROUND + corner % AROUND;
+    let mut triangles = Vec::new();
+    for corner in 0..AROUND {
+        triangles.push([0, at(0, corner + 1), at(0, corner)]);
+        triangles.push([
+            last,
+            at(2 * RINGS - 1, corner),
+            at(2 * RINGS - 1, corner + 1),
+        ]);
+        for ring in 0..2 * RINGS - 1 {
+            let [a, b] = [at(ring, corner), at(ring, corner + 1)];
+            let [c, d] = [at(ring + 1, corner), at(ring + 1, corner + 1)];
+            triangles.push([a, b, d]);
+            triangles.push([a, d, c]);
+        }
+    }
+    LinkMesh {
+        link: capsule.link,
+        vertices,
+        triangles,
     }
 }
 

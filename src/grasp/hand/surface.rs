@@ -1,11 +1,13 @@
-//! Surface points: spread evenly over the outside of the union of the capsules.
+//! Surface points: spread evenly over the outside of the union of the capsules and hulls.
 
 use nalgebra::Vector3;
 
+use super::hull::Hull;
 use super::{Hand, LinkId, PosedHand, SurfacePoint, axis_distance};
 
-/// How many points stand for the surface of a hand: the count Liu et al. (2021) sample contacts from.
-const POINTS: usize = 773;
+/// How many points stand for the surface of a hand unless told otherwise: the count Liu et al. (2021) sample contacts
+/// from.
+pub(super) const POINTS: usize = 773;
 /// Candidates to choose each point from.
 const CANDIDATES_PER_POINT: f64 = 20.0;
 /// Rounds of Lloyd's relaxation; the spacing hardly changes after the third.
@@ -19,13 +21,20 @@ struct Candidate {
     area_m2: f64,
 }
 
-/// Points of the union of the capsules in the rest pose, sorted by link, each with the area nearest to it.
+/// Points of the union of capsules and hulls in the rest pose, sorted by link, each with the area nearest to it.
 ///
-/// Candidates on equal-area spirals around each capsule, those inside another capsule dropped; then farthest-point
+/// Candidates on equal-area spirals around each capsule that is geometry itself and spread evenly over the triangles of
+/// each hull, those inside another solid dropped; then farthest-point
 /// sampling (Eldar et al. 1997) and a few rounds of Lloyd's relaxation among the candidates. Nothing is random.
-pub(super) fn sample(hand: &Hand, rest: &PosedHand) -> Vec<SurfacePoint> {
-    let candidates = candidates(hand, rest);
-    let mut chosen = farthest(&candidates);
+pub(super) fn sample(
+    hand: &Hand,
+    rest: &PosedHand,
+    hulls: &[Hull],
+    count: usize,
+) -> Vec<SurfacePoint> {
+    let solids = Solids { hand, rest, hulls };
+    let candidates = solids.candidates(count);
+    let mut chosen = farthest(&candidates, count);
     let mut cells = assign(&candidates, &chosen);
     for _ in 0..ROUNDS {
         chosen = recentre(&candidates, &cells, chosen.len());
@@ -60,20 +69,42 @@ pub(super) fn sample(hand: &Hand, rest: &PosedHand) -> Vec<SurfacePoint> {
     points
 }
 
-fn candidates(hand: &Hand, rest: &PosedHand) -> Vec<Candidate> {
-    let area = |i: usize| {
-        let [a, b] = rest.capsules[i];
-        let radius = hand.capsules[i].radius_m;
+/// What the surface is that of.
+struct Solids<'a> {
+    hand: &'a Hand,
+    rest: &'a PosedHand,
+    hulls: &'a [Hull],
+}
+
+impl Solids<'_> {
+    fn candidates(&self, count: usize) -> Vec<Candidate> {
+        let capsules = || (0..self.hand.capsules.len()).filter(|&i| self.hand.exact[i]);
+        let mut total: f64 = capsules().map(|i| self.capsule_area(i)).sum();
+        total += self.hulls.iter().map(Hull::area_m2).sum::<f64>();
+        let share = total / (count as f64 * CANDIDATES_PER_POINT);
+        let mut candidates = Vec::new();
+        for i in capsules() {
+            self.on_capsule(i, share, &mut candidates);
+        }
+        for i in 0..self.hulls.len() {
+            self.on_hull(i, share, &mut candidates);
+        }
+        candidates
+    }
+
+    fn capsule_area(&self, i: usize) -> f64 {
+        let [a, b] = self.rest.capsules[i];
+        let radius = self.hand.capsules[i].radius_m;
         std::f64::consts::TAU * radius * ((b - a).norm() + 2.0 * radius)
-    };
-    let total: f64 = (0..hand.capsules.len()).map(area).sum();
-    let share = total / (POINTS as f64 * CANDIDATES_PER_POINT);
-    let mut candidates = Vec::new();
-    for (i, capsule) in hand.capsules.iter().enumerate() {
+    }
+
+    fn on_capsule(&self, i: usize, share: f64, candidates: &mut Vec<Candidate>) {
+        let capsule = &self.hand.capsules[i];
+        let area = self.capsule_area(i);
         let count = (1..u32::MAX)
-            .find(|&n| f64::from(n) * share >= area(i))
+            .find(|&n| f64::from(n) * share >= area)
             .expect("the share is a fixed part of all areas");
-        let [a, b] = rest.capsules[i];
+        let [a, b] = self.rest.capsules[i];
         let length = (b - a).norm();
         let along = (b - a).try_normalize(1e-12).unwrap_or_else(Vector3::z);
         let across = along.cross(&Vector3::ith(along.iamin(), 1.0)).normalize();
@@ -89,29 +120,81 @@ fn candidates(hand: &Hand, rest: &PosedHand) -> Vec<Candidate> {
             let normal =
                 along * sine + (across * cos + third * sin) * (1.0 - sine * sine).max(0.0).sqrt();
             let point = a + along * on_axis + normal * capsule.radius_m;
-            if !covered(hand, rest, i, &point) {
+            if !self.in_capsule(Some(i), &point) && !self.in_hull(None, &point) {
                 candidates.push(Candidate {
                     link: capsule.link,
                     point,
                     normal,
-                    area_m2: area(i) / f64::from(count),
+                    area_m2: area / f64::from(count),
                 });
             }
         }
     }
-    candidates
+
+    /// As many candidates on each triangle as it has shares of area, the rest carried on to the next.
+    fn on_hull(&self, i: usize, share: f64, candidates: &mut Vec<Candidate>) {
+        let hull = &self.hulls[i];
+        let frame = &self.rest.object_from_link[hull.link.0];
+        let (mut left, mut k) = (0.5, 0.0);
+        for triangle in &hull.triangles {
+            let doubled = hull.doubled(triangle);
+            left += doubled.norm() / 2.0 / share;
+            let [a, b, c] = hull.corners(triangle);
+            while left >= 1.0 {
+                left -= 1.0;
+                k += 1.0;
+                // Roberts' sequence in the unit square, folded onto the triangle.
+                let (mut u, mut v) = (
+                    (k * 0.754_877_666_246_692_8_f64).fract(),
+                    (k * 0.569_840_290_998_053_2_f64).fract(),
+                );
+                if u + v > 1.0 {
+                    (u, v) = (1.0 - u, 1.0 - v);
+                }
+                let point = frame.point(&(a + (b - a) * u + (c - a) * v));
+                if !self.in_capsule(None, &point) && !self.in_hull(Some(i), &point) {
+                    candidates.push(Candidate {
+                        link: hull.link,
+                        point,
+                        normal: frame.direction(&doubled.normalize()),
+                        area_m2: share,
+                    });
+                }
+            }
+        }
+    }
+
+    /// Whether a point lies inside a capsule that is geometry itself, other than its own. Where two surfaces coincide the
+    /// first capsule keeps them.
+    fn in_capsule(&self, own: Option<usize>, point: &Vector3<f64>) -> bool {
+        self.hand.capsules.iter().enumerate().any(|(i, capsule)| {
+            let tie = if own.is_some_and(|own| i < own) {
+                1e-9
+            } else {
+                -1e-9
+            };
+            Some(i) != own
+                && self.hand.exact[i]
+                && axis_distance(point, &self.rest.capsules[i]) < capsule.radius_m + tie
+        })
+    }
+
+    /// The same for hulls, after all capsules.
+    fn in_hull(&self, own: Option<usize>, point: &Vector3<f64>) -> bool {
+        self.hulls.iter().enumerate().any(|(i, hull)| {
+            let tie = if own.is_some_and(|own| i < own) {
+                -1e-9
+            } else {
+                1e-9
+            };
+            let frame = &self.rest.object_from_link[hull.link.0];
+            Some(i) != own && hull.depth(&frame.inverse_point(point)) > tie
+        })
+    }
 }
 
 /// π (3 − √5), radians.
-const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
-
-/// Whether a point of capsule `own` lies inside another one. Where two surfaces coincide the first capsule keeps them.
-fn covered(hand: &Hand, rest: &PosedHand, own: usize, point: &Vector3<f64>) -> bool {
-    hand.capsules.iter().enumerate().any(|(i, capsule)| {
-        let tie = if i < own { 1e-9 } else { -1e-9 };
-        i != own && axis_distance(point, &rest.capsules[i]) < capsule.radius_m + tie
-    })
-}
+pub(super) const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
 
 /// Squared distance along one sheet of the surface: infinite between surfaces that face each other, as on two
 /// fingers side by side.
@@ -123,11 +206,11 @@ fn separation(a: &Candidate, b: &Candidate) -> f64 {
     }
 }
 
-fn farthest(candidates: &[Candidate]) -> Vec<usize> {
+fn farthest(candidates: &[Candidate], count: usize) -> Vec<usize> {
     let mut gaps = vec![f64::INFINITY; candidates.len()];
-    let mut chosen = Vec::with_capacity(POINTS);
+    let mut chosen = Vec::with_capacity(count);
     let mut next = 0;
-    while chosen.len() < POINTS.min(candidates.len()) {
+    while chosen.len() < count.min(candidates.len()) {
         chosen.push(next);
         let newest = &candidates[next];
         let mut widest = -1.0;

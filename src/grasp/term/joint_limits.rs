@@ -8,6 +8,8 @@ use super::{Forces, Scene, Term, rounded_hinge};
 /// E = w Σⱼ h(θⱼ − upperⱼ + rounding) + h(lowerⱼ − θⱼ + rounding)
 /// ```
 ///
+/// Lengths of slides count as angles of a lever of 100 mm.
+///
 /// The hinge is rounded off over the last bit *before* the limit, so that minima lie inside it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointLimits {
@@ -27,12 +29,17 @@ impl Term for JointLimits {
         let joints = scene.hand.joints.iter().zip(scene.joints_rad);
         for ((joint, &angle), force) in joints.zip(&mut forces.joints) {
             let [lower, upper] = joint.limits_rad;
-            let (above, above_slope) =
-                rounded_hinge(angle - upper + self.rounding_rad, self.rounding_rad);
-            let (below, below_slope) =
-                rounded_hinge(lower - angle + self.rounding_rad, self.rounding_rad);
+            let scale = joint.kind.radians_per_unit();
+            let (above, above_slope) = rounded_hinge(
+                scale * (angle - upper) + self.rounding_rad,
+                self.rounding_rad,
+            );
+            let (below, below_slope) = rounded_hinge(
+                scale * (lower - angle) + self.rounding_rad,
+                self.rounding_rad,
+            );
             energy += self.weight * (above + below);
-            *force += self.weight * (above_slope - below_slope);
+            *force += self.weight * scale * (above_slope - below_slope);
         }
         energy
     }

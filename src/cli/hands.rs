@@ -1,0 +1,263 @@
+//! `landscape hands`: those that come with the program, and what is derived of others.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use nalgebra::Vector3;
+
+use super::args::{Common, HandsCommand, HandsInspect};
+use super::{check_output, complain, models, print};
+use crate::figure::{Image, Marker, Scene, Surface, contact_sheet};
+use crate::grasp::hand::{HAND_NAMES, Hand, JointKind, PosedHand, Skin};
+use crate::space::PoseMetric;
+use crate::store::write_atomic;
+
+/// Side of each image, pixels.
+const SIDE: u32 = 420;
+/// Radius of the mark of a surface point, metres.
+const POINT_M: f64 = 1.2e-3;
+/// Colours of palm and digits.
+const COLOURS: [[u8; 3]; 6] = [
+    [120, 128, 140],
+    [213, 80, 40],
+    [40, 120, 190],
+    [60, 150, 80],
+    [150, 90, 170],
+    [200, 150, 30],
+];
+
+pub(super) fn run(command: &HandsCommand, common: &Common) -> anyhow::Result<()> {
+    match command {
+        HandsCommand::List => list(),
+        HandsCommand::Inspect(command) => inspect(command, common),
+    }
+}
+
+fn list() -> anyhow::Result<()> {
+    let mut text = format!(
+        "{:<24}{:>7}{:>9}{:>9}  digits\n",
+        "name", "joints", "points", "capsules"
+    );
+    for name in HAND_NAMES {
+        let hand = Hand::named(name)?;
+        let _ = writeln!(
+            text,
+            "{name:<24}{:>7}{:>9}{:>9}  {}",
+            hand.joints.len(),
+            hand.surface.len(),
+            hand.capsules.len(),
+            hand.digits[1..].join(", ")
+        );
+    }
+    print(&text);
+    Ok(())
+}
+
+fn inspect(command: &HandsInspect, common: &Common) -> anyhow::Result<()> {
+    let files = models::hand_files(&command.hand, command.mirror)?;
+    let stem = Path::new(&command.hand).file_stem().unwrap_or_default();
+    let stem = stem.to_string_lossy();
+    let or = |given: &Option<PathBuf>, ending: &str| {
+        given
+            .clone()
+            .unwrap_or_else(|| PathBuf::from(format!("{stem}.{ending}")))
+    };
+    let (side_file, picture) = (or(&command.side_file, "json"), or(&command.picture, "png"));
+    for output in [&side_file, &picture] {
+        check_output(output)?;
+    }
+    anyhow::ensure!(
+        !side_file.exists() || command.force,
+        "{} exists and may have been edited: name another file (--side-file), or overwrite it (--force)",
+        side_file.display()
+    );
+    let hand = Hand::from_files(&files)?;
+    print(&table(&hand));
+    write_atomic(&side_file, files.derived_side_file()?.as_bytes())?;
+    let sheet = sheet(&hand);
+    let (images, captions): (Vec<Image>, Vec<String>) = sheet.into_iter().unzip();
+    contact_sheet(&images, &captions, 3, &picture)
+        .with_context(|| format!("--picture {}", picture.display()))?;
+    if !common.quiet {
+        complain(&format!(
+            "wrote {} and {}",
+            side_file.display(),
+            picture.display()
+        ));
+    }
+    Ok(())
+}
+
+/// What was derived, for people.
+fn table(hand: &Hand) -> String {
+    let mut text = format!(
+        "{}: {} links, {} joints, {} surface points, {} capsules, {} pairs of them checked for self-penetration\n\n",
+        hand.name,
+        hand.links.len(),
+        hand.joints.len(),
+        hand.surface.len(),
+        hand.capsules.len(),
+        hand.self_pairs.len()
+    );
+    digits(hand, &mut text);
+    joints(hand, &hand.pose_metric(), &mut text);
+    let vector = |v: &Vector3<f64>| format!("({:.2}, {:.2}, {:.2})", v.x, v.y, v.z);
+    let palm = &hand.palm;
+    let centre = palm.centre * 1e3;
+    let _ = writeln!(
+        text,
+        "\npalm: centre ({:.0}, {:.0}, {:.0}) mm, faces {}, fingers point {}, an object is faced {:.0} mm toward them",
+        centre.x,
+        centre.y,
+        centre.z,
+        vector(&palm.volar),
+        vector(&palm.distal),
+        1e3 * palm.faced_m
+    );
+    for note in &hand.notes {
+        let _ = writeln!(text, "note: {note}");
+    }
+    text
+}
+
+fn digits(hand: &Hand, text: &mut String) {
+    let _ = writeln!(
+        text,
+        "{:<12}{:>8}{:>12}{:>10}  links",
+        "part", "points", "area, cm²", "capsules"
+    );
+    for (digit, name) in hand.digits.iter().enumerate() {
+        let of_digit = |link: usize| hand.links[link].digit == digit;
+        let points = || hand.surface.iter().filter(|at| of_digit(at.link.0));
+        let capsules = hand.capsules.iter().filter(|c| of_digit(c.link.0)).count();
+        let links: Vec<&str> = (hand.links.iter())
+            .filter(|link| link.digit == digit)
+            .map(|link| link.name.as_str())
+            .collect();
+        let area: f64 = points().map(|at| at.area_m2).sum();
+        let _ = writeln!(
+            text,
+            "{name:<12}{:>8}{:>12.1}{capsules:>10}  {}",
+            points().count(),
+            1e4 * area,
+            links.join(", ")
+        );
+    }
+}
+
+fn joints(hand: &Hand, metric: &PoseMetric, text: &mut String) {
+    let width = hand.joints.iter().map(|joint| joint.name.len()).max();
+    let width = width.unwrap_or(0).max(6) + 2;
+    let _ = writeln!(
+        text,
+        "\n{:<width$}{:>18}{:>9}{:>12}{:>16}",
+        "joint", "range", "rest", "deviation", "moves hand by"
+    );
+    for (j, joint) in hand.joints.iter().enumerate() {
+        let (factor, unit, per) = match joint.kind {
+            JointKind::Hinge => (1f64.to_degrees(), "°", "mm/rad"),
+            JointKind::Slide => (1e3, "mm", "mm/m"),
+        };
+        let [lower, upper] = joint.limits_rad.map(|limit| factor * limit);
+        let followers = hand.links.iter().filter(|link| {
+            let follows = link.motion.is_some_and(|motion| motion.joint == j);
+            follows && hand.links[joint.link.0].name != link.name
+        });
+        let followers = match followers.count() {
+            0 => String::new(),
+            count => format!("  ({count} more follow)"),
+        };
+        let _ = writeln!(
+            text,
+            "{:<width$}{:>18}{:>9}{:>12}{:>16}{followers}",
+            joint.name,
+            if joint.wraps {
+                "endless".to_owned()
+            } else {
+                format!("{lower:.0} … {upper:.0} {unit}")
+            },
+            format!("{:.0} {unit}", factor * hand.prior.rest_rad[j]),
+            format!("{:.0} {unit}", factor * hand.prior.deviations_rad[j]),
+            format!("{:.1} {per}", 1e3 * metric.joint_levers_m[j]),
+        );
+    }
+}
+
+/// Six views of the hand.
+fn sheet(hand: &Hand) -> Vec<(Image, String)> {
+    let (skin, filling) = (hand.skin(), hand.capsule_skin());
+    let palm = &hand.palm;
+    let side = palm.volar.cross(&palm.distal);
+    let rest = hand.rest_coordinates();
+    let at = |share: f64| {
+        let mut x = rest.clone();
+        for (q, joint) in x[7..].iter_mut().zip(&hand.joints) {
+            let [lower, upper] = joint.limits_rad;
+            *q = lower + share * (upper - lower);
+        }
+        x
+    };
+    let scene = |skin: &Skin, x: &[f64], colour: Option<[u8; 3]>, points: bool| {
+        let mut posed = PosedHand::default();
+        hand.pose(x, &mut posed);
+        let mut surface = Surface::of_hand(skin, &posed);
+        surface.colour = colour.unwrap_or(surface.colour);
+        let markers = hand
+            .surface
+            .iter()
+            .zip(&posed.points)
+            .map(|(at, p)| Marker {
+                centre: *p,
+                radius_m: POINT_M,
+                colour: COLOURS[hand.links[at.link.0].digit % COLOURS.len()],
+            });
+        Scene {
+            surfaces: vec![surface],
+            markers: if points {
+                markers.collect()
+            } else {
+                Vec::new()
+            },
+            cones: Vec::new(),
+        }
+    };
+    // A palm that faces the viewer would hide a gripper's fingers behind each other: a little from the side.
+    let front = palm.volar + 0.25 * side + 0.15 * palm.distal;
+    let draw = |scene: Scene, from: Vector3<f64>, caption: &str| {
+        let image = scene.render(&scene.framed(from, palm.distal), SIDE, SIDE);
+        (image, caption.to_owned())
+    };
+    vec![
+        draw(
+            scene(&skin, &rest, None, false),
+            front,
+            "at rest, from what the palm faces",
+        ),
+        draw(
+            scene(&skin, &rest, None, false),
+            side,
+            "at rest, from the side",
+        ),
+        draw(
+            scene(&skin, &rest, None, true),
+            front,
+            "surface points by part",
+        ),
+        draw(
+            scene(&filling, &rest, Some([170, 184, 200]), false),
+            front,
+            "capsules kept out of things",
+        ),
+        draw(
+            scene(&skin, &at(0.0), None, false),
+            side,
+            "all joints at their lower limits",
+        ),
+        draw(
+            scene(&skin, &at(1.0), None, false),
+            side,
+            "all joints at their upper limits",
+        ),
+    ]
+}

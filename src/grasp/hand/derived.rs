@@ -1,0 +1,134 @@
+//! What was derived of a hand, as the side file that would say it.
+
+use std::collections::BTreeMap;
+
+use super::side_file::{CapsuleEntry, DigitEntry, MetricEntry, PalmEntry, SideFile};
+use super::{Hand, HandError, HandFiles, JointKind};
+
+impl HandFiles {
+    /// The side file that says all that is derived for this hand and all that its own side file says: a text to be edited.
+    ///
+    /// The hand of the same files with this side file is the same hand.
+    ///
+    /// # Errors
+    /// As [`Hand::from_files`].
+    pub fn derived_side_file(&self) -> Result<String, HandError> {
+        let mut side = self.side()?;
+        // Everything in a side file is about the hand before it is mirrored.
+        let mirrored = std::mem::take(&mut side.mirror);
+        let hand = Hand::from_files(self)?;
+        let hand = if mirrored { hand.mirrored() } else { hand };
+        side.mirror = mirrored;
+        side.comment.get_or_insert_with(|| {
+            "What was derived for this hand. Change what you know better; entries that are missing are derived.".to_owned()
+        });
+        if !mirrored {
+            side.name.get_or_insert_with(|| hand.name.clone());
+        }
+        side.surface_points.get_or_insert(hand.surface.len());
+        side.palm.get_or_insert(PalmEntry {
+            centre_m: hand.palm.centre.into(),
+            volar: hand.palm.volar.into(),
+            distal: hand.palm.distal.into(),
+            faced_m: hand.palm.faced_m,
+        });
+        if side.digits.is_none() {
+            side.digits = Some(hand.digit_entries());
+        }
+        for (capsule, exact) in hand.capsules.iter().zip(&hand.exact) {
+            let name = &hand.links[capsule.link.0].name;
+            if !exact && !side.capsules.contains_key(name) {
+                side.filling.entry(name.clone()).or_default();
+            }
+        }
+        let missing = |entries: &BTreeMap<String, Vec<CapsuleEntry>>| -> Vec<String> {
+            let empty = entries.iter().filter(|(_, list)| list.is_empty());
+            empty.map(|(name, _)| name.clone()).collect()
+        };
+        for name in missing(&side.filling) {
+            let own = hand.capsules.iter().zip(&hand.exact);
+            let own = own.filter(|(capsule, exact)| {
+                !**exact && hand.links[capsule.link.0].name == name.as_str()
+            });
+            let entries = own.map(|(capsule, _)| CapsuleEntry {
+                a: capsule.a.into(),
+                b: capsule.b.into(),
+                radius_m: capsule.radius_m,
+            });
+            let entries = entries.collect();
+            side.filling.insert(name, entries);
+        }
+        side.self_pairs.get_or_insert_with(|| hand.link_pairs());
+        hand.fill_joints(&mut side);
+        Ok(serde_json::to_string_pretty(&side)? + "\n")
+    }
+}
+
+impl Hand {
+    /// The digits and their links, one segment a link.
+    fn digit_entries(&self) -> Vec<DigitEntry> {
+        let entry = |(digit, name): (usize, &String)| DigitEntry {
+            name: name.clone(),
+            segments: (self.links.iter())
+                .filter(|link| link.digit == digit)
+                .map(|link| (link.name.clone(), vec![link.name.clone()]))
+                .collect(),
+        };
+        self.digits.iter().enumerate().skip(1).map(entry).collect()
+    }
+
+    /// Pairs of links of which some capsules are checked against each other.
+    fn link_pairs(&self) -> Vec<[String; 2]> {
+        let links = self
+            .self_pairs
+            .iter()
+            .map(|pair| pair.map(|capsule| self.capsules[capsule].link.0));
+        let mut links: Vec<[usize; 2]> = links.collect();
+        links.sort_unstable();
+        links.dedup();
+        let names = |pair: [usize; 2]| pair.map(|link| self.links[link].name.clone());
+        links.into_iter().map(names).collect()
+    }
+
+    fn fill_joints(&self, side: &mut SideFile) {
+        let metric = self.pose_metric();
+        for (j, joint) in self.joints.iter().enumerate() {
+            let name = || joint.name.clone();
+            let [rest, deviation] = [self.prior.rest_rad[j], self.own_deviation(j)];
+            match joint.kind {
+                JointKind::Hinge => {
+                    side.rest_deg.entry(name()).or_insert(rest.to_degrees());
+                    side.deviation_deg
+                        .entry(name())
+                        .or_insert(deviation.to_degrees());
+                }
+                JointKind::Slide => {
+                    side.rest_mm.entry(name()).or_insert(1e3 * rest);
+                    side.deviation_mm.entry(name()).or_insert(1e3 * deviation);
+                }
+            }
+            let entries: &mut MetricEntry = &mut side.metric;
+            entries
+                .levers_m
+                .entry(name())
+                .or_insert(metric.joint_levers_m[j]);
+            entries
+                .reaches_m
+                .entry(name())
+                .or_insert(metric.joint_reaches_m[j]);
+        }
+        let entries = &mut side.metric;
+        entries
+            .radius_of_gyration_m
+            .get_or_insert(metric.radius_of_gyration_m);
+        entries
+            .rotation_reach_m
+            .get_or_insert(metric.rotation_reach_m);
+    }
+
+    /// A quarter of the range: what the side file's deviations replace. The prior's own deviations hold the synergies, too.
+    fn own_deviation(&self, j: usize) -> f64 {
+        let [lower, upper] = self.joints[j].limits_rad;
+        (upper - lower) / 4.0
+    }
+}

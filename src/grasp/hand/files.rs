@@ -1,0 +1,251 @@
+//! The files a hand is described by: the description, its side file, and what they include.
+
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Component, Path, PathBuf};
+
+use super::geometry::Geometry;
+use super::model::Model;
+use super::side_file::SideFile;
+use super::{HandError, description, mesh, mjcf, side_file, urdf};
+
+/// Largest file that is read, bytes.
+const LARGEST: u64 = 256 << 20;
+
+/// A file, by the name under which the description refers to it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct HandFile {
+    /// Name: of the description and the side file without folder, of the others as referred to.
+    pub name: String,
+    /// Its text; meshes as OBJ, whatever they were.
+    pub text: String,
+}
+
+/// Everything a hand is made of: the description first, then the side file (`.json`) if there is one, then included
+/// files and meshes.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct HandFiles {
+    /// The files.
+    pub files: Vec<HandFile>,
+}
+
+/// Where a reader finds what a description refers to. Errors are half a sentence: what is wrong with the file.
+pub(super) trait Files {
+    /// The text of an included file.
+    fn include(&self, reference: &str) -> Result<String, String>;
+    /// A mesh as OBJ text.
+    fn mesh(&self, reference: &str) -> Result<String, String>;
+}
+
+impl HandFiles {
+    /// Reads the URDF or MJCF file at `path`, the JSON side file of the same stem if there is one, and every file these
+    /// refer to: meshes (OBJ, STL, MSH) and included files. References are relative to the folder of `path`;
+    /// `package://name/…` is looked for in that folder and those above it, with and without the folder `name`.
+    ///
+    /// # Errors
+    /// If a file cannot be read or is no description of a hand; the message names the file, the element and what to do.
+    pub fn load(path: &Path) -> Result<Self, HandError> {
+        let text = read(path)?;
+        let name = |path: &Path| {
+            let name = path.file_name().unwrap_or_default();
+            name.to_string_lossy().into_owned()
+        };
+        let mut files = vec![HandFile {
+            name: name(path),
+            text,
+        }];
+        let beside = path.with_extension("json");
+        if beside.exists() && beside != path {
+            files.push(HandFile {
+                name: name(&beside),
+                text: read(&beside)?,
+            });
+        }
+        let disk = Disk {
+            folder: path.parent().map(Path::to_owned).unwrap_or_default(),
+            found: RefCell::default(),
+        };
+        let given = Self {
+            files: files.clone(),
+        };
+        Geometry::check_meshes(&given.model(&disk)?, &given.side()?)?;
+        let found = disk.found.into_inner().into_iter();
+        files.extend(found.map(|(name, text)| HandFile { name, text }));
+        Ok(Self { files })
+    }
+
+    /// The files as they are, the description first.
+    pub fn of_texts<'a>(files: impl IntoIterator<Item = [&'a str; 2]>) -> Self {
+        let file = |[name, text]: [&str; 2]| HandFile {
+            name: name.to_owned(),
+            text: text.to_owned(),
+        };
+        Self {
+            files: files.into_iter().map(file).collect(),
+        }
+    }
+
+    /// The files of the mirror image: the side file says so.
+    ///
+    /// # Errors
+    /// If the side file cannot be read.
+    pub fn mirrored(&self) -> Result<Self, HandError> {
+        let mut files = self.clone();
+        let side = self.side_place();
+        let text = side.map_or("{}", |place| self.files[place].text.as_str());
+        let mut value: serde_json::Value = serde_json::from_str(text)?;
+        let already = self.side()?.mirror;
+        if let Some(entries) = value.as_object_mut() {
+            entries.insert("mirror".to_owned(), (!already).into());
+        }
+        let text = serde_json::to_string_pretty(&value)?;
+        if let Some(place) = side {
+            files.files[place].text = text;
+        } else {
+            let name = Path::new(self.files.first().map_or("hand", |main| main.name.as_str()));
+            let name = name.with_extension("json").to_string_lossy().into_owned();
+            let place = files.files.len().min(1);
+            files.files.insert(place, HandFile { name, text });
+        }
+        Ok(files)
+    }
+
+    fn side_place(&self) -> Option<usize> {
+        let place = self.files.iter().skip(1).position(|file| {
+            let kind = Path::new(&file.name).extension();
+            kind.is_some_and(|kind| kind.eq_ignore_ascii_case("json"))
+        })?;
+        Some(place + 1)
+    }
+
+    pub(super) fn side(&self) -> Result<SideFile, HandError> {
+        side_file::parse(
+            self.side_place()
+                .map(|place| self.files[place].text.as_str()),
+        )
+    }
+
+    pub(super) fn model(&self, files: &dyn Files) -> Result<Model, HandError> {
+        let main = self.files.first().ok_or(HandError::NoDescription)?;
+        let mut model = if description::is_mjcf(&main.text) {
+            mjcf::read(&main.name, &main.text, files)?
+        } else {
+            urdf::read(&main.text, files)?
+        };
+        model.remove(&self.side()?.without)?;
+        Ok(model)
+    }
+}
+
+impl Files for HandFiles {
+    fn include(&self, reference: &str) -> Result<String, String> {
+        let file = self.files.iter().find(|file| file.name == reference);
+        file.map(|file| file.text.clone())
+            .ok_or_else(|| "it is not among the files of the hand".to_owned())
+    }
+
+    fn mesh(&self, reference: &str) -> Result<String, String> {
+        self.include(reference)
+    }
+}
+
+fn read(path: &Path) -> Result<String, HandError> {
+    let problem = |problem: String| HandError::File {
+        path: path.to_owned(),
+        problem,
+    };
+    let bytes = bytes(path).map_err(problem)?;
+    text_of(bytes).map_err(problem)
+}
+
+fn text_of(bytes: Vec<u8>) -> Result<String, String> {
+    String::from_utf8(bytes).map_err(|error| format!("it is not text: {error}"))
+}
+
+fn bytes(path: &Path) -> Result<Vec<u8>, String> {
+    let told = fs::metadata(path).map_err(|error| error.to_string())?;
+    if !told.is_file() {
+        return Err("it is no file".to_owned());
+    }
+    if told.len() > LARGEST {
+        return Err(format!("it is larger than {} MB", LARGEST >> 20));
+    }
+    fs::read(path).map_err(|error| error.to_string())
+}
+
+/// Files relative to a folder; remembers what was asked for.
+struct Disk {
+    folder: PathBuf,
+    found: RefCell<BTreeMap<String, String>>,
+}
+
+impl Disk {
+    /// Where a reference may lie, best guess first.
+    fn places(&self, reference: &str) -> Vec<PathBuf> {
+        let Some(rest) = reference.strip_prefix("package://") else {
+            let plain = reference.strip_prefix("file://").unwrap_or(reference);
+            return vec![self.folder.join(plain)];
+        };
+        // Within the package: no way up.
+        let rest = Path::new(rest);
+        if !rest
+            .components()
+            .all(|part| matches!(part, Component::Normal(_) | Component::CurDir))
+        {
+            return Vec::new();
+        }
+        let mut inner = rest.components();
+        inner.next();
+        let start = fs::canonicalize(&self.folder).unwrap_or_else(|_| self.folder.clone());
+        start
+            .ancestors()
+            .flat_map(|folder| [folder.join(rest), folder.join(inner.as_path())])
+            .collect()
+    }
+
+    fn remember(
+        &self,
+        reference: &str,
+        convert: impl FnOnce(Vec<u8>) -> Result<String, String>,
+    ) -> Result<String, String> {
+        if let Some(text) = self.found.borrow().get(reference) {
+            return Ok(text.clone());
+        }
+        let places = self.places(reference);
+        let path = places.iter().find(|path| path.is_file());
+        let Some(path) = path.or(places.first()) else {
+            return Err("a package:// path must name a file inside its package".to_owned());
+        };
+        let bytes =
+            bytes(path).map_err(|error| format!("cannot read {}: {error}", path.display()))?;
+        let text = convert(bytes)?;
+        self.found
+            .borrow_mut()
+            .insert(reference.to_owned(), text.clone());
+        Ok(text)
+    }
+}
+
+impl Files for Disk {
+    fn include(&self, reference: &str) -> Result<String, String> {
+        self.remember(reference, text_of)
+    }
+
+    fn mesh(&self, reference: &str) -> Result<String, String> {
+        self.remember(reference, |bytes| mesh::to_obj(reference, &bytes))
+    }
+}
+
+/// Nothing but the description itself.
+pub(super) struct NoFiles;
+
+impl Files for NoFiles {
+    fn include(&self, _: &str) -> Result<String, String> {
+        Err("the description was given alone, without the files it refers to".to_owned())
+    }
+
+    fn mesh(&self, reference: &str) -> Result<String, String> {
+        self.include(reference)
+    }
+}

@@ -1,0 +1,354 @@
+//! From the parts of a description to what touches, what is run into, and what is drawn.
+
+use std::f64::consts::TAU;
+
+use nalgebra::Vector3;
+
+use super::fill::fill;
+use super::hull::{Hull, directions};
+use super::model::{Body, Form, Model, Part};
+use super::side_file::{CapsuleEntry, SideFile};
+use super::{Capsule, Frame, HandError, Link, LinkId};
+
+/// Meshes of more triangles are drawn as their hulls.
+const DRAWN: usize = 20_000;
+/// Corners of a circle.
+const CORNERS: u32 = 32;
+
+/// The geometry of all links, sorted by link.
+#[derive(Debug, Default)]
+pub(super) struct Geometry {
+    pub(super) capsules: Vec<Capsule>,
+    /// For each capsule: whether it is geometry itself, rather than filling a hull.
+    pub(super) exact: Vec<bool>,
+    pub(super) hulls: Vec<Hull>,
+    pub(super) meshes: Vec<LinkMesh>,
+}
+
+/// Triangles fixed to a link, for drawing; link frame, metres.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct LinkMesh {
+    pub(super) link: LinkId,
+    pub(super) vertices: Vec<Vector3<f64>>,
+    pub(super) triangles: Vec<[u32; 3]>,
+}
+
+impl Geometry {
+    /// Spheres and capsules as they are; of everything else the convex hull, filled with capsules.
+    ///
+    /// A link's collision geometry counts, what is only to be seen where it has none.
+    pub(super) fn of(
+        model: &Model,
+        side: &SideFile,
+        links: &[Link],
+        notes: &mut Vec<String>,
+    ) -> Result<Self, HandError> {
+        for (place, entries) in [("capsules", &side.capsules), ("filling", &side.filling)] {
+            let known = |name: &String| links.iter().any(|link| &link.name == name);
+            if let Some(name) = entries.keys().find(|&name| !known(name)) {
+                return Err(HandError::Unknown {
+                    place: format!("\"{place}\" of the side file"),
+                    kind: "link",
+                    name: name.clone(),
+                });
+            }
+        }
+        let mut geometry = Self::default();
+        for (l, (link, body)) in links.iter().zip(&model.bodies).enumerate() {
+            let id = LinkId(l);
+            if let Some(entries) = side.capsules.get(&link.name) {
+                geometry.add_capsules(id, entries, true, &link.name)?;
+                continue;
+            }
+            let filling = side.filling.get(&link.name);
+            for part in used(body) {
+                let added = geometry.add(id, part, filling.is_none(), &link.name)?;
+                if !added {
+                    notes.push(format!(
+                        "a mesh of link \"{}\" is left out: it has no volume",
+                        link.name
+                    ));
+                }
+            }
+            if let Some(entries) = filling {
+                geometry.add_capsules(id, entries, false, &link.name)?;
+            }
+            geometry.filling_last(id);
+        }
+        if geometry.capsules.is_empty() {
+            return Err(HandError::NoGeometry);
+        }
+        Ok(geometry)
+    }
+
+    fn add_capsules(
+        &mut self,
+        link: LinkId,
+        entries: &[CapsuleEntry],
+        exact: bool,
+        name: &str,
+    ) -> Result<(), HandError> {
+        for &CapsuleEntry { a, b, radius_m } in entries {
+            check_size(radius_m, name)?;
+            self.push(
+                Capsule {
+                    link,
+                    a: a.into(),
+                    b: b.into(),
+                    radius_m,
+                },
+                exact,
+            );
+        }
+        Ok(())
+    }
+
+    /// Puts what fills the hulls of the last link behind its own capsules.
+    fn filling_last(&mut self, link: LinkId) {
+        let first = self.capsules.partition_point(|capsule| capsule.link < link);
+        let of_link = self.capsules.drain(first..).zip(self.exact.drain(first..));
+        let (exact, filling): (Vec<_>, Vec<_>) = of_link.partition(|(_, exact)| *exact);
+        for (capsule, exact) in exact.into_iter().chain(filling) {
+            self.push(capsule, exact);
+        }
+    }
+
+    /// Refuses meshes that are needed and could not be read.
+    pub(super) fn check_meshes(model: &Model, side: &SideFile) -> Result<(), HandError> {
+        let own = |body: &&Body| !side.capsules.contains_key(&body.name);
+        for body in model.bodies.iter().filter(own) {
+            for part in used(body) {
+                if let Form::Unread(_) = part.form {
+                    points(&part.form, &body.name)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn push(&mut self, capsule: Capsule, exact: bool) {
+        self.capsules.push(capsule);
+        self.exact.push(exact);
+    }
+
+    /// Adds a part; whether it has a volume.
+    fn add(
+        &mut self,
+        link: LinkId,
+        part: &Part,
+        filled: bool,
+        name: &str,
+    ) -> Result<bool, HandError> {
+        let frame = &part.in_body;
+        let placed = |capsule: &Capsule| Capsule {
+            a: frame.point(&capsule.a),
+            b: frame.point(&capsule.b),
+            ..*capsule
+        };
+        if let Form::Sphere { .. } | Form::Capsule { .. } = part.form {
+            for capsule in primitive(&part.form, link, name)? {
+                self.push(placed(&capsule), true);
+            }
+            return Ok(true);
+        }
+        let points: Vec<Vector3<f64>> = points(&part.form, name)?
+            .iter()
+            .map(|point| frame.point(point))
+            .collect();
+        let Some(hull) = Hull::of(link, &points) else {
+            return Ok(false);
+        };
+        if filled {
+            match &part.form {
+                Form::Mesh(_) | Form::Ellipsoid { .. } => {
+                    for capsule in fill(&hull) {
+                        self.push(capsule, false);
+                    }
+                }
+                form => {
+                    for capsule in primitive(form, link, name)? {
+                        self.push(placed(&capsule), false);
+                    }
+                }
+            }
+        }
+        self.meshes.push(drawn(&part.form, frame, &hull));
+        self.hulls.push(hull);
+        Ok(true)
+    }
+}
+
+/// Parts for collisions; those only to be seen where there are no others.
+fn used(body: &Body) -> impl Iterator<Item = &Part> {
+    let solid = body.parts.iter().any(|part| part.solid);
+    body.parts.iter().filter(move |part| part.solid == solid)
+}
+
+/// The mesh itself, if it can be drawn in reasonable time; else the hull.
+fn drawn(form: &Form, frame: &Frame, hull: &Hull) -> LinkMesh {
+    match form {
+        Form::Mesh(mesh) if (1..=DRAWN).contains(&mesh.triangles.len()) => LinkMesh {
+            link: hull.link,
+            vertices: mesh.vertices.iter().map(|v| frame.point(v)).collect(),
+            triangles: mesh.triangles.clone(),
+        },
+        _ => LinkMesh {
+            link: hull.link,
+            vertices: hull.vertices.clone(),
+            triangles: hull.triangles.clone(),
+        },
+    }
+}
+
+/// Points whose hull is the form, in its own frame.
+fn points(form: &Form, name: &str) -> Result<Vec<Vector3<f64>>, HandError> {
+    Ok(match form {
+        Form::Cylinder { radius, length } => {
+            check_size(*radius, name)?;
+            check_size(*length, name)?;
+            let circle = (0..CORNERS).map(|k| (TAU * f64::from(k) / f64::from(CORNERS)).sin_cos());
+            let ends = |(sin, cos): (f64, f64)| {
+                [-0.5, 0.5].map(|end| Vector3::new(radius * cos, radius * sin, end * length))
+            };
+            circle.flat_map(ends).collect()
+        }
+        Form::Cuboid { size } => {
+            for &side in size {
+                check_size(side, name)?;
+            }
+            let half = Vector3::from(*size) / 2.0;
+            let sign = |bits: usize, axis: usize| if bits >> axis & 1 == 1 { 1.0 } else { -1.0 };
+            let corner = |bits: usize| Vector3::from_fn(|axis, _| sign(bits, axis) * half[axis]);
+            (0..8).map(corner).collect()
+        }
+        Form::Ellipsoid { radii } => {
+            for &radius in radii {
+                check_size(radius, name)?;
+            }
+            let radii = Vector3::from(*radii);
+            directions(256).map(|d| d.component_mul(&radii)).collect()
+        }
+        Form::Mesh(mesh) => mesh.vertices.clone(),
+        Form::Unread(problem) => {
+            return Err(HandError::Mesh {
+                link: name.to_owned(),
+                problem: problem.clone(),
+            });
+        }
+        Form::Sphere { .. } | Form::Capsule { .. } => Vec::new(),
+    })
+}
+
+fn check_size(size: f64, link: &str) -> Result<(), HandError> {
+    if size > 0.0 && size.is_finite() {
+        Ok(())
+    } else {
+        Err(HandError::Size {
+            link: link.to_owned(),
+            size,
+        })
+    }
+}
+
+/// A primitive as capsules in its own frame.
+///
+/// A cylinder becomes the capsule that reaches from cap to cap, a flat one the box around it; a box becomes a row of
+/// parallel capsules as thick as its shortest side, which rounds its edges off.
+fn primitive(form: &Form, link: LinkId, name: &str) -> Result<Vec<Capsule>, HandError> {
+    let along_z = |radius_m: f64, half: f64| {
+        vec![Capsule {
+            link,
+            a: Vector3::z() * -half,
+            b: Vector3::z() * half,
+            radius_m,
+        }]
+    };
+    match form {
+        Form::Sphere { radius } => {
+            check_size(*radius, name)?;
+            Ok(along_z(*radius, 0.0))
+        }
+        Form::Capsule { radius, length } => {
+            check_size(*radius, name)?;
+            check_size(*length, name)?;
+            Ok(along_z(*radius, length / 2.0))
+        }
+        Form::Cylinder { radius, length } => {
+            check_size(*radius, name)?;
+            check_size(*length, name)?;
+            if 2.0 * radius > *length {
+                return Ok(rounded_box([2.0 * radius, 2.0 * radius, *length], link));
+            }
+            Ok(along_z(*radius, length / 2.0 - radius))
+        }
+        Form::Cuboid { size } => {
+            for &side in size {
+                check_size(side, name)?;
+            }
+            Ok(rounded_box(*size, link))
+        }
+        Form::Ellipsoid { .. } | Form::Mesh(_) | Form::Unread(_) => Ok(Vec::new()),
+    }
+}
+
+/// Parallel capsules along the longest side, their axes at most a radius apart.
+fn rounded_box(size: [f64; 3], link: LinkId) -> Vec<Capsule> {
+    let mut order = [0, 1, 2];
+    order.sort_by(|&i, &j| size[j].total_cmp(&size[i]));
+    let [long, wide, thin] = order;
+    let radius_m = size[thin] / 2.0;
+    let half = |axis: usize| Vector3::ith(axis, size[axis] / 2.0 - radius_m);
+    let gaps = (0..64)
+        .find(|&gaps| 2.0 * half(wide)[wide] <= f64::from(gaps) * radius_m)
+        .unwrap_or(64);
+    (0..=gaps)
+        .map(|row| {
+            let centre = half(wide) * (f64::from(2 * row - gaps) / f64::from(gaps.max(1)));
+            Capsule {
+                link,
+                a: centre - half(long),
+                b: centre + half(long),
+                radius_m,
+            }
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Boxes and flat cylinders reach exactly as far as they should along each axis, whichever side is longest.
+    #[test]
+    fn primitives_keep_their_extents() {
+        let extents = |form: &Form| {
+            let capsules = primitive(form, LinkId(0), "a").unwrap();
+            let reach = |axis: usize| {
+                let reach = |c: &Capsule| c.a[axis].abs().max(c.b[axis].abs()) + c.radius_m;
+                2.0 * capsules.iter().map(reach).fold(0.0, f64::max)
+            };
+            [reach(0), reach(1), reach(2)]
+        };
+        let cuboid = |size| Form::Cuboid { size };
+        let cylinder = |radius, length| Form::Cylinder { radius, length };
+        let capsule = Form::Capsule {
+            radius: 0.01,
+            length: 0.05,
+        };
+        for (form, expected) in [
+            (cuboid([0.1, 0.02, 0.06]), [0.1, 0.02, 0.06]),
+            (cuboid([0.03, 0.03, 0.03]), [0.03; 3]),
+            (cylinder(0.01, 0.05), [0.02, 0.02, 0.05]),
+            (cylinder(0.04, 0.02), [0.08, 0.08, 0.02]),
+            (capsule, [0.02, 0.02, 0.07]),
+        ] {
+            let found = extents(&form);
+            for axis in 0..3 {
+                assert!(
+                    (found[axis] - expected[axis]).abs() < 1e-12,
+                    "{form:?}: {found:?}"
+                );
+            }
+        }
+    }
+}

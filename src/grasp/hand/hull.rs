@@ -1,0 +1,188 @@
+//! Convex hulls: what stands for a mesh, a box or a cylinder where contacts are looked for, as in `MuJoCo`.
+
+use nalgebra::Vector3;
+use parry3d_f64::math::Vector as ParryVector;
+use parry3d_f64::transformation::try_convex_hull;
+
+use super::LinkId;
+
+/// Meshes of more vertices are cut down to those that are outermost in one of so many directions: on a ball of 10 mm
+/// that loses 0.02 mm.
+const DIRECTIONS: u32 = 1024;
+
+/// A convex solid fixed to a link, link frame, metres.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Hull {
+    pub(super) link: LinkId,
+    pub(super) vertices: Vec<Vector3<f64>>,
+    /// Counter-clockwise seen from outside.
+    pub(super) triangles: Vec<[u32; 3]>,
+    /// Unit outward normals n and offsets d of the planes n·p = d around it.
+    planes: Vec<(Vector3<f64>, f64)>,
+    centre: Vector3<f64>,
+    radius_m: f64,
+}
+
+impl Hull {
+    /// The hull of some points; `None` where they have no volume.
+    pub(super) fn of(link: LinkId, points: &[Vector3<f64>]) -> Option<Self> {
+        let points = outermost(points);
+        let (low, high) = points.iter().fold(
+            (
+                Vector3::repeat(f64::INFINITY),
+                Vector3::repeat(f64::NEG_INFINITY),
+            ),
+            |(low, high), p| (low.inf(p), high.sup(p)),
+        );
+        let size = (high - low).norm();
+        if !(size.is_finite() && size > 0.0) {
+            return None;
+        }
+        let centre = low.lerp(&high, 0.5);
+        // Of the size of one, about the origin.
+        let normed: Vec<ParryVector> = points
+            .iter()
+            .map(|p| (p - centre) / size)
+            .map(|p| ParryVector::new(p.x, p.y, p.z))
+            .collect();
+        let (vertices, triangles) = try_convex_hull(&normed).ok()?;
+        let vertices: Vec<Vector3<f64>> = vertices
+            .iter()
+            .map(|v| centre + Vector3::new(v.x, v.y, v.z) * size)
+            .collect();
+        let triangles: Vec<[u32; 3]> = triangles
+            .into_iter()
+            .filter(|corners| corners.iter().all(|&v| (v as usize) < vertices.len()))
+            .collect();
+        let corners = |t: &[u32; 3]| t.map(|v| vertices[v as usize] - centre);
+        let volume: f64 = triangles
+            .iter()
+            .map(corners)
+            .map(|[a, b, c]| a.dot(&b.cross(&c)) / 6.0)
+            .sum();
+        if volume < 1e-6 * size.powi(3) {
+            return None;
+        }
+        let mut planes: Vec<(Vector3<f64>, f64)> = Vec::new();
+        for [a, b, c] in triangles.iter().map(corners) {
+            let Some(normal) = (b - a).cross(&(c - a)).try_normalize(1e-9 * size * size) else {
+                continue;
+            };
+            if planes
+                .iter()
+                .any(|(known, _)| known.dot(&normal) > 1.0 - 1e-10)
+            {
+                continue;
+            }
+            // As far out as the outermost vertex: a sliver's normal may be a little off.
+            let reach = vertices.iter().map(|v| normal.dot(v));
+            planes.push((normal, reach.fold(f64::NEG_INFINITY, f64::max)));
+        }
+        let radius_m = vertices.iter().map(|v| (v - centre).norm());
+        Some(Self {
+            link,
+            radius_m: radius_m.fold(0.0, f64::max),
+            vertices,
+            triangles,
+            planes,
+            centre,
+        })
+    }
+
+    /// How deep a point (link frame) lies inside: distance to the nearest plane around the hull, negative outside.
+    pub(super) fn depth(&self, point: &Vector3<f64>) -> f64 {
+        let outside = (point - self.centre).norm() - self.radius_m;
+        if outside > 0.0 {
+            return -outside;
+        }
+        self.planes
+            .iter()
+            .map(|(normal, offset)| offset - normal.dot(point))
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    pub(super) fn area_m2(&self) -> f64 {
+        self.triangles
+            .iter()
+            .map(|t| self.doubled(t).norm())
+            .sum::<f64>()
+            / 2.0
+    }
+
+    pub(super) fn corners(&self, triangle: &[u32; 3]) -> [Vector3<f64>; 3] {
+        triangle.map(|v| self.vertices[v as usize])
+    }
+
+    /// Outward normal of a triangle, of twice its area.
+    pub(super) fn doubled(&self, triangle: &[u32; 3]) -> Vector3<f64> {
+        let [a, b, c] = self.corners(triangle);
+        (b - a).cross(&(c - a))
+    }
+
+    /// Lowest and highest corner along the axes of the link.
+    pub(super) fn bounds(&self) -> [Vector3<f64>; 2] {
+        let first = self.vertices.first().copied().unwrap_or_default();
+        self.vertices
+            .iter()
+            .fold([first, first], |[low, high], v| [low.inf(v), high.sup(v)])
+    }
+}
+
+/// Unit vectors spread evenly over the sphere.
+pub(super) fn directions(count: u32) -> impl Iterator<Item = Vector3<f64>> {
+    (0..count).map(move |k| {
+        let height = 1.0 - (2.0 * f64::from(k) + 1.0) / f64::from(count);
+        let (sin, cos) = (f64::from(k) * super::surface::GOLDEN_ANGLE).sin_cos();
+        let across = (1.0 - height * height).sqrt();
+        Vector3::new(across * cos, across * sin, height)
+    })
+}
+
+fn outermost(points: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+    if points.len() <= DIRECTIONS as usize {
+        return points.to_vec();
+    }
+    let mut chosen: Vec<usize> = directions(DIRECTIONS)
+        .filter_map(|direction| {
+            let heights = points.iter().map(|p| direction.dot(p)).enumerate();
+            heights
+                .max_by(|(_, a), (_, b)| a.total_cmp(b))
+                .map(|(index, _)| index)
+        })
+        .collect();
+    chosen.sort_unstable();
+    chosen.dedup();
+    chosen.into_iter().map(|index| points[index]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_box_of_points_is_a_box() {
+        let points: Vec<_> = (0..27u32)
+            .map(|k| Vector3::new(f64::from(k % 3), f64::from(k / 3 % 3), f64::from(k / 9)) * 0.01)
+            .collect();
+        let hull = Hull::of(LinkId(0), &points).unwrap();
+        assert_eq!(hull.planes.len(), 6);
+        assert!((hull.area_m2() - 6.0 * 0.02f64.powi(2)).abs() < 1e-12);
+        let depth = |x: f64, y: f64, z: f64| hull.depth(&Vector3::new(x, y, z));
+        assert!((depth(0.01, 0.01, 0.003) - 0.003).abs() < 1e-12);
+        assert!((depth(0.01, 0.01, 0.021) + 0.001).abs() < 1e-9);
+        assert!(depth(1.0, 0.0, 0.0) < -0.5);
+    }
+
+    #[test]
+    fn many_points_lose_little_and_flat_ones_are_nothing() {
+        let ball: Vec<_> = directions(50_000).map(|d| d * 0.01).collect();
+        let hull = Hull::of(LinkId(0), &ball).unwrap();
+        assert!(hull.vertices.len() <= DIRECTIONS as usize);
+        let worst = directions(500)
+            .map(|d| hull.depth(&(d * 0.01)).abs())
+            .fold(0.0, f64::max);
+        assert!(worst < 4e-5, "{worst} m");
+        let flat: Vec<_> = ball.iter().map(|p| Vector3::new(p.x, p.y, 0.0)).collect();
+        assert!(Hull::of(LinkId(0), &flat).is_none());
+    }
+}

@@ -1,0 +1,66 @@
+//! Mirror images: a left hand of a right one.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::{Frame, Hand, JointKind};
+
+/// What is added to the name of a mirrored hand.
+const MIRRORED: &str = "_mirrored";
+
+/// The reflection x ↦ −x of the root frame, which every link's frame follows.
+fn reflected(v: &Vector3<f64>) -> Vector3<f64> {
+    Vector3::new(-v.x, v.y, v.z)
+}
+
+fn reflected_frame(frame: &Frame) -> Frame {
+    let m = Matrix3::from_diagonal(&Vector3::new(-1.0, 1.0, 1.0));
+    Frame {
+        rotation: m * frame.rotation * m,
+        translation: reflected(&frame.translation),
+    }
+}
+
+impl Hand {
+    /// The mirror image at the plane x = 0 of the root frame, with the same joints and limits: at the same coordinates
+    /// every link, point and capsule is the mirror image of the original's.
+    ///
+    /// With M = diag(−1, 1, 1) frames become M F M, points M p, the directions of slides M a and those of turns −M a, since
+    /// a turn changes its sense in a mirror.
+    #[must_use]
+    pub fn mirrored(&self) -> Self {
+        let mut hand = self.clone();
+        hand.name = match self.name.strip_suffix(MIRRORED) {
+            Some(name) => name.to_owned(),
+            None => format!("{}{MIRRORED}", self.name),
+        };
+        for link in &mut hand.links {
+            link.parent_from_link = reflected_frame(&link.parent_from_link);
+            if let Some(motion) = &mut link.motion {
+                let axis = reflected(&motion.axis);
+                motion.axis = match motion.kind {
+                    JointKind::Hinge => -axis,
+                    JointKind::Slide => axis,
+                };
+            }
+        }
+        for capsule in &mut hand.capsules {
+            (capsule.a, capsule.b) = (reflected(&capsule.a), reflected(&capsule.b));
+        }
+        for point in &mut hand.surface {
+            (point.point, point.normal) = (reflected(&point.point), reflected(&point.normal));
+        }
+        for mesh in &mut hand.meshes {
+            for vertex in &mut mesh.vertices {
+                *vertex = reflected(vertex);
+            }
+            for triangle in &mut mesh.triangles {
+                triangle.swap(1, 2);
+            }
+        }
+        let palm = &mut hand.palm;
+        palm.centre = reflected(&palm.centre);
+        palm.volar = reflected(&palm.volar);
+        palm.distal = reflected(&palm.distal);
+        hand
+    }
+}

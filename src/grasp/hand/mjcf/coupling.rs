@@ -1,0 +1,156 @@
+//! Joints that follow others, and bodies that never collide.
+
+use super::super::HandError;
+use super::super::model::Coupling;
+use super::Reader;
+use super::element::Element;
+
+/// A `<fixed>` tendon: a weighted sum of joint coordinates.
+struct Tendon<'a> {
+    element: &'a Element,
+    joints: Vec<(&'a str, f64)>,
+}
+
+pub(super) fn read(reader: &mut Reader<'_>, root: &Element) -> Result<(), HandError> {
+    for exclude in root
+        .children_named("contact")
+        .flat_map(|contact| contact.children_named("exclude"))
+    {
+        let bodies = ["body1", "body2"].map(|name| exclude.attribute(name));
+        if let [Some(first), Some(second)] = bodies {
+            reader.model.apart.push([first, second].map(str::to_owned));
+        }
+    }
+    let tendons = tendons(root)?;
+    let mut coupled = Vec::new();
+    for equality in root.children_named("equality") {
+        for element in &equality.children {
+            if !element.flag("active", true)? {
+                continue;
+            }
+            match element.tag.as_str() {
+                "joint" => of_joints(reader, element)?,
+                "tendon" => coupled.push(of_tendon(reader, element, &tendons)?),
+                _ => reader.note(format!(
+                    "{} is left out: only couplings of joints are read",
+                    element.place()
+                )),
+            }
+        }
+    }
+    for tendon in &tendons {
+        let limited = tendon.element.attribute("range").is_some()
+            && tendon.element.attribute("limited") != Some("false");
+        if limited
+            && !coupled
+                .iter()
+                .any(|name| Some(name.as_str()) == tendon.element.attribute("name"))
+        {
+            let joints: Vec<&str> = tendon.joints.iter().map(|(joint, _)| *joint).collect();
+            reader.note(format!(
+                "{} bounds a sum of the joints {}, which stay independent here",
+                tendon.element.place(),
+                joints.join(" and ")
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn tendons(root: &Element) -> Result<Vec<Tendon<'_>>, HandError> {
+    let fixed = root
+        .children_named("tendon")
+        .flat_map(|tendon| tendon.children_named("fixed"));
+    let read = |element| {
+        let element: &Element = element;
+        let mut joints = Vec::new();
+        for joint in element.children_named("joint") {
+            let (Some(name), Some(coefficient)) =
+                (joint.attribute("joint"), joint.attribute("coef"))
+            else {
+                return Err(joint.error("joint and coef are needed"));
+            };
+            let [coefficient] = joint.exactly("coef", coefficient)?;
+            joints.push((name, coefficient));
+        }
+        Ok(Tendon { element, joints })
+    };
+    fixed.map(read).collect()
+}
+
+/// `joint1 − ref1 = c₀ + c₁ (joint2 − ref2)`.
+fn of_joints(reader: &mut Reader<'_>, element: &Element) -> Result<(), HandError> {
+    let Some(first) = element.attribute("joint1") else {
+        return Err(element.error("joint1 is missing"));
+    };
+    let coefficients = match element.attribute("polycoef") {
+        Some(text) => element.numbers("polycoef", text)?,
+        None => vec![0.0, 1.0],
+    };
+    if coefficients.iter().skip(2).any(|c| *c != 0.0) {
+        return Err(element.error("polycoef: only linear couplings (two coefficients) are read"));
+    }
+    let Some(second) = element.attribute("joint2") else {
+        return Err(
+            element.error("a joint held at a constant is not read: take it out of the description")
+        );
+    };
+    let at = |i: usize| coefficients.get(i).copied().unwrap_or_default();
+    couple(reader, element, [first, second], at(0), at(1))
+}
+
+/// `a₁ (joint1 − ref1) + a₂ (joint2 − ref2) = c₀`; returns the tendon's name.
+fn of_tendon(
+    reader: &mut Reader<'_>,
+    element: &Element,
+    tendons: &[Tendon<'_>],
+) -> Result<String, HandError> {
+    let name = element.attribute("tendon1").unwrap_or_default();
+    let tendon = tendons
+        .iter()
+        .find(|tendon| tendon.element.attribute("name") == Some(name));
+    let Some(tendon) = tendon.filter(|_| element.attribute("tendon2").is_none()) else {
+        return Err(element.error("only the equality of one fixed tendon is read"));
+    };
+    let [(first, a), (second, b)] = tendon.joints[..] else {
+        return Err(element.error("only tendons of two joints are read"));
+    };
+    if a == 0.0 || b == 0.0 {
+        return Err(tendon.element.error("a coefficient of 0 couples nothing"));
+    }
+    let constant = match element.attribute("polycoef") {
+        Some(text) => element
+            .numbers("polycoef", text)?
+            .first()
+            .copied()
+            .unwrap_or_default(),
+        None => 0.0,
+    };
+    couple(reader, element, [first, second], constant / a, -b / a)?;
+    Ok(name.to_owned())
+}
+
+fn couple(
+    reader: &mut Reader<'_>,
+    element: &Element,
+    [first, second]: [&str; 2],
+    constant: f64,
+    ratio: f64,
+) -> Result<(), HandError> {
+    let joints = &mut reader.model.joints;
+    let find = |name: &str| {
+        let place = joints.iter().position(|joint| joint.name == name);
+        place.ok_or_else(|| element.error(format!("there is no joint \"{name}\" in the hand")))
+    };
+    let (follower, leader) = (find(first)?, find(second)?);
+    let offset = joints[follower].zero + constant - ratio * joints[leader].zero;
+    if joints[follower].follows.is_some() {
+        return Err(element.error(format!("joint \"{first}\" follows two others")));
+    }
+    joints[follower].follows = Some(Coupling {
+        joint: second.to_owned(),
+        ratio,
+        offset,
+    });
+    Ok(())
+}

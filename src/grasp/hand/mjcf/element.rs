@@ -1,0 +1,172 @@
+//! XML elements that know their line, with included files in their places.
+
+use std::sync::Arc;
+
+use super::super::HandError;
+use super::super::files::Files;
+
+/// Deepest nesting of elements, and of included files, that is read.
+const DEEPEST: usize = 200;
+/// Most elements of a description with all it includes.
+const MOST: usize = 1_000_000;
+
+/// An XML element.
+#[derive(Debug, Clone)]
+pub(super) struct Element {
+    pub(super) tag: String,
+    attributes: Vec<(String, String)>,
+    pub(super) children: Vec<Self>,
+    file: Arc<str>,
+    line: u32,
+}
+
+impl Element {
+    pub(super) fn attribute(&self, name: &str) -> Option<&str> {
+        let found = self.attributes.iter().find(|(known, _)| known == name);
+        found.map(|(_, value)| value.as_str())
+    }
+
+    pub(super) fn children_named<'a>(&'a self, tag: &'a str) -> impl Iterator<Item = &'a Self> {
+        self.children.iter().filter(move |child| child.tag == tag)
+    }
+
+    /// `geom "palm" (hand.xml, line 12)`.
+    pub(super) fn place(&self) -> String {
+        let name = self
+            .attribute("name")
+            .or_else(|| self.attribute("file"))
+            .map_or_else(String::new, |name| format!(" \"{name}\""));
+        format!("<{}>{name} ({}, line {})", self.tag, self.file, self.line)
+    }
+
+    pub(super) fn error(&self, problem: impl Into<String>) -> HandError {
+        HandError::Mjcf {
+            place: self.place(),
+            problem: problem.into(),
+        }
+    }
+
+    /// A yes or no.
+    pub(super) fn flag(&self, name: &str, default: bool) -> Result<bool, HandError> {
+        match self.attribute(name) {
+            None => Ok(default),
+            Some("true") => Ok(true),
+            Some("false") => Ok(false),
+            Some(other) => Err(self.error(format!("{name}=\"{other}\": true or false is needed"))),
+        }
+    }
+
+    /// Numbers of an attribute's text; `self` is whom to blame.
+    pub(super) fn numbers(&self, name: &str, text: &str) -> Result<Vec<f64>, HandError> {
+        let numbers: Option<Vec<f64>> = text
+            .split_whitespace()
+            .map(|word| word.parse().ok().filter(|number: &f64| number.is_finite()))
+            .collect();
+        numbers.ok_or_else(|| self.error(format!("{name}=\"{text}\": finite numbers are needed")))
+    }
+
+    /// Exactly `N` numbers.
+    pub(super) fn exactly<const N: usize>(
+        &self,
+        name: &str,
+        text: &str,
+    ) -> Result<[f64; N], HandError> {
+        let numbers = self.numbers(name, text)?;
+        let count = numbers.len();
+        <[f64; N]>::try_from(numbers).ok().ok_or_else(|| {
+            self.error(format!(
+                "{name}=\"{text}\": {count} numbers where {N} are needed"
+            ))
+        })
+    }
+}
+
+/// The root element, all included files in place.
+pub(super) fn read(name: &str, text: &str, files: &dyn Files) -> Result<Element, HandError> {
+    let mut reading = Reading {
+        files,
+        included: vec![name.to_owned()],
+        count: 0,
+    };
+    let mut roots = reading.document(name, text, 0)?;
+    match roots.pop() {
+        Some(root) if root.tag == "mujoco" => Ok(root),
+        Some(root) => Err(root.error("the root element of MJCF is <mujoco>")),
+        None => Err(HandError::NoDescription),
+    }
+}
+
+struct Reading<'a> {
+    files: &'a dyn Files,
+    included: Vec<String>,
+    count: usize,
+}
+
+impl Reading<'_> {
+    /// The root of a document.
+    fn document(
+        &mut self,
+        name: &str,
+        text: &str,
+        depth: usize,
+    ) -> Result<Vec<Element>, HandError> {
+        let options = roxmltree::ParsingOptions {
+            nodes_limit: 10_000_000,
+            ..roxmltree::ParsingOptions::default()
+        };
+        let document = roxmltree::Document::parse_with_options(text, options).map_err(|error| {
+            HandError::Mjcf {
+                place: format!("{name}, line {}", error.pos().row),
+                problem: format!("not XML: {error}"),
+            }
+        })?;
+        self.convert(&document.root_element(), &Arc::from(name), depth)
+    }
+
+    /// An element; what it includes for an `<include>`.
+    fn convert(
+        &mut self,
+        node: &roxmltree::Node<'_, '_>,
+        file: &Arc<str>,
+        depth: usize,
+    ) -> Result<Vec<Element>, HandError> {
+        let line = node.document().text_pos_at(node.range().start).row;
+        let mut element = Element {
+            tag: node.tag_name().name().to_owned(),
+            attributes: (node.attributes())
+                .map(|attribute| (attribute.name().to_owned(), attribute.value().to_owned()))
+                .collect(),
+            children: Vec::new(),
+            file: file.clone(),
+            line,
+        };
+        self.count += 1;
+        if depth > DEEPEST || self.count > MOST {
+            return Err(element.error("the description is nested too deeply or too large"));
+        }
+        if element.tag == "include" {
+            return self.include(&element, depth);
+        }
+        for child in node.children().filter(roxmltree::Node::is_element) {
+            let children = self.convert(&child, file, depth + 1)?;
+            element.children.extend(children);
+        }
+        Ok(vec![element])
+    }
+
+    fn include(&mut self, element: &Element, depth: usize) -> Result<Vec<Element>, HandError> {
+        let Some(reference) = element.attribute("file") else {
+            return Err(element.error("file is missing"));
+        };
+        if self.included.iter().any(|known| known == reference) {
+            return Err(element.error("this file is included twice"));
+        }
+        self.included.push(reference.to_owned());
+        let text = self
+            .files
+            .include(reference)
+            .map_err(|problem| element.error(problem))?;
+        let roots = self.document(reference, &text, depth + 1)?;
+        Ok(roots.into_iter().flat_map(|root| root.children).collect())
+    }
+}

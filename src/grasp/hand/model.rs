@@ -1,0 +1,287 @@
+//! What a description file says, whatever its format: a tree of bodies, their joints and their parts.
+
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+
+use super::{Frame, HandError, Joint, JointKind, Link, LinkId, Motion};
+
+/// A description, read but not yet a hand.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Model {
+    pub(super) name: String,
+    /// Depth first: parents before children, each subtree contiguous. The first is the root.
+    pub(super) bodies: Vec<Body>,
+    /// All that move, in the order of the file.
+    pub(super) joints: Vec<ModelJoint>,
+    /// Pairs of bodies that the file says never collide.
+    pub(super) apart: Vec<[String; 2]>,
+    /// What was left out or taken otherwise than it stands in the file, one sentence each.
+    pub(super) notes: Vec<String>,
+}
+
+/// A rigid body.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Body {
+    pub(super) name: String,
+    pub(super) parent: Option<usize>,
+    /// At joint displacement zero.
+    pub(super) in_parent: Frame,
+    /// Index of the joint that moves it.
+    pub(super) joint: Option<usize>,
+    pub(super) parts: Vec<Part>,
+}
+
+/// A joint, driven by itself or by another one.
+#[derive(Debug, Clone)]
+pub(super) struct ModelJoint {
+    pub(super) name: String,
+    pub(super) kind: JointKind,
+    /// Unit vector in the frame of the body it moves, through that frame's origin.
+    pub(super) axis: Vector3<f64>,
+    /// Radians or metres; `None` where it turns without limits.
+    pub(super) limits: Option<[f64; 2]>,
+    /// The coordinate at which nothing is displaced.
+    pub(super) zero: f64,
+    /// The joint it follows: own coordinate = ratio · other + offset.
+    pub(super) follows: Option<Coupling>,
+}
+
+/// A linear coupling of one joint to another.
+#[derive(Debug, Clone)]
+pub(super) struct Coupling {
+    pub(super) joint: String,
+    pub(super) ratio: f64,
+    pub(super) offset: f64,
+}
+
+/// A piece of geometry.
+#[derive(Debug, Clone)]
+pub(super) struct Part {
+    pub(super) in_body: Frame,
+    pub(super) form: Form,
+    /// Made for collisions, not only to be seen.
+    pub(super) solid: bool,
+}
+
+/// Its form, in the frame of the part. Lengths in metres; long axes along z.
+#[derive(Debug, Clone)]
+pub(super) enum Form {
+    Sphere {
+        radius: f64,
+    },
+    Capsule {
+        radius: f64,
+        length: f64,
+    },
+    Cylinder {
+        radius: f64,
+        length: f64,
+    },
+    Cuboid {
+        size: [f64; 3],
+    },
+    Ellipsoid {
+        radii: [f64; 3],
+    },
+    Mesh(Arc<Triangles>),
+    /// A mesh that could not be read, and why.
+    Unread(String),
+}
+
+/// Triangles, perhaps open, perhaps inside out.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct Triangles {
+    pub(super) vertices: Vec<Vector3<f64>>,
+    pub(super) triangles: Vec<[u32; 3]>,
+}
+
+/// Position of what is needed: leader of a joint, ratio and offset, after following the chain of couplings.
+struct Drive {
+    leader: usize,
+    ratio: f64,
+    offset: f64,
+}
+
+impl Model {
+    /// Links and coordinates: joints that follow others are no coordinates of their own.
+    pub(super) fn tree(&self) -> Result<(Vec<Link>, Vec<Joint>), HandError> {
+        for (i, joint) in self.joints.iter().enumerate() {
+            if self.joints[..i]
+                .iter()
+                .any(|other| other.name == joint.name)
+            {
+                return Err(HandError::Twice {
+                    kind: "joint",
+                    name: joint.name.clone(),
+                });
+            }
+        }
+        for (i, body) in self.bodies.iter().enumerate() {
+            if self.bodies[..i].iter().any(|other| other.name == body.name) {
+                return Err(HandError::Twice {
+                    kind: "link",
+                    name: body.name.clone(),
+                });
+            }
+        }
+        let drives: Vec<Drive> = (0..self.joints.len())
+            .map(|j| self.drive(j))
+            .collect::<Result<_, _>>()?;
+        let mut coordinate = vec![None; self.joints.len()];
+        let mut joints = Vec::new();
+        for (j, joint) in self.joints.iter().enumerate() {
+            if joint.follows.is_none() {
+                coordinate[j] = Some(joints.len());
+                joints.push(self.coordinate(j, &drives)?);
+            }
+        }
+        if joints.is_empty() {
+            return Err(HandError::NoJoints);
+        }
+        let links = (self.bodies.iter().enumerate())
+            .map(|(b, body)| {
+                let motion = body.joint.and_then(|j| {
+                    let (own, drive) = (&self.joints[j], &drives[j]);
+                    let joint = coordinate[drive.leader]?;
+                    if own.follows.is_none() {
+                        joints[joint].link = LinkId(b);
+                    }
+                    Some(Motion {
+                        joint,
+                        kind: own.kind,
+                        axis: own.axis,
+                        ratio: drive.ratio,
+                        offset: drive.offset - own.zero,
+                    })
+                });
+                Link {
+                    name: body.name.clone(),
+                    parent: body.parent.map(LinkId),
+                    parent_from_link: body.in_parent,
+                    motion,
+                    digit: 0,
+                }
+            })
+            .collect();
+        Ok((links, joints))
+    }
+
+    /// Takes off links with all that hangs on them.
+    pub(super) fn remove(&mut self, names: &[String]) -> Result<(), HandError> {
+        if names.is_empty() {
+            return Ok(());
+        }
+        for name in names {
+            if self.bodies.iter().all(|body| &body.name != name) {
+                return Err(HandError::Unknown {
+                    place: "\"without\" of the side file".to_owned(),
+                    kind: "link",
+                    name: name.clone(),
+                });
+            }
+        }
+        let mut place = vec![None; self.bodies.len()];
+        let mut joint_place = vec![None; self.joints.len()];
+        let (mut bodies, mut kept) = (Vec::new(), vec![false; self.joints.len()]);
+        for (b, body) in self.bodies.iter().enumerate() {
+            let parent = body.parent.map(|parent| place[parent]);
+            if names.contains(&body.name) || parent == Some(None) {
+                continue;
+            }
+            place[b] = Some(bodies.len());
+            if let Some(j) = body.joint {
+                kept[j] = true;
+            }
+            bodies.push(Body {
+                parent: parent.flatten(),
+                ..body.clone()
+            });
+        }
+        let mut joints = Vec::new();
+        for (j, joint) in self.joints.iter().enumerate().filter(|(j, _)| kept[*j]) {
+            joint_place[j] = Some(joints.len());
+            joints.push(joint.clone());
+        }
+        for body in &mut bodies {
+            body.joint = body.joint.and_then(|j| joint_place[j]);
+        }
+        (self.bodies, self.joints) = (bodies, joints);
+        if self.bodies.is_empty() {
+            return Err(HandError::NoGeometry);
+        }
+        Ok(())
+    }
+
+    fn position(&self, name: &str) -> Option<usize> {
+        self.joints.iter().position(|joint| joint.name == name)
+    }
+
+    /// Follows the couplings of a joint to one that leads.
+    fn drive(&self, start: usize) -> Result<Drive, HandError> {
+        let mut drive = Drive {
+            leader: start,
+            ratio: 1.0,
+            offset: 0.0,
+        };
+        for _ in 0..=self.joints.len() {
+            let joint = &self.joints[drive.leader];
+            let Some(coupling) = &joint.follows else {
+                return Ok(drive);
+            };
+            drive.offset += drive.ratio * coupling.offset;
+            drive.ratio *= coupling.ratio;
+            drive.leader = self
+                .position(&coupling.joint)
+                .ok_or_else(|| HandError::Unknown {
+                    place: format!("joint \"{}\"", joint.name),
+                    kind: "joint",
+                    name: coupling.joint.clone(),
+                })?;
+        }
+        Err(HandError::Circle {
+            joint: self.joints[start].name.clone(),
+        })
+    }
+
+    /// Joint `j` as a coordinate, within the limits of all that follow it where these leave a range.
+    fn coordinate(&self, j: usize, drives: &[Drive]) -> Result<Joint, HandError> {
+        let joint = &self.joints[j];
+        let wraps = joint.limits.is_none();
+        if wraps && joint.kind == JointKind::Slide {
+            return Err(HandError::Endless {
+                joint: joint.name.clone(),
+            });
+        }
+        let [mut lower, mut upper] = joint
+            .limits
+            .unwrap_or([-std::f64::consts::PI, std::f64::consts::PI]);
+        if !(lower.is_finite() && upper.is_finite() && lower < upper) {
+            return Err(HandError::EmptyRange {
+                joint: joint.name.clone(),
+                lower,
+                upper,
+            });
+        }
+        for (follower, drive) in self.joints.iter().zip(drives) {
+            let (Some(_), Some(limits)) = (&follower.follows, follower.limits) else {
+                continue;
+            };
+            if drive.leader != j || drive.ratio == 0.0 || wraps {
+                continue;
+            }
+            let ends = limits.map(|limit| (limit - drive.offset) / drive.ratio);
+            let (low, high) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
+            if lower.max(low) < upper.min(high) {
+                (lower, upper) = (lower.max(low), upper.min(high));
+            }
+        }
+        Ok(Joint {
+            name: joint.name.clone(),
+            link: LinkId(0),
+            kind: joint.kind,
+            limits_rad: [lower, upper],
+            wraps,
+        })
+    }
+}

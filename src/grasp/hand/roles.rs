@@ -1,0 +1,177 @@
+//! What the parts of a hand are for, from the shape of its tree: thumb and fingers, and what the palm faces.
+
+use nalgebra::Vector3;
+
+use super::{Hand, JointKind, PalmFrame, PosedHand, coordinates};
+
+/// How differently from the others a digit points and closes for it to be the thumb: 0 is alike, 4 opposite in both.
+const OPPOSED: f64 = 0.5;
+/// By how much more than any other.
+const MORE: f64 = 1.3;
+/// Digits close to one side, as fingers do toward a palm, if their closing adds up to this share of its lengths.
+const ONE_SIDED: f64 = 0.5;
+/// What lies farther out than this share of a digit's reach is its tip.
+const TIP: f64 = 0.97;
+/// Share of the fingers' length from the palm's centre at which an object is faced: that of a human hand.
+const FACED: f64 = 0.4;
+
+/// How a digit lies and closes, root frame.
+struct Reach {
+    /// From its first link to its tip, straight.
+    out: Vector3<f64>,
+    /// The way of its tip from straight to the middle of all ranges.
+    closing: Vector3<f64>,
+}
+
+/// Coordinates with all hinges straight (zero, or the limit next to it), slides open to the middle; and with all in the
+/// middle of their ranges, slides shut.
+fn straight_and_closed(hand: &Hand) -> [Vec<f64>; 2] {
+    let straight = hand.joints.iter().map(|joint| {
+        let [lower, upper] = joint.limits_rad;
+        match joint.kind {
+            JointKind::Hinge => 0.0f64.clamp(lower, upper),
+            JointKind::Slide => f64::midpoint(lower, upper),
+        }
+    });
+    let closed = hand.joints.iter().map(|joint| {
+        let [lower, upper] = joint.limits_rad;
+        match joint.kind {
+            JointKind::Hinge => f64::midpoint(lower, upper),
+            JointKind::Slide => lower,
+        }
+    });
+    [straight.collect::<Vec<_>>(), closed.collect()].map(|joints| coordinates(&joints))
+}
+
+/// Each digit's reach, palm left out.
+fn reaches(hand: &Hand) -> Vec<Reach> {
+    let [straight, closed] = straight_and_closed(hand).map(|x| {
+        let mut posed = PosedHand::default();
+        hand.pose_links(&x, &mut posed);
+        posed
+    });
+    (1..hand.digits.len())
+        .map(|digit| {
+            let first = hand.links.iter().position(|link| link.digit == digit);
+            let root =
+                first.map_or_else(Vector3::zeros, |l| straight.object_from_link[l].translation);
+            let ends = (0..hand.capsules.len())
+                .filter(|&c| hand.links[hand.capsules[c].link.0].digit == digit)
+                .flat_map(|c| [(c, 0), (c, 1)]);
+            let distance = |&(c, end): &(usize, usize)| (straight.capsules[c][end] - root).norm();
+            let farthest = ends.clone().map(|end| distance(&end)).fold(0.0, f64::max);
+            // The tip: the middle of all that is nearly as far out as anything.
+            let tip: Vec<(usize, usize)> =
+                ends.filter(|end| distance(end) >= TIP * farthest).collect();
+            let middle = |posed: &PosedHand| {
+                let ends = tip.iter().map(|&(c, end)| posed.capsules[c][end]);
+                ends.sum::<Vector3<f64>>() / tip.len().max(1) as f64
+            };
+            let out = middle(&straight);
+            Reach {
+                out: out - root,
+                closing: middle(&closed) - out,
+            }
+        })
+        .collect()
+}
+
+fn unit(v: &Vector3<f64>) -> Vector3<f64> {
+    v.try_normalize(1e-6).unwrap_or_default()
+}
+
+/// Puts the thumb first, if there is one, and names the digits: `thumb`, `finger 1`, …
+///
+/// The thumb is the one of three or more digits that points and closes most unlike the others, if it stands out.
+pub(super) fn name_digits(hand: &mut Hand) {
+    let reaches = reaches(hand);
+    let count = reaches.len();
+    let mean = |own: usize, of: &dyn Fn(&Reach) -> Vector3<f64>| {
+        let others = reaches.iter().enumerate().filter(|(d, _)| *d != own);
+        let sum: Vector3<f64> = others.map(|(_, reach)| unit(&of(reach))).sum();
+        sum / (count.max(2) - 1) as f64
+    };
+    let unlike = |d: usize| {
+        let (out, closing) = (unit(&reaches[d].out), unit(&reaches[d].closing));
+        2.0 - out.dot(&mean(d, &|reach| reach.out)) - closing.dot(&mean(d, &|reach| reach.closing))
+    };
+    let mut order: Vec<usize> = (0..count).collect();
+    order.sort_by(|&a, &b| unlike(b).total_cmp(&unlike(a)));
+    let thumb = (count >= 3)
+        .then(|| (order[0], unlike(order[0]), unlike(order[1])))
+        .filter(|(_, most, next)| *most > OPPOSED && *most > MORE * next)
+        .map(|(digit, ..)| digit);
+
+    let others = (0..count).filter(|d| Some(*d) != thumb);
+    let order: Vec<usize> = thumb.into_iter().chain(others).collect();
+    for link in hand.links.iter_mut().filter(|link| link.digit > 0) {
+        let place = order.iter().position(|d| d + 1 == link.digit);
+        link.digit = place.map_or(0, |place| place + 1);
+    }
+    let fingers = count - usize::from(thumb.is_some());
+    let names = thumb.map(|_| "thumb".to_owned()).into_iter();
+    let names = names.chain((1..=fingers).map(|n| format!("finger {n}")));
+    hand.digits = std::iter::once("palm".to_owned()).chain(names).collect();
+}
+
+/// The palm's frame.
+///
+/// Where the digits close to one side, the palm faces that side and `distal` is where they point. Where a thumb points
+/// away from the fingers it counts as much as all of these, and objects are faced in the middle. A gripper, whose digits
+/// all point one way and close on each other, faces where they point.
+pub(super) fn palm_frame(hand: &Hand) -> PalmFrame {
+    let mut rest = PosedHand::default();
+    hand.pose(&hand.rest_coordinates(), &mut rest);
+    let mean = |keep: &dyn Fn(usize) -> bool| {
+        let kept = hand.surface.iter().zip(&rest.points);
+        let kept = kept.filter(|(at, _)| keep(at.link.0));
+        let (sum, area) = kept.fold((Vector3::zeros(), 0.0), |(sum, area), (at, p)| {
+            (sum + p * at.area_m2, area + at.area_m2)
+        });
+        (area > 0.0).then(|| sum / area)
+    };
+    let all = mean(&|_| true).unwrap_or_default();
+    let palm = mean(&|l| hand.links[l].digit == 0).unwrap_or(all);
+
+    let reaches = reaches(hand);
+    let thumb = usize::from(hand.digits.get(1).is_some_and(|name| name == "thumb"));
+    let fingers = &reaches[thumb.min(reaches.len())..];
+    let out: Vector3<f64> = fingers.iter().map(|reach| reach.out).sum();
+    let tips = mean(&|l| hand.links[l].digit > 0 && hand.subtree_ends[l] == l + 1).unwrap_or(all);
+    let distal = out
+        .try_normalize(1e-6)
+        .or_else(|| (tips - palm).try_normalize(1e-6))
+        .unwrap_or_else(Vector3::z);
+    let across = |v: &Vector3<f64>| v - distal * distal.dot(v);
+    let away = thumb == 1 && reaches[0].out.dot(&distal) < 0.0;
+    let share = |digit: usize| match (digit, away) {
+        (0, true) => fingers.len() as f64,
+        _ => 1.0,
+    };
+    let closings = || {
+        let closings = reaches.iter().enumerate();
+        closings.map(|(digit, reach)| across(&reach.closing) * share(digit))
+    };
+    let closing: Vector3<f64> = closings().sum();
+    let lengths: f64 = closings().map(|closing| closing.norm()).sum();
+
+    let (volar, distal, faced_m) = if closing.norm() > ONE_SIDED * lengths && lengths > 1e-6 {
+        let length = out.norm() / fingers.len().max(1) as f64;
+        let faced_m = if away { 0.0 } else { FACED * length };
+        (closing.normalize(), distal, faced_m)
+    } else {
+        let helper = Vector3::ith(distal.iamin(), 1.0);
+        (distal, distal.cross(&helper).normalize(), 0.0)
+    };
+    let of_palm = hand.surface.iter().zip(&rest.points);
+    let of_palm = of_palm.filter(|(at, _)| hand.links[at.link.0].digit == 0);
+    let height = of_palm
+        .map(|(_, p)| volar.dot(&(p - palm)))
+        .fold(0.0, f64::max);
+    PalmFrame {
+        centre: palm + volar * height,
+        volar,
+        distal,
+        faced_m,
+    }
+}

@@ -1,0 +1,429 @@
+//! Hands of others: URDF and MJCF files against `MuJoCo`'s kinematics, and what is derived of them.
+//!
+//! The files are not part of the project: `LANDSCAPE_TEST_DATA` names the folder that holds them.
+#![cfg(feature = "grasp")]
+#![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
+
+use std::fmt::Write as _;
+use std::fs;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use landscape::grasp::hand::{Hand, HandFiles, PosedHand};
+use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
+use serde_json::Value;
+
+/// The folder of the published hands, if there is one here.
+fn published() -> Option<PathBuf> {
+    let folder = std::env::var_os("LANDSCAPE_TEST_DATA");
+    if folder.is_none() {
+        // Past the harness, which captures what the print macros write.
+        let _ = writeln!(std::io::stderr(), "SKIPPED: LANDSCAPE_TEST_DATA is not set");
+    }
+    Some(Path::new(&folder?).join("hands"))
+}
+
+/// Every hand that has a reference: description and what `MuJoCo` says of it.
+const REFERENCES: [[&str; 2]; 8] = [
+    [
+        "shadow_dexgraspnet/shadow_hand_vis.xml",
+        "shadow_dexgraspnet/fk_reference_vis.json",
+    ],
+    [
+        "shadow_dexgraspnet/shadow_hand_wrist_free.xml",
+        "shadow_dexgraspnet/fk_reference_wrist_free.json",
+    ],
+    [
+        "shadow_dexonomy/shadow_right.xml",
+        "shadow_dexonomy/fk_reference.json",
+    ],
+    [
+        "shadow_dexonomy/shadow_right_primitives.xml",
+        "shadow_dexonomy/fk_reference_primitives.json",
+    ],
+    ["mano/mano_right.xml", "mano/fk_reference.json"],
+    [
+        "allegro/allegro_right_nomesh.xml",
+        "allegro/fk_reference.json",
+    ],
+    [
+        "urdf/allegro_hand_right_nomesh.urdf",
+        "urdf/fk_reference_allegro_urdf.json",
+    ],
+    [
+        "urdf/shadow_hand_right_nomesh.urdf",
+        "urdf/fk_reference_shadow_urdf.json",
+    ],
+];
+
+fn numbers(value: &Value) -> Vec<f64> {
+    value
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|number| number.as_f64().unwrap())
+        .collect()
+}
+
+fn rotation(wxyz: &[f64]) -> Matrix3<f64> {
+    let [w, x, y, z] = wxyz.try_into().unwrap();
+    let rotation = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
+    *rotation.to_rotation_matrix().matrix()
+}
+
+fn load(path: &Path) -> Hand {
+    let files = HandFiles::load(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    Hand::from_files(&files).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+/// Coordinates with `angles` at the joints named in `order`.
+fn coordinates(hand: &Hand, order: &Value, angles: &[f64]) -> Vec<f64> {
+    let mut x = hand.rest_coordinates();
+    let order = order.as_array().unwrap();
+    assert_eq!(order.len(), hand.joints.len());
+    for (name, angle) in order.iter().zip(angles) {
+        x[7 + hand.joint(name.as_str().unwrap()).unwrap()] = *angle;
+    }
+    x
+}
+
+/// Frames of all bodies to a nanometre and a nanoradian at 21 configurations, joint order and limits as told.
+#[test]
+fn hands_move_as_in_mujoco() {
+    let Some(folder) = published() else { return };
+    for [description, reference] in REFERENCES {
+        let hand = load(&folder.join(description));
+        let reference: Value =
+            serde_json::from_str(&fs::read_to_string(folder.join(reference)).unwrap()).unwrap();
+        let (mut compared, mut worst_m, mut worst_rad) = (0, 0.0f64, 0.0f64);
+        for configuration in reference["configurations"].as_array().unwrap() {
+            let x = coordinates(
+                &hand,
+                &reference["joint_order"],
+                &numbers(&configuration["qpos"]),
+            );
+            let mut posed = PosedHand::default();
+            hand.pose(&x, &mut posed);
+            for (name, body) in configuration["bodies"].as_object().unwrap() {
+                let Some(link) = hand.link(name) else {
+                    assert_eq!(name, "world", "{description} lacks a body");
+                    continue;
+                };
+                let frame = &posed.object_from_link[link.0];
+                let position = Vector3::from_row_slice(&numbers(&body["pos"]));
+                worst_m = worst_m.max((frame.translation - position).norm());
+                // For small turns the difference of the matrices is the angle, √2 times as large as its norm says.
+                let difference = frame.rotation - rotation(&numbers(&body["quat_wxyz"]));
+                worst_rad = worst_rad.max(difference.norm() / 2f64.sqrt());
+                compared += 1;
+            }
+        }
+        println!(
+            "{description}: {compared} frames, within {worst_m:.1e} m and {worst_rad:.1e} rad"
+        );
+        assert!(compared >= 21 * 16, "{description}: only {compared} frames");
+        assert!(
+            worst_m < 1e-9 && worst_rad < 1e-9,
+            "{description}: {worst_m} m, {worst_rad} rad"
+        );
+
+        let order: Vec<&str> = reference["joint_order"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|name| name.as_str().unwrap())
+            .collect();
+        let ours: Vec<&str> = hand
+            .joints
+            .iter()
+            .map(|joint| joint.name.as_str())
+            .collect();
+        if Path::new(description)
+            .extension()
+            .is_some_and(|kind| kind == "xml")
+        {
+            assert_eq!(ours, order, "{description}");
+        }
+        for (name, range) in order
+            .iter()
+            .zip(reference["joint_range"].as_array().unwrap())
+        {
+            let joint = &hand.joints[hand.joint(name).unwrap()];
+            for (limit, told) in joint.limits_rad.iter().zip(numbers(range)) {
+                assert!(
+                    (limit - told).abs() < 1e-9,
+                    "{description}: limits of {name}"
+                );
+            }
+        }
+    }
+}
+
+/// At the same coordinates the mirrored hand is the mirror image, to the last bit but one; mirroring twice changes nothing.
+#[test]
+fn mirrored_hands_are_mirror_images() {
+    let mut hands: Vec<(String, HandFiles)> = ["human", "gripper_parallel", "gripper_three_finger"]
+        .map(|name| (name.to_owned(), HandFiles::named(name).unwrap()))
+        .into();
+    if let Some(folder) = published() {
+        for [description, _] in &REFERENCES[..6] {
+            let files = HandFiles::load(&folder.join(description)).unwrap();
+            hands.push(((*description).to_owned(), files));
+        }
+    }
+    for (name, files) in hands {
+        let right = Hand::from_files(&files).unwrap();
+        let mirrored = files.mirrored().unwrap();
+        let left = Hand::from_files(&mirrored).unwrap();
+        let twice = Hand::from_files(&mirrored.mirrored().unwrap()).unwrap();
+        assert_eq!(twice, right, "{name}");
+        let mirror = Matrix3::from_diagonal(&Vector3::new(-1.0, 1.0, 1.0));
+        // Any pose of the root, mirrored: a quaternion keeps the part along the mirror's normal.
+        let mut x = right.rest_coordinates();
+        x[..7].copy_from_slice(&[0.1, -0.2, 0.3, 0.5, 0.1, -0.7, 0.2]);
+        for (i, (q, joint)) in x[7..].iter_mut().zip(&right.joints).enumerate() {
+            let [lower, upper] = joint.limits_rad;
+            *q = lower + (upper - lower) * (0.37 * (i + 1) as f64).fract();
+        }
+        let mut of_left = x.clone();
+        for i in [0, 5, 6] {
+            of_left[i] = -of_left[i];
+        }
+        let (mut a, mut b) = (PosedHand::default(), PosedHand::default());
+        right.pose(&x, &mut a);
+        left.pose(&of_left, &mut b);
+        for (p, q) in a.points.iter().zip(&b.points) {
+            assert!((mirror * p - q).norm() < 1e-12, "{name}: {p} and {q}");
+        }
+        for (p, q) in a.object_from_link.iter().zip(&b.object_from_link) {
+            assert!(
+                (mirror * p.rotation * mirror - q.rotation).amax() < 1e-12,
+                "{name}"
+            );
+            assert!(
+                (mirror * p.translation - q.translation).norm() < 1e-12,
+                "{name}"
+            );
+        }
+        for (p, q) in a.capsules.iter().flatten().zip(b.capsules.iter().flatten()) {
+            assert!((mirror * p - q).norm() < 1e-12, "{name}");
+        }
+        for i in 0..right.surface.len() {
+            let difference = mirror * right.point_normal(&a, i) - left.point_normal(&b, i);
+            assert!(difference.norm() < 1e-12, "{name}: normal {i}");
+        }
+    }
+}
+
+/// As they were published, files that `MuJoCo` refuses either load or are refused with element, file and line.
+#[test]
+fn original_files_load_or_say_where_not() {
+    let Some(folder) = published() else { return };
+    let mut told = Vec::new();
+    for name in [
+        "shadow_dexgraspnet/original/shadow_hand_wrist_free.xml",
+        "shadow_dexgraspnet/original/shadow_hand_vis.xml",
+        "shadow_dexonomy/original/right.xml",
+        "mano/original/right.xml",
+        "allegro/original/right.xml",
+        "urdf/shadow_hand_right.urdf",
+        "urdf/allegro_hand_right.urdf",
+    ] {
+        let result = HandFiles::load(&folder.join(name)).and_then(|files| Hand::from_files(&files));
+        told.push(match result {
+            Ok(hand) => {
+                assert!(hand.joints.len() >= 16, "{name}");
+                format!("{name}: {} joints", hand.joints.len())
+            }
+            Err(error) => {
+                let text = error.to_string();
+                assert!(
+                    text.contains("line ") && text.contains("<mesh>") || text.contains("the mesh "),
+                    "{name}: {text}"
+                );
+                format!("{name}: {text}")
+            }
+        });
+    }
+    println!("{}", told.join("\n"));
+    assert!(told[0].contains("22 joints"), "{}", told[0]);
+}
+
+/// A side file with everything derived gives the same hand.
+#[test]
+fn the_derived_side_file_says_it_all() {
+    let mut hands: Vec<HandFiles> = [
+        "human",
+        "human_left",
+        "gripper_parallel",
+        "gripper_three_finger",
+    ]
+    .map(|name| HandFiles::named(name).unwrap())
+    .into();
+    if let Some(folder) = published() {
+        hands
+            .push(HandFiles::load(&folder.join("shadow_dexgraspnet/shadow_hand_vis.xml")).unwrap());
+    }
+    for files in hands {
+        let hand = Hand::from_files(&files).unwrap();
+        let text = files.derived_side_file().unwrap();
+        let mut with = files.clone();
+        with.files.retain(|file| {
+            Path::new(&file.name)
+                .extension()
+                .is_none_or(|kind| kind != "json")
+        });
+        let side = HandFiles::of_texts([["side.json", text.as_str()]])
+            .files
+            .remove(0);
+        with.files.insert(1, side);
+        let again = Hand::from_files(&with).unwrap();
+        assert_eq!(
+            (&again.name, &again.links, &again.joints),
+            (&hand.name, &hand.links, &hand.joints)
+        );
+        assert_eq!(again.digits, hand.digits);
+        assert_eq!(again.capsules, hand.capsules, "{}", hand.name);
+        assert_eq!(again.self_pairs, hand.self_pairs, "{}", hand.name);
+        assert_eq!(again.surface.len(), hand.surface.len(), "{}", hand.name);
+        let off = |a: &[f64], b: &[f64]| {
+            a.iter()
+                .zip(b)
+                .map(|(a, b)| (a - b).abs())
+                .fold(0.0, f64::max)
+        };
+        assert!(off(&again.prior.rest_rad, &hand.prior.rest_rad) < 1e-12);
+        assert!(off(&again.prior.deviations_rad, &hand.prior.deviations_rad) < 1e-12);
+        assert!((again.palm.volar - hand.palm.volar).norm() < 1e-12);
+        let (ours, theirs) = (again.pose_metric(), hand.pose_metric());
+        assert!(
+            off(&ours.joint_levers_m, &theirs.joint_levers_m) < 1e-12,
+            "{}",
+            hand.name
+        );
+    }
+}
+
+/// What is derived of the published hands: five or four digits with a thumb, and a palm that faces where fingers curl.
+#[test]
+fn roles_follow_from_the_tree() {
+    let Some(folder) = published() else { return };
+    for (description, digits, volar, distal) in [
+        (REFERENCES[0][0], 6, -Vector3::y(), Vector3::z()),
+        (REFERENCES[1][0], 6, -Vector3::y(), Vector3::z()),
+        (REFERENCES[2][0], 6, -Vector3::y(), Vector3::z()),
+        (REFERENCES[4][0], 6, -Vector3::y(), -Vector3::x()),
+        (REFERENCES[5][0], 5, Vector3::z(), Vector3::x()),
+    ] {
+        let started = Instant::now();
+        let hand = load(&folder.join(description));
+        println!(
+            "{description}: {:.2} s, {} capsules, {} pairs, palm {:?}, {:?}, notes {:?}",
+            started.elapsed().as_secs_f64(),
+            hand.capsules.len(),
+            hand.self_pairs.len(),
+            hand.palm,
+            hand.digits,
+            hand.notes
+        );
+        assert_eq!(hand.digits.len(), digits, "{description}");
+        assert_eq!(hand.digits[1], "thumb", "{description}");
+        let of_thumb = hand.links.iter().filter(|link| link.digit == 1);
+        assert!(of_thumb.clone().count() >= 4);
+        assert!(
+            of_thumb.into_iter().all(|link| link.name.contains("th")),
+            "{description}"
+        );
+        let palm = &hand.palm;
+        assert!(palm.volar.dot(&volar) > 0.8, "{description}: {palm:?}");
+        assert!(palm.distal.dot(&distal) > 0.8, "{description}: {palm:?}");
+        assert_eq!(hand.surface.len(), 773, "{description}");
+    }
+}
+
+/// Grippers face what their digits close on.
+#[test]
+fn grippers_face_what_they_close_on() {
+    for (name, volar, digits) in [
+        (
+            "gripper_parallel",
+            Vector3::z(),
+            &["palm", "finger 1", "finger 2"][..],
+        ),
+        (
+            "gripper_three_finger",
+            Vector3::y(),
+            &["palm", "thumb", "finger 1", "finger 2"],
+        ),
+    ] {
+        let hand = Hand::named(name).unwrap();
+        assert!(
+            hand.palm.volar.dot(&volar) > 0.97,
+            "{name}: {:?}",
+            hand.palm
+        );
+        assert!(hand.palm.faced_m.abs() < 1e-12, "{name}");
+        assert_eq!(hand.digits, digits, "{name}");
+    }
+}
+
+/// A finger whose links are meshes of a hundred thousand faces, open and inside out, is no different.
+#[test]
+fn dense_meshes_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let (rings, around) = (220u32, 230u32);
+    let mut text = String::new();
+    for ring in 0..=rings {
+        for corner in 0..around {
+            let angle = std::f64::consts::TAU * f64::from(corner) / f64::from(around);
+            let (sin, cos) = angle.sin_cos();
+            let height = 60.0 * f64::from(ring) / f64::from(rings);
+            let _ = writeln!(text, "v {} {} {height}", 9.0 * cos, 8.0 * sin);
+        }
+    }
+    for ring in 0..rings {
+        for corner in 0..around {
+            let at = |ring: u32, corner: u32| 1 + ring * around + corner % around;
+            let [a, b] = [at(ring, corner), at(ring, corner + 1)];
+            let [c, d] = [at(ring + 1, corner), at(ring + 1, corner + 1)];
+            let _ = writeln!(text, "f {a} {d} {b}\nf {a} {c} {d}");
+        }
+    }
+    fs::write(folder.path().join("tube.obj"), text).unwrap();
+    let mesh = r#"<geometry><mesh filename="package://tubes/tube.obj" scale="0.001 0.001 0.001"/></geometry>"#;
+    let urdf = format!(
+        r#"<robot name="tubes"><link name="a"><collision>{mesh}</collision></link>
+        <link name="b"><visual>{mesh}</visual></link><link name="c"/>
+        <joint name="ab" type="revolute"><parent link="a"/><child link="b"/><origin xyz="0 0 0.07"/><limit lower="0" upper="1.5" effort="1" velocity="1"/></joint>
+        <joint name="bc" type="fixed"><parent link="b"/><child link="c"/></joint></robot>"#
+    );
+    let path = folder.path().join("tubes.urdf");
+    fs::write(&path, urdf).unwrap();
+    let hand = load(&path);
+    let area: f64 = hand.surface.iter().map(|point| point.area_m2).sum();
+    // Two elliptic cylinders with caps; circumference by Ramanujan.
+    let (p, q) = (9e-3, 8e-3);
+    let h: f64 = ((p - q) / (p + q)) * ((p - q) / (p + q));
+    let around = std::f64::consts::PI * (p + q) * (1.0 + 3.0 * h / (10.0 + (4.0 - 3.0 * h).sqrt()));
+    let exact = 2.0 * (around * 0.06 + 2.0 * std::f64::consts::PI * p * q);
+    assert!(
+        (area / exact - 1.0).abs() < 0.01,
+        "{area} m² instead of {exact}"
+    );
+    for (i, point) in hand.surface.iter().enumerate() {
+        let out = Vector3::new(point.point.x, point.point.y, 2.0 * (point.point.z - 0.03));
+        assert!(point.normal.dot(&out) > 0.0, "normal {i} points inward");
+    }
+    for capsule in &hand.capsules {
+        assert!(capsule.radius_m < 8e-3 + 1e-6 && capsule.radius_m > 6e-3);
+    }
+    let count = |name: &str| {
+        let link = hand.link(name).unwrap();
+        hand.surface
+            .iter()
+            .filter(|point| point.link == link)
+            .count()
+    };
+    assert!(count("a") > 350 && count("b") > 350 && count("c") == 0);
+}
