@@ -26,6 +26,7 @@ mod origin;
 mod progress;
 mod report;
 mod run;
+mod stability;
 mod surface;
 mod synth;
 mod uncertainty;
@@ -48,6 +49,7 @@ pub fn run() -> ExitCode {
             Command::Synth(command) => synth::run(command, &arguments.common),
             Command::Build(command) => build::run(command, &arguments.common),
             Command::Inspect(command) => inspect::run(command, &arguments.common),
+            Command::Stability(command) => stability::run(command, &arguments.common),
             Command::Objects(command) => objects::run(&command.command, &arguments.common),
             Command::Surface(command) => surface::run(command, &arguments.common),
             Command::Draw(command) => draw::run(command, &arguments.common),
