@@ -60,11 +60,9 @@ fn wall(centre: [f64; 3], half: [f64; 3]) -> Part {
     }
 }
 
-fn run(world: &mut World, seconds: f64) {
-    let steps = (seconds / Solver::default().time_step_s).round();
-    for _ in 0..steps as usize {
-        world.step();
-    }
+/// Seconds of sixty steps.
+fn run(world: &mut World, seconds: usize) {
+    steps(world, 60 * seconds);
 }
 
 fn steps(world: &mut World, count: usize) {
@@ -85,7 +83,7 @@ fn a_ball_in_an_open_cup_stays() {
         world.fix(&wall([x + away, y, z], [0.01, 0.1, r]));
         world.fix(&wall([x, y + away, z], [0.1, 0.01, r]));
     }
-    run(&mut world, 10.0);
+    run(&mut world, 10);
     let (way, _) = world.motion();
     assert!((way.z + floor).abs() < 5e-4, "the ball moved by {way}");
     assert!(way.xy().norm() < 2.0 * gap, "the ball moved by {way}");
@@ -107,7 +105,7 @@ fn a_ball_between_two_slippery_fingers_drops() {
                 radius_m: 0.008,
             });
         }
-        run(&mut world, 1.0);
+        run(&mut world, 1);
         -world.motion().0.z
     };
     assert!(drop_with(0.0) > 0.3);
@@ -123,7 +121,7 @@ fn sunk(coefficient: f64) -> f64 {
     world.fix(&wall([-0.03, 0.0, 0.0], [0.01, 0.05, 0.3]));
     let pad = wall([0.03, 0.0, 0.0], [0.01, 0.05, 0.3]);
     world.push(&pad, 0.1, Vector3::new(-2.0, 0.0, 0.0));
-    run(&mut world, 2.0);
+    run(&mut world, 2);
     -world.motion().0.z
 }
 
@@ -142,7 +140,7 @@ fn nothing_stirs_at_rest() {
     let solver = Solver::default();
     let mut world = World::new(&block, 0.2, DOWN, &friction(0.5), &solver);
     world.fix(&wall([0.0, 0.0, -0.05], [0.2, 0.2, 0.01]));
-    run(&mut world, 1.0);
+    run(&mut world, 1);
     let stir = |world: &World| {
         let [velocity, turning] = world.velocity();
         velocity.norm() + 0.04 * turning.norm()
@@ -151,7 +149,7 @@ fn nothing_stirs_at_rest() {
         world.step();
         most.max(stir(&world))
     });
-    run(&mut world, 10.0);
+    run(&mut world, 10);
     let late = (0..60).fold(0.0f64, |most, _| {
         world.step();
         most.max(stir(&world))
@@ -247,4 +245,64 @@ fn protocols_are_read_as_they_are_written_and_checked() {
         ..Drop::default()
     });
     assert!(still.validate().is_err());
+}
+
+#[cfg(feature = "cli")]
+mod command {
+    use std::path::Path;
+    use std::process::Command;
+
+    use landscape::store::{GraspFile, Overrides};
+
+    fn stability(file: &Path, arguments: &[&str]) -> (bool, String) {
+        let run = Command::new(env!("CARGO_BIN_EXE_landscape"))
+            .arg("stability")
+            .arg(file)
+            .args(arguments)
+            .output()
+            .unwrap();
+        let told = [run.stdout, run.stderr].concat();
+        (run.status.success(), String::from_utf8(told).unwrap())
+    }
+
+    #[test]
+    fn a_file_is_judged_to_the_same_bytes_on_any_number_of_threads() {
+        let folder = tempfile::TempDir::new().unwrap();
+        let given = folder.path().join("few.parquet");
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/grasps.parquet");
+        let (mut file, _) = GraspFile::read(&path, Overrides::default()).unwrap();
+        file.grasps.truncate(4);
+        file.write(&given).unwrap();
+        let outputs = ["1", "2"].map(|threads| {
+            let output = folder.path().join(format!("{threads}.parquet"));
+            let arguments = ["--threads", threads, "-o", output.to_str().unwrap()];
+            let (succeeded, told) = stability(&given, &arguments);
+            assert!(succeeded && told.contains("convex pieces"), "{told}");
+            std::fs::read(&output).unwrap()
+        });
+        assert!(outputs[0] == outputs[1]);
+        let written = folder.path().join("1.parquet");
+        let (judged, _) = GraspFile::read(&written, Overrides::default()).unwrap();
+        assert_eq!(judged.metadata.stability["protocol"]["protocol"], "drop");
+        for grasp in &judged.grasps {
+            let held = grasp.stable_reason.as_deref() == Some("held");
+            assert_eq!(grasp.stable, Some(held));
+            assert!(grasp.stable_displacement_m.unwrap() > 0.0);
+        }
+    }
+
+    #[test]
+    fn a_protocol_that_makes_no_sense_is_refused_in_one_sentence() {
+        let folder = tempfile::TempDir::new().unwrap();
+        let settings = folder.path().join("mine.toml");
+        std::fs::write(&settings, "protocol = \"drop\"\nfall_m = -1.0\n").unwrap();
+        let arguments = ["--settings", settings.to_str().unwrap()];
+        let (succeeded, told) = stability(Path::new("none.parquet"), &arguments);
+        assert!(
+            !succeeded && told.contains("fall_m = -1: must be above 0"),
+            "{told}"
+        );
+        let (succeeded, told) = stability(Path::new("none.parquet"), &["--print-protocol"]);
+        assert!(succeeded && told.contains("protocol = \"drop\""), "{told}");
+    }
 }

@@ -14,7 +14,7 @@ pub enum Combine {
     Minimum,
     /// (μ₁ + μ₂)/2, as `PhysX`.
     Average,
-    /// √(μ₁ μ₂), as Drake and Box2D.
+    /// √(μ₁ μ₂), as `Box2D`.
     GeometricMean,
 }
 
@@ -73,7 +73,7 @@ impl Default for Solver {
             contact_frequency_hz: 60.0,
             contact_damping: 10.0,
             recovery_m_s: 3.0,
-            prediction_m: 0.005,
+            prediction_m: 0.002,
         }
     }
 }

@@ -14,7 +14,7 @@ use crate::grasp::object::{ExactMesh, Mesh};
 /// Cells of the longest side of the grid in which a mesh is cut.
 const RESOLUTION: u32 = 128;
 /// A piece is cut again as long as its hull holds this share of the whole hull's volume more than the piece.
-const CONCAVITY: f64 = 0.0005;
+const CONCAVITY: f64 = 0.002;
 /// So many pieces at most.
 const PIECES: u32 = 64;
 /// Points of the surface by which pieces are compared with the mesh.
