@@ -215,6 +215,7 @@ Examples:
   landscape draw grasps.landscape --lowest 50              grasps.view/: the 50 lowest minima (and groups)
   landscape draw grasps.landscape --min-members 2 --levels 20
   landscape draw grasps.landscape --pick m0,m4,m31 -o three
+  landscape draw grasps.landscape --stability grasps.stability.parquet
 
 A hidden minimum still joins those that are shown: no choice of minima moves a merge. --levels raises every merge to the
 next of so many even levels. Pictures of groups (disconnectivity, barriers) and of minima (…_minima) take the same
@@ -335,6 +336,9 @@ pub(super) struct Build {
     /// comparison.
     #[arg(long)]
     pub(super) sequential: bool,
+    /// Map only the grasps that held in simulation: the column `stable` of `landscape stability`.
+    #[arg(long)]
+    pub(super) only_stable: bool,
     /// Map only the first N grasps: a quick look.
     #[arg(long, value_name = "N")]
     pub(super) first: Option<usize>,
@@ -525,6 +529,10 @@ pub(super) struct Draw {
     /// Only these minima, named as in the tree: m0,m4,m31.
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     pub(super) pick: Vec<String>,
+    /// Colour minima by whether their grasps held in simulation: the file that `landscape stability` wrote of the same
+    /// grasps.
+    #[arg(long, value_name = "FILE")]
+    pub(super) stability: Option<PathBuf>,
     /// Raise every merge to the next of N even levels between the lowest merge and the highest.
     #[arg(long, value_name = "N")]
     pub(super) levels: Option<usize>,
