@@ -137,7 +137,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
     }
     fs::write(folder.join("pose_error.md"), text(&all, chains))?;
-    chart(&all)?.draw()?.save(&folder.join("pose_error.png"))?;
+    chart(&all).draw()?.save(&folder.join("pose_error.png"))?;
     Ok(())
 }
 
@@ -234,7 +234,7 @@ fn text(all: &[Curves], chains: u64) -> String {
     text
 }
 
-fn chart(all: &[Curves]) -> Result<Chart, Box<dyn Error>> {
+fn chart(all: &[Curves]) -> Chart {
     let series = |name: &str, errors: &[f64], shares: &[Share]| {
         let mut points = Vec::new();
         let mut band = Vec::new();
@@ -260,11 +260,11 @@ fn chart(all: &[Curves]) -> Result<Chart, Box<dyn Error>> {
     let shape = all
         .iter()
         .flat_map(|curves| series(curves.name, &SHAPES_MM, &curves.shape));
-    Ok(Chart::new(
+    Chart::new(
         "Grasps that hold when the object is not as believed",
         vec![
             panel("pose", "object moved by (mm)", pose.collect()),
             panel("shape", "surface moved outward by (mm)", shape.collect()),
         ],
-    ))
+    )
 }

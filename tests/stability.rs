@@ -46,10 +46,36 @@ fn block(half_m: [f64; 3]) -> Solid {
     Solid::new(&mesh, Build::Pieces)
 }
 
-/// The ball of 70 mm that comes with the crate, its centre, and its radius.
+/// A ball of 70 mm, its centre, and its radius; of few facets, since the engine asks every corner.
 fn ball() -> (Solid, Vector3<f64>, f64) {
-    let (mesh, _) = Object::parts_of_named("ball").unwrap();
-    let (centre, radius_m) = (mesh.centroid(), mesh.radius_m());
+    const AROUND: u32 = 24;
+    const RINGS: u32 = 11;
+    let radius_m = 0.035;
+    let centre = Vector3::new(0.0, 0.0, radius_m);
+    let mut points = vec![centre - Vector3::z() * radius_m];
+    for ring in 1..=RINGS {
+        let polar = std::f64::consts::PI * f64::from(ring) / f64::from(RINGS + 1);
+        for step in 0..AROUND {
+            let angle = std::f64::consts::TAU * f64::from(step) / f64::from(AROUND);
+            let across = Vector3::new(angle.cos(), angle.sin(), 0.0) * polar.sin();
+            points.push(centre + (across - Vector3::z() * polar.cos()) * radius_m);
+        }
+    }
+    let top = AROUND * RINGS + 1;
+    points.push(centre + Vector3::z() * radius_m);
+    let mut triangles = Vec::new();
+    for step in 0..AROUND {
+        let next = (step + 1) % AROUND;
+        triangles.push([0, 1 + next, 1 + step]);
+        for ring in 0..RINGS - 1 {
+            let corner = |ring: u32, step: u32| 1 + ring * AROUND + step;
+            let [a, b] = [corner(ring, step), corner(ring, next)];
+            let [c, d] = [corner(ring + 1, step), corner(ring + 1, next)];
+            triangles.extend([[a, b, d], [a, d, c]]);
+        }
+        triangles.push([top, top - AROUND + step, top - AROUND + next]);
+    }
+    let mesh = Mesh::new("ball", points, triangles).unwrap();
     (Solid::new(&mesh, Build::Pieces), centre, radius_m)
 }
 
@@ -83,7 +109,7 @@ fn a_ball_in_an_open_cup_stays() {
         world.fix(&wall([x + away, y, z], [0.01, 0.1, r]));
         world.fix(&wall([x, y + away, z], [0.1, 0.01, r]));
     }
-    run(&mut world, 10);
+    run(&mut world, 4);
     let (way, _) = world.motion();
     assert!((way.z + floor).abs() < 5e-4, "the ball moved by {way}");
     assert!(way.xy().norm() < 2.0 * gap, "the ball moved by {way}");
@@ -149,7 +175,7 @@ fn nothing_stirs_at_rest() {
         world.step();
         most.max(stir(&world))
     });
-    run(&mut world, 10);
+    run(&mut world, 5);
     let late = (0..60).fold(0.0f64, |most, _| {
         world.step();
         most.max(stir(&world))
