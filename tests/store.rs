@@ -71,6 +71,9 @@ fn grasp(id: u64) -> Grasp {
         friction: Some(0.5),
         epsilon: Some(0.05),
         stable: Some(true),
+        stable_reason: Some("held".into()),
+        stable_displacement_m: Some(0.001),
+        stable_turn_rad: Some(0.02),
         label: Some("medium wrap".into()),
         label_auto: Some("precision disk".into()),
         label_score: Some(0.9),
@@ -90,6 +93,7 @@ fn file(count: u64) -> GraspFile {
         objects: vec![object("cup"), object("bowl")],
         energy: json!({ "weights": [0.1, 1e-7, 3.3333333333333335] }),
         settings: json!({ "steps": 10000 }),
+        stability: json!({ "protocol": "drop" }),
         terms: vec!["force_closure".into(), "distance".into()],
     };
     GraspFile {

@@ -69,6 +69,9 @@ pub(super) enum Command {
     Inspect(Inspect),
     /// List the hands that come with the program, or show what is derived of one of your own
     Hands(Hands),
+    /// Simulate the grasps of a file: would the object stay in the hand?
+    #[command(after_help = STABILITY_EXAMPLES)]
+    Stability(Stability),
     /// List the objects that come with the program, or make one of a neural network
     Objects(Objects),
     /// Map a surface: a named model, or an energy of your own
@@ -90,6 +93,7 @@ Examples:
   landscape synth --object bottle_round -n 64              grasps.parquet: grasps of the human hand on a bottle
   landscape build grasps.parquet                           grasps.landscape/: the landscape between them
   landscape inspect grasps.parquet                         how good these grasps are
+  landscape stability grasps.parquet                       would the object stay in the hand?
   landscape surface lj 7                                   lj-7.landscape/: all minima and saddles of a model
   landscape draw grasps.landscape --lowest 50              grasps.view/: the same pictures of its 50 lowest minima
   landscape diff warm.landscape cold.landscape             which minima and merges moved
@@ -154,6 +158,27 @@ Bare contacts (JSON; lengths in any one unit, normals of any length):
     \"friction\": 0.5             for force closure, forces and epsilon; default: 0.5
   }";
 
+const STABILITY_EXAMPLES: &str = "\
+Examples:
+  landscape stability grasps.parquet                       grasps.stability.parquet: the same with a column `stable`
+  landscape stability grasps.parquet --protocol six-directions -o held.parquet
+  landscape stability grasps.parquet --print-protocol > mine.toml
+  landscape stability grasps.parquet --settings mine.toml  a protocol of your own
+
+Protocols (rigid bodies, Coulomb friction, the Rapier engine in its deterministic mode):
+  drop                  The test of Liu et al. (2021): a rigid hand that does not move, gravity of 10 m/s² down the object's
+                        z axis, 1000 steps of 1/60 s; stable if the object falls less than 0.3 m. Friction 0.25 in contact:
+                        0.5 for each body, multiplied. Nothing presses but the object's own weight.
+  six-directions        The test in use today (DexGraspBench): no gravity, the object is given 0.1 kg and pushed with 1 N
+                        along ±x, ±y and ±z, 2 s each; stable if it moves less than 5 cm and turns less than 15° in all six.
+                        Friction 0.6. The joints squeeze: springs pull them toward the object.
+  six-directions-rigid  The same with rigid joints.
+In all of them more than 1 cm of overlap at the start fails.
+
+Adds the columns stable, stable_reason (held, overlap, fell, moved, turned, lost), stable_displacement_m and
+stable_turn_rad; the protocol with all its numbers goes into the file's metadata. Objects are cut into convex pieces; how
+well these fit is told. An interrupted run continues where it stopped when the same command is given again.";
+
 const BAKE_EXAMPLES: &str = "\
 Examples:
   landscape objects bake model.safetensors --scale 0.1 -o bottle.obj
@@ -200,6 +225,7 @@ Examples:
   landscape draw grasps.landscape --lowest 50              grasps.view/: the 50 lowest minima (and groups)
   landscape draw grasps.landscape --min-members 2 --levels 20
   landscape draw grasps.landscape --pick m0,m4,m31 -o three
+  landscape draw grasps.landscape --stability grasps.stability.parquet
 
 A hidden minimum still joins those that are shown: no choice of minima moves a merge. --levels raises every merge to the
 next of so many even levels. Pictures of groups (disconnectivity, barriers) and of minima (…_minima) take the same
@@ -326,6 +352,9 @@ pub(super) struct Build {
     /// comparison.
     #[arg(long)]
     pub(super) sequential: bool,
+    /// Map only the grasps that held in simulation: the column `stable` of `landscape stability`.
+    #[arg(long)]
+    pub(super) only_stable: bool,
     /// Map only the first N grasps: a quick look.
     #[arg(long, value_name = "N")]
     pub(super) first: Option<usize>,
@@ -400,6 +429,45 @@ pub(super) struct HandsInspect {
     /// Overwrite a side file that exists.
     #[arg(long)]
     pub(super) force: bool,
+}
+
+/// Simulate grasps.
+#[derive(Debug, Args)]
+pub(super) struct Stability {
+    /// The grasps: a file of `landscape synth`, or of your own with the same columns.
+    #[arg(value_name = "FILE")]
+    pub(super) grasps: PathBuf,
+    /// What is tested, see below.
+    #[arg(long, value_enum, default_value_t = ProtocolName::Drop, conflicts_with = "settings")]
+    pub(super) protocol: ProtocolName,
+    /// A protocol of your own (TOML): `protocol = "drop"` or `"six-directions"` and any of its numbers.
+    #[arg(long, value_name = "FILE")]
+    pub(super) settings: Option<PathBuf>,
+    /// Write the protocol with all its numbers to standard output, and do nothing else.
+    #[arg(long)]
+    pub(super) print_protocol: bool,
+    /// The file to write; by default the name of the grasps with the ending `.stability.parquet`.
+    #[arg(long, short, value_name = "FILE")]
+    pub(super) output: Option<PathBuf>,
+    /// The hand, for a file that does not describe it.
+    #[arg(long, value_name = "NAME|FILE")]
+    pub(super) hand: Option<String>,
+    /// The object, for a file that does not describe it.
+    #[arg(long, value_name = "NAME|FILE")]
+    pub(super) object: Option<String>,
+    #[command(flatten)]
+    pub(super) again: Again,
+}
+
+/// Tests of stability.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub(super) enum ProtocolName {
+    /// Gravity on an object in a rigid hand.
+    Drop,
+    /// Pushes along six directions in a hand that squeezes.
+    SixDirections,
+    /// Pushes along six directions in a rigid hand.
+    SixDirectionsRigid,
 }
 
 /// Objects.
@@ -536,6 +604,10 @@ pub(super) struct Draw {
     /// Only these minima, named as in the tree: m0,m4,m31.
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     pub(super) pick: Vec<String>,
+    /// Colour minima by whether their grasps held in simulation: the file that `landscape stability` wrote of the same
+    /// grasps.
+    #[arg(long, value_name = "FILE")]
+    pub(super) stability: Option<PathBuf>,
     /// Raise every merge to the next of N even levels between the lowest merge and the highest.
     #[arg(long, value_name = "N")]
     pub(super) levels: Option<usize>,

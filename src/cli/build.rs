@@ -39,11 +39,14 @@ pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
     if let Some(output) = &command.output {
         check_output(output)?;
     }
-    let (file, warnings) = input::read(
+    let (mut file, warnings) = input::read(
         &command.grasps,
         command.hand.as_deref(),
         command.object.as_deref(),
     )?;
+    if command.only_stable {
+        keep_stable(&mut file, &command.grasps)?;
+    }
     if !common.quiet {
         input::warn(&warnings);
     }
@@ -58,6 +61,23 @@ pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
         until_unwritable(|| build(command, common, &file, population, folder, warnings.clone()))?
             .with_context(|| format!("{}", command.grasps.display()))?;
     }
+    Ok(())
+}
+
+/// Drops what did not hold in simulation.
+fn keep_stable(file: &mut GraspFile, path: &Path) -> anyhow::Result<()> {
+    anyhow::ensure!(
+        file.grasps.iter().any(|grasp| grasp.stable.is_some()),
+        "--only-stable: no grasp of {} was simulated: run `landscape stability` on it first",
+        path.display()
+    );
+    file.grasps.retain(|grasp| grasp.stable == Some(true));
+    anyhow::ensure!(
+        file.grasps.len() >= 2,
+        "--only-stable: {} of the grasps of {} held: a landscape lies between at least two",
+        file.grasps.len(),
+        path.display()
+    );
     Ok(())
 }
 

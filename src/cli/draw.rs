@@ -1,5 +1,6 @@
 //! `landscape draw`: the pictures of a finished landscape again, with views applied.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
@@ -9,7 +10,7 @@ use super::drawing::{Drawing, Views};
 use super::landscape::Titles;
 use super::{check_output, complain};
 use crate::figure::Leaf;
-use crate::store::{LandscapeFiles, MinimumRow, read_resampled};
+use crate::store::{GraspFile, LandscapeFiles, MinimumRow, Overrides, read_resampled};
 use crate::topography::{Evidence, MinimumId, Tree};
 
 pub(super) fn run(command: &Draw, common: &Common) -> anyhow::Result<()> {
@@ -40,6 +41,14 @@ pub(super) fn run(command: &Draw, common: &Common) -> anyhow::Result<()> {
     std::fs::create_dir_all(&output)
         .with_context(|| format!("cannot create the folder {}", output.display()))?;
     let titles = titles(&files, command.seed);
+    let stability = command.stability.as_deref().map(held).transpose()?;
+    let leaf = |minimum: &MinimumRow| match &stability {
+        Some(held) => Leaf {
+            label: Some(mark(&minimum.members, held).to_owned()),
+            ..leaf(minimum)
+        },
+        None => leaf(minimum),
+    };
     let drawing = Drawing {
         network: &network,
         tree: &tree,
@@ -106,6 +115,35 @@ fn leaf(minimum: &MinimumRow) -> Leaf {
     }
 }
 
+/// Which grasps of a file held in simulation, by id.
+fn held(path: &Path) -> anyhow::Result<BTreeMap<u64, bool>> {
+    let (file, _) = GraspFile::read(path, Overrides::default())?;
+    let known = file.grasps.iter();
+    let held: BTreeMap<u64, bool> = known
+        .filter_map(|grasp| Some((grasp.id, grasp.stable?)))
+        .collect();
+    ensure!(
+        !held.is_empty(),
+        "--stability {}: no grasp was simulated: run `landscape stability` on it first",
+        path.display()
+    );
+    Ok(held)
+}
+
+/// What most simulated members of a minimum are.
+fn mark(members: &[u64], held: &BTreeMap<u64, bool>) -> &'static str {
+    let known: Vec<bool> = members
+        .iter()
+        .filter_map(|id| held.get(id).copied())
+        .collect();
+    let stable = known.iter().filter(|held| **held).count();
+    match known.len() {
+        0 => "not simulated",
+        all if 2 * stable >= all => "stable",
+        _ => "unstable",
+    }
+}
+
 /// As `landscape build`, `surface` and `import` title their pictures.
 fn titles(files: &LandscapeFiles, seed: Option<u64>) -> Titles<'static> {
     let manifest = &files.manifest;
@@ -132,6 +170,15 @@ fn titles(files: &LandscapeFiles, seed: Option<u64>) -> Titles<'static> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn minima_are_marked_by_most_of_their_members() {
+        let held = BTreeMap::from([(1, true), (2, false), (3, false)]);
+        assert_eq!(mark(&[1, 9], &held), "stable");
+        assert_eq!(mark(&[1, 2], &held), "stable");
+        assert_eq!(mark(&[1, 2, 3], &held), "unstable");
+        assert_eq!(mark(&[9], &held), "not simulated");
+    }
 
     #[test]
     fn minima_are_picked_by_name() {

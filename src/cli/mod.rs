@@ -28,6 +28,7 @@ mod origin;
 mod progress;
 mod report;
 mod run;
+mod stability;
 mod surface;
 mod synth;
 mod uncertainty;
@@ -52,6 +53,7 @@ pub fn run() -> ExitCode {
             Command::Build(command) => build::run(command, &arguments.common),
             Command::Inspect(command) => inspect::run(command, &arguments.common),
             Command::Hands(command) => hands::run(&command.command, &arguments.common),
+            Command::Stability(command) => stability::run(command, &arguments.common),
             Command::Objects(command) => objects::run(&command.command, &arguments.common),
             Command::Surface(command) => surface::run(command, &arguments.common),
             Command::Draw(command) => draw::run(command, &arguments.common),

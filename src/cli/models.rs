@@ -131,6 +131,21 @@ pub(super) fn object_metadata(flag: &str) -> anyhow::Result<(Arc<Object>, Object
 
 /// Builds the object that metadata describe, `scale` times as large.
 pub(super) fn object(metadata: &ObjectMetadata, scale: f64) -> anyhow::Result<Arc<Object>> {
+    let (mesh, description) = parts(metadata, scale)?;
+    Ok(Arc::new(Object::from_mesh(
+        &metadata.name,
+        mesh,
+        &description,
+    )?))
+}
+
+/// Mesh and mass (kg) of the object that metadata describe, `scale` times as large: what needs no smooth field.
+pub(super) fn mesh(metadata: &ObjectMetadata, scale: f64) -> anyhow::Result<(Mesh, f64)> {
+    let (mesh, _) = parts(metadata, scale)?;
+    Ok((mesh, metadata.mass_kg * scale.powi(3)))
+}
+
+fn parts(metadata: &ObjectMetadata, scale: f64) -> anyhow::Result<(Mesh, Description)> {
     let name = &metadata.name;
     let Some(obj) = &metadata.mesh_obj else {
         anyhow::bail!("the file does not hold the mesh of object `{name}`: name it with --object");
@@ -138,10 +153,9 @@ pub(super) fn object(metadata: &ObjectMetadata, scale: f64) -> anyhow::Result<Ar
     let description: Description = serde_json::from_value(metadata.description.clone())
         .with_context(|| format!("the description of object `{name}` in the file"))?;
     let mesh = Mesh::from_obj(name, &mut obj.as_bytes())?;
-    let object = if (scale - 1.0).abs() < f64::EPSILON {
-        Object::from_mesh(name, mesh, &description)?
+    Ok(if (scale - 1.0).abs() < f64::EPSILON {
+        (mesh, description)
     } else {
-        Object::from_mesh(name, mesh.scaled(name, scale)?, &description.scaled(scale))?
-    };
-    Ok(Arc::new(object))
+        (mesh.scaled(name, scale)?, description.scaled(scale))
+    })
 }

@@ -194,6 +194,7 @@ fn metadata(
         objects: vec![origin.object_metadata.clone()],
         energy: serde_json::to_value(experiment.energy)?,
         settings: serde_json::to_value(experiment.synthesis)?,
+        stability: serde_json::Value::Null,
         terms: energy.term_names(),
     })
 }
@@ -264,6 +265,9 @@ fn row(
         friction: judgement.least_friction,
         epsilon: Some(judgement.epsilon),
         stable: None,
+        stable_reason: None,
+        stable_displacement_m: None,
+        stable_turn_rad: None,
         label: None,
         label_auto: None,
         label_score: None,

@@ -18,6 +18,8 @@
 //! | `friction`?∅ | double | μ₀, least friction of exact force closure; null: none suffices |
 //! | `epsilon`?∅ | double | Ferrari–Canny ε at μ = 0.5, see `closure::epsilon`; ≤ 0: holds not every wrench; null: not computed |
 //! | `stable`?∅ | bool | held in simulation; null: not simulated |
+//! | `stable_reason`?∅ | string | why, see `grasp::stability::Reason`; null: not simulated |
+//! | `stable_displacement_m`?∅, `stable_turn_rad`?∅ | double | how far the object moved and turned in simulation |
 //! | `label`?∅ | string | grasp type given by a human |
 //! | `label_auto`?∅ | string | grasp type given by the rule |
 //! | `label_score`?∅ | double | how clearly the rule decided |
@@ -83,6 +85,12 @@ pub struct Grasp {
     pub epsilon: Option<f64>,
     /// Whether it held in simulation.
     pub stable: Option<bool>,
+    /// Why, in one word.
+    pub stable_reason: Option<String>,
+    /// How far the object moved in simulation, metres.
+    pub stable_displacement_m: Option<f64>,
+    /// How far the object turned in simulation, radians.
+    pub stable_turn_rad: Option<f64>,
     /// Grasp type given by a human.
     pub label: Option<String>,
     /// Grasp type given by the rule.
@@ -240,6 +248,18 @@ impl GraspFile {
         columns.optional_floats("friction", grasps().map(|grasp| grasp.friction));
         columns.optional_floats("epsilon", grasps().map(|grasp| grasp.epsilon));
         columns.optional_flags("stable", grasps().map(|grasp| grasp.stable));
+        columns.optional_texts(
+            "stable_reason",
+            grasps().map(|grasp| grasp.stable_reason.as_deref()),
+        );
+        columns.optional_floats(
+            "stable_displacement_m",
+            grasps().map(|grasp| grasp.stable_displacement_m),
+        );
+        columns.optional_floats(
+            "stable_turn_rad",
+            grasps().map(|grasp| grasp.stable_turn_rad),
+        );
         columns.optional_texts("label", grasps().map(|grasp| grasp.label.as_deref()));
         columns.optional_texts(
             "label_auto",
@@ -338,6 +358,7 @@ fn foreign(table: &Table, overrides: Overrides) -> Metadata {
         objects: overrides.object.into_iter().collect(),
         energy: serde_json::Value::Null,
         settings: serde_json::Value::Null,
+        stability: serde_json::Value::Null,
         terms: table
             .names()
             .filter_map(|name| name.strip_prefix(TERM))
@@ -381,6 +402,9 @@ fn rows(table: &Table, metadata: &Metadata) -> Result<Vec<Grasp>, StoreError> {
     let mut friction = table.optional("friction", &FLOAT)?.into_iter();
     let mut epsilon = table.optional("epsilon", &FLOAT)?.into_iter();
     let mut stable = table.optional("stable", &FLAG)?.into_iter();
+    let mut reason = table.optional("stable_reason", &TEXT)?.into_iter();
+    let mut displacement_m = table.optional("stable_displacement_m", &FLOAT)?.into_iter();
+    let mut turn_rad = table.optional("stable_turn_rad", &FLOAT)?.into_iter();
     let mut label = table.optional("label", &TEXT)?.into_iter();
     let mut label_auto = table.optional("label_auto", &TEXT)?.into_iter();
     let mut label_score = table.optional("label_score", &FLOAT)?.into_iter();
@@ -411,6 +435,9 @@ fn rows(table: &Table, metadata: &Metadata) -> Result<Vec<Grasp>, StoreError> {
             friction: friction.next()?,
             epsilon: epsilon.next()?,
             stable: stable.next()?,
+            stable_reason: reason.next()?,
+            stable_displacement_m: displacement_m.next()?,
+            stable_turn_rad: turn_rad.next()?,
             label: label.next()?,
             label_auto: label_auto.next()?,
             label_score: label_score.next()?,

@@ -29,6 +29,10 @@ pub struct Metadata {
     pub energy: serde_json::Value,
     /// Everything else that was set.
     pub settings: serde_json::Value,
+    /// The protocol behind the column `stable` with all its numbers, and what the objects were made of in it; null where
+    /// nothing was simulated.
+    #[serde(default, skip_serializing_if = "serde_json::Value::is_null")]
+    pub stability: serde_json::Value,
     /// Names of the energy terms, in the order of [`Grasp::terms`](super::Grasp::terms).
     pub terms: Vec<String>,
 }

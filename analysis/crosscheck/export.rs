@@ -1,0 +1,88 @@
+//! What another engine needs to repeat the drop test: `crosscheck_export GRASPS.parquet FOLDER`
+//!
+//! Writes the convex pieces of each object (`<object>_<piece>.obj`, metres, object frame) and `grasps.json`: mass
+//! properties, and for each grasp the posed capsules of the hand and what became of it here.
+
+use std::error::Error;
+use std::fmt::Write;
+use std::fs;
+use std::path::Path;
+
+use landscape::grasp::hand::{Hand, PosedHand};
+use landscape::grasp::object::Mesh;
+use landscape::grasp::stability::{Build, Drop, Piece, Protocol, Solid, simulate};
+use landscape::store::{GraspFile, Overrides};
+use rayon::prelude::*;
+use serde_json::json;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [grasps, folder] = arguments.as_slice() else {
+        return Err("usage: crosscheck_export GRASPS.parquet FOLDER".into());
+    };
+    let folder = Path::new(folder);
+    fs::create_dir_all(folder)?;
+    let (file, _) = GraspFile::read(Path::new(grasps), Overrides::default())?;
+    let protocol = Drop::default();
+    let mut populations = Vec::new();
+    for population in file.landscapes() {
+        let name = &population.object.name;
+        let [urdf, side @ ..] = population.hand.description.as_slice() else {
+            return Err("the file does not describe its hand".into());
+        };
+        let side = side.first().map(|file| file.text.as_str());
+        let hand = Hand::from_urdf(&urdf.text, side)?;
+        let obj = population.object.mesh_obj.as_ref();
+        let obj = obj.ok_or("the file does not hold the mesh of its object")?;
+        let mesh = Mesh::from_obj(name, &mut obj.as_bytes())?.scaled(name, population.scale)?;
+        let mass_kg = population.object.mass_kg * population.scale.powi(3);
+        let solid = Solid::new(&mesh, Build::Pieces);
+        let mut pieces = Vec::new();
+        for (number, piece) in solid.pieces().iter().enumerate() {
+            let piece_name = format!("{name}_{number}.obj");
+            fs::write(folder.join(&piece_name), obj_text(piece))?;
+            pieces.push(piece_name);
+        }
+        let of_grasp = |grasp: &&landscape::store::Grasp| {
+            let mut x = grasp.translation_m.to_vec();
+            x.extend(grasp.rotation_wxyz);
+            x.extend(&grasp.joints_rad);
+            let mut posed = PosedHand::default();
+            hand.pose(&x, &mut posed);
+            let capsules: Vec<_> = hand
+                .capsules
+                .iter()
+                .zip(&posed.capsules)
+                .map(|(capsule, [a, b])| {
+                    json!({ "link": hand.links[capsule.link.0].name, "a": a, "b": b, "radius_m": capsule.radius_m })
+                })
+                .collect();
+            let drop = Protocol::Drop(protocol);
+            let outcome = simulate(&hand, &x, &grasp.contacts, &solid, mass_kg, &drop);
+            json!({ "id": grasp.id, "capsules": capsules, "outcome": outcome })
+        };
+        let grasps: Vec<_> = population.grasps.par_iter().map(of_grasp).collect();
+        populations.push(json!({
+            "object": name,
+            "pieces": pieces,
+            "mass_kg": mass_kg,
+            "centre_m": solid.centre(),
+            "inertia_kg_m2": solid.unit_inertia() * mass_kg,
+            "grasps": grasps,
+        }));
+    }
+    let all = json!({ "protocol": protocol, "populations": populations });
+    fs::write(folder.join("grasps.json"), serde_json::to_string(&all)?)?;
+    Ok(())
+}
+
+fn obj_text(piece: &Piece) -> String {
+    let mut text = String::new();
+    for v in &piece.vertices {
+        let _ = writeln!(text, "v {} {} {}", v.x, v.y, v.z);
+    }
+    for [a, b, c] in &piece.triangles {
+        let _ = writeln!(text, "f {} {} {}", a + 1, b + 1, c + 1);
+    }
+    text
+}

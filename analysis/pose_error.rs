@@ -1,0 +1,270 @@
+//! Perfect knowledge is a stated limitation of Liu et al. (2021): how many grasps hold if the object is not where, or not
+//! as large as, the synthesis believed? → `figures/pose_error.md`, `.png`
+//!
+//! Grasps that pass the strict filter, and the drop test without error, are simulated again with the object moved by d in a
+//! random direction and turned by d over its radius about a random axis through its centroid, and with its surface moved
+//! outward (+) or inward (−) by d. `--quick`: few, into `target/`.
+
+#[path = "yields/interval.rs"]
+mod interval;
+
+use std::error::Error;
+use std::fmt::Write;
+use std::fs;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use interval::interval;
+use landscape::figure::chart::{Axis, BandPoint, Chart, Corner, Panel, Series};
+use landscape::grasp::hand::Hand;
+use landscape::grasp::object::{Mesh, Object};
+use landscape::grasp::stability::{Build, Drop, Protocol, SixDirections, Solid, simulate};
+use landscape::grasp::synthesis::{SynthesisSettings, synthesize};
+use landscape::grasp::{EnergySettings, GraspEnergy, judge};
+use landscape::optimize::QuenchSettings;
+use landscape::sample::{Task, stream};
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use rand::RngExt;
+use rayon::prelude::*;
+
+const SEED: u64 = 6;
+const OBJECTS: [&str; 2] = ["bottle_round", "bottle_flask"];
+const ERRORS_MM: [f64; 4] = [0.0, 1.0, 2.0, 5.0];
+const SHAPES_MM: [f64; 7] = [-5.0, -2.0, -1.0, 0.0, 1.0, 2.0, 5.0];
+/// Random errors of each size that each grasp is tried with.
+const DRAWS: u64 = 4;
+
+struct Grasp {
+    x: Vec<f64>,
+    contacts: Vec<u32>,
+}
+
+/// A number of trials, and how many held.
+#[derive(Clone, Copy, Default)]
+struct Share {
+    held: f64,
+    of: f64,
+}
+
+impl Share {
+    fn add(&mut self, outcomes: &[bool]) {
+        self.of += outcomes.len() as f64;
+        self.held += outcomes.iter().filter(|held| **held).count() as f64;
+    }
+
+    fn text(self) -> String {
+        let [low, high] = interval(self.held, self.of).map(|bound| 100.0 * bound);
+        format!(
+            "{:.1} % [{low:.1}, {high:.1}] of {}",
+            100.0 * self.held / self.of,
+            self.of
+        )
+    }
+}
+
+/// Outcomes of one protocol: by pose error, by shape error.
+struct Curves {
+    name: &'static str,
+    protocol: Protocol,
+    /// Only so many grasps of each object.
+    grasps: usize,
+    pose: Vec<Share>,
+    shape: Vec<Share>,
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let quick = std::env::args().any(|argument| argument == "--quick");
+    let folder = PathBuf::from(if quick { "target" } else { "figures" });
+    let (chains, pushed) = if quick { (4, 1) } else { (100, 12) };
+    let curves = |name, protocol, grasps| Curves {
+        name,
+        protocol,
+        grasps,
+        pose: vec![Share::default(); ERRORS_MM.len()],
+        shape: vec![Share::default(); SHAPES_MM.len()],
+    };
+    let mut all = [
+        curves("drop", Protocol::Drop(Drop::default()), usize::MAX),
+        curves(
+            "six directions, squeezed",
+            Protocol::SixDirections(SixDirections::default()),
+            pushed,
+        ),
+    ];
+    let hand = Arc::new(Hand::human());
+    for name in OBJECTS {
+        eprintln!("{name}");
+        let object = Arc::new(Object::named(name)?);
+        let exact = Solid::new(&object.mesh, Build::Pieces);
+        let grasps = grasps(&hand, &object, chains)?;
+        let shapes = SHAPES_MM.map(|offset_mm| {
+            let mesh = offset(name, &object.mesh, 1e-3 * offset_mm);
+            mesh.map(|mesh| Solid::new(&mesh, Build::Pieces))
+        });
+        for curves in &mut all {
+            let protocol = &curves.protocol;
+            let holds = |solid: &Solid, x: &[f64], contacts: &[u32]| {
+                simulate(&hand, x, contacts, solid, object.mass_kg, protocol).is_stable()
+            };
+            let known: Vec<&Grasp> = grasps
+                .par_iter()
+                .take(curves.grasps)
+                .filter(|grasp| holds(&exact, &grasp.x, &grasp.contacts))
+                .collect();
+            for (share, error_mm) in curves.pose.iter_mut().zip(ERRORS_MM) {
+                let trials: Vec<bool> = known
+                    .par_iter()
+                    .enumerate()
+                    .flat_map(|(number, grasp)| {
+                        let trial = |draw| {
+                            let id = number as u64 * DRAWS + draw;
+                            let x = moved(&grasp.x, &object, 1e-3 * error_mm, id);
+                            holds(&exact, &x, &grasp.contacts)
+                        };
+                        (0..DRAWS).map(trial).collect::<Vec<bool>>()
+                    })
+                    .collect();
+                share.add(&trials);
+            }
+            for (share, solid) in curves.shape.iter_mut().zip(&shapes) {
+                let Ok(solid) = solid else { continue };
+                let trials: Vec<bool> = known
+                    .par_iter()
+                    .map(|grasp| holds(solid, &grasp.x, &grasp.contacts))
+                    .collect();
+                share.add(&trials);
+            }
+        }
+    }
+    fs::write(folder.join("pose_error.md"), text(&all, chains))?;
+    chart(&all).draw()?.save(&folder.join("pose_error.png"))?;
+    Ok(())
+}
+
+/// Grasps that pass the strict filter.
+fn grasps(
+    hand: &Arc<Hand>,
+    object: &Arc<Object>,
+    chains: u64,
+) -> Result<Vec<Grasp>, Box<dyn Error>> {
+    let energy = GraspEnergy::new(hand.clone(), object.clone(), EnergySettings::default())?;
+    let grasp = |chain| {
+        let (synthesis, refine) = (SynthesisSettings::default(), QuenchSettings::default());
+        let end = synthesize(&energy, &synthesis, &refine, SEED, chain);
+        let passes = judge(&energy, &end.refined, &end.contacts).passes_strict();
+        passes.then_some(Grasp {
+            x: end.refined,
+            contacts: end.contacts,
+        })
+    };
+    Ok((0..chains).into_par_iter().filter_map(grasp).collect())
+}
+
+/// The hand's pose relative to an object that is elsewhere by `error_m` and turned by `error_m` over its radius.
+fn moved(x: &[f64], object: &Object, error_m: f64, id: u64) -> Vec<f64> {
+    let mut rng = stream(SEED, Task::Start, id);
+    let mut direction = || {
+        // From a cube until inside the ball: uniform directions.
+        loop {
+            let v = Vector3::from_fn(|_, _| 2.0 * rng.random::<f64>() - 1.0);
+            if (0.01..=1.0).contains(&v.norm()) {
+                break v.normalize();
+            }
+        }
+    };
+    let way = direction() * error_m;
+    let turn = UnitQuaternion::from_scaled_axis(direction() * (error_m / object.radius_m));
+    let to_centre = Translation3::from(object.centroid);
+    let object_from_moved = to_centre * Translation3::from(way) * turn * to_centre.inverse();
+    let hand = Isometry3::from_parts(
+        Translation3::new(x[0], x[1], x[2]),
+        UnitQuaternion::from_quaternion(Quaternion::new(x[3], x[4], x[5], x[6])),
+    );
+    let placed = object_from_moved.inverse() * hand;
+    let q = placed.rotation;
+    let mut moved = placed.translation.vector.as_slice().to_vec();
+    moved.extend([q.w, q.i, q.j, q.k]);
+    moved.extend(&x[7..]);
+    moved
+}
+
+/// The mesh with every vertex moved along its area-weighted normal.
+fn offset(
+    name: &str,
+    mesh: &Mesh,
+    by_m: f64,
+) -> Result<Mesh, landscape::grasp::object::ObjectError> {
+    let mut normals = vec![Vector3::zeros(); mesh.vertices().len()];
+    for (index, triangle) in mesh.triangles().iter().enumerate() {
+        let [a, b, c] = mesh.corners(index);
+        for &vertex in triangle {
+            normals[vertex as usize] += (b - a).cross(&(c - a));
+        }
+    }
+    let moved = mesh
+        .vertices()
+        .iter()
+        .zip(&normals)
+        .map(|(vertex, normal)| vertex + normal.try_normalize(0.0).unwrap_or_default() * by_m);
+    Mesh::new(name, moved.collect(), mesh.triangles().to_vec())
+}
+
+fn text(all: &[Curves], chains: u64) -> String {
+    let mut text = format!(
+        "# Success against errors of pose and shape\n\n{chains} chains of the default synthesis (seed {SEED}) on {}; grasps \
+         that pass the strict filter and hold without error. Pose error d: the object moved by d in a random direction and \
+         turned by d over its radius, {DRAWS} draws a grasp. Shape error: its surface moved outward or inward. In brackets: \
+         95 % intervals (Wilson), as if draws of one grasp were independent.\n",
+        OBJECTS.join(" and ")
+    );
+    for curves in all {
+        let _ = write!(
+            text,
+            "\n## {}\n\n| pose error, mm | held |\n|---|---|\n",
+            curves.name
+        );
+        for (error, share) in ERRORS_MM.iter().zip(&curves.pose) {
+            let _ = writeln!(text, "| {error} | {} |", share.text());
+        }
+        text.push_str("\n| surface moved, mm | held |\n|---|---|\n");
+        for (error, share) in SHAPES_MM.iter().zip(&curves.shape) {
+            let _ = writeln!(text, "| {error:+} | {} |", share.text());
+        }
+    }
+    text
+}
+
+fn chart(all: &[Curves]) -> Chart {
+    let series = |name: &str, errors: &[f64], shares: &[Share]| {
+        let mut points = Vec::new();
+        let mut band = Vec::new();
+        for (&x, share) in errors.iter().zip(shares) {
+            let [lower, upper] = interval(share.held, share.of).map(|bound| 100.0 * bound);
+            points.push([x, 100.0 * share.held / share.of]);
+            band.push(BandPoint { x, lower, upper });
+        }
+        [Series::band(band), Series::line(points).named(name)]
+    };
+    let panel = |title: &str, label: &str, lines: Vec<Series>| Panel {
+        legend: Some(Corner::LowerLeft),
+        ..Panel::new(
+            title,
+            Axis::linear(label),
+            Axis::linear("grasps that hold (%)").with_range(0.0, 100.0),
+            lines,
+        )
+    };
+    let pose = all
+        .iter()
+        .flat_map(|curves| series(curves.name, &ERRORS_MM, &curves.pose));
+    let shape = all
+        .iter()
+        .flat_map(|curves| series(curves.name, &SHAPES_MM, &curves.shape));
+    Chart::new(
+        "Grasps that hold when the object is not as believed",
+        vec![
+            panel("pose", "object moved by (mm)", pose.collect()),
+            panel("shape", "surface moved outward by (mm)", shape.collect()),
+        ],
+    )
+}

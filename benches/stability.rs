@@ -1,0 +1,48 @@
+//! Simulation of grasps: the drop test of one grasp on the round bottle, one core.
+
+use std::hint::black_box;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use landscape::grasp::hand::Hand;
+use landscape::grasp::object::Object;
+use landscape::grasp::stability::{Build, Drop, Protocol, SixDirections, Solid, simulate};
+
+/// Pose and contacts of grasps on `bottle_round`, as `landscape synth --object bottle_round --seed 6` finds them.
+const GRASPS: &str = include_str!("stability_grasps.json");
+
+fn stability(criterion: &mut Criterion) {
+    let hand = Hand::human();
+    let (mesh, description) =
+        Object::parts_of_named("bottle_round").expect("the bottle comes with the crate");
+    let solid = Solid::new(&mesh, Build::Pieces);
+    let mass_kg = description.mass_kg.expect("the bottle has a mass");
+    let grasps: Vec<(Vec<f64>, Vec<u32>)> =
+        serde_json::from_str(GRASPS).expect("the file holds poses and contacts");
+    for (name, protocol) in [
+        ("drop", Protocol::Drop(Drop::default())),
+        (
+            "six_directions_rigid",
+            Protocol::SixDirections(SixDirections::rigid()),
+        ),
+        (
+            "six_directions",
+            Protocol::SixDirections(SixDirections::default()),
+        ),
+    ] {
+        let mut group = criterion.benchmark_group("stability");
+        group.sample_size(10);
+        // Per round: all of the grasps.
+        group.throughput(criterion::Throughput::Elements(grasps.len() as u64));
+        group.bench_function(name, |bencher| {
+            bencher.iter(|| {
+                for (x, contacts) in &grasps {
+                    black_box(simulate(&hand, x, contacts, &solid, mass_kg, &protocol));
+                }
+            });
+        });
+        group.finish();
+    }
+}
+
+criterion_group!(benches, stability);
+criterion_main!(benches);

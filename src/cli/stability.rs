@@ -1,0 +1,224 @@
+//! `landscape stability`: the grasps of a file in a physics engine.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+use std::time::Instant;
+
+use anyhow::Context;
+use rayon::prelude::*;
+use serde_json::json;
+
+use super::args::{Common, ProtocolName, Stability};
+use super::input::{self, coordinates};
+use super::run::{open_journal, tally};
+use super::{check_output, complain, models, print, progress};
+use crate::grasp::hand::Hand;
+use crate::grasp::stability::{Build, Drop, Outcome, Protocol, SixDirections, Solid, simulate};
+use crate::store::{Grasp, GraspFile, Population, content_hash, remove_leftovers};
+
+/// Version of the engine, for the file: results are the same bits only for the same one.
+const ENGINE: &str = "rapier3d-f64 0.36";
+
+pub(super) fn run(command: &Stability, common: &Common) -> anyhow::Result<()> {
+    let protocol = protocol(command)?;
+    if command.print_protocol {
+        print(&toml::to_string(&protocol)?);
+        return Ok(());
+    }
+    let output = command
+        .output
+        .clone()
+        .unwrap_or_else(|| command.grasps.with_extension("stability.parquet"));
+    check_output(&output)?;
+    anyhow::ensure!(
+        !output.is_dir(),
+        "--output {}: this is a folder, the name of a file is needed",
+        output.display()
+    );
+    let (mut file, warnings) = input::read(
+        &command.grasps,
+        command.hand.as_deref(),
+        command.object.as_deref(),
+    )?;
+    if !common.quiet {
+        input::warn(&warnings);
+    }
+
+    let mut journal_path = output.as_os_str().to_owned();
+    journal_path.push(".partial");
+    let told = serde_json::to_string(&(&protocol, &file.metadata, ENGINE))?;
+    let rows = format!("{:?}", file.grasps);
+    let fingerprint = content_hash(&[told.as_bytes(), rows.as_bytes()]);
+    let journal = open_journal(
+        &PathBuf::from(journal_path),
+        &fingerprint,
+        &command.again,
+        common.quiet,
+    )?;
+    // The journal's lock says that nobody else is writing.
+    remove_leftovers(&output)?;
+
+    let started = Instant::now();
+    let bar = progress::bar("grasps", file.grasps.len() as u64, common.quiet);
+    let mut outcomes: Vec<(u64, Outcome)> = Vec::with_capacity(file.grasps.len());
+    let mut fits = Vec::new();
+    for population in file.landscapes() {
+        let place = Place::new(&population)?;
+        fits.push(place.fit());
+        let of_population: Vec<(u64, Outcome)> = population
+            .grasps
+            .par_iter()
+            .map(|grasp| {
+                let key = format!("grasp {}", grasp.id);
+                let known = journal
+                    .get(&key)
+                    .and_then(|bytes| serde_json::from_slice(&bytes).ok());
+                let outcome = if let Some(outcome) = known {
+                    outcome
+                } else {
+                    let outcome = place.simulate(grasp, &protocol);
+                    journal.put(&key, &serde_json::to_vec(&outcome)?)?;
+                    outcome
+                };
+                bar.inc(1);
+                Ok((grasp.id, outcome))
+            })
+            .collect::<anyhow::Result<_>>()?;
+        outcomes.extend(of_population);
+    }
+    bar.finish_and_clear();
+    let seconds = started.elapsed().as_secs_f64();
+
+    outcomes.sort_by_key(|(id, _)| *id);
+    for grasp in &mut file.grasps {
+        let place = outcomes.binary_search_by_key(&grasp.id, |(id, _)| *id);
+        if let Ok(place) = place {
+            record(grasp, &outcomes[place].1);
+        }
+    }
+    file.metadata.stability = json!({
+        "protocol": protocol,
+        "engine": ENGINE,
+        "program_version": env!("CARGO_PKG_VERSION"),
+        "objects": fits,
+    });
+    file.write(&output)?;
+    journal.remove()?;
+    if !common.quiet {
+        print(&summary(&file, &outcomes, seconds));
+        complain(&format!("wrote {}", output.display()));
+    }
+    Ok(())
+}
+
+/// The protocol that the flags ask for.
+fn protocol(command: &Stability) -> anyhow::Result<Protocol> {
+    let Some(path) = &command.settings else {
+        return Ok(match command.protocol {
+            ProtocolName::Drop => Protocol::Drop(Drop::default()),
+            ProtocolName::SixDirections => Protocol::SixDirections(SixDirections::default()),
+            ProtocolName::SixDirectionsRigid => Protocol::SixDirections(SixDirections::rigid()),
+        });
+    };
+    let text = std::fs::read_to_string(path)
+        .with_context(|| format!("--settings: cannot read {}", path.display()))?;
+    let protocol: Protocol =
+        toml::from_str(&text).with_context(|| format!("{} is not a protocol", path.display()))?;
+    protocol
+        .validate()
+        .with_context(|| path.display().to_string())?;
+    Ok(protocol)
+}
+
+/// A hand and an object, ready to be simulated.
+struct Place {
+    hand: std::sync::Arc<Hand>,
+    solid: Solid,
+    object: String,
+    scale: f64,
+    mass_kg: f64,
+}
+
+impl Place {
+    fn new(population: &Population<'_>) -> anyhow::Result<Self> {
+        let hand = models::hand(population.hand)?;
+        models::check_hand(population.hand, &hand)?;
+        let (mesh, mass_kg) = models::mesh(population.object, population.scale)?;
+        Ok(Self {
+            hand,
+            solid: Solid::new(&mesh, Build::Pieces),
+            object: population.object.name.clone(),
+            scale: population.scale,
+            mass_kg,
+        })
+    }
+
+    fn fit(&self) -> serde_json::Value {
+        let fit = self.solid.fit();
+        json!({
+            "object": self.object,
+            "scale": self.scale,
+            "pieces": fit.pieces,
+            "volume_error": fit.volume_error,
+            "filled_m": fit.filled_m,
+            "cut_m": fit.cut_m,
+        })
+    }
+
+    fn simulate(&self, grasp: &Grasp, protocol: &Protocol) -> Outcome {
+        simulate(
+            &self.hand,
+            &coordinates(grasp),
+            &grasp.contacts,
+            &self.solid,
+            self.mass_kg,
+            protocol,
+        )
+    }
+}
+
+fn record(grasp: &mut Grasp, outcome: &Outcome) {
+    let finite = |value: f64| value.is_finite().then_some(value);
+    grasp.stable = Some(outcome.is_stable());
+    grasp.stable_reason = Some(outcome.reason.name().to_owned());
+    grasp.stable_displacement_m = finite(outcome.displacement_m);
+    grasp.stable_turn_rad = finite(outcome.turn_rad);
+}
+
+fn summary(file: &GraspFile, outcomes: &[(u64, Outcome)], seconds: f64) -> String {
+    let total = outcomes.len();
+    let stable = outcomes
+        .iter()
+        .filter(|(_, outcome)| outcome.is_stable())
+        .count();
+    let mut text = format!(
+        "stable     {stable} of {total} ({:.1} %)\n",
+        100.0 * stable as f64 / total as f64
+    );
+    let reasons = outcomes.iter().map(|(_, outcome)| outcome.reason.name());
+    for (reason, count) in tally(reasons) {
+        let _ = writeln!(text, "  {reason}: {count}");
+    }
+    for fit in file.metadata.stability["objects"]
+        .as_array()
+        .into_iter()
+        .flatten()
+    {
+        let number = |key: &str| fit[key].as_f64().unwrap_or(f64::NAN);
+        let _ = writeln!(
+            text,
+            "{}: {} convex pieces, volume {:+.1} %, surface between {:.2} mm filled and {:.2} mm cut off",
+            fit["object"].as_str().unwrap_or_default(),
+            fit["pieces"],
+            100.0 * number("volume_error"),
+            1e3 * number("filled_m"),
+            1e3 * number("cut_m"),
+        );
+    }
+    let _ = writeln!(
+        text,
+        "{:.1} grasps a second",
+        total as f64 / seconds.max(1e-9)
+    );
+    text
+}

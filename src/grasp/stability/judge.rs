@@ -1,0 +1,195 @@
+//! One grasp through one protocol.
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+use super::settings::{Drop, Protocol, SixDirections};
+use super::solid::Solid;
+use super::squeeze::{add_hand, closing};
+use super::world::{Part, World};
+use crate::grasp::hand::{Hand, PosedHand};
+
+/// Why a grasp is stable or not.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Reason {
+    /// It is stable.
+    Held,
+    /// Hand and object overlap too much at the start.
+    Overlap,
+    /// The object fell.
+    Fell,
+    /// The object moved too far.
+    Moved,
+    /// The object turned too much.
+    Turned,
+    /// The engine lost the object: its position is not finite.
+    Lost,
+}
+
+impl Reason {
+    /// As it stands in files and tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Held => "held",
+            Self::Overlap => "overlap",
+            Self::Fell => "fell",
+            Self::Moved => "moved",
+            Self::Turned => "turned",
+            Self::Lost => "lost",
+        }
+    }
+}
+
+/// What became of a grasp.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Outcome {
+    /// Why.
+    pub reason: Reason,
+    /// Way of the object's centre of mass, metres: at the end of the drop or when it failed; the farthest in any of six
+    /// directions.
+    pub displacement_m: f64,
+    /// Turn of the object, radians; likewise.
+    pub turn_rad: f64,
+    /// Overlap of hand and object at the start, metres.
+    pub overlap_m: f64,
+}
+
+impl Outcome {
+    const START: Self = Self {
+        reason: Reason::Held,
+        displacement_m: 0.0,
+        turn_rad: 0.0,
+        overlap_m: 0.0,
+    };
+
+    /// Whether the object stayed in the hand.
+    pub fn is_stable(&self) -> bool {
+        self.reason == Reason::Held
+    }
+}
+
+/// Simulates the grasp of `hand` at pose `x = [t, q(wxyz), joints]` (object frame) on an object of `mass_kg`; `contacts`
+/// are its contact set, by which it is squeezed where the protocol squeezes.
+///
+/// # Panics
+/// If `x` is a pose of another hand or a contact index is out of range.
+pub fn simulate(
+    hand: &Hand,
+    x: &[f64],
+    contacts: &[u32],
+    solid: &Solid,
+    mass_kg: f64,
+    protocol: &Protocol,
+) -> Outcome {
+    let mut posed = PosedHand::default();
+    hand.pose(x, &mut posed);
+    match protocol {
+        Protocol::Drop(drop) => fall(hand, &posed, solid, mass_kg, drop),
+        Protocol::SixDirections(six) => {
+            let closing =
+                (!six.rigid).then(|| closing(hand, &posed, contacts, solid, &six.squeeze));
+            push(hand, &posed, closing.as_deref(), solid, six)
+        }
+    }
+}
+
+fn fix_hand(world: &mut World, hand: &Hand, posed: &PosedHand) {
+    for (capsule, [a, b]) in hand.capsules.iter().zip(&posed.capsules) {
+        world.fix(&Part::Capsule {
+            a: *a,
+            b: *b,
+            radius_m: capsule.radius_m,
+        });
+    }
+}
+
+fn fall(hand: &Hand, posed: &PosedHand, solid: &Solid, mass_kg: f64, drop: &Drop) -> Outcome {
+    let (friction, solver) = (&drop.friction, &drop.solver);
+    let mut world = World::new(solid, mass_kg, drop.gravity_m_s2, friction, solver);
+    fix_hand(&mut world, hand, posed);
+    let down = Vector3::from(drop.gravity_m_s2).normalize();
+    let mut outcome = Outcome::START;
+    for step in 0..drop.steps {
+        world.step();
+        if step == 0 {
+            outcome.overlap_m = world.overlap_m();
+            if outcome.overlap_m > drop.overlap_m {
+                outcome.reason = Reason::Overlap;
+                return outcome;
+            }
+        }
+        let (way, turn_rad) = world.motion();
+        if !(way.norm().is_finite() && turn_rad.is_finite()) {
+            outcome.reason = Reason::Lost;
+            return outcome;
+        }
+        outcome.displacement_m = way.norm();
+        outcome.turn_rad = turn_rad;
+        if way.dot(&down) >= drop.fall_m {
+            outcome.reason = Reason::Fell;
+            return outcome;
+        }
+    }
+    outcome
+}
+
+fn push(
+    hand: &Hand,
+    posed: &PosedHand,
+    closing_rad: Option<&[f64]>,
+    solid: &Solid,
+    six: &SixDirections,
+) -> Outcome {
+    let mut outcome = Outcome::START;
+    let squeezing = closing_rad.map_or(0, |_| count(six.squeeze.time_s, six.solver.time_step_s));
+    let pushing = count(six.push_s, six.solver.time_step_s);
+    for direction in 0..6 {
+        let sign = if direction % 2 == 0 { 1.0 } else { -1.0 };
+        let force_n = Vector3::ith(direction / 2, sign * six.force_n);
+        let mut world = World::new(solid, six.mass_kg, [0.0; 3], &six.friction, &six.solver);
+        match closing_rad {
+            Some(closing_rad) => add_hand(&mut world, hand, posed, closing_rad, &six.squeeze),
+            None => fix_hand(&mut world, hand, posed),
+        }
+        for step in 0..squeezing + pushing {
+            if step == squeezing {
+                world.push_object(&force_n);
+            }
+            world.step();
+            if step == 0 {
+                outcome.overlap_m = world.overlap_m();
+                if outcome.overlap_m > six.overlap_m {
+                    outcome.reason = Reason::Overlap;
+                    return outcome;
+                }
+            }
+            let (way, turn_rad) = world.motion();
+            if !(way.norm().is_finite() && turn_rad.is_finite()) {
+                outcome.reason = Reason::Lost;
+                return outcome;
+            }
+            outcome.displacement_m = outcome.displacement_m.max(way.norm());
+            outcome.turn_rad = outcome.turn_rad.max(turn_rad);
+            if outcome.displacement_m >= six.displacement_m {
+                outcome.reason = Reason::Moved;
+                return outcome;
+            }
+            if outcome.turn_rad >= six.turn_rad {
+                outcome.reason = Reason::Turned;
+                return outcome;
+            }
+        }
+    }
+    outcome
+}
+
+/// How many steps a time takes.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a time over a time step, both checked to be positive"
+)]
+fn count(time_s: f64, step_s: f64) -> usize {
+    (time_s / step_s).round() as usize
+}

@@ -1,0 +1,334 @@
+//! The physics engine on scenes whose outcome is known.
+
+#![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
+
+use landscape::grasp::hand::Hand;
+use landscape::grasp::object::{Mesh, Object};
+use landscape::grasp::stability::{
+    Build, Combine, Drop, Friction, Part, Protocol, Reason, SixDirections, Solid, Solver, World,
+    simulate,
+};
+use nalgebra::Vector3;
+
+const GRAVITY_M_S2: f64 = 10.0;
+const DOWN: [f64; 3] = [0.0, 0.0, -GRAVITY_M_S2];
+
+fn friction(coefficient: f64) -> Friction {
+    Friction {
+        hand: coefficient,
+        object: coefficient,
+        combine: Combine::Minimum,
+    }
+}
+
+/// A box about the origin.
+fn block(half_m: [f64; 3]) -> Solid {
+    const FACES: [[u32; 3]; 12] = [
+        [0, 2, 1],
+        [1, 2, 3],
+        [4, 5, 6],
+        [5, 7, 6],
+        [0, 1, 4],
+        [1, 5, 4],
+        [2, 6, 3],
+        [3, 6, 7],
+        [0, 4, 2],
+        [2, 4, 6],
+        [1, 3, 5],
+        [3, 7, 5],
+    ];
+    let side =
+        |corner: u8, axis: usize| half_m[axis] * if corner >> axis & 1 == 0 { -1.0 } else { 1.0 };
+    let corners = (0..8_u8)
+        .map(|corner| Vector3::from_fn(|axis, _| side(corner, axis)))
+        .collect();
+    let mesh = Mesh::new("block", corners, FACES.to_vec()).unwrap();
+    Solid::new(&mesh, Build::Pieces)
+}
+
+/// A ball of 70 mm, its centre, and its radius; of few facets, since the engine asks every corner.
+fn ball() -> (Solid, Vector3<f64>, f64) {
+    const AROUND: u32 = 24;
+    const RINGS: u32 = 11;
+    let radius_m = 0.035;
+    let centre = Vector3::new(0.0, 0.0, radius_m);
+    let mut points = vec![centre - Vector3::z() * radius_m];
+    for ring in 1..=RINGS {
+        let polar = std::f64::consts::PI * f64::from(ring) / f64::from(RINGS + 1);
+        for step in 0..AROUND {
+            let angle = std::f64::consts::TAU * f64::from(step) / f64::from(AROUND);
+            let across = Vector3::new(angle.cos(), angle.sin(), 0.0) * polar.sin();
+            points.push(centre + (across - Vector3::z() * polar.cos()) * radius_m);
+        }
+    }
+    let top = AROUND * RINGS + 1;
+    points.push(centre + Vector3::z() * radius_m);
+    let mut triangles = Vec::new();
+    for step in 0..AROUND {
+        let next = (step + 1) % AROUND;
+        triangles.push([0, 1 + next, 1 + step]);
+        for ring in 0..RINGS - 1 {
+            let corner = |ring: u32, step: u32| 1 + ring * AROUND + step;
+            let [a, b] = [corner(ring, step), corner(ring, next)];
+            let [c, d] = [corner(ring + 1, step), corner(ring + 1, next)];
+            triangles.extend([[a, b, d], [a, d, c]]);
+        }
+        triangles.push([top, top - AROUND + step, top - AROUND + next]);
+    }
+    let mesh = Mesh::new("ball", points, triangles).unwrap();
+    (Solid::new(&mesh, Build::Pieces), centre, radius_m)
+}
+
+fn wall(centre: [f64; 3], half: [f64; 3]) -> Part {
+    Part::Cuboid {
+        centre: centre.into(),
+        half: half.into(),
+    }
+}
+
+/// Seconds of sixty steps.
+fn run(world: &mut World, seconds: usize) {
+    steps(world, 60 * seconds);
+}
+
+fn steps(world: &mut World, count: usize) {
+    for _ in 0..count {
+        world.step();
+    }
+}
+
+#[test]
+fn a_ball_in_an_open_cup_stays() {
+    let (ball, centre, radius_m) = ball();
+    let mut world = World::new(&ball, 0.06, DOWN, &friction(0.25), &Solver::default());
+    let (r, gap, floor) = (radius_m, 0.002, 0.002);
+    let [x, y, z] = [centre.x, centre.y, centre.z];
+    world.fix(&wall([x, y, z - r - floor - 0.01], [0.1, 0.1, 0.01]));
+    for sign in [-1.0, 1.0] {
+        let away = sign * (r + gap + 0.01);
+        world.fix(&wall([x + away, y, z], [0.01, 0.1, r]));
+        world.fix(&wall([x, y + away, z], [0.1, 0.01, r]));
+    }
+    run(&mut world, 4);
+    let (way, _) = world.motion();
+    assert!((way.z + floor).abs() < 5e-4, "the ball moved by {way}");
+    assert!(way.xy().norm() < 2.0 * gap, "the ball moved by {way}");
+}
+
+#[test]
+fn a_ball_between_two_slippery_fingers_drops() {
+    let (ball, centre, radius_m) = ball();
+    let drop_with = |coefficient| {
+        let solver = Solver::default();
+        let mut world = World::new(&ball, 0.06, DOWN, &friction(coefficient), &solver);
+        for sign in [-1.0, 1.0] {
+            // Fingers along y on both sides of the equator, half a millimetre into the ball.
+            let away = Vector3::x() * (sign * (radius_m + 0.008 - 0.0005));
+            let along = Vector3::y() * 0.03;
+            world.fix(&Part::Capsule {
+                a: centre + away - along,
+                b: centre + away + along,
+                radius_m: 0.008,
+            });
+        }
+        run(&mut world, 1);
+        -world.motion().0.z
+    };
+    assert!(drop_with(0.0) > 0.3);
+    // The same fingers do hold what they pinch if they are rough.
+    assert!(drop_with(0.5) < 0.005);
+}
+
+/// How far a block of 0.1 kg sinks within two seconds between a wall and a pad that is pushed against it with 2 N.
+fn sunk(coefficient: f64) -> f64 {
+    let block = block([0.02, 0.02, 0.03]);
+    let solver = Solver::default();
+    let mut world = World::new(&block, 0.1, DOWN, &friction(coefficient), &solver);
+    world.fix(&wall([-0.03, 0.0, 0.0], [0.01, 0.05, 0.3]));
+    let pad = wall([0.03, 0.0, 0.0], [0.01, 0.05, 0.3]);
+    world.push(&pad, 0.1, Vector3::new(-2.0, 0.0, 0.0));
+    run(&mut world, 2);
+    -world.motion().0.z
+}
+
+/// The weight of 1 N hangs on two contacts of 2 N each: μ* = 1/(2·2) = 0.25.
+#[test]
+fn a_block_between_pads_slips_below_the_analytic_friction_and_holds_above() {
+    let limit = 0.1 * GRAVITY_M_S2 / (2.0 * 2.0);
+    let (below, above) = (sunk(0.9 * limit), sunk(1.1 * limit));
+    assert!(below > 0.05, "with too little friction it sinks {below} m");
+    assert!(above < 0.002, "with enough friction it sinks {above} m");
+}
+
+#[test]
+fn nothing_stirs_at_rest() {
+    let block = block([0.03, 0.02, 0.04]);
+    let solver = Solver::default();
+    let mut world = World::new(&block, 0.2, DOWN, &friction(0.5), &solver);
+    world.fix(&wall([0.0, 0.0, -0.05], [0.2, 0.2, 0.01]));
+    run(&mut world, 1);
+    let stir = |world: &World| {
+        let [velocity, turning] = world.velocity();
+        velocity.norm() + 0.04 * turning.norm()
+    };
+    let early = (0..60).fold(0.0f64, |most, _| {
+        world.step();
+        most.max(stir(&world))
+    });
+    run(&mut world, 5);
+    let late = (0..60).fold(0.0f64, |most, _| {
+        world.step();
+        most.max(stir(&world))
+    });
+    assert!(early < 1e-3, "{early} m/s after settling");
+    assert!(
+        late <= early.max(1e-6),
+        "{late} m/s later, {early} m/s before"
+    );
+}
+
+#[test]
+fn a_free_body_keeps_its_momentum() {
+    let block = block([0.03, 0.02, 0.04]);
+    let solver = Solver::default();
+    let mut world = World::new(&block, 0.2, [0.0; 3], &friction(0.5), &solver);
+    world.push_object(&Vector3::new(0.1, 0.0, -0.2));
+    steps(&mut world, 30);
+    let expected = Vector3::new(0.1, 0.0, -0.2) * (30.0 * solver.time_step_s / 0.2);
+    assert!((world.velocity()[0] - expected).norm() < 1e-9);
+    world.push_object(&Vector3::zeros());
+    steps(&mut world, 300);
+    assert!((world.velocity()[0] - expected).norm() < 1e-9);
+    assert!(world.velocity()[1].norm() < 1e-12);
+}
+
+#[test]
+fn deep_overlap_is_reported_rather_than_launched() {
+    let (ball, centre, _) = ball();
+    let hand = Hand::human();
+    let mut x = hand.rest_coordinates();
+    // The palm's centre in the ball's.
+    for (axis, value) in x[..3].iter_mut().enumerate() {
+        *value = centre[axis] - hand.palm.centre[axis];
+    }
+    for protocol in [
+        Protocol::Drop(Drop::default()),
+        Protocol::SixDirections(SixDirections::default()),
+        Protocol::SixDirections(SixDirections::rigid()),
+    ] {
+        let outcome = simulate(&hand, &x, &[], &ball, 0.06, &protocol);
+        assert_eq!(outcome.reason, Reason::Overlap);
+        assert!(outcome.overlap_m > 0.01);
+    }
+}
+
+/// Without a push an object in no contact stays where it is, and a hand far away never touches it.
+#[test]
+fn an_object_beside_the_hand_falls_or_is_pushed_away() {
+    let (ball, _, _) = ball();
+    let hand = Hand::human();
+    let mut x = hand.rest_coordinates();
+    x[0] = 1.0;
+    let outcome = |protocol| simulate(&hand, &x, &[], &ball, 0.06, &protocol).reason;
+    assert_eq!(outcome(Protocol::Drop(Drop::default())), Reason::Fell);
+    let pushed = outcome(Protocol::SixDirections(SixDirections::default()));
+    assert_eq!(pushed, Reason::Moved);
+}
+
+#[test]
+fn pieces_fit_the_mesh_they_were_cut_from() {
+    let (mesh, _) = Object::parts_of_named("bottle_medicine").unwrap();
+    let solid = Solid::new(&mesh, Build::Pieces);
+    let fit = solid.fit();
+    assert!(fit.pieces > 1 && fit.pieces == solid.pieces().len());
+    assert!(fit.volume_error.abs() < 0.03, "{fit:?}");
+    assert!(fit.filled_m < 1e-3 && fit.cut_m < 1e-4, "{fit:?}");
+    assert!((solid.centre() - mesh.centroid()).norm() < 1e-6);
+}
+
+#[test]
+fn protocols_are_read_as_they_are_written_and_checked() {
+    for protocol in [
+        Protocol::Drop(Drop::default()),
+        Protocol::SixDirections(SixDirections::default()),
+        Protocol::SixDirections(SixDirections::rigid()),
+    ] {
+        let text = serde_json::to_string(&protocol).unwrap();
+        assert_eq!(serde_json::from_str::<Protocol>(&text).unwrap(), protocol);
+        protocol.validate().unwrap();
+    }
+    let effective = Drop::default().friction.effective();
+    assert!((effective - 0.25).abs() < 1e-12);
+    let few = r#"{"protocol": "drop", "steps": 500}"#;
+    let Protocol::Drop(drop) = serde_json::from_str(few).unwrap() else {
+        panic!("another protocol");
+    };
+    assert_eq!((drop.steps, drop.fall_m), (500, 0.3));
+    let wrong = r#"{"protocol": "drop", "fall": 0.3}"#;
+    assert!(serde_json::from_str::<Protocol>(wrong).is_err());
+    let still = Protocol::Drop(Drop {
+        gravity_m_s2: [0.0; 3],
+        ..Drop::default()
+    });
+    assert!(still.validate().is_err());
+}
+
+#[cfg(feature = "cli")]
+mod command {
+    use std::path::Path;
+    use std::process::Command;
+
+    use landscape::store::{GraspFile, Overrides};
+
+    fn stability(file: &Path, arguments: &[&str]) -> (bool, String) {
+        let run = Command::new(env!("CARGO_BIN_EXE_landscape"))
+            .arg("stability")
+            .arg(file)
+            .args(arguments)
+            .output()
+            .unwrap();
+        let told = [run.stdout, run.stderr].concat();
+        (run.status.success(), String::from_utf8(told).unwrap())
+    }
+
+    #[test]
+    fn a_file_is_judged_to_the_same_bytes_on_any_number_of_threads() {
+        let folder = tempfile::TempDir::new().unwrap();
+        let given = folder.path().join("few.parquet");
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/grasps.parquet");
+        let (mut file, _) = GraspFile::read(&path, Overrides::default()).unwrap();
+        file.grasps.truncate(4);
+        file.write(&given).unwrap();
+        let outputs = ["1", "2"].map(|threads| {
+            let output = folder.path().join(format!("{threads}.parquet"));
+            let arguments = ["--threads", threads, "-o", output.to_str().unwrap()];
+            let (succeeded, told) = stability(&given, &arguments);
+            assert!(succeeded && told.contains("convex pieces"), "{told}");
+            std::fs::read(&output).unwrap()
+        });
+        assert!(outputs[0] == outputs[1]);
+        let written = folder.path().join("1.parquet");
+        let (judged, _) = GraspFile::read(&written, Overrides::default()).unwrap();
+        assert_eq!(judged.metadata.stability["protocol"]["protocol"], "drop");
+        for grasp in &judged.grasps {
+            let held = grasp.stable_reason.as_deref() == Some("held");
+            assert_eq!(grasp.stable, Some(held));
+            assert!(grasp.stable_displacement_m.unwrap() > 0.0);
+        }
+    }
+
+    #[test]
+    fn a_protocol_that_makes_no_sense_is_refused_in_one_sentence() {
+        let folder = tempfile::TempDir::new().unwrap();
+        let settings = folder.path().join("mine.toml");
+        std::fs::write(&settings, "protocol = \"drop\"\nfall_m = -1.0\n").unwrap();
+        let arguments = ["--settings", settings.to_str().unwrap()];
+        let (succeeded, told) = stability(Path::new("none.parquet"), &arguments);
+        assert!(
+            !succeeded && told.contains("fall_m = -1: must be above 0"),
+            "{told}"
+        );
+        let (succeeded, told) = stability(Path::new("none.parquet"), &["--print-protocol"]);
+        assert!(succeeded && told.contains("protocol = \"drop\""), "{told}");
+    }
+}
