@@ -18,7 +18,7 @@ use interval::interval;
 use landscape::figure::chart::{Axis, BandPoint, Chart, Corner, Panel, Series};
 use landscape::grasp::hand::Hand;
 use landscape::grasp::object::{Mesh, Object};
-use landscape::grasp::stability::{Build, Drop, Protocol, SixDirections, Solid, simulate};
+use landscape::grasp::stability::{Build, Drop, Protocol, Solid, simulate};
 use landscape::grasp::synthesis::{SynthesisSettings, synthesize};
 use landscape::grasp::{EnergySettings, GraspEnergy, judge};
 use landscape::optimize::QuenchSettings;
@@ -66,8 +66,6 @@ impl Share {
 struct Curves {
     name: &'static str,
     protocol: Protocol,
-    /// Only so many grasps of each object.
-    grasps: usize,
     pose: Vec<Share>,
     shape: Vec<Share>,
 }
@@ -75,22 +73,14 @@ struct Curves {
 fn main() -> Result<(), Box<dyn Error>> {
     let quick = std::env::args().any(|argument| argument == "--quick");
     let folder = PathBuf::from(if quick { "target" } else { "figures" });
-    let (chains, pushed) = if quick { (4, 1) } else { (100, 12) };
-    let curves = |name, protocol, grasps| Curves {
+    let chains = if quick { 4 } else { 60 };
+    let curves = |name, protocol| Curves {
         name,
         protocol,
-        grasps,
         pose: vec![Share::default(); ERRORS_MM.len()],
         shape: vec![Share::default(); SHAPES_MM.len()],
     };
-    let mut all = [
-        curves("drop", Protocol::Drop(Drop::default()), usize::MAX),
-        curves(
-            "six directions, squeezed",
-            Protocol::SixDirections(SixDirections::default()),
-            pushed,
-        ),
-    ];
+    let mut all = [curves("drop", Protocol::Drop(Drop::default()))];
     let hand = Arc::new(Hand::human());
     for name in OBJECTS {
         eprintln!("{name}");
@@ -108,7 +98,6 @@ fn main() -> Result<(), Box<dyn Error>> {
             };
             let known: Vec<&Grasp> = grasps
                 .par_iter()
-                .take(curves.grasps)
                 .filter(|grasp| holds(&exact, &grasp.x, &grasp.contacts))
                 .collect();
             for (share, error_mm) in curves.pose.iter_mut().zip(ERRORS_MM) {

@@ -191,7 +191,7 @@ fn write(csv: &Path, rows: &[Row]) -> Result<(), Box<dyn Error>> {
 }
 
 /// `87.0 % [83.9, 89.6] of 531`.
-fn share(rows: &[&Row], held: fn(&Row) -> Option<bool>) -> String {
+fn share(rows: &[&Row], held: Held) -> String {
     let known: Vec<bool> = rows.iter().filter_map(|row| held(row)).collect();
     if known.is_empty() {
         return "none".to_owned();
@@ -210,7 +210,10 @@ const FILTERS: [Test; 4] = [
     ("exact force closure at 0.5", |row| row.force_closure),
     ("strict filter", |row| row.strict),
 ];
-const OUTCOMES: [(&str, fn(&Row) -> Option<bool>); 3] = [
+/// Whether a grasp held in one of the tests; none where it was not simulated.
+type Held = fn(&Row) -> Option<bool>;
+
+const OUTCOMES: [(&str, Held); 3] = [
     ("drop", |row| row.drop),
     ("six directions, squeezed", |row| row.six),
     ("six directions, rigid", |row| row.rigid),
@@ -322,7 +325,7 @@ const SCORES: [Score; 4] = [
     ("−σ", |row| -row.sigma_m),
 ];
 
-fn roc(rows: &[&Row], score: fn(&Row) -> f64, held: fn(&Row) -> Option<bool>) -> Option<Roc> {
+fn roc(rows: &[&Row], score: fn(&Row) -> f64, held: Held) -> Option<Roc> {
     let (scores, classes): (Vec<f64>, Vec<bool>) = rows
         .iter()
         .filter_map(|row| Some((score(row), held(row)?)))
