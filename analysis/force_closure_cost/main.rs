@@ -1,6 +1,6 @@
 //! Figure 4: what force-closure tests cost → `figures/force_closure_cost.png`, `figures/force_closure_cost.md`
 //!
-//! `cargo run --release --example force_closure_cost [-- --quick]`, about a minute; nothing else should run meanwhile.
+//! `cargo run --release --example force_closure_cost [-- --quick]`, a minute or two; nothing else should run meanwhile.
 
 use landscape::grasp::closure::{is_force_closure, least_friction};
 use landscape::grasp::object::{Object, Shape, Sphere};
@@ -17,7 +17,7 @@ mod picture;
 mod report;
 mod timing;
 
-use timing::{Clock, Set, Work};
+use timing::{Clock, Set, Share, Turns, Work};
 
 /// Numbers of contacts: those of the paper and two more.
 const CONTACTS: [usize; 6] = [3, 5, 10, 20, 100, 1000];
@@ -40,10 +40,32 @@ struct Relaxed {
     value: Costs,
     /// FC and its derivative by every contact point.
     forces: Costs,
-    /// Of `value`: distances and normals.
-    normals: Costs,
-    /// Of `forces`: distances, normals and curvature.
+    /// Distances, normals and curvature alone: part of `forces`.
     answers: Costs,
+    /// Distances and normals as a share of `value`.
+    normals_share: Vec<Share>,
+    /// `answers` as a share of `forces`.
+    answers_share: Vec<Share>,
+}
+
+impl Relaxed {
+    /// From turns, for each of [`CONTACTS`], of: value, forces, what tells all about the shape, what tells distances and
+    /// normals (which may be the third again).
+    fn of(shape: &'static str, turns: &[Turns], normals: usize) -> Self {
+        Self {
+            shape,
+            value: costs(turns, 0),
+            forces: costs(turns, 1),
+            answers: costs(turns, 2),
+            normals_share: turns.iter().map(|turns| turns.share(normals, 0)).collect(),
+            answers_share: turns.iter().map(|turns| turns.share(2, 1)).collect(),
+        }
+    }
+}
+
+/// What one of the works cost.
+fn costs(turns: &[Turns], work: usize) -> Costs {
+    turns.iter().map(|turns| turns.least(work)).collect()
 }
 
 /// Everything measured.
@@ -63,7 +85,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .num_threads(1)
         .build_global()?;
     let clock = Clock {
-        batches: if std::env::args().any(|argument| argument == "--quick") {
+        turns: if std::env::args().any(|argument| argument == "--quick") {
             3
         } else {
             25
@@ -75,7 +97,24 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let test = RelaxedForceClosure::paper(ball.centre, RADIUS_M);
     let on_ball: Vec<_> = CONTACTS.iter().map(|&n| contacts_on_ball(n)).collect();
-    let mut relaxed = vec![relaxed_on("sphere", &ball, &test, &on_ball, clock)];
+    let lacking = RelaxedForceClosure {
+        rank_epsilon: 1e4,
+        ..test
+    };
+    let turns = relaxed_on(
+        "sphere",
+        &ball,
+        &test,
+        &on_ball,
+        clock,
+        &[
+            &|_, touches| lacking.value_and_forces(&ball, touches),
+            // On the ball a point is its own gradient, so that this measures no shape.
+            &|points, _| test.value_of(points.iter().map(|&point| (point, 0.0, point))),
+        ],
+    );
+    let (lacking_rank, sums) = (costs(&turns, 4), costs(&turns, 5));
+    let mut relaxed = vec![Relaxed::of("sphere", &turns, 3)];
     for (name, description) in BOTTLES {
         let bottle = Object::named(name)?;
         let sets: Vec<_> = CONTACTS
@@ -83,12 +122,27 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             .map(|&n| contacts_near(&bottle, n))
             .collect();
         let test = RelaxedForceClosure::of_object(&bottle);
-        relaxed.push(relaxed_on(description, &*bottle.shape, &test, &sets, clock));
+        let turns = relaxed_on(description, &*bottle.shape, &test, &sets, clock, &[]);
+        relaxed.push(Relaxed::of(description, &turns, 3));
     }
     relaxed.push(relaxed_on_network(&test, &on_ball, clock)?);
+    let contacts = |points: &[Vector3<f64>]| {
+        points
+            .iter()
+            .map(|point| test.contact(point, &ball.gradient(point).1))
+            .collect::<Vec<_>>()
+    };
+    eprintln!("exact tests");
+    let exact = |work: Work<'_>| -> Costs {
+        let cost = |sets: &Vec<Set>| clock.over(sets, &[work]).least(0);
+        on_ball.iter().map(cost).collect()
+    };
     let measured = Measured {
         relaxed,
-        ..exact_on_ball(&ball, &test, &on_ball, clock)
+        lacking_rank,
+        sums,
+        force_closure: exact(&|points, _| f64::from(is_force_closure(&contacts(points), FRICTION))),
+        least_friction: exact(&|points, _| least_friction(&contacts(points))),
     };
     picture::draw(&measured)?.save("figures/force_closure_cost.png".as_ref())?;
     std::fs::write("figures/force_closure_cost.md", report::text(&measured))?;
@@ -125,28 +179,29 @@ fn sets(contacts: usize) -> usize {
     (2000 / contacts).clamp(4, 64)
 }
 
+/// Turns of the relaxed test, its parts as [`Relaxed::of`] wants them with normals fourth, and `others`.
 fn relaxed_on<S: Shape + ?Sized>(
-    name: &'static str,
+    name: &str,
     shape: &S,
     test: &RelaxedForceClosure,
     sets: &[Vec<Set>],
     clock: Clock,
-) -> Relaxed {
-    let each =
-        |work: Work<'_>| -> Costs { sets.iter().map(|sets| clock.over(sets, work)).collect() };
+    others: &[Work<'_>],
+) -> Vec<Turns> {
     eprintln!("relaxed test on {name}");
-    Relaxed {
-        shape: name,
-        value: each(&|points, _| test.value(shape, points)),
-        forces: each(&|_, touches| test.value_and_forces(shape, touches)),
-        normals: each(&|points, _| points.iter().map(|point| shape.gradient(point).1.x).sum()),
-        answers: each(&|_, touches| {
+    let works: [Work<'_>; 4] = [
+        &|points, _| test.value(shape, points),
+        &|_, touches| test.value_and_forces(shape, touches),
+        &|_, touches| {
             for touch in &mut *touches {
                 touch.measure(shape);
             }
             touches[0].distance_m
-        }),
-    }
+        },
+        &|points, _| points.iter().map(|point| shape.gradient(point).1.x).sum(),
+    ];
+    let works = [&works, others].concat();
+    sets.iter().map(|sets| clock.over(sets, &works)).collect()
 }
 
 /// The relaxed test on a neural signed distance of the standard size. Its weights are made up, which changes no cost.
@@ -163,16 +218,9 @@ fn relaxed_on_network(
             (touch.distance_m, touch.gradient, touch.hessian) = answer;
         }
     };
-    let each =
-        |work: Work<'_>| -> Costs { sets.iter().map(|sets| clock.over(sets, work)).collect() };
     eprintln!("relaxed test on a network");
-    let answers = each(&|_, touches| {
-        measure(touches);
-        touches[0].distance_m
-    });
-    Ok(Relaxed {
-        shape: "neural SDF (8 × 512, f32)",
-        value: each(&|points, _| {
+    let works: [Work<'_>; 3] = [
+        &|points, _| {
             let answers = field.answers(points).into_iter();
             test.value_of(
                 points
@@ -180,52 +228,21 @@ fn relaxed_on_network(
                     .zip(answers)
                     .map(|(point, answer)| (*point, answer.0, answer.1)),
             )
-        }),
-        forces: each(&|_, touches| {
+        },
+        &|_, touches| {
             measure(touches);
             test.forces(touches)
-        }),
-        // A network tells gradient and curvature at once.
-        normals: answers.clone(),
-        answers,
-    })
-}
-
-/// What is measured on the ball only, with nothing in `relaxed`.
-fn exact_on_ball(
-    ball: &Sphere,
-    test: &RelaxedForceClosure,
-    sets: &[Vec<Set>],
-    clock: Clock,
-) -> Measured {
-    let lacking = RelaxedForceClosure {
-        rank_epsilon: 1e4,
-        ..*test
-    };
-    let contacts = |points: &[Vector3<f64>]| {
-        points
-            .iter()
-            .map(|point| test.contact(point, &ball.gradient(point).1))
-            .collect::<Vec<_>>()
-    };
-    let each = |name: &str, work: Work<'_>| -> Costs {
-        eprintln!("{name}");
-        sets.iter().map(|sets| clock.over(sets, work)).collect()
-    };
-    Measured {
-        relaxed: Vec::new(),
-        lacking_rank: each("relaxed test, lacking rank", &|_, touches| {
-            lacking.value_and_forces(ball, touches)
-        }),
-        sums: each("sums", &|points, _| {
-            // On the ball a point is its own gradient, so that this measures no shape.
-            test.value_of(points.iter().map(|&point| (point, 0.0, point)))
-        }),
-        force_closure: each("exact force closure", &|points, _| {
-            f64::from(is_force_closure(&contacts(points), FRICTION))
-        }),
-        least_friction: each("least friction", &|points, _| {
-            least_friction(&contacts(points))
-        }),
-    }
+        },
+        &|_, touches| {
+            measure(touches);
+            touches[0].distance_m
+        },
+    ];
+    let turns: Vec<Turns> = sets
+        .iter()
+        // Where the points lie changes no cost.
+        .map(|sets| clock.over(&sets[..4], &works))
+        .collect();
+    // A network tells gradient and curvature at once.
+    Ok(Relaxed::of("neural SDF (8 × 512, f32)", &turns, 2))
 }

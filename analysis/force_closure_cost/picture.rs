@@ -1,6 +1,6 @@
 //! The picture.
 
-use landscape::figure::chart::{Axis, Chart, Mark, Panel, Series};
+use landscape::figure::chart::{Axis, BandPoint, Chart, Mark, Panel, Series};
 use landscape::figure::{Canvas, Colour, FigureError, theme};
 
 use super::report::{OFFICIAL_BATCH_S, OFFICIAL_S, paper_s};
@@ -115,20 +115,27 @@ fn fits(measured: &Measured) -> Panel {
 fn normals(measured: &Measured) -> Panel {
     let mut series = Vec::new();
     for (index, relaxed) in measured.relaxed.iter().enumerate() {
-        let share: Vec<[f64; 2]> = CONTACTS
-            .iter()
-            .zip(relaxed.answers.iter().zip(&relaxed.forces))
-            .map(|(&n, (part, whole))| [n as f64, 100.0 * part / whole])
+        let shares = || CONTACTS.iter().zip(&relaxed.answers_share);
+        let colour = theme::series(index);
+        let spread = shares()
+            .map(|(&n, share)| BandPoint {
+                x: n as f64,
+                lower: 100.0 * share.lower,
+                upper: 100.0 * share.upper,
+            })
             .collect();
-        let name = relaxed_name(relaxed);
-        series.extend(drawn(&name, share, theme::series(index)));
+        series.push(Series::band(spread).coloured(colour));
+        let medians = shares()
+            .map(|(&n, share)| [n as f64, 100.0 * share.median])
+            .collect();
+        series.extend(drawn(&relaxed_name(relaxed), medians, colour));
     }
     series.push(Series::new(Mark::Horizontal(80.0)).dashed());
-    series.push(Series::text([20.0, 76.0], "80 %: the paper, for normals"));
+    series.push(Series::text([3.3, 86.0], "80 %: the paper, for normals"));
     Panel::new(
-        "share of asking the shape",
+        "share of asking the shape (median, quartiles)",
         Axis::logarithmic("contacts n"),
-        Axis::linear("distances, normals, curvature (%)").with_range(0.0, 100.0),
+        Axis::linear("distances, normals, curvature (%)").with_range(0.0, 110.0),
         series,
     )
 }

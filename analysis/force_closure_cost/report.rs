@@ -4,7 +4,8 @@ use std::fmt::Write as _;
 
 use super::fit;
 use super::line::Line;
-use super::{CONTACTS, Costs, Measured, Relaxed};
+use super::timing::Share;
+use super::{CONTACTS, Costs, Measured};
 
 /// The authors' code in torch on one CPU thread, patched only for device and eigen-solver: value and derivative on the
 /// analytic sphere, one grasp at a time. CPU seconds, measured by us on another day.
@@ -26,7 +27,7 @@ pub(crate) fn text(measured: &Measured) -> String {
     let mut text = String::from(
         "# What force-closure tests cost\n\nWritten by `cargo run --release --example force_closure_cost`; \
          timings differ from run to run. One core. Contacts are spread at random over the sphere, or within 2 mm of \
-         a bottle; each number is the mean over many sets in the fastest of 25 batches.\n\n",
+         a bottle; each number is the mean over many sets in the fastest of up to 25 turns.\n\n",
     );
     costs(&mut text, measured);
     target(&mut text, measured);
@@ -163,29 +164,33 @@ fn fits(text: &mut String, measured: &Measured) {
 fn shares(text: &mut String, measured: &Measured) {
     text.push_str(
         "## Where the time goes\n\nShare of asking the shape: distances and normals for the value; curvature too for the \
-         derivative. Measured apart from the rest. The paper says 80 % for normals.\n\n",
+         derivative. The part alone and the whole are timed in turns: median and, in brackets, quartiles of the ratio \
+         within a turn. Where asking is nearly all, the ratio of two timings may exceed 100 % by their noise. The paper \
+         says 80 % for normals.\n\n",
     );
     head(text, "share");
-    let share = |part: &Costs, whole: &Costs| -> Vec<String> {
-        part.iter()
-            .zip(whole)
-            .map(|(part, whole)| format!("{:.0} %", 100.0 * part / whole))
+    let cells = |shares: &[Share]| -> Vec<String> {
+        let percent = |share: f64| format!("{:.0}", 100.0 * share);
+        shares
+            .iter()
+            .map(|share| {
+                let [lower, median, upper] = [share.lower, share.median, share.upper].map(percent);
+                format!("{median} % ({lower}–{upper})")
+            })
             .collect()
     };
-    for Relaxed {
-        shape,
-        value,
-        forces,
-        normals,
-        answers,
-    } in &measured.relaxed
-    {
-        row(text, &format!("{shape}: value"), share(normals, value));
+    for relaxed in &measured.relaxed {
+        let shape = relaxed.shape;
+        row(
+            text,
+            &format!("{shape}: value"),
+            cells(&relaxed.normals_share),
+        );
         let name = format!("{shape}: value and derivative");
-        row(text, &name, share(answers, forces));
+        row(text, &name, cells(&relaxed.answers_share));
     }
     if let Some(sphere) = measured.relaxed.first() {
-        text.push_str("\nOn the sphere, value and derivative (µs):\n\n");
+        text.push_str("\nOn the sphere, value and derivative (µs, fastest turns):\n\n");
         head(text, "part");
         row(
             text,
