@@ -7,7 +7,7 @@ use clarabel::solver::{
 };
 use nalgebra::{SMatrix, SVector, Vector3, Vector6};
 
-use super::{PointContact, tangents_of};
+use super::{PointContact, tangents_of, with_moderate_arms};
 
 /// Balanced forces as far inside the friction cones as possible.
 pub(super) struct WidestMargin {
@@ -46,8 +46,12 @@ impl WidestMargin {
 }
 
 /// The forces that balance (Gf = 0, Σ fₙ = 1, fₙ ≥ 0) farthest inside cones of half-angle θ; `None` where no forces
-/// balance, whatever the cones.
+/// balance, whatever the cones, or where a contact is not finite.
 pub(super) fn widest_margin(contacts: &[PointContact], half_angle: f64) -> Option<WidestMargin> {
+    let contacts = &with_moderate_arms(contacts);
+    if contacts.iter().any(|contact| !contact.is_finite()) {
+        return None;
+    }
     let n = contacts.len();
     let (sine, cosine) = half_angle.sin_cos();
     let margin_column = 3 * n;
@@ -128,7 +132,8 @@ pub struct ContactForces {
 ///
 /// Solved as a second-order cone programme, then projected onto Gf = 0, Σ fₙ = 1, so that ‖Gf‖ ≤ 10⁻⁹ (usually
 /// 10⁻¹⁶); the cones hold to about 10⁻⁸. With [`least_friction`](super::least_friction) as `friction` the forces are
-/// those that need the least friction, and lie on the cones.
+/// those that need the least friction, and lie on the cones. Arms above 10⁶ are all scaled down to order one first, so that
+/// ‖Gf‖ is then that of the scaled ones.
 ///
 /// # Panics
 /// If `friction` is negative or not finite.
@@ -137,6 +142,7 @@ pub fn contact_forces(contacts: &[PointContact], friction: f64) -> Option<Contac
     if contacts.is_empty() {
         return None;
     }
+    let contacts = &with_moderate_arms(contacts);
     let widest = widest_margin(contacts, friction.atan())?;
     if widest.margin < -BALANCE_TOLERANCE {
         return None;
@@ -206,8 +212,9 @@ fn balanced(contacts: &[PointContact], mut forces: Vec<Vector3<f64>>) -> Vec<Vec
     forces
 }
 
-/// Shortest vector of the convex hull of `points`, which must not be empty.
-pub(super) fn shortest_in_hull(points: &[Vector6<f64>]) -> Vector6<f64> {
+/// Shortest vector of the convex hull of `points`, which must not be empty and at most of order one; `None` where the solver
+/// does not find it.
+pub(super) fn shortest_in_hull(points: &[Vector6<f64>]) -> Option<Vector6<f64>> {
     // min t with ‖Σ λ p‖ ≤ t, Σ λ = 1, λ ≥ 0.
     let n = points.len();
     let mut columns = Columns::default();
@@ -226,13 +233,13 @@ pub(super) fn shortest_in_hull(points: &[Vector6<f64>]) -> Vector6<f64> {
     let mut linear = vec![0.0; n + 1];
     linear[n] = 1.0;
     let cones = [ZeroConeT(1), NonnegativeConeT(n), SecondOrderConeT(7)];
-    let (x, _, _) = solve(&linear, &columns.matrix(n + 8), &bounds, &cones)
-        .expect("every convex hull has a shortest vector");
-    points
+    let (x, _, _) = solve(&linear, &columns.matrix(n + 8), &bounds, &cones)?;
+    let shortest = points
         .iter()
         .zip(&x)
         .map(|(point, weight)| point * *weight)
-        .sum()
+        .sum();
+    Some(shortest)
 }
 
 /// min cᵀx with b − Ax in the cones: the solution, its dual, and whether both reached the tolerances; `None` where there

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::cone_programme::shortest_in_hull;
 use super::expanding::nearest_facet;
-use super::{PointContact, tangents_of};
+use super::{PointContact, excess, tangents_of};
 
 /// What is limited when contacts push: the ε of Ferrari and Canny (1992) depends on it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -68,11 +68,12 @@ pub struct Epsilon {
 /// not depend on the frame. Where the origin lies outside W (only with [`WrenchLimit::Sum`]) the same formula gives
 /// minus its distance from W; where W is flat and holds the origin, and without contacts, ε is zero.
 ///
-/// Exact to about 10⁻¹⁰ for the pyramids. They are inscribed, so ε is at most that of the round cones. Cost: about
-/// 1 ms for four contacts with eight edges. Ferrari and Canny (1992), "Planning optimal grasps".
+/// Exact to about 10⁻¹⁰ of the largest wrench for the pyramids; what is thinner than 10⁻⁹ of it counts as flat. They are
+/// inscribed, so ε is at most that of the round cones. Cost: about 1 ms for four contacts with eight edges. Ferrari
+/// and Canny (1992), "Planning optimal grasps".
 ///
 /// # Panics
-/// With fewer than three edges, or if a setting is negative or not finite.
+/// With fewer than three edges, if a setting is negative or not finite, or if a wrench along an edge is not finite.
 pub fn epsilon(contacts: &[PointContact], settings: &EpsilonSettings) -> Epsilon {
     let (friction, torque_scale) = (settings.friction, settings.torque_scale);
     assert!(
@@ -106,22 +107,45 @@ fn pyramids(contacts: &[PointContact], settings: &EpsilonSettings) -> Vec<Vec<Ve
         .collect()
 }
 
-/// As [`epsilon()`] for given extreme wrenches of each contact.
+/// As [`epsilon()`] for given extreme wrenches of each contact, of any finite size; infinite where ε exceeds `f64`.
 ///
 /// # Panics
 /// If a wrench is not finite.
 pub fn epsilon_of_wrenches(contacts: &[Vec<Vector6<f64>>], limit: WrenchLimit) -> Epsilon {
+    assert!(
+        contacts
+            .iter()
+            .flatten()
+            .all(|wrench| wrench.iter().all(|w| w.is_finite()))
+    );
+    // Squares of the largest and smallest numbers are infinite or zero.
+    let excess = excess(
+        contacts
+            .iter()
+            .flatten()
+            .flat_map(|wrench| wrench.iter().copied()),
+    );
+    let moderate: Vec<Vec<Vector6<f64>>> = contacts
+        .iter()
+        .map(|wrenches| wrenches.iter().map(|wrench| wrench / excess).collect())
+        .collect();
+    let found = epsilon_of_moderate(&moderate, limit);
+    Epsilon {
+        value: found.value * excess,
+        ..found
+    }
+}
+
+/// As [`epsilon_of_wrenches`] for wrenches of which the largest is of order one.
+fn epsilon_of_moderate(contacts: &[Vec<Vector6<f64>>], limit: WrenchLimit) -> Epsilon {
     let all: Vec<Vector6<f64>> = contacts.iter().flatten().copied().collect();
-    if all.is_empty() {
+    let size = all.iter().map(Vector6::norm).fold(0.0, f64::max);
+    if size == 0.0 {
         return Epsilon {
             value: 0.0,
             weakest: Vector6::x(),
         };
     }
-    assert!(
-        all.iter()
-            .all(|wrench| wrench.iter().all(|w| w.is_finite()))
-    );
     let nearest = match limit {
         WrenchLimit::Sum => nearest_facet(|u| farthest(&all, u)),
         WrenchLimit::Each => nearest_facet(|u| {
@@ -133,9 +157,9 @@ pub fn epsilon_of_wrenches(contacts: &[Vec<Vector6<f64>>], limit: WrenchLimit) -
         }),
     };
     if nearest.offset <= 0.0 && limit == WrenchLimit::Sum {
-        let shortest = shortest_in_hull(&all);
+        // Where the solver gives up, all wrenches lie at least as far beyond the plane that was found.
+        let shortest = shortest_in_hull(&all).unwrap_or_else(|| nearest.normal * nearest.offset);
         let distance = shortest.norm();
-        let size = all.iter().map(Vector6::norm).fold(0.0, f64::max);
         if distance > OUTSIDE * size {
             return Epsilon {
                 value: -distance,
@@ -163,9 +187,10 @@ fn farthest(wrenches: &[Vector6<f64>], direction: &Vector6<f64>) -> Vector6<f64>
 /// Tangents that turn with the contacts: the first points to the contact that lies farthest off the normal.
 fn tangents_toward_others(contact: &PointContact, others: &[PointContact]) -> [Vector3<f64>; 2] {
     let normal = contact.inward_normal;
+    let excess = excess(others.iter().flat_map(|other| other.arm.iter().copied()));
     let mut first: Vector3<f64> = Vector3::zeros();
     for other in others {
-        let line = other.arm - contact.arm;
+        let line = other.arm / excess - contact.arm / excess;
         let sideways = line - normal * normal.dot(&line);
         // A tie goes to the earlier contact, whatever the round-off.
         if sideways.norm() > (first.norm() * (1.0 + 1e-9)).max(1e-9 * line.norm()) {
@@ -226,6 +251,67 @@ mod tests {
         assert!(gauge(&flat).abs() < 1e-12);
         let apart: Vec<_> = flat.iter().map(|p| p + Vector6::x() * 0.5).collect();
         assert!((gauge(&apart) + 0.5).abs() < 1e-8);
+    }
+
+    /// ε grows with the wrenches, from the smallest to the largest numbers that there are.
+    #[test]
+    fn wrenches_of_any_size() {
+        let axes: Vec<Vector6<f64>> = (0..6).map(|k| Vector6::ith(k, 1.0)).collect();
+        let around: Vec<_> = axes.iter().flat_map(|a| [*a, -a]).collect();
+        let apart: Vec<_> = around.iter().map(|w| w + Vector6::x() * 3.0).collect();
+        let flat: Vec<_> = apart[2..].to_vec();
+        for wrenches in [&around, &apart, &flat] {
+            for limit in [WrenchLimit::Sum, WrenchLimit::Each] {
+                let of = |size: f64| {
+                    let sized: Vec<_> = wrenches.iter().map(|w| w * size).collect();
+                    epsilon_of_wrenches(&[sized], limit)
+                };
+                let one = of(1.0);
+                for size in [1e-300, 1e-200, 1e-20, 1e20, 1e200, 1e307] {
+                    let found = of(size);
+                    let difference = (found.value / size - one.value).abs();
+                    assert!(
+                        difference < 1e-7,
+                        "{limit:?}, {size}: {found:?} for {one:?}"
+                    );
+                    assert!((found.weakest.norm() - 1.0).abs() < 1e-9, "{found:?}");
+                }
+            }
+        }
+        // Some enormous, some tiny: no more than a finite answer can be asked.
+        let mixed: Vec<_> = apart
+            .iter()
+            .enumerate()
+            .map(|(k, w)| w * [1e200, 1.0, 1e-200][k % 3])
+            .collect();
+        assert!(gauge(&mixed).is_finite());
+        assert!(gauge(&[Vector6::zeros()]).abs() < 1e-12);
+    }
+
+    /// Torques scaled beyond all forces: that is the same as arms which are that long.
+    #[test]
+    fn arms_of_any_length() {
+        for set in 0..10 {
+            let contacts = grasp(set, 4, set % 2 == 1);
+            let sized = |size: f64| -> Vec<PointContact> {
+                let arm = |contact: &PointContact| contact.arm * size;
+                contacts
+                    .iter()
+                    .map(|contact| PointContact {
+                        arm: arm(contact),
+                        ..*contact
+                    })
+                    .collect()
+            };
+            let size = 2f64.powi(660);
+            let settings = EpsilonSettings {
+                torque_scale: size,
+                ..EpsilonSettings::default()
+            };
+            let long = epsilon(&sized(size), &EpsilonSettings::default());
+            assert!(long.value.is_finite());
+            assert_eq!(long, epsilon(&contacts, &settings));
+        }
     }
 
     /// Contacts anywhere, or (`lattice`) with components −1, 0, 1: symmetric, flat and coincident ones are frequent.
@@ -323,7 +409,7 @@ mod tests {
             positive += 1;
             let missing = |wrench: Vector6<f64>| {
                 let moved: Vec<_> = points.iter().map(|point| point - wrench).collect();
-                shortest_in_hull(&moved).norm()
+                shortest_in_hull(&moved).unwrap().norm()
             };
             assert!(missing(found.weakest * found.value) < 1e-7);
             let longer = missing(found.weakest * found.value * 1.01);

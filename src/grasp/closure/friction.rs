@@ -2,7 +2,7 @@
 
 use super::cone_programme::{BALANCE_TOLERANCE, widest_margin};
 use super::triangle::Triangle;
-use super::{PointContact, RANK_EPSILON, grasp_matrix_rank_margin};
+use super::{PointContact, RANK_EPSILON, grasp_matrix_rank_margin, with_moderate_arms};
 
 /// Friction coefficients above this are reported as infinite.
 pub const LARGEST_FRICTION: f64 = 1e3;
@@ -19,6 +19,8 @@ const FEW_CONTACTS: usize = 10;
 /// Exact force closure with point contacts and Coulomb friction `friction`: forces inside the friction cones balance
 /// (Σ fₙ = 1, fₙ ≥ 0, Gf = 0) *and* the contacts span all wrenches (`GGᵀ` ≻ εI).
 ///
+/// Arms above 10⁶ are all scaled down to order one first; contacts that are not finite never close.
+///
 /// Liu et al. (2021), Eqs. 1–3. Cost: about a microsecond for three contacts (closed form), one small conic programme
 /// for more, about 0.15 ms for four.
 ///
@@ -26,6 +28,10 @@ const FEW_CONTACTS: usize = 10;
 /// If `friction` is negative or not finite.
 pub fn is_force_closure(contacts: &[PointContact], friction: f64) -> bool {
     assert!(friction >= 0.0 && friction.is_finite());
+    let contacts = &*with_moderate_arms(contacts);
+    if contacts.iter().any(|contact| !contact.is_finite()) {
+        return false;
+    }
     if grasp_matrix_rank_margin(contacts) <= RANK_EPSILON {
         return false;
     }
@@ -42,7 +48,7 @@ pub fn is_force_closure(contacts: &[PointContact], friction: f64) -> bool {
 }
 
 /// Least friction coefficient μ₀ for which contact forces in the cones balance; `f64::INFINITY` where none up to
-/// [`LARGEST_FRICTION`] suffices. Does not look at the rank condition.
+/// [`LARGEST_FRICTION`] suffices or a contact is not finite. Does not look at the rank condition.
 ///
 /// ```text
 /// μ₀ = inf { μ : ∃ f, ‖fₜ,i‖ ≤ μ fₙ,i, fₙ,i ≥ 0, Σ fₙ,i = 1, Gf = 0 }
@@ -55,6 +61,10 @@ pub fn is_force_closure(contacts: &[PointContact], friction: f64) -> bool {
 ///   in a point, an equation without a useful closed solution, and μ₀ is bisected to 10⁻¹².
 /// * More, or three on one line: a root search over second-order cone programmes, to 10⁻⁸.
 pub fn least_friction(contacts: &[PointContact]) -> f64 {
+    let contacts = &*with_moderate_arms(contacts);
+    if contacts.iter().any(|contact| !contact.is_finite()) {
+        return f64::INFINITY;
+    }
     let closed_form = match contacts {
         [] | [_] => Some(f64::INFINITY),
         [a, b] => Some(least_friction_of_pair(a, b)),
@@ -217,6 +227,7 @@ fn least_friction_by_programmes(contacts: &[PointContact], known: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::grasp::closure::contact_forces;
     use crate::sample::{Rng, Task, stream};
     use nalgebra::Vector3;
     use rand::RngExt;
@@ -330,6 +341,46 @@ mod tests {
                 (friction - solved).abs() < 1e-5 * friction.max(1.0),
                 "set {set}"
             );
+        }
+    }
+
+    /// Balance does not depend on the unit of arms.
+    #[test]
+    fn arms_of_any_length() {
+        let corners = on_sphere(&[
+            [1.0, 1.0, 1.0],
+            [1.0, -1.0, -1.0],
+            [-1.0, 1.0, -1.0],
+            [-1.0, -1.2, 1.0],
+        ]);
+        let sized = |count: usize, size: f64| -> Vec<PointContact> {
+            let arm = |contact: &PointContact| contact.arm * size;
+            corners[..count]
+                .iter()
+                .map(|contact| PointContact {
+                    arm: arm(contact),
+                    ..*contact
+                })
+                .collect()
+        };
+        for count in 2..=4 {
+            let least = least_friction(&sized(count, 1.0));
+            for size in [1e20, 1e200, 1e307] {
+                let contacts = sized(count, size);
+                let found = least_friction(&contacts);
+                assert!(
+                    (found - least).abs() < 1e-6,
+                    "{count}, {size}: {found} for {least}"
+                );
+                let closes = is_force_closure(&contacts, 1.2 * least);
+                assert_eq!(closes, is_force_closure(&sized(count, 1.0), 1.2 * least));
+                let forces = contact_forces(&contacts, 1.2 * least).unwrap();
+                assert!(forces.residual < 1e-9 && forces.violation < 1e-8);
+            }
+            let endless = sized(count, f64::INFINITY);
+            assert!(least_friction(&endless).is_infinite());
+            assert!(!is_force_closure(&endless, 0.5));
+            assert!(contact_forces(&endless, 0.5).is_none());
         }
     }
 

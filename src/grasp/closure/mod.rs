@@ -9,6 +9,8 @@
 //! | which forces balance | [`contact_forces`] |
 //! | how well does it hold against the worst wrench | [`epsilon()`] |
 
+use std::borrow::Cow;
+
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
 mod cone_programme;
@@ -34,6 +36,14 @@ impl PointContact {
     /// Wrench (force, torque) of a unit normal force at this contact.
     pub fn wrench(&self) -> Vector6<f64> {
         self.wrench_of(&self.inward_normal)
+    }
+
+    /// Whether arm and normal are finite.
+    fn is_finite(&self) -> bool {
+        self.arm
+            .iter()
+            .chain(&self.inward_normal)
+            .all(|x| x.is_finite())
     }
 
     /// Wrench (force, torque) of `force` at this contact.
@@ -88,4 +98,44 @@ fn tangents_of(normal: &Vector3<f64>) -> [Vector3<f64>; 2] {
     axis[normal.iamin()] = 1.0;
     let first = normal.cross(&axis).normalize();
     [first, normal.cross(&first)]
+}
+
+/// Numbers whose largest lies within this factor of one are left as they are: nothing over- or underflows, and solvers scale
+/// them themselves.
+const MODERATE: f64 = 1e6;
+
+/// What numbers must be divided by to become of order one: a power of two, so that division does not round; one where
+/// the largest is moderate already, zero, or not finite.
+fn excess(numbers: impl Iterator<Item = f64>) -> f64 {
+    let largest = numbers.fold(0.0, |largest: f64, number| largest.max(number.abs()));
+    if largest == 0.0 || (MODERATE.recip()..=MODERATE).contains(&largest) {
+        return 1.0;
+    }
+    // The exponent alone.
+    let power = f64::from_bits(largest.to_bits() & f64::INFINITY.to_bits());
+    if power.is_finite() {
+        power.max(f64::MIN_POSITIVE)
+    } else {
+        1.0
+    }
+}
+
+/// The contacts with arms above 10⁶ brought down to order one, all by the same factor. The same forces balance: Gf = 0
+/// does not depend on the unit of torque.
+fn with_moderate_arms(contacts: &[PointContact]) -> Cow<'_, [PointContact]> {
+    let excess = excess(
+        contacts
+            .iter()
+            .flat_map(|contact| contact.arm.iter().copied()),
+    );
+    if excess <= 1.0 {
+        return Cow::Borrowed(contacts);
+    }
+    contacts
+        .iter()
+        .map(|contact| PointContact {
+            arm: contact.arm / excess,
+            ..*contact
+        })
+        .collect()
 }
