@@ -152,7 +152,7 @@ mod tests {
                     worst = worst.max(gap);
                 }
             }
-            assert!(worst < 0.009, "{size:?}: {worst} m open");
+            assert!(worst < 0.01, "{size:?}: {worst} m open");
         }
     }
 }

@@ -142,8 +142,9 @@ pub(super) fn palm_frame(hand: &Hand) -> PalmFrame {
         .try_normalize(1e-6)
         .or_else(|| (tips - palm).try_normalize(1e-6))
         .unwrap_or_else(Vector3::z);
-    let across = |v: &Vector3<f64>| v - distal * distal.dot(v);
     let away = thumb == 1 && reaches[0].out.dot(&distal) < 0.0;
+    // Digits that point away from each other close along where they point, too.
+    let across = |v: &Vector3<f64>| if away { *v } else { v - distal * distal.dot(v) };
     let share = |digit: usize| match (digit, away) {
         (0, true) => fingers.len() as f64,
         _ => 1.0,
@@ -158,10 +159,16 @@ pub(super) fn palm_frame(hand: &Hand) -> PalmFrame {
     let (volar, distal, faced_m) = if closing.norm() > ONE_SIDED * lengths && lengths > 1e-6 {
         let length = out.norm() / fingers.len().max(1) as f64;
         let faced_m = if away { 0.0 } else { FACED * length };
-        (closing.normalize(), distal, faced_m)
+        let volar = closing.normalize();
+        let distal = distal - volar * volar.dot(&distal);
+        (volar, distal.normalize(), faced_m)
     } else {
+        // Its second direction is that in which the first digit closes.
+        let first = reaches.first().map(|reach| across(&reach.closing));
+        let other = first.and_then(|closing| closing.try_normalize(1e-6));
         let helper = Vector3::ith(distal.iamin(), 1.0);
-        (distal, distal.cross(&helper).normalize(), 0.0)
+        let other = other.unwrap_or_else(|| distal.cross(&helper).normalize());
+        (distal, other, 0.0)
     };
     let of_palm = hand.surface.iter().zip(&rest.points);
     let of_palm = of_palm.filter(|(at, _)| hand.links[at.link.0].digit == 0);

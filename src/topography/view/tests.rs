@@ -192,7 +192,11 @@ proptest! {
         prop_assert_eq!(&one.minima, &other.minima);
         for i in 0..one.minima.len() {
             for j in 0..one.minima.len() {
-                prop_assert_eq!(height(&one.tree, i, j), height(&other.tree, i, j));
+                // The same levels counted from elsewhere: equal but for the last digit.
+                match (height(&one.tree, i, j), height(&other.tree, i, j)) {
+                    (Some(one), Some(other)) => prop_assert!((one - other).abs() < 1e-9, "{one} {other}"),
+                    (one, other) => prop_assert_eq!(one, other),
+                }
             }
         }
     }
