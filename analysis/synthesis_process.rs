@@ -22,7 +22,7 @@ use nalgebra::Vector3;
 
 const SEED: u64 = 1;
 /// Shown between the start and the end of the attempt.
-const STEPS: [u32; 5] = [20, 100, 300, 600, 900];
+const STEPS: [u32; 5] = [20, 80, 160, 260, 380];
 const COLUMNS: usize = 4;
 const SIDE: u32 = 330;
 const CONE_M: f64 = 0.025;
