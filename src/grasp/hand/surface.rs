@@ -120,7 +120,7 @@ impl Solids<'_> {
             let normal =
                 along * sine + (across * cos + third * sin) * (1.0 - sine * sine).max(0.0).sqrt();
             let point = a + along * on_axis + normal * capsule.radius_m;
-            if !self.in_capsule(Some(i), &point) && !self.in_hull(None, &point) {
+            if !self.in_capsule(Some(i), &point) && !self.in_hull(None, &point, &normal) {
                 candidates.push(Candidate {
                     link: capsule.link,
                     point,
@@ -152,11 +152,12 @@ impl Solids<'_> {
                     (u, v) = (1.0 - u, 1.0 - v);
                 }
                 let point = frame.point(&(a + (b - a) * u + (c - a) * v));
-                if !self.in_capsule(None, &point) && !self.in_hull(Some(i), &point) {
+                let normal = frame.direction(&doubled.normalize());
+                if !self.in_capsule(None, &point) && !self.in_hull(Some(i), &point, &normal) {
                     candidates.push(Candidate {
                         link: hull.link,
                         point,
-                        normal: frame.direction(&doubled.normalize()),
+                        normal,
                         area_m2: share,
                     });
                 }
@@ -179,8 +180,9 @@ impl Solids<'_> {
         })
     }
 
-    /// The same for hulls, after all capsules.
-    fn in_hull(&self, own: Option<usize>, point: &Vector3<f64>) -> bool {
+    /// The same for hulls, after all capsules; a face that lies against another hull's is inside, too.
+    fn in_hull(&self, own: Option<usize>, point: &Vector3<f64>, normal: &Vector3<f64>) -> bool {
+        let ahead = point + normal * AHEAD_M;
         self.hulls.iter().enumerate().any(|(i, hull)| {
             let tie = if own.is_some_and(|own| i < own) {
                 -1e-9
@@ -188,10 +190,14 @@ impl Solids<'_> {
                 1e-9
             };
             let frame = &self.rest.object_from_link[hull.link.0];
-            Some(i) != own && hull.depth(&frame.inverse_point(point)) > tie
+            let depth = |point| hull.depth(&frame.inverse_point(point));
+            Some(i) != own && (depth(point) > tie || depth(&ahead) > tie)
         })
     }
 }
+
+/// How far in front of a face something must be free, metres.
+const AHEAD_M: f64 = 1e-5;
 
 /// π (3 − √5), radians.
 pub(super) const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
