@@ -116,9 +116,8 @@ pub(super) fn name_digits(hand: &mut Hand) {
 
 /// The palm's frame.
 ///
-/// Where the digits close to one side, the palm faces that side and `distal` is where they point. Where a thumb points
-/// away from the fingers it counts as much as all of these, and objects are faced in the middle. A gripper, whose digits
-/// all point one way and close on each other, faces where they point.
+/// Where the digits close to one side, the palm faces that side and `distal` is where they point. A gripper, whose digits
+/// close on each other, faces where they point.
 pub(super) fn palm_frame(hand: &Hand) -> PalmFrame {
     let mut rest = PosedHand::default();
     hand.pose(&hand.rest_coordinates(), &mut rest);
@@ -142,33 +141,29 @@ pub(super) fn palm_frame(hand: &Hand) -> PalmFrame {
         .try_normalize(1e-6)
         .or_else(|| (tips - palm).try_normalize(1e-6))
         .unwrap_or_else(Vector3::z);
-    let away = thumb == 1 && reaches[0].out.dot(&distal) < 0.0;
-    // Digits that point away from each other close along where they point, too.
-    let across = |v: &Vector3<f64>| if away { *v } else { v - distal * distal.dot(v) };
-    let share = |digit: usize| match (digit, away) {
-        (0, true) => fingers.len() as f64,
-        _ => 1.0,
-    };
-    let closings = || {
-        let closings = reaches.iter().enumerate();
-        closings.map(|(digit, reach)| across(&reach.closing) * share(digit))
-    };
+    let across = |v: &Vector3<f64>| v - distal * distal.dot(v);
+    let closings = || reaches.iter().map(|reach| across(&reach.closing));
     let closing: Vector3<f64> = closings().sum();
     let lengths: f64 = closings().map(|closing| closing.norm()).sum();
+    let length = out.norm() / fingers.len().max(1) as f64;
 
     let (volar, distal, faced_m) = if closing.norm() > ONE_SIDED * lengths && lengths > 1e-6 {
-        let length = out.norm() / fingers.len().max(1) as f64;
-        let faced_m = if away { 0.0 } else { FACED * length };
-        let volar = closing.normalize();
-        let distal = distal - volar * volar.dot(&distal);
-        (volar, distal.normalize(), faced_m)
+        (closing.normalize(), distal, FACED * length)
     } else {
-        // Its second direction is that in which the first digit closes.
-        let first = reaches.first().map(|reach| across(&reach.closing));
-        let other = first.and_then(|closing| closing.try_normalize(1e-6));
-        let helper = Vector3::ith(distal.iamin(), 1.0);
-        let other = other.unwrap_or_else(|| distal.cross(&helper).normalize());
-        (distal, other, 0.0)
+        // Between the thumb and the fingers; across is the way in which the first digit closes.
+        let opposite = if thumb == 1 {
+            reaches[0].out
+        } else {
+            Vector3::zeros()
+        };
+        let between = out / fingers.len().max(1) as f64 + opposite;
+        let volar = between.try_normalize(1e-6).unwrap_or(distal);
+        let first = reaches
+            .first()
+            .map_or_else(Vector3::zeros, |reach| reach.closing);
+        let helper = volar.cross(&Vector3::ith(volar.iamin(), 1.0));
+        let other = (first - volar * volar.dot(&first)).try_normalize(1e-6);
+        (volar, other.unwrap_or_else(|| helper.normalize()), 0.0)
     };
     let of_palm = hand.surface.iter().zip(&rest.points);
     let of_palm = of_palm.filter(|(at, _)| hand.links[at.link.0].digit == 0);
