@@ -40,7 +40,7 @@ const ANGLES: usize = 7;
 const TABLE: &str = "figures/cost_growth.csv";
 const COLUMNS: &str = "landscape,minima,sample,pairs,evaluations";
 const GRASPS: &str = "grasps";
-const RUGGED: &str = "waves of 7 angles";
+const RUGGED: &str = "waves";
 
 /// One map.
 #[derive(Clone)]
@@ -288,18 +288,21 @@ fn report(rows: &[Row]) -> Result<(), Box<dyn Error>> {
                 text,
                 "\nEvaluations grow as n to the power **{exponent:.2}** ({low:.2} to {high:.2}); all pairs would grow as n²."
             )?;
-            write!(label, ": n^{exponent:.2} ({low:.2} to {high:.2})")?;
+            write!(label, ": n^{exponent:.2}")?;
             let fitted = [45.0, 900.0].map(|n: f64| [n, growth.line.at(n.ln()).exp()]);
             series.push(Series::line(fitted.to_vec()).coloured(colour));
             // From the middle of the smallest maps.
             let start = growth.line.at(50_f64.ln()).exp();
             let steep = [50.0, 900.0].map(|n: f64| [n, start * (n / 50.0).powi(2)]);
-            series.push(
-                Series::line(steep.to_vec())
-                    .named("n², as all pairs would")
-                    .coloured(theme::series(8))
-                    .dashed(),
-            );
+            let steep = Series::line(steep.to_vec())
+                .coloured(theme::series(8))
+                .dashed();
+            let first = index == 0;
+            series.push(if first {
+                steep.named("n², as all pairs")
+            } else {
+                steep
+            });
         }
         series.push(Series::points(points).named(&label).coloured(colour));
     }

@@ -204,6 +204,7 @@ pub fn diagram(
     );
     let scans: Vec<Scan> = tasks
         .par_iter()
+        .with_max_len(1)
         .map(|(t, k)| {
             let pair = pairs[k % pairs.len()];
             let scan = run.scan(*t, pair, *k >= pairs.len());
@@ -216,6 +217,7 @@ pub fn diagram(
         .collect();
     let stays: Vec<(usize, usize)> = free
         .par_iter()
+        .with_max_len(1)
         .map(|(t, i)| {
             let stays = run.stays(*t, *i);
             tally.tick();

@@ -338,13 +338,15 @@ impl Survey<'_> {
             tally.tick();
             connection
         };
-        pairs.par_iter().map(one).collect()
+        // Each pair is a task of its own: pairs take unlike times, and of a longer task none can be handed over.
+        pairs.par_iter().with_max_len(1).map(one).collect()
     }
 
     /// Takes in connections and the passes met on their ways, in order.
     fn take_all(&mut self, found: Vec<Connection>) {
         let byways: Vec<Vec<Connection>> = found
             .par_iter()
+            .with_max_len(1)
             .map(|connection| self.byways(connection))
             .collect();
         for (connection, byways) in found.into_iter().zip(&byways) {

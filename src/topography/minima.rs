@@ -77,7 +77,8 @@ pub fn quench_all(
         tally.tick();
         record.into()
     };
-    starts.par_iter().enumerate().map(row).collect()
+    let starts = starts.par_iter().with_max_len(1);
+    starts.enumerate().map(row).collect()
 }
 
 /// The distinct minima among `found`, lowest first, and the rows that are none: those whose gradient exceeds

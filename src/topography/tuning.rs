@@ -49,7 +49,7 @@ impl TuningSettings {
     /// Settings for a surface whose typical barrier is `energy` high and `length` wide.
     pub fn for_scales(energy: f64, length: f64) -> Self {
         Self {
-            temperatures: log_grid(0.0125 * energy, 0.2 * energy, 3),
+            temperatures: log_grid(0.003125 * energy, 0.2 * energy, 4),
             forces: log_grid(0.5 * energy / length, 32.0 * energy / length, 13),
             pairs: 12,
             neighbours: 3,
@@ -241,6 +241,7 @@ impl Run<'_> {
         let ways = self.ways();
         let found: Vec<(usize, bool, usize)> = ways
             .par_iter()
+            .with_max_len(1)
             .map(|(from, to)| {
                 let found = remember(self.journal, &format!("tune/{t}/{from}-{to}"), || {
                     let (threshold, spent) = self.threshold(t, (*from, *to));
@@ -313,6 +314,7 @@ impl Run<'_> {
         let ways = self.ways();
         let found: Vec<Outcome> = ways
             .par_iter()
+            .with_max_len(1)
             .map(|(from, to)| {
                 let key = format!("tune/{t}/{f}/{from}-{to}");
                 let found = remember(self.journal, &key, || {

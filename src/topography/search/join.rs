@@ -57,7 +57,7 @@ impl Joiner {
                 tally.tick();
                 relaxed
             };
-            let relaxed: Vec<Relaxed> = pairs.par_iter().map(connect).collect();
+            let relaxed: Vec<Relaxed> = pairs.par_iter().with_max_len(1).map(connect).collect();
             relaxed
         });
         self.rounds += 1;

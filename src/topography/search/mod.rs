@@ -98,7 +98,12 @@ pub fn explore(
                 tally.tick();
                 outcome
             };
-            let outcomes: Vec<Outcome> = plan.par_iter().enumerate().map(search).collect();
+            let outcomes: Vec<Outcome> = plan
+                .par_iter()
+                .with_max_len(1)
+                .enumerate()
+                .map(search)
+                .collect();
             outcomes
         });
         round += 1;

@@ -71,7 +71,7 @@ impl SearchSettings {
             steps: 150,
             modes: 1000,
             batch: 64,
-            patience: 20,
+            patience: 30,
             max_searches: 100_000,
             join_rounds: 2,
             paths: PathMethod::default(),
