@@ -78,6 +78,15 @@ impl Energy for Counted<'_> {
         self.count().evaluate_roughly_above(x, gradient, ceiling)
     }
 
+    fn choose_roughly_above(
+        &self,
+        x: &[f64],
+        gradient: &mut [f64],
+        ceiling: f64,
+    ) -> (f64, Vec<u32>) {
+        self.count().choose_roughly_above(x, gradient, ceiling)
+    }
+
     fn choice(&self, x: &[f64]) -> Vec<u32> {
         self.energy.choice(x)
     }

@@ -51,6 +51,21 @@ pub trait Energy: Sync {
         self.evaluate(x, gradient)
     }
 
+    /// [`Energy::evaluate_roughly_above`] together with the choice its value belongs to: [`Energy::choice`] where the value
+    /// is at most `ceiling`.
+    ///
+    /// # Panics
+    /// If `x` or `gradient` has the wrong length.
+    fn choose_roughly_above(
+        &self,
+        x: &[f64],
+        gradient: &mut [f64],
+        ceiling: f64,
+    ) -> (f64, Vec<u32>) {
+        let energy = self.evaluate_roughly_above(x, gradient, ceiling);
+        (energy, self.choice(x))
+    }
+
     /// The discrete choice that realises the minimum at `x`, for an energy that is a minimum over discrete choices (the
     /// contact set of a grasp). Two neighbouring points with different choices lie on two sides of a seam. Empty for
     /// smooth energies.

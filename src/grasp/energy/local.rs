@@ -46,6 +46,15 @@ impl Energy for Local<'_> {
     }
 
     fn evaluate_roughly_above(&self, x: &[f64], gradient: &mut [f64], ceiling: f64) -> f64 {
+        self.choose_roughly_above(x, gradient, ceiling).0
+    }
+
+    fn choose_roughly_above(
+        &self,
+        x: &[f64],
+        gradient: &mut [f64],
+        ceiling: f64,
+    ) -> (f64, Vec<u32>) {
         self.energy
             .roughly(x, gradient, ceiling, &mut self.scratch())
     }

@@ -309,13 +309,20 @@ impl GraspEnergy {
     }
 
     /// The envelope at `x`, or the energy of a good contact set above `ceiling`.
-    fn roughly(&self, x: &[f64], gradient: &mut [f64], ceiling: f64, scratch: &mut Scratch) -> f64 {
+    fn roughly(
+        &self,
+        x: &[f64],
+        gradient: &mut [f64],
+        ceiling: f64,
+        scratch: &mut Scratch,
+    ) -> (f64, Vec<u32>) {
         self.pose(x, scratch);
         self.measure_candidates(scratch);
         let base = self.contact_free(x, scratch);
         self.search_roughly_above(ceiling - base + self.alignment.weight, scratch);
         let choice = scratch.search.best().to_vec();
-        base + self.finish(x, &choice, scratch, gradient)
+        let energy = base + self.finish(x, &choice, scratch, gradient);
+        (energy, choice)
     }
 
     fn best_choice(&self, x: &[f64], scratch: &mut Scratch) -> Vec<u32> {
@@ -356,6 +363,15 @@ impl Energy for GraspEnergy {
     }
 
     fn evaluate_roughly_above(&self, x: &[f64], gradient: &mut [f64], ceiling: f64) -> f64 {
+        self.choose_roughly_above(x, gradient, ceiling).0
+    }
+
+    fn choose_roughly_above(
+        &self,
+        x: &[f64],
+        gradient: &mut [f64],
+        ceiling: f64,
+    ) -> (f64, Vec<u32>) {
         self.with_scratch(x, |scratch| self.roughly(x, gradient, ceiling, scratch))
     }
 

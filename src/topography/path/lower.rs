@@ -150,10 +150,9 @@ impl<'e> Kinked<'e> {
 
     fn node(&self, x: Vec<f64>) -> Node {
         let mut gradient = vec![0.0; self.space().tangents()];
-        let energy = self
+        let (energy, choice) = self
             .energy
-            .evaluate_roughly_above(&x, &mut gradient, self.ceiling);
-        let choice = self.energy.choice(&x);
+            .choose_roughly_above(&x, &mut gradient, self.ceiling);
         Node {
             x,
             energy,
@@ -237,8 +236,16 @@ impl<'e> Kinked<'e> {
             }
         }
         let mut best = best?;
-        best.choices = [0, 1].map(|side: usize| self.energy.choice(&best.sides[side]));
+        best.choices = [0, 1].map(|side: usize| self.choice(&best.sides[side]));
         Some(best)
+    }
+
+    /// What is chosen at `x`. High above the ends a proof can take longer than all the rest.
+    fn choice(&self, x: &[f64]) -> Vec<u32> {
+        let mut gradient = vec![0.0; self.space().tangents()];
+        self.energy
+            .choose_roughly_above(x, &mut gradient, self.ceiling)
+            .1
     }
 
     /// The highest point between nodes `i` and `i + 1`, by golden section, both nodes included; or the first point met that
