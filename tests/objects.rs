@@ -272,3 +272,98 @@ fn false_descriptions_are_refused() {
     assert!(error.to_string().contains("a primitive shape"), "{error}");
     assert!(Description::from_json("x", r#"{"mass": 1}"#).is_err());
 }
+
+/// Meshes of convex pieces, as published: outside distances and depths are those of the union.
+#[test]
+fn unions_of_convex_pieces_have_no_faces_inside() {
+    let Some(objects) = scans() else { return };
+    let folder = objects.with_file_name("dexgraspnet").join("meshes");
+    for code in [
+        "sem-Bottle-437678d4bc6be981c8724d5673a063a6",
+        "core-mug-8570d9a8d24cb0acbebd3c0c0c70fb03",
+    ] {
+        let read = Mesh::read(&folder.join(format!("{code}.obj")), 0.1).unwrap();
+        assert_eq!(read.repairs, [], "{code}");
+        let mesh = read.mesh;
+        assert!(mesh.overlaps() && mesh.piece_count() > 3);
+        let exact = ExactMesh::new(&mesh);
+        // A point is inside one of the pieces where it is behind all of its faces.
+        let pieces = by_piece(&mesh);
+        let within = |p: &Vector3<f64>, slack: f64| {
+            pieces
+                .iter()
+                .any(|planes| planes.iter().all(|(n, d)| n.dot(p) - d < slack))
+        };
+        let [low, high] = mesh.bounds();
+        let mut rng = stream(5, Task::Start, 0);
+        let mut inside = 0;
+        for _ in 0..4_000 {
+            let share = Vector3::from_fn(|_, _| rng.random_range(-0.05..1.05));
+            let p = low + (high - low).component_mul(&share);
+            let nearest = exact.nearest(&p);
+            if nearest.distance_m.abs() < 2e-6 {
+                continue;
+            }
+            assert_eq!(nearest.distance_m < 0.0, within(&p, 0.0), "{code}: {p}");
+            if nearest.distance_m > 0.0 {
+                continue;
+            }
+            inside += 1;
+            // The whole ball about p lies inside, and just past its nearest point it ends.
+            let depth = -nearest.distance_m;
+            for direction in 0..26 {
+                let direction = if direction < 13 {
+                    direction
+                } else {
+                    direction + 1
+                };
+                let way =
+                    [direction / 9, direction / 3 % 3, direction % 3].map(|s| f64::from(s) - 1.0);
+                let reached = p + Vector3::from(way).normalize() * (depth - 4e-6);
+                assert!(
+                    within(&reached, 1e-6),
+                    "{code}: {p} is {depth} deep, but {reached} is outside"
+                );
+            }
+            let past = p + (nearest.point - p) * (1.0 + 4e-6 / depth);
+            assert!(
+                !within(&past, -1e-6),
+                "{code}: {p} ends at {}",
+                nearest.point
+            );
+        }
+        assert!(inside > 300, "{inside}");
+    }
+}
+
+/// Planes n·p = d of the faces of each piece.
+fn by_piece(mesh: &Mesh) -> Vec<Vec<(Vector3<f64>, f64)>> {
+    let mut piece_of: Vec<usize> = (0..mesh.vertices().len()).collect();
+    // As many sweeps as it takes for the lowest number of each piece to reach all of it.
+    loop {
+        let mut changed = false;
+        for triangle in mesh.triangles() {
+            let least = triangle
+                .iter()
+                .fold(usize::MAX, |least, &v| least.min(piece_of[v as usize]));
+            for v in triangle {
+                changed |= piece_of[*v as usize] != least;
+                piece_of[*v as usize] = least;
+            }
+        }
+        if !changed {
+            break;
+        }
+    }
+    let mut planes = std::collections::BTreeMap::<usize, Vec<(Vector3<f64>, f64)>>::new();
+    for (index, triangle) in mesh.triangles().iter().enumerate() {
+        let [a, b, c] = mesh.corners(index);
+        if let Some(n) = (b - a).cross(&(c - a)).try_normalize(1e-12) {
+            planes
+                .entry(piece_of[triangle[0] as usize])
+                .or_default()
+                .push((n, n.dot(&a)));
+        }
+    }
+    planes.into_values().collect()
+}

@@ -72,7 +72,7 @@ pub(super) enum Command {
     /// Simulate the grasps of a file: would the object stay in the hand?
     #[command(after_help = STABILITY_EXAMPLES)]
     Stability(Stability),
-    /// List the objects that come with the program, or make one of a neural network
+    /// List the objects that come with the program, show what is derived of one of your own, or make one of a neural network
     Objects(Objects),
     /// Map a surface: a named model, or an energy of your own
     #[command(after_help = surface_examples())]
@@ -83,9 +83,12 @@ pub(super) enum Command {
     /// Tell what moved between two landscapes
     #[command(after_help = DIFF_EXAMPLES)]
     Diff(Diff),
-    /// Read min.data and ts.data of PATHSAMPLE or topsearch
+    /// Read grasps of other programs, or min.data and ts.data of PATHSAMPLE or topsearch
     #[command(after_help = IMPORT_EXAMPLES)]
     Import(Import),
+    /// Write grasps for other programs: tables, DexGraspNet, MuJoCo, glTF scenes
+    #[command(after_help = EXPORT_EXAMPLES)]
+    Export(Export),
 }
 
 const EXAMPLES: &str = "\
@@ -242,11 +245,64 @@ minima correspond (the nearest, within the distance at which two minima were one
 merges of the first moved and by how much, and what vanished and appeared. Heights are compared for all pairs at once by
 the cophenetic distance and correlation of the two trees.";
 
+const OBJECT_EXAMPLES: &str = "\
+Examples:
+  landscape objects inspect bottle.obj                     a table, and bottle.png
+  landscape objects inspect scan.ply --scale 0.001         a mesh in millimetres
+  landscape objects inspect bottle.obj --side-file bottle.json
+                                                           declares the symmetry that was found
+
+Meshes may consist of several closed pieces; where these overlap or touch, the solid is their union. Small holes, triangles
+that face the wrong way and pieces that are inside out are repaired, and that is told; a surface without an inside is
+refused.
+
+Shapes (TOML; metres; a union of all parts):
+  name = \"dumbbell\"
+  mass_kg = 0.4
+  [[parts]]
+  cylinder = { centre = [0, 0, 0], axis = [0, 0, 1], radius_m = 0.012, half_height_m = 0.06 }
+  [[parts]]
+  sphere = { centre = [0, 0, 0.06], radius_m = 0.025 }
+  [[parts]]
+  cuboid = { centre = [0, 0, -0.06], half_extents = [0.02, 0.02, 0.015], edge_radius_m = 0.003 }
+There is also capsule = { a = […], b = […], radius_m = … }.";
+
+const EXPORT_EXAMPLES: &str = "\
+Examples:
+  landscape export grasps.parquet csv                      grasps.csv: a row a grasp, a column a joint
+  landscape export grasps.parquet qpos -o grasps.npy       rows of MuJoCo's qpos: position, quaternion w x y z, joints
+  landscape export grasps.parquet dexgraspnet              grasps.npy, as DexGraspNet's own files
+  landscape export grasps.parquet glb                      grasps.scenes/: hand, object and contacts of each grasp
+  landscape export grasps.parquet glb --grasp 17 -o 17.glb
+
+Poses are those of the hand's root in the object's frame: p_object = R p_hand + t, in metres; angles are in radians. In qpos
+the hand's outermost body has a free joint; the columns of the CSV form name its joints. csv and json come back with
+`landscape import`, to the last bit.";
+
 const IMPORT_EXAMPLES: &str = "\
 Examples:
+  landscape import bottle.npy --hand shadow.xml --object bottle.obj --scale 0.1
+                                                           bottle.parquet: DexGraspNet's grasps at one scale
+  landscape import grasps/ --hand shadow.xml --object mug.obj
+                                                           all .npy files of a folder (DexGraspBench, BODex, Dexonomy)
+  landscape import mine.csv --hand human --object mug --mapping mine.toml
   landscape import lj7                                     lj7.landscape/ from lj7/min.data and lj7/ts.data
 
-The files are PATHSAMPLE's (6 and 8 columns) or topsearch's (2 and 3 columns): the number of columns tells. Writes
+Grasps become a grasps.parquet for `landscape build`, `inspect` and so on. The format is told by the file: DexGraspNet's
+.npy (joints by name, Euler angles about fixed axes), DexGraspBench's (position, quaternion w x y z, joints in the hand's
+order), or a table (.csv, .json, .parquet). Nothing in a pickle is ever executed. Contacts that the file does not tell are
+chosen: the best by the default energy. Without --scale all scales are kept. docs/import_export.md says more.
+
+A mapping tells what the columns of a table are (TOML; everything may be left out):
+  translation = [\"x\", \"y\", \"z\"]        or one column of lists; translation_unit = \"m\", \"cm\", \"mm\"
+  rotation = \"quat\"                      or several columns
+  rotation_form = \"wxyz\"                 or xyzw, fixed_xyz, rotation_vector, matrix; rotation_unit = \"rad\", \"deg\"
+  frame = \"object_from_hand\"             or hand_from_object
+  joints = \"qpos\"                        a column of lists, with joint_names = [\"FFJ3\", …]; or { FFJ3 = \"column\", … }
+  joint_unit = \"rad\"                     or deg
+  scale = \"size\"                         a column, or a number; also id, object, label, contacts
+
+Landscapes: the files are PATHSAMPLE's (6 and 8 columns) or topsearch's (2 and 3 columns): the number of columns tells. Writes
 minima.parquet, edges.parquet, landscape.json, the tree, the network and the pictures as `landscape build` does, and
 min.data and ts.data in PATHSAMPLE's columns.";
 
@@ -259,9 +315,18 @@ pub(super) struct Synth {
     /// The hand's mirror image instead: a left hand of a right one.
     #[arg(long, conflicts_with = "from")]
     pub(super) mirror: bool,
-    /// The object: a name of one that comes with the program, or an OBJ or STL file in metres.
+    /// The object: a name of one that comes with the program, a mesh (OBJ, STL, PLY, glTF; metres unless --scale says
+    /// otherwise), or a TOML file of shapes (see `landscape help objects inspect`).
     #[arg(long, value_name = "NAME|FILE", required_unless_present = "from")]
     pub(super) object: Option<String>,
+    /// Metres per unit of the object's mesh: 0.001 for millimetres, 0.1 for a mesh of unit size that is to be 10 cm in radius.
+    #[arg(
+        long,
+        value_name = "FACTOR",
+        conflicts_with = "from",
+        allow_negative_numbers = true
+    )]
+    pub(super) scale: Option<f64>,
     /// Start from the grasps of a file instead of random poses: chain i from row i, and again from the first after the
     /// last. Hand and object are those of the file.
     #[arg(long, value_name = "FILE")]
@@ -481,9 +546,32 @@ pub(super) struct Objects {
 pub(super) enum ObjectsCommand {
     /// List the objects that come with the program
     List,
+    /// Show what is derived of an object (table, picture): size, pieces, volume, accuracy of its smooth field, symmetry
+    #[command(after_help = OBJECT_EXAMPLES)]
+    Inspect(ObjectsInspect),
     /// Make an object of a neural signed-distance function: a mesh, with its smooth field in the cache
     #[command(after_help = BAKE_EXAMPLES)]
     Bake(Bake),
+}
+
+/// What is derived of an object.
+#[derive(Debug, Args)]
+pub(super) struct ObjectsInspect {
+    /// The object: a name of one that comes with the program, a mesh (OBJ, STL, PLY, glTF), or a TOML file of shapes.
+    #[arg(value_name = "NAME|FILE")]
+    pub(super) object: String,
+    /// Metres per unit of the mesh.
+    #[arg(long, value_name = "FACTOR", allow_negative_numbers = true)]
+    pub(super) scale: Option<f64>,
+    /// The picture to write (.png); by default in the current folder, named after the object.
+    #[arg(long, value_name = "FILE")]
+    pub(super) picture: Option<PathBuf>,
+    /// Write a description (.json) with the symmetry that was found. One beside the mesh, of the same name, is read with it.
+    #[arg(long, value_name = "FILE")]
+    pub(super) side_file: Option<PathBuf>,
+    /// Overwrite a description that exists.
+    #[arg(long, requires = "side_file")]
+    pub(super) force: bool,
 }
 
 /// Make an object of a network.
@@ -636,10 +724,69 @@ pub(super) struct Diff {
 /// Read the files of other programs.
 #[derive(Debug, Args)]
 pub(super) struct Import {
-    /// The folder that holds min.data and ts.data.
-    #[arg(value_name = "FOLDER")]
-    pub(super) folder: PathBuf,
-    /// The folder to write; by default the name of the folder with the ending `.landscape`, beside where you are.
-    #[arg(long, short, value_name = "FOLDER")]
+    /// Grasps (.npy, .csv, .json, .parquet, or a folder of .npy files), or the folder that holds min.data and ts.data.
+    #[arg(value_name = "PATH")]
+    pub(super) path: PathBuf,
+    /// The hand of the grasps: a name of one that comes with the program, or a URDF or MJCF file.
+    #[arg(long, value_name = "NAME|FILE")]
+    pub(super) hand: Option<String>,
+    /// The hand's mirror image instead.
+    #[arg(long, requires = "hand")]
+    pub(super) mirror: bool,
+    /// The object of the grasps: a name of one that comes with the program, or a mesh as published.
+    #[arg(long, value_name = "NAME|FILE")]
+    pub(super) object: Option<String>,
+    /// Only the grasps at this scale of the object; where the file tells none, metres per unit of the mesh.
+    #[arg(
+        long,
+        value_name = "FACTOR",
+        requires = "object",
+        allow_negative_numbers = true
+    )]
+    pub(super) scale: Option<f64>,
+    /// What the columns of a table mean (TOML, see below).
+    #[arg(long, value_name = "FILE", requires = "hand")]
+    pub(super) mapping: Option<PathBuf>,
+    /// What to write: by default, where you are, the name of the file with the ending `.parquet`, or of the folder with
+    /// the ending `.landscape`.
+    #[arg(long, short, value_name = "PATH")]
     pub(super) output: Option<PathBuf>,
+}
+
+/// Write grasps for other programs.
+#[derive(Debug, Args)]
+pub(super) struct Export {
+    /// The grasps: a file of `landscape synth` or `import`.
+    #[arg(value_name = "FILE")]
+    pub(super) grasps: PathBuf,
+    /// What to write.
+    #[arg(value_enum, value_name = "FORMAT")]
+    pub(super) format: ExportFormat,
+    /// Only the grasp with this number; may be given several times.
+    #[arg(long, value_name = "ID")]
+    pub(super) grasp: Vec<u64>,
+    /// The file to write (a folder of scenes for glb); by default, where you are, named after the grasps.
+    #[arg(long, short, value_name = "PATH")]
+    pub(super) output: Option<PathBuf>,
+    /// The hand, for a file that does not describe it.
+    #[arg(long, value_name = "NAME|FILE")]
+    pub(super) hand: Option<String>,
+    /// The object, for a file that does not describe it.
+    #[arg(long, value_name = "NAME|FILE")]
+    pub(super) object: Option<String>,
+}
+
+/// Formats of exports.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub(super) enum ExportFormat {
+    /// A table, one row a grasp.
+    Csv,
+    /// A list of objects with named entries.
+    Json,
+    /// DexGraspNet's array of dictionaries (.npy).
+    Dexgraspnet,
+    /// `MuJoCo`'s qpos (.csv or .npy).
+    Qpos,
+    /// A binary glTF scene for each grasp.
+    Glb,
 }

@@ -1,4 +1,4 @@
-//! `landscape import`: `min.data` and `ts.data` of PATHSAMPLE or topsearch as a landscape.
+//! `landscape import`: `min.data` and `ts.data` of PATHSAMPLE or topsearch as a landscape; grasps elsewhere.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use super::args::{Common, Import};
 use super::drawing::{Drawing, Views};
 use super::landscape::{Titles, write_database};
-use super::{check_output, complain, print};
+use super::{check_output, complain, import_grasps, print};
 use crate::figure::leaves_of;
 use crate::store::{
     AtomicFolder, Counts, EdgeRow, LandscapeFiles, Manifest, MinimumRow, Source, content_hash,
@@ -19,21 +19,29 @@ use crate::topography::exchange::{Database, Layout};
 use crate::topography::{Evidence, GroupSettings, Groups, Network, Tree};
 
 pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
+    if import_grasps::holds_grasps(&command.path) {
+        return import_grasps::run(command, common);
+    }
+    ensure!(
+        command.hand.is_none() && command.object.is_none(),
+        "{}: --hand and --object are for grasps, of which there are none",
+        command.path.display()
+    );
     if let Some(output) = &command.output {
         check_output(output)?;
     }
-    let texts = ["min.data", "ts.data"].map(|name| read(&command.folder, name));
+    let texts = ["min.data", "ts.data"].map(|name| read(&command.path, name));
     let [minima, states] = texts;
     let (minima, states) = (minima?, states?);
     let (database, layout) =
-        Database::parse(&minima, &states).with_context(|| command.folder.display().to_string())?;
+        Database::parse(&minima, &states).with_context(|| command.path.display().to_string())?;
     let output = match &command.output {
         Some(output) => output.clone(),
-        None => named_after(&command.folder)?,
+        None => named_after(&command.path)?,
     };
     let network = database.network();
-    let name = command.folder.canonicalize().ok();
-    let name = name.as_deref().unwrap_or(&command.folder).file_name();
+    let name = command.path.canonicalize().ok();
+    let name = name.as_deref().unwrap_or(&command.path).file_name();
     let imported = Imported {
         tree: Tree::from_network(&network, Evidence::Chain),
         groups: Groups::stable(&network, &GroupSettings::default()),

@@ -19,7 +19,7 @@ pub(super) fn read(
             .map(|hand| models::hand_metadata(hand, false))
             .transpose()?,
         object: match object {
-            Some(flag) => Some(models::object_metadata(flag)?.1),
+            Some(flag) => Some(models::object_metadata(flag, None)?.0),
             None => None,
         },
     };

@@ -15,14 +15,17 @@ mod diff;
 mod draw;
 mod drawing;
 mod experiment;
+mod export;
 mod grasp_map;
 mod hands;
 mod import;
+mod import_grasps;
 mod input;
 mod inspect;
 mod landscape;
 mod magnetisation;
 mod models;
+mod object_inspect;
 mod objects;
 mod origin;
 mod progress;
@@ -59,6 +62,7 @@ pub fn run() -> ExitCode {
             Command::Draw(command) => draw::run(command, &arguments.common),
             Command::Diff(command) => diff::run(command, &arguments.common),
             Command::Import(command) => import::run(command, &arguments.common),
+            Command::Export(command) => export::run(command, &arguments.common),
         });
     match result {
         Ok(()) => ExitCode::SUCCESS,

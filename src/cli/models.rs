@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use anyhow::Context;
 
-use crate::grasp::hand::{HAND_NAMES, Hand, HandFiles};
-use crate::grasp::object::{Description, Mesh, OBJECT_NAMES, Object};
+use crate::grasp::hand::{Frame, HAND_NAMES, Hand, HandFiles, LinkId};
+use crate::grasp::object::{Assembly, Description, Mesh, OBJECT_NAMES, Object, ObjectParts};
 use crate::store::{HandMetadata, ObjectMetadata, TextFile, content_hash};
 
 /// The files of the hand that a flag names: one that comes with the program, or a URDF or MJCF file with a JSON side file
@@ -104,29 +104,78 @@ pub(super) fn check_hand(metadata: &HandMetadata, hand: &Hand) -> anyhow::Result
     Ok(())
 }
 
-/// The object that a flag names, with what a file must say about it.
-pub(super) fn object_metadata(flag: &str) -> anyhow::Result<(Arc<Object>, ObjectMetadata)> {
-    let object = if OBJECT_NAMES.contains(&flag) {
-        Object::named(flag)?
+/// Where the outermost body of a hand stands whose root is the world, because it stands away from the origin.
+pub(super) fn root_offset(hand: &Hand) -> Option<Frame> {
+    let [root, body, ..] = hand.links.as_slice() else {
+        return None;
+    };
+    let fixed = root.name == "world" && body.parent == Some(LinkId(0)) && body.motion.is_none();
+    fixed.then_some(body.parent_from_link)
+}
+
+/// What a file must say about the object that a flag names, at scale 1: one that comes with the program, a mesh, or a TOML
+/// file of shapes. Also what was repaired. A mass in the description is that of the object at `scale`.
+pub(super) fn object_metadata(
+    flag: &str,
+    scale: Option<f64>,
+) -> anyhow::Result<(ObjectMetadata, Vec<String>)> {
+    let path = Path::new(flag);
+    let mut parts = if OBJECT_NAMES.contains(&flag) {
+        let (mesh, description) = Object::parts_of_named(flag)?;
+        ObjectParts {
+            name: flag.to_owned(),
+            mesh,
+            notes: Vec::new(),
+            description,
+        }
     } else {
         anyhow::ensure!(
             Path::new(flag).exists(),
             "--object {flag}: neither a file nor an object that comes with the program ({})",
             OBJECT_NAMES.join(", ")
         );
-        Object::load(flag)?
+        if path
+            .extension()
+            .is_some_and(|kind| kind.eq_ignore_ascii_case("toml"))
+        {
+            of_toml(path)?
+        } else {
+            Object::parts_of_file(path)?
+        }
     };
-    let obj = object.mesh.to_obj();
-    let description = serde_json::to_value(&object.description)?;
+    if let Some(scale) = scale {
+        anyhow::ensure!(
+            scale > 0.0 && scale.is_finite(),
+            "--scale {scale}: a positive number is needed"
+        );
+        let mass_kg = &mut parts.description.mass_kg;
+        *mass_kg = mass_kg.map(|mass| mass / scale.powi(3));
+    }
+    let obj = parts.mesh.to_obj();
+    let description = serde_json::to_value(&parts.description)?;
     let metadata = ObjectMetadata {
-        name: object.name.clone(),
-        mass_kg: object.mass_kg,
+        name: parts.name,
+        mass_kg: parts.description.mass_of(&parts.mesh),
         content_hash: content_hash(&[obj.as_bytes(), description.to_string().as_bytes()]),
         description,
         mesh_obj: Some(obj),
     };
-    // The mesh as it is stored, so that a run from a flag and one from a file agree to the last bit.
-    Ok((self::object(&metadata, 1.0)?, metadata))
+    Ok((metadata, parts.notes))
+}
+
+/// An object of shapes.
+fn of_toml(path: &Path) -> anyhow::Result<ObjectParts> {
+    let name = path.display().to_string();
+    let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {name}"))?;
+    let assembly: Assembly = toml::from_str(&text).with_context(|| name.clone())?;
+    let (mesh, description) = assembly.object(&name)?;
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    Ok(ObjectParts {
+        name: assembly.name.clone().unwrap_or_else(|| stem.into_owned()),
+        mesh,
+        notes: Vec::new(),
+        description,
+    })
 }
 
 /// Builds the object that metadata describe, `scale` times as large.

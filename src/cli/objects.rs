@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use anyhow::Context;
 
 use super::args::{Bake, Common, ObjectsCommand};
-use super::{check_output, complain, print};
+use super::{check_output, complain, object_inspect, print};
 use crate::grasp::object::neural::{
     Decoder, Network, NeuralField, Specs, Surface, SurfaceSettings, Tensors,
 };
@@ -17,6 +17,7 @@ pub(super) fn run(command: &ObjectsCommand, common: &Common) -> anyhow::Result<(
     match command {
         ObjectsCommand::List => list(),
         ObjectsCommand::Bake(command) => bake(command, common),
+        ObjectsCommand::Inspect(command) => object_inspect::run(command, common),
     }
 }
 

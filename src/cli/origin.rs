@@ -27,7 +27,14 @@ impl Origin {
         }
         let object = command.object.as_deref();
         let object = object.context("--object: the object to be grasped must be named")?;
-        let (object, object_metadata) = models::object_metadata(object)?;
+        let (object_metadata, mut notes) = models::object_metadata(object, command.scale)?;
+        let scale = command.scale.unwrap_or(1.0);
+        // The mesh as it is stored, so that a run from a flag and one from a file agree to the last bit.
+        let object = models::object(&object_metadata, scale)?;
+        notes.extend(object.notes.iter().cloned());
+        if !quiet {
+            input::warn(&notes);
+        }
         Ok(Self {
             hand: models::hand_metadata(
                 command.hand.as_deref().unwrap_or("human"),
@@ -35,7 +42,7 @@ impl Origin {
             )?,
             object,
             object_metadata,
-            scale: 1.0,
+            scale,
             given: Vec::new(),
         })
     }

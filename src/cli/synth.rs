@@ -212,6 +212,7 @@ fn beginning(command: &Synth) -> String {
     let mirror = if command.mirror { " --mirror" } else { "" };
     add("hand", hand.or(default).map(|hand| hand + mirror));
     add("object", command.object.clone());
+    add("scale", command.scale.map(|scale| scale.to_string()));
     let from = command.from.as_ref();
     add("from", from.map(|path| path.display().to_string()));
     add("perturb", command.perturb.map(|length| length.to_string()));

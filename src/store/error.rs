@@ -72,6 +72,14 @@ pub enum StoreError {
         /// The version this program reads and writes.
         known: u64,
     },
+    /// A file of another program that cannot be understood, or does not fit what it is read for.
+    #[error("{path}: {problem}")]
+    Foreign {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        problem: String,
+    },
     /// A required column is absent.
     #[error("{path} has no column `{column}` ({expected})")]
     MissingColumn {

@@ -2,6 +2,7 @@
 //!
 //! * [`GraspFile`]: `grasps.parquet`, one row a grasp; its columns are listed in [`grasps`].
 //! * [`LandscapeFiles`]: the tables and the manifest of an `X.landscape/` folder.
+//! * [`exchange`]: grasps of other programs, read and written.
 //! * [`AtomicFolder`], [`write_atomic`]: a file or folder appears under its name only when it is complete.
 //! * [`Journal`]: finished tasks of a long run, safe against being killed at any moment.
 //!
@@ -12,6 +13,7 @@ mod atomic;
 mod check;
 mod columns;
 mod error;
+pub mod exchange;
 pub mod grasps;
 mod journal;
 mod landscape;

@@ -45,6 +45,14 @@ impl Scene {
         x: &[f64],
         contacts: &[u32],
     ) -> Self {
+        Self::of_grasp_on(hand, skin, &object.mesh, x, contacts)
+    }
+
+    /// [`Scene::of_grasp`] on the bare mesh of an object.
+    ///
+    /// # Panics
+    /// If `skin` or `x` is that of another hand or a contact index is out of range.
+    pub fn of_grasp_on(hand: &Hand, skin: &Skin, mesh: &Mesh, x: &[f64], contacts: &[u32]) -> Self {
         let mut posed = PosedHand::default();
         hand.pose(x, &mut posed);
         let marker = |&contact: &u32| Marker {
@@ -53,10 +61,7 @@ impl Scene {
             colour: CONTACT,
         };
         Self {
-            surfaces: vec![
-                Surface::of_hand(skin, &posed),
-                Surface::of_mesh(&object.mesh),
-            ],
+            surfaces: vec![Surface::of_hand(skin, &posed), Surface::of_mesh(mesh)],
             markers: contacts.iter().map(marker).collect(),
             cones: Vec::new(),
         }

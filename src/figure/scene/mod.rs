@@ -8,6 +8,7 @@ use super::image::Image;
 use super::theme::byte;
 
 mod cone;
+mod glb;
 mod grasp;
 mod raster;
 

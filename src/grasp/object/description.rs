@@ -63,7 +63,7 @@ pub enum Primitive {
 }
 
 impl Primitive {
-    fn shape(self) -> Arc<dyn Shape> {
+    pub(super) fn shape(self) -> Arc<dyn Shape> {
         match self {
             Self::Sphere(shape) => Arc::new(shape),
             Self::Cuboid(shape) => Arc::new(shape),
@@ -102,16 +102,42 @@ pub struct Object {
     pub held_samples: Vec<u32>,
     /// Share of the surface where the object is thinner than a finger (15 mm): 1 for a bowl, 0 for a bottle taken as solid.
     pub thin_share: f64,
+    /// What a user should know: repairs of the mesh, a doubtful size; one sentence each.
+    pub notes: Vec<String>,
+}
+
+/// What an object is made from: name, mesh, what was repaired, description.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ObjectParts {
+    /// Name.
+    pub name: String,
+    /// Surface.
+    pub mesh: Mesh,
+    /// What was changed about it, one sentence each.
+    pub notes: Vec<String>,
+    /// What the mesh does not tell.
+    pub description: Description,
 }
 
 impl Object {
-    /// Reads a mesh (OBJ or STL, metres) and, where there is one, the description beside it.
+    /// Reads a mesh (OBJ, STL, PLY or glTF, metres) and, where there is one, the description beside it.
     ///
     /// # Errors
     /// Where a file cannot be read or is invalid, or the description does not fit the mesh.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, ObjectError> {
-        let path = path.as_ref();
-        let mesh = Mesh::load(path)?;
+        let parts = Self::parts_of_file(path.as_ref())?;
+        let mut object = Self::from_mesh(&parts.name, parts.mesh, &parts.description)?;
+        object.notes.splice(0..0, parts.notes);
+        Ok(object)
+    }
+
+    /// Reads a mesh (OBJ, STL, PLY or glTF, in any unit) and, where there is one, the description beside it; nothing is
+    /// baked.
+    ///
+    /// # Errors
+    /// Where a file cannot be read or is invalid.
+    pub fn parts_of_file(path: &Path) -> Result<ObjectParts, ObjectError> {
+        let repaired = Mesh::read(path, 1.0)?;
         let beside = path.with_extension("json");
         let description = match fs::read_to_string(&beside) {
             Ok(text) => Description::from_json(&beside.display().to_string(), &text)?,
@@ -131,26 +157,33 @@ impl Object {
             .name
             .clone()
             .unwrap_or_else(|| stem.into_owned());
-        Self::from_mesh(&name, mesh, &description)
+        let note = |repair: &super::Repair| format!("{}: {repair}", path.display());
+        Ok(ObjectParts {
+            name,
+            notes: repaired.repairs.iter().map(note).collect(),
+            mesh: repaired.mesh,
+            description,
+        })
     }
 
     /// Makes an object of a mesh; bakes its field or takes it from the user's cache folder.
     ///
     /// # Errors
-    /// Where the description has an impossible value or does not fit the mesh.
+    /// Where the description has an impossible value or does not fit the mesh, or the size cannot be metres.
     pub fn from_mesh(
         name: &str,
         mesh: Mesh,
         description: &Description,
     ) -> Result<Self, ObjectError> {
         description.validate(name)?;
+        mesh.check_size(name)?;
         let exact = ExactMesh::new(&mesh);
         let radius_m = mesh.radius_m();
         let fit = Fit {
             name,
             mesh: &mesh,
             exact: &exact,
-            tolerance_m: (0.01 * radius_m).max(0.5e-3),
+            tolerance_m: tolerance_m(radius_m),
         };
         fit.symmetry(&description.symmetry)?;
         let surface_samples = mesh.sample_surface(SURFACE_SAMPLES, 0);
@@ -174,9 +207,8 @@ impl Object {
             centroid: mesh.centroid(),
             radius_m,
             symmetry: description.symmetry.clone(),
-            mass_kg: description
-                .mass_kg
-                .unwrap_or_else(|| mesh.volume() * DEFAULT_DENSITY_KG_M3),
+            mass_kg: description.mass_of(&mesh),
+            notes: size_note(name, &mesh).into_iter().collect(),
             description: description.clone(),
             thin_share: thin_share(&surface_samples[..HELD_EVERYWHERE], &*shape),
             surface_samples,
@@ -185,6 +217,36 @@ impl Object {
             exact,
             mesh,
         })
+    }
+
+    /// How far the surface may be from a declared symmetry or formula, metres: 1 % of the radius, but at least half a
+    /// millimetre.
+    pub fn tolerance_m(&self) -> f64 {
+        tolerance_m(self.radius_m)
+    }
+}
+
+fn tolerance_m(radius_m: f64) -> f64 {
+    (0.01 * radius_m).max(0.5e-3)
+}
+
+/// A doubt about the unit of a mesh.
+fn size_note(name: &str, mesh: &Mesh) -> Option<String> {
+    /// Hands hold nothing larger, fingertips nothing smaller.
+    const USUAL_M: [f64; 2] = [0.01, 0.5];
+    let size_m = mesh.size_m();
+    if size_m > USUAL_M[1] {
+        Some(format!(
+            "{name} is {size_m:.2} m across, more than a hand holds: is a scale missing? Meshes of unit size, as \
+             DexGraspNet's, need one (--scale 0.1), and so do other units than the metre"
+        ))
+    } else if size_m < USUAL_M[0] {
+        Some(format!(
+            "{name} is {:.1} mm across, less than a fingertip: is its unit the metre? Another one needs a scale (--scale)",
+            1e3 * size_m
+        ))
+    } else {
+        None
     }
 }
 
@@ -198,6 +260,12 @@ impl Description {
             name: name.to_owned(),
             source,
         })
+    }
+
+    /// Mass of an object of this description, kilograms: as given, or from the volume at 500 kg/m³.
+    pub fn mass_of(&self, mesh: &Mesh) -> f64 {
+        self.mass_kg
+            .unwrap_or_else(|| mesh.volume() * DEFAULT_DENSITY_KG_M3)
     }
 
     /// The description of an object `factor` times as large, of the same density.
@@ -301,7 +369,8 @@ impl Fit<'_> {
     fn primitive(&self, shape: &dyn Shape, samples: &[SurfaceSample]) -> Result<(), ObjectError> {
         let points = self
             .mesh
-            .vertices()
+            .boundary()
+            .0
             .iter()
             .chain(samples.iter().map(|sample| &sample.point));
         let deviation_m = points
@@ -327,7 +396,7 @@ impl Fit<'_> {
                     .distance(&motion.transform_point(&(*v).into()).coords)
                     .abs()
             };
-            self.mesh.vertices().iter().map(moved).fold(0.0, f64::max)
+            self.mesh.boundary().0.iter().map(moved).fold(0.0, f64::max)
         };
         self.judge(what, motions.iter().map(off).fold(0.0, f64::max))
     }

@@ -10,14 +10,17 @@ use parry3d_f64::query::{PointQuery, PointQueryWithLocation};
 use parry3d_f64::shape::{Segment, TriMesh, TriMeshFlags, Triangle};
 
 use super::Mesh;
+use super::winding::Winding;
 
 /// A mesh with a search tree and angle-weighted pseudo-normals (Bærentzen and Aanæs 2005).
 ///
-/// The solid is the union of its closed pieces. Outside, distances are exact; inside an overlap of pieces the depth is
-/// that in the deepest single piece.
+/// The solid is the union of its closed pieces. Where these overlap or touch, distances are those to the surface of the
+/// union, and inside is where the winding number of all pieces exceeds one half.
 #[derive(Debug, Clone)]
 pub struct ExactMesh {
     pieces: Vec<TriMesh>,
+    /// Of all triangles, where the pieces are one surface without a common orientation.
+    winding: Option<Winding>,
 }
 
 /// The nearest point of a surface.
@@ -40,6 +43,14 @@ impl ExactMesh {
     /// # Panics
     /// Never: a [`Mesh`] has triangles.
     pub fn new(mesh: &Mesh) -> Self {
+        if let Some(outer) = mesh.outer() {
+            let vertices = outer.vertices.iter().map(to_parry).collect();
+            let surface = TriMesh::new(vertices, outer.triangles.clone());
+            return Self {
+                pieces: vec![surface.expect("a mesh has triangles")],
+                winding: Some(Winding::new(mesh.vertices(), mesh.triangles())),
+            };
+        }
         let vertices: Vec<ParryVector> = mesh.vertices().iter().map(to_parry).collect();
         let build = |triangles: Vec<[u32; 3]>| {
             TriMesh::with_flags(vertices.clone(), triangles, TriMeshFlags::ORIENTED)
@@ -56,6 +67,7 @@ impl ExactMesh {
         };
         Self {
             pieces: pieces.into_iter().map(build).collect(),
+            winding: None,
         }
     }
 
@@ -82,7 +94,11 @@ impl ExactMesh {
             let nearest = from_parry(projection.point);
             let offset = point - nearest;
             let length = offset.norm();
-            let sign = if projection.is_inside { -1.0 } else { 1.0 };
+            let inside = match &self.winding {
+                Some(winding) => winding.surrounds(point),
+                None => projection.is_inside,
+            };
+            let sign = if inside { -1.0 } else { 1.0 };
             let normal = if length > ON_SURFACE_M {
                 offset * (sign / length)
             } else {
@@ -167,11 +183,11 @@ fn from_parry(v: ParryVector) -> Vector3<f64> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
     /// Boxes from one corner to another as one mesh; `true` turns a box inside out.
-    fn boxes(boxes: &[([f64; 3], [f64; 3], bool)]) -> ExactMesh {
+    pub(in super::super) fn box_mesh(boxes: &[([f64; 3], [f64; 3], bool)]) -> Mesh {
         const FACES: [[u32; 3]; 12] = [
             [0, 2, 1],
             [1, 2, 3],
@@ -199,7 +215,11 @@ mod tests {
             let face = |[a, b, c]: [u32; 3]| if inside_out { [a, c, b] } else { [a, b, c] };
             triangles.extend(FACES.map(|corners| face(corners.map(|corner| corner + first))));
         }
-        ExactMesh::new(&Mesh::new("boxes", vertices, triangles).unwrap())
+        Mesh::new("boxes", vertices, triangles).unwrap()
+    }
+
+    fn boxes(boxes: &[([f64; 3], [f64; 3], bool)]) -> ExactMesh {
+        ExactMesh::new(&box_mesh(boxes))
     }
 
     #[test]

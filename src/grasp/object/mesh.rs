@@ -1,6 +1,7 @@
 //! Closed triangle meshes and what they measure.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use nalgebra::Vector3;
 use rand::RngExt;
@@ -8,15 +9,18 @@ use rand::RngExt;
 use crate::sample::{Rng, Task, stream};
 
 use super::ObjectError;
+use super::outer::{Outer, outer};
 
 /// A closed surface of triangles, counter-clockwise seen from outside.
 ///
-/// It may consist of several closed pieces; where they overlap the solid is their union (but volume and centroid count
-/// the overlap twice).
+/// It may consist of several closed pieces; where they overlap or touch the solid is their union, and volume, centroid,
+/// area and samples are those of the union.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mesh {
     vertices: Vec<Vector3<f64>>,
     triangles: Vec<[u32; 3]>,
+    /// The surface of the union, where that is not the triangles themselves.
+    outer: Option<Arc<Outer>>,
 }
 
 /// A point of the surface.
@@ -36,12 +40,38 @@ impl Mesh {
     ///
     /// A surface that is turned inside out as a whole is turned back; vertices that no triangle uses and
     /// triangles with two equal corners are dropped. Coincident vertices stay apart as long as the surface is closed as
-    /// indexed, else they are merged.
+    /// indexed, else they are merged. [`Mesh::repaired`] does more.
     ///
     /// # Errors
     /// Where it has no triangles, an index or coordinate is invalid, it is not closed, its triangles disagree on which
-    /// side is out, it has no volume, or its size cannot be metres.
+    /// side is out, or it has no volume.
     pub fn new(
+        name: &str,
+        vertices: Vec<Vector3<f64>>,
+        triangles: Vec<[u32; 3]>,
+    ) -> Result<Self, ObjectError> {
+        let mut mesh = Self::closed(name, vertices, triangles)?;
+        let size_m = mesh.size_m();
+        let volume = mesh.volume();
+        if volume.abs() < 1e-9 * size_m.powi(3) {
+            return Err(ObjectError::NoVolume {
+                name: name.to_owned(),
+            });
+        }
+        if volume < 0.0 {
+            for triangle in &mut mesh.triangles {
+                triangle.swap(1, 2);
+            }
+        }
+        mesh.outer = outer(&mesh).map(Arc::new);
+        Ok(mesh)
+    }
+
+    /// A closed and consistently oriented mesh, whose pieces may be inside out.
+    ///
+    /// # Errors
+    /// As [`Mesh::new`], but for the volume.
+    pub(super) fn closed(
         name: &str,
         vertices: Vec<Vector3<f64>>,
         triangles: Vec<[u32; 3]>,
@@ -67,6 +97,7 @@ impl Mesh {
         let mut mesh = Self {
             vertices,
             triangles,
+            outer: None,
         };
         mesh.drop_degenerate();
         if mesh.seams() != Seams::default() {
@@ -80,6 +111,7 @@ impl Mesh {
             return Err(ObjectError::Open {
                 name: name(),
                 edges: seams.open,
+                missing: String::new(),
             });
         }
         if seams.flipped > 0 {
@@ -89,35 +121,58 @@ impl Mesh {
             });
         }
         mesh.drop_unused();
-        let [low, high] = mesh.bounds();
-        let size_m = (high - low).max();
-        let [smallest, largest] = PLAUSIBLE_SIZE_M;
-        if size_m > largest {
-            return Err(ObjectError::Size {
-                name: name(),
-                size_m,
-                unit: "millimetres",
-                factor: 1e-3,
-            });
-        }
-        if size_m < smallest {
-            return Err(ObjectError::Size {
-                name: name(),
-                size_m,
-                unit: "kilometres",
-                factor: 1e3,
-            });
-        }
-        let volume = mesh.volume();
-        if volume.abs() < 1e-9 * size_m.powi(3) {
-            return Err(ObjectError::NoVolume { name: name() });
-        }
-        if volume < 0.0 {
-            for triangle in &mut mesh.triangles {
-                triangle.swap(1, 2);
-            }
-        }
         Ok(mesh)
+    }
+
+    /// Refuses a size that cannot be metres.
+    ///
+    /// # Errors
+    /// Where the longest side of the bounding box is below 2 mm or above 2 m.
+    pub fn check_size(&self, name: &str) -> Result<(), ObjectError> {
+        let size_m = self.size_m();
+        let [smallest, largest] = PLAUSIBLE_SIZE_M;
+        let (unit, factor) = if size_m > largest {
+            ("millimetres", 1e-3)
+        } else if size_m < smallest {
+            ("kilometres", 1e3)
+        } else {
+            return Ok(());
+        };
+        Err(ObjectError::Size {
+            name: name.to_owned(),
+            size_m,
+            unit,
+            factor,
+        })
+    }
+
+    /// Longest side of the bounding box, metres.
+    pub fn size_m(&self) -> f64 {
+        let [low, high] = self.bounds();
+        (high - low).max()
+    }
+
+    /// The surface of the union of the pieces, where these meet.
+    pub(super) fn outer(&self) -> Option<&Outer> {
+        self.outer.as_deref()
+    }
+
+    /// Vertices and triangles that bound the solid: those of the mesh, or of the union of its pieces.
+    pub(super) fn boundary(&self) -> (&[Vector3<f64>], &[[u32; 3]]) {
+        match &self.outer {
+            Some(outer) => (&outer.vertices, &outer.triangles),
+            None => (&self.vertices, &self.triangles),
+        }
+    }
+
+    /// Whether pieces of the mesh overlap or touch, so that some of its faces are no surface.
+    pub fn overlaps(&self) -> bool {
+        self.outer.is_some()
+    }
+
+    /// Number of pieces that share no vertex.
+    pub fn piece_count(&self) -> usize {
+        self.pieces().len()
     }
 
     /// Vertices, metres, object frame.
@@ -133,7 +188,7 @@ impl Mesh {
     /// The same mesh with all lengths multiplied by `factor` about the origin.
     ///
     /// # Errors
-    /// Where the size can then not be metres.
+    /// Where nothing is left of it.
     pub fn scaled(&self, name: &str, factor: f64) -> Result<Self, ObjectError> {
         let vertices = self.vertices.iter().map(|v| v * factor).collect();
         Self::new(name, vertices, self.triangles.clone())
@@ -212,12 +267,14 @@ impl Mesh {
                 total
             })
             .collect();
+        let (vertices, triangles) = self.boundary();
+        let boundary_corners = |index: usize| triangles[index].map(|v| vertices[v as usize]);
         let draw = |_| {
             let target = rng.random::<f64>() * total;
             let index = cumulative
                 .partition_point(|&area| area <= target)
-                .min(self.triangles.len() - 1);
-            let [a, b, c] = self.corners(index);
+                .min(triangles.len() - 1);
+            let [a, b, c] = boundary_corners(index);
             let (root, along) = (rng.random::<f64>().sqrt(), rng.random::<f64>());
             let point = a * (1.0 - root) + b * (root * (1.0 - along)) + c * (root * along);
             SurfaceSample {
@@ -249,8 +306,9 @@ impl Mesh {
     }
 
     fn areas(&self) -> impl Iterator<Item = f64> + '_ {
-        (0..self.triangles.len()).map(|index| {
-            let [a, b, c] = self.corners(index);
+        let (vertices, triangles) = self.boundary();
+        triangles.iter().map(|triangle| {
+            let [a, b, c] = triangle.map(|vertex| vertices[vertex as usize]);
             (b - a).cross(&(c - a)).norm() / 2.0
         })
     }
@@ -263,8 +321,10 @@ impl Mesh {
     /// Volume and its first moment about the middle of the box (about a far origin the sums would cancel).
     fn volume_and_first_moment(&self) -> (f64, Vector3<f64>) {
         let middle = self.middle();
-        (0..self.triangles.len()).fold((0.0, Vector3::zeros()), |(volume, moment), index| {
-            let [a, b, c] = self.corners(index).map(|corner| corner - middle);
+        let (vertices, triangles) = self.boundary();
+        let zero = (0.0, Vector3::zeros());
+        triangles.iter().fold(zero, |(volume, moment), triangle| {
+            let [a, b, c] = triangle.map(|vertex| vertices[vertex as usize] - middle);
             let part = a.dot(&b.cross(&c)) / 6.0;
             (volume + part, moment + (a + b + c) * (part / 4.0))
         })
@@ -461,13 +521,16 @@ mod tests {
 
     #[test]
     fn millimetres_are_noticed() {
-        let error = Mesh::new("thing", corners(100.0), CUBE.to_vec()).unwrap_err();
+        let of_size = |size_m: f64| Mesh::new("thing", corners(size_m), CUBE.to_vec()).unwrap();
+        let error = of_size(100.0).check_size("thing").unwrap_err();
         assert!(
-            error.to_string().contains("millimetres, scale it by 0.001"),
+            error
+                .to_string()
+                .contains("millimetres, scale it by 0.001 (--scale 0.001"),
             "{error}"
         );
-        let error = Mesh::new("thing", corners(1e-4), CUBE.to_vec()).unwrap_err();
-        assert!(error.to_string().contains("scale it by 1000"), "{error}");
+        let error = of_size(1e-4).check_size("thing").unwrap_err();
+        assert!(error.to_string().contains("--scale 1000"), "{error}");
         assert!((cube().scaled("cube", 0.5).unwrap().volume() - 1.25e-4).abs() < 1e-15);
     }
 

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use nalgebra::{Matrix3, Vector3};
 
+mod assembly;
 mod cache;
 mod capsule;
 mod cuboid;
@@ -13,24 +14,34 @@ mod direction;
 mod exact;
 mod field;
 mod file;
+mod gltf;
 mod jet;
 mod mesh;
 mod named;
 pub mod neural;
+mod outer;
+mod ply;
+mod repair;
 mod revolved;
 mod sphere;
 mod spline;
+mod symmetric;
+mod tessellate;
+mod winding;
 
+pub use assembly::Assembly;
 pub use capsule::Capsule;
 pub use cuboid::Cuboid;
 pub use cylinder::Cylinder;
-pub use description::{Description, Object, Primitive};
+pub use description::{Description, Object, ObjectParts, Primitive};
 pub use exact::{ExactMesh, Nearest};
 pub use field::{Field, FieldReport, FieldSettings};
 pub use mesh::{Mesh, SurfaceSample};
 pub use named::OBJECT_NAMES;
+pub use repair::{Repair, Repaired};
 pub use revolved::Revolved;
 pub use sphere::Sphere;
+pub use symmetric::{FoundSymmetry, find_symmetry};
 
 /// A solid, as its signed distance: metres, negative inside, in the object frame, defined everywhere.
 ///
@@ -65,8 +76,8 @@ pub enum ObjectError {
         /// What the system says.
         source: std::io::Error,
     },
-    /// The name of a file ends neither in `.obj` nor in `.stl`.
-    #[error("{} is neither .obj nor .stl: convert the mesh to one of these", path.display())]
+    /// The name of a file ends otherwise than those of meshes.
+    #[error("{} is none of .obj, .stl, .ply, .gltf and .glb: convert the mesh to one of these", path.display())]
     Kind {
         /// The file.
         path: PathBuf,
@@ -78,6 +89,16 @@ pub enum ObjectError {
         name: String,
         /// What the reader says.
         source: tobj::LoadError,
+    },
+    /// A PLY or glTF file that cannot be understood.
+    #[error("{name} is not a valid {format} mesh: {problem}")]
+    Format {
+        /// The file.
+        name: String,
+        /// Name of the format.
+        format: &'static str,
+        /// What is wrong with it.
+        problem: String,
     },
     /// A mesh without triangles.
     #[error("{name} has no faces: a surface of triangles is needed")]
@@ -105,13 +126,15 @@ pub enum ObjectError {
     },
     /// The surface has holes.
     #[error(
-        "{name} is not closed: {edges} edges border a hole, so it has no inside; close it in a mesh editor"
+        "{name} is not closed: {edges} edges border a hole, so it has no inside{missing}; close it in a mesh editor"
     )]
     Open {
         /// File or object.
         name: String,
         /// Edges used by an odd number of triangles.
         edges: usize,
+        /// How much is missing, in brackets after a space; empty where that is unknown.
+        missing: String,
     },
     /// Neighbouring triangles face opposite sides.
     #[error(
@@ -123,6 +146,17 @@ pub enum ObjectError {
         /// Edges whose two triangles run along them in the same direction.
         edges: usize,
     },
+    /// A surface that crosses itself nearly everywhere.
+    #[error(
+        "{percent:.0} % of the surface of {name} has no inside or no outside next to it (winding number), so it bounds no \
+         solid: remesh it"
+    )]
+    Sides {
+        /// File or object.
+        name: String,
+        /// Share of the surface, percent.
+        percent: f64,
+    },
     /// A flat mesh.
     #[error("{name} encloses no volume")]
     NoVolume {
@@ -131,7 +165,7 @@ pub enum ObjectError {
     },
     /// A size that cannot be metres.
     #[error(
-        "{name} is {size_m} m across: metres are expected; if it is in {unit}, scale it by {factor}"
+        "{name} is {size_m} m across: metres are expected; if it is in {unit}, scale it by {factor} (--scale {factor})"
     )]
     Size {
         /// File or object.

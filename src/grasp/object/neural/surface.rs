@@ -84,6 +84,7 @@ impl<T: Real> NeuralField<T> {
         self.settle(&mut vertices, cell_m);
         let triangles = net.indices.as_chunks::<3>().0.to_vec();
         let (mesh, crumbs) = without_crumbs(name, Mesh::new(name, vertices, triangles)?)?;
+        mesh.check_size(name)?;
         let residuals = self.distances(mesh.vertices());
         Ok(Surface {
             mesh,

@@ -1,0 +1,222 @@
+//! `landscape export`: grasps for other programs.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use anyhow::{Context, ensure};
+
+use super::args::{Common, Export, ExportFormat};
+use super::{check_output, complain, input, models};
+use crate::figure::Scene;
+use crate::grasp::hand::{Hand, PosedHand};
+use crate::store::exchange::{QposRow, dexgraspnet_npy, qpos_csv, qpos_npy, table_csv, table_json};
+use crate::store::{Grasp, GraspFile, HandMetadata, write_atomic};
+
+pub(super) fn run(command: &Export, common: &Common) -> anyhow::Result<()> {
+    let output = output(command)?;
+    check_output(&output)?;
+    let (file, warnings) = input::read(
+        &command.grasps,
+        command.hand.as_deref(),
+        command.object.as_deref(),
+    )?;
+    if !common.quiet {
+        input::warn(&warnings);
+    }
+    for id in &command.grasp {
+        ensure!(
+            file.grasps.iter().any(|grasp| grasp.id == *id),
+            "--grasp {id}: {} has no grasp of this number",
+            command.grasps.display()
+        );
+    }
+    let chosen = |grasp: &&Grasp| command.grasp.is_empty() || command.grasp.contains(&grasp.id);
+    let grasps: Vec<&Grasp> = file.grasps.iter().filter(chosen).collect();
+    let written = if command.format == ExportFormat::Glb {
+        scenes(&file, &grasps, &output)?
+    } else {
+        write_atomic(&output, &bytes(command.format, &file, &grasps, &output)?)?;
+        output.display().to_string()
+    };
+    if !common.quiet {
+        complain(&format!("wrote {written}"));
+    }
+    Ok(())
+}
+
+fn output(command: &Export) -> anyhow::Result<PathBuf> {
+    let endings: &[&str] = match command.format {
+        ExportFormat::Csv => &["csv"],
+        ExportFormat::Json => &["json"],
+        ExportFormat::Dexgraspnet => &["npy"],
+        ExportFormat::Qpos => &["csv", "npy"],
+        ExportFormat::Glb => &["scenes", "glb"],
+    };
+    let Some(output) = &command.output else {
+        let stem = command
+            .grasps
+            .file_stem()
+            .context("--output: the file to write must be named")?;
+        let middle = if matches!(command.format, ExportFormat::Qpos) {
+            ".qpos"
+        } else {
+            ""
+        };
+        return Ok(PathBuf::from(format!(
+            "{}{middle}.{}",
+            stem.to_string_lossy(),
+            endings[0]
+        )));
+    };
+    let ending = output
+        .extension()
+        .map(|ending| ending.to_string_lossy().to_lowercase());
+    if !matches!(command.format, ExportFormat::Glb) {
+        ensure!(
+            ending.is_some_and(|ending| endings.contains(&ending.as_str())),
+            "--output {}: the name must end in .{}",
+            output.display(),
+            endings.join(" or .")
+        );
+    }
+    Ok(output.clone())
+}
+
+/// The hand that all grasps are of.
+fn one_hand<'a>(file: &'a GraspFile, grasps: &[&Grasp]) -> anyhow::Result<&'a HandMetadata> {
+    let names: BTreeSet<&str> = grasps.iter().map(|grasp| grasp.hand.as_str()).collect();
+    ensure!(
+        names.len() == 1,
+        "the grasps are of several hands ({}), whose joints do not fit into one table",
+        names.iter().copied().collect::<Vec<_>>().join(", ")
+    );
+    let hand = file
+        .metadata
+        .hands
+        .iter()
+        .find(|hand| names.contains(hand.name.as_str()));
+    hand.context("the file does not describe its hand")
+}
+
+fn bytes(
+    format: ExportFormat,
+    file: &GraspFile,
+    grasps: &[&Grasp],
+    output: &Path,
+) -> anyhow::Result<Vec<u8>> {
+    let metadata = one_hand(file, grasps)?;
+    let names = &metadata.joint_names;
+    Ok(match format {
+        ExportFormat::Csv => table_csv(grasps, names),
+        ExportFormat::Json => table_json(grasps, names),
+        ExportFormat::Dexgraspnet => dexgraspnet_npy(grasps, names),
+        ExportFormat::Qpos | ExportFormat::Glb => {
+            let hand = models::hand(metadata)?;
+            models::check_hand(metadata, &hand)?;
+            let (joints, rows) = qpos(&hand, grasps);
+            if output
+                .extension()
+                .is_some_and(|ending| ending.eq_ignore_ascii_case("npy"))
+            {
+                qpos_npy(&rows)
+            } else {
+                qpos_csv(&rows, &joints)
+            }
+        }
+    })
+}
+
+/// Names of a model's joints, depth first, and their numbers: those that follow others included.
+fn qpos(hand: &Hand, grasps: &[&Grasp]) -> (Vec<String>, Vec<QposRow>) {
+    let moving = || {
+        hand.links
+            .iter()
+            .enumerate()
+            .filter_map(|(place, link)| Some((place, link, link.motion?)))
+    };
+    let names = moving().map(|(place, link, motion)| {
+        let joint = &hand.joints[motion.joint];
+        if joint.link.0 == place {
+            joint.name.clone()
+        } else {
+            format!("{} (follows {})", link.name, joint.name)
+        }
+    });
+    let body = usize::from(models::root_offset(hand).is_some());
+    let row = |grasp: &&Grasp| {
+        let x = input::coordinates(grasp);
+        let mut posed = PosedHand::default();
+        hand.pose(&x, &mut posed);
+        let mut qpos = if body == 0 {
+            x[..7].to_vec()
+        } else {
+            let frame = posed.object_from_link[body];
+            let rotation = nalgebra::Rotation3::from_matrix_unchecked(frame.rotation);
+            let q = nalgebra::UnitQuaternion::from_rotation_matrix(&rotation);
+            let t = frame.translation;
+            vec![t.x, t.y, t.z, q.w, q.i, q.j, q.k]
+        };
+        qpos.extend(moving().map(|(place, _, motion)| {
+            let q = x[7 + motion.joint];
+            // A joint's own coordinate; of one that follows, its displacement.
+            if hand.joints[motion.joint].link.0 == place {
+                q
+            } else {
+                motion.ratio * q + motion.offset
+            }
+        }));
+        QposRow { id: grasp.id, qpos }
+    };
+    (names.collect(), grasps.iter().map(row).collect())
+}
+
+/// Writes a scene for each grasp into a folder, or one into a file; returns what was written.
+fn scenes(file: &GraspFile, grasps: &[&Grasp], output: &Path) -> anyhow::Result<String> {
+    let single = output
+        .extension()
+        .is_some_and(|ending| ending.eq_ignore_ascii_case("glb"));
+    ensure!(
+        !single || grasps.len() == 1,
+        "--output {}: a .glb file holds one grasp: choose it with --grasp, or name a folder",
+        output.display()
+    );
+    if !single {
+        std::fs::create_dir_all(output)
+            .with_context(|| format!("cannot create the folder {}", output.display()))?;
+    }
+    for population in file.landscapes() {
+        let of_this: Vec<&&Grasp> = population
+            .grasps
+            .iter()
+            .filter(|grasp| grasps.iter().any(|chosen| chosen.id == grasp.id))
+            .collect();
+        if of_this.is_empty() {
+            continue;
+        }
+        let hand: Arc<Hand> = models::hand(population.hand)?;
+        models::check_hand(population.hand, &hand)?;
+        let (mesh, _) = models::mesh(population.object, population.scale)?;
+        let skin = hand.skin();
+        for grasp in of_this {
+            let scene = Scene::of_grasp_on(
+                &hand,
+                &skin,
+                &mesh,
+                &input::coordinates(grasp),
+                &grasp.contacts,
+            );
+            let path = if single {
+                output.to_path_buf()
+            } else {
+                output.join(format!("{}.glb", grasp.id))
+            };
+            write_atomic(&path, &scene.to_glb())?;
+        }
+    }
+    Ok(if single {
+        output.display().to_string()
+    } else {
+        format!("{} scenes into {}", grasps.len(), output.display())
+    })
+}

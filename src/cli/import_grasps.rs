@@ -1,0 +1,497 @@
+//! `landscape import` of grasps: files of other programs into `grasps.parquet`.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, ensure};
+use nalgebra::{Isometry3, Quaternion, Rotation3, Translation3, UnitQuaternion};
+use rayon::prelude::*;
+
+use super::args::{Common, Import};
+use super::{check_output, complain, input, models, print, progress};
+use crate::energy::Energy;
+use crate::grasp::hand::Hand;
+use crate::grasp::{EnergySettings, GraspEnergy, Judgement, judge};
+use crate::store::exchange::{Mapping, Published, read};
+use crate::store::{
+    Fault, Grasp, GraspFile, HandMetadata, Metadata, ObjectMetadata, SCHEMA_VERSION,
+};
+
+/// Scales this much apart, relatively, are one.
+const SAME_SCALE: f64 = 1e-3;
+/// Excess over a joint limit that rounding explains, radians.
+const ROUNDING_RAD: f64 = 1e-6;
+
+/// Whether a path holds grasps rather than a landscape.
+pub(super) fn holds_grasps(path: &Path) -> bool {
+    let kinds = ["npy", "csv", "json", "parquet"];
+    let kind = path.extension().unwrap_or_default();
+    path.is_file() && kinds.iter().any(|known| kind.eq_ignore_ascii_case(known))
+        || (!path.join("min.data").exists() && !files(path).unwrap_or_default().is_empty())
+}
+
+/// A grasp with the name of what it was read from.
+struct Row {
+    /// Place among all that were read.
+    number: u64,
+    published: Published,
+    source: String,
+    scale: f64,
+}
+
+pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
+    let hand = command.hand.as_deref();
+    let hand = hand.context("--hand: the hand of the grasps must be named (a URDF or MJCF file, or one that comes with the program)")?;
+    let object = command.object.as_deref();
+    let object = object.context("--object: the object of the grasps must be named (a mesh, or one that comes with the program)")?;
+    if let Some(scale) = command.scale {
+        ensure!(
+            scale > 0.0 && scale.is_finite(),
+            "--scale {scale}: a positive number is needed"
+        );
+    }
+    let output = output(command)?;
+    let mapping = mapping(command.mapping.as_deref())?;
+    let hand_metadata = models::hand_metadata(hand, command.mirror)?;
+    let hand = models::hand(&hand_metadata)?;
+    let (object_metadata, object_notes) = models::object_metadata(object, command.scale)?;
+
+    let mut notes: BTreeSet<String> = object_notes.into_iter().collect();
+    let (rows, format) = rows(command, &hand_metadata, &hand, &mapping, &mut notes)?;
+    let rows = of_one_object(rows, &object_metadata.name)?;
+    let total = rows.len();
+    let all_scales = scales(&rows);
+    let rows = at_scale(rows, command.scale, &all_scales)?;
+
+    let mut file = GraspFile {
+        metadata: Metadata {
+            schema_version: SCHEMA_VERSION,
+            program_version: env!("CARGO_PKG_VERSION").to_owned(),
+            command: command_line(command),
+            seed: 0,
+            hands: vec![hand_metadata],
+            objects: vec![object_metadata],
+            energy: serde_json::to_value(EnergySettings::default())?,
+            settings: serde_json::json!({ "format": format, "notes": notes }),
+            stability: serde_json::Value::Null,
+            terms: Vec::new(),
+        },
+        grasps: Vec::new(),
+    };
+    let left_out = leave_out(&mut file, rows, &mut notes)?;
+    let judgements = complete(&mut file, &hand, &left_out.rows, common)?;
+    notes.extend(beyond_limits(&file));
+    file.write(&output)?;
+    if !common.quiet {
+        input::warn(&notes.into_iter().collect::<Vec<_>>());
+        print(&summary(&file, &judgements, format, total, left_out.count));
+        complain(&format!("wrote {}", output.display()));
+        if all_scales.len() > 1 && command.scale.is_none() {
+            complain(&format!(
+                "it holds the grasps at all {} scales: `landscape build` makes a landscape of each; `--scale {}` imports one of them",
+                all_scales.len(),
+                all_scales[all_scales.len() / 2].0
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn output(command: &Import) -> anyhow::Result<PathBuf> {
+    let output = if let Some(output) = &command.output {
+        output.clone()
+    } else {
+        let stem = command
+            .path
+            .file_stem()
+            .context("--output: the file to write must be named")?;
+        PathBuf::from(format!("{}.parquet", stem.to_string_lossy()))
+    };
+    check_output(&output)?;
+    ensure!(
+        !output.is_dir(),
+        "--output {}: this is a folder, the name of a file is needed",
+        output.display()
+    );
+    let same = |path: &Path| path.canonicalize().ok();
+    ensure!(
+        same(&output).is_none() || same(&output) != same(&command.path),
+        "--output {}: this is the file to be read, name another one",
+        output.display()
+    );
+    Ok(output)
+}
+
+fn mapping(path: Option<&Path>) -> anyhow::Result<Mapping> {
+    let Some(path) = path else {
+        return Ok(Mapping::default());
+    };
+    let text = std::fs::read_to_string(path)
+        .with_context(|| format!("--mapping {}: cannot be read", path.display()))?;
+    toml::from_str(&text).with_context(|| format!("--mapping {}", path.display()))
+}
+
+fn command_line(command: &Import) -> String {
+    let mut text = format!("landscape import {}", command.path.display());
+    let mut add = |flag: &str, value: Option<String>| {
+        if let Some(value) = value {
+            let _ = write!(text, " --{flag} {value}");
+        }
+    };
+    let mirror = if command.mirror { " --mirror" } else { "" };
+    add(
+        "hand",
+        command.hand.as_ref().map(|hand| format!("{hand}{mirror}")),
+    );
+    add("object", command.object.clone());
+    add("scale", command.scale.map(|scale| scale.to_string()));
+    add(
+        "mapping",
+        command
+            .mapping
+            .as_ref()
+            .map(|path| path.display().to_string()),
+    );
+    text
+}
+
+/// The file, or the `.npy` files of a folder by name.
+fn files(path: &Path) -> anyhow::Result<Vec<PathBuf>> {
+    if !path.is_dir() {
+        return Ok(vec![path.to_path_buf()]);
+    }
+    let entries =
+        std::fs::read_dir(path).with_context(|| format!("cannot read {}", path.display()))?;
+    let mut files: Vec<PathBuf> = entries
+        .flatten()
+        .map(|entry| entry.path())
+        .filter(|path| {
+            path.extension()
+                .is_some_and(|kind| kind.eq_ignore_ascii_case("npy"))
+        })
+        .collect();
+    files.sort();
+    Ok(files)
+}
+
+fn rows(
+    command: &Import,
+    hand_metadata: &HandMetadata,
+    hand: &Hand,
+    mapping: &Mapping,
+    notes: &mut BTreeSet<String>,
+) -> anyhow::Result<(Vec<Row>, &'static str)> {
+    let mut rows = Vec::new();
+    let mut format = "";
+    for path in files(&command.path)? {
+        let found = read(&path, &hand_metadata.joint_names, mapping)?;
+        format = found.format;
+        notes.extend(found.notes);
+        let name = path
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
+        for (place, mut published) in found.grasps.into_iter().enumerate() {
+            if found.format != "DexGraspNet" && found.format != "table" {
+                of_root_body(hand, &mut published);
+            }
+            let scale = published.scale.map(tidy);
+            let scale = scale.or(command.scale).unwrap_or(1.0);
+            ensure!(
+                scale > 0.0,
+                "{}, grasp {place}: its scale is {scale}, a positive number is needed",
+                path.display()
+            );
+            rows.push(Row {
+                number: rows.len() as u64,
+                published,
+                source: format!("{name} {place}"),
+                scale,
+            });
+        }
+    }
+    ensure!(
+        !rows.is_empty(),
+        "{} holds no grasps",
+        command.path.display()
+    );
+    Ok((rows, format))
+}
+
+/// A qpos places the outermost body; where that stands away from the origin of its description, the hand's root is the world.
+fn of_root_body(hand: &Hand, published: &mut Published) {
+    let Some(offset) = models::root_offset(hand) else {
+        return;
+    };
+    let [w, x, y, z] = published.rotation_wxyz;
+    let body = Isometry3::from_parts(
+        Translation3::from(nalgebra::Vector3::from(published.translation_m)),
+        UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)),
+    );
+    let offset = Isometry3::from_parts(
+        offset.translation.into(),
+        UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(offset.rotation)),
+    );
+    let root = body * offset.inverse();
+    published.translation_m = root.translation.vector.into();
+    let q = root.rotation;
+    published.rotation_wxyz = [q.w, q.i, q.j, q.k];
+}
+
+/// A scale that was a 32-bit number, or nearly: the shortest decimal number near it.
+fn tidy(scale: f64) -> f64 {
+    let rounded = (scale * 1e6).round() / 1e6;
+    if (rounded / scale - 1.0).abs() < 1e-6 {
+        rounded
+    } else {
+        scale
+    }
+}
+
+/// The grasps of the object that was named, where the file tells several apart.
+fn of_one_object(rows: Vec<Row>, name: &str) -> anyhow::Result<Vec<Row>> {
+    let named: BTreeSet<String> = rows
+        .iter()
+        .filter_map(|row| row.published.object.clone())
+        .collect();
+    if named.len() < 2 {
+        return Ok(rows);
+    }
+    ensure!(
+        named.contains(name),
+        "the grasps are of {} objects ({}), none of which is called {name}: give --object with a file of one of these names, \
+         or import them apart",
+        named.len(),
+        named.iter().take(4).cloned().collect::<Vec<_>>().join(", ")
+    );
+    Ok(rows
+        .into_iter()
+        .filter(|row| row.published.object.as_deref() == Some(name))
+        .collect())
+}
+
+/// Scales with their numbers of grasps, rising.
+fn scales(rows: &[Row]) -> Vec<(f64, usize)> {
+    // Positive numbers sort like their bits.
+    let mut counts = BTreeMap::new();
+    for row in rows {
+        *counts.entry(row.scale.to_bits()).or_insert(0) += 1;
+    }
+    counts
+        .into_iter()
+        .map(|(bits, count)| (f64::from_bits(bits), count))
+        .collect()
+}
+
+fn at_scale(rows: Vec<Row>, scale: Option<f64>, all: &[(f64, usize)]) -> anyhow::Result<Vec<Row>> {
+    let Some(scale) = scale else {
+        return Ok(rows);
+    };
+    let near = |other: f64| (other / scale - 1.0).abs() < SAME_SCALE;
+    ensure!(
+        all.iter().any(|(other, _)| near(*other)),
+        "--scale {scale}: the grasps are at {}",
+        told(all)
+    );
+    Ok(rows.into_iter().filter(|row| near(row.scale)).collect())
+}
+
+fn told(scales: &[(f64, usize)]) -> String {
+    let told = scales
+        .iter()
+        .map(|(scale, count)| format!("{scale} ({count})"));
+    told.collect::<Vec<_>>().join(", ")
+}
+
+/// Rows that can be stored, each with its place among all rows.
+struct Kept {
+    rows: Vec<Row>,
+    count: usize,
+}
+
+/// Leaves out what the file could not hold: joints far beyond their limits, contacts that the hand does not have. The rows
+/// go into the file with their poses only.
+fn leave_out(
+    file: &mut GraspFile,
+    rows: Vec<Row>,
+    notes: &mut BTreeSet<String>,
+) -> anyhow::Result<Kept> {
+    let ids: Option<Vec<u64>> = rows.iter().map(|row| row.published.id).collect();
+    let ids = ids.filter(|ids| ids.iter().collect::<BTreeSet<_>>().len() == ids.len());
+    let grasp = |(place, row): (usize, &Row)| Grasp {
+        id: ids.as_ref().map_or(row.number, |ids| ids[place]),
+        object: file.metadata.objects[0].name.clone(),
+        scale: row.scale,
+        hand: file.metadata.hands[0].name.clone(),
+        translation_m: row.published.translation_m,
+        rotation_wxyz: row.published.rotation_wxyz,
+        joints_rad: row.published.joints_rad.clone(),
+        contacts: row.published.contacts.clone().unwrap_or_default(),
+        label: row.published.label.clone(),
+        source: row.source.clone(),
+        ..Grasp::default()
+    };
+    file.grasps = rows.iter().enumerate().map(grasp).collect();
+    let faults: Vec<(usize, Fault)> = file.faults();
+    let bad: BTreeSet<usize> = faults.iter().map(|(row, _)| *row).collect();
+    if let Some((row, fault)) = faults.first() {
+        ensure!(
+            bad.len() < rows.len(),
+            "none of the grasps can be used; {}: {fault}",
+            rows[*row].source
+        );
+        notes.insert(format!(
+            "{} of {} grasps are left out, the first ({}) because {fault}",
+            bad.len(),
+            rows.len(),
+            rows[*row].source
+        ));
+    }
+    let mut place = 0;
+    file.grasps.retain(|_| {
+        place += 1;
+        !bad.contains(&(place - 1))
+    });
+    let rows = rows
+        .into_iter()
+        .enumerate()
+        .filter(|(place, _)| !bad.contains(place));
+    Ok(Kept {
+        rows: rows.map(|(_, row)| row).collect(),
+        count: bad.len(),
+    })
+}
+
+/// Chooses contacts where none are given, and fills in energies and measures.
+fn complete(
+    file: &mut GraspFile,
+    hand: &std::sync::Arc<Hand>,
+    rows: &[Row],
+    common: &Common,
+) -> anyhow::Result<Vec<Judgement>> {
+    let bar = progress::bar("grasps", rows.len() as u64, common.quiet);
+    let mut judgements: Vec<Option<Judgement>> = vec![None; rows.len()];
+    for (scale, _) in scales(rows) {
+        let object = models::object(&file.metadata.objects[0], scale)?;
+        if !common.quiet {
+            input::warn(&object.notes);
+        }
+        let energy = GraspEnergy::new(hand.clone(), object, EnergySettings::default())?;
+        file.metadata.terms = energy.term_names();
+        file.grasps
+            .par_iter_mut()
+            .zip(&mut judgements)
+            .filter(|(grasp, _)| grasp.scale.to_bits() == scale.to_bits())
+            .for_each(|(grasp, judgement)| {
+                *judgement = Some(fill(grasp, &energy));
+                bar.inc(1);
+            });
+    }
+    bar.finish_and_clear();
+    Ok(judgements.into_iter().flatten().collect())
+}
+
+fn fill(grasp: &mut Grasp, energy: &GraspEnergy) -> Judgement {
+    let mut x = input::coordinates(grasp);
+    // Stored as read; measured at unit length.
+    let norm = grasp
+        .rotation_wxyz
+        .iter()
+        .map(|q| q * q)
+        .sum::<f64>()
+        .sqrt();
+    x[3..7].iter_mut().for_each(|q| *q /= norm);
+    if grasp.contacts.is_empty() {
+        grasp.contacts = energy.choice(&x);
+    }
+    let terms = energy.terms_of(&x, &grasp.contacts);
+    grasp.terms = terms.into_iter().map(|(_, value)| value).collect();
+    grasp.energy = grasp.terms.iter().sum();
+    let judgement = judge(energy, &x, &grasp.contacts);
+    grasp.net_wrench = judgement.net_wrench;
+    grasp.distance_squared = judgement.distance_squared;
+    grasp.penetration = judgement.penetration;
+    grasp.friction = judgement.least_friction;
+    grasp.epsilon = Some(judgement.epsilon);
+    judgement
+}
+
+/// One sentence about joints slightly beyond their limits.
+fn beyond_limits(file: &GraspFile) -> Option<String> {
+    let hand = &file.metadata.hands[0];
+    let mut worst = (ROUNDING_RAD, "");
+    let mut count = 0;
+    for grasp in &file.grasps {
+        let mut beyond = false;
+        for ((name, [lower, upper]), q) in hand
+            .joint_names
+            .iter()
+            .zip(&hand.limits_rad)
+            .zip(&grasp.joints_rad)
+        {
+            let excess = (lower - q).max(q - upper);
+            beyond |= excess > ROUNDING_RAD;
+            if excess > worst.0 {
+                worst = (excess, name);
+            }
+        }
+        count += usize::from(beyond);
+    }
+    (count > 0).then(|| {
+        format!(
+            "{count} of {} grasps have joints beyond their limits, {} the farthest by {:.4} rad; they are kept as they are",
+            file.grasps.len(),
+            worst.1,
+            worst.0
+        )
+    })
+}
+
+fn summary(
+    file: &GraspFile,
+    judgements: &[Judgement],
+    format: &str,
+    total: usize,
+    left_out: usize,
+) -> String {
+    let ObjectMetadata { name: object, .. } = &file.metadata.objects[0];
+    let kept = file.grasps.len();
+    let mut gaps: Vec<f64> = judgements.iter().map(|j| 1e3 * j.gap_m).collect();
+    gaps.sort_by(f64::total_cmp);
+    let mut depths: Vec<f64> = judgements.iter().map(|j| 1e3 * j.deepest_m).collect();
+    depths.sort_by(f64::total_cmp);
+    let at = |values: &[f64], tenths: usize| values[(values.len() - 1) * tenths / 10];
+    let counts = |test: fn(&Judgement) -> bool| judgements.iter().filter(|j| test(j)).count();
+    let scales: Vec<(f64, usize)> = {
+        let mut counts = BTreeMap::new();
+        for grasp in &file.grasps {
+            *counts.entry(grasp.scale.to_bits()).or_insert(0) += 1;
+        }
+        counts
+            .into_iter()
+            .map(|(bits, count)| (f64::from_bits(bits), count))
+            .collect()
+    };
+    format!(
+        "read                 {kept} of {total} grasps ({format}) of {} on {object}{}\n\
+         scales               {}\n\
+         farthest contact     median {:.1} mm, nine in ten within {:.1} mm\n\
+         deepest penetration  median {:.1} mm, nine in ten within {:.1} mm\n\
+         Eq. 11 as printed    {} pass\nstrict filter        {} pass",
+        file.metadata.hands[0].name,
+        if left_out > 0 {
+            format!(", {left_out} left out")
+        } else {
+            String::new()
+        },
+        told(&scales),
+        at(&gaps, 5),
+        at(&gaps, 9),
+        at(&depths, 5),
+        at(&depths, 9),
+        counts(Judgement::passes_published),
+        counts(Judgement::passes_strict),
+    )
+}

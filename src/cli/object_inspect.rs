@@ -1,0 +1,219 @@
+//! `landscape objects inspect`: what is derived of an object.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use nalgebra::Vector3;
+
+use super::args::{Common, ObjectsInspect};
+use super::{check_output, complain, input, models, print};
+use crate::figure::{Image, Scene, Surface, contact_sheet};
+use crate::grasp::object::{FoundSymmetry, Object, find_symmetry};
+use crate::space::Symmetry;
+use crate::store::write_atomic;
+
+/// Side of each image, pixels.
+const SIDE: u32 = 420;
+
+pub(super) fn run(command: &ObjectsInspect, common: &Common) -> anyhow::Result<()> {
+    if let Some(scale) = command.scale {
+        anyhow::ensure!(
+            scale > 0.0 && scale.is_finite(),
+            "--scale {scale}: a positive number is needed"
+        );
+    }
+    let stem = Path::new(&command.object).file_stem().unwrap_or_default();
+    let picture = command
+        .picture
+        .clone()
+        .unwrap_or_else(|| PathBuf::from(format!("{}.png", stem.to_string_lossy())));
+    check_output(&picture)?;
+    if let Some(side_file) = &command.side_file {
+        check_output(side_file)?;
+        anyhow::ensure!(
+            !side_file.exists() || command.force,
+            "{} exists and may have been edited: name another file (--side-file), or overwrite it (--force)",
+            side_file.display()
+        );
+    }
+    let (metadata, mut notes) = models::object_metadata(&command.object, command.scale)?;
+    let object = models::object(&metadata, command.scale.unwrap_or(1.0))?;
+    notes.extend(object.notes.iter().cloned());
+    let tolerance_m = object.tolerance_m();
+    let found = find_symmetry(&object.mesh, &object.exact, tolerance_m);
+    print(&table(&object, &found, tolerance_m));
+    input::warn(&notes);
+    let (images, captions): (Vec<Image>, Vec<String>) = sheet(&object).into_iter().unzip();
+    contact_sheet(&images, &captions, 3, &picture)
+        .with_context(|| format!("--picture {}", picture.display()))?;
+    let mut written = picture.display().to_string();
+    if let Some(side_file) = &command.side_file {
+        let mut description = object.description.clone();
+        if description.symmetry == Symmetry::None {
+            // In the units of the mesh file, which the side file stands beside.
+            let factor = 1.0 / command.scale.unwrap_or(1.0);
+            let of_mesh = crate::grasp::object::Description {
+                symmetry: found.symmetry,
+                ..Default::default()
+            };
+            description.symmetry = of_mesh.scaled(factor).symmetry;
+        }
+        let mut text = serde_json::to_string_pretty(&description)?;
+        text.push('\n');
+        write_atomic(side_file, text.as_bytes())?;
+        let _ = write!(written, " and {}", side_file.display());
+    }
+    if !common.quiet {
+        complain(&format!("wrote {written}"));
+    }
+    Ok(())
+}
+
+/// What was derived, for people.
+fn table(object: &Object, found: &FoundSymmetry, tolerance_m: f64) -> String {
+    let mesh = &object.mesh;
+    let [low, high] = mesh.bounds();
+    let millimetres = |v: &Vector3<f64>| {
+        let sides = v.map(|side| format!("{:.1}", 1e3 * side));
+        sides.as_slice().join(" × ")
+    };
+    let pieces = mesh.piece_count();
+    let mut text = format!(
+        "name              {}\nsize              {} mm, from ({}) mm\n",
+        object.name,
+        millimetres(&(high - low)),
+        millimetres(&low).replace(" × ", ", ")
+    );
+    let _ = writeln!(
+        text,
+        "surface           {} triangles, watertight, {pieces} piece{}{}",
+        mesh.triangles().len(),
+        if pieces == 1 { "" } else { "s" },
+        if mesh.overlaps() {
+            " that overlap or touch: what lies inside another counts as inside"
+        } else {
+            ""
+        }
+    );
+    let _ = writeln!(
+        text,
+        "area, volume      {:.1} cm², {:.1} cm³",
+        1e4 * mesh.area_m2(),
+        1e6 * mesh.volume()
+    );
+    let _ = writeln!(
+        text,
+        "mass              {:.3} kg ({:.0} kg/m³{})",
+        object.mass_kg,
+        object.mass_kg / mesh.volume(),
+        if object.description.mass_kg.is_none() {
+            ", for want of anything better"
+        } else {
+            ""
+        }
+    );
+    let _ = writeln!(
+        text,
+        "centroid          ({}) mm, {:.1} mm to the farthest point",
+        millimetres(&object.centroid).replace(" × ", ", "),
+        1e3 * object.radius_m
+    );
+    let _ = writeln!(
+        text,
+        "thin              {:.0} % of the surface is thinner than a finger (15 mm)",
+        100.0 * object.thin_share
+    );
+    match &object.field_report {
+        None => {
+            let _ = writeln!(text, "smooth field      a formula, exact");
+        }
+        Some(report) => {
+            let _ = writeln!(
+                text,
+                "smooth field      cells of {:.2} mm, within {:.3} mm of the mesh near the surface ({:.3} mm on its medial axis)",
+                1e3 * report.cell_m,
+                1e3 * report.max_error_m,
+                1e3 * report.max_error_anywhere_m
+            );
+        }
+    }
+    let _ = writeln!(text, "symmetry declared {}", told(&object.symmetry));
+    let _ = write!(text, "symmetry found    {}", told(&found.symmetry));
+    if found.symmetry != Symmetry::None {
+        let _ = write!(
+            text,
+            ", off by {:.2} mm at most ({:.2} mm count as equal)",
+            1e3 * found.deviation_m,
+            1e3 * tolerance_m
+        );
+        if object.symmetry == Symmetry::None {
+            let _ = write!(
+                text,
+                "\n                  not used unless declared: --side-file writes it into a description"
+            );
+        }
+    }
+    text.push('\n');
+    text
+}
+
+fn told(symmetry: &Symmetry) -> String {
+    match symmetry {
+        Symmetry::None => "none".to_owned(),
+        Symmetry::Axis { point, direction } => format!(
+            "round about ({:.3}, {:.3}, {:.3}) through ({:.1}, {:.1}, {:.1}) mm",
+            direction.x,
+            direction.y,
+            direction.z,
+            1e3 * point.x,
+            1e3 * point.y,
+            1e3 * point.z
+        ),
+        Symmetry::Sphere { .. } => "a ball".to_owned(),
+        Symmetry::Finite(motions) => {
+            let turns: Vec<String> = motions
+                .iter()
+                .take(4)
+                .filter_map(|motion| {
+                    let (axis, angle) = motion.rotation.axis_angle()?;
+                    Some(format!(
+                        "{:.0}° about ({:.2}, {:.2}, {:.2})",
+                        angle.to_degrees(),
+                        axis.x,
+                        axis.y,
+                        axis.z
+                    ))
+                })
+                .collect();
+            let more = motions.len().saturating_sub(4);
+            let more = if more > 0 {
+                format!(" and {more} more")
+            } else {
+                String::new()
+            };
+            format!("{} motions: {}{more}", motions.len(), turns.join(", "))
+        }
+    }
+}
+
+/// The object from three sides.
+fn sheet(object: &Object) -> Vec<(Image, String)> {
+    let scene = Scene {
+        surfaces: vec![Surface::of_mesh(&object.mesh)],
+        markers: Vec::new(),
+        cones: Vec::new(),
+    };
+    let views = [
+        (Vector3::new(1.0, 0.35, 0.3), Vector3::z(), "from +x"),
+        (Vector3::new(-0.35, 1.0, 0.3), Vector3::z(), "from +y"),
+        (Vector3::new(0.2, 0.1, 1.0), Vector3::y(), "from +z, y up"),
+    ];
+    let draw = |(from, up, caption): (Vector3<f64>, Vector3<f64>, &str)| {
+        (
+            scene.render(&scene.framed(from, up), SIDE, SIDE),
+            caption.to_owned(),
+        )
+    };
+    views.map(draw).into()
+}

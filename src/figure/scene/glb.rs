@@ -1,0 +1,255 @@
+//! A scene as a binary glTF 2.0 file, for any viewer of three-dimensional things.
+
+use nalgebra::Vector3;
+use serde_json::{Value, json};
+
+use super::{Marker, Scene, Surface};
+
+/// Halvings of an octahedron's edges that make a marker's ball.
+const FINENESS: u32 = 3;
+/// glTF's numbers for component types and for what buffers are.
+const FLOAT: u32 = 5126;
+const UNSIGNED: u32 = 5125;
+const VERTICES: u32 = 34962;
+const INDICES: u32 = 34963;
+
+impl Scene {
+    /// The scene as a `.glb` file: a node for each surface and each marker, metres, under one node that turns z up into
+    /// glTF's y up. Friction cones are left out.
+    pub fn to_glb(&self) -> Vec<u8> {
+        let mut writer = Writer::default();
+        let mut children = Vec::new();
+        let names = ["hand", "object"];
+        for (place, surface) in self.surfaces.iter().enumerate() {
+            let mesh = writer.mesh(surface);
+            let name = names
+                .get(place)
+                .map_or_else(|| format!("surface {place}"), ToString::to_string);
+            children.push(writer.node(json!({ "name": name, "mesh": mesh })));
+        }
+        let mut balls: Vec<([u8; 3], usize)> = Vec::new();
+        for (place, marker) in self.markers.iter().enumerate() {
+            let Marker {
+                centre,
+                radius_m,
+                colour,
+            } = marker;
+            let known = balls
+                .iter()
+                .find(|(other, _)| other == colour)
+                .map(|(_, mesh)| *mesh);
+            let mesh = known.unwrap_or_else(|| {
+                let mesh = writer.mesh(&ball(*colour));
+                balls.push((*colour, mesh));
+                mesh
+            });
+            children.push(writer.node(json!({
+                "name": format!("contact {place}"),
+                "mesh": mesh,
+                "translation": centre.as_slice(),
+                "scale": [radius_m, radius_m, radius_m],
+            })));
+        }
+        let half = std::f64::consts::FRAC_1_SQRT_2;
+        let root = writer.node(
+            json!({ "name": "grasp", "rotation": [-half, 0.0, 0.0, half], "children": children }),
+        );
+        writer.finish(root)
+    }
+}
+
+/// The ball of radius 1.
+fn ball(colour: [u8; 3]) -> Surface {
+    let (x, y, z) = (Vector3::x(), Vector3::y(), Vector3::z());
+    let mut vertices = vec![x, y, z, -x, -y, -z];
+    let mut triangles: Vec<[u32; 3]> = vec![
+        [0, 1, 2],
+        [1, 3, 2],
+        [3, 4, 2],
+        [4, 0, 2],
+        [1, 0, 5],
+        [3, 1, 5],
+        [4, 3, 5],
+        [0, 4, 5],
+    ];
+    for _ in 0..FINENESS {
+        let mut finer = Vec::with_capacity(4 * triangles.len());
+        for [a, b, c] in triangles {
+            let mut between = |a: u32, b: u32| {
+                let middle: Vector3<f64> = vertices[a as usize] + vertices[b as usize];
+                vertices.push(middle.normalize());
+                u32::try_from(vertices.len() - 1).unwrap_or(u32::MAX)
+            };
+            let [ab, bc, ca] = [between(a, b), between(b, c), between(c, a)];
+            finer.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
+        }
+        triangles = finer;
+    }
+    Surface {
+        vertices,
+        triangles,
+        colour,
+    }
+}
+
+#[derive(Default)]
+struct Writer {
+    binary: Vec<u8>,
+    views: Vec<Value>,
+    accessors: Vec<Value>,
+    materials: Vec<Value>,
+    meshes: Vec<Value>,
+    nodes: Vec<Value>,
+}
+
+impl Writer {
+    fn node(&mut self, node: Value) -> usize {
+        self.nodes.push(node);
+        self.nodes.len() - 1
+    }
+
+    fn view(&mut self, bytes: &[u8], target: u32) -> usize {
+        self.views.push(json!({
+            "buffer": 0,
+            "byteOffset": self.binary.len(),
+            "byteLength": bytes.len(),
+            "target": target,
+        }));
+        self.binary.extend(bytes);
+        self.views.len() - 1
+    }
+
+    fn mesh(&mut self, surface: &Surface) -> usize {
+        #[expect(clippy::cast_possible_truncation, reason = "glTF has 32-bit positions")]
+        let narrow = |x: f64| x as f32;
+        let points: Vec<[f32; 3]> = surface
+            .vertices
+            .iter()
+            .map(|v| [narrow(v.x), narrow(v.y), narrow(v.z)])
+            .collect();
+        let bytes: Vec<u8> = points
+            .iter()
+            .flatten()
+            .flat_map(|x| x.to_le_bytes())
+            .collect();
+        let view = self.view(&bytes, VERTICES);
+        let bound = |pick: fn(f32, f32) -> f32| {
+            let first = points.first().copied().unwrap_or_default();
+            points.iter().fold(first, |bound, p| {
+                [0, 1, 2].map(|axis| pick(bound[axis], p[axis]))
+            })
+        };
+        self.accessors.push(json!({
+            "bufferView": view,
+            "componentType": FLOAT,
+            "count": points.len(),
+            "type": "VEC3",
+            "min": bound(f32::min),
+            "max": bound(f32::max),
+        }));
+        let bytes: Vec<u8> = surface
+            .triangles
+            .iter()
+            .flatten()
+            .flat_map(|i| i.to_le_bytes())
+            .collect();
+        let view = self.view(&bytes, INDICES);
+        self.accessors.push(json!({
+            "bufferView": view,
+            "componentType": UNSIGNED,
+            "count": 3 * surface.triangles.len(),
+            "type": "SCALAR",
+        }));
+        // Colours here are for screens; glTF wants them linear.
+        let [red, green, blue] = surface
+            .colour
+            .map(|byte| (f64::from(byte) / 255.0).powf(2.2));
+        self.materials.push(json!({
+            "doubleSided": true,
+            "pbrMetallicRoughness": {
+                "baseColorFactor": [red, green, blue, 1.0],
+                "metallicFactor": 0.0,
+                "roughnessFactor": 0.8,
+            },
+        }));
+        let last = self.accessors.len() - 1;
+        self.meshes.push(json!({ "primitives": [{
+            "attributes": { "POSITION": last - 1 },
+            "indices": last,
+            "material": self.materials.len() - 1,
+        }]}));
+        self.meshes.len() - 1
+    }
+
+    fn finish(self, root: usize) -> Vec<u8> {
+        let json = json!({
+            "asset": { "version": "2.0", "generator": concat!("landscape ", env!("CARGO_PKG_VERSION")) },
+            "scene": 0,
+            "scenes": [{ "nodes": [root] }],
+            "nodes": self.nodes,
+            "meshes": self.meshes,
+            "materials": self.materials,
+            "accessors": self.accessors,
+            "bufferViews": self.views,
+            "buffers": [{ "byteLength": self.binary.len() }],
+        });
+        let mut text = json.to_string().into_bytes();
+        text.resize(text.len().next_multiple_of(4), b' ');
+        let length = |bytes: usize| u32::try_from(bytes).unwrap_or(u32::MAX).to_le_bytes();
+        let mut file = b"glTF\x02\x00\x00\x00".to_vec();
+        file.extend(length(28 + text.len() + self.binary.len()));
+        file.extend(length(text.len()));
+        file.extend(b"JSON");
+        file.extend(text);
+        file.extend(length(self.binary.len()));
+        file.extend(b"BIN\0");
+        file.extend(self.binary);
+        file
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::grasp::object::Mesh;
+
+    #[test]
+    fn what_is_written_is_read_again() {
+        let scene = Scene {
+            surfaces: vec![Surface {
+                colour: [1, 2, 3],
+                ..ball([0; 3])
+            }],
+            markers: vec![
+                Marker {
+                    centre: Vector3::new(3.0, 0.0, 0.0),
+                    radius_m: 0.5,
+                    colour: [9; 3],
+                },
+                Marker {
+                    centre: Vector3::new(0.0, 0.0, 4.0),
+                    radius_m: 0.5,
+                    colour: [9; 3],
+                },
+            ],
+            cones: Vec::new(),
+        };
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("scene.glb");
+        std::fs::write(&path, scene.to_glb()).unwrap();
+        let read = Mesh::read(&path, 1.0).unwrap();
+        assert_eq!(read.repairs, []);
+        let unit = 4.0 / 3.0 * std::f64::consts::PI;
+        assert!(
+            (read.mesh.volume() / (1.25 * unit) - 1.0).abs() < 0.03,
+            "{}",
+            read.mesh.volume()
+        );
+        // What was up along z is up along y.
+        let [low, high] = read.mesh.bounds();
+        assert!(
+            (high - Vector3::new(3.5, 4.5, 1.0)).norm() < 1e-6 && (low.z + 1.0).abs() < 1e-6,
+            "{high}"
+        );
+    }
+}

@@ -1,0 +1,150 @@
+//! DexGraspNet (Wang et al. 2023): dictionaries `{"qpos": {joint: angle, …}, "scale": …}`.
+
+use nalgebra::{Rotation3, UnitQuaternion, Vector3};
+
+use super::joints::matched;
+use super::mapping::Mapping;
+use super::pickle::{Heap, Id, Node};
+use super::{Published, Read, finite};
+
+/// Entries that place the wrist: metres, and angles about the fixed axes x, y, z, in this order.
+pub(super) const TRANSLATION: [&str; 3] = ["WRJTx", "WRJTy", "WRJTz"];
+pub(super) const ROTATION: [&str; 3] = ["WRJRx", "WRJRy", "WRJRz"];
+
+/// R = Rz(c) Ry(b) Rx(a): angles about fixed axes, as transforms3d's `sxyz`.
+pub(super) fn of_euler([a, b, c]: [f64; 3]) -> [f64; 4] {
+    let rotation = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), c)
+        * UnitQuaternion::from_axis_angle(&Vector3::y_axis(), b)
+        * UnitQuaternion::from_axis_angle(&Vector3::x_axis(), a);
+    [rotation.w, rotation.i, rotation.j, rotation.k]
+}
+
+/// The angles of [`of_euler`], the second within ±90°.
+pub(super) fn to_euler([w, x, y, z]: [f64; 4]) -> [f64; 3] {
+    let rotation = Rotation3::from(UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(
+        w, x, y, z,
+    )));
+    let m = rotation.matrix();
+    let level = m[(0, 0)].hypot(m[(1, 0)]);
+    let second = (-m[(2, 0)]).atan2(level);
+    if level > 1e-8 {
+        [
+            m[(2, 1)].atan2(m[(2, 2)]),
+            second,
+            m[(1, 0)].atan2(m[(0, 0)]),
+        ]
+    } else {
+        // First and third axis coincide: all of the turn is given to the first.
+        [(-m[(1, 2)]).atan2(m[(1, 1)]), second, 0.0]
+    }
+}
+
+pub(super) fn read(
+    heap: &Heap,
+    items: &[Id],
+    hand: &[String],
+    mapping: &Mapping,
+) -> Result<Read, String> {
+    let mut grasps = Vec::with_capacity(items.len());
+    for (place, &item) in items.iter().enumerate() {
+        let grasp = grasp(heap, item, hand, mapping)
+            .map_err(|problem| format!("grasp {place}: {problem}"))?;
+        grasps.push(grasp);
+    }
+    Ok(Read {
+        grasps,
+        notes: Vec::new(),
+        format: "DexGraspNet",
+    })
+}
+
+fn grasp(heap: &Heap, item: Id, hand: &[String], mapping: &Mapping) -> Result<Published, String> {
+    let qpos = heap.entry(item, "qpos").ok_or("it has no `qpos`")?;
+    let Node::Dictionary(entries) = heap.node(qpos) else {
+        return Err("its `qpos` is no dictionary of joints".to_owned());
+    };
+    let (mut names, mut angles) = (Vec::new(), Vec::new());
+    let mut wrist = [[None; 3]; 2];
+    for (key, value) in entries {
+        let Node::Text(name) = heap.node(*key) else {
+            return Err("its `qpos` has a key that is no text".to_owned());
+        };
+        let number = heap
+            .number(*value)
+            .ok_or_else(|| format!("`{name}` is no number"))?;
+        finite(&[number], &format!("`{name}`"))?;
+        let entry = [TRANSLATION, ROTATION]
+            .iter()
+            .enumerate()
+            .find_map(|(kind, axes)| Some((kind, axes.iter().position(|axis| axis == name)?)));
+        if let Some((kind, axis)) = entry {
+            wrist[kind][axis] = Some(number);
+        } else {
+            names.push(name.as_str());
+            angles.push(number);
+        }
+    }
+    let complete = |kind: usize, axes: [&str; 3]| match wrist[kind] {
+        [Some(x), Some(y), Some(z)] => Ok([x, y, z]),
+        _ => Err(format!("its `qpos` lacks one of {}", axes.join(", "))),
+    };
+    let partners = match &mapping.joint_names {
+        Some(renamed) if renamed.len() == names.len() => matched(
+            &renamed.iter().map(String::as_str).collect::<Vec<_>>(),
+            hand,
+        )?,
+        Some(renamed) => {
+            return Err(format!(
+                "it has {} joints, the mapping names {}",
+                names.len(),
+                renamed.len()
+            ));
+        }
+        None => matched(&names, hand)?,
+    };
+    let scale = match heap.entry(item, "scale") {
+        Some(scale) => Some(heap.number(scale).ok_or("its `scale` is no number")?),
+        None => None,
+    };
+    if let Some(scale) = scale {
+        finite(&[scale], "`scale`")?;
+    }
+    Ok(Published {
+        id: None,
+        translation_m: complete(0, TRANSLATION)?,
+        rotation_wxyz: of_euler(complete(1, ROTATION)?),
+        joints_rad: partners.into_iter().map(|place| angles[place]).collect(),
+        scale,
+        object: None,
+        label: None,
+        contacts: None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn angles_and_quaternions_agree() {
+        for angles in [
+            [0.3, -0.7, 2.9],
+            [-3.0, 1.2, 0.1],
+            [0.4, std::f64::consts::FRAC_PI_2, 0.0],
+            [1.0, -1.5707963, -2.0],
+        ] {
+            let quaternion = of_euler(angles);
+            let again = of_euler(to_euler(quaternion));
+            let dot: f64 = quaternion.iter().zip(again).map(|(a, b)| a * b).sum();
+            assert!((dot.abs() - 1.0).abs() < 1e-12, "{angles:?}: {dot}");
+        }
+        // A quarter turn about x, then one about z: y goes to z and stays there.
+        let [w, x, y, z] = of_euler([
+            std::f64::consts::FRAC_PI_2,
+            0.0,
+            std::f64::consts::FRAC_PI_2,
+        ]);
+        let q = UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(w, x, y, z));
+        assert!((q * Vector3::y() - Vector3::z()).norm() < 1e-12);
+    }
+}

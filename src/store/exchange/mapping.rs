@@ -1,0 +1,492 @@
+//! Which column of a table is what.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Isometry3, Matrix3, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
+
+use super::joints::matched;
+use super::table::{Cell, Table};
+use super::{Published, Read, dexgraspnet, finite, listed};
+
+/// What the columns of a table mean. What is left out is looked for under the names that `landscape export` writes.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Mapping {
+    /// Position: one column of lists, or three columns.
+    pub translation: Option<Columns>,
+    /// Unit of positions.
+    pub translation_unit: LengthUnit,
+    /// Rotation: one column of lists, or as many columns as its form has numbers.
+    pub rotation: Option<Columns>,
+    /// What the numbers of a rotation are.
+    pub rotation_form: RotationForm,
+    /// Unit of Euler angles and rotation vectors.
+    pub rotation_unit: AngleUnit,
+    /// What the pose maps to what.
+    pub frame: Frame,
+    /// Joints: one column of lists, or a column for each joint of the hand.
+    pub joints: Option<JointColumns>,
+    /// Names of the joints in a column of lists, or of a file that names them otherwise, in its order.
+    pub joint_names: Option<Vec<String>>,
+    /// Unit of joint angles.
+    pub joint_unit: AngleUnit,
+    /// Factor on the size of the object: a column, or a number.
+    pub scale: Option<Scale>,
+    /// Column with the number of a grasp.
+    pub id: Option<String>,
+    /// Column with the name of the object.
+    pub object: Option<String>,
+    /// Column with a label.
+    pub label: Option<String>,
+    /// Column with lists of contacts: indices of the hand's surface points.
+    pub contacts: Option<String>,
+}
+
+/// A column of lists, or several columns of numbers.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Columns {
+    /// A column of lists.
+    List(String),
+    /// Columns of numbers, in order.
+    Each(Vec<String>),
+}
+
+/// Where joints are.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum JointColumns {
+    /// A column of lists.
+    List(String),
+    /// For each joint of the hand, its column.
+    Each(BTreeMap<String, String>),
+}
+
+/// Where the scale is.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Scale {
+    /// The same for all.
+    Number(f64),
+    /// A column.
+    Column(String),
+}
+
+/// Units of lengths.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum LengthUnit {
+    /// Metres.
+    #[default]
+    M,
+    /// Centimetres.
+    Cm,
+    /// Millimetres.
+    Mm,
+}
+
+/// Units of angles.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum AngleUnit {
+    /// Radians.
+    #[default]
+    Rad,
+    /// Degrees.
+    Deg,
+}
+
+impl AngleUnit {
+    fn radians(self) -> f64 {
+        match self {
+            Self::Rad => 1.0,
+            Self::Deg => std::f64::consts::PI / 180.0,
+        }
+    }
+}
+
+/// What the numbers of a rotation are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RotationForm {
+    /// A quaternion w x y z (MuJoCo).
+    #[default]
+    Wxyz,
+    /// A quaternion x y z w (ROS, Isaac Gym, scipy).
+    Xyzw,
+    /// Angles about the fixed axes x, y, z, in this order (DexGraspNet, URDF).
+    FixedXyz,
+    /// Axis times angle.
+    RotationVector,
+    /// A matrix, row by row.
+    Matrix,
+}
+
+impl RotationForm {
+    fn length(self) -> usize {
+        match self {
+            Self::Wxyz | Self::Xyzw => 4,
+            Self::FixedXyz | Self::RotationVector => 3,
+            Self::Matrix => 9,
+        }
+    }
+
+    /// The rotation as a quaternion w x y z.
+    fn quaternion(self, values: &[f64], unit: AngleUnit) -> Result<[f64; 4], String> {
+        const TOLERANCE: f64 = 1e-3;
+        let of = |q: UnitQuaternion<f64>| [q.w, q.i, q.j, q.k];
+        let radians = unit.radians();
+        match (self, values) {
+            (Self::Wxyz, &[w, x, y, z]) | (Self::Xyzw, &[x, y, z, w]) => {
+                let norm = Quaternion::new(w, x, y, z).norm();
+                if (norm - 1.0).abs() > TOLERANCE {
+                    return Err(format!("its quaternion has length {norm:.4}, expected 1"));
+                }
+                Ok([w, x, y, z])
+            }
+            (Self::FixedXyz, &[a, b, c]) => Ok(dexgraspnet::of_euler(
+                [a, b, c].map(|angle| angle * radians),
+            )),
+            (Self::RotationVector, &[x, y, z]) => Ok(of(UnitQuaternion::from_scaled_axis(
+                Vector3::new(x, y, z) * radians,
+            ))),
+            (Self::Matrix, values) if values.len() == 9 => {
+                let matrix = Matrix3::from_row_slice(values);
+                let off = (matrix * matrix.transpose() - Matrix3::identity()).norm();
+                if off > TOLERANCE || matrix.determinant() < 0.0 {
+                    return Err("its rotation matrix is not orthogonal or mirrors".to_owned());
+                }
+                Ok(of(UnitQuaternion::from_rotation_matrix(
+                    &Rotation3::from_matrix_unchecked(matrix),
+                )))
+            }
+            _ => Err(format!(
+                "its rotation holds {} numbers, expected {}",
+                values.len(),
+                self.length()
+            )),
+        }
+    }
+}
+
+/// Which way a pose goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Frame {
+    /// The hand in the object's frame: `p_object = R p_hand + t`.
+    #[default]
+    ObjectFromHand,
+    /// The object in the hand's frame.
+    HandFromObject,
+}
+
+/// The columns in use, each there.
+struct Layout<'a> {
+    mapping: &'a Mapping,
+    translation: Vec<String>,
+    rotation: Vec<String>,
+    /// Columns of joints, and for each joint of the hand its place among their numbers.
+    joints: (Vec<String>, Vec<usize>),
+}
+
+pub(super) fn read(table: &Table, hand: &[String], mapping: &Mapping) -> Result<Read, String> {
+    let mut notes = Vec::new();
+    let layout = Layout {
+        mapping,
+        translation: columns(
+            table,
+            mapping.translation.as_ref(),
+            "translation",
+            "translation_m",
+            &["translation_m_x", "translation_m_y", "translation_m_z"],
+        )?,
+        rotation: columns(
+            table,
+            mapping.rotation.as_ref(),
+            "rotation",
+            "rotation_wxyz",
+            &["rotation_w", "rotation_x", "rotation_y", "rotation_z"],
+        )?,
+        joints: joint_columns(table, hand, mapping, &mut notes)?,
+    };
+    for column in [
+        &mapping.id,
+        &mapping.object,
+        &mapping.label,
+        &mapping.contacts,
+    ]
+    .into_iter()
+    .flatten()
+    {
+        needed(table, column)?;
+    }
+    if let Some(Scale::Column(column)) = &mapping.scale {
+        needed(table, column)?;
+    }
+    let grasp = |(place, row): (usize, &BTreeMap<String, Cell>)| {
+        layout
+            .grasp(row)
+            .map_err(|problem| format!("row {place} (the first is 0): {problem}"))
+    };
+    Ok(Read {
+        grasps: table
+            .rows
+            .iter()
+            .enumerate()
+            .map(grasp)
+            .collect::<Result<_, _>>()?,
+        notes,
+        format: "table",
+    })
+}
+
+fn needed(table: &Table, column: &str) -> Result<(), String> {
+    if table.columns.iter().any(|name| name == column) {
+        return Ok(());
+    }
+    Err(format!(
+        "it has no column `{column}`, which the mapping names; it has {}",
+        listed(table.columns.iter().map(String::as_str))
+    ))
+}
+
+/// Columns as mapped, else under our names.
+fn columns(
+    table: &Table,
+    mapped: Option<&Columns>,
+    what: &str,
+    list: &str,
+    each: &[&str],
+) -> Result<Vec<String>, String> {
+    let has = |name: &str| table.columns.iter().any(|column| column == name);
+    match mapped {
+        Some(Columns::List(column)) => {
+            needed(table, column)?;
+            Ok(vec![column.clone()])
+        }
+        Some(Columns::Each(columns)) => {
+            for column in columns {
+                needed(table, column)?;
+            }
+            Ok(columns.clone())
+        }
+        None if has(list) => Ok(vec![list.to_owned()]),
+        None if each.iter().all(|name| has(name)) => {
+            Ok(each.iter().map(ToString::to_string).collect())
+        }
+        None => Err(format!(
+            "it has neither a column `{list}` nor `{}`: tell which columns hold the {what} in a mapping (it has {})",
+            each.join("`, `"),
+            listed(table.columns.iter().map(String::as_str))
+        )),
+    }
+}
+
+fn joint_columns(
+    table: &Table,
+    hand: &[String],
+    mapping: &Mapping,
+    notes: &mut Vec<String>,
+) -> Result<(Vec<String>, Vec<usize>), String> {
+    const LIST: &str = "joints_rad";
+    let has_list = table.columns.iter().any(|column| column == LIST);
+    let in_order = || (0..hand.len()).collect::<Vec<usize>>();
+    let list = match &mapping.joints {
+        Some(JointColumns::List(column)) => Some(column.as_str()),
+        Some(JointColumns::Each(columns)) => {
+            let column = |joint: &String| {
+                let column = columns.get(joint).cloned();
+                column.ok_or_else(|| {
+                    format!("the mapping names no column for joint {joint} of the hand")
+                })
+            };
+            let names = hand
+                .iter()
+                .map(column)
+                .collect::<Result<Vec<String>, _>>()?;
+            for name in &names {
+                needed(table, name)?;
+            }
+            if let Some(extra) = columns.keys().find(|joint| !hand.contains(joint)) {
+                return Err(format!(
+                    "the mapping names joint {extra}, which the hand does not have; it has {}",
+                    listed(hand.iter().map(String::as_str))
+                ));
+            }
+            return Ok((names, in_order()));
+        }
+        None => has_list.then_some(LIST),
+    };
+    if let Some(column) = list {
+        needed(table, column)?;
+        let places = if let Some(names) = &mapping.joint_names {
+            matched(&names.iter().map(String::as_str).collect::<Vec<_>>(), hand)?
+        } else {
+            notes.push(format!(
+                    "column `{column}` does not name its joints: they are taken to be in the hand's order, {}",
+                    hand.join(", ")
+                ));
+            in_order()
+        };
+        return Ok((vec![column.to_owned()], places));
+    }
+    // Columns named like joints; others are left alone.
+    let bare = |name: &String| table.columns.iter().find(|column| *column == name).cloned();
+    let names: Option<Vec<String>> = hand.iter().map(bare).collect();
+    if let Some(names) = names {
+        return Ok((names, in_order()));
+    }
+    let missing = hand
+        .iter()
+        .filter(|name| bare(name).is_none())
+        .map(String::as_str);
+    Err(format!(
+        "it has no columns for the joints {} of the hand: name them in a mapping",
+        listed(missing)
+    ))
+}
+
+impl Layout<'_> {
+    fn grasp(&self, row: &BTreeMap<String, Cell>) -> Result<Published, String> {
+        let mapping = self.mapping;
+        let length = match mapping.translation_unit {
+            LengthUnit::M => 1.0,
+            LengthUnit::Cm => 1e-2,
+            LengthUnit::Mm => 1e-3,
+        };
+        let translation = numbers(row, &self.translation)?;
+        let Ok(translation) = <[f64; 3]>::try_from(translation.as_slice()) else {
+            return Err(format!(
+                "its position holds {} numbers, expected 3",
+                translation.len()
+            ));
+        };
+        let mut translation_m = translation.map(|x| x * length);
+        let rotation = numbers(row, &self.rotation)?;
+        let mut rotation_wxyz = mapping
+            .rotation_form
+            .quaternion(&rotation, mapping.rotation_unit)?;
+        if mapping.frame == Frame::HandFromObject {
+            let [w, x, y, z] = rotation_wxyz;
+            let inverse = Isometry3::from_parts(
+                Translation3::from(Vector3::from(translation_m)),
+                UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)),
+            )
+            .inverse();
+            translation_m = inverse.translation.vector.into();
+            let q = inverse.rotation;
+            rotation_wxyz = [q.w, q.i, q.j, q.k];
+        }
+        let (columns, places) = &self.joints;
+        let joints = numbers(row, columns)?;
+        let expected = mapping.joint_names.as_ref().map_or(places.len(), Vec::len);
+        if joints.len() != expected.max(places.len()) {
+            return Err(format!(
+                "it has {} joints, expected {expected}",
+                joints.len()
+            ));
+        }
+        Ok(Published {
+            id: whole(row, mapping.id.as_deref().unwrap_or("id"))?,
+            translation_m,
+            rotation_wxyz,
+            joints_rad: places
+                .iter()
+                .map(|&place| joints[place] * mapping.joint_unit.radians())
+                .collect(),
+            scale: self.scale(row)?,
+            object: text(row, mapping.object.as_deref().unwrap_or("object")),
+            label: text(row, mapping.label.as_deref().unwrap_or("label")),
+            contacts: contacts(row, mapping.contacts.as_deref().unwrap_or("contacts"))?,
+        })
+    }
+
+    fn scale(&self, row: &BTreeMap<String, Cell>) -> Result<Option<f64>, String> {
+        let column = match &self.mapping.scale {
+            Some(Scale::Number(scale)) => return Ok(Some(*scale)),
+            Some(Scale::Column(column)) => column,
+            None => "scale",
+        };
+        match row.get(column) {
+            None => Ok(None),
+            Some(_) => match numbers(row, &[column.to_owned()])?[..] {
+                [scale] => Ok(Some(scale)),
+                _ => Err(format!("column `{column}` holds no single number")),
+            },
+        }
+    }
+}
+
+/// The numbers in some columns, one after the other.
+fn numbers(row: &BTreeMap<String, Cell>, columns: &[String]) -> Result<Vec<f64>, String> {
+    let mut all = Vec::new();
+    for column in columns {
+        match row.get(column) {
+            Some(Cell::Number(number)) => all.push(*number),
+            Some(Cell::List(numbers)) => all.extend(numbers),
+            Some(Cell::Text(text)) => {
+                return Err(format!(
+                    "column `{column}` holds `{text}` where numbers are needed"
+                ));
+            }
+            None => return Err(format!("column `{column}` is empty")),
+        }
+        finite(&all, &format!("column `{column}`"))?;
+    }
+    Ok(all)
+}
+
+fn text(row: &BTreeMap<String, Cell>, column: &str) -> Option<String> {
+    match row.get(column)? {
+        Cell::Text(text) => Some(text.clone()),
+        Cell::Number(number) => Some(number.to_string()),
+        Cell::List(_) => None,
+    }
+}
+
+fn whole(row: &BTreeMap<String, Cell>, column: &str) -> Result<Option<u64>, String> {
+    match row.get(column) {
+        None => Ok(None),
+        Some(Cell::Number(number)) => match natural(*number) {
+            Some(number) => Ok(Some(number)),
+            None => Err(format!(
+                "column `{column}` holds {number}, expected a whole number"
+            )),
+        },
+        Some(_) => Err(format!("column `{column}` holds no number")),
+    }
+}
+
+fn natural(number: f64) -> Option<u64> {
+    // Beyond 2⁵³ not every whole number is one of 64 bits.
+    let is = number.fract() == 0.0 && (0.0..=9.0e15).contains(&number);
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a whole number below 2⁵³"
+    )]
+    is.then_some(number as u64)
+}
+
+fn contacts(row: &BTreeMap<String, Cell>, column: &str) -> Result<Option<Vec<u32>>, String> {
+    let values = match row.get(column) {
+        None => return Ok(None),
+        Some(Cell::List(values)) => values.clone(),
+        Some(Cell::Number(value)) => vec![*value],
+        Some(Cell::Text(text)) => {
+            return Err(format!(
+                "column `{column}` holds `{text}`, expected whole numbers"
+            ));
+        }
+    };
+    let index = |value: f64| {
+        let index = natural(value).and_then(|value| u32::try_from(value).ok());
+        index.ok_or_else(|| format!("column `{column}` holds {value}, expected a whole number"))
+    };
+    values
+        .into_iter()
+        .map(index)
+        .collect::<Result<Vec<u32>, _>>()
+        .map(Some)
+}

@@ -1,0 +1,156 @@
+//! Grasps of other programs: read into one form, and written in theirs.
+//!
+//! | format | what it is |
+//! | --- | --- |
+//! | DexGraspNet `.npy` | an array of dictionaries: `scale`, and `qpos` with an angle for each joint by name, `WRJTx…z` (metres) and `WRJRx…z` (Euler angles about fixed axes x, y, z) |
+//! | DexGraspBench, Dexonomy, `BODex` `.npy` | a dictionary: `grasp_qpos` (position, quaternion w x y z, joints), `obj_pose`, `obj_scale` |
+//! | tables | CSV, JSON (a list of objects) or Parquet, with a [`Mapping`] that says which column is what |
+//!
+//! Poses come out as everywhere here: `p_object = R p_hand + t`, metres, quaternion w x y z.
+
+mod bench;
+mod dexgraspnet;
+mod joints;
+mod mapping;
+mod npy;
+mod pickle;
+mod table;
+mod write;
+
+use std::path::{Path, PathBuf};
+
+pub use mapping::{
+    AngleUnit, Columns, Frame, JointColumns, LengthUnit, Mapping, RotationForm, Scale,
+};
+pub use write::{QposRow, dexgraspnet_npy, qpos_csv, qpos_npy, table_csv, table_json};
+
+use super::error::StoreError;
+
+/// Largest file that is read, bytes.
+const LARGEST: u64 = 1 << 30;
+
+/// A grasp as another program published it, its joints in the order of the hand that was asked for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Published {
+    /// Its number, where the file gives one.
+    pub id: Option<u64>,
+    /// Position of the hand's root in the object's frame, metres.
+    pub translation_m: [f64; 3],
+    /// Unit quaternion, scalar first, object from hand.
+    pub rotation_wxyz: [f64; 4],
+    /// Joint angles, radians, in the order of the hand.
+    pub joints_rad: Vec<f64>,
+    /// Factor on the size of the object's mesh; `None` where the file tells none.
+    pub scale: Option<f64>,
+    /// What the file calls the object.
+    pub object: Option<String>,
+    /// A label.
+    pub label: Option<String>,
+    /// Contacts, as indices of the hand's surface points.
+    pub contacts: Option<Vec<u32>>,
+}
+
+/// What a file holds.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Read {
+    /// The grasps, in file order.
+    pub grasps: Vec<Published>,
+    /// What was taken for granted or left out, one sentence each.
+    pub notes: Vec<String>,
+    /// Name of the format.
+    pub format: &'static str,
+}
+
+/// Reads grasps of a hand with joints `joint_names` from a file of any of the formats. `mapping` is for tables; files that
+/// are none take the names of joints and the unit of angles from it.
+///
+/// # Errors
+/// One sentence that names the file, and where it applies the grasp, and what does not fit.
+pub fn read(path: &Path, joint_names: &[String], mapping: &Mapping) -> Result<Read, StoreError> {
+    let kind = path
+        .extension()
+        .map(|kind| kind.to_string_lossy().to_lowercase());
+    let foreign = |problem: String| StoreError::Foreign {
+        path: path.to_path_buf(),
+        problem,
+    };
+    match kind.as_deref() {
+        Some("npy") => {
+            let content = npy::read(&bytes(path)?).map_err(foreign)?;
+            of_npy(&content, joint_names, mapping).map_err(foreign)
+        }
+        Some("csv") => {
+            let table = table::of_csv(&bytes(path)?).map_err(foreign)?;
+            mapping::read(&table, joint_names, mapping).map_err(foreign)
+        }
+        Some("json") => {
+            let table = table::of_json(&bytes(path)?).map_err(foreign)?;
+            mapping::read(&table, joint_names, mapping).map_err(foreign)
+        }
+        Some("parquet") => {
+            let table = table::of_parquet(path)?;
+            mapping::read(&table, joint_names, mapping).map_err(foreign)
+        }
+        _ => Err(foreign(
+            "grasps are read from files that end in .npy, .csv, .json or .parquet".to_owned(),
+        )),
+    }
+}
+
+fn of_npy(
+    content: &npy::Content,
+    joint_names: &[String],
+    mapping: &Mapping,
+) -> Result<Read, String> {
+    use pickle::Node;
+    match content {
+        npy::Content::Numbers(numbers) => bench::of_numbers(numbers, joint_names, mapping),
+        npy::Content::Objects(heap, whole) => {
+            let items = match heap.node(*whole) {
+                Node::Objects(items) | Node::List(items) => items.clone(),
+                _ => vec![*whole],
+            };
+            let first = items.first().ok_or("it holds no grasps")?;
+            if heap.entry(*first, "qpos").is_some() {
+                dexgraspnet::read(heap, &items, joint_names, mapping)
+            } else if heap.entry(*first, "grasp_qpos").is_some() {
+                bench::read(heap, &items, joint_names, mapping)
+            } else {
+                Err("its grasps have neither `qpos` (DexGraspNet) nor `grasp_qpos` (DexGraspBench, Dexonomy)".to_owned())
+            }
+        }
+    }
+}
+
+fn bytes(path: &Path) -> Result<Vec<u8>, StoreError> {
+    let told = std::fs::metadata(path).map_err(StoreError::io("read", path))?;
+    if told.len() > LARGEST {
+        return Err(StoreError::Foreign {
+            path: PathBuf::from(path),
+            problem: format!("it is larger than {} MB", LARGEST >> 20),
+        });
+    }
+    std::fs::read(path).map_err(StoreError::io("read", path))
+}
+
+/// Names in a sentence, at most a few.
+fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+    const MOST: usize = 8;
+    let names: Vec<&str> = names.into_iter().collect();
+    let shown = names[..names.len().min(MOST)].join(", ");
+    if names.len() > MOST {
+        format!("{shown} and {} more", names.len() - MOST)
+    } else {
+        shown
+    }
+}
+
+/// Refuses numbers that are not finite.
+fn finite(values: &[f64], what: &str) -> Result<(), String> {
+    match values.iter().find(|value| !value.is_finite()) {
+        Some(value) => Err(format!(
+            "{what} holds {value}, which is not a finite number"
+        )),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,570 @@
+//! A pickle machine that only builds data: numbers, texts, lists, dictionaries and numpy's arrays.
+//!
+//! A pickle is a program for a stack machine that may name any function of Python and call it. This machine knows the few
+//! names that numpy writes into its files, treats each as a word of the format, and refuses every other one: nothing is
+//! ever called. It cannot allocate more than a few times the length of the file.
+
+use super::npy::{Numbers, Type};
+
+/// Index of a node in [`Heap`].
+pub(super) type Id = usize;
+
+/// What a pickle builds. Nodes refer to each other by number, as values are shared.
+#[derive(Debug)]
+pub(super) enum Node {
+    None,
+    Bool(bool),
+    Whole(i64),
+    Number(f64),
+    Text(String),
+    Bytes(Vec<u8>),
+    /// A list or a tuple.
+    List(Vec<Id>),
+    Dictionary(Vec<(Id, Id)>),
+    /// A numpy type.
+    Type(Type),
+    /// A numpy array of numbers.
+    Numbers(Numbers),
+    /// The items of a numpy array of objects.
+    Objects(Vec<Id>),
+    /// One of the known functions, not yet applied.
+    Word(Word),
+    /// An array before its content came.
+    Blank,
+}
+
+/// The functions that numpy writes into its pickles.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Word {
+    Array,
+    Reconstruct,
+    Scalar,
+    Dtype,
+    FromBuffer,
+    Encode,
+    OrderedDict,
+}
+
+const WORDS: [(&str, &str, Word); 12] = [
+    ("numpy", "ndarray", Word::Array),
+    ("numpy", "dtype", Word::Dtype),
+    ("numpy.core.multiarray", "_reconstruct", Word::Reconstruct),
+    ("numpy._core.multiarray", "_reconstruct", Word::Reconstruct),
+    ("numpy.core.multiarray", "scalar", Word::Scalar),
+    ("numpy._core.multiarray", "scalar", Word::Scalar),
+    ("numpy.core.numeric", "_frombuffer", Word::FromBuffer),
+    ("numpy._core.numeric", "_frombuffer", Word::FromBuffer),
+    ("_codecs", "encode", Word::Encode),
+    ("collections", "OrderedDict", Word::OrderedDict),
+    ("numpy.dtypes", "Float64DType", Word::Dtype),
+    ("numpy.dtypes", "Float32DType", Word::Dtype),
+];
+
+/// Everything a pickle built.
+#[derive(Debug, Default)]
+pub(super) struct Heap {
+    nodes: Vec<Node>,
+}
+
+impl Heap {
+    pub(super) fn node(&self, id: Id) -> &Node {
+        &self.nodes[id]
+    }
+
+    /// The value under a text key of a dictionary.
+    pub(super) fn entry(&self, id: Id, key: &str) -> Option<Id> {
+        let Node::Dictionary(entries) = self.node(id) else {
+            return None;
+        };
+        let found = entries
+            .iter()
+            .rev()
+            .find(|(name, _)| matches!(self.node(*name), Node::Text(text) if text == key));
+        found.map(|(_, value)| *value)
+    }
+
+    /// The value as one number.
+    pub(super) fn number(&self, id: Id) -> Option<f64> {
+        match self.node(id) {
+            Node::Number(value) => Some(*value),
+            Node::Whole(value) => Some(*value as f64),
+            Node::Bool(value) => Some(f64::from(u8::from(*value))),
+            Node::Numbers(numbers) => match numbers.values[..] {
+                [value] => Some(value),
+                _ => None,
+            },
+            _ => None,
+        }
+    }
+
+    /// The value as a shape and that many numbers: an array, or a list of numbers.
+    pub(super) fn numbers(&self, id: Id) -> Option<Numbers> {
+        match self.node(id) {
+            Node::Numbers(numbers) => Some(numbers.clone()),
+            Node::List(items) => {
+                let values: Option<Vec<f64>> =
+                    items.iter().map(|item| self.number(*item)).collect();
+                Some(Numbers {
+                    shape: vec![items.len()],
+                    values: values?,
+                })
+            }
+            _ => self.number(id).map(|value| Numbers {
+                shape: Vec::new(),
+                values: vec![value],
+            }),
+        }
+    }
+
+    fn add(&mut self, node: Node) -> Id {
+        self.nodes.push(node);
+        self.nodes.len() - 1
+    }
+}
+
+/// Runs a pickle; returns what it built and which node is the result. Errors are half a sentence: what is wrong with it.
+pub(super) fn load(bytes: &[u8]) -> Result<(Heap, Id), String> {
+    let mut machine = Machine {
+        rest: bytes,
+        heap: Heap::default(),
+        stack: Vec::new(),
+        marks: Vec::new(),
+        memo: Vec::new(),
+    };
+    loop {
+        let [code] = machine.take()?;
+        if code == b'.' {
+            let result = machine.pop()?;
+            return Ok((machine.heap, result));
+        }
+        machine.step(code)?;
+    }
+}
+
+struct Machine<'a> {
+    rest: &'a [u8],
+    heap: Heap,
+    stack: Vec<Id>,
+    /// Heights of the stack at open marks.
+    marks: Vec<usize>,
+    memo: Vec<Option<Id>>,
+}
+
+impl<'a> Machine<'a> {
+    fn slice(&mut self, length: u64) -> Result<&'a [u8], String> {
+        let length = usize::try_from(length).unwrap_or(usize::MAX);
+        let cut = || "it is cut short".to_owned();
+        let (head, rest) = self.rest.split_at_checked(length).ok_or_else(cut)?;
+        self.rest = rest;
+        Ok(head)
+    }
+
+    fn take<const N: usize>(&mut self) -> Result<[u8; N], String> {
+        let mut bytes = [0; N];
+        bytes.copy_from_slice(self.slice(N as u64)?);
+        Ok(bytes)
+    }
+
+    fn line(&mut self) -> Result<String, String> {
+        let end = self.rest.iter().position(|&byte| byte == b'\n');
+        let line = self.slice(end.map_or(u64::MAX, |end| end as u64))?;
+        self.slice(1)?;
+        Ok(String::from_utf8_lossy(line).into_owned())
+    }
+
+    fn length<const N: usize>(&mut self) -> Result<u64, String> {
+        let mut bytes = [0; 8];
+        bytes[..N].copy_from_slice(&self.take::<N>()?);
+        Ok(u64::from_le_bytes(bytes))
+    }
+
+    fn push(&mut self, node: Node) {
+        let id = self.heap.add(node);
+        self.stack.push(id);
+    }
+
+    fn pop(&mut self) -> Result<Id, String> {
+        // What lies below a mark is not within reach.
+        let floor = self.marks.last().copied().unwrap_or(0);
+        if self.stack.len() <= floor {
+            return Err("it takes a value that is not there".to_owned());
+        }
+        self.stack.pop().ok_or_else(String::new)
+    }
+
+    fn top(&self) -> Result<Id, String> {
+        self.stack
+            .last()
+            .copied()
+            .ok_or_else(|| "it needs a value that is not there".to_owned())
+    }
+
+    fn since_mark(&mut self) -> Result<Vec<Id>, String> {
+        let mark = self
+            .marks
+            .pop()
+            .ok_or("it closes a mark that is not open")?;
+        Ok(self.stack.split_off(mark.min(self.stack.len())))
+    }
+
+    fn tuple(&mut self, count: usize) -> Result<(), String> {
+        let mut items = (0..count)
+            .map(|_| self.pop())
+            .collect::<Result<Vec<_>, _>>()?;
+        items.reverse();
+        self.push(Node::List(items));
+        Ok(())
+    }
+
+    fn text(&mut self, length: u64) -> Result<(), String> {
+        let bytes = self.slice(length)?;
+        self.push(Node::Text(String::from_utf8_lossy(bytes).into_owned()));
+        Ok(())
+    }
+
+    fn bytes(&mut self, length: u64) -> Result<(), String> {
+        let bytes = self.slice(length)?.to_vec();
+        self.push(Node::Bytes(bytes));
+        Ok(())
+    }
+
+    fn remember(&mut self, place: u64) -> Result<(), String> {
+        let top = self.top()?;
+        // Writers count up; a far place would only cost memory.
+        let place = usize::try_from(place).unwrap_or(usize::MAX);
+        if place > self.heap.nodes.len() + 1024 {
+            return Err("it numbers its values with gaps".to_owned());
+        }
+        if self.memo.len() <= place {
+            self.memo.resize(place + 1, None);
+        }
+        self.memo[place] = Some(top);
+        Ok(())
+    }
+
+    fn recall(&mut self, place: u64) -> Result<(), String> {
+        let place = usize::try_from(place).unwrap_or(usize::MAX);
+        let id = self.memo.get(place).copied().flatten();
+        self.stack
+            .push(id.ok_or("it refers to a value that is not there")?);
+        Ok(())
+    }
+
+    #[expect(clippy::too_many_lines, reason = "one line an opcode")]
+    fn step(&mut self, code: u8) -> Result<(), String> {
+        match code {
+            // Protocol and frames.
+            0x80 => {
+                self.take::<1>()?;
+            }
+            0x95 => {
+                self.take::<8>()?;
+            }
+            b'(' => self.marks.push(self.stack.len()),
+            b'0' => {
+                self.pop()?;
+            }
+            b'1' => {
+                self.since_mark()?;
+            }
+            b'2' => self.stack.push(self.top()?),
+            b'N' => self.push(Node::None),
+            0x88 => self.push(Node::Bool(true)),
+            0x89 => self.push(Node::Bool(false)),
+            b'J' => {
+                let value = i32::from_le_bytes(self.take()?);
+                self.push(Node::Whole(value.into()));
+            }
+            b'K' => {
+                let [value] = self.take()?;
+                self.push(Node::Whole(value.into()));
+            }
+            b'M' => {
+                let value = u16::from_le_bytes(self.take()?);
+                self.push(Node::Whole(value.into()));
+            }
+            0x8a => {
+                let length = self.length::<1>()?;
+                let bytes = self.slice(length)?;
+                if bytes.len() > 8 {
+                    return Err("it holds a whole number of more than 64 bits".to_owned());
+                }
+                let negative = bytes.last().is_some_and(|byte| byte & 0x80 != 0);
+                let mut whole = [if negative { 0xff } else { 0 }; 8];
+                whole[..bytes.len()].copy_from_slice(bytes);
+                self.push(Node::Whole(i64::from_le_bytes(whole)));
+            }
+            b'G' => {
+                let value = f64::from_be_bytes(self.take()?);
+                self.push(Node::Number(value));
+            }
+            b'X' => self.length::<4>().and_then(|length| self.text(length))?,
+            0x8c => self.length::<1>().and_then(|length| self.text(length))?,
+            0x8d => self.length::<8>().and_then(|length| self.text(length))?,
+            b'C' | b'U' => self.length::<1>().and_then(|length| self.bytes(length))?,
+            b'B' | b'T' => self.length::<4>().and_then(|length| self.bytes(length))?,
+            0x8e | 0x96 => self.length::<8>().and_then(|length| self.bytes(length))?,
+            b']' | b')' => self.push(Node::List(Vec::new())),
+            b'l' | b't' => {
+                let items = self.since_mark()?;
+                self.push(Node::List(items));
+            }
+            0x85 => self.tuple(1)?,
+            0x86 => self.tuple(2)?,
+            0x87 => self.tuple(3)?,
+            b'}' => self.push(Node::Dictionary(Vec::new())),
+            b'd' => {
+                let entries = pairs(&self.since_mark()?);
+                self.push(Node::Dictionary(entries));
+            }
+            b'a' => {
+                let item = self.pop()?;
+                self.append(vec![item])?;
+            }
+            b'e' => {
+                let items = self.since_mark()?;
+                self.append(items)?;
+            }
+            b's' => {
+                let value = self.pop()?;
+                let key = self.pop()?;
+                self.set(vec![(key, value)])?;
+            }
+            b'u' => {
+                let entries = pairs(&self.since_mark()?);
+                self.set(entries)?;
+            }
+            b'q' => self.length::<1>().and_then(|place| self.remember(place))?,
+            b'r' => self.length::<4>().and_then(|place| self.remember(place))?,
+            0x94 => self.remember(self.memo.len() as u64)?,
+            b'h' => self.length::<1>().and_then(|place| self.recall(place))?,
+            b'j' => self.length::<4>().and_then(|place| self.recall(place))?,
+            b'c' => {
+                let (module, name) = (self.line()?, self.line()?);
+                self.word(&module, &name)?;
+            }
+            0x93 => {
+                let (name, module) = (self.pop()?, self.pop()?);
+                let [Node::Text(name), Node::Text(module)] =
+                    [name, module].map(|id| self.heap.node(id))
+                else {
+                    return Err("it names a function by something else than text".to_owned());
+                };
+                let (name, module) = (name.clone(), module.clone());
+                self.word(&module, &name)?;
+            }
+            b'R' => self.apply()?,
+            b'b' => self.build()?,
+            _ => {
+                return Err(format!(
+                    "it has the instruction {code:#04x}, which files of numpy do not have: nothing of a pickle is executed"
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    fn append(&mut self, items: Vec<Id>) -> Result<(), String> {
+        let top = self.top()?;
+        match &mut self.heap.nodes[top] {
+            Node::List(list) => list.extend(items),
+            _ => return Err("it appends to something that is no list".to_owned()),
+        }
+        Ok(())
+    }
+
+    fn set(&mut self, new: Vec<(Id, Id)>) -> Result<(), String> {
+        let top = self.top()?;
+        match &mut self.heap.nodes[top] {
+            Node::Dictionary(entries) => entries.extend(new),
+            _ => return Err("it sets an entry of something that is no dictionary".to_owned()),
+        }
+        Ok(())
+    }
+
+    fn word(&mut self, module: &str, name: &str) -> Result<(), String> {
+        let known = WORDS.iter().find(|(m, n, _)| *m == module && *n == name);
+        let Some((_, _, word)) = known else {
+            return Err(format!(
+                "it calls {module}.{name}, which is not part of numpy's files: refused, nothing of a pickle is executed"
+            ));
+        };
+        self.push(Node::Word(*word));
+        Ok(())
+    }
+
+    fn items(&self, id: Id) -> Result<Vec<Id>, String> {
+        match self.heap.node(id) {
+            Node::List(items) => Ok(items.clone()),
+            _ => Err("it calls a function without a list of arguments".to_owned()),
+        }
+    }
+
+    /// The value of a call of one of the known functions.
+    fn apply(&mut self) -> Result<(), String> {
+        let arguments = self.pop()?;
+        let function = self.pop()?;
+        let arguments = self.items(arguments)?;
+        let Node::Word(word) = *self.heap.node(function) else {
+            return Err("it calls something that is no function".to_owned());
+        };
+        let wrong = || format!("it holds a {word:?} with unknown arguments").to_lowercase();
+        let argument = |place: usize| {
+            arguments
+                .get(place)
+                .map(|id| self.heap.node(*id))
+                .ok_or_else(wrong)
+        };
+        let made = match word {
+            Word::Reconstruct | Word::Array => Node::Blank,
+            Word::OrderedDict => Node::Dictionary(Vec::new()),
+            Word::Dtype => match argument(0)? {
+                Node::Text(code) => Node::Type(Type::parse(code)?),
+                _ => return Err(wrong()),
+            },
+            Word::Scalar => match [argument(0)?, argument(1)?] {
+                [Node::Type(kind), Node::Bytes(bytes)] => {
+                    let values = kind.numbers(bytes, 1)?;
+                    Node::Number(*values.first().ok_or_else(wrong)?)
+                }
+                _ => return Err(wrong()),
+            },
+            Word::FromBuffer => {
+                let shape = self.shape(*arguments.get(2).ok_or_else(wrong)?)?;
+                let fortran = matches!(argument(3), Ok(Node::Text(order)) if order == "F");
+                match [argument(0)?, argument(1)?] {
+                    [Node::Bytes(bytes), Node::Type(kind)] => {
+                        Node::Numbers(Numbers::decode(kind, shape, fortran, bytes)?)
+                    }
+                    _ => return Err(wrong()),
+                }
+            }
+            Word::Encode => match argument(0)? {
+                Node::Text(text) => {
+                    let byte = |c: char| u8::try_from(u32::from(c)).ok();
+                    let bytes: Option<Vec<u8>> = text.chars().map(byte).collect();
+                    Node::Bytes(bytes.ok_or_else(wrong)?)
+                }
+                _ => return Err(wrong()),
+            },
+        };
+        self.push(made);
+        Ok(())
+    }
+
+    fn shape(&self, id: Id) -> Result<Vec<usize>, String> {
+        let items = self.items(id)?;
+        let side = |id: &Id| match self.heap.node(*id) {
+            Node::Whole(side) => usize::try_from(*side).ok(),
+            _ => None,
+        };
+        let shape: Option<Vec<usize>> = items.iter().map(side).collect();
+        shape.ok_or_else(|| "it has an array whose shape is no list of whole numbers".to_owned())
+    }
+
+    /// Fills an array, or tells a type its byte order.
+    fn build(&mut self) -> Result<(), String> {
+        let state = self.pop()?;
+        let target = self.top()?;
+        let unknown = || "it fills something other than an array".to_owned();
+        let Node::List(state) = self.heap.node(state) else {
+            return Err(unknown());
+        };
+        let state = state.clone();
+        let filled = match (&self.heap.nodes[target], &state[..]) {
+            (Node::Type(kind), [_, order, ..]) => match self.heap.node(*order) {
+                Node::Text(order) => Node::Type(kind.ordered(order)),
+                Node::Bytes(order) => Node::Type(kind.ordered(&String::from_utf8_lossy(order))),
+                _ => return Err(unknown()),
+            },
+            (Node::Blank, [_, shape, kind, fortran, data]) => {
+                let shape = self.shape(*shape)?;
+                let fortran = matches!(self.heap.node(*fortran), Node::Bool(true));
+                match [self.heap.node(*kind), self.heap.node(*data)] {
+                    [Node::Type(Type::Object), Node::List(items)] => {
+                        let count = shape
+                            .iter()
+                            .try_fold(1usize, |n, &side| n.checked_mul(side));
+                        if count != Some(items.len()) {
+                            return Err(format!(
+                                "it has an array of shape {shape:?} with {} items",
+                                items.len()
+                            ));
+                        }
+                        Node::Objects(items.clone())
+                    }
+                    [Node::Type(kind), Node::Bytes(bytes)] => {
+                        Node::Numbers(Numbers::decode(kind, shape, fortran, bytes)?)
+                    }
+                    _ => return Err("it has an array without type or content".to_owned()),
+                }
+            }
+            _ => return Err(unknown()),
+        };
+        self.heap.nodes[target] = filled;
+        Ok(())
+    }
+}
+
+fn pairs(items: &[Id]) -> Vec<(Id, Id)> {
+    items
+        .chunks_exact(2)
+        .map(|pair| (pair[0], pair[1]))
+        .collect()
+}
+
+/// Writes a one-dimensional numpy array of dictionaries as numpy itself does (protocol 3).
+#[derive(Debug, Default)]
+pub(super) struct Writer {
+    bytes: Vec<u8>,
+}
+
+impl Writer {
+    /// Begins an array of `count` objects; each is then written, and [`Writer::finish`] ends it.
+    pub(super) fn of_objects(count: usize) -> Self {
+        let mut writer = Self::default();
+        writer.raw(b"\x80\x03cnumpy.core.multiarray\n_reconstruct\ncnumpy\nndarray\nK\x00\x85C\x01b\x87R(K\x01");
+        writer.whole(count);
+        writer.raw(b"\x85cnumpy\ndtype\n");
+        writer.text("O8");
+        writer.raw(b"\x89\x88\x87R(K\x03");
+        writer.text("|");
+        writer.raw(b"NNNJ\xff\xff\xff\xffJ\xff\xff\xff\xffK\x3ftb\x89](");
+        writer
+    }
+
+    pub(super) fn finish(mut self) -> Vec<u8> {
+        self.raw(b"etb.");
+        self.bytes
+    }
+
+    pub(super) fn open_dictionary(&mut self) {
+        self.raw(b"}(");
+    }
+
+    pub(super) fn close_dictionary(&mut self) {
+        self.raw(b"u");
+    }
+
+    pub(super) fn text(&mut self, text: &str) {
+        self.raw(b"X");
+        let length = u32::try_from(text.len()).unwrap_or(u32::MAX);
+        self.raw(&length.to_le_bytes());
+        self.raw(text.as_bytes());
+    }
+
+    pub(super) fn number(&mut self, value: f64) {
+        self.raw(b"G");
+        self.raw(&value.to_be_bytes());
+    }
+
+    fn whole(&mut self, value: usize) {
+        self.raw(b"J");
+        let value = i32::try_from(value).unwrap_or(i32::MAX);
+        self.raw(&value.to_le_bytes());
+    }
+
+    fn raw(&mut self, bytes: &[u8]) {
+        self.bytes.extend(bytes);
+    }
+}

@@ -1,0 +1,144 @@
+//! Tables from CSV, JSON and Parquet: cells are numbers, lists of numbers or texts.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde_json::Value;
+
+use super::super::error::StoreError;
+use super::super::table::{FLOAT, TEXT, VECTOR};
+
+/// What stands in a row under a column.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Cell {
+    Number(f64),
+    List(Vec<f64>),
+    Text(String),
+}
+
+/// Rows of named cells; what is empty is not there.
+#[derive(Debug, Default)]
+pub(super) struct Table {
+    pub(super) columns: Vec<String>,
+    pub(super) rows: Vec<BTreeMap<String, Cell>>,
+}
+
+/// A cell of text: a number, numbers separated by spaces or semicolons (brackets around them do no harm), or text.
+fn of_text(text: &str) -> Option<Cell> {
+    let text = text.trim();
+    if text.is_empty() {
+        return None;
+    }
+    if let Ok(number) = text.parse() {
+        return Some(Cell::Number(number));
+    }
+    let inner = text
+        .trim_start_matches(['[', '('])
+        .trim_end_matches([']', ')']);
+    let words = inner
+        .split(|c: char| c.is_whitespace() || matches!(c, ';' | ','))
+        .filter(|word| !word.is_empty());
+    let numbers: Option<Vec<f64>> = words.map(|word| word.parse().ok()).collect();
+    Some(match numbers {
+        Some(numbers) => Cell::List(numbers),
+        None => Cell::Text(text.to_owned()),
+    })
+}
+
+pub(super) fn of_csv(bytes: &[u8]) -> Result<Table, String> {
+    let mut reader = csv::ReaderBuilder::new()
+        .comment(Some(b'#'))
+        .from_reader(bytes);
+    let bad = |error: csv::Error| format!("it is no valid CSV table: {error}");
+    let columns: Vec<String> = reader
+        .headers()
+        .map_err(bad)?
+        .iter()
+        .map(|name| name.trim().to_owned())
+        .collect();
+    let mut rows = Vec::new();
+    for record in reader.records() {
+        let record = record.map_err(bad)?;
+        let cells = columns.iter().zip(&record);
+        rows.push(
+            cells
+                .filter_map(|(name, text)| Some((name.clone(), of_text(text)?)))
+                .collect(),
+        );
+    }
+    Ok(Table { columns, rows })
+}
+
+/// A list of objects, or an object whose entry `grasps` is one.
+pub(super) fn of_json(bytes: &[u8]) -> Result<Table, String> {
+    let value: Value =
+        serde_json::from_slice(bytes).map_err(|error| format!("it is no valid JSON: {error}"))?;
+    let list = value.get("grasps").unwrap_or(&value);
+    let entries = list
+        .as_array()
+        .ok_or("it is no list of grasps, each an object with named entries")?;
+    let mut table = Table::default();
+    for (place, entry) in entries.iter().enumerate() {
+        let entry = entry
+            .as_object()
+            .ok_or_else(|| format!("entry {place} is no object with named entries"))?;
+        let mut row = BTreeMap::new();
+        for (name, value) in entry {
+            if !table.columns.contains(name) {
+                table.columns.push(name.clone());
+            }
+            if let Some(cell) = of_value(value) {
+                row.insert(name.clone(), cell);
+            }
+        }
+        table.rows.push(row);
+    }
+    Ok(table)
+}
+
+fn of_value(value: &Value) -> Option<Cell> {
+    match value {
+        Value::Number(number) => number.as_f64().map(Cell::Number),
+        Value::String(text) => Some(Cell::Text(text.clone())),
+        Value::Array(items) => {
+            // Matrices are lists of lists.
+            let flat = items.iter().flat_map(|item| match item {
+                Value::Array(inner) => inner.iter().collect(),
+                other => vec![other],
+            });
+            flat.map(Value::as_f64)
+                .collect::<Option<Vec<f64>>>()
+                .map(Cell::List)
+        }
+        _ => None,
+    }
+}
+
+/// Columns of other types are left out.
+pub(super) fn of_parquet(path: &Path) -> Result<Table, StoreError> {
+    let stored = super::super::table::Table::read(path)?;
+    let mut table = Table {
+        columns: stored.names().map(str::to_owned).collect(),
+        rows: vec![BTreeMap::new(); stored.rows],
+    };
+    for name in &table.columns {
+        let cells: Vec<Option<Cell>> = if let Ok(numbers) = stored.optional(name, &FLOAT) {
+            numbers
+                .into_iter()
+                .map(|cell| cell.map(Cell::Number))
+                .collect()
+        } else if let Ok(lists) = stored.optional(name, &VECTOR) {
+            lists.into_iter().map(|cell| cell.map(Cell::List)).collect()
+        } else if let Ok(texts) = stored.optional(name, &TEXT) {
+            texts.into_iter().map(|cell| cell.map(Cell::Text)).collect()
+        } else {
+            continue;
+        };
+        for (row, cell) in table.rows.iter_mut().zip(cells) {
+            if let Some(cell) = cell {
+                row.insert(name.clone(), cell);
+            }
+        }
+    }
+    Ok(table)
+}

@@ -1,0 +1,141 @@
+//! Our grasps in the formats of other programs.
+
+use serde_json::{Map, Value};
+
+use super::super::grasps::Grasp;
+use super::dexgraspnet::{ROTATION, TRANSLATION, to_euler};
+use super::npy;
+use super::pickle::Writer;
+
+/// A grasp as MuJoCo's qpos: a free joint (position, quaternion w x y z), then one number for each joint of the model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct QposRow {
+    /// The number of the grasp.
+    pub id: u64,
+    /// The numbers.
+    pub qpos: Vec<f64>,
+}
+
+/// An array of DexGraspNet's dictionaries, as `numpy.load(…, allow_pickle=True)` reads it.
+pub fn dexgraspnet_npy(grasps: &[&Grasp], joint_names: &[String]) -> Vec<u8> {
+    let mut writer = Writer::of_objects(grasps.len());
+    for grasp in grasps {
+        writer.open_dictionary();
+        writer.text("qpos");
+        writer.open_dictionary();
+        let angles = to_euler(grasp.rotation_wxyz);
+        let joints = joint_names
+            .iter()
+            .map(String::as_str)
+            .zip(grasp.joints_rad.iter().copied());
+        let wrist = ROTATION
+            .into_iter()
+            .zip(angles)
+            .chain(TRANSLATION.into_iter().zip(grasp.translation_m));
+        for (name, value) in joints.chain(wrist) {
+            writer.text(name);
+            writer.number(value);
+        }
+        writer.close_dictionary();
+        writer.text("scale");
+        writer.number(grasp.scale);
+        writer.close_dictionary();
+    }
+    npy::with_header("|O", &format!("({},)", grasps.len()), &writer.finish())
+}
+
+/// Names of the columns of [`table_csv`] before the joints.
+const COLUMNS: [&str; 13] = [
+    "id",
+    "object",
+    "scale",
+    "hand",
+    "translation_m_x",
+    "translation_m_y",
+    "translation_m_z",
+    "rotation_w",
+    "rotation_x",
+    "rotation_y",
+    "rotation_z",
+    "label",
+    "contacts",
+];
+
+/// A CSV table: one row a grasp, one column a joint (radians); numbers come back to the last bit.
+pub fn table_csv(grasps: &[&Grasp], joint_names: &[String]) -> Vec<u8> {
+    let head = COLUMNS
+        .iter()
+        .map(ToString::to_string)
+        .chain(joint_names.iter().cloned());
+    let rows = grasps.iter().map(|grasp| {
+        let contacts: Vec<String> = grasp.contacts.iter().map(ToString::to_string).collect();
+        let mut row = vec![
+            grasp.id.to_string(),
+            grasp.object.clone(),
+            grasp.scale.to_string(),
+            grasp.hand.clone(),
+        ];
+        row.extend(grasp.translation_m.iter().map(f64::to_string));
+        row.extend(grasp.rotation_wxyz.iter().map(f64::to_string));
+        row.push(grasp.label.clone().unwrap_or_default());
+        // Brackets, so that one contact is a list as well.
+        row.push(format!("[{}]", contacts.join(" ")));
+        row.extend(grasp.joints_rad.iter().map(f64::to_string));
+        row
+    });
+    csv_of(std::iter::once(head.collect()).chain(rows))
+}
+
+fn csv_of(rows: impl Iterator<Item = Vec<String>>) -> Vec<u8> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    for row in rows {
+        // A Vec takes all bytes, and all rows are of one length.
+        let _ = writer.write_record(row);
+    }
+    writer.into_inner().unwrap_or_default()
+}
+
+/// A JSON list of objects: as the CSV table, with lists where that has several columns.
+pub fn table_json(grasps: &[&Grasp], joint_names: &[String]) -> Vec<u8> {
+    let entry = |grasp: &&Grasp| {
+        let mut entry = Map::new();
+        let mut add = |name: &str, value: Value| entry.insert(name.to_owned(), value);
+        add("id", grasp.id.into());
+        add("object", grasp.object.clone().into());
+        add("scale", grasp.scale.into());
+        add("hand", grasp.hand.clone().into());
+        add("translation_m", grasp.translation_m.to_vec().into());
+        add("rotation_wxyz", grasp.rotation_wxyz.to_vec().into());
+        if let Some(label) = &grasp.label {
+            add("label", label.clone().into());
+        }
+        add("contacts", grasp.contacts.clone().into());
+        for (name, angle) in joint_names.iter().zip(&grasp.joints_rad) {
+            add(name, (*angle).into());
+        }
+        Value::Object(entry)
+    };
+    let entries: Vec<Value> = grasps.iter().map(entry).collect();
+    let mut text = serde_json::to_string_pretty(&Value::Array(entries)).unwrap_or_default();
+    text.push('\n');
+    text.into_bytes()
+}
+
+/// A CSV table of qpos, its columns named.
+pub fn qpos_csv(rows: &[QposRow], joint_names: &[String]) -> Vec<u8> {
+    let pose = ["x", "y", "z", "qw", "qx", "qy", "qz"].map(str::to_owned);
+    let head = std::iter::once("id".to_owned())
+        .chain(pose)
+        .chain(joint_names.iter().cloned());
+    let rows = rows.iter().map(|row| {
+        let numbers = row.qpos.iter().map(f64::to_string);
+        std::iter::once(row.id.to_string()).chain(numbers).collect()
+    });
+    csv_of(std::iter::once(head.collect()).chain(rows))
+}
+
+/// A numpy table of qpos, one grasp a row.
+pub fn qpos_npy(rows: &[QposRow]) -> Vec<u8> {
+    let rows: Vec<Vec<f64>> = rows.iter().map(|row| row.qpos.clone()).collect();
+    npy::table(&rows)
+}

@@ -1,0 +1,537 @@
+//! Grasps of other programs: read, written, and every mistake with its sentence.
+#![cfg(feature = "cli")]
+#![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
+
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use desk::{Desk, assert_says};
+use landscape::grasp::hand::Hand;
+use landscape::store::exchange::{Columns, JointColumns, Mapping, read};
+use landscape::store::{Grasp, GraspFile, Overrides};
+
+mod desk;
+
+/// `numpy.save` of the dictionary of DexGraspBench for a hand with one joint, two grasps; as numpy 2 writes it, and with
+/// protocols 5 and 3.
+const BENCH: [&str; 3] = [
+    "\
+    k05VTVBZAQB2AHsnZGVzY3InOiAnfE8nLCAnZm9ydHJhbl9vcmRlcic6IEZhbHNlLCAnc2hhcGUnOiAoKSwgfSAgICAgICAgICAgICAgICAgIC\
+    AgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgIAqABJV+AgAAAAAAAIwWbnVtcHkuX2NvcmUubXVsdGlhcnJheZSM\
+    DF9yZWNvbnN0cnVjdJSTlIwFbnVtcHmUjAduZGFycmF5lJOUSwCFlEMBYpSHlFKUKEsBKWgDjAVkdHlwZZSTlIwCTziUiYiHlFKUKEsDjAF8lE\
+    5OTkr/////Sv////9LP3SUYoldlH2UKIwIb2JqX3Bvc2WUaAJoBUsAhZRoB4eUUpQoSwFLB4WUaAuMAmY4lImIh5RSlChLA4wBPJROTk5K////\
+    /0r/////SwB0lGKJQziamZmZmZm5P5qZmZmZmck/MzMzMzMz0z/NO39mnqDmPwAAAAAAAAAAAAAAAAAAAADNO39mnqDmP5R0lGKMCW9ial9zY2\
+    FsZZRoAIwGc2NhbGFylJOUaAuMAmY0lImIh5RSlChLA2gbTk5OSv////9K/////0sAdJRiQwQAAIA/lIaUUpSMCG9ial9wYXRolIwVYXNzZXRz\
+    L2JhbGwvaW5mby5qc29ulIwKZ3Jhc3BfcXBvc5RoAmgFSwCFlGgHh5RSlChLAUsCSwiGlGgkiUNAzcxMPQrXIzwAAAAAAAAAPwAAAD8AAAA/AA\
+    AAPwrXozwAAAAAj8J1vc3MzD0AAAAAAAAAAAAAgD8AAAAAj8J1PJR0lGKMDXByZWdyYXNwX3Fwb3OUaAJoBUsAhZRoB4eUUpQoSwFLAksIhpRo\
+    JIlDQJDCdT0K16M8CtcjPFyPAj9cjwI/XI8CP1yPAj+PwvU8CtcjPMzMTL2uR+E9CtcjPArXIzyuR4E/CtcjPMzMzDyUdJRijARub3RllE6MAm\
+    9rlIiMAW6USweMAXOUXZQoSwFHQAQAAAAAAABldWF0lGIu\
+",
+    "\
+    k05VTVBZAQB2AHsnZGVzY3InOiAnfE8nLCAnZm9ydHJhbl9vcmRlcic6IEZhbHNlLCAnc2hhcGUnOiAoKSwgfSAgICAgICAgICAgICAgICAgIC\
+    AgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgIAqABZWVAgAAAAAAAIwWbnVtcHkuX2NvcmUubXVsdGlhcnJheZSM\
+    DF9yZWNvbnN0cnVjdJSTlIwFbnVtcHmUjAduZGFycmF5lJOUSwCFlEMBYpSHlFKUKEsBKWgDjAVkdHlwZZSTlIwCTziUiYiHlFKUKEsDjAF8lE\
+    5OTkr/////Sv////9LP3SUYoldlH2UKIwIb2JqX3Bvc2WUjBNudW1weS5fY29yZS5udW1lcmljlIwLX2Zyb21idWZmZXKUk5QoljgAAAAAAAAA\
+    mpmZmZmZuT+amZmZmZnJPzMzMzMzM9M/zTt/Zp6g5j8AAAAAAAAAAAAAAAAAAAAAzTt/Zp6g5j+UaAuMAmY4lImIh5RSlChLA4wBPJROTk5K//\
+    ///0r/////SwB0lGJLB4WUjAFDlHSUUpSMCW9ial9zY2FsZZRoAIwGc2NhbGFylJOUaAuMAmY0lImIh5RSlChLA2gbTk5OSv////9K/////0sA\
+    dJRiQwQAAIA/lIaUUpSMCG9ial9wYXRolIwVYXNzZXRzL2JhbGwvaW5mby5qc29ulIwKZ3Jhc3BfcXBvc5RoFiiWQAAAAAAAAADNzEw9CtcjPA\
+    AAAAAAAAA/AAAAPwAAAD8AAAA/CtejPAAAAACPwnW9zczMPQAAAAAAAAAAAACAPwAAAACPwnU8lGgmSwJLCIaUaB50lFKUjA1wcmVncmFzcF9x\
+    cG9zlGgWKJZAAAAAAAAAAJDCdT0K16M8CtcjPFyPAj9cjwI/XI8CP1yPAj+PwvU8CtcjPMzMTL2uR+E9CtcjPArXIzyuR4E/CtcjPMzMzDyUaC\
+    ZLAksIhpRoHnSUUpSMBG5vdGWUTowCb2uUiIwBbpRLB4wBc5RdlChLAUdABAAAAAAAAGV1YXSUYi4=\
+",
+    "\
+    k05VTVBZAQB2AHsnZGVzY3InOiAnfE8nLCAnZm9ydHJhbl9vcmRlcic6IEZhbHNlLCAnc2hhcGUnOiAoKSwgfSAgICAgICAgICAgICAgICAgIC\
+    AgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgIAqAA2NudW1weS5fY29yZS5tdWx0aWFycmF5Cl9yZWNvbnN0cnVj\
+    dApxAGNudW1weQpuZGFycmF5CnEBSwCFcQJDAWJxA4dxBFJxBShLASljbnVtcHkKZHR5cGUKcQZYAgAAAE84cQeJiIdxCFJxCShLA1gBAAAAfH\
+    EKTk5OSv////9K/////0s/dHELYoldcQx9cQ0oWAgAAABvYmpfcG9zZXEOaABoAUsAhXEPaAOHcRBScREoSwFLB4VxEmgGWAIAAABmOHETiYiH\
+    cRRScRUoSwNYAQAAADxxFk5OTkr/////Sv////9LAHRxF2KJQziamZmZmZm5P5qZmZmZmck/MzMzMzMz0z/NO39mnqDmPwAAAAAAAAAAAAAAAA\
+    AAAADNO39mnqDmP3EYdHEZYlgJAAAAb2JqX3NjYWxlcRpjbnVtcHkuX2NvcmUubXVsdGlhcnJheQpzY2FsYXIKcRtoBlgCAAAAZjRxHImIh3Ed\
+    UnEeKEsDaBZOTk5K/////0r/////SwB0cR9iQwQAAIA/cSCGcSFScSJYCAAAAG9ial9wYXRocSNYFQAAAGFzc2V0cy9iYWxsL2luZm8uanNvbn\
+    EkWAoAAABncmFzcF9xcG9zcSVoAGgBSwCFcSZoA4dxJ1JxKChLAUsCSwiGcSloHolDQM3MTD0K1yM8AAAAAAAAAD8AAAA/AAAAPwAAAD8K16M8\
+    AAAAAI/Cdb3NzMw9AAAAAAAAAAAAAIA/AAAAAI/CdTxxKnRxK2JYDQAAAHByZWdyYXNwX3Fwb3NxLGgAaAFLAIVxLWgDh3EuUnEvKEsBSwJLCI\
+    ZxMGgeiUNAkMJ1PQrXozwK1yM8XI8CP1yPAj9cjwI/XI8CP4/C9TwK1yM8zMxMva5H4T0K1yM8CtcjPK5HgT8K1yM8zMzMPHExdHEyYlgEAAAA\
+    bm90ZXEzTlgCAAAAb2txNIhYAQAAAG5xNUsHWAEAAABzcTZdcTcoSwFHQAQAAAAAAABldWF0cThiLg==\
+",
+];
+
+/// Grasps of the parallel gripper on the ball.
+const TABLE: &str = "\
+id,scale,translation_m_x,translation_m_y,translation_m_z,rotation_w,rotation_x,rotation_y,rotation_z,label,jaw
+7,1,0.1,0.02,0.0333333333333333,0.5,0.5,-0.5,0.5,\"pinch, wide\",0.025
+9,1,-0.08,0.011,0.05,0.6,0.0,0.8,0.0,,0.0301234567890123
+11,1,0,0,-0.07,0.0,1.0,0.0,0.0,,0.0400001
+";
+
+/// DexGraspNet's angles need not be the ones we write.
+const TURNED: f64 = 1e-12;
+
+fn with_table() -> Desk {
+    let desk = Desk::empty();
+    fs::write(desk.path("t.csv"), TABLE).unwrap();
+    succeed(
+        &desk,
+        "import t.csv --hand gripper_parallel --object ball -o t.parquet",
+    );
+    desk
+}
+
+fn succeed(desk: &Desk, line: &str) -> String {
+    let output = desk.run(line);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success(), "landscape {line}: {said}");
+    said + &String::from_utf8(output.stdout).unwrap()
+}
+
+fn grasps(path: &Path) -> GraspFile {
+    GraspFile::read(path, Overrides::default()).unwrap().0
+}
+
+/// Largest difference of poses and joints of two files; quaternions up to their sign.
+fn difference(a: &GraspFile, b: &GraspFile) -> f64 {
+    assert_eq!(a.grasps.len(), b.grasps.len());
+    let mut worst: f64 = 0.0;
+    for (one, two) in a.grasps.iter().zip(&b.grasps) {
+        let dot: f64 = one
+            .rotation_wxyz
+            .iter()
+            .zip(two.rotation_wxyz)
+            .map(|(p, q)| p * q)
+            .sum();
+        let rotation = one
+            .rotation_wxyz
+            .iter()
+            .zip(two.rotation_wxyz.map(|q| q * dot.signum()));
+        let pairs = one.translation_m.iter().copied().zip(two.translation_m);
+        let pairs = pairs.chain(rotation.map(|(p, q)| (*p, q)));
+        let pairs = pairs.chain(
+            one.joints_rad
+                .iter()
+                .copied()
+                .zip(two.joints_rad.iter().copied()),
+        );
+        worst = pairs.map(|(p, q)| (p - q).abs()).fold(worst, f64::max);
+    }
+    worst
+}
+
+#[test]
+fn tables_become_grasps_with_contacts_and_energies() {
+    let desk = with_table();
+    let file = grasps(&desk.path("t.parquet"));
+    let ids: Vec<u64> = file.grasps.iter().map(|grasp| grasp.id).collect();
+    assert_eq!(ids, [7, 9, 11]);
+    assert_eq!(file.grasps[0].label.as_deref(), Some("pinch, wide"));
+    assert_eq!(file.grasps[1].source, "t.csv 1");
+    for grasp in &file.grasps {
+        assert_eq!(grasp.contacts.len(), 4);
+        assert!(
+            grasp.energy > 0.0 && (grasp.terms.iter().sum::<f64>() - grasp.energy).abs() < 1e-12
+        );
+    }
+    let said = succeed(
+        &desk,
+        "import t.csv --hand gripper_parallel --object ball -o u.parquet",
+    );
+    assert_says(
+        &said,
+        &[
+            "1 of 3 grasps have joints beyond their limits, jaw",
+            "kept",
+            "3 of 3 grasps",
+        ],
+    );
+    assert_eq!(
+        fs::read(desk.path("t.parquet")).unwrap().len(),
+        fs::read(desk.path("u.parquet")).unwrap().len()
+    );
+    // What comes out is a file as any other.
+    assert!(desk.run("inspect t.parquet").status.success());
+}
+
+#[test]
+fn round_trips_are_exact() {
+    let desk = with_table();
+    let before = grasps(&desk.path("t.parquet"));
+    for (format, name, tolerance) in [
+        ("csv", "r.csv", 0.0),
+        ("json", "r.json", 0.0),
+        ("dexgraspnet", "r.npy", TURNED),
+    ] {
+        succeed(&desk, &format!("export t.parquet {format} -o {name}"));
+        succeed(
+            &desk,
+            &format!("import {name} --hand gripper_parallel --object ball -o r.parquet -q"),
+        );
+        let after = grasps(&desk.path("r.parquet"));
+        let off = difference(&before, &after);
+        assert!(off <= tolerance, "{format}: {off}");
+        if format != "dexgraspnet" {
+            let contacts = |file: &GraspFile| {
+                file.grasps
+                    .iter()
+                    .map(|g| (g.id, g.contacts.clone(), g.label.clone()))
+                    .collect::<Vec<_>>()
+            };
+            assert_eq!(contacts(&before), contacts(&after), "{format}");
+        }
+    }
+    // Our own file is a table, too.
+    succeed(
+        &desk,
+        "import t.parquet --hand gripper_parallel --object ball -o s.parquet -q",
+    );
+    assert!(difference(&before, &grasps(&desk.path("s.parquet"))) <= 0.0);
+}
+
+#[test]
+fn mappings_rename_and_convert() {
+    let desk = with_table();
+    let before = grasps(&desk.path("t.parquet"));
+    // Millimetres, the object in the hand, x y z w.
+    let entry = |grasp: &Grasp| {
+        let [w, x, y, z] = grasp.rotation_wxyz;
+        let q = nalgebra::UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(w, x, y, z))
+            .inverse();
+        let t = q * -nalgebra::Vector3::from(grasp.translation_m) * 1e3;
+        format!(
+            "{{\"p\": [{}, {}, {}], \"quat\": [{}, {}, {}, {}], \"q\": [{}]}},",
+            t.x, t.y, t.z, q.i, q.j, q.k, q.w, grasp.joints_rad[0]
+        )
+    };
+    let text: String = before.grasps.iter().map(entry).collect();
+    fs::write(
+        desk.path("m.json"),
+        format!("{{\"grasps\": [{}]}}", text.trim_end_matches(',')),
+    )
+    .unwrap();
+    let mapping = "translation = \"p\"\ntranslation_unit = \"mm\"\nrotation = \"quat\"\nrotation_form = \"xyzw\"\n\
+        frame = \"hand_from_object\"\njoints = \"q\"\nscale = 1.0\n";
+    fs::write(desk.path("m.toml"), mapping).unwrap();
+    let said = succeed(
+        &desk,
+        "import m.json --hand gripper_parallel --object ball --mapping m.toml -o m.parquet",
+    );
+    assert_says(&said, &["column `q` does not name its joints"]);
+    let off = difference(&before, &grasps(&desk.path("m.parquet")));
+    assert!(off < 1e-12, "{off}");
+    // Other forms of one rotation, through the library.
+    let joints = vec!["jaw".to_owned()];
+    let columns = |names: &[&str]| {
+        Some(Columns::Each(
+            names.iter().map(ToString::to_string).collect(),
+        ))
+    };
+    let path = desk.path("forms.csv");
+    let half = std::f64::consts::FRAC_PI_2;
+    fs::write(&path, format!("x,y,z,a,b,c,r1,r2,r3,m,finger\n1,2,3,0,0,90,0,0,{half},0 -1 0 1 0 0 0 0 1,57.29577951308232\n")).unwrap();
+    for (rotation, form, unit) in [
+        (columns(&["a", "b", "c"]), "fixed_xyz", "deg"),
+        (columns(&["r1", "r2", "r3"]), "rotation_vector", "rad"),
+        (Some(Columns::List("m".to_owned())), "matrix", "rad"),
+    ] {
+        let mapping = Mapping {
+            translation: columns(&["x", "y", "z"]),
+            rotation,
+            rotation_form: serde_json::from_value(form.into()).unwrap(),
+            rotation_unit: serde_json::from_value(unit.into()).unwrap(),
+            joints: Some(JointColumns::Each(
+                [("jaw".to_owned(), "finger".to_owned())].into(),
+            )),
+            joint_unit: serde_json::from_value("deg".into()).unwrap(),
+            ..Mapping::default()
+        };
+        let grasp = &read(&path, &joints, &mapping).unwrap().grasps[0];
+        let expected = [
+            half.cos().mul_add(0.0, 0.5f64.sqrt()),
+            0.0,
+            0.0,
+            0.5f64.sqrt(),
+        ];
+        for (q, e) in grasp.rotation_wxyz.iter().zip(expected) {
+            assert!((q - e).abs() < 1e-12, "{form}: {:?}", grasp.rotation_wxyz);
+        }
+        assert!((grasp.joints_rad[0] - 1.0).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn dictionaries_of_dexgraspbench_are_read() {
+    let desk = Desk::empty();
+    for (name, text) in ["a.npy", "b.npy", "c.npy"].iter().zip(BENCH) {
+        fs::write(desk.path(name), STANDARD.decode(text).unwrap()).unwrap();
+        let read = read(&desk.path(name), &["jaw".to_owned()], &Mapping::default()).unwrap();
+        assert_eq!((read.format, read.grasps.len()), ("DexGraspBench", 2));
+        assert_says(&read.notes[0], &["hand's order, jaw"]);
+        // The object stands at (0.1, 0.2, 0.3), turned by a right angle about z.
+        let [first, second] = &read.grasps[..] else {
+            panic!("two grasps")
+        };
+        for (x, e) in first.translation_m.iter().zip([-0.19, 0.05, -0.3]) {
+            assert!((x - e).abs() < 1e-7, "{:?}", first.translation_m);
+        }
+        let half = 0.5f64.sqrt();
+        for (q, e) in first.rotation_wxyz.iter().zip([half, half, 0.0, 0.0]) {
+            assert!((q.abs() - e).abs() < 1e-7, "{:?}", first.rotation_wxyz);
+        }
+        assert!((second.joints_rad[0] - 0.015).abs() < 1e-8 && second.scale == Some(1.0));
+    }
+    let said = succeed(
+        &desk,
+        "import . --hand gripper_parallel --object ball -o all.parquet",
+    );
+    assert_says(&said, &["6 of 6 grasps (DexGraspBench)"]);
+}
+
+#[test]
+fn qpos_and_scenes_are_written() {
+    let desk = with_table();
+    succeed(&desk, "export t.parquet qpos");
+    let text = fs::read_to_string(desk.path("t.qpos.csv")).unwrap();
+    let mut lines = text.lines();
+    let head = lines.next().unwrap();
+    assert!(
+        head.starts_with("id,x,y,z,qw,qx,qy,qz,jaw,") && head.ends_with("(follows jaw)"),
+        "{head}"
+    );
+    assert_eq!(
+        lines.next().unwrap(),
+        "7,0.1,0.02,0.0333333333333333,0.5,0.5,-0.5,0.5,0.025,0.025"
+    );
+    succeed(&desk, "export t.parquet qpos -o q.npy --grasp 9 --grasp 11");
+    let bytes = fs::read(desk.path("q.npy")).unwrap();
+    assert!(
+        bytes.starts_with(b"\x93NUMPY") && bytes.len() == 128 + 2 * 9 * 8,
+        "{}",
+        bytes.len()
+    );
+    succeed(&desk, "export t.parquet glb");
+    for id in [7, 9, 11] {
+        let bytes = fs::read(desk.path(&format!("t.scenes/{id}.glb"))).unwrap();
+        assert!(bytes.starts_with(b"glTF"));
+    }
+    succeed(&desk, "export t.parquet glb --grasp 9 -o nine.glb");
+    assert_eq!(
+        fs::read(desk.path("nine.glb")).unwrap(),
+        fs::read(desk.path("t.scenes/9.glb")).unwrap()
+    );
+}
+
+#[test]
+#[expect(clippy::too_many_lines, reason = "a list of mistakes")]
+fn mistakes_are_one_sentence() {
+    let desk = with_table();
+    let write = |name: &str, bytes: &[u8]| fs::write(desk.path(name), bytes).unwrap();
+    let npy = |body: &[u8]| {
+        let mut header = b"{'descr': '|O', 'fortran_order': False, 'shape': (), }".to_vec();
+        header.resize(117, b' ');
+        header.push(b'\n');
+        let mut bytes = b"\x93NUMPY\x01\x00\x76\x00".to_vec();
+        bytes.extend(header);
+        bytes.extend(body);
+        bytes
+    };
+    write(
+        "system.npy",
+        &npy(b"\x80\x03cos\nsystem\nX\x0b\x00\x00\x00touch owned\x85R."),
+    );
+    write("cut.npy", &STANDARD.decode(BENCH[0]).unwrap()[..400]);
+    write("whole.npy", &STANDARD.decode(BENCH[0]).unwrap());
+    write("words.npy", b"words");
+    write("other.npy", &npy(b"\x80\x03}X\x01\x00\x00\x00aK\x01s."));
+    write("nan.csv", TABLE.replace("0.011", "NaN").as_bytes());
+    write("word.csv", TABLE.replace("0.011", "left").as_bytes());
+    write("long.csv", TABLE.replace("0.6,0.0", "0.9,0.0").as_bytes());
+    write("ragged.csv", TABLE.replace("0.6,0.0", "0.6").as_bytes());
+    write(
+        "far.csv",
+        TABLE
+            .replace("0.025", "0.9")
+            .replace("0.0301234567890123", "0.8")
+            .replace("0.0400001", "0.7")
+            .as_bytes(),
+    );
+    write("other.csv", TABLE.replace("jaw", "thumb").as_bytes());
+    write("empty.csv", TABLE.lines().next().unwrap().as_bytes());
+    write("bad.json", b"[1, 2");
+    write("odd.toml", b"rotation_form = \"roll\"");
+    write("typo.toml", b"rotations = \"q\"");
+    write("gone.toml", b"joints = { jaw = \"finger\" }");
+    let with = "--hand gripper_parallel --object ball";
+    for (line, words) in [
+        (
+            format!("import system.npy {with}"),
+            &[
+                "system.npy",
+                "it calls os.system",
+                "nothing of a pickle is executed",
+            ][..],
+        ),
+        (format!("import cut.npy {with}"), &["cut.npy", "cut short"]),
+        (
+            format!("import words.npy {with}"),
+            &["words.npy", "no .npy file"],
+        ),
+        (
+            format!("import other.npy {with}"),
+            &["neither `qpos`", "nor `grasp_qpos`"],
+        ),
+        (
+            "import whole.npy --hand human --object ball".to_owned(),
+            &["8 numbers", "joints of the hand"],
+        ),
+        (
+            format!("import nan.csv {with}"),
+            &["nan.csv", "row 1", "translation_m_y", "not a finite number"],
+        ),
+        (
+            format!("import word.csv {with}"),
+            &["row 1", "`left`", "numbers are needed"],
+        ),
+        (
+            format!("import long.csv {with}"),
+            &["row 1", "quaternion has length"],
+        ),
+        (format!("import ragged.csv {with}"), &["no valid CSV table"]),
+        (
+            format!("import far.csv {with}"),
+            &[
+                "none of the grasps can be used",
+                "joint `jaw`",
+                "beyond its limits",
+            ],
+        ),
+        (
+            format!("import other.csv {with}"),
+            &["no columns for the joints jaw", "mapping"],
+        ),
+        (format!("import empty.csv {with}"), &["holds no grasps"]),
+        (format!("import bad.json {with}"), &["no valid JSON"]),
+        (
+            format!("import t.csv {with} --mapping odd.toml"),
+            &["odd.toml", "roll"],
+        ),
+        (
+            format!("import t.csv {with} --mapping typo.toml"),
+            &["typo.toml", "rotations"],
+        ),
+        (
+            format!("import t.csv {with} --mapping gone.toml"),
+            &["no column `finger`"],
+        ),
+        (
+            format!("import t.csv {with} --scale 0.5"),
+            &["--scale 0.5", "at 1 (3)"],
+        ),
+        (format!("import t.csv {with} --scale -1"), &["positive"]),
+        ("import t.csv --object ball".to_owned(), &["--hand"]),
+        (
+            "import t.csv --hand gripper_parallel".to_owned(),
+            &["--object"],
+        ),
+        (format!("import t.csv {with} -o t.csv"), &["to be read"]),
+        (format!("import nowhere {with}"), &["nowhere", "for grasps"]),
+        (
+            "export t.parquet csv -o t.npy".to_owned(),
+            &["must end in .csv"],
+        ),
+        (
+            "export t.parquet glb --grasp 8".to_owned(),
+            &["no grasp of this number"],
+        ),
+        (
+            "export t.parquet glb -o all.glb".to_owned(),
+            &["holds one grasp"],
+        ),
+    ] {
+        let sentence = desk.mistake(&line);
+        assert_says(&sentence, words);
+    }
+    assert!(!desk.path("owned").exists());
+}
+
+/// The outside test data, where it is at hand.
+fn published() -> Option<PathBuf> {
+    let root = std::env::var_os("LANDSCAPE_TEST_DATA");
+    if root.is_none() {
+        let _ = writeln!(std::io::stderr(), "SKIPPED: LANDSCAPE_TEST_DATA is not set");
+    }
+    root.map(PathBuf::from)
+}
+
+/// DexGraspNet's own file against a table that numpy made of it.
+#[test]
+fn published_grasps_are_read_as_numpy_reads_them() {
+    let Some(root) = published() else { return };
+    let hand = root.join("hands/shadow_dexgraspnet/shadow_hand_wrist_free.xml");
+    let files = landscape::grasp::hand::HandFiles::load(&hand).unwrap();
+    let hand = Hand::from_files(&files).unwrap();
+    let joints: Vec<String> = hand.joints.iter().map(|joint| joint.name.clone()).collect();
+    let mapping = Mapping {
+        translation: Some(Columns::List("translation_xyz".into())),
+        rotation: Some(Columns::List("quat_wxyz".into())),
+        joints: Some(JointColumns::List("joint_angles".into())),
+        object: Some("object_code".into()),
+        id: Some("grasp_index".into()),
+        ..Mapping::default()
+    };
+    for (code, count) in [
+        ("core-mug-8570d9a8d24cb0acbebd3c0c0c70fb03", 246),
+        ("sem-Bottle-437678d4bc6be981c8724d5673a063a6", 248),
+    ] {
+        let data = root.join("dexgraspnet");
+        let ours = read(
+            &data.join(format!("original_npy/{code}.npy")),
+            &joints,
+            &Mapping::default(),
+        )
+        .unwrap();
+        let reference = read(
+            &data.join(format!("parquet/{code}.parquet")),
+            &joints,
+            &mapping,
+        )
+        .unwrap();
+        assert_eq!((ours.grasps.len(), reference.grasps.len()), (count, count));
+        assert_eq!(ours.format, "DexGraspNet");
+        for (a, b) in ours.grasps.iter().zip(&reference.grasps) {
+            let dot: f64 = a
+                .rotation_wxyz
+                .iter()
+                .zip(b.rotation_wxyz)
+                .map(|(p, q)| p * q)
+                .sum();
+            assert!((dot.abs() - 1.0).abs() < 1e-12);
+            let pairs = a
+                .translation_m
+                .iter()
+                .chain(&a.joints_rad)
+                .zip(b.translation_m.iter().chain(&b.joints_rad));
+            assert!(pairs.clone().all(|(p, q)| (p - q).abs() < 1e-12));
+            assert!((a.scale.unwrap() - b.scale.unwrap()).abs() < 1e-12);
+        }
+    }
+    // The hand of another data set has the same joints under shifted names.
+    let other = root.join("hands/shadow_dexonomy/shadow_right.xml");
+    let files = landscape::grasp::hand::HandFiles::load(&other).unwrap();
+    let names: Vec<String> = Hand::from_files(&files)
+        .unwrap()
+        .joints
+        .iter()
+        .map(|joint| joint.name.clone())
+        .collect();
+    let path =
+        root.join("dexgraspnet/original_npy/sem-Bottle-437678d4bc6be981c8724d5673a063a6.npy");
+    let said = read(&path, &names, &Mapping::default())
+        .unwrap_err()
+        .to_string();
+    assert_says(
+        &said,
+        &[
+            "its joints are not those of the hand",
+            "counts joints from 0",
+        ],
+    );
+}
