@@ -292,39 +292,45 @@ fn report(conditions: &[Condition], rule: &Rule) -> String {
     for condition in conditions {
         let _ = writeln!(text, "\n## {}\n", condition.name);
         text += &categories(condition);
-        text += "\n| type | grasps | right | taken for |\n|---|---|---|---|\n";
-        for entry in &feix.types {
-            let of_type: Vec<&Outcome> = (condition.outcomes.iter())
-                .filter(|outcome| outcome.truth == Some(entry.number))
-                .collect();
-            if of_type.is_empty() {
-                continue;
-            }
-            let mut taken: BTreeMap<u8, usize> = BTreeMap::new();
-            for outcome in &of_type {
-                *taken.entry(best(&outcome.label).unwrap_or(0)).or_default() += 1;
-            }
-            let right = taken.remove(&entry.number).unwrap_or(0);
-            let mut taken: Vec<(u8, usize)> = taken.into_iter().collect();
-            taken.sort_by_key(|(number, count)| (usize::MAX - count, *number));
-            let taken: Vec<String> = taken
-                .iter()
-                .map(|(number, count)| {
-                    let name = feix
-                        .numbered(*number)
-                        .map_or("nothing", |entry| &entry.name);
-                    format!("{name} {count}")
-                })
-                .collect();
-            let _ = writeln!(
-                text,
-                "| {} {} | {} | {right} | {} |",
-                entry.number,
-                entry.name,
-                of_type.len(),
-                taken.join(", ")
-            );
+        text.push('\n');
+        text += &types(condition);
+    }
+    text
+}
+
+/// What each type is taken for.
+fn types(condition: &Condition) -> String {
+    let feix = Taxonomy::feix();
+    let mut text = "| type | grasps | right | taken for |\n|---|---|---|---|\n".to_owned();
+    for entry in &feix.types {
+        let of_type: Vec<&Outcome> = (condition.outcomes.iter())
+            .filter(|outcome| outcome.truth == Some(entry.number))
+            .collect();
+        if of_type.is_empty() {
+            continue;
         }
+        let mut taken: BTreeMap<u8, usize> = BTreeMap::new();
+        for outcome in &of_type {
+            *taken.entry(best(&outcome.label).unwrap_or(0)).or_default() += 1;
+        }
+        let right = taken.remove(&entry.number).unwrap_or(0);
+        let mut taken: Vec<(u8, usize)> = taken.into_iter().collect();
+        taken.sort_by_key(|(number, count)| (usize::MAX - count, *number));
+        let spell = |(number, count): &(u8, usize)| {
+            let name = feix
+                .numbered(*number)
+                .map_or("nothing", |entry| &entry.name);
+            format!("{name} {count}")
+        };
+        let taken: Vec<String> = taken.iter().map(spell).collect();
+        let _ = writeln!(
+            text,
+            "| {} {} | {} | {right} | {} |",
+            entry.number,
+            entry.name,
+            of_type.len(),
+            taken.join(", ")
+        );
     }
     text
 }
@@ -356,10 +362,10 @@ fn picture(condition: &Condition) -> Canvas {
     const CELL: f64 = 30.0;
     const LEFT: f64 = 330.0;
     const TOP: f64 = 160.0;
+    /// 33 cells, the margins above and 30 units beyond.
+    const SIZE: [u32; 2] = [1350, 1180];
     let feix = Taxonomy::feix();
-    let count = feix.types.len() as f64;
-    let side = |start: f64| (start + CELL * count + 30.0).ceil() as u32;
-    let mut canvas = Canvas::new(side(LEFT), side(TOP)).with_pixels_per_unit(1);
+    let mut canvas = Canvas::new(SIZE[0], SIZE[1]).with_pixels_per_unit(1);
     let name = |place: usize| format!("{} {}", feix.types[place].number, feix.types[place].name);
     let face = TextFace::new(19.0, theme::INK);
     for row in 0..feix.types.len() {

@@ -14,7 +14,7 @@ use landscape::store::{GraspFile, Overrides};
 
 mod desk;
 
-/// Grasps of the committed population, every so manieth.
+/// Grasps of the committed population, every `step`-th.
 fn some_grasps(step: usize) -> GraspFile {
     let (mut file, _) =
         GraspFile::read("data/grasps.parquet".as_ref(), Overrides::default()).unwrap();

@@ -43,14 +43,7 @@ pub(super) fn run(command: &LabelCommand, common: &Common) -> anyhow::Result<()>
     if !common.quiet {
         input::warn(&warnings);
     }
-    let rule = match &command.rule {
-        None => Rule::standard().clone(),
-        Some(path) => {
-            let text = std::fs::read_to_string(path)
-                .with_context(|| format!("--rule: cannot read {}", path.display()))?;
-            Rule::parse(&text).with_context(|| path.display().to_string())?
-        }
-    };
+    let rule = rule(command)?;
     let name = command.grasps.display();
     for id in &command.explain {
         anyhow::ensure!(
@@ -119,6 +112,16 @@ pub(super) fn run(command: &LabelCommand, common: &Common) -> anyhow::Result<()>
         complain(&format!("wrote {}", output.display()));
     }
     Ok(())
+}
+
+/// The rule that the flags ask for.
+fn rule(command: &LabelCommand) -> anyhow::Result<Rule> {
+    let Some(path) = &command.rule else {
+        return Ok(Rule::standard().clone());
+    };
+    let text = std::fs::read_to_string(path)
+        .with_context(|| format!("--rule: cannot read {}", path.display()))?;
+    Rule::parse(&text).with_context(|| path.display().to_string())
 }
 
 /// A hand and an object.

@@ -231,7 +231,7 @@ mod tests {
         let mut obj = String::new();
         for code in 0..8 {
             let at = |axis: usize| {
-                if code >> axis & 1 == 1 {
+                if (code >> axis) & 1 == 1 {
                     other[axis]
                 } else {
                     corner[axis]
@@ -241,7 +241,8 @@ mod tests {
         }
         obj += "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
         let mesh = crate::grasp::object::Mesh::from_obj("slab", &mut obj.as_bytes()).unwrap();
-        let slab = Object::from_mesh("slab", mesh, &Default::default()).unwrap();
+        let slab =
+            Object::from_mesh("slab", mesh, &crate::grasp::object::Description::default()).unwrap();
         let faces = held_at(&slab, |sample| sample.normal.z.abs() > 0.9);
         assert!(faces.forms[Form::Plate as usize] > 0.9, "{faces:?}");
         assert!((1e3 * faces.width_m - 12.0).abs() < 1.5, "{faces:?}");
