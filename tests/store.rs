@@ -77,6 +77,9 @@ fn grasp(id: u64) -> Grasp {
         label: Some("medium wrap".into()),
         label_auto: Some("precision disk".into()),
         label_score: Some(0.9),
+        label_best: Some("Precision Disk 0.900, Precision Sphere 0.850".into()),
+        label_category: Some("power".into()),
+        label_source: Some("human".into()),
         source: "synthesis".into(),
         chain_seed: u64::MAX,
         chain_step: 9999,
@@ -94,6 +97,7 @@ fn file(count: u64) -> GraspFile {
         energy: json!({ "weights": [0.1, 1e-7, 3.3333333333333335] }),
         settings: json!({ "steps": 10000 }),
         stability: json!({ "protocol": "drop" }),
+        labels: json!({ "rule": "0" }),
         terms: vec!["force_closure".into(), "distance".into()],
     };
     GraspFile {

@@ -72,6 +72,9 @@ pub(super) enum Command {
     /// Simulate the grasps of a file: would the object stay in the hand?
     #[command(after_help = STABILITY_EXAMPLES)]
     Stability(Stability),
+    /// Name the grasps of a file: their types in the GRASP taxonomy, by a rule or by you
+    #[command(after_help = LABEL_EXAMPLES)]
+    Label(LabelCommand),
     /// List the objects that come with the program, show what is derived of one of your own, or make one of a neural network
     Objects(Objects),
     /// Map a surface: a named model, or an energy of your own
@@ -97,6 +100,7 @@ Examples:
   landscape build grasps.parquet                           grasps.landscape/: the landscape between them
   landscape inspect grasps.parquet                         how good these grasps are
   landscape stability grasps.parquet                       would the object stay in the hand?
+  landscape label grasps.parquet                           which types of grasps these are
   landscape surface lj 7                                   lj-7.landscape/: all minima and saddles of a model
   landscape draw grasps.landscape --lowest 50              grasps.view/: the same pictures of its 50 lowest minima
   landscape diff warm.landscape cold.landscape             which minima and merges moved
@@ -181,6 +185,22 @@ In all of them more than 1 cm of overlap at the start fails.
 Adds the columns stable, stable_reason (held, overlap, fell, moved, turned, lost), stable_displacement_m and
 stable_turn_rad; the protocol with all its numbers goes into the file's metadata. Objects are cut into convex pieces; how
 well these fit is told. An interrupted run continues where it stopped when the same command is given again.";
+
+const LABEL_EXAMPLES: &str = "\
+Examples:
+  landscape label grasps.parquet                           grasps.labelled.parquet: the same with grasp types
+  landscape label grasps.parquet --explain 17              why grasp 17 is what it is
+  landscape label grasps.parquet --sheet sheet.html        a page on which you label by clicking; it saves labels.csv
+  landscape label grasps.parquet --from labels.csv         the same with your labels, which win
+  landscape label mine.parquet -o mine.parquet             in place
+
+The types are the 33 of the GRASP taxonomy (Feix et al. 2016). The rule looks at all of the hand within 5 mm of the object,
+at the pose of the fingers and at the object where it is held. Where two types fit as well it tells the cell of the
+taxonomy's table (category/opposition/virtual finger 2/thumb); where none fits, `unlisted`; for a hand without a thumb
+and fingers of a human one, `not_applicable`.
+
+Adds the columns label (yours), label_auto, label_score, label_best, label_category and label_source. labels.csv has the
+columns id and label: a name or number of a type, or `unlisted`.";
 
 const BAKE_EXAMPLES: &str = "\
 Examples:
@@ -451,6 +471,35 @@ pub(super) struct Inspect {
     /// Write everything as JSON.
     #[arg(long)]
     pub(super) json: bool,
+    /// The hand, for a file that does not describe it.
+    #[arg(long, value_name = "NAME|FILE")]
+    pub(super) hand: Option<String>,
+    /// The object, for a file that does not describe it.
+    #[arg(long, value_name = "NAME|FILE")]
+    pub(super) object: Option<String>,
+}
+
+/// Name grasps.
+#[derive(Debug, Args)]
+pub(super) struct LabelCommand {
+    /// The grasps.
+    #[arg(value_name = "FILE")]
+    pub(super) grasps: PathBuf,
+    /// Tell what spoke for and against the label of the grasp with this id, and write nothing; may be given several times.
+    #[arg(long, value_name = "ID", conflicts_with_all = ["sheet", "output"])]
+    pub(super) explain: Vec<u64>,
+    /// Labels given by a human (CSV with the columns id and label): they win over the rule's.
+    #[arg(long, value_name = "FILE")]
+    pub(super) from: Option<PathBuf>,
+    /// Write a page (HTML) on which the grasps can be labelled, instead of labels.
+    #[arg(long, value_name = "FILE", conflicts_with = "output")]
+    pub(super) sheet: Option<PathBuf>,
+    /// Signatures of your own, in the form of data/taxonomy/signatures.toml, instead of those that come with the program.
+    #[arg(long, value_name = "FILE")]
+    pub(super) rule: Option<PathBuf>,
+    /// The file to write; by default the name of the file with the ending `.labelled.parquet`.
+    #[arg(long, short, value_name = "FILE")]
+    pub(super) output: Option<PathBuf>,
     /// The hand, for a file that does not describe it.
     #[arg(long, value_name = "NAME|FILE")]
     pub(super) hand: Option<String>,

@@ -75,6 +75,7 @@ pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
             energy: serde_json::to_value(EnergySettings::default())?,
             settings: serde_json::json!({ "format": format, "notes": notes }),
             stability: serde_json::Value::Null,
+            labels: serde_json::Value::Null,
             terms: Vec::new(),
         },
         grasps: Vec::new(),

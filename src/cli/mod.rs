@@ -22,6 +22,7 @@ mod import;
 mod import_grasps;
 mod input;
 mod inspect;
+mod label;
 mod landscape;
 mod magnetisation;
 mod models;
@@ -57,6 +58,7 @@ pub fn run() -> ExitCode {
             Command::Inspect(command) => inspect::run(command, &arguments.common),
             Command::Hands(command) => hands::run(&command.command, &arguments.common),
             Command::Stability(command) => stability::run(command, &arguments.common),
+            Command::Label(command) => label::run(command, &arguments.common),
             Command::Objects(command) => objects::run(&command.command, &arguments.common),
             Command::Surface(command) => surface::run(command, &arguments.common),
             Command::Draw(command) => draw::run(command, &arguments.common),

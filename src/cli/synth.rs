@@ -195,6 +195,7 @@ fn metadata(
         energy: serde_json::to_value(experiment.energy)?,
         settings: serde_json::to_value(experiment.synthesis)?,
         stability: serde_json::Value::Null,
+        labels: serde_json::Value::Null,
         terms: energy.term_names(),
     })
 }
@@ -272,6 +273,9 @@ fn row(
         label: None,
         label_auto: None,
         label_score: None,
+        label_best: None,
+        label_category: None,
+        label_source: None,
         source: match origin.given(end.chain) {
             None => format!("landscape {} synth", env!("CARGO_PKG_VERSION")),
             Some(given) => format!(

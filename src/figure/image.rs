@@ -1,5 +1,7 @@
 //! Pixels.
 
+use super::FigureError;
+
 /// Pixels, row by row from the top.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Image {
@@ -19,6 +21,25 @@ impl Image {
             height,
             rgb: rgb.repeat(width as usize * height as usize),
         }
+    }
+
+    /// The image as a PNG file.
+    ///
+    /// # Errors
+    /// As [`FigureError::Draw`]: if the image is empty or its bytes do not match its size.
+    pub fn to_png(&self) -> Result<Vec<u8>, FigureError> {
+        let refuse = |error: png::EncodingError| FigureError::Draw {
+            message: error.to_string(),
+        };
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, self.width, self.height);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_compression(png::Compression::Best);
+        let mut writer = encoder.write_header().map_err(refuse)?;
+        writer.write_image_data(&self.rgb).map_err(refuse)?;
+        writer.finish().map_err(refuse)?;
+        Ok(bytes)
     }
 
     /// Averages squares of `factor` × `factor` pixels.

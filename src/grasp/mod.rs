@@ -3,7 +3,7 @@
 //! [`hand`] and [`object`] are what meets, [`term`] what a meeting costs, [`energy`] the sum and its envelope over contact
 //! sets, [`kernel`] the moves, [`synthesis`] the search, [`filter`] and [`closure`] the judges,
 //! [`failure`] what relaxed force closure alone does not see, [`relaxed`] the relaxed test of bare points and
-//! [`contact_points`] the search for its minima, [`stability`] the test in a physics engine.
+//! [`contact_points`] the search for its minima, [`stability`] the test in a physics engine, [`taxonomy`] the names of grasps.
 
 pub mod closure;
 pub mod contact;
@@ -21,6 +21,7 @@ pub mod spread;
 pub mod stability;
 pub mod start;
 pub mod synthesis;
+pub mod taxonomy;
 pub mod term;
 
 pub use diversity::Diversity;

@@ -20,9 +20,12 @@
 //! | `stable`?∅ | bool | held in simulation; null: not simulated |
 //! | `stable_reason`?∅ | string | why, see `grasp::stability::Reason`; null: not simulated |
 //! | `stable_displacement_m`?∅, `stable_turn_rad`?∅ | double | how far the object moved and turned in simulation |
-//! | `label`?∅ | string | grasp type given by a human |
-//! | `label_auto`?∅ | string | grasp type given by the rule |
-//! | `label_score`?∅ | double | how clearly the rule decided |
+//! | `label`?∅ | string | grasp type given by a human, or `unlisted` |
+//! | `label_auto`?∅ | string | what the rule says: a grasp type, the cell of the taxonomy where two types fit as well (`power/palm/2-5/abducted`), `unlisted`, or `not_applicable` |
+//! | `label_score`?∅ | double | how well the best type fits, 0 to 1 |
+//! | `label_best`?∅ | string | the three types that fit best, with their scores |
+//! | `label_category`?∅ | string | `power`, `intermediate` or `precision` by the human's label, else the rule's; null where that names no type or cell |
+//! | `label_source`?∅ | string | `human` or `rule`: whose word `label_category` is; null: not labelled |
 //! | `source`? | string | where the grasp comes from; absent: empty |
 //! | `chain_seed`?, `chain_step`? | uint64 | the chain and step that found it; absent: 0 |
 //!
@@ -91,12 +94,18 @@ pub struct Grasp {
     pub stable_displacement_m: Option<f64>,
     /// How far the object turned in simulation, radians.
     pub stable_turn_rad: Option<f64>,
-    /// Grasp type given by a human.
+    /// Grasp type given by a human, or `unlisted`.
     pub label: Option<String>,
     /// Grasp type given by the rule.
     pub label_auto: Option<String>,
-    /// How clearly the rule decided.
+    /// How well the best type fits.
     pub label_score: Option<f64>,
+    /// The three types that fit best, with their scores.
+    pub label_best: Option<String>,
+    /// Category by the human's label, else the rule's.
+    pub label_category: Option<String>,
+    /// Whose word the category is: `human` or `rule`.
+    pub label_source: Option<String>,
     /// Where the grasp comes from.
     pub source: String,
     /// Seed of the chain that found it.
@@ -266,6 +275,18 @@ impl GraspFile {
             grasps().map(|grasp| grasp.label_auto.as_deref()),
         );
         columns.optional_floats("label_score", grasps().map(|grasp| grasp.label_score));
+        columns.optional_texts(
+            "label_best",
+            grasps().map(|grasp| grasp.label_best.as_deref()),
+        );
+        columns.optional_texts(
+            "label_category",
+            grasps().map(|grasp| grasp.label_category.as_deref()),
+        );
+        columns.optional_texts(
+            "label_source",
+            grasps().map(|grasp| grasp.label_source.as_deref()),
+        );
         columns.texts("source", grasps().map(|grasp| grasp.source.as_str()));
         columns.wholes("chain_seed", grasps().map(|grasp| grasp.chain_seed));
         columns.wholes("chain_step", grasps().map(|grasp| grasp.chain_step));
@@ -359,6 +380,7 @@ fn foreign(table: &Table, overrides: Overrides) -> Metadata {
         energy: serde_json::Value::Null,
         settings: serde_json::Value::Null,
         stability: serde_json::Value::Null,
+        labels: serde_json::Value::Null,
         terms: table
             .names()
             .filter_map(|name| name.strip_prefix(TERM))
@@ -408,6 +430,9 @@ fn rows(table: &Table, metadata: &Metadata) -> Result<Vec<Grasp>, StoreError> {
     let mut label = table.optional("label", &TEXT)?.into_iter();
     let mut label_auto = table.optional("label_auto", &TEXT)?.into_iter();
     let mut label_score = table.optional("label_score", &FLOAT)?.into_iter();
+    let mut label_best = table.optional("label_best", &TEXT)?.into_iter();
+    let mut label_category = table.optional("label_category", &TEXT)?.into_iter();
+    let mut label_source = table.optional("label_source", &TEXT)?.into_iter();
     let mut source = table
         .defaulted("source", &TEXT, |_| Some(String::new()))?
         .into_iter();
@@ -441,6 +466,9 @@ fn rows(table: &Table, metadata: &Metadata) -> Result<Vec<Grasp>, StoreError> {
             label: label.next()?,
             label_auto: label_auto.next()?,
             label_score: label_score.next()?,
+            label_best: label_best.next()?,
+            label_category: label_category.next()?,
+            label_source: label_source.next()?,
             source: source.next()?,
             chain_seed: chain_seed.next()?,
             chain_step: chain_step.next()?,

@@ -33,6 +33,9 @@ pub struct Metadata {
     /// nothing was simulated.
     #[serde(default, skip_serializing_if = "serde_json::Value::is_null")]
     pub stability: serde_json::Value,
+    /// The version of the rule behind the column `label_auto` and its thresholds; null where nothing was labelled.
+    #[serde(default, skip_serializing_if = "serde_json::Value::is_null")]
+    pub labels: serde_json::Value,
     /// Names of the energy terms, in the order of [`Grasp::terms`](super::Grasp::terms).
     pub terms: Vec<String>,
 }

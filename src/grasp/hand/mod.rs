@@ -36,6 +36,7 @@ use side_file::MetricEntry;
 pub use error::HandError;
 pub use files::{HandFile, HandFiles};
 pub use named::HAND_NAMES;
+pub use region::PatchSide;
 pub use self_pairs::{SegmentPair, axis_distance, closest_points};
 pub use skin::{Skin, SkinVertex};
 

@@ -11,6 +11,53 @@ const TIP: f64 = 0.45;
 const BACK: f64 = -0.5;
 const SIDE: f64 = 0.8;
 
+/// A side of a digit, told by its outward normal.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum PatchSide {
+    /// The pad.
+    Pad,
+    /// The thumb's side of a finger.
+    Radial,
+    /// The little finger's side.
+    Ulnar,
+    /// The back.
+    Back,
+    /// The end of the last bone.
+    Tip,
+}
+
+impl PatchSide {
+    /// The side on which the parts of the outward normal out of the pad, to the thumb's side and to the tip are these;
+    /// `last`: on the last bone of the digit.
+    pub fn of([pad, radial, distal]: [f64; 3], last: bool) -> Self {
+        match () {
+            () if last && distal > TIP => Self::Tip,
+            () if pad < BACK => Self::Back,
+            () if radial > SIDE => Self::Radial,
+            () if radial < -SIDE => Self::Ulnar,
+            () => Self::Pad,
+        }
+    }
+
+    /// The last part of a region's name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Pad => "pad",
+            Self::Radial => "radial",
+            Self::Ulnar => "ulnar",
+            Self::Back => "back",
+            Self::Tip => "tip",
+        }
+    }
+
+    /// The side with this name.
+    pub fn named(name: &str) -> Option<Self> {
+        [Self::Pad, Self::Radial, Self::Ulnar, Self::Back, Self::Tip]
+            .into_iter()
+            .find(|side| side.name() == name)
+    }
+}
+
 /// Gives each link its digit and returns the digits' names, `palm` first.
 ///
 /// Without a side file the palm is the link from which most moving branches with geometry leave, with all that is not
@@ -142,14 +189,8 @@ fn patch(normal: &Vector3<f64>, axes: &AxesEntry, last: bool) -> Result<&'static
                 place: "\"axes\" of the side file",
             })
     };
-    let (pad, radial, distal) = (along(axes.pad)?, along(axes.radial)?, along(axes.distal)?);
-    Ok(match () {
-        () if last && distal > TIP => "tip",
-        () if pad < BACK => "back",
-        () if radial > SIDE => "radial",
-        () if radial < -SIDE => "ulnar",
-        () => "pad",
-    })
+    let parts = [along(axes.pad)?, along(axes.radial)?, along(axes.distal)?];
+    Ok(PatchSide::of(parts, last).name())
 }
 
 fn holds(rule: &PalmRule, position: &Vector3<f64>, normal: &Vector3<f64>) -> bool {

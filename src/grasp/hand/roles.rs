@@ -43,6 +43,20 @@ fn straight_and_closed(hand: &Hand) -> [Vec<f64>; 2] {
     [straight.collect::<Vec<_>>(), closed.collect()].map(|joints| coordinates(&joints))
 }
 
+impl Hand {
+    /// Joint coordinates with all hinges straight: zero, or the limit next to it; slides half open.
+    pub fn straight_joints(&self) -> Vec<f64> {
+        straight_and_closed(self)[0].split_off(7)
+    }
+
+    /// The straight hand, root frame at the origin; without surface points.
+    pub fn straight(&self) -> PosedHand {
+        let mut posed = PosedHand::default();
+        self.pose_links(&coordinates(&self.straight_joints()), &mut posed);
+        posed
+    }
+}
+
 /// Each digit's reach, palm left out.
 fn reaches(hand: &Hand) -> Vec<Reach> {
     let [straight, closed] = straight_and_closed(hand).map(|x| {

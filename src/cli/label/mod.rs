@@ -1,0 +1,211 @@
+//! `landscape label`: the grasp types of a file's grasps.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use rayon::prelude::*;
+use serde_json::json;
+
+use super::args::{Common, LabelCommand};
+use super::input::{self, coordinates};
+use super::{check_output, complain, models, print, progress};
+use crate::grasp::hand::Hand;
+use crate::grasp::object::Object;
+use crate::grasp::taxonomy::{GraspType, Label, Labeller, Rule, Taxonomy, UNLISTED, explain};
+use crate::store::{Grasp, GraspFile, Population};
+
+mod sheet;
+mod summary;
+mod table;
+
+pub(super) fn run(command: &LabelCommand, common: &Common) -> anyhow::Result<()> {
+    let output = command
+        .output
+        .clone()
+        .unwrap_or_else(|| command.grasps.with_extension("labelled.parquet"));
+    let writes = command.explain.is_empty() && command.sheet.is_none();
+    for path in command.sheet.iter().chain(writes.then_some(&output)) {
+        check_output(path)?;
+        anyhow::ensure!(
+            !path.is_dir(),
+            "{} is a folder, the name of a file is needed",
+            path.display()
+        );
+    }
+    let (mut file, mut warnings) = input::read(
+        &command.grasps,
+        command.hand.as_deref(),
+        command.object.as_deref(),
+    )?;
+    // No energy is needed here.
+    warnings.retain(|warning| !warning.contains("energy"));
+    if !common.quiet {
+        input::warn(&warnings);
+    }
+    let rule = rule(command)?;
+    let name = command.grasps.display();
+    for id in &command.explain {
+        anyhow::ensure!(
+            file.grasps.iter().any(|grasp| grasp.id == *id),
+            "--explain {id}: {name} has no grasp with this id"
+        );
+    }
+    if let Some(path) = &command.from {
+        let given = table::read(path)?;
+        honour(&mut file, &given, path)?;
+    }
+
+    let wanted = |grasp: &Grasp| command.explain.is_empty() || command.explain.contains(&grasp.id);
+    let count = file.grasps.iter().filter(|grasp| wanted(grasp)).count();
+    let bar = progress::bar("grasps", count as u64, common.quiet);
+    let mut labels: BTreeMap<u64, Label> = BTreeMap::new();
+    let mut cards = Vec::new();
+    for population in file.landscapes() {
+        let place = Place::new(&population)?;
+        let labeller = Labeller::new(&place.hand, &place.object, &rule);
+        let grasps: Vec<&Grasp> = (population
+            .grasps
+            .iter()
+            .copied()
+            .filter(|grasp| wanted(grasp)))
+        .collect();
+        let of_population: Vec<(u64, Label)> = grasps
+            .par_iter()
+            .map(|grasp| {
+                bar.inc(1);
+                (grasp.id, labeller.label(&coordinates(grasp)))
+            })
+            .collect();
+        labels.extend(of_population);
+        if command.sheet.is_some() {
+            cards.extend(sheet::cards(&place.hand, &place.object, &grasps, &labels)?);
+        }
+    }
+    bar.finish_and_clear();
+
+    if !command.explain.is_empty() {
+        print(&explanations(&file, &labels, &rule));
+        return Ok(());
+    }
+    if let Some(path) = &command.sheet {
+        sheet::write(path, &command.grasps, cards)?;
+        if !common.quiet {
+            complain(&format!("wrote {}", path.display()));
+        }
+        return Ok(());
+    }
+    for grasp in &mut file.grasps {
+        if let Some(label) = labels.get(&grasp.id) {
+            record(grasp, label);
+        }
+    }
+    file.metadata.labels = json!({
+        "rule": rule.version,
+        "unlisted_below": rule.unlisted_below,
+        "ambiguous_within": rule.ambiguous_within,
+        "program_version": env!("CARGO_PKG_VERSION"),
+    });
+    file.write(&output)?;
+    if !common.quiet {
+        print(&summary::summary(&file, &labels));
+        complain(&format!("wrote {}", output.display()));
+    }
+    Ok(())
+}
+
+/// The rule that the flags ask for.
+fn rule(command: &LabelCommand) -> anyhow::Result<Rule> {
+    let Some(path) = &command.rule else {
+        return Ok(Rule::standard().clone());
+    };
+    let text = std::fs::read_to_string(path)
+        .with_context(|| format!("--rule: cannot read {}", path.display()))?;
+    Rule::parse(&text).with_context(|| path.display().to_string())
+}
+
+/// A hand and an object.
+struct Place {
+    hand: std::sync::Arc<Hand>,
+    object: std::sync::Arc<Object>,
+}
+
+impl Place {
+    fn new(population: &Population<'_>) -> anyhow::Result<Self> {
+        let hand = models::hand(population.hand)?;
+        models::check_hand(population.hand, &hand)?;
+        let object = models::object(population.object, population.scale)?;
+        Ok(Self { hand, object })
+    }
+}
+
+/// What a human may say: a type, or that none fits.
+pub(super) fn human_label(text: &str) -> Option<Result<&'static GraspType, ()>> {
+    if text.trim().eq_ignore_ascii_case(UNLISTED) {
+        return Some(Err(()));
+    }
+    Taxonomy::feix().named(text).map(Ok)
+}
+
+/// The label as files have it.
+pub(super) fn canonical(label: Result<&'static GraspType, ()>) -> &'static str {
+    label.map_or(UNLISTED, |entry| entry.name.as_str())
+}
+
+/// Puts the labels of a human into the rows.
+fn honour(file: &mut GraspFile, given: &[table::Given], path: &Path) -> anyhow::Result<()> {
+    let rows: BTreeMap<u64, usize> = (file.grasps.iter().enumerate())
+        .map(|(row, grasp)| (grasp.id, row))
+        .collect();
+    for label in given {
+        let row = *rows.get(&label.id).with_context(|| {
+            format!(
+                "{}, line {}: there is no grasp with id {}",
+                path.display(),
+                label.line,
+                label.id
+            )
+        })?;
+        file.grasps[row].label = Some(label.label.to_owned());
+    }
+    Ok(())
+}
+
+/// Writes what the rule says into a row; the human's word stays.
+fn record(grasp: &mut Grasp, label: &Label) {
+    grasp.label_auto = Some(label.text().to_owned());
+    grasp.label_score = label.best.first().map(|best| best.score);
+    grasp.label_best = (!label.best.is_empty()).then(|| label.best_text());
+    let human = grasp.label.as_deref().filter(|text| !text.is_empty());
+    let (source, category) = match human {
+        Some(text) => {
+            let entry = human_label(text).and_then(Result::ok);
+            ("human", entry.map(|entry| entry.category))
+        }
+        None => ("rule", label.listed_category()),
+    };
+    grasp.label_source = Some(source.to_owned());
+    grasp.label_category = category.map(|category| category.name().to_owned());
+}
+
+fn explanations(file: &GraspFile, labels: &BTreeMap<u64, Label>, rule: &Rule) -> String {
+    let mut text = String::new();
+    for grasp in &file.grasps {
+        let Some(label) = labels.get(&grasp.id) else {
+            continue;
+        };
+        text += &format!("grasp {}: {} on {}\n", grasp.id, grasp.hand, grasp.object);
+        if let Some(human) = grasp.label.as_deref().filter(|human| !human.is_empty()) {
+            text += &format!("human            {human}\n");
+        }
+        text += &explain(label, rule);
+        text.push('\n');
+    }
+    text
+}
+
+/// The name of a file, for titles.
+fn file_name(path: &Path) -> String {
+    let name = path.file_name().map(PathBuf::from).unwrap_or_default();
+    name.display().to_string()
+}

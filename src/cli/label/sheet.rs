@@ -1,0 +1,110 @@
+//! A contact sheet in which a person labels grasps: one HTML file that needs nothing else.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use anyhow::Context;
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use nalgebra::{Rotation3, Vector3};
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::super::input::coordinates;
+use super::file_name;
+use crate::figure::Scene;
+use crate::grasp::hand::Hand;
+use crate::grasp::object::Object;
+use crate::grasp::taxonomy::{Label, Taxonomy};
+use crate::store::{Grasp, write_atomic};
+
+/// The page; the data take the place of [`DATA`].
+const PAGE: &str = include_str!("sheet.html");
+const DATA: &str = "\"DATA\"";
+/// Side of a picture, pixels.
+const SIDE: u32 = 220;
+/// The second picture is taken from so far round, radians.
+const TURN_RAD: f64 = 1.9;
+
+/// One grasp on the sheet.
+#[derive(Serialize)]
+pub(super) struct Card {
+    id: u64,
+    object: String,
+    /// Two pictures, PNG in base64.
+    pictures: [String; 2],
+    /// What a human has said so far.
+    human: Option<String>,
+    /// What the rule says.
+    rule: String,
+    best: String,
+}
+
+#[derive(Serialize)]
+struct Page<'a> {
+    file: String,
+    types: Vec<Choice<'a>>,
+    grasps: Vec<Card>,
+}
+
+/// A type that can be chosen.
+#[derive(Serialize)]
+struct Choice<'a> {
+    number: u8,
+    name: &'a str,
+    aliases: &'a [String],
+    cell: &'a str,
+    cue: &'a str,
+}
+
+/// The cards of the grasps of one landscape, in file order.
+pub(super) fn cards(
+    hand: &Hand,
+    object: &Object,
+    grasps: &[&Grasp],
+    labels: &BTreeMap<u64, Label>,
+) -> anyhow::Result<Vec<Card>> {
+    let skin = hand.skin();
+    grasps
+        .par_iter()
+        .map(|grasp| {
+            let scene = Scene::of_grasp(hand, &skin, object, &coordinates(grasp), &grasp.contacts);
+            let first = scene.best_camera(Vector3::z());
+            let toward_eye = first.view_from_object.row(2).transpose();
+            let turned = Rotation3::from_axis_angle(&Vector3::z_axis(), TURN_RAD) * toward_eye;
+            let picture = |camera| -> anyhow::Result<String> {
+                Ok(STANDARD.encode(scene.render(camera, SIDE, SIDE).to_png()?))
+            };
+            let second = scene.framed(turned, Vector3::z());
+            let label = labels.get(&grasp.id);
+            Ok(Card {
+                id: grasp.id,
+                object: grasp.object.clone(),
+                pictures: [picture(&first)?, picture(&second)?],
+                human: grasp.label.clone().filter(|label| !label.is_empty()),
+                rule: label.map_or_else(String::new, |label| label.text().to_owned()),
+                best: label.map_or_else(String::new, Label::best_text),
+            })
+        })
+        .collect()
+}
+
+/// Writes the sheet.
+pub(super) fn write(path: &Path, grasps: &Path, cards: Vec<Card>) -> anyhow::Result<()> {
+    let types = Taxonomy::feix().types.iter().map(|entry| Choice {
+        number: entry.number,
+        name: &entry.name,
+        aliases: &entry.aliases,
+        cell: &entry.cell,
+        cue: &entry.cue,
+    });
+    let page = Page {
+        file: file_name(grasps),
+        types: types.collect(),
+        grasps: cards,
+    };
+    // Inside a script element only `</` could end it early.
+    let data = serde_json::to_string(&page)?.replace("</", "<\\/");
+    write_atomic(path, PAGE.replacen(DATA, &data, 1).as_bytes())
+        .with_context(|| format!("cannot write {}", path.display()))
+}

@@ -1,0 +1,38 @@
+//! The 33 types of the GRASP taxonomy (Feix et al. 2016), and the rule that labels a grasp and explains itself.
+//!
+//! [`Taxonomy`] is the table, [`Anatomy`] reads a hand as a human one, [`touches`] is all of it that is near the object
+//! (never only the few contacts of force closure), [`Labeller`] compares what is measured of that with a signature of each
+//! type. Everything is told by directions of the hand itself, so a mirrored grasp has the same label.
+
+mod anatomy;
+mod classifier;
+mod features;
+mod signature;
+mod table;
+mod touch;
+
+pub use anatomy::{Anatomy, Bone, PalmPart, Patch};
+pub use classifier::{
+    Candidate, Evidence, Label, Labeller, NOT_APPLICABLE, UNLISTED, Verdict, explain,
+    label_contacts,
+};
+pub use signature::Rule;
+pub use table::{Category, Disagreement, Form, GraspType, Opposition, Taxonomy, Thumb};
+pub use touch::{Held, NEAR_M, Touch, held, touches};
+
+/// Why a table of types or of signatures cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum TaxonomyError {
+    /// Not TOML of the expected form.
+    #[error("the table of grasp types is invalid: {0}")]
+    Toml(#[from] toml::de::Error),
+    /// An entry contradicts itself or others.
+    #[error("grasp type {name}: {problem}")]
+    Type {
+        /// Name of the type.
+        name: String,
+        /// What is wrong.
+        problem: String,
+    },
+}

@@ -1,0 +1,418 @@
+//! Labels of grasps: what holds for every hand and pose, and the command as a user runs it.
+#![cfg(feature = "cli")]
+#![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::Command;
+
+use desk::{Desk, assert_says};
+use landscape::grasp::hand::{Hand, HandFiles};
+use landscape::grasp::object::{Mesh, Object};
+use landscape::grasp::taxonomy::{Anatomy, Labeller, NOT_APPLICABLE, Patch, Rule, Taxonomy};
+use landscape::store::{GraspFile, Overrides};
+
+mod desk;
+
+/// Grasps of the committed population, every `step`-th.
+fn some_grasps(step: usize) -> GraspFile {
+    let (mut file, _) =
+        GraspFile::read("data/grasps.parquet".as_ref(), Overrides::default()).unwrap();
+    let mut row = 0;
+    file.grasps.retain(|_| {
+        row += 1;
+        row % step == 1
+    });
+    file
+}
+
+fn coordinates(grasp: &landscape::store::Grasp) -> Vec<f64> {
+    let mut x = grasp.translation_m.to_vec();
+    x.extend(grasp.rotation_wxyz);
+    x.extend(&grasp.joints_rad);
+    x
+}
+
+fn hand(name: &str) -> Hand {
+    Hand::from_files(&HandFiles::named(name).unwrap()).unwrap()
+}
+
+fn object_of(file: &GraspFile) -> Object {
+    let object = &file.metadata.objects[0];
+    let mesh = object.mesh_obj.as_ref().unwrap();
+    let mesh = Mesh::from_obj(&object.name, &mut mesh.as_bytes()).unwrap();
+    let description = serde_json::from_value(object.description.clone()).unwrap();
+    Object::from_mesh(&object.name, mesh, &description).unwrap()
+}
+
+/// The mirror image of an object at x = 0.
+fn mirrored(object: &Object) -> Object {
+    let vertices = object.mesh.vertices().iter();
+    let vertices = vertices
+        .map(|v| nalgebra::Vector3::new(-v.x, v.y, v.z))
+        .collect();
+    let triangles = object
+        .mesh
+        .triangles()
+        .iter()
+        .map(|&[a, b, c]| [a, c, b])
+        .collect();
+    let mesh = Mesh::new("mirrored", vertices, triangles).unwrap();
+    let mut mirrored = Object::from_mesh("mirrored", mesh, &object.description).unwrap();
+    mirrored.surface_samples = object.surface_samples.clone();
+    for sample in &mut mirrored.surface_samples {
+        sample.point.x = -sample.point.x;
+        sample.normal.x = -sample.normal.x;
+    }
+    mirrored
+}
+
+/// A left hand on the mirror image of an object: x ↦ −x turns the quaternion (w, x, y, z) into (w, x, −y, −z).
+#[test]
+fn a_mirrored_grasp_has_the_same_label() {
+    let file = some_grasps(12);
+    let object = object_of(&file);
+    let (right, other) = (hand("human"), mirrored(&object));
+    let left = right.mirrored();
+    let (labeller, mirror) = (
+        Labeller::new(&right, &object, Rule::standard()),
+        Labeller::new(&left, &other, Rule::standard()),
+    );
+    let mut texts = std::collections::BTreeSet::new();
+    for grasp in &file.grasps {
+        let x = coordinates(grasp);
+        let mut turned = x.clone();
+        for coordinate in [0, 5, 6] {
+            turned[coordinate] = -turned[coordinate];
+        }
+        let (one, two) = (labeller.label(&x), mirror.label(&turned));
+        assert_eq!(one.verdict, two.verdict, "grasp {}", grasp.id);
+        assert_eq!(one.virtual_fingers, two.virtual_fingers);
+        for (a, b) in one.best.iter().zip(&two.best) {
+            assert_eq!(a.number, b.number);
+            assert!((a.score - b.score).abs() < 1e-6, "{} {}", a.score, b.score);
+        }
+        assert_eq!(one, labeller.label(&x), "the same twice");
+        texts.insert(one.text());
+    }
+    assert!(texts.len() >= 2, "{texts:?}");
+}
+
+#[test]
+fn hands_unlike_a_human_one_are_not_guessed() {
+    let ball = Object::named("ball").unwrap();
+    for name in ["gripper_parallel", "gripper_three_finger"] {
+        let hand = hand(name);
+        let labeller = Labeller::new(&hand, &ball, Rule::standard());
+        assert!(!labeller.applies(), "{name}");
+        let label = labeller.label(&hand.rest_coordinates());
+        assert_eq!(label.text(), NOT_APPLICABLE);
+        assert!(label.best.is_empty());
+    }
+    // A human hand that touches nothing has no label either.
+    let human = hand("human");
+    let mut far = human.rest_coordinates();
+    far[0] = 1.0;
+    assert_eq!(
+        Labeller::new(&human, &ball, Rule::standard())
+            .label(&far)
+            .text(),
+        NOT_APPLICABLE
+    );
+}
+
+/// Without its thumb a hand is never said to do what takes one.
+#[test]
+fn a_hand_without_a_thumb_does_no_thumb_grasps() {
+    let file = some_grasps(4);
+    let object = object_of(&file);
+    let (human, thumbless) = (hand("human"), hand("human_thumbless"));
+    let labeller = Labeller::new(&thumbless, &object, Rule::standard());
+    assert!(labeller.applies());
+    let feix = Taxonomy::feix();
+    let mut listed = 0;
+    for grasp in &file.grasps {
+        let mut x = coordinates(grasp)[..7].to_vec();
+        for joint in &thumbless.joints {
+            x.push(grasp.joints_rad[human.joint(&joint.name).unwrap()]);
+        }
+        for best in &labeller.label(&x).best {
+            assert!(
+                !feix.numbered(best.number).unwrap().uses(1),
+                "type {}",
+                best.number
+            );
+            listed += 1;
+        }
+    }
+    assert!(listed > 0);
+}
+
+/// The human hand without its side file, read from joints and geometry alone, against what the side file says.
+#[test]
+fn anatomy_is_derived_as_tagged() {
+    let files = HandFiles::named("human").unwrap();
+    let urdf = files
+        .files
+        .iter()
+        .find(|file| file.name.ends_with(".urdf"))
+        .unwrap();
+    let bare = Hand::from_urdf(&urdf.text, None).unwrap();
+    let derived = Anatomy::of(&bare).expect("a human hand is read as one");
+    let human = hand("human");
+    let tagged = Anatomy::of(&human).unwrap();
+    let (mut same, mut digits) = (0, 0);
+    for (i, point) in bare.surface.iter().enumerate() {
+        let name = &bare.links[point.link.0].name;
+        let Some(expected) = tagged.patch_on(&human, human.link(name).unwrap(), &point.normal)
+        else {
+            continue;
+        };
+        same += usize::from(derived.patch(i) == expected);
+        let digit = |patch| match patch {
+            Patch::Palm(_) => 0,
+            Patch::Digit(digit, ..) => digit,
+        };
+        digits += usize::from(digit(derived.patch(i)) == digit(expected));
+    }
+    let count = bare.surface.len();
+    assert_eq!(digits, count);
+    // Sides near a border of two may differ: a normal is compared with the nearest one of another sample.
+    assert!(same * 100 >= count * 88, "{same} of {count}");
+}
+
+#[test]
+fn labels_are_written_explained_and_overridden() {
+    let desk = Desk::empty();
+    let file = some_grasps(40);
+    file.write(&desk.path("g.parquet")).unwrap();
+    let output = desk.run("label g.parquet");
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert_says(
+        &said,
+        &[
+            "by the rule",
+            "unlisted",
+            "ambiguous",
+            "not applicable",
+            "categories",
+        ],
+    );
+    let read = |name: &str| {
+        GraspFile::read(&desk.path(name), Overrides::default())
+            .unwrap()
+            .0
+    };
+    let labelled = read("g.labelled.parquet");
+    assert_eq!(
+        labelled.metadata.labels["rule"],
+        Rule::standard().version.as_str()
+    );
+    for grasp in &labelled.grasps {
+        assert!(grasp.label.is_none() && grasp.label_auto.is_some());
+        assert_eq!(grasp.label_source.as_deref(), Some("rule"));
+    }
+    let again = fs::read(desk.path("g.labelled.parquet")).unwrap();
+    assert!(desk.run("label g.parquet --threads 1").status.success());
+    assert_eq!(fs::read(desk.path("g.labelled.parquet")).unwrap(), again);
+
+    let id = file.grasps[0].id;
+    let output = desk.run(&format!("label g.parquet --explain {id}"));
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert_says(
+        &said,
+        &[
+            "opposition",
+            "virtual fingers",
+            "for  ",
+            "against",
+            "rule  ",
+        ],
+    );
+
+    let other = file.grasps[1].id;
+    let csv = format!("id,label\n{id},thumb adducted\n{other},unlisted\n");
+    fs::write(desk.path("labels.csv"), csv).unwrap();
+    let output = desk.run("label g.parquet --from labels.csv");
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert_says(
+        &said,
+        &["labelled by a human: 2", "human Adducted Thumb; rule"],
+    );
+    let labelled = read("g.labelled.parquet");
+    assert_eq!(labelled.grasps[0].label.as_deref(), Some("Adducted Thumb"));
+    assert_eq!(labelled.grasps[0].label_category.as_deref(), Some("power"));
+    assert_eq!(labelled.grasps[0].label_source.as_deref(), Some("human"));
+    assert_eq!(labelled.grasps[1].label.as_deref(), Some("unlisted"));
+    assert_eq!(labelled.grasps[1].label_category, None);
+    assert_eq!(labelled.grasps[2].label, None);
+    // What a human said stays when the file is labelled again.
+    assert!(
+        desk.run("label g.labelled.parquet -o again.parquet")
+            .status
+            .success()
+    );
+    assert_eq!(read("again.parquet"), labelled);
+
+    let refused = |line: &str| desk.mistake(line);
+    assert_says(
+        &refused("label g.parquet --explain 123456"),
+        &["no grasp with this id"],
+    );
+    fs::write(desk.path("bad.csv"), "id,label\n123456,Ring\n").unwrap();
+    assert_says(
+        &refused("label g.parquet --from bad.csv"),
+        &["bad.csv", "line 2", "123456"],
+    );
+    fs::write(desk.path("bad.csv"), "id,label\n1,Rang\n").unwrap();
+    assert_says(
+        &refused("label g.parquet --from bad.csv"),
+        &["line 2", "Rang"],
+    );
+    assert_says(&refused("label g.parquet --from none.csv"), &["none.csv"]);
+    assert_says(&refused("label g.parquet -o none/x.parquet"), &["none"]);
+}
+
+/// A browser that runs without a window, if the machine has one.
+fn browser() -> Option<PathBuf> {
+    let folders = std::env::var_os("PATH")?;
+    let names = ["chromium", "chromium-browser", "google-chrome", "chrome"];
+    std::env::split_paths(&folders)
+        .flat_map(|folder| names.map(|name| folder.join(name)))
+        .find(|path| path.is_file())
+}
+
+/// What a person does with mouse and keyboard, as events on the page; the file that would be saved ends up in the page.
+const PERSON: &str = r##"<script>
+const press = (target, key) => target.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true, cancelable: true }));
+const type = text => { const search = document.getElementById("search"); search.value = text; search.dispatchEvent(new Event("input")); };
+const told = [];
+const all = document.querySelectorAll(".card");
+const open = () => document.getElementById("chooser").open;
+const focused = () => document.activeElement.dataset.id;
+told.push(document.getElementById("progress").textContent);
+all[1].click();                                          // the second card …
+told.push("open " + open());
+type("medium");
+document.querySelector("#choices li").click();           // … by mouse
+told.push("open " + open(), "at " + focused());
+press(document.activeElement, "ArrowLeft");
+press(document.activeElement, "Enter");                  // the card before by keyboard: number 14
+type("14");
+press(document.getElementById("search"), "Enter");
+press(document.activeElement, "0");                      // the next without label: unlisted
+told.push("at " + focused());
+press(document.activeElement, "Enter");
+type("prismatic 3");
+press(document.getElementById("search"), "Enter");
+all[3].focus();
+press(document.activeElement, "Delete");                 // and back
+told.push(document.getElementById("progress").textContent);
+told.push("pictures " + [...document.images].filter(image => image.complete && image.naturalWidth > 100).length);
+const make = URL.createObjectURL;
+URL.createObjectURL = blob => {
+  blob.text().then(text => {
+    const result = document.createElement("pre");
+    result.id = "result";
+    result.textContent = told.join("\n") + "\n---\n" + text;
+    document.body.append(result);
+  });
+  return make.call(URL, blob);
+};
+window.addEventListener("load", () => {
+  told.push("pictures " + [...document.images].filter(image => image.complete && image.naturalWidth > 100).length);
+  document.getElementById("download").click();
+});
+</script>"##;
+
+/// A person labels on the sheet in a real browser, and the file that it saves is read back.
+#[test]
+fn the_sheet_works_in_a_browser() {
+    let desk = Desk::empty();
+    let file = some_grasps(60);
+    file.write(&desk.path("g.parquet")).unwrap();
+    assert!(
+        desk.run("label g.parquet --sheet sheet.html")
+            .status
+            .success()
+    );
+    let page = fs::read_to_string(desk.path("sheet.html")).unwrap();
+    assert!(
+        !page.contains("http://") && !page.contains("https://"),
+        "needs nothing from elsewhere"
+    );
+    assert!(!page.contains("\"DATA\""));
+    let Some(browser) = browser() else {
+        println!("no browser on this machine (chromium or chrome): the page was not tried");
+        return;
+    };
+    fs::write(
+        desk.path("person.html"),
+        page.replace("</body>", &format!("{PERSON}</body>")),
+    )
+    .unwrap();
+    let output = Command::new(browser)
+        .args([
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            "--virtual-time-budget=10000",
+            "--dump-dom",
+        ])
+        .arg(format!(
+            "--user-data-dir={}",
+            desk.path("profile").display()
+        ))
+        .arg(format!("file://{}", desk.path("person.html").display()))
+        .output()
+        .unwrap();
+    let page = String::from_utf8(output.stdout).unwrap();
+    let result = page.split("<pre id=\"result\">").nth(1);
+    let result = result
+        .expect("the page ran to its end")
+        .split("</pre>")
+        .next()
+        .unwrap();
+    let (told, csv) = result.split_once("\n---\n").unwrap();
+    let ids: Vec<u64> = file.grasps.iter().map(|grasp| grasp.id).collect();
+    let expected = [
+        format!("0 of {} labelled", ids.len()),
+        "open true".to_owned(),
+        "open false".to_owned(),
+        format!("at {}", ids[2]),
+        format!("at {}", ids[3]),
+        format!("3 of {} labelled", ids.len()),
+    ];
+    let told: Vec<&str> = told.lines().collect();
+    assert_eq!(told[..6], expected);
+    assert_eq!(*told.last().unwrap(), format!("pictures {}", 2 * ids.len()));
+    let expected = format!(
+        "id,label\n{},Tripod\n{},Medium Wrap\n{},unlisted\n",
+        ids[0], ids[1], ids[2]
+    );
+    assert_eq!(csv, expected);
+
+    fs::write(desk.path("labels.csv"), csv).unwrap();
+    assert!(
+        desk.run("label g.parquet --from labels.csv")
+            .status
+            .success()
+    );
+    let (labelled, _) =
+        GraspFile::read(&desk.path("g.labelled.parquet"), Overrides::default()).unwrap();
+    let labels: Vec<Option<&str>> = labelled
+        .grasps
+        .iter()
+        .take(4)
+        .map(|grasp| grasp.label.as_deref())
+        .collect();
+    assert_eq!(
+        labels,
+        [Some("Tripod"), Some("Medium Wrap"), Some("unlisted"), None]
+    );
+}
