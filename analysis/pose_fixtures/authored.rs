@@ -8,6 +8,8 @@ use landscape::grasp::object::{Capsule, Cuboid, Cylinder, Primitive, Sphere};
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use serde::Deserialize;
 
+use crate::fixture::points;
+
 /// A type of grasp in some variants, or one thing that is none.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -226,32 +228,4 @@ impl Rough {
             UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(rotation)),
         ))
     }
-}
-
-/// Surface points of a region: those whose region's name starts so, but for `digit.segment.patch` those whose normal
-/// points toward the patch, `palm` without its back. On the last segment the pad reaches round toward the tip, as a
-/// finger's does.
-pub(crate) fn points(hand: &Hand, region: &str) -> Vec<usize> {
-    let parts: Vec<&str> = region.split('.').collect();
-    let (axis, least) = match parts.last() {
-        Some(&"pad") => (Vector3::z(), 0.5),
-        Some(&"back") => (-Vector3::z(), 0.5),
-        Some(&"radial") => (Vector3::x(), 0.6),
-        Some(&"ulnar") => (-Vector3::x(), 0.6),
-        Some(&"tip") => (Vector3::y(), 0.45),
-        _ => (Vector3::zeros(), 0.0),
-    };
-    let start = if least > 0.0 {
-        region.rsplit_once('.').map_or(region, |(link, _)| link)
-    } else {
-        region
-    };
-    (0..hand.surface.len())
-        .filter(|&i| {
-            let (point, name) = (&hand.surface[i], &hand.regions[hand.surface[i].region]);
-            name.starts_with(start)
-                && point.normal.dot(&axis) >= least
-                && !(region == "palm" && name == "palm.dorsum")
-        })
-        .collect()
 }

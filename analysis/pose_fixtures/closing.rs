@@ -7,8 +7,7 @@ use landscape::optimize::{QuenchSettings, quench};
 use landscape::space::{PoseSpace, Space, Symmetry};
 use nalgebra::{Matrix3, Vector3};
 
-use crate::authored::points;
-use crate::fixture::Union;
+use crate::fixture::{Union, points};
 
 /// Everything is counted in squares of this, metres.
 const UNIT_M: f64 = 1e-3;

@@ -61,33 +61,8 @@ fn pose(
         rough.free.clone().unwrap_or_default(),
     );
     for region in touch.iter().chain(&free) {
-        if authored::points(hand, region).is_empty() {
+        if fixture::points(hand, region).is_empty() {
             return Err(said(format!("no region starts with {region}")));
-        }
-    }
-    if std::env::var_os("REGIONS").is_some() {
-        let mut posed = landscape::grasp::hand::PosedHand::default();
-        let mut coordinates = vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
-        coordinates.extend(&joints);
-        hand.pose(&coordinates, &mut posed);
-        for region in [
-            "thumb.distal",
-            "thumb.distal.pad",
-            "index.distal.pad",
-            "index.middle",
-            "middle.middle",
-            "ring.middle",
-            "little.middle",
-            "little.distal.pad",
-        ] {
-            let own = authored::points(hand, region);
-            let middle = own
-                .iter()
-                .map(|&i| posed.points[i])
-                .sum::<nalgebra::Vector3<f64>>()
-                / own.len() as f64
-                * 1e3;
-            println!("{region} {:.0} {:.0} {:.0}", middle.x, middle.y, middle.z);
         }
     }
     let samples = picture::samples(&shape);

@@ -7,8 +7,7 @@ use landscape::grasp::hand::{Hand, PosedHand, Skin};
 use landscape::grasp::object::{Primitive, Shape};
 use nalgebra::{Isometry3, Vector3};
 
-use crate::authored::points;
-use crate::fixture::{Fixture, Union};
+use crate::fixture::{Fixture, Union, points};
 
 const COLOUR: [u8; 3] = [128, 164, 190];
 const CONTACT: [u8; 3] = [213, 40, 20];

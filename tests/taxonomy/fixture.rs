@@ -10,39 +10,39 @@ use serde::{Deserialize, Serialize};
 /// A posed hand on an object.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Fixture {
+pub(crate) struct Fixture {
     /// Unique, for instance `14-c`: the type and a letter, `none-` and a number for what is no grasp of the taxonomy.
-    pub id: String,
+    pub(crate) id: String,
     /// Number of the type, 1 to 33; `None` for what is none of them.
     #[serde(rename = "type")]
-    pub kind: Option<u8>,
+    pub(crate) kind: Option<u8>,
     /// Name of the type; `none` for what is none of them.
-    pub name: String,
+    pub(crate) name: String,
     /// What is to be seen, a sentence.
-    pub depicts: String,
+    pub(crate) depicts: String,
     /// Solids, object frame, metres; the object is their union.
-    pub object: Vec<Primitive>,
+    pub(crate) object: Vec<Primitive>,
     /// Where the hand's root frame lies.
-    pub object_from_hand: Placement,
+    pub(crate) object_from_hand: Placement,
     /// Joint angles by name, radians.
-    pub joints_rad: BTreeMap<String, f64>,
+    pub(crate) joints_rad: BTreeMap<String, f64>,
     /// Regions (or the starts of their names) that touch by the description.
-    pub touching: Vec<String>,
+    pub(crate) touching: Vec<String>,
 }
 
 /// A rigid motion.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Placement {
+pub(crate) struct Placement {
     /// Translation, metres.
-    pub translation_m: [f64; 3],
+    pub(crate) translation_m: [f64; 3],
     /// Unit quaternion.
-    pub rotation_wxyz: [f64; 4],
+    pub(crate) rotation_wxyz: [f64; 4],
 }
 
 impl Fixture {
     /// Coordinates `[t, q(wxyz), joints]` of the hand; `None` if a joint is missing or unknown.
-    pub fn coordinates(&self, hand: &Hand) -> Option<Vec<f64>> {
+    pub(crate) fn coordinates(&self, hand: &Hand) -> Option<Vec<f64>> {
         if self.joints_rad.len() != hand.joints.len() {
             return None;
         }
@@ -55,7 +55,7 @@ impl Fixture {
     }
 
     /// The object.
-    pub fn shape(&self) -> Union {
+    pub(crate) fn shape(&self) -> Union {
         Union(self.object.clone())
     }
 }
@@ -64,7 +64,7 @@ impl Fixture {
 ///
 /// The distance is exact outside and a bound inside, where solids overlap.
 #[derive(Debug, Clone)]
-pub struct Union(pub Vec<Primitive>);
+pub(crate) struct Union(pub(crate) Vec<Primitive>);
 
 fn solid(primitive: &Primitive) -> &dyn Shape {
     match primitive {
@@ -96,4 +96,32 @@ impl Shape for Union {
             Matrix3::zeros(),
         ))
     }
+}
+
+/// Surface points of a region: those whose region's name starts so, but for `digit.segment.patch` those whose normal
+/// points toward the patch, `palm` without its back. On the last segment the pad reaches round toward the tip, as a
+/// finger's does.
+pub(crate) fn points(hand: &Hand, region: &str) -> Vec<usize> {
+    let parts: Vec<&str> = region.split('.').collect();
+    let (axis, least) = match parts.last() {
+        Some(&"pad") => (Vector3::z(), 0.5),
+        Some(&"back") => (-Vector3::z(), 0.5),
+        Some(&"radial") => (Vector3::x(), 0.6),
+        Some(&"ulnar") => (-Vector3::x(), 0.6),
+        Some(&"tip") => (Vector3::y(), 0.45),
+        _ => (Vector3::zeros(), 0.0),
+    };
+    let start = if least > 0.0 {
+        region.rsplit_once('.').map_or(region, |(link, _)| link)
+    } else {
+        region
+    };
+    (0..hand.surface.len())
+        .filter(|&i| {
+            let (point, name) = (&hand.surface[i], &hand.regions[hand.surface[i].region]);
+            name.starts_with(start)
+                && point.normal.dot(&axis) >= least
+                && !(region == "palm" && name == "palm.dorsum")
+        })
+        .collect()
 }
