@@ -1,0 +1,198 @@
+//! Poses the fixtures of the taxonomy: `tests/taxonomy/fixtures/authored.json` → `development.json`, `held_out.json`.
+//!
+//! `cargo run --release --example pose_fixtures [FOLDER [ID …]]`: with a folder also pictures into it, of the fixtures
+//! whose id starts with one of `ID`. Files are written when everything is posed.
+
+#[path = "../../tests/taxonomy/fixture.rs"]
+#[allow(dead_code, reason = "shared with the tests, which read more of it")]
+mod fixture;
+
+mod authored;
+mod closing;
+mod picture;
+
+use std::path::PathBuf;
+
+use landscape::figure::contact_sheet;
+use landscape::grasp::hand::Hand;
+use landscape::sample::{Task, stream};
+use landscape::space::pose_coordinates;
+use rand::seq::SliceRandom;
+use rayon::prelude::*;
+
+use authored::Authored;
+use closing::{Closing, Fit};
+use fixture::{Fixture, Placement, Union};
+
+const FOLDER: &str = "tests/taxonomy/fixtures";
+/// Decides which half a fixture belongs to; fixed before the first one was posed.
+const SPLIT_SEED: u64 = 33;
+
+/// Which fixtures are for development: of each type, and of what is none, the first half of a shuffled list.
+fn development(count: usize, kind: Option<u8>) -> Vec<bool> {
+    let mut order: Vec<usize> = (0..count).collect();
+    let mut rng = stream(SPLIT_SEED, Task::Resampling, u64::from(kind.unwrap_or(0)));
+    order.shuffle(&mut rng);
+    let mut chosen = vec![false; count];
+    for &i in &order[..count.div_ceil(2)] {
+        chosen[i] = true;
+    }
+    chosen
+}
+
+fn pose(
+    hand: &Hand,
+    id: &str,
+    what: &Authored,
+    variant: &authored::Variant,
+) -> Result<(Fixture, Fit), String> {
+    let rough = variant.pose.over(&what.pose);
+    let said = |problem: String| format!("{id}: {problem}");
+    let parts = rough
+        .object
+        .as_ref()
+        .ok_or_else(|| said("no object".into()))?;
+    let shape = Union(parts.iter().flat_map(authored::Part::primitives).collect());
+    let joints = rough.joints_rad(hand).map_err(said)?;
+    let object_from_hand = rough.hand_from_object(hand).map_err(said)?.inverse();
+    let start = pose_coordinates(&object_from_hand, &joints);
+    let (touch, free) = (
+        rough.touch.clone().unwrap_or_default(),
+        rough.free.clone().unwrap_or_default(),
+    );
+    for region in touch.iter().chain(&free) {
+        if fixture::points(hand, region).is_empty() {
+            return Err(said(format!("no region starts with {region}")));
+        }
+    }
+    let samples = picture::samples(&shape);
+    let loose = rough.loose.unwrap_or(1.0);
+    let mut closing = Closing::new(
+        hand,
+        &shape,
+        &samples,
+        (&touch, &free),
+        start,
+        (loose, rough.oppose.unwrap_or(0.0)),
+    );
+    let x = closing.close();
+    let fit = closing.fit(&x);
+    // Millionths are finer than anything that is measured.
+    let round = |value: f64| (value * 1e6).round() / 1e6;
+    let names = hand.joints.iter().map(|joint| joint.name.clone());
+    let fixture = Fixture {
+        id: id.to_owned(),
+        kind: what.kind,
+        name: what.name.clone().unwrap_or_else(|| "none".to_owned()),
+        depicts: format!("{} {}", what.depicts, variant.with)
+            .trim()
+            .to_owned(),
+        object: shape.0.clone(),
+        object_from_hand: Placement {
+            translation_m: [x[0], x[1], x[2]].map(round),
+            rotation_wxyz: [x[3], x[4], x[5], x[6]],
+        },
+        joints_rad: names.zip(x[7..].iter().map(|&q| round(q))).collect(),
+        touching: touch,
+    };
+    Ok((fixture, fit))
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let pictures = arguments.next().map(PathBuf::from);
+    let wanted: Vec<String> = arguments.collect();
+    let text = std::fs::read_to_string(format!("{FOLDER}/authored.json"))?;
+    let authored: Vec<Authored> = serde_json::from_str(&text)?;
+    let hand = Hand::human();
+
+    let mut tasks = Vec::new();
+    let mut oddities = 0;
+    for what in &authored {
+        for (number, variant) in (0u8..).zip(&what.variants) {
+            let id = if let Some(kind) = what.kind {
+                format!("{kind}-{}", char::from(b'a' + number))
+            } else {
+                oddities += 1;
+                format!("none-{oddities}")
+            };
+            if wanted.is_empty()
+                || wanted
+                    .iter()
+                    .any(|start| id.starts_with(&format!("{start}-")) || id == *start)
+            {
+                tasks.push((id, what, variant));
+            }
+        }
+    }
+    let posed: Vec<(Fixture, Fit)> = tasks
+        .par_iter()
+        .map(|(id, what, variant)| pose(&hand, id, what, variant))
+        .collect::<Result<_, _>>()?;
+    for (fixture, fit) in &posed {
+        let gaps: Vec<String> = fixture
+            .touching
+            .iter()
+            .zip(&fit.gaps_m)
+            .filter(|(_, gap)| gap.abs() > 1.5e-3)
+            .map(|(region, gap)| format!("{region} {:.1}", gap * 1e3))
+            .collect();
+        let depths = [fit.depth_m, fit.intrusion_m, fit.overlap_m].map(|d| d * 1e3);
+        let bad = !gaps.is_empty() || depths.iter().any(|d| *d > 2.5) || fit.beyond_rad > 0.02;
+        println!(
+            "{}{:8} depth {:.1} intrusion {:.1} overlap {:.1} mm beyond {:.3}  open: {}",
+            if bad { "! " } else { "  " },
+            fixture.id,
+            depths[0],
+            depths[1],
+            depths[2],
+            fit.beyond_rad,
+            gaps.join(", ")
+        );
+    }
+    if let Some(folder) = pictures {
+        std::fs::create_dir_all(&folder)?;
+        let skin = hand.skin();
+        for (page, chunk) in posed.chunks(12).enumerate() {
+            let images: Vec<_> = chunk
+                .par_iter()
+                .filter_map(|(fixture, _)| picture::views(&hand, &skin, fixture, 250))
+                .flatten_iter()
+                .collect();
+            let captions: Vec<String> = chunk
+                .iter()
+                .flat_map(|(fixture, _)| {
+                    [format!("{} {}", fixture.id, fixture.name), String::new()]
+                })
+                .collect();
+            contact_sheet(
+                &images,
+                &captions,
+                8,
+                &folder.join(format!("fixtures_{page:02}.png")),
+            )?;
+        }
+    }
+    if wanted.is_empty() {
+        let mut halves = [Vec::new(), Vec::new()];
+        let mut kinds: Vec<Option<u8>> = posed.iter().map(|(fixture, _)| fixture.kind).collect();
+        kinds.dedup();
+        for kind in kinds {
+            let own: Vec<&Fixture> = posed
+                .iter()
+                .map(|(f, _)| f)
+                .filter(|f| f.kind == kind)
+                .collect();
+            for (fixture, first) in own.iter().zip(development(own.len(), kind)) {
+                halves[usize::from(!first)].push((*fixture).clone());
+            }
+        }
+        for (name, half) in ["development", "held_out"].iter().zip(&halves) {
+            std::fs::write(
+                format!("{FOLDER}/{name}.json"),
+                serde_json::to_string_pretty(half)? + "\n",
+            )?;
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,71 @@
+//! The fixtures of the taxonomy are what they say: contacts touch, nothing goes through anything.
+#![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
+
+#[path = "taxonomy/fixture.rs"]
+mod fixture;
+
+use std::collections::BTreeMap;
+
+use fixture::Fixture;
+use landscape::grasp::hand::{Hand, PosedHand};
+use landscape::grasp::object::Shape;
+
+/// A contact is nearer than this, metres: what a finger pad gives.
+const TOUCHING_M: f64 = 2e-3;
+/// Nothing is deeper than this, metres.
+const DEEPEST_M: f64 = 3e-3;
+
+fn read(half: &str) -> Vec<Fixture> {
+    let path = format!(
+        "{}/tests/taxonomy/fixtures/{half}.json",
+        env!("CARGO_MANIFEST_DIR")
+    );
+    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
+}
+
+#[test]
+fn every_type_stands_twice_in_each_half() {
+    for half in ["development", "held_out"] {
+        let mut counts: BTreeMap<Option<u8>, usize> = BTreeMap::new();
+        for fixture in read(half) {
+            *counts.entry(fixture.kind).or_default() += 1;
+        }
+        assert!((1..=33).all(|kind| counts[&Some(kind)] == 2), "{counts:?}");
+        assert!(counts[&None] >= 20 && counts.len() == 34, "{counts:?}");
+    }
+}
+
+#[test]
+fn what_touches_touches_and_nothing_is_inside() {
+    let hand = Hand::human();
+    let mut ids = Vec::new();
+    for fixture in read("development").into_iter().chain(read("held_out")) {
+        let id = &fixture.id;
+        let x = fixture.coordinates(&hand).unwrap();
+        let shape = fixture.shape();
+        let mut posed = PosedHand::default();
+        hand.pose(&x, &mut posed);
+        let distances: Vec<f64> = posed.points.iter().map(|p| shape.distance(p)).collect();
+        for region in &fixture.touching {
+            let own = fixture::points(&hand, region);
+            let gap = own.iter().map(|&i| distances[i].abs());
+            let gap = gap.fold(f64::INFINITY, f64::min);
+            assert!(gap < TOUCHING_M, "{id}: {region} is {gap} m away");
+        }
+        let deepest = distances.iter().copied().fold(0.0, f64::min);
+        assert!(deepest > -DEEPEST_M, "{id} is {deepest} m deep");
+        for (joint, q) in hand.joints.iter().zip(&x[7..]) {
+            let [low, high] = joint.limits_rad;
+            assert!(
+                (low - 0.03..=high + 0.03).contains(q),
+                "{id}: {}",
+                joint.name
+            );
+        }
+        ids.push(fixture.id);
+    }
+    let count = ids.len();
+    ids.sort();
+    ids.dedup();
+    assert_eq!(ids.len(), count);
+}
