@@ -289,6 +289,7 @@ fn browser() -> Option<PathBuf> {
 
 /// What a person does with mouse and keyboard, as events on the page; the file that would be saved ends up in the page.
 const PERSON: &str = r##"<script>
+{
 const press = (target, key) => target.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true, cancelable: true }));
 const type = text => { const search = document.getElementById("search"); search.value = text; search.dispatchEvent(new Event("input")); };
 const told = [];
@@ -302,7 +303,8 @@ type("medium");
 document.querySelector("#choices li").click();           // … by mouse
 told.push("open " + open(), "at " + focused());
 press(document.activeElement, "ArrowLeft");
-press(document.activeElement, "Enter");                  // the card before by keyboard: number 14
+press(document.activeElement, "ArrowLeft");
+press(document.activeElement, "Enter");                  // the first by keyboard: number 14
 type("14");
 press(document.getElementById("search"), "Enter");
 press(document.activeElement, "0");                      // the next without label: unlisted
@@ -328,6 +330,7 @@ window.addEventListener("load", () => {
   told.push("pictures " + [...document.images].filter(image => image.complete && image.naturalWidth > 100).length);
   document.getElementById("download").click();
 });
+}
 </script>"##;
 
 /// A person labels on the sheet in a real browser, and the file that it saves is read back.

@@ -133,8 +133,8 @@ fn scales_units_and_repairs_are_told() {
         &said,
         &["worn.obj: 2 triangles", "were turned", "hole", "closed"],
     );
-    let said = told(&desk, "objects inspect worn.obj");
-    assert_says(&said, &["more than a hand holds", "--scale 0.1"]);
+    let said = told(&desk, "objects inspect worn.obj --scale 0.01");
+    assert_says(&said, &["less than a fingertip", "--scale"]);
 
     let half = lines.iter().take(first + (lines.len() - first) / 2);
     fs::write(

@@ -1,6 +1,7 @@
 //! `landscape label`: the grasp types of a file's grasps.
 
 use std::collections::BTreeMap;
+use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
@@ -194,9 +195,13 @@ fn explanations(file: &GraspFile, labels: &BTreeMap<u64, Label>, rule: &Rule) ->
         let Some(label) = labels.get(&grasp.id) else {
             continue;
         };
-        text += &format!("grasp {}: {} on {}\n", grasp.id, grasp.hand, grasp.object);
+        let _ = writeln!(
+            text,
+            "grasp {}: {} on {}",
+            grasp.id, grasp.hand, grasp.object
+        );
         if let Some(human) = grasp.label.as_deref().filter(|human| !human.is_empty()) {
-            text += &format!("human            {human}\n");
+            let _ = writeln!(text, "human            {human}");
         }
         text += &explain(label, rule);
         text.push('\n');

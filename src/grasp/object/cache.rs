@@ -89,6 +89,10 @@ fn key(mesh: &Mesh, settings: &FieldSettings) -> u128 {
     for index in mesh.triangles().iter().flatten() {
         feed(&index.to_le_bytes());
     }
+    if mesh.overlaps() {
+        // Baked before from distances to the single pieces.
+        feed(b"union");
+    }
     hash
 }
 

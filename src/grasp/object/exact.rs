@@ -15,11 +15,11 @@ use super::winding::Winding;
 /// A mesh with a search tree and angle-weighted pseudo-normals (Bærentzen and Aanæs 2005).
 ///
 /// The solid is the union of its closed pieces. Where these overlap or touch, distances are those to the surface of the
-/// union, and inside is where the winding number of all pieces exceeds one half.
+/// union, and inside is where its winding number exceeds one half.
 #[derive(Debug, Clone)]
 pub struct ExactMesh {
     pieces: Vec<TriMesh>,
-    /// Of all triangles, where the pieces are one surface without a common orientation.
+    /// Of the surface of the union: between pieces that almost touch is inside.
     winding: Option<Winding>,
 }
 
@@ -48,7 +48,7 @@ impl ExactMesh {
             let surface = TriMesh::new(vertices, outer.triangles.clone());
             return Self {
                 pieces: vec![surface.expect("a mesh has triangles")],
-                winding: Some(Winding::new(mesh.vertices(), mesh.triangles())),
+                winding: Some(Winding::new(&outer.vertices, &outer.triangles)),
             };
         }
         let vertices: Vec<ParryVector> = mesh.vertices().iter().map(to_parry).collect();

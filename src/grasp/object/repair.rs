@@ -179,7 +179,7 @@ fn turn_pieces(name: &str, mesh: &Mesh, repairs: &mut Vec<Repair>) -> Result<Mes
 /// Share of the surface that does not have the solid behind it and nothing before it.
 fn ambiguous(mesh: &Mesh) -> f64 {
     const BESIDE: f64 = 1e-4;
-    let (vertices, triangles) = (mesh.vertices(), mesh.triangles());
+    let (vertices, triangles) = mesh.boundary();
     let winding = Winding::new(vertices, triangles);
     let beside = BESIDE * mesh.size_m();
     let samples = mesh.sample_surface(SAMPLES, 0);

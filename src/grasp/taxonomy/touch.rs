@@ -178,6 +178,8 @@ pub(super) fn ramp(x: f64, low: f64, high: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use std::fmt::Write;
+
     use super::*;
     use crate::grasp::object::SurfaceSample;
     use crate::grasp::taxonomy::{Bone, PalmPart};
@@ -237,7 +239,7 @@ mod tests {
                     corner[axis]
                 }
             };
-            obj += &format!("v {} {} {}\n", at(0), at(1), at(2));
+            writeln!(obj, "v {} {} {}", at(0), at(1), at(2)).unwrap();
         }
         obj += "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
         let mesh = crate::grasp::object::Mesh::from_obj("slab", &mut obj.as_bytes()).unwrap();

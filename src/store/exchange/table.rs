@@ -49,7 +49,11 @@ pub(super) fn of_csv(bytes: &[u8]) -> Result<Table, String> {
     let mut reader = csv::ReaderBuilder::new()
         .comment(Some(b'#'))
         .from_reader(bytes);
-    let bad = |error: csv::Error| format!("it is no valid CSV table: {error}");
+    let bad = |error: csv::Error| {
+        let told = error.to_string();
+        let told = told.strip_prefix("CSV error: ").unwrap_or(&told);
+        format!("it is no valid CSV table: {told}")
+    };
     let columns: Vec<String> = reader
         .headers()
         .map_err(bad)?
