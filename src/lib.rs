@@ -15,6 +15,7 @@
 //! | go from a function of your own to its disconnectivity graph | [`own_function`] |
 //! | map a landscape | [`topography::quench_all`], [`topography::distinct`], [`topography::map()`] |
 //! | judge scores against what is true | [`agreement::Roc`] |
+//! | judge a tree, distances or a graph against labels | [`agreement::Dendrogram`], [`agreement::test_labels`] |
 //! | draw it | [`figure::DisconnectivityPicture`], [`figure::BarrierPicture`], [`figure::Scene`] |
 //! | plot numbers | [`figure::chart::Chart`] |
 //! | read and write files | [`store`] |

@@ -4,7 +4,6 @@
 //! whose id starts with one of `ID`. Files are written when everything is posed.
 
 #[path = "../../tests/taxonomy/fixture.rs"]
-#[allow(dead_code, reason = "shared with the tests, which read more of it")]
 mod fixture;
 
 mod authored;

@@ -1,5 +1,36 @@
-//! How well numbers agree with what is true: the statistics.
+//! How well numbers agree with what is true, and trees, distances and graphs with labels: the statistics.
+//!
+//! A statistic is a function of labels: [`Dendrogram::purity`], [`anosim`], [`permanova`], [`morans_i`], … What it is worth
+//! says [`test_labels`], which permutes labels among the cases of a block; classes that are too small give
+//! [`Outcome::Insufficient`]. [`bootstrap`] draws cases again, [`test_uncertain_labels`] labels, [`holm`] weighs many
+//! hypotheses at once. Pairs that are not known (no path was found) are NaN in a [`PairMatrix`]: raise them above all others
+//! ([`PairMatrix::raised`]) and repeat with them left out.
 
+mod correlation;
+mod dendrogram;
+mod graph;
+mod groups;
+mod pairs;
+mod partition;
 mod roc;
+mod test;
 
+pub use correlation::{
+    Correlation, bakers_gamma, cophenetic_correlation, mantel, partial_mantel, pearson, spearman,
+};
+pub use dendrogram::Dendrogram;
+pub use graph::{JoinCounts, assortativity, indicator, join_counts, morans_i};
+pub use groups::{
+    BarrierRatio, anosim, anosim_of_ranks, barrier_ratio, cliffs_delta, dispersions, permanova,
+    permdisp, silhouette,
+};
+pub use pairs::PairMatrix;
+pub use partition::{
+    Comparison, adjusted_mutual_information, adjusted_rand, agreement_of_cuts, cuts_between,
+    highest,
+};
 pub use roc::{Roc, RocError, RocPoint};
+pub use test::{
+    Outcome, Permutations, Resampled, Tested, UnderUncertainty, bootstrap, holm, test_labels,
+    test_order, test_uncertain_labels,
+};

@@ -42,6 +42,8 @@ pub enum Task {
     Diagram = 11,
     /// One chain that chooses temperature and force.
     Tuning = 12,
+    /// Labels permuted, cases drawn again.
+    Permutation = 20,
 }
 
 /// Random stream of task number `id` of kind `task` under `seed`.

@@ -1,0 +1,142 @@
+//! Do two matrices of pairs rise together?
+
+use super::pairs::{PairMatrix, ranks};
+use super::test::{Permutations, Tested, test_order};
+
+/// Pearson's correlation of numbers that are both known; NaN where one of them does not vary.
+///
+/// # Panics
+/// If the lists differ in length.
+pub fn pearson(x: &[f64], y: &[f64]) -> f64 {
+    assert_eq!(x.len(), y.len(), "numbers of the same pairs");
+    let known = || x.iter().zip(y).filter(|(x, y)| !x.is_nan() && !y.is_nan());
+    let count = known().count() as f64;
+    let mean_x = known().map(|(x, _)| x).sum::<f64>() / count;
+    let mean_y = known().map(|(_, y)| y).sum::<f64>() / count;
+    let (mut both, mut of_x, mut of_y) = (0.0, 0.0, 0.0);
+    for (x, y) in known() {
+        both += (x - mean_x) * (y - mean_y);
+        of_x += (x - mean_x).powi(2);
+        of_y += (y - mean_y).powi(2);
+    }
+    // Nothing but rounding is no variation.
+    let varies = |squares: f64, mean: f64| squares > 1e-24 * count * mean * mean && squares > 0.0;
+    if varies(of_x, mean_x) && varies(of_y, mean_y) {
+        (both / (of_x * of_y).sqrt()).clamp(-1.0, 1.0)
+    } else {
+        f64::NAN
+    }
+}
+
+/// Spearman's correlation: [`pearson`] of the ranks among numbers that are both known, tied ones sharing their mean rank.
+///
+/// # Panics
+/// If the lists differ in length.
+pub fn spearman(x: &[f64], y: &[f64]) -> f64 {
+    let masked = |own: &[f64], other: &[f64]| -> Vec<f64> {
+        let pairs = own.iter().zip(other);
+        pairs
+            .map(|(a, b)| if b.is_nan() { f64::NAN } else { *a })
+            .collect()
+    };
+    pearson(&ranks(&masked(x, y)), &ranks(&masked(y, x)))
+}
+
+/// Cophenetic correlation of two trees: [`pearson`] of the heights at which they join each pair.
+///
+/// R. R. Sokal and F. J. Rohlf, Taxon 11, 33 (1962). Pairs that one of them never joins are left out.
+///
+/// # Panics
+/// If the trees are of different cases.
+pub fn cophenetic_correlation(first: &super::Dendrogram, second: &super::Dendrogram) -> f64 {
+    pearson(first.joined().values(), second.joined().values())
+}
+
+/// Baker's gamma of two trees: [`spearman`] of the heights at which they join each pair, so only the order of merges counts.
+///
+/// F. B. Baker, J. Am. Stat. Assoc. 69, 440 (1974), of the stages of merging; ranks of heights are those of stages.
+///
+/// # Panics
+/// If the trees are of different cases.
+pub fn bakers_gamma(first: &super::Dendrogram, second: &super::Dendrogram) -> f64 {
+    spearman(first.joined().values(), second.joined().values())
+}
+
+/// Which correlation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Correlation {
+    /// Of the numbers: [`pearson`].
+    Pearson,
+    /// Of their ranks, taken once of each whole matrix.
+    Spearman,
+}
+
+impl Correlation {
+    fn prepared(self, matrix: &PairMatrix) -> PairMatrix {
+        match self {
+            Self::Pearson => matrix.clone(),
+            Self::Spearman => matrix.ranks(),
+        }
+    }
+}
+
+/// The Mantel test: are pairs that are far apart in one matrix so in the other?
+///
+/// ```text
+/// r = correlation over pairs of B and D;  p by the same permutation of rows and columns of B, within blocks
+/// ```
+///
+/// N. Mantel, Cancer Res. 27, 209 (1967). One-sided: large where both rise together. Pairs unknown in either are left out,
+/// in every permutation anew.
+///
+/// # Panics
+/// If the matrices or the blocks are of different cases.
+pub fn mantel(
+    first: &PairMatrix,
+    second: &PairMatrix,
+    correlation: Correlation,
+    blocks: &[usize],
+    settings: &Permutations,
+) -> Tested {
+    assert_eq!(first.size(), second.size(), "matrices of the same cases");
+    let (first, second) = (correlation.prepared(first), correlation.prepared(second));
+    test_order(first.size(), blocks, settings, |order| {
+        pearson(first.chosen(order, f64::NAN).values(), second.values())
+    })
+}
+
+/// The partial Mantel test: [`mantel`] with what a third matrix explains taken out.
+///
+/// ```text
+/// r = (r_BD − r_BZ r_DZ)/√((1 − r_BZ²)(1 − r_DZ²))
+/// ```
+///
+/// P. E. Smouse, J. C. Long and R. R. Sokal, Syst. Zool. 35, 627 (1986); B is permuted. Z is what could feign an agreement:
+/// the energy gap, the distance of poses, the sizes of groups. Pairs unknown in any are left out.
+///
+/// # Panics
+/// If the matrices or the blocks are of different cases.
+pub fn partial_mantel(
+    first: &PairMatrix,
+    second: &PairMatrix,
+    given: &PairMatrix,
+    correlation: Correlation,
+    blocks: &[usize],
+    settings: &Permutations,
+) -> Tested {
+    assert_eq!(first.size(), second.size(), "matrices of the same cases");
+    assert_eq!(first.size(), given.size(), "matrices of the same cases");
+    let [first, second, given] = [first, second, given].map(|m| correlation.prepared(m));
+    test_order(first.size(), blocks, settings, |order| {
+        let permuted = first.chosen(order, f64::NAN);
+        let keep = |own: &PairMatrix| -> Vec<f64> {
+            let all = own.values().iter().zip(permuted.values());
+            let all = all.zip(second.values().iter().zip(given.values()));
+            all.map(|((own, a), (b, c))| if (a + b + c).is_nan() { f64::NAN } else { *own })
+                .collect()
+        };
+        let (b, d, z) = (keep(&permuted), keep(&second), keep(&given));
+        let (bd, bz, dz) = (pearson(&b, &d), pearson(&b, &z), pearson(&d, &z));
+        (bd - bz * dz) / ((1.0 - bz * bz) * (1.0 - dz * dz)).sqrt()
+    })
+}

@@ -1,0 +1,110 @@
+//! Do neighbours on a weighted graph share their class?
+
+use super::pairs::PairMatrix;
+
+/// Known, positive weights: the edges.
+fn edges(weights: &PairMatrix) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
+    weights.pairs().filter(|pair| pair.2 > 0.0)
+}
+
+/// Moran's I: are neighbours alike?
+///
+/// ```text
+/// I = N/W · Σᵢⱼ wᵢⱼ zᵢ zⱼ / Σ zᵢ²,   z = x − x̄,   W = Σᵢⱼ wᵢⱼ
+/// ```
+///
+/// P. A. P. Moran, Biometrika 37, 17 (1950). −1/(N − 1) by chance. Of a class: its indicator ([`indicator`]). With
+/// wᵢⱼ = exp(−barrier/T) near means easy to reach; unknown weights are none. NaN where x does not vary or nothing is joined.
+///
+/// # Panics
+/// If there is not one value a case.
+pub fn morans_i(weights: &PairMatrix, values: &[f64]) -> f64 {
+    assert_eq!(values.len(), weights.size(), "one value a case");
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let squares: f64 = values.iter().map(|x| (x - mean).powi(2)).sum();
+    let (mut products, mut total) = (0.0, 0.0);
+    for (i, j, weight) in edges(weights) {
+        products += weight * (values[i] - mean) * (values[j] - mean);
+        total += weight;
+    }
+    if squares > 0.0 && total > 0.0 {
+        count / total * products / squares
+    } else {
+        f64::NAN
+    }
+}
+
+/// 1 for the cases of a class, 0 for all others.
+pub fn indicator(labels: &[usize], class: usize) -> Vec<f64> {
+    labels
+        .iter()
+        .map(|&label| f64::from(u8::from(label == class)))
+        .collect()
+}
+
+/// Join counts of a class.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct JoinCounts {
+    /// Weight of edges between two cases of the class.
+    pub inside: f64,
+    /// Weight of edges between one of the class and one that is not.
+    pub across: f64,
+    /// Weight of the other edges.
+    pub outside: f64,
+}
+
+/// Weight of the edges inside, across and outside a class; A. D. Cliff and J. K. Ord, Spatial Processes (1981), sect. 1.3.
+///
+/// # Panics
+/// If there is not one label a case.
+pub fn join_counts(weights: &PairMatrix, labels: &[usize], class: usize) -> JoinCounts {
+    assert_eq!(labels.len(), weights.size(), "one label a case");
+    let mut sums = [0.0; 3];
+    for (i, j, weight) in edges(weights) {
+        sums[usize::from(labels[i] == class) + usize::from(labels[j] == class)] += weight;
+    }
+    let [outside, across, inside] = sums;
+    JoinCounts {
+        inside,
+        across,
+        outside,
+    }
+}
+
+/// Newman's assortativity of classes on a weighted graph, and what each class adds to it.
+///
+/// ```text
+/// r = (Σ eₖₖ − Σ aₖ²)/(1 − Σ aₖ²),   eₖₗ: share of the weight between classes k and l, aₖ = Σₗ eₖₗ
+/// ```
+///
+/// M. E. J. Newman, Phys. Rev. E 67, 026126 (2003). 1 where only cases of one class are joined, 0 by chance given the weights
+/// at each case. The terms (eₖₖ − aₖ²)/(1 − Σ aₖ²) sum to r. NaN where nothing is joined or one class has all edges.
+///
+/// # Panics
+/// If there is not one label a case.
+pub fn assortativity(weights: &PairMatrix, labels: &[usize]) -> (f64, Vec<f64>) {
+    assert_eq!(labels.len(), weights.size(), "one label a case");
+    let classes = labels.iter().max().map_or(0, |most| most + 1);
+    let (mut within, mut ends) = (vec![0.0; classes], vec![0.0; classes]);
+    let mut total = 0.0;
+    for (i, j, weight) in edges(weights) {
+        total += 2.0 * weight;
+        ends[labels[i]] += weight;
+        ends[labels[j]] += weight;
+        if labels[i] == labels[j] {
+            within[labels[i]] += 2.0 * weight;
+        }
+    }
+    let chance: f64 = ends.iter().map(|a| (a / total).powi(2)).sum();
+    let term = |(e, a): (&f64, &f64)| {
+        let rest = 1.0 - chance;
+        if rest > 1e-12 {
+            (e / total - (a / total).powi(2)) / rest
+        } else {
+            f64::NAN
+        }
+    };
+    let terms: Vec<f64> = within.iter().zip(&ends).map(term).collect();
+    (terms.iter().sum(), terms)
+}

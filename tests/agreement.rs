@@ -1,0 +1,397 @@
+//! Statistics of agreement: planted partitions, numbers of other programs, and what chance gives.
+//!
+//! The numbers were computed with scipy 1.17.1, scikit-learn 1.9.1, scikit-bio 0.7.4, networkx 3.6.1 and statsmodels 0.15.0 on
+//! the points and labels below.
+#![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
+
+use landscape::agreement::{
+    Correlation, Dendrogram, Outcome, PairMatrix, Permutations, adjusted_mutual_information,
+    adjusted_rand, agreement_of_cuts, anosim, anosim_of_ranks, assortativity, bakers_gamma,
+    barrier_ratio, bootstrap, cliffs_delta, cophenetic_correlation, cuts_between, dispersions,
+    highest, holm, indicator, join_counts, mantel, morans_i, partial_mantel, permanova, permdisp,
+    silhouette, spearman, test_labels, test_order, test_uncertain_labels,
+};
+use landscape::sample::{Rng, Task, stream};
+use rand::RngExt;
+use rand::seq::SliceRandom;
+
+type Statistic<'a> = Box<dyn Fn(&[usize]) -> f64 + Sync + 'a>;
+type Points = [[f64; 2]; 12];
+const P: Points = [
+    [1., 2.],
+    [2., 4.],
+    [3., 1.],
+    [4., 5.],
+    [9., 1.],
+    [8., 4.],
+    [11., 2.],
+    [10., 6.],
+    [5., 11.],
+    [3., 9.],
+    [7., 12.],
+    [6., 8.],
+];
+const Q: Points = [
+    [2., 1.],
+    [1., 5.],
+    [4., 2.],
+    [3., 3.],
+    [8., 2.],
+    [10., 3.],
+    [12., 5.],
+    [7., 7.],
+    [4., 9.],
+    [5., 12.],
+    [8., 10.],
+    [2., 11.],
+];
+const Z: [f64; 12] = [3., 1., 4., 1., 5., 9., 2., 6., 5., 3., 5., 8.];
+const LABELS: [usize; 12] = [0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 1];
+const OTHER: [usize; 12] = [0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 0, 0];
+const ONE_BLOCK: [usize; 12] = [0; 12];
+
+fn distances(points: &Points) -> PairMatrix {
+    PairMatrix::from_fn(12, |i, j| {
+        // Whole numbers below the root, so that ties are exact.
+        ((points[i][0] - points[j][0]).powi(2) + (points[i][1] - points[j][1]).powi(2)).sqrt()
+    })
+}
+
+/// Without ties, so that a tree of two parts a merge is the same one.
+fn untied(points: &Points, [a, b, m]: [usize; 3]) -> PairMatrix {
+    let plain = distances(points);
+    PairMatrix::from_fn(12, |i, j| {
+        plain.get(i, j) + 1e-3 * ((a * i + b * j) % m) as f64
+    })
+}
+
+fn assert_close(found: f64, expected: f64) {
+    assert!((found - expected).abs() < 1e-12, "{found}, not {expected}");
+}
+
+fn few(count: usize) -> Permutations {
+    Permutations {
+        count,
+        seed: 3,
+        least_per_class: 2,
+    }
+}
+
+#[test]
+fn numbers_of_other_programs() {
+    let near = distances(&P);
+    assert_close(anosim(&near, &LABELS), 0.7917133258678611);
+    assert_close(permanova(&near, &LABELS), 12.190655447298496);
+    assert_close(permdisp(&near, &LABELS), 1.0061801497105463);
+    assert_close(adjusted_rand(&LABELS, &OTHER), -0.013651877133105802);
+    assert_close(
+        adjusted_mutual_information(&LABELS, &OTHER),
+        0.041849191539734015,
+    );
+    let silhouettes = silhouette(&near, &LABELS);
+    assert_close(silhouettes[11], -0.4283936747260438);
+    assert_close(silhouettes.iter().sum::<f64>() / 12.0, 0.42259141656436777);
+    let ratio = barrier_ratio(&near, &LABELS, [0, 1]);
+    assert_close(ratio.ratio, 1.970788250361601);
+    assert_close(ratio.delta, 0.784375);
+    for (found, expected) in holm(&[0.01, 0.04, f64::NAN, 0.03, 0.005, 0.5]).iter().zip([
+        0.04,
+        0.09,
+        f64::NAN,
+        0.09,
+        0.025,
+        0.5,
+    ]) {
+        assert!((found - expected).abs() < 1e-15 || found.is_nan() && expected.is_nan());
+    }
+    let weights = PairMatrix::from_fn(12, |i, j| (-near.get(i, j) / 3.0).exp());
+    for (class, expected) in [0.37180361354000924, 0.2709226768323262, 0.261649504021061]
+        .iter()
+        .enumerate()
+    {
+        assert_close(morans_i(&weights, &indicator(&LABELS, class)), *expected);
+    }
+    let graph = PairMatrix::from_fn(12, |i, j| f64::from(u8::from(near.get(i, j) < 5.0)));
+    assert_close(assortativity(&graph, &LABELS).0, 0.547576301615799);
+    let weighted = PairMatrix::from_fn(12, |i, j| ((3 * j + 5 * i) % 4) as f64);
+    let (all, terms) = assortativity(&weighted, &LABELS);
+    assert_close(all, 0.03458009880028229);
+    assert_close(terms.iter().sum(), all);
+}
+
+#[test]
+fn matrices_and_trees_of_other_programs() {
+    let (near, other) = (distances(&P), distances(&Q));
+    let gaps = PairMatrix::from_fn(12, |i, j| (Z[i] - Z[j]).abs());
+    let test = |correlation| mantel(&near, &other, correlation, &ONE_BLOCK, &few(4999));
+    let tested = test(Correlation::Pearson);
+    assert_close(tested.statistic, 0.633047659667793);
+    // 0.0001 in 99 999 permutations.
+    assert!(tested.p < 0.002, "{tested:?}");
+    assert_close(test(Correlation::Spearman).statistic, 0.6332847994612321);
+    let partial = partial_mantel(
+        &near,
+        &other,
+        &gaps,
+        Correlation::Pearson,
+        &ONE_BLOCK,
+        &few(999),
+    );
+    assert_close(partial.statistic, 0.6467341840207905);
+    let p = test_labels(&LABELS, &ONE_BLOCK, &few(19999), |labels| {
+        anosim(&near, labels)
+    });
+    // 0.0003 in 99 999 permutations.
+    assert!(p.known().unwrap().p < 1e-3);
+
+    let (first, second) = (untied(&Q, [7, 3, 11]), untied(&P, [5, 2, 13]));
+    let (tree, elm) = (Dendrogram::new(&first), Dendrogram::new(&second));
+    assert_close(tree.purity(&LABELS, &[1.0; 12]), 0.7245614035087717);
+    assert_close(cophenetic_correlation(&tree, &elm), 0.6099788592253239);
+    assert_close(bakers_gamma(&tree, &elm), 0.3923187491810181);
+    // With ties, which are one merge of many here and any order of two elsewhere: the heights are the same.
+    let (tree, elm) = (Dendrogram::new(&near), Dendrogram::new(&other));
+    assert_close(cophenetic_correlation(&tree, &elm), 0.6097691204199049);
+    let cuts = [
+        (2, 0.2535344015080113, 0.37723586217761784),
+        (3, 0.5565509518477044, 0.6681259989009753),
+        (4, 0.5105067985166872, 0.5195740296581384),
+        (5, 0.49295774647887325, 0.4668460013935241),
+    ];
+    let tree = Dendrogram::new(&first);
+    let rand = agreement_of_cuts(&tree, &LABELS, [2, 5], adjusted_rand);
+    let information = agreement_of_cuts(&tree, &LABELS, [2, 5], adjusted_mutual_information);
+    for (place, (clusters, by_pairs, by_bits)) in cuts.into_iter().enumerate() {
+        assert_eq!(rand[place].0, clusters);
+        assert_close(rand[place].1, by_pairs);
+        assert!((information[place].1 - by_bits).abs() < 1e-10);
+    }
+}
+
+/// Three classes of six: 1 apart within, 3 between.
+fn planted() -> (PairMatrix, Vec<usize>) {
+    let labels: Vec<usize> = (0..18).map(|i| i / 6).collect();
+    let matrix = PairMatrix::from_fn(18, |i, j| if i / 6 == j / 6 { 1.0 } else { 3.0 });
+    (matrix, labels)
+}
+
+#[test]
+fn planted_partitions_are_found() {
+    let (near, labels) = planted();
+    let blocks = vec![0; 18];
+    assert_close(anosim(&near, &labels), 1.0);
+    assert!(
+        silhouette(&near, &labels)
+            .iter()
+            .all(|s| (s - 2.0 / 3.0).abs() < 1e-15)
+    );
+    // SS = (45 + 108·9)/18, within 3·15/6.
+    let within = 7.5;
+    let f = ((1017.0 / 18.0 - within) / 2.0) / (within / 15.0);
+    assert_close(permanova(&near, &labels), f);
+    assert!(
+        dispersions(&near, &labels)
+            .iter()
+            .all(|z| (z - (5.0_f64 / 12.0).sqrt()).abs() < 1e-15)
+    );
+    let ratio = barrier_ratio(&near, &labels, [0, 2]);
+    assert_close(ratio.ratio, 3.0);
+    assert_close(ratio.delta, 1.0);
+    assert_eq!((ratio.between, ratio.within), (36, 30));
+    // Only cases of one class are joined.
+    let graph = PairMatrix::from_fn(18, |i, j| if i / 6 == j / 6 { 2.0 } else { f64::NAN });
+    assert_close(assortativity(&graph, &labels).0, 1.0);
+    assert_close(morans_i(&graph, &indicator(&labels, 1)), 1.0);
+    let joins = join_counts(&graph, &labels, 1);
+    assert_close(joins.inside, 30.0);
+    assert_close(joins.across, 0.0);
+    assert_close(joins.outside, 60.0);
+    // And only cases of different ones: everything across.
+    let reversed = PairMatrix::from_fn(4, |i, j| f64::from(u8::from(i / 2 != j / 2)));
+    assert_close(assortativity(&reversed, &[0, 0, 1, 1]).0, -1.0);
+    assert_close(morans_i(&reversed, &indicator(&[0, 0, 1, 1], 0)), -1.0);
+
+    let tree = Dendrogram::new(&near);
+    let cuts = cuts_between(&tree, [2, 20]);
+    let ranks = near.ranks();
+    let statistics: [Statistic<'_>; 6] = [
+        Box::new(|labels| tree.purity(labels, &[1.0; 18])),
+        Box::new(|labels| highest(&cuts, labels, adjusted_rand)),
+        Box::new(|labels| highest(&cuts, labels, adjusted_mutual_information)),
+        Box::new(|labels| anosim_of_ranks(&ranks, labels)),
+        Box::new(|labels| permanova(&near, labels)),
+        Box::new(|labels| morans_i(&graph, &indicator(labels, 0))),
+    ];
+    for statistic in &statistics {
+        let tested = test_labels(&labels, &blocks, &few(199), statistic)
+            .known()
+            .unwrap();
+        assert_close(tested.p, 0.005);
+        assert!(
+            tested.statistic > tested.chance + 3.0 * tested.deviation,
+            "{tested:?}"
+        );
+    }
+    // Each class a block: permutations within blocks change nothing.
+    let tested = test_labels(&labels, &labels, &few(99), |labels| anosim(&near, labels));
+    assert_close(tested.known().unwrap().p, 1.0);
+}
+
+#[test]
+fn small_classes_are_insufficient() {
+    let settings = Permutations::default();
+    let asked = |labels: &[usize]| {
+        test_labels(labels, &vec![0; labels.len()], &settings, |_| {
+            panic!("not to be asked")
+        })
+    };
+    let labels = [0, 0, 0, 0, 0, 0, 2, 2, 2, 2];
+    let expected = Outcome::Insufficient {
+        class: 2,
+        cases: 4,
+        needed: 5,
+    };
+    assert_eq!(asked(&labels), expected);
+    assert_eq!(asked(&[0; 9]).known(), None);
+    assert_eq!(asked(&[]).known(), None);
+}
+
+#[test]
+fn censored_pairs_raised_and_left_out() {
+    let (near, labels) = planted();
+    let holes = PairMatrix::from_fn(18, |i, j| {
+        if i / 6 == j / 6 || (i + j) % 2 == 0 {
+            near.get(i, j)
+        } else {
+            f64::NAN
+        }
+    });
+    let raised = holes.raised(1.1);
+    assert_eq!(raised.unknown(), 0);
+    for matrix in [&holes, &raised] {
+        assert_close(anosim(matrix, &labels), 1.0);
+        assert_close(barrier_ratio(matrix, &labels, [0, 1]).delta, 1.0);
+        assert_close(Dendrogram::new(matrix).purity(&labels, &[1.0; 18]), 1.0);
+        let other = mantel(matrix, &near, Correlation::Spearman, &[0; 18], &few(99));
+        assert!(other.statistic > 0.7 && other.p < 0.02, "{other:?}");
+    }
+    assert!(permanova(&holes, &labels).is_nan());
+}
+
+/// Under labels that mean nothing p is uniform on 1/100, …, 1: Kolmogorov and Smirnov at 1 %.
+#[test]
+fn p_values_of_shuffled_labels_are_uniform() {
+    const TRIALS: usize = 300;
+    let mut rng: Rng = stream(5, Task::Resampling, 0);
+    let blocks: Vec<usize> = (0..20).map(|i| i / 10).collect();
+    let mut p_values = [Vec::new(), Vec::new(), Vec::new()];
+    for trial in 0..TRIALS as u64 {
+        let points: Vec<[f64; 2]> = (0..20).map(|_| [rng.random(), rng.random()]).collect();
+        let near = PairMatrix::from_fn(20, |i, j| {
+            (points[i][0] - points[j][0]).hypot(points[i][1] - points[j][1])
+        });
+        let mut labels: Vec<usize> = (0..20).map(|i| i % 2).collect();
+        labels.shuffle(&mut rng);
+        let settings = Permutations {
+            count: 99,
+            seed: trial,
+            least_per_class: 5,
+        };
+        let tree = Dendrogram::new(&near);
+        let cuts = cuts_between(&tree, [2, 10]);
+        let ranks = near.ranks();
+        let p = |statistic: &(dyn Fn(&[usize]) -> f64 + Sync)| {
+            test_labels(&labels, &blocks, &settings, statistic)
+                .known()
+                .unwrap()
+                .p
+        };
+        p_values[0].push(p(&|labels| anosim_of_ranks(&ranks, labels)));
+        p_values[1].push(p(&|labels| tree.purity(labels, &[1.0; 20])));
+        p_values[2].push(p(&|labels| highest(&cuts, labels, adjusted_rand)));
+    }
+    for p in &mut p_values {
+        p.sort_by(f64::total_cmp);
+        let worst = (1..=100).map(|step| {
+            let level = f64::from(step) / 100.0;
+            let below = p.partition_point(|p| *p <= level + 1e-9) as f64 / TRIALS as f64;
+            below - level
+        });
+        let (mut over, mut under) = (0.0_f64, 0.0_f64);
+        for off in worst {
+            over = over.max(off);
+            under = under.max(-off);
+        }
+        // Values that often tie make p too large, never too small.
+        assert!(over < 1.63 / (TRIALS as f64).sqrt(), "{over}");
+        assert!(under < 0.15, "{under}");
+    }
+}
+
+#[test]
+fn the_same_seed_gives_the_same_and_names_do_not_matter() {
+    let near = distances(&P);
+    let test = |labels: &[usize]| {
+        test_labels(labels, &ONE_BLOCK, &few(199), |labels| {
+            permanova(&near, labels)
+        })
+        .known()
+        .unwrap()
+    };
+    let renamed: Vec<usize> = LABELS.iter().map(|label| [4, 0, 2][*label]).collect();
+    assert_eq!(test(&LABELS), test(&LABELS));
+    assert_eq!(test(&LABELS).p.to_bits(), test(&renamed).p.to_bits());
+    // A statistic of the order alone.
+    let last = test_order(12, &ONE_BLOCK, &few(999), |order| order[11] as f64);
+    assert!((last.p - 1.0 / 12.0).abs() < 0.03, "{last:?}");
+    let doubled = PairMatrix::from_fn(12, |i, j| 2.0 * near.get(i, j));
+    assert_close(anosim(&near, &LABELS), anosim(&doubled, &LABELS));
+    assert_close(spearman(near.values(), doubled.values()), 1.0);
+    assert_close(cliffs_delta(&[1.0, 2.0], &[2.0, 0.0]), 0.25);
+}
+
+#[test]
+fn intervals_and_uncertain_labels() {
+    let (near, labels) = planted();
+    let mean = bootstrap(&[0; 18], 500, 1, |cases| {
+        cases.iter().sum::<usize>() as f64 / 18.0
+    });
+    let [low, high] = mean.interval(0.95);
+    // Standard error of the mean of 0 … 17: √((18² − 1)/12/18) = 1.22.
+    assert!(
+        (low - (8.5 - 1.96 * 1.22)).abs() < 0.4 && (high - (8.5 + 1.96 * 1.22)).abs() < 0.4,
+        "{low} {high}"
+    );
+    let delta = bootstrap(&labels, 100, 1, |cases| {
+        let own: Vec<usize> = cases.iter().map(|&i| labels[i]).collect();
+        barrier_ratio(&near.chosen(cases, f64::NAN), &own, [0, 1]).delta
+    });
+    assert_eq!(delta.undefined, 0);
+    assert_close(delta.quantile(0.0), 1.0);
+
+    let belief = |sure: f64| -> Vec<Vec<f64>> {
+        let of = |label: usize| {
+            (0..3)
+                .map(|k| if k == label { sure } else { 0.5 * (1.0 - sure) })
+                .collect()
+        };
+        labels.iter().map(|&label| of(label)).collect()
+    };
+    let test = |sure: f64| {
+        test_uncertain_labels(&belief(sure), &[0; 18], 20, &few(99), |labels| {
+            anosim(&near, labels)
+        })
+    };
+    let certain = test(1.0);
+    assert_eq!(
+        (certain.insufficient, certain.statistic.values.len()),
+        (0, 20)
+    );
+    assert_close(certain.statistic.quantile(0.0), 1.0);
+    assert_close(certain.p.quantile(1.0), 0.01);
+    let doubtful = test(0.7);
+    let middle = doubtful.statistic.quantile(0.5);
+    assert!(middle > 0.1 && middle < 0.9, "{middle}");
+    let ignorant = test(1.0 / 3.0);
+    assert!(ignorant.statistic.quantile(0.5).abs() < 0.2 && ignorant.p.quantile(0.5) > 0.1);
+}
