@@ -83,6 +83,9 @@ pub(super) enum Command {
     /// Draw a finished landscape again, with some of its minima or at few levels
     #[command(after_help = DRAW_EXAMPLES)]
     Draw(Draw),
+    /// Hold a landscape against the taxonomy of grasps, with statistics
+    #[command(after_help = COMPARE_EXAMPLES)]
+    Compare(Compare),
     /// Tell what moved between two landscapes
     #[command(after_help = DIFF_EXAMPLES)]
     Diff(Diff),
@@ -254,6 +257,16 @@ A hidden minimum still joins those that are shown: no choice of minima moves a m
 next of so many even levels. Pictures of groups (disconnectivity, barriers) and of minima (…_minima) take the same
 choices, each of its own leaves; picking a minimum picks its group. Writes the pictures (SVG and PNG), and tree.nwk,
 tree.dot, tree.json and barriers.graphml of what is shown of the minima.";
+
+const COMPARE_EXAMPLES: &str = "\
+Examples:
+  landscape compare grasps.landscape                       grasps.comparison.md, .json, .png, .svg
+  landscape compare human.landscape gripper.landscape      which grasp types each of them holds
+
+Labels minima by the rule of `landscape label` (labels that the landscape was built with win), and tests by permutation
+whether heights between them go with their categories and types: dendrogram purity, ANOSIM, PERMANOVA, Mantel, Moran's I,
+assortativity, barrier ratios, cuts of the tree. Hypotheses and the thresholds at which they hold were written down before
+the first run (data/taxonomy/hypotheses.toml); p-values are corrected over all of them (Holm).";
 
 const DIFF_EXAMPLES: &str = "\
 Examples:
@@ -751,6 +764,23 @@ pub(super) struct Draw {
     /// Seed of the layout; by default that of the landscape.
     #[arg(long)]
     pub(super) seed: Option<u64>,
+}
+
+/// Hold a landscape against the taxonomy.
+#[derive(Debug, Args)]
+pub(super) struct Compare {
+    /// The landscape of some grasps.
+    #[arg(value_name = "LANDSCAPE")]
+    pub(super) landscape: PathBuf,
+    /// Another one, of any hand and object: which types and cells of the taxonomy each of them holds.
+    #[arg(value_name = "OTHER")]
+    pub(super) other: Option<PathBuf>,
+    /// Name of the files to write, without .md, .json, .png and .svg; by default that of the landscape with `.comparison`.
+    #[arg(short, long, value_name = "NAME")]
+    pub(super) output: Option<PathBuf>,
+    /// Seed of permutations and resamplings.
+    #[arg(long, default_value_t = 0)]
+    pub(super) seed: u64,
 }
 
 /// Compare two landscapes.

@@ -11,6 +11,7 @@ use clap::Parser;
 
 mod args;
 mod build;
+mod compare;
 mod diff;
 mod draw;
 mod drawing;
@@ -62,6 +63,7 @@ pub fn run() -> ExitCode {
             Command::Objects(command) => objects::run(&command.command, &arguments.common),
             Command::Surface(command) => surface::run(command, &arguments.common),
             Command::Draw(command) => draw::run(command, &arguments.common),
+            Command::Compare(command) => compare::run(command, &arguments.common),
             Command::Diff(command) => diff::run(command, &arguments.common),
             Command::Import(command) => import::run(command, &arguments.common),
             Command::Export(command) => export::run(command, &arguments.common),

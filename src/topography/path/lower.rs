@@ -31,6 +31,10 @@ const WIDTH: f64 = 4.0;
 const UNDERCUT: f64 = 0.05;
 const TIE: f64 = 1e-3;
 const GAIN: f64 = 1e-3;
+/// Height above the ends from which on no choice is proven to be the best, in units of that at which evaluations become
+/// rough: without proofs right above that one a few tops stay higher than they must, and with proofs everywhere a map takes
+/// half as long again.
+const HOPELESS: f64 = 4.0;
 
 /// A point of the path.
 #[derive(Clone)]
@@ -45,7 +49,10 @@ struct Node {
 struct Kinked<'e> {
     energy: &'e dyn Energy,
     settings: &'e PathSettings,
+    /// Energy from which on evaluations are rough.
     ceiling: f64,
+    /// Energy from which on choices are, too.
+    hopeless: f64,
     /// Nodes are at most this far apart.
     spacing: f64,
     /// Falls of the top below this do not count.
@@ -79,14 +86,13 @@ pub(super) fn lower(
     settings: &PathSettings,
     seams: &SeamSettings,
 ) -> Option<Lowered> {
-    let ceiling = floor + settings.exact_below;
-    let mut path = Kinked::new(energy, images, seams.spacing, ceiling, settings);
+    let mut path = Kinked::new(energy, images, seams.spacing, floor, settings);
     let (mut top, _) = path.lower(seams.moves)?;
     let mut relaxed = false;
     for halving in 1..=seams.halvings {
         let images: Vec<Vec<f64>> = path.nodes.into_iter().map(|node| node.x).collect();
         let spacing = seams.spacing * 0.5_f64.powi(i32::try_from(halving).unwrap_or(i32::MAX));
-        path = Kinked::new(energy, &images, spacing, ceiling, settings);
+        path = Kinked::new(energy, &images, spacing, floor, settings);
         let change = path.top(f64::INFINITY)?.energy - top.energy;
         let (next, rests) = path.lower(seams.moves)?;
         top = next;
@@ -107,13 +113,14 @@ impl<'e> Kinked<'e> {
         energy: &'e dyn Energy,
         images: &[Vec<f64>],
         spacing: f64,
-        ceiling: f64,
+        floor: f64,
         settings: &'e PathSettings,
     ) -> Self {
         let mut path = Self {
             energy,
             settings,
-            ceiling,
+            ceiling: floor + settings.exact_below,
+            hopeless: floor + HOPELESS * settings.exact_below,
             spacing,
             gain: GAIN * settings.energy_tolerance,
             nodes: Vec::new(),
@@ -150,9 +157,7 @@ impl<'e> Kinked<'e> {
 
     fn node(&self, x: Vec<f64>) -> Node {
         let mut gradient = vec![0.0; self.space().tangents()];
-        let (energy, choice) = self
-            .energy
-            .choose_roughly_above(&x, &mut gradient, self.ceiling);
+        let (energy, choice) = self.chosen(&x, &mut gradient);
         Node {
             x,
             energy,
@@ -236,16 +241,22 @@ impl<'e> Kinked<'e> {
             }
         }
         let mut best = best?;
-        best.choices = [0, 1].map(|side: usize| self.choice(&best.sides[side]));
+        let mut gradient = vec![0.0; space.tangents()];
+        best.choices = [0, 1].map(|side: usize| self.chosen(&best.sides[side], &mut gradient).1);
         Some(best)
     }
 
-    /// What is chosen at `x`. High above the ends a proof can take longer than all the rest.
-    fn choice(&self, x: &[f64]) -> Vec<u32> {
-        let mut gradient = vec![0.0; self.space().tangents()];
-        self.energy
-            .choose_roughly_above(x, &mut gradient, self.ceiling)
-            .1
+    /// Energy and choice at `x`: above the ceiling the energy need not be that of the best choice, and far above it not even
+    /// the choice is, whose proof would take longer than all the rest.
+    fn chosen(&self, x: &[f64], gradient: &mut [f64]) -> (f64, Vec<u32>) {
+        let (energy, choice) = self.energy.choose_roughly_above(x, gradient, self.ceiling);
+        let worth_a_proof = energy > self.ceiling && energy < self.hopeless;
+        let choice = if worth_a_proof {
+            self.energy.choice(x)
+        } else {
+            choice
+        };
+        (energy, choice)
     }
 
     /// The highest point between nodes `i` and `i + 1`, by golden section, both nodes included; or the first point met that

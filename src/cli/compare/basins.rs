@@ -1,0 +1,214 @@
+//! The cases of a comparison: the minima of a landscape, what they are called, and how far they are apart.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use anyhow::Context;
+use rayon::prelude::*;
+
+use crate::agreement::PairMatrix;
+use crate::cli::models;
+use crate::grasp::hand::PosedHand;
+use crate::grasp::taxonomy::{Anatomy, Candidate, Label, Labeller, Patch, Rule, Taxonomy, touches};
+use crate::space::{PoseSpace, Space, Symmetry};
+use crate::store::{LandscapeFiles, MinimumRow};
+use crate::topography::{Evidence, MinimumId, Tree};
+
+/// A minimum and its label.
+pub(super) struct Basin {
+    pub(super) grasps: f64,
+    /// Number of the type, where the label is one.
+    pub(super) grasp_type: Option<u8>,
+    /// Power, intermediate or precision as a number, where the label is a type or a cell.
+    pub(super) category: Option<usize>,
+    pub(super) cell: Option<String>,
+    /// The category of the type that fits best, however badly.
+    pub(super) unfiltered: Option<usize>,
+    /// Types that fit best.
+    pub(super) best: Vec<Candidate>,
+}
+
+/// What a landscape is compared by.
+pub(super) struct Basins {
+    pub(super) name: String,
+    pub(super) minima: Vec<Basin>,
+    /// Whether the taxonomy says anything of the hand.
+    pub(super) applicable: bool,
+    /// Minima whose label is a human's or was written into the file.
+    pub(super) labelled_in_file: usize,
+    pub(super) group_barrier: f64,
+    /// Lowest height at which two minima are joined; NaN where nothing joins them.
+    pub(super) saddles: PairMatrix,
+    /// That above the higher of the two.
+    pub(super) barriers: PairMatrix,
+    pub(super) energy_gaps: PairMatrix,
+    /// 1 − Σ min / Σ max over the areas in touch, patch by patch.
+    pub(super) contact_distances: PairMatrix,
+    pub(super) pose_distances: PairMatrix,
+}
+
+impl Basins {
+    pub(super) fn read(folder: &Path, rule: &Rule) -> anyhow::Result<Self> {
+        let files = LandscapeFiles::read(folder)?;
+        let name = folder.display().to_string();
+        let manifest = &files.manifest;
+        let (Some(hand), Some(object)) = (&manifest.hand, &manifest.object) else {
+            anyhow::bail!(
+                "{name} is not a landscape of grasps: there is nothing the taxonomy could name"
+            );
+        };
+        let hand = models::hand(hand)?;
+        let object = models::object(object, manifest.scale)?;
+        let network = files.network(folder)?;
+        let tree = Tree::from_network(&network, Evidence::Chain);
+        let labeller = Labeller::new(&hand, &object, rule);
+        let wanted = 7 + hand.joints.len();
+        for row in &files.minima {
+            anyhow::ensure!(
+                row.coordinates.len() == wanted,
+                "{name}: minimum {} has {} coordinates, the hand {wanted}",
+                row.id,
+                row.coordinates.len()
+            );
+        }
+        let labels: Vec<Label> = files
+            .minima
+            .par_iter()
+            .map(|row| labeller.label(&row.coordinates))
+            .collect();
+        let areas: Vec<BTreeMap<Patch, f64>> = match Anatomy::of(&hand) {
+            None => vec![BTreeMap::new(); files.minima.len()],
+            Some(anatomy) => (files.minima.par_iter())
+                .map(|row| {
+                    let mut posed = PosedHand::default();
+                    hand.pose(&row.coordinates, &mut posed);
+                    let mut areas = BTreeMap::new();
+                    for (touch, _) in touches(&hand, &anatomy, &posed, &object) {
+                        *areas.entry(touch.patch).or_insert(0.0) += touch.weight_mm2;
+                    }
+                    areas
+                })
+                .collect(),
+        };
+        let space = PoseSpace::new(
+            hand.pose_metric().clone(),
+            Symmetry::clone(&object.symmetry),
+        );
+        let rows = &files.minima;
+        let size = rows.len();
+        let minimax = |i: usize, j: usize| {
+            tree.minimax(MinimumId(i), MinimumId(j))
+                .filter(|height| height.is_finite())
+                .unwrap_or(f64::NAN)
+        };
+        let saddles = PairMatrix::from_fn(size, minimax);
+        Ok(Self {
+            applicable: labeller.applies(),
+            labelled_in_file: rows.iter().filter(|row| !row.labels.is_empty()).count(),
+            group_barrier: manifest
+                .group_barrier
+                .context("the landscape does not tell its group barrier")?,
+            barriers: PairMatrix::from_fn(size, |i, j| {
+                saddles.get(i, j) - rows[i].energy.max(rows[j].energy)
+            }),
+            energy_gaps: PairMatrix::from_fn(size, |i, j| (rows[i].energy - rows[j].energy).abs()),
+            contact_distances: PairMatrix::from_fn(size, |i, j| apart(&areas[i], &areas[j])),
+            pose_distances: PairMatrix::from_fn(size, |i, j| {
+                space.distance(&rows[i].coordinates, &rows[j].coordinates)
+            }),
+            minima: rows
+                .iter()
+                .zip(labels)
+                .map(|(row, label)| basin(row, label))
+                .collect(),
+            saddles,
+            name,
+        })
+    }
+
+    /// The landscape of some of its minima only.
+    pub(super) fn cases(&self, keep: impl Fn(&Basin) -> bool) -> Vec<usize> {
+        let numbered = self.minima.iter().enumerate();
+        numbered
+            .filter(|(_, basin)| keep(basin))
+            .map(|(i, _)| i)
+            .collect()
+    }
+}
+
+fn basin(row: &MinimumRow, label: Label) -> Basin {
+    let taxonomy = Taxonomy::feix();
+    let of = |number: u8| taxonomy.numbered(number);
+    let given = row
+        .labels
+        .iter()
+        .rev()
+        .max_by_key(|(_, count)| **count)
+        .map(|(text, _)| text.as_str());
+    let (grasp_type, category, cell) = match given {
+        Some(text) => {
+            let named = taxonomy.named(text);
+            // An ambiguous grasp's label is its cell.
+            let like = named.or_else(|| taxonomy.types.iter().find(|entry| entry.cell == text));
+            (
+                named.map(|entry| entry.number),
+                like.map(|entry| entry.category as usize),
+                like.map(|entry| entry.cell.clone()),
+            )
+        }
+        None => (
+            label.grasp_type().map(|entry| entry.number),
+            label.listed_category().map(|category| category as usize),
+            label
+                .listed_category()
+                .and_then(|_| of(label.best.first()?.number))
+                .map(|entry| entry.cell.clone()),
+        ),
+    };
+    Basin {
+        grasps: row.members.len().max(1) as f64,
+        grasp_type,
+        category,
+        cell,
+        unfiltered: label
+            .best
+            .first()
+            .and_then(|best| of(best.number))
+            .map(|entry| entry.category as usize),
+        best: label.best,
+    }
+}
+
+/// 1 − Σ min / Σ max (Ruzicka): 0 of equal areas, 1 where no patch is shared; 0 of two that touch nothing.
+fn apart(one: &BTreeMap<Patch, f64>, other: &BTreeMap<Patch, f64>) -> f64 {
+    let area =
+        |areas: &BTreeMap<Patch, f64>, patch: &Patch| areas.get(patch).copied().unwrap_or(0.0);
+    let (mut least, mut most) = (0.0, 0.0);
+    for patch in one
+        .keys()
+        .chain(other.keys().filter(|patch| !one.contains_key(patch)))
+    {
+        let (a, b) = (area(one, patch), area(other, patch));
+        least += a.min(b);
+        most += a.max(b);
+    }
+    if most > 0.0 { 1.0 - least / most } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::grasp::taxonomy::PalmPart;
+
+    #[test]
+    fn contact_distance_is_one_without_shared_patches() {
+        let [volar, web] = [PalmPart::Volar, PalmPart::Web].map(Patch::Palm);
+        let one = BTreeMap::from([(volar, 2.0), (web, 1.0)]);
+        let other = BTreeMap::from([(volar, 1.0)]);
+        let none = BTreeMap::from([(web, 3.0)]);
+        assert!(apart(&one, &one).abs() < 1e-15);
+        assert!((apart(&one, &other) - (1.0 - 1.0 / 3.0)).abs() < 1e-15);
+        assert!((apart(&other, &none) - 1.0).abs() < 1e-15);
+        assert!(apart(&BTreeMap::new(), &BTreeMap::new()).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,687 @@
+//! The hypotheses on landscape and taxonomy, with the thresholds that were written down before (`data/taxonomy/hypotheses.toml`).
+
+use anyhow::Context;
+use serde::{Deserialize, Serialize};
+
+use super::basins::{Basin, Basins};
+use crate::agreement::{
+    Correlation, Dendrogram, Outcome, PairMatrix, Permutations, Tested, anosim_of_ranks,
+    barrier_ratio, bootstrap, cliffs_delta, holm, indicator, mantel, morans_i, partial_mantel,
+    test_labels, test_uncertain_labels,
+};
+use crate::grasp::taxonomy::{Category, Rule, Taxonomy};
+
+const TEXT: &str = include_str!("../../../data/taxonomy/hypotheses.toml");
+const POWER: usize = Category::Power as usize;
+const INTERMEDIATE: usize = Category::Intermediate as usize;
+const PRECISION: usize = Category::Precision as usize;
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Settings {
+    pub(super) permutations: usize,
+    pub(super) bootstrap_draws: usize,
+    pub(super) least_per_class: usize,
+    pub(super) level: f64,
+    pub(super) cuts: [usize; 2],
+    pub(super) censored_factor: f64,
+    pub(super) label_draws: usize,
+    pub(super) label_temperature: f64,
+    pub(super) label_permutations: usize,
+    #[serde(rename = "H1")]
+    alike: Alike,
+    #[serde(rename = "H2")]
+    all: All,
+    #[serde(rename = "H3")]
+    apart: Apart,
+    #[serde(rename = "H4")]
+    scattered: Scattered,
+    #[serde(rename = "H5")]
+    unlisted: Unlisted,
+    #[serde(rename = "H6")]
+    nearest: Nearest,
+    #[serde(rename = "H8")]
+    tripods: Tripods,
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Alike {
+    claim: String,
+    least_correlation: f64,
+    level: f64,
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct All {
+    claim: String,
+    least_share: f64,
+    least_minima: usize,
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Apart {
+    claim: String,
+    least_ratio: f64,
+    least_anosim: f64,
+    level: f64,
+    purity_level: f64,
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Scattered {
+    claim: String,
+    level: f64,
+    least_minima: usize,
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Unlisted {
+    claim: String,
+    share: [f64; 2],
+    other_thresholds: [f64; 2],
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Nearest {
+    claim: String,
+    spheres: Vec<u8>,
+    others: Vec<u8>,
+    most_delta: f64,
+    level: f64,
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Tripods {
+    claim: String,
+    spheres: Vec<u8>,
+    near: Vec<u8>,
+    most_ratio: f64,
+    level: f64,
+}
+
+impl Settings {
+    pub(super) fn standard() -> anyhow::Result<Self> {
+        toml::from_str(TEXT).context("data/taxonomy/hypotheses.toml")
+    }
+
+    pub(super) fn permutations(&self, seed: u64) -> Permutations {
+        Permutations {
+            count: self.permutations,
+            seed,
+            least_per_class: self.least_per_class,
+        }
+    }
+}
+
+/// What came of a hypothesis.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Verdict {
+    Holds,
+    Fails,
+    Insufficient,
+    NotTested,
+}
+
+impl Verdict {
+    fn of(holds: bool) -> Self {
+        if holds { Self::Holds } else { Self::Fails }
+    }
+
+    pub(super) fn words(&self) -> &'static str {
+        match self {
+            Self::Holds => "holds",
+            Self::Fails => "does not hold",
+            Self::Insufficient => "insufficient data",
+            Self::NotTested => "not tested",
+        }
+    }
+}
+
+/// A hypothesis and what was found.
+#[derive(Debug, Clone, Serialize)]
+pub(super) struct Finding {
+    pub(super) id: &'static str,
+    pub(super) claim: String,
+    pub(super) verdict: Verdict,
+    /// p, of one test, before and after Holm's correction over all tested.
+    pub(super) p: Option<f64>,
+    pub(super) p_holm: Option<f64>,
+    /// What was measured, in words.
+    pub(super) measured: String,
+}
+
+impl Finding {
+    fn new(
+        id: &'static str,
+        claim: &str,
+        verdict: Verdict,
+        p: Option<f64>,
+        measured: String,
+    ) -> Self {
+        Self {
+            id,
+            claim: claim.to_owned(),
+            verdict,
+            p,
+            p_holm: None,
+            measured,
+        }
+    }
+}
+
+/// Labels of some of the minima, and everything between those.
+pub(super) struct Part {
+    pub(super) cases: Vec<usize>,
+    pub(super) labels: Vec<usize>,
+    pub(super) blocks: Vec<usize>,
+    pub(super) saddles: PairMatrix,
+    pub(super) barriers: PairMatrix,
+    pub(super) weights: Vec<f64>,
+}
+
+impl Part {
+    /// The minima that `label` gives a class; unknown heights are above all others.
+    pub(super) fn new(
+        basins: &Basins,
+        settings: &Settings,
+        label: impl Fn(&Basin) -> Option<usize>,
+    ) -> Self {
+        let cases = basins.cases(|basin| label(basin).is_some());
+        let chosen = |matrix: &PairMatrix| {
+            matrix
+                .chosen(&cases, f64::NAN)
+                .raised(settings.censored_factor)
+        };
+        Self {
+            labels: cases
+                .iter()
+                .filter_map(|&i| label(&basins.minima[i]))
+                .collect(),
+            blocks: vec![0; cases.len()],
+            saddles: chosen(&basins.saddles),
+            barriers: chosen(&basins.barriers),
+            weights: cases.iter().map(|&i| basins.minima[i].grasps).collect(),
+            cases,
+        }
+    }
+
+    /// Weights of the barrier graph: exp(−relative barrier / b).
+    pub(super) fn graph(&self, group_barrier: f64) -> PairMatrix {
+        let scale = group_barrier.max(f64::MIN_POSITIVE);
+        PairMatrix::from_fn(self.cases.len(), |i, j| {
+            (-self.barriers.get(i, j).max(0.0) / scale).exp()
+        })
+    }
+}
+
+/// All hypotheses, Holm's correction included.
+pub(super) fn examine(
+    basins: &Basins,
+    settings: &Settings,
+    rule: &Rule,
+    seed: u64,
+) -> Vec<Finding> {
+    let permutations = settings.permutations(seed);
+    let asked = Asked {
+        basins,
+        settings,
+        permutations,
+        seed,
+    };
+    let mut findings = vec![
+        asked.alike(),
+        asked.all(),
+        asked.apart(),
+        asked.scattered(),
+        asked.unlisted(rule),
+        asked.nearest(),
+    ];
+    let later = [
+        (
+            "H7",
+            "a smooth path of force closure leads from precision to power spheres",
+        ),
+        (
+            "H9",
+            "lifting fingers off a sphere grasp makes it a tripod or quadpod",
+        ),
+        ("H10", "hands without a thumb get no thumb types"),
+    ];
+    let not_tested = |(id, claim): (&'static str, &str)| {
+        Finding::new(
+            id,
+            claim,
+            Verdict::NotTested,
+            None,
+            "not asked by this command".to_owned(),
+        )
+    };
+    findings.push(not_tested(later[0]));
+    findings.push(asked.tripods());
+    findings.extend([later[1], later[2]].map(not_tested));
+    let p: Vec<f64> = findings
+        .iter()
+        .map(|finding| finding.p.unwrap_or(f64::NAN))
+        .collect();
+    for (finding, p) in findings.iter_mut().zip(holm(&p)) {
+        finding.p_holm = (!p.is_nan()).then_some(p);
+    }
+    findings
+}
+
+struct Asked<'a> {
+    basins: &'a Basins,
+    settings: &'a Settings,
+    permutations: Permutations,
+    seed: u64,
+}
+
+impl Asked<'_> {
+    fn alike(&self) -> Finding {
+        let asked = &self.settings.alike;
+        let heights = self.basins.saddles.raised(self.settings.censored_factor);
+        let blocks = vec![0; self.basins.minima.len()];
+        if !self.basins.applicable || blocks.len() < self.settings.least_per_class {
+            return insufficient(
+                "H1",
+                &asked.claim,
+                "too few minima, or a hand without the regions of a human one",
+            );
+        }
+        let spearman = Correlation::Spearman;
+        let contacts = mantel(
+            &heights,
+            &self.basins.contact_distances,
+            spearman,
+            &blocks,
+            &self.permutations,
+        );
+        let gaps = partial_mantel(
+            &heights,
+            &self.basins.contact_distances,
+            &self.basins.energy_gaps,
+            spearman,
+            &blocks,
+            &self.permutations,
+        );
+        let pose = mantel(
+            &heights,
+            &self.basins.pose_distances,
+            spearman,
+            &blocks,
+            &self.permutations,
+        );
+        let holds = contacts.statistic >= asked.least_correlation && contacts.p < asked.level;
+        Finding::new(
+            "H1",
+            &asked.claim,
+            Verdict::of(holds),
+            Some(contacts.p),
+            format!(
+                "Mantel's rank correlation of saddle heights with distances of contact areas {:.3} (p {:.4}), given the \
+                 gap in energy {:.3} (p {:.4}); control: with distances of poses {:.3} (p {:.4})",
+                contacts.statistic, contacts.p, gaps.statistic, gaps.p, pose.statistic, pose.p
+            ),
+        )
+    }
+
+    fn all(&self) -> Finding {
+        let asked = &self.settings.all;
+        let total: f64 = self.basins.minima.iter().map(|basin| basin.grasps).sum();
+        let mut holds = self.basins.applicable;
+        let mut parts = Vec::new();
+        for category in [Category::Power, Category::Intermediate, Category::Precision] {
+            let own = || {
+                self.basins
+                    .minima
+                    .iter()
+                    .filter(|basin| basin.unfiltered == Some(category as usize))
+            };
+            let share = own().map(|basin| basin.grasps).sum::<f64>() / total;
+            let minima = own().count();
+            holds &= share >= asked.least_share && minima >= asked.least_minima;
+            parts.push(format!(
+                "{} {:.1} % ({minima} minima)",
+                category.name(),
+                100.0 * share
+            ));
+        }
+        let verdict = if self.basins.applicable {
+            Verdict::of(holds)
+        } else {
+            Verdict::Insufficient
+        };
+        Finding::new(
+            "H2",
+            &asked.claim,
+            verdict,
+            None,
+            format!(
+                "of the grasps, by the type that fits best: {}",
+                parts.join(", ")
+            ),
+        )
+    }
+
+    fn apart(&self) -> Finding {
+        let asked = &self.settings.apart;
+        let label = |basin: &Basin| match basin.category {
+            Some(POWER) => Some(0),
+            Some(PRECISION) => Some(1),
+            _ => None,
+        };
+        let part = Part::new(self.basins, self.settings, label);
+        let ratio = barrier_ratio(&part.barriers, &part.labels, [0, 1]);
+        let ranks = part.saddles.ranks();
+        let tree = Dendrogram::new(&part.saddles);
+        let anosim = test_labels(&part.labels, &part.blocks, &self.permutations, |labels| {
+            anosim_of_ranks(&ranks, labels)
+        });
+        let purity = test_labels(&part.labels, &part.blocks, &self.permutations, |labels| {
+            tree.purity(labels, &part.weights)
+        });
+        let (Outcome::Known(anosim), Outcome::Known(purity)) = (anosim, purity) else {
+            return insufficient(
+                "H3",
+                &asked.claim,
+                &few(&part.labels, &["power", "precision"]),
+            );
+        };
+        let quick = Permutations {
+            count: self.settings.label_permutations,
+            ..self.permutations
+        };
+        let weights: Vec<Vec<f64>> = part
+            .cases
+            .iter()
+            .map(|&i| self.drawn(i, part_label(&part, i)))
+            .collect();
+        let unsure = test_uncertain_labels(
+            &weights,
+            &part.blocks,
+            self.settings.label_draws,
+            &quick,
+            |labels| anosim_of_ranks(&ranks, labels),
+        );
+        let [low, high] = unsure.statistic.interval(0.95);
+        let holds = ratio.ratio >= asked.least_ratio
+            && anosim.statistic >= asked.least_anosim
+            && anosim.p < asked.level
+            && purity.p < asked.purity_level;
+        Finding::new(
+            "H3",
+            &asked.claim,
+            Verdict::of(holds),
+            Some(anosim.p),
+            format!(
+                "median relative barrier between over within {:.2} (Cliff's delta {:.2}; {} and {} pairs); ANOSIM R {:.3} \
+                 (p {:.4}; with labels drawn anew {low:.3} to {high:.3}); dendrogram purity {:.3} (chance {:.3}, p {:.4})",
+                ratio.ratio,
+                ratio.delta,
+                ratio.between,
+                ratio.within,
+                anosim.statistic,
+                anosim.p,
+                purity.statistic,
+                purity.chance,
+                purity.p
+            ),
+        )
+    }
+
+    /// Weights of power (0) and precision (1) of a minimum, of the types that fit best.
+    fn drawn(&self, case: usize, label: usize) -> Vec<f64> {
+        let taxonomy = Taxonomy::feix();
+        let best = &self.basins.minima[case].best;
+        let first = best.first().map_or(0.0, |first| first.score);
+        let mut weights = vec![0.0; 2];
+        for candidate in best {
+            let category = taxonomy
+                .numbered(candidate.number)
+                .map(|entry| entry.category as usize);
+            let weight = ((candidate.score - first) / self.settings.label_temperature).exp();
+            match category {
+                Some(POWER) => weights[0] += weight,
+                Some(PRECISION) => weights[1] += weight,
+                _ => {}
+            }
+        }
+        if weights.iter().all(|weight| *weight == 0.0) {
+            weights[label] = 1.0;
+        }
+        weights
+    }
+
+    fn scattered(&self) -> Finding {
+        let asked = &self.settings.scattered;
+        let part = Part::new(self.basins, self.settings, |basin| basin.category);
+        let graph = part.graph(self.basins.group_barrier);
+        let counts = [POWER, INTERMEDIATE, PRECISION]
+            .map(|class| part.labels.iter().filter(|label| **label == class).count());
+        if counts[INTERMEDIATE] < self.settings.least_per_class {
+            return insufficient(
+                "H4",
+                &asked.claim,
+                &format!("{} intermediate minima", counts[INTERMEDIATE]),
+            );
+        }
+        let interval = |class: usize| {
+            let drawn = bootstrap(
+                &part.blocks,
+                self.settings.bootstrap_draws,
+                self.seed,
+                |cases| {
+                    let labels: Vec<usize> = cases.iter().map(|&i| part.labels[i]).collect();
+                    morans_i(&graph.chosen(cases, 0.0), &indicator(&labels, class))
+                },
+            );
+            drawn.interval(0.95)
+        };
+        let [power, own, precision] = [POWER, INTERMEDIATE, PRECISION].map(interval);
+        let two: Vec<usize> = part
+            .labels
+            .iter()
+            .map(|label| usize::from(*label == INTERMEDIATE))
+            .collect();
+        let tested = test_labels(&two, &part.blocks, &self.permutations, |labels| {
+            morans_i(&graph, &indicator(labels, 1))
+        });
+        let p = tested.known().map(|tested| tested.p);
+        let below = own[1] < power[0] && own[1] < precision[0];
+        let chance =
+            p.is_some_and(|p| p > asked.level) && counts[INTERMEDIATE] >= asked.least_minima;
+        Finding::new(
+            "H4",
+            &asked.claim,
+            Verdict::of(below || chance),
+            p,
+            format!(
+                "Moran's I of intermediate {:.3} to {:.3}, of power {:.3} to {:.3}, of precision {:.3} to {:.3} (95 %)",
+                own[0], own[1], power[0], power[1], precision[0], precision[1]
+            ),
+        )
+    }
+
+    fn unlisted(&self, rule: &Rule) -> Finding {
+        let asked = &self.settings.unlisted;
+        let total: f64 = self.basins.minima.iter().map(|basin| basin.grasps).sum();
+        let share =
+            |threshold: f64| {
+                let own =
+                    self.basins.minima.iter().filter(|basin| {
+                        basin.best.first().is_none_or(|best| best.score < threshold)
+                    });
+                own.map(|basin| basin.grasps).sum::<f64>() / total
+            };
+        let here = share(rule.unlisted_below);
+        let others = asked.other_thresholds.map(share);
+        let holds = (asked.share[0]..=asked.share[1]).contains(&here)
+            && others.iter().all(|share| *share > 0.0);
+        let verdict = if self.basins.applicable {
+            Verdict::of(holds)
+        } else {
+            Verdict::Insufficient
+        };
+        Finding::new(
+            "H5",
+            &asked.claim,
+            verdict,
+            None,
+            format!(
+                "{:.1} % of the grasps below a score of {}; {:.1} % below {}, {:.1} % below {} (a person has not looked at them)",
+                100.0 * here,
+                rule.unlisted_below,
+                100.0 * others[0],
+                asked.other_thresholds[0],
+                100.0 * others[1],
+                asked.other_thresholds[1]
+            ),
+        )
+    }
+
+    fn nearest(&self) -> Finding {
+        let asked = &self.settings.nearest;
+        let precision = self.basins.cases(|basin| basin.category == Some(PRECISION));
+        let part = Part::new(self.basins, self.settings, |basin| {
+            let number = basin.grasp_type?;
+            match () {
+                () if asked.others.contains(&number) => Some(0),
+                () if asked.spheres.contains(&number) => Some(1),
+                () => None,
+            }
+        });
+        let raised = self.basins.barriers.raised(self.settings.censored_factor);
+        let least: Vec<f64> = (part.cases.iter())
+            .map(|&i| {
+                precision
+                    .iter()
+                    .filter(|j| **j != i)
+                    .map(|&j| raised.get(i, j))
+                    .fold(f64::INFINITY, f64::min)
+            })
+            .collect();
+        let delta = |labels: &[usize]| {
+            let of = |class: usize| -> Vec<f64> {
+                least
+                    .iter()
+                    .zip(labels)
+                    .filter(|(_, label)| **label == class)
+                    .map(|(barrier, _)| *barrier)
+                    .collect()
+            };
+            cliffs_delta(&of(1), &of(0))
+        };
+        let tested = test_labels(&part.labels, &part.blocks, &self.permutations, |labels| {
+            -delta(labels)
+        });
+        match tested {
+            Outcome::Known(tested) if precision.len() >= self.settings.least_per_class => {
+                let delta = -tested.statistic;
+                Finding::new(
+                    "H6",
+                    &asked.claim,
+                    Verdict::of(delta <= asked.most_delta && tested.p < asked.level),
+                    Some(tested.p),
+                    format!(
+                        "Cliff's delta of the least barrier to a precision grasp, spheres over cylinders and disks: {delta:.2} (p {:.4})",
+                        tested.p
+                    ),
+                )
+            }
+            _ => insufficient(
+                "H6",
+                &asked.claim,
+                &format!(
+                    "{}; {} precision minima",
+                    few(&part.labels, &["cylinder or disk", "sphere"]),
+                    precision.len()
+                ),
+            ),
+        }
+    }
+
+    fn tripods(&self) -> Finding {
+        let asked = &self.settings.tripods;
+        let part = Part::new(self.basins, self.settings, |basin| {
+            let number = basin.grasp_type?;
+            Some(match () {
+                () if asked.spheres.contains(&number) => 0,
+                () if asked.near.contains(&number) => 1,
+                () => 2,
+            })
+        });
+        let ratio = |labels: &[usize]| {
+            let mut sums = [[0.0; 2]; 2];
+            for (i, j, barrier) in part.barriers.pairs() {
+                let (low, high) = (labels[i].min(labels[j]), labels[i].max(labels[j]));
+                if low == 0 && high > 0 {
+                    let own: &mut [f64; 2] = &mut sums[high - 1];
+                    own[0] += barrier;
+                    own[1] += 1.0;
+                }
+            }
+            (sums[0][0] / sums[0][1]) / (sums[1][0] / sums[1][1])
+        };
+        match test_labels(&part.labels, &part.blocks, &self.permutations, |labels| {
+            -ratio(labels)
+        }) {
+            Outcome::Known(Tested { statistic, p, .. })
+                if part.labels.contains(&1) && part.labels.contains(&0) =>
+            {
+                Finding::new(
+                    "H8",
+                    &asked.claim,
+                    Verdict::of(-statistic <= asked.most_ratio && p < asked.level),
+                    Some(p),
+                    format!(
+                        "mean barrier from spheres to tripods and quadpods over that to all other types {:.2} (p {p:.4})",
+                        -statistic
+                    ),
+                )
+            }
+            _ => insufficient(
+                "H8",
+                &asked.claim,
+                &few(&part.labels, &["sphere", "tripod or quadpod", "other"]),
+            ),
+        }
+    }
+}
+
+fn part_label(part: &Part, case: usize) -> usize {
+    part.cases
+        .iter()
+        .position(|own| *own == case)
+        .map_or(0, |place| part.labels[place])
+}
+
+fn insufficient(id: &'static str, claim: &str, why: &str) -> Finding {
+    Finding::new(id, claim, Verdict::Insufficient, None, why.to_owned())
+}
+
+/// How many cases each class has.
+fn few(labels: &[usize], names: &[&str]) -> String {
+    let count = |(class, name): (usize, &&str)| {
+        format!(
+            "{} {name}",
+            labels.iter().filter(|label| **label == class).count()
+        )
+    };
+    format!(
+        "minima: {}",
+        names
+            .iter()
+            .enumerate()
+            .map(count)
+            .collect::<Vec<_>>()
+            .join(", ")
+    )
+}

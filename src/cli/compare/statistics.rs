@@ -1,0 +1,281 @@
+//! How well heights between minima agree with what the minima are called.
+
+use serde::Serialize;
+
+use super::basins::Basins;
+use super::hypotheses::{Part, Settings};
+use crate::agreement::{
+    Correlation, Dendrogram, Outcome, PairMatrix, Permutations, Tested,
+    adjusted_mutual_information, adjusted_rand, agreement_of_cuts, anosim_of_ranks, assortativity,
+    barrier_ratio, bootstrap, cuts_between, highest, indicator, mantel, morans_i, permanova,
+    permdisp, silhouette, test_labels,
+};
+use crate::grasp::taxonomy::{Category, Taxonomy};
+
+/// A statistic of the table.
+#[derive(Debug, Clone, Serialize)]
+pub(super) struct Row {
+    pub(super) name: String,
+    /// What it says and of which minima.
+    pub(super) about: &'static str,
+    pub(super) statistic: Option<f64>,
+    /// What chance gives.
+    pub(super) chance: Option<f64>,
+    pub(super) p: Option<f64>,
+    /// 95 % over resampled minima.
+    pub(super) interval: Option<[f64; 2]>,
+    /// Why there is no number.
+    pub(super) missing: Option<String>,
+}
+
+/// All statistics.
+pub(super) struct Table {
+    pub(super) rows: Vec<Row>,
+    /// Adjusted Rand index and mutual information of each cut with the categories: clusters, value.
+    pub(super) cuts: [(&'static str, Vec<(usize, f64)>); 2],
+}
+
+const CATEGORIES: [Category; 3] = [Category::Power, Category::Intermediate, Category::Precision];
+
+/// What is asked of the categories.
+struct Asked<'a> {
+    part: Part,
+    settings: &'a Settings,
+    permutations: Permutations,
+}
+
+impl Asked<'_> {
+    fn row(
+        &self,
+        name: &str,
+        about: &'static str,
+        statistic: impl Fn(&[usize]) -> f64 + Sync,
+    ) -> Row {
+        let Part { labels, blocks, .. } = &self.part;
+        Row::of(
+            name,
+            about,
+            test_labels(labels, blocks, &self.permutations, statistic),
+        )
+    }
+
+    /// As [`Asked::row`], with the 95 % interval over minima drawn again.
+    fn drawn(
+        &self,
+        name: &str,
+        about: &'static str,
+        (matrix, same): (&PairMatrix, f64),
+        statistic: impl Fn(&PairMatrix, &[usize]) -> f64 + Sync,
+    ) -> Row {
+        let Part { labels, blocks, .. } = &self.part;
+        let mut row = self.row(name, about, |labels| statistic(matrix, labels));
+        if row.statistic.is_some() {
+            let draws = self.settings.bootstrap_draws;
+            let drawn = bootstrap(blocks, draws, self.permutations.seed, |cases| {
+                let labels: Vec<usize> = cases.iter().map(|&i| labels[i]).collect();
+                statistic(&matrix.chosen(cases, same), &labels)
+            });
+            row.interval = Some(drawn.interval(0.95));
+        }
+        row
+    }
+}
+
+/// Statistics of the categories, then of the types.
+pub(super) fn table(basins: &Basins, settings: &Settings, seed: u64) -> Table {
+    let part = Part::new(basins, settings, |basin| basin.category);
+    let tree = Dendrogram::new(&part.saddles);
+    let ranks = part.saddles.ranks();
+    let graph = part.graph(basins.group_barrier);
+    let cuts = cuts_between(&tree, settings.cuts);
+    let curve = |compare| agreement_of_cuts(&tree, &part.labels, settings.cuts, compare);
+    let curves = [
+        ("adjusted Rand index", curve(adjusted_rand)),
+        (
+            "adjusted mutual information",
+            curve(adjusted_mutual_information),
+        ),
+    ];
+    let asked = Asked {
+        part,
+        settings,
+        permutations: settings.permutations(seed),
+    };
+    let Part {
+        saddles, weights, ..
+    } = &asked.part;
+    let mut rows = vec![
+        asked.row(
+            "dendrogram purity",
+            "of the categories in the tree",
+            |labels| tree.purity(labels, weights),
+        ),
+        asked.row("ANOSIM R", "saddle heights by category", |labels| {
+            anosim_of_ranks(&ranks, labels)
+        }),
+        asked.row("PERMANOVA F", "saddle heights by category", |labels| {
+            permanova(saddles, labels)
+        }),
+        asked.row(
+            "PERMDISP F",
+            "unlike spreads of categories, which raise the two above",
+            |labels| permdisp(saddles, labels),
+        ),
+        asked.row(
+            "highest adjusted Rand index",
+            "of a cut of the tree",
+            |labels| highest(&cuts, labels, adjusted_rand),
+        ),
+        asked.row(
+            "highest adjusted mutual information",
+            "of a cut of the tree",
+            |labels| highest(&cuts, labels, adjusted_mutual_information),
+        ),
+        asked.drawn(
+            "assortativity",
+            "of categories on the barrier graph",
+            (&graph, 0.0),
+            |graph, labels| assortativity(graph, labels).0,
+        ),
+    ];
+    for (class, category) in CATEGORIES.into_iter().enumerate() {
+        rows.push(asked.row(
+            &format!("Moran's I of {}", category.name()),
+            "likeness of neighbours on the barrier graph",
+            |labels| morans_i(&graph, &indicator(labels, class)),
+        ));
+    }
+    rows.extend(silhouettes(&asked.part));
+    rows.extend(ratios(&asked));
+    rows.push(of_types(basins, settings, seed));
+    rows.extend(censored(basins, settings, seed));
+    Table { rows, cuts: curves }
+}
+
+/// How well each category holds together.
+fn silhouettes(part: &Part) -> Vec<Row> {
+    let all = silhouette(&part.saddles, &part.labels);
+    let row = |(class, category): (usize, Category)| {
+        let own = all.iter().zip(&part.labels);
+        let own: Vec<f64> = own
+            .filter(|(value, label)| **label == class && !value.is_nan())
+            .map(|(value, _)| *value)
+            .collect();
+        Row {
+            statistic: (!own.is_empty()).then(|| own.iter().sum::<f64>() / own.len() as f64),
+            ..Row::named(
+                &format!("mean silhouette of {}", category.name()),
+                "on saddle heights",
+            )
+        }
+    };
+    CATEGORIES.into_iter().enumerate().map(row).collect()
+}
+
+/// Barriers between two categories over those within.
+fn ratios(asked: &Asked<'_>) -> Vec<Row> {
+    let pairs = [(0, 1), (0, 2), (1, 2)];
+    let row = |(a, b): (usize, usize)| {
+        let name = format!(
+            "barrier ratio {}–{}",
+            CATEGORIES[a].name(),
+            CATEGORIES[b].name()
+        );
+        let about = "median relative barrier between over within";
+        asked.drawn(
+            &name,
+            about,
+            (&asked.part.barriers, f64::NAN),
+            |matrix, labels| barrier_ratio(matrix, labels, [a, b]).ratio,
+        )
+    };
+    pairs.into_iter().map(row).collect()
+}
+
+/// Numbers of types as labels.
+fn typed(basins: &Basins, settings: &Settings) -> Part {
+    Part::new(basins, settings, |basin| basin.grasp_type.map(usize::from))
+}
+
+/// The tree of heights against the taxonomy's own tree of types.
+fn of_types(basins: &Basins, settings: &Settings, seed: u64) -> Row {
+    let part = typed(basins, settings);
+    let about = "Spearman, saddle heights against the taxonomy's tree of types";
+    let row = Row::named("Baker's gamma", about);
+    let kinds = part
+        .labels
+        .iter()
+        .collect::<std::collections::BTreeSet<_>>();
+    if kinds.len() < 2 || part.cases.len() < settings.least_per_class {
+        return Row {
+            missing: Some(format!(
+                "{} minima of {} types",
+                part.cases.len(),
+                kinds.len()
+            )),
+            ..row
+        };
+    }
+    let types: Vec<_> = part
+        .labels
+        .iter()
+        .filter_map(|number| Taxonomy::feix().numbered(u8::try_from(*number).ok()?))
+        .collect();
+    let taxonomy = PairMatrix::from_fn(types.len(), |i, j| f64::from(types[i].distance(types[j])));
+    let permutations = settings.permutations(seed);
+    let tested = mantel(
+        &taxonomy,
+        &part.saddles,
+        Correlation::Spearman,
+        &part.blocks,
+        &permutations,
+    );
+    Row::of(&row.name, about, Outcome::Known(tested))
+}
+
+/// The main statistic again without the pairs that no path joins, if there are any.
+fn censored(basins: &Basins, settings: &Settings, seed: u64) -> Option<Row> {
+    if basins.saddles.unknown() == 0 {
+        return None;
+    }
+    let part = Part::new(basins, settings, |basin| basin.category);
+    let ranks = basins.saddles.chosen(&part.cases, f64::NAN).ranks();
+    let permutations = settings.permutations(seed);
+    let tested = test_labels(&part.labels, &part.blocks, &permutations, |labels| {
+        anosim_of_ranks(&ranks, labels)
+    });
+    let about = "saddle heights by category, pairs without a path left out";
+    Some(Row::of("ANOSIM R, known pairs", about, tested))
+}
+
+impl Row {
+    fn named(name: &str, about: &'static str) -> Self {
+        Self {
+            name: name.to_owned(),
+            about,
+            statistic: None,
+            chance: None,
+            p: None,
+            interval: None,
+            missing: None,
+        }
+    }
+
+    fn of(name: &str, about: &'static str, outcome: Outcome<Tested>) -> Self {
+        let row = Self::named(name, about);
+        match outcome {
+            Outcome::Known(tested) => Self {
+                statistic: Some(tested.statistic),
+                chance: Some(tested.chance),
+                p: Some(tested.p),
+                ..row
+            },
+            Outcome::Insufficient { cases, needed, .. } => Self {
+                missing: Some(format!(
+                    "a category has {cases} minima, {needed} are needed"
+                )),
+                ..row
+            },
+        }
+    }
+}
