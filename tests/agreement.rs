@@ -2,7 +2,6 @@
 //!
 //! The numbers were computed with scipy 1.17.1, scikit-learn 1.9.1, scikit-bio 0.7.4, networkx 3.6.1 and statsmodels 0.15.0 on
 //! the points and labels below.
-#![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 use landscape::agreement::{
     Correlation, Dendrogram, Outcome, PairMatrix, Permutations, adjusted_mutual_information,
@@ -138,11 +137,11 @@ fn matrices_and_trees_of_other_programs() {
         &few(999),
     );
     assert_close(partial.statistic, 0.6467341840207905);
-    let p = test_labels(&LABELS, &ONE_BLOCK, &few(19999), |labels| {
+    let p = test_labels(&LABELS, &ONE_BLOCK, &few(4999), |labels| {
         anosim(&near, labels)
     });
     // 0.0003 in 99 999 permutations.
-    assert!(p.known().unwrap().p < 1e-3);
+    assert!(p.known().unwrap().p < 2e-3);
 
     let (first, second) = (untied(&Q, [7, 3, 11]), untied(&P, [5, 2, 13]));
     let (tree, elm) = (Dendrogram::new(&first), Dendrogram::new(&second));
@@ -279,14 +278,18 @@ fn censored_pairs_raised_and_left_out() {
 }
 
 /// Under labels that mean nothing p is uniform on 1/100, …, 1: Kolmogorov and Smirnov at 1 %.
+///
+/// Equal values count as reaching the observed one, so p of a statistic of few values is too large. A weight a case, drawn
+/// at random and added a millionth strong, breaks such ties by chance, and p is uniform on both sides.
 #[test]
 fn p_values_of_shuffled_labels_are_uniform() {
     const TRIALS: usize = 300;
     let mut rng: Rng = stream(5, Task::Resampling, 0);
     let blocks: Vec<usize> = (0..20).map(|i| i / 10).collect();
     let mut p_values = [Vec::new(), Vec::new(), Vec::new()];
+    let mut plain = Vec::new();
     for trial in 0..TRIALS as u64 {
-        let points: Vec<[f64; 2]> = (0..20).map(|_| [rng.random(), rng.random()]).collect();
+        let points: Vec<[f64; 3]> = (0..20).map(|_| rng.random()).collect();
         let near = PairMatrix::from_fn(20, |i, j| {
             (points[i][0] - points[j][0]).hypot(points[i][1] - points[j][1])
         });
@@ -300,32 +303,37 @@ fn p_values_of_shuffled_labels_are_uniform() {
         let tree = Dendrogram::new(&near);
         let cuts = cuts_between(&tree, [2, 10]);
         let ranks = near.ranks();
-        let p = |statistic: &(dyn Fn(&[usize]) -> f64 + Sync)| {
-            test_labels(&labels, &blocks, &settings, statistic)
-                .known()
-                .unwrap()
-                .p
+        let lot = |labels: &[usize]| -> f64 {
+            let own = labels.iter().zip(&points).filter(|(label, _)| **label == 0);
+            own.map(|(_, point)| 1e-6 * point[2]).sum()
         };
-        p_values[0].push(p(&|labels| anosim_of_ranks(&ranks, labels)));
-        p_values[1].push(p(&|labels| tree.purity(labels, &[1.0; 20])));
-        p_values[2].push(p(&|labels| highest(&cuts, labels, adjusted_rand)));
+        let p = |statistic: &(dyn Fn(&[usize]) -> f64 + Sync)| {
+            let tested = test_labels(&labels, &blocks, &settings, statistic);
+            tested.known().unwrap().p
+        };
+        let rand = |labels: &[usize]| highest(&cuts, labels, adjusted_rand);
+        p_values[0].push(p(&|labels| anosim_of_ranks(&ranks, labels) + lot(labels)));
+        p_values[1].push(p(&|labels| tree.purity(labels, &[1.0; 20]) + lot(labels)));
+        p_values[2].push(p(&|labels| rand(labels) + lot(labels)));
+        plain.push(p(&rand));
     }
-    for p in &mut p_values {
-        p.sort_by(f64::total_cmp);
-        let worst = (1..=100).map(|step| {
+    // Largest excess of the share of p-values up to a level over the level, and of the level over the share.
+    let off = |p: &[f64]| {
+        let at = |step: u32| {
             let level = f64::from(step) / 100.0;
-            let below = p.partition_point(|p| *p <= level + 1e-9) as f64 / TRIALS as f64;
-            below - level
-        });
-        let (mut over, mut under) = (0.0_f64, 0.0_f64);
-        for off in worst {
-            over = over.max(off);
-            under = under.max(-off);
-        }
-        // Values that often tie make p too large, never too small.
-        assert!(over < 1.63 / (TRIALS as f64).sqrt(), "{over}");
-        assert!(under < 0.15, "{under}");
+            let below = p.iter().filter(|p| **p <= level + 1e-9).count() as f64;
+            below / TRIALS as f64 - level
+        };
+        (1..=100).map(at).fold([0.0_f64; 2], |[over, under], off| {
+            [over.max(off), under.max(-off)]
+        })
+    };
+    let bound = 1.63 / (TRIALS as f64).sqrt();
+    for p in &p_values {
+        let [over, under] = off(p);
+        assert!(over < bound && under < bound, "{over} {under}");
     }
+    assert!(off(&plain)[0] < bound);
 }
 
 #[test]

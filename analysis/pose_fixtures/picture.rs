@@ -175,12 +175,15 @@ pub(crate) fn views(hand: &Hand, skin: &Skin, fixture: &Fixture, side: u32) -> O
     let hand_from_object: Isometry3<f64> = landscape::space::object_from_hand(&x).inverse();
     let moved =
         |p: &Vector3<f64>| hand_from_object.rotation * p + hand_from_object.translation.vector;
-    for surface in &mut surfaces {
-        surface.vertices.iter_mut().for_each(|p| *p = moved(p));
-    }
-    markers
+    for p in surfaces
         .iter_mut()
-        .for_each(|marker| marker.centre = moved(&marker.centre));
+        .flat_map(|surface| &mut surface.vertices)
+    {
+        *p = moved(p);
+    }
+    for marker in &mut markers {
+        marker.centre = moved(&marker.centre);
+    }
     let scene = Scene {
         surfaces,
         markers,
