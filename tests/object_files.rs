@@ -79,12 +79,8 @@ fn shapes_in_toml_are_objects() {
         &["d.json exists"],
     );
     // One shape is its formula.
-    let single: String = DUMBBELL
-        .lines()
-        .take(4)
-        .map(|line| format!("{line}\n"))
-        .collect();
-    fs::write(desk.path("rod.toml"), single).unwrap();
+    let single: Vec<&str> = DUMBBELL.lines().take(4).collect();
+    fs::write(desk.path("rod.toml"), single.join("\n")).unwrap();
     let said = told(&desk, "objects inspect rod.toml");
     assert_says(
         &said,

@@ -22,6 +22,9 @@ const ON_PLANE: f64 = 1e-6;
 /// How far beside a fragment the solid is looked for, as a share of the object's size: gaps between pieces narrower than
 /// this are closed. Convex decompositions leave gaps of up to a ten-thousandth (bottle of `DexGraspNet`).
 const BESIDE: f64 = 3e-4;
+/// Parallel faces nearer than this share of the object's size are cut along each other's edges: either may cover a part of the
+/// other.
+const NEAR: f64 = 2.0 * BESIDE;
 /// Fragments of one triangle beyond which it is not cut any further.
 const MOST_FRAGMENTS: usize = 20_000;
 
@@ -49,7 +52,7 @@ pub(super) fn outer(mesh: &Mesh) -> Option<Outer> {
     if !boxes_meet(&faces, pieces.len(), size * BESIDE) {
         return None;
     }
-    let others = others(&faces, size * ON_PLANE);
+    let others = others(&faces, size * NEAR);
     let winding = Winding::new(mesh.vertices(), mesh.triangles());
     let kept: Vec<Vec<Polygon>> = faces
         .par_iter()
@@ -163,7 +166,7 @@ fn fragments(
         }
         let mut cut = Vec::with_capacity(fragments.len());
         for fragment in fragments {
-            cut_by(fragment, face, other, slack, &mut cut);
+            cut_by(fragment, face, other, size, &mut cut);
         }
         fragments = cut;
     }
@@ -212,11 +215,15 @@ fn sides(face: &Face) -> [Plane; 3] {
     })
 }
 
-/// Cuts a fragment of `face` where `other` crosses it, or along the edges of `other` where both lie in one plane.
-fn cut_by(fragment: Polygon, face: &Face, other: &Face, slack: f64, cut: &mut Vec<Polygon>) {
+/// Cuts a fragment of `face` where `other` crosses it, or along the edges of `other` where both lie in one plane or nearly.
+fn cut_by(fragment: Polygon, face: &Face, other: &Face, size: f64, cut: &mut Vec<Polygon>) {
+    const PARALLEL: f64 = 0.999;
+    let slack = size * ON_PLANE;
     let plane = Plane::through(&other.corners[0], other.normal);
     let heights: Vec<f64> = fragment.iter().map(|p| plane.of(p)).collect();
-    if heights.iter().all(|h| h.abs() <= slack) {
+    let parallel = face.normal.dot(&other.normal).abs() > PARALLEL;
+    let reach = if parallel { size * NEAR } else { slack };
+    if heights.iter().all(|h| h.abs() <= reach) {
         let sides = sides(other);
         let apart = |side: &Plane| fragment.iter().all(|p| side.of(p) >= -slack);
         if sides.iter().any(apart) {
@@ -361,6 +368,27 @@ mod tests {
                 let (here, there) = (exact.distance(&p), known.distance(&p));
                 assert!((here - there).abs() < 1e-6, "{p}: {here}, not {there}");
             }
+        }
+    }
+
+    #[test]
+    fn a_box_on_a_larger_one_covers_a_part_of_it() {
+        // 5 µm apart, as the pieces of a decomposition are.
+        let (mesh, exact) = of(&[
+            ([0.0; 3], [0.1, 0.1, 0.03], false),
+            ([0.021, 0.033, 0.030005], [0.071, 0.083, 0.06], false),
+        ]);
+        let sides = 4.0 * 0.05 * 0.029995;
+        let area = 2.0 * 0.01 + 4.0 * 0.1 * 0.03 + sides;
+        assert!(
+            (mesh.area_m2() / area - 1.0).abs() < 1e-3,
+            "{}, not {area}",
+            mesh.area_m2()
+        );
+        // On the cut, and in the gap itself.
+        for z in [0.029, 0.0300025, 0.031] {
+            let depth = -exact.distance(&Vector3::new(0.046, 0.058, z));
+            assert!((depth - 0.025).abs() < 1e-3, "{z}: {depth}");
         }
     }
 
