@@ -2,7 +2,6 @@
 //!
 //! The files are not part of the project: `LANDSCAPE_TEST_DATA` names the folder that holds them.
 #![cfg(feature = "grasp")]
-#![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 mod published;
 
