@@ -10,8 +10,10 @@ use std::error::Error;
 use std::fmt::Write;
 use std::fs;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use landscape::grasp::energy::GraspEnergy;
+use landscape::grasp::hand::Hand;
 use landscape::grasp::synthesis::{
     ContactMoves, Start, StepScales, SynthesisSettings, Synthesized, synthesize,
 };
@@ -143,7 +145,7 @@ fn rows(quick: bool) -> Vec<Run> {
 
 /// Counts and measures of one run, in the order of [`COLUMNS`].
 fn measure(run: &Run) -> Result<[f64; 10], Box<dyn Error>> {
-    let energy = run.energy()?;
+    let energy = run.energy(Arc::new(Hand::human()))?;
     let ends: Vec<(Synthesized, Judgement)> = (0..run.chains)
         .into_par_iter()
         .map(|chain| {

@@ -11,9 +11,11 @@ use std::error::Error;
 use std::fmt::Write;
 use std::fs;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use landscape::figure::chart::{Axis, Chart, Corner, Panel, Series};
 use landscape::grasp::energy::{Candidates, GraspEnergy};
+use landscape::grasp::hand::Hand;
 use landscape::grasp::synthesis::{SynthesisSettings, synthesize_observed};
 use landscape::grasp::{EnergySettings, Judgement, judge};
 use landscape::optimize::QuenchSettings;
@@ -278,7 +280,7 @@ fn passes(judgement: &Judgement) -> [bool; 3] {
 
 /// Rows of [`COLUMNS`]: how many chains pass each test at each checkpoint. A chain that has ended counts with its end.
 fn measure(run: &Run) -> Result<Vec<[f64; 4]>, Box<dyn Error>> {
-    let energy = run.energy()?;
+    let energy = run.energy(Arc::new(Hand::human()))?;
     let at = checkpoints(run.synthesis.steps);
     let counts = (0..run.chains)
         .into_par_iter()

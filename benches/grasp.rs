@@ -1,11 +1,12 @@
 //! Cost of one evaluation of the grasp energy, of its envelope, and of one step of synthesis.
 
 use std::hint::black_box;
+use std::path::Path;
 use std::sync::Arc;
 
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use landscape::energy::Energy;
-use landscape::grasp::hand::{Hand, PosedHand};
+use landscape::grasp::hand::{Hand, HandFiles, PosedHand};
 use landscape::grasp::object::Object;
 use landscape::grasp::synthesis::{SynthesisSettings, synthesize};
 use landscape::grasp::{EnergySettings, GraspEnergy, GraspKernel};
@@ -13,13 +14,13 @@ use landscape::optimize::QuenchSettings;
 use landscape::sample::{Kernel, Law, State, Task, stream};
 use rand::RngExt;
 
-fn energy(contacts: usize) -> GraspEnergy {
+fn energy(hand: Hand, contacts: usize) -> GraspEnergy {
     let object = Object::named("bottle_round").expect("the bottle comes with the crate");
     let settings = EnergySettings {
         contacts,
         ..EnergySettings::default()
     };
-    GraspEnergy::new(Arc::new(Hand::human()), Arc::new(object), settings)
+    GraspEnergy::new(Arc::new(hand), Arc::new(object), settings)
         .expect("the default settings make sense")
 }
 
@@ -45,7 +46,7 @@ fn walk(energy: &GraspEnergy, step_m: f64) -> (Vec<u32>, Vec<Vec<f64>>) {
 
 fn evaluations(criterion: &mut Criterion) {
     for contacts in [3, 4] {
-        let energy = energy(contacts);
+        let energy = energy(Hand::human(), contacts);
         let (choice, points) = walk(&energy, 5e-4);
         let mut gradient = vec![0.0; energy.space().tangents()];
         let mut group = criterion.benchmark_group(format!("grasp/{contacts} contacts"));
@@ -86,5 +87,57 @@ fn evaluations(criterion: &mut Criterion) {
     });
 }
 
-criterion_group!(benches, evaluations);
+/// Other hands beside the human one: its cost for each surface point is what theirs is measured by. Published hands are
+/// looked for in `LANDSCAPE_TEST_DATA`.
+fn other_hands(criterion: &mut Criterion) {
+    let mut hands = vec![
+        ("human".to_owned(), Hand::human()),
+        (
+            "three fingers".to_owned(),
+            Hand::named("gripper_three_finger").expect("the gripper comes with the crate"),
+        ),
+    ];
+    let folder = std::env::var_os("LANDSCAPE_TEST_DATA").map(|data| Path::new(&data).join("hands"));
+    let published = [
+        "shadow_dexgraspnet/shadow_hand_vis.xml",
+        "shadow_dexonomy/shadow_right.xml",
+        "allegro/allegro_right_nomesh.xml",
+    ];
+    for name in published {
+        let Some(path) = folder.as_ref().map(|folder| folder.join(name)) else {
+            continue;
+        };
+        let read = || {
+            let files = HandFiles::load(&path).expect("the test data are whole");
+            Hand::from_files(&files).expect("the test data are whole")
+        };
+        let mut group = criterion.benchmark_group("grasp/read and derive");
+        group.sample_size(10);
+        group.bench_function(name, |bencher| bencher.iter(read));
+        group.finish();
+        hands.push((name.to_owned(), read()));
+    }
+    let mut group = criterion.benchmark_group("grasp/hands");
+    for (name, hand) in hands {
+        let energy = energy(hand, 4);
+        let (choice, points) = walk(&energy, 5e-4);
+        let mut gradient = vec![0.0; energy.space().tangents()];
+        let mut next = (0..points.len()).cycle();
+        group.bench_function(format!("{name}, contact set held"), |bencher| {
+            bencher.iter(|| {
+                let x = &points[next.next().unwrap_or(0)];
+                energy.evaluate_choice(black_box(x), &choice, &mut gradient)
+            });
+        });
+        group.bench_function(format!("{name}, envelope"), |bencher| {
+            bencher.iter(|| {
+                let x = &points[next.next().unwrap_or(0)];
+                energy.evaluate(black_box(x), &mut gradient)
+            });
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, evaluations, other_hands);
 criterion_main!(benches);

@@ -42,13 +42,13 @@ impl Run {
         ))
     }
 
-    pub(crate) fn energy(&self) -> Result<GraspEnergy, Box<dyn std::error::Error>> {
+    /// The energy of a hand on the object.
+    pub(crate) fn energy(
+        &self,
+        hand: Arc<Hand>,
+    ) -> Result<GraspEnergy, Box<dyn std::error::Error>> {
         let object = Object::named(self.object)?;
-        Ok(GraspEnergy::new(
-            Arc::new(Hand::human()),
-            Arc::new(object),
-            self.energy,
-        )?)
+        Ok(GraspEnergy::new(hand, Arc::new(object), self.energy)?)
     }
 }
 

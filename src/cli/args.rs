@@ -342,9 +342,14 @@ min.data and ts.data in PATHSAMPLE's columns.";
 /// Synthesize grasps.
 #[derive(Debug, Args)]
 pub(super) struct Synth {
-    /// The hand: a name of one that comes with the program (`human` unless told otherwise), or a URDF or MJCF file.
+    /// The hand: a name of one that comes with the program (`human` unless told otherwise), or a URDF,
+    /// MJCF or MANO (.npz) file.
     #[arg(long, value_name = "NAME|FILE")]
     pub(super) hand: Option<String>,
+    /// The folder in which everything lies that the hand's description refers to (meshes, included files); its own
+    /// folder unless told otherwise. Files elsewhere are refused.
+    #[arg(long, value_name = "FOLDER", conflicts_with = "from")]
+    pub(super) hand_folder: Option<PathBuf>,
     /// The hand's mirror image instead: a left hand of a right one.
     #[arg(long, conflicts_with = "from")]
     pub(super) mirror: bool,
@@ -540,9 +545,13 @@ pub(super) enum HandsCommand {
 /// What is derived of a hand.
 #[derive(Debug, Args)]
 pub(super) struct HandsInspect {
-    /// The hand: a name of one that comes with the program, or a URDF or MJCF file.
+    /// The hand: a name of one that comes with the program, or a URDF, MJCF or MANO (.npz) file.
     #[arg(value_name = "NAME|FILE")]
     pub(super) hand: String,
+    /// The folder in which everything lies that the hand's description refers to (meshes, included files); its own
+    /// folder unless told otherwise. Files elsewhere are refused.
+    #[arg(long, value_name = "FOLDER")]
+    pub(super) hand_folder: Option<PathBuf>,
     /// Its mirror image instead.
     #[arg(long)]
     pub(super) mirror: bool,

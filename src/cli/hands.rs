@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 use super::args::{Common, HandsCommand, HandsInspect};
 use super::{check_output, complain, models, print};
 use crate::figure::{Image, Marker, Scene, Surface, contact_sheet};
-use crate::grasp::hand::{HAND_NAMES, Hand, JointKind, PosedHand, Skin};
+use crate::grasp::hand::{HAND_NAMES, Hand, JointKind, LinkId, PosedHand, Skin};
 use crate::space::PoseMetric;
 use crate::store::write_atomic;
 
@@ -55,7 +55,11 @@ fn list() -> anyhow::Result<()> {
 }
 
 fn inspect(command: &HandsInspect, common: &Common) -> anyhow::Result<()> {
-    let files = models::hand_files(&command.hand, command.mirror)?;
+    let files = models::hand_files(
+        &command.hand,
+        command.hand_folder.as_deref(),
+        command.mirror,
+    )?;
     let stem = Path::new(&command.hand).file_stem().unwrap_or_default();
     let stem = stem.to_string_lossy();
     let or = |given: &Option<PathBuf>, ending: &str| {
@@ -127,13 +131,18 @@ fn digits(hand: &Hand, text: &mut String) {
         "{:<12}{:>8}{:>12}{:>10}  links",
         "part", "points", "area, cm²", "capsules"
     );
-    for (digit, name) in hand.digits.iter().enumerate() {
-        let of_digit = |link: usize| hand.links[link].digit == digit;
+    let arm = (0..hand.links.len()).any(|link| hand.is_arm(LinkId(link)));
+    let parts = (hand.digits.iter().enumerate()).map(|(digit, name)| (Some(digit), name.as_str()));
+    for (digit, name) in parts.chain(arm.then_some((None, "arm"))) {
+        let of_digit = |link: usize| {
+            let arm = hand.is_arm(LinkId(link));
+            digit.map_or(arm, |digit| !arm && hand.links[link].digit == digit)
+        };
         let points = || hand.surface.iter().filter(|at| of_digit(at.link.0));
         let capsules = hand.capsules.iter().filter(|c| of_digit(c.link.0)).count();
-        let links: Vec<&str> = (hand.links.iter())
-            .filter(|link| link.digit == digit)
-            .map(|link| link.name.as_str())
+        let links: Vec<&str> = (0..hand.links.len())
+            .filter(|&link| of_digit(link))
+            .map(|link| hand.links[link].name.as_str())
             .collect();
         let area: f64 = points().map(|at| at.area_m2).sum();
         let _ = writeln!(

@@ -16,7 +16,7 @@ pub(super) fn read(
 ) -> anyhow::Result<(GraspFile, Vec<String>)> {
     let overrides = Overrides {
         hand: hand
-            .map(|hand| models::hand_metadata(hand, false))
+            .map(|hand| models::hand_metadata(hand, None, false))
             .transpose()?,
         object: match object {
             Some(flag) => Some(models::object_metadata(flag, None)?.0),

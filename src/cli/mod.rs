@@ -77,7 +77,11 @@ pub fn run() -> ExitCode {
     }
 }
 
-/// An error and its causes, without those that it already repeats.
+/// Longest sentence, characters.
+const LONGEST: usize = 2000;
+
+/// An error and its causes, without those that it already repeats. It may quote a file: what is too long is cut, and what
+/// a terminal would obey is not passed on.
 fn sentence(error: &anyhow::Error) -> String {
     let mut text = String::new();
     for cause in error.chain().map(ToString::to_string) {
@@ -89,7 +93,18 @@ fn sentence(error: &anyhow::Error) -> String {
             text.push_str(cause);
         }
     }
-    text
+    let harmless = |c: char| {
+        if c.is_control() && c != '\n' {
+            '\u{fffd}'
+        } else {
+            c
+        }
+    };
+    let mut short: String = text.chars().take(LONGEST).map(harmless).collect();
+    if text.chars().nth(LONGEST).is_some() {
+        short.push('…');
+    }
+    short
 }
 
 /// Refuses an output that cannot be written, before any work is spent on it.
@@ -113,4 +128,16 @@ fn complain(line: &str) {
 /// Text the user asked for, on standard output.
 fn print(text: &str) {
     let _ = writeln!(std::io::stdout(), "{}", text.trim_end());
+}
+
+#[cfg(test)]
+mod tests {
+    /// A megabyte of a broken file, with a sequence that would clear the screen.
+    #[test]
+    fn sentences_are_short_and_harmless() {
+        let text = format!("no number: `\u{1b}[2J{}`", "0".repeat(1 << 20));
+        let sentence = super::sentence(&anyhow::anyhow!(text));
+        assert!(sentence.chars().count() == 2001 && !sentence.contains('\u{1b}'));
+        assert!(sentence.starts_with("no number: `\u{fffd}[2J000"));
+    }
 }

@@ -10,8 +10,12 @@ use crate::grasp::object::{Assembly, Description, Mesh, OBJECT_NAMES, Object, Ob
 use crate::store::{HandMetadata, ObjectMetadata, TextFile, content_hash};
 
 /// The files of the hand that a flag names: one that comes with the program, or a URDF or MJCF file with a JSON side file
-/// of the same stem, if there is one.
-pub(super) fn hand_files(flag: &str, mirror: bool) -> anyhow::Result<HandFiles> {
+/// of the same stem, if there is one. What that refers to must lie in `folder`, or where it lies itself.
+pub(super) fn hand_files(
+    flag: &str,
+    folder: Option<&Path>,
+    mirror: bool,
+) -> anyhow::Result<HandFiles> {
     let files = if HAND_NAMES.contains(&flag) {
         HandFiles::named(flag)?
     } else {
@@ -20,7 +24,12 @@ pub(super) fn hand_files(flag: &str, mirror: bool) -> anyhow::Result<HandFiles> 
             "--hand {flag}: neither a file nor a hand that comes with the program ({})",
             HAND_NAMES.join(", ")
         );
-        HandFiles::load(Path::new(flag)).with_context(|| format!("--hand {flag}"))?
+        let path = Path::new(flag);
+        let files = match folder {
+            Some(folder) => HandFiles::load_within(path, folder),
+            None => HandFiles::load(path),
+        };
+        files.with_context(|| format!("--hand {flag}"))?
     };
     if mirror {
         return files.mirrored().with_context(|| format!("--hand {flag}"));
@@ -29,8 +38,12 @@ pub(super) fn hand_files(flag: &str, mirror: bool) -> anyhow::Result<HandFiles> 
 }
 
 /// The hand that a flag names, with what a file must say about it.
-pub(super) fn hand_metadata(flag: &str, mirror: bool) -> anyhow::Result<HandMetadata> {
-    let files = hand_files(flag, mirror)?;
+pub(super) fn hand_metadata(
+    flag: &str,
+    folder: Option<&Path>,
+    mirror: bool,
+) -> anyhow::Result<HandMetadata> {
+    let files = hand_files(flag, folder, mirror)?;
     let texts: Vec<&[u8]> = files
         .files
         .iter()

@@ -38,6 +38,7 @@ impl Origin {
         Ok(Self {
             hand: models::hand_metadata(
                 command.hand.as_deref().unwrap_or("human"),
+                command.hand_folder.as_deref(),
                 command.mirror,
             )?,
             object,

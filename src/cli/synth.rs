@@ -212,6 +212,8 @@ fn beginning(command: &Synth) -> String {
     let default = command.from.is_none().then(|| "human".to_owned());
     let mirror = if command.mirror { " --mirror" } else { "" };
     add("hand", hand.or(default).map(|hand| hand + mirror));
+    let folder = command.hand_folder.as_ref();
+    add("hand-folder", folder.map(|path| path.display().to_string()));
     add("object", command.object.clone());
     add("scale", command.scale.map(|scale| scale.to_string()));
     let from = command.from.as_ref();

@@ -52,12 +52,13 @@ fn draw(hand: &Hand, rng: &mut Rng, faced: impl FnOnce(&mut Rng) -> SurfaceSampl
     let object_from_surface =
         frame(&outward) * Rotation3::from_axis_angle(&Vector3::z_axis(), roll);
     let tilted = Rotation3::from_euler_angles(tilt[0], tilt[1], 0.0);
-    let volar = Unit::new_normalize(-hand.palm.volar);
+    let palm = hand.palm_at(&joints);
+    let volar = Unit::new_normalize(-palm.volar);
     let hand_from_palm = frame(&volar);
     let rotation = UnitQuaternion::from_rotation_matrix(
         &(object_from_surface * tilted * hand_from_palm.inverse()),
     );
-    let facing = hand.palm.centre + hand.palm.distal * hand.palm.faced_m;
+    let facing = palm.centre + palm.distal * palm.faced_m;
     let translation = faced.point + outward.into_inner() * gap_m - rotation * facing;
     pose_coordinates(
         &Isometry3::from_parts(translation.into(), rotation),

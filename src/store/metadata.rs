@@ -219,6 +219,9 @@ mod packed {
 
     use super::{Read, Write};
 
+    /// A few bytes may claim to be many, bytes.
+    const LARGEST: u64 = 256 << 20;
+
     #[expect(
         clippy::ref_option,
         reason = "serde hands over a reference to the field"
@@ -250,8 +253,12 @@ mod packed {
         let bytes = STANDARD.decode(packed).map_err(D::Error::custom)?;
         let mut text = String::new();
         ZlibDecoder::new(bytes.as_slice())
+            .take(LARGEST + 1)
             .read_to_string(&mut text)
             .map_err(D::Error::custom)?;
+        if text.len() as u64 > LARGEST {
+            return Err(D::Error::custom("a mesh is larger than 256 MB"));
+        }
         Ok(Some(text))
     }
 }

@@ -240,9 +240,7 @@ impl GraspEnergy {
             self.measure(clearance_m, clearance_m, scratch);
         }
         self.update_proximity(scratch);
-        scratch
-            .forces
-            .reset(self.hand.links.len(), self.hand.joints.len());
+        scratch.forces.reset(&self.hand);
         let mut energy = self.add_terms(self.depth_terms(), x, scratch);
         let factor = scratch.ramp.depth;
         if scratch.ramp != Ramp::default() {
@@ -280,6 +278,7 @@ impl GraspEnergy {
     ) -> f64 {
         self.measure_contacts(choice, scratch);
         let energy = self.add_terms(self.contact_terms(), x, scratch);
+        scratch.forces.gather(&self.hand, &scratch.posed);
         self.hand.pull_back(
             &scratch.posed,
             &scratch.forces.wrenches,
@@ -429,7 +428,7 @@ impl GraspEnergy {
             self.update_proximity(scratch);
             self.measure_contacts(choice, scratch);
             let mut forces = std::mem::take(&mut scratch.forces);
-            forces.reset(self.hand.links.len(), self.hand.joints.len());
+            forces.reset(&self.hand);
             let scene = self.scene(x, scratch);
             let terms = self
                 .contact_terms()

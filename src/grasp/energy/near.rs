@@ -63,7 +63,12 @@ impl NearSearch {
             self.forget(hand);
         }
         let slope = shape.lipschitz();
-        self.mark(posed, band_m, slope);
+        if hand.bends() {
+            // Points that several links carry have no bounds by one of them.
+            self.mark_all();
+        } else {
+            self.mark(posed, band_m, slope);
+        }
         near.clear();
         for (word, marks) in self.marks.iter_mut().enumerate() {
             while *marks != 0 {
@@ -88,7 +93,7 @@ impl NearSearch {
             }
         }
         for link in 0..self.links.len() {
-            if self.links[link].in_vain > PATIENCE * self.links[link].order.len() {
+            if !hand.bends() && self.links[link].in_vain > PATIENCE * self.links[link].order.len() {
                 self.renew(hand, posed, LinkId(link), slope);
             }
         }
@@ -131,6 +136,15 @@ impl NearSearch {
                 self.marks[*index as usize / 64] |= 1 << (index % 64);
                 link.in_vain += 1;
             }
+        }
+    }
+
+    fn mark_all(&mut self) {
+        for index in 0..self.points.len() {
+            self.marks[index / 64] |= 1 << (index % 64);
+        }
+        for link in &mut self.links {
+            link.in_vain = link.order.len();
         }
     }
 

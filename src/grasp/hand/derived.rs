@@ -14,6 +14,9 @@ impl HandFiles {
     /// As [`Hand::from_files`].
     pub fn derived_side_file(&self) -> Result<String, HandError> {
         let mut side = self.side()?;
+        if self.mano().is_some() {
+            return self.derived_of_mano(side);
+        }
         // Everything in a side file is about the hand before it is mirrored.
         let mirrored = std::mem::take(&mut side.mirror);
         let hand = Hand::from_files(self)?;
@@ -64,6 +67,23 @@ impl HandFiles {
     }
 }
 
+impl HandFiles {
+    /// Of a hand of MANO less is free: its file says the rest.
+    fn derived_of_mano(&self, mut side: SideFile) -> Result<String, HandError> {
+        let hand = Hand::from_files(self)?;
+        side.name.get_or_insert_with(|| hand.name.clone());
+        side.palm.get_or_insert(PalmEntry {
+            centre_m: hand.palm.centre.into(),
+            volar: hand.palm.volar.into(),
+            distal: hand.palm.distal.into(),
+            faced_m: hand.palm.faced_m,
+        });
+        side.self_pairs.get_or_insert_with(|| hand.link_pairs());
+        hand.fill_metric(&mut side.metric);
+        Ok(serde_json::to_string_pretty(&side)? + "\n")
+    }
+}
+
 impl Hand {
     /// The digits and their links, one segment a link.
     fn digit_entries(&self) -> Vec<DigitEntry> {
@@ -91,7 +111,6 @@ impl Hand {
     }
 
     fn fill_joints(&self, side: &mut SideFile) {
-        let metric = self.pose_metric();
         for (j, joint) in self.joints.iter().enumerate() {
             let name = || joint.name.clone();
             let [rest, deviation] = [self.prior.rest_rad[j], self.own_deviation(j)];
@@ -107,17 +126,20 @@ impl Hand {
                     side.deviation_mm.entry(name()).or_insert(1e3 * deviation);
                 }
             }
-            let entries: &mut MetricEntry = &mut side.metric;
-            entries
-                .levers_m
-                .entry(name())
-                .or_insert(metric.joint_levers_m[j]);
+        }
+        self.fill_metric(&mut side.metric);
+    }
+
+    fn fill_metric(&self, entries: &mut MetricEntry) {
+        let metric = self.pose_metric();
+        let lengths = metric.joint_levers_m.iter().zip(&metric.joint_reaches_m);
+        for (joint, (lever, reach)) in self.joints.iter().zip(lengths) {
+            entries.levers_m.entry(joint.name.clone()).or_insert(*lever);
             entries
                 .reaches_m
-                .entry(name())
-                .or_insert(metric.joint_reaches_m[j]);
+                .entry(joint.name.clone())
+                .or_insert(*reach);
         }
-        let entries = &mut side.metric;
         entries
             .radius_of_gyration_m
             .get_or_insert(metric.radius_of_gyration_m);

@@ -7,8 +7,8 @@ use super::geometry::Geometry;
 use super::model::Model;
 use super::side_file::SideFile;
 use super::{
-    Hand, HandError, Link, PalmFrame, PosedHand, coordinates, prior, region, roles, self_pairs,
-    surface,
+    Hand, HandError, Link, PalmFrame, PosedHand, coordinates, mano, prior, region, roles,
+    self_pairs, surface,
 };
 
 /// Whether a text is MJCF: its first element is `<mujoco>` or `<mujocoinclude>`.
@@ -32,6 +32,9 @@ pub(super) fn is_mjcf(text: &str) -> bool {
 /// The hand of some files, which refer to others among `others`.
 pub(super) fn read(files: &HandFiles, others: &dyn Files) -> Result<Hand, HandError> {
     let side = files.side()?;
+    if let Some(reference) = files.mano() {
+        return mano::assemble(&reference.read()?, &side);
+    }
     let hand = assemble(&files.model(others)?, &side)?;
     Ok(if side.mirror { hand.mirrored() } else { hand })
 }
@@ -41,6 +44,7 @@ fn assemble(model: &Model, side: &SideFile) -> Result<Hand, HandError> {
     let mut notes = model.notes.clone();
     let geometry = Geometry::of(model, side, &links, &mut notes)?;
     let digits = region::assign_digits(&mut links, &geometry.capsules, side)?;
+    let palm_link = region::palm_link(&links);
     let (rest_rad, cast_rad) = prior::poses(&joints, side)?;
     let prior = prior::gaussian(rest_rad, &joints, side)?;
 
@@ -49,6 +53,7 @@ fn assemble(model: &Model, side: &SideFile) -> Result<Hand, HandError> {
         subtree_ends: subtree_ends(&links),
         link_points: vec![0..0; links.len()],
         untouching: untouching(&links, side)?,
+        palm_link,
         links,
         joints,
         capsules: geometry.capsules,
@@ -68,6 +73,7 @@ fn assemble(model: &Model, side: &SideFile) -> Result<Hand, HandError> {
         meshes: geometry.meshes,
         exact: geometry.exact,
         metric: side.metric.clone(),
+        blend: None,
     };
     let mut rest = PosedHand::default();
     hand.pose(&coordinates(&hand.prior.rest_rad), &mut rest);
@@ -89,7 +95,7 @@ fn assemble(model: &Model, side: &SideFile) -> Result<Hand, HandError> {
 }
 
 /// For depth-first links: one past the last link of each subtree.
-fn subtree_ends(links: &[Link]) -> Vec<usize> {
+pub(super) fn subtree_ends(links: &[Link]) -> Vec<usize> {
     let mut ends: Vec<usize> = (1..=links.len()).collect();
     for l in (1..links.len()).rev() {
         if let Some(parent) = links[l].parent {
@@ -100,7 +106,7 @@ fn subtree_ends(links: &[Link]) -> Vec<usize> {
 }
 
 /// For each link, whether the side file forbids contacts on it.
-fn untouching(links: &[Link], side: &SideFile) -> Result<Vec<bool>, HandError> {
+pub(super) fn untouching(links: &[Link], side: &SideFile) -> Result<Vec<bool>, HandError> {
     let known = |name: &String| links.iter().any(|link| &link.name == name);
     if let Some(name) = side.no_contact.iter().find(|&name| !known(name)) {
         return Err(HandError::Unknown {

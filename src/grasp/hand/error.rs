@@ -12,6 +12,14 @@ pub enum HandError {
         /// What is wrong.
         problem: String,
     },
+    /// A file of MANO that does not do.
+    #[error("{file} {problem}")]
+    Mano {
+        /// The file.
+        file: String,
+        /// What is wrong.
+        problem: String,
+    },
     /// No description at all.
     #[error("there is no description of a hand")]
     NoDescription,
@@ -29,6 +37,9 @@ pub enum HandError {
         /// The name.
         name: String,
     },
+    /// The description is not XML, or not such as anybody writes.
+    #[error("the URDF cannot be read: {0}")]
+    Xml(String),
     /// The description is not a URDF document.
     #[error("the URDF cannot be read: {0}")]
     Urdf(#[from] urdf_rs::UrdfError),

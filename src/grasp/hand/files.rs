@@ -8,7 +8,7 @@ use std::path::{Component, Path, PathBuf};
 use super::geometry::Geometry;
 use super::model::Model;
 use super::side_file::SideFile;
-use super::{HandError, description, mesh, mjcf, side_file, urdf};
+use super::{HandError, description, mano, mesh, mjcf, side_file, urdf};
 
 /// Largest file that is read, bytes.
 const LARGEST: u64 = 256 << 20;
@@ -39,14 +39,36 @@ pub(super) trait Files {
 }
 
 impl HandFiles {
+    /// As [`HandFiles::load_within`] with the folder of `path`: what the description refers to must lie there.
+    ///
+    /// # Errors
+    /// As [`HandFiles::load_within`].
+    pub fn load(path: &Path) -> Result<Self, HandError> {
+        Self::load_within(path, &folder_of(path))
+    }
+
     /// Reads the URDF or MJCF file at `path`, the JSON side file of the same stem if there is one, and every file these
     /// refer to: meshes (OBJ, STL, MSH) and included files. References are relative to the folder of `path`;
-    /// `package://name/…` is looked for in that folder and those above it, with and without the folder `name`.
+    /// `package://name/…` is looked for in that folder and those above it up to `within`, with and without the folder
+    /// `name`.
+    ///
+    /// A description of unknown origin must not say what is read of a disk: files that lie, links followed, outside the
+    /// folder `within` are refused.
     ///
     /// # Errors
     /// If a file cannot be read or is no description of a hand; the message names the file, the element and what to do.
-    pub fn load(path: &Path) -> Result<Self, HandError> {
-        let text = read(path)?;
+    pub fn load_within(path: &Path, within: &Path) -> Result<Self, HandError> {
+        let text = if mano::is_archive(path) {
+            mano::description(
+                path,
+                &bytes(path).map_err(|problem| HandError::File {
+                    path: path.to_owned(),
+                    problem,
+                })?,
+            )?
+        } else {
+            read(path)?
+        };
         let name = |path: &Path| {
             let name = path.file_name().unwrap_or_default();
             name.to_string_lossy().into_owned()
@@ -62,13 +84,23 @@ impl HandFiles {
                 text: read(&beside)?,
             });
         }
+        let whole = |folder: &Path| {
+            fs::canonicalize(folder).map_err(|error| HandError::File {
+                path: folder.to_owned(),
+                problem: error.to_string(),
+            })
+        };
         let disk = Disk {
-            folder: path.parent().map(Path::to_owned).unwrap_or_default(),
+            folder: whole(&folder_of(path))?,
+            within: whole(within)?,
             found: RefCell::default(),
         };
         let given = Self {
             files: files.clone(),
         };
+        if given.mano().is_some() {
+            return Ok(given);
+        }
         Geometry::check_meshes(&given.model(&disk)?, &given.side()?)?;
         let found = disk.found.into_inner().into_iter();
         files.extend(found.map(|(name, text)| HandFile { name, text }));
@@ -91,6 +123,12 @@ impl HandFiles {
     /// # Errors
     /// If the side file cannot be read.
     pub fn mirrored(&self) -> Result<Self, HandError> {
+        if let Some(main) = self.files.first().filter(|_| self.mano().is_some()) {
+            return Err(HandError::Mano {
+                file: main.name.clone(),
+                problem: "is not mirrored: MANO's other hand is a file of its own".to_owned(),
+            });
+        }
         let mut files = self.clone();
         let side = self.side_place();
         let text = side.map_or("{}", |place| self.files[place].text.as_str());
@@ -126,6 +164,11 @@ impl HandFiles {
         )
     }
 
+    /// What the description refers to if it is one of MANO.
+    pub(super) fn mano(&self) -> Option<mano::Reference> {
+        mano::reference(&self.files.first()?.text)
+    }
+
     pub(super) fn model(&self, files: &dyn Files) -> Result<Model, HandError> {
         let main = self.files.first().ok_or(HandError::NoDescription)?;
         let mut model = if description::is_mjcf(&main.text) {
@@ -150,6 +193,11 @@ impl Files for HandFiles {
     }
 }
 
+fn folder_of(path: &Path) -> PathBuf {
+    let folder = path.parent().filter(|folder| *folder != Path::new(""));
+    folder.unwrap_or(Path::new(".")).to_owned()
+}
+
 fn read(path: &Path) -> Result<String, HandError> {
     let problem = |problem: String| HandError::File {
         path: path.to_owned(),
@@ -163,7 +211,7 @@ fn text_of(bytes: Vec<u8>) -> Result<String, String> {
     String::from_utf8(bytes).map_err(|error| format!("it is not text: {error}"))
 }
 
-fn bytes(path: &Path) -> Result<Vec<u8>, String> {
+pub(super) fn bytes(path: &Path) -> Result<Vec<u8>, String> {
     let told = fs::metadata(path).map_err(|error| error.to_string())?;
     if !told.is_file() {
         return Err("it is no file".to_owned());
@@ -176,7 +224,10 @@ fn bytes(path: &Path) -> Result<Vec<u8>, String> {
 
 /// Files relative to a folder; remembers what was asked for.
 struct Disk {
+    /// Without links and dots.
     folder: PathBuf,
+    /// Nothing outside it is read; without links and dots.
+    within: PathBuf,
     found: RefCell<BTreeMap<String, String>>,
 }
 
@@ -197,9 +248,9 @@ impl Disk {
         }
         let mut inner = rest.components();
         inner.next();
-        let start = fs::canonicalize(&self.folder).unwrap_or_else(|_| self.folder.clone());
-        start
-            .ancestors()
+        let trusted = |folder: &&Path| folder.starts_with(&self.within) || *folder == self.folder;
+        (self.folder.ancestors())
+            .take_while(trusted)
             .flat_map(|folder| [folder.join(rest), folder.join(inner.as_path())])
             .collect()
     }
@@ -217,8 +268,15 @@ impl Disk {
         let Some(path) = path.or(places.first()) else {
             return Err("a package:// path must name a file inside its package".to_owned());
         };
-        let bytes =
-            bytes(path).map_err(|error| format!("cannot read {}: {error}", path.display()))?;
+        let unreadable = |error: String| format!("cannot read {}: {error}", path.display());
+        let path = fs::canonicalize(path).map_err(|error| unreadable(error.to_string()))?;
+        if !path.starts_with(&self.within) {
+            return Err(format!(
+                "it lies outside {}: put it there, or name a folder that holds all files of the hand (--hand-folder)",
+                self.within.display()
+            ));
+        }
+        let bytes = bytes(&path).map_err(unreadable)?;
         let text = convert(bytes)?;
         self.found
             .borrow_mut()

@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, Unit, Vector3};
 
+use super::blend::Blend;
 use super::{Frame, Hand, JointKind, PosedHand, Wrench};
 use crate::space::PoseMetric;
 
@@ -16,6 +17,14 @@ impl Hand {
     pub fn pose(&self, x: &[f64], posed: &mut PosedHand) {
         self.pose_links(x, posed);
         posed.points.resize(self.surface.len(), Vector3::zeros());
+        if let Some(blend) = &self.blend {
+            let mut points = std::mem::take(&mut posed.points);
+            for (index, point) in points.iter_mut().enumerate() {
+                *point = blend.point(posed, index);
+            }
+            posed.points = points;
+            return;
+        }
         for (frame, range) in posed.object_from_link.iter().zip(&self.link_points) {
             for (posed_point, point) in posed.points[range.clone()]
                 .iter_mut()
@@ -45,6 +54,9 @@ impl Hand {
             .capsules
             .resize(self.capsules.len(), [Vector3::zeros(); 2]);
 
+        if let Some(blend) = &self.blend {
+            blend.prepare(&x[7..], posed);
+        }
         for (l, link) in self.links.iter().enumerate() {
             let parent = match link.parent {
                 Some(parent) => posed.object_from_link[parent.0],
@@ -62,6 +74,9 @@ impl Hand {
                     }
                 }
             }
+            if let Some(ball) = link.ball {
+                frame.rotation *= Blend::ball(posed, ball);
+            }
             posed.object_from_link[l] = frame;
         }
         for (ends, capsule) in posed.capsules.iter_mut().zip(&self.capsules) {
@@ -76,6 +91,9 @@ impl Hand {
     /// If there is no such point.
     #[inline]
     pub fn surface_point(&self, posed: &PosedHand, index: usize) -> Vector3<f64> {
+        if let Some(blend) = &self.blend {
+            return blend.point(posed, index);
+        }
         let point = &self.surface[index];
         posed.object_from_link[point.link.0].point(&point.point)
     }
@@ -86,6 +104,9 @@ impl Hand {
     /// If there is no such point.
     #[inline]
     pub fn point_normal(&self, posed: &PosedHand, index: usize) -> Vector3<f64> {
+        if let Some(blend) = &self.blend {
+            return blend.normal(posed, index);
+        }
         let point = &self.surface[index];
         posed.object_from_link[point.link.0].direction(&point.normal)
     }
@@ -134,6 +155,15 @@ impl Hand {
 
         gradient[6..].fill(0.0);
         for (first, link) in self.links.iter().enumerate() {
+            if let (Some(blend), Some(ball), Some(parent)) = (&self.blend, link.ball, link.parent) {
+                let moved = sum(&wrenches[first..self.subtree_ends[first]]);
+                let origin = posed.object_from_link[first].translation;
+                let carrier = posed.object_from_link[parent.0].compose(&link.parent_from_link);
+                let moment = carrier
+                    .rotation
+                    .tr_mul(&(moved.moment - origin.cross(&moved.force)));
+                blend.pull_back(posed, ball, &moment, &mut gradient[6..]);
+            }
             let Some(motion) = &link.motion else { continue };
             let moved = sum(&wrenches[first..self.subtree_ends[first]]);
             let frame = &posed.object_from_link[first];

@@ -93,7 +93,19 @@ impl Hand {
                 } * motion.ratio;
                 total = Some(total.map_or(own, |total| total + own));
             }
-            at = self.links[l].parent.map(|parent| parent.0);
+            let parent = self.links[l].parent;
+            if let (Some(blend), Some(ball), Some(parent)) =
+                (&self.blend, self.links[l].ball, parent)
+            {
+                let rate = blend.rate(posed, ball, j);
+                let carrier =
+                    posed.object_from_link[parent.0].compose(&self.links[l].parent_from_link);
+                let own = carrier.direction(&rate).cross(&(p - carrier.translation));
+                if rate != Vector3::zeros() {
+                    total = Some(total.map_or(own, |total| total + own));
+                }
+            }
+            at = parent.map(|parent| parent.0);
         }
         total
     }

@@ -4,6 +4,7 @@
 //! self-collision pairs, palm and digits, rest pose, prior and metric. A side file may override any of it. [`Hand::pose`] places the hand,
 //! [`Hand::pull_back`] turns forces on its links into a gradient, [`Hand::skin`] draws it.
 
+mod blend;
 mod derived;
 mod description;
 mod error;
@@ -12,6 +13,7 @@ mod fill;
 mod geometry;
 mod hull;
 mod kinematics;
+mod mano;
 mod mesh;
 mod metric;
 mod mirror;
@@ -29,7 +31,9 @@ mod urdf;
 
 use nalgebra::{Matrix3, Vector3};
 use std::ops::Range;
+use std::sync::Arc;
 
+use blend::Blend;
 use geometry::LinkMesh;
 use side_file::MetricEntry;
 
@@ -101,10 +105,19 @@ pub struct Link {
     pub parent: Option<LinkId>,
     /// Fixed transform from this link's frame at joint angle zero to the parent's frame.
     pub parent_from_link: Frame,
-    /// How a joint moves it against its parent; `None` if fixed.
+    /// How a joint moves it against its parent; `None` if fixed, or on a ball joint.
     pub motion: Option<Motion>,
+    /// Number of the ball joint it turns on, about the origin of its frame: MANO's joints.
+    pub ball: Option<usize>,
     /// Digit this link belongs to: 0 = palm, 1.. = digits (1 = thumb, 2 = index … 5 = little on a human hand).
     pub digit: usize,
+}
+
+impl Link {
+    /// Whether it moves against its parent.
+    pub fn moves(&self) -> bool {
+        self.motion.is_some() || self.ball.is_some()
+    }
 }
 
 /// What a joint does.
@@ -228,8 +241,12 @@ pub struct Hand {
     exact: Vec<bool>,
     /// For each link: whether contacts on it are forbidden.
     untouching: Vec<bool>,
+    /// The first link of the rigid body that the digits hang on. What is not below it is wrist and forearm.
+    palm_link: LinkId,
     /// What the side file says about the metric.
     metric: MetricEntry,
+    /// The bending surface and the ball joints of MANO; `None` where surface points are fixed to links.
+    blend: Option<Arc<Blend>>,
     /// Joint angles at which the skin is cast, radians: fingers apart.
     cast_rad: Vec<f64>,
     /// For each link, one past the last link of its subtree.
@@ -238,7 +255,7 @@ pub struct Hand {
     link_points: Vec<Range<usize>>,
 }
 
-/// Where the palm is and what it faces, in the root link's frame.
+/// Where the palm is and what it faces, in the root link's frame with the joints at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PalmFrame {
     /// Centre of the palm's volar surface, metres.
@@ -261,6 +278,10 @@ pub struct PosedHand {
     pub points: Vec<Vector3<f64>>,
     /// Ends of the axis of each capsule, metres, in the order of [`Hand::capsules`].
     pub capsules: Vec<[Vector3<f64>; 2]>,
+    /// Angles of ball joints, three each, radians.
+    angles_rad: Vec<f64>,
+    /// Entries, row after row, of the rotations of ball joints less one.
+    entries: Vec<f64>,
 }
 
 /// A generalised force on a rigid link as the gradient of an energy: Σ g and Σ p × g over points p (object frame)
@@ -320,8 +341,36 @@ impl Hand {
         for point in &mut hand.surface {
             point.area_m2 *= stride as f64;
         }
+        if let Some(blend) = &self.blend {
+            let mut thinned = (**blend).clone();
+            thinned.vertices = blend.vertices.iter().step_by(stride).cloned().collect();
+            hand.blend = Some(Arc::new(thinned));
+        }
         hand.index_surface();
         hand
+    }
+
+    /// Whether surface points are carried by several links (MANO): forces on them are gathered by
+    /// [`Hand::gather`] before they are pulled back.
+    pub fn bends(&self) -> bool {
+        self.blend.is_some()
+    }
+
+    /// Turns gradients on surface points of a hand that [bends](Hand::bends), and moments on their normals, both by index,
+    /// into wrenches on links; nothing for other hands, whose points are fixed to links.
+    ///
+    /// # Panics
+    /// If there is not one wrench a link, or no point of an index.
+    pub fn gather(
+        &self,
+        posed: &PosedHand,
+        forces: &[(u32, Vector3<f64>)],
+        moments: &[(u32, Vector3<f64>)],
+        wrenches: &mut [Wrench],
+    ) {
+        if let Some(blend) = &self.blend {
+            blend.gather(self, posed, forces, moments, wrenches);
+        }
     }
 
     /// Finds each link's surface points, which are sorted by link.
@@ -330,6 +379,34 @@ impl Hand {
         self.link_points = (0..self.links.len())
             .map(|l| first(l)..first(l + 1))
             .collect();
+    }
+
+    /// Whether a link is wrist or forearm: neither on a digit nor on the body that the digits hang on, nor below that.
+    /// It keeps its capsules, which nothing may run into, but has no surface points.
+    pub fn is_arm(&self, link: LinkId) -> bool {
+        !(self.palm_link.0..self.subtree_ends[self.palm_link.0]).contains(&link.0)
+    }
+
+    /// The palm's frame at these joint angles, root frame: [`Hand::palm`] unless there is a wrist.
+    ///
+    /// # Panics
+    /// If there is not one angle a joint.
+    pub fn palm_at(&self, joints_rad: &[f64]) -> PalmFrame {
+        if self.palm_link.0 == 0 {
+            return self.palm;
+        }
+        let [rest, moved] = [&self.prior.rest_rad, joints_rad].map(|joints_rad| {
+            let mut posed = PosedHand::default();
+            self.pose_links(&coordinates(joints_rad), &mut posed);
+            posed.object_from_link[self.palm_link.0]
+        });
+        let turned = |v: &Vector3<f64>| moved.direction(&rest.rotation.tr_mul(v));
+        PalmFrame {
+            centre: moved.point(&rest.inverse_point(&self.palm.centre)),
+            volar: turned(&self.palm.volar),
+            distal: turned(&self.palm.distal),
+            faced_m: self.palm.faced_m,
+        }
     }
 
     /// Whether a surface point may be a contact: the side file may forbid links.

@@ -160,6 +160,7 @@ impl Model {
                     parent: body.parent.map(LinkId),
                     parent_from_link: body.in_parent,
                     motion,
+                    ball: None,
                     digit: 0,
                 }
             })

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::side_file::{AxesEntry, PalmEntry, PalmRule, SideFile};
-use super::{Capsule, Hand, HandError, Link, PalmFrame, PosedHand};
+use super::{Capsule, Hand, HandError, Link, LinkId, PalmFrame, PosedHand};
 
 // A patch of a digit is named by its outward normal n in the link's frame: tip if n·distal, back if n·pad,
 // side if n·radial passes the threshold, else pad.
@@ -60,8 +60,8 @@ impl PatchSide {
 
 /// Gives each link its digit and returns the digits' names, `palm` first.
 ///
-/// Without a side file the palm is the link from which most moving branches with geometry leave, with all that is not
-/// on such a branch; each branch is a digit.
+/// Without a side file the palm is the rigid body from which most moving branches with geometry leave; each branch is a
+/// digit. What is neither, wrist and forearm, counts as palm here: [`Hand::is_arm`] tells it apart.
 pub(super) fn assign_digits(
     links: &mut [Link],
     capsules: &[Capsule],
@@ -134,6 +134,33 @@ pub(super) fn assign_digits(
     }
     names.extend((1..=branches[palm].len()).map(|d| format!("digit {d}")));
     Ok(names)
+}
+
+/// The first link of the rigid body that all digits hang on; the root if there are no digits.
+pub(super) fn palm_link(links: &[Link]) -> LinkId {
+    let above = |l: usize| links[l].parent.map(|parent| parent.0);
+    let lineage = |l: usize| {
+        let mut line: Vec<usize> = std::iter::successors(Some(l), |&l| above(l)).collect();
+        line.reverse();
+        line
+    };
+    let mut common: Option<Vec<usize>> = None;
+    for (l, link) in links.iter().enumerate().filter(|(_, link)| link.digit > 0) {
+        let Some(parent) = above(l).filter(|&parent| links[parent].digit != link.digit) else {
+            continue;
+        };
+        let line = lineage(parent);
+        let shared = common.as_ref().map_or(line.len(), |common| {
+            let pairs = common.iter().zip(&line);
+            pairs.take_while(|(a, b)| a == b).count()
+        });
+        common = Some(line[..shared].to_vec());
+    }
+    let mut first = common.and_then(|line| line.last().copied()).unwrap_or(0);
+    while let (None, Some(parent)) = (links[first].motion, above(first)) {
+        first = parent;
+    }
+    LinkId(first)
 }
 
 /// Tags the surface points; see [`Hand::regions`].

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::{Hand, JointKind, PalmFrame, PosedHand, coordinates};
+use super::{Hand, JointKind, LinkId, PalmFrame, PosedHand, coordinates};
 
 /// How differently from the others a digit points and closes for it to be the thumb: 0 is alike, 4 opposite in both.
 const OPPOSED: f64 = 0.5;
@@ -24,18 +24,22 @@ struct Reach {
 }
 
 /// Coordinates with all hinges straight (zero, or the limit next to it), slides open to the middle; and with all in the
-/// middle of their ranges, slides shut.
+/// middle of their ranges, slides shut. What moves the palm is at rest in both.
 fn straight_and_closed(hand: &Hand) -> [Vec<f64>; 2] {
-    let straight = hand.joints.iter().map(|joint| {
+    let of_arm = |link: LinkId| hand.is_arm(link) || link == hand.palm_link;
+    let joints = || hand.joints.iter().zip(&hand.prior.rest_rad);
+    let straight = joints().map(|(joint, rest)| {
         let [lower, upper] = joint.limits_rad;
         match joint.kind {
+            _ if of_arm(joint.link) => *rest,
             JointKind::Hinge => 0.0f64.clamp(lower, upper),
             JointKind::Slide => f64::midpoint(lower, upper),
         }
     });
-    let closed = hand.joints.iter().map(|joint| {
+    let closed = joints().map(|(joint, rest)| {
         let [lower, upper] = joint.limits_rad;
         match joint.kind {
+            _ if of_arm(joint.link) => *rest,
             JointKind::Hinge => f64::midpoint(lower, upper),
             JointKind::Slide => lower,
         }
@@ -69,17 +73,31 @@ fn reaches(hand: &Hand) -> Vec<Reach> {
             let first = hand.links.iter().position(|link| link.digit == digit);
             let root =
                 first.map_or_else(Vector3::zeros, |l| straight.object_from_link[l].translation);
-            let ends = (0..hand.capsules.len())
+            // Links without geometry have their origins: a tip may be but a frame.
+            let capsules: Vec<usize> = (0..hand.capsules.len())
                 .filter(|&c| hand.links[hand.capsules[c].link.0].digit == digit)
-                .flat_map(|c| [(c, 0), (c, 1)]);
-            let distance = |&(c, end): &(usize, usize)| (straight.capsules[c][end] - root).norm();
-            let farthest = ends.clone().map(|end| distance(&end)).fold(0.0, f64::max);
+                .collect();
+            let links: Vec<usize> = (0..hand.links.len())
+                .filter(|&l| hand.links[l].digit == digit)
+                .collect();
+            let places = |posed: &PosedHand| -> Vec<Vector3<f64>> {
+                let ends = capsules.iter().flat_map(|&c| posed.capsules[c]);
+                let origins = links.iter().map(|&l| posed.object_from_link[l].translation);
+                ends.chain(origins).collect()
+            };
+            let distances: Vec<f64> = (places(&straight).iter())
+                .map(|place| (place - root).norm())
+                .collect();
+            let farthest = distances.iter().copied().fold(0.0, f64::max);
             // The tip: the middle of all that is nearly as far out as anything.
-            let tip: Vec<(usize, usize)> =
-                ends.filter(|end| distance(end) >= TIP * farthest).collect();
+            let tip = |(_, distance): &(Vector3<f64>, &f64)| **distance >= TIP * farthest;
             let middle = |posed: &PosedHand| {
-                let ends = tip.iter().map(|&(c, end)| posed.capsules[c][end]);
-                ends.sum::<Vector3<f64>>() / tip.len().max(1) as f64
+                let places = places(posed);
+                let of_tip: Vec<Vector3<f64>> = (places.into_iter().zip(&distances))
+                    .filter(tip)
+                    .map(|(place, _)| place)
+                    .collect();
+                of_tip.iter().sum::<Vector3<f64>>() / of_tip.len().max(1) as f64
             };
             let out = middle(&straight);
             Reach {

@@ -168,7 +168,7 @@ pub(super) fn derive(hand: &Hand, rest: &PosedHand, apart: &Apart) -> Vec<[usize
 
 /// The first link of the rigid body this link belongs to: up through fixed joints.
 fn body(hand: &Hand, mut link: LinkId) -> LinkId {
-    while let (None, Some(parent)) = (hand.links[link.0].motion, hand.links[link.0].parent) {
+    while let (false, Some(parent)) = (hand.links[link.0].moves(), hand.links[link.0].parent) {
         link = parent;
     }
     link

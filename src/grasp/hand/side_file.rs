@@ -19,6 +19,9 @@ pub(super) struct SideFile {
     /// The mirror image of all that follows: a left hand of a right one.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub(super) mirror: bool,
+    /// How a file of MANO is taken.
+    #[serde(skip_serializing_if = "ManoEntry::is_empty")]
+    pub(super) mano: ManoEntry,
     /// Links that are taken off, with all that hangs on them.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(super) without: Vec<String>,
@@ -76,6 +79,24 @@ pub(super) struct SideFile {
     /// Share of the prior's variance that is independent from joint to joint; 1 without synergies.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) independent_share: Option<f64>,
+}
+
+/// What the joint coordinates of a MANO hand are, and its shape.
+#[derive(Debug, Clone, PartialEq, Default, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct ManoEntry {
+    /// Coordinates are the weights of so many principal components; the 45 angles themselves without it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) components: Option<usize>,
+    /// Weights of the shapes; those that are missing are 0.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(super) betas: Vec<f64>,
+}
+
+impl ManoEntry {
+    fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
 }
 
 #[derive(Debug, Clone, Copy, Deserialize, Serialize)]

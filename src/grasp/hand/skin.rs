@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::blend::BlendVertex;
 use super::geometry::LinkMesh;
 use super::{Capsule, Frame, Hand, LinkId, PosedHand, axis_distance, coordinates};
 
@@ -52,8 +53,17 @@ impl Skin {
 impl Hand {
     /// The skin: the zero level of a rounded union of the capsules, cut from a grid with the fingers apart by
     /// surface nets (Gibson 1998). Takes a fraction of a second; keep it. A hand with meshes, boxes or cylinders is drawn
-    /// as its parts are, stiff.
+    /// as its parts are, stiff; that of MANO is its mesh, without the corrections of its poses.
     pub fn skin(&self) -> Skin {
+        if let Some(blend) = &self.blend {
+            let vertex = |vertex: &BlendVertex| SkinVertex {
+                bindings: vertex.bindings.clone(),
+            };
+            return Skin {
+                vertices: blend.vertices.iter().map(vertex).collect(),
+                triangles: blend.triangles.clone(),
+            };
+        }
         if !self.meshes.is_empty() {
             return self.stiff_skin();
         }

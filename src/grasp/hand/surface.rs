@@ -25,7 +25,8 @@ struct Candidate {
 ///
 /// Candidates on equal-area spirals around each capsule that is geometry itself and spread evenly over the triangles of
 /// each hull, those inside another solid dropped; then farthest-point
-/// sampling (Eldar et al. 1997) and a few rounds of Lloyd's relaxation among the candidates. Nothing is random.
+/// sampling (Eldar et al. 1997) and a few rounds of Lloyd's relaxation among the candidates. Nothing is random. Wrist and
+/// forearm have no points.
 pub(super) fn sample(
     hand: &Hand,
     rest: &PosedHand,
@@ -78,15 +79,18 @@ struct Solids<'a> {
 
 impl Solids<'_> {
     fn candidates(&self, count: usize) -> Vec<Candidate> {
-        let capsules = || (0..self.hand.capsules.len()).filter(|&i| self.hand.exact[i]);
+        let capsules = (0..self.hand.capsules.len()).filter(|&i| self.hand.exact[i]);
+        let capsules =
+            || (capsules.clone()).filter(|&i| !self.hand.is_arm(self.hand.capsules[i].link));
+        let hulls = (0..self.hulls.len()).filter(|&i| !self.hand.is_arm(self.hulls[i].link));
         let mut total: f64 = capsules().map(|i| self.capsule_area(i)).sum();
-        total += self.hulls.iter().map(Hull::area_m2).sum::<f64>();
+        total += (hulls.clone().map(|i| self.hulls[i].area_m2())).sum::<f64>();
         let share = total / (count as f64 * CANDIDATES_PER_POINT);
         let mut candidates = Vec::new();
         for i in capsules() {
             self.on_capsule(i, share, &mut candidates);
         }
-        for i in 0..self.hulls.len() {
+        for i in hulls {
             self.on_hull(i, share, &mut candidates);
         }
         candidates

@@ -11,6 +11,7 @@ use super::model::{Body, Coupling, Form, Model, ModelJoint, Part};
 use super::{Frame, HandError, JointKind};
 
 pub(super) fn read(text: &str, files: &dyn Files) -> Result<Model, HandError> {
+    check_nesting(text)?;
     let robot = urdf_rs::read_from_string(text)?;
     let mut model = Model {
         name: robot.name.clone(),
@@ -48,6 +49,32 @@ pub(super) fn read(text: &str, files: &dyn Files) -> Result<Model, HandError> {
         }),
         None => Ok(model),
     }
+}
+
+/// Deepest nesting of elements that is read.
+const DEEPEST: u32 = 200;
+
+/// Refuses what is no XML, and what is nested so deeply that the reader would take minutes over it.
+fn check_nesting(text: &str) -> Result<(), HandError> {
+    let options = roxmltree::ParsingOptions {
+        allow_dtd: true,
+        nodes_limit: 10_000_000,
+        ..roxmltree::ParsingOptions::default()
+    };
+    let document = roxmltree::Document::parse_with_options(text, options)
+        .map_err(|error| HandError::Xml(error.to_string()))?;
+    // Parents come first.
+    let mut depths: Vec<u32> = Vec::new();
+    for node in document.root().descendants() {
+        let parent = node.parent().map(|parent| depths[parent.id().get_usize()]);
+        let depth = parent.map_or(0, |depth| depth + 1);
+        if depth > DEEPEST {
+            let problem = format!("elements are nested more than {DEEPEST} deep");
+            return Err(HandError::Xml(problem));
+        }
+        depths.push(depth);
+    }
+    Ok(())
 }
 
 /// Who hangs on whom, by place in the file.

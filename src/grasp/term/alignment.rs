@@ -51,7 +51,11 @@ impl Term for Alignment {
                 forces,
             );
             // A turn of the link by δω changes n by δω × n, and n·c by δω·(n × c).
-            forces.turn(contact.link, &(outward.cross(&inward) * scale));
+            forces.turn_surface(
+                contact.index,
+                contact.link,
+                &(outward.cross(&inward) * scale),
+            );
         }
         energy
     }

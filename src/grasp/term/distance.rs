@@ -57,7 +57,8 @@ impl Term for Distance {
         for contact in scene.contacts {
             let (value, slope) = self.value(contact.distance_m, scene.unit_m);
             energy += scale * value;
-            forces.push(
+            forces.push_surface(
+                contact.index,
                 contact.link,
                 &contact.point,
                 &(contact.gradient * (scale * slope)),

@@ -57,7 +57,7 @@ pub(super) fn push(
     let unit = contact.gradient / length;
     let tangential = by_normal - unit * unit.dot(by_normal);
     let force = by_arm / unit_m - contact.hessian * tangential / length;
-    forces.push(contact.link, &contact.point, &force);
+    forces.push_surface(contact.index, contact.link, &contact.point, &force);
 }
 
 impl Term for ForceClosure {
@@ -169,7 +169,8 @@ impl Term for Rank {
                 // λ = Σᵢ ‖u + tᵢ‖² with u the force part and tᵢ = [aᵢ]ₓᵀ v = v × aᵢ, so ∂λ/∂aᵢ = 2 (u + v×aᵢ) × v.
                 let spread = by_force + by_torque.cross(&arm);
                 let factor = -2.0 * self.weight * slope / scene.unit_m;
-                forces.push(
+                forces.push_surface(
+                    contact.index,
                     contact.link,
                     &contact.point,
                     &(spread.cross(&by_torque) * factor),

@@ -92,15 +92,25 @@ pub struct Forces {
     pub wrenches: Vec<Wrench>,
     /// ∂E/∂θ that terms give directly, one per joint.
     pub joints: Vec<f64>,
+    /// Whether the hand's surface points are carried by several links, so that what acts on them is kept by point until it
+    /// is gathered.
+    pub by_point: bool,
+    /// ∂E/∂p by index of the surface point, if so.
+    pub points: Vec<(u32, Vector3<f64>)>,
+    /// Derivatives by turns of the normals of surface points, if so.
+    pub normals: Vec<(u32, Vector3<f64>)>,
 }
 
 impl Forces {
-    /// All zero, for a hand of this many links and joints.
-    pub fn reset(&mut self, links: usize, joints: usize) {
+    /// All zero, for this hand.
+    pub fn reset(&mut self, hand: &Hand) {
         self.wrenches.clear();
-        self.wrenches.resize(links, Wrench::default());
+        self.wrenches.resize(hand.links.len(), Wrench::default());
         self.joints.clear();
-        self.joints.resize(joints, 0.0);
+        self.joints.resize(hand.joints.len(), 0.0);
+        self.by_point = hand.bends();
+        self.points.clear();
+        self.normals.clear();
     }
 
     /// Multiplies everything collected so far.
@@ -112,6 +122,9 @@ impl Forces {
         for force in &mut self.joints {
             *force *= factor;
         }
+        for (_, force) in self.points.iter_mut().chain(&mut self.normals) {
+            *force *= factor;
+        }
     }
 
     /// Adds ∂E/∂p = `force` at `point` of `link`.
@@ -119,9 +132,35 @@ impl Forces {
         self.wrenches[link.0].add(point, force);
     }
 
-    /// Adds the derivative `moment` of E by turns of `link` (about any point: no point of it moves).
-    pub fn turn(&mut self, link: LinkId, moment: &Vector3<f64>) {
-        self.wrenches[link.0].moment += moment;
+    /// Adds ∂E/∂p = `force` at surface point `index`, which lies at `point` and belongs to `link`.
+    pub fn push_surface(
+        &mut self,
+        index: u32,
+        link: LinkId,
+        point: &Vector3<f64>,
+        force: &Vector3<f64>,
+    ) {
+        if self.by_point {
+            self.points.push((index, *force));
+        } else {
+            self.push(link, point, force);
+        }
+    }
+
+    /// Adds the derivative `moment` of E by turns of the normal of surface point `index`, which belongs to `link`.
+    pub fn turn_surface(&mut self, index: u32, link: LinkId, moment: &Vector3<f64>) {
+        if self.by_point {
+            self.normals.push((index, *moment));
+        } else {
+            self.wrenches[link.0].moment += moment;
+        }
+    }
+
+    /// Brings what acts on surface points to the links.
+    pub fn gather(&mut self, hand: &Hand, posed: &PosedHand) {
+        hand.gather(posed, &self.points, &self.normals, &mut self.wrenches);
+        self.points.clear();
+        self.normals.clear();
     }
 }
 

@@ -38,7 +38,12 @@ impl Term for Penetration {
             let gradient =
                 (near.gradient).unwrap_or_else(|| scene.object.shape.gradient(&near.point).1);
             let link = scene.hand.surface[near.index as usize].link;
-            forces.push(link, &near.point, &(gradient * (-scale * slope)));
+            forces.push_surface(
+                near.index,
+                link,
+                &near.point,
+                &(gradient * (-scale * slope)),
+            );
         }
         energy
     }

@@ -1,0 +1,237 @@
+//! A surface that bends with the hand, and ball joints: what MANO needs beyond rigid links.
+//!
+//! ```text
+//! p = Σₖ wₖ (Rₖ (v − Jₖ + c) + oₖ),    c = P vec(R(θ₁) − I, …),    θ = θ₀ + M q
+//! ```
+//!
+//! Linear blend skinning with pose-corrective shapes (Romero, Tzionas, Black 2017, after Loper et al. 2015). wₖ: weights of
+//! vertex v; Rₖ, oₖ: frame of link k; Jₖ: its joint at rest; P: corrections by the entries, row after row, of the joints'
+//! rotations R(θ) = exp [θ]ₓ; θ: three angles a ball joint; q: joint coordinates, the angles themselves or weights of their
+//! principal components.
+
+use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Vector3};
+
+use super::{Hand, LinkId, PosedHand, Wrench};
+
+/// Numbers of a rotation.
+const ENTRIES: usize = 9;
+
+/// The bending surface of a hand, and how its coordinates turn its ball joints.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Blend {
+    /// θ at q = 0, three angles a ball joint, radians.
+    pub(super) offset_rad: DVector<f64>,
+    /// ∂θ/∂q.
+    pub(super) map: DMatrix<f64>,
+    /// In the order of [`Hand::surface`].
+    pub(super) vertices: Vec<BlendVertex>,
+    /// Triangles between them.
+    pub(super) triangles: Vec<[u32; 3]>,
+}
+
+/// A vertex of the surface.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct BlendVertex {
+    /// What carries it: link, position in its frame at rest (metres), weight. The weights sum to 1.
+    pub(super) bindings: Vec<(LinkId, Vector3<f64>, f64)>,
+    /// Outward unit normal at rest.
+    pub(super) normal: Vector3<f64>,
+    /// Metres per entry of the joints' rotations: all entries for x, then for y, then for z.
+    pub(super) corrections: Vec<f64>,
+}
+
+/// R(θ) = exp [θ]ₓ.
+fn rotation(angles: &Vector3<f64>) -> Matrix3<f64> {
+    *Rotation3::new(*angles).matrix()
+}
+
+/// J with ω = J θ̇ for the turn R(θ): the left Jacobian of SO(3).
+fn left_jacobian(angles: &Vector3<f64>) -> Matrix3<f64> {
+    let square = angles.norm_squared();
+    let k = angles.cross_matrix();
+    // (1 − cos φ)/φ² and (φ − sin φ)/φ³.
+    let (first, second) = if square < 1e-6 {
+        (0.5 - square / 24.0, 1.0 / 6.0 - square / 120.0)
+    } else {
+        let angle = square.sqrt();
+        let (sin, cos) = angle.sin_cos();
+        ((1.0 - cos) / square, (angle - sin) / (square * angle))
+    };
+    Matrix3::identity() + k * first + k * k * second
+}
+
+fn angles_of(posed: &PosedHand, ball: usize) -> Vector3<f64> {
+    Vector3::from_column_slice(&posed.angles_rad[3 * ball..3 * ball + 3])
+}
+
+impl Blend {
+    /// Writes what points and joints will ask for into `posed`: θ, and the entries of R(θ) − I.
+    pub(super) fn prepare(&self, joints_rad: &[f64], posed: &mut PosedHand) {
+        posed.angles_rad.clear();
+        posed
+            .angles_rad
+            .extend_from_slice(self.offset_rad.as_slice());
+        for (column, &value) in self.map.column_iter().zip(joints_rad) {
+            for (angle, slope) in posed.angles_rad.iter_mut().zip(column.iter()) {
+                *angle += slope * value;
+            }
+        }
+        posed.entries.clear();
+        for angles in posed.angles_rad.chunks_exact(3) {
+            let turned = rotation(&Vector3::from_column_slice(angles)) - Matrix3::identity();
+            posed.entries.extend(turned.transpose().iter());
+        }
+    }
+
+    /// R(θ) of a ball joint of a posed hand.
+    pub(super) fn ball(posed: &PosedHand, ball: usize) -> Matrix3<f64> {
+        rotation(&angles_of(posed, ball))
+    }
+
+    /// The axis, in the frame that carries ball joint `ball`, about which coordinate `joint` turns it, times its rate.
+    pub(super) fn rate(&self, posed: &PosedHand, ball: usize, joint: usize) -> Vector3<f64> {
+        let slopes = self.map.fixed_view::<3, 1>(3 * ball, joint);
+        left_jacobian(&angles_of(posed, ball)) * slopes
+    }
+
+    /// Adds what a moment on ball joint `ball`, in the frame that carries it, does to the coordinates.
+    pub(super) fn pull_back(
+        &self,
+        posed: &PosedHand,
+        ball: usize,
+        moment: &Vector3<f64>,
+        gradient: &mut [f64],
+    ) {
+        let by_angles = left_jacobian(&angles_of(posed, ball)).tr_mul(moment);
+        for (j, slope) in gradient.iter_mut().enumerate() {
+            *slope += by_angles.dot(&self.map.fixed_view::<3, 1>(3 * ball, j));
+        }
+    }
+
+    /// Surface point `index`, object frame.
+    pub(super) fn point(&self, posed: &PosedHand, index: usize) -> Vector3<f64> {
+        let vertex = &self.vertices[index];
+        let correction = vertex.correction(posed);
+        let parts = vertex.bindings.iter().map(|(link, point, weight)| {
+            posed.object_from_link[link.0].point(&(point + correction)) * *weight
+        });
+        parts.sum()
+    }
+
+    /// Its normal, turned as its links are, in their mixture; not yet of length one.
+    fn mixed_normal(&self, posed: &PosedHand, index: usize) -> Vector3<f64> {
+        let vertex = &self.vertices[index];
+        let parts = (vertex.bindings.iter()).map(|(link, _, weight)| {
+            posed.object_from_link[link.0].direction(&vertex.normal) * *weight
+        });
+        parts.sum()
+    }
+
+    /// Outward unit normal of surface point `index`, object frame.
+    pub(super) fn normal(&self, posed: &PosedHand, index: usize) -> Vector3<f64> {
+        let mixed = self.mixed_normal(posed, index);
+        mixed.try_normalize(1e-12).unwrap_or_else(Vector3::z)
+    }
+
+    /// Turns forces on surface points, and moments on their normals, into wrenches on links.
+    ///
+    /// A force on a point pulls on each link that carries it, by its weight, where that link alone would have the point; what
+    /// it does to the corrections is a moment between a joint's two links.
+    pub(super) fn gather(
+        &self,
+        hand: &Hand,
+        posed: &PosedHand,
+        forces: &[(u32, Vector3<f64>)],
+        moments: &[(u32, Vector3<f64>)],
+        wrenches: &mut [Wrench],
+    ) {
+        let mut by_entry = vec![0.0; posed.entries.len()];
+        for (index, force) in forces {
+            let vertex = &self.vertices[*index as usize];
+            let correction = vertex.correction(posed);
+            let mut on_correction = Vector3::zeros();
+            for (link, point, weight) in &vertex.bindings {
+                let frame = &posed.object_from_link[link.0];
+                let share = force * *weight;
+                wrenches[link.0].add(&frame.point(&(point + correction)), &share);
+                on_correction += frame.rotation.tr_mul(&share);
+            }
+            let rows = vertex.corrections.chunks_exact(by_entry.len().max(1));
+            for (row, force) in rows.zip(on_correction.iter()) {
+                for (sum, slope) in by_entry.iter_mut().zip(row) {
+                    *sum += slope * force;
+                }
+            }
+        }
+        for (index, moment) in moments {
+            let vertex = &self.vertices[*index as usize];
+            let mixed = self.mixed_normal(posed, *index as usize);
+            let length = mixed.norm();
+            if length < 1e-12 {
+                continue;
+            }
+            // A moment n × m on a unit normal n is the derivative m by it, across it.
+            let by_normal = moment.cross(&mixed) / (length * length);
+            for (link, _, weight) in &vertex.bindings {
+                let turned = posed.object_from_link[link.0].direction(&vertex.normal);
+                wrenches[link.0].moment += turned.cross(&by_normal) * *weight;
+            }
+        }
+        for (l, link) in hand.links.iter().enumerate() {
+            let (Some(ball), Some(parent)) = (link.ball, link.parent) else {
+                continue;
+            };
+            // With ω the turn of R, dR = [ω]ₓ R, so dE = Σ (ω × column of R) · column of ∂E/∂R.
+            let entries = &by_entry[ENTRIES * ball..ENTRIES * (ball + 1)];
+            let slopes = Matrix3::from_row_slice(entries);
+            let turned = Self::ball(posed, ball);
+            let moment: Vector3<f64> = (turned.column_iter().zip(slopes.column_iter()))
+                .map(|(column, slope)| column.cross(&slope))
+                .sum();
+            let carrier =
+                posed.object_from_link[parent.0].rotation * link.parent_from_link.rotation;
+            let moment = carrier * moment;
+            wrenches[l].moment += moment;
+            wrenches[parent.0].moment -= moment;
+        }
+    }
+}
+
+impl BlendVertex {
+    fn correction(&self, posed: &PosedHand) -> Vector3<f64> {
+        let mut correction = Vector3::zeros();
+        let rows = self.corrections.chunks_exact(posed.entries.len().max(1));
+        for (value, row) in correction.iter_mut().zip(rows) {
+            *value = row.iter().zip(&posed.entries).map(|(p, r)| p * r).sum();
+        }
+        correction
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// R(θ + δ) = (I + [J δ]ₓ) R(θ) to first order, at small and large angles.
+    #[test]
+    fn the_left_jacobian_is_the_rate_of_turning() {
+        for angles in [
+            Vector3::zeros(),
+            Vector3::new(1e-5, -2e-5, 1e-5),
+            Vector3::new(2e-3, -1e-3, 1e-3),
+            Vector3::new(0.3, -0.8, 1.1),
+            Vector3::new(-2.0, 1.5, 0.4),
+        ] {
+            for axis in 0..3 {
+                let step = Vector3::ith(axis, 1e-6);
+                let change = rotation(&(angles + step)) - rotation(&(angles - step));
+                let spin = change / 2e-6 * rotation(&angles).transpose();
+                let rate = left_jacobian(&angles).column(axis).into_owned();
+                assert!(
+                    (spin - rate.cross_matrix()).amax() < 1e-8,
+                    "{angles} {axis}"
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,230 @@
+//! MANO, the hand of Romero, Tzionas and Black (2017), from a user's own copy.
+//!
+//! Its licence forbids passing it on, so nothing of it is written anywhere: [`HandFiles`](super::HandFiles) hold where the
+//! file lies and a hash of its bytes.
+
+mod assemble;
+mod npz;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use nalgebra::{DMatrix, DVector, Vector3};
+use serde::{Deserialize, Serialize};
+
+use super::HandError;
+use npz::Array;
+
+pub(super) use assemble::assemble;
+
+/// Links: the wrist and three a finger.
+const LINKS: usize = 16;
+/// Angles of all joints but the wrist.
+const ANGLES: usize = 45;
+/// Numbers of their rotations.
+const ENTRIES: usize = 135;
+/// The tree of every MANO file: wrist, then index, middle, little, ring, thumb.
+const PARENTS: [usize; LINKS - 1] = [0, 1, 2, 0, 4, 5, 0, 7, 8, 0, 10, 11, 0, 13, 14];
+
+/// What a description says in place of the model itself.
+#[derive(Debug, Clone, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Reference {
+    /// Where the file lies.
+    mano_file: PathBuf,
+    /// Hash of its bytes: FNV-1a, 128 bits.
+    hash: String,
+}
+
+/// Where a hand of this description stands, if it is one of MANO.
+pub(super) fn reference(text: &str) -> Option<Reference> {
+    text.trim_start()
+        .starts_with('{')
+        .then(|| serde_json::from_str(text).ok())?
+}
+
+/// Whether a file is an archive of `NumPy`.
+pub(super) fn is_archive(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|kind| kind.eq_ignore_ascii_case("npz"))
+}
+
+/// What a description says of the file with these bytes.
+pub(super) fn description(path: &Path, bytes: &[u8]) -> Result<String, HandError> {
+    let reference = Reference {
+        mano_file: path.to_owned(),
+        hash: hash(bytes),
+    };
+    Ok(serde_json::to_string(&reference)?)
+}
+
+fn hash(bytes: &[u8]) -> String {
+    let hash = bytes.iter().fold(
+        0x6c62_272e_07bb_0142_62b8_2175_6295_c58d_u128,
+        |hash, byte| {
+            (hash ^ u128::from(*byte)).wrapping_mul(0x0000_0000_0100_0000_0000_0000_0000_013b)
+        },
+    );
+    format!("{hash:032x}")
+}
+
+/// The arrays of a MANO file, metres and radians.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Arrays {
+    file: String,
+    template: Vec<Vector3<f64>>,
+    triangles: Vec<[u32; 3]>,
+    /// 3 × shapes a vertex.
+    shape_directions: Vec<DMatrix<f64>>,
+    /// 3 × 135 a vertex.
+    pose_directions: Vec<DMatrix<f64>>,
+    /// Links × vertices.
+    regressor: DMatrix<f64>,
+    /// Vertices × links.
+    weights: DMatrix<f64>,
+    /// Rows are principal components of the angles.
+    components: DMatrix<f64>,
+    mean_rad: DVector<f64>,
+    /// Rows are the poses that the components were found from.
+    coefficients: DMatrix<f64>,
+}
+
+impl Reference {
+    /// Reads the file.
+    pub(super) fn read(&self) -> Result<Arrays, HandError> {
+        let bytes = super::files::bytes(&self.mano_file).map_err(|problem| HandError::Mano {
+            file: self.mano_file.display().to_string(),
+            problem: format!(
+                "cannot be read ({problem}); MANO's licence forbids that files of grasps hold it: name your copy with --hand"
+            ),
+        })?;
+        if hash(&bytes) != self.hash {
+            return Err(HandError::Mano {
+                file: self.mano_file.display().to_string(),
+                problem: "is not the file that was described: name the right one with --hand"
+                    .to_owned(),
+            });
+        }
+        let file = self.mano_file.display().to_string();
+        Arrays::read(&file, &bytes).map_err(|problem| HandError::Mano { file, problem })
+    }
+}
+
+impl Arrays {
+    /// Errors are half a sentence.
+    fn read(file: &str, bytes: &[u8]) -> Result<Self, String> {
+        let mut arrays = npz::read(bytes)?;
+        let vertices = take(&mut arrays, "v_template", &[None, Some(3)])?;
+        let count = vertices.shape[0];
+        let triangles = take(&mut arrays, "f", &[None, Some(3)])?;
+        let shapes = take(&mut arrays, "shapedirs", &[Some(count), Some(3), None])?;
+        let poses = take(
+            &mut arrays,
+            "posedirs",
+            &[Some(count), Some(3), Some(ENTRIES)],
+        )?;
+        let regressor = take(&mut arrays, "J_regressor", &[Some(LINKS), Some(count)])?;
+        let weights = take(&mut arrays, "weights", &[Some(count), Some(LINKS)])?;
+        let tree = take(&mut arrays, "kintree_table", &[Some(2), Some(LINKS)])?;
+        let components = take(
+            &mut arrays,
+            "hands_components",
+            &[Some(ANGLES), Some(ANGLES)],
+        )?;
+        let mean = take(&mut arrays, "hands_mean", &[Some(ANGLES)])?;
+        let coefficients = take(&mut arrays, "hands_coeffs", &[None, Some(ANGLES)])?;
+        let mut tree = tree.values[1..LINKS].iter().zip(PARENTS);
+        if !tree.all(|(found, parent)| (found - parent as f64).abs() < 0.5) {
+            return Err("has another tree of joints (`kintree_table`) than MANO's".to_owned());
+        }
+        let directions = |array: &Array| -> Vec<DMatrix<f64>> {
+            let columns = array.shape[2];
+            let of_vertex = array.values.chunks_exact((3 * columns).max(1));
+            of_vertex
+                .map(|rows| DMatrix::from_row_slice(3, columns, rows))
+                .collect()
+        };
+        let matrix =
+            |array: &Array| DMatrix::from_row_slice(array.shape[0], array.shape[1], &array.values);
+        Ok(Self {
+            file: file.to_owned(),
+            template: vertices
+                .values
+                .chunks_exact(3)
+                .map(Vector3::from_column_slice)
+                .collect(),
+            triangles: corners(&triangles.values, count)?,
+            shape_directions: if shapes.shape[2] == 0 {
+                vec![DMatrix::zeros(3, 0); count]
+            } else {
+                directions(&shapes)
+            },
+            pose_directions: directions(&poses),
+            regressor: matrix(&regressor),
+            weights: normalised(matrix(&weights))?,
+            components: matrix(&components),
+            mean_rad: DVector::from_vec(mean.values),
+            coefficients: matrix(&coefficients),
+        })
+    }
+}
+
+/// An array of this shape, `None` being any length, of finite numbers.
+fn take(
+    arrays: &mut BTreeMap<String, Array>,
+    name: &str,
+    shape: &[Option<usize>],
+) -> Result<Array, String> {
+    let array = arrays.remove(name).ok_or_else(|| {
+        format!("has no array of numbers `{name}`: export it as docs/mano.md shows")
+    })?;
+    let fits = array.shape.len() == shape.len()
+        && (array.shape.iter().zip(shape))
+            .all(|(side, wanted)| wanted.is_none_or(|wanted| wanted == *side));
+    if !fits {
+        let wanted: Vec<String> = (shape.iter())
+            .map(|side| side.map_or("n".to_owned(), |side| side.to_string()))
+            .collect();
+        return Err(format!(
+            "has an array `{name}` of shape {:?} where ({}) is needed",
+            array.shape,
+            wanted.join(", ")
+        ));
+    }
+    if !array.values.iter().all(|value| value.is_finite()) {
+        return Err(format!("has numbers in `{name}` that are not finite"));
+    }
+    Ok(array)
+}
+
+fn corners(values: &[f64], vertices: usize) -> Result<Vec<[u32; 3]>, String> {
+    let index = |&value: &f64| {
+        let known = value >= 0.0 && value < vertices as f64 && value.fract() == 0.0;
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a whole number below the count of vertices"
+        )]
+        known.then_some(value as u32)
+    };
+    let corners: Option<Vec<u32>> = values.iter().map(index).collect();
+    let corners = corners.ok_or("has a face (`f`) of a vertex that it does not have")?;
+    Ok(corners
+        .chunks_exact(3)
+        .map(|t| [t[0], t[1], t[2]])
+        .collect())
+}
+
+/// Weights that sum to 1 at each vertex.
+fn normalised(mut weights: DMatrix<f64>) -> Result<DMatrix<f64>, String> {
+    for mut row in weights.row_iter_mut() {
+        let sum = row.sum();
+        if row.min() < 0.0 || (sum - 1.0).abs() > 1e-3 {
+            return Err(
+                "has skinning weights (`weights`) that are negative or do not sum to 1".to_owned(),
+            );
+        }
+        row /= sum;
+    }
+    Ok(weights)
+}

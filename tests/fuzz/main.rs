@@ -1,0 +1,309 @@
+//! Every reader of files against broken files: whatever is read, the answer is a value or one sentence, never a panic, and
+//! memory stays bounded.
+//!
+//! Each reader gets [`INPUTS`] mutations of good files, the same ones in every run. `LANDSCAPE_FUZZ_SECONDS=300 cargo test
+//! --release --test fuzz` goes on for that many seconds a reader; what makes a reader fail is left in
+//! `target/fuzz/<reader>`, and the file that is being read lies there as `<reader>.reading` (a stack overflow cannot be
+//! caught). A finding becomes a test beside its reader.
+#![cfg(feature = "cli")]
+#![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
+
+mod mutate;
+
+use std::fs;
+use std::io::{Cursor, Write};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use landscape::grasp::hand::{Hand, HandFiles};
+use landscape::grasp::object::neural::{Specs, Tensors};
+use landscape::grasp::object::{Description, Mesh};
+use landscape::sample::{Rng, Task, stream};
+use landscape::store::{GraspFile, Overrides};
+use landscape::topography::exchange::Database;
+use rand::RngExt;
+
+/// Mutations of each reader's files in a run of the tests.
+const INPUTS: u64 = 150;
+/// Nothing that is read may take longer.
+const SLOWEST: Duration = Duration::from_secs(20);
+/// Nothing that is read, at most a megabyte, may take more memory, kilobytes.
+const LARGEST_KB: u64 = 1_500_000;
+
+/// A reader: what it made of some bytes, if it was an error. The folder is its own, for readers of files.
+type Read = fn(&[u8], &Path) -> Result<(), String>;
+
+/// Name, good files, reader. A new reader is a line here.
+fn readers() -> Vec<(&'static str, Vec<Vec<u8>>, Read)> {
+    vec![
+        (
+            "urdf",
+            vec![text(URDF), bytes("data/hands/human/human.urdf")],
+            hand,
+        ),
+        ("mjcf", vec![text(MJCF), text(URDF)], hand),
+        (
+            "side_file",
+            vec![text(SIDE), bytes("data/hands/human/human.json")],
+            side,
+        ),
+        ("hand_obj", vec![text(OBJ)], |bytes, folder| {
+            hand_mesh("obj", bytes, folder)
+        }),
+        (
+            "hand_stl",
+            vec![text(STL), binary_stl()],
+            |bytes, folder| hand_mesh("stl", bytes, folder),
+        ),
+        ("hand_msh", vec![msh()], |bytes, folder| {
+            hand_mesh("msh", bytes, folder)
+        }),
+        ("object_obj", vec![text(OBJ)], |mut bytes, _| {
+            told(Mesh::from_obj("a", &mut bytes))
+        }),
+        ("object_stl", vec![text(STL), binary_stl()], object_stl),
+        (
+            "object_json",
+            vec![bytes("data/objects/bottle_square.json"), text("{}")],
+            |bytes, _| told(Description::from_json("a", &String::from_utf8_lossy(bytes))),
+        ),
+        (
+            "safetensors",
+            vec![bytes("tests/reference/deepsdf/small_model.safetensors")],
+            |bytes, _| told(Tensors::from_bytes("a", bytes)),
+        ),
+        (
+            "specs",
+            vec![bytes("tests/reference/deepsdf/small_specs.json")],
+            |bytes, _| told(Specs::from_json("a", &String::from_utf8_lossy(bytes))),
+        ),
+        ("npz", vec![npz()], mano),
+        ("parquet", vec![parquet()], grasps),
+        ("exchange", vec![text(EXCHANGE)], exchange),
+    ]
+}
+
+fn text(text: &str) -> Vec<u8> {
+    text.as_bytes().to_vec()
+}
+
+fn bytes(name: &str) -> Vec<u8> {
+    fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join(name)).unwrap()
+}
+
+fn told<T, E: std::fmt::Display>(result: Result<T, E>) -> Result<(), String> {
+    result.map(|_| ()).map_err(|error| error.to_string())
+}
+
+const URDF: &str = r#"<?xml version="1.0"?><robot name="r"><material name="m"><color rgba="1 0 0 1"/></material>
+<link name="a"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
+<visual><geometry><sphere radius="0.02"/></geometry></visual><collision><origin xyz="0 0 0.1" rpy="0 1 0"/><geometry><box size="0.1 0.2 0.3"/></geometry></collision></link>
+<link name="b"><collision><geometry><cylinder radius="0.01" length="0.05"/></geometry></collision></link>
+<link name="c"><collision><geometry><capsule radius="0.01" length="0.05"/></geometry></collision></link>
+<joint name="j" type="revolute"><parent link="a"/><child link="b"/><origin xyz="0 0.1 0" rpy="0 0 1"/><axis xyz="1 0 0"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
+<joint name="k" type="prismatic"><parent link="b"/><child link="c"/><axis xyz="0 1 0"/><limit lower="0" upper="0.1" effort="1" velocity="1"/><mimic joint="j" multiplier="2" offset="0.1"/></joint></robot>"#;
+
+const MJCF: &str = r#"<mujoco model="m"><compiler angle="degree" eulerseq="xyz" autolimits="true"/>
+<default><joint axis="0 1 0" range="-40 80"/><geom type="capsule" size="0.01 0.02"/><default class="k"><geom size="0.015 0.02"/></default></default>
+<asset><mesh name="tet" vertex="0 0 0 0.1 0 0 0 0.1 0 0 0 0.1" face="0 2 1 0 1 3 0 3 2 1 2 3" scale="1 1 1"/></asset>
+<worldbody><frame pos="0.1 0 0" euler="10 20 30"><body name="p" axisangle="1 1 0 40" childclass="k"><freejoint/><geom type="mesh" mesh="tet"/>
+<body name="a" pos="0.03 0 0" xyaxes="0 1 0 -1 0 0.2"><joint name="a1" pos="0 0.01 0.02"/><joint name="a2" axis="1 0 0" ref="15"/><geom pos="0 0 0.03"/>
+<body name="c" quat="1 0 0 1"><joint name="c1" type="slide" range="0 0.1"/><geom type="ellipsoid" size="0.01 0.02 0.03"/></body></body>
+<body name="b" zaxis="0 1 1"><joint name="b1"/><geom fromto="0 0 0 0.01 0.02 0.05" size="0.008"/><geom type="box" size="0.01 0.01 0.01"/></body></body></frame></worldbody>
+<equality><joint joint1="a2" joint2="a1" polycoef="0.1 0.5 0 0 0"/></equality><tendon><fixed name="t"><joint joint="a1" coef="1"/><joint joint="b1" coef="-1"/></fixed></tendon>
+<contact><exclude body1="a" body2="b"/></contact></mujoco>"#;
+
+const SIDE: &str = r#"{"name": "s", "without": ["c"], "surface_points": 30, "no_contact": ["a"], "apart": [["a", "b"]],
+"palm": {"centre_m": [0, 0, 0], "volar": [0, 0, 1], "distal": [0, 1, 0], "faced_m": 0.01},
+"digits": [{"name": "thumb", "segments": {"distal": ["b"]}}], "axes": {"pad": [0, 0, 1], "radial": [1, 0, 0], "distal": [0, 1, 0]},
+"palm_regions": [{"region": "x", "normal": [0, 0, 1], "at_least": 0.5, "min_m": [-1, -1, -1], "max_m": [1, 1, 1]}],
+"capsules": {"a": [{"a_m": [0, 0, 0], "b_m": [0, 0, 0.1], "radius_m": 0.01}]}, "rest_deg": {"j": 10}, "deviation_deg": {"j": 5},
+"synergies": [{"name": "y", "variance": 1, "weights": {"j": 1}}], "independent_share": 0.5, "metric": {"radius_of_gyration_m": 0.05, "levers_m": {"j": 0.01}}}"#;
+
+const OBJ: &str = "o one\nv 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nvn 0 0 1\nvt 0 0\nf 1 3 2\nf 1/1/1 2/1/1 4/1/1\ng rest\nusemtl none\nf 1 4 3\nf -1 -3 -2\n";
+
+const STL: &str = "solid t\nfacet normal 0 0 -1\nouter loop\nvertex 0 0 0\nvertex 0 0.1 0\nvertex 0.1 0 0\nendloop\nendfacet
+facet normal 0 0 -1\nouter loop\nvertex 0 0 0\nvertex 0.1 0 0\nvertex 0 0 0.1\nendloop\nendfacet
+facet normal 0 0 -1\nouter loop\nvertex 0 0 0\nvertex 0 0 0.1\nvertex 0 0.1 0\nendloop\nendfacet
+facet normal 1 1 1\nouter loop\nvertex 0.1 0 0\nvertex 0 0.1 0\nvertex 0 0 0.1\nendloop\nendfacet\nendsolid t\n";
+
+const EXCHANGE: &str = "-1.5 1.0 1 1.0 1.0 1.0\n-1.0 1.0 1 1.0 1.0 1.0\n0.5 1.0 1 1 2 1.0 1.0 1.0\n0.7 1.0 1 2 1 1.0 1.0 1.0\n";
+
+const CORNERS: [[f32; 3]; 4] = [[0.0; 3], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [0.0, 0.0, 0.1]];
+const FACES: [[u32; 3]; 4] = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
+
+fn binary_stl() -> Vec<u8> {
+    let mut bytes = vec![0u8; 80];
+    bytes.extend(4u32.to_le_bytes());
+    for face in FACES {
+        bytes.extend([0u8; 12]);
+        let points = face.iter().flat_map(|&v| CORNERS[v as usize]);
+        bytes.extend(points.flat_map(f32::to_le_bytes));
+        bytes.extend([0u8; 2]);
+    }
+    bytes
+}
+
+fn msh() -> Vec<u8> {
+    let counts = [4i32, 0, 0, 4].iter().flat_map(|count| count.to_le_bytes());
+    let corners = CORNERS.iter().flatten().flat_map(|x| x.to_le_bytes());
+    let faces = FACES.iter().flatten().flat_map(|index| index.to_le_bytes());
+    counts.chain(corners).chain(faces).collect()
+}
+
+/// An archive of arrays with the names of MANO's, too small to be one.
+fn npz() -> Vec<u8> {
+    let mut archive = zip::ZipWriter::new(Cursor::new(Vec::new()));
+    let stored =
+        zip::write::SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);
+    for (name, shape, numbers) in [
+        ("v_template", "(2, 3)", 6),
+        ("f", "(1, 3)", 3),
+        ("shapedirs", "(2, 3, 1)", 6),
+    ] {
+        let header = format!("{{'descr': '<f8', 'fortran_order': True, 'shape': {shape}, }}\n");
+        archive.start_file(format!("{name}.npy"), stored).unwrap();
+        archive.write_all(b"\x93NUMPY\x01\x00").unwrap();
+        archive
+            .write_all(&u16::try_from(header.len()).unwrap().to_le_bytes())
+            .unwrap();
+        archive.write_all(header.as_bytes()).unwrap();
+        archive.write_all(&vec![0; 8 * numbers]).unwrap();
+    }
+    archive.finish().unwrap().into_inner()
+}
+
+/// A small file of grasps.
+fn parquet() -> Vec<u8> {
+    let whole = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/grasps.parquet");
+    let (mut file, _) = GraspFile::read(&whole, Overrides::default()).unwrap();
+    file.grasps.truncate(2);
+    for object in &mut file.metadata.objects {
+        object.mesh_obj = Some("v 0 0 0\n".repeat(9));
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("small.parquet");
+    file.write(&path).unwrap();
+    fs::read(path).unwrap()
+}
+
+/// URDF or MJCF; few surface points, since they cost the most time.
+fn hand(bytes: &[u8], _: &Path) -> Result<(), String> {
+    let text = String::from_utf8_lossy(bytes);
+    told(Hand::from_urdf(&text, Some(r#"{"surface_points": 20}"#)))
+}
+
+fn side(bytes: &[u8], _: &Path) -> Result<(), String> {
+    let text = String::from_utf8_lossy(bytes);
+    told(Hand::from_urdf(URDF, Some(&text)))
+}
+
+fn hand_mesh(kind: &str, bytes: &[u8], folder: &Path) -> Result<(), String> {
+    let mesh = format!(r#"<geometry><mesh filename="m.{kind}"/></geometry>"#);
+    let urdf = URDF.replace(
+        r#"<geometry><cylinder radius="0.01" length="0.05"/></geometry>"#,
+        &mesh,
+    );
+    let path = folder.join("hand.urdf");
+    fs::write(folder.join(format!("m.{kind}")), bytes).unwrap();
+    fs::write(&path, urdf).unwrap();
+    fs::write(folder.join("hand.json"), r#"{"surface_points": 20}"#).unwrap();
+    told(HandFiles::load(&path).and_then(|files| Hand::from_files(&files)))
+}
+
+/// Good files are refused, too: they hold a few of MANO's arrays only.
+fn mano(bytes: &[u8], folder: &Path) -> Result<(), String> {
+    let path = folder.join("m.npz");
+    fs::write(&path, bytes).unwrap();
+    told(HandFiles::load(&path).and_then(|files| Hand::from_files(&files)))
+}
+
+fn object_stl(bytes: &[u8], folder: &Path) -> Result<(), String> {
+    let path = folder.join("m.stl");
+    fs::write(&path, bytes).unwrap();
+    told(Mesh::load(&path))
+}
+
+fn grasps(bytes: &[u8], folder: &Path) -> Result<(), String> {
+    let path = folder.join("g.parquet");
+    fs::write(&path, bytes).unwrap();
+    told(GraspFile::read(&path, Overrides::default()))
+}
+
+/// The two files are one, broken at its middle.
+fn exchange(bytes: &[u8], _: &Path) -> Result<(), String> {
+    let text = String::from_utf8_lossy(bytes);
+    let lines: Vec<&str> = text.lines().collect();
+    let (minima, states) = lines.split_at(lines.len() / 2);
+    told(Database::parse(&minima.join("\n"), &states.join("\n")))
+}
+
+/// The most memory this process ever had, kilobytes; 0 where the system does not say.
+fn peak_kb() -> u64 {
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    let number = line.and_then(|line| line.split_whitespace().next()?.parse().ok());
+    number.unwrap_or(0)
+}
+
+/// What is wrong with how a reader took some bytes.
+fn fault(read: Read, bytes: &[u8], folder: &Path) -> Option<String> {
+    let (started, before) = (Instant::now(), peak_kb());
+    let Ok(result) = catch_unwind(AssertUnwindSafe(|| read(bytes, folder))) else {
+        return Some("it panics".to_owned());
+    };
+    let (took, grew) = (started.elapsed(), peak_kb() - before);
+    match result {
+        _ if took > SLOWEST => Some(format!("it takes {took:?}")),
+        _ if grew > LARGEST_KB => Some(format!("it takes {grew} kB")),
+        Err(sentence) if sentence.is_empty() => Some("it says nothing".to_owned()),
+        _ => None,
+    }
+}
+
+#[test]
+fn broken_files_have_sentences() {
+    let seconds = std::env::var("LANDSCAPE_FUZZ_SECONDS").ok();
+    let span = seconds.map(|seconds| Duration::from_secs_f64(seconds.parse().unwrap()));
+    let only = std::env::var("LANDSCAPE_FUZZ_READER").ok();
+    let target = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/fuzz");
+    fs::create_dir_all(&target).unwrap();
+    let mut findings = Vec::new();
+    for (name, seeds, read) in readers() {
+        if only.as_ref().is_some_and(|only| only != name) {
+            continue;
+        }
+        let folder = tempfile::tempdir().unwrap();
+        for (i, seed) in seeds.iter().enumerate() {
+            let fault = fault(read, seed, folder.path());
+            assert!(fault.is_none(), "{name}: good file {i}: {fault:?}");
+        }
+        let (started, mut count, mut slowest) = (Instant::now(), 0, (Duration::ZERO, 0));
+        while span.map_or(count < INPUTS, |span| started.elapsed() < span) {
+            let mut rng: Rng = stream(count, Task::Start, 0);
+            let [seed, other] = [0; 2].map(|_| &seeds[rng.random_range(0..seeds.len())]);
+            let broken = mutate::mutated(seed, other, &mut rng);
+            let reading: PathBuf = target.join(format!("{name}.reading"));
+            if span.is_some() {
+                fs::write(&reading, &broken).unwrap();
+            }
+            let before = Instant::now();
+            if let Some(fault) = fault(read, &broken, folder.path()) {
+                let path = target.join(format!("{name}.{count}"));
+                fs::write(&path, &broken).unwrap();
+                findings.push(format!("{name}: {fault}: {}", path.display()));
+            }
+            slowest = slowest.max((before.elapsed(), count));
+            count += 1;
+        }
+        println!(
+            "{name}: {count} files in {:?}, the slowest (number {}) {:?}, {} kB",
+            started.elapsed(),
+            slowest.1,
+            slowest.0,
+            peak_kb()
+        );
+    }
+    assert!(findings.is_empty(), "{}", findings.join("\n"));
+}

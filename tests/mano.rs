@@ -1,0 +1,590 @@
+//! MANO, on a made-up file with the keys and shapes of the real one, which may not be passed on.
+#![cfg(feature = "grasp")]
+#![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
+
+use std::fmt::Write as _;
+use std::fs;
+use std::io::{Cursor, Write as _};
+use std::sync::{Arc, LazyLock};
+
+use landscape::energy::Energy;
+use landscape::grasp::hand::{Hand, HandFiles, PosedHand, Wrench};
+use landscape::grasp::object::Object;
+use landscape::grasp::{EnergySettings, GraspEnergy};
+use landscape::sample::{Task, stream};
+use landscape::space::{PoseSpace, Space, Symmetry};
+use nalgebra::{DMatrix, Matrix3, Matrix4, Rotation3, Vector3};
+use rand::RngExt;
+
+const VERTICES: usize = 778;
+const LINKS: usize = 16;
+const PARENTS: [usize; 15] = [0, 1, 2, 0, 4, 5, 0, 7, 8, 0, 10, 11, 0, 13, 14];
+const POSES: usize = 60;
+
+/// The arrays of the made-up file.
+#[derive(Debug, Clone)]
+struct Model {
+    template: Vec<f64>,
+    faces: Vec<u32>,
+    shapes: Vec<f64>,
+    poses: Vec<f64>,
+    regressor: Vec<f64>,
+    weights: Vec<f64>,
+    components: DMatrix<f64>,
+    mean: Vec<f64>,
+    coefficients: Vec<f64>,
+}
+
+/// Where the joints are, and the tip each leads to: fingers along −x, side by side in z, the palm facing −y.
+fn bones() -> Vec<[Vector3<f64>; 2]> {
+    let mut bones = vec![[Vector3::new(0.05, 0.0, 0.0), Vector3::new(-0.03, 0.0, 0.0)]];
+    for (side, length) in [(0.03, 1.0), (0.01, 1.1), (-0.032, 0.8), (-0.011, 1.0)] {
+        let mut at = Vector3::new(-0.04, 0.0, side);
+        for bone in [0.04, 0.028, 0.022] {
+            let next = at - Vector3::x() * bone * length;
+            bones.push([at, next]);
+            at = next;
+        }
+    }
+    let mut at = Vector3::new(0.02, -0.01, 0.035);
+    for bone in [0.04, 0.033, 0.027] {
+        let next = at + Vector3::new(-0.6, -0.35, 0.72).normalize() * bone;
+        bones.push([at, next]);
+        at = next;
+    }
+    bones
+}
+
+impl Model {
+    /// Tubes around bones, weights smooth along them, everything else small and random.
+    fn new() -> Self {
+        let bones = bones();
+        let mut rng = stream(11, Task::Start, 0);
+        let mut noise = |scale: f64| rng.random_range(-scale..scale);
+        let (mut template, mut faces, mut owners) = (Vec::new(), Vec::new(), Vec::new());
+        for (l, [a, b]) in bones.iter().enumerate() {
+            let (rings, radius) = if l == 0 {
+                (7, [0.012, 0.04])
+            } else {
+                (6, [0.008, 0.008])
+            };
+            let along = (b - a).normalize();
+            let across = along.cross(&Vector3::y()).normalize();
+            let third = along.cross(&across);
+            let first = u32::try_from(template.len() / 3).unwrap();
+            for ring in 0..rings {
+                let share = f64::from(ring) / f64::from(rings - 1);
+                let narrow = 1.0 - 0.3 * (2.0 * share - 1.0).powi(2);
+                for corner in 0..8 {
+                    let (sin, cos) = (std::f64::consts::FRAC_PI_4 * f64::from(corner)).sin_cos();
+                    let out = across * (cos * radius[1]) + third * (sin * radius[0]);
+                    template.extend((a.lerp(b, share) + out * narrow).iter());
+                    owners.push((l, share));
+                }
+            }
+            let at = |ring: u32, corner: u32| first + 8 * ring + corner % 8;
+            for ring in 0..rings - 1 {
+                for corner in 0..8 {
+                    let [p, q] = [at(ring, corner), at(ring, corner + 1)];
+                    let [r, s] = [at(ring + 1, corner), at(ring + 1, corner + 1)];
+                    faces.extend([p, q, s, p, s, r]);
+                }
+            }
+            for corner in 1..7 {
+                faces.extend([at(0, 0), at(0, corner + 1), at(0, corner)]);
+                faces.extend([
+                    at(rings - 1, 0),
+                    at(rings - 1, corner),
+                    at(rings - 1, corner + 1),
+                ]);
+            }
+        }
+        // Two more, on no face.
+        while template.len() < 3 * VERTICES {
+            template.extend([0.05, 0.0, 0.0]);
+            owners.push((0, 0.0));
+        }
+        let mut weights = vec![0.0; VERTICES * LINKS];
+        for (row, (l, share)) in weights.chunks_exact_mut(LINKS).zip(&owners) {
+            let blend = 0.5 * (1.0 - share).powi(3);
+            row[*l] += 1.0;
+            if let Some(ball) = l.checked_sub(1) {
+                row[*l] -= blend;
+                row[PARENTS[ball]] += blend;
+            }
+        }
+        // Each joint is the middle of the first ring of its link.
+        let mut regressor = vec![0.0; LINKS * VERTICES];
+        for (l, row) in regressor.chunks_exact_mut(VERTICES).enumerate() {
+            let own = owners.iter().position(|(owner, _)| *owner == l).unwrap();
+            row[own..own + 8].fill(0.125);
+        }
+        let square = DMatrix::from_fn(45, 45, |_, _| noise(1.0));
+        let components = square.qr().q();
+        let mean = (0..45)
+            .map(|k| {
+                if k % 3 == 2 && k < 36 {
+                    0.25
+                } else {
+                    noise(0.05)
+                }
+            })
+            .collect();
+        let coefficients = (0..POSES * 45)
+            .map(|k| noise(1.2 / (1.0 + (k % 45) as f64).sqrt()))
+            .collect();
+        Self {
+            shapes: (0..VERTICES * 30).map(|_| noise(1e-3)).collect(),
+            poses: (0..VERTICES * 405).map(|_| noise(3e-4)).collect(),
+            template,
+            faces,
+            regressor,
+            weights,
+            components,
+            mean,
+            coefficients,
+        }
+    }
+
+    /// The file, as `numpy.savez` writes it.
+    fn npz(&self) -> Vec<u8> {
+        let mut tree = vec![f64::from(u32::MAX)];
+        tree.extend(PARENTS.map(|parent| parent as f64));
+        tree.extend((0..LINKS).map(|link| link as f64));
+        let floats = |values: &[f64]| {
+            values
+                .iter()
+                .flat_map(|x| x.to_le_bytes())
+                .collect::<Vec<u8>>()
+        };
+        let wholes = |values: &[f64]| {
+            values
+                .iter()
+                .flat_map(|x| (*x as i64).to_le_bytes())
+                .collect::<Vec<u8>>()
+        };
+        let faces = self
+            .faces
+            .iter()
+            .flat_map(|x| x.to_le_bytes())
+            .collect::<Vec<u8>>();
+        let rows = self.components.transpose();
+        let arrays = [
+            (
+                "v_template",
+                "<f8",
+                vec![VERTICES, 3],
+                floats(&self.template),
+            ),
+            ("f", "<u4", vec![self.faces.len() / 3, 3], faces),
+            (
+                "shapedirs",
+                "<f8",
+                vec![VERTICES, 3, 10],
+                floats(&self.shapes),
+            ),
+            (
+                "posedirs",
+                "<f8",
+                vec![VERTICES, 3, 135],
+                floats(&self.poses),
+            ),
+            (
+                "J_regressor",
+                "<f8",
+                vec![LINKS, VERTICES],
+                floats(&self.regressor),
+            ),
+            (
+                "weights",
+                "<f8",
+                vec![VERTICES, LINKS],
+                floats(&self.weights),
+            ),
+            ("kintree_table", "<i8", vec![2, LINKS], wholes(&tree)),
+            (
+                "hands_components",
+                "<f8",
+                vec![45, 45],
+                floats(rows.as_slice()),
+            ),
+            ("hands_mean", "<f8", vec![45], floats(&self.mean)),
+            (
+                "hands_coeffs",
+                "<f8",
+                vec![POSES, 45],
+                floats(&self.coefficients),
+            ),
+        ];
+        archive(
+            arrays
+                .iter()
+                .map(|(name, kind, shape, data)| (*name, npy(kind, shape, data))),
+        )
+    }
+
+    /// Vertices by the formula, with matrices of four rows, for angles of all joints; and the joints.
+    fn vertices(&self, betas: &[f64], angles: &[f64]) -> Vec<Vector3<f64>> {
+        let shaped: Vec<f64> = (self.template.iter().zip(self.shapes.chunks_exact(10)))
+            .map(|(x, shapes)| x + shapes.iter().zip(betas).map(|(s, b)| s * b).sum::<f64>())
+            .collect();
+        let joint = |l: usize| {
+            let row = &self.regressor[l * VERTICES..(l + 1) * VERTICES];
+            let parts = row.iter().zip(shaped.chunks_exact(3));
+            parts
+                .map(|(w, v)| Vector3::from_column_slice(v) * *w)
+                .sum::<Vector3<f64>>()
+        };
+        let turned: Vec<Matrix3<f64>> = (angles.chunks_exact(3))
+            .map(|a| *Rotation3::new(Vector3::from_column_slice(a)).matrix())
+            .collect();
+        let mut feature = Vec::new();
+        for rotation in &turned {
+            let less = rotation - Matrix3::identity();
+            feature.extend((0..9).map(|k| less[(k / 3, k % 3)]));
+        }
+        let mut global: Vec<Matrix4<f64>> = vec![Matrix4::new_translation(&joint(0))];
+        for (ball, &parent) in PARENTS.iter().enumerate() {
+            let local = Matrix4::new_translation(&(joint(ball + 1) - joint(parent)))
+                * turned[ball].to_homogeneous();
+            global.push(global[parent] * local);
+        }
+        let moves: Vec<Matrix4<f64>> = (0..LINKS)
+            .map(|l| global[l] * Matrix4::new_translation(&-joint(l)))
+            .collect();
+        (0..VERTICES)
+            .map(|v| {
+                let at = |axis: usize| {
+                    let row = &self.poses[(3 * v + axis) * 135..(3 * v + axis + 1) * 135];
+                    shaped[3 * v + axis] + row.iter().zip(&feature).map(|(p, f)| p * f).sum::<f64>()
+                };
+                let point = Vector3::new(at(0), at(1), at(2)).push(1.0);
+                let weights = &self.weights[v * LINKS..(v + 1) * LINKS];
+                let sum = moves
+                    .iter()
+                    .zip(weights)
+                    .fold(Matrix4::zeros(), |sum, (m, w)| sum + m * *w);
+                (sum * point).xyz()
+            })
+            .collect()
+    }
+
+    /// Vertices in the order of the hand's surface points: by the link that carries them most.
+    fn order(&self) -> Vec<usize> {
+        let strongest = |v: &usize| {
+            let row = &self.weights[v * LINKS..(v + 1) * LINKS];
+            (0..LINKS)
+                .rev()
+                .max_by(|&a, &b| row[a].total_cmp(&row[b]))
+                .unwrap()
+        };
+        let mut order: Vec<usize> = (0..VERTICES).collect();
+        order.sort_by_key(strongest);
+        order
+    }
+}
+
+fn npy(kind: &str, shape: &[usize], data: &[u8]) -> Vec<u8> {
+    let mut sides = String::new();
+    for side in shape {
+        let _ = write!(sides, "{side}, ");
+    }
+    let header = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({sides}), }}\n");
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend(u16::try_from(header.len()).unwrap().to_le_bytes());
+    bytes.extend(header.as_bytes());
+    bytes.extend(data);
+    bytes
+}
+
+fn archive<'a>(arrays: impl Iterator<Item = (&'a str, Vec<u8>)>) -> Vec<u8> {
+    let mut archive = zip::ZipWriter::new(Cursor::new(Vec::new()));
+    let stored =
+        zip::write::SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);
+    for (name, bytes) in arrays {
+        archive.start_file(format!("{name}.npy"), stored).unwrap();
+        archive.write_all(&bytes).unwrap();
+    }
+    archive.finish().unwrap().into_inner()
+}
+
+static MODEL: LazyLock<Model> = LazyLock::new(Model::new);
+
+/// The hand of a file with this side file.
+fn read(bytes: &[u8], side: &str) -> Result<Hand, String> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mano.npz");
+    fs::write(&path, bytes).unwrap();
+    fs::write(folder.path().join("mano.json"), side).unwrap();
+    let files = HandFiles::load(&path).and_then(|files| Hand::from_files(&files));
+    files.map_err(|error| error.to_string())
+}
+
+fn hand(side: &str) -> Hand {
+    read(&MODEL.npz(), side).unwrap()
+}
+
+/// Angles near the mean pose.
+fn angles(seed: u64) -> Vec<f64> {
+    let mut rng = stream(seed, Task::Start, 1);
+    MODEL
+        .mean
+        .iter()
+        .map(|mean| mean + rng.random_range(-0.5..0.5))
+        .collect()
+}
+
+#[test]
+fn vertices_are_those_of_the_formula() {
+    let betas = [0.8, -1.5, 0.3];
+    let hand = hand(r#"{"mano": {"betas": [0.8, -1.5, 0.3]}}"#);
+    assert_eq!(
+        (hand.links.len(), hand.joints.len(), hand.surface.len()),
+        (16, 45, 778)
+    );
+    let mut posed = PosedHand::default();
+    for seed in 0..4 {
+        let angles = angles(seed);
+        let mut x = hand.rest_coordinates();
+        x[7..].copy_from_slice(&angles);
+        hand.pose(&x, &mut posed);
+        let vertices = MODEL.vertices(&betas, &angles);
+        for (i, (point, v)) in posed.points.iter().zip(MODEL.order()).enumerate() {
+            assert!((point - vertices[v]).norm() < 1e-12, "vertex {v}");
+            assert_eq!(hand.surface_point(&posed, i), *point);
+        }
+    }
+    assert_eq!(
+        hand.digits,
+        ["palm", "thumb", "index", "middle", "ring", "little"]
+    );
+    // Fingers point along −x.
+    assert!(hand.palm.distal.x < -0.9, "{:?}", hand.palm);
+    assert!(hand.capsules.len() >= 16 && !hand.self_pairs.is_empty());
+}
+
+/// Coordinates that are principal components give the poses that these make.
+#[test]
+fn components_are_shares_of_angles() {
+    let hand = hand(r#"{"mano": {"components": 6}}"#);
+    assert_eq!(hand.joints.len(), 6);
+    let shares = [0.4, -0.2, 0.9, 0.0, 0.3, -0.5];
+    let mut x = hand.rest_coordinates();
+    assert!(x[7..].iter().all(|share| *share == 0.0));
+    x[7..].copy_from_slice(&shares);
+    let mut posed = PosedHand::default();
+    hand.pose(&x, &mut posed);
+    let angles: Vec<f64> = (0..45)
+        .map(|k| {
+            MODEL.mean[k]
+                + (0..6)
+                    .map(|c| shares[c] * MODEL.components[(c, k)])
+                    .sum::<f64>()
+        })
+        .collect();
+    let vertices = MODEL.vertices(&[], &angles);
+    for (point, v) in posed.points.iter().zip(MODEL.order()) {
+        assert!((point - vertices[v]).norm() < 1e-12);
+    }
+}
+
+/// The prior is the length of the weights of the components, each in its standard deviation.
+#[test]
+fn the_prior_is_that_of_components() {
+    let hand = hand("{}");
+    let deviation = |c: usize| {
+        let squares = (0..POSES).map(|n| MODEL.coefficients[45 * n + c].powi(2));
+        (squares.sum::<f64>() / POSES as f64).sqrt()
+    };
+    let mut rng = stream(3, Task::Start, 0);
+    let weights: Vec<f64> = (0..45).map(|_| rng.random_range(-1.0..1.0)).collect();
+    let z: Vec<f64> = (0..45)
+        .map(|k| (0..45).map(|c| weights[c] * MODEL.components[(c, k)]).sum())
+        .collect();
+    let mut square = 0.0;
+    for (i, a) in z.iter().enumerate() {
+        for (j, b) in z.iter().enumerate() {
+            square += a * hand.prior.precision[45 * i + j] * b;
+        }
+    }
+    let exact: f64 = (0..45).map(|c| (weights[c] / deviation(c)).powi(2)).sum();
+    assert!(
+        (square / exact - 1.0).abs() < 1e-9,
+        "{square} instead of {exact}"
+    );
+}
+
+/// Forces on points and moments on normals of a bent hand, pulled back, against central differences.
+#[test]
+fn forces_are_pulled_back_through_skinning_and_corrections() {
+    for side in ["{}", r#"{"mano": {"components": 15}}"#] {
+        let hand = hand(side);
+        let metric = hand.pose_metric();
+        let space = PoseSpace::new(metric.clone(), Symmetry::None);
+        let target = Vector3::new(0.05, -0.02, 0.11);
+        let chosen = [3u32, 77, 200, 401, 555, 640, 700, 770];
+        let energy = |x: &[f64]| {
+            let mut posed = PosedHand::default();
+            hand.pose(x, &mut posed);
+            let points = posed.points.iter().enumerate();
+            let squares: f64 = points
+                .map(|(i, p)| (1.0 + i as f64 / 500.0) * (p - target).norm_squared())
+                .sum();
+            let normals = chosen
+                .iter()
+                .map(|&i| hand.point_normal(&posed, i as usize).dot(&target));
+            squares + normals.sum::<f64>()
+        };
+        let mut x = hand.rest_coordinates();
+        let tangent: Vec<f64> = (0..space.tangents())
+            .map(|i| 0.02 * ((i * i) as f64).sin())
+            .collect();
+        space.shift(&mut x, &tangent);
+        let mut posed = PosedHand::default();
+        hand.pose(&x, &mut posed);
+        let mut wrenches = vec![Wrench::default(); hand.links.len()];
+        let forces: Vec<(u32, Vector3<f64>)> = (posed.points.iter().zip(0u32..))
+            .map(|(p, i)| (i, (p - target) * 2.0 * (1.0 + f64::from(i) / 500.0)))
+            .collect();
+        let moments: Vec<(u32, Vector3<f64>)> = (chosen.iter())
+            .map(|&i| (i, hand.point_normal(&posed, i as usize).cross(&target)))
+            .collect();
+        hand.gather(&posed, &forces, &moments, &mut wrenches);
+        let mut gradient = vec![0.0; space.tangents()];
+        let none = vec![0.0; hand.joints.len()];
+        hand.pull_back(&posed, &wrenches, &none, &metric, &mut gradient);
+        compare(&space, &x, &gradient, &energy, 1e-6);
+    }
+}
+
+/// Each slope against a central difference.
+fn compare(
+    space: &dyn Space,
+    x: &[f64],
+    gradient: &[f64],
+    energy: &dyn Fn(&[f64]) -> f64,
+    most: f64,
+) {
+    for i in 0..space.tangents() {
+        let along = |step: f64| {
+            let mut tangent = vec![0.0; space.tangents()];
+            tangent[i] = step;
+            let mut moved = x.to_vec();
+            space.shift(&mut moved, &tangent);
+            energy(&moved)
+        };
+        let difference = (along(1e-6) - along(-1e-6)) / 2e-6;
+        let error = (gradient[i] - difference).abs() / (1.0 + difference.abs());
+        assert!(
+            error < most,
+            "tangent {i}: {} against {difference}",
+            gradient[i]
+        );
+    }
+}
+
+/// The whole energy of a grasp, all terms that touch points at work.
+#[test]
+fn the_energy_of_a_grasp_has_its_gradient() {
+    let hand = Arc::new(hand("{}"));
+    let object = Arc::new(Object::named("ball").unwrap());
+    let radius = object.radius_m;
+    let palm = hand.palm;
+    let energy = GraspEnergy::new(hand, object, EnergySettings::default()).unwrap();
+    let mut x = energy.hand().rest_coordinates();
+    // Pressed into the palm.
+    let facing = palm.centre + palm.volar * (0.7 * radius);
+    x[..3].copy_from_slice((energy.object().centroid - facing).as_slice());
+    let choice = energy.choice(&x);
+    let mut gradient = vec![0.0; energy.space().tangents()];
+    let value = energy.evaluate_choice(&x, &choice, &mut gradient);
+    let terms = energy.terms_of(&x, &choice);
+    assert!(
+        terms
+            .iter()
+            .any(|(name, value)| name == "penetration" && *value > 0.0),
+        "{terms:?}"
+    );
+    assert!(value.is_finite());
+    let at = |x: &[f64]| {
+        let mut gradient = vec![0.0; gradient.len()];
+        energy.evaluate_choice(x, &choice, &mut gradient)
+    };
+    compare(energy.space(), &x, &gradient, &at, 2e-4);
+}
+
+#[test]
+fn what_cannot_be_used_is_said() {
+    let good = MODEL.npz();
+    for (side, part) in [
+        (r#"{"mirror": true}"#, "\"mirror\""),
+        (r#"{"mano": {"components": 46}}"#, "1 to 45"),
+        (
+            r#"{"mano": {"betas": [0,0,0,0,0,0,0,0,0,0,0]}}"#,
+            "10 shapes",
+        ),
+        (r#"{"rest_deg": {"a": 1}}"#, "\"rest_deg\""),
+        (r#"{"no_contact": ["thumb"]}"#, "thumb"),
+    ] {
+        let error = read(&good, side).unwrap_err();
+        assert!(error.contains(part), "{side}: {error}");
+    }
+    let some = |names: &[&str]| archive(names.iter().map(|name| (*name, npy("<f8", &[0, 3], &[]))));
+    assert!(read(b"PK", "{}").unwrap_err().contains("no .npz archive"));
+    assert!(read(&some(&[]), "{}").unwrap_err().contains("`v_template`"));
+    assert!(
+        read(&some(&["v_template"]), "{}")
+            .unwrap_err()
+            .contains("`f`")
+    );
+    let mut other = MODEL.clone();
+    other.weights[5] = 0.5;
+    assert!(read(&other.npz(), "{}").unwrap_err().contains("sum to 1"));
+    other = MODEL.clone();
+    other.faces[0] = 778;
+    assert!(read(&other.npz(), "{}").unwrap_err().contains("`f`"));
+    other = MODEL.clone();
+    other.mean[0] = f64::NAN;
+    assert!(read(&other.npz(), "{}").unwrap_err().contains("finite"));
+}
+
+/// What files of grasps hold of the model: where it is, not what.
+#[test]
+fn nothing_of_the_model_is_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mano.npz");
+    fs::write(&path, MODEL.npz()).unwrap();
+    let files = HandFiles::load(&path).unwrap();
+    assert!(
+        files.files.iter().all(|file| file.text.len() < 1000),
+        "{files:?}"
+    );
+    assert!(
+        files
+            .mirrored()
+            .unwrap_err()
+            .to_string()
+            .contains("file of its own")
+    );
+    let side = files.derived_side_file().unwrap();
+    let mut with = files.clone();
+    with.files.push(
+        HandFiles::of_texts([["mano.json", side.as_str()]])
+            .files
+            .remove(0),
+    );
+    let [hand, again] = [&files, &with].map(|files| Hand::from_files(files).unwrap());
+    assert_eq!(
+        (&hand.self_pairs, &hand.joints),
+        (&again.self_pairs, &again.joints)
+    );
+    fs::write(&path, b"another").unwrap();
+    let error = Hand::from_files(&files).unwrap_err().to_string();
+    assert!(error.contains("--hand"), "{error}");
+    fs::remove_file(&path).unwrap();
+    let error = Hand::from_files(&files).unwrap_err().to_string();
+    assert!(
+        error.contains("licence") && error.contains("--hand"),
+        "{error}"
+    );
+}

@@ -1,0 +1,122 @@
+//! Published hands, and what `MuJoCo` says of them. They are no part of the project.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use landscape::grasp::hand::{Hand, PosedHand};
+use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
+use serde_json::Value;
+
+/// The folder of the published hands, if `LANDSCAPE_TEST_DATA` names one.
+pub(crate) fn folder() -> Option<PathBuf> {
+    Some(Path::new(&std::env::var_os("LANDSCAPE_TEST_DATA")?).join("hands"))
+}
+
+/// Every hand that has a reference: description and what `MuJoCo` says of it.
+pub(crate) const REFERENCES: [[&str; 2]; 8] = [
+    [
+        "shadow_dexgraspnet/shadow_hand_vis.xml",
+        "shadow_dexgraspnet/fk_reference_vis.json",
+    ],
+    [
+        "shadow_dexgraspnet/shadow_hand_wrist_free.xml",
+        "shadow_dexgraspnet/fk_reference_wrist_free.json",
+    ],
+    [
+        "shadow_dexonomy/shadow_right.xml",
+        "shadow_dexonomy/fk_reference.json",
+    ],
+    [
+        "shadow_dexonomy/shadow_right_primitives.xml",
+        "shadow_dexonomy/fk_reference_primitives.json",
+    ],
+    ["mano/mano_right.xml", "mano/fk_reference.json"],
+    [
+        "allegro/allegro_right_nomesh.xml",
+        "allegro/fk_reference.json",
+    ],
+    [
+        "urdf/allegro_hand_right_nomesh.urdf",
+        "urdf/fk_reference_allegro_urdf.json",
+    ],
+    [
+        "urdf/shadow_hand_right_nomesh.urdf",
+        "urdf/fk_reference_shadow_urdf.json",
+    ],
+];
+
+/// The same files as they were published: `MuJoCo` refuses some, and some refer to meshes that are not there.
+pub(crate) const ORIGINALS: [&str; 7] = [
+    "shadow_dexgraspnet/original/shadow_hand_wrist_free.xml",
+    "shadow_dexgraspnet/original/shadow_hand_vis.xml",
+    "shadow_dexonomy/original/right.xml",
+    "mano/original/right.xml",
+    "allegro/original/right.xml",
+    "urdf/shadow_hand_right.urdf",
+    "urdf/allegro_hand_right.urdf",
+];
+
+/// A reference file.
+pub(crate) fn reference(path: &Path) -> Value {
+    let text = fs::read_to_string(path).expect("a reference lies beside each hand");
+    serde_json::from_str(&text).expect("references are JSON")
+}
+
+pub(crate) fn numbers(value: &Value) -> Vec<f64> {
+    let numbers = value.as_array().into_iter().flatten();
+    numbers.filter_map(Value::as_f64).collect()
+}
+
+/// How far link frames are from those of a reference.
+#[derive(Debug, Default)]
+pub(crate) struct Difference {
+    /// Frames compared.
+    pub(crate) frames: usize,
+    /// The farthest origin, metres.
+    pub(crate) metres: f64,
+    /// The farthest turn, radians.
+    pub(crate) radians: f64,
+}
+
+impl Difference {
+    /// Over all bodies at all configurations; bodies of the reference that the hand lacks make it infinite.
+    pub(crate) fn of(hand: &Hand, reference: &Value) -> Self {
+        let mut worst = Self::default();
+        let mut posed = PosedHand::default();
+        let order = reference["joint_order"].as_array().into_iter().flatten();
+        let order: Vec<Option<usize>> = order.map(|name| hand.joint(name.as_str()?)).collect();
+        for configuration in reference["configurations"].as_array().into_iter().flatten() {
+            let mut x = hand.rest_coordinates();
+            for (joint, angle) in order.iter().zip(numbers(&configuration["qpos"])) {
+                match joint {
+                    Some(joint) => x[7 + joint] = angle,
+                    None => worst.radians = f64::INFINITY,
+                }
+            }
+            hand.pose(&x, &mut posed);
+            for (name, body) in configuration["bodies"].as_object().into_iter().flatten() {
+                let Some(link) = hand.link(name) else {
+                    if name != "world" {
+                        worst.metres = f64::INFINITY;
+                    }
+                    continue;
+                };
+                let frame = &posed.object_from_link[link.0];
+                let position = Vector3::from_row_slice(&numbers(&body["pos"]));
+                worst.metres = worst.metres.max((frame.translation - position).norm());
+                // For small turns the difference of the matrices is the angle, √2 times as large as its norm says.
+                let difference = frame.rotation - rotation(&numbers(&body["quat_wxyz"]));
+                worst.radians = worst.radians.max(difference.norm() / 2f64.sqrt());
+                worst.frames += 1;
+            }
+        }
+        worst
+    }
+}
+
+fn rotation(wxyz: &[f64]) -> Matrix3<f64> {
+    let rotation = Quaternion::new(wxyz[0], wxyz[1], wxyz[2], wxyz[3]);
+    *UnitQuaternion::from_quaternion(rotation)
+        .to_rotation_matrix()
+        .matrix()
+}
