@@ -153,7 +153,7 @@ fn of_fixtures(
             let Held { name, scale } = &fixture.object;
             let key = (name.clone(), scale.to_bits());
             if !objects.contains_key(&key) {
-                objects.insert(key.clone(), Object::named(name)?.scaled(*scale));
+                objects.insert(key.clone(), object(name, *scale)?);
             }
             let labeller = Labeller::new(&hand, &objects[&key], rule);
             for copy in 0..copies {
@@ -174,6 +174,17 @@ fn of_fixtures(
         }
     }
     Ok(outcomes)
+}
+
+/// An object that comes with the program, at a scale.
+fn object(name: &str, scale: f64) -> Result<Object, Failure> {
+    let object = Object::named(name)?;
+    let mesh = object.mesh.scaled(name, scale)?;
+    Ok(Object::from_mesh(
+        name,
+        mesh,
+        &object.description.scaled(scale),
+    )?)
 }
 
 fn of_examples(path: &Path, hand: &Path, rule: &Rule) -> Result<Vec<Outcome>, Failure> {
