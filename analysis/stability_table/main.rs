@@ -35,12 +35,16 @@ const BOTTLES: [&str; 6] = [
 ];
 /// Simple shapes, as published evaluations have them among their objects.
 const SIMPLE: [&str; 3] = ["ball", "box", "can"];
-/// Chains of each bottle that go through the six directions, too, which cost twenty times as much as the drop.
-const PUSHED: u64 = 12;
-
-/// A population: name, chains on each bottle, chains on each simple shape.
-const POPULATIONS: [(&str, u64, u64); 3] =
-    [("firm", 100, 50), ("strict", 100, 50), ("weak", 100, 0)];
+/// Populations: name, chains on each bottle, chains on each simple shape. Those whose name ends so go through the six
+/// directions instead of the drop, which cost twenty times as much.
+const POPULATIONS: [(&str, u64, u64); 5] = [
+    ("firm", 100, 50),
+    ("strict", 100, 50),
+    ("weak", 100, 0),
+    ("firm pushed", 20, 0),
+    ("strict pushed", 20, 0),
+];
+const PUSHED: &str = " pushed";
 
 fn main() -> Result<(), Box<dyn Error>> {
     let quick = std::env::args().any(|argument| argument == "--quick");
@@ -70,7 +74,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 fn settings(population: &str) -> SynthesisSettings {
     let settings = SynthesisSettings::default();
-    match population {
+    match population.trim_end_matches(PUSHED) {
         "weak" => SynthesisSettings {
             steps: settings.steps / settings.attempts / 2,
             attempts: 1,
@@ -92,11 +96,7 @@ fn measure(population: &str, name: &str, chains: u64) -> Result<Vec<Row>, Box<dy
     let energy = GraspEnergy::new(hand.clone(), object.clone(), EnergySettings::default())?;
     let synthesis = settings(population);
     let refine = QuenchSettings::default();
-    let pushed = if BOTTLES.contains(&name) && population != "weak" {
-        PUSHED
-    } else {
-        0
-    };
+    let pushed = population.ends_with(PUSHED);
     let row = |chain| {
         let end = synthesize(&energy, &synthesis, &refine, SEED, chain);
         let judgement = judge(&energy, &end.refined, &end.contacts);
@@ -129,10 +129,10 @@ fn measure(population: &str, name: &str, chains: u64) -> Result<Vec<Row>, Box<dy
             firm: judgement.passes_strict() && firmness.is_firm(),
             touch_friction: firmness.least_friction.unwrap_or(1e3),
             touch_epsilon: firmness.epsilon,
-            drop: Some(holds(Protocol::Drop(Drop::default()))),
-            at_once: Some(holds(Protocol::Drop(at_once))),
-            six: (chain < pushed).then(|| holds(Protocol::SixDirections(SixDirections::default()))),
-            rigid: (chain < pushed).then(|| holds(Protocol::SixDirections(SixDirections::rigid()))),
+            drop: (!pushed).then(|| holds(Protocol::Drop(Drop::default()))),
+            at_once: (!pushed).then(|| holds(Protocol::Drop(at_once))),
+            six: pushed.then(|| holds(Protocol::SixDirections(SixDirections::default()))),
+            rigid: pushed.then(|| holds(Protocol::SixDirections(SixDirections::rigid()))),
         }
     };
     Ok((0..chains).into_par_iter().map(row).collect())
