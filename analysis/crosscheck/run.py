@@ -12,6 +12,7 @@ import numpy
 import pybullet
 
 SECONDS = 1000 / 60
+NO_GRAVITY = [0.0, 0.0, 0.0]
 
 
 def principal(inertia):
@@ -58,7 +59,7 @@ def fall_in_mujoco(folder, population, grasp, protocol, step_s):
     )
     model = mujoco.MjModel.from_xml_string(
         f"""<mujoco><compiler inertiafromgeom="false"/>
-        <option timestep="{step_s!r}" gravity="{text(protocol["gravity_m_s2"])}" integrator="implicitfast" cone="elliptic"
+        <option timestep="{step_s!r}" gravity="{text(NO_GRAVITY)}" integrator="implicitfast" cone="elliptic"
             impratio="10" noslip_iterations="2"/>
         <asset>{meshes}</asset><worldbody>{capsules}
         <body><freejoint/><inertial pos="{text(population["centre_m"])}" mass="{population["mass_kg"]!r}"
@@ -68,6 +69,9 @@ def fall_in_mujoco(folder, population, grasp, protocol, step_s):
     mujoco.mj_forward(model, data)
     body = model.nbody - 1
     start = data.xipos[body][2]
+    for _ in range(round(protocol["settle_s"] / step_s)):
+        mujoco.mj_step(model, data)
+    model.opt.gravity[:] = protocol["gravity_m_s2"]
     for _ in range(round(SECONDS / step_s)):
         mujoco.mj_step(model, data)
         if start - data.xipos[body][2] >= protocol["fall_m"]:
@@ -78,7 +82,7 @@ def fall_in_mujoco(folder, population, grasp, protocol, step_s):
 def fall_in_pybullet(folder, population, grasp, protocol, step_s):
     """Vertical way of the centre of mass, metres."""
     pybullet.resetSimulation()
-    pybullet.setGravity(*protocol["gravity_m_s2"])
+    pybullet.setGravity(*NO_GRAVITY)
     pybullet.setTimeStep(step_s)
     for c in grasp["capsules"]:
         a, b = numpy.array(c["a"]), numpy.array(c["b"])
@@ -115,6 +119,9 @@ def fall_in_pybullet(folder, population, grasp, protocol, step_s):
         collisionMargin=0.0,
     )
     start = pybullet.getBasePositionAndOrientation(body)[0][2]
+    for _ in range(round(protocol["settle_s"] / step_s)):
+        pybullet.stepSimulation()
+    pybullet.setGravity(*protocol["gravity_m_s2"])
     for _ in range(round(SECONDS / step_s)):
         pybullet.stepSimulation()
         low = pybullet.getBasePositionAndOrientation(body)[0][2]
@@ -126,6 +133,7 @@ def fall_in_pybullet(folder, population, grasp, protocol, step_s):
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=pathlib.Path)
+    parser.add_argument("--bullet-step", type=float, default=1 / 60, help="time step of PyBullet, seconds")
     parser.add_argument("--first", type=int, help="only so many grasps of each object")
     arguments = parser.parse_args()
     told = json.loads((arguments.folder / "grasps.json").read_text())
@@ -138,7 +146,7 @@ def main():
             ours = grasp["outcome"]
             heavy = (arguments.folder, population, grasp, protocol)
             mujoco_m = fall_in_mujoco(*heavy, 1 / 240)
-            pybullet_m = fall_in_pybullet(*heavy, 1 / 60)
+            pybullet_m = fall_in_pybullet(*heavy, arguments.bullet_step)
             rows.append([ours["reason"] == "held", *(way < protocol["fall_m"] for way in (mujoco_m, pybullet_m))])
             print(
                 f'{population["object"]},{grasp["id"]},{ours["reason"]},{ours["displacement_m"]:.4f},'

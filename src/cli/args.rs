@@ -401,7 +401,8 @@ pub(super) struct Synth {
     /// Experiment file (TOML) with the sections [energy] and [synthesis]; see data/experiments.
     #[arg(long, value_name = "FILE")]
     pub(super) config: Option<PathBuf>,
-    /// Which grasps to keep: those that pass the strict filter, the published filter (Eq. 11), or all.
+    /// Which grasps to keep: those that pass the strict filter, those that also press firmly, those that pass the
+    /// published filter (Eq. 11), or all.
     #[arg(long, value_enum, default_value_t = Keep::Strict)]
     pub(super) keep: Keep,
     /// Keep at most N of them, chosen so that they are spread evenly over the object.
@@ -419,6 +420,9 @@ pub(super) struct Synth {
 pub(super) enum Keep {
     /// Those a person could hold: contacts within 2 mm, nothing deeper than 2 mm, exact force closure, …
     Strict,
+    /// Those whose hand, closed at the end until it presses, passes the strict filter and holds with all that touches:
+    /// made to stay in the hand in simulation. No minima of the energy, from which they lie a millimetre or two.
+    Firm,
     /// Those that pass Eq. 11 of the paper.
     Published,
     /// Every chain's end.

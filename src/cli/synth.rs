@@ -12,8 +12,9 @@ use super::input::coordinates;
 use super::origin::Origin;
 use super::run::open_journal;
 use super::{check_output, complain, models, print, progress};
+use crate::grasp::press::firmness;
 use crate::grasp::spread::spread;
-use crate::grasp::synthesis::{Given, Synthesized, synthesize, synthesize_from};
+use crate::grasp::synthesis::{Given, Refinement, Synthesized, synthesize, synthesize_from};
 use crate::grasp::{Diversity, GraspEnergy, Judgement, judge};
 use crate::optimize::QuenchSettings;
 use crate::store::{Grasp, GraspFile, Metadata, SCHEMA_VERSION, content_hash, remove_leftovers};
@@ -71,8 +72,9 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
 
     let mut passed: Vec<&(Synthesized, Judgement)> = chains
         .iter()
-        .filter(|(_, judgement)| match command.keep {
+        .filter(|(end, judgement)| match command.keep {
             Keep::Strict => judgement.passes_strict(),
+            Keep::Firm => is_firm(&energy, end, judgement),
             Keep::Published => judgement.passes_published(),
             Keep::All => true,
         })
@@ -119,6 +121,10 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
     Ok(())
 }
 
+fn is_firm(energy: &GraspEnergy, end: &Synthesized, judgement: &Judgement) -> bool {
+    judgement.passes_strict() && firmness(energy, &end.refined).is_firm()
+}
+
 /// The settings that the flags ask for; refuses what makes no sense before any work is spent on it.
 fn experiment(command: &Synth) -> anyhow::Result<Experiment> {
     let mut experiment = match &command.config {
@@ -131,6 +137,9 @@ fn experiment(command: &Synth) -> anyhow::Result<Experiment> {
         let of_an_attempt = (synthesis.steps / synthesis.attempts.max(1)).max(1);
         synthesis.attempts = synthesis.attempts.min(steps / of_an_attempt).max(1);
         synthesis.steps = steps;
+    }
+    if command.keep == Keep::Firm {
+        experiment.synthesis.refinement = Refinement::Pressed;
     }
     if let Some(contacts) = command.contacts {
         experiment.energy.contacts = contacts;
@@ -173,6 +182,7 @@ fn metadata(
 ) -> anyhow::Result<Metadata> {
     let keep = match command.keep {
         Keep::Strict => "strict",
+        Keep::Firm => "firm",
         Keep::Published => "published",
         Keep::All => "all",
     };

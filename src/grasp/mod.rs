@@ -3,7 +3,8 @@
 //! [`hand`] and [`object`] are what meets, [`term`] what a meeting costs, [`energy`] the sum and its envelope over contact
 //! sets, [`kernel`] the moves, [`synthesis`] the search, [`filter`] and [`closure`] the judges,
 //! [`failure`] what relaxed force closure alone does not see, [`relaxed`] the relaxed test of bare points and
-//! [`contact_points`] the search for its minima, [`stability`] the test in a physics engine, [`taxonomy`] the names of grasps.
+//! [`contact_points`] the search for its minima, [`press`] closes a hand until it presses, [`stability`] the test in a physics
+//! engine, [`taxonomy`] the names of grasps.
 
 pub mod closure;
 pub mod contact;
@@ -16,6 +17,7 @@ pub mod hand;
 pub mod hover;
 pub mod kernel;
 pub mod object;
+pub mod press;
 pub mod relaxed;
 pub mod spread;
 pub mod stability;

@@ -513,14 +513,14 @@ impl Asked<'_> {
     fn unlisted(&self, rule: &Rule) -> Finding {
         let asked = &self.settings.unlisted;
         let total: f64 = self.basins.minima.iter().map(|basin| basin.grasps).sum();
-        let share =
-            |threshold: f64| {
-                let own =
-                    self.basins.minima.iter().filter(|basin| {
-                        basin.best.first().is_none_or(|best| best.score < threshold)
-                    });
-                own.map(|basin| basin.grasps).sum::<f64>() / total
-            };
+        let share = |threshold: f64| {
+            let own = self
+                .basins
+                .minima
+                .iter()
+                .filter(|basin| basin.best.first().is_none_or(|best| best.score < threshold));
+            own.map(|basin| basin.grasps).sum::<f64>() / total
+        };
         let here = share(rule.unlisted_below);
         let others = asked.other_thresholds.map(share);
         let holds = (asked.share[0]..=asked.share[1]).contains(&here)

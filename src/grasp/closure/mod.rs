@@ -7,6 +7,7 @@
 //! | how much friction is needed for balance | [`least_friction`] |
 //! | does it hold against any wrench at friction μ | [`is_force_closure`] |
 //! | which forces balance | [`contact_forces`] |
+//! | how hard must it press to hold against a given wrench | [`least_pressing`] |
 //! | how well does it hold against the worst wrench | [`epsilon()`] |
 
 use std::borrow::Cow;
@@ -19,7 +20,7 @@ mod expanding;
 mod friction;
 mod triangle;
 
-pub use cone_programme::{ContactForces, contact_forces};
+pub use cone_programme::{ContactForces, contact_forces, least_pressing};
 pub use epsilon::{Epsilon, EpsilonSettings, WrenchLimit, epsilon, epsilon_of_wrenches};
 pub use friction::{LARGEST_FRICTION, is_force_closure, least_friction};
 

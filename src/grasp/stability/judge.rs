@@ -87,8 +87,7 @@ pub fn simulate(
     match protocol {
         Protocol::Drop(drop) => fall(hand, &posed, solid, mass_kg, drop),
         Protocol::SixDirections(six) => {
-            let closing =
-                (!six.rigid).then(|| closing(hand, &posed, contacts, solid, &six.squeeze));
+            let closing = (!six.rigid).then(|| closing(hand, &posed, contacts, solid, six));
             push(hand, &posed, closing.as_deref(), solid, six)
         }
     }
@@ -106,11 +105,15 @@ fn fix_hand(world: &mut World, hand: &Hand, posed: &PosedHand) {
 
 fn fall(hand: &Hand, posed: &PosedHand, solid: &Solid, mass_kg: f64, drop: &Drop) -> Outcome {
     let (friction, solver) = (&drop.friction, &drop.solver);
-    let mut world = World::new(solid, mass_kg, drop.gravity_m_s2, friction, solver);
+    let mut world = World::new(solid, mass_kg, [0.0; 3], friction, solver);
     fix_hand(&mut world, hand, posed);
+    let settling = count(drop.settle_s, solver.time_step_s);
     let down = Vector3::from(drop.gravity_m_s2).normalize();
     let mut outcome = Outcome::START;
-    for step in 0..drop.steps {
+    for step in 0..settling + drop.steps {
+        if step == settling {
+            world.set_gravity(drop.gravity_m_s2);
+        }
         world.step();
         if step == 0 {
             outcome.overlap_m = world.overlap_m();
@@ -142,7 +145,7 @@ fn push(
     six: &SixDirections,
 ) -> Outcome {
     let mut outcome = Outcome::START;
-    let squeezing = closing_rad.map_or(0, |_| count(six.squeeze.time_s, six.solver.time_step_s));
+    let squeezing = count(six.squeeze.time_s, six.solver.time_step_s);
     let pushing = count(six.push_s, six.solver.time_step_s);
     for direction in 0..6 {
         let sign = if direction % 2 == 0 { 1.0 } else { -1.0 };

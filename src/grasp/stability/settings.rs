@@ -52,7 +52,8 @@ pub struct Solver {
     pub time_step_s: f64,
     /// Substeps of each step; contacts are found once a step.
     pub substeps: usize,
-    /// Sweeps over all contacts in each substep.
+    /// Sweeps over all contacts in each substep: a hand that encloses an object has dozens that press against each other, and
+    /// with one sweep the object creeps out.
     pub sweeps: usize,
     /// Natural frequency of a contact, Hz.
     pub contact_frequency_hz: f64,
@@ -69,7 +70,7 @@ impl Default for Solver {
         Self {
             time_step_s: 1.0 / 60.0,
             substeps: 4,
-            sweeps: 1,
+            sweeps: 4,
             contact_frequency_hz: 60.0,
             contact_damping: 10.0,
             recovery_m_s: 3.0,
@@ -84,7 +85,11 @@ impl Default for Solver {
 pub struct Drop {
     /// Gravity in the object's frame, m/s².
     pub gravity_m_s2: [f64; 3],
-    /// Number of time steps.
+    /// Time in which the object comes to rest in the hand before gravity acts, seconds; 0 lets go of it at once. What
+    /// overlaps presses like a spring, but the engine needs about 0.15 s to find the forces, in which an object falls by
+    /// a hand's breadth.
+    pub settle_s: f64,
+    /// Number of time steps under gravity.
     pub steps: usize,
     /// The object has fallen once its centre of mass is this much lower, metres.
     pub fall_m: f64,
@@ -98,10 +103,12 @@ pub struct Drop {
 
 impl Default for Drop {
     /// Gravity 10 m/s² down the object's z axis, 1000 steps of 1/60 s, a fall of 0.3 m, and `PyBullet`'s default friction:
-    /// 0.5 for each body, which Bullet multiplies.
+    /// 0.5 for each body, which Bullet multiplies. The publication does not say how the object comes into the hand; here it
+    /// comes to rest within a second without gravity.
     fn default() -> Self {
         Self {
             gravity_m_s2: [0.0, 0.0, -10.0],
+            settle_s: 1.0,
             steps: 1000,
             fall_m: 0.3,
             overlap_m: 0.01,
@@ -118,11 +125,12 @@ impl Default for Drop {
 /// How the hand closes before it is tested, and holds while it is.
 ///
 /// Each joint is driven to a target by a spring with damping and limited torque. The targets are moved from the grasp's
-/// angles by Jᵀf/k: the torques that press every contact along its inward normal with the force f, over the stiffness k.
+/// angles by Jᵀf/k: the torques of contact forces f that balance each other (`closure::contact_forces` at the protocol's
+/// friction), over the stiffness k. Where none balance, all press alike along their inward normals.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Squeeze {
-    /// Force that each contact presses with, newtons.
+    /// Mean force with which the contacts press, newtons.
     pub force_n: f64,
     /// Stiffness of the joints, N·m/rad.
     pub stiffness_n_m: f64,
@@ -130,7 +138,7 @@ pub struct Squeeze {
     pub damping_n_m_s: f64,
     /// Largest torque of a joint, N·m.
     pub torque_limit_n_m: f64,
-    /// Time in which the targets move and the hand comes to rest, seconds.
+    /// Time in which the targets move and the hand comes to rest, seconds; a rigid hand waits as long.
     pub time_s: f64,
     /// Density of the hand, kg/m³.
     pub density_kg_m3: f64,
@@ -241,6 +249,9 @@ impl Protocol {
                     if !gravity.is_finite() {
                         return Err(ProtocolError("gravity_m_s2", gravity, "finite"));
                     }
+                }
+                if !(drop.settle_s >= 0.0 && drop.settle_s.is_finite()) {
+                    return Err(ProtocolError("settle_s", drop.settle_s, "at least 0"));
                 }
                 let squared: f64 = drop.gravity_m_s2.iter().map(|g| g * g).sum();
                 positive.push(("the square of gravity_m_s2", squared));

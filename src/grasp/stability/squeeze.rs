@@ -9,9 +9,10 @@ use rapier3d_f64::math::{Pose, Rotation};
 use rapier3d_f64::parry::mass_properties::MassProperties;
 
 use super::convert::{frame, vector};
-use super::settings::Squeeze;
+use super::settings::{SixDirections, Squeeze};
 use super::solid::Solid;
 use super::world::{Part, World};
+use crate::grasp::closure::{PointContact, contact_forces};
 use crate::grasp::hand::{Hand, JointKind, LinkId, Motion, PosedHand};
 
 /// Mass and inertia of a link on top of what its geometry has, so that none is without: a joint of two axes is two links.
@@ -25,12 +26,13 @@ pub(super) fn closing(
     posed: &PosedHand,
     contacts: &[u32],
     solid: &Solid,
-    squeeze: &Squeeze,
+    six: &SixDirections,
 ) -> Vec<f64> {
+    let squeeze = &six.squeeze;
+    let forces = pressing(posed, contacts, solid, six);
     let mut loads = vec![0.0; hand.joints.len()];
-    for &contact in contacts {
+    for (&contact, force) in contacts.iter().zip(forces) {
         let point = posed.points[contact as usize];
-        let force = solid.inward_normal(&point) * squeeze.force_n;
         let mut link = Some(hand.surface[contact as usize].link);
         while let Some(LinkId(l)) = link {
             if let Some(motion) = &hand.links[l].motion {
@@ -51,6 +53,38 @@ pub(super) fn closing(
         .map(|(load, joint)| load / stiffness(joint.kind))
         .collect()
 }
+
+/// Forces that press with the mean force asked for and balance each other; all alike along the normals where none balance.
+fn pressing(
+    posed: &PosedHand,
+    contacts: &[u32],
+    solid: &Solid,
+    six: &SixDirections,
+) -> Vec<Vector3<f64>> {
+    let force_n = six.squeeze.force_n;
+    let centre = solid.centre();
+    let bare: Vec<PointContact> = contacts
+        .iter()
+        .map(|&contact| {
+            let point = posed.points[contact as usize];
+            PointContact {
+                arm: (point - centre) / TORQUE_UNIT_M,
+                inward_normal: solid.inward_normal(&point),
+            }
+        })
+        .collect();
+    let sum_n = force_n * bare.len() as f64;
+    match contact_forces(&bare, six.friction.effective()) {
+        Some(balanced) => balanced.forces.iter().map(|force| force * sum_n).collect(),
+        None => bare
+            .iter()
+            .map(|contact| contact.inward_normal * force_n)
+            .collect(),
+    }
+}
+
+/// Makes arms of order one; what balances does not depend on it.
+const TORQUE_UNIT_M: f64 = 0.05;
 
 /// Adds `hand` as a chain of bodies on a root that does not move. Joint coordinates count from the grasp; their targets are
 /// `closing` away, radians or metres.

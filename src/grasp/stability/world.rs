@@ -142,6 +142,11 @@ impl World {
             .collision_groups(groups(HOLDER, OBJECT))
     }
 
+    /// Gravity from now on, m/s², object's frame at the start.
+    pub fn set_gravity(&mut self, gravity_m_s2: [f64; 3]) {
+        self.physics.gravity = vector(&gravity_m_s2.into());
+    }
+
     /// Pushes the object at its centre of mass from now on, newtons.
     pub fn push_object(&mut self, force_n: &Vector3<f64>) {
         let body = &mut self.physics.bodies[self.object];

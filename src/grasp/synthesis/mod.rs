@@ -15,6 +15,7 @@ pub use self::settings::{
 pub use self::start::Given;
 use super::energy::GraspEnergy;
 use super::filter::judge;
+use super::press::{PressSettings, firmness, press};
 use crate::energy::Energy;
 use crate::optimize::{self, QuenchSettings};
 use crate::sample::{Rng, State, Task, stream};
@@ -63,8 +64,8 @@ pub fn synthesize(
 /// direction, no hotter than [`SynthesisSettings::given_temperature`], with nothing softened.
 ///
 /// A grasp that is not moved at first is refined: where the chain ends, a descent from the very pose counts instead if it
-/// alone passes the strict filter, or if both or neither do and its energy is lower. With another refinement
-/// than [`Refinement::Quench`] it is always the chain's end.
+/// alone passes the strict filter, or if both or neither do and its energy is lower; likewise with [`Refinement::Pressed`]
+/// and firmness. With another refinement it is always the chain's end.
 ///
 /// # Panics
 /// If the pose is one of another hand.
@@ -163,11 +164,18 @@ fn run(
     }
     let mut best = best.expect("there is at least one attempt");
     if let Some(given) = given.filter(|given| given.displacement_m == 0.0)
-        && settings.refinement == Refinement::Quench
+        && matches!(
+            settings.refinement,
+            Refinement::Quench | Refinement::Pressed
+        )
     {
-        let refined = refine_given(energy, refine, given);
+        let pressed = settings.refinement == Refinement::Pressed;
+        let mut refined = refine_given(energy, refine, given);
+        if pressed {
+            close(energy, &mut refined);
+        }
         evaluations += refined.evaluations;
-        let rank = |end: &Synthesized| !judge(energy, &end.refined, &end.contacts).passes_strict();
+        let rank = |end: &Synthesized| !is_grasp(energy, settings.refinement, end);
         let order = rank(&refined).cmp(&rank(&best));
         if order.then(refined.energy.total_cmp(&best.energy)).is_lt() {
             best = refined;
@@ -275,9 +283,7 @@ fn finish(
         steps: 0,
         evaluations: end.evaluations,
     };
-    let passes = |found: &Synthesized| {
-        !only && judge(energy, &found.refined, &found.contacts).passes_strict()
-    };
+    let passes = |found: &Synthesized| !only && is_grasp(energy, settings.refinement, found);
     match settings.refinement {
         Refinement::Quench => {
             if !only {
@@ -287,6 +293,14 @@ fn finish(
                 }
             }
             descend(energy, refine, &mut found);
+        }
+        Refinement::Pressed => {
+            // What follows moves the hand farther than the last digits of a descent.
+            descend(energy, &trial_settings(refine), &mut found);
+            if !only && !is_grasp(energy, Refinement::Quench, &found) {
+                return (found, false);
+            }
+            close(energy, &mut found);
         }
         Refinement::Held => {
             let quench = optimize::quench_choice(energy, &found.contacts, &found.refined, refine);
@@ -301,6 +315,22 @@ fn finish(
     }
     let passes = passes(&found);
     (found, passes)
+}
+
+/// Whether an end passes the strict filter and, where hands are pressed, is firm.
+fn is_grasp(energy: &GraspEnergy, refinement: Refinement, found: &Synthesized) -> bool {
+    judge(energy, &found.refined, &found.contacts).passes_strict()
+        && (refinement != Refinement::Pressed || firmness(energy, &found.refined).is_firm())
+}
+
+/// Closes the hand until it presses.
+fn close(energy: &GraspEnergy, found: &mut Synthesized) {
+    let settings = PressSettings::default();
+    found.refined = press(energy, &found.refined, &found.contacts, &settings);
+    found.contacts = energy.choice(&found.refined);
+    let mut unused = vec![0.0; energy.space().tangents()];
+    found.energy = energy.evaluate_choice(&found.refined, &found.contacts, &mut unused);
+    found.evaluations += 1;
 }
 
 fn descend(energy: &GraspEnergy, settings: &QuenchSettings, found: &mut Synthesized) {

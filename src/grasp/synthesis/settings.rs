@@ -58,6 +58,10 @@ pub enum Refinement {
     /// A thousand noisy steps of the chain at temperature 0.001 with the contact set held, as the authors' code has it
     /// (their text says gradient descent).
     Noisy,
+    /// Descent to a local minimum of the envelope, then the hand is closed until it presses
+    /// ([`press`](crate::grasp::press::press)). An attempt then counts as a grasp where it is
+    /// [firm](crate::grasp::press::Firmness::is_firm), too.
+    Pressed,
     /// Nothing.
     None,
 }

@@ -1,0 +1,50 @@
+//! Hands that are closed until they press.
+
+#![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
+
+use std::sync::Arc;
+
+use landscape::grasp::hand::Hand;
+use landscape::grasp::object::Object;
+use landscape::grasp::press::{PressSettings, firmness, press, touches};
+use landscape::grasp::stability::{Build, Drop, Protocol, Solid, simulate};
+use landscape::grasp::synthesis::{Refinement, SynthesisSettings, synthesize};
+use landscape::grasp::{EnergySettings, GraspEnergy, judge};
+use landscape::optimize::QuenchSettings;
+
+/// A few chains on a ball: what is firm touches, is no deeper than was asked for, and stays in the hand.
+#[test]
+fn firm_grasps_touch_and_stay() {
+    let hand = Arc::new(Hand::human());
+    let object = Arc::new(Object::named("ball").unwrap());
+    let energy = GraspEnergy::new(hand.clone(), object.clone(), EnergySettings::default()).unwrap();
+    let solid = Solid::new(&object.mesh, Build::Pieces);
+    let settings = SynthesisSettings {
+        refinement: Refinement::Pressed,
+        ..SynthesisSettings::default()
+    };
+    let mut firm = 0;
+    for chain in 0..3 {
+        let end = synthesize(&energy, &settings, &QuenchSettings::default(), 0, chain);
+        let measured = firmness(&energy, &end.refined);
+        if !measured.is_firm() {
+            continue;
+        }
+        firm += 1;
+        assert!(judge(&energy, &end.refined, &end.contacts).passes_strict());
+        assert!(measured.touches >= 3, "{measured:?}");
+        let drop = Protocol::Drop(Drop::default());
+        let (x, contacts) = (&end.refined, &end.contacts);
+        let outcome = simulate(&hand, x, contacts, &solid, object.mass_kg, &drop);
+        assert!(outcome.is_stable(), "{outcome:?} {measured:?}");
+        // Closing a closed hand changes nothing to speak of.
+        let again = press(&energy, x, contacts, &PressSettings::default());
+        let moved = again.iter().zip(x).map(|(a, b)| (a - b).abs());
+        assert!(moved.fold(0.0, f64::max) < 0.05);
+        let mut posed = landscape::grasp::hand::PosedHand::default();
+        hand.pose(&again, &mut posed);
+        let deepest = touches(&object.exact, &hand, &posed, 0.0);
+        assert!(deepest.iter().all(|touch| touch.gap_m > -1e-3));
+    }
+    assert!(firm > 0, "none of the chains came to a firm grasp");
+}
