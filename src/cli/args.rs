@@ -822,6 +822,9 @@ pub(super) struct Import {
     /// The hand of the grasps: a name of one that comes with the program, or a URDF or MJCF file.
     #[arg(long, value_name = "NAME|FILE")]
     pub(super) hand: Option<String>,
+    /// Where the files that the hand's description names may lie; by default its own folder.
+    #[arg(long, value_name = "FOLDER", requires = "hand")]
+    pub(super) hand_folder: Option<PathBuf>,
     /// The hand's mirror image instead.
     #[arg(long, requires = "hand")]
     pub(super) mirror: bool,

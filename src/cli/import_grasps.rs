@@ -53,7 +53,8 @@ pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
     }
     let output = output(command)?;
     let mapping = mapping(command.mapping.as_deref())?;
-    let hand_metadata = models::hand_metadata(hand, command.mirror)?;
+    let hand_metadata =
+        models::hand_metadata(hand, command.hand_folder.as_deref(), command.mirror)?;
     let hand = models::hand(&hand_metadata)?;
     let (object_metadata, object_notes) = models::object_metadata(object, command.scale)?;
 
