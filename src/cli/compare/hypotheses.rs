@@ -685,3 +685,107 @@ fn few(labels: &[usize], names: &[&str]) -> String {
             .join(", ")
     )
 }
+
+#[cfg(test)]
+#[expect(clippy::unwrap_used, reason = "tests")]
+mod tests {
+    use super::*;
+    use crate::grasp::taxonomy::Candidate;
+
+    /// Minima of these types, two thirds of a unit apart within a category and `between` apart across.
+    fn planted(types: &[u8], between: f64) -> Basins {
+        let taxonomy = Taxonomy::feix();
+        let category = |number: u8| taxonomy.numbered(number).unwrap().category as usize;
+        let height = |i: usize, j: usize| {
+            let within = category(types[i]) == category(types[j]);
+            // No two alike, so that ranks are not all tied.
+            (if within { 0.6 } else { between }) + 1e-3 * ((7 * i + 13 * j) % 17) as f64
+        };
+        let heights = PairMatrix::from_fn(types.len(), height);
+        let minimum = |number: &u8| Basin {
+            grasps: 1.0,
+            grasp_type: Some(*number),
+            category: Some(category(*number)),
+            cell: None,
+            unfiltered: Some(category(*number)),
+            best: vec![Candidate {
+                number: *number,
+                score: 0.95,
+            }],
+        };
+        Basins {
+            name: "planted".to_owned(),
+            minima: types.iter().map(minimum).collect(),
+            applicable: true,
+            labelled_in_file: 0,
+            group_barrier: 0.1,
+            saddles: heights.clone(),
+            barriers: heights.clone(),
+            energy_gaps: PairMatrix::from_fn(types.len(), |i, j| ((3 * i + j) % 5) as f64),
+            contact_distances: heights.clone(),
+            pose_distances: heights,
+        }
+    }
+
+    fn verdicts(basins: &Basins) -> Vec<(&'static str, Verdict)> {
+        let mut settings = Settings::standard().unwrap();
+        settings.permutations = 199;
+        settings.bootstrap_draws = 50;
+        settings.label_draws = 5;
+        let found = examine(basins, &settings, Rule::standard(), 3);
+        found
+            .into_iter()
+            .map(|finding| (finding.id, finding.verdict))
+            .collect()
+    }
+
+    fn verdict(basins: &Basins, id: &str) -> Verdict {
+        let found = verdicts(basins);
+        found.into_iter().find(|(own, _)| *own == id).unwrap().1
+    }
+
+    /// Ten power grasps (medium wrap) and ten precision grasps (tripod).
+    fn two_kinds() -> Vec<u8> {
+        [vec![3; 10], vec![14; 10]].concat()
+    }
+
+    #[test]
+    fn planted_categories_are_apart_and_mixed_ones_are_not() {
+        let apart = planted(&two_kinds(), 2.0);
+        assert_eq!(verdict(&apart, "H3"), Verdict::Holds);
+        assert_eq!(verdict(&apart, "H1"), Verdict::Holds);
+        let mixed = planted(&two_kinds(), 0.6);
+        assert_eq!(verdict(&mixed, "H3"), Verdict::Fails);
+    }
+
+    #[test]
+    fn small_classes_are_insufficient_and_not_failures() {
+        let few = planted(&[3, 3, 3, 14, 14], 2.0);
+        for id in ["H3", "H4", "H6", "H8"] {
+            assert_eq!(verdict(&few, id), Verdict::Insufficient, "{id}");
+        }
+    }
+
+    #[test]
+    fn categories_and_unlisted_grasps_are_counted() {
+        let two = planted(&two_kinds(), 2.0);
+        assert_eq!(verdict(&two, "H2"), Verdict::Fails, "no intermediate grasp");
+        let three = planted(&[two_kinds(), vec![16; 5]].concat(), 2.0);
+        assert_eq!(verdict(&three, "H2"), Verdict::Holds);
+        assert_eq!(verdict(&three, "H5"), Verdict::Fails, "all are listed");
+        let mut some = three;
+        for minimum in &mut some.minima[..4] {
+            minimum.best[0].score = 0.5;
+        }
+        assert_eq!(verdict(&some, "H5"), Verdict::Holds);
+    }
+
+    #[test]
+    fn spheres_near_tripods_are_seen() {
+        let types = [vec![13; 6], vec![14; 6], vec![3; 6]].concat();
+        let near = planted(&types, 2.0);
+        assert_eq!(verdict(&near, "H8"), Verdict::Holds);
+        let far = planted(&types, 0.6);
+        assert_eq!(verdict(&far, "H8"), Verdict::Fails);
+    }
+}

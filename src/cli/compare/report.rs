@@ -197,11 +197,11 @@ pub(super) fn chart(table: &Table) -> Chart {
             .coloured(theme::series(index))
     });
     let panel = Panel {
-        legend: Some(Corner::UpperRight),
+        legend: Some(Corner::UpperLeft),
         ..Panel::new(
             "",
             Axis::linear("clusters of the tree"),
-            Axis::linear("agreement with categories"),
+            Axis::linear("adjusted agreement"),
             series.collect(),
         )
     };

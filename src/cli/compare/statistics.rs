@@ -90,11 +90,8 @@ pub(super) fn table(basins: &Basins, settings: &Settings, seed: u64) -> Table {
     let cuts = cuts_between(&tree, settings.cuts);
     let curve = |compare| agreement_of_cuts(&tree, &part.labels, settings.cuts, compare);
     let curves = [
-        ("adjusted Rand index", curve(adjusted_rand)),
-        (
-            "adjusted mutual information",
-            curve(adjusted_mutual_information),
-        ),
+        ("Rand index", curve(adjusted_rand)),
+        ("mutual information", curve(adjusted_mutual_information)),
     ];
     let asked = Asked {
         part,
