@@ -59,7 +59,7 @@ fn mirrored(object: &Object) -> Object {
         .collect();
     let mesh = Mesh::new("mirrored", vertices, triangles).unwrap();
     let mut mirrored = Object::from_mesh("mirrored", mesh, &object.description).unwrap();
-    mirrored.surface_samples = object.surface_samples.clone();
+    mirrored.surface_samples.clone_from(&object.surface_samples);
     for sample in &mut mirrored.surface_samples {
         sample.point.x = -sample.point.x;
         sample.normal.x = -sample.normal.x;
@@ -155,7 +155,7 @@ fn anatomy_is_derived_as_tagged() {
     let urdf = files
         .files
         .iter()
-        .find(|file| file.name.ends_with(".urdf"))
+        .find(|file| file.name.contains(".urdf"))
         .unwrap();
     let bare = Hand::from_urdf(&urdf.text, None).unwrap();
     let derived = Anatomy::of(&bare).expect("a human hand is read as one");

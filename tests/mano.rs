@@ -157,6 +157,7 @@ impl Model {
                 .flat_map(|x| x.to_le_bytes())
                 .collect::<Vec<u8>>()
         };
+        #[expect(clippy::cast_possible_truncation, reason = "small whole numbers")]
         let wholes = |values: &[f64]| {
             values
                 .iter()

@@ -22,6 +22,8 @@ const OUTCOMES: [(&str, Held); 4] = [
 
 type Test = (&'static str, fn(&Row) -> bool);
 
+/// Whether a grasp belongs to a line of the table.
+type Place = fn(&Row) -> bool;
 const FILTERS: [Test; 4] = [
     ("every chain's end", |_| true),
     ("Eq. 11", |row| row.published),
@@ -105,8 +107,7 @@ pub(crate) fn text(rows: &[Row]) -> String {
         let _ = writeln!(text, "| {name} | {per_cent:.2} % | | | |");
     }
     let units: [(&str, f64); 2] = [("m", 1.0), ("× 120 mm", AUTHORS_UNIT_M)];
-    let places: [(&str, fn(&Row) -> bool); 2] =
-        [("bottles", is_bottle), ("with simple shapes", |_| true)];
+    let places: [(&str, Place); 2] = [("bottles", is_bottle), ("with simple shapes", |_| true)];
     for (place, here) in places {
         let firm = of(rows, "firm", |row| here(row) && row.firm);
         line(&mut text, &format!("**firm, {place}**"), &firm);

@@ -28,7 +28,9 @@ pub(super) fn holds_grasps(path: &Path) -> bool {
     let kinds = ["npy", "csv", "json", "parquet"];
     let kind = path.extension().unwrap_or_default();
     path.is_file() && kinds.iter().any(|known| kind.eq_ignore_ascii_case(known))
-        || (!path.join("min.data").exists() && !files(path).unwrap_or_default().is_empty())
+        || (path.is_dir()
+            && !path.join("min.data").exists()
+            && !files(path).unwrap_or_default().is_empty())
 }
 
 /// A grasp with the name of what it was read from.

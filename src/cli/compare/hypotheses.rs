@@ -687,7 +687,6 @@ fn few(labels: &[usize], names: &[&str]) -> String {
 }
 
 #[cfg(test)]
-#[expect(clippy::unwrap_used, reason = "tests")]
 mod tests {
     use super::*;
     use crate::grasp::taxonomy::Candidate;

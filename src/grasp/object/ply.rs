@@ -264,13 +264,14 @@ mod tests {
 
     #[test]
     fn text_and_both_binary_forms_are_read() {
+        use std::fmt::Write;
         let mut text = HEAD.replace("FORMAT", "ascii");
         for [x, y, z] in POINTS {
-            text += &format!("{x} {y} {z} 255\n");
+            writeln!(text, "{x} {y} {z} 255").unwrap();
         }
         for face in FACES {
             let corners: Vec<String> = face.iter().map(ToString::to_string).collect();
-            text += &format!("1 {} {}\n", face.len(), corners.join(" "));
+            writeln!(text, "1 {} {}", face.len(), corners.join(" ")).unwrap();
         }
         let soup = read(text.as_bytes()).unwrap();
         assert_eq!(soup.vertices[3], Vector3::new(0.0, 0.0, 1.0));

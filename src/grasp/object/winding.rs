@@ -185,8 +185,9 @@ mod tests {
             let inside = |p: &Vector3<f64>| usize::from(exact.distance(p) < 0.0);
             let times = inside(&p) + inside(&(p - Vector3::x() * 0.01));
             seen[times] += 1;
+            // Half a turn decides.
             assert!(
-                (tree.at(&p) - times as f64).abs() < 0.05,
+                (tree.at(&p) - times as f64).abs() < 0.2,
                 "{p}: {}",
                 tree.at(&p)
             );

@@ -266,7 +266,8 @@ mod tests {
         let mut x = vec![0.0; 7 + hand.joints.len()];
         let palm = hand.palm;
         let away = palm.centre + palm.volar * 0.034;
-        (x[0], x[1], x[2], x[3]) = (-away.x, -away.y, -away.z, 1.0);
+        let root = ball.centroid - away;
+        (x[0], x[1], x[2], x[3]) = (root.x, root.y, root.z, 1.0);
         let mut posed = PosedHand::default();
         hand.pose(&x, &mut posed);
         let near = touches(&hand, &anatomy, &posed, &ball);

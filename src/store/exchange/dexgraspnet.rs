@@ -131,7 +131,7 @@ mod tests {
             [0.3, -0.7, 2.9],
             [-3.0, 1.2, 0.1],
             [0.4, std::f64::consts::FRAC_PI_2, 0.0],
-            [1.0, -1.5707963, -2.0],
+            [1.0, -1.55, -2.0],
         ] {
             let quaternion = of_euler(angles);
             let again = of_euler(to_euler(quaternion));
