@@ -435,15 +435,15 @@ fn mistakes_are_one_sentence() {
         (format!("import t.csv {with} -o t.csv"), &["to be read"]),
         (format!("import nowhere {with}"), &["nowhere", "for grasps"]),
         (
-            "export t.parquet csv -o t.npy".to_owned(),
+            "export t.parquet csv -o t.npy -q".to_owned(),
             &["must end in .csv"],
         ),
         (
-            "export t.parquet glb --grasp 8".to_owned(),
+            "export t.parquet glb --grasp 8 -q".to_owned(),
             &["no grasp of this number"],
         ),
         (
-            "export t.parquet glb -o all.glb".to_owned(),
+            "export t.parquet glb -o all.glb -q".to_owned(),
             &["holds one grasp"],
         ),
     ] {
