@@ -468,12 +468,8 @@ pub(super) struct Build {
     /// Seed of every random draw.
     #[arg(long, default_value_t = 0)]
     pub(super) seed: u64,
-    /// The hand, for a file that does not describe it.
-    #[arg(long, value_name = "NAME|FILE")]
-    pub(super) hand: Option<String>,
-    /// The object, for a file that does not describe it.
-    #[arg(long, value_name = "NAME|FILE")]
-    pub(super) object: Option<String>,
+    #[command(flatten)]
+    pub(super) of: HandAndObject,
     #[command(flatten)]
     pub(super) again: Again,
 }
@@ -493,6 +489,13 @@ pub(super) struct Inspect {
     /// Write everything as JSON.
     #[arg(long)]
     pub(super) json: bool,
+    #[command(flatten)]
+    pub(super) of: HandAndObject,
+}
+
+/// Hand and object of grasps whose file does not describe them.
+#[derive(Debug, Args)]
+pub(super) struct HandAndObject {
     /// The hand, for a file that does not describe it.
     #[arg(long, value_name = "NAME|FILE")]
     pub(super) hand: Option<String>,
@@ -522,12 +525,8 @@ pub(super) struct LabelCommand {
     /// The file to write; by default the name of the file with the ending `.labelled.parquet`.
     #[arg(long, short, value_name = "FILE")]
     pub(super) output: Option<PathBuf>,
-    /// The hand, for a file that does not describe it.
-    #[arg(long, value_name = "NAME|FILE")]
-    pub(super) hand: Option<String>,
-    /// The object, for a file that does not describe it.
-    #[arg(long, value_name = "NAME|FILE")]
-    pub(super) object: Option<String>,
+    #[command(flatten)]
+    pub(super) of: HandAndObject,
 }
 
 /// Hands.
@@ -589,12 +588,8 @@ pub(super) struct Stability {
     /// The file to write; by default the name of the grasps with the ending `.stability.parquet`.
     #[arg(long, short, value_name = "FILE")]
     pub(super) output: Option<PathBuf>,
-    /// The hand, for a file that does not describe it.
-    #[arg(long, value_name = "NAME|FILE")]
-    pub(super) hand: Option<String>,
-    /// The object, for a file that does not describe it.
-    #[arg(long, value_name = "NAME|FILE")]
-    pub(super) object: Option<String>,
+    #[command(flatten)]
+    pub(super) of: HandAndObject,
     #[command(flatten)]
     pub(super) again: Again,
 }
@@ -863,12 +858,8 @@ pub(super) struct Export {
     /// The file to write (a folder of scenes for glb); by default, where you are, named after the grasps.
     #[arg(long, short, value_name = "PATH")]
     pub(super) output: Option<PathBuf>,
-    /// The hand, for a file that does not describe it.
-    #[arg(long, value_name = "NAME|FILE")]
-    pub(super) hand: Option<String>,
-    /// The object, for a file that does not describe it.
-    #[arg(long, value_name = "NAME|FILE")]
-    pub(super) object: Option<String>,
+    #[command(flatten)]
+    pub(super) of: HandAndObject,
 }
 
 /// Formats of exports.

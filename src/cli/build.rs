@@ -41,8 +41,8 @@ pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
     }
     let (mut file, warnings) = input::read(
         &command.grasps,
-        command.hand.as_deref(),
-        command.object.as_deref(),
+        command.of.hand.as_deref(),
+        command.of.object.as_deref(),
     )?;
     if command.only_stable {
         keep_stable(&mut file, &command.grasps)?;

@@ -18,8 +18,8 @@ pub(super) fn run(command: &Export, common: &Common) -> anyhow::Result<()> {
     check_output(&output)?;
     let (file, warnings) = input::read(
         &command.grasps,
-        command.hand.as_deref(),
-        command.object.as_deref(),
+        command.of.hand.as_deref(),
+        command.of.object.as_deref(),
     )?;
     if !common.quiet {
         input::warn(&warnings);

@@ -37,8 +37,8 @@ pub(super) fn run(command: &Stability, common: &Common) -> anyhow::Result<()> {
     );
     let (mut file, warnings) = input::read(
         &command.grasps,
-        command.hand.as_deref(),
-        command.object.as_deref(),
+        command.of.hand.as_deref(),
+        command.of.object.as_deref(),
     )?;
     if !common.quiet {
         input::warn(&warnings);

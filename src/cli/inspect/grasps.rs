@@ -58,8 +58,8 @@ struct Everything<'a> {
 pub(super) fn run(command: &Inspect, common: &Common) -> anyhow::Result<()> {
     let (file, warnings) = input::read(
         &command.file,
-        command.hand.as_deref(),
-        command.object.as_deref(),
+        command.of.hand.as_deref(),
+        command.of.object.as_deref(),
     )?;
     if !common.quiet {
         input::warn(&warnings);

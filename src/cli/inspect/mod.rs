@@ -25,8 +25,8 @@ pub(super) fn run(command: &Inspect, common: &Common) -> anyhow::Result<()> {
     let flags = [
         ("--grasp", !command.grasp.is_empty()),
         ("--each", command.each),
-        ("--hand", command.hand.is_some()),
-        ("--object", command.object.is_some()),
+        ("--hand", command.of.hand.is_some()),
+        ("--object", command.of.object.is_some()),
     ];
     if let Some((flag, _)) = flags.iter().find(|(_, given)| *given) {
         anyhow::bail!("{flag}: {name} holds bare contacts, not grasps");

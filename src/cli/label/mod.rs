@@ -36,8 +36,8 @@ pub(super) fn run(command: &LabelCommand, common: &Common) -> anyhow::Result<()>
     }
     let (mut file, mut warnings) = input::read(
         &command.grasps,
-        command.hand.as_deref(),
-        command.object.as_deref(),
+        command.of.hand.as_deref(),
+        command.of.object.as_deref(),
     )?;
     // No energy is needed here.
     warnings.retain(|warning| !warning.contains("energy"));

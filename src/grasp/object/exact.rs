@@ -7,20 +7,20 @@ use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::math::{Pose, Vector as ParryVector};
 use parry3d_f64::query::details::distance_segment_segment;
 use parry3d_f64::query::{PointQuery, PointQueryWithLocation};
-use parry3d_f64::shape::{Segment, TriMesh, TriMeshFlags, Triangle};
+use parry3d_f64::shape::{Segment, TriMesh, Triangle};
 
 use super::Mesh;
 use super::winding::Winding;
 
-/// A mesh with a search tree and angle-weighted pseudo-normals (Bærentzen and Aanæs 2005).
+/// A mesh with search trees for the nearest point and for the side on which a point lies.
 ///
 /// The solid is the union of its closed pieces. Where these overlap or touch, distances are those to the surface of the
-/// union, and inside is where its winding number exceeds one half.
+/// union. Inside is where the winding number exceeds one half: unlike pseudo-normals at the nearest point it does not
+/// mind triangles without width, which published meshes have.
 #[derive(Debug, Clone)]
 pub struct ExactMesh {
-    pieces: Vec<TriMesh>,
-    /// Of the surface of the union: between pieces that almost touch is inside.
-    winding: Option<Winding>,
+    surface: TriMesh,
+    winding: Winding,
 }
 
 /// The nearest point of a surface.
@@ -43,31 +43,11 @@ impl ExactMesh {
     /// # Panics
     /// Never: a [`Mesh`] has triangles.
     pub fn new(mesh: &Mesh) -> Self {
-        if let Some(outer) = mesh.outer() {
-            let vertices = outer.vertices.iter().map(to_parry).collect();
-            let surface = TriMesh::new(vertices, outer.triangles.clone());
-            return Self {
-                pieces: vec![surface.expect("a mesh has triangles")],
-                winding: Some(Winding::new(&outer.vertices, &outer.triangles)),
-            };
-        }
-        let vertices: Vec<ParryVector> = mesh.vertices().iter().map(to_parry).collect();
-        let build = |triangles: Vec<[u32; 3]>| {
-            TriMesh::with_flags(vertices.clone(), triangles, TriMeshFlags::ORIENTED)
-                .expect("a mesh has triangles")
-        };
-        // A piece that is inside out is the wall of a cavity, and means something only together with the others.
-        let pieces = mesh.pieces();
-        let cavity =
-            pieces.len() > 1 && pieces.iter().any(|piece| signed_volume(mesh, piece) < 0.0);
-        let pieces = if cavity {
-            vec![mesh.triangles().to_vec()]
-        } else {
-            pieces
-        };
+        let (vertices, triangles) = mesh.boundary();
+        let corners = vertices.iter().map(to_parry).collect();
         Self {
-            pieces: pieces.into_iter().map(build).collect(),
-            winding: None,
+            surface: TriMesh::new(corners, triangles.to_vec()).expect("a mesh has triangles"),
+            winding: Winding::new(vertices, triangles),
         }
     }
 
@@ -88,35 +68,30 @@ impl ExactMesh {
     /// The nearest point of the surface if it is closer than `reach_m`.
     pub(super) fn nearest_within(&self, point: &Vector3<f64>, reach_m: f64) -> Option<Nearest> {
         let query = to_parry(point);
-        let in_piece = |piece: &TriMesh| {
-            let (projection, (triangle, _)) =
-                piece.project_local_point_and_get_location_with_max_dist(query, false, reach_m)?;
-            let nearest = from_parry(projection.point);
-            let offset = point - nearest;
-            let length = offset.norm();
-            let inside = match &self.winding {
-                Some(winding) => winding.surrounds(point),
-                None => projection.is_inside,
-            };
-            let sign = if inside { -1.0 } else { 1.0 };
-            let normal = if length > ON_SURFACE_M {
-                offset * (sign / length)
-            } else {
-                piece
-                    .triangle(triangle)
-                    .normal()
-                    .map_or_else(Vector3::z, from_parry)
-            };
-            Some(Nearest {
-                distance_m: sign * length,
-                point: nearest,
-                normal,
-            })
+        let (projection, (triangle, _)) = self
+            .surface
+            .project_local_point_and_get_location_with_max_dist(query, false, reach_m)?;
+        let nearest = from_parry(projection.point);
+        let offset = point - nearest;
+        let length = offset.norm();
+        let sign = if self.winding.surrounds(point) {
+            -1.0
+        } else {
+            1.0
         };
-        self.pieces
-            .iter()
-            .filter_map(in_piece)
-            .min_by(|a, b| a.distance_m.total_cmp(&b.distance_m))
+        let normal = if length > ON_SURFACE_M {
+            offset * (sign / length)
+        } else {
+            self.surface
+                .triangle(triangle)
+                .normal()
+                .map_or_else(Vector3::z, from_parry)
+        };
+        Some(Nearest {
+            distance_m: sign * length,
+            point: nearest,
+            normal,
+        })
     }
 
     /// Distance of the surface from the segment between two ends if it is less than `reach_m`, metres: exactly, 0 where they
@@ -125,20 +100,23 @@ impl ExactMesh {
         let segment = Segment::new(to_parry(&ends[0]), to_parry(&ends[1]));
         let middle = (segment.a + segment.b) * 0.5;
         let half = (segment.b - segment.a).abs() * 0.5;
-        let from_piece = |reach_m: f64, piece: &TriMesh| {
-            let nearest = piece.bvh().find_best(
-                reach_m,
-                // Distance of the boxes: never more than that of what is in them.
-                |node, _| {
-                    let (low, high) = (node.mins() - half, node.maxs() + half);
-                    Aabb::new(low, high).distance_to_local_point(middle, true)
-                },
-                |triangle, _| Some(triangle_distance(&piece.triangle(triangle), &segment)),
-            );
-            nearest.map_or(reach_m, |(_, distance)| distance)
-        };
-        let nearest = self.pieces.iter().fold(reach_m, from_piece);
-        (nearest < reach_m).then_some(nearest)
+        let nearest = self.surface.bvh().find_best(
+            reach_m,
+            // Distance of the boxes: never more than that of what is in them.
+            |node, _| {
+                let (low, high) = (node.mins() - half, node.maxs() + half);
+                Aabb::new(low, high).distance_to_local_point(middle, true)
+            },
+            |triangle, _| {
+                Some(triangle_distance(
+                    &self.surface.triangle(triangle),
+                    &segment,
+                ))
+            },
+        );
+        nearest
+            .map(|(_, distance)| distance)
+            .filter(|&distance| distance < reach_m)
     }
 }
 

@@ -152,11 +152,6 @@ impl Mesh {
         (high - low).max()
     }
 
-    /// The surface of the union of the pieces, where these meet.
-    pub(super) fn outer(&self) -> Option<&Outer> {
-        self.outer.as_deref()
-    }
-
     /// Vertices and triangles that bound the solid: those of the mesh, or of the union of its pieces.
     pub(super) fn boundary(&self) -> (&[Vector3<f64>], &[[u32; 3]]) {
         match &self.outer {

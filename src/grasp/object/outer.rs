@@ -4,6 +4,8 @@
 //! wrong inside the solid, where those faces are no surface. So every triangle is cut along the triangles of other pieces
 //! that it meets, and of the fragments those stay that have the solid on one side only, by the winding number.
 
+use std::f64::consts::FRAC_PI_4;
+
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
@@ -173,8 +175,8 @@ fn fragments(
     let beside = face.normal * (size * BESIDE);
     fragments.retain(|fragment| {
         let middle = fragment.iter().sum::<Vector3<f64>>() / fragment.len() as f64;
-        let bounds =
-            winding.surrounds(&(middle - beside)) && !winding.surrounds(&(middle + beside));
+        let solid = |point: Vector3<f64>| solid_at(&point, &face.normal, size, winding);
+        let bounds = solid(middle - beside) && !solid(middle + beside);
         // Of two faces in one place, one.
         let twin = |other: &Face| {
             other.piece < face.piece
@@ -185,6 +187,32 @@ fn fragments(
         bounds && !others.iter().any(|&other| twin(&faces[other]))
     });
     fragments
+}
+
+/// Whether a point beside a face is in the solid, or in a gap of it: where the solid lies on both sides within [`BESIDE`].
+///
+/// Beside a strip of a face that is the end of another gap, the point lies in that gap.
+fn solid_at(point: &Vector3<f64>, normal: &Vector3<f64>, size: f64, winding: &Winding) -> bool {
+    if winding.surrounds(point) {
+        return true;
+    }
+    let reach = size * BESIDE;
+    let along = normal.cross(&Vector3::ith(normal.iamin(), 1.0)).normalize();
+    let across = normal.cross(&along);
+    // Along the face, and halfway between that and the normal; along the normal itself lies the face.
+    let directions = (0..8).flat_map(|eighth| {
+        let (sin, cos) = (f64::from(eighth) * FRAC_PI_4).sin_cos();
+        let level = along * cos + across * sin;
+        [
+            (eighth < 4).then_some(level),
+            Some((level + normal).normalize()),
+        ]
+    });
+    directions.flatten().any(|direction| {
+        [reach, -reach]
+            .iter()
+            .all(|&step| winding.surrounds(&(point + direction * step)))
+    })
 }
 
 /// A plane n·p = d.
@@ -389,6 +417,26 @@ mod tests {
         for z in [0.029, 0.0300025, 0.031] {
             let depth = -exact.distance(&Vector3::new(0.046, 0.058, z));
             assert!((depth - 0.025).abs() < 1e-3, "{z}: {depth}");
+        }
+    }
+
+    #[test]
+    fn where_gaps_meet_no_strips_are_left() {
+        // The gap between the upper two boxes ends on the lower one.
+        let (mesh, exact) = of(&[
+            ([0.0; 3], [0.1, 0.1, 0.04], false),
+            ([0.0, 0.0, 0.040003], [0.05, 0.1, 0.1], false),
+            ([0.050004, 0.0, 0.040003], [0.1; 3], false),
+        ]);
+        assert!(
+            (mesh.area_m2() / 0.06 - 1.0).abs() < 1e-3,
+            "{}",
+            mesh.area_m2()
+        );
+        for z in [0.035, 0.05] {
+            let depth = -exact.distance(&Vector3::new(0.051, 0.05, z));
+            let known = f64::min(z, 0.049);
+            assert!((depth - known).abs() < 1e-4, "{z}: {depth}, not {known}");
         }
     }
 

@@ -213,6 +213,16 @@ mod tests {
     use super::*;
     use nalgebra::Unit;
 
+    fn corners_lie_on(shape: &Primitive, mesh: &Mesh) {
+        let formula = shape.shape();
+        let off = mesh
+            .vertices()
+            .iter()
+            .map(|v| formula.distance(v).abs())
+            .fold(0.0, f64::max);
+        assert!(off < 1e-12, "{shape:?}: {off}");
+    }
+
     #[test]
     fn corners_lie_on_the_shape_and_volumes_are_right() {
         let tilted = Unit::new_normalize(Vector3::new(0.3, -1.0, 0.2));
@@ -259,13 +269,7 @@ mod tests {
                 "{shape:?}: {}",
                 mesh.volume()
             );
-            let formula = shape.shape();
-            let off = mesh
-                .vertices()
-                .iter()
-                .map(|v| formula.distance(v).abs())
-                .fold(0.0, f64::max);
-            assert!(off < 1e-12, "{shape:?}: {off}");
+            corners_lie_on(&shape, &mesh);
         }
         let rounded = [
             Primitive::Cylinder(Cylinder {
@@ -295,13 +299,8 @@ mod tests {
         ];
         for shape in rounded {
             let mesh = shape.mesh("shape").unwrap();
+            corners_lie_on(&shape, &mesh);
             let formula = shape.shape();
-            let off = mesh
-                .vertices()
-                .iter()
-                .map(|v| formula.distance(v).abs())
-                .fold(0.0, f64::max);
-            assert!(off < 1e-12, "{shape:?}: {off}");
             let within = mesh
                 .sample_surface(300, 0)
                 .iter()
