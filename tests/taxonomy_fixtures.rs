@@ -13,7 +13,7 @@ use landscape::grasp::object::Shape;
 /// A contact is nearer than this, metres: what a finger pad gives.
 const TOUCHING_M: f64 = 2e-3;
 /// Nothing is deeper than this, metres.
-const DEEPEST_M: f64 = 6e-3;
+const DEEPEST_M: f64 = 3e-3;
 
 fn read(half: &str) -> Vec<Fixture> {
     let path = format!(
