@@ -139,7 +139,7 @@ fn tables_become_grasps_with_contacts_and_energies() {
     assert_says(
         &said,
         &[
-            "1 of 3 grasps have joints beyond their limits, jaw",
+            "1 of 3 grasps have joints beyond their limits; farthest is `jaw` in row 2",
             "kept",
             "3 of 3 grasps",
         ],
@@ -349,8 +349,8 @@ fn mistakes_are_one_sentence() {
     write(
         "far.csv",
         TABLE
-            .replace("0.025", "0.9")
-            .replace("0.0301234567890123", "0.8")
+            .replace("0.025", "25")
+            .replace("0.0301234567890123", "30")
             .replace("0.0401", "0.7")
             .as_bytes(),
     );
