@@ -6,57 +6,15 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
 use desk::{Desk, assert_says};
 use landscape::grasp::hand::{Hand, PosedHand};
 use landscape::grasp::object::{ExactMesh, Mesh};
 use landscape::store::exchange::{Columns, JointColumns, Mapping, read};
 use landscape::store::{Grasp, GraspFile, Overrides};
+use pickled::bench;
 
 mod desk;
-
-/// `numpy.save` of the dictionary of DexGraspBench for a hand with one joint, two grasps; as numpy 2 writes it, and with
-/// protocols 5 and 3.
-const BENCH: [&str; 3] = [
-    "\
-    k05VTVBZAQB2AHsnZGVzY3InOiAnfE8nLCAnZm9ydHJhbl9vcmRlcic6IEZhbHNlLCAnc2hhcGUnOiAoKSwgfSAgICAgICAgICAgICAgICAgIC\
-    AgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgIAqABJV+AgAAAAAAAIwWbnVtcHkuX2NvcmUubXVsdGlhcnJheZSM\
-    DF9yZWNvbnN0cnVjdJSTlIwFbnVtcHmUjAduZGFycmF5lJOUSwCFlEMBYpSHlFKUKEsBKWgDjAVkdHlwZZSTlIwCTziUiYiHlFKUKEsDjAF8lE\
-    5OTkr/////Sv////9LP3SUYoldlH2UKIwIb2JqX3Bvc2WUaAJoBUsAhZRoB4eUUpQoSwFLB4WUaAuMAmY4lImIh5RSlChLA4wBPJROTk5K////\
-    /0r/////SwB0lGKJQziamZmZmZm5P5qZmZmZmck/MzMzMzMz0z/NO39mnqDmPwAAAAAAAAAAAAAAAAAAAADNO39mnqDmP5R0lGKMCW9ial9zY2\
-    FsZZRoAIwGc2NhbGFylJOUaAuMAmY0lImIh5RSlChLA2gbTk5OSv////9K/////0sAdJRiQwQAAIA/lIaUUpSMCG9ial9wYXRolIwVYXNzZXRz\
-    L2JhbGwvaW5mby5qc29ulIwKZ3Jhc3BfcXBvc5RoAmgFSwCFlGgHh5RSlChLAUsCSwiGlGgkiUNAzcxMPQrXIzwAAAAAAAAAPwAAAD8AAAA/AA\
-    AAPwrXozwAAAAAj8J1vc3MzD0AAAAAAAAAAAAAgD8AAAAAj8J1PJR0lGKMDXByZWdyYXNwX3Fwb3OUaAJoBUsAhZRoB4eUUpQoSwFLAksIhpRo\
-    JIlDQJDCdT0K16M8CtcjPFyPAj9cjwI/XI8CP1yPAj+PwvU8CtcjPMzMTL2uR+E9CtcjPArXIzyuR4E/CtcjPMzMzDyUdJRijARub3RllE6MAm\
-    9rlIiMAW6USweMAXOUXZQoSwFHQAQAAAAAAABldWF0lGIu\
-",
-    "\
-    k05VTVBZAQB2AHsnZGVzY3InOiAnfE8nLCAnZm9ydHJhbl9vcmRlcic6IEZhbHNlLCAnc2hhcGUnOiAoKSwgfSAgICAgICAgICAgICAgICAgIC\
-    AgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgIAqABZWVAgAAAAAAAIwWbnVtcHkuX2NvcmUubXVsdGlhcnJheZSM\
-    DF9yZWNvbnN0cnVjdJSTlIwFbnVtcHmUjAduZGFycmF5lJOUSwCFlEMBYpSHlFKUKEsBKWgDjAVkdHlwZZSTlIwCTziUiYiHlFKUKEsDjAF8lE\
-    5OTkr/////Sv////9LP3SUYoldlH2UKIwIb2JqX3Bvc2WUjBNudW1weS5fY29yZS5udW1lcmljlIwLX2Zyb21idWZmZXKUk5QoljgAAAAAAAAA\
-    mpmZmZmZuT+amZmZmZnJPzMzMzMzM9M/zTt/Zp6g5j8AAAAAAAAAAAAAAAAAAAAAzTt/Zp6g5j+UaAuMAmY4lImIh5RSlChLA4wBPJROTk5K//\
-    ///0r/////SwB0lGJLB4WUjAFDlHSUUpSMCW9ial9zY2FsZZRoAIwGc2NhbGFylJOUaAuMAmY0lImIh5RSlChLA2gbTk5OSv////9K/////0sA\
-    dJRiQwQAAIA/lIaUUpSMCG9ial9wYXRolIwVYXNzZXRzL2JhbGwvaW5mby5qc29ulIwKZ3Jhc3BfcXBvc5RoFiiWQAAAAAAAAADNzEw9CtcjPA\
-    AAAAAAAAA/AAAAPwAAAD8AAAA/CtejPAAAAACPwnW9zczMPQAAAAAAAAAAAACAPwAAAACPwnU8lGgmSwJLCIaUaB50lFKUjA1wcmVncmFzcF9x\
-    cG9zlGgWKJZAAAAAAAAAAJDCdT0K16M8CtcjPFyPAj9cjwI/XI8CP1yPAj+PwvU8CtcjPMzMTL2uR+E9CtcjPArXIzyuR4E/CtcjPMzMzDyUaC\
-    ZLAksIhpRoHnSUUpSMBG5vdGWUTowCb2uUiIwBbpRLB4wBc5RdlChLAUdABAAAAAAAAGV1YXSUYi4=\
-",
-    "\
-    k05VTVBZAQB2AHsnZGVzY3InOiAnfE8nLCAnZm9ydHJhbl9vcmRlcic6IEZhbHNlLCAnc2hhcGUnOiAoKSwgfSAgICAgICAgICAgICAgICAgIC\
-    AgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgIAqAA2NudW1weS5fY29yZS5tdWx0aWFycmF5Cl9yZWNvbnN0cnVj\
-    dApxAGNudW1weQpuZGFycmF5CnEBSwCFcQJDAWJxA4dxBFJxBShLASljbnVtcHkKZHR5cGUKcQZYAgAAAE84cQeJiIdxCFJxCShLA1gBAAAAfH\
-    EKTk5OSv////9K/////0s/dHELYoldcQx9cQ0oWAgAAABvYmpfcG9zZXEOaABoAUsAhXEPaAOHcRBScREoSwFLB4VxEmgGWAIAAABmOHETiYiH\
-    cRRScRUoSwNYAQAAADxxFk5OTkr/////Sv////9LAHRxF2KJQziamZmZmZm5P5qZmZmZmck/MzMzMzMz0z/NO39mnqDmPwAAAAAAAAAAAAAAAA\
-    AAAADNO39mnqDmP3EYdHEZYlgJAAAAb2JqX3NjYWxlcRpjbnVtcHkuX2NvcmUubXVsdGlhcnJheQpzY2FsYXIKcRtoBlgCAAAAZjRxHImIh3Ed\
-    UnEeKEsDaBZOTk5K/////0r/////SwB0cR9iQwQAAIA/cSCGcSFScSJYCAAAAG9ial9wYXRocSNYFQAAAGFzc2V0cy9iYWxsL2luZm8uanNvbn\
-    EkWAoAAABncmFzcF9xcG9zcSVoAGgBSwCFcSZoA4dxJ1JxKChLAUsCSwiGcSloHolDQM3MTD0K1yM8AAAAAAAAAD8AAAA/AAAAPwAAAD8K16M8\
-    AAAAAI/Cdb3NzMw9AAAAAAAAAAAAAIA/AAAAAI/CdTxxKnRxK2JYDQAAAHByZWdyYXNwX3Fwb3NxLGgAaAFLAIVxLWgDh3EuUnEvKEsBSwJLCI\
-    ZxMGgeiUNAkMJ1PQrXozwK1yM8XI8CP1yPAj9cjwI/XI8CP4/C9TwK1yM8zMxMva5H4T0K1yM8CtcjPK5HgT8K1yM8zMzMPHExdHEyYlgEAAAA\
-    bm90ZXEzTlgCAAAAb2txNIhYAQAAAG5xNUsHWAEAAABzcTZdcTcoSwFHQAQAAAAAAABldWF0cThiLg==\
-",
-];
+mod pickled;
 
 /// Grasps of the parallel gripper on the ball.
 const TABLE: &str = "\
@@ -261,8 +219,8 @@ fn mappings_rename_and_convert() {
 #[test]
 fn dictionaries_of_dexgraspbench_are_read() {
     let desk = Desk::empty();
-    for (name, text) in ["a.npy", "b.npy", "c.npy"].iter().zip(BENCH) {
-        fs::write(desk.path(name), STANDARD.decode(text).unwrap()).unwrap();
+    for (name, bytes) in ["a.npy", "b.npy", "c.npy"].iter().zip(bench()) {
+        fs::write(desk.path(name), bytes).unwrap();
         let read = read(&desk.path(name), &["jaw".to_owned()], &Mapping::default()).unwrap();
         assert_eq!((read.format, read.grasps.len()), ("DexGraspBench", 2));
         assert_says(&read.notes[0], &["hand's order, jaw"]);
@@ -338,8 +296,8 @@ fn mistakes_are_one_sentence() {
         "system.npy",
         &npy(b"\x80\x03cos\nsystem\nX\x0b\x00\x00\x00touch owned\x85R."),
     );
-    write("cut.npy", &STANDARD.decode(BENCH[0]).unwrap()[..400]);
-    write("whole.npy", &STANDARD.decode(BENCH[0]).unwrap());
+    write("cut.npy", &bench()[0][..400]);
+    write("whole.npy", &bench()[0]);
     write("words.npy", b"words");
     write("other.npy", &npy(b"\x80\x03}X\x01\x00\x00\x00aK\x01s."));
     write("nan.csv", TABLE.replace("0.011", "NaN").as_bytes());

@@ -13,11 +13,16 @@ impl HandFiles {
     /// # Errors
     /// As [`Hand::from_files`].
     pub fn derived_side_file(&self) -> Result<String, HandError> {
+        self.side_file_of(&Hand::from_files(self)?)
+    }
+
+    /// The same where the hand of these files is at hand already.
+    pub(crate) fn side_file_of(&self, hand: &Hand) -> Result<String, HandError> {
         let mut side = self.side()?;
         // Everything in a side file is about the hand before it is mirrored.
         let mirrored = side.mirror;
-        let hand = Hand::from_files(self)?;
-        let hand = if mirrored { hand.mirrored() } else { hand };
+        let unmirrored = mirrored.then(|| hand.mirrored());
+        let hand = unmirrored.as_ref().unwrap_or(hand);
         if !mirrored {
             side.name.get_or_insert_with(|| hand.name.clone());
         }
