@@ -283,15 +283,6 @@ fn qpos_and_scenes_are_written() {
 fn mistakes_are_one_sentence() {
     let desk = with_table();
     let write = |name: &str, bytes: &[u8]| fs::write(desk.path(name), bytes).unwrap();
-    let npy = |body: &[u8]| {
-        let mut header = b"{'descr': '|O', 'fortran_order': False, 'shape': (), }".to_vec();
-        header.resize(117, b' ');
-        header.push(b'\n');
-        let mut bytes = b"\x93NUMPY\x01\x00\x76\x00".to_vec();
-        bytes.extend(header);
-        bytes.extend(body);
-        bytes
-    };
     write(
         "system.npy",
         &npy(b"\x80\x03cos\nsystem\nX\x0b\x00\x00\x00touch owned\x85R."),
@@ -309,7 +300,7 @@ fn mistakes_are_one_sentence() {
         TABLE
             .replace("0.025", "25")
             .replace("0.0301234567890123", "30")
-            .replace("0.0401", "0.7")
+            .replace("0.0401", "40")
             .as_bytes(),
     );
     write("other.csv", TABLE.replace("jaw", "thumb").as_bytes());
@@ -492,4 +483,45 @@ fn published_grasps_touch_their_object() {
             "counts joints from 0",
         ],
     );
+}
+
+/// A file of one object, pickled.
+fn npy(body: &[u8]) -> Vec<u8> {
+    let mut header = b"{'descr': '|O', 'fortran_order': False, 'shape': (), }".to_vec();
+    header.resize(117, b' ');
+    header.push(b'\n');
+    let mut bytes = b"\x93NUMPY\x01\x00\x76\x00".to_vec();
+    bytes.extend(header);
+    bytes.extend(body);
+    bytes
+}
+
+/// Values that refer to the same long list, text or bytes, each of which would be made anew.
+#[test]
+fn a_pickle_cannot_make_much_of_little() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("p.npy");
+    let said = |pickle: &[u8]| {
+        fs::write(&path, npy(pickle)).unwrap();
+        let read = read(&path, &["jaw".to_owned()], &Mapping::default());
+        read.unwrap_err().to_string()
+    };
+    let list = [&b"("[..], &b"K\x01".repeat(3000), b"lq\x00"].concat();
+    let bytes = [&b"B\xb8\x0b\x00\x00"[..], &[7; 3000], b"q\x00"].concat();
+    let kind = b"cnumpy\ndtype\nX\x02\x00\x00\x00u1\x85Rq\x01";
+    let array = b"cnumpy.core.numeric\n_frombuffer\n(h\x00h\x01M\xb8\x0b\x85tR0";
+    let filled = b"cnumpy\nndarray\n)R(K\x01M\xb8\x0b\x85h\x01\x89h\x00tb0";
+    for (shared, again) in [
+        (list, &b"cnumpy\nndarray\nh\x00R0"[..]),
+        ([&bytes[..], kind].concat(), &array[..]),
+        ([&bytes[..], kind].concat(), &filled[..]),
+    ] {
+        let pickle = |times: usize| [&shared[..], &again.repeat(times), b"."].concat();
+        let once = said(&pickle(1));
+        assert!(once.contains("neither `qpos`"), "{once}");
+        let often = said(&pickle(300));
+        assert!(often.contains("far more of its values"), "{often}");
+    }
+    let entries = said(&[&b"}("[..], &b"K\x01N".repeat(2000), b"u."].concat());
+    assert!(entries.contains("1024 entries"), "{entries}");
 }

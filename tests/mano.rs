@@ -423,7 +423,7 @@ fn the_prior_is_that_of_components() {
     );
 }
 
-/// At the same coordinates the mirrored hand is the mirror image, whatever the coordinates are; mirroring twice changes nothing.
+/// At the same coordinates the mirrored hand is the mirror image, whatever these are; mirroring twice changes nothing.
 #[test]
 fn the_mirrored_hand_is_the_mirror_image() {
     for entries in ["", r#", "mano": {"components": 9, "betas": [1.5]}"#] {

@@ -391,7 +391,7 @@ fn large_descriptions_take_no_time_or_are_refused() {
         .map(|i| format!("<body name=\"b{i}\"/>"))
         .collect();
     for (inside, parts) in [
-        (geoms, ["601 pieces of geometry", "side file"]),
+        (geoms, ["602 pieces of geometry", "side file"]),
         (bodies, ["1102 links", "at most 1000"]),
     ] {
         let error = Hand::from_urdf(&around(&inside, ""), None)

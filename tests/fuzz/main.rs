@@ -24,7 +24,7 @@ use landscape::grasp::hand::{Hand, HandFiles};
 use landscape::grasp::object::neural::{Specs, Tensors};
 use landscape::grasp::object::{Assembly, Description, Mesh};
 use landscape::sample::{Rng, Task, stream};
-use landscape::store::exchange::{self, Mapping, QposRow, dexgraspnet_npy, qpos_npy};
+use landscape::store::exchange::{self, JointColumns, Mapping, QposRow, dexgraspnet_npy, qpos_npy};
 use landscape::store::{Grasp, GraspFile, Overrides};
 use landscape::topography::exchange::Database;
 use rand::RngExt;
@@ -65,8 +65,9 @@ fn readers() -> Vec<(&'static str, Vec<Vec<u8>>, Read)> {
         ("hand_msh", vec![msh()], |bytes, folder| {
             hand_mesh("msh", bytes, folder)
         }),
-        ("object_obj", vec![text(OBJ)], |mut bytes, folder| {
-            let _ = Mesh::from_obj("a", &mut bytes);
+        ("object_obj", vec![text(OBJ)], |bytes, folder| {
+            let mut text = bytes;
+            let _ = Mesh::from_obj("a", &mut text);
             object("obj", bytes, folder)
         }),
         (
@@ -129,7 +130,14 @@ fn readers() -> Vec<(&'static str, Vec<Vec<u8>>, Read)> {
             published("json", bytes, folder)
         }),
         ("table_parquet", vec![parquet()], |bytes, folder| {
-            published("parquet", bytes, folder)
+            let path = folder.join("t.parquet");
+            fs::write(&path, bytes).unwrap();
+            let joints: Vec<String> = (0..22).map(|joint| format!("j{joint}")).collect();
+            let mapping = Mapping {
+                joints: Some(JointColumns::List("joints_rad".to_owned())),
+                ..Mapping::default()
+            };
+            told(exchange::read(&path, &joints, &mapping))
         }),
         ("mapping", vec![text(MAPPING)], mapping),
         ("exchange", vec![text(EXCHANGE)], minima),
@@ -185,16 +193,13 @@ element face 4\nproperty list uchar int vertex_indices\nend_header\n0 0 0 1\n0.1
 
 /// One mesh, placed twice, that names a file of its folder.
 const GLTF: &str = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"children":[1,2],"scale":[0.5,0.5,0.5]},
-{"mesh":0,"translation":[5,0,0],"rotation":[0,0,0.7071,0.7071]},{"mesh":0,"matrix":[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1]}],
+{"mesh":0,"translation":[1,0,0],"rotation":[0,0,0.7071,0.7071]},{"mesh":0,"matrix":[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1]}],
 "meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1,"mode":4}]}],
 "accessors":[{"bufferView":0,"componentType":5126,"count":4,"type":"VEC3"},{"bufferView":1,"componentType":5125,"count":12,"type":"SCALAR"}],
 "bufferViews":[{"buffer":0,"byteLength":48},{"buffer":0,"byteOffset":48,"byteLength":48,"byteStride":4}],"buffers":[{"byteLength":96,"uri":"m.bin"}]}"#;
 
-const SHAPES: &str = "name = \"dumbbell\"\nmass_kg = 0.4\nsymmetry = { axis = { point = [0, 0, 0], direction = [0, 0, 1] } }\n\
-[[parts]]\ncylinder = { centre = [0, 0, 0], axis = [0, 0, 1], radius_m = 0.012, half_height_m = 0.06 }\n\
-[[parts]]\nsphere = { centre = [0, 0, 0.06], radius_m = 0.025 }\n\
-[[parts]]\ncuboid = { centre = [0, 0, -0.06], half_extents = [0.02, 0.02, 0.015], edge_radius_m = 0.003 }\n\
-[[parts]]\ncapsule = { a = [0, 0, 0], b = [0, 0.03, 0], radius_m = 0.01 }\n";
+const SHAPES: &str = "name = \"rod\"\nmass_kg = 0.4\nsymmetry = { axis = { point = [0, 0, 0], direction = [0, 0, 1] } }\n\
+[[parts]]\ncylinder = { centre = [0, 0, 0], axis = [0, 0, 1], radius_m = 0.012, half_height_m = 0.06 }\n";
 
 const TABLE: &str = "id,scale,translation_m_x,translation_m_y,translation_m_z,rotation_w,rotation_x,rotation_y,rotation_z,label,jaw,contacts\n\
 7,1,0.1,0.02,0.0333333333333333,0.5,0.5,-0.5,0.5,\"pinch, wide\",0.025,1 2 3\n9,1,-0.08,0.011,0.05,0.6,0.0,0.8,0.0,,0.03,[4;5;6]\n";
@@ -252,8 +257,8 @@ fn gltf() -> (Vec<u8>, Vec<u8>) {
     };
     word(2, &[]);
     word(28 + text.len() + data.len(), &[]);
-    word(text.len(), &[b"JSON", &text[..]].concat());
-    word(data.len(), &[b"BIN\0", &data[..]].concat());
+    word(text.len(), &[&b"JSON"[..], &text].concat());
+    word(data.len(), &[&b"BIN\0"[..], &data].concat());
     (within, binary)
 }
 

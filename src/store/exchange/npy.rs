@@ -277,29 +277,6 @@ mod tests {
         }
     }
 
-    /// Values that refer to the same long list, text or bytes, each of which would be made anew.
-    #[test]
-    fn a_pickle_cannot_make_much_of_little() {
-        let list = [&b"("[..], &b"K\x01".repeat(3000), b"lq\x00"].concat();
-        let bytes = [&b"B\xb8\x0b\x00\x00"[..], &[7; 3000], b"q\x00"].concat();
-        let kind = b"cnumpy\ndtype\nX\x02\x00\x00\x00u1\x85Rq\x01";
-        let array = b"cnumpy.core.numeric\n_frombuffer\n(h\x00h\x01M\xb8\x0b\x85tR0";
-        let filled = b"cnumpy\nndarray\n)R(K\x01M\xb8\x0b\x85h\x01\x89h\x00tb0";
-        for (shared, again) in [
-            (list, &b"cnumpy\nndarray\nh\x00R0"[..]),
-            ([&bytes[..], kind].concat(), array),
-            ([&bytes[..], kind].concat(), filled),
-        ] {
-            let pickle = |times: usize| [&shared[..], &again.repeat(times), b"."].concat();
-            assert!(read(&with_header("|O", "()", &pickle(1))).is_ok());
-            let said = read(&with_header("|O", "()", &pickle(300))).unwrap_err();
-            assert!(said.contains("far more of its values"), "{said}");
-        }
-        let entries = [&b"}("[..], &b"K\x01N".repeat(2000), b"u."].concat();
-        let said = read(&with_header("|O", "()", &entries)).unwrap_err();
-        assert!(said.contains("1024 entries"), "{said}");
-    }
-
     #[test]
     fn a_pickle_that_calls_anything_is_refused() {
         let of = |pickle: &[u8]| read(&with_header("|O", "()", pickle)).unwrap_err();
