@@ -6,57 +6,15 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
 use desk::{Desk, assert_says};
 use landscape::grasp::hand::{Hand, PosedHand};
 use landscape::grasp::object::{ExactMesh, Mesh};
 use landscape::store::exchange::{Columns, JointColumns, Mapping, read};
 use landscape::store::{Grasp, GraspFile, Overrides};
+use pickled::bench;
 
 mod desk;
-
-/// `numpy.save` of the dictionary of DexGraspBench for a hand with one joint, two grasps; as numpy 2 writes it, and with
-/// protocols 5 and 3.
-const BENCH: [&str; 3] = [
-    "\
-    k05VTVBZAQB2AHsnZGVzY3InOiAnfE8nLCAnZm9ydHJhbl9vcmRlcic6IEZhbHNlLCAnc2hhcGUnOiAoKSwgfSAgICAgICAgICAgICAgICAgIC\
-    AgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgIAqABJV+AgAAAAAAAIwWbnVtcHkuX2NvcmUubXVsdGlhcnJheZSM\
-    DF9yZWNvbnN0cnVjdJSTlIwFbnVtcHmUjAduZGFycmF5lJOUSwCFlEMBYpSHlFKUKEsBKWgDjAVkdHlwZZSTlIwCTziUiYiHlFKUKEsDjAF8lE\
-    5OTkr/////Sv////9LP3SUYoldlH2UKIwIb2JqX3Bvc2WUaAJoBUsAhZRoB4eUUpQoSwFLB4WUaAuMAmY4lImIh5RSlChLA4wBPJROTk5K////\
-    /0r/////SwB0lGKJQziamZmZmZm5P5qZmZmZmck/MzMzMzMz0z/NO39mnqDmPwAAAAAAAAAAAAAAAAAAAADNO39mnqDmP5R0lGKMCW9ial9zY2\
-    FsZZRoAIwGc2NhbGFylJOUaAuMAmY0lImIh5RSlChLA2gbTk5OSv////9K/////0sAdJRiQwQAAIA/lIaUUpSMCG9ial9wYXRolIwVYXNzZXRz\
-    L2JhbGwvaW5mby5qc29ulIwKZ3Jhc3BfcXBvc5RoAmgFSwCFlGgHh5RSlChLAUsCSwiGlGgkiUNAzcxMPQrXIzwAAAAAAAAAPwAAAD8AAAA/AA\
-    AAPwrXozwAAAAAj8J1vc3MzD0AAAAAAAAAAAAAgD8AAAAAj8J1PJR0lGKMDXByZWdyYXNwX3Fwb3OUaAJoBUsAhZRoB4eUUpQoSwFLAksIhpRo\
-    JIlDQJDCdT0K16M8CtcjPFyPAj9cjwI/XI8CP1yPAj+PwvU8CtcjPMzMTL2uR+E9CtcjPArXIzyuR4E/CtcjPMzMzDyUdJRijARub3RllE6MAm\
-    9rlIiMAW6USweMAXOUXZQoSwFHQAQAAAAAAABldWF0lGIu\
-",
-    "\
-    k05VTVBZAQB2AHsnZGVzY3InOiAnfE8nLCAnZm9ydHJhbl9vcmRlcic6IEZhbHNlLCAnc2hhcGUnOiAoKSwgfSAgICAgICAgICAgICAgICAgIC\
-    AgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgIAqABZWVAgAAAAAAAIwWbnVtcHkuX2NvcmUubXVsdGlhcnJheZSM\
-    DF9yZWNvbnN0cnVjdJSTlIwFbnVtcHmUjAduZGFycmF5lJOUSwCFlEMBYpSHlFKUKEsBKWgDjAVkdHlwZZSTlIwCTziUiYiHlFKUKEsDjAF8lE\
-    5OTkr/////Sv////9LP3SUYoldlH2UKIwIb2JqX3Bvc2WUjBNudW1weS5fY29yZS5udW1lcmljlIwLX2Zyb21idWZmZXKUk5QoljgAAAAAAAAA\
-    mpmZmZmZuT+amZmZmZnJPzMzMzMzM9M/zTt/Zp6g5j8AAAAAAAAAAAAAAAAAAAAAzTt/Zp6g5j+UaAuMAmY4lImIh5RSlChLA4wBPJROTk5K//\
-    ///0r/////SwB0lGJLB4WUjAFDlHSUUpSMCW9ial9zY2FsZZRoAIwGc2NhbGFylJOUaAuMAmY0lImIh5RSlChLA2gbTk5OSv////9K/////0sA\
-    dJRiQwQAAIA/lIaUUpSMCG9ial9wYXRolIwVYXNzZXRzL2JhbGwvaW5mby5qc29ulIwKZ3Jhc3BfcXBvc5RoFiiWQAAAAAAAAADNzEw9CtcjPA\
-    AAAAAAAAA/AAAAPwAAAD8AAAA/CtejPAAAAACPwnW9zczMPQAAAAAAAAAAAACAPwAAAACPwnU8lGgmSwJLCIaUaB50lFKUjA1wcmVncmFzcF9x\
-    cG9zlGgWKJZAAAAAAAAAAJDCdT0K16M8CtcjPFyPAj9cjwI/XI8CP1yPAj+PwvU8CtcjPMzMTL2uR+E9CtcjPArXIzyuR4E/CtcjPMzMzDyUaC\
-    ZLAksIhpRoHnSUUpSMBG5vdGWUTowCb2uUiIwBbpRLB4wBc5RdlChLAUdABAAAAAAAAGV1YXSUYi4=\
-",
-    "\
-    k05VTVBZAQB2AHsnZGVzY3InOiAnfE8nLCAnZm9ydHJhbl9vcmRlcic6IEZhbHNlLCAnc2hhcGUnOiAoKSwgfSAgICAgICAgICAgICAgICAgIC\
-    AgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgICAgIAqAA2NudW1weS5fY29yZS5tdWx0aWFycmF5Cl9yZWNvbnN0cnVj\
-    dApxAGNudW1weQpuZGFycmF5CnEBSwCFcQJDAWJxA4dxBFJxBShLASljbnVtcHkKZHR5cGUKcQZYAgAAAE84cQeJiIdxCFJxCShLA1gBAAAAfH\
-    EKTk5OSv////9K/////0s/dHELYoldcQx9cQ0oWAgAAABvYmpfcG9zZXEOaABoAUsAhXEPaAOHcRBScREoSwFLB4VxEmgGWAIAAABmOHETiYiH\
-    cRRScRUoSwNYAQAAADxxFk5OTkr/////Sv////9LAHRxF2KJQziamZmZmZm5P5qZmZmZmck/MzMzMzMz0z/NO39mnqDmPwAAAAAAAAAAAAAAAA\
-    AAAADNO39mnqDmP3EYdHEZYlgJAAAAb2JqX3NjYWxlcRpjbnVtcHkuX2NvcmUubXVsdGlhcnJheQpzY2FsYXIKcRtoBlgCAAAAZjRxHImIh3Ed\
-    UnEeKEsDaBZOTk5K/////0r/////SwB0cR9iQwQAAIA/cSCGcSFScSJYCAAAAG9ial9wYXRocSNYFQAAAGFzc2V0cy9iYWxsL2luZm8uanNvbn\
-    EkWAoAAABncmFzcF9xcG9zcSVoAGgBSwCFcSZoA4dxJ1JxKChLAUsCSwiGcSloHolDQM3MTD0K1yM8AAAAAAAAAD8AAAA/AAAAPwAAAD8K16M8\
-    AAAAAI/Cdb3NzMw9AAAAAAAAAAAAAIA/AAAAAI/CdTxxKnRxK2JYDQAAAHByZWdyYXNwX3Fwb3NxLGgAaAFLAIVxLWgDh3EuUnEvKEsBSwJLCI\
-    ZxMGgeiUNAkMJ1PQrXozwK1yM8XI8CP1yPAj9cjwI/XI8CP4/C9TwK1yM8zMxMva5H4T0K1yM8CtcjPK5HgT8K1yM8zMzMPHExdHEyYlgEAAAA\
-    bm90ZXEzTlgCAAAAb2txNIhYAQAAAG5xNUsHWAEAAABzcTZdcTcoSwFHQAQAAAAAAABldWF0cThiLg==\
-",
-];
+mod pickled;
 
 /// Grasps of the parallel gripper on the ball.
 const TABLE: &str = "\
@@ -139,7 +97,7 @@ fn tables_become_grasps_with_contacts_and_energies() {
     assert_says(
         &said,
         &[
-            "1 of 3 grasps have joints beyond their limits, jaw",
+            "1 of 3 grasps have joints beyond their limits; farthest is `jaw` in row 2",
             "kept",
             "3 of 3 grasps",
         ],
@@ -261,8 +219,8 @@ fn mappings_rename_and_convert() {
 #[test]
 fn dictionaries_of_dexgraspbench_are_read() {
     let desk = Desk::empty();
-    for (name, text) in ["a.npy", "b.npy", "c.npy"].iter().zip(BENCH) {
-        fs::write(desk.path(name), STANDARD.decode(text).unwrap()).unwrap();
+    for (name, bytes) in ["a.npy", "b.npy", "c.npy"].iter().zip(bench()) {
+        fs::write(desk.path(name), bytes).unwrap();
         let read = read(&desk.path(name), &["jaw".to_owned()], &Mapping::default()).unwrap();
         assert_eq!((read.format, read.grasps.len()), ("DexGraspBench", 2));
         assert_says(&read.notes[0], &["hand's order, jaw"]);
@@ -325,21 +283,12 @@ fn qpos_and_scenes_are_written() {
 fn mistakes_are_one_sentence() {
     let desk = with_table();
     let write = |name: &str, bytes: &[u8]| fs::write(desk.path(name), bytes).unwrap();
-    let npy = |body: &[u8]| {
-        let mut header = b"{'descr': '|O', 'fortran_order': False, 'shape': (), }".to_vec();
-        header.resize(117, b' ');
-        header.push(b'\n');
-        let mut bytes = b"\x93NUMPY\x01\x00\x76\x00".to_vec();
-        bytes.extend(header);
-        bytes.extend(body);
-        bytes
-    };
     write(
         "system.npy",
         &npy(b"\x80\x03cos\nsystem\nX\x0b\x00\x00\x00touch owned\x85R."),
     );
-    write("cut.npy", &STANDARD.decode(BENCH[0]).unwrap()[..400]);
-    write("whole.npy", &STANDARD.decode(BENCH[0]).unwrap());
+    write("cut.npy", &bench()[0][..400]);
+    write("whole.npy", &bench()[0]);
     write("words.npy", b"words");
     write("other.npy", &npy(b"\x80\x03}X\x01\x00\x00\x00aK\x01s."));
     write("nan.csv", TABLE.replace("0.011", "NaN").as_bytes());
@@ -349,9 +298,9 @@ fn mistakes_are_one_sentence() {
     write(
         "far.csv",
         TABLE
-            .replace("0.025", "0.9")
-            .replace("0.0301234567890123", "0.8")
-            .replace("0.0401", "0.7")
+            .replace("0.025", "25")
+            .replace("0.0301234567890123", "30")
+            .replace("0.0401", "40")
             .as_bytes(),
     );
     write("other.csv", TABLE.replace("jaw", "thumb").as_bytes());
@@ -534,4 +483,45 @@ fn published_grasps_touch_their_object() {
             "counts joints from 0",
         ],
     );
+}
+
+/// A file of one object, pickled.
+fn npy(body: &[u8]) -> Vec<u8> {
+    let mut header = b"{'descr': '|O', 'fortran_order': False, 'shape': (), }".to_vec();
+    header.resize(117, b' ');
+    header.push(b'\n');
+    let mut bytes = b"\x93NUMPY\x01\x00\x76\x00".to_vec();
+    bytes.extend(header);
+    bytes.extend(body);
+    bytes
+}
+
+/// Values that refer to the same long list, text or bytes, each of which would be made anew.
+#[test]
+fn a_pickle_cannot_make_much_of_little() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("p.npy");
+    let said = |pickle: &[u8]| {
+        fs::write(&path, npy(pickle)).unwrap();
+        let read = read(&path, &["jaw".to_owned()], &Mapping::default());
+        read.unwrap_err().to_string()
+    };
+    let list = [&b"("[..], &b"K\x01".repeat(3000), b"lq\x00"].concat();
+    let bytes = [&b"B\xb8\x0b\x00\x00"[..], &[7; 3000], b"q\x00"].concat();
+    let kind = b"cnumpy\ndtype\nX\x02\x00\x00\x00u1\x85Rq\x01";
+    let array = b"cnumpy.core.numeric\n_frombuffer\n(h\x00h\x01M\xb8\x0b\x85tR0";
+    let filled = b"cnumpy\nndarray\n)R(K\x01M\xb8\x0b\x85h\x01\x89h\x00tb0";
+    for (shared, again) in [
+        (list, &b"cnumpy\nndarray\nh\x00R0"[..]),
+        ([&bytes[..], kind].concat(), &array[..]),
+        ([&bytes[..], kind].concat(), &filled[..]),
+    ] {
+        let pickle = |times: usize| [&shared[..], &again.repeat(times), b"."].concat();
+        let once = said(&pickle(1));
+        assert!(once.contains("neither `qpos`"), "{once}");
+        let often = said(&pickle(300));
+        assert!(often.contains("far more of its values"), "{often}");
+    }
+    let entries = said(&[&b"}("[..], &b"K\x01N".repeat(2000), b"u."].concat());
+    assert!(entries.contains("1024 entries"), "{entries}");
 }

@@ -5,8 +5,11 @@
 use std::fmt::Write;
 use std::fs;
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use desk::{Desk, assert_says};
-use landscape::grasp::object::Object;
+use landscape::grasp::object::{Mesh, Object};
+use serde_json::json;
 
 mod desk;
 
@@ -147,4 +150,70 @@ fn scales_units_and_repairs_are_told() {
         &desk.mistake("synth --object mm.ply --scale 0"),
         &["--scale 0", "positive"],
     );
+}
+
+/// A tetrahedron 10 cm high, of which everything but `changed` is as it should be.
+fn tetrahedron(changed: &[(&str, serde_json::Value)]) -> String {
+    let corners = [
+        0.0f32, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.1,
+    ];
+    let faces = [0u32, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3];
+    let corners = corners.iter().flat_map(|x| x.to_le_bytes());
+    let data: Vec<u8> = corners
+        .chain(faces.iter().flat_map(|i| i.to_le_bytes()))
+        .collect();
+    let mut document = json!({
+        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"},
+            {"bufferView": 1, "componentType": 5125, "count": 12, "type": "SCALAR"}],
+        "bufferViews": [{"buffer": 0, "byteLength": 48}, {"buffer": 0, "byteOffset": 48, "byteLength": 48}],
+        "buffers": [{"byteLength": 96, "uri": format!("data:;base64,{}", STANDARD.encode(data))}]
+    });
+    for (entry, value) in changed {
+        document[entry] = value.clone();
+    }
+    document.to_string()
+}
+
+/// Parts of a glTF file may be named by many others, and a link may lead anywhere.
+#[test]
+fn gltf_costs_no_more_than_it_holds() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("t.gltf");
+    let load = |changed: &[(&str, serde_json::Value)]| {
+        fs::write(&path, tetrahedron(changed)).unwrap();
+        Mesh::load(&path).map(|mesh| mesh.triangles().len())
+    };
+    assert_eq!(load(&[]).unwrap(), 4);
+    let primitives = vec![json!({"attributes": {"POSITION": 0}, "indices": 1}); 1000];
+    let said = load(&[
+        ("scenes", json!([{"nodes": [1]}])),
+        ("nodes", json!([{"mesh": 0}, {"children": vec![0; 60_000]}])),
+        ("meshes", json!([{ "primitives": primitives }])),
+    ]);
+    let said = said.unwrap_err().to_string();
+    assert!(said.contains("named too often"), "{said}");
+    #[cfg(unix)]
+    {
+        let secret = tempfile::NamedTempFile::new().unwrap();
+        fs::write(secret.path(), [0; 96]).unwrap();
+        std::os::unix::fs::symlink(secret.path(), folder.path().join("link.bin")).unwrap();
+        let said = load(&[("buffers", json!([{"byteLength": 96, "uri": "link.bin"}]))]);
+        let said = said.unwrap_err().to_string();
+        assert!(said.contains("out of its folder"), "{said}");
+    }
+}
+
+#[test]
+fn shapes_need_a_part_and_a_mesh_inside_out_is_told() {
+    let desk = Desk::empty();
+    fs::write(desk.path("none.toml"), "name = \"none\"\n").unwrap();
+    let said = String::from_utf8(desk.run("objects inspect none.toml").stderr).unwrap();
+    assert!(said.contains("[[parts]]"), "{said}");
+    let obj = "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 2 3\nf 1 4 2\nf 1 3 4\nf 2 4 3\n";
+    fs::write(desk.path("out.obj"), obj).unwrap();
+    let said = told(&desk, "objects inspect out.obj");
+    assert!(said.contains("1 piece was inside out and turned"), "{said}");
 }

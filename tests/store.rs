@@ -363,7 +363,10 @@ fn a_joint_slightly_beyond_its_limit_is_kept_with_a_warning() {
     let texts: Vec<_> = warnings.iter().map(ToString::to_string).collect();
     assert_eq!(
         texts,
-        ["row 1: joint `left` lies 0.0500 rad beyond its limit; kept"]
+        [
+            "1 of 3 grasps have joints beyond their limits; farthest is `left` in row 1, by 0.0500 rad; they are kept as \
+             they are"
+        ]
     );
 }
 
@@ -456,8 +459,9 @@ fn rows_that_cannot_be_used_are_refused() {
             "the quaternion `rotation_wxyz` has length 1.25, expected 1",
         ),
         (
-            |grasp| grasp.joints_rad[0] = -0.5,
-            "joint `left` at -0.5 rad lies more than 0.1 rad beyond its limits -0.3 to 0.3333333333333333",
+            |grasp| grasp.joints_rad[0] = -1.5,
+            "joint `left` at -1.5 rad lies more than 1 rad beyond its limits -0.3 to 0.3333333333333333: are these degrees, \
+             or angles of other joints?",
         ),
         (
             |grasp| grasp.joints_rad.push(0.0),
@@ -534,8 +538,9 @@ fn the_reader_names_row_and_column() {
             "column `joints_rad` holds NaN, which is not a finite number",
         ),
         (
-            set("joints_rad", lists([&[0.0, 0.0], &[0.6, 0.0]])),
-            "joint `left` at 0.6 rad lies more than 0.1 rad beyond its limits -0.3 to 0.3333333333333333",
+            set("joints_rad", lists([&[0.0, 0.0], &[1.6, 0.0]])),
+            "joint `left` at 1.6 rad lies more than 1 rad beyond its limits -0.3 to 0.3333333333333333: are these degrees, \
+             or angles of other joints?",
         ),
         (
             set("contacts", whole([vec![Some(1)], vec![Some(2), Some(-1)]])),

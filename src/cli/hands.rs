@@ -78,7 +78,7 @@ fn inspect(command: &HandsInspect, common: &Common) -> anyhow::Result<()> {
     );
     let hand = Hand::from_files(&files)?;
     print(&table(&hand));
-    write_atomic(&side_file, files.derived_side_file()?.as_bytes())?;
+    write_atomic(&side_file, files.side_file_of(&hand)?.as_bytes())?;
     let sheet = sheet(&hand);
     let (images, captions): (Vec<Image>, Vec<String>) = sheet.into_iter().unzip();
     contact_sheet(&images, &captions, 3, &picture)

@@ -20,8 +20,6 @@ use crate::store::{
 
 /// Scales this much apart, relatively, are one.
 const SAME_SCALE: f64 = 1e-3;
-/// Excess over a joint limit that rounding explains, radians.
-const ROUNDING_RAD: f64 = 1e-6;
 
 /// Whether a path holds grasps rather than a landscape.
 pub(super) fn holds_grasps(path: &Path) -> bool {
@@ -85,7 +83,7 @@ pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
     };
     let left_out = leave_out(&mut file, rows, &mut notes)?;
     let judgements = complete(&mut file, &hand, &left_out.rows, common)?;
-    notes.extend(beyond_limits(&file));
+    notes.extend(file.beyond_limits().map(|warning| warning.to_string()));
     file.write(&output)?;
     if !common.quiet {
         input::warn(&notes.into_iter().collect::<Vec<_>>());
@@ -420,37 +418,6 @@ fn fill(grasp: &mut Grasp, energy: &GraspEnergy) -> Judgement {
     grasp.friction = judgement.least_friction;
     grasp.epsilon = Some(judgement.epsilon);
     judgement
-}
-
-/// One sentence about joints slightly beyond their limits.
-fn beyond_limits(file: &GraspFile) -> Option<String> {
-    let hand = &file.metadata.hands[0];
-    let mut worst = (ROUNDING_RAD, "");
-    let mut count = 0;
-    for grasp in &file.grasps {
-        let mut beyond = false;
-        for ((name, [lower, upper]), q) in hand
-            .joint_names
-            .iter()
-            .zip(&hand.limits_rad)
-            .zip(&grasp.joints_rad)
-        {
-            let excess = (lower - q).max(q - upper);
-            beyond |= excess > ROUNDING_RAD;
-            if excess > worst.0 {
-                worst = (excess, name);
-            }
-        }
-        count += usize::from(beyond);
-    }
-    (count > 0).then(|| {
-        format!(
-            "{count} of {} grasps have joints beyond their limits, {} the farthest by {:.4} rad; they are kept as they are",
-            file.grasps.len(),
-            worst.1,
-            worst.0
-        )
-    })
 }
 
 fn summary(

@@ -41,6 +41,16 @@ fn lay_out(images: &[Image], captions: &[String], columns: usize) -> Canvas {
         size(rows.max(1), cell_height + caption_height),
     )
     .with_pixels_per_unit(1);
+    // One size for all captions, with air between those side by side; only one that is far too long is smaller still.
+    let width = 0.94 * f64::from(cell_width);
+    let largest = TextFace::new(f64::from(text), INK).anchored(Anchor::Middle);
+    let fitting = captions
+        .iter()
+        .fold(largest, |face, caption| face.fitted(caption, width));
+    let face = TextFace {
+        size: fitting.size.max(0.7 * largest.size),
+        ..largest
+    };
     for (index, image) in images.iter().enumerate() {
         let [x, y] = [
             gap + whole(index % columns) * (cell_width + gap),
@@ -54,12 +64,11 @@ fn lay_out(images: &[Image], captions: &[String], columns: usize) -> Canvas {
             image.clone(),
         );
         if let Some(caption) = captions.get(index) {
-            let face = TextFace::new(f64::from(text), INK).anchored(Anchor::Middle);
             let at = [
                 f64::from(x) + 0.5 * f64::from(cell_width),
                 f64::from(y + cell_height) + 0.5 * f64::from(caption_height),
             ];
-            canvas.text(at, caption, face.fitted(caption, f64::from(cell_width)));
+            canvas.text(at, caption, face.fitted(caption, width));
         }
     }
     canvas

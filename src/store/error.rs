@@ -229,9 +229,10 @@ pub enum Fault {
         /// Its length.
         norm: f64,
     },
-    /// A joint far beyond its limit.
+    /// A joint so far beyond its limit that its angle must be something else.
     #[error(
-        "joint `{joint}` at {angle_rad} rad lies more than 0.1 rad beyond its limits {lower_rad} to {upper_rad}"
+        "joint `{joint}` at {angle_rad} rad lies more than 1 rad beyond its limits {lower_rad} to {upper_rad}: are these \
+         degrees, or angles of other joints?"
     )]
     BeyondLimit {
         /// The joint.
@@ -301,12 +302,19 @@ pub enum Fault {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Warning {
-    /// A joint slightly beyond its limit; kept as it is.
-    #[error("row {row}: joint `{joint}` lies {excess_rad:.4} rad beyond its limit; kept")]
+    /// Joints beyond their limits; kept as they are. The joint-limit term of the energy brings them back.
+    #[error(
+        "{count} of {grasps} grasps have joints beyond their limits; farthest is `{joint}` in row {row}, by {excess_rad:.4} \
+         rad; they are kept as they are"
+    )]
     BeyondLimit {
-        /// Row number, counted from 0.
+        /// Grasps with such joints.
+        count: usize,
+        /// All grasps.
+        grasps: usize,
+        /// Row of the farthest, counted from 0.
         row: usize,
-        /// The joint.
+        /// Its joint.
         joint: String,
         /// How far beyond.
         excess_rad: f64,

@@ -148,7 +148,7 @@ pub struct Population<'a> {
 
 impl GraspFile {
     /// Reads and checks `path`: what this returns refers to hands and objects it describes, has unit quaternions with
-    /// w ≥ 0, finite numbers, unique ids, existing contacts, and joints at most 0.1 rad beyond their limits.
+    /// w ≥ 0, finite numbers, unique ids, existing contacts, and joints at most 1 rad beyond their limits.
     ///
     /// # Errors
     /// One sentence that names the file and, where it applies, row and column.

@@ -9,6 +9,8 @@
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 mod mutate;
+#[path = "../pickled/mod.rs"]
+mod pickled;
 
 use std::fs;
 use std::io::{Cursor, Write};
@@ -16,13 +18,17 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use landscape::grasp::hand::{Hand, HandFiles};
 use landscape::grasp::object::neural::{Specs, Tensors};
-use landscape::grasp::object::{Description, Mesh};
+use landscape::grasp::object::{Assembly, Description, Mesh};
 use landscape::sample::{Rng, Task, stream};
-use landscape::store::{GraspFile, Overrides};
+use landscape::store::exchange::{self, JointColumns, Mapping, QposRow, dexgraspnet_npy, qpos_npy};
+use landscape::store::{Grasp, GraspFile, Overrides};
 use landscape::topography::exchange::Database;
 use rand::RngExt;
+use zip::CompressionMethod;
 
 /// Mutations of each reader's files in a run of the tests.
 const INPUTS: u64 = 150;
@@ -59,10 +65,34 @@ fn readers() -> Vec<(&'static str, Vec<Vec<u8>>, Read)> {
         ("hand_msh", vec![msh()], |bytes, folder| {
             hand_mesh("msh", bytes, folder)
         }),
-        ("object_obj", vec![text(OBJ)], |mut bytes, _| {
-            told(Mesh::from_obj("a", &mut bytes))
+        ("object_obj", vec![text(OBJ)], |bytes, folder| {
+            let mut text = bytes;
+            let _ = Mesh::from_obj("a", &mut text);
+            object("obj", bytes, folder)
         }),
-        ("object_stl", vec![text(STL), binary_stl()], object_stl),
+        (
+            "object_stl",
+            vec![text(STL), binary_stl()],
+            |bytes, folder| object("stl", bytes, folder),
+        ),
+        (
+            "object_ply",
+            vec![text(PLY), binary_ply()],
+            |bytes, folder| object("ply", bytes, folder),
+        ),
+        (
+            "object_gltf",
+            vec![gltf().0, text(GLTF)],
+            |bytes, folder| object("gltf", bytes, folder),
+        ),
+        ("object_glb", vec![gltf().1], |bytes, folder| {
+            object("glb", bytes, folder)
+        }),
+        ("object_toml", vec![text(SHAPES)], |bytes, _| {
+            let shapes = toml::from_str::<Assembly>(&String::from_utf8_lossy(bytes));
+            let shapes = shapes.map_err(|error| error.to_string())?;
+            told(shapes.object("a"))
+        }),
         (
             "object_json",
             vec![bytes("data/objects/bottle_square.json"), text("{}")],
@@ -70,7 +100,10 @@ fn readers() -> Vec<(&'static str, Vec<Vec<u8>>, Read)> {
         ),
         (
             "safetensors",
-            vec![bytes("tests/reference/deepsdf/small_model.safetensors")],
+            vec![
+                bytes("tests/reference/deepsdf/small_model.safetensors"),
+                checkpoint(),
+            ],
             |bytes, _| told(Tensors::from_bytes("a", bytes)),
         ),
         (
@@ -78,9 +111,36 @@ fn readers() -> Vec<(&'static str, Vec<Vec<u8>>, Read)> {
             vec![bytes("tests/reference/deepsdf/small_specs.json")],
             |bytes, _| told(Specs::from_json("a", &String::from_utf8_lossy(bytes))),
         ),
-        ("npz", vec![npz()], mano),
+        (
+            "npz",
+            vec![
+                npz(CompressionMethod::Stored),
+                npz(CompressionMethod::Deflated),
+            ],
+            mano,
+        ),
         ("parquet", vec![parquet()], grasps),
-        ("exchange", vec![text(EXCHANGE)], exchange),
+        ("pickle", pickles(), |bytes, folder| {
+            published("npy", bytes, folder)
+        }),
+        ("table_csv", vec![text(TABLE)], |bytes, folder| {
+            published("csv", bytes, folder)
+        }),
+        ("table_json", vec![text(ROWS)], |bytes, folder| {
+            published("json", bytes, folder)
+        }),
+        ("table_parquet", vec![parquet()], |bytes, folder| {
+            let path = folder.join("t.parquet");
+            fs::write(&path, bytes).unwrap();
+            let joints: Vec<String> = (0..22).map(|joint| format!("j{joint}")).collect();
+            let mapping = Mapping {
+                joints: Some(JointColumns::List("joints_rad".to_owned())),
+                ..Mapping::default()
+            };
+            told(exchange::read(&path, &joints, &mapping))
+        }),
+        ("mapping", vec![text(MAPPING)], mapping),
+        ("exchange", vec![text(EXCHANGE)], minima),
     ]
 }
 
@@ -128,6 +188,30 @@ facet normal 0 0 -1\nouter loop\nvertex 0 0 0\nvertex 0.1 0 0\nvertex 0 0 0.1\ne
 facet normal 0 0 -1\nouter loop\nvertex 0 0 0\nvertex 0 0 0.1\nvertex 0 0.1 0\nendloop\nendfacet
 facet normal 1 1 1\nouter loop\nvertex 0.1 0 0\nvertex 0 0.1 0\nvertex 0 0 0.1\nendloop\nendfacet\nendsolid t\n";
 
+const PLY: &str = "ply\nformat ascii 1.0\ncomment a\nelement vertex 4\nproperty float x\nproperty float y\nproperty double z\nproperty uchar red\n\
+element face 4\nproperty list uchar int vertex_indices\nend_header\n0 0 0 1\n0.1 0 0 1\n0 0.1 0 1\n0 0 0.1 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
+
+/// One mesh, placed twice, that names a file of its folder.
+const GLTF: &str = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"children":[1,2],"scale":[0.5,0.5,0.5]},
+{"mesh":0,"translation":[1,0,0],"rotation":[0,0,0.7071,0.7071]},{"mesh":0,"matrix":[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1]}],
+"meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1,"mode":4}]}],
+"accessors":[{"bufferView":0,"componentType":5126,"count":4,"type":"VEC3"},{"bufferView":1,"componentType":5125,"count":12,"type":"SCALAR"}],
+"bufferViews":[{"buffer":0,"byteLength":48},{"buffer":0,"byteOffset":48,"byteLength":48,"byteStride":4}],"buffers":[{"byteLength":96,"uri":"m.bin"}]}"#;
+
+const SHAPES: &str = "name = \"rod\"\nmass_kg = 0.4\nsymmetry = { axis = { point = [0, 0, 0], direction = [0, 0, 1] } }\n\
+[[parts]]\ncylinder = { centre = [0, 0, 0], axis = [0, 0, 1], radius_m = 0.012, half_height_m = 0.06 }\n";
+
+const TABLE: &str = "id,scale,translation_m_x,translation_m_y,translation_m_z,rotation_w,rotation_x,rotation_y,rotation_z,label,jaw,contacts\n\
+7,1,0.1,0.02,0.0333333333333333,0.5,0.5,-0.5,0.5,\"pinch, wide\",0.025,1 2 3\n9,1,-0.08,0.011,0.05,0.6,0.0,0.8,0.0,,0.03,[4;5;6]\n";
+
+const ROWS: &str = r#"[{"id":1,"object":"ball","scale":1,"translation_m":[0.1,0.2,0.3],"rotation_wxyz":[1,0,0,0],"jaw":0.01,"contacts":[1,2],"label":null},
+{"id":2,"object":"ball","scale":1,"translation_m":[0.1,0.2,0.3],"rotation_wxyz":[0.5,0.5,0.5,0.5],"jaw":0.02,"contacts":[1,2],"label":"b"}]"#;
+
+/// For [`TABLE`].
+const MAPPING: &str = "translation = [\"translation_m_x\", \"translation_m_y\", \"translation_m_z\"]\ntranslation_unit = \"cm\"\n\
+rotation = [\"rotation_w\", \"rotation_x\", \"rotation_y\", \"rotation_z\"]\nrotation_form = \"xyzw\"\nrotation_unit = \"deg\"\nframe = \"hand_from_object\"\n\
+joints = { jaw = \"jaw\" }\njoint_unit = \"deg\"\nscale = \"scale\"\nid = \"id\"\nlabel = \"label\"\ncontacts = \"contacts\"\n";
+
 const EXCHANGE: &str = "-1.5 1.0 1 1.0 1.0 1.0\n-1.0 1.0 1 1.0 1.0 1.0\n0.5 1.0 1 1 2 1.0 1.0 1.0\n0.7 1.0 1 2 1 1.0 1.0 1.0\n";
 
 const CORNERS: [[f32; 3]; 4] = [[0.0; 3], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [0.0, 0.0, 0.1]];
@@ -145,6 +229,74 @@ fn binary_stl() -> Vec<u8> {
     bytes
 }
 
+fn binary_ply() -> Vec<u8> {
+    let mut bytes = b"ply\nformat binary_little_endian 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+        element face 4\nproperty list uchar uint vertex_indices\nend_header\n"
+        .to_vec();
+    bytes.extend(CORNERS.iter().flatten().flat_map(|x| x.to_le_bytes()));
+    for face in FACES {
+        bytes.push(3);
+        bytes.extend(face.iter().flat_map(|corner| corner.to_le_bytes()));
+    }
+    bytes
+}
+
+/// [`GLTF`] with its buffer within, as text and as binary file.
+fn gltf() -> (Vec<u8>, Vec<u8>) {
+    let corners = CORNERS.iter().flatten().flat_map(|x| x.to_le_bytes());
+    let faces = FACES.iter().flatten().flat_map(|index| index.to_le_bytes());
+    let data: Vec<u8> = corners.chain(faces).collect();
+    let uri = format!("data:x;base64,{}", STANDARD.encode(&data));
+    let within = GLTF.replace("m.bin", &uri).into_bytes();
+    let mut text = GLTF.replace(r#","uri":"m.bin""#, "").into_bytes();
+    text.resize(text.len().next_multiple_of(4), b' ');
+    let mut binary = b"glTF".to_vec();
+    let mut word = |number: usize, more: &[u8]| {
+        binary.extend(u32::try_from(number).unwrap().to_le_bytes());
+        binary.extend(more);
+    };
+    word(2, &[]);
+    word(28 + text.len() + data.len(), &[]);
+    word(text.len(), &[&b"JSON"[..], &text].concat());
+    word(data.len(), &[&b"BIN\0"[..], &data].concat());
+    (within, binary)
+}
+
+/// DexGraspBench's dictionaries as numpy writes them, those of DexGraspNet, and a table of numbers; all for one joint.
+fn pickles() -> Vec<Vec<u8>> {
+    let grasp = |id| Grasp {
+        id,
+        scale: 1.0,
+        rotation_wxyz: [0.5, 0.5, -0.5, 0.5],
+        joints_rad: vec![0.02],
+        ..Grasp::default()
+    };
+    let grasps = [grasp(0), grasp(1)];
+    let rows = [0, 1].map(|id| QposRow {
+        id,
+        qpos: vec![0.1, 0.2, 0.3, 0.5, 0.5, 0.5, 0.5, 0.01],
+    });
+    let mut files = pickled::bench().to_vec();
+    files.push(dexgraspnet_npy(&grasps.each_ref(), &joints()));
+    files.push(qpos_npy(&rows));
+    files
+}
+
+fn joints() -> [String; 1] {
+    ["jaw".to_owned()]
+}
+
+/// What torch writes: an archive with a pickle. It is not read; a file with the name of one that is may hold it.
+fn checkpoint() -> Vec<u8> {
+    let mut archive = zip::ZipWriter::new(Cursor::new(Vec::new()));
+    let options = zip::write::SimpleFileOptions::default();
+    archive.start_file("model/data.pkl", options).unwrap();
+    archive
+        .write_all(b"\x80\x02}q\x00X\x04\x00\x00\x00lin0ctorch._utils\n_rebuild_tensor_v2\n.")
+        .unwrap();
+    archive.finish().unwrap().into_inner()
+}
+
 fn msh() -> Vec<u8> {
     let counts = [4i32, 0, 0, 4].iter().flat_map(|count| count.to_le_bytes());
     let corners = CORNERS.iter().flatten().flat_map(|x| x.to_le_bytes());
@@ -153,17 +305,16 @@ fn msh() -> Vec<u8> {
 }
 
 /// An archive of arrays with the names of MANO's, too small to be one.
-fn npz() -> Vec<u8> {
+fn npz(method: CompressionMethod) -> Vec<u8> {
     let mut archive = zip::ZipWriter::new(Cursor::new(Vec::new()));
-    let stored =
-        zip::write::SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);
+    let options = zip::write::SimpleFileOptions::default().compression_method(method);
     for (name, shape, numbers) in [
         ("v_template", "(2, 3)", 6),
         ("f", "(1, 3)", 3),
         ("shapedirs", "(2, 3, 1)", 6),
     ] {
         let header = format!("{{'descr': '<f8', 'fortran_order': True, 'shape': {shape}, }}\n");
-        archive.start_file(format!("{name}.npy"), stored).unwrap();
+        archive.start_file(format!("{name}.npy"), options).unwrap();
         archive.write_all(b"\x93NUMPY\x01\x00").unwrap();
         archive
             .write_all(&u16::try_from(header.len()).unwrap().to_le_bytes())
@@ -219,10 +370,25 @@ fn mano(bytes: &[u8], folder: &Path) -> Result<(), String> {
     told(HandFiles::load(&path).and_then(|files| Hand::from_files(&files)))
 }
 
-fn object_stl(bytes: &[u8], folder: &Path) -> Result<(), String> {
-    let path = folder.join("m.stl");
+fn object(kind: &str, bytes: &[u8], folder: &Path) -> Result<(), String> {
+    let path = folder.join(format!("m.{kind}"));
     fs::write(&path, bytes).unwrap();
     told(Mesh::load(&path))
+}
+
+/// Grasps of another program, for a hand with one joint.
+fn published(kind: &str, bytes: &[u8], folder: &Path) -> Result<(), String> {
+    let path = folder.join(format!("g.{kind}"));
+    fs::write(&path, bytes).unwrap();
+    told(exchange::read(&path, &joints(), &Mapping::default()))
+}
+
+fn mapping(bytes: &[u8], folder: &Path) -> Result<(), String> {
+    let mapping = toml::from_str::<Mapping>(&String::from_utf8_lossy(bytes));
+    let mapping = mapping.map_err(|error| error.to_string())?;
+    let path = folder.join("g.csv");
+    fs::write(&path, TABLE).unwrap();
+    told(exchange::read(&path, &joints(), &mapping))
 }
 
 fn grasps(bytes: &[u8], folder: &Path) -> Result<(), String> {
@@ -232,7 +398,7 @@ fn grasps(bytes: &[u8], folder: &Path) -> Result<(), String> {
 }
 
 /// The two files are one, broken at its middle.
-fn exchange(bytes: &[u8], _: &Path) -> Result<(), String> {
+fn minima(bytes: &[u8], _: &Path) -> Result<(), String> {
     let text = String::from_utf8_lossy(bytes);
     let lines: Vec<&str> = text.lines().collect();
     let (minima, states) = lines.split_at(lines.len() / 2);
@@ -275,6 +441,9 @@ fn broken_files_have_sentences() {
             continue;
         }
         let folder = tempfile::tempdir().unwrap();
+        // MANO's file cannot be among them.
+        let good = seeds.iter().any(|seed| read(seed, folder.path()).is_ok());
+        assert!(good || name == "npz", "{name}: no good file");
         for (i, seed) in seeds.iter().enumerate() {
             let fault = fault(read, seed, folder.path());
             assert!(fault.is_none(), "{name}: good file {i}: {fault:?}");

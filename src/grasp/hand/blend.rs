@@ -11,6 +11,7 @@
 
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Vector3};
 
+use super::mirror::reflected;
 use super::{Hand, LinkId, PosedHand, Wrench};
 
 /// Numbers of a rotation.
@@ -81,6 +82,33 @@ impl Blend {
             let turned = rotation(&Vector3::from_column_slice(angles)) - Matrix3::identity();
             posed.entries.extend(turned.transpose().iter());
         }
+    }
+
+    /// The mirror image at x = 0, as [`Hand::mirrored`] has it: at the same coordinates, every point and joint is mirrored.
+    ///
+    /// With M = diag(−1, 1, 1), M R(θ) M = R(−M θ): angles about x stay, those about y and z change their sign.
+    pub(super) fn mirrored(&self) -> Self {
+        const SIGNS: [f64; 3] = [-1.0, 1.0, 1.0];
+        let mut image = self.clone();
+        for angle in (0..image.offset_rad.len()).filter(|angle| angle % 3 != 0) {
+            image.offset_rad[angle] *= -1.0;
+            image.map.row_mut(angle).neg_mut();
+        }
+        for vertex in &mut image.vertices {
+            for (_, point, _) in &mut vertex.bindings {
+                *point = reflected(point);
+            }
+            vertex.normal = reflected(&vertex.normal);
+            let entries = (vertex.corrections.len() / 3).max(1);
+            for (k, slope) in vertex.corrections.iter_mut().enumerate() {
+                let (axis, entry) = (k / entries, k % entries % ENTRIES);
+                *slope *= SIGNS[axis] * SIGNS[entry / 3] * SIGNS[entry % 3];
+            }
+        }
+        for triangle in &mut image.triangles {
+            triangle.swap(1, 2);
+        }
+        image
     }
 
     /// R(θ) of a ball joint of a posed hand.

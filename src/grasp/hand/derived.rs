@@ -13,28 +13,35 @@ impl HandFiles {
     /// # Errors
     /// As [`Hand::from_files`].
     pub fn derived_side_file(&self) -> Result<String, HandError> {
+        self.side_file_of(&Hand::from_files(self)?)
+    }
+
+    /// The same where the hand of these files is at hand already.
+    pub(crate) fn side_file_of(&self, hand: &Hand) -> Result<String, HandError> {
         let mut side = self.side()?;
-        if self.mano().is_some() {
-            return self.derived_of_mano(side);
-        }
         // Everything in a side file is about the hand before it is mirrored.
-        let mirrored = std::mem::take(&mut side.mirror);
-        let hand = Hand::from_files(self)?;
-        let hand = if mirrored { hand.mirrored() } else { hand };
-        side.mirror = mirrored;
-        side.comment.get_or_insert_with(|| {
-            "What was derived for this hand. Change what you know better; entries that are missing are derived.".to_owned()
-        });
+        let mirrored = side.mirror;
+        let unmirrored = mirrored.then(|| hand.mirrored());
+        let hand = unmirrored.as_ref().unwrap_or(hand);
         if !mirrored {
             side.name.get_or_insert_with(|| hand.name.clone());
         }
-        side.surface_points.get_or_insert(hand.surface.len());
         side.palm.get_or_insert(PalmEntry {
             centre_m: hand.palm.centre.into(),
             volar: hand.palm.volar.into(),
             distal: hand.palm.distal.into(),
             faced_m: hand.palm.faced_m,
         });
+        side.self_pairs.get_or_insert_with(|| hand.link_pairs());
+        if self.mano().is_some() {
+            // Less is free: MANO's file says the rest.
+            hand.fill_metric(&mut side.metric);
+            return Ok(serde_json::to_string_pretty(&side)? + "\n");
+        }
+        side.comment.get_or_insert_with(|| {
+            "What was derived for this hand. Change what you know better; entries that are missing are derived.".to_owned()
+        });
+        side.surface_points.get_or_insert(hand.surface.len());
         if side.digits.is_none() {
             side.digits = Some(hand.digit_entries());
         }
@@ -61,25 +68,7 @@ impl HandFiles {
             let entries = entries.collect();
             side.filling.insert(name, entries);
         }
-        side.self_pairs.get_or_insert_with(|| hand.link_pairs());
         hand.fill_joints(&mut side);
-        Ok(serde_json::to_string_pretty(&side)? + "\n")
-    }
-}
-
-impl HandFiles {
-    /// Of a hand of MANO less is free: its file says the rest.
-    fn derived_of_mano(&self, mut side: SideFile) -> Result<String, HandError> {
-        let hand = Hand::from_files(self)?;
-        side.name.get_or_insert_with(|| hand.name.clone());
-        side.palm.get_or_insert(PalmEntry {
-            centre_m: hand.palm.centre.into(),
-            volar: hand.palm.volar.into(),
-            distal: hand.palm.distal.into(),
-            faced_m: hand.palm.faced_m,
-        });
-        side.self_pairs.get_or_insert_with(|| hand.link_pairs());
-        hand.fill_metric(&mut side.metric);
         Ok(serde_json::to_string_pretty(&side)? + "\n")
     }
 }

@@ -32,10 +32,10 @@ pub(super) fn is_mjcf(text: &str) -> bool {
 /// The hand of some files, which refer to others among `others`.
 pub(super) fn read(files: &HandFiles, others: &dyn Files) -> Result<Hand, HandError> {
     let side = files.side()?;
-    if let Some(reference) = files.mano() {
-        return mano::assemble(&reference.read()?, &side);
-    }
-    let hand = assemble(&files.model(others)?, &side)?;
+    let hand = match files.mano() {
+        Some(reference) => mano::assemble(&reference.read()?, &side)?,
+        None => assemble(&files.model(others)?, &side)?,
+    };
     Ok(if side.mirror { hand.mirrored() } else { hand })
 }
 

@@ -145,6 +145,18 @@ pub enum HandError {
         /// The offending number.
         size: f64,
     },
+    /// Far more than a hand has.
+    #[error("the description has {count} {kind}, of at most {most}: {advice}")]
+    TooMany {
+        /// Of what.
+        kind: &'static str,
+        /// How many.
+        count: usize,
+        /// How many there may be.
+        most: usize,
+        /// What to do.
+        advice: &'static str,
+    },
     /// No geometry at all.
     #[error("no link has geometry: there is nothing to touch with")]
     NoGeometry,

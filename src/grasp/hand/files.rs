@@ -123,12 +123,6 @@ impl HandFiles {
     /// # Errors
     /// If the side file cannot be read.
     pub fn mirrored(&self) -> Result<Self, HandError> {
-        if let Some(main) = self.files.first().filter(|_| self.mano().is_some()) {
-            return Err(HandError::Mano {
-                file: main.name.clone(),
-                problem: "is not mirrored: MANO's other hand is a file of its own".to_owned(),
-            });
-        }
         let mut files = self.clone();
         let side = self.side_place();
         let text = side.map_or("{}", |place| self.files[place].text.as_str());

@@ -6,12 +6,15 @@ use nalgebra::Vector3;
 
 use super::fill::fill;
 use super::hull::{Hull, directions};
-use super::model::{Body, Form, Model, Part};
+use super::model::{Body, Form, Model, Part, check_count};
 use super::side_file::{CapsuleEntry, SideFile};
 use super::{Capsule, Frame, HandError, Link, LinkId};
 
 /// Meshes of more triangles are drawn as their hulls.
 const DRAWN: usize = 20_000;
+/// Most parts of all links together, and most capsules: pairs of them are compared.
+const MOST_PARTS: usize = 500;
+const MOST_CAPSULES: usize = 4000;
 /// Corners of a circle.
 const CORNERS: u32 = 32;
 
@@ -53,6 +56,14 @@ impl Geometry {
                 });
             }
         }
+        let own = |body: &&Body| !side.capsules.contains_key(&body.name);
+        let parts = model
+            .bodies
+            .iter()
+            .filter(own)
+            .map(|body| used(body).count());
+        let advice = "give links fewer, or capsules in the side file (\"capsules\")";
+        check_count("pieces of geometry", parts.sum(), MOST_PARTS, advice)?;
         let mut geometry = Self::default();
         for (l, (link, body)) in links.iter().zip(&model.bodies).enumerate() {
             let id = LinkId(l);
@@ -78,6 +89,7 @@ impl Geometry {
         if geometry.capsules.is_empty() {
             return Err(HandError::NoGeometry);
         }
+        check_count("capsules", geometry.capsules.len(), MOST_CAPSULES, advice)?;
         Ok(geometry)
     }
 

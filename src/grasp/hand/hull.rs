@@ -142,17 +142,37 @@ fn outermost(points: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
     if points.len() <= DIRECTIONS as usize {
         return points.to_vec();
     }
+    let axes: [Vec<f64>; 3] = [0, 1, 2].map(|axis| points.iter().map(|p| p[axis]).collect());
+    let mut heights = vec![0.0; points.len()];
     let mut chosen: Vec<usize> = directions(DIRECTIONS)
         .filter_map(|direction| {
-            let heights = points.iter().map(|p| direction.dot(p)).enumerate();
-            heights
-                .max_by(|(_, a), (_, b)| a.total_cmp(b))
-                .map(|(index, _)| index)
+            let [x, y, z] = &axes;
+            for (((height, x), y), z) in heights.iter_mut().zip(x).zip(y).zip(z) {
+                *height = direction.x * x + direction.y * y + direction.z * z;
+            }
+            let highest = highest(&heights);
+            heights.iter().rposition(|&height| height >= highest)
         })
         .collect();
     chosen.sort_unstable();
     chosen.dedup();
     chosen.into_iter().map(|index| points[index]).collect()
+}
+
+/// The largest of some numbers, several at a time.
+fn highest(numbers: &[f64]) -> f64 {
+    let larger = |a: f64, b: f64| if b > a { b } else { a };
+    let (eights, rest) = numbers.as_chunks::<8>();
+    let mut lanes = [f64::NEG_INFINITY; 8];
+    for eight in eights {
+        for (lane, &number) in lanes.iter_mut().zip(eight) {
+            *lane = larger(*lane, number);
+        }
+    }
+    lanes
+        .iter()
+        .chain(rest)
+        .fold(f64::NEG_INFINITY, |a, &b| larger(a, b))
 }
 
 #[cfg(test)]

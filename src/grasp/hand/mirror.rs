@@ -1,5 +1,7 @@
 //! Mirror images: a left hand of a right one.
 
+use std::sync::Arc;
+
 use nalgebra::{Matrix3, Vector3};
 
 use super::{Frame, Hand, JointKind};
@@ -8,7 +10,7 @@ use super::{Frame, Hand, JointKind};
 const MIRRORED: &str = "_mirrored";
 
 /// The reflection x ↦ −x of the root frame, which every link's frame follows.
-fn reflected(v: &Vector3<f64>) -> Vector3<f64> {
+pub(super) fn reflected(v: &Vector3<f64>) -> Vector3<f64> {
     Vector3::new(-v.x, v.y, v.z)
 }
 
@@ -25,7 +27,7 @@ impl Hand {
     /// every link, point and capsule is the mirror image of the original's.
     ///
     /// With M = diag(−1, 1, 1) frames become M F M, points M p, the directions of slides M a and those of turns −M a, since
-    /// a turn changes its sense in a mirror.
+    /// a turn changes its sense in a mirror. So do the angles of ball joints about y and z.
     #[must_use]
     pub fn mirrored(&self) -> Self {
         let mut hand = self.clone();
@@ -57,6 +59,7 @@ impl Hand {
                 triangle.swap(1, 2);
             }
         }
+        hand.blend = self.blend.as_ref().map(|blend| Arc::new(blend.mirrored()));
         let palm = &mut hand.palm;
         palm.centre = reflected(&palm.centre);
         palm.volar = reflected(&palm.volar);

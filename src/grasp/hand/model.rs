@@ -6,6 +6,34 @@ use nalgebra::Vector3;
 
 use super::{Frame, HandError, Joint, JointKind, Link, LinkId, Motion};
 
+/// Most links or joints of a description: each is compared with all others.
+const MOST_LINKS: usize = 1000;
+
+/// Refuses what is far too large to be a hand, before it costs minutes.
+pub(super) fn check_count(
+    kind: &'static str,
+    count: usize,
+    most: usize,
+    advice: &'static str,
+) -> Result<(), HandError> {
+    if count <= most {
+        return Ok(());
+    }
+    Err(HandError::TooMany {
+        kind,
+        count,
+        most,
+        advice,
+    })
+}
+
+/// Refuses a tree that is far too large to be a hand's.
+pub(super) fn check_tree(links: usize, joints: usize) -> Result<(), HandError> {
+    let advice = "describe the hand alone, without what it is mounted on";
+    check_count("links", links, MOST_LINKS, advice)?;
+    check_count("joints", joints, MOST_LINKS, advice)
+}
+
 /// A description, read but not yet a hand.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Model {
@@ -106,6 +134,7 @@ struct Drive {
 impl Model {
     /// Links and coordinates: joints that follow others are no coordinates of their own.
     pub(super) fn tree(&self) -> Result<(Vec<Link>, Vec<Joint>), HandError> {
+        check_tree(self.bodies.len(), self.joints.len())?;
         for (i, joint) in self.joints.iter().enumerate() {
             if self.joints[..i]
                 .iter()

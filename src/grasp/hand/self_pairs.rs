@@ -1,5 +1,7 @@
 //! Which parts of a hand may run into each other, and how near two capsules are.
 
+use std::collections::BTreeSet;
+
 use nalgebra::Vector3;
 
 use super::model::Model;
@@ -83,14 +85,14 @@ pub fn axis_distance(point: &Vector3<f64>, ends: &[Vector3<f64>; 2]) -> f64 {
 /// Which pairs of links may be checked at all.
 pub(super) struct Apart {
     /// Pairs that are never checked.
-    never: Vec<[usize; 2]>,
+    never: BTreeSet<[usize; 2]>,
     /// If given, the only pairs that are checked.
-    only: Option<Vec<[usize; 2]>>,
+    only: Option<BTreeSet<[usize; 2]>>,
 }
 
 /// What the description and the side file say about pairs of links.
 pub(super) fn apart(hand: &Hand, model: &Model, side: &SideFile) -> Result<Apart, HandError> {
-    let find = |place: &str, pairs: &[[String; 2]]| -> Result<Vec<[usize; 2]>, HandError> {
+    let find = |place: &str, pairs: &[[String; 2]]| -> Result<BTreeSet<[usize; 2]>, HandError> {
         let link = |name: &String| {
             hand.link(name)
                 .map(|link| link.0)

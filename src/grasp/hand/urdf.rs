@@ -7,7 +7,7 @@ use urdf_rs::{Geometry, JointType, Pose, Robot};
 
 use super::files::Files;
 use super::mesh::triangles;
-use super::model::{Body, Coupling, Form, Model, ModelJoint, Part};
+use super::model::{Body, Coupling, Form, Model, ModelJoint, Part, check_tree};
 use super::{Frame, HandError, JointKind};
 
 pub(super) fn read(text: &str, files: &dyn Files) -> Result<Model, HandError> {
@@ -86,6 +86,7 @@ struct Tree {
 
 impl Tree {
     fn of(robot: &Robot) -> Result<Self, HandError> {
+        check_tree(robot.links.len(), robot.joints.len())?;
         let position = |name: &str| robot.links.iter().position(|link| link.name == name);
         for (i, link) in robot.links.iter().enumerate() {
             if position(&link.name) != Some(i) {

@@ -27,6 +27,13 @@ impl Assembly {
     /// # Errors
     /// Where there is no part, or one has an impossible size.
     pub fn object(&self, name: &str) -> Result<(Mesh, Description), ObjectError> {
+        if self.parts.is_empty() {
+            return Err(ObjectError::Value {
+                name: name.to_owned(),
+                field: "parts",
+                problem: "there is no [[parts]]: at least one shape is needed",
+            });
+        }
         let mut vertices = Vec::new();
         let mut triangles = Vec::new();
         for part in &self.parts {

@@ -31,7 +31,10 @@ impl Soup {
 /// The bytes of a file, unless it is too large to be a mesh.
 pub(super) fn bytes_of(path: &Path) -> std::io::Result<Vec<u8>> {
     let told = std::fs::metadata(path)?;
-    if told.is_file() && told.len() > LARGEST {
+    if !told.is_file() {
+        return Err(std::io::Error::other("it is no file"));
+    }
+    if told.len() > LARGEST {
         let problem = format!("it is larger than {} MB", LARGEST >> 20);
         return Err(std::io::Error::other(problem));
     }

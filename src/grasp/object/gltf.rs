@@ -3,6 +3,7 @@
 //!
 //! Read by hand rather than with a library, since every length in such a file is a claim to be checked.
 
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::path::{Component, Path};
 
@@ -18,10 +19,12 @@ const JSON_CHUNK: u32 = 0x4E4F534A;
 const BINARY_CHUNK: u32 = 0x004E4942;
 /// Nodes below nodes; more is a mistake.
 const DEEPEST: usize = 100;
-/// Nodes visited in all; more is a mistake or malice, since nodes may be named by several others.
+/// Nodes and their primitives visited in all; more is a mistake or malice, since nodes may be named by several others.
 const MOST_NODES: usize = 100_000;
-/// Triangles in all.
+/// Triangles in all, and vertices.
 const MOST_TRIANGLES: usize = 20_000_000;
+/// Bytes of all buffers.
+const MOST_BYTES: usize = 256 << 20;
 /// Modes of primitives that are triangles.
 const TRIANGLES: u32 = 4;
 const STRIP: u32 = 5;
@@ -113,14 +116,20 @@ pub(super) fn read(bytes: &[u8], folder: &Path) -> Result<Soup, String> {
             "it needs the extension {name}, which is not supported: export it without compression"
         ));
     }
-    let buffers = document
-        .buffers
-        .iter()
-        .map(|buffer| match &buffer.uri {
-            Some(uri) => external(uri, folder),
-            None => Ok(binary.to_vec()),
-        })
-        .collect::<Result<Vec<_>, _>>()?;
+    let mut buffers: Vec<Cow<'_, [u8]>> = Vec::new();
+    let mut left = MOST_BYTES;
+    for buffer in &document.buffers {
+        let bytes = match &buffer.uri {
+            Some(uri) => Cow::Owned(external(uri, folder)?),
+            None => Cow::Borrowed(binary),
+        };
+        if let Cow::Owned(bytes) = &bytes {
+            left = left
+                .checked_sub(bytes.len())
+                .ok_or_else(|| format!("its buffers are larger than {} MB", MOST_BYTES >> 20))?;
+        }
+        buffers.push(bytes);
+    }
     let mut reader = Reader {
         document: &document,
         buffers,
@@ -187,13 +196,23 @@ fn external(uri: &str, folder: &Path) -> Result<Vec<u8>, String> {
     {
         return Err(format!("its buffer {uri} is not in its folder"));
     }
-    bytes_of(&folder.join(path))
-        .map_err(|error| format!("its buffer {uri} cannot be read: {error}"))
+    let unreadable = |error| format!("its buffer {uri} cannot be read: {error}");
+    let whole = |path: &Path| std::fs::canonicalize(path).map_err(unreadable);
+    let folder = whole(if folder == Path::new("") {
+        Path::new(".")
+    } else {
+        folder
+    })?;
+    let path = whole(&folder.join(path))?;
+    if !path.starts_with(&folder) {
+        return Err(format!("its buffer {uri} is a link out of its folder"));
+    }
+    bytes_of(&path).map_err(unreadable)
 }
 
 struct Reader<'a> {
     document: &'a Document,
-    buffers: Vec<Vec<u8>>,
+    buffers: Vec<Cow<'a, [u8]>>,
     soup: Soup,
     visited: usize,
 }
@@ -202,7 +221,7 @@ impl Reader<'_> {
     fn node(&mut self, index: usize, above: &Matrix4<f64>, depth: usize) -> Result<(), String> {
         self.visited += 1;
         if depth > DEEPEST || self.visited > MOST_NODES {
-            return Err("its nodes are nested too deeply".to_owned());
+            return Err("its nodes are nested too deeply, or named too often".to_owned());
         }
         let document = self.document;
         let node = document
@@ -215,6 +234,7 @@ impl Reader<'_> {
                 .meshes
                 .get(mesh)
                 .ok_or_else(|| missing("mesh", mesh))?;
+            self.visited += mesh.primitives.len();
             for primitive in &mesh.primitives {
                 self.primitive(primitive, &placed)?;
             }
@@ -238,6 +258,9 @@ impl Reader<'_> {
         for [x, y, z] in self.positions(position)? {
             let point = placed.transform_point(&[x, y, z].into());
             self.soup.vertices.push(point.coords);
+        }
+        if self.soup.vertices.len() > MOST_TRIANGLES {
+            return Err(format!("it has more than {MOST_TRIANGLES} vertices"));
         }
         let count = self.soup.vertices.len() - first;
         let corners: Vec<usize> = match primitive.indices {

@@ -147,6 +147,10 @@ fn turn_pieces(name: &str, mesh: &Mesh, repairs: &mut Vec<Repair>) -> Result<Mes
         let (vertices, triangles) = (mesh.vertices().to_vec(), mesh.triangles().to_vec());
         Mesh::new(name, vertices, triangles)
     };
+    if repairs.is_empty() && flipped == [true] {
+        // A mesh that was sound but for this is turned by `Mesh::new`.
+        repairs.push(Repair::InsideOut { pieces: 1 });
+    }
     if pieces.len() < 2 || !flipped.contains(&true) {
         return whole();
     }

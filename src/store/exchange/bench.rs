@@ -10,6 +10,8 @@ use super::{Published, Read, finite};
 
 /// Farthest that a quaternion may be from unit length.
 const UNIT_TOLERANCE: f64 = 1e-3;
+/// Most grasps of a file: its entries may all refer to the same array.
+const MOST: usize = 1 << 20;
 
 pub(super) fn read(
     heap: &Heap,
@@ -85,9 +87,8 @@ fn grasps(
         Some(scale) => {
             // One number, or three that agree.
             let scales = heap
-                .numbers(scale)
-                .ok_or("its `obj_scale` is no number")?
-                .values;
+                .few(scale, 3)
+                .ok_or("its `obj_scale` is neither one number nor three")?;
             finite(&scales, "`obj_scale`")?;
             let first = *scales.first().ok_or("its `obj_scale` is empty")?;
             if scales.iter().any(|other| (other - first).abs() > 1e-9) {
@@ -102,14 +103,8 @@ fn grasps(
     let object_pose = match heap.entry(item, "obj_pose") {
         Some(pose) => {
             let pose = heap
-                .numbers(pose)
-                .ok_or("its `obj_pose` is no array of numbers")?;
-            let Ok(pose) = <[f64; 7]>::try_from(pose.values.as_slice()) else {
-                return Err(format!(
-                    "its `obj_pose` holds {} numbers, expected 7",
-                    pose.values.len()
-                ));
-            };
+                .few(pose, 7)
+                .ok_or("its `obj_pose` is no array of 7 numbers")?;
             Some(isometry(&pose, "`obj_pose`")?)
         }
         None => None,
@@ -137,6 +132,9 @@ fn grasps(
         grasp.scale = scale;
         grasp.object.clone_from(&object);
         read.grasps.push(grasp);
+    }
+    if read.grasps.len() > MOST {
+        return Err(format!("it holds more than {MOST} grasps"));
     }
     Ok(())
 }

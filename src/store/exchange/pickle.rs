@@ -2,9 +2,15 @@
 //!
 //! A pickle is a program for a stack machine that may name any function of Python and call it. This machine knows the few
 //! names that numpy writes into its files, treats each as a word of the format, and refuses every other one: nothing is
-//! ever called. It cannot allocate more than a few times the length of the file.
+//! ever called. What values share may not be copied again and again: all copies together are at most a few times as long as
+//! the file, so that memory stays within some dozens of times its length.
 
 use super::npy::{Numbers, Type};
+
+/// Most entries of a dictionary: they are searched one by one.
+const ENTRIES: usize = 1024;
+/// Items and bytes that may be copied from shared values for each byte of the file.
+const COPIES: usize = 4;
 
 /// Index of a node in [`Heap`].
 pub(super) type Id = usize;
@@ -97,6 +103,17 @@ impl Heap {
         }
     }
 
+    /// The values of an array or list of at most `most` numbers, or one number.
+    pub(super) fn few(&self, id: Id, most: usize) -> Option<Vec<f64>> {
+        let length = match self.node(id) {
+            Node::Numbers(numbers) => numbers.values.len(),
+            Node::List(items) => items.len(),
+            _ => 1,
+        };
+        let numbers = (length <= most).then(|| self.numbers(id)).flatten();
+        numbers.map(|numbers| numbers.values)
+    }
+
     /// The value as a shape and that many numbers: an array, or a list of numbers.
     pub(super) fn numbers(&self, id: Id) -> Option<Numbers> {
         match self.node(id) {
@@ -130,6 +147,7 @@ pub(super) fn load(bytes: &[u8]) -> Result<(Heap, Id), String> {
         stack: Vec::new(),
         marks: Vec::new(),
         memo: Vec::new(),
+        copies: bytes.len().saturating_mul(COPIES).saturating_add(1024),
     };
     loop {
         let [code] = machine.take()?;
@@ -148,6 +166,8 @@ struct Machine<'a> {
     /// Heights of the stack at open marks.
     marks: Vec<usize>,
     memo: Vec<Option<Id>>,
+    /// Items and bytes that may still be copied.
+    copies: usize,
 }
 
 impl<'a> Machine<'a> {
@@ -315,7 +335,8 @@ impl<'a> Machine<'a> {
             b'}' => self.push(Node::Dictionary(Vec::new())),
             b'd' => {
                 let entries = pairs(&self.since_mark()?);
-                self.push(Node::Dictionary(entries));
+                self.push(Node::Dictionary(Vec::new()));
+                self.set(entries)?;
             }
             b'a' => {
                 let item = self.pop()?;
@@ -364,6 +385,23 @@ impl<'a> Machine<'a> {
         Ok(())
     }
 
+    /// Counts a copy of something that other values may share.
+    fn copy(&mut self, length: usize) -> Result<(), String> {
+        let left = self.copies.checked_sub(length);
+        self.copies = left.ok_or("it makes far more of its values than it holds")?;
+        Ok(())
+    }
+
+    /// Counts what is made of a list, a text or bytes.
+    fn copy_of(&mut self, id: Id) -> Result<(), String> {
+        self.copy(match self.heap.node(id) {
+            Node::List(items) => items.len(),
+            Node::Text(text) => text.len(),
+            Node::Bytes(bytes) => bytes.len(),
+            _ => 0,
+        })
+    }
+
     fn append(&mut self, items: Vec<Id>) -> Result<(), String> {
         let top = self.top()?;
         match &mut self.heap.nodes[top] {
@@ -376,6 +414,11 @@ impl<'a> Machine<'a> {
     fn set(&mut self, new: Vec<(Id, Id)>) -> Result<(), String> {
         let top = self.top()?;
         match &mut self.heap.nodes[top] {
+            Node::Dictionary(entries) if entries.len() + new.len() > ENTRIES => {
+                return Err(format!(
+                    "it has a dictionary of more than {ENTRIES} entries"
+                ));
+            }
             Node::Dictionary(entries) => entries.extend(new),
             _ => return Err("it sets an entry of something that is no dictionary".to_owned()),
         }
@@ -393,7 +436,8 @@ impl<'a> Machine<'a> {
         Ok(())
     }
 
-    fn items(&self, id: Id) -> Result<Vec<Id>, String> {
+    fn items(&mut self, id: Id) -> Result<Vec<Id>, String> {
+        self.copy_of(id)?;
         match self.heap.node(id) {
             Node::List(items) => Ok(items.clone()),
             _ => Err("it calls a function without a list of arguments".to_owned()),
@@ -408,6 +452,13 @@ impl<'a> Machine<'a> {
         let Node::Word(word) = *self.heap.node(function) else {
             return Err("it calls something that is no function".to_owned());
         };
+        let shape = match (word, arguments.get(2)) {
+            (Word::FromBuffer, Some(&shape)) => Some(self.shape(shape)?),
+            _ => None,
+        };
+        if let (Word::FromBuffer | Word::Encode, Some(&content)) = (word, arguments.first()) {
+            self.copy_of(content)?;
+        }
         let wrong = || format!("it holds a {word:?} with unknown arguments").to_lowercase();
         let argument = |place: usize| {
             arguments
@@ -430,7 +481,7 @@ impl<'a> Machine<'a> {
                 _ => return Err(wrong()),
             },
             Word::FromBuffer => {
-                let shape = self.shape(*arguments.get(2).ok_or_else(wrong)?)?;
+                let shape = shape.ok_or_else(wrong)?;
                 let fortran = matches!(argument(3), Ok(Node::Text(order)) if order == "F");
                 match [argument(0)?, argument(1)?] {
                     [Node::Bytes(bytes), Node::Type(kind)] => {
@@ -452,7 +503,7 @@ impl<'a> Machine<'a> {
         Ok(())
     }
 
-    fn shape(&self, id: Id) -> Result<Vec<usize>, String> {
+    fn shape(&mut self, id: Id) -> Result<Vec<usize>, String> {
         let items = self.items(id)?;
         let side = |id: &Id| match self.heap.node(*id) {
             Node::Whole(side) => usize::try_from(*side).ok(),
@@ -467,18 +518,29 @@ impl<'a> Machine<'a> {
         let state = self.pop()?;
         let target = self.top()?;
         let unknown = || "it fills something other than an array".to_owned();
-        let Node::List(state) = self.heap.node(state) else {
+        if !matches!(self.heap.node(state), Node::List(_)) {
             return Err(unknown());
+        }
+        let state = self.items(state)?;
+        let shape = match (&self.heap.nodes[target], &state[..]) {
+            (Node::Type(_), [_, order, ..]) => {
+                self.copy_of(*order)?;
+                None
+            }
+            (Node::Blank, [_, shape, _, _, data]) => {
+                self.copy_of(*data)?;
+                Some(self.shape(*shape)?)
+            }
+            _ => None,
         };
-        let state = state.clone();
         let filled = match (&self.heap.nodes[target], &state[..]) {
             (Node::Type(kind), [_, order, ..]) => match self.heap.node(*order) {
                 Node::Text(order) => Node::Type(kind.ordered(order)),
                 Node::Bytes(order) => Node::Type(kind.ordered(&String::from_utf8_lossy(order))),
                 _ => return Err(unknown()),
             },
-            (Node::Blank, [_, shape, kind, fortran, data]) => {
-                let shape = self.shape(*shape)?;
+            (Node::Blank, [_, _, kind, fortran, data]) => {
+                let shape = shape.unwrap_or_default();
                 let fortran = matches!(self.heap.node(*fortran), Node::Bool(true));
                 match [self.heap.node(*kind), self.heap.node(*data)] {
                     [Node::Type(Type::Object), Node::List(items)] => {

@@ -128,7 +128,6 @@ pub(in super::super) fn assemble(arrays: &Arrays, side: &SideFile) -> Result<Han
 /// An entry of the side file that has no meaning here.
 fn foreign(side: &SideFile) -> Option<&'static str> {
     [
-        ("mirror", side.mirror),
         ("without", !side.without.is_empty()),
         ("surface_points", side.surface_points.is_some()),
         ("digits", side.digits.is_some()),

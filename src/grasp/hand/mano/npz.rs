@@ -26,7 +26,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<BTreeMap<String, Array>, String> {
     for index in 0..archive.len() {
         let file = archive.by_index(index).map_err(|error| {
             format!(
-                "it cannot be unpacked ({error}): write it with numpy.savez, not savez_compressed"
+                "it cannot be unpacked ({error}): write it with numpy.savez or savez_compressed"
             )
         })?;
         let name = file.name().map(Cow::into_owned);

@@ -96,6 +96,20 @@ pub(super) fn read(name: &str, text: &str, files: &dyn Files) -> Result<Element,
     }
 }
 
+/// A document and where its lines end: counting them anew for each element would take time like its length squared.
+struct Source {
+    name: Arc<str>,
+    breaks: Vec<usize>,
+}
+
+impl Source {
+    /// The line of a byte, counted from 1.
+    fn line(&self, at: usize) -> u32 {
+        let line = self.breaks.partition_point(|&end| end < at) + 1;
+        u32::try_from(line).unwrap_or(u32::MAX)
+    }
+}
+
 struct Reading<'a> {
     files: &'a dyn Files,
     included: Vec<String>,
@@ -120,25 +134,28 @@ impl Reading<'_> {
                 problem: format!("not XML: {error}"),
             }
         })?;
-        self.convert(&document.root_element(), &Arc::from(name), depth)
+        let source = Source {
+            name: Arc::from(name),
+            breaks: text.match_indices('\n').map(|(at, _)| at).collect(),
+        };
+        self.convert(&document.root_element(), &source, depth)
     }
 
     /// An element; what it includes for an `<include>`.
     fn convert(
         &mut self,
         node: &roxmltree::Node<'_, '_>,
-        file: &Arc<str>,
+        source: &Source,
         depth: usize,
     ) -> Result<Vec<Element>, HandError> {
-        let line = node.document().text_pos_at(node.range().start).row;
         let mut element = Element {
             tag: node.tag_name().name().to_owned(),
             attributes: (node.attributes())
                 .map(|attribute| (attribute.name().to_owned(), attribute.value().to_owned()))
                 .collect(),
             children: Vec::new(),
-            file: file.clone(),
-            line,
+            file: source.name.clone(),
+            line: source.line(node.range().start),
         };
         self.count += 1;
         if depth > DEEPEST || self.count > MOST {
@@ -148,7 +165,7 @@ impl Reading<'_> {
             return self.include(&element, depth);
         }
         for child in node.children().filter(roxmltree::Node::is_element) {
-            let children = self.convert(&child, file, depth + 1)?;
+            let children = self.convert(&child, source, depth + 1)?;
             element.children.extend(children);
         }
         Ok(vec![element])
