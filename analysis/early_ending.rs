@@ -1,4 +1,4 @@
-//! Does ending a simulation as soon as the object rests change what becomes of it? → `figures/early_ending.md`
+//! Does ending a simulation as soon as the object rests change what becomes of it? → `target/early_ending.md`
 //!
 //! `early_ending [--six-directions] GRASPS.parquet …` simulates every grasp twice, to the last step and with an early end, and
 //! compares outcomes and times. The two take turns, so that whatever else the machine does slows both.

@@ -91,11 +91,11 @@ pub struct Rest {
 }
 
 impl Default for Rest {
-    /// 20 µm in half a second: at that speed an object would creep by 0.6 mm in the whole drop.
+    /// 10 µm in a quarter of a second: at that speed an object would creep by 0.7 mm in the whole drop.
     fn default() -> Self {
         Self {
-            way_m: 2e-5,
-            time_s: 0.5,
+            way_m: 1e-5,
+            time_s: 0.25,
         }
     }
 }
