@@ -609,6 +609,95 @@ fn an_interrupted_build_continues() {
     assert_eq!(names(desk.folder.path()), ["g.landscape", "g.parquet"]);
 }
 
+/// Every step of the drop is simulated, so that there is time to kill it. Friction that some hold by, and some do not.
+const PATIENT: &str = "protocol = \"drop\"\nrest = { time_s = 1000.0 }\n\
+                       friction = { hand = 0.3, object = 0.3, combine = \"multiply\" }\n";
+const STABILITY: &str = "stability g.parquet --settings p.toml -q -o held.parquet";
+
+#[test]
+fn an_interrupted_simulation_continues() {
+    let desk = Desk::with_grasps();
+    fs::write(desk.path("p.toml"), PATIENT).unwrap();
+    desk.succeed(&STABILITY.replace("held", "whole"));
+    let whole = fs::read(desk.path("whole.parquet")).unwrap();
+    let journal = "held.parquet.partial";
+    for threads in [1, 2] {
+        let line = format!("{STABILITY} --threads {threads}");
+        desk.interrupt(&line, journal, 2);
+        assert!(!desk.path("held.parquet").exists());
+
+        let other = desk.early_mistake("stability g.parquet -o held.parquet");
+        assert_says(&other, &[journal, "other input or settings", "--fresh"]);
+
+        desk.resume(&format!("{line} --resume"), journal);
+        let continued = fs::read(desk.path("held.parquet")).unwrap();
+        assert!(continued == whole, "same bytes, {threads} threads");
+        fs::remove_file(desk.path("held.parquet")).unwrap();
+        let left = ["g.parquet", "p.toml", "whole.parquet"];
+        assert_eq!(names(desk.folder.path()), left);
+    }
+    let nothing = desk.early_mistake(&format!("{STABILITY} --resume"));
+    assert_says(&nothing, &[journal, "no interrupted run"]);
+}
+
+#[test]
+fn what_held_in_simulation_is_mapped_and_marked() {
+    let desk = Desk::with_grasps();
+    let sentence = desk.early_mistake("build g.parquet --only-stable");
+    assert_says(&sentence, &["--only-stable", "landscape stability"]);
+    fs::write(desk.path("p.toml"), PATIENT).unwrap();
+    desk.succeed(STABILITY);
+    let (judged, _) = GraspFile::read(&desk.path("held.parquet"), Overrides::default()).unwrap();
+    let ids = |stable: bool| -> BTreeSet<u64> {
+        let grasps = judged.grasps.iter();
+        grasps
+            .filter(|grasp| grasp.stable == Some(stable))
+            .map(|grasp| grasp.id)
+            .collect()
+    };
+    let (stable, unstable) = (ids(true), ids(false));
+    assert!(
+        stable.len() > 1 && !unstable.is_empty(),
+        "{stable:?} {unstable:?}"
+    );
+
+    desk.succeed("build held.parquet --only-stable -q -o held.landscape");
+    let files = LandscapeFiles::read(&desk.path("held.landscape")).unwrap();
+    let members = files.minima.iter().flat_map(|row| row.members.clone());
+    assert_eq!(members.collect::<BTreeSet<u64>>(), stable);
+
+    desk.succeed("build g.parquet -q -o all.landscape");
+    let sentence = desk.mistake("draw all.landscape --stability g.parquet");
+    assert_says(
+        &sentence,
+        &["--stability g.parquet", "no grasp was simulated"],
+    );
+    desk.succeed("draw all.landscape --stability held.parquet -q -o marked");
+    desk.succeed("draw all.landscape -q -o plain");
+    let files = LandscapeFiles::read(&desk.path("all.landscape")).unwrap();
+    let held: Vec<bool> = files
+        .minima
+        .iter()
+        .map(|row| {
+            let held = row.members.iter().filter(|id| stable.contains(id)).count();
+            2 * held >= row.members.len()
+        })
+        .collect();
+    for name in ["barriers_minima.svg", "disconnectivity_minima.svg"] {
+        let [marked, plain] = ["marked", "plain"]
+            .map(|folder| fs::read_to_string(desk.path(folder).join(name)).unwrap());
+        for (word, expected) in [
+            (">stable", held.contains(&true)),
+            (">unstable", held.contains(&false)),
+        ] {
+            let squeezed: String = marked.split_whitespace().collect();
+            assert_eq!(squeezed.contains(word), expected, "{word} in {name}");
+            let squeezed: String = plain.split_whitespace().collect();
+            assert!(!squeezed.contains(word), "{word} in the plain {name}");
+        }
+    }
+}
+
 #[test]
 fn no_such_file() {
     let desk = Desk::empty();

@@ -5,8 +5,8 @@
 use landscape::grasp::hand::Hand;
 use landscape::grasp::object::{Mesh, Object};
 use landscape::grasp::stability::{
-    Build, Combine, Drop, Friction, Part, Protocol, Reason, SixDirections, Solid, Solver, World,
-    simulate,
+    Build, Combine, Drop, Friction, Part, Protocol, Reason, Rest, SixDirections, Solid, Solver,
+    World, simulate,
 };
 use nalgebra::Vector3;
 
@@ -200,6 +200,58 @@ fn a_free_body_keeps_its_momentum() {
     steps(&mut world, 300);
     assert!((world.velocity()[0] - expected).norm() < 1e-9);
     assert!(world.velocity()[1].norm() < 1e-12);
+}
+
+/// What has come to rest stays: the steps that are left out change no outcome, and the object would not have moved on. The
+/// grasps are of three kinds of end: held, fallen at once, and fallen late.
+#[test]
+fn the_end_at_rest_is_the_end_of_the_last_step() {
+    let grasps: Vec<(Vec<f64>, Vec<u32>)> =
+        serde_json::from_str(include_str!("../benches/stability_grasps.json")).unwrap();
+    let hand = Hand::human();
+    let (mesh, description) = Object::parts_of_named("bottle_round").unwrap();
+    let solid = Solid::new(&mesh, Build::Pieces);
+    let whole = Rest {
+        time_s: 1e3,
+        ..Rest::default()
+    };
+    let mut held = 0;
+    for (x, contacts) in &grasps {
+        let mass_kg = description.mass_kg.unwrap();
+        let [early, late] = [Rest::default(), whole].map(|rest| {
+            let drop = Protocol::Drop(Drop {
+                rest,
+                ..Drop::default()
+            });
+            simulate(&hand, x, contacts, &solid, mass_kg, &drop)
+        });
+        assert_eq!(early.reason, late.reason, "{early:?} {late:?}");
+        let apart_m = (early.displacement_m - late.displacement_m).abs();
+        assert!(apart_m < 1e-3, "{early:?} {late:?}");
+        held += usize::from(early.is_stable());
+    }
+    assert!(held > 0 && held < grasps.len(), "{held} held");
+}
+
+#[test]
+fn a_forked_world_goes_on_like_the_first() {
+    let block = block([0.03, 0.02, 0.04]);
+    let solver = Solver::default();
+    let mut world = World::new(&block, 0.2, DOWN, &friction(0.5), &solver);
+    world.fix(&wall([0.0, 0.0, -0.05], [0.2, 0.2, 0.01]));
+    steps(&mut world, 30);
+    world.push_object(&Vector3::new(0.9, 0.1, 0.0));
+    let mut fork = world.fork();
+    let poses = [&mut world, &mut fork].map(|world| {
+        steps(world, 60);
+        world.object_pose()
+    });
+    assert_eq!(poses[0], poses[1]);
+    // Another force acts on the fork alone.
+    fork.push_object(&Vector3::new(0.0, -1.5, 0.0));
+    steps(&mut fork, 60);
+    assert_eq!(world.object_pose(), poses[0]);
+    assert_ne!(fork.object_pose(), poses[0]);
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
+use super::rest::Watch;
 use super::settings::{Drop, Protocol, SixDirections};
 use super::solid::Solid;
 use super::squeeze::{add_hand, closing};
@@ -46,7 +47,7 @@ impl Reason {
 pub struct Outcome {
     /// Why.
     pub reason: Reason,
-    /// Way of the object's centre of mass, metres: at the end of the drop or when it failed; the farthest in any of six
+    /// Way of the object's centre of mass, metres: where the drop ended, at rest or failed; the farthest in any of six
     /// directions.
     pub displacement_m: f64,
     /// Turn of the object, radians; likewise.
@@ -110,6 +111,7 @@ fn fall(hand: &Hand, posed: &PosedHand, solid: &Solid, mass_kg: f64, drop: &Drop
     let settling = count(drop.settle_s, solver.time_step_s);
     let down = Vector3::from(drop.gravity_m_s2).normalize();
     let mut outcome = Outcome::START;
+    let mut watch = Watch::new(solid, &drop.rest, solver.time_step_s);
     for step in 0..settling + drop.steps {
         if step == settling {
             world.set_gravity(drop.gravity_m_s2);
@@ -133,6 +135,9 @@ fn fall(hand: &Hand, posed: &PosedHand, solid: &Solid, mass_kg: f64, drop: &Drop
             outcome.reason = Reason::Fell;
             return outcome;
         }
+        if step >= settling && watch.rests(world.object_pose()) {
+            return outcome;
+        }
     }
     outcome
 }
@@ -144,47 +149,58 @@ fn push(
     solid: &Solid,
     six: &SixDirections,
 ) -> Outcome {
+    let mut closed = World::new(solid, six.mass_kg, [0.0; 3], &six.friction, &six.solver);
+    match closing_rad {
+        Some(closing_rad) => add_hand(&mut closed, hand, posed, closing_rad, &six.squeeze),
+        None => fix_hand(&mut closed, hand, posed),
+    }
     let mut outcome = Outcome::START;
-    let squeezing = count(six.squeeze.time_s, six.solver.time_step_s);
-    let pushing = count(six.push_s, six.solver.time_step_s);
+    for step in 0..count(six.squeeze.time_s, six.solver.time_step_s).max(1) {
+        closed.step();
+        if step == 0 {
+            outcome.overlap_m = closed.overlap_m();
+            if outcome.overlap_m > six.overlap_m {
+                outcome.reason = Reason::Overlap;
+                return outcome;
+            }
+        }
+        if fails(&mut outcome, &closed, six) {
+            return outcome;
+        }
+    }
     for direction in 0..6 {
         let sign = if direction % 2 == 0 { 1.0 } else { -1.0 };
-        let force_n = Vector3::ith(direction / 2, sign * six.force_n);
-        let mut world = World::new(solid, six.mass_kg, [0.0; 3], &six.friction, &six.solver);
-        match closing_rad {
-            Some(closing_rad) => add_hand(&mut world, hand, posed, closing_rad, &six.squeeze),
-            None => fix_hand(&mut world, hand, posed),
-        }
-        for step in 0..squeezing + pushing {
-            if step == squeezing {
-                world.push_object(&force_n);
-            }
+        let mut world = closed.fork();
+        world.push_object(&Vector3::ith(direction / 2, sign * six.force_n));
+        let mut watch = Watch::new(solid, &six.rest, six.solver.time_step_s);
+        for _ in 0..count(six.push_s, six.solver.time_step_s) {
             world.step();
-            if step == 0 {
-                outcome.overlap_m = world.overlap_m();
-                if outcome.overlap_m > six.overlap_m {
-                    outcome.reason = Reason::Overlap;
-                    return outcome;
-                }
-            }
-            let (way, turn_rad) = world.motion();
-            if !(way.norm().is_finite() && turn_rad.is_finite()) {
-                outcome.reason = Reason::Lost;
+            if fails(&mut outcome, &world, six) {
                 return outcome;
             }
-            outcome.displacement_m = outcome.displacement_m.max(way.norm());
-            outcome.turn_rad = outcome.turn_rad.max(turn_rad);
-            if outcome.displacement_m >= six.displacement_m {
-                outcome.reason = Reason::Moved;
-                return outcome;
-            }
-            if outcome.turn_rad >= six.turn_rad {
-                outcome.reason = Reason::Turned;
-                return outcome;
+            if watch.rests(world.object_pose()) {
+                break;
             }
         }
     }
     outcome
+}
+
+/// Takes note of where the object is; whether that is too far.
+fn fails(outcome: &mut Outcome, world: &World, six: &SixDirections) -> bool {
+    let (way, turn_rad) = world.motion();
+    outcome.displacement_m = outcome.displacement_m.max(way.norm());
+    outcome.turn_rad = outcome.turn_rad.max(turn_rad);
+    outcome.reason = if !(way.norm().is_finite() && turn_rad.is_finite()) {
+        Reason::Lost
+    } else if outcome.displacement_m >= six.displacement_m {
+        Reason::Moved
+    } else if outcome.turn_rad >= six.turn_rad {
+        Reason::Turned
+    } else {
+        Reason::Held
+    };
+    outcome.reason != Reason::Held
 }
 
 /// How many steps a time takes.
@@ -193,6 +209,6 @@ fn push(
     clippy::cast_sign_loss,
     reason = "a time over a time step, both checked to be positive"
 )]
-fn count(time_s: f64, step_s: f64) -> usize {
+pub(super) fn count(time_s: f64, step_s: f64) -> usize {
     (time_s / step_s).round() as usize
 }

@@ -9,6 +9,7 @@
 
 mod convert;
 mod judge;
+mod rest;
 mod settings;
 mod solid;
 mod squeeze;
@@ -16,7 +17,7 @@ mod world;
 
 pub use judge::{Outcome, Reason, simulate};
 pub use settings::{
-    Combine, Drop, Friction, Protocol, ProtocolError, SixDirections, Solver, Squeeze,
+    Combine, Drop, Friction, Protocol, ProtocolError, Rest, SixDirections, Solver, Squeeze,
 };
 pub use solid::{Build, Fit, Piece, Solid};
 pub use world::{Part, World};

@@ -79,6 +79,27 @@ impl Default for Solver {
     }
 }
 
+/// When an object counts as at rest, so that the steps that are left are not simulated: it stays where it has come to rest in
+/// a hand that holds still.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Rest {
+    /// No point of the object has moved farther than this, metres …
+    pub way_m: f64,
+    /// … within this time, seconds. With more than the test takes every step is simulated.
+    pub time_s: f64,
+}
+
+impl Default for Rest {
+    /// 10 µm in a quarter of a second: at that speed an object would creep by 0.7 mm in the whole drop.
+    fn default() -> Self {
+        Self {
+            way_m: 1e-5,
+            time_s: 0.25,
+        }
+    }
+}
+
 /// Gravity acts on the object in a rigid hand that does not move: the test of Liu et al. (2021), Table I.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -93,6 +114,8 @@ pub struct Drop {
     pub steps: usize,
     /// The object has fallen once its centre of mass is this much lower, metres.
     pub fall_m: f64,
+    /// When the object holds before the last step.
+    pub rest: Rest,
     /// Overlap of hand and object at the start that is not simulated any more but failed, metres.
     pub overlap_m: f64,
     /// Friction.
@@ -111,6 +134,7 @@ impl Default for Drop {
             settle_s: 1.0,
             steps: 1000,
             fall_m: 0.3,
+            rest: Rest::default(),
             overlap_m: 0.01,
             friction: Friction {
                 hand: 0.5,
@@ -176,6 +200,8 @@ pub struct SixDirections {
     pub displacement_m: f64,
     /// … or it turns this much, radians.
     pub turn_rad: f64,
+    /// When the object holds against a push before its time is over.
+    pub rest: Rest,
     /// Overlap of hand and object at the start that is not simulated any more but failed, metres.
     pub overlap_m: f64,
     /// Whether hand and joints are rigid instead of squeezing.
@@ -197,6 +223,7 @@ impl Default for SixDirections {
             push_s: 2.0,
             displacement_m: 0.05,
             turn_rad: 15.0_f64.to_radians(),
+            rest: Rest::default(),
             overlap_m: 0.01,
             rigid: false,
             squeeze: Squeeze::default(),
@@ -245,6 +272,8 @@ impl Protocol {
             Self::Drop(drop) => {
                 positive.push(("fall_m", drop.fall_m));
                 positive.push(("overlap_m", drop.overlap_m));
+                positive.push(("rest.way_m", drop.rest.way_m));
+                positive.push(("rest.time_s", drop.rest.time_s));
                 for gravity in drop.gravity_m_s2 {
                     if !gravity.is_finite() {
                         return Err(ProtocolError("gravity_m_s2", gravity, "finite"));
@@ -263,6 +292,8 @@ impl Protocol {
                     ("push_s", six.push_s),
                     ("displacement_m", six.displacement_m),
                     ("turn_rad", six.turn_rad),
+                    ("rest.way_m", six.rest.way_m),
+                    ("rest.time_s", six.rest.time_s),
                     ("overlap_m", six.overlap_m),
                     ("force_n", six.force_n),
                 ]);

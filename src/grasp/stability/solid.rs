@@ -59,6 +59,7 @@ pub struct Solid {
     pub(super) unit: MassProperties,
     pieces: Vec<Piece>,
     fit: Fit,
+    reach_m: f64,
 }
 
 impl std::fmt::Debug for Solid {
@@ -82,6 +83,12 @@ impl Solid {
             unit.set_mass(1.0, true);
             unit
         };
+        let centre = from_vector(unit.local_com);
+        let reach_m = mesh
+            .vertices()
+            .iter()
+            .map(|vertex| (vertex - centre).norm())
+            .fold(0.0, f64::max);
         if build == Build::Triangles {
             let flags = TriMeshFlags::FIX_INTERNAL_EDGES;
             let shape = SharedShape::trimesh_with_flags(vertices, mesh.triangles().to_vec(), flags)
@@ -98,6 +105,7 @@ impl Solid {
                 unit,
                 pieces: Vec::new(),
                 fit,
+                reach_m,
             };
         }
         let settings = VHACDParameters {
@@ -143,6 +151,7 @@ impl Solid {
             unit,
             pieces,
             fit,
+            reach_m,
         }
     }
 
@@ -159,6 +168,11 @@ impl Solid {
     /// Centre of mass of the uniform body, metres.
     pub fn centre(&self) -> Vector3<f64> {
         from_vector(self.unit.local_com)
+    }
+
+    /// Distance of the farthest point of the surface from the centre of mass, metres.
+    pub(super) fn reach_m(&self) -> f64 {
+        self.reach_m
     }
 
     /// Moments of inertia of the uniform body of 1 kg about its centre of mass, axes of the object's frame, m².

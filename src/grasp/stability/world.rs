@@ -82,6 +82,26 @@ impl World {
         }
     }
 
+    /// The same world once more, to go on in another way.
+    pub fn fork(&self) -> Self {
+        let now = &self.physics;
+        let mut physics = PhysicsWorld::new();
+        physics.gravity = now.gravity;
+        physics.integration_parameters = now.integration_parameters;
+        physics.islands = now.islands.clone();
+        physics.broad_phase = now.broad_phase.clone();
+        physics.narrow_phase = now.narrow_phase.clone();
+        physics.bodies = now.bodies.clone();
+        physics.colliders = now.colliders.clone();
+        physics.multibody_joints = now.multibody_joints.clone();
+        Self {
+            physics,
+            friction: self.friction,
+            object: self.object,
+            centre: self.centre,
+        }
+    }
+
     /// Adds a part that does not move.
     ///
     /// # Panics
