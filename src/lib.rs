@@ -55,6 +55,8 @@ pub mod space;
 
 #[cfg(feature = "grasp")]
 pub mod grasp;
+#[cfg(feature = "grasp")]
+pub mod toml_text;
 #[cfg(feature = "topography")]
 pub mod topography;
 

@@ -131,7 +131,7 @@ fn mapping(path: Option<&Path>) -> anyhow::Result<Mapping> {
     };
     let text = std::fs::read_to_string(path)
         .with_context(|| format!("--mapping {}: cannot be read", path.display()))?;
-    toml::from_str(&text).with_context(|| format!("--mapping {}", path.display()))
+    crate::toml_text::parse(&text).with_context(|| format!("--mapping {}", path.display()))
 }
 
 fn command_line(command: &Import) -> String {

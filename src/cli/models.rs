@@ -180,7 +180,7 @@ pub(super) fn object_metadata(
 fn of_toml(path: &Path) -> anyhow::Result<ObjectParts> {
     let name = path.display().to_string();
     let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {name}"))?;
-    let assembly: Assembly = toml::from_str(&text).with_context(|| name.clone())?;
+    let assembly: Assembly = crate::toml_text::parse(&text).with_context(|| name.clone())?;
     let (mesh, description) = assembly.object(&name)?;
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     Ok(ObjectParts {

@@ -122,8 +122,8 @@ fn protocol(command: &Stability) -> anyhow::Result<Protocol> {
     };
     let text = std::fs::read_to_string(path)
         .with_context(|| format!("--settings: cannot read {}", path.display()))?;
-    let protocol: Protocol =
-        toml::from_str(&text).with_context(|| format!("{} is not a protocol", path.display()))?;
+    let protocol: Protocol = crate::toml_text::parse(&text)
+        .with_context(|| format!("{} is not a protocol", path.display()))?;
     protocol
         .validate()
         .with_context(|| path.display().to_string())?;

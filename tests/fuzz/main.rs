@@ -26,6 +26,7 @@ use landscape::grasp::object::{Assembly, Description, Mesh};
 use landscape::sample::{Rng, Task, stream};
 use landscape::store::exchange::{self, JointColumns, Mapping, QposRow, dexgraspnet_npy, qpos_npy};
 use landscape::store::{Grasp, GraspFile, Overrides};
+use landscape::toml_text;
 use landscape::topography::exchange::Database;
 use rand::RngExt;
 use zip::CompressionMethod;
@@ -89,7 +90,7 @@ fn readers() -> Vec<(&'static str, Vec<Vec<u8>>, Read)> {
             object("glb", bytes, folder)
         }),
         ("object_toml", vec![text(SHAPES)], |bytes, _| {
-            let shapes = toml::from_str::<Assembly>(&String::from_utf8_lossy(bytes));
+            let shapes = toml_text::parse::<Assembly>(&String::from_utf8_lossy(bytes));
             let shapes = shapes.map_err(|error| error.to_string())?;
             told(shapes.object("a"))
         }),
@@ -384,7 +385,7 @@ fn published(kind: &str, bytes: &[u8], folder: &Path) -> Result<(), String> {
 }
 
 fn mapping(bytes: &[u8], folder: &Path) -> Result<(), String> {
-    let mapping = toml::from_str::<Mapping>(&String::from_utf8_lossy(bytes));
+    let mapping = toml_text::parse::<Mapping>(&String::from_utf8_lossy(bytes));
     let mapping = mapping.map_err(|error| error.to_string())?;
     let path = folder.join("g.csv");
     fs::write(&path, TABLE).unwrap();
