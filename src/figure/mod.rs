@@ -68,9 +68,6 @@ pub enum FigureError {
         /// The file asked for.
         path: PathBuf,
     },
-    /// A rendered image was to go into an SVG file.
-    #[error("a figure with rendered images can only be written as .png")]
-    BitmapOnly,
     /// Descriptions do not match what they describe.
     #[error("{described} leaves are described, but the landscape has {present}")]
     Leaves {
