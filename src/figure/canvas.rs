@@ -86,6 +86,15 @@ impl Canvas {
         }
     }
 
+    /// The same sheet with so many units more at its lower edge.
+    #[must_use]
+    pub fn with_room_below(self, height: u32) -> Self {
+        Self {
+            height: self.height + height,
+            ..self
+        }
+    }
+
     /// Width in canvas units.
     pub fn width(&self) -> f64 {
         f64::from(self.width)
