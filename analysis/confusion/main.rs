@@ -18,7 +18,7 @@ mod shadow;
 
 use std::path::{Path, PathBuf};
 
-use judge::{Noise, Outcome};
+use judge::{Error, Noise, Outcome};
 use landscape::grasp::taxonomy::{Rule, explain};
 
 type Failure = Box<dyn std::error::Error + Send + Sync>;
@@ -34,6 +34,7 @@ fn main() -> Result<(), Failure> {
     let (mut shadow, mut hand) = (None, None);
     let (mut explained, mut output) = (false, PathBuf::from("figures/taxonomy_confusion"));
     let mut noise = Noise {
+        error: Error::Moved,
         joints_rad: 0.1,
         copies: 10,
         seed: 0,
@@ -67,13 +68,15 @@ fn main() -> Result<(), Failure> {
             name: format!("{name}, as posed"),
             outcomes: judge::judge(&fixtures, &rule, Noise::NONE)?,
         });
-        conditions.push(Condition {
-            name: format!(
-                "{name}, joints ± {} rad, {} times each",
-                noise.joints_rad, noise.copies
-            ),
-            outcomes: judge::judge(&fixtures, &rule, noise)?,
-        });
+        for (error, word) in [(Error::Moved, "moved"), (Error::Misread, "misread")] {
+            conditions.push(Condition {
+                name: format!(
+                    "{name}, joints {word} by {} rad, {} times each",
+                    noise.joints_rad, noise.copies
+                ),
+                outcomes: judge::judge(&fixtures, &rule, Noise { error, ..noise })?,
+            });
+        }
     }
     if let Some(examples) = shadow {
         let hand = hand.ok_or("--shadow needs --hand, the model of its hand")?;

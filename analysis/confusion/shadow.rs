@@ -56,6 +56,7 @@ pub(crate) fn outcomes(path: &Path, hand: &Path, rule: &Rule) -> Result<Vec<Outc
             let normal = Vector3::from(contact.normal_body);
             Some(Touch {
                 patch: anatomy.patch_on(&hand, link, &normal)?,
+                link,
                 point: frame.point(&Vector3::from(contact.point_body)),
                 normal: frame.direction(&normal),
                 weight_mm2: ANNOTATED_MM2,

@@ -2,9 +2,11 @@
 
 use std::path::Path;
 
-use landscape::grasp::hand::Hand;
+use landscape::grasp::hand::{Hand, PosedHand};
 use landscape::grasp::object::{Assembly, Object};
-use landscape::grasp::taxonomy::{Label, Labeller, Rule, Taxonomy, Verdict};
+use landscape::grasp::taxonomy::{
+    Anatomy, Label, Labeller, Rule, Taxonomy, Touch, Verdict, held, label_contacts, touches,
+};
 use landscape::sample::{Task, stream};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
@@ -22,9 +24,19 @@ pub(crate) struct Outcome {
     pub(crate) label: Label,
 }
 
+/// What an error of a joint angle means.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Error {
+    /// The hand is really posed so: what touched may be apart or inside, what was apart may touch.
+    Moved,
+    /// The angle is measured wrong: what touches is known as it is.
+    Misread,
+}
+
 /// Errors of the joint angles: each has a normal one of its own, cut off at its limits.
 #[derive(Clone, Copy)]
 pub(crate) struct Noise {
+    pub(crate) error: Error,
     /// Standard deviation.
     pub(crate) joints_rad: f64,
     /// How often each fixture is posed.
@@ -35,6 +47,7 @@ pub(crate) struct Noise {
 impl Noise {
     /// Fixtures as they are.
     pub(crate) const NONE: Self = Self {
+        error: Error::Moved,
         joints_rad: 0.0,
         copies: 1,
         seed: 0,
@@ -76,6 +89,7 @@ pub(crate) fn judge(
     noise: Noise,
 ) -> Result<Vec<Outcome>, Failure> {
     let hand = Hand::human();
+    let anatomy = Anatomy::of(&hand).ok_or("the human hand is not read as one")?;
     let of_fixture = |(index, fixture): (usize, &Fixture)| -> Result<Vec<Outcome>, Failure> {
         let id = &fixture.id;
         let assembly = Assembly {
@@ -88,6 +102,16 @@ pub(crate) fn judge(
         let x = fixture
             .coordinates(&hand)
             .ok_or_else(|| format!("{id} has other joints than the hand"))?;
+        let mut posed = PosedHand::default();
+        hand.pose(&x, &mut posed);
+        let near = touches(&hand, &anatomy, &posed, &object);
+        let held = held(&object, &near);
+        let misread = |x: &[f64]| {
+            let mut read = PosedHand::default();
+            hand.pose(x, &mut read);
+            let carried: Vec<Touch> = near.iter().map(|(t, _)| t.carried(&posed, &read)).collect();
+            label_contacts(rule, &anatomy, &read, &carried, held.clone())
+        };
         let labelled = |copy: u64| {
             let mut x = x.clone();
             let mut random = stream(noise.seed, Task::Start, noise.copies * index as u64 + copy);
@@ -102,7 +126,10 @@ pub(crate) fn judge(
             Outcome {
                 id: id.clone(),
                 truth: fixture.kind,
-                label: labeller.label(&x),
+                label: match noise.error {
+                    Error::Moved => labeller.label(&x),
+                    Error::Misread => misread(&x),
+                },
             }
         };
         Ok((0..noise.copies).map(labelled).collect())
