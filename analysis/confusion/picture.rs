@@ -103,11 +103,7 @@ impl Matrix<'_> {
         );
         for (at, [name, head]) in self.names.iter().enumerate() {
             let middle = (at as f64 + 0.5) * self.cell;
-            canvas.text(
-                [left - 8.0, top + middle],
-                name,
-                FACE.anchored(Anchor::End),
-            );
+            canvas.text([left - 8.0, top + middle], name, FACE.anchored(Anchor::End));
             canvas.text(
                 [left + middle, top - 14.0],
                 head,

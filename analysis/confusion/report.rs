@@ -109,11 +109,7 @@ fn taken_for(
             .iter()
             .map(|(name, count)| format!("{name} ×{count}"))
             .collect();
-        let _ = writeln!(
-            text,
-            "| {own} | {count} | {right} | {} |",
-            taken.join(", ")
-        );
+        let _ = writeln!(text, "| {own} | {count} | {right} | {} |", taken.join(", "));
     }
     text
 }
@@ -134,6 +130,9 @@ fn accepted_others(condition: &Condition) -> String {
     if taken.is_empty() {
         String::new()
     } else {
-        format!("No grasps of the taxonomy, yet accepted: {}.\n", taken.join(", "))
+        format!(
+            "No grasps of the taxonomy, yet accepted: {}.\n",
+            taken.join(", ")
+        )
     }
 }

@@ -34,11 +34,9 @@ pub fn fisher_exact(successes: [usize; 2], sizes: [usize; 2]) -> f64 {
     let ways = |n: usize, k: usize| logarithms[n] - logarithms[k] - logarithms[n - k];
     let least = successes[0].max((hits + sizes[0]).saturating_sub(all));
     let tail = least..=hits.min(sizes[0]);
-    tail.map(|k| {
-        (ways(hits, k) + ways(all - hits, sizes[0] - k) - ways(all, sizes[0])).exp()
-    })
-    .sum::<f64>()
-    .min(1.0)
+    tail.map(|k| (ways(hits, k) + ways(all - hits, sizes[0] - k) - ways(all, sizes[0])).exp())
+        .sum::<f64>()
+        .min(1.0)
 }
 
 #[cfg(test)]

@@ -128,7 +128,9 @@ impl Drawing<'_> {
         let shown = [
             Shown {
                 examples: (self.examples.iter())
-                    .map(|(minimum, picture)| (MinimumId(self.group_of[minimum.0]), picture.clone()))
+                    .map(|(minimum, picture)| {
+                        (MinimumId(self.group_of[minimum.0]), picture.clone())
+                    })
                     .collect(),
                 network: &groups,
                 tree: collapse(self.tree, &self.group_of),

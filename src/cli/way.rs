@@ -88,7 +88,10 @@ pub(super) fn places(
                 None => (row.coordinates.clone(), 0.0),
             };
             // Where one path ends the next one begins.
-            if places.last().is_none_or(|last| along_m - last.along_m > 1e-9) {
+            if places
+                .last()
+                .is_none_or(|last| along_m - last.along_m > 1e-9)
+            {
                 places.push(Place {
                     x,
                     along_m,

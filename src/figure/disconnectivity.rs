@@ -148,9 +148,8 @@ impl DisconnectivityPicture {
             clippy::cast_sign_loss,
             reason = "a length on a sheet"
         )]
-        side.max().map_or(0, |side| {
-            row_height(side, lines.unwrap_or(0)).ceil() as u32
-        })
+        side.max()
+            .map_or(0, |side| row_height(side, lines.unwrap_or(0)).ceil() as u32)
     }
 
     /// Circles overlap a little where leaves are many; neighbours rarely have the same energy.
@@ -360,7 +359,11 @@ impl<'a> Plot<'a> {
             })
             .collect();
         if !pictures.is_empty() {
-            draw_row(canvas, f64::from(self.picture.size[1]) - 0.5 * MARGIN, &pictures);
+            draw_row(
+                canvas,
+                f64::from(self.picture.size[1]) - 0.5 * MARGIN,
+                &pictures,
+            );
         }
     }
 

@@ -148,8 +148,6 @@ pub(crate) fn share(outcomes: &[&Outcome], test: impl Fn(&Outcome) -> bool) -> O
 
 /// Outcomes of grasps of the taxonomy, and of what is none.
 pub(crate) fn halves(outcomes: &[Outcome]) -> [Vec<&Outcome>; 2] {
-    let (grasps, others) = outcomes
-        .iter()
-        .partition(|outcome| outcome.truth.is_some());
+    let (grasps, others) = outcomes.iter().partition(|outcome| outcome.truth.is_some());
     [grasps, others]
 }

@@ -17,9 +17,7 @@ use crate::grasp::taxonomy::{Anatomy, Category, Labeller, PalmPart, Patch, Rule,
 use crate::grasp::{GraspEnergy, judge};
 use crate::space::interpolate;
 use crate::store::LandscapeFiles;
-use crate::topography::{
-    Evidence, MinimumId, Network, NoJournal, Tree, quench_all, silent,
-};
+use crate::topography::{Evidence, MinimumId, Network, NoJournal, Tree, quench_all, silent};
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -233,8 +231,8 @@ impl<'a> Experiments<'a> {
             for (place, end) in ends.iter().enumerate() {
                 let label = labeller.label(&end.x);
                 let like = label.best.first().map(|best| best.number) == Some(*kind);
-                let valid = judge(&self.energy, &end.x, &self.energy.choice(&end.x))
-                    .passes_strict();
+                let valid =
+                    judge(&self.energy, &end.x, &self.energy.choice(&end.x)).passes_strict();
                 counts[0] += usize::from(like);
                 counts[1] += usize::from(valid);
                 counts[2] += usize::from(like && valid);

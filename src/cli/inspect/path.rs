@@ -16,8 +16,8 @@ use crate::figure::chart::{Axis, Chart, Corner, Mark, Panel, Series};
 use crate::figure::{
     Canvas, PICTURE_DENSITY, Picture, Scene, Surface, draw_row, row_height, side_in_row, theme,
 };
-use crate::grasp::hand::PosedHand;
 use crate::grasp::GraspEnergy;
+use crate::grasp::hand::PosedHand;
 use crate::store::{LandscapeFiles, write_atomic};
 use crate::topography::MinimumId;
 
@@ -99,7 +99,10 @@ fn minimum(files: &LandscapeFiles, name: &str) -> anyhow::Result<MinimumId> {
     let (kind, number) = name.split_at_checked(1).unwrap_or((name, ""));
     match (kind, number.parse::<usize>()) {
         ("m", Ok(number)) if number < count => Ok(MinimumId(number)),
-        ("m", Ok(_)) => bail!("--path {name}: there are {count} minima, m0 to m{}", count - 1),
+        ("m", Ok(_)) => bail!(
+            "--path {name}: there are {count} minima, m0 to m{}",
+            count - 1
+        ),
         ("g", Ok(number)) => {
             let mut rows = files.minima.iter();
             let place = rows.position(|row| row.group == number as u64);
@@ -274,7 +277,11 @@ fn strip(energy: &GraspEnergy, steps: &[Step], pictures: usize) -> anyhow::Resul
     )]
     let below = row_height(side, 2).ceil() as u32;
     let mut canvas = graph.with_room_below(below);
-    draw_row(&mut canvas, height - 60.0, &rendered(energy, steps, &shown, side));
+    draw_row(
+        &mut canvas,
+        height - 60.0,
+        &rendered(energy, steps, &shown, side),
+    );
     Ok(canvas)
 }
 
