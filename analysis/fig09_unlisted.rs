@@ -4,13 +4,12 @@
 //! hold and are unlisted. Counts what the paper names besides: some fingers hold while others are free, on the neck (twisting
 //! a bottle open) or anywhere, with the palm free (holding a second thing in it).
 
-#[path = "finished_map.rs"]
-mod finished_map;
+mod command;
 
 use std::error::Error;
 use std::fmt::Write;
 
-use finished_map::{GRASPS, landscape};
+use command::landscape;
 use landscape::figure::{Scene, contact_sheet};
 use landscape::grasp::hand::{Hand, HandFiles};
 use landscape::grasp::object::{Mesh, Object};
@@ -19,6 +18,7 @@ use landscape::store::{Grasp, GraspFile, Overrides};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
+const GRASPS: &str = "data/grasps.parquet";
 const LABELLED: &str = "target/fig09.labelled.parquet";
 const DROPPED: &str = "target/fig09.stability.parquet";
 const SHOWN: usize = 15;
