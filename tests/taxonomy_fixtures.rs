@@ -3,6 +3,10 @@
 
 #[path = "taxonomy/fixture.rs"]
 mod fixture;
+#[path = "taxonomy/judge.rs"]
+mod judge;
+#[path = "taxonomy/shape.rs"]
+mod shape;
 
 use std::collections::BTreeMap;
 
@@ -47,7 +51,7 @@ fn what_touches_touches_and_nothing_is_inside() {
         hand.pose(&x, &mut posed);
         let distances: Vec<f64> = posed.points.iter().map(|p| shape.distance(p)).collect();
         for region in &fixture.touching {
-            let own = fixture::points(&hand, region);
+            let own = shape::points(&hand, region);
             let gap = own.iter().map(|&i| distances[i].abs());
             let gap = gap.fold(f64::INFINITY, f64::min);
             assert!(gap < TOUCHING_M, "{id}: {region} is {gap} m away");
