@@ -149,8 +149,6 @@ fn mistakes_about_ways_are_told() {
         ("inspect g.landscape --path g99 m0", "no such group"),
         ("draw g.landscape --examples 0", "--examples 0"),
     ] {
-        let output = desk.run(line);
-        assert_eq!(output.status.code(), Some(1), "{line}");
-        assert_says(&String::from_utf8(output.stderr).unwrap(), &[said]);
+        assert_says(&desk.mistake(line), &[said]);
     }
 }
