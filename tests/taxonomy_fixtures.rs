@@ -11,8 +11,10 @@ mod shape;
 use std::collections::BTreeMap;
 
 use fixture::Fixture;
+use judge::{Error, Noise, Outcome, halves, judge, share};
 use landscape::grasp::hand::{Hand, PosedHand};
 use landscape::grasp::object::Shape;
+use landscape::grasp::taxonomy::Rule;
 
 /// A contact is nearer than this, metres: what a finger pad gives.
 const TOUCHING_M: f64 = 2e-3;
@@ -24,7 +26,37 @@ fn read(half: &str) -> Vec<Fixture> {
         "{}/tests/taxonomy/fixtures/{half}.json",
         env!("CARGO_MANIFEST_DIR")
     );
-    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
+    judge::read(path.as_ref()).unwrap()
+}
+
+/// Standard deviation of joint angles, radians, and how often each fixture is posed with such errors.
+const NOISE_RAD: f64 = 0.1;
+const COPIES: u64 = 10;
+
+/// Shares of one half under one error: category, cell and type that fit best are right, at least; what is no grasp of the
+/// taxonomy is yet given a type, at most.
+struct Bounds {
+    right: [f64; 3],
+    others: f64,
+}
+
+/// Shares as measured, within these bounds.
+fn within(half: &str, error: Error, bounds: &Bounds) {
+    let noise = Noise {
+        error,
+        joints_rad: NOISE_RAD,
+        copies: COPIES,
+        seed: 0,
+    };
+    let outcomes = judge(&read(half), Rule::standard(), noise).unwrap();
+    let [known, others] = halves(&outcomes);
+    let right = [3, 1, 0].map(|within| share(&known, |outcome| outcome.right(within)).unwrap());
+    let accepted = share(&others, Outcome::accepted).unwrap();
+    assert!(
+        right.iter().zip(bounds.right).all(|(found, least)| *found >= least)
+            && accepted <= bounds.others,
+        "{half}: category, cell, type right {right:.3?}, others accepted {accepted:.3}"
+    );
 }
 
 #[test]

@@ -254,6 +254,7 @@ Examples:
   landscape draw grasps.landscape --min-members 2 --levels 20
   landscape draw grasps.landscape --pick m0,m4,m31 -o three
   landscape draw grasps.landscape --stability grasps.stability.parquet
+  landscape draw grasps.landscape --colour category --examples 8
 
 A hidden minimum still joins those that are shown: no choice of minima moves a merge. --levels raises every merge to the
 next of so many even levels. Pictures of groups (disconnectivity, barriers) and of minima (…_minima) take the same
@@ -268,7 +269,8 @@ Examples:
 Labels minima by the rule of `landscape label` (labels that the landscape was built with win), and tests by permutation
 whether heights between them go with their categories and types: dendrogram purity, ANOSIM, PERMANOVA, Mantel, Moran's I,
 assortativity, barrier ratios, cuts of the tree. Hypotheses and the thresholds at which they hold were written down before
-the first run (data/taxonomy/hypotheses.toml); p-values are corrected over all of them (Holm).";
+the first run (data/taxonomy/hypotheses.toml); p-values are corrected over all of them (Holm). Three of them ask the energy:
+along the ways between spheres, after fingers have been lifted, and on hands without a thumb.";
 
 const DIFF_EXAMPLES: &str = "\
 Examples:
