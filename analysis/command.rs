@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 /// Runs `landscape` with these arguments.
 pub(crate) fn landscape(arguments: &[&str]) -> Result<(), Box<dyn Error>> {
-    let code = landscape::cli::run_with([&["landscape"], arguments].concat());
+    let code = landscape::cli::run_with([&["landscape"][..], arguments].concat());
     if code == ExitCode::SUCCESS {
         Ok(())
     } else {

@@ -19,7 +19,7 @@ pub(crate) fn draw(options: &[&str], picture: &str, stem: &str) -> Result<(), Bo
         landscape(&["build", GRASPS])?;
     }
     let folder = format!("target/{stem}");
-    landscape(&[&["draw", MAP, "-q", "-o", &folder], options].concat())?;
+    landscape(&[&["draw", MAP, "-q", "-o", &folder][..], options].concat())?;
     for ending in ["svg", "png"] {
         fs::copy(
             format!("{folder}/{picture}.{ending}"),
