@@ -53,7 +53,10 @@ fn within(half: &str, error: Error, bounds: &Bounds) {
     let right = [3, 1, 0].map(|within| share(&known, |outcome| outcome.right(within)).unwrap());
     let accepted = share(&others, Outcome::accepted).unwrap();
     assert!(
-        right.iter().zip(bounds.right).all(|(found, least)| *found >= least)
+        right
+            .iter()
+            .zip(bounds.right)
+            .all(|(found, least)| *found >= least)
             && accepted <= bounds.others,
         "{half}: category, cell, type right {right:.3?}, others accepted {accepted:.3}"
     );
@@ -104,4 +107,26 @@ fn what_touches_touches_and_nothing_is_inside() {
     ids.sort();
     ids.dedup();
     assert_eq!(ids.len(), count);
+}
+
+/// With the joints really moved; the held-out half gets its test when it has been opened, once.
+#[test]
+#[ignore = "minutes: 870 settled poses"]
+fn the_rule_names_the_half_it_was_made_with() {
+    let bounds = Bounds {
+        right: [0.90, 0.80, 0.75],
+        others: 0.10,
+    };
+    within("development", Error::Moved, &bounds);
+}
+
+/// With angles misread and contacts known.
+#[test]
+#[ignore = "a minute: objects are baked"]
+fn the_rule_bears_misread_angles() {
+    let bounds = Bounds {
+        right: [0.90, 0.80, 0.75],
+        others: 0.10,
+    };
+    within("development", Error::Misread, &bounds);
 }
