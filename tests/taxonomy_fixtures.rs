@@ -3,12 +3,18 @@
 
 #[path = "taxonomy/fixture.rs"]
 mod fixture;
+#[path = "taxonomy/judge.rs"]
+mod judge;
+#[path = "taxonomy/shape.rs"]
+mod shape;
 
 use std::collections::BTreeMap;
 
 use fixture::Fixture;
+use judge::{Error, Noise, Outcome, halves, judge, share};
 use landscape::grasp::hand::{Hand, PosedHand};
 use landscape::grasp::object::Shape;
+use landscape::grasp::taxonomy::Rule;
 
 /// A contact is nearer than this, metres: what a finger pad gives.
 const TOUCHING_M: f64 = 2e-3;
@@ -20,7 +26,40 @@ fn read(half: &str) -> Vec<Fixture> {
         "{}/tests/taxonomy/fixtures/{half}.json",
         env!("CARGO_MANIFEST_DIR")
     );
-    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
+    judge::read(path.as_ref()).unwrap()
+}
+
+/// Standard deviation of joint angles, radians, and how often each fixture is posed with such errors.
+const NOISE_RAD: f64 = 0.1;
+const COPIES: u64 = 10;
+
+/// Shares of one half under one error: category, cell and type that fit best are right, at least; what is no grasp of the
+/// taxonomy is yet given a type, at most.
+struct Bounds {
+    right: [f64; 3],
+    others: f64,
+}
+
+/// Shares as measured, within these bounds.
+fn within(half: &str, error: Error, bounds: &Bounds) {
+    let noise = Noise {
+        error,
+        joints_rad: NOISE_RAD,
+        copies: COPIES,
+        seed: 0,
+    };
+    let outcomes = judge(&read(half), Rule::standard(), noise).unwrap();
+    let [known, others] = halves(&outcomes);
+    let right = [3, 1, 0].map(|within| share(&known, |outcome| outcome.right(within)).unwrap());
+    let accepted = share(&others, Outcome::accepted).unwrap();
+    assert!(
+        right
+            .iter()
+            .zip(bounds.right)
+            .all(|(found, least)| *found >= least)
+            && accepted <= bounds.others,
+        "{half}: category, cell, type right {right:.3?}, others accepted {accepted:.3}"
+    );
 }
 
 #[test]
@@ -47,7 +86,7 @@ fn what_touches_touches_and_nothing_is_inside() {
         hand.pose(&x, &mut posed);
         let distances: Vec<f64> = posed.points.iter().map(|p| shape.distance(p)).collect();
         for region in &fixture.touching {
-            let own = fixture::points(&hand, region);
+            let own = shape::points(&hand, region);
             let gap = own.iter().map(|&i| distances[i].abs());
             let gap = gap.fold(f64::INFINITY, f64::min);
             assert!(gap < TOUCHING_M, "{id}: {region} is {gap} m away");
@@ -68,4 +107,26 @@ fn what_touches_touches_and_nothing_is_inside() {
     ids.sort();
     ids.dedup();
     assert_eq!(ids.len(), count);
+}
+
+/// With the joints really moved; the held-out half gets its test when it has been opened, once.
+#[test]
+#[ignore = "minutes: 870 settled poses"]
+fn the_rule_names_the_half_it_was_made_with() {
+    let bounds = Bounds {
+        right: [0.90, 0.80, 0.75],
+        others: 0.10,
+    };
+    within("development", Error::Moved, &bounds);
+}
+
+/// With angles misread and contacts known.
+#[test]
+#[ignore = "a minute: objects are baked"]
+fn the_rule_bears_misread_angles() {
+    let bounds = Bounds {
+        right: [0.90, 0.80, 0.75],
+        others: 0.10,
+    };
+    within("development", Error::Misread, &bounds);
 }

@@ -8,7 +8,7 @@ use landscape::grasp::object::{Capsule, Cuboid, Cylinder, Primitive, Sphere};
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use serde::Deserialize;
 
-use crate::fixture::points;
+use crate::shape::points;
 
 /// A type of grasp in some variants, or one thing that is none.
 #[derive(Debug, Clone, Deserialize)]

@@ -7,7 +7,7 @@ use landscape::optimize::{QuenchSettings, quench};
 use landscape::space::{PoseSpace, Space, Symmetry};
 use nalgebra::{Matrix3, Vector3};
 
-use crate::fixture::{Union, points};
+use crate::shape::{Union, points};
 
 /// Everything is counted in squares of this, metres.
 const UNIT_M: f64 = 1e-3;

@@ -5,6 +5,8 @@
 
 #[path = "../../tests/taxonomy/fixture.rs"]
 mod fixture;
+#[path = "../../tests/taxonomy/shape.rs"]
+mod shape;
 
 mod authored;
 mod closing;
@@ -21,7 +23,8 @@ use rayon::prelude::*;
 
 use authored::Authored;
 use closing::{Closing, Fit};
-use fixture::{Fixture, Placement, Union};
+use fixture::{Fixture, Placement};
+use shape::Union;
 
 const FOLDER: &str = "tests/taxonomy/fixtures";
 /// Decides which half a fixture belongs to; fixed before the first one was posed.
@@ -60,7 +63,7 @@ fn pose(
         rough.free.clone().unwrap_or_default(),
     );
     for region in touch.iter().chain(&free) {
-        if fixture::points(hand, region).is_empty() {
+        if shape::points(hand, region).is_empty() {
             return Err(said(format!("no region starts with {region}")));
         }
     }

@@ -7,7 +7,8 @@ use landscape::grasp::hand::{Hand, PosedHand, Skin};
 use landscape::grasp::object::{Primitive, Shape};
 use nalgebra::{Isometry3, Vector3};
 
-use crate::fixture::{Fixture, Union, points};
+use crate::fixture::Fixture;
+use crate::shape::{Union, points};
 
 const COLOUR: [u8; 3] = [128, 164, 190];
 const CONTACT: [u8; 3] = [213, 40, 20];

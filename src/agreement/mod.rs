@@ -8,6 +8,7 @@
 
 mod correlation;
 mod dendrogram;
+mod fisher;
 mod graph;
 mod groups;
 mod pairs;
@@ -19,6 +20,7 @@ pub use correlation::{
     Correlation, bakers_gamma, cophenetic_correlation, mantel, partial_mantel, pearson, spearman,
 };
 pub use dendrogram::Dendrogram;
+pub use fisher::fisher_exact;
 pub use graph::{JoinCounts, assortativity, indicator, join_counts, morans_i};
 pub use groups::{
     BarrierRatio, anosim, anosim_of_ranks, barrier_ratio, cliffs_delta, dispersions, permanova,

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use anyhow::Context;
 use clap::{Args, Parser, Subcommand};
 
+use super::draw_types::Colouring;
 use crate::energy::model::MODELS;
 use crate::topography::PathMethod;
 
@@ -147,6 +148,7 @@ Examples:
   landscape inspect grasps.parquet --each                  one line for each grasp
   landscape inspect grasps.parquet --grasp 17 --grasp 40   all about two of them
   landscape inspect contacts.json                          bare contacts: balance, forces, ε
+  landscape inspect grasps.landscape --path m3 m17         why the barrier between two minima is high
   landscape inspect grasps.parquet --json | jq '.grasps[] | select(.epsilon < 0.05) | .id'
 
 What is measured:
@@ -253,6 +255,7 @@ Examples:
   landscape draw grasps.landscape --min-members 2 --levels 20
   landscape draw grasps.landscape --pick m0,m4,m31 -o three
   landscape draw grasps.landscape --stability grasps.stability.parquet
+  landscape draw grasps.landscape --colour category --examples 8
 
 A hidden minimum still joins those that are shown: no choice of minima moves a merge. --levels raises every merge to the
 next of so many even levels. Pictures of groups (disconnectivity, barriers) and of minima (…_minima) take the same
@@ -267,7 +270,8 @@ Examples:
 Labels minima by the rule of `landscape label` (labels that the landscape was built with win), and tests by permutation
 whether heights between them go with their categories and types: dendrogram purity, ANOSIM, PERMANOVA, Mantel, Moran's I,
 assortativity, barrier ratios, cuts of the tree. Hypotheses and the thresholds at which they hold were written down before
-the first run (data/taxonomy/hypotheses.toml); p-values are corrected over all of them (Holm).";
+the first run (data/taxonomy/hypotheses.toml); p-values are corrected over all of them (Holm). Three of them ask the energy:
+along the ways between spheres, after fingers have been lifted, and on hands without a thumb.";
 
 const DIFF_EXAMPLES: &str = "\
 Examples:
@@ -478,7 +482,7 @@ pub(super) struct Build {
 /// Judge grasps.
 #[derive(Debug, Args)]
 pub(super) struct Inspect {
-    /// Grasps (Parquet, as of `landscape synth`), or bare contacts (JSON, see below).
+    /// Grasps (Parquet, as of `landscape synth`), bare contacts (JSON, see below), or with --path a landscape.
     #[arg(value_name = "FILE")]
     pub(super) file: PathBuf,
     /// All about the grasp with this id, instead of the summary; may be given several times.
@@ -490,6 +494,16 @@ pub(super) struct Inspect {
     /// Write everything as JSON.
     #[arg(long)]
     pub(super) json: bool,
+    /// Of a landscape: the lowest way between two minima (m3, m17) or groups (g0, g4: their lowest minima), as pictures with
+    /// the energy by term along it (PNG, SVG) and as an animation (glTF).
+    #[arg(long, num_args = 2, value_names = ["FROM", "TO"], conflicts_with_all = ["grasp", "each", "hand", "object"])]
+    pub(super) path: Option<Vec<String>>,
+    /// Pictures along the way.
+    #[arg(long, value_name = "N", requires = "path", default_value_t = 8)]
+    pub(super) pictures: usize,
+    /// Name of the files of a way, without .png, .svg, .glb; by default that of the landscape with `.FROM-TO`.
+    #[arg(short, long, value_name = "NAME", requires = "path")]
+    pub(super) output: Option<PathBuf>,
     #[command(flatten)]
     pub(super) of: HandAndObject,
 }
@@ -767,6 +781,12 @@ pub(super) struct Draw {
     /// grasps.
     #[arg(long, value_name = "FILE")]
     pub(super) stability: Option<PathBuf>,
+    /// Colour minima by their grasp type, as `landscape label` names it (labels that the landscape was built with win).
+    #[arg(long, value_name = "DIFFERENCES", conflicts_with = "stability")]
+    pub(super) colour: Option<Colouring>,
+    /// Put N rendered grasps with the names of their types below the disconnectivity graph of the groups.
+    #[arg(long, value_name = "N")]
+    pub(super) examples: Option<usize>,
     /// Raise every merge to the next of N even levels between the lowest merge and the highest.
     #[arg(long, value_name = "N")]
     pub(super) levels: Option<usize>,

@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail, ensure};
 
 use super::args::{Common, Draw};
-use super::drawing::{Drawing, Views};
+use super::draw_types::Types;
+use super::drawing::{Drawing, PICTURE_WIDTH, Views};
 use super::landscape::Titles;
 use super::{check_output, complain};
 use crate::figure::Leaf;
@@ -18,6 +19,7 @@ pub(super) fn run(command: &Draw, common: &Common) -> anyhow::Result<()> {
         ("lowest", command.lowest),
         ("levels", command.levels),
         ("min-members", command.min_members),
+        ("examples", command.examples),
     ] {
         ensure!(value != Some(0), "--{flag} 0: at least 1 is needed");
     }
@@ -42,21 +44,37 @@ pub(super) fn run(command: &Draw, common: &Common) -> anyhow::Result<()> {
         .with_context(|| format!("cannot create the folder {}", output.display()))?;
     let titles = titles(&files, command.seed);
     let stability = command.stability.as_deref().map(held).transpose()?;
-    let leaf = |minimum: &MinimumRow| match &stability {
-        Some(held) => Leaf {
+    let types = (command.colour.is_some() || command.examples.is_some())
+        .then(|| Types::of(&files, &command.landscape.display().to_string()))
+        .transpose()?;
+    let labels = command
+        .colour
+        .and_then(|colouring| Some(types.as_ref()?.labels(colouring)));
+    let leaf = |(number, minimum): (usize, &MinimumRow)| match (&stability, &labels) {
+        (Some(held), _) => Leaf {
             label: Some(mark(&minimum.members, held).to_owned()),
             ..leaf(minimum)
         },
-        None => leaf(minimum),
+        (None, Some(labels)) => Leaf {
+            label: Some(labels[number].clone()),
+            ..leaf(minimum)
+        },
+        (None, None) => leaf(minimum),
+    };
+    let group_of = groups(&files);
+    let examples = match (&types, command.examples) {
+        (Some(types), Some(count)) => types.examples(&files, &group_of, count, PICTURE_WIDTH),
+        _ => Vec::new(),
     };
     let drawing = Drawing {
         network: &network,
         tree: &tree,
         resampled: &read_resampled(&command.landscape, &network)?,
-        leaves: files.minima.iter().map(leaf).collect(),
-        group_of: groups(&files),
+        leaves: files.minima.iter().enumerate().map(leaf).collect(),
+        group_of,
         titles: &titles,
         views,
+        examples,
     };
     drawing.write(&output)?;
     if !common.quiet {

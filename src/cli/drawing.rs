@@ -6,10 +6,13 @@ use anyhow::Context;
 
 use super::landscape::Titles;
 use crate::figure::layout::collapse;
-use crate::figure::{BarrierPicture, DisconnectivityPicture, Leaf, group};
+use crate::figure::{BarrierPicture, DisconnectivityPicture, Leaf, Picture, group};
 use crate::store::write_atomic;
 use crate::topography::view::{Levels, View, bottoms, grouped, restricted};
 use crate::topography::{self, Evidence, MinimumId, Network, Tree, decisive, support};
+
+/// Width of a disconnectivity graph, canvas units.
+pub(super) const PICTURE_WIDTH: u32 = 1600;
 
 /// What is to be drawn.
 pub(super) struct Drawing<'a> {
@@ -23,6 +26,8 @@ pub(super) struct Drawing<'a> {
     pub(super) group_of: Vec<usize>,
     pub(super) titles: &'a Titles<'a>,
     pub(super) views: Views,
+    /// Pictures of some minima, for below the disconnectivity graph of the groups.
+    pub(super) examples: Vec<(MinimumId, Picture)>,
 }
 
 /// What is shown of it; by default everything.
@@ -86,6 +91,7 @@ impl Views {
 
 /// One of the two resolutions: minima, or groups of them.
 struct Shown<'a> {
+    examples: Vec<(MinimumId, Picture)>,
     network: &'a Network,
     tree: Tree,
     resampled: Vec<Tree>,
@@ -121,6 +127,11 @@ impl Drawing<'_> {
         picked.dedup();
         let shown = [
             Shown {
+                examples: (self.examples.iter())
+                    .map(|(minimum, picture)| {
+                        (MinimumId(self.group_of[minimum.0]), picture.clone())
+                    })
+                    .collect(),
                 network: &groups,
                 tree: collapse(self.tree, &self.group_of),
                 resampled: (self.resampled.iter())
@@ -130,6 +141,7 @@ impl Drawing<'_> {
                 picked,
             },
             Shown {
+                examples: Vec::new(),
                 network: self.network,
                 tree: self.tree.clone(),
                 resampled: self.resampled.to_vec(),
@@ -177,7 +189,12 @@ impl Drawing<'_> {
             }
             None => title.clone(),
         };
-        tree.size = [1600, 900];
+        let visible_examples = shown.examples.iter().filter_map(|(of, picture)| {
+            let leaf = view.minima.iter().position(|minimum| minimum == of)?;
+            Some((leaf, picture.clone()))
+        });
+        tree.examples = visible_examples.collect();
+        tree.size = [PICTURE_WIDTH, 900];
         titles.energy.clone_into(&mut tree.energy_label);
         titles.members.clone_into(&mut tree.members_label);
         let mut graph = BarrierPicture::new(network);

@@ -207,6 +207,7 @@ impl Imported<'_> {
                 seed: 0,
             },
             views: Views::default(),
+            examples: Vec::new(),
         };
         drawing.write(folder)
     }

@@ -236,6 +236,7 @@ impl Mapped<'_> {
             group_of: self.group_of(),
             titles,
             views: Views::default(),
+            examples: Vec::new(),
         };
         drawing.write(folder.path())
     }

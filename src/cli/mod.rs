@@ -3,6 +3,7 @@
 //! Data goes to files or standard output, progress to standard error; a user's mistake ends with one sentence and exit
 //! code 1.
 
+use std::ffi::OsString;
 use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
@@ -14,6 +15,7 @@ mod build;
 mod compare;
 mod diff;
 mod draw;
+mod draw_types;
 mod drawing;
 mod experiment;
 mod export;
@@ -36,14 +38,21 @@ mod run;
 mod stability;
 mod surface;
 mod synth;
+mod types;
 mod uncertainty;
+mod way;
 
 use args::{Arguments, Command};
 pub use grasp_map::settings_for_grasps;
 
 /// Runs the command line of this process.
 pub fn run() -> ExitCode {
-    let arguments = match Arguments::try_parse() {
+    run_with(std::env::args_os())
+}
+
+/// Runs a command line: the name of the program, then its arguments.
+pub fn run_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> ExitCode {
+    let arguments = match Arguments::try_parse_from(arguments) {
         Ok(arguments) => arguments,
         Err(error) => {
             let _ = error.print();

@@ -3,10 +3,13 @@
 //! Pictures put marks on a [`Canvas`] in their own units, y downward; nothing is rasterised before [`Canvas::save`], so
 //! tests can ask a picture what it drew. DejaVu Sans travels inside the program: no font is needed on the machine.
 
+use std::fmt::Write as _;
 use std::fs::{self, File, OpenOptions};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use plotters::backend::{BitMapBackend, DrawingBackend, SVGBackend};
 use plotters::style::ShapeStyle;
 
@@ -44,6 +47,8 @@ enum Mark {
     },
     Image {
         at: [u32; 2],
+        /// Pixels of the image a unit.
+        density: u32,
         image: Image,
     },
 }
@@ -77,6 +82,15 @@ impl Canvas {
         assert!(pixels_per_unit > 0, "a bitmap needs pixels");
         Self {
             pixels_per_unit,
+            ..self
+        }
+    }
+
+    /// The same sheet with so many units more at its lower edge.
+    #[must_use]
+    pub fn with_room_below(self, height: u32) -> Self {
+        Self {
+            height: self.height + height,
             ..self
         }
     }
@@ -204,9 +218,24 @@ impl Canvas {
         }
     }
 
-    /// An image with its upper left corner at `at`, one pixel a unit. Such a canvas can only be saved as PNG.
+    /// An image with its upper left corner at `at`, one pixel a unit.
     pub fn image(&mut self, at: [u32; 2], image: Image) {
-        self.marks.push(Mark::Image { at, image });
+        self.fine_image(at, 1, image);
+    }
+
+    /// An image with its upper left corner at `at`, `density` of its pixels a unit. An SVG document holds its pixels, above
+    /// everything else that is drawn.
+    ///
+    /// # Panics
+    /// If a pixel of the canvas is no whole number of pixels of the image, or the other way round: `density` divides twice
+    /// the number of pixels a unit.
+    pub fn fine_image(&mut self, at: [u32; 2], density: u32, image: Image) {
+        let finest = self.pixels_per_unit * SUPERSAMPLING;
+        assert!(
+            density > 0 && finest.is_multiple_of(density),
+            "{density} pixels a unit on a canvas of {finest}"
+        );
+        self.marks.push(Mark::Image { at, density, image });
     }
 
     /// All texts, with the rectangle each takes (left, top, right, bottom): what a test for clipped or overlapping
@@ -239,15 +268,8 @@ impl Canvas {
     /// The sheet as an SVG document.
     ///
     /// # Errors
-    /// [`FigureError::BitmapOnly`] if an image lies on it.
+    /// [`FigureError::Draw`] if the drawing library refuses.
     pub fn to_svg(&self) -> Result<String, FigureError> {
-        if self
-            .marks
-            .iter()
-            .any(|mark| matches!(mark, Mark::Image { .. }))
-        {
-            return Err(FigureError::BitmapOnly);
-        }
         let mut document = String::new();
         let size = (self.width * SVG_SCALE, self.height * SVG_SCALE);
         let mut backend = SVGBackend::with_string(&mut document, size);
@@ -258,7 +280,35 @@ impl Canvas {
         drop(backend);
         let drawn = format!(r#"width="{}" height="{}""#, size.0, size.1);
         let wanted = format!(r#"width="{}" height="{}""#, self.width, self.height);
-        Ok(document.replacen(&drawn, &wanted, 1))
+        let mut document = document.replacen(&drawn, &wanted, 1);
+        let images = self.embedded()?;
+        if let Some(end) = document.rfind("</svg>") {
+            document.insert_str(end, &images);
+        }
+        Ok(document)
+    }
+
+    /// The images as elements of an SVG document.
+    fn embedded(&self) -> Result<String, FigureError> {
+        let mut elements = String::new();
+        for mark in &self.marks {
+            if let Mark::Image {
+                at: [x, y],
+                density,
+                image,
+            } = mark
+            {
+                let [x, y] = [x * SVG_SCALE, y * SVG_SCALE];
+                let [width, height] =
+                    [image.width, image.height].map(|side| side * SVG_SCALE / density);
+                let pixels = STANDARD.encode(image.to_png()?);
+                let _ = writeln!(
+                    elements,
+                    r#"<image x="{x}" y="{y}" width="{width}" height="{height}" href="data:image/png;base64,{pixels}"/>"#
+                );
+            }
+        }
+        Ok(elements)
     }
 
     /// The sheet as pixels.
@@ -278,8 +328,7 @@ impl Canvas {
     /// Writes the sheet as `.svg` or `.png`, whichever the path says. The file appears complete or not at all.
     ///
     /// # Errors
-    /// [`FigureError::Format`] for another ending, [`FigureError::BitmapOnly`] for an image in an SVG file,
-    /// [`FigureError::Write`] if the file cannot be written.
+    /// [`FigureError::Format`] for another ending, [`FigureError::Write`] if the file cannot be written.
     pub fn save(&self, path: &Path) -> Result<(), FigureError> {
         let extension = path
             .extension()
@@ -375,8 +424,13 @@ impl Canvas {
                         backend.draw_text(run, &style, at(shifted))
                     })
                 }
-                Mark::Image { at: [x, y], image } => {
-                    let image = image.enlarged(scale);
+                Mark::Image { .. } if !setting.paints_images => Ok(()),
+                Mark::Image {
+                    at: [x, y],
+                    density,
+                    image,
+                } => {
+                    let image = image.enlarged(scale / density);
                     let corner = (f64::from(*x) * factor, f64::from(*y) * factor);
                     backend.blit_bitmap(
                         (whole(corner.0), whole(corner.1)),

@@ -6,6 +6,7 @@ use super::leaf::{
     DiscScale, Leaf, explain_labels, explain_sizes, group, label_colours, leaves_of,
 };
 use super::legend::Legend;
+use super::strip::{PICTURE_DENSITY, Picture, draw_row, row_height};
 use super::style::{Anchor, Colour, Stroke, TextFace};
 use super::theme::{FAINT, INK, LINE, MARGIN, PALE_LINE, TEXT, TITLE, UNLABELLED, WHITE};
 use super::{FigureError, axis, text_width};
@@ -39,8 +40,10 @@ pub struct DisconnectivityPicture {
     pub resampled: Vec<Tree>,
     /// Order of the branches.
     pub order: LeafOrder,
-    /// Width and height in canvas units.
+    /// Width and height of the graph in canvas units.
     pub size: [u32; 2],
+    /// Pictures of some leaves, which go below the graph in the order of the branches.
+    pub examples: Vec<(usize, Picture)>,
 }
 
 impl DisconnectivityPicture {
@@ -56,10 +59,12 @@ impl DisconnectivityPicture {
             resampled: Vec::new(),
             order: LeafOrder::default(),
             size: [1200, 860],
+            examples: Vec::new(),
         }
     }
 
-    /// With groups of minima in place of single ones: leaf i goes to group `group_of[i]`, groups count from 0.
+    /// With groups of minima in place of single ones: leaf i goes to group `group_of[i]`, groups count from 0. Of several
+    /// pictures of one group the first stays.
     ///
     /// # Panics
     /// If `group_of` has not one entry a leaf.
@@ -71,6 +76,9 @@ impl DisconnectivityPicture {
             resampled: (self.resampled.iter())
                 .map(|tree| collapse(tree, group_of))
                 .collect(),
+            examples: first_of_each(
+                (self.examples.iter()).map(|(leaf, picture)| (group_of[*leaf], picture)),
+            ),
             ..self.clone()
         }
     }
@@ -100,7 +108,7 @@ impl DisconnectivityPicture {
                 energy: bad.energy,
             });
         }
-        let mut canvas = Canvas::new(self.size[0], self.size[1]);
+        let mut canvas = Canvas::new(self.size[0], self.size[1] + self.room_for_examples());
         let mut top = MARGIN;
         if !self.title.is_empty() {
             let face = TextFace::new(TITLE, INK).bold().anchored(Anchor::Middle);
@@ -124,10 +132,24 @@ impl DisconnectivityPicture {
             [top + 0.5 * TEXT, right - 34.0],
             &mut canvas,
         );
+        plot.draw_examples(&mut canvas);
         plot.draw_branches(&mut canvas);
         plot.draw_support(&mut canvas);
         plot.draw_leaves(&mut canvas);
         Ok(canvas)
+    }
+
+    fn room_for_examples(&self) -> u32 {
+        let pictures = || self.examples.iter().map(|(_, picture)| picture);
+        let side = pictures().map(|picture| picture.image.width / PICTURE_DENSITY);
+        let lines = pictures().map(|picture| picture.texts.len()).max();
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a length on a sheet"
+        )]
+        side.max()
+            .map_or(0, |side| row_height(side, lines.unwrap_or(0)).ceil() as u32)
     }
 
     /// Circles overlap a little where leaves are many; neighbours rarely have the same energy.
@@ -189,6 +211,19 @@ impl DisconnectivityPicture {
     }
 }
 
+/// The first picture of each leaf.
+fn first_of_each<'a>(
+    examples: impl Iterator<Item = (usize, &'a Picture)>,
+) -> Vec<(usize, Picture)> {
+    let mut kept: Vec<(usize, Picture)> = Vec::new();
+    for (leaf, picture) in examples {
+        if kept.iter().all(|(other, _)| *other != leaf) {
+            kept.push((leaf, picture.clone()));
+        }
+    }
+    kept
+}
+
 fn upper_bound(width: f64) -> Stroke {
     Stroke::dashed(PALE_LINE, width, 9.0, 6.0)
 }
@@ -236,7 +271,8 @@ impl<'a> Plot<'a> {
         } else {
             0.0
         };
-        let bottom = canvas.height() - MARGIN;
+        let height = f64::from(picture.size[1]);
+        let bottom = height - MARGIN;
         // Room for the circles of the lowest leaves below, for the stems of the roots above.
         let y = [
             [low, bottom - largest - caption - 6.0],
@@ -264,7 +300,7 @@ impl<'a> Plot<'a> {
                 Stroke::solid(INK, 2.0),
             );
             // A tick at the very end of the axis keeps its number on the sheet.
-            let beside = level(value).min(canvas.height() - 0.5 * TEXT - 4.0);
+            let beside = level(value).min(height - 0.5 * TEXT - 4.0);
             canvas.text(
                 [left - 12.0, beside],
                 text,
@@ -307,6 +343,28 @@ impl<'a> Plot<'a> {
             self.x[0] + self.layout.x[node] * self.x[1],
             bottom + part * (top - bottom),
         ]
+    }
+
+    fn draw_examples(&self, canvas: &mut Canvas) {
+        let mut examples: Vec<([f64; 2], &Picture)> = (self.picture.examples.iter())
+            .filter(|(leaf, _)| *leaf < self.picture.leaves.len())
+            .map(|(leaf, picture)| (self.at(*leaf), picture))
+            .collect();
+        examples.sort_by(|a, b| a.0[0].total_cmp(&b.0[0]));
+        let pictures: Vec<Picture> = examples
+            .into_iter()
+            .map(|(at, picture)| Picture {
+                of: Some(at),
+                ..picture.clone()
+            })
+            .collect();
+        if !pictures.is_empty() {
+            draw_row(
+                canvas,
+                f64::from(self.picture.size[1]) - 0.5 * MARGIN,
+                &pictures,
+            );
+        }
     }
 
     fn draw_branches(&self, canvas: &mut Canvas) {

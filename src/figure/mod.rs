@@ -32,6 +32,7 @@ mod rarefaction;
 mod scene;
 #[cfg(feature = "grasp")]
 mod sheet;
+mod strip;
 #[cfg(test)]
 mod testing;
 
@@ -39,6 +40,7 @@ pub use axis::{log_tick_texts, log_ticks, number, tick_texts, ticks};
 pub use canvas::Canvas;
 pub use image::Image;
 pub use legend::Legend;
+pub use strip::{PICTURE_DENSITY, Picture, draw_row, row_height, side_in_row};
 pub use style::{Anchor, Colour, Stroke, TextFace, text_width};
 
 #[cfg(feature = "topography")]
@@ -68,9 +70,6 @@ pub enum FigureError {
         /// The file asked for.
         path: PathBuf,
     },
-    /// A rendered image was to go into an SVG file.
-    #[error("a figure with rendered images can only be written as .png")]
-    BitmapOnly,
     /// Descriptions do not match what they describe.
     #[error("{described} leaves are described, but the landscape has {present}")]
     Leaves {

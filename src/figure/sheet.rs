@@ -123,11 +123,23 @@ mod tests {
         let path = folder.path().join("sheet.png");
         contact_sheet(&[], &[], 0, &path).unwrap();
         assert!(path.exists());
-        let images = [Image::filled(2, 2, [0; 3])];
-        assert!(matches!(
-            contact_sheet(&images, &[], 1, &folder.path().join("sheet.svg")),
-            Err(FigureError::BitmapOnly)
-        ));
+    }
+
+    #[test]
+    fn an_svg_holds_the_pixels() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("sheet.svg");
+        let images = [Image::filled(20, 10, [3, 50, 70])];
+        contact_sheet(&images, &[], 1, &path).unwrap();
+        let document = std::fs::read_to_string(&path).unwrap();
+        let start = document.find("base64,").unwrap() + "base64,".len();
+        let length = document[start..].find('"').unwrap();
+        let bytes = base64::Engine::decode(
+            &base64::engine::general_purpose::STANDARD,
+            &document[start..start + length],
+        );
+        assert_eq!(bytes.unwrap(), images[0].to_png().unwrap());
+        assert!(document.contains(r#"width="200" height="100" href"#));
     }
 
     /// A chain of balls as a finger, curled about a cylinder from one side.

@@ -20,6 +20,8 @@ pub(super) struct Setting {
     pub(super) base_line: f64,
     /// Whether it must be told where each glyph goes.
     pub(super) by_glyph: bool,
+    /// Whether it paints images; else they are put into the document.
+    pub(super) paints_images: bool,
 }
 
 /// The rasteriser's size is ascent plus descent of DejaVu Sans. It centres a box of height size / 1.24, then puts the
@@ -28,12 +30,14 @@ pub(super) const BITMAP: Setting = Setting {
     size_per_em: 2384.0 / 2048.0,
     base_line: 0.5 * (1.0 - 1.0 / 1.24) * 2384.0 / 2048.0,
     by_glyph: true,
+    paints_images: true,
 };
 /// SVG shifts by half an ex; an ex of DejaVu Sans is 1120 of its 2048 units.
 pub(super) const SVG: Setting = Setting {
     size_per_em: 1.24,
     base_line: 0.5 * 1120.0 / 2048.0,
     by_glyph: false,
+    paints_images: false,
 };
 /// Where the base line shall be: capitals and digits (1493 of 2048 units tall) are centred on the point.
 pub(super) const BASE_LINE: f64 = 0.5 * 1493.0 / 2048.0;

@@ -7,9 +7,9 @@ use anyhow::Context;
 use rayon::prelude::*;
 
 use crate::agreement::PairMatrix;
-use crate::cli::models;
+use crate::cli::types::{Named, Setting};
 use crate::grasp::hand::PosedHand;
-use crate::grasp::taxonomy::{Anatomy, Candidate, Label, Labeller, Patch, Rule, Taxonomy, touches};
+use crate::grasp::taxonomy::{Anatomy, Candidate, Patch, Rule, Taxonomy, touches};
 use crate::space::{PoseSpace, Space, Symmetry};
 use crate::store::{LandscapeFiles, MinimumRow};
 use crate::topography::{Evidence, MinimumId, Tree};
@@ -52,38 +52,20 @@ impl Basins {
         let files = LandscapeFiles::read(folder)?;
         let name = folder.display().to_string();
         let manifest = &files.manifest;
-        let (Some(hand), Some(object)) = (&manifest.hand, &manifest.object) else {
-            anyhow::bail!(
-                "{name} is not a landscape of grasps: there is nothing the taxonomy could name"
-            );
-        };
-        let hand = models::hand(hand)?;
-        let object = models::object(object, manifest.scale)?;
+        let setting = Setting::of(&files, &name)?;
+        let (hand, object) = (&setting.hand, &setting.object);
         let network = files.network(folder)?;
         let tree = Tree::from_network(&network, Evidence::Chain);
-        let labeller = Labeller::new(&hand, &object, rule);
-        let wanted = 7 + hand.joints.len();
-        for row in &files.minima {
-            anyhow::ensure!(
-                row.coordinates.len() == wanted,
-                "{name}: minimum {} has {} coordinates, the hand {wanted}",
-                row.id,
-                row.coordinates.len()
-            );
-        }
-        let labels: Vec<Label> = files
-            .minima
-            .par_iter()
-            .map(|row| labeller.label(&row.coordinates))
-            .collect();
-        let areas: Vec<BTreeMap<Patch, f64>> = match Anatomy::of(&hand) {
+        let names = setting.names(&files, rule);
+        let anatomy = Anatomy::of(hand);
+        let areas: Vec<BTreeMap<Patch, f64>> = match &anatomy {
             None => vec![BTreeMap::new(); files.minima.len()],
             Some(anatomy) => (files.minima.par_iter())
                 .map(|row| {
                     let mut posed = PosedHand::default();
                     hand.pose(&row.coordinates, &mut posed);
                     let mut areas = BTreeMap::new();
-                    for (touch, _) in touches(&hand, &anatomy, &posed, &object) {
+                    for (touch, _) in touches(hand, anatomy, &posed, object) {
                         *areas.entry(touch.patch).or_insert(0.0) += touch.weight_mm2;
                     }
                     areas
@@ -103,7 +85,7 @@ impl Basins {
         };
         let saddles = PairMatrix::from_fn(size, minimax);
         Ok(Self {
-            applicable: labeller.applies(),
+            applicable: anatomy.is_some(),
             labelled_in_file: rows.iter().filter(|row| !row.labels.is_empty()).count(),
             group_barrier: manifest
                 .group_barrier
@@ -118,8 +100,8 @@ impl Basins {
             }),
             minima: rows
                 .iter()
-                .zip(labels)
-                .map(|(row, label)| basin(row, label))
+                .zip(names)
+                .map(|(row, named)| basin(row, named))
                 .collect(),
             saddles,
             name,
@@ -136,46 +118,16 @@ impl Basins {
     }
 }
 
-fn basin(row: &MinimumRow, label: Label) -> Basin {
-    let taxonomy = Taxonomy::feix();
-    let of = |number: u8| taxonomy.numbered(number);
-    let given = row
-        .labels
-        .iter()
-        .rev()
-        .max_by_key(|(_, count)| **count)
-        .map(|(text, _)| text.as_str());
-    let (grasp_type, category, cell) = match given {
-        Some(text) => {
-            let named = taxonomy.named(text);
-            // An ambiguous grasp's label is its cell.
-            let like = named.or_else(|| taxonomy.types.iter().find(|entry| entry.cell == text));
-            (
-                named.map(|entry| entry.number),
-                like.map(|entry| entry.category as usize),
-                like.map(|entry| entry.cell.clone()),
-            )
-        }
-        None => (
-            label.grasp_type().map(|entry| entry.number),
-            label.listed_category().map(|category| category as usize),
-            label
-                .listed_category()
-                .and_then(|_| of(label.best.first()?.number))
-                .map(|entry| entry.cell.clone()),
-        ),
-    };
+fn basin(row: &MinimumRow, named: Named) -> Basin {
+    let best = named.rule.best.first();
+    let unfiltered = best.and_then(|best| Taxonomy::feix().numbered(best.number));
     Basin {
         grasps: row.members.len().max(1) as f64,
-        grasp_type,
-        category,
-        cell,
-        unfiltered: label
-            .best
-            .first()
-            .and_then(|best| of(best.number))
-            .map(|entry| entry.category as usize),
-        best: label.best,
+        grasp_type: named.number,
+        category: named.category.map(|category| category as usize),
+        cell: named.cell,
+        unfiltered: unfiltered.map(|entry| entry.category as usize),
+        best: named.rule.best,
     }
 }
 

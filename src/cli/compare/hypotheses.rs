@@ -4,6 +4,7 @@ use anyhow::Context;
 use serde::{Deserialize, Serialize};
 
 use super::basins::{Basin, Basins};
+use super::experiments::{Experiments, Lifted, Smooth, Thumbless};
 use crate::agreement::{
     Correlation, Dendrogram, Outcome, PairMatrix, Permutations, Tested, anosim_of_ranks,
     barrier_ratio, bootstrap, cliffs_delta, holm, indicator, mantel, morans_i, partial_mantel,
@@ -42,6 +43,12 @@ pub(super) struct Settings {
     nearest: Nearest,
     #[serde(rename = "H8")]
     tripods: Tripods,
+    #[serde(rename = "H7")]
+    smooth: Smooth,
+    #[serde(rename = "H9")]
+    lifted: Lifted,
+    #[serde(rename = "H10")]
+    thumbless: Thumbless,
 }
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -131,7 +138,7 @@ pub(super) enum Verdict {
 }
 
 impl Verdict {
-    fn of(holds: bool) -> Self {
+    pub(super) fn of(holds: bool) -> Self {
         if holds { Self::Holds } else { Self::Fails }
     }
 
@@ -159,7 +166,7 @@ pub(super) struct Finding {
 }
 
 impl Finding {
-    fn new(
+    pub(super) fn new(
         id: &'static str,
         claim: &str,
         verdict: Verdict,
@@ -225,48 +232,16 @@ impl Part {
 /// All hypotheses, Holm's correction included.
 pub(super) fn examine(
     basins: &Basins,
+    experiments: &Experiments<'_>,
     settings: &Settings,
     rule: &Rule,
     seed: u64,
-) -> Vec<Finding> {
-    let permutations = settings.permutations(seed);
-    let asked = Asked {
-        basins,
-        settings,
-        permutations,
-        seed,
-    };
-    let mut findings = vec![
-        asked.alike(),
-        asked.all(),
-        asked.apart(),
-        asked.scattered(),
-        asked.unlisted(rule),
-        asked.nearest(),
-    ];
-    let later = [
-        (
-            "H7",
-            "a smooth path of force closure leads from precision to power spheres",
-        ),
-        (
-            "H9",
-            "lifting fingers off a sphere grasp makes it a tripod or quadpod",
-        ),
-        ("H10", "hands without a thumb get no thumb types"),
-    ];
-    let not_tested = |(id, claim): (&'static str, &str)| {
-        Finding::new(
-            id,
-            claim,
-            Verdict::NotTested,
-            None,
-            "not asked by this command".to_owned(),
-        )
-    };
-    findings.push(not_tested(later[0]));
-    findings.push(asked.tripods());
-    findings.extend([later[1], later[2]].map(not_tested));
+) -> anyhow::Result<Vec<Finding>> {
+    let mut findings = of_labels(basins, settings, rule, seed);
+    findings.push(experiments.smooth(&settings.smooth)?);
+    findings.push(experiments.lifted(&settings.lifted));
+    findings.push(experiments.thumbless(&settings.thumbless)?);
+    findings.sort_by_key(|finding| finding.id[1..].parse::<u32>().unwrap_or(u32::MAX));
     let p: Vec<f64> = findings
         .iter()
         .map(|finding| finding.p.unwrap_or(f64::NAN))
@@ -274,7 +249,26 @@ pub(super) fn examine(
     for (finding, p) in findings.iter_mut().zip(holm(&p)) {
         finding.p_holm = (!p.is_nan()).then_some(p);
     }
-    findings
+    Ok(findings)
+}
+
+/// Those that ask heights and labels only.
+fn of_labels(basins: &Basins, settings: &Settings, rule: &Rule, seed: u64) -> Vec<Finding> {
+    let asked = Asked {
+        basins,
+        settings,
+        permutations: settings.permutations(seed),
+        seed,
+    };
+    vec![
+        asked.alike(),
+        asked.all(),
+        asked.apart(),
+        asked.scattered(),
+        asked.unlisted(rule),
+        asked.nearest(),
+        asked.tripods(),
+    ]
 }
 
 struct Asked<'a> {
@@ -663,7 +657,7 @@ fn part_label(part: &Part, case: usize) -> usize {
         .map_or(0, |place| part.labels[place])
 }
 
-fn insufficient(id: &'static str, claim: &str, why: &str) -> Finding {
+pub(super) fn insufficient(id: &'static str, claim: &str, why: &str) -> Finding {
     Finding::new(id, claim, Verdict::Insufficient, None, why.to_owned())
 }
 
@@ -731,7 +725,7 @@ mod tests {
         settings.permutations = 199;
         settings.bootstrap_draws = 50;
         settings.label_draws = 5;
-        let found = examine(basins, &settings, Rule::standard(), 3);
+        let found = of_labels(basins, &settings, Rule::standard(), 3);
         found
             .into_iter()
             .map(|finding| (finding.id, finding.verdict))

@@ -1,6 +1,7 @@
 //! `landscape compare`: a landscape beside the taxonomy of grasps, with statistics; or two landscapes' types beside each other.
 
 mod basins;
+mod experiments;
 mod hypotheses;
 mod report;
 mod statistics;
@@ -9,6 +10,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use basins::Basins;
+use experiments::Experiments;
 use hypotheses::Settings;
 use serde_json::{Value, json};
 
@@ -33,7 +35,8 @@ pub(super) fn run(command: &Compare, common: &Common) -> anyhow::Result<()> {
         return finish(&output, &text, &value, None, common);
     }
     let table = statistics::table(&first, &settings, command.seed);
-    let findings = hypotheses::examine(&first, &settings, rule, command.seed);
+    let experiments = Experiments::new(&command.landscape, rule, settings.least_per_class)?;
+    let findings = hypotheses::examine(&first, &experiments, &settings, rule, command.seed)?;
     let text = report::markdown(&first, &table, &findings, rule);
     let value = json!({
         "landscape": first.name,

@@ -9,10 +9,18 @@ use super::print;
 
 mod contacts;
 mod grasps;
+mod path;
 mod summary;
 
 pub(super) fn run(command: &Inspect, common: &Common) -> anyhow::Result<()> {
+    if let Some(ends) = &command.path {
+        return path::run(command, ends, common);
+    }
     let name = command.file.display();
+    anyhow::ensure!(
+        !command.file.is_dir(),
+        "{name} is a folder: name two minima of a landscape with --path m0 m1, or a file of grasps"
+    );
     let bytes = std::fs::read(&command.file).with_context(|| format!("cannot read {name}"))?;
     let first = bytes.trim_ascii_start().first();
     anyhow::ensure!(

@@ -17,6 +17,20 @@ impl Scene {
     /// The scene as a `.glb` file: a node for each surface and each marker, metres, under one node that turns z up into
     /// glTF's y up. Friction cones are left out.
     pub fn to_glb(&self) -> Vec<u8> {
+        self.written(&[], &[])
+    }
+
+    /// The same, the first surface moving: its vertices are at `frames[i]` at `times_s[i]`, between two frames on the
+    /// straight line. Every frame is a morph target.
+    ///
+    /// # Panics
+    /// If there is not one time a frame, or a frame has another number of vertices than the surface.
+    pub fn to_animated_glb(&self, times_s: &[f64], frames: &[Vec<Vector3<f64>>]) -> Vec<u8> {
+        assert_eq!(times_s.len(), frames.len(), "one time a frame");
+        self.written(times_s, frames)
+    }
+
+    fn written(&self, times_s: &[f64], frames: &[Vec<Vector3<f64>>]) -> Vec<u8> {
         let mut writer = Writer::default();
         let mut children = Vec::new();
         let names = ["hand", "object"];
@@ -26,6 +40,10 @@ impl Scene {
                 .get(place)
                 .map_or_else(|| format!("surface {place}"), ToString::to_string);
             children.push(writer.node(json!({ "name": name, "mesh": mesh })));
+            if place == 0 && !frames.is_empty() {
+                writer.morph(mesh, &surface.vertices, frames);
+                writer.animate(children[0], times_s);
+            }
         }
         let mut balls: Vec<([u8; 3], usize)> = Vec::new();
         for (place, marker) in self.markers.iter().enumerate() {
@@ -100,6 +118,13 @@ struct Writer {
     materials: Vec<Value>,
     meshes: Vec<Value>,
     nodes: Vec<Value>,
+    animations: Vec<Value>,
+}
+
+/// glTF has 32-bit numbers.
+#[expect(clippy::cast_possible_truncation, reason = "glTF has 32-bit numbers")]
+fn narrow(x: f64) -> f32 {
+    x as f32
 }
 
 impl Writer {
@@ -108,31 +133,30 @@ impl Writer {
         self.nodes.len() - 1
     }
 
-    fn view(&mut self, bytes: &[u8], target: u32) -> usize {
-        self.views.push(json!({
+    /// `target`: what a graphics card takes the bytes for; nothing for the numbers of an animation.
+    fn view(&mut self, bytes: &[u8], target: Option<u32>) -> usize {
+        let mut view = json!({
             "buffer": 0,
             "byteOffset": self.binary.len(),
             "byteLength": bytes.len(),
-            "target": target,
-        }));
+        });
+        if let Some(target) = target {
+            view["target"] = json!(target);
+        }
+        self.views.push(view);
         self.binary.extend(bytes);
         self.views.len() - 1
     }
 
-    fn mesh(&mut self, surface: &Surface) -> usize {
-        #[expect(clippy::cast_possible_truncation, reason = "glTF has 32-bit positions")]
-        let narrow = |x: f64| x as f32;
-        let points: Vec<[f32; 3]> = surface
-            .vertices
-            .iter()
-            .map(|v| [narrow(v.x), narrow(v.y), narrow(v.z)])
-            .collect();
+    /// Points or directions.
+    fn vectors(&mut self, vectors: impl Iterator<Item = Vector3<f64>>) -> usize {
+        let points: Vec<[f32; 3]> = vectors.map(|v| [v.x, v.y, v.z].map(narrow)).collect();
         let bytes: Vec<u8> = points
             .iter()
             .flatten()
             .flat_map(|x| x.to_le_bytes())
             .collect();
-        let view = self.view(&bytes, VERTICES);
+        let view = self.view(&bytes, Some(VERTICES));
         let bound = |pick: fn(f32, f32) -> f32| {
             let first = points.first().copied().unwrap_or_default();
             points.iter().fold(first, |bound, p| {
@@ -147,13 +171,67 @@ impl Writer {
             "min": bound(f32::min),
             "max": bound(f32::max),
         }));
+        self.accessors.len() - 1
+    }
+
+    /// Plain numbers, with their least and largest.
+    fn scalars(&mut self, values: &[f32]) -> usize {
+        let bytes: Vec<u8> = values.iter().flat_map(|x| x.to_le_bytes()).collect();
+        let view = self.view(&bytes, None);
+        let bound = |pick: fn(f32, f32) -> f32| values.iter().copied().reduce(pick);
+        self.accessors.push(json!({
+            "bufferView": view,
+            "componentType": FLOAT,
+            "count": values.len(),
+            "type": "SCALAR",
+            "min": [bound(f32::min)],
+            "max": [bound(f32::max)],
+        }));
+        self.accessors.len() - 1
+    }
+
+    /// Adds the shapes that a mesh can take.
+    fn morph(&mut self, mesh: usize, rest: &[Vector3<f64>], frames: &[Vec<Vector3<f64>>]) {
+        let targets: Vec<Value> = frames
+            .iter()
+            .map(|frame| {
+                assert_eq!(frame.len(), rest.len(), "vertices of a frame");
+                let moves = frame.iter().zip(rest).map(|(to, from)| to - from);
+                json!({ "POSITION": self.vectors(moves) })
+            })
+            .collect();
+        let mut weights = vec![0.0; frames.len()];
+        weights[0] = 1.0;
+        self.meshes[mesh]["weights"] = json!(weights);
+        self.meshes[mesh]["primitives"][0]["targets"] = json!(targets);
+    }
+
+    /// Goes through the shapes of a node's mesh, one after the other.
+    fn animate(&mut self, node: usize, times_s: &[f64]) {
+        let count = times_s.len();
+        let times: Vec<f32> = times_s.iter().copied().map(narrow).collect();
+        let input = self.scalars(&times);
+        let mut weights = vec![0.0; count * count];
+        for frame in 0..count {
+            weights[frame * count + frame] = 1.0;
+        }
+        let output = self.scalars(&weights);
+        self.animations.push(json!({
+            "name": "path",
+            "channels": [{ "sampler": 0, "target": { "node": node, "path": "weights" } }],
+            "samplers": [{ "input": input, "output": output, "interpolation": "LINEAR" }],
+        }));
+    }
+
+    fn mesh(&mut self, surface: &Surface) -> usize {
+        self.vectors(surface.vertices.iter().copied());
         let bytes: Vec<u8> = surface
             .triangles
             .iter()
             .flatten()
             .flat_map(|i| i.to_le_bytes())
             .collect();
-        let view = self.view(&bytes, INDICES);
+        let view = self.view(&bytes, Some(INDICES));
         self.accessors.push(json!({
             "bufferView": view,
             "componentType": UNSIGNED,
@@ -182,7 +260,7 @@ impl Writer {
     }
 
     fn finish(self, root: usize) -> Vec<u8> {
-        let json = json!({
+        let mut json = json!({
             "asset": { "version": "2.0", "generator": concat!("landscape ", env!("CARGO_PKG_VERSION")) },
             "scene": 0,
             "scenes": [{ "nodes": [root] }],
@@ -193,6 +271,9 @@ impl Writer {
             "bufferViews": self.views,
             "buffers": [{ "byteLength": self.binary.len() }],
         });
+        if !self.animations.is_empty() {
+            json["animations"] = json!(self.animations);
+        }
         let mut text = json.to_string().into_bytes();
         text.resize(text.len().next_multiple_of(4), b' ');
         let length = |bytes: usize| u32::try_from(bytes).unwrap_or(u32::MAX).to_le_bytes();

@@ -163,6 +163,17 @@ impl Scene {
         best.map_or_else(|| self.framed(Vector3::z(), up), |(_, camera)| camera)
     }
 
+    /// [`Scene::best_camera`], near enough that the first surface and the markers fill the image.
+    pub fn closer_camera(&self, up: Vector3<f64>) -> Camera {
+        let toward_eye = self.best_camera(up).view_from_object.row(2).transpose();
+        let nearer = Self {
+            surfaces: self.surfaces.first().cloned().into_iter().collect(),
+            markers: self.markers.clone(),
+            cones: Vec::new(),
+        };
+        nearer.framed(toward_eye, up)
+    }
+
     /// Visible area, m², as [`Scene::best_camera`] weighs it.
     fn shown(&self, camera: &Camera, normals: &[Vec<[Vector3<f64>; 3]>]) -> f64 {
         let raster = self.raster(camera, TRIAL_SIDE, TRIAL_SIDE, normals);

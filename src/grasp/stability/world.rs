@@ -83,6 +83,7 @@ impl World {
     }
 
     /// The same world once more, to go on in another way.
+    #[must_use]
     pub fn fork(&self) -> Self {
         let now = &self.physics;
         let mut physics = PhysicsWorld::new();

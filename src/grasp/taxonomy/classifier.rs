@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use super::anatomy::{Anatomy, Patch};
 use super::features::{DIGITS, Features, TOUCHES};
+use super::settle::{Settle, settled};
 use super::signature::{Rule, meaning, name};
 use super::table::{Category, Form, GraspType, Opposition, Taxonomy, spell_digits};
 use super::touch::{Held, Touch, held, ramp, touches};
@@ -160,7 +161,7 @@ impl<'a> Labeller<'a> {
         self.anatomy.is_some()
     }
 
-    /// Labels the hand at pose `x = [t, q(wxyz), joints]`, object frame.
+    /// Labels the hand at pose `x = [t, q(wxyz), joints]`, object frame: as [`settled`] puts it on the object.
     ///
     /// # Panics
     /// If `x` does not have 7 numbers more than the hand has joints.
@@ -168,8 +169,9 @@ impl<'a> Labeller<'a> {
         let Some(anatomy) = &self.anatomy else {
             return Label::not_applicable();
         };
+        let x = settled(self.hand, self.object, x, &Settle::default());
         let mut posed = PosedHand::default();
-        self.hand.pose(x, &mut posed);
+        self.hand.pose(&x, &mut posed);
         let near = touches(self.hand, anatomy, &posed, self.object);
         let held = held(self.object, &near);
         let touches: Vec<Touch> = near.into_iter().map(|(touch, _)| touch).collect();

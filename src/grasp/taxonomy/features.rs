@@ -20,7 +20,7 @@ const BENT_RAD: f64 = 2.8;
 pub(super) const DIGITS: [&str; 5] = ["thumb", "index", "middle", "ring", "little"];
 
 /// All features. What cannot be measured of a grasp (the side of the thumb where it does not touch) is missing in its list.
-pub(super) const FEATURES: [(&str, &str); 40] = [
+pub(super) const FEATURES: [(&str, &str); 42] = [
     ("thumb", "the thumb touches"),
     ("index", "the index finger touches"),
     ("middle", "the middle finger touches"),
@@ -41,6 +41,7 @@ pub(super) const FEATURES: [(&str, &str); 40] = [
         "share of the fingers' contact on last phalanges",
     ),
     ("sides", "share of the fingers' contact on their sides"),
+    ("backs", "share of the fingers' contact on their backs"),
     (
         "index tip",
         "share of the index finger's contact on its tip",
@@ -68,6 +69,7 @@ pub(super) const FEATURES: [(&str, &str); 40] = [
     ),
     ("thumb tip", "share of the thumb's contact on its tip"),
     ("thumb back", "share of the thumb's contact on its back"),
+    ("thumb encircled", "it touches the thumb all around"),
     ("thumb abducted", "the thumb stands out from the palm"),
     ("thumb bent", "the thumb's last joint is bent"),
     (
@@ -197,6 +199,8 @@ impl Features {
             .map(|digit| on_side(digit, PatchSide::Radial) + on_side(digit, PatchSide::Ulnar))
             .sum();
         self.set("sides", share(sides, of_fingers));
+        let backs: f64 = (2..=5).map(|digit| on_side(digit, PatchSide::Back)).sum();
+        self.set("backs", share(backs, of_fingers));
         self.set("index tip", share(on_side(2, PatchSide::Tip), of_digit(2)));
         self.set("index middle phalanx", middle(2));
         for digit in 2..=4 {
@@ -244,10 +248,12 @@ impl Features {
             }
         };
 
+        let fingers = sum(&is_finger);
         let volar = anatomy.palm_axes(posed).volar;
         let to_palm = against(volar, &|_| true);
         let seat = self.named("palm").max(0.7 * self.named("proximal"));
-        let palm = seat * ramp(to_palm, 0.08, 0.35);
+        let pressed = seat * ramp(to_palm, 0.08, 0.35);
+        let palm = pressed.max(self.enclosed(anatomy, posed, fingers.norm() / whole.max(1e-9)));
 
         let thumb = sum(&|patch| matches!(patch, Patch::Digit(1, ..)));
         let [side, pad] = [
@@ -268,22 +274,41 @@ impl Features {
         self.set("pad opposition", opposed * (1.0 - side_share) * free);
         self.set("side opposition", (opposed * side_share).max(without_thumb));
 
-        let fingers = sum(&is_finger);
+        let encircled = (self.named("thumb") > 0.0).then(|| {
+            let all = weight(touches, &|patch| matches!(patch, Patch::Digit(1, ..)));
+            ramp(1.0 - thumb.norm() / all.max(1e-9), 0.35, 0.7)
+        });
+        self.set("thumb encircled", encircled);
         let parallel = (whole > 0.0).then(|| ramp(fingers.norm() / whole, 0.7, 0.97));
         self.set("parallel", parallel);
+    }
+
+    /// How far bent fingers, the ulnar ones among them, reach around it: against the palm, or so far that what they press
+    /// in sum is small (`rest`, a share), as around a handle that hangs in them. Where it is thick, their tips hardly press
+    /// back toward the palm.
+    fn enclosed(&self, anatomy: &Anatomy, posed: &PosedHand, rest: f64) -> f64 {
+        let bends: Vec<f64> = self
+            .touching()
+            .filter_map(|digit| flexion(anatomy, posed, digit))
+            .map(|[_, beyond]| beyond / BENT_RAD)
+            .collect();
+        let bend = bends.iter().sum::<f64>() / bends.len().max(1) as f64;
+        let deep = self.named("deep");
+        let on_palm = self.named("palm") * ramp(deep, 0.5, 0.9);
+        let around = (1.0 - ramp(rest, 0.45, 0.85)) * ramp(deep, 0.45, 0.75);
+        let ulnar = self.named("ring").min(self.named("little"));
+        ramp(bend, 0.1, 0.3) * ulnar * on_palm.max(around)
+    }
+
+    /// The fingers that touch.
+    fn touching(&self) -> impl Iterator<Item = usize> {
+        (2..=5).filter(|digit| self.named(DIGITS[digit - 1]) >= TOUCHES)
     }
 
     fn pose(&mut self, anatomy: &Anatomy, posed: &PosedHand) {
         let axes = anatomy.palm_axes(posed);
         let direction = |digit, bone| anatomy.direction(posed, digit, bone);
-        // Flexion at the knuckle, and at the two joints beyond, radians.
-        let flexion = |digit: usize| -> Option<[f64; 2]> {
-            let [proximal, middle, distal] =
-                [Bone::Proximal, Bone::Middle, Bone::Distal].map(|bone| direction(digit, bone));
-            let (proximal, middle, distal) = (proximal?, middle?, distal?);
-            let knuckle = f64::atan2(proximal.dot(&axes.volar), proximal.dot(&axes.distal));
-            Some([knuckle, proximal.angle(&middle) + middle.angle(&distal)])
-        };
+        let flexion = |digit: usize| flexion(anatomy, posed, digit);
         let curl = |digit| flexion(digit).map(|[knuckle, beyond]| (knuckle + beyond) / CURLED_RAD);
         let mean = |values: &[f64]| {
             (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
@@ -302,10 +327,7 @@ impl Features {
             "index bent",
             flexion(2).map(|[_, beyond]| ramp(beyond, 0.3, 1.8)),
         );
-        let touching: Vec<[f64; 2]> = (2..=5)
-            .filter(|digit| self.named(DIGITS[digit - 1]) >= TOUCHES)
-            .filter_map(flexion)
-            .collect();
+        let touching: Vec<[f64; 2]> = self.touching().filter_map(flexion).collect();
         let [knuckles, beyond]: [Vec<f64>; 2] =
             [0, 1].map(|part| touching.iter().map(|flexion| flexion[part]).collect());
         self.set(
@@ -358,6 +380,16 @@ impl Features {
         });
         self.set("index along", index);
     }
+}
+
+/// Flexion of a finger at the knuckle, and at the two joints beyond, radians.
+fn flexion(anatomy: &Anatomy, posed: &PosedHand, digit: usize) -> Option<[f64; 2]> {
+    let axes = anatomy.palm_axes(posed);
+    let [proximal, middle, distal] = [Bone::Proximal, Bone::Middle, Bone::Distal]
+        .map(|bone| anatomy.direction(posed, digit, bone));
+    let (proximal, middle, distal) = (proximal?, middle?, distal?);
+    let knuckle = f64::atan2(proximal.dot(&axes.volar), proximal.dot(&axes.distal));
+    Some([knuckle, proximal.angle(&middle) + middle.angle(&distal)])
 }
 
 fn weight(touches: &[Touch], test: &dyn Fn(Patch) -> bool) -> f64 {

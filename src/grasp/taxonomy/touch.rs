@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
 use super::anatomy::{Anatomy, Patch};
 use super::table::Form;
-use crate::grasp::hand::{Hand, PosedHand};
+use crate::grasp::hand::{Hand, LinkId, PosedHand};
 use crate::grasp::object::Object;
 
 /// Surface points nearer than this to the object belong to the contact set: what a finger's pad gives.
@@ -25,12 +25,28 @@ const WIDEST_M: f64 = 0.25;
 pub struct Touch {
     /// Where on the hand.
     pub patch: Patch,
+    /// The link it belongs to.
+    pub link: LinkId,
     /// Where, object frame, metres.
     pub point: Vector3<f64>,
     /// Outward unit normal of the hand, object frame.
     pub normal: Vector3<f64>,
     /// How much it counts: the area it stands for, less where it is apart from the object or does not face it, mm².
     pub weight_mm2: f64,
+}
+
+impl Touch {
+    /// The same contact when the hand is posed otherwise: it stays where it is on its link.
+    #[must_use]
+    pub fn carried(&self, from: &PosedHand, to: &PosedHand) -> Self {
+        let [from, to] = [from, to].map(|posed| &posed.object_from_link[self.link.0]);
+        let local = from.rotation.tr_mul(&(self.point - from.translation));
+        Self {
+            point: to.point(&local),
+            normal: to.direction(&from.rotation.tr_mul(&self.normal)),
+            ..*self
+        }
+    }
 }
 
 /// The object where it is held.
@@ -72,6 +88,7 @@ pub fn touches(
         let weight_mm2 = 1e6 * hand.surface[i].area_m2 * near * facing;
         let touch = Touch {
             patch: anatomy.patch(i),
+            link: hand.surface[i].link,
             point: nearest.point,
             normal,
             weight_mm2,
@@ -189,6 +206,7 @@ mod tests {
         let touch = |sample: &SurfaceSample| {
             let touch = Touch {
                 patch: Patch::Palm(PalmPart::Volar),
+                link: LinkId(0),
                 point: sample.point,
                 normal: -sample.normal,
                 weight_mm2: 10.0,

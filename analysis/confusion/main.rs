@@ -1,0 +1,102 @@
+//! What the rule says of grasps whose type is known → `figures/taxonomy_confusion.md` and `.png`
+//!
+//! `cargo run --release --example confusion -- [--half development|held_out …] [--noise RAD] [--copies N] [--seed N] [--rule
+//! SIGNATURES.toml] [--shadow EXAMPLES.json --hand HAND.xml] [--explain] [--output STEM]`
+//!
+//! Fixtures are those of `tests/taxonomy/fixtures`, the development half unless told otherwise. The examples on the Shadow hand
+//! (`--shadow`) are poses and contacts without an object, of which the program's own files hold none. `--explain` also prints
+//! why each fixture that is taken for another type is.
+
+#[path = "../../tests/taxonomy/fixture.rs"]
+mod fixture;
+#[path = "../../tests/taxonomy/judge.rs"]
+mod judge;
+
+mod picture;
+mod report;
+mod shadow;
+
+use std::path::{Path, PathBuf};
+
+use judge::{Error, Noise, Outcome};
+use landscape::grasp::taxonomy::{Rule, explain};
+
+type Failure = Box<dyn std::error::Error + Send + Sync>;
+
+/// Outcomes under one condition.
+struct Condition {
+    name: String,
+    outcomes: Vec<Outcome>,
+}
+
+fn main() -> Result<(), Failure> {
+    let mut halves = Vec::new();
+    let (mut shadow, mut hand) = (None, None);
+    let (mut explained, mut output) = (false, PathBuf::from("figures/taxonomy_confusion"));
+    let mut noise = Noise {
+        error: Error::Moved,
+        joints_rad: 0.1,
+        copies: 10,
+        seed: 0,
+    };
+    let mut rule = Rule::standard().clone();
+    let mut arguments = std::env::args().skip(1);
+    while let Some(argument) = arguments.next() {
+        let mut value = || arguments.next().ok_or(format!("{argument} needs a value"));
+        match argument.as_str() {
+            "--half" => halves.push(value()?),
+            "--shadow" => shadow = Some(PathBuf::from(value()?)),
+            "--hand" => hand = Some(PathBuf::from(value()?)),
+            "--rule" => rule = Rule::parse(&std::fs::read_to_string(value()?)?)?,
+            "--noise" => noise.joints_rad = value()?.parse()?,
+            "--copies" => noise.copies = value()?.parse()?,
+            "--seed" => noise.seed = value()?.parse()?,
+            "--output" => output = PathBuf::from(value()?),
+            "--explain" => explained = true,
+            _ => return Err(format!("{argument} is not known").into()),
+        }
+    }
+    if halves.is_empty() {
+        halves.push("development".to_owned());
+    }
+    let mut conditions = Vec::new();
+    for half in &halves {
+        let path = format!("tests/taxonomy/fixtures/{half}.json");
+        let fixtures = judge::read(Path::new(&path))?;
+        let name = half.replace('_', " ");
+        conditions.push(Condition {
+            name: format!("{name}, as posed"),
+            outcomes: judge::judge(&fixtures, &rule, Noise::NONE)?,
+        });
+        for (error, word) in [(Error::Moved, "moved"), (Error::Misread, "misread")] {
+            conditions.push(Condition {
+                name: format!(
+                    "{name}, joints {word} by {} rad, {} times each",
+                    noise.joints_rad, noise.copies
+                ),
+                outcomes: judge::judge(&fixtures, &rule, Noise { error, ..noise })?,
+            });
+        }
+    }
+    if let Some(examples) = shadow {
+        let hand = hand.ok_or("--shadow needs --hand, the model of its hand")?;
+        conditions.push(Condition {
+            name: "annotated examples on the Shadow hand, no object".to_owned(),
+            outcomes: shadow::outcomes(&examples, &hand, &rule)?,
+        });
+    }
+    if explained {
+        for outcome in conditions.iter().flat_map(|condition| &condition.outcomes) {
+            if outcome.found() != outcome.truth {
+                println!("== {}\n{}", outcome.id, explain(&outcome.label, &rule));
+            }
+        }
+    }
+    let report = report::report(&conditions, &rule);
+    println!("{report}");
+    std::fs::write(output.with_extension("md"), &report)?;
+    if let Some(condition) = conditions.get(1) {
+        picture::picture(condition).save(&output.with_extension("png"))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,74 @@
+//! Annotated examples on the Shadow hand: poses and contacts, without an object.
+
+use std::path::Path;
+
+use landscape::grasp::hand::{Hand, HandFiles, PosedHand};
+use landscape::grasp::taxonomy::{Anatomy, Rule, Touch, label_contacts};
+use nalgebra::Vector3;
+use serde::Deserialize;
+
+use crate::Failure;
+use crate::judge::Outcome;
+
+/// An annotated contact counts as so much area, mm²: certain.
+const ANNOTATED_MM2: f64 = 60.0;
+
+#[derive(Deserialize)]
+struct Examples {
+    joint_order: Vec<String>,
+    templates: Vec<Template>,
+}
+
+#[derive(Deserialize)]
+struct Template {
+    feix_number: u8,
+    qpos: Vec<f64>,
+    contacts: Vec<Annotated>,
+}
+
+#[derive(Deserialize)]
+struct Annotated {
+    body: String,
+    normal_body: [f64; 3],
+    point_body: [f64; 3],
+}
+
+/// Labels of all examples of a file, on the hand of another.
+pub(crate) fn outcomes(path: &Path, hand: &Path, rule: &Rule) -> Result<Vec<Outcome>, Failure> {
+    let examples: Examples = serde_json::from_str(&std::fs::read_to_string(path)?)?;
+    let hand = Hand::from_files(&HandFiles::load(hand)?)?;
+    let anatomy = Anatomy::of(&hand).ok_or("this hand is not read as a human one")?;
+    let mut outcomes = Vec::new();
+    for template in &examples.templates {
+        let mut x = vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
+        for joint in &hand.joints {
+            let place = examples
+                .joint_order
+                .iter()
+                .position(|name| *name == joint.name);
+            x.push(template.qpos[place.ok_or(format!("no angle of {}", joint.name))?]);
+        }
+        let mut posed = PosedHand::default();
+        hand.pose(&x, &mut posed);
+        let touch = |contact: &Annotated| {
+            let link = hand.link(&contact.body)?;
+            let frame = &posed.object_from_link[link.0];
+            let normal = Vector3::from(contact.normal_body);
+            Some(Touch {
+                patch: anatomy.patch_on(&hand, link, &normal)?,
+                link,
+                point: frame.point(&Vector3::from(contact.point_body)),
+                normal: frame.direction(&normal),
+                weight_mm2: ANNOTATED_MM2,
+            })
+        };
+        let touches: Option<Vec<Touch>> = template.contacts.iter().map(touch).collect();
+        let touches = touches.ok_or("a contact is on no link of this hand")?;
+        outcomes.push(Outcome {
+            id: format!("shadow-{}", template.feix_number),
+            truth: Some(template.feix_number),
+            label: label_contacts(rule, &anatomy, &posed, &touches, None),
+        });
+    }
+    Ok(outcomes)
+}

@@ -1,0 +1,18 @@
+//! Figures 8a to 8c: the barrier graph of the committed grasps, coloured by category, by what power grasps hold, and by
+//! sphere grasps and their neighbours → `figures/fig08a_categories`, `fig08b_power`, `fig08c_spheres`, each `.svg` and `.png`
+//!
+//! `cargo run --release --example fig08_barriers`; the map is made first where it is missing (five minutes).
+
+#[path = "finished_map.rs"]
+mod finished_map;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    for (colouring, stem) in [
+        ("category", "fig08a_categories"),
+        ("power", "fig08b_power"),
+        ("spheres", "fig08c_spheres"),
+    ] {
+        finished_map::draw(&["--colour", colouring], "barriers", stem)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,132 @@
+//! Figure 9: valid grasps that no type of the taxonomy fits → `figures/fig09_unlisted.png`, `.svg` and `.md`
+//!
+//! `cargo run --release --example fig09_unlisted`: labels the committed grasps, drops them in simulation, and shows those that
+//! hold and are unlisted. Counts what the paper names besides: some fingers hold while others are free, on the neck (twisting
+//! a bottle open) or anywhere, with the palm free (holding a second thing in it).
+
+mod command;
+
+use std::error::Error;
+use std::fmt::Write;
+
+use command::landscape;
+use landscape::figure::{Scene, contact_sheet};
+use landscape::grasp::hand::{Hand, HandFiles};
+use landscape::grasp::object::{Mesh, Object};
+use landscape::grasp::taxonomy::{Labeller, Rule, UNLISTED};
+use landscape::store::{Grasp, GraspFile, Overrides};
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+const GRASPS: &str = "data/grasps.parquet";
+const LABELLED: &str = "target/fig09.labelled.parquet";
+const DROPPED: &str = "target/fig09.stability.parquet";
+const SHOWN: usize = 15;
+const COLUMNS: usize = 5;
+const SIDE: u32 = 380;
+/// The neck of the bottle begins here, share of its height.
+const NECK: f64 = 0.7;
+
+fn coordinates(grasp: &Grasp) -> Vec<f64> {
+    let mut x = grasp.translation_m.to_vec();
+    x.extend(grasp.rotation_wxyz);
+    x.extend(&grasp.joints_rad);
+    x
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    landscape(&["label", GRASPS, "-q", "-o", LABELLED])?;
+    landscape(&["stability", LABELLED, "-q", "--fresh", "-o", DROPPED])?;
+    let (file, _) = GraspFile::read(DROPPED.as_ref(), Overrides::default())?;
+    let [hand] = &file.metadata.hands[..] else {
+        return Err("grasps of one hand are needed".into());
+    };
+    let texts = hand.description.iter();
+    let texts = texts.map(|file| [file.name.as_str(), file.text.as_str()]);
+    let hand = Hand::from_files(&HandFiles::of_texts(texts))?;
+    let [object] = &file.metadata.objects[..] else {
+        return Err("grasps of one object are needed".into());
+    };
+    let mesh = object.mesh_obj.as_ref().ok_or("the object has no mesh")?;
+    let object = Object::from_mesh(
+        &object.name,
+        Mesh::from_obj(&object.name, &mut mesh.as_bytes())?,
+        &serde_json::from_value(object.description.clone())?,
+    )?;
+
+    let labeller = Labeller::new(&hand, &object, Rule::standard());
+    let unlisted = |grasp: &&Grasp| grasp.label_auto.as_deref() == Some(UNLISTED);
+    let held = |grasp: &&Grasp| grasp.stable == Some(true);
+    let chosen: Vec<&Grasp> = (file.grasps.iter()).filter(unlisted).filter(held).collect();
+    let [low, high] = object.mesh.bounds();
+    let neck_m = low.z + NECK * (high.z - low.z);
+    let fingers_free: Vec<&Grasp> = (file.grasps.iter())
+        .filter(held)
+        .filter(|grasp| {
+            // Neither the palm nor ring and little finger take part.
+            let digits = labeller.label(&coordinates(grasp)).virtual_fingers;
+            !digits.contains('P') && !digits.contains('4') && !digits.contains('5')
+        })
+        .collect();
+    let on_neck = fingers_free
+        .iter()
+        .filter(|grasp| middle(&hand, grasp).z > neck_m)
+        .count();
+
+    let mut text = format!(
+        "# Valid grasps that are of no type\n\n`cargo run --release --example fig09_unlisted`, rule {}, {GRASPS}.\n\n",
+        Rule::standard().version
+    );
+    let counts = [
+        ("grasps", file.grasps.len()),
+        ("unlisted", file.grasps.iter().filter(unlisted).count()),
+        (
+            "held in the drop test",
+            file.grasps.iter().filter(held).count(),
+        ),
+        ("unlisted and held", chosen.len()),
+        (
+            "held without palm, ring and little finger, listed or not",
+            fingers_free.len(),
+        ),
+        ("of these on the neck", on_neck),
+    ];
+    for (what, count) in counts {
+        let _ = writeln!(text, "- {what}: {count}");
+    }
+    print!("{text}");
+    std::fs::write("figures/fig09_unlisted.md", text)?;
+
+    let skin = hand.skin();
+    let step = chosen.len().max(1).div_ceil(SHOWN).max(1);
+    let shown: Vec<&Grasp> = chosen.into_iter().step_by(step).collect();
+    let images: Vec<_> = shown
+        .par_iter()
+        .map(|grasp| {
+            let scene =
+                Scene::of_grasp(&hand, &skin, &object, &coordinates(grasp), &grasp.contacts);
+            scene.render(&scene.closer_camera(Vector3::z()), SIDE, SIDE)
+        })
+        .collect();
+    let captions: Vec<String> = shown
+        .iter()
+        .map(|grasp| {
+            let best = grasp.label_best.as_deref().unwrap_or_default();
+            let nearest = best.split(',').next().unwrap_or_default();
+            format!("{}: nearest {nearest}", grasp.id)
+        })
+        .collect();
+    for ending in ["png", "svg"] {
+        let path = format!("figures/fig09_unlisted.{ending}");
+        contact_sheet(&images, &captions, COLUMNS, path.as_ref())?;
+    }
+    Ok(())
+}
+
+/// The middle of the contacts, object frame.
+fn middle(hand: &Hand, grasp: &Grasp) -> Vector3<f64> {
+    let mut posed = landscape::grasp::hand::PosedHand::default();
+    hand.pose(&coordinates(grasp), &mut posed);
+    let points = grasp.contacts.iter().map(|&i| posed.points[i as usize]);
+    points.sum::<Vector3<f64>>() / grasp.contacts.len().max(1) as f64
+}

@@ -1,0 +1,183 @@
+//! How far the map of the committed grasps depends on our choices → `figures/sensitivity.md`
+//!
+//! `cargo run --release --example sensitivity [GRASPS]`: maps the first GRASPS grasps (100) again with each weight of the energy
+//! halved and raised by half, with other points on the hand's surface, and of those grasps only that balance at a lower friction.
+//! Every map is compared with the taxonomy; numbers that move little rest little on the choice. Finished maps are kept
+//! below `target/sensitivity`.
+
+mod command;
+
+use std::error::Error;
+use std::fmt::Write;
+use std::fs;
+use std::path::Path;
+
+use command::landscape;
+use landscape::grasp::EnergySettings;
+use landscape::store::{GraspFile, Overrides};
+use serde_json::Value;
+
+const GRASPS: &str = "data/grasps.parquet";
+const FOLDER: &str = "target/sensitivity";
+const WEIGHTS: [&str; 6] = [
+    "force_closure_weight",
+    "distance_weight",
+    "penetration_weight",
+    "intrusion_weight",
+    "self_penetration_weight",
+    "prior_weight",
+];
+const FACTORS: [f64; 2] = [0.5, 1.5];
+/// Numbers of surface points other than 773: their places are spread anew (nothing about them is random).
+const POINTS: [usize; 2] = [700, 850];
+/// Friction at which grasps must balance; all do at 0.5.
+const FRICTION: [f64; 2] = [0.25, 0.35];
+/// Statistics of `landscape compare` that are shown.
+const STATISTICS: [&str; 4] = [
+    "dendrogram purity",
+    "ANOSIM R",
+    "assortativity",
+    "barrier ratio power–precision",
+];
+
+/// A choice made otherwise.
+enum Change {
+    None,
+    Weight(&'static str, f64),
+    Points(usize),
+    Friction(f64),
+}
+
+impl Change {
+    fn name(&self) -> String {
+        match self {
+            Self::None => "as it is".to_owned(),
+            Self::Weight(weight, factor) => format!("{weight} × {factor}"),
+            Self::Points(count) => format!("{count} surface points"),
+            Self::Friction(friction) => format!("friction {friction}"),
+        }
+    }
+
+    /// The grasps with this change, in a file of their own.
+    fn write(&self, count: usize, path: &Path) -> Result<(), Box<dyn Error>> {
+        let (mut file, _) = GraspFile::read(GRASPS.as_ref(), Overrides::default())?;
+        file.grasps.truncate(count);
+        match self {
+            Self::None => {}
+            Self::Weight(weight, factor) => {
+                let settings: EnergySettings =
+                    serde_json::from_value(file.metadata.energy.clone())?;
+                let mut settings = serde_json::to_value(settings)?;
+                let known = settings[*weight].as_f64().ok_or("no such weight")?;
+                settings[*weight] = (known * factor).into();
+                file.metadata.energy = settings;
+            }
+            Self::Points(count) => {
+                for hand in &mut file.metadata.hands {
+                    let side = hand
+                        .description
+                        .get_mut(1)
+                        .ok_or("a hand without side file")?;
+                    let mut told: Value = serde_json::from_str(&side.text)?;
+                    told["surface_points"] = (*count).into();
+                    side.text = told.to_string();
+                    hand.surface_points = *count;
+                }
+                // Contacts name points of the old surface; the map finds its own.
+                let last = u32::try_from(*count)? - 1;
+                for grasp in &mut file.grasps {
+                    for contact in &mut grasp.contacts {
+                        *contact = (*contact).min(last);
+                    }
+                }
+            }
+            Self::Friction(friction) => {
+                file.grasps
+                    .retain(|grasp| grasp.friction.is_some_and(|least| least <= *friction));
+            }
+        }
+        file.write(path)?;
+        Ok(())
+    }
+}
+
+/// What is told of one map.
+struct Row {
+    name: String,
+    cells: Vec<String>,
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let count: usize = match std::env::args().nth(1) {
+        Some(text) => text.parse()?,
+        None => 100,
+    };
+    fs::create_dir_all(FOLDER)?;
+    let weights = WEIGHTS
+        .iter()
+        .flat_map(|weight| FACTORS.map(|factor| Change::Weight(weight, factor)));
+    let changes: Vec<Change> = std::iter::once(Change::None)
+        .chain(weights)
+        .chain(POINTS.map(Change::Points))
+        .chain(FRICTION.map(Change::Friction))
+        .collect();
+    let mut rows = Vec::new();
+    for (number, change) in changes.iter().enumerate() {
+        let stem = format!("{FOLDER}/{count}_{number}");
+        rows.push(row(change, count, &stem)?);
+        fs::write("figures/sensitivity.md", report(count, &rows))?;
+    }
+    print!("{}", report(count, &rows));
+    Ok(())
+}
+
+/// Maps and compares, unless that has been done.
+fn row(change: &Change, count: usize, stem: &str) -> Result<Row, Box<dyn Error>> {
+    let [grasps, map, comparison] =
+        ["parquet", "landscape", "comparison"].map(|ending| format!("{stem}.{ending}"));
+    if !Path::new(&map).exists() {
+        change.write(count, grasps.as_ref())?;
+        landscape(&["build", &grasps, "-q", "--fresh", "-o", &map])?;
+    }
+    if !Path::new(&format!("{comparison}.json")).exists() {
+        landscape(&["compare", &map, "-q", "-o", &comparison])?;
+    }
+    let manifest: Value = serde_json::from_slice(&fs::read(format!("{map}/landscape.json"))?)?;
+    let compared: Value = serde_json::from_slice(&fs::read(format!("{comparison}.json"))?)?;
+    let whole = |name: &str| manifest["counts"][name].to_string();
+    let depth = manifest["findings"]["median_merge_depth"].as_f64();
+    let mut cells = vec![
+        whole("grasps"),
+        whole("minima"),
+        whole("groups"),
+        depth.map_or("–".to_owned(), |depth| format!("{depth:.3}")),
+    ];
+    let statistics = compared["statistics"].as_array();
+    for name in STATISTICS {
+        let found = statistics.and_then(|rows| rows.iter().find(|row| row["name"] == name));
+        let told = |key: &str| found.and_then(|row| row[key].as_f64());
+        cells.push(match (told("statistic"), told("p")) {
+            (Some(value), Some(p)) => format!("{value:.3} (p {p:.3})"),
+            (Some(value), None) => format!("{value:.3}"),
+            _ => "–".to_owned(),
+        });
+    }
+    Ok(Row {
+        name: change.name(),
+        cells,
+    })
+}
+
+fn report(count: usize, rows: &[Row]) -> String {
+    let mut text = format!(
+        "# What the map depends on\n\n`cargo run --release --example sensitivity {count}`: the first {count} grasps of {GRASPS}, \
+         mapped anew under each change. Depth: height of a merge above the shallower side's lowest minimum.\n\n\
+         | change | grasps | minima | groups | median merge depth | {} |\n|---|---|---|---|---|{}\n",
+        STATISTICS.join(" | "),
+        "---|".repeat(STATISTICS.len())
+    );
+    for row in rows {
+        let _ = writeln!(text, "| {} | {} |", row.name, row.cells.join(" | "));
+    }
+    text
+}

@@ -1,0 +1,378 @@
+//! Hypotheses that ask the energy: along paths, after a finger has been lifted, on other hands.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::hypotheses::{Finding, Verdict, insufficient};
+use crate::agreement::{fisher_exact, spearman};
+use crate::cli::settings_for_grasps;
+use crate::cli::types::{Named, Setting};
+use crate::cli::way::{places, route};
+use crate::energy::Energy;
+use crate::grasp::hand::{Hand, PosedHand};
+use crate::grasp::taxonomy::{Anatomy, Category, Labeller, PalmPart, Patch, Rule, Taxonomy};
+use crate::grasp::{GraspEnergy, judge};
+use crate::space::interpolate;
+use crate::store::LandscapeFiles;
+use crate::topography::{Evidence, MinimumId, Network, NoJournal, Tree, quench_all, silent};
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Smooth {
+    pub(super) claim: String,
+    precision: Vec<u8>,
+    power: Vec<u8>,
+    others: Vec<u8>,
+    least_points: usize,
+    most_ways: usize,
+    least_monotony: f64,
+    level: f64,
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Lifted {
+    pub(super) claim: String,
+    spheres: Vec<u8>,
+    least_share: f64,
+    /// Fingers that are lifted, and the type it becomes.
+    becomes: BTreeMap<String, u8>,
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Thumbless {
+    pub(super) claim: String,
+}
+
+/// A landscape whose energy can be asked.
+pub(super) struct Experiments<'a> {
+    files: LandscapeFiles,
+    network: Network,
+    tree: Tree,
+    names: Vec<Named>,
+    energy: GraspEnergy,
+    rule: &'a Rule,
+    least_per_class: usize,
+}
+
+/// What was seen along one way.
+struct Way {
+    /// Share of its points that pass the published filter.
+    passing: f64,
+    /// Rank correlation of the gap under the palm with the way.
+    monotony: f64,
+}
+
+impl<'a> Experiments<'a> {
+    pub(super) fn new(
+        folder: &Path,
+        rule: &'a Rule,
+        least_per_class: usize,
+    ) -> anyhow::Result<Self> {
+        let files = LandscapeFiles::read(folder)?;
+        let name = folder.display().to_string();
+        let setting = Setting::of(&files, &name)?;
+        let network = files.network(folder)?;
+        Ok(Self {
+            tree: Tree::from_network(&network, Evidence::Chain),
+            names: setting.names(&files, rule),
+            energy: setting.energy(&files, &name)?,
+            network,
+            files,
+            rule,
+            least_per_class,
+        })
+    }
+
+    fn minima(&self, keep: impl Fn(&Named) -> bool) -> Vec<usize> {
+        let numbered = self.names.iter().enumerate();
+        numbered
+            .filter(|(_, named)| keep(named))
+            .map(|(i, _)| i)
+            .collect()
+    }
+
+    fn of_types(&self, types: &[u8]) -> Vec<usize> {
+        self.minima(|named| named.number.is_some_and(|number| types.contains(&number)))
+    }
+
+    /// H7: ways between precision and power spheres, against those between precision grasps and cylinders.
+    pub(super) fn smooth(&self, asked: &Smooth) -> anyhow::Result<Finding> {
+        let spheres = [&asked.precision, &asked.power].map(|types| self.of_types(types));
+        let cylinders = self.of_types(&asked.others);
+        let precision = self.minima(|named| named.category == Some(Category::Precision));
+        if spheres.iter().any(Vec::is_empty) || cylinders.is_empty() || precision.is_empty() {
+            return Ok(insufficient(
+                "H7",
+                &asked.claim,
+                &format!(
+                    "minima: {} precision sphere, {} power sphere, {} cylinder",
+                    spheres[0].len(),
+                    spheres[1].len(),
+                    cylinders.len()
+                ),
+            ));
+        }
+        let ways = self.ways(asked, &spheres[1], &spheres[0])?;
+        let others = self.ways(asked, &cylinders, &precision)?;
+        let whole = |ways: &[Way]| ways.iter().filter(|way| way.passing >= 1.0).count();
+        let [own, other] = [whole(&ways), whole(&others)];
+        let p = fisher_exact([own, other], [ways.len(), others.len()]);
+        let smooth = ways
+            .iter()
+            .filter(|way| way.passing >= 1.0 && way.monotony >= asked.least_monotony)
+            .count();
+        let best = |ways: &[Way]| ways.iter().map(|way| way.passing).fold(0.0, f64::max);
+        Ok(Finding::new(
+            "H7",
+            &asked.claim,
+            Verdict::of(smooth > 0 && p < asked.level),
+            Some(p),
+            format!(
+                "{own} of {} ways between precision and power spheres pass Eq. 11 all along, {smooth} of them with a gap under \
+                 the palm that grows all the way; of those between precision grasps and cylinders {other} of {} (Fisher p \
+                 {p:.4}); best way passes {:.0} % (cylinders {:.0} %)",
+                ways.len(),
+                others.len(),
+                100.0 * best(&ways),
+                100.0 * best(&others)
+            ),
+        ))
+    }
+
+    /// The lowest ways from any of one list to any of another.
+    fn ways(&self, asked: &Smooth, from: &[usize], to: &[usize]) -> anyhow::Result<Vec<Way>> {
+        let height = |a: usize, b: usize| self.tree.minimax(MinimumId(a), MinimumId(b));
+        let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
+        for &a in from {
+            for &b in to {
+                if let Some(height) = height(a, b).filter(|h| a != b && h.is_finite()) {
+                    let floor = self.files.minima[a].energy.max(self.files.minima[b].energy);
+                    pairs.push((height - floor, a, b));
+                }
+            }
+        }
+        pairs.sort_by(|x, y| x.0.total_cmp(&y.0).then((x.1, x.2).cmp(&(y.1, y.2))));
+        pairs.truncate(asked.most_ways);
+        let found: Vec<Option<Way>> = pairs
+            .par_iter()
+            .map(|&(_, a, b)| self.way(asked, MinimumId(a), MinimumId(b)))
+            .collect::<anyhow::Result<_>>()?;
+        Ok(found.into_iter().flatten().collect())
+    }
+
+    fn way(&self, asked: &Smooth, a: MinimumId, b: MinimumId) -> anyhow::Result<Option<Way>> {
+        let Some(route) = route(&self.network, a, b) else {
+            return Ok(None);
+        };
+        let space = self.energy.pose_space();
+        let images = places(&self.files, space, &route)?;
+        let between = asked.least_points.div_ceil(images.len().max(2) - 1).max(1);
+        let mut points: Vec<Vec<f64>> = Vec::new();
+        for pair in images.windows(2) {
+            for part in 0..between {
+                let t = part as f64 / between as f64;
+                points.push(interpolate(space, &pair[0].x, &pair[1].x, t));
+            }
+        }
+        points.extend(images.last().map(|last| last.x.clone()));
+        let passing = points
+            .iter()
+            .filter(|x| judge(&self.energy, x, &self.energy.choice(x)).passes_published())
+            .count();
+        let gaps: Vec<f64> = points.iter().map(|x| self.palm_gap_m(x)).collect();
+        let order: Vec<f64> = (0..points.len()).map(|i| i as f64).collect();
+        Ok(Some(Way {
+            passing: passing as f64 / points.len() as f64,
+            monotony: spearman(&order, &gaps),
+        }))
+    }
+
+    /// From the palm to the object.
+    fn palm_gap_m(&self, x: &[f64]) -> f64 {
+        let hand = self.energy.hand();
+        let mut posed = PosedHand::default();
+        hand.pose(x, &mut posed);
+        let Some(anatomy) = Anatomy::of(hand) else {
+            return f64::NAN;
+        };
+        (0..hand.surface.len())
+            .filter(|&i| anatomy.patch(i) == Patch::Palm(PalmPart::Volar))
+            .map(|i| self.energy.object().exact.distance(&posed.points[i]))
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    /// H9: what sphere grasps become when fingers are lifted off.
+    pub(super) fn lifted(&self, asked: &Lifted) -> Finding {
+        let spheres = self.of_types(&asked.spheres);
+        if spheres.len() < self.least_per_class {
+            return insufficient(
+                "H9",
+                &asked.claim,
+                &format!("{} sphere minima", spheres.len()),
+            );
+        }
+        let hand = self.energy.hand();
+        let quench = settings_for_grasps(&self.energy).quench;
+        let labeller = Labeller::new(hand, self.energy.object(), self.rule);
+        let mut became = vec![false; spheres.len()];
+        let mut told = Vec::new();
+        for (fingers, kind) in &asked.becomes {
+            let starts: Vec<Vec<f64>> = spheres
+                .iter()
+                .map(|&i| straightened(hand, &self.files.minima[i].coordinates, fingers))
+                .collect();
+            let ends = quench_all(&self.energy, &starts, &quench, &NoJournal, &silent);
+            let mut counts = [0, 0, 0];
+            for (place, end) in ends.iter().enumerate() {
+                let label = labeller.label(&end.x);
+                let like = label.best.first().map(|best| best.number) == Some(*kind);
+                let valid =
+                    judge(&self.energy, &end.x, &self.energy.choice(&end.x)).passes_strict();
+                counts[0] += usize::from(like);
+                counts[1] += usize::from(valid);
+                counts[2] += usize::from(like && valid);
+                became[place] |= like && valid;
+            }
+            let name = Taxonomy::feix().numbered(*kind);
+            told.push(format!(
+                "{fingers} lifted: {} like {}, {} valid, {} both",
+                counts[0],
+                name.map_or("", |entry| &entry.name),
+                counts[1],
+                counts[2]
+            ));
+        }
+        let share = became.iter().filter(|became| **became).count() as f64 / spheres.len() as f64;
+        Finding::new(
+            "H9",
+            &asked.claim,
+            Verdict::of(share >= asked.least_share),
+            None,
+            format!(
+                "of {} sphere minima, after relaxing: {}; {:.0} % became one or the other and stayed valid",
+                spheres.len(),
+                told.join("; "),
+                100.0 * share
+            ),
+        )
+    }
+
+    /// H10: the same poses on a hand without a thumb, and what the rule says of grippers.
+    pub(super) fn thumbless(&self, asked: &Thumbless) -> anyhow::Result<Finding> {
+        let hand = self.energy.hand();
+        let other = Hand::named("human_thumbless")?;
+        let joints: Option<Vec<usize>> = other
+            .joints
+            .iter()
+            .map(|joint| hand.joint(&joint.name))
+            .collect();
+        let Some(joints) = joints else {
+            return Ok(Finding::new(
+                "H10",
+                &asked.claim,
+                Verdict::NotTested,
+                None,
+                "the poses are those of another hand than the human one".to_owned(),
+            ));
+        };
+        let energy = GraspEnergy::new(
+            other.into(),
+            self.energy.object().clone(),
+            *self.energy.settings(),
+        )?;
+        let labeller = Labeller::new(energy.hand(), energy.object(), self.rule);
+        let poses: Vec<Vec<f64>> = self
+            .files
+            .minima
+            .iter()
+            .map(|row| {
+                let mut x = row.coordinates[..7].to_vec();
+                x.extend(joints.iter().map(|joint| row.coordinates[7 + joint]));
+                x
+            })
+            .collect();
+        let taxonomy = Taxonomy::feix();
+        let uses_thumb = |x: &Vec<f64>| {
+            let best = labeller.label(x).best;
+            best.iter().any(|candidate| {
+                let entry = taxonomy.numbered(candidate.number);
+                entry.is_some_and(|entry| entry.uses(1))
+            })
+        };
+        let wrong = poses.par_iter().filter(|x| uses_thumb(x)).count();
+        let valid = poses
+            .par_iter()
+            .filter(|x| judge(&energy, x, &energy.choice(x)).passes_strict())
+            .count();
+        let mut guessed = Vec::new();
+        for name in ["gripper_three_finger", "gripper_parallel"] {
+            let gripper = Hand::named(name)?;
+            if Labeller::new(&gripper, self.energy.object(), self.rule).applies() {
+                guessed.push(name);
+            }
+        }
+        Ok(Finding::new(
+            "H10",
+            &asked.claim,
+            Verdict::of(wrong == 0 && guessed.is_empty()),
+            None,
+            format!(
+                "the minima's poses on the human hand without its thumb: {wrong} of {} with a thumb type among the best three, \
+                 {valid} still pass the strict filter; grippers to which the rule applies: {}",
+                poses.len(),
+                if guessed.is_empty() {
+                    "none".to_owned()
+                } else {
+                    guessed.join(", ")
+                }
+            ),
+        ))
+    }
+}
+
+/// The pose with these fingers straight: `little`, or `little and ring`.
+fn straightened(hand: &Hand, x: &[f64], fingers: &str) -> Vec<f64> {
+    let straight = hand.straight_joints();
+    let mut x = x.to_vec();
+    for (joint, angle) in straight.iter().enumerate() {
+        let moves = hand.links.iter().find(|link| {
+            link.motion
+                .as_ref()
+                .is_some_and(|motion| motion.joint == joint)
+        });
+        let digit = moves.map_or("", |link| hand.digits[link.digit].as_str());
+        if fingers.split(" and ").any(|finger| finger == digit) {
+            x[7 + joint] = *angle;
+        }
+    }
+    x
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_the_fingers_named_are_straightened() {
+        let hand = Hand::human();
+        let bent: Vec<f64> = hand.rest_coordinates().iter().map(|q| q + 0.3).collect();
+        let lifted = straightened(&hand, &bent, "little and ring");
+        let straight = hand.straight_joints();
+        for (joint, known) in hand.joints.iter().enumerate() {
+            let named = ["little", "ring"]
+                .iter()
+                .any(|finger| known.name.starts_with(finger));
+            let wanted = if named {
+                straight[joint]
+            } else {
+                bent[7 + joint]
+            };
+            assert!((lifted[7 + joint] - wanted).abs() < 1e-12, "{}", known.name);
+        }
+    }
+}

@@ -1,0 +1,135 @@
+//! Minima in the colours of the taxonomy, and rendered examples of them.
+
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+use super::types::{Named, Setting};
+use crate::figure::{PICTURE_DENSITY, Picture, Scene, side_in_row, theme};
+use crate::grasp::taxonomy::{Category, Rule};
+use crate::store::LandscapeFiles;
+use crate::topography::MinimumId;
+
+/// Which differences between grasp types colours show.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub(super) enum Colouring {
+    /// Power, intermediate, precision.
+    Category,
+    /// Power grasps of spheres, disks and cylinders beside precision grasps.
+    Power,
+    /// Sphere grasps beside tripods and quadpods.
+    Spheres,
+}
+
+/// Numbers of types (Feix et al. 2016).
+const POWER_SPHERES: [u8; 3] = [11, 26, 28];
+const DISKS: [u8; 1] = [10];
+const CYLINDERS: [u8; 3] = [1, 2, 3];
+const SPHERES: [u8; 2] = [11, 13];
+const TRIPODS: [u8; 2] = [14, 27];
+
+impl Colouring {
+    /// What a legend calls a grasp of this name.
+    fn label(self, named: &Named) -> &'static str {
+        let is = |types: &[u8]| named.number.is_some_and(|number| types.contains(&number));
+        match (self, named.category) {
+            (_, None) => "unlisted",
+            (Self::Power, _) if is(&POWER_SPHERES) => "power: sphere",
+            (Self::Power, _) if is(&DISKS) => "power: disk",
+            (Self::Power, _) if is(&CYLINDERS) => "power: cylinder",
+            (Self::Power, Some(Category::Power)) => "power: other",
+            (Self::Category | Self::Power, Some(category)) => category.name(),
+            (Self::Spheres, _) if is(&SPHERES) => "sphere",
+            (Self::Spheres, _) if is(&TRIPODS) => "tripod, quadpod",
+            (Self::Spheres, _) => "other",
+        }
+    }
+}
+
+/// The names of a landscape's minima.
+pub(super) struct Types {
+    setting: Setting,
+    names: Vec<Named>,
+}
+
+impl Types {
+    pub(super) fn of(files: &LandscapeFiles, name: &str) -> anyhow::Result<Self> {
+        let setting = Setting::of(files, name)?;
+        let names = setting.names(files, Rule::standard());
+        Ok(Self { setting, names })
+    }
+
+    /// What the legend calls each minimum.
+    pub(super) fn labels(&self, colouring: Colouring) -> Vec<String> {
+        let label = |named| colouring.label(named).to_owned();
+        self.names.iter().map(label).collect()
+    }
+
+    /// Rendered minima, so many at most: of each type the one in the group with most grasps, at least one of each category
+    /// that occurs, then those of the largest groups; no two of one group.
+    pub(super) fn examples(
+        &self,
+        files: &LandscapeFiles,
+        group_of: &[usize],
+        count: usize,
+        width: u32,
+    ) -> Vec<(MinimumId, Picture)> {
+        let chosen = self.chosen(files, group_of, count);
+        let side = side_in_row(width, chosen.len()) * PICTURE_DENSITY;
+        let skin = self.setting.hand.skin();
+        let picture = |&minimum: &usize| {
+            let row = &files.minima[minimum];
+            let scene = Scene::of_grasp(
+                &self.setting.hand,
+                &skin,
+                &self.setting.object,
+                &row.coordinates,
+                &row.choice,
+            );
+            let camera = scene.closer_camera(Vector3::z());
+            let named = &self.names[minimum];
+            let label = Colouring::Category.label(named);
+            let picture = Picture {
+                image: scene.render(&camera, side, side),
+                texts: vec![named.text().to_owned(), format!("m{}", row.id)],
+                colour: theme::label_colours(&[label]).into_iter().next(),
+                of: None,
+            };
+            (MinimumId(minimum), picture)
+        };
+        chosen.par_iter().map(picture).collect()
+    }
+
+    fn chosen(&self, files: &LandscapeFiles, group_of: &[usize], count: usize) -> Vec<usize> {
+        let groups = group_of.iter().max().map_or(0, |most| most + 1);
+        let mut grasps = vec![0; groups];
+        for (row, &group) in files.minima.iter().zip(group_of) {
+            grasps[group] += row.members.len();
+        }
+        // The lowest minimum of each group that is called as most of its grasps are.
+        let mut order: Vec<usize> = (0..files.minima.len()).collect();
+        order.sort_by_key(|&minimum| {
+            let row = &files.minima[minimum];
+            let weight = (grasps[group_of[minimum]], row.members.len());
+            (std::cmp::Reverse(weight), minimum)
+        });
+        let mut chosen: Vec<usize> = Vec::new();
+        // First a grasp of each category, then of each type, then any.
+        let categories: [fn(&Named, &Named) -> bool; 3] = [
+            |a, b| a.category == b.category,
+            |a, b| a.text() == b.text(),
+            |_, _| false,
+        ];
+        for same in categories {
+            for &minimum in &order {
+                let known = |&other: &usize| {
+                    group_of[other] == group_of[minimum]
+                        || same(&self.names[other], &self.names[minimum])
+                };
+                if chosen.len() < count && !chosen.iter().any(known) {
+                    chosen.push(minimum);
+                }
+            }
+        }
+        chosen
+    }
+}

@@ -1,0 +1,377 @@
+//! The lowest way between two minima of a landscape: as pictures with the energy by term along it, and as an animation.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail, ensure};
+use nalgebra::Vector3;
+use rayon::prelude::*;
+use serde_json::json;
+
+use super::{number, table};
+use crate::cli::args::{Common, Inspect};
+use crate::cli::types::Setting;
+use crate::cli::way::{Place, places, route};
+use crate::cli::{check_output, complain, print};
+use crate::figure::chart::{Axis, Chart, Corner, Mark, Panel, Series};
+use crate::figure::{
+    Canvas, PICTURE_DENSITY, Picture, Scene, Surface, draw_row, row_height, side_in_row, theme,
+};
+use crate::grasp::GraspEnergy;
+use crate::grasp::hand::PosedHand;
+use crate::store::{LandscapeFiles, write_atomic};
+use crate::topography::MinimumId;
+
+/// Width of the strip, canvas units.
+const WIDTH: u32 = 1600;
+/// Terms that never reach this share of the highest one are not drawn.
+const LEAST_SHARE: f64 = 0.02;
+/// How long the animation takes, seconds a centimetre, and at least.
+const SECONDS_PER_CM: f64 = 0.25;
+const LEAST_SECONDS: f64 = 3.0;
+
+/// A point of the way.
+struct Step {
+    x: Vec<f64>,
+    choice: Vec<u32>,
+    /// Metres from the start.
+    place_m: f64,
+    energy: f64,
+    /// In the order of the energy's terms.
+    terms: Vec<f64>,
+}
+
+pub(super) fn run(command: &Inspect, ends: &[String], common: &Common) -> anyhow::Result<()> {
+    let folder = &command.file;
+    let name = folder.display().to_string();
+    let files = LandscapeFiles::read(folder)?;
+    let [from, to] = [&ends[0], &ends[1]].map(|end| minimum(&files, end));
+    let (from, to) = (from?, to?);
+    ensure!(from != to, "--path {} {}: one minimum", ends[0], ends[1]);
+    ensure!(command.pictures >= 2, "--pictures: at least 2 are needed");
+    let output = match &command.output {
+        Some(output) => output.clone(),
+        None => beside(folder, from, to)?,
+    };
+    check_output(&output)?;
+    let setting = Setting::of(&files, &name)?;
+    let energy = setting.energy(&files, &name)?;
+    let network = files.network(folder)?;
+    let route = route(&network, from, to)
+        .with_context(|| format!("no way leads from m{} to m{} in {name}", from.0, to.0))?;
+    let steps = steps(&files, &energy, &route)?;
+
+    let text = text(&files, &energy, &route, &steps);
+    if command.json {
+        print(&serde_json::to_string_pretty(&value(
+            &energy, &route, &steps,
+        ))?);
+    } else {
+        print(&text);
+    }
+    let canvas = strip(&energy, &steps, command.pictures)?;
+    for ending in ["png", "svg"] {
+        canvas.save(&with_ending(&output, ending))?;
+    }
+    write_atomic(&with_ending(&output, "glb"), &animation(&energy, &steps))?;
+    if !common.quiet {
+        complain(&format!("wrote {}.png, .svg and .glb", output.display()));
+    }
+    Ok(())
+}
+
+fn with_ending(output: &Path, ending: &str) -> PathBuf {
+    let mut name = output.file_name().unwrap_or_default().to_owned();
+    name.push(format!(".{ending}"));
+    output.with_file_name(name)
+}
+
+/// `NAME.m3-m17` beside the landscape.
+fn beside(folder: &Path, from: MinimumId, to: MinimumId) -> anyhow::Result<PathBuf> {
+    let stem = folder.file_stem();
+    let stem = stem.with_context(|| format!("{} names no folder", folder.display()))?;
+    let name = format!("{}.m{}-m{}", stem.to_string_lossy(), from.0, to.0);
+    Ok(folder.with_file_name(name))
+}
+
+/// `m3`, or `g2` for the lowest minimum of a group.
+fn minimum(files: &LandscapeFiles, name: &str) -> anyhow::Result<MinimumId> {
+    let count = files.minima.len();
+    let (kind, number) = name.split_at_checked(1).unwrap_or((name, ""));
+    match (kind, number.parse::<usize>()) {
+        ("m", Ok(number)) if number < count => Ok(MinimumId(number)),
+        ("m", Ok(_)) => bail!(
+            "--path {name}: there are {count} minima, m0 to m{}",
+            count - 1
+        ),
+        ("g", Ok(number)) => {
+            let mut rows = files.minima.iter();
+            let place = rows.position(|row| row.group == number as u64);
+            let place = place.with_context(|| format!("--path {name}: there is no such group"))?;
+            Ok(MinimumId(place))
+        }
+        _ => bail!("--path {name}: write minima as the tree names them (m3), or groups (g0)"),
+    }
+}
+
+/// The points along a route, with the energy by term.
+fn steps(
+    files: &LandscapeFiles,
+    energy: &GraspEnergy,
+    route: &[MinimumId],
+) -> anyhow::Result<Vec<Step>> {
+    let step = |place: &Place| {
+        let choice = place.contacts(energy);
+        let terms: Vec<f64> = (energy.terms_of(&place.x, &choice).into_iter())
+            .map(|(_, value)| value)
+            .collect();
+        Step {
+            x: place.x.clone(),
+            choice,
+            place_m: place.along_m,
+            energy: terms.iter().sum(),
+            terms,
+        }
+    };
+    let places = places(files, energy.pose_space(), route)?;
+    Ok(places.par_iter().map(step).collect())
+}
+
+fn top(steps: &[Step]) -> usize {
+    let places = 0..steps.len();
+    places
+        .max_by(|a, b| steps[*a].energy.total_cmp(&steps[*b].energy))
+        .unwrap_or(0)
+}
+
+fn millimetres(step: &Step) -> f64 {
+    1e3 * step.place_m
+}
+
+/// What the barrier is made of: terms at the start, at the top and at the end.
+fn text(
+    files: &LandscapeFiles,
+    energy: &GraspEnergy,
+    route: &[MinimumId],
+    steps: &[Step],
+) -> String {
+    let top = top(steps);
+    let minima: Vec<String> = route.iter().map(|id| format!("m{}", id.0)).collect();
+    let groups: Vec<String> = route
+        .iter()
+        .map(|id| format!("g{}", files.minima[id.0].group))
+        .collect();
+    let mut rows = vec![
+        ["", "start", "top", "end", "top above the higher end"]
+            .map(str::to_owned)
+            .to_vec(),
+    ];
+    let (first, last) = (0, steps.len() - 1);
+    let higher = if steps[first].energy > steps[last].energy {
+        first
+    } else {
+        last
+    };
+    let mut row = |name: &str, of: &dyn Fn(&Step) -> f64| {
+        let mut cells = vec![name.to_owned()];
+        cells.extend([first, top, last].map(|place| number(of(&steps[place]))));
+        cells.push(number(of(&steps[top]) - of(&steps[higher])));
+        rows.push(cells);
+    };
+    row("energy", &|step| step.energy);
+    for (term, name) in energy.term_names().iter().enumerate() {
+        row(&format!("  {name}"), &|step| step.terms[term]);
+    }
+    format!(
+        "way {} (groups {})\n{} points, {:.1} mm; the top is after {:.1} mm\n\n{}",
+        minima.join(" → "),
+        groups.join(" → "),
+        steps.len(),
+        millimetres(&steps[last]),
+        millimetres(&steps[top]),
+        table(&rows)
+    )
+}
+
+fn value(energy: &GraspEnergy, route: &[MinimumId], steps: &[Step]) -> serde_json::Value {
+    let steps: Vec<serde_json::Value> = steps
+        .iter()
+        .map(|step| {
+            json!({
+                "place_m": step.place_m,
+                "energy": step.energy,
+                "terms": step.terms,
+                "contacts": step.choice,
+                "coordinates": step.x,
+            })
+        })
+        .collect();
+    let route: Vec<usize> = route.iter().map(|id| id.0).collect();
+    json!({ "minima": route, "terms": energy.term_names(), "points": steps })
+}
+
+/// Energy by term over the way, and rendered points of it below.
+fn strip(energy: &GraspEnergy, steps: &[Step], pictures: usize) -> anyhow::Result<Canvas> {
+    let shown = shown(steps, pictures);
+    let names = energy.term_names();
+    let lines = |of: &dyn Fn(&Step) -> f64| -> Vec<[f64; 2]> {
+        steps
+            .iter()
+            .map(|step| [millimetres(step), of(step)])
+            .collect()
+    };
+    let most = steps.iter().map(|step| step.energy).fold(0.0, f64::max);
+    let mut series: Vec<Series> = shown
+        .iter()
+        .map(|&place| {
+            Series::new(Mark::Vertical(millimetres(&steps[place]))).coloured(theme::FAINT)
+        })
+        .collect();
+    let mut colour = 0;
+    for (term, name) in names.iter().enumerate() {
+        let highest = steps
+            .iter()
+            .map(|step| step.terms[term])
+            .fold(0.0, f64::max);
+        if highest >= LEAST_SHARE * most {
+            let line = Series::line(lines(&|step| step.terms[term]));
+            series.push(line.named(name).coloured(theme::series(colour)));
+            colour += 1;
+        }
+    }
+    let total = Series::line(lines(&|step| step.energy));
+    series.push(Series {
+        width: 5.0,
+        ..total.named("energy").coloured(theme::INK)
+    });
+    for (number, &place) in shown.iter().enumerate() {
+        let step = &steps[place];
+        let points = vec![[millimetres(step), step.energy]];
+        series.push(Series::points(points).coloured(theme::INK));
+        series.push(Series::new(Mark::Text {
+            at: [millimetres(step), step.energy + 0.06 * most],
+            text: (number + 1).to_string(),
+            anchor: crate::figure::Anchor::Middle,
+        }));
+    }
+    let panel = Panel {
+        legend: Some(Corner::UpperRight),
+        ..Panel::new(
+            "",
+            Axis::linear("way of the hand's surface (mm)"),
+            // Room for the legend above the curves.
+            Axis::linear("energy and its terms").with_range(0.0, 1.5 * most),
+            series,
+        )
+    };
+    let chart = Chart {
+        panel_size: [WIDTH - 44, 620],
+        ..Chart::new("", vec![panel])
+    };
+    let graph = chart.draw()?;
+    let side = side_in_row(WIDTH, shown.len());
+    let height = graph.height();
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a length on a sheet"
+    )]
+    let below = row_height(side, 2).ceil() as u32;
+    let mut canvas = graph.with_room_below(below);
+    draw_row(
+        &mut canvas,
+        height - 60.0,
+        &rendered(energy, steps, &shown, side),
+    );
+    Ok(canvas)
+}
+
+/// Points evenly along the way, the top among them.
+fn shown(steps: &[Step], count: usize) -> Vec<usize> {
+    let length = steps.last().map_or(0.0, |step| step.place_m);
+    let nearest = |place: f64| {
+        let apart = |i: &usize| (steps[*i].place_m - place).abs();
+        (0..steps.len())
+            .min_by(|a, b| apart(a).total_cmp(&apart(b)))
+            .unwrap_or(0)
+    };
+    let mut shown: Vec<usize> = (0..count)
+        .map(|k| nearest(length * k as f64 / (count - 1) as f64))
+        .collect();
+    let top = top(steps);
+    let inner = 1..count - 1;
+    let closest = inner.min_by_key(|&k| shown[k].abs_diff(top));
+    if let Some(closest) = closest {
+        shown[closest] = top;
+    }
+    shown.sort_unstable();
+    shown.dedup();
+    shown
+}
+
+/// All from one side, so that what moves is the hand.
+fn rendered(energy: &GraspEnergy, steps: &[Step], shown: &[usize], side: u32) -> Vec<Picture> {
+    let (hand, object) = (energy.hand(), energy.object());
+    let skin = hand.skin();
+    let scene = |place: usize| {
+        let step = &steps[place];
+        Scene::of_grasp(hand, &skin, object, &step.x, &step.choice)
+    };
+    let middle = scene(shown[shown.len() / 2]);
+    let toward_eye = middle
+        .best_camera(Vector3::z())
+        .view_from_object
+        .row(2)
+        .transpose();
+    let all = Scene {
+        surfaces: shown
+            .iter()
+            .filter_map(|&place| scene(place).surfaces.into_iter().next())
+            .collect(),
+        ..Scene::default()
+    };
+    let camera = all.framed(toward_eye, Vector3::z());
+    let highest = top(steps);
+    let picture = |(number, &place): (usize, &usize)| {
+        let said = if place == highest { "top, " } else { "" };
+        let step = &steps[place];
+        Picture {
+            image: scene(place).render(&camera, side * PICTURE_DENSITY, side * PICTURE_DENSITY),
+            texts: vec![
+                format!("{}", number + 1),
+                format!("{said}E {:.2}", step.energy),
+            ],
+            colour: None,
+            of: None,
+        }
+    };
+    shown.par_iter().enumerate().map(picture).collect()
+}
+
+/// The hand's skin moving along the way over the resting object.
+fn animation(energy: &GraspEnergy, steps: &[Step]) -> Vec<u8> {
+    let hand = energy.hand();
+    let skin = hand.skin();
+    let mut posed = PosedHand::default();
+    let frames: Vec<Vec<Vector3<f64>>> = steps
+        .iter()
+        .map(|step| {
+            hand.pose(&step.x, &mut posed);
+            skin.pose(&posed)
+        })
+        .collect();
+    hand.pose(&steps[0].x, &mut posed);
+    let scene = Scene {
+        surfaces: vec![
+            Surface::of_hand(&skin, &posed),
+            Surface::of_mesh(&energy.object().mesh),
+        ],
+        ..Scene::default()
+    };
+    let length = steps.last().map_or(0.0, |step| step.place_m);
+    let seconds = (1e2 * length * SECONDS_PER_CM).max(LEAST_SECONDS);
+    let times: Vec<f64> = steps
+        .iter()
+        .map(|step| seconds * step.place_m / length.max(f64::MIN_POSITIVE))
+        .collect();
+    scene.to_animated_glb(&times, &frames)
+}

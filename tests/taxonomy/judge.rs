@@ -1,0 +1,153 @@
+//! What the rule says of fixtures, and how often it is right.
+
+use std::path::Path;
+
+use landscape::grasp::hand::{Hand, PosedHand};
+use landscape::grasp::object::{Assembly, Object};
+use landscape::grasp::taxonomy::{
+    Anatomy, Label, Labeller, Rule, Taxonomy, Touch, Verdict, held, label_contacts, touches,
+};
+use landscape::sample::{Task, stream};
+use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
+
+use crate::fixture::Fixture;
+
+type Failure = Box<dyn std::error::Error + Send + Sync>;
+
+/// What is true and what the rule says.
+pub(crate) struct Outcome {
+    /// Which fixture.
+    pub(crate) id: String,
+    /// Number of the type; `None` for what is no grasp of the taxonomy.
+    pub(crate) truth: Option<u8>,
+    pub(crate) label: Label,
+}
+
+/// What an error of a joint angle means.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Error {
+    /// The hand is really posed so: what touched may be apart or inside, what was apart may touch.
+    Moved,
+    /// The angle is measured wrong: what touches is known as it is.
+    Misread,
+}
+
+/// Errors of the joint angles: each has a normal one of its own, cut off at its limits.
+#[derive(Clone, Copy)]
+pub(crate) struct Noise {
+    pub(crate) error: Error,
+    /// Standard deviation.
+    pub(crate) joints_rad: f64,
+    /// How often each fixture is posed.
+    pub(crate) copies: u64,
+    pub(crate) seed: u64,
+}
+
+impl Noise {
+    /// Fixtures as they are.
+    pub(crate) const NONE: Self = Self {
+        error: Error::Moved,
+        joints_rad: 0.0,
+        copies: 1,
+        seed: 0,
+    };
+}
+
+impl Outcome {
+    /// The type that fits best, whatever the thresholds say.
+    pub(crate) fn found(&self) -> Option<u8> {
+        self.label.best.first().map(|best| best.number)
+    }
+
+    /// Whether the rule gives it a type or a cell.
+    pub(crate) fn accepted(&self) -> bool {
+        matches!(
+            self.label.verdict,
+            Verdict::Listed(_) | Verdict::Ambiguous(_)
+        )
+    }
+
+    /// Whether the best type is at most so far from the true one, see `GraspType::distance`: 3 the category is right, 1
+    /// the cell, 0 the type.
+    pub(crate) fn right(&self, within: u8) -> bool {
+        let entry = |number: Option<u8>| Taxonomy::feix().numbered(number?);
+        let pair = entry(self.truth).zip(entry(self.found()));
+        pair.is_some_and(|(truth, found)| truth.distance(found) <= within)
+    }
+}
+
+/// The fixtures of a file.
+pub(crate) fn read(path: &Path) -> Result<Vec<Fixture>, Failure> {
+    Ok(serde_json::from_str(&std::fs::read_to_string(path)?)?)
+}
+
+/// Labels of all copies of all fixtures, in their order.
+pub(crate) fn judge(
+    fixtures: &[Fixture],
+    rule: &Rule,
+    noise: Noise,
+) -> Result<Vec<Outcome>, Failure> {
+    let hand = Hand::human();
+    let anatomy = Anatomy::of(&hand).ok_or("the human hand is not read as one")?;
+    let of_fixture = |(index, fixture): (usize, &Fixture)| -> Result<Vec<Outcome>, Failure> {
+        let id = &fixture.id;
+        let assembly = Assembly {
+            parts: fixture.object.clone(),
+            ..Assembly::default()
+        };
+        let (mesh, description) = assembly.object(id)?;
+        let object = Object::from_mesh(id, mesh, &description)?;
+        let labeller = Labeller::new(&hand, &object, rule);
+        let x = fixture
+            .coordinates(&hand)
+            .ok_or_else(|| format!("{id} has other joints than the hand"))?;
+        let mut posed = PosedHand::default();
+        hand.pose(&x, &mut posed);
+        let near = touches(&hand, &anatomy, &posed, &object);
+        let held = held(&object, &near);
+        let misread = |x: &[f64]| {
+            let mut read = PosedHand::default();
+            hand.pose(x, &mut read);
+            let carried: Vec<Touch> = near.iter().map(|(t, _)| t.carried(&posed, &read)).collect();
+            label_contacts(rule, &anatomy, &read, &carried, held.clone())
+        };
+        let labelled = |copy: u64| {
+            let mut x = x.clone();
+            let mut random = stream(noise.seed, Task::Start, noise.copies * index as u64 + copy);
+            for (angle, joint) in x[7..].iter_mut().zip(&hand.joints) {
+                let step: f64 = StandardNormal.sample(&mut random);
+                let [lower, upper] = joint.limits_rad;
+                // Some fixtures are a hair beyond a limit: without noise nothing moves.
+                if noise.joints_rad > 0.0 {
+                    *angle = (*angle + noise.joints_rad * step).clamp(lower, upper);
+                }
+            }
+            Outcome {
+                id: id.clone(),
+                truth: fixture.kind,
+                label: match noise.error {
+                    Error::Moved => labeller.label(&x),
+                    Error::Misread => misread(&x),
+                },
+            }
+        };
+        Ok((0..noise.copies).map(labelled).collect())
+    };
+    let outcomes: Vec<Vec<Outcome>> = (fixtures.par_iter().enumerate())
+        .map(of_fixture)
+        .collect::<Result<_, _>>()?;
+    Ok(outcomes.into_iter().flatten().collect())
+}
+
+/// The share of those outcomes that pass a test; `None` where there are none.
+pub(crate) fn share(outcomes: &[&Outcome], test: impl Fn(&Outcome) -> bool) -> Option<f64> {
+    let passing = outcomes.iter().filter(|outcome| test(outcome)).count();
+    (!outcomes.is_empty()).then(|| passing as f64 / outcomes.len() as f64)
+}
+
+/// Outcomes of grasps of the taxonomy, and of what is none.
+pub(crate) fn halves(outcomes: &[Outcome]) -> [Vec<&Outcome>; 2] {
+    let (grasps, others) = outcomes.iter().partition(|outcome| outcome.truth.is_some());
+    [grasps, others]
+}

@@ -1,0 +1,154 @@
+//! A small landscape of grasps looked at along its ways, in the colours of the taxonomy, and beside another.
+#![cfg(feature = "cli")]
+#![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
+
+use std::fs;
+use std::path::Path;
+
+use desk::{Desk, assert_says};
+use landscape::store::{GraspFile, LandscapeFiles, Overrides};
+use serde_json::Value;
+
+mod desk;
+
+/// What a command that must succeed prints.
+fn print(desk: &Desk, line: &str) -> String {
+    let output = desk.run(line);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success(), "landscape {line}: {said}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// Two landscapes of five grasps each.
+fn landscapes() -> Desk {
+    let desk = Desk::empty();
+    let data = concat!(env!("CARGO_MANIFEST_DIR"), "/data/grasps.parquet");
+    let (file, _) = GraspFile::read(data.as_ref(), Overrides::default()).unwrap();
+    for (name, first) in [("one", 0), ("two", 7)] {
+        let mut part = file.clone();
+        part.grasps = file.grasps[first..first + 5].to_vec();
+        part.write(&desk.path(&format!("{name}.parquet"))).unwrap();
+        print(&desk, &format!("build {name}.parquet -q"));
+    }
+    desk
+}
+
+/// The JSON of a binary glTF file.
+fn gltf(path: &Path) -> Value {
+    let bytes = fs::read(path).unwrap();
+    let length = u32::from_le_bytes(bytes[12..16].try_into().unwrap());
+    serde_json::from_slice(&bytes[20..20 + length as usize]).unwrap()
+}
+
+#[test]
+fn small_landscapes_are_looked_at_from_all_sides() {
+    let desk = landscapes();
+    let files = LandscapeFiles::read(&desk.path("one.landscape")).unwrap();
+    let edge = files.edges.iter().find(|edge| edge.height.is_some());
+    let edge = edge.unwrap();
+    let way = format!(
+        "inspect one.landscape --path m{} m{} --pictures 4 -o way",
+        edge.a, edge.b
+    );
+
+    let told: Value = serde_json::from_str(&print(&desk, &format!("{way} --json"))).unwrap();
+    let points = told["points"].as_array().unwrap();
+    let energy = |point: &Value| point["energy"].as_f64().unwrap();
+    for point in points {
+        let terms = point["terms"].as_array().unwrap();
+        let sum: f64 = terms.iter().map(|term| term.as_f64().unwrap()).sum();
+        assert!((sum - energy(point)).abs() < 1e-9);
+    }
+    let minima = told["minima"].as_array().unwrap();
+    let end = |minimum: &Value| files.minima[minimum.as_u64().unwrap() as usize].energy;
+    for (point, minimum) in [
+        (&points[0], &minima[0]),
+        (&points[points.len() - 1], &minima[minima.len() - 1]),
+    ] {
+        assert!((energy(point) - end(minimum)).abs() < 1e-6);
+    }
+    // No way is lower than the lowest, and this one is not above the edge's own.
+    let top = points.iter().map(energy).fold(f64::NEG_INFINITY, f64::max);
+    assert!(
+        top <= edge.height.unwrap() + 1e-6,
+        "{top} {:?}",
+        edge.height
+    );
+    // Steps do not jump: the object's symmetry is undone where paths meet.
+    let places: Vec<f64> = points
+        .iter()
+        .map(|point| point["place_m"].as_f64().unwrap())
+        .collect();
+    let length = places[places.len() - 1];
+    assert!(
+        places
+            .windows(2)
+            .all(|pair| pair[1] > pair[0] && pair[1] - pair[0] < 0.2 * length + 0.002)
+    );
+
+    let text = print(&desk, &way);
+    assert_says(&text, &["top above the higher end", "force_closure"]);
+    for ending in ["png", "svg"] {
+        assert!(
+            fs::metadata(desk.path(&format!("way.{ending}")))
+                .unwrap()
+                .len()
+                > 10_000
+        );
+    }
+    let animated = gltf(&desk.path("way.glb"));
+    let primitive = &animated["meshes"][0]["primitives"][0];
+    assert_eq!(primitive["targets"].as_array().unwrap().len(), points.len());
+    let sampler = &animated["animations"][0]["samplers"][0];
+    let count = |accessor: &Value| {
+        animated["accessors"][accessor.as_u64().unwrap() as usize]["count"]
+            .as_u64()
+            .unwrap() as usize
+    };
+    assert_eq!(count(&sampler["input"]), points.len());
+    assert_eq!(count(&sampler["output"]), points.len().pow(2));
+
+    print(
+        &desk,
+        "draw one.landscape --colour category --examples 3 -o view -q",
+    );
+    let drawn = fs::read_to_string(desk.path("view/disconnectivity.svg")).unwrap();
+    assert!(drawn.contains("base64,"));
+    let categories = ["power", "precision", "intermediate", "unlisted"];
+    assert!(categories.iter().any(|category| drawn.contains(category)));
+
+    print(&desk, "compare one.landscape two.landscape -o both -q");
+    let both: Value = serde_json::from_slice(&fs::read(desk.path("both.json")).unwrap()).unwrap();
+    let grasps: u64 = both["types"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|row| {
+            let [one, two] = [0, 1].map(|side| row["grasps"][side].as_u64().unwrap());
+            one + two
+        })
+        .sum();
+    assert!(grasps <= 10);
+    let report = fs::read_to_string(desk.path("both.md")).unwrap();
+    assert_says(&report, &["one.landscape", "two.landscape", "of 17 cells"]);
+}
+
+#[test]
+fn mistakes_about_ways_are_told() {
+    let desk = Desk::empty();
+    let data = concat!(env!("CARGO_MANIFEST_DIR"), "/data/grasps.parquet");
+    let (mut file, _) = GraspFile::read(data.as_ref(), Overrides::default()).unwrap();
+    file.grasps.truncate(3);
+    file.write(&desk.path("g.parquet")).unwrap();
+    print(&desk, "build g.parquet -q");
+    for (line, said) in [
+        ("inspect g.landscape", "is a folder"),
+        ("inspect g.landscape --path m0 m99", "m99"),
+        ("inspect g.landscape --path m0 x", "(m3)"),
+        ("inspect g.landscape --path m0 m0", "one minimum"),
+        ("inspect g.landscape --path g99 m0", "no such group"),
+        ("draw g.landscape --examples 0", "--examples 0"),
+    ] {
+        assert_says(&desk.mistake(line), &[said]);
+    }
+}
