@@ -357,9 +357,9 @@ fn piecewise(mesh: &Mesh) -> Vec<ExactMesh> {
             .or_default()
             .push(*triangle);
     }
-    let piece = |triangles| Mesh::new("piece", mesh.vertices().to_vec(), triangles).unwrap();
+    let piece = |triangles| Mesh::new("piece", mesh.vertices().to_vec(), triangles);
     pieces
         .into_values()
-        .map(|triangles| ExactMesh::new(&piece(triangles)))
+        .map(|triangles| ExactMesh::new(&piece(triangles).expect("each piece is closed")))
         .collect()
 }

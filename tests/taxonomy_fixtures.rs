@@ -40,25 +40,32 @@ struct Bounds {
     others: f64,
 }
 
-/// Shares as measured, within these bounds.
-fn within(half: &str, error: Error, bounds: &Bounds) {
-    let noise = Noise {
+/// Joint angles with errors.
+fn noisy(error: Error) -> Noise {
+    Noise {
         error,
         joints_rad: NOISE_RAD,
         copies: COPIES,
         seed: 0,
-    };
+    }
+}
+
+/// Shares as measured, within these bounds.
+fn within(half: &str, noise: Noise, bounds: &Bounds) {
     let outcomes = judge(&read(half), Rule::standard(), noise).unwrap();
     let [known, others] = halves(&outcomes);
     let right = [3, 1, 0].map(|within| share(&known, |outcome| outcome.right(within)).unwrap());
     let accepted = share(&others, Outcome::accepted).unwrap();
+    let wrong = known.iter().filter(|outcome| !outcome.right(0));
+    let mut wrong: Vec<&str> = wrong.map(|outcome| outcome.id.as_str()).collect();
+    wrong.dedup();
     assert!(
         right
             .iter()
             .zip(bounds.right)
             .all(|(found, least)| *found >= least)
             && accepted <= bounds.others,
-        "{half}: category, cell, type right {right:.3?}, others accepted {accepted:.3}"
+        "{half}: category, cell, type right {right:.3?}, others accepted {accepted:.3}; another type: {wrong:?}"
     );
 }
 
@@ -109,6 +116,17 @@ fn what_touches_touches_and_nothing_is_inside() {
     assert_eq!(ids.len(), count);
 }
 
+/// As they were posed.
+#[test]
+#[ignore = "a minute: objects are baked"]
+fn the_rule_names_what_it_was_made_with() {
+    let bounds = Bounds {
+        right: [0.90, 0.80, 0.75],
+        others: 0.10,
+    };
+    within("development", Noise::NONE, &bounds);
+}
+
 /// With the joints really moved; the held-out half gets its test when it has been opened, once.
 #[test]
 #[ignore = "minutes: 870 settled poses"]
@@ -117,7 +135,7 @@ fn the_rule_names_the_half_it_was_made_with() {
         right: [0.90, 0.80, 0.75],
         others: 0.10,
     };
-    within("development", Error::Moved, &bounds);
+    within("development", noisy(Error::Moved), &bounds);
 }
 
 /// With angles misread and contacts known.
@@ -128,5 +146,5 @@ fn the_rule_bears_misread_angles() {
         right: [0.90, 0.80, 0.75],
         others: 0.10,
     };
-    within("development", Error::Misread, &bounds);
+    within("development", noisy(Error::Misread), &bounds);
 }

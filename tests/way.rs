@@ -12,6 +12,10 @@ use serde_json::Value;
 mod desk;
 
 /// What a command that must succeed prints.
+fn index(value: &Value) -> usize {
+    usize::try_from(value.as_u64().unwrap()).unwrap()
+}
+
 fn print(desk: &Desk, line: &str) -> String {
     let output = desk.run(line);
     let said = String::from_utf8(output.stderr).unwrap();
@@ -60,7 +64,7 @@ fn small_landscapes_are_looked_at_from_all_sides() {
         assert!((sum - energy(point)).abs() < 1e-9);
     }
     let minima = told["minima"].as_array().unwrap();
-    let end = |minimum: &Value| files.minima[minimum.as_u64().unwrap() as usize].energy;
+    let end = |minimum: &Value| files.minima[index(minimum)].energy;
     for (point, minimum) in [
         (&points[0], &minima[0]),
         (&points[points.len() - 1], &minima[minima.len() - 1]),
@@ -100,11 +104,7 @@ fn small_landscapes_are_looked_at_from_all_sides() {
     let primitive = &animated["meshes"][0]["primitives"][0];
     assert_eq!(primitive["targets"].as_array().unwrap().len(), points.len());
     let sampler = &animated["animations"][0]["samplers"][0];
-    let count = |accessor: &Value| {
-        animated["accessors"][accessor.as_u64().unwrap() as usize]["count"]
-            .as_u64()
-            .unwrap() as usize
-    };
+    let count = |accessor: &Value| index(&animated["accessors"][index(accessor)]["count"]);
     assert_eq!(count(&sampler["input"]), points.len());
     assert_eq!(count(&sampler["output"]), points.len().pow(2));
 

@@ -59,15 +59,17 @@ pub(crate) fn report(conditions: &[Condition], rule: &Rule) -> String {
         .map(|category| category.name().to_owned());
     for condition in conditions {
         let _ = writeln!(text, "\n## {}\n", condition.name);
-        let tables: [(&str, &[String], &dyn Fn(&GraspType) -> String); 3] = [
-            ("category", &names, &|entry| {
+        let tables = [
+            taken_for(condition, "category", &names, &|entry: &GraspType| {
                 entry.category.name().to_owned()
             }),
-            ("cell", &cells, &|entry| entry.cell.clone()),
-            ("type", &types, &spell),
+            taken_for(condition, "cell", &cells, &|entry: &GraspType| {
+                entry.cell.clone()
+            }),
+            taken_for(condition, "type", &types, &spell),
         ];
-        for (head, classes, class) in tables {
-            text += &taken_for(condition, head, classes, class);
+        for table in tables {
+            text += &table;
             text.push('\n');
         }
         text += &accepted_others(condition);
