@@ -335,7 +335,7 @@ impl<'a> Experiments<'a> {
     }
 }
 
-/// The pose with these fingers straight: `little`, or `little and ring`.
+/// The pose with these fingers straight: `little`, or `little and ring`. The hollow of the palm stays as it is.
 fn straightened(hand: &Hand, x: &[f64], fingers: &str) -> Vec<f64> {
     let straight = hand.straight_joints();
     let mut x = x.to_vec();
@@ -364,9 +364,11 @@ mod tests {
         let lifted = straightened(&hand, &bent, "little and ring");
         let straight = hand.straight_joints();
         for (joint, known) in hand.joints.iter().enumerate() {
-            let named = ["little", "ring"]
-                .iter()
-                .any(|finger| known.name.starts_with(finger));
+            // The little finger's metacarpal is a part of the palm.
+            let named = known.name != "little_cmc_flexion"
+                && ["little", "ring"]
+                    .iter()
+                    .any(|finger| known.name.starts_with(finger));
             let wanted = if named {
                 straight[joint]
             } else {
