@@ -50,6 +50,12 @@ fn noisy(error: Error) -> Noise {
     }
 }
 
+/// What the rule is to reach.
+const TARGETS: Bounds = Bounds {
+    right: [0.90, 0.80, 0.75],
+    others: 0.10,
+};
+
 /// Shares as measured, within these bounds.
 fn within(half: &str, noise: Noise, bounds: &Bounds) {
     let outcomes = judge(&read(half), Rule::standard(), noise).unwrap();
@@ -120,31 +126,19 @@ fn what_touches_touches_and_nothing_is_inside() {
 #[test]
 #[ignore = "a minute: objects are baked"]
 fn the_rule_names_what_it_was_made_with() {
-    let bounds = Bounds {
-        right: [0.90, 0.80, 0.75],
-        others: 0.10,
-    };
-    within("development", Noise::NONE, &bounds);
+    within("development", Noise::NONE, &TARGETS);
 }
 
 /// With the joints really moved; the held-out half gets its test when it has been opened, once.
 #[test]
 #[ignore = "minutes: 870 settled poses"]
 fn the_rule_names_the_half_it_was_made_with() {
-    let bounds = Bounds {
-        right: [0.90, 0.80, 0.75],
-        others: 0.10,
-    };
-    within("development", noisy(Error::Moved), &bounds);
+    within("development", noisy(Error::Moved), &TARGETS);
 }
 
 /// With angles misread and contacts known.
 #[test]
 #[ignore = "a minute: objects are baked"]
 fn the_rule_bears_misread_angles() {
-    let bounds = Bounds {
-        right: [0.90, 0.80, 0.75],
-        others: 0.10,
-    };
-    within("development", noisy(Error::Misread), &bounds);
+    within("development", noisy(Error::Misread), &TARGETS);
 }
