@@ -11,7 +11,7 @@ mod shape;
 use std::collections::BTreeMap;
 
 use fixture::Fixture;
-use judge::{Error, Noise, Outcome, halves, judge, share};
+use judge::{Error, Noise, Outcome, cases, halves, judge, share};
 use landscape::grasp::hand::{Hand, PosedHand};
 use landscape::grasp::object::Shape;
 use landscape::grasp::taxonomy::Rule;
@@ -58,7 +58,7 @@ const TARGETS: Bounds = Bounds {
 
 /// Shares as measured, within these bounds.
 fn within(half: &str, noise: Noise, bounds: &Bounds) {
-    let outcomes = judge(&read(half), Rule::standard(), noise).unwrap();
+    let outcomes = judge(&cases(read(half)).unwrap(), Rule::standard(), noise).unwrap();
     let [known, others] = halves(&outcomes);
     let right = [3, 1, 0].map(|within| share(&known, |outcome| outcome.right(within)).unwrap());
     let accepted = share(&others, Outcome::accepted).unwrap();

@@ -62,11 +62,11 @@ fn main() -> Result<(), Failure> {
     let mut conditions = Vec::new();
     for half in &halves {
         let path = format!("tests/taxonomy/fixtures/{half}.json");
-        let fixtures = judge::read(Path::new(&path))?;
+        let cases = judge::cases(judge::read(Path::new(&path))?)?;
         let name = half.replace('_', " ");
         conditions.push(Condition {
             name: format!("{name}, as posed"),
-            outcomes: judge::judge(&fixtures, &rule, Noise::NONE)?,
+            outcomes: judge::judge(&cases, &rule, Noise::NONE)?,
         });
         for (error, word) in [(Error::Moved, "moved"), (Error::Misread, "misread")] {
             conditions.push(Condition {
@@ -74,7 +74,7 @@ fn main() -> Result<(), Failure> {
                     "{name}, joints {word} by {} rad, {} times each",
                     noise.joints_rad, noise.copies
                 ),
-                outcomes: judge::judge(&fixtures, &rule, Noise { error, ..noise })?,
+                outcomes: judge::judge(&cases, &rule, Noise { error, ..noise })?,
             });
         }
     }

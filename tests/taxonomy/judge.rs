@@ -77,35 +77,46 @@ impl Outcome {
     }
 }
 
+/// A fixture with its object.
+pub(crate) struct Case {
+    fixture: Fixture,
+    object: Object,
+}
+
 /// The fixtures of a file.
 pub(crate) fn read(path: &Path) -> Result<Vec<Fixture>, Failure> {
     Ok(serde_json::from_str(&std::fs::read_to_string(path)?)?)
 }
 
-/// Labels of all copies of all fixtures, in their order.
-pub(crate) fn judge(
-    fixtures: &[Fixture],
-    rule: &Rule,
-    noise: Noise,
-) -> Result<Vec<Outcome>, Failure> {
-    let hand = Hand::human();
-    let anatomy = Anatomy::of(&hand).ok_or("the human hand is not read as one")?;
-    let of_fixture = |(index, fixture): (usize, &Fixture)| -> Result<Vec<Outcome>, Failure> {
-        let id = &fixture.id;
+/// Fixtures with their objects, which take a second each to prepare.
+pub(crate) fn cases(fixtures: Vec<Fixture>) -> Result<Vec<Case>, Failure> {
+    let case = |fixture: Fixture| -> Result<Case, Failure> {
         let assembly = Assembly {
             parts: fixture.object.clone(),
             ..Assembly::default()
         };
-        let (mesh, description) = assembly.object(id)?;
-        let object = Object::from_mesh(id, mesh, &description)?;
-        let labeller = Labeller::new(&hand, &object, rule);
+        let (mesh, description) = assembly.object(&fixture.id)?;
+        let object = Object::from_mesh(&fixture.id, mesh, &description)?;
+        Ok(Case { fixture, object })
+    };
+    fixtures.into_par_iter().map(case).collect()
+}
+
+/// Labels of all copies of all fixtures, in their order.
+pub(crate) fn judge(cases: &[Case], rule: &Rule, noise: Noise) -> Result<Vec<Outcome>, Failure> {
+    let hand = Hand::human();
+    let anatomy = Anatomy::of(&hand).ok_or("the human hand is not read as one")?;
+    let of_case = |(index, case): (usize, &Case)| -> Result<Vec<Outcome>, Failure> {
+        let Case { fixture, object } = case;
+        let id = &fixture.id;
+        let labeller = Labeller::new(&hand, object, rule);
         let x = fixture
             .coordinates(&hand)
             .ok_or_else(|| format!("{id} has other joints than the hand"))?;
         let mut posed = PosedHand::default();
         hand.pose(&x, &mut posed);
-        let near = touches(&hand, &anatomy, &posed, &object);
-        let held = held(&object, &near);
+        let near = touches(&hand, &anatomy, &posed, object);
+        let held = held(object, &near);
         let misread = |x: &[f64]| {
             let mut read = PosedHand::default();
             hand.pose(x, &mut read);
@@ -134,8 +145,8 @@ pub(crate) fn judge(
         };
         Ok((0..noise.copies).map(labelled).collect())
     };
-    let outcomes: Vec<Vec<Outcome>> = (fixtures.par_iter().enumerate())
-        .map(of_fixture)
+    let outcomes: Vec<Vec<Outcome>> = (cases.par_iter().enumerate())
+        .map(of_case)
         .collect::<Result<_, _>>()?;
     Ok(outcomes.into_iter().flatten().collect())
 }

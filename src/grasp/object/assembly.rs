@@ -1,10 +1,13 @@
 //! Objects made of shapes given by formulae.
 
+use std::sync::Arc;
+
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::space::Symmetry;
 
-use super::{Description, Mesh, ObjectError, Primitive};
+use super::{Description, Mesh, ObjectError, Primitive, Shape};
 
 /// A shape, or the union of several.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -70,6 +73,9 @@ impl Assembly {
             symmetry,
             primitive: single,
         };
-        Ok((Mesh::new(name, vertices, triangles)?, description))
+        let shapes: Vec<Arc<dyn Shape>> = self.parts.iter().map(|part| part.shape()).collect();
+        let inside = |point: &Vector3<f64>| shapes.iter().any(|shape| shape.distance(point) < 0.0);
+        let mesh = Mesh::union(name, vertices, triangles, &inside)?;
+        Ok((mesh, description))
     }
 }

@@ -9,7 +9,7 @@ use rand::RngExt;
 use crate::sample::{Rng, Task, stream};
 
 use super::ObjectError;
-use super::outer::{Outer, outer};
+use super::outer::{Inside, Outer, outer};
 
 /// A closed surface of triangles, counter-clockwise seen from outside.
 ///
@@ -63,7 +63,22 @@ impl Mesh {
                 triangle.swap(1, 2);
             }
         }
-        mesh.outer = outer(&mesh).map(Arc::new);
+        mesh.outer = outer(&mesh, None).map(Arc::new);
+        Ok(mesh)
+    }
+
+    /// The union of closed pieces, turned the right way, of which it is known what is `inside` any of them.
+    ///
+    /// # Errors
+    /// As [`Mesh::new`], but for the volume.
+    pub(super) fn union(
+        name: &str,
+        vertices: Vec<Vector3<f64>>,
+        triangles: Vec<[u32; 3]>,
+        inside: &Inside<'_>,
+    ) -> Result<Self, ObjectError> {
+        let mut mesh = Self::closed(name, vertices, triangles)?;
+        mesh.outer = outer(&mesh, Some(inside)).map(Arc::new);
         Ok(mesh)
     }
 

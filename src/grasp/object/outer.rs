@@ -2,7 +2,8 @@
 //!
 //! Meshes made by convex decomposition consist of pieces that overlap or share a cut. Distances to their faces would be
 //! wrong inside the solid, where those faces are no surface. So every triangle is cut along the triangles of other pieces
-//! that it meets, and of the fragments those stay that have the solid on one side only, by the winding number.
+//! that it meets, and of the fragments those stay that have the solid on one side only: by the winding number, or by the
+//! formulae of the pieces where there are such.
 
 use std::f64::consts::FRAC_PI_4;
 
@@ -42,8 +43,12 @@ struct Face {
     high: Vector3<f64>,
 }
 
-/// The surface of the union; `None` where no pieces overlap or touch, so that it is the mesh itself.
-pub(super) fn outer(mesh: &Mesh) -> Option<Outer> {
+/// Tells whether a point is in the solid.
+pub(super) type Inside<'a> = dyn Fn(&Vector3<f64>) -> bool + Sync + 'a;
+
+/// The surface of the union; `None` where no pieces overlap or touch, so that it is the mesh itself. Where nothing is given
+/// that tells what is `inside`, the winding number does.
+pub(super) fn outer(mesh: &Mesh, inside: Option<&Inside<'_>>) -> Option<Outer> {
     let pieces = mesh.pieces();
     if pieces.len() < 2 {
         return None;
@@ -55,11 +60,16 @@ pub(super) fn outer(mesh: &Mesh) -> Option<Outer> {
         return None;
     }
     let others = others(&faces, size * NEAR);
-    let winding = Winding::new(mesh.vertices(), mesh.triangles());
+    let winding = inside
+        .is_none()
+        .then(|| Winding::new(mesh.vertices(), mesh.triangles()));
+    let by_winding =
+        |point: &Vector3<f64>| winding.as_ref().is_some_and(|all| all.surrounds(point));
+    let inside = inside.unwrap_or(&by_winding);
     let kept: Vec<Vec<Polygon>> = faces
         .par_iter()
         .zip(&others)
-        .map(|(face, others)| fragments(face, others, &faces, &winding, size))
+        .map(|(face, others)| fragments(face, others, &faces, inside, size))
         .collect();
     let whole = kept
         .iter()
@@ -157,7 +167,7 @@ fn fragments(
     face: &Face,
     others: &[usize],
     faces: &[Face],
-    winding: &Winding,
+    inside: &Inside<'_>,
     size: f64,
 ) -> Vec<Polygon> {
     let slack = size * ON_PLANE;
@@ -172,16 +182,26 @@ fn fragments(
         }
         fragments = cut;
     }
-    let beside = face.normal * (size * BESIDE);
+    let reach = size * BESIDE;
+    let beside = face.normal * reach;
     fragments.retain(|fragment| {
         let middle = fragment.iter().sum::<Vector3<f64>>() / fragment.len() as f64;
-        let solid = |point: Vector3<f64>| solid_at(&point, &face.normal, size, winding);
+        let solid = |point: Vector3<f64>| {
+            // Only beside another piece can there be a gap between pieces.
+            let close = |&other: &usize| {
+                let other = &faces[other];
+                (other.corners[0] - point).dot(&other.normal).abs() < reach
+                    && sides(other).iter().all(|side| side.of(&point) < reach)
+            };
+            inside(&point)
+                || others.iter().any(close) && in_gap(&point, &face.normal, reach, inside)
+        };
         let bounds = solid(middle - beside) && !solid(middle + beside);
         // Of two faces in one place, one.
         let twin = |other: &Face| {
             other.piece < face.piece
                 && other.normal.dot(&face.normal) > 0.999
-                && (middle - other.corners[0]).dot(&other.normal).abs() < size * BESIDE
+                && (middle - other.corners[0]).dot(&other.normal).abs() < reach
                 && sides(other).iter().all(|side| side.of(&middle) < slack)
         };
         bounds && !others.iter().any(|&other| twin(&faces[other]))
@@ -189,14 +209,10 @@ fn fragments(
     fragments
 }
 
-/// Whether a point beside a face is in the solid, or in a gap of it: where the solid lies on both sides within [`BESIDE`].
+/// Whether a point outside is in a gap: where the solid lies on both sides within `reach`.
 ///
 /// Beside a strip of a face that is the end of another gap, the point lies in that gap.
-fn solid_at(point: &Vector3<f64>, normal: &Vector3<f64>, size: f64, winding: &Winding) -> bool {
-    if winding.surrounds(point) {
-        return true;
-    }
-    let reach = size * BESIDE;
+fn in_gap(point: &Vector3<f64>, normal: &Vector3<f64>, reach: f64, inside: &Inside<'_>) -> bool {
     let along = normal.cross(&Vector3::ith(normal.iamin(), 1.0)).normalize();
     let across = normal.cross(&along);
     // Along the face, and halfway between that and the normal; along the normal itself lies the face.
@@ -211,7 +227,7 @@ fn solid_at(point: &Vector3<f64>, normal: &Vector3<f64>, size: f64, winding: &Wi
     directions.flatten().any(|direction| {
         [reach, -reach]
             .iter()
-            .all(|&step| winding.surrounds(&(point + direction * step)))
+            .all(|&step| inside(&(point + direction * step)))
     })
 }
 
@@ -477,8 +493,8 @@ mod tests {
     #[test]
     fn pieces_apart_stay_as_they_are() {
         let (mesh, _) = of(&[([0.0; 3], [0.03; 3], false), ([0.05; 3], [0.1; 3], false)]);
-        assert_eq!(outer(&mesh), None);
+        assert_eq!(outer(&mesh, None), None);
         let (cavity, _) = of(&[([0.0; 3], [0.1; 3], false), ([0.02; 3], [0.08; 3], true)]);
-        assert_eq!(outer(&cavity), None);
+        assert_eq!(outer(&cavity, None), None);
     }
 }

@@ -6,13 +6,13 @@
 
 use std::f64::consts::PI;
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 /// Triangles of a leaf.
 const LEAF: usize = 8;
-/// Triangles are taken for one dipole from this many of their radii on: all of them together are off by a few hundredths
-/// then, far less than the half that decides.
-const FAR: f64 = 5.0;
+/// Triangles are taken together, by the first two terms of their expansion, from this many of their radii on: all of them
+/// are off by a few hundredths then, far less than the half that decides.
+const FAR: f64 = 2.0;
 
 /// A tree over triangles.
 #[derive(Debug, Clone)]
@@ -28,6 +28,8 @@ struct Node {
     radius: f64,
     /// Sum of areas times normals.
     dipole: Vector3<f64>,
+    /// Sum over triangles of (middle − centre) ⊗ area times normal.
+    moment: Matrix3<f64>,
     content: Content,
 }
 
@@ -89,21 +91,25 @@ impl Winding {
 
     fn node(&self, order: &[usize], first: usize) -> Node {
         let mut centre = Vector3::zeros();
-        let (mut dipole, mut total) = (Vector3::zeros(), 0.0);
+        let (mut dipole, mut moment, mut total) = (Vector3::zeros(), Matrix3::zeros(), 0.0);
         for &index in order {
             let [a, b, c] = self.triangles[index];
-            let area = (b - a).cross(&(c - a)) / 2.0;
+            let area: Vector3<f64> = (b - a).cross(&(c - a)) / 2.0;
+            let middle = (a + b + c) / 3.0;
             let weight = area.norm().max(f64::MIN_POSITIVE);
             dipole += area;
+            moment += middle * area.transpose();
             total += weight;
-            centre += (a + b + c) * (weight / 3.0);
+            centre += middle * weight;
         }
         centre /= total;
+        moment -= centre * dipole.transpose();
         let corners = order.iter().flat_map(|&index| self.triangles[index]);
         Node {
             centre,
             radius: corners.map(|v| (v - centre).norm()).fold(0.0, f64::max),
             dipole,
+            moment,
             content: Content::Leaf {
                 first,
                 end: first + order.len(),
@@ -125,18 +131,21 @@ impl Winding {
         self.nodes.first().is_some_and(near) && self.at(point) > 0.5
     }
 
-    /// The solid angle at which the triangles of a node are seen.
+    /// The solid angle at which the triangles of a node are seen: from afar, d·r/r³ + (tr M − 3 r·M r/r²)/r³ with their dipole
+    /// d and moment M about the centre, at r from the point.
     fn angle(&self, node: usize, point: &Vector3<f64>) -> f64 {
         let Node {
             centre,
             radius,
             dipole,
+            moment,
             content,
         } = &self.nodes[node];
         let offset = centre - point;
-        let distance = offset.norm();
-        if distance > FAR * radius {
-            return dipole.dot(&offset) / distance.powi(3);
+        let squared = offset.norm_squared();
+        if squared > (FAR * radius).powi(2) {
+            let across = 3.0 * offset.dot(&(moment * offset)) / squared;
+            return (dipole.dot(&offset) + moment.trace() - across) / (squared * squared.sqrt());
         }
         match *content {
             Content::Leaf { first, end } => self.triangles[first..end]
