@@ -156,7 +156,8 @@ impl Anatomy {
                     let local = [pad, side, along].map(|axis| frame.rotation.tr_mul(&axis));
                     of_link[link] = Some((digit, bone, local));
                 }
-                let link = links[0];
+                // The last one is turned by all hinges of the bone.
+                let link = links[links.len() - 1];
                 axes[digit - 1].push(BoneAxis {
                     bone,
                     link: LinkId(link),
