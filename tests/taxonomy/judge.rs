@@ -104,17 +104,7 @@ pub(crate) fn cases(fixtures: Vec<Fixture>) -> Result<Vec<Case>, Failure> {
 
 /// Labels of all copies of all fixtures, in their order.
 pub(crate) fn judge(cases: &[Case], rule: &Rule, noise: Noise) -> Result<Vec<Outcome>, Failure> {
-    let hand = match std::env::var("POINTS") {
-        Ok(n) => {
-            let mut files = landscape::grasp::hand::HandFiles::named("human")?;
-            let side = files.files.iter_mut().find(|f| f.name.ends_with("json")).ok_or("side")?;
-            let mut told: serde_json::Value = serde_json::from_str(&side.text)?;
-            told["surface_points"] = n.parse::<usize>()?.into();
-            side.text = told.to_string();
-            Hand::from_files(&files)?
-        }
-        _ => Hand::human(),
-    };
+    let hand = Hand::human();
     let anatomy = Anatomy::of(&hand).ok_or("the human hand is not read as one")?;
     let of_case = |(index, case): (usize, &Case)| -> Result<Vec<Outcome>, Failure> {
         let Case { fixture, object } = case;
@@ -143,18 +133,6 @@ pub(crate) fn judge(cases: &[Case], rule: &Rule, noise: Noise) -> Result<Vec<Out
                 if noise.joints_rad > 0.0 {
                     *angle = (*angle + noise.joints_rad * step).clamp(lower, upper);
                 }
-            }
-            if noise.error == Error::Moved && noise.joints_rad > 0.0 {
-                let set = landscape::grasp::taxonomy::settled(&hand, object, &x, &Default::default());
-                let names: Vec<&str> = hand.joints.iter().map(|j| j.name.as_str()).collect();
-                let mut at = PosedHand::default();
-                hand.pose(&set, &mut at);
-                let near = touches(&hand, &anatomy, &at, object);
-                let mut sums = std::collections::BTreeMap::<String, f64>::new();
-                for (t, _) in &near { *sums.entry(format!("{:?}", t.patch)).or_default() += t.weight_mm2; }
-                let h = landscape::grasp::taxonomy::held(object, &near);
-                let sums_line = format!("SUMS {}", serde_json::json!({"id": id, "sums": sums, "held": format!("{h:?}"), "T": near.iter().map(|(t,_)| (format!("{:?}",t.patch), t.point.as_slice().to_vec(), t.normal.as_slice().to_vec(), t.weight_mm2)).collect::<Vec<_>>()}));
-                println!("{sums_line}\nDUMP {}", serde_json::json!({"id": id, "x": x, "set": set, "names": names, "label": labeller.label(&x).text(), "best": labeller.label(&x).best_text()}));
             }
             Outcome {
                 id: id.clone(),

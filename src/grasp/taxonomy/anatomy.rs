@@ -385,3 +385,25 @@ fn tagged(region: &str) -> Option<Patch> {
     };
     Some(Patch::Digit(digit, bone, PatchSide::named(parts.next()?)?))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bones_point_where_all_their_hinges_turn_them() {
+        let hand = Hand::human();
+        let anatomy = Anatomy::of(&hand).unwrap();
+        let direction = |flexion_rad: f64| {
+            let mut x = vec![0.0; 7 + hand.joints.len()];
+            x[3] = 1.0;
+            let knuckle = |joint: &crate::grasp::hand::Joint| joint.name == "index_mcp_flexion";
+            x[7 + hand.joints.iter().position(knuckle).unwrap()] = flexion_rad;
+            let mut posed = PosedHand::default();
+            hand.pose(&x, &mut posed);
+            anatomy.direction(&posed, 2, Bone::Proximal).unwrap()
+        };
+        let turned = direction(0.0).angle(&direction(1.0));
+        assert!((turned - 1.0).abs() < 1e-9, "{turned}");
+    }
+}

@@ -28,6 +28,9 @@ pub struct Settle {
     /// Where forces cannot balance, digits up to this far off the object are closed, metres: three errors of a joint at the
     /// length of a finger.
     pub missing_m: f64,
+    /// Where the pose could not hold as it was, digits up to this far off the object are closed, too, metres: the error of one
+    /// joint at the length of a finger.
+    pub hovering_m: f64,
     /// Friction at which forces must balance.
     pub friction: f64,
 }
@@ -41,6 +44,7 @@ impl Default for Settle {
             fair_m: 2.5e-3,
             touching_m: 3e-3,
             missing_m: 0.03,
+            hovering_m: 0.012,
             friction: 0.6,
         }
     }
@@ -87,8 +91,9 @@ struct Near<'a> {
 ///
 /// `r_b`: signed distance of each capsule of the hand from the object; θ₀: the joint angles of `x`, whose limits are kept. The
 /// place of the palm stays. Gauss and Newton's steps with the weights of the step before (Tukey's biweight). Then, while the
-/// forces that can act where the hand touches cannot add up to nothing, the digit nearest to the object that does not touch is
-/// closed by the smallest change of its angles.
+/// forces that can act where the hand touches cannot add up to nothing, the digit nearest to the object that does not touch
+/// and can be closed is closed, by the smallest change of its angles; at last those that hover. A pose with nothing inside and
+/// with forces that balance is left as it is.
 ///
 /// # Panics
 /// If `x` does not have 7 numbers more than the hand has joints.
@@ -98,9 +103,18 @@ pub fn settled(hand: &Hand, object: &Object, x: &[f64], settle: &Settle) -> Vec<
         object,
         settle,
     };
+    let mut posed = PosedHand::default();
+    if near.could_hold(x, &mut posed) {
+        return x.to_vec();
+    }
     let mut best = near.put_on(x);
-    for _ in 0..hand.digits.len() {
-        match near.completed(&best) {
+    for _ in 1..hand.digits.len() {
+        let reach_m = if near.balanced(&best, &mut posed) {
+            settle.hovering_m
+        } else {
+            settle.missing_m
+        };
+        match near.completed(&best, reach_m) {
             Some(completed) => best = completed,
             None => break,
         }
@@ -169,8 +183,7 @@ impl Near<'_> {
         let mut posed = PosedHand::default();
         for step in 0..STEPS {
             let near = self.touches(&best, settle.reach_m, &mut posed);
-            let deepest = near.iter().map(|touch| touch.gap_m).fold(0.0, f64::min);
-            if step == 0 && deepest > -settle.fair_m {
+            if step == 0 && self.fair(&near) {
                 break;
             }
             let mut normal = DMatrix::<f64>::identity(joints, joints) * prior;
@@ -193,34 +206,55 @@ impl Near<'_> {
         best
     }
 
-    /// The pose with one digit more on the object; none where forces balance already, or no digit can be closed.
-    fn completed(&self, x: &[f64]) -> Option<Vec<f64>> {
+    /// Whether nothing is deep inside.
+    fn fair(&self, near: &[Touch]) -> bool {
+        near.iter().all(|touch| touch.gap_m > -self.settle.fair_m)
+    }
+
+    /// Whether forces where the hand touches can add up to nothing.
+    fn balanced(&self, x: &[f64], posed: &mut PosedHand) -> bool {
+        let near = self.touches(x, self.settle.touching_m, posed);
+        let normals: Vec<Vector3<f64>> = near.iter().map(|touch| touch.inward_normal).collect();
+        left_over(&normals, self.settle.friction) < BALANCED
+    }
+
+    fn could_hold(&self, x: &[f64], posed: &mut PosedHand) -> bool {
+        self.fair(&self.touches(x, 0.0, posed)) && self.balanced(x, posed)
+    }
+
+    /// The pose with one digit more on the object, the nearest of those up to `reach_m` off it that can be closed; none if
+    /// there is none.
+    fn completed(&self, x: &[f64], reach_m: f64) -> Option<Vec<f64>> {
         let mut posed = PosedHand::default();
-        let near = self.touches(x, self.settle.missing_m, &mut posed);
-        let digit = |touch: &Touch| self.hand.links[touch.link.0].digit;
-        let touching = |touch: &&Touch| touch.gap_m < self.settle.touching_m;
-        let normals: Vec<Vector3<f64>> = near
-            .iter()
-            .filter(touching)
-            .map(|touch| touch.inward_normal)
+        let near = self.touches(x, reach_m, &mut posed);
+        let digits = 1..self.hand.digits.len();
+        let mut gaps: Vec<(f64, usize)> = digits
+            .filter_map(|digit| {
+                let own = near.iter().filter(|touch| self.digit(touch) == digit);
+                Some((own.map(|touch| touch.gap_m).min_by(f64::total_cmp)?, digit))
+            })
+            .filter(|(gap_m, _)| *gap_m >= self.settle.touching_m)
             .collect();
-        if normals.is_empty() || left_over(&normals, self.settle.friction) < BALANCED {
-            return None;
-        }
-        let busy: Vec<usize> = near.iter().filter(touching).map(digit).collect();
-        let free = near
-            .iter()
-            .filter(|touch| digit(touch) > 0 && !busy.contains(&digit(touch)));
-        let missing = digit(free.min_by(|a, b| a.gap_m.total_cmp(&b.gap_m))?);
+        gaps.sort_by(|a, b| a.0.total_cmp(&b.0));
+        gaps.iter()
+            .find_map(|(_, digit)| self.closed(x, *digit, &mut posed))
+    }
+
+    fn digit(&self, touch: &Touch) -> usize {
+        self.hand.links[touch.link.0].digit
+    }
+
+    /// The pose with this digit closed until it touches; none if it does not get there.
+    fn closed(&self, x: &[f64], digit: usize, posed: &mut PosedHand) -> Option<Vec<f64>> {
         let mut closed = x.to_vec();
         for _ in 0..=STEPS {
-            let near = self.touches(&closed, 2.0 * self.settle.missing_m, &mut posed);
-            let own = near.iter().filter(|touch| digit(touch) == missing);
+            let near = self.touches(&closed, 2.0 * self.settle.missing_m, posed);
+            let own = near.iter().filter(|touch| self.digit(touch) == digit);
             let nearest = own.min_by(|a, b| a.gap_m.total_cmp(&b.gap_m))?;
             if nearest.gap_m.abs() < NEAR_ENOUGH_M {
                 return Some(closed);
             }
-            let slope = self.slope(&posed, nearest);
+            let slope = self.slope(posed, nearest);
             let change = &slope * (-nearest.gap_m / slope.norm_squared().max(1e-9));
             if self.shift(&mut closed, &change) < REST_RAD {
                 return (nearest.gap_m.abs() < CLOSED_M).then_some(closed);
@@ -231,8 +265,12 @@ impl Near<'_> {
 }
 
 /// The least force, a share of all normal forces, that is left over by forces inside the friction cones about these normals:
-/// the distance of the origin from the hull of the cones' edges, by pairwise steps of Frank and Wolfe.
+/// the distance of the origin from the hull of the cones' edges, by pairwise steps of Frank and Wolfe. All, where there are no
+/// normals.
 fn left_over(normals: &[Vector3<f64>], friction: f64) -> f64 {
+    if normals.is_empty() {
+        return 1.0;
+    }
     let edges: Vec<Vector3<f64>> = normals
         .iter()
         .flat_map(|normal| {
