@@ -13,6 +13,8 @@ pub const NEAR_M: f64 = 0.005;
 const TOUCHING_M: f64 = 0.002;
 /// Points whose distance to the smooth field exceeds this are not measured exactly.
 const FAR_M: f64 = 0.01;
+/// Where a point's area is looked at: from its middle, in halves of its radius.
+const PLACES: [[f64; 2]; 4] = [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]];
 /// The object is looked at within this share of its width from the middle of the contacts, and at least this far.
 const AROUND_WIDTHS: f64 = 1.0;
 const AROUND_M: f64 = 0.02;
@@ -63,7 +65,7 @@ pub struct Held {
 /// The proximity contact set of a posed hand: every surface point nearer than [`NEAR_M`] or inside the object.
 ///
 /// A point counts with its area, times 1 up to a gap of 2 mm falling to 0 at [`NEAR_M`], times the cosine between its normal and
-/// the object's inward normal.
+/// the object's inward normal. The area is looked at in four places around the point: a finger's pad has few points.
 ///
 /// # Panics
 /// If the hand was posed without its surface points or `anatomy` is another hand's.
@@ -73,29 +75,37 @@ pub fn touches(
     posed: &PosedHand,
     object: &Object,
 ) -> Vec<(Touch, Vector3<f64>)> {
-    let touch = |i: usize| {
-        let point = posed.points[i];
-        if object.shape.distance(&point) > FAR_M {
-            return None;
-        }
-        let nearest = object.exact.nearest(&point);
+    let touch = |i: usize, normal: &Vector3<f64>, place: Vector3<f64>| {
+        let nearest = object.exact.nearest(&place);
         if nearest.distance_m >= NEAR_M {
             return None;
         }
-        let normal = hand.point_normal(posed, i);
         let facing = (-normal.dot(&nearest.normal)).max(0.0);
         let near = ((NEAR_M - nearest.distance_m) / (NEAR_M - TOUCHING_M)).min(1.0);
-        let weight_mm2 = 1e6 * hand.surface[i].area_m2 * near * facing;
+        let area_m2 = hand.surface[i].area_m2 / PLACES.len() as f64;
+        let weight_mm2 = 1e6 * area_m2 * near * facing;
         let touch = Touch {
             patch: anatomy.patch(i),
             link: hand.surface[i].link,
             point: nearest.point,
-            normal,
+            normal: *normal,
             weight_mm2,
         };
         (weight_mm2 > 0.0).then_some((touch, nearest.normal))
     };
-    (0..hand.surface.len()).filter_map(touch).collect()
+    let mut all = Vec::new();
+    for (i, point) in posed.points.iter().enumerate() {
+        if object.shape.distance(point) > FAR_M {
+            continue;
+        }
+        let normal = hand.point_normal(posed, i);
+        let along = normal.cross(&Vector3::ith(normal.iamin(), 1.0)).normalize();
+        let across = normal.cross(&along);
+        let off = 0.5 * (hand.surface[i].area_m2 / std::f64::consts::PI).sqrt();
+        let places = PLACES.map(|[a, b]| point + (along * a + across * b) * off);
+        all.extend(places.iter().filter_map(|place| touch(i, &normal, *place)));
+    }
+    all
 }
 
 /// The object under the contacts; `None` without contacts.
@@ -293,7 +303,7 @@ mod tests {
             .filter(|&i| ball.exact.distance(&posed.points[i]) < NEAR_M)
             .count();
         assert!(
-            near.len() >= 3 && near.len() <= exact,
+            near.len() >= 3 && near.len() <= PLACES.len() * (exact + 3),
             "{} of {exact}",
             near.len()
         );
