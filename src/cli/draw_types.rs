@@ -45,6 +45,17 @@ impl Colouring {
     }
 }
 
+/// A long name in two lines.
+fn in_two(name: &str) -> Vec<String> {
+    const SHORT: usize = 14;
+    let ends = name.match_indices([' ', '/']).map(|(place, _)| place + 1);
+    let middle = ends.min_by_key(|&end| name.len().abs_diff(2 * end));
+    match middle.filter(|_| name.len() > SHORT) {
+        Some(end) => vec![name[..end].trim_end().to_owned(), name[end..].to_owned()],
+        None => vec![name.to_owned()],
+    }
+}
+
 /// The names of a landscape's minima.
 pub(super) struct Types {
     setting: Setting,
@@ -90,7 +101,7 @@ impl Types {
             let label = Colouring::Category.label(named);
             let picture = Picture {
                 image: scene.render(&camera, side, side),
-                texts: vec![named.text().to_owned(), format!("m{}", row.id)],
+                texts: [in_two(named.text()), vec![format!("m{}", row.id)]].concat(),
                 colour: theme::label_colours(&[label]).into_iter().next(),
                 of: None,
             };

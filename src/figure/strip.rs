@@ -50,6 +50,12 @@ pub fn draw_row(canvas: &mut Canvas, top: f64, pictures: &[Picture]) {
         .map(|picture| picture.image.width / PICTURE_DENSITY)
         .max()
         .unwrap_or(0);
+    // One size for all texts.
+    let texts = pictures.iter().flat_map(|picture| &picture.texts);
+    let face = texts.fold(
+        TextFace::new(TEXT, INK).anchored(Anchor::Middle),
+        |face, text| face.fitted(text, f64::from(side)),
+    );
     let (mut left, above) = (MARGIN, top + FAN);
     for picture in pictures {
         let middle = left + 0.5 * f64::from(side);
@@ -69,10 +75,9 @@ pub fn draw_row(canvas: &mut Canvas, top: f64, pictures: &[Picture]) {
         )]
         let corner = [left.round() as u32, below.round() as u32];
         canvas.fine_image(corner, PICTURE_DENSITY, picture.image.clone());
-        let face = TextFace::new(TEXT, INK).anchored(Anchor::Middle);
         for (line, text) in picture.texts.iter().enumerate() {
             let y = below + f64::from(side) + (0.7 + 1.2 * line as f64) * TEXT;
-            canvas.text([middle, y], text, face.fitted(text, f64::from(side)));
+            canvas.text([middle, y], text, face);
         }
         left += f64::from(side) + GAP;
     }

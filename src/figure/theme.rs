@@ -54,7 +54,8 @@ pub const fn series(index: usize) -> Colour {
 }
 
 /// Colour of each of the `labels`: the paper's green, red and yellow for precision, power and intermediate grasps (in
-/// Okabe and Ito's variants), the palette in order of the list for any other.
+/// Okabe and Ito's variants), greys for what is of no type or of none that is looked at, the palette in order of the list for
+/// any other.
 pub fn label_colours(labels: &[&str]) -> Vec<Colour> {
     let mut others = 0..;
     labels
@@ -63,6 +64,8 @@ pub fn label_colours(labels: &[&str]) -> Vec<Colour> {
             "precision" => Colour::new(0x00, 0x9E, 0x73),
             "power" => Colour::new(0xD5, 0x5E, 0x00),
             "intermediate" => Colour::new(0xF0, 0xE4, 0x42),
+            "unlisted" => Colour::new(0xC4, 0xC9, 0xD1),
+            "other" => Colour::new(0x8E, 0x96, 0xA3),
             _ => PALETTE[others.next().unwrap_or(0) % PALETTE.len()],
         })
         .collect()
