@@ -248,7 +248,8 @@ fn strip(energy: &GraspEnergy, steps: &[Step], pictures: usize) -> anyhow::Resul
         let points = vec![[millimetres(step), step.energy]];
         series.push(Series::points(points).coloured(theme::INK));
         series.push(Series::new(Mark::Text {
-            at: [millimetres(step), step.energy + 0.06 * most],
+            // Above all curves.
+            at: [millimetres(step), 1.07 * most],
             text: (number + 1).to_string(),
             anchor: crate::figure::Anchor::Middle,
         }));
@@ -259,7 +260,7 @@ fn strip(energy: &GraspEnergy, steps: &[Step], pictures: usize) -> anyhow::Resul
             "",
             Axis::linear("way of the hand's surface (mm)"),
             // Room for the legend above the curves.
-            Axis::linear("energy and its terms").with_range(0.0, 1.5 * most),
+            Axis::linear("energy and its terms").with_range(0.0, 1.8 * most),
             series,
         )
     };
