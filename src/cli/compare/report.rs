@@ -201,7 +201,8 @@ pub(super) fn chart(table: &Table) -> Chart {
         ..Panel::new(
             "",
             Axis::linear("clusters of the tree"),
-            Axis::linear("adjusted agreement"),
+            // All of it: 0 is chance, 1 is agreement.
+            Axis::linear("adjusted agreement (0 chance, 1 full)").with_range(-0.1, 1.0),
             series.collect(),
         )
     };
