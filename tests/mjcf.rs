@@ -239,6 +239,15 @@ fn capsules_are_as_in_mujoco() {
     }
 }
 
+/// Found by fuzzing.
+#[test]
+fn a_range_whose_square_is_zero_is_told() {
+    let text = "<mujoco><worldbody><body name=\"p\"><geom size=\"1\"/><body name=\"f\">\
+                <joint type=\"slide\" range=\"0 1e-320\"/><geom size=\"0.01\"/></body></body></worldbody></mujoco>";
+    let error = Hand::from_urdf(text, None).unwrap_err().to_string();
+    assert!(error.contains("a positive number is needed"), "{error}");
+}
+
 /// Each fault is named with its element, the file and the line.
 #[test]
 fn faults_are_found_where_they_are() {

@@ -127,9 +127,17 @@ pub(super) fn gaussian(
         .collect();
     let given = [&side.deviation_deg, &side.deviation_mm];
     fill_measured(&mut deviations, joints, "deviation", given)?;
-    if let Some(&value) = deviations.iter().find(|deviation| **deviation <= 0.0) {
+    // Squares of the smallest numbers are zero.
+    let squares = deviations
+        .iter()
+        .map(|deviation| deviation * deviation.abs());
+    if let Some(value) = squares
+        .into_iter()
+        .find(|square| !(square.is_normal() && *square > 0.0))
+    {
         return Err(HandError::NotPositive {
-            what: "a standard deviation of the side file".to_owned(),
+            what: "a standard deviation (a quarter of a joint's range, unless the side file says otherwise), squared,"
+                .to_owned(),
             value,
         });
     }
@@ -140,7 +148,10 @@ pub(super) fn gaussian(
     let deviations_rad = covariance.diagonal().map(f64::sqrt).as_slice().to_vec();
     let mut precision = covariance
         .cholesky()
-        .expect("a positive share of it is diagonal")
+        .ok_or_else(|| HandError::NotPositive {
+            what: "the determinant of the covariance of the joints".to_owned(),
+            value: 0.0,
+        })?
         .inverse();
     precision.fill_lower_triangle_with_upper_triangle();
     Ok(PosePrior {
