@@ -140,6 +140,13 @@ fn the_rule_names_moved_hands() {
     within(noisy(Error::Moved), &measured);
 }
 
+/// What moved hands are to reach.
+#[test]
+#[ignore = "not reached yet: category 0.898, cell 0.788"]
+fn the_rule_reaches_its_targets_on_moved_hands() {
+    within(noisy(Error::Moved), &TARGETS);
+}
+
 /// With angles misread and contacts known.
 #[test]
 fn the_rule_bears_misread_angles() {

@@ -73,18 +73,13 @@ pub fn group(leaves: &[Leaf], group_of: &[usize]) -> Vec<Leaf> {
 /// The labels that occur, in the order of a legend: precision, intermediate, power, then the alphabet, at last the rest.
 pub(super) fn labels<'a>(leaves: impl Iterator<Item = &'a Leaf>) -> Vec<&'a str> {
     let rank = |label: &str| {
-        let known = [
-            "precision",
-            "intermediate",
-            "power",
-            "",
-            "other",
-            "unlisted",
-        ];
-        known
-            .iter()
-            .position(|name| label.eq_ignore_ascii_case(name))
-            .unwrap_or(3)
+        let place = |known: &[&str]| {
+            known
+                .iter()
+                .position(|name| label.eq_ignore_ascii_case(name))
+        };
+        let first = place(&["precision", "intermediate", "power"]);
+        (place(&["other", "unlisted"]), first.unwrap_or(usize::MAX))
     };
     let mut labels: Vec<&str> = leaves.filter_map(|leaf| leaf.label.as_deref()).collect();
     labels.sort_unstable_by(|a, b| rank(a).cmp(&rank(b)).then(a.cmp(b)));

@@ -196,13 +196,15 @@ pub(super) fn chart(table: &Table) -> Chart {
             .named(name)
             .coloured(theme::series(index))
     });
+    let values = table.cuts.iter().flat_map(|(_, curve)| curve);
+    let lowest = values.map(|(_, value)| *value).fold(-0.1, f64::min);
     let panel = Panel {
         legend: Some(Corner::UpperLeft),
         ..Panel::new(
             "",
             Axis::linear("clusters of the tree"),
             // All of it: 0 is chance, 1 is agreement.
-            Axis::linear("adjusted agreement (0 chance, 1 full)").with_range(-0.1, 1.0),
+            Axis::linear("adjusted agreement (0 chance, 1 full)").with_range(lowest, 1.0),
             series.collect(),
         )
     };

@@ -127,17 +127,20 @@ pub(super) fn gaussian(
         .collect();
     let given = [&side.deviation_deg, &side.deviation_mm];
     fill_measured(&mut deviations, joints, "deviation", given)?;
-    // Squares of the smallest numbers are zero.
-    let squares = deviations
-        .iter()
-        .map(|deviation| deviation * deviation.abs());
-    if let Some(value) = squares
-        .into_iter()
-        .find(|square| !(square.is_normal() && *square > 0.0))
-    {
+    for &deviation in &deviations {
+        let square = deviation * deviation;
+        let (squared, value) = if deviation <= 0.0 {
+            ("", deviation)
+        } else if !square.is_normal() {
+            // Squares of the smallest numbers are zero.
+            (", squared,", square)
+        } else {
+            continue;
+        };
         return Err(HandError::NotPositive {
-            what: "a standard deviation (a quarter of a joint's range, unless the side file says otherwise), squared,"
-                .to_owned(),
+            what: format!(
+                "a standard deviation (a quarter of a joint's range, unless the side file says otherwise){squared}"
+            ),
             value,
         });
     }

@@ -75,7 +75,7 @@ impl Assembly {
         };
         let shapes: Vec<Arc<dyn Shape>> = self.parts.iter().map(|part| part.shape()).collect();
         let inside = |point: &Vector3<f64>| shapes.iter().any(|shape| shape.distance(point) < 0.0);
-        let mesh = Mesh::union(name, vertices, triangles, &inside)?;
+        let mesh = Mesh::of_pieces(name, vertices, triangles, Some(&inside))?;
         Ok((mesh, description))
     }
 }

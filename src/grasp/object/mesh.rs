@@ -50,6 +50,19 @@ impl Mesh {
         vertices: Vec<Vector3<f64>>,
         triangles: Vec<[u32; 3]>,
     ) -> Result<Self, ObjectError> {
+        Self::of_pieces(name, vertices, triangles, None)
+    }
+
+    /// As [`Mesh::new`], of pieces of which it may be known what is `inside` any of them; else the winding number tells.
+    ///
+    /// # Errors
+    /// As [`Mesh::new`].
+    pub(super) fn of_pieces(
+        name: &str,
+        vertices: Vec<Vector3<f64>>,
+        triangles: Vec<[u32; 3]>,
+        inside: Option<&Inside<'_>>,
+    ) -> Result<Self, ObjectError> {
         let mut mesh = Self::closed(name, vertices, triangles)?;
         let size_m = mesh.size_m();
         let volume = mesh.volume();
@@ -63,22 +76,7 @@ impl Mesh {
                 triangle.swap(1, 2);
             }
         }
-        mesh.outer = outer(&mesh, None).map(Arc::new);
-        Ok(mesh)
-    }
-
-    /// The union of closed pieces, turned the right way, of which it is known what is `inside` any of them.
-    ///
-    /// # Errors
-    /// As [`Mesh::new`], but for the volume.
-    pub(super) fn union(
-        name: &str,
-        vertices: Vec<Vector3<f64>>,
-        triangles: Vec<[u32; 3]>,
-        inside: &Inside<'_>,
-    ) -> Result<Self, ObjectError> {
-        let mut mesh = Self::closed(name, vertices, triangles)?;
-        mesh.outer = outer(&mesh, Some(inside)).map(Arc::new);
+        mesh.outer = outer(&mesh, inside).map(Arc::new);
         Ok(mesh)
     }
 

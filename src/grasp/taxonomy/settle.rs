@@ -4,12 +4,14 @@
 //! is a centimetre, more than what tells contact from none. What is named is the most probable grasp near by that could hold:
 //! forces at what touches must be able to balance, else the digit nearest to the object is missing.
 
+use std::cell::OnceCell;
 use std::f64::consts::TAU;
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use crate::grasp::hand::{Hand, LinkId, PosedHand, Wrench};
 use crate::grasp::object::Object;
+use crate::space::PoseMetric;
 
 /// How much is undone.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -81,6 +83,8 @@ struct Near<'a> {
     hand: &'a Hand,
     object: &'a Object,
     settle: &'a Settle,
+    /// Of the hand, once it is needed.
+    metric: OnceCell<PoseMetric>,
 }
 
 /// The pose near `x` that most probably was meant.
@@ -102,6 +106,7 @@ pub fn settled(hand: &Hand, object: &Object, x: &[f64], settle: &Settle) -> Vec<
         hand,
         object,
         settle,
+        metric: OnceCell::new(),
     };
     let mut posed = PosedHand::default();
     if near.could_hold(x, &mut posed) {
@@ -151,13 +156,13 @@ impl Near<'_> {
     /// How the distance of a touch changes with each joint angle, metres per radian.
     fn slope(&self, posed: &PosedHand, touch: &Touch) -> DVector<f64> {
         let joints = self.hand.joints.len();
-        let metric = self.hand.pose_metric();
+        let metric = self.metric.get_or_init(|| self.hand.pose_metric());
         let mut wrenches = vec![Wrench::default(); self.hand.links.len()];
         wrenches[touch.link.0].add(&touch.on_hand, &-touch.inward_normal);
         let mut tangent = vec![0.0; 6 + joints];
         let none = vec![0.0; joints];
         self.hand
-            .pull_back(posed, &wrenches, &none, &metric, &mut tangent);
+            .pull_back(posed, &wrenches, &none, metric, &mut tangent);
         let slopes = tangent[6..].iter().zip(&metric.joint_levers_m);
         DVector::from_iterator(joints, slopes.map(|(slope, lever)| slope * lever))
     }

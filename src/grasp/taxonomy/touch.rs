@@ -299,13 +299,18 @@ mod tests {
         let mut posed = PosedHand::default();
         hand.pose(&x, &mut posed);
         let near = touches(&hand, &anatomy, &posed, &ball);
-        let exact = (0..hand.surface.len())
-            .filter(|&i| ball.exact.distance(&posed.points[i]) < NEAR_M)
-            .count();
+        // No place is farther from its point than half the radius of the point's area.
+        let reach =
+            |i: usize| NEAR_M + 0.5 * (hand.surface[i].area_m2 / std::f64::consts::PI).sqrt();
+        let close = |i: &usize| ball.exact.distance(&posed.points[*i]) < reach(*i);
+        let points: Vec<usize> = (0..hand.surface.len()).filter(close).collect();
+        let area_mm2: f64 = points.iter().map(|&i| 1e6 * hand.surface[i].area_m2).sum();
+        let weight_mm2: f64 = near.iter().map(|(touch, _)| touch.weight_mm2).sum();
         assert!(
-            near.len() >= 3 && near.len() <= PLACES.len() * (exact + 3),
-            "{} of {exact}",
-            near.len()
+            near.len() >= 3 && near.len() <= PLACES.len() * points.len() && weight_mm2 <= area_mm2,
+            "{} at {} points, {weight_mm2} of {area_mm2} mm²",
+            near.len(),
+            points.len()
         );
         assert!(
             near.iter()
