@@ -126,12 +126,14 @@ fn what_touches_touches_and_nothing_is_inside() {
 
 /// As they were posed.
 #[test]
+#[ignore = "eight minutes where the fields of seven unions are not cached yet"]
 fn the_rule_names_what_it_was_made_with() {
     within(Noise::NONE, &TARGETS);
 }
 
 /// With the joints really moved: category and cell are a hundredth short of what they are to reach.
 #[test]
+#[ignore = "eight minutes where the fields of seven unions are not cached yet"]
 fn the_rule_names_moved_hands() {
     let measured = Bounds {
         right: [0.88, 0.77, 0.75],
@@ -149,6 +151,7 @@ fn the_rule_reaches_its_targets_on_moved_hands() {
 
 /// With angles misread and contacts known.
 #[test]
+#[ignore = "eight minutes where the fields of seven unions are not cached yet"]
 fn the_rule_bears_misread_angles() {
     within(noisy(Error::Misread), &TARGETS);
 }
