@@ -112,11 +112,7 @@ fn moments(energy: &GraspEnergy, seen: &[State], end: &Synthesized) -> Vec<Momen
 /// One viewpoint for all: the best one for the last scene, far enough to show every one whole.
 fn camera(scenes: &[Scene]) -> Camera {
     let last = scenes.last().expect("there is at least one scene");
-    let toward_eye = last
-        .best_camera(Vector3::z())
-        .view_from_object
-        .row(2)
-        .transpose();
+    let toward_eye = last.best_camera(Vector3::z()).toward_eye();
     let together = Scene {
         surfaces: scenes
             .iter()

@@ -84,11 +84,7 @@ fn render(series: &Series, sample: &Sample) -> [Image; 2] {
     let mut both = after.clone();
     both.surfaces.extend(before.surfaces.iter().cloned());
     // From where the refined contacts are seen best.
-    let toward_eye = after
-        .best_camera(Vector3::z())
-        .view_from_object
-        .row(2)
-        .transpose();
+    let toward_eye = after.best_camera(Vector3::z()).toward_eye();
     let camera = both.framed(toward_eye, Vector3::z());
     [before, after].map(|scene| scene.render(&camera, SIDE, SIDE))
 }

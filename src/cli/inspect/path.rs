@@ -318,11 +318,7 @@ fn rendered(energy: &GraspEnergy, steps: &[Step], shown: &[usize], side: u32) ->
         Scene::of_grasp(hand, &skin, object, &step.x, &step.choice)
     };
     let middle = scene(shown[shown.len() / 2]);
-    let toward_eye = middle
-        .best_camera(Vector3::z())
-        .view_from_object
-        .row(2)
-        .transpose();
+    let toward_eye = middle.best_camera(Vector3::z()).toward_eye();
     let all = Scene {
         surfaces: shown
             .iter()

@@ -70,7 +70,7 @@ pub(super) fn cards(
         .map(|grasp| {
             let scene = Scene::of_grasp(hand, &skin, object, &coordinates(grasp), &grasp.contacts);
             let first = scene.best_camera(Vector3::z());
-            let toward_eye = first.view_from_object.row(2).transpose();
+            let toward_eye = first.toward_eye();
             let turned = Rotation3::from_axis_angle(&Vector3::z_axis(), TURN_RAD) * toward_eye;
             let picture = |camera| -> anyhow::Result<String> {
                 Ok(STANDARD.encode(scene.render(camera, SIDE, SIDE).to_png()?))

@@ -103,6 +103,11 @@ impl Camera {
             half_extent_m,
         }
     }
+
+    /// The unit vector from the middle of the image to the eye.
+    pub fn toward_eye(&self) -> Vector3<f64> {
+        self.view_from_object.row(2).transpose()
+    }
 }
 
 impl Scene {
@@ -165,7 +170,7 @@ impl Scene {
 
     /// [`Scene::best_camera`], near enough that the first surface and the markers fill the image.
     pub fn closer_camera(&self, up: Vector3<f64>) -> Camera {
-        let toward_eye = self.best_camera(up).view_from_object.row(2).transpose();
+        let toward_eye = self.best_camera(up).toward_eye();
         let nearer = Self {
             surfaces: self.surfaces.first().cloned().into_iter().collect(),
             markers: self.markers.clone(),

@@ -1,0 +1,223 @@
+//! A tiny experiment from synthesis to pictures.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+
+use crate::desk::{Desk, assert_says};
+use crate::{PATIENT, STABILITY, has_ending, landscape, names, promised};
+use landscape::store::{GraspFile, LandscapeFiles, Overrides};
+use serde_json::Value;
+
+#[test]
+fn a_tiny_experiment() {
+    let folder = landscape().path("g.landscape");
+    let found = names(&folder);
+    let expected = [
+        "barriers.graphml",
+        "barriers.png",
+        "barriers.svg",
+        "disconnectivity.png",
+        "disconnectivity.svg",
+        "edges.parquet",
+        "landscape.json",
+        "minima.parquet",
+        "paths.parquet",
+        "rarefaction.svg",
+        "summary.md",
+        "timings.json",
+        "tree.nwk",
+    ];
+    for name in expected {
+        assert!(found.iter().any(|file| file == name), "{name} of {found:?}");
+    }
+    assert!(
+        !found
+            .iter()
+            .any(|name| name.ends_with(".partial") || name == "journal")
+    );
+    let text = |name: &str| fs::read_to_string(folder.join(name)).unwrap();
+    for name in found.iter().filter(|name| has_ending(name, "svg")) {
+        let svg = text(name);
+        assert!(svg.starts_with("<svg") && svg.contains("<text"), "{name}");
+        assert_says(&svg, &["3 grasps, human hand on ball"]);
+    }
+    for name in found.iter().filter(|name| has_ending(name, "png")) {
+        assert!(
+            fs::read(folder.join(name))
+                .unwrap()
+                .starts_with(b"\x89PNG\r\n")
+        );
+    }
+
+    let manifest: Value = serde_json::from_str(&text("landscape.json")).unwrap();
+    assert_eq!(manifest["format"], "landscape");
+    let files = LandscapeFiles::read(&folder).unwrap();
+    let counts = &files.manifest.counts;
+    assert_eq!(manifest["counts"]["minima"], counts.minima);
+    assert_eq!(counts.grasps, 3);
+    assert_eq!(counts.minima, files.minima.len() as u64);
+    assert_eq!(counts.pairs, files.edges.len() as u64);
+    assert!((2..=counts.grasps).contains(&counts.minima));
+    assert!((1..=counts.minima).contains(&counts.groups));
+    assert!((1..=counts.groups).contains(&counts.components));
+    assert!(
+        counts.pairs >= counts.minima - 1,
+        "a spanning tree at least"
+    );
+    assert_eq!(files.manifest.evidence.values().sum::<u64>(), counts.pairs);
+    let members: BTreeSet<u64> = files
+        .minima
+        .iter()
+        .flat_map(|row| row.members.clone())
+        .collect();
+    assert_eq!(members.into_iter().collect::<Vec<_>>(), [0, 1, 2]);
+    for edge in &files.edges {
+        let floor = [edge.a, edge.b]
+            .map(|id| files.minima[usize::try_from(id).unwrap()].energy)
+            .into_iter()
+            .fold(f64::NEG_INFINITY, f64::max);
+        let height = edge.height.expect("every pair on a ball can be joined");
+        assert!(
+            height >= floor - 1e-9,
+            "a pass lies above both of its minima"
+        );
+        let top = files
+            .paths
+            .iter()
+            .filter(|row| (row.a, row.b) == (edge.a, edge.b))
+            .map(|row| row.energy)
+            .fold(f64::NEG_INFINITY, f64::max);
+        assert!(
+            top <= height + 1e-9,
+            "the path {} {} passes below its height",
+            edge.a,
+            edge.b
+        );
+    }
+    let tree = text("tree.nwk");
+    for minimum in &files.minima {
+        assert!(tree.contains(&format!("m{}", minimum.id)), "{tree}");
+    }
+    assert!(tree.trim_end().ends_with(';'));
+    assert_says(
+        &text("summary.md"),
+        &["# 3 grasps of the human hand on ball", "minima"],
+    );
+    // The command that is written into the landscape makes the same one.
+    let command = files.manifest.command.strip_prefix("landscape ").unwrap();
+    let again = Desk::with_grasps();
+    again.succeed(&format!("{command} --quiet --threads 2"));
+    assert_eq!(
+        promised(&again.path("g.landscape")),
+        promised(&folder),
+        "on two threads"
+    );
+}
+
+#[test]
+fn a_finished_landscape_is_drawn_compared_and_exchanged() {
+    let desk = landscape();
+    let out = Desk::empty();
+    let folder = desk.path("g.landscape");
+    let whole = out.path("whole");
+    let line = format!("draw {} -o {}", folder.display(), whole.display());
+    out.succeed(&line);
+    let text = |path: &Path| fs::read_to_string(path).unwrap();
+    // What the support of merges rests on.
+    assert!(folder.join("resampled.parquet").is_file());
+    // Nothing hidden, nothing changed.
+    for name in ["tree.nwk", "tree.dot", "tree.json", "barriers.graphml"] {
+        assert_eq!(text(&folder.join(name)), text(&whole.join(name)), "{name}");
+    }
+    for name in [
+        "barriers.svg",
+        "barriers_minima.svg",
+        "disconnectivity.svg",
+        "disconnectivity_minima.svg",
+    ] {
+        assert_eq!(text(&folder.join(name)), text(&whole.join(name)), "{name}");
+    }
+    let output = out.run(&format!("diff {0} {0} --json", folder.display()));
+    let told: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let files = LandscapeFiles::read(&folder).unwrap();
+    assert_eq!(
+        told["matches"].as_array().unwrap().len(),
+        files.minima.len()
+    );
+    assert_eq!(told["likeness"]["largest_change"], 0.0);
+    assert_eq!(told["within"], 0.005);
+    fs::create_dir(out.path("data")).unwrap();
+    for name in ["min.data", "ts.data"] {
+        fs::copy(folder.join(name), out.path("data").join(name)).unwrap();
+    }
+    out.succeed("import data");
+    let read = LandscapeFiles::read(&out.path("data.landscape")).unwrap();
+    let energies = |files: &LandscapeFiles| -> Vec<u64> {
+        files
+            .minima
+            .iter()
+            .map(|row| row.energy.to_bits())
+            .collect()
+    };
+    assert_eq!(energies(&read), energies(&files));
+    assert_eq!(read.edges.len(), files.edges.len());
+}
+
+#[test]
+fn what_held_in_simulation_is_mapped_and_marked() {
+    let desk = Desk::with_grasps();
+    let sentence = desk.early_mistake("build g.parquet --only-stable");
+    assert_says(&sentence, &["--only-stable", "landscape stability"]);
+    fs::write(desk.path("p.toml"), PATIENT).unwrap();
+    desk.succeed(STABILITY);
+    let (judged, _) = GraspFile::read(&desk.path("held.parquet"), Overrides::default()).unwrap();
+    let ids = |stable: bool| -> BTreeSet<u64> {
+        let grasps = judged.grasps.iter();
+        grasps
+            .filter(|grasp| grasp.stable == Some(stable))
+            .map(|grasp| grasp.id)
+            .collect()
+    };
+    let (stable, unstable) = (ids(true), ids(false));
+    assert!(
+        stable.len() > 1 && !unstable.is_empty(),
+        "{stable:?} {unstable:?}"
+    );
+
+    desk.succeed("build held.parquet --only-stable -q -o held.landscape");
+    let files = LandscapeFiles::read(&desk.path("held.landscape")).unwrap();
+    let members = files.minima.iter().flat_map(|row| row.members.clone());
+    assert_eq!(members.collect::<BTreeSet<u64>>(), stable);
+
+    desk.succeed("build g.parquet -q -o all.landscape");
+    let sentence = desk.mistake("draw all.landscape --stability g.parquet");
+    assert_says(
+        &sentence,
+        &["--stability g.parquet", "no grasp was simulated"],
+    );
+    desk.succeed("draw all.landscape --stability held.parquet -q -o marked");
+    desk.succeed("draw all.landscape -q -o plain");
+    let files = LandscapeFiles::read(&desk.path("all.landscape")).unwrap();
+    let held: Vec<bool> = files
+        .minima
+        .iter()
+        .map(|row| {
+            let held = row.members.iter().filter(|id| stable.contains(id)).count();
+            2 * held >= row.members.len()
+        })
+        .collect();
+    for name in ["barriers_minima.svg", "disconnectivity_minima.svg"] {
+        let [marked, plain] = ["marked", "plain"]
+            .map(|folder| fs::read_to_string(desk.path(folder).join(name)).unwrap());
+        for (word, expected) in [
+            (">stable", held.contains(&true)),
+            (">unstable", held.contains(&false)),
+        ] {
+            let squeezed: String = marked.split_whitespace().collect();
+            assert_eq!(squeezed.contains(word), expected, "{word} in {name}");
+            let squeezed: String = plain.split_whitespace().collect();
+            assert!(!squeezed.contains(word), "{word} in the plain {name}");
+        }
+    }
+}

@@ -1,0 +1,156 @@
+//! Help, and every mistake on the command line with its sentence.
+
+use std::fs;
+
+use crate::desk::{Desk, assert_says};
+
+#[test]
+fn unwritable_output() {
+    let desk = Desk::with_grasps();
+    fs::write(desk.path("taken"), "years of work").unwrap();
+    fs::create_dir(desk.path("folder")).unwrap();
+    fs::write(desk.path("folder/thesis.tex"), "years of work").unwrap();
+    for command in [
+        "build g.parquet",
+        "synth --object ball -n 1 --steps 1 --keep all",
+    ] {
+        for (output, folder) in [("absent/x", "absent"), ("taken/x", "taken")] {
+            let sentence = desk.early_mistake(&format!("{command} -o {output}"));
+            assert_eq!(
+                sentence,
+                format!("--output {output}: there is no folder {folder}")
+            );
+        }
+    }
+    for output in ["taken", "folder"] {
+        let sentence = desk.early_mistake(&format!("build g.parquet -o {output}"));
+        assert_says(
+            &sentence,
+            &[&format!("{output} exists and was not made by landscape")],
+        );
+    }
+    for output in ["folder", "."] {
+        let sentence = desk.early_mistake(&format!("synth --object ball -n 1 -o {output}"));
+        assert_says(&sentence, &[&format!("--output {output}"), "folder"]);
+    }
+}
+
+#[test]
+fn mistakes_in_flags() {
+    let desk = Desk::with_grasps();
+    fs::write(desk.path("typo.toml"), "[energy]\nprior_wieght = 1.0\n").unwrap();
+    fs::write(
+        desk.path("negative.toml"),
+        "[energy]\ndistance_weight = -1.0\n",
+    )
+    .unwrap();
+    fs::write(desk.path("torn.toml"), "[energy").unwrap();
+    fs::write(desk.path("claw.urdf"), "<robot").unwrap();
+    fs::write(desk.path("empty.obj"), "# nothing\n").unwrap();
+    fs::write(
+        desk.path("open.obj"),
+        "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\n",
+    )
+    .unwrap();
+    let cases: [(&str, &[&str]); 17] = [
+        (
+            "synth --object teapot",
+            &[
+                "--object teapot",
+                "neither a file nor an object",
+                "ball",
+                "jar",
+            ],
+        ),
+        (
+            "synth --object ball --hand claw",
+            &["--hand claw", "neither a file nor a hand", "human"],
+        ),
+        (
+            "synth --object ball --hand claw.urdf",
+            &["claw.urdf", "URDF cannot be read"],
+        ),
+        (
+            "synth --object open.obj",
+            &["open.obj is not closed: 3 edges border a hole"],
+        ),
+        ("synth --object empty.obj", &["empty.obj has no faces"]),
+        (
+            "synth --object ball --preset quick",
+            &["--preset quick", "default, paper, released"],
+        ),
+        ("synth --object ball -n 0", &["-n 0"]),
+        ("synth --object ball --spread 0", &["--spread 0"]),
+        (
+            "synth --object ball --contacts 1",
+            &["contacts = 1", "between 2 and 8"],
+        ),
+        (
+            "synth --object ball --config typo.toml",
+            &["typo.toml", "line 2", "prior_wieght", "`prior_weight`"],
+        ),
+        (
+            "synth --object ball --config negative.toml",
+            &["negative.toml", "[energy]", "distance_weight = -1"],
+        ),
+        (
+            "synth --object ball --config torn.toml",
+            &["torn.toml", "line 1"],
+        ),
+        (
+            "synth --object ball --config absent.toml",
+            &["cannot read absent.toml"],
+        ),
+        ("synth --object ball --threads 0", &["--threads 0"]),
+        (
+            "build g.parquet --temperature -1",
+            &["--temperature -1", "positive"],
+        ),
+        (
+            "build g.parquet --temperature nan",
+            &["--temperature NaN", "positive"],
+        ),
+        ("build g.parquet --force 0", &["--force 0", "positive"]),
+    ];
+    for (line, words) in cases {
+        let sentence = desk.early_mistake(line);
+        assert_says(&sentence, words);
+        let (_, cause) = sentence.rsplit_once(": ").unwrap_or(("", &sentence));
+        assert_eq!(sentence.matches(cause).count(), 1, "said twice: {sentence}");
+    }
+}
+
+#[test]
+fn help_and_version() {
+    let desk = Desk::empty();
+    let text = |line: &str| {
+        let output = desk.run(line);
+        assert!(output.status.success(), "landscape {line}");
+        String::from_utf8(output.stdout).unwrap()
+    };
+    assert_says(&text("--help"), &["synth", "build", "Examples:"]);
+    assert_says(
+        &text("synth --help"),
+        &["--object", "Examples:", "landscape synth --object"],
+    );
+    assert_says(
+        &text("build --help"),
+        &["--neighbours", "Examples:", "landscape build "],
+    );
+    assert_says(&text("objects --help"), &["list", "bake"]);
+    assert_says(
+        &text("objects bake --help"),
+        &["--specs", "--scale", "Examples:", "landscape objects bake "],
+    );
+    assert_eq!(
+        text("--version"),
+        format!("landscape {}\n", env!("CARGO_PKG_VERSION"))
+    );
+    // Without arguments: the help, as an answer to a mistake.
+    let output = desk.run("");
+    assert_eq!(output.status.code(), Some(1));
+    assert_says(
+        &String::from_utf8(output.stderr).unwrap(),
+        &["Usage: landscape"],
+    );
+}

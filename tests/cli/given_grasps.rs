@@ -1,0 +1,223 @@
+//! Synthesis and maps of grasps that others made.
+
+use std::fs;
+use std::path::Path;
+use std::sync::Arc;
+
+use crate::desk::{Desk, assert_says};
+use crate::parts::Parts;
+use arrow_array::Float64Array;
+use landscape::grasp::hand::Hand;
+use landscape::grasp::object::Object;
+use landscape::grasp::{EnergySettings, GraspEnergy, judge};
+use landscape::space::{PoseSpace, Space, Symmetry};
+use landscape::store::{Grasp, GraspFile, LandscapeFiles, Overrides};
+
+/// Chains from given grasps: one for each row unless told otherwise, near its grasp, the same on any number of threads.
+#[test]
+fn synthesis_from_given_grasps() {
+    let desk = Desk::with_grasps();
+    let read = |name: &str| {
+        GraspFile::read(&desk.path(name), Overrides::default())
+            .unwrap()
+            .0
+    };
+    let given = read("g.parquet");
+    let pose = |grasp: &Grasp| {
+        let mut x = grasp.translation_m.to_vec();
+        x.extend(grasp.rotation_wxyz);
+        x.extend(&grasp.joints_rad);
+        x
+    };
+    let space = PoseSpace::new(Hand::human().pose_metric(), Symmetry::None);
+    let apart = |name: &str| -> Vec<f64> {
+        let rows = read(name).grasps;
+        rows.iter()
+            .map(|row| {
+                let from = &given.grasps[usize::try_from(row.id).unwrap() % given.grasps.len()];
+                assert!(
+                    row.source.ends_with(&format!("from {}", from.id)),
+                    "{}",
+                    row.source
+                );
+                space.distance(&pose(row), &pose(from))
+            })
+            .collect()
+    };
+    let line = "synth --from g.parquet --steps 60 --keep all --seed 3 -q";
+    desk.succeed(&format!("{line} -o near.parquet --threads 1"));
+    desk.succeed(&format!("{line} -o near2.parquet --threads 2"));
+    assert_eq!(
+        fs::read(desk.path("near.parquet")).unwrap(),
+        fs::read(desk.path("near2.parquet")).unwrap()
+    );
+    let near = read("near.parquet");
+    assert_eq!(near.grasps.len(), given.grasps.len());
+    assert_eq!(
+        (&near.metadata.hands, &near.metadata.objects),
+        (&given.metadata.hands, &given.metadata.objects)
+    );
+    assert_says(
+        &near.metadata.command,
+        &["landscape synth --from g.parquet -n 6 --steps 60"],
+    );
+    // Not worse than what was given: as strict, and of lower energy where neither or both pass the strict filter.
+    let hand = Arc::new(Hand::human());
+    let ball = Arc::new(Object::named("ball").unwrap());
+    let energy = GraspEnergy::new(hand, ball, EnergySettings::default()).unwrap();
+    let strict = |grasp: &Grasp| judge(&energy, &pose(grasp), &grasp.contacts).passes_strict();
+    let mut lower = 0;
+    for (row, from) in near.grasps.iter().zip(&given.grasps) {
+        let (before, after) = (strict(from), strict(row));
+        assert!(
+            after >= before,
+            "row {} is no strict grasp any more",
+            row.id
+        );
+        assert!(
+            (after && !before) || row.energy <= from.energy + 1e-12,
+            "row {}: {} from {}",
+            row.id,
+            row.energy,
+            from.energy
+        );
+        lower += usize::from(row.energy < from.energy);
+    }
+    assert!(lower > 0, "nothing was refined");
+
+    let mean = |lengths: Vec<f64>| lengths.iter().sum::<f64>() / lengths.len() as f64;
+    let refined_m = mean(apart("near.parquet"));
+    assert!(refined_m < 0.02, "refined {refined_m} m away");
+
+    desk.succeed(&format!("{line} --perturb 60 -n 13 -o far.parquet"));
+    let far = read("far.parquet").grasps;
+    assert_eq!(
+        far.iter().map(|row| row.id).collect::<Vec<_>>(),
+        (0..13).collect::<Vec<_>>()
+    );
+    let perturbed_m = mean(apart("far.parquet"));
+    assert!(
+        perturbed_m > 2.0 * refined_m && perturbed_m < 0.1,
+        "{refined_m} {perturbed_m}"
+    );
+    assert_ne!(
+        pose(&far[0]),
+        pose(&far[6]),
+        "the same grasp, moved differently"
+    );
+    assert_says(
+        &read("far.parquet").metadata.command,
+        &["--from g.parquet --perturb 60 -n 13"],
+    );
+}
+
+/// Hand and object are those in the file: neither the files they came from nor any flag is needed.
+#[test]
+fn given_grasps_bring_their_hand_and_object() {
+    let desk = Desk::empty();
+    let [urdf, side] = Hand::human_description();
+    fs::write(desk.path("own.urdf"), urdf).unwrap();
+    fs::write(desk.path("own.json"), side).unwrap();
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/objects");
+    let mesh = fs::read_to_string(data.join("ball.obj")).unwrap();
+    fs::write(desk.path("globe.obj"), mesh).unwrap();
+    let description = fs::read_to_string(data.join("ball.json")).unwrap();
+    fs::write(
+        desk.path("globe.json"),
+        description.replace("\"ball\"", "\"globe\""),
+    )
+    .unwrap();
+    let line = "--steps 60 --keep all --seed 3 -q";
+    desk.succeed(&format!(
+        "synth --hand own.urdf --object globe.obj -n 2 {line} -o g.parquet"
+    ));
+    for name in ["own.urdf", "own.json", "globe.obj", "globe.json"] {
+        fs::remove_file(desk.path(name)).unwrap();
+    }
+    desk.succeed(&format!("synth --from g.parquet {line} -o refined.parquet"));
+    let read = |name: &str| {
+        GraspFile::read(&desk.path(name), Overrides::default())
+            .unwrap()
+            .0
+    };
+    let (given, refined) = (read("g.parquet"), read("refined.parquet"));
+    let names = |file: &GraspFile| {
+        (
+            file.metadata.hands[0].name.clone(),
+            file.metadata.objects[0].name.clone(),
+        )
+    };
+    assert_eq!(names(&given), ("own".to_owned(), "globe".to_owned()));
+    assert_eq!(names(&refined), names(&given));
+    assert_eq!(refined.metadata.objects, given.metadata.objects);
+    assert!(
+        refined
+            .grasps
+            .iter()
+            .all(|row| (&*row.hand, &*row.object) == ("own", "globe"))
+    );
+}
+
+#[test]
+fn mistakes_with_given_grasps() {
+    let desk = Desk::with_grasps();
+    let parts = Parts::of(&desk.path("g.parquet"));
+    let mut scales = parts.floats("scale");
+    scales[0] = 1.5;
+    let mixed = parts.set("scale", Float64Array::from(scales));
+    mixed.write(&desk.path("mixed.parquet"));
+    fs::write(desk.path("text.parquet"), "no table").unwrap();
+    let cases: [(&str, &[&str]); 8] = [
+        ("synth --from absent.parquet", &["absent.parquet"]),
+        ("synth --from text.parquet", &["text.parquet", "Parquet"]),
+        (
+            "synth --from mixed.parquet",
+            &["--from mixed.parquet", "2 pairs of hand and object"],
+        ),
+        (
+            "synth --from g.parquet --perturb -1",
+            &["--perturb -1", "millimetres"],
+        ),
+        (
+            "synth --from g.parquet --perturb nan",
+            &["--perturb NaN", "millimetres"],
+        ),
+        ("synth --from g.parquet -n 0", &["-n 0"]),
+        ("synth --object ball --perturb 3", &["--from"]),
+        ("synth", &["--object"]),
+    ];
+    for (line, words) in cases {
+        assert_says(&desk.early_mistake(line), words);
+    }
+}
+
+/// Grasps of others come without our metadata; hand and object are then named, and the energy is the default one.
+#[test]
+fn grasps_of_others() {
+    let foreign = |mut parts: Parts| {
+        parts.metadata = None;
+        parts
+    };
+    assert_says(
+        &Desk::refusal(foreign),
+        &[
+            "spoilt.parquet",
+            "does not describe its hand and object",
+            "--hand",
+        ],
+    );
+    let desk = Desk::with_grasps();
+    foreign(Parts::of(&desk.path("g.parquet"))).write(&desk.path("own.parquet"));
+    let said = desk.succeed("build own.parquet --hand human --object ball --first 2");
+    assert_says(&said, &["warning: the file does not tell the energy"]);
+    desk.succeed("build g.parquet --first 2 --quiet");
+    let energies = |name: &str| {
+        let files = LandscapeFiles::read(&desk.path(name)).unwrap();
+        files
+            .minima
+            .iter()
+            .map(|row| row.energy.to_bits())
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(energies("own.landscape"), energies("g.landscape"));
+}

@@ -1,0 +1,167 @@
+//! The whole tool as a user runs it: a tiny experiment, threads, interruptions, and every mistake with its sentence.
+#![cfg(feature = "cli")]
+#![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
+
+mod experiments;
+mod flags;
+mod given_grasps;
+mod interruptions;
+mod objects;
+mod spoilt_grasps;
+
+#[path = "../desk/mod.rs"]
+mod desk;
+#[path = "../parts/mod.rs"]
+mod parts;
+#[path = "../records/mod.rs"]
+mod records;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Stdio};
+use std::sync::OnceLock;
+use std::time::Duration;
+
+use crate::desk::Desk;
+use crate::parts::Parts;
+use crate::records::records;
+
+impl Desk {
+    fn with_grasps() -> Self {
+        let desk = Self::empty();
+        fs::write(desk.path("g.parquet"), grasps()).unwrap();
+        desk
+    }
+
+    /// Runs a command that must succeed and returns what it said on standard error.
+    fn succeed(&self, line: &str) -> String {
+        let output = self.run(line);
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.success(), "landscape {line}: {said}");
+        said
+    }
+
+    /// The sentence of a mistake that is found before anything is written.
+    fn early_mistake(&self, line: &str) -> String {
+        let before = contents(self.folder.path());
+        let sentence = self.mistake(line);
+        assert_eq!(contents(self.folder.path()), before, "landscape {line}");
+        sentence
+    }
+
+    /// The sentence with which `build` refuses the grasps spoilt in this way.
+    fn refusal(spoil: impl FnOnce(Parts) -> Parts) -> String {
+        let desk = Self::with_grasps();
+        spoil(Parts::of(&desk.path("g.parquet"))).write(&desk.path("spoilt.parquet"));
+        desk.early_mistake("build spoilt.parquet")
+    }
+
+    fn start(&self, line: &str) -> Child {
+        self.command(line)
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap()
+    }
+
+    /// Starts a command and kills it as soon as its journal holds `least` records.
+    fn interrupt(&self, line: &str, journal: &str, least: usize) {
+        let mut child = self.start(line);
+        while records(&self.path(journal)).len() < least {
+            assert_eq!(
+                child.try_wait().unwrap(),
+                None,
+                "ended before it was killed"
+            );
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        child.kill().unwrap();
+        assert!(!child.wait().unwrap().success());
+    }
+
+    /// Continues a command, which must not do again what its journal holds.
+    fn resume(&self, line: &str, journal: &str) {
+        let done = records(&self.path(journal));
+        // A second name keeps the journal, which is removed at the end.
+        fs::hard_link(self.path(journal), self.path("kept")).unwrap();
+        self.succeed(line);
+        let all = records(&self.path("kept"));
+        fs::remove_file(self.path("kept")).unwrap();
+        assert_eq!(all[..done.len()], done, "what was done is kept");
+        assert!(all.len() > done.len(), "killed before the end");
+        let keys: BTreeSet<_> = all.iter().map(|(key, _)| key).collect();
+        assert_eq!(keys.len(), all.len(), "no task is done twice: {all:?}");
+    }
+}
+
+const SYNTH: &str = "synth --object ball -n 6 --steps 400 --keep all --seed 1 --quiet";
+const LONG_SYNTH: &str =
+    "synth --object ball -n 12 --steps 2000 --keep all --seed 1 --threads 1 -q";
+const BUILD: &str = "build g.parquet --first 3 --quiet";
+
+/// Every step of the drop is simulated, so that there is time to kill it. Friction that some hold by, and some do not.
+const PATIENT: &str = "protocol = \"drop\"\nrest = { time_s = 1000.0 }\n\
+                       friction = { hand = 0.3, object = 0.3, combine = \"multiply\" }\n";
+const STABILITY: &str = "stability g.parquet --settings p.toml -q -o held.parquet";
+
+/// `g.parquet` of [`SYNTH`], made once, on one thread.
+fn grasps() -> &'static [u8] {
+    static GRASPS: OnceLock<Vec<u8>> = OnceLock::new();
+    GRASPS.get_or_init(|| {
+        let desk = Desk::empty();
+        desk.succeed(&format!("{SYNTH} --threads 1 -o g.parquet"));
+        assert_eq!(names(desk.folder.path()), ["g.parquet"]);
+        fs::read(desk.path("g.parquet")).unwrap()
+    })
+}
+
+/// The folder of [`BUILD`], made once, on one thread.
+fn landscape() -> &'static Desk {
+    static LANDSCAPE: OnceLock<Desk> = OnceLock::new();
+    LANDSCAPE.get_or_init(|| {
+        let desk = Desk::with_grasps();
+        desk.succeed(&format!("{BUILD} --threads 1"));
+        assert_eq!(names(desk.folder.path()), ["g.landscape", "g.parquet"]);
+        desk
+    })
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<_> = fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
+}
+
+fn has_ending(name: &str, ending: &str) -> bool {
+    Path::new(name)
+        .extension()
+        .is_some_and(|found| found == ending)
+}
+
+/// Every file below a folder.
+fn contents(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut files = BTreeMap::new();
+    for name in names(folder) {
+        let path = folder.join(name);
+        if path.is_dir() {
+            files.insert(path.clone(), Vec::new());
+            files.extend(contents(&path));
+        } else {
+            files.insert(path.clone(), fs::read(&path).unwrap());
+        }
+    }
+    files
+}
+
+/// What of a landscape folder must not depend on threads and interruptions.
+fn promised(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    names(folder)
+        .into_iter()
+        .filter(|name| name != "timings.json")
+        .map(|name| (name.clone(), fs::read(folder.join(name)).unwrap()))
+        .collect()
+}

@@ -1,0 +1,169 @@
+//! Objects by name and networks as objects.
+
+use std::fs;
+use std::path::Path;
+
+use crate::desk::{Desk, assert_says};
+use crate::names;
+use landscape::store::{GraspFile, Overrides};
+
+/// The small network of the tests, as a user has it: weights and specs in one folder.
+fn desk_with_network() -> Desk {
+    let desk = Desk::empty();
+    let reference = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference/deepsdf");
+    for (from, to) in [
+        ("small_model.safetensors", "model.safetensors"),
+        ("small_specs.json", "specs.json"),
+    ] {
+        fs::copy(reference.join(from), desk.path(to)).unwrap();
+    }
+    desk
+}
+
+#[test]
+fn a_network_becomes_an_object() {
+    let desk = desk_with_network();
+    let cache = desk.path("cache");
+    let run = |line: &str| {
+        let output = desk
+            .command(line)
+            .env("XDG_CACHE_HOME", &cache)
+            .output()
+            .unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.success(), "landscape {line}: {said}");
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let text = run("objects bake model.safetensors --code 2 --scale 0.05 --cells 40 -o jar.obj");
+    assert_says(&text, &["size", "triangles", "smooth field"]);
+    assert_eq!(
+        names(desk.folder.path()),
+        ["cache", "jar.obj", "model.safetensors", "specs.json"]
+    );
+    let mesh = fs::read(desk.path("jar.obj")).unwrap();
+    run(
+        "objects bake model.safetensors --specs specs.json --codes model.safetensors --code 2 --scale 0.05 --cells 40 \
+         -o again.obj --threads 1",
+    );
+    assert_eq!(fs::read(desk.path("again.obj")).unwrap(), mesh);
+    let fields = fs::read_dir(cache.join("landscape/fields")).map(Iterator::count);
+    if cfg!(target_os = "linux") {
+        assert_eq!(
+            fields.unwrap(),
+            1,
+            "both meshes are the same, so their field is"
+        );
+    }
+    run("synth --object jar.obj -n 2 --steps 100 --keep all -o jar.parquet");
+    let (file, _) = GraspFile::read(&desk.path("jar.parquet"), Overrides::default()).unwrap();
+    assert_eq!(
+        (file.grasps.len(), &*file.metadata.objects[0].name),
+        (2, "jar")
+    );
+}
+
+#[test]
+fn mistakes_with_networks() {
+    let desk = desk_with_network();
+    let specs = fs::read_to_string(desk.path("specs.json")).unwrap();
+    fs::write(
+        desk.path("wide.json"),
+        specs.replace("\"CodeLength\": 16", "\"CodeLength\": 17"),
+    )
+    .unwrap();
+    fs::write(
+        desk.path("typo.json"),
+        specs.replace("latent_in", "latent_on"),
+    )
+    .unwrap();
+    fs::write(desk.path("taken.json"), &specs).unwrap();
+    fs::write(desk.path("model.pth"), "").unwrap();
+    fs::write(desk.path("text.safetensors"), "hello, hello, hello").unwrap();
+    fs::create_dir(desk.path("alone")).unwrap();
+    fs::copy(
+        desk.path("model.safetensors"),
+        desk.path("alone/model.safetensors"),
+    )
+    .unwrap();
+    let cases: [(&str, &[&str]); 13] = [
+        ("absent.safetensors", &["cannot read absent.safetensors"]),
+        (
+            "model.pth",
+            &["model.pth", ".safetensors", "docs/neural_objects.md"],
+        ),
+        (
+            "text.safetensors",
+            &["text.safetensors is not a valid .safetensors file"],
+        ),
+        (
+            "alone/model.safetensors",
+            &["no alone/specs.json", "--specs"],
+        ),
+        (
+            "model.safetensors --specs absent.json",
+            &["cannot read absent.json"],
+        ),
+        (
+            "model.safetensors --specs wide.json",
+            &["lin0.weight_v", "[128, 19]", "[128, 20]"],
+        ),
+        (
+            "model.safetensors --specs typo.json",
+            &["typo.json", "`latent_on`", "`latent_in`"],
+        ),
+        (
+            "model.safetensors --code 3",
+            &["--code 3", "has 3, numbered from 0"],
+        ),
+        ("model.safetensors --cells 4", &["--cells 4", "16"]),
+        (
+            "model.safetensors --scale -0.1",
+            &["--scale -0.1", "positive"],
+        ),
+        ("model.safetensors --scale 100", &["metres are expected"]),
+        (
+            "model.safetensors -o bottle.stl",
+            &["--output bottle.stl", ".obj"],
+        ),
+        (
+            "model.safetensors -o taken.obj",
+            &["taken.json", "--output"],
+        ),
+    ];
+    for (rest, words) in cases {
+        let scale = if rest.contains("--scale") {
+            ""
+        } else {
+            " --scale 0.1"
+        };
+        let output = if rest.contains("-o ") {
+            ""
+        } else {
+            " -o bottle.obj"
+        };
+        let cells = if rest.contains("--cells") {
+            ""
+        } else {
+            " --cells 16"
+        };
+        assert_says(
+            &desk.early_mistake(&format!("objects bake -q {rest}{scale}{output}{cells}")),
+            words,
+        );
+    }
+}
+
+#[test]
+fn the_objects_that_come_with_the_program() {
+    let output = Desk::empty().run("objects list");
+    assert!(output.status.success());
+    let text = String::from_utf8(output.stdout).unwrap();
+    for name in landscape::grasp::object::OBJECT_NAMES {
+        assert!(
+            text.lines()
+                .any(|line| line.starts_with(&format!("{name} "))),
+            "{name}: {text}"
+        );
+    }
+    assert_says(&text, &["70 × 70 × 70", "sphere", "axis", "none"]);
+}

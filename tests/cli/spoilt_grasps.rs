@@ -1,0 +1,332 @@
+//! Every mistake in a file of grasps with its sentence.
+
+use std::fs;
+
+use crate::desk::{Desk, assert_says};
+use crate::grasps;
+use crate::parts::Parts;
+use arrow_array::cast::AsArray;
+use arrow_array::types::{Float64Type, UInt32Type};
+use arrow_array::{ArrayRef, FixedSizeListArray, Float64Array, ListArray};
+use landscape::store::{Grasp, GraspFile, LandscapeFiles, Overrides};
+use serde_json::{Value, json};
+
+#[test]
+fn no_such_file() {
+    let desk = Desk::empty();
+    assert_eq!(
+        desk.early_mistake("build g.parquet"),
+        "no such file: g.parquet"
+    );
+    assert_eq!(
+        desk.early_mistake("build absent/g.parquet"),
+        "no such file: absent/g.parquet"
+    );
+}
+
+#[test]
+fn not_parquet() {
+    let desk = Desk::empty();
+    fs::write(desk.path("g.parquet"), "id,object\n1,ball\n").unwrap();
+    assert_says(
+        &desk.early_mistake("build g.parquet"),
+        &["g.parquet is not a Parquet file or is damaged"],
+    );
+    fs::write(desk.path("g.parquet"), "").unwrap();
+    assert_says(
+        &desk.early_mistake("build g.parquet"),
+        &["g.parquet is not a Parquet file or is damaged"],
+    );
+    let whole = grasps();
+    fs::write(desk.path("g.parquet"), &whole[..whole.len() / 2]).unwrap();
+    assert_says(
+        &desk.early_mistake("build g.parquet"),
+        &["g.parquet is not a Parquet file or is damaged"],
+    );
+}
+
+#[test]
+fn wrong_schema_version() {
+    let sentence =
+        Desk::refusal(|parts| metadata(parts, |value| value["schema_version"] = json!(7)));
+    assert_eq!(
+        sentence,
+        "spoilt.parquet has schema version 7, but this program knows version 1 only"
+    );
+}
+
+#[test]
+fn missing_column() {
+    let sentence = Desk::refusal(|parts| parts.without("rotation_wxyz"));
+    assert_says(&sentence, &["spoilt.parquet has no column `rotation_wxyz`"]);
+}
+
+#[test]
+fn not_a_number() {
+    let sentence = Desk::refusal(|parts| {
+        let mut values = parts.floats("energy");
+        values[2] = f64::NAN;
+        parts.set("energy", Float64Array::from(values))
+    });
+    assert_says(&sentence, &["spoilt.parquet, row 2", "`energy` holds NaN"]);
+}
+
+#[test]
+fn infinite() {
+    let sentence = Desk::refusal(|parts| {
+        let lists = change(&parts, "translation_m", |row, values| {
+            if row == 1 {
+                values[2] = f64::INFINITY;
+            }
+        });
+        parts.set("translation_m", lists)
+    });
+    assert_says(
+        &sentence,
+        &["spoilt.parquet, row 1", "`translation_m` holds inf"],
+    );
+}
+
+#[test]
+fn quaternion_not_unit() {
+    let sentence = Desk::refusal(|parts| {
+        let lists = change(&parts, "rotation_wxyz", |row, values| {
+            if row == 3 {
+                values.copy_from_slice(&[1.0, 1.0, 0.0, 0.0]);
+            }
+        });
+        parts.set("rotation_wxyz", lists)
+    });
+    assert_says(
+        &sentence,
+        &[
+            "spoilt.parquet, row 3",
+            "`rotation_wxyz` has length 1.41",
+            "expected 1",
+        ],
+    );
+}
+
+#[test]
+fn joint_far_beyond_its_limit() {
+    let (name, [_, upper]) = first_joint();
+    let sentence = Desk::refusal(|parts| {
+        let lists = change(&parts, "joints_rad", |row, values| {
+            if row == 4 {
+                values[0] = upper + 1.01;
+            }
+        });
+        parts.set("joints_rad", lists)
+    });
+    assert_says(
+        &sentence,
+        &[
+            "spoilt.parquet, row 4",
+            &name,
+            "more than 1 rad beyond its limits",
+        ],
+    );
+}
+
+#[test]
+fn joint_beyond_its_limit_as_published() {
+    let (name, [_, upper]) = first_joint();
+    let desk = Desk::with_grasps();
+    let parts = Parts::of(&desk.path("g.parquet"));
+    let lists = change(&parts, "joints_rad", |row, values| {
+        if row == 1 {
+            values[0] = upper + 0.58;
+        }
+    });
+    parts
+        .set("joints_rad", lists)
+        .write(&desk.path("g.parquet"));
+    let said = desk.succeed("build g.parquet --first 2");
+    let warning =
+        format!("farthest is `{name}` in row 1, by 0.5800 rad; they are kept as they are");
+    assert_says(&said, &["warning: ", &warning]);
+    let files = LandscapeFiles::read(&desk.path("g.landscape")).unwrap();
+    assert!(
+        files
+            .manifest
+            .warnings
+            .iter()
+            .any(|told| told.ends_with(&warning)),
+        "{:?}",
+        files.manifest.warnings
+    );
+    assert_eq!(files.manifest.counts.grasps, 2, "kept");
+}
+
+#[test]
+fn contact_out_of_range() {
+    let sentence = Desk::refusal(|parts| {
+        let lists =
+            (0..6).map(|row| Some([Some(0), Some(5), Some(if row == 2 { 9999 } else { 7 })]));
+        let lists = ListArray::from_iter_primitive::<UInt32Type, _, _>(lists);
+        parts.set("contacts", lists)
+    });
+    assert_says(
+        &sentence,
+        &[
+            "spoilt.parquet, row 2",
+            "contact 9999 does not exist",
+            "`human`",
+            "surface points",
+        ],
+    );
+}
+
+#[test]
+fn hand_that_does_not_match_its_description() {
+    let sentence = Desk::refusal(|parts| {
+        metadata(parts, |value| {
+            value["hands"][0]["joint_names"][0] = json!("elbow");
+        })
+    });
+    assert_says(
+        &sentence,
+        &["spoilt.parquet: hand `human` does not match", "`elbow`"],
+    );
+    let sentence = Desk::refusal(|parts| {
+        metadata(parts, |value| {
+            value["hands"][0]["surface_points"] = json!(5000);
+        })
+    });
+    assert_says(
+        &sentence,
+        &[
+            "spoilt.parquet: hand `human` does not match",
+            "5000 surface points",
+        ],
+    );
+    let sentence = Desk::refusal(|parts| {
+        metadata(parts, |value| value["hands"][0]["description"] = json!([]))
+    });
+    assert_says(
+        &sentence,
+        &[
+            "spoilt.parquet: the file does not describe hand `human`",
+            "--hand",
+        ],
+    );
+}
+
+#[test]
+fn missing_object() {
+    let sentence = Desk::refusal(|parts| {
+        metadata(parts, |value| value["objects"][0]["mesh_obj"] = json!(null))
+    });
+    assert_says(
+        &sentence,
+        &["spoilt.parquet", "mesh of object `ball`", "--object"],
+    );
+    let sentence = Desk::refusal(|parts| metadata(parts, |value| value["objects"] = json!([])));
+    assert_says(&sentence, &["spoilt.parquet", "`ball`", "described"]);
+    let desk = Desk::with_grasps();
+    assert_says(
+        &desk.early_mistake("build g.parquet --object teapot"),
+        &["--object teapot", "ball"],
+    );
+    assert_says(
+        &desk.early_mistake("build g.parquet --hand claw"),
+        &["--hand claw", "human"],
+    );
+}
+
+#[test]
+fn no_grasps() {
+    let sentence = Desk::refusal(|mut parts| {
+        for (_, array) in &mut parts.columns {
+            *array = array.slice(0, 0);
+        }
+        parts
+    });
+    assert_eq!(sentence, "spoilt.parquet holds no grasps");
+}
+
+#[test]
+fn one_grasp_only() {
+    let sentence = Desk::refusal(|mut parts| {
+        for (_, array) in &mut parts.columns {
+            *array = array.slice(0, 1);
+        }
+        parts
+    });
+    assert_says(
+        &sentence,
+        &["spoilt.parquet: only one grasp", "at least two"],
+    );
+    let desk = Desk::with_grasps();
+    assert_says(
+        &desk.early_mistake("build g.parquet --first 1"),
+        &["--first 1", "at least two"],
+    );
+    assert_says(
+        &desk.early_mistake("build g.parquet --first 0"),
+        &["--first 0", "at least two"],
+    );
+}
+
+#[test]
+fn identical_grasps() {
+    let desk = Desk::with_grasps();
+    let (mut file, _) = GraspFile::read(&desk.path("g.parquet"), Overrides::default()).unwrap();
+    let first = file.grasps[0].clone();
+    file.grasps = (0..4)
+        .map(|id| Grasp {
+            id,
+            ..first.clone()
+        })
+        .collect();
+    file.write(&desk.path("same.parquet")).unwrap();
+    assert_says(
+        &desk.mistake("build same.parquet"),
+        &["same.parquet: all 4 grasps lie in one minimum"],
+    );
+    assert!(!desk.path("same.landscape").exists());
+    assert!(!desk.path("same.landscape.partial").exists());
+}
+
+/// The file with its metadata changed.
+fn metadata(mut parts: Parts, change: impl FnOnce(&mut Value)) -> Parts {
+    let mut value = serde_json::from_str(parts.metadata.as_ref().unwrap()).unwrap();
+    change(&mut value);
+    parts.metadata = Some(value.to_string());
+    parts
+}
+
+/// A column of vectors with its rows changed.
+fn change(
+    parts: &Parts,
+    name: &str,
+    mut change: impl FnMut(usize, &mut [f64]),
+) -> FixedSizeListArray {
+    let (_, array): &(String, ArrayRef) = parts
+        .columns
+        .iter()
+        .find(|(column, _)| column == name)
+        .unwrap();
+    let lists = array.as_fixed_size_list();
+    let width = usize::try_from(lists.value_length()).unwrap();
+    let mut values = lists
+        .values()
+        .as_primitive::<Float64Type>()
+        .values()
+        .to_vec();
+    for (row, vector) in values.chunks_mut(width).enumerate() {
+        change(row, vector);
+    }
+    let rows = values
+        .chunks(width)
+        .map(|row| Some(row.iter().copied().map(Some).collect::<Vec<_>>()));
+    let length = lists.value_length();
+    FixedSizeListArray::from_iter_primitive::<Float64Type, _, _>(rows, length)
+}
+
+fn first_joint() -> (String, [f64; 2]) {
+    let desk = Desk::with_grasps();
+    let (file, _) = GraspFile::read(&desk.path("g.parquet"), Overrides::default()).unwrap();
+    let hand = &file.metadata.hands[0];
+    (hand.joint_names[0].clone(), hand.limits_rad[0])
+}

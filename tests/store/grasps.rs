@@ -1,0 +1,257 @@
+//! Files of grasps come back equal, with the same bytes, and as other tools leave them.
+
+use std::fs;
+
+use crate::{file, grasp, hand, of, overrides, place, read};
+use arrow_array::types::{Float64Type, Int32Type};
+use arrow_array::{
+    DictionaryArray, Float32Array, Int32Array, Int64Array, LargeListArray, ListArray, NullArray,
+};
+use landscape::store::{Grasp, HandMetadata, Overrides, Warning};
+
+#[test]
+fn grasps_come_back_equal() {
+    let (_folder, path) = place("grasps.parquet");
+    let mut written = file(5);
+    let last = &mut written.grasps[4];
+    last.contacts.clear();
+    (last.friction, last.epsilon, last.stable, last.label_score) = (None, None, None, None);
+    (last.label, last.label_auto, last.source) = (None, Some(String::new()), "ß ∂ 手".into());
+    written.write(&path).unwrap();
+    let (found, warnings) = read(&path).unwrap();
+    assert_eq!(found, written);
+    assert_eq!(warnings, []);
+}
+
+#[test]
+fn same_content_same_bytes() {
+    let (_folder, path) = place("grasps.parquet");
+    file(200).write(&path).unwrap();
+    let first = fs::read(&path).unwrap();
+    file(200).write(&path).unwrap();
+    assert_eq!(fs::read(&path).unwrap(), first);
+    let (again, _) = read(&path).unwrap();
+    again.write(&path).unwrap();
+    assert_eq!(
+        fs::read(&path).unwrap(),
+        first,
+        "reading and writing changes nothing"
+    );
+}
+
+#[test]
+fn hands_without_joints_and_energies_without_terms() {
+    let (_folder, path) = place("grasps.parquet");
+    let mut written = file(2);
+    written.metadata.hands[0].joint_names.clear();
+    written.metadata.hands[0].limits_rad.clear();
+    written.metadata.terms.clear();
+    for grasp in &mut written.grasps {
+        grasp.joints_rad.clear();
+        grasp.terms.clear();
+    }
+    written.write(&path).unwrap();
+    assert_eq!(read(&path).unwrap().0, written);
+}
+
+#[test]
+fn a_mixed_file_holds_several_landscapes() {
+    let (_folder, path) = place("grasps.parquet");
+    let mut mixed = file(5);
+    mixed.metadata.hands.push(HandMetadata {
+        name: "a stick".into(),
+        surface_points: 40,
+        ..HandMetadata::default()
+    });
+    mixed.grasps[0].object = "bowl".into();
+    mixed.grasps[1].scale = 0.5;
+    mixed.grasps[3].scale = 0.5;
+    mixed.grasps[4].hand = "a stick".into();
+    mixed.grasps[4].joints_rad.clear();
+    mixed.write(&path).unwrap();
+    let (found, _) = read(&path).unwrap();
+    assert_eq!(found, mixed);
+    let summary: Vec<_> = found
+        .landscapes()
+        .into_iter()
+        .map(|part| {
+            let ids: Vec<_> = part.grasps.iter().map(|grasp| grasp.id).collect();
+            (
+                part.hand.name.clone(),
+                part.object.name.clone(),
+                part.scale,
+                ids,
+            )
+        })
+        .collect();
+    let expected = [
+        ("a stick", "cup", 1.0, vec![4]),
+        ("two fingers", "bowl", 1.0, vec![0]),
+        ("two fingers", "cup", 0.5, vec![1, 3]),
+        ("two fingers", "cup", 1.0, vec![2]),
+    ];
+    assert_eq!(
+        summary,
+        expected.map(|(hand, object, scale, ids)| (hand.into(), object.into(), scale, ids))
+    );
+}
+
+#[test]
+fn absent_columns_have_defaults() {
+    let mut parts = of(&file(2));
+    for name in [
+        "id",
+        "hand",
+        "scale",
+        "label",
+        "stable",
+        "label_auto",
+        "label_score",
+        "epsilon",
+        "friction",
+        "source",
+    ] {
+        parts = parts.without(name);
+    }
+    let (found, _) = parts
+        .without("chain_seed")
+        .without("chain_step")
+        .read(Overrides::default())
+        .unwrap();
+    let expected = Grasp {
+        friction: None,
+        epsilon: None,
+        stable: None,
+        label: None,
+        label_auto: None,
+        label_score: None,
+        source: String::new(),
+        chain_seed: 0,
+        chain_step: 0,
+        ..grasp(1)
+    };
+    assert_eq!(found.grasps[1], expected);
+    // Two objects are described, so a row must say which it means.
+    let refused = of(&file(2)).without("object").refusal();
+    assert_eq!(refused, "grasps.parquet has no column `object` (text)");
+}
+
+#[test]
+fn columns_may_have_passed_through_other_tools() {
+    let contacts = vec![Some(vec![Some(39), Some(0), Some(7)]); 2];
+    let joints = vec![Some(vec![Some(0.2), Some(-7.0)]); 2];
+    let cup: DictionaryArray<Int32Type> = ["cup", "cup"].into_iter().collect();
+    let (found, _) = of(&file(2))
+        .set("id", Int64Array::from(vec![0, 1]))
+        .set("scale", Int32Array::from(vec![1, 1]))
+        .set(
+            "contacts",
+            LargeListArray::from_iter_primitive::<Int32Type, _, _>(contacts),
+        )
+        .set(
+            "joints_rad",
+            ListArray::from_iter_primitive::<Float64Type, _, _>(joints),
+        )
+        .set("object", cup)
+        .set("distance_squared", Float32Array::from(vec![0.25, 0.25]))
+        .set("label", NullArray::new(2))
+        .read(Overrides::default())
+        .unwrap();
+    assert_eq!(
+        found.grasps[1],
+        Grasp {
+            label: None,
+            ..grasp(1)
+        }
+    );
+}
+
+#[test]
+fn quaternions_are_made_unit_and_canonical() {
+    let (_folder, path) = place("grasps.parquet");
+    let mut written = file(2);
+    written.grasps[0].rotation_wxyz = [-0.6, 0.0, 0.8004, 0.0];
+    written.grasps[1].rotation_wxyz = [0.0, -1.0, 0.0, 0.0];
+    written.write(&path).unwrap();
+    let (found, _) = read(&path).unwrap();
+    let norm = (0.6_f64.powi(2) + 0.8004_f64.powi(2)).sqrt();
+    assert_eq!(
+        found.grasps[0].rotation_wxyz,
+        [0.6 / norm, 0.0, -0.8004 / norm, 0.0]
+    );
+    assert_eq!(found.grasps[1].rotation_wxyz, [0.0, 1.0, 0.0, 0.0]);
+}
+
+#[test]
+fn a_joint_slightly_beyond_its_limit_is_kept_with_a_warning() {
+    let (_folder, path) = place("grasps.parquet");
+    let mut written = file(3);
+    written.grasps[1].joints_rad[0] = -0.35;
+    written.grasps[2].joints_rad[0] = -0.3 - 1e-8;
+    written.write(&path).unwrap();
+    let (found, warnings) = read(&path).unwrap();
+    assert_eq!(found, written);
+    let texts: Vec<_> = warnings.iter().map(ToString::to_string).collect();
+    assert_eq!(
+        texts,
+        [
+            "1 of 3 grasps have joints beyond their limits; farthest is `left` in row 1, by 0.0500 rad; they are kept as \
+             they are"
+        ]
+    );
+}
+
+#[test]
+fn a_file_of_others_needs_hand_and_object() {
+    let foreign = || {
+        let mut parts = of(&file(2)).without("hand").without("object");
+        parts.metadata = None;
+        parts
+    };
+    assert_eq!(
+        foreign().refusal(),
+        "grasps.parquet was not written by landscape and does not describe its hand and object: give --hand and \
+         --object (columns and units are listed in the documentation of grasps.parquet)"
+    );
+    let only_hand = foreign()
+        .read(Overrides {
+            hand: Some(hand()),
+            object: None,
+        })
+        .unwrap_err()
+        .to_string();
+    assert!(
+        only_hand.contains("does not describe its object: give --object ("),
+        "{only_hand}"
+    );
+    let (found, _) = foreign().read(overrides()).unwrap();
+    assert_eq!(found.grasps, file(2).grasps);
+    assert_eq!(found.metadata.terms, ["force_closure", "distance"]);
+}
+
+#[test]
+fn overrides_replace_what_the_file_describes() {
+    let mut given = overrides();
+    let (found, warnings) = of(&file(1)).read(given.clone()).unwrap();
+    assert_eq!((found.metadata, warnings), (file(1).metadata, vec![]));
+
+    given.hand.as_mut().unwrap().content_hash = "other".into();
+    given.object.as_mut().unwrap().content_hash = "other".into();
+    let (found, warnings) = of(&file(1)).read(given.clone()).unwrap();
+    assert_eq!(found.metadata.hands[0].content_hash, "other");
+    let expected = [
+        Warning::OtherHand {
+            hand: "two fingers".into(),
+        },
+        Warning::OtherObject {
+            object: "cup".into(),
+        },
+    ];
+    assert_eq!(warnings, expected);
+
+    given.hand.as_mut().unwrap().joint_names.swap(0, 1);
+    let refused = of(&file(1)).read(given).unwrap_err().to_string();
+    let reason =
+        "hand `two fingers` has joints `left`, `right`, but the one given has `right`, `left`";
+    assert!(refused.ends_with(reason), "{refused}");
+}

@@ -1,0 +1,363 @@
+//! Every refusal of a file of grasps with its sentence.
+
+use std::fs;
+use std::sync::Arc;
+
+use crate::{file, flipped, names, of, place, read, sentence};
+use arrow_array::types::{Float64Type, Int32Type};
+use arrow_array::{ArrayRef, Float64Array, Int64Array, ListArray, StringArray};
+use base64::Engine;
+use landscape::store::{Fault, Grasp, GraspFile};
+use serde_json::json;
+
+/// The sentence with which a grasp is refused, by the writer.
+fn fault(spoil: impl FnOnce(&mut Grasp)) -> String {
+    let (folder, path) = place("grasps.parquet");
+    let mut file = file(3);
+    spoil(&mut file.grasps[2]);
+    assert_eq!(file.faults().first().map(|(row, _)| *row), Some(2));
+    let refused = file.write(&path).unwrap_err();
+    assert!(
+        names(folder.path()).is_empty(),
+        "a refused file must leave nothing behind"
+    );
+    let text = sentence(&refused, folder.path());
+    text.strip_prefix("grasps.parquet, row 2 (the first is 0): ")
+        .expect(&text)
+        .to_owned()
+}
+
+#[test]
+fn rows_that_cannot_be_used_are_refused() {
+    type Spoil = fn(&mut Grasp);
+    let cases: [(Spoil, &str); 16] = [
+        (
+            |grasp| grasp.energy = f64::NAN,
+            "column `energy` holds NaN, which is not a finite number",
+        ),
+        (
+            |grasp| grasp.terms[1] = f64::INFINITY,
+            "column `term_distance` holds inf, which is not a finite number",
+        ),
+        (
+            |grasp| grasp.friction = Some(f64::NEG_INFINITY),
+            "column `friction` holds -inf, which is not a finite number",
+        ),
+        (
+            |grasp| grasp.translation_m[2] = f64::NAN,
+            "column `translation_m` holds NaN, which is not a finite number",
+        ),
+        (
+            |grasp| grasp.rotation_wxyz[0] = f64::NAN,
+            "column `rotation_wxyz` holds NaN, which is not a finite number",
+        ),
+        (
+            |grasp| grasp.joints_rad[1] = f64::INFINITY,
+            "column `joints_rad` holds inf, which is not a finite number",
+        ),
+        (|grasp| grasp.scale = 0.0, "scale 0 is not positive"),
+        (
+            |grasp| grasp.rotation_wxyz = [0.5; 4].map(|half| half * 1.25),
+            "the quaternion `rotation_wxyz` has length 1.25, expected 1",
+        ),
+        (
+            |grasp| grasp.joints_rad[0] = -1.5,
+            "joint `left` at -1.5 rad lies more than 1 rad beyond its limits -0.3 to 0.3333333333333333: are these degrees, \
+             or angles of other joints?",
+        ),
+        (
+            |grasp| grasp.joints_rad.push(0.0),
+            "column `joints_rad` holds 3 numbers, expected 2",
+        ),
+        (
+            |grasp| grasp.terms.clear(),
+            "column `term_…` holds 0 numbers, expected 2",
+        ),
+        (
+            |grasp| grasp.contacts = vec![3, 40],
+            "contact 40 does not exist: hand `two fingers` has 40 surface points, counted from 0",
+        ),
+        (
+            |grasp| grasp.contacts = vec![3, 8, 3],
+            "contact 3 occurs twice",
+        ),
+        (
+            |grasp| grasp.hand = "claw".into(),
+            "hand `claw` is not the one described: `two fingers`",
+        ),
+        (
+            |grasp| grasp.object = "jar".into(),
+            "object `jar` is not the one described: `cup`, `bowl`",
+        ),
+        (|grasp| grasp.id = 1, "id 1 is taken by row 1 already"),
+    ];
+    for (spoil, expected) in cases {
+        assert_eq!(fault(spoil), expected);
+    }
+}
+
+#[test]
+fn the_reader_names_row_and_column() {
+    let spoilt = |name: &str, row: usize, value: f64| {
+        let parts = of(&file(4));
+        let mut values = parts.floats(name);
+        values[row] = value;
+        parts.set(name, Float64Array::from(values)).refusal()
+    };
+    let row =
+        |row: usize, text: &str| format!("grasps.parquet, row {row} (the first is 0): {text}");
+    assert_eq!(
+        spoilt("epsilon", 3, f64::NAN),
+        row(
+            3,
+            "column `epsilon` holds NaN, which is not a finite number"
+        )
+    );
+    assert_eq!(spoilt("scale", 1, -1.0), row(1, "scale -1 is not positive"));
+
+    let set = |name: &str, array: ArrayRef| of(&file(2)).set(name, array).refusal();
+    let lists = |rows: [&[f64]; 2]| -> ArrayRef {
+        let rows = rows.map(|row| Some(row.iter().copied().map(Some).collect::<Vec<_>>()));
+        Arc::new(ListArray::from_iter_primitive::<Float64Type, _, _>(rows))
+    };
+    let whole = |rows: [Vec<Option<i32>>; 2]| -> ArrayRef {
+        Arc::new(ListArray::from_iter_primitive::<Int32Type, _, _>(
+            rows.map(Some),
+        ))
+    };
+    let unit: &[f64] = &[1.0, 0.0, 0.0, 0.0];
+    let cases = [
+        (
+            set("rotation_wxyz", lists([unit, &[2.0, 0.0, 0.0, 0.0]])),
+            "the quaternion `rotation_wxyz` has length 2, expected 1",
+        ),
+        (
+            set("rotation_wxyz", lists([unit, &[1.0, 0.0, 0.0]])),
+            "column `rotation_wxyz` holds 3 numbers, expected 4",
+        ),
+        (
+            set("joints_rad", lists([&[0.0, 0.0], &[0.0, f64::NAN]])),
+            "column `joints_rad` holds NaN, which is not a finite number",
+        ),
+        (
+            set("joints_rad", lists([&[0.0, 0.0], &[1.6, 0.0]])),
+            "joint `left` at 1.6 rad lies more than 1 rad beyond its limits -0.3 to 0.3333333333333333: are these degrees, \
+             or angles of other joints?",
+        ),
+        (
+            set("contacts", whole([vec![Some(1)], vec![Some(2), Some(-1)]])),
+            "column `contacts` holds -1, expected a whole number from 0 to 4294967295",
+        ),
+        (
+            set("contacts", whole([vec![Some(1)], vec![Some(2), None]])),
+            "column `contacts` is empty",
+        ),
+        (
+            set("contacts", whole([vec![Some(1)], vec![Some(41)]])),
+            "contact 41 does not exist: hand `two fingers` has 40 surface points, counted from 0",
+        ),
+        (
+            set("contacts", whole([vec![Some(1)], vec![Some(5), Some(5)]])),
+            "contact 5 occurs twice",
+        ),
+        (
+            set("id", Arc::new(Int64Array::from(vec![3, -3]))),
+            "column `id` holds -3, expected a whole number from 0 to 18446744073709551615",
+        ),
+        (
+            set("id", Arc::new(Int64Array::from(vec![3, 3]))),
+            "id 3 is taken by row 0 already",
+        ),
+        (
+            set(
+                "energy",
+                Arc::new(Float64Array::from(vec![Some(1.0), None])),
+            ),
+            "column `energy` is empty",
+        ),
+        (
+            set(
+                "hand",
+                Arc::new(StringArray::from(vec!["two fingers", "claw"])),
+            ),
+            "hand `claw` is not the one described: `two fingers`",
+        ),
+    ];
+    for (found, expected) in cases {
+        assert_eq!(found, row(1, expected));
+    }
+}
+
+#[test]
+fn files_that_are_no_grasp_files_are_refused() {
+    let (folder, path) = place("grasps.parquet");
+    let refusal = || sentence(&read(&path).unwrap_err(), folder.path());
+    assert_eq!(refusal(), "no such file: grasps.parquet");
+    fs::write(&path, "id,object\n").unwrap();
+    assert!(
+        refusal().starts_with("grasps.parquet is not a Parquet file or is damaged: "),
+        "{}",
+        refusal()
+    );
+    fs::write(&path, "").unwrap();
+    assert!(
+        refusal().starts_with("grasps.parquet is not a Parquet file or is damaged: "),
+        "{}",
+        refusal()
+    );
+    let refused = GraspFile {
+        grasps: vec![],
+        ..file(0)
+    }
+    .write(&path)
+    .unwrap_err();
+    assert_eq!(
+        sentence(&refused, folder.path()),
+        "grasps.parquet holds no grasps"
+    );
+
+    let mut parts = of(&file(2));
+    for (_, array) in &mut parts.columns {
+        *array = array.slice(0, 0);
+    }
+    assert_eq!(parts.refusal(), "grasps.parquet holds no grasps");
+    for column in [
+        "translation_m",
+        "rotation_wxyz",
+        "joints_rad",
+        "contacts",
+        "energy",
+        "term_distance",
+        "net_wrench",
+    ] {
+        let refused = of(&file(2)).without(column).refusal();
+        assert!(
+            refused.starts_with(&format!("grasps.parquet has no column `{column}` (")),
+            "{refused}"
+        );
+    }
+    let refused = of(&file(2))
+        .set("energy", StringArray::from(vec!["a", "b"]))
+        .refusal();
+    assert_eq!(
+        refused,
+        "column `energy` of grasps.parquet holds Utf8, expected numbers"
+    );
+    let refused = of(&file(2))
+        .set("contacts", Int64Array::from(vec![1, 2]))
+        .refusal();
+    assert_eq!(
+        refused,
+        "column `contacts` of grasps.parquet holds Int64, expected lists of whole numbers"
+    );
+}
+
+#[test]
+fn metadata_are_checked() {
+    type Spoil = fn(&mut serde_json::Value);
+    let spoilt = |spoil: fn(&mut serde_json::Value)| {
+        let mut parts = of(&file(2));
+        let mut value = serde_json::from_str(parts.metadata.as_ref().unwrap()).unwrap();
+        spoil(&mut value);
+        parts.metadata = Some(value.to_string());
+        parts.refusal()
+    };
+    assert_eq!(
+        spoilt(|value| value["schema_version"] = json!(7)),
+        "grasps.parquet has schema version 7, but this program knows version 1 only"
+    );
+    let begin = "the `landscape` metadata of grasps.parquet cannot be used: ";
+    let cases: [(Spoil, &str); 5] = [
+        (
+            |value| value["schema_version"] = json!(null),
+            "`schema_version` is missing",
+        ),
+        (
+            |value| value["hands"] = json!(3),
+            "invalid type: integer `3`, expected a sequence",
+        ),
+        (
+            |value| value["hands"][0]["limits_rad"] = json!([]),
+            "hand `two fingers` has 2 joints but 0 limits",
+        ),
+        (
+            |value| value["terms"] = json!(["distance", "distance"]),
+            "`distance` is named twice",
+        ),
+        (
+            |value| value["objects"][1]["name"] = json!("cup"),
+            "`cup` is named twice",
+        ),
+    ];
+    for (spoil, expected) in cases {
+        assert_eq!(spoilt(spoil), format!("{begin}{expected}"));
+    }
+    let mut parts = of(&file(2));
+    parts.metadata = Some("{".into());
+    assert!(parts.refusal().starts_with(begin));
+}
+
+/// Written by pyarrow: polars compresses with zstd unless told otherwise, and that needs a C compiler.
+#[test]
+fn an_unknown_compression_is_named() {
+    let zstd = "UEFSMRUAFRQVJiwVAhUAFQYVBhwAAAAotS/9IApRAAACAAAAAgEBAAAAFQQZLDUAGAZzY2hlbWEVAgAV\
+        AiUCGAJpZAAWAhkcGRwmABwVAhklBgAZGAJpZBUMFgIWOhZMJghJHBUAFQAVAgA8KQYZJgACAAAAFjoW\
+        AiYIFkwAKCBwYXJxdWV0LWNwcC1hcnJvdyB2ZXJzaW9uIDI2LjAuMRkcHAAAAHwAAABQQVIx";
+    let (folder, path) = place("grasps.parquet");
+    fs::write(
+        &path,
+        base64::engine::general_purpose::STANDARD
+            .decode(zstd)
+            .unwrap(),
+    )
+    .unwrap();
+    assert_eq!(
+        sentence(&read(&path).unwrap_err(), folder.path()),
+        "grasps.parquet is compressed with ZSTD, which is not supported: write it with snappy or without compression"
+    );
+}
+
+/// Damage is an error or goes unnoticed, but never a panic.
+#[test]
+fn a_damaged_file_never_panics() {
+    let (_folder, path) = place("grasps.parquet");
+    file(3).write(&path).unwrap();
+    let good = fs::read(&path).unwrap();
+    let mut refused = 0;
+    for position in (0..good.len()).step_by(5) {
+        for damaged in [
+            good[..position].to_vec(),
+            flipped(&good, position, 1 << (position % 8)),
+        ] {
+            fs::write(&path, damaged).unwrap();
+            refused += usize::from(read(&path).is_err());
+        }
+    }
+    assert!(
+        refused > good.len() / 5,
+        "every shortened file is refused, and some of the rest"
+    );
+}
+
+#[test]
+fn faults_can_be_sorted_out_before_writing() {
+    let (_folder, path) = place("grasps.parquet");
+    let mut file = file(4);
+    file.grasps[1].joints_rad[0] = 3.0;
+    file.grasps[3].id = 0;
+    let faults = file.faults();
+    assert!(matches!(
+        faults[..],
+        [
+            (1, Fault::BeyondLimit { .. }),
+            (3, Fault::RepeatedId { id: 0, first: 0 })
+        ]
+    ));
+    let mut row = 0;
+    file.grasps.retain(|_| {
+        row += 1;
+        faults.iter().all(|(fault, _)| fault + 1 != row)
+    });
+    file.write(&path).unwrap();
+    assert_eq!(read(&path).unwrap().0, file);
+}

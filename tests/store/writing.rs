@@ -1,0 +1,237 @@
+//! Files and folders are written whole or not at all, also when killed.
+
+use std::fs;
+use std::path::Path;
+
+use crate::{landscape, names, place, sentence};
+use landscape::store::{
+    AtomicFolder, Journal, LandscapeFiles, StoreError, remove_leftovers, write_atomic,
+};
+use serde_json::json;
+
+#[test]
+fn a_file_is_written_whole_or_not_at_all() {
+    let (folder, path) = place("report.md");
+    write_atomic(&path, b"first").unwrap();
+    write_atomic(&path, b"second").unwrap();
+    assert_eq!(fs::read(&path).unwrap(), b"second");
+    assert_eq!(names(folder.path()), ["report.md"]);
+
+    let in_file = path.join("below.md");
+    let refused = write_atomic(&in_file, b"x").unwrap_err();
+    assert_eq!(
+        sentence(&refused, folder.path()),
+        "cannot write report.md/below.md"
+    );
+    assert!(
+        std::error::Error::source(&refused)
+            .unwrap()
+            .to_string()
+            .contains("Not a directory")
+    );
+    assert!(write_atomic(&folder.path().join("absent/x.md"), b"x").is_err());
+    fs::create_dir(folder.path().join("taken")).unwrap();
+    fs::write(folder.path().join("taken/child"), b"x").unwrap();
+    assert!(write_atomic(&folder.path().join("taken"), b"x").is_err());
+    assert!(matches!(
+        write_atomic(Path::new("/"), b"x"),
+        Err(StoreError::NoName { .. })
+    ));
+    assert_eq!(
+        names(folder.path()),
+        ["report.md", "taken"],
+        "failures leave no temporary files"
+    );
+    assert_eq!(fs::read(&path).unwrap(), b"second");
+}
+
+#[test]
+fn a_folder_takes_its_name_when_it_is_complete() {
+    let (folder, path) = place("cup.landscape");
+    let partial = folder.path().join("cup.landscape.partial");
+    let unfinished = AtomicFolder::open(&path, false).unwrap();
+    assert_eq!(unfinished.path(), partial);
+    unfinished.write("tree.nwk", b"();").unwrap();
+    let refused = unfinished.finish().unwrap_err();
+    assert!(
+        matches!(refused, StoreError::Unfinished { .. }),
+        "no manifest, no landscape"
+    );
+    assert_eq!(names(folder.path()), ["cup.landscape.partial"]);
+
+    // Resumed: what was half made is made again, the journal is kept.
+    fs::write(partial.join("journal"), "kept").unwrap();
+    let resumed = AtomicFolder::open(&path, false).unwrap();
+    assert_eq!(names(&partial), [".unfinished", "journal"]);
+    landscape().write(&resumed).unwrap();
+    resumed.finish().unwrap();
+    assert_eq!(names(folder.path()), ["cup.landscape"]);
+
+    // While the next one grows, the old one stays.
+    let next = AtomicFolder::open(&path, false).unwrap();
+    next.write("extra", b"1").unwrap();
+    assert_eq!(LandscapeFiles::read(&path).unwrap(), landscape());
+    let mut changed = landscape();
+    changed.manifest.seed = 8;
+    changed.write(&next).unwrap();
+    next.finish().unwrap();
+    assert_eq!(LandscapeFiles::read(&path).unwrap(), changed);
+    assert_eq!(names(folder.path()), ["cup.landscape"]);
+
+    fs::create_dir(&partial).unwrap();
+    fs::write(partial.join(".unfinished"), "").unwrap();
+    fs::write(partial.join("journal"), "not kept").unwrap();
+    AtomicFolder::open(&path, true).unwrap();
+    assert_eq!(
+        names(&partial),
+        [".unfinished"],
+        "a fresh start keeps nothing"
+    );
+}
+
+/// The state of the disk after each step of `finish`, as a killed run leaves it.
+#[test]
+fn a_folder_survives_being_killed_between_renames() {
+    let complete = |path: &Path, seed: u64| {
+        fs::create_dir(path).unwrap();
+        let json = json!({ "format": "landscape", "seed": seed });
+        fs::write(path.join("landscape.json"), json.to_string()).unwrap();
+        fs::write(path.join(".unfinished"), "").unwrap();
+        fs::write(path.join("journal"), "tasks").unwrap();
+    };
+    let seed = |path: &Path| {
+        let text = fs::read_to_string(path.join("landscape.json")).unwrap();
+        serde_json::from_str::<serde_json::Value>(&text).unwrap()["seed"].clone()
+    };
+    let (folder, path) = place("cup.landscape");
+    let [partial, old] =
+        [".partial", ".old.partial"].map(|end| folder.path().join(format!("cup.landscape{end}")));
+
+    complete(&old, 1);
+    complete(&partial, 2);
+    AtomicFolder::open(&path, false).unwrap();
+    assert_eq!(seed(&path), 1, "the previous landscape is back");
+    assert_eq!(
+        names(&partial),
+        [".unfinished", "journal"],
+        "and the work of the next is kept"
+    );
+    assert!(!old.exists());
+
+    fs::remove_dir_all(&partial).unwrap();
+    complete(&old, 0);
+    AtomicFolder::open(&path, false).unwrap();
+    assert_eq!(seed(&path), 1, "the new landscape stays");
+    assert!(!old.exists());
+
+    // After the last renaming, before the journal was removed.
+    fs::remove_dir_all(&partial).unwrap();
+    fs::write(path.join("journal"), "all tasks").unwrap();
+    assert_eq!(
+        AtomicFolder::left_journal(&path),
+        Some(path.join("journal"))
+    );
+    AtomicFolder::open(&path, false).unwrap();
+    assert_eq!(
+        fs::read_to_string(partial.join("journal")).unwrap(),
+        "all tasks"
+    );
+    assert!(!path.join("journal").exists());
+
+    // While the previous folder was removed: what shows that it is ours goes last.
+    fs::create_dir(&old).unwrap();
+    fs::write(old.join("landscape.json"), r#"{"format": "landscape"}"#).unwrap();
+    AtomicFolder::open(&path, false).unwrap();
+    assert!(!old.exists());
+
+    // While the first file of all was written.
+    fs::remove_dir_all(&partial).unwrap();
+    assert_eq!(AtomicFolder::left_journal(&path), None);
+    fs::create_dir(&partial).unwrap();
+    fs::write(partial.join(".unfinished.123.partial"), "land").unwrap();
+    AtomicFolder::open(&path, false).unwrap();
+    assert_eq!(names(&partial), [".unfinished"]);
+}
+
+/// Neither continuing nor beginning again takes the ground from under a running process.
+#[test]
+fn a_folder_in_use_is_left_alone() {
+    let (folder, path) = place("cup.landscape");
+    let unfinished = AtomicFolder::open(&path, false).unwrap();
+    let journal = Journal::open(&unfinished.journal(), "input", false).unwrap();
+    journal.put("task", b"done").unwrap();
+    unfinished.write("tree.nwk", b"();").unwrap();
+    for fresh in [false, true] {
+        let refused = AtomicFolder::open(&path, fresh).unwrap_err();
+        assert_eq!(
+            sentence(&refused, folder.path()),
+            "cup.landscape.partial/journal is in use by another run"
+        );
+        assert_eq!(
+            names(unfinished.path()),
+            [".unfinished", "journal", "tree.nwk"]
+        );
+    }
+    landscape().write(&unfinished).unwrap();
+    unfinished.finish().unwrap();
+    assert_eq!(names(folder.path()), ["cup.landscape"]);
+    assert!(!path.join("journal").exists());
+}
+
+#[test]
+fn leftovers_of_killed_writes_are_removed_and_nothing_else() {
+    let (folder, path) = place("grasps.parquet");
+    let others = [
+        "grasps.parquet",
+        "grasps.parquet.old.partial",
+        "grasps.parquet.partial",
+        "mygrasps.parquet.12.partial",
+    ];
+    for name in others.iter().chain(&["grasps.parquet.4711.partial"]) {
+        fs::write(folder.path().join(name), "x").unwrap();
+    }
+    remove_leftovers(&path).unwrap();
+    assert_eq!(names(folder.path()), others);
+}
+
+#[test]
+fn what_others_made_is_never_removed() {
+    for name in [
+        "cup.landscape",
+        "cup.landscape.partial",
+        "cup.landscape.old.partial",
+    ] {
+        let (folder, path) = place("cup.landscape");
+        let foreign = folder.path().join(name);
+        fs::create_dir(&foreign).unwrap();
+        fs::write(foreign.join("thesis.tex"), "years").unwrap();
+        fs::write(foreign.join("landscape.json"), r#"{"format": "painting"}"#).unwrap();
+        for fresh in [false, true] {
+            let refused = AtomicFolder::open(&path, fresh).unwrap_err();
+            let expected = format!(
+                "{name} exists and was not made by landscape: move it away or choose another name"
+            );
+            assert_eq!(sentence(&refused, folder.path()), expected);
+        }
+        assert_eq!(names(&foreign), ["landscape.json", "thesis.tex"]);
+        assert_eq!(names(folder.path()), [name]);
+    }
+    let (folder, path) = place("cup.landscape");
+    let folder_in_time = AtomicFolder::open(&path, false).unwrap();
+    landscape().write(&folder_in_time).unwrap();
+    fs::write(&path, "a file that came while we worked").unwrap();
+    assert!(matches!(
+        folder_in_time.finish(),
+        Err(StoreError::NotOurs { .. })
+    ));
+    assert_eq!(
+        names(folder.path()),
+        ["cup.landscape", "cup.landscape.partial"]
+    );
+    let refused =
+        AtomicFolder::open(&folder.path().join("absent/cup.landscape"), false).unwrap_err();
+    assert_eq!(
+        sentence(&refused, folder.path()),
+        "cannot create absent/cup.landscape.partial"
+    );
+}
