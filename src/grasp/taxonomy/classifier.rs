@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::anatomy::{Anatomy, Patch};
 use super::features::{DIGITS, Features, TOUCHES};
-use super::settle::{Settle, settled};
+use super::settle::{Settle, readings};
 use super::signature::{Rule, meaning, name};
 use super::table::{Category, Form, GraspType, Opposition, Taxonomy, spell_digits};
 use super::touch::{Held, Touch, held, ramp, touches};
@@ -117,6 +117,11 @@ impl Label {
         }
     }
 
+    /// How well the best type fits, 0 where none can.
+    fn score(&self) -> f64 {
+        self.best.first().map_or(0.0, |best| best.score)
+    }
+
     /// The best types with their scores: `Medium Wrap 0.912, Large Diameter 0.874, Power Sphere 0.803`.
     pub fn best_text(&self) -> String {
         let spell = |candidate: &Candidate| {
@@ -161,7 +166,7 @@ impl<'a> Labeller<'a> {
         self.anatomy.is_some()
     }
 
-    /// Labels the hand at pose `x = [t, q(wxyz), joints]`, object frame: as [`settled`] puts it on the object.
+    /// Labels the hand at pose `x = [t, q(wxyz), joints]`, object frame, by the one of its [`readings`] that fits some type best.
     ///
     /// # Panics
     /// If `x` does not have 7 numbers more than the hand has joints.
@@ -169,13 +174,19 @@ impl<'a> Labeller<'a> {
         let Some(anatomy) = &self.anatomy else {
             return Label::not_applicable();
         };
-        let x = settled(self.hand, self.object, x, &Settle::default());
-        let mut posed = PosedHand::default();
-        self.hand.pose(&x, &mut posed);
-        let near = touches(self.hand, anatomy, &posed, self.object);
-        let held = held(self.object, &near);
-        let touches: Vec<Touch> = near.into_iter().map(|(touch, _)| touch).collect();
-        label_contacts(self.rule, anatomy, &posed, &touches, held)
+        let read = |x: Vec<f64>| {
+            let mut posed = PosedHand::default();
+            self.hand.pose(&x, &mut posed);
+            let near = touches(self.hand, anatomy, &posed, self.object);
+            let held = held(self.object, &near);
+            let touches: Vec<Touch> = near.into_iter().map(|(touch, _)| touch).collect();
+            label_contacts(self.rule, anatomy, &posed, &touches, held)
+        };
+        readings(self.hand, self.object, x, &Settle::default())
+            .into_iter()
+            .map(read)
+            .max_by(|one, other| one.score().total_cmp(&other.score()))
+            .unwrap_or_else(Label::not_applicable)
     }
 }
 

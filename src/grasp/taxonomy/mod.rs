@@ -17,7 +17,7 @@ pub use classifier::{
     Candidate, Evidence, Label, Labeller, NOT_APPLICABLE, UNLISTED, Verdict, explain,
     label_contacts,
 };
-pub use settle::{Settle, settled};
+pub use settle::{Settle, readings};
 pub use signature::Rule;
 pub use table::{Category, Disagreement, Form, GraspType, Opposition, Taxonomy, Thumb};
 pub use touch::{Held, NEAR_M, Touch, held, touches};

@@ -1,8 +1,9 @@
 //! Undoes small errors of a pose before it is named: what is a little inside the object, or a little off it, is put on it.
 //!
 //! Poses that were measured, retargeted or drawn have joint angles that err by some hundredths of a radian; at a fingertip that
-//! is a centimetre, more than what tells contact from none. What is named is the most probable grasp near by that could hold:
-//! forces at what touches must be able to balance, else the digit nearest to the object is missing.
+//! is a centimetre, more than what tells contact from none. What may have been meant are the grasps near by that could hold:
+//! forces at what touches must be able to balance, else the digit nearest to the object is missing; and digits that hover
+//! touch or do not.
 
 use std::cell::OnceCell;
 use std::f64::consts::TAU;
@@ -30,8 +31,8 @@ pub struct Settle {
     /// Where forces cannot balance, digits up to this far off the object are closed, metres: three errors of a joint at the
     /// length of a finger.
     pub missing_m: f64,
-    /// Where the pose could not hold as it was, digits up to this far off the object are closed, too, metres: the error of one
-    /// joint at the length of a finger.
+    /// Where the pose could not hold as it was, digits up to this far off the object may have been meant to touch, too, metres:
+    /// half of that.
     pub hovering_m: f64,
     /// Friction at which forces must balance.
     pub friction: f64,
@@ -46,7 +47,7 @@ impl Default for Settle {
             fair_m: 2.5e-3,
             touching_m: 3e-3,
             missing_m: 0.03,
-            hovering_m: 0.012,
+            hovering_m: 0.015,
             friction: 0.6,
         }
     }
@@ -87,7 +88,7 @@ struct Near<'a> {
     metric: OnceCell<PoseMetric>,
 }
 
-/// The pose near `x` that most probably was meant.
+/// The poses that may have been meant by `x`, at least one.
 ///
 /// ```text
 /// argmin over θ of Σ_b w(r_b) r_b²/skin² + |θ − θ₀|²/joint²,   w = 1 for r < 0, (1 − r²/reach²)² up to reach, else 0
@@ -96,12 +97,12 @@ struct Near<'a> {
 /// `r_b`: signed distance of each capsule of the hand from the object; θ₀: the joint angles of `x`, whose limits are kept. The
 /// place of the palm stays. Gauss and Newton's steps with the weights of the step before (Tukey's biweight). Then, while the
 /// forces that can act where the hand touches cannot add up to nothing, the digit nearest to the object that does not touch
-/// and can be closed is closed, by the smallest change of its angles; at last those that hover. A pose with nothing inside and
-/// with forces that balance is left as it is.
+/// and can be closed is closed, by the smallest change of its angles: the first reading. Each further one has one digit more
+/// closed, of those that hover. A pose with nothing inside and with forces that balance is its own only reading.
 ///
 /// # Panics
 /// If `x` does not have 7 numbers more than the hand has joints.
-pub fn settled(hand: &Hand, object: &Object, x: &[f64], settle: &Settle) -> Vec<f64> {
+pub fn readings(hand: &Hand, object: &Object, x: &[f64], settle: &Settle) -> Vec<Vec<f64>> {
     let near = Near {
         hand,
         object,
@@ -110,21 +111,26 @@ pub fn settled(hand: &Hand, object: &Object, x: &[f64], settle: &Settle) -> Vec<
     };
     let mut posed = PosedHand::default();
     if near.could_hold(x, &mut posed) {
-        return x.to_vec();
+        return vec![x.to_vec()];
     }
-    let mut best = near.put_on(x);
+    let mut readings = vec![near.put_on(x)];
     for _ in 1..hand.digits.len() {
-        let reach_m = if near.balanced(&best, &mut posed) {
+        let last = &readings[readings.len() - 1];
+        let balanced = near.balanced(last, &mut posed);
+        let reach_m = if balanced {
             settle.hovering_m
         } else {
             settle.missing_m
         };
-        match near.completed(&best, reach_m) {
-            Some(completed) => best = completed,
-            None => break,
+        let Some(completed) = near.completed(last, reach_m) else {
+            break;
+        };
+        if !balanced {
+            readings.clear();
         }
+        readings.push(completed);
     }
-    best
+    readings
 }
 
 impl Near<'_> {
@@ -364,7 +370,7 @@ mod tests {
         };
         let inside = around_the_ball(&hand, &ball);
         assert!(deepest(&inside) < -0.004, "{}", deepest(&inside));
-        let put = settled(&hand, &ball, &inside, &settle);
+        let put = readings(&hand, &ball, &inside, &settle).remove(0);
         assert!(
             deepest(&put) > 0.5 * deepest(&inside),
             "{} {}",
@@ -374,6 +380,6 @@ mod tests {
         assert_eq!(put[..7], inside[..7]);
         let mut far = inside;
         far[0] += 1.0;
-        assert_eq!(settled(&hand, &ball, &far, &settle), far);
+        assert_eq!(readings(&hand, &ball, &far, &settle), [far]);
     }
 }

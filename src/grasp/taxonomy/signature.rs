@@ -7,6 +7,7 @@ use serde::Deserialize;
 
 use super::TaxonomyError;
 use super::features::{DIGITS, FEATURES, feature};
+use super::settle::Settle;
 use super::table::{Category, GraspType, Opposition, Taxonomy, Thumb};
 
 /// The signatures as text.
@@ -32,7 +33,7 @@ pub struct Rule {
     pub unlisted_below: f64,
     /// A grasp whose two best scores are less apart is ambiguous.
     pub ambiguous_within: f64,
-    /// A hash (64-bit FNV-1a) of signatures, features and the table of types: a label belongs to one.
+    /// A hash (64-bit FNV-1a) of signatures, features, the table of types and how poses are settled: a label belongs to one.
     pub version: String,
     /// How much a missed key feature lowers the score.
     pub(super) gate: f64,
@@ -147,7 +148,7 @@ impl Rule {
 }
 
 fn version(signatures: &str) -> String {
-    let known = format!("{:?}{FEATURES:?}", Taxonomy::feix());
+    let known = format!("{:?}{FEATURES:?}{:?}", Taxonomy::feix(), Settle::default());
     let hash = signatures
         .bytes()
         .chain(known.bytes())
