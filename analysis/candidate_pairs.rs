@@ -4,7 +4,7 @@
 //! tree of distances, and links between components left apart, as `map` does. For each merge of the first map: how much
 //! higher do the others join the same two minima? On random surfaces, and on 100 grasps of data/grasps.parquet.
 //!
-//! `cargo run --release --example candidate_pairs [JOURNAL]`. About 40 minutes of CPU, nearly all of it for the grasps. What is
+//! `cargo run --release --example candidate_pairs [JOURNAL]`. Some four hours of CPU, nearly all of it for all pairs of the grasps. What is
 //! finished is kept in JOURNAL (by default `target/candidate_pairs.journal`), so that an interrupted run goes on where
 //! it stopped; landscapes that the .csv holds already are not mapped again.
 
@@ -459,7 +459,7 @@ fn draw(rows: &[Row], kinds: &[&str]) -> Result<(), Box<dyn Error>> {
         Panel {
             legend: Some(Corner::UpperRight),
             ..Panel::new(
-                "merges that near pairs raise, by the number of neighbours",
+                "merges raised, by number of neighbours",
                 Axis::logarithmic("evaluations, % of those for all pairs"),
                 Axis::linear("merges raised (%)"),
                 costs,

@@ -443,7 +443,8 @@ pub(super) struct Build {
     /// The folder to write; by default the name of the file with the ending `.landscape`.
     #[arg(long, short, value_name = "FOLDER")]
     pub(super) output: Option<PathBuf>,
-    /// Each minimum is connected to this many nearest ones, and along a minimum spanning tree of distances.
+    /// Each minimum is connected to this many nearest ones, and along a minimum spanning tree of distances; 6 by default, more
+    /// lower some barriers.
     #[arg(long, value_name = "K")]
     pub(super) neighbours: Option<usize>,
     /// Temperature T of attraction–diffusion; by default the best of a few that are tried on a dozen pairs first.
