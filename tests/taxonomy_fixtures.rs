@@ -57,10 +57,9 @@ const TARGETS: Bounds = Bounds {
     others: 0.10,
 };
 
-/// Shares as measured on the half that the rule was made with, within these bounds.
-fn within(noise: Noise, bounds: &Bounds) {
-    static DEVELOPMENT: LazyLock<Vec<Case>> = LazyLock::new(|| cases(read("development")).unwrap());
-    let outcomes = judge(&DEVELOPMENT, Rule::standard(), noise).unwrap();
+/// The rule on one half of the fixtures, within these bounds.
+fn within(half: &[Case], noise: Noise, bounds: &Bounds) {
+    let outcomes = judge(half, Rule::standard(), noise).unwrap();
     let [known, others] = halves(&outcomes);
     let right = [3, 1, 0].map(|within| share(&known, |outcome| outcome.right(within)).unwrap());
     let accepted = share(&others, Outcome::accepted).unwrap();
@@ -76,6 +75,11 @@ fn within(noise: Noise, bounds: &Bounds) {
         "category, cell, type right {right:.3?}, others accepted {accepted:.3}; another type: {wrong:?}"
     );
 }
+
+/// The half that the rule was made with.
+static DEVELOPMENT: LazyLock<Vec<Case>> = LazyLock::new(|| cases(read("development")).unwrap());
+/// The half that was opened once, when the rule was final: no rule is to be chosen by what it shows.
+static HELD_OUT: LazyLock<Vec<Case>> = LazyLock::new(|| cases(read("held_out")).unwrap());
 
 #[test]
 fn every_type_stands_twice_in_each_half() {
@@ -128,30 +132,37 @@ fn what_touches_touches_and_nothing_is_inside() {
 #[test]
 #[ignore = "eight minutes where the fields of seven unions are not cached yet"]
 fn the_rule_names_what_it_was_made_with() {
-    within(Noise::NONE, &TARGETS);
+    within(&DEVELOPMENT, Noise::NONE, &TARGETS);
 }
 
-/// With the joints really moved: category and cell are a hundredth short of what they are to reach.
+/// With the joints really moved.
 #[test]
 #[ignore = "eight minutes where the fields of seven unions are not cached yet"]
-fn the_rule_names_moved_hands() {
-    let measured = Bounds {
-        right: [0.88, 0.77, 0.75],
-        others: 0.10,
-    };
-    within(noisy(Error::Moved), &measured);
-}
-
-/// What moved hands are to reach.
-#[test]
-#[ignore = "not reached yet: category 0.898, cell 0.788"]
-fn the_rule_reaches_its_targets_on_moved_hands() {
-    within(noisy(Error::Moved), &TARGETS);
+fn the_rule_names_moved_hands_that_it_was_made_with() {
+    within(&DEVELOPMENT, noisy(Error::Moved), &TARGETS);
 }
 
 /// With angles misread and contacts known.
 #[test]
 #[ignore = "eight minutes where the fields of seven unions are not cached yet"]
 fn the_rule_bears_misread_angles() {
-    within(noisy(Error::Misread), &TARGETS);
+    within(&DEVELOPMENT, noisy(Error::Misread), &TARGETS);
+}
+
+#[test]
+#[ignore = "eight minutes where the fields of seven unions are not cached yet"]
+fn the_rule_names_what_it_was_not_made_with() {
+    within(&HELD_OUT, Noise::NONE, &TARGETS);
+    within(&HELD_OUT, noisy(Error::Misread), &TARGETS);
+}
+
+/// Category and type are two hundredths short of the targets, which is less than the error of so few fixtures.
+#[test]
+#[ignore = "eight minutes where the fields of seven unions are not cached yet"]
+fn the_rule_names_moved_hands_that_it_was_not_made_with() {
+    let measured = Bounds {
+        right: [0.87, 0.79, 0.71],
+        others: 0.10,
+    };
+    within(&HELD_OUT, noisy(Error::Moved), &measured);
 }
