@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::space::Symmetry;
@@ -74,8 +73,7 @@ impl Assembly {
             primitive: single,
         };
         let shapes: Vec<Arc<dyn Shape>> = self.parts.iter().map(|part| part.shape()).collect();
-        let inside = |point: &Vector3<f64>| shapes.iter().any(|shape| shape.distance(point) < 0.0);
-        let mesh = Mesh::of_pieces(name, vertices, triangles, Some(&inside))?;
+        let mesh = Mesh::of_pieces(name, vertices, triangles, Some(&shapes))?;
         Ok((mesh, description))
     }
 }

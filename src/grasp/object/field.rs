@@ -374,14 +374,23 @@ pub(super) fn errors(field: &dyn Shape, cell_m: f64, mesh: &Mesh, exact: &ExactM
     (apart.map_or(0.0, |worst| worst.1), anywhere)
 }
 
-/// Exact distances at nodes along z. The last one bounds the next, which spares most of the search.
+/// Exact distances at nodes along z. The last one bounds the next, which spares most of the search; and where it is longer than
+/// the step, the surface does not pass between them, so that both lie on one side.
 fn sample_row(exact: &ExactMesh, cell_m: f64, start: &Vector3<f64>, row: &mut [f64]) {
-    let mut reach_m = f64::MAX;
+    let step_m = cell_m * 1.001;
+    let mut last: Option<f64> = None;
     for (k, value) in row.iter_mut().enumerate() {
         let point = start + Vector3::z() * (k as f64 * cell_m);
-        let near = exact.nearest_within(&point, reach_m);
-        *value = near.map_or_else(|| exact.distance(&point), |near| near.distance_m);
-        reach_m = value.abs() + cell_m * 1.001;
+        let reach_m = last.map_or(f64::MAX, |last| last.abs() + step_m);
+        let gap_m = exact
+            .gap_within(&point, reach_m)
+            .unwrap_or_else(|| exact.distance(&point).abs());
+        let inside = match last {
+            Some(last) if last.abs() > step_m => last < 0.0,
+            _ => exact.surrounds(&point),
+        };
+        *value = if inside { -gap_m } else { gap_m };
+        last = Some(*value);
     }
 }
 

@@ -8,8 +8,8 @@ use rand::RngExt;
 
 use crate::sample::{Rng, Task, stream};
 
-use super::ObjectError;
-use super::outer::{Inside, Outer, outer};
+use super::outer::{Outer, outer};
+use super::{ObjectError, Shape};
 
 /// A closed surface of triangles, counter-clockwise seen from outside.
 ///
@@ -53,7 +53,7 @@ impl Mesh {
         Self::of_pieces(name, vertices, triangles, None)
     }
 
-    /// As [`Mesh::new`], of pieces of which it may be known what is `inside` any of them; else the winding number tells.
+    /// As [`Mesh::new`], of pieces that are meshes of convex `solids`, where there are such.
     ///
     /// # Errors
     /// As [`Mesh::new`].
@@ -61,7 +61,7 @@ impl Mesh {
         name: &str,
         vertices: Vec<Vector3<f64>>,
         triangles: Vec<[u32; 3]>,
-        inside: Option<&Inside<'_>>,
+        solids: Option<&[Arc<dyn Shape>]>,
     ) -> Result<Self, ObjectError> {
         let mut mesh = Self::closed(name, vertices, triangles)?;
         let size_m = mesh.size_m();
@@ -76,7 +76,7 @@ impl Mesh {
                 triangle.swap(1, 2);
             }
         }
-        mesh.outer = outer(&mesh, inside).map(Arc::new);
+        mesh.outer = outer(&mesh, solids).map(Arc::new);
         Ok(mesh)
     }
 

@@ -6,12 +6,13 @@
 //! formulae of the pieces where there are such.
 
 use std::f64::consts::FRAC_PI_4;
+use std::sync::Arc;
 
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use super::Mesh;
 use super::winding::Winding;
+use super::{Mesh, Shape};
 
 /// Triangles without common vertices: where fragments meet, corners may lie on edges.
 #[derive(Debug, Clone, PartialEq)]
@@ -44,37 +45,43 @@ struct Face {
 }
 
 /// Tells whether a point is in the solid.
-pub(super) type Inside<'a> = dyn Fn(&Vector3<f64>) -> bool + Sync + 'a;
+type Inside<'a> = dyn Fn(&Vector3<f64>) -> bool + Sync + 'a;
 
-/// The surface of the union; `None` where no pieces overlap or touch, so that it is the mesh itself. Where nothing is given
-/// that tells what is `inside`, the winding number does.
-pub(super) fn outer(mesh: &Mesh, inside: Option<&Inside<'_>>) -> Option<Outer> {
+/// The surface of the union; `None` where no pieces overlap or touch, so that it is the mesh itself. `solids`: the convex
+/// shapes of which the pieces are meshes, where there are such.
+pub(super) fn outer(mesh: &Mesh, solids: Option<&[Arc<dyn Shape>]>) -> Option<Outer> {
     let pieces = mesh.pieces();
     if pieces.len() < 2 {
         return None;
     }
     let [low, high] = mesh.bounds();
     let size = (high - low).max();
-    let faces = faces(mesh, &pieces);
+    let mut faces = faces(mesh, &pieces);
     if !boxes_meet(&faces, pieces.len(), size * BESIDE) {
         return None;
     }
+    let count = faces.len();
+    if let Some(solids) = solids {
+        faces.retain(|face| !is_covered(face, solids, size * BESIDE));
+    }
     let others = others(&faces, size * NEAR);
-    let winding = inside
+    let winding = solids
         .is_none()
         .then(|| Winding::new(mesh.vertices(), mesh.triangles()));
-    let by_winding =
-        |point: &Vector3<f64>| winding.as_ref().is_some_and(|all| all.surrounds(point));
-    let inside = inside.unwrap_or(&by_winding);
+    let inside = |point: &Vector3<f64>| match (solids, &winding) {
+        (Some(solids), _) => solids.iter().any(|solid| solid.distance(point) < 0.0),
+        (None, winding) => winding.as_ref().is_some_and(|all| all.surrounds(point)),
+    };
     let kept: Vec<Vec<Polygon>> = faces
         .par_iter()
         .zip(&others)
-        .map(|(face, others)| fragments(face, others, &faces, inside, size))
+        .map(|(face, others)| fragments(face, others, &faces, &inside, size))
         .collect();
-    let whole = kept
-        .iter()
-        .zip(&faces)
-        .all(|(kept, face)| matches!(kept.as_slice(), [one] if one.as_slice() == face.corners));
+    let whole = faces.len() == count
+        && kept
+            .iter()
+            .zip(&faces)
+            .all(|(kept, face)| matches!(kept.as_slice(), [one] if one.as_slice() == face.corners));
     if whole {
         return None;
     }
@@ -114,6 +121,13 @@ fn faces(mesh: &Mesh, pieces: &[Vec<[u32; 3]>]) -> Vec<Face> {
     // Without area there is nothing to cut.
     faces.retain(|face| face.normal.iter().all(|x| x.is_finite()));
     faces
+}
+
+/// Whether a face lies deeper in one of the solids than its surroundings are looked at: nothing of it bounds the union, and
+/// what it could cut off another face does not either. Distances from a convex solid are convex, so the corners tell.
+fn is_covered(face: &Face, solids: &[Arc<dyn Shape>], depth: f64) -> bool {
+    let covers = |solid: &Arc<dyn Shape>| face.corners.iter().all(|p| solid.distance(p) < -depth);
+    solids.iter().any(covers)
 }
 
 /// Whether the boxes of any two pieces meet.
