@@ -121,14 +121,14 @@ fn entropy(values: impl Iterator<Item = f64>, (low, high): (f64, f64)) -> f64 {
         counts[bin] += 1;
         total += 1;
     }
-    -counts
+    counts
         .iter()
         .filter(|&&count| count > 0)
         .map(|&count| {
-            let share = count as f64 / total as f64;
-            share * share.ln()
+            let (count, total) = (count as f64, total as f64);
+            count / total * (total / count).ln()
         })
-        .sum::<f64>()
+        .sum()
 }
 
 /// Expected number of distinct kinds among `size` members drawn without replacement from kinds with these counts.
