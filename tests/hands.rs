@@ -538,6 +538,12 @@ fn bad_side_files_are_named() {
         (r#"{"deviation_deg": {"index_mcp_flexion": 0}}"#, "positive"),
         (r#"{"metric": {"levers_m": {"toe": 1}}}"#, "joint \"toe\""),
         (r#"{"metric": {"rotation_reach_m": -1}}"#, "positive"),
+        // Found by fuzzing.
+        (r#"{"surface_points": 0}"#, "positive"),
+        (
+            r#"{"surface_points": 1000000000000}"#,
+            "of at most 10000: ask for fewer",
+        ),
         (r#"{"no_contact": ["toe"]}"#, "link \"toe\""),
         (r#"{"without": ["toe"]}"#, "link \"toe\""),
         (r#"{"apart": [["palm", "toe"]]}"#, "link \"toe\""),

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::files::{Files, HandFiles};
 use super::geometry::Geometry;
-use super::model::Model;
+use super::model::{Model, check_count};
 use super::side_file::SideFile;
 use super::{
     Hand, HandError, Link, PalmFrame, PosedHand, coordinates, mano, prior, region, roles,
@@ -82,6 +82,14 @@ fn assemble(model: &Model, side: &SideFile) -> Result<Hand, HandError> {
     }
     hand.self_pairs = self_pairs::derive(&hand, &rest, &self_pairs::apart(&hand, model, side)?);
     let points = side.surface_points.unwrap_or(surface::POINTS);
+    if points == 0 {
+        return Err(HandError::NotPositive {
+            what: "surface_points of the side file".to_owned(),
+            value: 0.0,
+        });
+    }
+    let advice = "ask for fewer in the side file";
+    check_count("surface points", points, surface::MOST_POINTS, advice)?;
     hand.surface = surface::sample(&hand, &rest, &geometry.hulls, points);
     hand.index_surface();
     hand.pose(&coordinates(&hand.prior.rest_rad), &mut rest);

@@ -8,6 +8,8 @@ use super::{Hand, LinkId, PosedHand, SurfacePoint, axis_distance};
 /// How many points stand for the surface of a hand unless told otherwise: the count Liu et al. (2021) sample contacts
 /// from.
 pub(super) const POINTS: usize = 773;
+/// Most points: each is compared with all candidates.
+pub(super) const MOST_POINTS: usize = 10_000;
 /// Candidates to choose each point from.
 const CANDIDATES_PER_POINT: f64 = 20.0;
 /// Rounds of Lloyd's relaxation; the spacing hardly changes after the third.
