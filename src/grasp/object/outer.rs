@@ -65,12 +65,20 @@ pub(super) fn outer(mesh: &Mesh, solids: Option<&[Arc<dyn Shape>]>) -> Option<Ou
         faces.retain(|face| !is_covered(face, solids, size * BESIDE));
     }
     let others = others(&faces, size * NEAR);
-    let winding = solids
-        .is_none()
-        .then(|| Winding::new(mesh.vertices(), mesh.triangles()));
-    let inside = |point: &Vector3<f64>| match (solids, &winding) {
-        (Some(solids), _) => solids.iter().any(|solid| solid.distance(point) < 0.0),
-        (None, winding) => winding.as_ref().is_some_and(|all| all.surrounds(point)),
+    let windings: Vec<Winding> = match solids {
+        Some(_) => Vec::new(),
+        None => (pieces.iter())
+            .map(|piece| Winding::new(mesh.vertices(), piece))
+            .collect(),
+    };
+    // Around a point outside its surrounding ball a closed piece does not wind.
+    let winding = |point: &Vector3<f64>| -> f64 {
+        let near = windings.iter().filter(|piece| piece.reaches(point));
+        near.map(|piece| piece.at(point)).sum()
+    };
+    let inside = |point: &Vector3<f64>| match solids {
+        Some(solids) => solids.iter().any(|solid| solid.distance(point) < 0.0),
+        None => winding(point) > 0.5,
     };
     let kept: Vec<Vec<Polygon>> = faces
         .par_iter()

@@ -127,8 +127,13 @@ impl Winding {
 
     /// Whether `point` lies inside.
     pub(super) fn surrounds(&self, point: &Vector3<f64>) -> bool {
+        self.reaches(point) && self.at(point) > 0.5
+    }
+
+    /// Whether `point` lies in the ball around all triangles: outside it a closed surface does not surround it.
+    pub(super) fn reaches(&self, point: &Vector3<f64>) -> bool {
         let near = |all: &Node| (all.centre - point).norm() <= all.radius;
-        self.nodes.first().is_some_and(near) && self.at(point) > 0.5
+        self.nodes.first().is_some_and(near)
     }
 
     /// The solid angle at which the triangles of a node are seen: from afar, d·r/r³ + (tr M − 3 r·M r/r²)/r³ with their dipole
