@@ -90,8 +90,7 @@ impl ExactMesh {
         })
     }
 
-    /// Distance of the surface from `point`, on either side of it, if it is less than `reach_m`: a tenth of the work of a signed
-    /// one.
+    /// Distance of the surface from `point`, on either side of it, if it is less than `reach_m`.
     pub(super) fn gap_within(&self, point: &Vector3<f64>, reach_m: f64) -> Option<f64> {
         let query = to_parry(point);
         let (projection, _) = self
