@@ -273,10 +273,12 @@ impl Canvas {
         let mut document = String::new();
         let size = (self.width * SVG_SCALE, self.height * SVG_SCALE);
         let mut backend = SVGBackend::with_string(&mut document, size);
+        let corners = [(0, 0), (size.0, 0), size, (0, size.1)];
+        let corners = corners.map(|(x, y)| (x.cast_signed(), y.cast_signed()));
+        let white = filled(Colour::new(255, 255, 255));
+        backend.fill_polygon(corners, &white).map_err(undrawn)?;
         self.paint(&mut backend, SVG_SCALE, SVG)?;
-        backend.present().map_err(|error| FigureError::Draw {
-            message: error.to_string(),
-        })?;
+        backend.present().map_err(undrawn)?;
         drop(backend);
         let drawn = format!(r#"width="{}" height="{}""#, size.0, size.1);
         let wanted = format!(r#"width="{}" height="{}""#, self.width, self.height);
@@ -362,18 +364,7 @@ impl Canvas {
         register_fonts();
         let factor = f64::from(scale);
         let at = |point: [f64; 2]| (whole(point[0] * factor), whole(point[1] * factor));
-        let filled = |colour: Colour| ShapeStyle {
-            color: colour.plotters(),
-            filled: true,
-            stroke_width: 0,
-        };
-        let corners = [
-            [0.0, 0.0],
-            [self.width(), 0.0],
-            [self.width(), self.height()],
-            [0.0, self.height()],
-        ];
-        let mut result = backend.fill_polygon(corners.map(at), &filled(Colour::new(255, 255, 255)));
+        let mut result = Ok(());
         for mark in &self.marks {
             if result.is_err() {
                 break;
@@ -440,9 +431,21 @@ impl Canvas {
                 }
             };
         }
-        result.map_err(|error| FigureError::Draw {
-            message: error.to_string(),
-        })
+        result.map_err(undrawn)
+    }
+}
+
+fn filled(colour: Colour) -> ShapeStyle {
+    ShapeStyle {
+        color: colour.plotters(),
+        filled: true,
+        stroke_width: 0,
+    }
+}
+
+fn undrawn(error: impl ToString) -> FigureError {
+    FigureError::Draw {
+        message: error.to_string(),
     }
 }
 

@@ -54,21 +54,24 @@ impl Image {
         );
         let (width, height) = (self.width / factor, self.height / factor);
         let (step, row) = (factor as usize, self.width as usize * 3);
+        let count = factor * factor;
         let mut rgb = Vec::with_capacity(width as usize * height as usize * 3);
-        for y in 0..height as usize {
-            for x in 0..width as usize {
-                for channel in 0..3 {
-                    let first = y * step * row + x * step * 3 + channel;
-                    let sum: u32 = (0..step)
-                        .flat_map(|dy| (0..step).map(move |dx| first + dy * row + dx * 3))
-                        .map(|index| u32::from(self.rgb[index]))
-                        .sum();
-                    let count = factor * factor;
-                    rgb.push(
-                        u8::try_from((sum + count / 2) / count).expect("a mean of bytes is a byte"),
-                    );
+        let mut sums = vec![0_u32; width as usize * 3];
+        for rows in self.rgb.chunks_exact(step * row) {
+            sums.fill(0);
+            for row in rows.chunks_exact(row) {
+                for (sum, block) in sums.chunks_exact_mut(3).zip(row.chunks_exact(3 * step)) {
+                    for pixel in block.chunks_exact(3) {
+                        for (sum, byte) in sum.iter_mut().zip(pixel) {
+                            *sum += u32::from(*byte);
+                        }
+                    }
                 }
             }
+            let mean = |sum: &u32| {
+                u8::try_from((sum + count / 2) / count).expect("a mean of bytes is a byte")
+            };
+            rgb.extend(sums.iter().map(mean));
         }
         Self { width, height, rgb }
     }

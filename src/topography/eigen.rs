@@ -1,6 +1,6 @@
 //! One smooth piece of an energy, with its Hessian and curvatures.
 
-use nalgebra::{DMatrix, SymmetricEigen};
+use nalgebra::{DMatrix, DVectorView, SymmetricEigen};
 
 use crate::energy::Energy;
 use crate::space::Space;
@@ -132,14 +132,18 @@ impl<'e> Piece<'e> {
     pub(super) fn hessian(&self, x: &[f64], difference: f64) -> Option<DMatrix<f64>> {
         let n = self.scales.len();
         let mut columns = DMatrix::zeros(n, n);
-        let mut step = vec![0.0; n];
+        let (mut there, mut step) = (x.to_vec(), vec![0.0; n]);
         let (mut ahead, mut behind) = (step.clone(), step.clone());
         for j in 0..n {
-            step[j] = difference;
-            let up = self.evaluate(&self.moved(x, &step), &mut ahead);
-            step[j] = -difference;
-            let down = self.evaluate(&self.moved(x, &step), &mut behind);
-            step[j] = 0.0;
+            let mut at = |difference: f64, gradient: &mut [f64]| {
+                there.copy_from_slice(x);
+                step[j] = difference * self.scales[j];
+                self.space().shift(&mut there, &step);
+                step[j] = 0.0;
+                self.evaluate(&there, gradient)
+            };
+            let up = at(difference, &mut ahead);
+            let down = at(-difference, &mut behind);
             if !(up.is_finite() && down.is_finite()) {
                 return None;
             }
@@ -169,7 +173,7 @@ impl<'e> Piece<'e> {
             for later in &mut free[k + 1..] {
                 reflect(later, &mirror);
             }
-            reflect_both(&mut matrix, &mirror);
+            reflect_both(&mut matrix, &mirror, k);
             mirrors.push(mirror);
         }
         let f = free.len();
@@ -201,19 +205,23 @@ impl<'e> Piece<'e> {
 
 /// (1 − 2 m mᵀ) v for a unit vector m.
 fn reflect(vector: &mut [f64], mirror: &[f64]) {
-    let share = dot(vector, mirror);
+    let n = vector.len();
+    // Eight sums side by side: one after the other they would wait for each other.
+    let share = DVectorView::from_slice(vector, n).dot(&DVectorView::from_slice(mirror, n));
     add(vector, -2.0 * share, mirror);
 }
 
-/// (1 − 2 m mᵀ) A (1 − 2 m mᵀ) for a symmetric A.
-fn reflect_both(matrix: &mut DMatrix<f64>, mirror: &[f64]) {
-    let mut image: Vec<f64> = matrix
-        .column_iter()
-        .map(|column| dot(column.as_slice(), mirror))
-        .collect();
+/// (1 − 2 m mᵀ) A (1 − 2 m mᵀ) for a symmetric A, from row and column `first` on, before which m vanishes.
+fn reflect_both(matrix: &mut DMatrix<f64>, mirror: &[f64], first: usize) {
+    let (n, mirror) = (mirror.len(), &mirror[first..]);
+    let mut block = matrix.view_mut((first, first), (n - first, n - first));
+    let mut image = vec![0.0; n - first];
+    for (column, m) in block.column_iter().zip(mirror) {
+        add(&mut image, *m, column.as_slice());
+    }
     let share = dot(&image, mirror);
     add(&mut image, -share, mirror);
-    for (mut column, (m, p)) in matrix.column_iter_mut().zip(mirror.iter().zip(&image)) {
+    for (mut column, (m, p)) in block.column_iter_mut().zip(mirror.iter().zip(&image)) {
         add(column.as_mut_slice(), -2.0 * m, &image);
         add(column.as_mut_slice(), -2.0 * p, mirror);
     }
