@@ -68,7 +68,7 @@ impl SearchSettings {
                 energy: 1e-6 * energy,
                 distance: 0.01 * length,
             },
-            steps: 150,
+            steps: 80,
             modes: 1000,
             batch: 64,
             patience: 30,

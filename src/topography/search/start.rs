@@ -43,7 +43,7 @@ pub(super) enum Start {
 /// How long the steps are. Careful ones stay with the mode they follow; bold ones end elsewhere, and sooner.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Gait {
-    /// Half the length of the surface.
+    /// A third of the length of the surface.
     Careful,
     /// Several times the length of the surface.
     Bold,
@@ -53,7 +53,7 @@ impl Gait {
     /// Longest step, in units of the length of the surface.
     fn stride(self) -> f64 {
         match self {
-            Self::Careful => 0.5,
+            Self::Careful => 0.3,
             Self::Bold => 4.0,
         }
     }
@@ -120,15 +120,17 @@ impl Searcher<'_> {
         let minimum = &census.minima[rng.random_range(0..census.minima.len())];
         match rng.random_range(0..8) {
             0 => self.between(minimum, census, rng),
-            1 => self.anywhere(id, rng),
-            2 => {
+            // What saddles are rarely met are met from here the most: of 24 seeds of LJ8 21 find all of them with three in
+            // eight, 18 with one.
+            1..=3 => self.anywhere(id, rng),
+            4 => {
                 let step = self.kick(census, rng);
                 Place::new(
                     self.moved(&minimum.x, &step),
                     rng.random_bool(0.5).then_some(step),
                 )
             }
-            3 | 4 if !minimum.modes.is_empty() => {
+            5 | 6 if !minimum.modes.is_empty() => {
                 let mut step = minimum.modes[rng.random_range(0..minimum.modes.len())].clone();
                 scale(&mut step, self.reach(census) * rng.random_range(-1.0..1.0));
                 Place::new(self.moved(&minimum.x, &step), Some(step))
