@@ -1,12 +1,13 @@
 //! How far the map of the committed grasps depends on our choices → `figures/sensitivity.md`
 //!
-//! `cargo run --release --example sensitivity [GRASPS]`: maps the first GRASPS grasps (100) again with each weight of the energy
-//! halved and raised by half, with other points on the hand's surface, and of those grasps only that balance at a lower friction.
-//! Every map is compared with the taxonomy; numbers that move little rest little on the choice. Finished maps are kept
-//! below `target/sensitivity`.
+//! `cargo run --release --example sensitivity [GRASPS]`: maps GRASPS grasps (100), taken in turn from each category and those
+//! of none, again with each weight of the energy halved and raised by half, with other points on the hand's surface, and of
+//! those grasps only that balance at a lower friction. Every map is compared with the taxonomy; numbers that move little rest
+//! little on the choice. Finished maps are kept below `target/sensitivity`.
 
 mod command;
 
+use std::collections::BTreeMap;
 use std::error::Error;
 use std::fmt::Write;
 use std::fs;
@@ -58,10 +59,8 @@ impl Change {
         }
     }
 
-    /// The grasps with this change, in a file of their own.
-    fn write(&self, count: usize, path: &Path) -> Result<(), Box<dyn Error>> {
-        let (mut file, _) = GraspFile::read(GRASPS.as_ref(), Overrides::default())?;
-        file.grasps.truncate(count);
+    /// The chosen grasps with this change, in a file of their own.
+    fn write(&self, mut file: GraspFile, path: &Path) -> Result<(), Box<dyn Error>> {
         match self {
             Self::None => {}
             Self::Weight(weight, factor) => {
@@ -105,6 +104,30 @@ impl Change {
 struct Row {
     name: String,
     cells: Vec<String>,
+    /// What became of each hypothesis.
+    verdicts: Vec<[String; 2]>,
+}
+
+/// The first `count` grasps, taken in turn from each category and those of none: so that every category has some.
+fn chosen(count: usize) -> Result<GraspFile, Box<dyn Error>> {
+    let labelled = format!("{FOLDER}/labelled.parquet");
+    landscape(&["label", GRASPS, "-q", "-o", &labelled])?;
+    let (mut file, _) = GraspFile::read(labelled.as_ref(), Overrides::default())?;
+    let mut met: BTreeMap<Option<String>, usize> = BTreeMap::new();
+    let mut turns = Vec::new();
+    for grasp in std::mem::take(&mut file.grasps) {
+        let turn = met.entry(grasp.label_category.clone()).or_default();
+        *turn += 1;
+        turns.push((*turn, grasp));
+    }
+    turns.sort_by_key(|(turn, _)| *turn);
+    file.grasps = turns
+        .into_iter()
+        .map(|(_, grasp)| grasp)
+        .take(count)
+        .collect();
+    file.grasps.sort_by_key(|grasp| grasp.id);
+    Ok(file)
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -113,6 +136,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         None => 100,
     };
     fs::create_dir_all(FOLDER)?;
+    let grasps = chosen(count)?;
     let weights = WEIGHTS
         .iter()
         .flat_map(|weight| FACTORS.map(|factor| Change::Weight(weight, factor)));
@@ -124,7 +148,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut rows = Vec::new();
     for (number, change) in changes.iter().enumerate() {
         let stem = format!("{FOLDER}/{count}_{number}");
-        rows.push(row(change, count, &stem)?);
+        rows.push(row(change, &grasps, &stem)?);
         fs::write("figures/sensitivity.md", report(count, &rows))?;
     }
     print!("{}", report(count, &rows));
@@ -132,11 +156,11 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 /// Maps and compares, unless that has been done.
-fn row(change: &Change, count: usize, stem: &str) -> Result<Row, Box<dyn Error>> {
+fn row(change: &Change, chosen: &GraspFile, stem: &str) -> Result<Row, Box<dyn Error>> {
     let [grasps, map, comparison] =
         ["parquet", "landscape", "comparison"].map(|ending| format!("{stem}.{ending}"));
     if !Path::new(&map).exists() {
-        change.write(count, grasps.as_ref())?;
+        change.write(chosen.clone(), grasps.as_ref())?;
         landscape(&["build", &grasps, "-q", "--fresh", "-o", &map])?;
     }
     if !Path::new(&format!("{comparison}.json")).exists() {
@@ -162,22 +186,34 @@ fn row(change: &Change, count: usize, stem: &str) -> Result<Row, Box<dyn Error>>
             _ => "–".to_owned(),
         });
     }
+    let hypotheses = compared["hypotheses"].as_array().into_iter().flatten();
+    let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
     Ok(Row {
         name: change.name(),
         cells,
+        verdicts: hypotheses
+            .map(|row| [text(&row["id"]), text(&row["verdict"])])
+            .collect(),
     })
 }
 
 fn report(count: usize, rows: &[Row]) -> String {
     let mut text = format!(
-        "# What the map depends on\n\n`cargo run --release --example sensitivity {count}`: the first {count} grasps of {GRASPS}, \
-         mapped anew under each change. Depth: height of a merge above the shallower side's lowest minimum.\n\n\
-         | change | grasps | minima | groups | median merge depth | {} |\n|---|---|---|---|---|{}\n",
+        "# What the map depends on\n\n`cargo run --release --example sensitivity {count}`: {count} grasps of {GRASPS}, taken in turn \
+         from each category and those of none, mapped anew under each change. Depth: height of a merge above the shallower \
+         side's lowest minimum. Last column: what becomes of a hypothesis of `landscape compare` where that is not what \
+         became of it in the first row.\n\n\
+         | change | grasps | minima | groups | median merge depth | {} | hypotheses |\n|---|---|---|---|---|{}---|\n",
         STATISTICS.join(" | "),
         "---|".repeat(STATISTICS.len())
     );
-    for row in rows {
-        let _ = writeln!(text, "| {} | {} |", row.name, row.cells.join(" | "));
+    for (number, row) in rows.iter().enumerate() {
+        // The first row tells all, the others what differs.
+        let differs = |verdict: &&[String; 2]| number == 0 || !rows[0].verdicts.contains(verdict);
+        let told = row.verdicts.iter().filter(differs);
+        let told: Vec<String> = told.map(|verdict| verdict.join(" ")).collect();
+        let cells = row.cells.join(" | ");
+        let _ = writeln!(text, "| {} | {cells} | {} |", row.name, told.join(", "));
     }
     text
 }
