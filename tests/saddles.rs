@@ -17,9 +17,13 @@ fn reference(name: &str) -> Value {
 }
 
 fn explored(surface: &Surface) -> (Exploration, Landscape) {
+    explored_from(surface, 1)
+}
+
+fn explored_from(surface: &Surface, seed: u64) -> (Exploration, Landscape) {
     let energy = &*surface.energy;
     let draw = in_box(&surface.low, &surface.high);
-    let settings = SearchSettings::measured(energy, &draw, 1);
+    let settings = SearchSettings::measured(energy, &draw, seed);
     let found = explore(energy, &draw, &settings, &NoJournal, &silent);
     check_audits(energy, &found);
     let landscape = found.landscape(energy, &GroupSettings::default());
@@ -107,10 +111,16 @@ fn seven_atoms() {
 
 #[test]
 fn eight_atoms() {
-    let (found, landscape) = explored(&model("lj 8"));
-    // Doye and Wales (2002).
-    assert_eq!((found.minima.len(), found.saddles.len()), (8, 42));
-    assert_eq!(landscape.tree.roots.len(), 1);
+    // One saddle is so seldom met that one seed of twenty misses it: three of these four must not, and none may invent one.
+    let complete = (0..4).filter(|seed| {
+        let (found, landscape) = explored_from(&model("lj 8"), *seed);
+        // Doye and Wales (2002).
+        assert_eq!(found.minima.len(), 8);
+        assert!((41..=42).contains(&found.saddles.len()));
+        assert_eq!(landscape.tree.roots.len(), 1);
+        found.saddles.len() == 42
+    });
+    assert!(complete.count() >= 3);
 }
 
 #[test]
