@@ -276,9 +276,11 @@ impl Canvas {
         let corners = [(0, 0), (size.0, 0), size, (0, size.1)];
         let corners = corners.map(|(x, y)| (x.cast_signed(), y.cast_signed()));
         let white = filled(Colour::new(255, 255, 255));
-        backend.fill_polygon(corners, &white).map_err(undrawn)?;
+        backend
+            .fill_polygon(corners, &white)
+            .map_err(|error| undrawn(&error))?;
         self.paint(&mut backend, SVG_SCALE, SVG)?;
-        backend.present().map_err(undrawn)?;
+        backend.present().map_err(|error| undrawn(&error))?;
         drop(backend);
         let drawn = format!(r#"width="{}" height="{}""#, size.0, size.1);
         let wanted = format!(r#"width="{}" height="{}""#, self.width, self.height);
@@ -431,7 +433,7 @@ impl Canvas {
                 }
             };
         }
-        result.map_err(undrawn)
+        result.map_err(|error| undrawn(&error))
     }
 }
 
@@ -443,7 +445,7 @@ fn filled(colour: Colour) -> ShapeStyle {
     }
 }
 
-fn undrawn(error: impl ToString) -> FigureError {
+fn undrawn(error: &impl ToString) -> FigureError {
     FigureError::Draw {
         message: error.to_string(),
     }
