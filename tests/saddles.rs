@@ -111,20 +111,13 @@ fn seven_atoms() {
 
 #[test]
 fn eight_atoms() {
-    // One saddle is so seldom met that one or two seeds in sixteen miss it, seed 1 among them. The default seed must not, nor
-    // more than one of the others, and none may invent one.
-    let complete: Vec<bool> = (0..4)
-        .map(|seed| {
-            let (found, landscape) = explored_from(&model("lj 8"), seed);
-            // Doye and Wales (2002).
-            assert_eq!(found.minima.len(), 8);
-            assert!((41..=42).contains(&found.saddles.len()));
-            assert_eq!(landscape.tree.roots.len(), 1);
-            found.saddles.len() == 42
-        })
-        .collect();
-    assert!(complete[0]);
-    assert!(complete.iter().filter(|all| **all).count() >= 3);
+    for seed in 0..4 {
+        let (found, landscape) = explored_from(&model("lj 8"), seed);
+        // Doye and Wales (2002). Of one saddle one search in four hundred finds the way.
+        assert_eq!(found.minima.len(), 8);
+        assert_eq!(found.saddles.len(), 42, "seed {seed}");
+        assert_eq!(landscape.tree.roots.len(), 1);
+    }
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Every stationary point that can be found: minima, the saddles between them, and how much may still be missing.
 //!
-//! Random starts give the first minima; single-ended searches climb from minima, from saddles, from points between minima
-//! and from anywhere to stationary points of index 1; descents on both sides of those give the minima they join, and more
+//! Random starts give the first minima; single-ended searches climb from minima, from saddles and from anywhere to
+//! stationary points of index 1; descents on both sides of those give the minima they join, and more
 //! places to climb from. The search ends when it has found nothing new for long, measured by what it has found.
 
 mod census;
@@ -55,7 +55,7 @@ pub struct Exploration {
 /// Explores a smooth surface from nothing but its energy and random points.
 ///
 /// Single-ended searches (eigenvector following) climb along every mode of every minimum, both ways, and then from random
-/// places: around minima and saddles, between minima, part of the way down from random points. Each distinct saddle gets
+/// places: around minima and saddles, and, most often, part of the way down from random points. Each distinct saddle gets
 /// descents on both sides; their ends, if new, are searched from in turn. Points are distinct by energy and distance, so
 /// modulo the symmetry of the space. The search ends when `patience` searches for every point found brought nothing new;
 /// minima that no saddle joins are then joined by relaxed paths, if they can be, and the search goes on from what those

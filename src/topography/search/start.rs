@@ -2,12 +2,11 @@
 
 use rand::RngExt;
 
-use super::census::{Census, Known};
+use super::census::Census;
 use super::settings::random_tangent;
 use super::task::Searcher;
 use crate::optimize::{Quench, quench_traced};
 use crate::sample::{Rng, Task, stream};
-use crate::space::interpolate;
 use crate::space::vector::{scale, times};
 
 /// Logarithms to base two of the longest step of a search from a random place, in units of the length of the surface.
@@ -119,16 +118,8 @@ impl Searcher<'_> {
         }
         let minimum = &census.minima[rng.random_range(0..census.minima.len())];
         match rng.random_range(0..8) {
-            0 => self.between(minimum, census, rng),
             // Saddles that are rarely met are met from here the most.
-            1..=3 => self.anywhere(id, rng),
-            4 => {
-                let step = self.kick(census, rng);
-                Place::new(
-                    self.moved(&minimum.x, &step),
-                    rng.random_bool(0.5).then_some(step),
-                )
-            }
+            0..=4 => self.anywhere(id, rng),
             5 | 6 if !minimum.modes.is_empty() => {
                 let mut step = minimum.modes[rng.random_range(0..minimum.modes.len())].clone();
                 scale(&mut step, self.reach(census) * rng.random_range(-1.0..1.0));
@@ -146,26 +137,14 @@ impl Searcher<'_> {
         }
     }
 
-    /// Part of the way from a minimum to another, off the line by a little.
-    fn between(&self, from: &Known, census: &Census, rng: &mut Rng) -> Place {
-        let to = &census.minima[rng.random_range(0..census.minima.len())].x;
-        let space = self.energy.space();
-        let x = interpolate(space, &from.x, to, rng.random_range(0.2..0.8));
-        let aside = self.random_tangent(self.settings.length, rng);
-        let mut hint = vec![0.0; space.tangents()];
-        let length = space.toward(&x, to, &mut hint);
-        let along = length > 0.0 && rng.random_bool(0.5);
-        Place::new(self.moved(&x, &aside), along.then_some(hint))
-    }
-
-    /// Part of the way down from a random point.
+    /// Less than half of the way down from a random point, counted in steps.
     fn anywhere(&self, id: u64, rng: &mut Rng) -> Place {
         let start = (self.draw)(&mut stream(self.settings.seed, Task::Start, id));
         let mut trace = vec![start.clone()];
         let drawn = quench_traced(self.energy, &start, &self.settings.quench, &mut |x, _| {
             trace.push(x.to_vec());
         });
-        let stage = rng.random_range(0..trace.len());
+        let stage = rng.random_range(0..trace.len().div_ceil(2));
         Place {
             drawn: Some(drawn),
             ..Place::new(trace.swap_remove(stage), None)
