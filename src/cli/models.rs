@@ -214,7 +214,7 @@ fn parts(metadata: &ObjectMetadata, scale: f64) -> anyhow::Result<(Mesh, Descrip
     };
     let description: Description = serde_json::from_value(metadata.description.clone())
         .with_context(|| format!("the description of object `{name}` in the file"))?;
-    let mesh = Mesh::from_obj(name, &mut obj.as_bytes())?;
+    let mesh = description.mesh_of_obj(name, obj)?;
     Ok(if (scale - 1.0).abs() < f64::EPSILON {
         (mesh, description)
     } else {

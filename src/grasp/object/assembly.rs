@@ -1,12 +1,10 @@
 //! Objects made of shapes given by formulae.
 
-use std::sync::Arc;
-
 use serde::{Deserialize, Serialize};
 
 use crate::space::Symmetry;
 
-use super::{Description, Mesh, ObjectError, Primitive, Shape};
+use super::{Description, Mesh, ObjectError, Primitive};
 
 /// A shape, or the union of several.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -71,9 +69,57 @@ impl Assembly {
             mass_kg: self.mass_kg,
             symmetry,
             primitive: single,
+            parts: match single {
+                Some(_) => Vec::new(),
+                None => self.parts.clone(),
+            },
         };
-        let shapes: Vec<Arc<dyn Shape>> = self.parts.iter().map(|part| part.shape()).collect();
-        let mesh = Mesh::of_pieces(name, vertices, triangles, Some(&shapes))?;
+        let mesh = description.mesh(name, vertices, triangles)?;
         Ok((mesh, description))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector3;
+
+    use super::*;
+    use crate::grasp::object::{Object, Sphere};
+
+    #[test]
+    fn formulae_go_with_the_mesh_of_a_union() {
+        let ball = |x: f64| Sphere {
+            centre: Vector3::new(x, 0.0, 0.0),
+            radius_m: 0.03,
+        };
+        let assembly = Assembly {
+            parts: vec![
+                Primitive::Sphere(ball(-0.02)),
+                Primitive::Sphere(ball(0.02)),
+            ],
+            ..Assembly::default()
+        };
+        let (mesh, description) = assembly.object("pair").unwrap();
+        let text = serde_json::to_string(&description).unwrap();
+        let mut read = Description::from_json("pair", &text).unwrap();
+        assert_eq!(read, description);
+        let again = read.mesh_of_obj("pair", &mesh.to_obj()).unwrap();
+        // A cap 0.01 high is cut away from each of the balls.
+        let area_m2 = 4.0 * std::f64::consts::PI * 0.03 * (2.0 * 0.03 - 0.01);
+        for (mesh, scale) in [
+            (&mesh, 1.0),
+            (&again, 1.0),
+            (&again.scaled("pair", 2.0).unwrap(), 2.0),
+        ] {
+            let share = mesh.area_m2() / (area_m2 * scale * scale);
+            assert!((share - 1.0).abs() < 0.01, "{share}");
+        }
+        Object::from_mesh("pair", again.clone(), &read).unwrap();
+        read.parts[1] = Primitive::Sphere(ball(0.03));
+        let refused = Object::from_mesh("pair", again, &read).unwrap_err();
+        assert!(
+            refused.to_string().contains("a union of shapes"),
+            "{refused}"
+        );
     }
 }

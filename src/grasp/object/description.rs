@@ -46,6 +46,10 @@ pub struct Description {
     /// A formula for the shape, to be used instead of a baked field; checked against the mesh.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub primitive: Option<Primitive>,
+    /// Formulae of the shapes whose meshes the mesh is made of, where it is a union of such: they tell what lies inside
+    /// sooner than the mesh does; checked against the mesh.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub parts: Vec<Primitive>,
 }
 
 /// A shape given by a formula.
@@ -186,6 +190,7 @@ impl Object {
             tolerance_m: tolerance_m(radius_m),
         };
         fit.symmetry(&description.symmetry)?;
+        fit.parts(&description.parts)?;
         let surface_samples = mesh.sample_surface(SURFACE_SAMPLES, 0);
         let (shape, field_report) = if let Some(primitive) = description.primitive {
             let shape = primitive.shape();
@@ -262,6 +267,31 @@ impl Description {
         })
     }
 
+    /// The mesh of an object of this description.
+    ///
+    /// # Errors
+    /// As [`Mesh::new`].
+    pub(super) fn mesh(
+        &self,
+        name: &str,
+        vertices: Vec<Vector3<f64>>,
+        triangles: Vec<[u32; 3]>,
+    ) -> Result<Mesh, ObjectError> {
+        let shapes: Vec<Arc<dyn Shape>> = self.parts.iter().map(|part| part.shape()).collect();
+        let solids = (!shapes.is_empty()).then_some(shapes.as_slice());
+        Mesh::of_pieces(name, vertices, triangles, solids)
+    }
+
+    /// Reads the mesh of an object of this description from the text of an OBJ file; all its objects and groups make one
+    /// mesh.
+    ///
+    /// # Errors
+    /// As [`Mesh::from_obj`].
+    pub fn mesh_of_obj(&self, name: &str, obj: &str) -> Result<Mesh, ObjectError> {
+        let soup = super::file::obj(name, &mut obj.as_bytes())?;
+        self.mesh(name, soup.vertices, soup.triangles)
+    }
+
     /// Mass of an object of this description, kilograms: as given, or from the volume at 500 kg/m³.
     pub fn mass_of(&self, mesh: &Mesh) -> f64 {
         self.mass_kg
@@ -283,8 +313,9 @@ impl Description {
                 }
             }
         }
-        // The formula would have to be scaled as well; the mesh is there in any case.
+        // Formulae would have to be scaled as well; the mesh is there in any case.
         scaled.primitive = None;
+        scaled.parts.clear();
         scaled
     }
 
@@ -377,6 +408,19 @@ impl Fit<'_> {
             .map(|point| shape.distance(point).abs())
             .fold(0.0, f64::max);
         self.judge("a primitive shape", deviation_m)
+    }
+
+    fn parts(&self, parts: &[Primitive]) -> Result<(), ObjectError> {
+        if parts.is_empty() {
+            return Ok(());
+        }
+        let shapes: Vec<Arc<dyn Shape>> = parts.iter().map(|part| part.shape()).collect();
+        let off = |point: &Vector3<f64>| {
+            let distances = shapes.iter().map(|shape| shape.distance(point));
+            distances.fold(f64::INFINITY, f64::min).abs()
+        };
+        let vertices = self.mesh.boundary().0.iter();
+        self.judge("a union of shapes", vertices.map(off).fold(0.0, f64::max))
     }
 
     /// Turns by angles that share no divisor with the facets of a mesh.

@@ -154,7 +154,8 @@ fn stl(bytes: &[u8]) -> std::io::Result<Soup> {
     })
 }
 
-fn obj(name: &str, reader: &mut impl BufRead) -> Result<Soup, ObjectError> {
+/// The triangles of the text of an OBJ file.
+pub(super) fn obj(name: &str, reader: &mut impl BufRead) -> Result<Soup, ObjectError> {
     let options = tobj::LoadOptions {
         triangulate: true,
         ignore_points: true,

@@ -63,6 +63,20 @@ impl Mesh {
         triangles: Vec<[u32; 3]>,
         solids: Option<&[Arc<dyn Shape>]>,
     ) -> Result<Self, ObjectError> {
+        let mut mesh = Self::solid(name, vertices, triangles)?;
+        mesh.outer = outer(&mesh, solids).map(Arc::new);
+        Ok(mesh)
+    }
+
+    /// A closed mesh with its outside out, before pieces are united.
+    ///
+    /// # Errors
+    /// As [`Mesh::new`].
+    fn solid(
+        name: &str,
+        vertices: Vec<Vector3<f64>>,
+        triangles: Vec<[u32; 3]>,
+    ) -> Result<Self, ObjectError> {
         let mut mesh = Self::closed(name, vertices, triangles)?;
         let size_m = mesh.size_m();
         let volume = mesh.volume();
@@ -76,7 +90,6 @@ impl Mesh {
                 triangle.swap(1, 2);
             }
         }
-        mesh.outer = outer(&mesh, solids).map(Arc::new);
         Ok(mesh)
     }
 
@@ -198,8 +211,15 @@ impl Mesh {
     /// # Errors
     /// Where nothing is left of it.
     pub fn scaled(&self, name: &str, factor: f64) -> Result<Self, ObjectError> {
-        let vertices = self.vertices.iter().map(|v| v * factor).collect();
-        Self::new(name, vertices, self.triangles.clone())
+        let scaled = |vertices: &[Vector3<f64>]| vertices.iter().map(|v| v * factor).collect();
+        let mut mesh = Self::solid(name, scaled(&self.vertices), self.triangles.clone())?;
+        mesh.outer = self.outer.as_ref().map(|outer| {
+            Arc::new(Outer {
+                vertices: scaled(&outer.vertices),
+                triangles: outer.triangles.clone(),
+            })
+        });
+        Ok(mesh)
     }
 
     /// Corners of triangle number `index`.

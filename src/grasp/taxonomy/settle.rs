@@ -382,4 +382,47 @@ mod tests {
         far[0] += 1.0;
         assert_eq!(readings(&hand, &ball, &far, &settle), [far]);
     }
+
+    #[test]
+    fn each_further_reading_has_one_digit_more_on_the_object() {
+        let hand = Hand::human();
+        let ball = Object::named("ball").unwrap();
+        let settle = Settle::default();
+        let near = Near {
+            hand: &hand,
+            object: &ball,
+            settle: &settle,
+            metric: OnceCell::new(),
+        };
+        // All fingers bent a little less: they hover.
+        let mut x = around_the_ball(&hand, &ball);
+        for (j, joint) in hand.joints.iter().enumerate() {
+            if joint.name.ends_with("flexion") && !joint.name.starts_with("thumb") {
+                x[7 + j] -= 0.35;
+            }
+        }
+        let mut posed = PosedHand::default();
+        assert!(!near.could_hold(&x, &mut posed));
+        let mut on_object = |x: &[f64]| -> Vec<usize> {
+            let touches = near.touches(x, CLOSED_M, &mut posed);
+            (1..hand.digits.len())
+                .filter(|digit| touches.iter().any(|touch| near.digit(touch) == *digit))
+                .collect()
+        };
+        let readings = readings(&hand, &ball, &x, &settle);
+        let digits: Vec<Vec<usize>> = readings.iter().map(|x| on_object(x)).collect();
+        assert!(digits.len() > 1, "{digits:?}");
+        for pair in digits.windows(2) {
+            assert!(
+                pair[0].iter().all(|digit| pair[1].contains(digit)),
+                "{digits:?}"
+            );
+            assert_eq!(pair[1].len(), pair[0].len() + 1, "{digits:?}");
+        }
+        // Each could hold, and only joints were moved.
+        for reading in &readings {
+            assert!(near.balanced(reading, &mut PosedHand::default()));
+            assert_eq!(reading[..7], x[..7]);
+        }
+    }
 }
