@@ -8,8 +8,11 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::Duration;
 
+use folder::names;
 use landscape::store::{LandscapeFiles, StationaryRow};
 use tempfile::TempDir;
+
+mod folder;
 
 /// A folder to work in.
 struct Desk {
@@ -57,15 +60,6 @@ impl Desk {
         assert_eq!(names(self.folder.path()), before, "{arguments:?}");
         said
     }
-}
-
-fn names(folder: &Path) -> Vec<String> {
-    let entries = fs::read_dir(folder).unwrap();
-    let mut names: Vec<_> = entries
-        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-        .collect();
-    names.sort();
-    names
 }
 
 /// What must not depend on threads and interruptions.

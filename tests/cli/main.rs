@@ -11,6 +11,8 @@ mod spoilt_grasps;
 
 #[path = "../desk/mod.rs"]
 mod desk;
+#[path = "../folder/mod.rs"]
+mod folder;
 #[path = "../parts/mod.rs"]
 mod parts;
 #[path = "../records/mod.rs"]
@@ -24,6 +26,7 @@ use std::sync::OnceLock;
 use std::time::Duration;
 
 use crate::desk::Desk;
+use crate::folder::names;
 use crate::parts::Parts;
 use crate::records::records;
 
@@ -125,15 +128,6 @@ fn landscape() -> &'static Desk {
         assert_eq!(names(desk.folder.path()), ["g.landscape", "g.parquet"]);
         desk
     })
-}
-
-fn names(folder: &Path) -> Vec<String> {
-    let mut names: Vec<_> = fs::read_dir(folder)
-        .unwrap()
-        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-        .collect();
-    names.sort();
-    names
 }
 
 fn has_ending(name: &str, ending: &str) -> bool {

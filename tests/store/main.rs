@@ -12,13 +12,15 @@ mod landscapes;
 mod refusals;
 mod writing;
 
+#[path = "../folder/mod.rs"]
+mod folder;
 #[path = "../parts/mod.rs"]
 mod parts;
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::folder::names;
 use crate::parts::Parts;
 use landscape::store::{
     Counts, EdgeRow, Grasp, GraspFile, HandMetadata, LandscapeFiles, Manifest, Metadata,
@@ -122,15 +124,6 @@ fn overrides() -> Overrides {
         hand: Some(hand()),
         object: Some(object("cup")),
     }
-}
-
-fn names(folder: &Path) -> Vec<String> {
-    let mut names: Vec<_> = fs::read_dir(folder)
-        .unwrap()
-        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-        .collect();
-    names.sort();
-    names
 }
 
 /// The columns of a valid file, to be spoilt.
