@@ -15,7 +15,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use interval::interval;
-use landscape::figure::chart::{Axis, BandPoint, Chart, Corner, Panel, Series};
+use landscape::figure::chart::{Axis, BandPoint, Chart, Panel, Series};
 use landscape::grasp::hand::Hand;
 use landscape::grasp::object::{Mesh, Object};
 use landscape::grasp::press::firmness;
@@ -252,14 +252,9 @@ fn chart(all: &[Curves]) -> Chart {
         }
         [Series::band(band), Series::line(points).named(name)]
     };
-    let panel = |title: &str, label: &str, legend: Corner, lines: Vec<Series>| Panel {
-        legend: Some(legend),
-        ..Panel::new(
-            title,
-            Axis::linear(label),
-            Axis::linear("grasps that hold (%)").with_range(0.0, 100.0),
-            lines,
-        )
+    let panel = |title: &str, label: &str, lines: Vec<Series>| {
+        let share = Axis::linear("grasps that hold (%)").with_range(0.0, 100.0);
+        Panel::new(title, Axis::linear(label), share, lines)
     };
     let pose = all
         .iter()
@@ -267,21 +262,19 @@ fn chart(all: &[Curves]) -> Chart {
     let shape = all
         .iter()
         .flat_map(|curves| series(curves.name, &SHAPES_MM, &curves.shape));
-    Chart::new(
-        "Grasps that hold when the object is not as believed",
-        vec![
-            panel(
-                "pose error",
-                "object moved by (mm)",
-                Corner::LowerLeft,
-                pose.collect(),
-            ),
-            panel(
-                "shape error",
-                "surface moved outward by (mm)",
-                Corner::UpperLeft,
-                shape.collect(),
-            ),
-        ],
-    )
+    let panels = vec![
+        panel("pose error", "object moved by (mm)", pose.collect()),
+        panel(
+            "shape error",
+            "surface moved outward by (mm)",
+            shape.collect(),
+        ),
+    ];
+    Chart {
+        legend_below: true,
+        ..Chart::new(
+            "Grasps that hold when the object is not as believed",
+            panels,
+        )
+    }
 }
