@@ -66,6 +66,7 @@ pub(super) fn ball() -> Result<(&'static str, Mesh, Description), Box<dyn std::e
             centre,
             radius_m: RADIUS_M,
         })),
+        ..Description::default()
     };
     Ok(("ball", Mesh::new("ball", corners, triangles)?, description))
 }

@@ -58,7 +58,7 @@ pub(super) fn carton() -> Result<(&'static str, Mesh, Description), Box<dyn std:
                 .map(half_turn)
                 .to_vec(),
         ),
-        primitive: None,
+        ..Description::default()
     };
     Ok((NAME, Mesh::new(NAME, corners, triangles)?, description))
 }

@@ -103,7 +103,7 @@ pub(super) fn hammer() -> Result<(&'static str, Mesh, Description), Box<dyn std:
         name: Some(NAME.into()),
         mass_kg: Some(MASS_KG),
         symmetry: Symmetry::None,
-        primitive: None,
+        ..Description::default()
     };
     Ok((NAME, parts.into_mesh(NAME)?, description))
 }

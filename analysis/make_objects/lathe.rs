@@ -81,7 +81,7 @@ impl Turned {
             name: Some(self.name.into()),
             mass_kg: Some(self.mass_kg),
             symmetry,
-            primitive: None,
+            ..Description::default()
         }
     }
 }
