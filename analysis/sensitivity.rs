@@ -83,10 +83,9 @@ impl Change {
                     hand.surface_points = *count;
                 }
                 // Contacts name points of the old surface; the map finds its own.
-                let last = u32::try_from(*count)? - 1;
                 for grasp in &mut file.grasps {
-                    for contact in &mut grasp.contacts {
-                        *contact = (*contact).min(last);
+                    for (place, contact) in (0..).zip(&mut grasp.contacts) {
+                        *contact = place;
                     }
                 }
             }
