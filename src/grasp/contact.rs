@@ -72,6 +72,8 @@ pub struct ContactSearch {
     chosen: Vec<usize>,
     best: Vec<u32>,
     best_total: f64,
+    /// Sets that cost more are of no interest, were they better than the best known.
+    limit: f64,
     directions: Directions,
 }
 
@@ -235,22 +237,31 @@ impl ContactSearch {
     }
 
     /// Proves or improves the set left by [`ContactSearch::descend`] until it is the exact minimum over all sets of
-    /// `size` candidates, and returns its total.
-    pub fn prove(&mut self, size: usize, cost: &WrenchCost) -> f64 {
+    /// `size` candidates, and returns its total; or any bound above `limit` if that one costs more.
+    pub fn prove(&mut self, size: usize, cost: &WrenchCost, limit: f64) -> f64 {
         if self.candidates.len() < size || size == 0 {
             return self.best_total;
         }
+        self.limit = limit;
         // Members beyond this position cannot occur: the others cost at least as much as the cheapest ones.
         let floor = self.floor(size - 1);
         let usable = self
             .candidates
-            .partition_point(|c| c.cost + floor <= self.best_total + SLACK);
+            .partition_point(|c| c.cost + floor <= self.worst());
         self.directions.list(&self.candidates[..usable]);
         let mut chosen = std::mem::take(&mut self.chosen);
         chosen.clear();
         self.extend(&mut chosen, size, usable, 0.0, &[0.0; 6], cost);
         self.chosen = chosen;
+        if self.best_total > limit {
+            return limit.next_up();
+        }
         self.best_total
+    }
+
+    /// Most that a set may cost to be of interest.
+    fn worst(&self) -> f64 {
+        self.best_total.min(self.limit) + SLACK
     }
 
     /// Tries every further member of the branch `chosen`, after its last one.
@@ -278,7 +289,7 @@ impl ContactSearch {
         }
         for p in from..usable {
             let candidate = &self.candidates[p];
-            if own + missing as f64 * candidate.cost > self.best_total + SLACK {
+            if own + missing as f64 * candidate.cost > self.worst() {
                 break;
             }
             let mut sum = *wrench;
@@ -305,7 +316,7 @@ impl ContactSearch {
         for block in from / LANES..usable.div_ceil(LANES) {
             let first = LANES * block;
             let cheapest = &self.candidates[from.max(first)];
-            if own + 2.0 * cheapest.cost > self.best_total + SLACK {
+            if own + 2.0 * cheapest.cost > self.worst() {
                 return;
             }
             let squares = self.lanes[block].force_squares(wrench);
@@ -329,7 +340,7 @@ impl ContactSearch {
 
     /// Squares of the forces that one unit force may cancel well enough when the own costs are at least `own`.
     fn window(&self, own: f64, cost: &WrenchCost) -> RangeInclusive<f64> {
-        let reach = cost.reach(self.best_total + SLACK - own) + SLACK;
+        let reach = cost.reach(self.worst() - own) + SLACK;
         (1.0 - reach).max(0.0).powi(2)..=(1.0 + reach).powi(2)
     }
 
@@ -342,7 +353,7 @@ impl ContactSearch {
         wrench: &[f64; 6],
         cost: &WrenchCost,
     ) {
-        let reach = cost.reach(self.best_total + SLACK - own - self.candidates[from].cost);
+        let reach = cost.reach(self.worst() - own - self.candidates[from].cost);
         for block in from / BLOCK..self.directions.blocks.len() {
             let mut opposed = self.directions.blocks[block].opposed(wrench, reach);
             if block == from / BLOCK {
@@ -352,13 +363,13 @@ impl ContactSearch {
                 let p = BLOCK * block + opposed.trailing_zeros() as usize;
                 opposed &= opposed - 1;
                 let candidate = &self.candidates[p];
-                if own + candidate.cost > self.best_total + SLACK {
+                if own + candidate.cost > self.worst() {
                     return;
                 }
                 let total = own
                     + candidate.cost
                     + cost.of_squared(sum_norm_squared(wrench, &candidate.wrench));
-                if total <= self.best_total + SLACK {
+                if total <= self.worst() {
                     let mut set: Vec<usize> = chosen.to_vec();
                     set.push(p);
                     self.offer(&mut set, cost);
@@ -607,7 +618,7 @@ mod tests {
                 let mut search = ContactSearch::default();
                 search.begin(candidates.iter().rev().copied());
                 let descended = search.descend(size, &[3, 5], &cost);
-                let proven = search.prove(size, &cost);
+                let proven = search.prove(size, &cost, f64::INFINITY);
                 assert!(descended >= proven);
                 assert!((proven - total).abs() < 1e-12, "{proven} against {total}");
                 assert_eq!(search.best(), set);
@@ -625,6 +636,6 @@ mod tests {
         let mut search = ContactSearch::default();
         search.begin(random_candidates(2, 0));
         assert!(search.descend(3, &[], &cost).is_infinite());
-        assert!(search.prove(3, &cost).is_infinite());
+        assert!(search.prove(3, &cost, f64::INFINITY).is_infinite());
     }
 }

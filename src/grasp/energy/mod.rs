@@ -299,9 +299,10 @@ impl GraspEnergy {
         if base > cutoff {
             return base;
         }
-        let contact_part = self.search(cutoff - base, scratch);
-        if base + contact_part > cutoff || scratch.search.best().len() < self.settings.contacts {
-            return base + contact_part;
+        let rest = cutoff - base;
+        let contact_part = self.search(rest, scratch);
+        if contact_part > rest || scratch.search.best().len() < self.settings.contacts {
+            return (base + contact_part).max(cutoff.next_up());
         }
         let choice = scratch.search.best().to_vec();
         free + self.finish(x, &choice, scratch, gradient)

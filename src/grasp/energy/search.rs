@@ -109,14 +109,16 @@ impl GraspEnergy {
             // but the distance is sure to cost something.
             let outside = self.distance.cost(band_m, self.unit_m);
             let others = scratch.search.floor_with(size - 1, outside);
-            let needed_m = self.distance.reach_m(total - others, self.unit_m);
+            let needed_m = self
+                .distance
+                .reach_m(total.min(cutoff) - others, self.unit_m);
             if needed_m > band_m && !everything {
                 // Also when few candidates made the first total poor: the wider list has a better one.
                 remember(scratch);
                 self.widen(needed_m.min(2.0 * band_m), scratch);
                 continue;
             }
-            let least = scratch.search.prove(size, &cost);
+            let least = scratch.search.prove(size, &cost, cutoff);
             remember(scratch);
             return least;
         }

@@ -7,6 +7,8 @@
 //! seam, until it comes to rest there or a third piece undercuts both. Then the path goes through that one, and its top
 //! is one of the two new seams. A move counts only if the highest point of the path falls.
 
+use std::cell::OnceCell;
+
 use super::pass::Peak;
 use super::seam::{Sheet, slide};
 use super::{Path, PathSettings, SeamSettings, near};
@@ -42,7 +44,7 @@ struct Node {
     x: Vec<f64>,
     energy: f64,
     gradient: Vec<f64>,
-    choice: Vec<u32>,
+    choice: OnceCell<Vec<u32>>,
 }
 
 /// A polygon through the pieces of a kinked energy.
@@ -65,9 +67,8 @@ struct Top {
     segment: usize,
     energy: f64,
     x: Vec<f64>,
-    /// Points of the path close before and behind, and what is chosen there.
+    /// Points of the path close before and behind.
     sides: [Vec<f64>; 2],
-    choices: [Vec<u32>; 2],
 }
 
 /// A path whose top was lowered as far as it would go.
@@ -157,13 +158,29 @@ impl<'e> Kinked<'e> {
 
     fn node(&self, x: Vec<f64>) -> Node {
         let mut gradient = vec![0.0; self.space().tangents()];
-        let (energy, choice) = self.chosen(&x, &mut gradient);
+        let (energy, choice) = self
+            .energy
+            .choose_roughly_above(&x, &mut gradient, self.ceiling);
         Node {
             x,
             energy,
             gradient,
-            choice,
+            choice: match self.settled(energy) {
+                true => choice.into(),
+                false => OnceCell::new(),
+            },
         }
+    }
+
+    /// Whether the choice that came with this energy is the one to take: above the ceiling it need not be the best one, and
+    /// far above it its proof would take longer than all the rest.
+    fn settled(&self, energy: f64) -> bool {
+        !(energy > self.ceiling && energy < self.hopeless)
+    }
+
+    /// The choice at `node`. Most nodes are never asked, and proofs far up are long.
+    fn choice<'n>(&self, node: &'n Node) -> &'n [u32] {
+        node.choice.get_or_init(|| self.energy.choice(&node.x))
     }
 
     /// Nodes along the polygon through `points`, at most the spacing apart. `None` if one is as high as `limit`.
@@ -240,23 +257,7 @@ impl<'e> Kinked<'e> {
                 best = Some(top);
             }
         }
-        let mut best = best?;
-        let mut gradient = vec![0.0; space.tangents()];
-        best.choices = [0, 1].map(|side: usize| self.chosen(&best.sides[side], &mut gradient).1);
-        Some(best)
-    }
-
-    /// Energy and choice at `x`: above the ceiling the energy need not be that of the best choice, and far above it not even
-    /// the choice is, whose proof would take longer than all the rest.
-    fn chosen(&self, x: &[f64], gradient: &mut [f64]) -> (f64, Vec<u32>) {
-        let (energy, choice) = self.energy.choose_roughly_above(x, gradient, self.ceiling);
-        let worth_a_proof = energy > self.ceiling && energy < self.hopeless;
-        let choice = if worth_a_proof {
-            self.energy.choice(x)
-        } else {
-            choice
-        };
-        (energy, choice)
+        best
     }
 
     /// The highest point between nodes `i` and `i + 1`, by golden section, both nodes included; or the first point met that
@@ -314,7 +315,6 @@ impl<'e> Kinked<'e> {
             energy: value,
             x,
             sides,
-            choices: [Vec::new(), Vec::new()],
         }
     }
 
@@ -330,12 +330,12 @@ impl<'e> Kinked<'e> {
     }
 
     /// Where the crossing at `top` comes to rest on its seam, where a third piece undercuts both, or how far it may go.
-    fn slid(&self, top: &Top) -> Vec<f64> {
+    fn slid(&self, top: &Top, choices: &[Vec<u32>; 2]) -> Vec<f64> {
         let reach = 2.0 * self.settings.max_step;
-        let pieces = [0, 1].map(|side: usize| Piece::new(self.energy, top.choices[side].clone()));
+        let pieces = [0, 1].map(|side: usize| Piece::new(self.energy, choices[side].clone()));
         let mut gradient = vec![0.0; self.space().tangents()];
         let tangent = pieces[0].scaled(&self.peak(top).tangent);
-        let sheet = if top.choices[0] == top.choices[1] {
+        let sheet = if choices[0] == choices[1] {
             Sheet::Across(&pieces[0], &tangent)
         } else {
             Sheet::Seam([&pieces[0], &pieces[1]])
@@ -350,8 +350,8 @@ impl<'e> Kinked<'e> {
             self.settings.max_step,
             self.settings.refinement_steps,
             &mut |x, height| {
-                self.energy.evaluate(x, &mut gradient)
-                    < height - UNDERCUT * self.settings.energy_tolerance
+                let undercut = height - UNDERCUT * self.settings.energy_tolerance;
+                self.energy.evaluate_below(x, &mut gradient, undercut) < undercut
                     || near(self.space(), &top.x, x) > reach
             },
         );
@@ -360,14 +360,20 @@ impl<'e> Kinked<'e> {
 
     /// The path with its stretch through the two pieces that meet at `top` replaced by one through `x`; `None` if that rises
     /// as high as `limit`.
-    fn through_seam(&self, top: &Top, x: &[f64], limit: f64) -> Option<Self> {
+    fn through_seam(
+        &self,
+        top: &Top,
+        choices: &[Vec<u32>; 2],
+        x: &[f64],
+        limit: f64,
+    ) -> Option<Self> {
         let mut first = top.segment;
-        while first > 0 && self.nodes[first - 1].choice == top.choices[0] {
+        while first > 0 && self.choice(&self.nodes[first - 1]) == choices[0] {
             first -= 1;
         }
         let last = self.nodes.len() - 1;
         let mut end = (top.segment + 1).min(last);
-        while end < last && self.nodes[end + 1].choice == top.choices[1] {
+        while end < last && self.choice(&self.nodes[end + 1]) == choices[1] {
             end += 1;
         }
         self.spliced(first, x, end, limit)
@@ -444,7 +450,11 @@ impl<'e> Kinked<'e> {
     /// a share of its move.
     fn lowered(&self, top: &Top) -> Option<(Self, Top)> {
         let space = self.space();
-        let place = self.slid(top);
+        let choices = [0, 1].map(|side: usize| {
+            let side = self.node(top.sides[side].clone());
+            self.choice(&side).to_vec()
+        });
+        let place = self.slid(top, &choices);
         let mut move_by = vec![0.0; space.tangents()];
         let mut length = space.toward_near(&top.x, &place, &mut move_by);
         for _ in 0..TRIALS {
@@ -453,7 +463,7 @@ impl<'e> Kinked<'e> {
             // Most trials fail, and one point that is too high says so.
             let limit = top.energy - self.gain;
             let trials = [
-                self.through_seam(top, &x, limit),
+                self.through_seam(top, &choices, &x, limit),
                 self.dragged(top, &move_by, WIDTH * length, limit),
             ];
             let best = (trials.into_iter().flatten())
