@@ -126,7 +126,7 @@ impl<'e> Kinked<'e> {
             gain: GAIN * settings.energy_tolerance,
             nodes: Vec::new(),
         };
-        path.nodes = path.through(images, f64::INFINITY).unwrap_or_default();
+        path.nodes = path.through(images);
         path
     }
 
@@ -183,30 +183,43 @@ impl<'e> Kinked<'e> {
         node.choice.get_or_init(|| self.energy.choice(&node.x))
     }
 
-    /// Nodes along the polygon through `points`, at most the spacing apart. `None` if one is as high as `limit`.
-    fn through(&self, points: &[Vec<f64>], limit: f64) -> Option<Vec<Node>> {
+    /// Nodes along the polygon through `points`, at most the spacing apart.
+    fn through(&self, points: &[Vec<f64>]) -> Vec<Node> {
+        let mut nodes = Vec::new();
+        for point in points {
+            let node = self.node(point.clone());
+            if let Some(last) = nodes.last() {
+                let between = self.between_ends(last, &node);
+                nodes.extend(between.map(|x| self.node(x)));
+            }
+            nodes.push(node);
+        }
+        nodes
+    }
+
+    /// Points on the straight way between two nodes that divide it into parts no longer than the spacing.
+    fn between_ends(
+        &self,
+        from: &Node,
+        to: &Node,
+    ) -> impl DoubleEndedIterator<Item = Vec<f64>> + use<'e> {
         let space = self.space();
         let mut tangent = vec![0.0; space.tangents()];
-        let below = |node: Node| (node.energy < limit || limit == f64::INFINITY).then_some(node);
-        let mut nodes = vec![below(self.node(points[0].clone()))?];
-        for pair in points.windows(2) {
-            let length = space.toward_near(&pair[0], &pair[1], &mut tangent);
-            #[expect(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "a small positive count"
-            )]
-            let parts = (length / self.spacing).ceil().max(1.0) as usize;
-            for k in 1..parts {
-                let mut step = tangent.clone();
-                scale(&mut step, k as f64 / parts as f64);
-                let mut x = pair[0].clone();
-                space.shift(&mut x, &step);
-                nodes.push(below(self.node(x))?);
-            }
-            nodes.push(below(self.node(pair[1].clone()))?);
-        }
-        Some(nodes)
+        let length = space.toward_near(&from.x, &to.x, &mut tangent);
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a small positive count"
+        )]
+        let parts = (length / self.spacing).ceil().max(1.0) as usize;
+        let start = from.x.clone();
+        (1..parts).map(move |k| {
+            let mut step = tangent.clone();
+            scale(&mut step, k as f64 / parts as f64);
+            let mut x = start.clone();
+            space.shift(&mut x, &step);
+            x
+        })
     }
 
     /// The highest point of the path. It may lie between nodes far below it: between two nodes the path rises from one and
@@ -358,13 +371,13 @@ impl<'e> Kinked<'e> {
         found.x
     }
 
-    /// The path with its stretch through the two pieces that meet at `top` replaced by one through `x`; `None` if that rises
-    /// as high as `limit`.
+    /// The path with its stretch through the two pieces that meet at `top` replaced by one through `tip`; `None` if that
+    /// rises as high as `limit`.
     fn through_seam(
         &self,
         top: &Top,
         choices: &[Vec<u32>; 2],
-        x: &[f64],
+        tip: &Node,
         limit: f64,
     ) -> Option<Self> {
         let mut first = top.segment;
@@ -376,19 +389,21 @@ impl<'e> Kinked<'e> {
         while end < last && self.choice(&self.nodes[end + 1]) == choices[1] {
             end += 1;
         }
-        self.spliced(first, x, end, limit)
-    }
-
-    fn spliced(&self, first: usize, x: &[f64], end: usize, limit: f64) -> Option<Self> {
-        let points = [
-            self.nodes[first].x.clone(),
-            x.to_vec(),
-            self.nodes[end].x.clone(),
-        ];
-        let fresh = self.through(&points, limit)?;
-        let mut nodes = self.nodes[..first].to_vec();
-        nodes.extend(fresh);
-        nodes.extend_from_slice(&self.nodes[end + 1..]);
+        let low = |node: &Node| node.energy < limit;
+        if !low(&self.nodes[first]) || !low(&self.nodes[end]) {
+            return None;
+        }
+        // From the tip down: what is too high is next to it.
+        let below = |x| Some(self.node(x)).filter(low);
+        let down = self.between_ends(&self.nodes[first], tip).rev();
+        let down: Vec<Node> = down.map(below).collect::<Option<_>>()?;
+        let up = self.between_ends(tip, &self.nodes[end]);
+        let up: Vec<Node> = up.map(below).collect::<Option<_>>()?;
+        let mut nodes = self.nodes[..=first].to_vec();
+        nodes.extend(down.into_iter().rev());
+        nodes.push(tip.clone());
+        nodes.extend(up);
+        nodes.extend_from_slice(&self.nodes[end..]);
         Some(self.with(nodes))
     }
 
@@ -396,38 +411,43 @@ impl<'e> Kinked<'e> {
         Self { nodes, ..*self }
     }
 
-    /// The path with the nodes within `width` of the top moved by a share of the tangent `move_by` that falls to zero there;
-    /// `None` if one rises as high as `limit`.
-    fn dragged(&self, top: &Top, move_by: &[f64], width: f64, limit: f64) -> Option<Self> {
+    /// The path with its top moved to `tip`, by the tangent `move_by`, and the nodes within `width` of it by a share that
+    /// falls to zero there; `None` if one rises as high as `limit`.
+    fn dragged(
+        &self,
+        top: &Top,
+        tip: &Node,
+        move_by: &[f64],
+        width: f64,
+        limit: f64,
+    ) -> Option<Self> {
         let space = self.space();
-        let mut path = self.with(self.nodes.clone());
-        path.nodes.insert(top.segment + 1, self.node(top.x.clone()));
-        let centre = top.segment + 1;
-        let last = path.nodes.len() - 1;
-        let sides: [Vec<usize>; 2] = [(1..centre).rev().collect(), (centre + 1..last).collect()];
-        let mut shares = vec![(centre, 1.0)];
+        let last = self.nodes.len() - 1;
+        let sides: [Vec<usize>; 2] = [
+            (1..=top.segment).rev().collect(),
+            (top.segment + 1..last).collect(),
+        ];
+        let mut nodes = self.nodes.clone();
         for side in &sides {
-            let (mut here, mut away) = (centre, 0.0);
+            let (mut here, mut away) = (&top.x, 0.0);
             for &i in side {
-                away += near(space, &path.nodes[here].x, &path.nodes[i].x);
+                away += near(space, here, &self.nodes[i].x);
                 if away >= width {
                     break;
                 }
-                shares.push((i, 1.0 - away / width));
-                here = i;
+                here = &self.nodes[i].x;
+                let mut step = move_by.to_vec();
+                scale(&mut step, 1.0 - away / width);
+                let mut x = here.clone();
+                space.shift(&mut x, &step);
+                nodes[i] = self.node(x);
+                if nodes[i].energy >= limit {
+                    return None;
+                }
             }
         }
-        for (i, share) in shares {
-            let mut step = move_by.to_vec();
-            scale(&mut step, share);
-            let mut x = path.nodes[i].x.clone();
-            space.shift(&mut x, &step);
-            path.nodes[i] = path.node(x);
-            if path.nodes[i].energy >= limit {
-                return None;
-            }
-        }
-        Some(path)
+        nodes.insert(top.segment + 1, tip.clone());
+        Some(self.with(nodes))
     }
 
     /// Lowers the top for at most `moves` moves. Returns the last top, and whether no move lowers it any more; `None` if no
@@ -460,17 +480,20 @@ impl<'e> Kinked<'e> {
         for _ in 0..TRIALS {
             let mut x = top.x.clone();
             space.shift(&mut x, &move_by);
-            // Most trials fail, and one point that is too high says so.
             let limit = top.energy - self.gain;
-            let trials = [
-                self.through_seam(top, &choices, &x, limit),
-                self.dragged(top, &move_by, WIDTH * length, limit),
-            ];
-            let best = (trials.into_iter().flatten())
-                .filter_map(|trial| trial.top(limit).map(|next| (trial, next)))
-                .min_by(|a, b| a.1.energy.total_cmp(&b.1.energy));
-            if best.is_some() {
-                return best;
+            let tip = self.node(x);
+            // Most trials fail, and one point that is too high says so.
+            if tip.energy < limit {
+                let straight = self
+                    .through_seam(top, &choices, &tip, limit)
+                    .and_then(|trial| trial.top(limit).map(|next| (trial, next)));
+                let limit = straight.as_ref().map_or(limit, |(_, next)| next.energy);
+                let dragged = self
+                    .dragged(top, &tip, &move_by, WIDTH * length, limit)
+                    .and_then(|trial| trial.top(limit).map(|next| (trial, next)));
+                if let Some(best) = dragged.or(straight) {
+                    return Some(best);
+                }
             }
             length *= SHORTER;
             scale(&mut move_by, SHORTER);
