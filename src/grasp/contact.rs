@@ -5,8 +5,6 @@
 //! costs at least as much as the last one) exceed the best known total, or when unit forces can no longer cancel what is
 //! left over. Nothing else is cut, so the result is the minimum; ties go to the lexicographically first set.
 
-use std::ops::RangeInclusive;
-
 use super::term::NormForm;
 
 /// How the left-over wrench is turned into an energy: `weight · (√(‖Gc‖² + rounding²) − rounding)` or `weight · ‖Gc‖²`.
@@ -32,15 +30,34 @@ impl WrenchCost {
             }
     }
 
-    /// Largest norm that costs at most `energy`.
-    fn reach(&self, energy: f64) -> f64 {
-        if energy <= 0.0 {
-            return 0.0;
+    /// What a left-over wrench may be.
+    fn reach(&self) -> Reach {
+        let (linear, quadratic) = match self.form {
+            NormForm::Norm => (2.0 * self.rounding, 1.0),
+            NormForm::Square => (1.0, 0.0),
+        };
+        Reach {
+            per_energy: self.weight.max(f64::MIN_POSITIVE).recip(),
+            linear,
+            quadratic,
         }
-        if self.weight == 0.0 {
-            return f64::INFINITY;
-        }
-        self.form.reach(energy / self.weight, self.rounding)
+    }
+}
+
+/// The inverse of a [`WrenchCost`]: a norm squared by its energy, without a root and alike for both forms.
+#[derive(Debug, Clone, Copy, Default)]
+struct Reach {
+    per_energy: f64,
+    linear: f64,
+    quadratic: f64,
+}
+
+impl Reach {
+    /// Largest norm squared that costs at most `energy`.
+    fn squared(&self, energy: f64) -> f64 {
+        // Where wrenches cost nothing everything is within reach, and still a number.
+        let e = (energy * self.per_energy).clamp(0.0, 1e100);
+        e * (self.linear + self.quadratic * e)
     }
 }
 
@@ -74,6 +91,7 @@ pub struct ContactSearch {
     best_total: f64,
     /// Sets that cost more are of no interest, were they better than the best known.
     limit: f64,
+    reach: Reach,
     directions: Directions,
 }
 
@@ -243,6 +261,7 @@ impl ContactSearch {
             return self.best_total;
         }
         self.limit = limit;
+        self.reach = cost.reach();
         // Members beyond this position cannot occur: the others cost at least as much as the cheapest ones.
         let floor = self.floor(size - 1);
         let usable = self
@@ -311,37 +330,26 @@ impl ContactSearch {
         cost: &WrenchCost,
     ) {
         let from = chosen.last().map_or(0, |last| last + 1);
-        // As the members get dearer only less of the total is left: this window is wider than any that follow.
-        let widest = self.window(own + 2.0 * self.candidates[from].cost, cost);
         for block in from / LANES..usable.div_ceil(LANES) {
             let first = LANES * block;
             let cheapest = &self.candidates[from.max(first)];
             if own + 2.0 * cheapest.cost > self.worst() {
                 return;
             }
-            let squares = self.lanes[block].force_squares(wrench);
-            for p in from.max(first)..usable.min(first + LANES) {
-                let squared = squares[p - first];
-                if !widest.contains(&squared) {
-                    continue;
-                }
-                let candidate = self.candidates[p];
-                let least_own = own + 2.0 * candidate.cost;
-                if p + 1 < usable && self.window(least_own, cost).contains(&squared) {
+            let spare = self.lanes[block].spare(wrench, self.worst() - own, &self.reach);
+            // The last candidate of all has none after it.
+            for p in from.max(first)..(usable - 1).min(first + LANES) {
+                if spare[p - first] >= 0.0 {
+                    let candidate = &self.candidates[p];
+                    let own = own + candidate.cost;
                     let mut sum = *wrench;
                     add(&mut sum, &candidate.wrench);
                     chosen.push(p);
-                    self.close(chosen, p + 1, own + candidate.cost, &sum, cost);
+                    self.close(chosen, p + 1, own, &sum, cost);
                     chosen.pop();
                 }
             }
         }
-    }
-
-    /// Squares of the forces that one unit force may cancel well enough when the own costs are at least `own`.
-    fn window(&self, own: f64, cost: &WrenchCost) -> RangeInclusive<f64> {
-        let reach = cost.reach(self.worst() - own) + SLACK;
-        (1.0 - reach).max(0.0).powi(2)..=(1.0 + reach).powi(2)
     }
 
     /// Tries every last member whose force lies within reach of cancelling `wrench`.
@@ -353,7 +361,8 @@ impl ContactSearch {
         wrench: &[f64; 6],
         cost: &WrenchCost,
     ) {
-        let reach = cost.reach(self.worst() - own - self.candidates[from].cost);
+        let left = self.worst() - own;
+        let reach = self.reach.squared(left - self.candidates[from].cost).sqrt();
         for block in from / BLOCK..self.directions.blocks.len() {
             let mut opposed = self.directions.blocks[block].opposed(wrench, reach);
             if block == from / BLOCK {
@@ -363,12 +372,15 @@ impl ContactSearch {
                 let p = BLOCK * block + opposed.trailing_zeros() as usize;
                 opposed &= opposed - 1;
                 let candidate = &self.candidates[p];
-                if own + candidate.cost > self.worst() {
+                let left = self.worst() - own - candidate.cost;
+                if left < 0.0 {
                     return;
                 }
-                let total = own
-                    + candidate.cost
-                    + cost.of_squared(sum_norm_squared(wrench, &candidate.wrench));
+                let squared = sum_norm_squared(wrench, &candidate.wrench);
+                if squared > self.reach.squared(left) {
+                    continue;
+                }
+                let total = own + candidate.cost + cost.of_squared(squared);
                 if total <= self.worst() {
                     let mut set: Vec<usize> = chosen.to_vec();
                     set.push(p);
@@ -435,8 +447,11 @@ impl Lanes {
         std::array::from_fn(|lane| own + self.cost[lane] + cost.of_squared(squares[lane]))
     }
 
-    /// Squares of the forces that each candidate leaves of `wrench`.
-    fn force_squares(&self, wrench: &[f64; 6]) -> [f64; LANES] {
+    /// For each candidate and one that costs as much: not negative where a unit force may cancel well enough what they
+    /// leave of `wrench`, with `left` to pay for all.
+    ///
+    /// The force F that is left may have a length of 1 − r to 1 + r for a reach of r: F² + 1 − r² ≤ 2 F, squared.
+    fn spare(&self, wrench: &[f64; 6], left: f64, reach: &Reach) -> [f64; LANES] {
         let [x, y, z, ..] = &self.wrench;
         std::array::from_fn(|lane| {
             let sum = [
@@ -444,7 +459,9 @@ impl Lanes {
                 wrench[1] + y[lane],
                 wrench[2] + z[lane],
             ];
-            sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]
+            let squared = sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2];
+            let excess = (squared + 1.0 - reach.squared(left - 2.0 * self.cost[lane])).max(0.0);
+            4.0 * squared + SLACK - excess * excess
         })
     }
 }

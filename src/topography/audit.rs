@@ -137,8 +137,7 @@ pub(super) fn examine(
         return (height, audit);
     }
     let piece = Piece::plain(energy, energy.choice(x));
-    let hessian = piece.hessian(x, settings.difference);
-    let Some(modes) = hessian.and_then(|hessian| piece.modes(x, &hessian)) else {
+    let Some(modes) = piece.modes(x, settings.difference) else {
         return (height, audit);
     };
     (audit.index, audit.flat) = modes.index();

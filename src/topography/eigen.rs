@@ -128,18 +128,48 @@ impl<'e> Piece<'e> {
         free
     }
 
+    /// Reflections that turn the free directions at `x` into the first axes, one after the other.
+    fn mirrors(&self, x: &[f64]) -> Vec<Vec<f64>> {
+        let mut free = self.free(x);
+        for k in 0..free.len() {
+            let (mirror, later) = free[k..].split_first_mut().expect("k is one of them");
+            mirror[..k].fill(0.0);
+            mirror[k] += norm(mirror).copysign(mirror[k]);
+            let length = norm(mirror);
+            scale(mirror, length.recip());
+            for direction in later {
+                reflect(direction, mirror);
+            }
+        }
+        free
+    }
+
     /// Hessian by central differences of the gradient, symmetrised; `None` next to the edge of the domain.
     pub(super) fn hessian(&self, x: &[f64], difference: f64) -> Option<DMatrix<f64>> {
-        let n = self.scales.len();
-        let mut columns = DMatrix::zeros(n, n);
+        self.mirrored_hessian(x, difference, &[])
+    }
+
+    /// The Hessian between those axes that `mirrors` turned nothing into.
+    fn mirrored_hessian(
+        &self,
+        x: &[f64],
+        difference: f64,
+        mirrors: &[Vec<f64>],
+    ) -> Option<DMatrix<f64>> {
+        let (n, first) = (self.scales.len(), mirrors.len());
+        let mut columns = DMatrix::zeros(n - first, n - first);
         let (mut there, mut step) = (x.to_vec(), vec![0.0; n]);
         let (mut ahead, mut behind) = (step.clone(), step.clone());
-        for j in 0..n {
+        for j in first..n {
+            let mut axis = vec![0.0; n];
+            axis[j] = 1.0;
+            unmirror(&mut axis, mirrors);
             let mut at = |difference: f64, gradient: &mut [f64]| {
                 there.copy_from_slice(x);
-                step[j] = difference * self.scales[j];
+                for (step, (along, scale)) in step.iter_mut().zip(axis.iter().zip(&self.scales)) {
+                    *step = difference * along * scale;
+                }
                 self.space().shift(&mut there, &step);
-                step[j] = 0.0;
                 self.evaluate(&there, gradient)
             };
             let up = at(difference, &mut ahead);
@@ -147,42 +177,30 @@ impl<'e> Piece<'e> {
             if !(up.is_finite() && down.is_finite()) {
                 return None;
             }
-            for i in 0..n {
-                columns[(i, j)] = (ahead[i] - behind[i]) / (2.0 * difference);
+            add(&mut ahead, -1.0, &behind);
+            for mirror in mirrors {
+                reflect(&mut ahead, mirror);
+            }
+            for i in first..n {
+                columns[(i - first, j - first)] = ahead[i] / (2.0 * difference);
             }
         }
-        Some(DMatrix::from_fn(n, n, |i, j| {
+        Some(DMatrix::from_fn(n - first, n - first, |i, j| {
             f64::midpoint(columns[(i, j)], columns[(j, i)])
         }))
     }
 
-    /// Eigenvalues and eigenvectors of `hessian`; `None` if it is not finite.
-    ///
-    /// Reflections turn the free directions into the first axes, whose rows and columns are left out: what is left is the
-    /// Hessian of the other directions, and smaller.
-    pub(super) fn modes(&self, x: &[f64], hessian: &DMatrix<f64>) -> Option<Modes> {
-        let (n, mut free) = (self.scales.len(), self.free(x));
-        let mut matrix = hessian.clone();
-        let mut mirrors: Vec<Vec<f64>> = Vec::with_capacity(free.len());
-        for k in 0..free.len() {
-            let mut mirror = free[k].clone();
-            mirror[..k].fill(0.0);
-            mirror[k] += norm(&mirror).copysign(mirror[k]);
-            let length = norm(&mirror);
-            scale(&mut mirror, length.recip());
-            for later in &mut free[k + 1..] {
-                reflect(later, &mirror);
-            }
-            reflect_both(&mut matrix, &mirror, k);
-            mirrors.push(mirror);
-        }
-        let f = free.len();
-        let inner = matrix.view((f, f), (n - f, n - f)).into_owned();
+    /// Eigenvalues and eigenvectors of the Hessian of the directions that are not free, as [`Piece::hessian`] measures it;
+    /// `None` if it is not finite.
+    pub(super) fn modes(&self, x: &[f64], difference: f64) -> Option<Modes> {
+        let (n, mirrors) = (self.scales.len(), self.mirrors(x));
+        let first = mirrors.len();
+        let inner = self.mirrored_hessian(x, difference, &mirrors)?;
         if !inner.iter().all(|entry| entry.is_finite()) {
             return None;
         }
         let eigen = SymmetricEigen::try_new(inner, f64::EPSILON, SWEEPS * n)?;
-        let mut order: Vec<usize> = (0..n - f).collect();
+        let mut order: Vec<usize> = (0..n - first).collect();
         order.sort_by(|i, j| {
             eigen.eigenvalues[*i]
                 .total_cmp(&eigen.eigenvalues[*j])
@@ -190,10 +208,8 @@ impl<'e> Piece<'e> {
         });
         let tangent = |k: &usize| {
             let mut tangent = vec![0.0; n];
-            tangent[f..].copy_from_slice(eigen.eigenvectors.column(*k).as_slice());
-            for mirror in mirrors.iter().rev() {
-                reflect(&mut tangent, mirror);
-            }
+            tangent[first..].copy_from_slice(eigen.eigenvectors.column(*k).as_slice());
+            unmirror(&mut tangent, &mirrors);
             tangent
         };
         Some(Modes {
@@ -211,19 +227,10 @@ fn reflect(vector: &mut [f64], mirror: &[f64]) {
     add(vector, -2.0 * share, mirror);
 }
 
-/// (1 − 2 m mᵀ) A (1 − 2 m mᵀ) for a symmetric A, from row and column `first` on, before which m vanishes.
-fn reflect_both(matrix: &mut DMatrix<f64>, mirror: &[f64], first: usize) {
-    let (n, mirror) = (mirror.len(), &mirror[first..]);
-    let mut block = matrix.view_mut((first, first), (n - first, n - first));
-    let mut image = vec![0.0; n - first];
-    for (column, m) in block.column_iter().zip(mirror) {
-        add(&mut image, *m, column.as_slice());
-    }
-    let share = dot(&image, mirror);
-    add(&mut image, -share, mirror);
-    for (mut column, (m, p)) in block.column_iter_mut().zip(mirror.iter().zip(&image)) {
-        add(column.as_mut_slice(), -2.0 * m, &image);
-        add(column.as_mut_slice(), -2.0 * p, mirror);
+/// Undoes reflections that were done one after the other.
+fn unmirror(vector: &mut [f64], mirrors: &[Vec<f64>]) {
+    for mirror in mirrors.iter().rev() {
+        reflect(vector, mirror);
     }
 }
 
@@ -238,7 +245,7 @@ mod tests {
         let energy = LennardJones::new(2);
         let piece = Piece::new(&energy, Vec::new());
         let x = [0.0, 0.0, 0.0, 2.0_f64.powf(1.0 / 6.0), 0.0, 0.0];
-        let modes = piece.modes(&x, &piece.hessian(&x, 1e-5).unwrap()).unwrap();
+        let modes = piece.modes(&x, 1e-5).unwrap();
         assert_eq!(modes.curvatures.len(), 1);
         assert!(
             (modes.curvatures[0] - 2.0 * 36.0 * 4.0_f64.powf(1.0 / 3.0)).abs() < 1e-3,

@@ -1,7 +1,5 @@
 //! Eigenvector following: uphill along one mode and downhill along all others, to a stationary point of index 1.
 
-use serde::{Deserialize, Serialize};
-
 use super::eigen::{FLAT, Modes, Piece};
 use crate::space::vector::{add, dot, norm, scale, times};
 
@@ -19,8 +17,8 @@ const ROUNDING: f64 = 1e-13;
 const KICK: f64 = 0.3;
 
 /// How to follow.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Following {
+#[derive(Clone, Copy)]
+pub(super) struct Following<'a> {
     /// Converged when the norm of the gradient is at most this, energy per length.
     pub(super) tolerance: f64,
     /// Longest step, by scaled tangents.
@@ -31,11 +29,15 @@ pub(super) struct Following {
     pub(super) kicks: usize,
     /// Energy above which nothing is sought; a search that starts higher must not rise.
     pub(super) ceiling: f64,
+    /// The number of the known saddle at a point of this energy: a search that comes to one has nothing more to measure.
+    pub(super) known: &'a dyn Fn(&[f64], f64) -> Option<usize>,
 }
 
-/// Why a search found no saddle.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+/// Why a search brings no saddle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Lost {
+    /// It came to a known one.
+    Known(usize),
     /// It left the domain.
     Outside,
     /// It rose above the ceiling.
@@ -79,7 +81,7 @@ impl Piece<'_> {
         &self,
         start: &[f64],
         hint: Option<&[f64]>,
-        settings: &Following,
+        settings: &Following<'_>,
     ) -> Result<Saddle, Lost> {
         let difference = 1e-4 * settings.longest;
         let mut gradient = vec![0.0; self.scales.len()];
@@ -99,6 +101,9 @@ impl Piece<'_> {
         for k in 1..=settings.steps {
             if here.energy > ceiling {
                 return Err(Lost::High);
+            }
+            if let Some(saddle) = (settings.known)(&here.x, here.energy) {
+                return Err(Lost::Known(saddle));
             }
             if self.size(&here.gradient) <= settings.tolerance {
                 if !here.exact {
@@ -153,9 +158,7 @@ impl Piece<'_> {
     /// Measures the Hessian, and its modes.
     fn measure(&self, here: &mut Here, difference: f64) -> Result<Modes, Lost> {
         here.exact = true;
-        self.hessian(&here.x, difference)
-            .and_then(|hessian| self.modes(&here.x, &hessian))
-            .ok_or(Lost::Outside)
+        self.modes(&here.x, difference).ok_or(Lost::Outside)
     }
 
     fn saddle(&self, here: Here, modes: &Modes, kicked: bool) -> Saddle {
@@ -230,13 +233,14 @@ mod tests {
     use crate::energy::model::{DoubleWell, MullerBrown, ThreeHole};
     use crate::space::{Euclidean, Space};
 
-    fn following(tolerance: f64) -> Following {
+    fn following(tolerance: f64) -> Following<'static> {
         Following {
             tolerance,
             longest: 0.1,
             steps: 60,
             kicks: 0,
             ceiling: f64::INFINITY,
+            known: &|_, _| None,
         }
     }
 

@@ -180,6 +180,7 @@ impl Peak {
                 // A path along a mirror plane of the surface may top out at a point of higher index; a pass lies beside it.
                 kicks: 1,
                 ceiling: f64::INFINITY,
+                known: &|_, _| None,
             };
             let found = Piece::new(energy, before)
                 .follow(&self.x, Some(&self.tangent), &following)

@@ -166,8 +166,7 @@ impl Census {
         }
         let audit = self.passed(energy, x, 0)?;
         let piece = Piece::new(energy, Vec::new());
-        let hessian = piece.hessian(x, self.audit.difference)?;
-        let modes = piece.modes(x, &hessian)?.tangents;
+        let modes = piece.modes(x, self.audit.difference)?.tangents;
         self.by_energy[0].insert(height, self.minima.len());
         self.minima.push(Known {
             x: x.to_vec(),

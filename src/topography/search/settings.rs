@@ -150,7 +150,7 @@ fn reach(
     let piece = Piece::new(energy, energy.choice(bottom));
     let difference = 1e-5 * size;
     let here = piece.hessian(bottom, difference)?;
-    let stiffness = piece.modes(bottom, &here)?.stiffest();
+    let stiffness = piece.modes(bottom, difference)?.stiffest();
     let mut rng = stream(seed, Task::Saddle, u64::MAX - id as u64);
     let mut step = random_tangent(piece.scales.len(), 1e-3 * size, &mut rng);
     let mut length = 1e-3 * size;

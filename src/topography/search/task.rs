@@ -50,17 +50,6 @@ impl Fate {
     }
 }
 
-impl From<Lost> for Fate {
-    fn from(lost: Lost) -> Self {
-        match lost {
-            Lost::Outside => Self::Outside,
-            Lost::High => Self::High,
-            Lost::Steps => Self::Steps,
-            Lost::Index => Self::Index,
-        }
-    }
-}
-
 /// What a search brings home.
 #[derive(Serialize, Deserialize)]
 pub(super) struct Outcome {
@@ -115,6 +104,7 @@ impl Searcher<'_> {
             steps: self.settings.steps,
             kicks: 1,
             ceiling: census.ceiling(self.settings.energy),
+            known: &|x, energy| census.saddle(self.energy.space(), x, energy),
         };
         let saddle = match Piece::new(self.energy, Vec::new()).follow(
             &place.x,
@@ -123,33 +113,36 @@ impl Searcher<'_> {
         ) {
             Ok(saddle) => saddle,
             Err(lost) => {
-                outcome.fate = lost.into();
+                match lost {
+                    Lost::Known(saddle) => outcome.known = Some(saddle),
+                    Lost::Outside => outcome.fate = Fate::Outside,
+                    Lost::High => outcome.fate = Fate::High,
+                    Lost::Steps => outcome.fate = Fate::Steps,
+                    Lost::Index => outcome.fate = Fate::Index,
+                }
                 return outcome;
             }
         };
-        outcome.known = census.saddle(self.energy.space(), &saddle.x, saddle.energy);
-        if outcome.known.is_none() {
-            // Behind a saddle that lies next to its minimum a push of the usual length ends above the saddle again.
-            let descents = (0..HALVINGS).find_map(|halvings| {
-                descend(
-                    self.energy,
-                    (&saddle.x, saddle.energy),
-                    &saddle.mode,
-                    PUSH * self.settings.length * 0.5_f64.powi(halvings),
-                    &self.settings.quench,
-                )
-            });
-            match descents {
-                None => outcome.fate = Fate::Evaporated,
-                Some(descents) => {
-                    outcome.found = Some(Crossing::from(Pass {
-                        x: saddle.x,
-                        energy: saddle.energy,
-                        seam: false,
-                        residual: saddle.residual,
-                        descents,
-                    }));
-                }
+        // Behind a saddle that lies next to its minimum a push of the usual length ends above the saddle again.
+        let descents = (0..HALVINGS).find_map(|halvings| {
+            descend(
+                self.energy,
+                (&saddle.x, saddle.energy),
+                &saddle.mode,
+                PUSH * self.settings.length * 0.5_f64.powi(halvings),
+                &self.settings.quench,
+            )
+        });
+        match descents {
+            None => outcome.fate = Fate::Evaporated,
+            Some(descents) => {
+                outcome.found = Some(Crossing::from(Pass {
+                    x: saddle.x,
+                    energy: saddle.energy,
+                    seam: false,
+                    residual: saddle.residual,
+                    descents,
+                }));
             }
         }
         outcome
