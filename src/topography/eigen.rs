@@ -159,9 +159,9 @@ impl<'e> Piece<'e> {
         let (n, first) = (self.scales.len(), mirrors.len());
         let mut columns = DMatrix::zeros(n - first, n - first);
         let (mut there, mut step) = (x.to_vec(), vec![0.0; n]);
-        let (mut ahead, mut behind) = (step.clone(), step.clone());
+        let (mut ahead, mut behind, mut axis) = (step.clone(), step.clone(), step.clone());
         for j in first..n {
-            let mut axis = vec![0.0; n];
+            axis.fill(0.0);
             axis[j] = 1.0;
             unmirror(&mut axis, mirrors);
             let mut at = |difference: f64, gradient: &mut [f64]| {
