@@ -88,15 +88,16 @@ pub(super) fn lower(
     seams: &SeamSettings,
 ) -> Option<Lowered> {
     let mut path = Kinked::new(energy, images, seams.spacing, floor, settings);
-    let (mut top, _) = path.lower(seams.moves)?;
+    let mut top = path.top(f64::INFINITY)?;
+    path.lower(&mut top, seams.moves);
     let mut relaxed = false;
     for halving in 1..=seams.halvings {
-        let images: Vec<Vec<f64>> = path.nodes.into_iter().map(|node| node.x).collect();
-        let spacing = seams.spacing * 0.5_f64.powi(i32::try_from(halving).unwrap_or(i32::MAX));
-        path = Kinked::new(energy, &images, spacing, floor, settings);
-        let change = path.top(f64::INFINITY)?.energy - top.energy;
-        let (next, rests) = path.lower(seams.moves)?;
-        top = next;
+        path.spacing = seams.spacing * 0.5_f64.powi(i32::try_from(halving).unwrap_or(i32::MAX));
+        path.refine();
+        let before = top.energy;
+        top = path.top(f64::INFINITY)?;
+        let change = top.energy - before;
+        let rests = path.lower(&mut top, seams.moves);
         relaxed = rests && change.abs() <= settings.slack(top.energy - floor);
         if relaxed {
             break;
@@ -126,7 +127,8 @@ impl<'e> Kinked<'e> {
             gain: GAIN * settings.energy_tolerance,
             nodes: Vec::new(),
         };
-        path.nodes = path.through(images);
+        path.nodes = images.iter().map(|x| path.node(x.clone())).collect();
+        path.refine();
         path
     }
 
@@ -183,18 +185,17 @@ impl<'e> Kinked<'e> {
         node.choice.get_or_init(|| self.energy.choice(&node.x))
     }
 
-    /// Nodes along the polygon through `points`, at most the spacing apart.
-    fn through(&self, points: &[Vec<f64>]) -> Vec<Node> {
+    /// Puts nodes between those that are further apart than the spacing.
+    fn refine(&mut self) {
         let mut nodes = Vec::new();
-        for point in points {
-            let node = self.node(point.clone());
+        for node in std::mem::take(&mut self.nodes) {
             if let Some(last) = nodes.last() {
                 let between = self.between_ends(last, &node);
                 nodes.extend(between.map(|x| self.node(x)));
             }
             nodes.push(node);
         }
-        nodes
+        self.nodes = nodes;
     }
 
     /// Points on the straight way between two nodes that divide it into parts no longer than the spacing.
@@ -450,18 +451,16 @@ impl<'e> Kinked<'e> {
         Some(self.with(nodes))
     }
 
-    /// Lowers the top for at most `moves` moves. Returns the last top, and whether no move lowers it any more; `None` if no
-    /// point between the ends is finite.
-    fn lower(&mut self, moves: usize) -> Option<(Top, bool)> {
-        let mut top = self.top(f64::INFINITY)?;
+    /// Lowers its `top` for at most `moves` moves. Returns whether no move lowers it any more.
+    fn lower(&mut self, top: &mut Top, moves: usize) -> bool {
         for _ in 0..moves {
-            let Some((lower, next)) = self.lowered(&top) else {
-                return Some((top, true));
+            let Some((lower, next)) = self.lowered(top) else {
+                return true;
             };
             *self = lower;
-            top = next;
+            *top = next;
         }
-        Some((top, false))
+        false
     }
 
     /// The path with its top moved down, by the longest of several moves that lowers it.
