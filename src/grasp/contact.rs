@@ -639,6 +639,17 @@ mod tests {
                 assert!(descended >= proven);
                 assert!((proven - total).abs() < 1e-12, "{proven} against {total}");
                 assert_eq!(search.best(), set);
+                for limit in [0.5 * total, total - 1e-9, total + 1e-9, 2.0 * total] {
+                    search.begin(candidates.iter().copied());
+                    search.descend(size, &[0, 1], &cost);
+                    let proven = search.prove(size, &cost, limit);
+                    if total > limit {
+                        assert!(proven > limit);
+                    } else {
+                        assert!((proven - total).abs() < 1e-12);
+                        assert_eq!(search.best(), set);
+                    }
+                }
             }
         }
     }

@@ -240,6 +240,39 @@ mod tests {
     use crate::energy::model::LennardJones;
 
     #[test]
+    fn curvatures_are_those_of_the_whole_hessian_but_for_the_free_ones() {
+        // A regular tetrahedron of atoms, away from any axis.
+        let energy = LennardJones::new(4);
+        let piece = Piece::new(&energy, Vec::new());
+        let half = 0.5 * 2.0_f64.powf(1.0 / 6.0) / 2.0_f64.sqrt();
+        let corners = [
+            [1.0, 1.0, 1.0],
+            [1.0, -1.0, -1.0],
+            [-1.0, 1.0, -1.0],
+            [-1.0, -1.0, 1.0],
+        ];
+        let x: Vec<f64> = corners.iter().flatten().map(|c| 0.3 + half * c).collect();
+        let whole = piece.hessian(&x, 1e-5).unwrap().symmetric_eigenvalues();
+        let mut whole = whole.as_slice().to_vec();
+        whole.sort_by(|a, b| a.abs().total_cmp(&b.abs()));
+        let (free, stiff) = whole.split_at(6);
+        assert!(free.iter().all(|c| c.abs() < 1e-4), "{free:?}");
+        let modes = piece.modes(&x, 1e-5).unwrap();
+        assert_eq!(modes.curvatures.len(), stiff.len());
+        for (curvature, expected) in modes.curvatures.iter().zip(stiff) {
+            assert!(
+                (curvature - expected).abs() < 1e-4,
+                "{curvature} {expected}"
+            );
+        }
+        for mode in &modes.tangents {
+            assert!((norm(mode) - 1.0).abs() < 1e-12);
+            let moved = [0, 1, 2].map(|k| mode.iter().skip(k).step_by(3).sum::<f64>());
+            assert!(norm(&moved) < 1e-12);
+        }
+    }
+
+    #[test]
     fn free_motions_do_not_count() {
         // A pair of atoms has one mode besides five free motions: V″ = 36 · 4^⅓ along r, twice that for both atoms.
         let energy = LennardJones::new(2);

@@ -167,9 +167,10 @@ impl<'e> Kinked<'e> {
             x,
             energy,
             gradient,
-            choice: match self.settled(energy) {
-                true => choice.into(),
-                false => OnceCell::new(),
+            choice: if self.settled(energy) {
+                choice.into()
+            } else {
+                OnceCell::new()
             },
         }
     }
