@@ -130,6 +130,56 @@ fn gradients_are_central_differences() {
     }
 }
 
+/// What an energy says of its second derivatives, against those of its gradient by fourth-order central differences.
+#[test]
+fn known_hessians_are_differences_of_gradients() {
+    let mut known = Vec::new();
+    for (name, energy, sample) in energies() {
+        let space = energy.space();
+        let n = space.tangents();
+        let mut hessian = vec![f64::NAN; n * n];
+        let mut rng = stream(3, Task::Start, 0);
+        for _ in 0..40 {
+            let x = sample(&mut rng);
+            if !energy.hessian(&x, &mut hessian) {
+                assert!(!known.contains(&name), "{name} only sometimes knows it");
+                continue;
+            }
+            if !known.contains(&name) {
+                known.push(name);
+            }
+            let mut gradient = vec![0.0; n];
+            let value = energy.evaluate(&x, &mut gradient);
+            let size = hessian
+                .iter()
+                .fold(1.0 + value.abs(), |size, h| size.max(h.abs()));
+            for (k, row) in hessian.chunks_exact(n).enumerate() {
+                let mut at = |length: f64| {
+                    let mut tangent = vec![0.0; n];
+                    tangent[k] = length;
+                    let mut moved = x.clone();
+                    space.shift(&mut moved, &tangent);
+                    energy.evaluate(&moved, &mut gradient);
+                    gradient.clone()
+                };
+                let [ahead, behind, far, back] = [1.0, -1.0, 2.0, -2.0].map(|k| at(k * 2e-4));
+                for (j, entry) in row.iter().enumerate() {
+                    let near = 8.0 * (ahead[j] - behind[j]);
+                    let estimate = (near - (far[j] - back[j])) / (12.0 * 2e-4);
+                    assert!(
+                        (entry - estimate).abs() < 1e-7 * size,
+                        "{name}: entry {k}, {j} is {entry}, difference {estimate}, at {x:?}"
+                    );
+                }
+            }
+        }
+    }
+    assert_eq!(
+        known,
+        ["Müller–Brown", "Lennard-Jones 5", "Lennard-Jones 13"]
+    );
+}
+
 /// An energy is a function of x alone: asked again, after other points, it gives the same bits.
 #[test]
 fn energies_have_no_memory() {

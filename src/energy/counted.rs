@@ -9,7 +9,7 @@ use super::Energy;
 use crate::space::Space;
 
 /// Another energy plus a count of how often it was evaluated, whole or with a cut-off or a fixed choice, on all threads
-/// together.
+/// together. A Hessian in closed form counts as one evaluation.
 pub struct Counted<'a> {
     energy: Wrapped<'a>,
     evaluations: Arc<AtomicU64>,
@@ -70,6 +70,14 @@ impl Energy for Counted<'_> {
         self.count().evaluate(x, gradient)
     }
 
+    fn hessian(&self, x: &[f64], hessian: &mut [f64]) -> bool {
+        let known = self.energy.hessian(x, hessian);
+        if known {
+            self.count();
+        }
+        known
+    }
+
     fn evaluate_below(&self, x: &[f64], gradient: &mut [f64], cutoff: f64) -> f64 {
         self.count().evaluate_below(x, gradient, cutoff)
     }
@@ -115,7 +123,7 @@ impl Energy for Counted<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::energy::model::DoubleWell;
+    use crate::energy::model::{DoubleWell, MullerBrown};
 
     #[test]
     fn counts_every_evaluation_and_changes_nothing() {
@@ -129,6 +137,11 @@ mod tests {
         counted.evaluate_below(&[0.0], &mut gradient, 0.5);
         counted.evaluate_choice(&[0.0], &[], &mut gradient);
         counted.terms(&[0.0]);
+        assert!(!counted.hessian(&[0.0], &mut [0.0]));
         assert_eq!(counted.evaluations(), 3);
+        let valley = MullerBrown::new();
+        let counted = Counted::new(&valley);
+        assert!(counted.hessian(&[0.0; 2], &mut [0.0; 4]));
+        assert_eq!(counted.evaluations(), 1);
     }
 }

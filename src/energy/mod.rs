@@ -27,6 +27,20 @@ pub trait Energy: Sync {
     /// If `x` or `gradient` has the wrong length.
     fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64;
 
+    /// Second derivatives at `x`, for an energy that knows them in closed form: writes what [`Energy::evaluate`]'s gradient
+    /// changes by along each tangent, one after the other, into the n² numbers of `hessian`, and returns true. Not finite
+    /// outside the domain.
+    ///
+    /// Searches take it for symmetric. By default energies do not know it, and searches difference their gradients; one
+    /// that does saves them two evaluations for each tangent and Hessian.
+    ///
+    /// # Panics
+    /// If `x` or `hessian` has the wrong length.
+    fn hessian(&self, x: &[f64], hessian: &mut [f64]) -> bool {
+        let _ = (x, hessian);
+        false
+    }
+
     /// The energy up to a cut-off: exact where it is at most `cutoff`, otherwise any lower bound of it above `cutoff`.
     ///
     /// Energies whose evaluation is costly far above the region of interest may leave early. The gradient is written

@@ -128,11 +128,13 @@ impl<'e> Piece<'e> {
         free
     }
 
-    /// Reflections that turn the free directions at `x` into the first axes, one after the other.
-    fn mirrors(&self, x: &[f64]) -> Vec<Vec<f64>> {
-        let mut free = self.free(x);
-        for k in 0..free.len() {
-            let (mirror, later) = free[k..].split_first_mut().expect("k is one of them");
+    /// Orthonormal scaled tangents at right angles to the free ones, as columns.
+    fn across(&self, x: &[f64]) -> DMatrix<f64> {
+        let (n, mut mirrors) = (self.scales.len(), self.free(x));
+        let free = mirrors.len();
+        // Reflections that turn the free directions into the first axes, one after the other …
+        for k in 0..free {
+            let (mirror, later) = mirrors[k..].split_first_mut().expect("k is one of them");
             mirror[..k].fill(0.0);
             mirror[k] += norm(mirror).copysign(mirror[k]);
             let length = norm(mirror);
@@ -141,29 +143,63 @@ impl<'e> Piece<'e> {
                 reflect(direction, mirror);
             }
         }
-        free
+        // … and the other axes out of what is at right angles to them.
+        let mut across = DMatrix::zeros(n, n - free);
+        for (j, column) in across.as_mut_slice().chunks_exact_mut(n).enumerate() {
+            column[free + j] = 1.0;
+            for (k, mirror) in mirrors.iter().enumerate().rev() {
+                reflect(&mut column[k..], &mirror[k..]);
+            }
+        }
+        across
     }
 
-    /// Hessian by central differences of the gradient, symmetrised; `None` next to the edge of the domain.
-    pub(super) fn hessian(&self, x: &[f64], difference: f64) -> Option<DMatrix<f64>> {
-        self.mirrored_hessian(x, difference, &[])
-    }
-
-    /// The Hessian between those axes that `mirrors` turned nothing into.
-    fn mirrored_hessian(
+    /// Hessian between the columns of `axes`, scaled tangents, symmetrised: the energy's own, or by central differences of
+    /// the gradient. `None` next to the edge of the domain.
+    fn hessian_between(
         &self,
+        axes: &DMatrix<f64>,
         x: &[f64],
         difference: f64,
-        mirrors: &[Vec<f64>],
     ) -> Option<DMatrix<f64>> {
-        let (n, first) = (self.scales.len(), mirrors.len());
-        let mut columns = DMatrix::zeros(n - first, n - first);
-        let (mut there, mut step) = (x.to_vec(), vec![0.0; n]);
-        let (mut ahead, mut behind, mut axis) = (step.clone(), step.clone(), step.clone());
-        for j in first..n {
-            axis.fill(0.0);
-            axis[j] = 1.0;
-            unmirror(&mut axis, mirrors);
+        let bent = match self.known_hessian(x) {
+            Some(whole) => product(&whole, axes),
+            None => self.differences(axes, x, difference)?,
+        };
+        let between = product(&axes.transpose(), &bent);
+        let between = 0.5 * (&between + between.transpose());
+        let finite = between.iter().all(|entry| entry.is_finite());
+        finite.then_some(between)
+    }
+
+    /// Hessian by scaled tangents.
+    pub(super) fn hessian(&self, x: &[f64], difference: f64) -> Option<DMatrix<f64>> {
+        let n = self.scales.len();
+        self.hessian_between(&DMatrix::identity(n, n), x, difference)
+    }
+
+    /// The energy's own Hessian by scaled tangents, if it knows it.
+    fn known_hessian(&self, x: &[f64]) -> Option<DMatrix<f64>> {
+        let n = self.scales.len();
+        let mut hessian = DMatrix::zeros(n, n);
+        if !(self.choice.is_empty() && self.energy.hessian(x, hessian.as_mut_slice())) {
+            return None;
+        }
+        let columns = hessian.as_mut_slice().chunks_exact_mut(n);
+        for (column, b) in columns.zip(&self.scales) {
+            for (entry, a) in column.iter_mut().zip(&self.scales) {
+                *entry *= a * b;
+            }
+        }
+        Some(hessian)
+    }
+
+    /// What the gradient changes by along each column of `axes`, by central differences.
+    fn differences(&self, axes: &DMatrix<f64>, x: &[f64], difference: f64) -> Option<DMatrix<f64>> {
+        let mut changes = DMatrix::zeros(axes.nrows(), axes.ncols());
+        let (mut there, mut step) = (x.to_vec(), vec![0.0; self.scales.len()]);
+        let (mut ahead, mut behind) = (step.clone(), step.clone());
+        for (axis, mut change) in axes.column_iter().zip(changes.column_iter_mut()) {
             let mut at = |difference: f64, gradient: &mut [f64]| {
                 there.copy_from_slice(x);
                 for (step, (along, scale)) in step.iter_mut().zip(axis.iter().zip(&self.scales)) {
@@ -177,46 +213,41 @@ impl<'e> Piece<'e> {
             if !(up.is_finite() && down.is_finite()) {
                 return None;
             }
-            add(&mut ahead, -1.0, &behind);
-            for mirror in mirrors {
-                reflect(&mut ahead, mirror);
-            }
-            for i in first..n {
-                columns[(i - first, j - first)] = ahead[i] / (2.0 * difference);
+            for (change, (ahead, behind)) in change.iter_mut().zip(ahead.iter().zip(&behind)) {
+                *change = (ahead - behind) / (2.0 * difference);
             }
         }
-        Some(DMatrix::from_fn(n - first, n - first, |i, j| {
-            f64::midpoint(columns[(i, j)], columns[(j, i)])
-        }))
+        Some(changes)
     }
 
-    /// Eigenvalues and eigenvectors of the Hessian of the directions that are not free, as [`Piece::hessian`] measures it;
-    /// `None` if it is not finite.
+    /// Eigenvalues and eigenvectors of the Hessian between the directions that are not free; `None` where that is not
+    /// finite.
     pub(super) fn modes(&self, x: &[f64], difference: f64) -> Option<Modes> {
-        let (n, mirrors) = (self.scales.len(), self.mirrors(x));
-        let first = mirrors.len();
-        let inner = self.mirrored_hessian(x, difference, &mirrors)?;
-        if !inner.iter().all(|entry| entry.is_finite()) {
-            return None;
-        }
-        let eigen = SymmetricEigen::try_new(inner, f64::EPSILON, SWEEPS * n)?;
-        let mut order: Vec<usize> = (0..n - first).collect();
+        let axes = self.across(x);
+        let between = self.hessian_between(&axes, x, difference)?;
+        let eigen = SymmetricEigen::try_new(between, f64::EPSILON, SWEEPS * self.scales.len())?;
+        let mut order: Vec<usize> = (0..eigen.eigenvalues.len()).collect();
         order.sort_by(|i, j| {
             eigen.eigenvalues[*i]
                 .total_cmp(&eigen.eigenvalues[*j])
                 .then(i.cmp(j))
         });
-        let tangent = |k: &usize| {
-            let mut tangent = vec![0.0; n];
-            tangent[first..].copy_from_slice(eigen.eigenvectors.column(*k).as_slice());
-            unmirror(&mut tangent, &mirrors);
-            tangent
-        };
+        let tangents = product(&axes, &eigen.eigenvectors);
+        let tangent = |k: &usize| tangents.column(*k).as_slice().to_vec();
         Some(Modes {
             curvatures: order.iter().map(|k| eigen.eigenvalues[*k]).collect(),
             tangents: order.iter().map(tangent).collect(),
         })
     }
+}
+
+/// A B, column by column: the same bits on every processor, where blocks of it would depend on its instructions.
+fn product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
+    let mut product = DMatrix::zeros(a.nrows(), b.ncols());
+    for (mut column, factors) in product.column_iter_mut().zip(b.column_iter()) {
+        column.gemv(1.0, a, &factors, 0.0);
+    }
+    product
 }
 
 /// (1 − 2 m mᵀ) v for a unit vector m.
@@ -225,13 +256,6 @@ fn reflect(vector: &mut [f64], mirror: &[f64]) {
     // Eight sums side by side: one after the other they would wait for each other.
     let share = DVectorView::from_slice(vector, n).dot(&DVectorView::from_slice(mirror, n));
     add(vector, -2.0 * share, mirror);
-}
-
-/// Undoes reflections that were done one after the other.
-fn unmirror(vector: &mut [f64], mirrors: &[Vec<f64>]) {
-    for mirror in mirrors.iter().rev() {
-        reflect(vector, mirror);
-    }
 }
 
 #[cfg(test)]
@@ -270,6 +294,40 @@ mod tests {
             let moved = [0, 1, 2].map(|k| mode.iter().skip(k).step_by(3).sum::<f64>());
             assert!(norm(&moved) < 1e-12);
         }
+    }
+
+    /// The same surface with its second derivatives kept to itself.
+    struct Silent(LennardJones);
+
+    impl Energy for Silent {
+        fn space(&self) -> &dyn Space {
+            self.0.space()
+        }
+
+        fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64 {
+            self.0.evaluate(x, gradient)
+        }
+    }
+
+    #[test]
+    fn a_known_hessian_is_taken_as_a_measured_one() {
+        let (energy, silent) = (LennardJones::new(3), Silent(LennardJones::new(3)));
+        let x = [0.0, 0.1, 0.0, 1.1, 0.0, 0.2, 0.4, 1.0, -0.1];
+        let piece = Piece::new(&energy, Vec::new());
+        let axes = piece.across(&x);
+        assert_eq!(axes.shape(), (9, 3));
+        assert!((axes.tr_mul(&axes) - DMatrix::identity(3, 3)).amax() < 1e-14);
+        let known = piece.hessian_between(&axes, &x, 1e-5).unwrap();
+        let piece = Piece::new(&silent, Vec::new());
+        let measured = piece.hessian_between(&axes, &x, 1e-5).unwrap();
+        assert!((&known - &measured).amax() < 1e-6 * known.amax());
+    }
+
+    #[test]
+    fn beside_the_edge_of_the_domain_there_are_no_modes() {
+        let energy = LennardJones::new(2);
+        let piece = Piece::new(&energy, Vec::new());
+        assert!(piece.modes(&[0.0; 6], 1e-5).is_none());
     }
 
     #[test]

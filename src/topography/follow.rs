@@ -46,6 +46,8 @@ pub(super) enum Lost {
     Steps,
     /// It converged to a point of another index.
     Index,
+    /// It came to where the way up has no curvature: part of it left for infinity.
+    Flat,
 }
 
 /// An index-1 stationary point of a piece.
@@ -72,7 +74,7 @@ struct Here {
 impl Piece<'_> {
     /// Follows the mode most like `hint` (a plain tangent; the lowest mode if none) uphill and all others downhill, to a
     /// stationary point of index 1. Once the followed mode is the only one of negative curvature it is the lowest, and
-    /// stays so.
+    /// stays so; while there are others it is kept to, since a search that changes between them can go to and fro for ever.
     ///
     /// Steps after D. J. Wales, J. Chem. Phys. 101, 3750 (1994): along each mode 2g / (|λ| (1 + √(1 + 4 g²/λ²))), within
     /// a trust radius that follows the error of the predicted energy; the Hessian by central differences, every third step
@@ -126,7 +128,10 @@ impl Piece<'_> {
                 }
             }
             let uphill = followed.as_ref().map_or(0, |hint| modes.most_like(hint));
-            let reached = uphill == 0 && modes.curvatures[0] < 0.0;
+            if modes.curvatures[uphill].abs() <= FLAT * modes.stiffest() {
+                return Err(Lost::Flat);
+            }
+            let reached = uphill == 0 && modes.index().0 == 1;
             followed = (!reached).then(|| modes.tangents[uphill].clone());
             let step = Step::new(&modes, &here.gradient, uphill, trust, settings.tolerance);
             let x = self.moved(&here.x, &step.tangent);

@@ -60,6 +60,32 @@ impl Energy for LennardJones {
             f64::INFINITY
         }
     }
+
+    fn hessian(&self, x: &[f64], hessian: &mut [f64]) -> bool {
+        let n = self.space.coordinates();
+        assert_eq!((x.len(), hessian.len()), (n, n * n));
+        hessian.fill(0.0);
+        for i in (0..n).step_by(3) {
+            for j in (i + 3..n).step_by(3) {
+                let d = [x[i] - x[j], x[i + 1] - x[j + 1], x[i + 2] - x[j + 2]];
+                let inverse2 = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).recip();
+                let inverse6 = inverse2 * inverse2 * inverse2;
+                // V′/r, and (V″ − V′/r)/r².
+                let slope = -4.0 * inverse6 * (12.0 * inverse6 - 6.0) * inverse2;
+                let bend = 4.0 * inverse6 * (168.0 * inverse6 - 48.0) * inverse2 * inverse2;
+                for a in 0..3 {
+                    for b in 0..3 {
+                        let entry = bend * d[a] * d[b] + if a == b { slope } else { 0.0 };
+                        hessian[(i + a) * n + i + b] += entry;
+                        hessian[(j + a) * n + j + b] += entry;
+                        hessian[(i + a) * n + j + b] = -entry;
+                        hessian[(j + a) * n + i + b] = -entry;
+                    }
+                }
+            }
+        }
+        true
+    }
 }
 
 #[cfg(test)]

@@ -61,6 +61,21 @@ impl Energy for MullerBrown {
             f64::INFINITY
         }
     }
+
+    fn hessian(&self, x: &[f64], hessian: &mut [f64]) -> bool {
+        assert_eq!((x.len(), hessian.len()), (2, 4));
+        hessian.fill(0.0);
+        for k in 0..4 {
+            let (dx, dy) = (x[0] - X[k], x[1] - Y[k]);
+            let value = HEIGHT[k] * (A[k] * dx * dx + B[k] * dx * dy + C[k] * dy * dy).exp();
+            let slope = [2.0 * A[k] * dx + B[k] * dy, B[k] * dx + 2.0 * C[k] * dy];
+            hessian[0] += value * (slope[0] * slope[0] + 2.0 * A[k]);
+            hessian[1] += value * (slope[0] * slope[1] + B[k]);
+            hessian[3] += value * (slope[1] * slope[1] + 2.0 * C[k]);
+        }
+        hessian[2] = hessian[1];
+        true
+    }
 }
 
 #[cfg(test)]

@@ -70,7 +70,7 @@ impl SearchSettings {
             },
             steps: 80,
             modes: 1000,
-            batch: 64,
+            batch: 32,
             patience: 30,
             max_searches: 100_000,
             join_rounds: 2,

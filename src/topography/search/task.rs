@@ -28,6 +28,8 @@ pub enum Fate {
     Evaporated,
     /// At a stationary point of another index.
     Index,
+    /// Where the way up has no curvature: part of it left for infinity.
+    Flat,
     /// Far above everything known.
     High,
     /// Nowhere within the steps allowed.
@@ -43,6 +45,7 @@ impl Fate {
             Self::Arrived => "arrived",
             Self::Evaporated => "evaporated",
             Self::Index => "index",
+            Self::Flat => "flat",
             Self::High => "high",
             Self::Steps => "steps",
             Self::Outside => "outside",
@@ -119,6 +122,7 @@ impl Searcher<'_> {
                     Lost::High => outcome.fate = Fate::High,
                     Lost::Steps => outcome.fate = Fate::Steps,
                     Lost::Index => outcome.fate = Fate::Index,
+                    Lost::Flat => outcome.fate = Fate::Flat,
                 }
                 return outcome;
             }
