@@ -241,11 +241,16 @@ impl<'e> Piece<'e> {
     }
 }
 
-/// A B, column by column: the same bits on every processor, where blocks of it would depend on its instructions.
+/// A B, column by column: the same bits on every processor, where products in blocks would depend on its instructions.
 fn product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
     let mut product = DMatrix::zeros(a.nrows(), b.ncols());
-    for (mut column, factors) in product.column_iter_mut().zip(b.column_iter()) {
-        column.gemv(1.0, a, &factors, 0.0);
+    // No rows make no columns either; chunks of none are not allowed.
+    let (rows, inner) = (a.nrows().max(1), b.nrows().max(1));
+    let columns = product.as_mut_slice().chunks_exact_mut(rows);
+    for (column, factors) in columns.zip(b.as_slice().chunks_exact(inner)) {
+        for (factor, axis) in factors.iter().zip(a.as_slice().chunks_exact(rows)) {
+            add(column, *factor, axis);
+        }
     }
     product
 }
