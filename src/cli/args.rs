@@ -181,7 +181,7 @@ Protocols (rigid bodies, Coulomb friction, the Rapier engine in its deterministi
   drop                  The test of Liu et al. (2021): a rigid hand that does not move, gravity of 10 m/s² down the object's
                         z axis, 1000 steps of 1/60 s; stable if the object falls less than 0.3 m. Friction 0.25 in contact:
                         0.5 for each body, multiplied. The object first settles for a second without gravity; what presses
-                        is what overlaps. An object at rest (0.1 mm in a quarter of a second) holds: the test ends.
+                        is what overlaps. An object at rest (10 µm in a quarter of a second) holds: the test ends.
   six-directions        The test in use today (DexGraspBench): no gravity, the object is given 0.1 kg and pushed with 1 N
                         along ±x, ±y and ±z, 2 s each; stable if it moves less than 5 cm and turns less than 15° in all six.
                         Friction 0.6. The joints squeeze: springs pull them toward the object.

@@ -91,11 +91,10 @@ pub struct Rest {
 }
 
 impl Default for Rest {
-    /// 0.1 mm in a quarter of a second: at that speed an object would creep by 7 mm in the whole drop, a fortieth of a fall,
-    /// and by 0.8 mm in a push.
+    /// 10 µm in a quarter of a second: at that speed an object would creep by 0.7 mm in the whole drop.
     fn default() -> Self {
         Self {
-            way_m: 1e-4,
+            way_m: 1e-5,
             time_s: 0.25,
         }
     }
