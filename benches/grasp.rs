@@ -102,6 +102,7 @@ fn other_hands(criterion: &mut Criterion) {
         "shadow_dexgraspnet/shadow_hand_vis.xml",
         "shadow_dexonomy/shadow_right.xml",
         "allegro/allegro_right_nomesh.xml",
+        "urdf/shadow_hand_right_nomesh.urdf",
     ];
     for name in published {
         let Some(path) = folder.as_ref().map(|folder| folder.join(name)) else {

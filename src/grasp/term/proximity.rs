@@ -11,6 +11,9 @@ use crate::grasp::object::Object;
 /// Object samples nearer to a capsule than this are listed: the list holds until the capsule has moved as far.
 const MARGIN_M: f64 = 0.008;
 
+/// Pairs of the hand's parts with a gap up to this are looked at; the others only once some part has moved half as far.
+const NEIGHBOURHOOD_M: f64 = 0.01;
+
 /// Distances are sums of a few roundings of lengths below a metre.
 const ROUNDING_M: f64 = 1e-12;
 
@@ -40,6 +43,8 @@ struct Folds {
     axes: Vec<[Vector3<f64>; 2]>,
     /// Gap of each self-pair.
     gaps_m: Vec<f64>,
+    /// Self-pairs with a gap up to [`NEIGHBOURHOOD_M`].
+    neighbours: Vec<u32>,
     /// How far each capsule has moved in the root frame since.
     moved_m: Vec<f64>,
     /// Pairs listed at once and pairs listed in vain since: new gaps pay when these are many.
@@ -93,6 +98,13 @@ impl Proximity {
                 let radii = hand.capsules[first].radius_m + hand.capsules[second].radius_m;
                 nearest.offset.norm() - radii
             }));
+        folds.neighbours.clear();
+        folds.neighbours.extend(
+            (0u32..)
+                .zip(&folds.gaps_m)
+                .filter(|(_, gap_m)| **gap_m <= NEIGHBOURHOOD_M)
+                .map(|(number, _)| number),
+        );
         folds.moved_m.clear();
         folds.moved_m.resize(posed.capsules.len(), 0.0);
         list_pairs(hand, folds, &mut self.pairs);
@@ -129,11 +141,16 @@ impl Intruders {
 
 fn list_pairs(hand: &Hand, folds: &Folds, pairs: &mut Vec<u32>) {
     pairs.clear();
-    let gaps = (0u32..).zip(&hand.self_pairs).zip(&folds.gaps_m);
-    for ((number, &[first, second]), gap_m) in gaps {
-        if *gap_m <= folds.moved_m[first] + folds.moved_m[second] + ROUNDING_M {
-            pairs.push(number);
-        }
+    let may_overlap = |number: &u32| {
+        let number = *number as usize;
+        let [first, second] = hand.self_pairs[number];
+        folds.gaps_m[number] <= folds.moved_m[first] + folds.moved_m[second] + ROUNDING_M
+    };
+    let farthest_m = folds.moved_m.iter().copied().fold(0.0, f64::max);
+    if 2.0 * farthest_m + ROUNDING_M <= NEIGHBOURHOOD_M {
+        pairs.extend(folds.neighbours.iter().copied().filter(may_overlap));
+    } else {
+        pairs.extend((0u32..).take(folds.gaps_m.len()).filter(may_overlap));
     }
 }
 
@@ -142,4 +159,48 @@ fn farthest_squared(old: &[Vector3<f64>; 2], new: &[Vector3<f64>; 2]) -> f64 {
     (new[0] - old[0])
         .norm_squared()
         .max((new[1] - old[1]).norm_squared())
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::RngExt;
+
+    use super::*;
+    use crate::sample::{Task, stream};
+
+    /// However far the fingers have moved since the gaps were measured.
+    #[test]
+    fn every_pair_that_overlaps_is_listed() {
+        let hand = Hand::human();
+        let mut rng = stream(0, Task::Start, 0);
+        let mut posed = PosedHand::default();
+        let mut proximity = Proximity::default();
+        let mut x = hand.rest_coordinates();
+        let (mut seen, mut listed) = (0, 0);
+        for n in 0..300 {
+            let share = [0.001, 0.01, 0.05, 0.3][n % 4];
+            for (q, joint) in x[7..].iter_mut().zip(&hand.joints) {
+                let [low, high] = joint.limits_rad;
+                *q += share * (rng.random_range(low..=high) - *q);
+            }
+            hand.pose_links(&x, &mut posed);
+            proximity.update_pairs(&hand, &posed);
+            listed += proximity.pairs().len();
+            for (number, &[first, second]) in (0u32..).zip(&hand.self_pairs) {
+                let nearest = closest_points(&posed.capsules[first], &posed.capsules[second]);
+                let radii = hand.capsules[first].radius_m + hand.capsules[second].radius_m;
+                if nearest.offset.norm() < radii {
+                    seen += 1;
+                    assert!(
+                        proximity.pairs().contains(&number),
+                        "pair {number} at step {n}"
+                    );
+                }
+            }
+        }
+        assert!(
+            seen > 100 && listed < 300 * hand.self_pairs.len() / 2,
+            "{seen} {listed}"
+        );
+    }
 }
