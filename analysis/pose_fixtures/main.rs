@@ -1,4 +1,5 @@
-//! Poses the fixtures of the taxonomy: `tests/taxonomy/fixtures/authored.json` → `development.json`, `held_out.json`.
+//! Poses the fixtures of the taxonomy: in `tests/taxonomy/fixtures`, `authored.json` → `development.json`, `held_out.json`, and
+//! `second_authored.json` → `second_held_out.json`.
 //!
 //! `cargo run --release --example pose_fixtures [FOLDER [ID …]]`: with a folder also pictures into it, of the fixtures
 //! whose id starts with one of `ID`. Files are written when everything is posed.
@@ -12,6 +13,7 @@ mod authored;
 mod closing;
 mod picture;
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use landscape::figure::contact_sheet;
@@ -27,6 +29,11 @@ use fixture::{Fixture, Placement};
 use shape::Union;
 
 const FOLDER: &str = "tests/taxonomy/fixtures";
+/// What was written, first and later, and the fixtures that come of it: all, or two halves.
+const SETS: [(&str, &[&str]); 2] = [
+    ("authored", &["development", "held_out"]),
+    ("second_authored", &["second_held_out"]),
+];
 /// Decides which half a fixture belongs to; fixed before the first one was posed.
 const SPLIT_SEED: u64 = 33;
 
@@ -104,32 +111,37 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);
     let pictures = arguments.next().map(PathBuf::from);
     let wanted: Vec<String> = arguments.collect();
-    let text = std::fs::read_to_string(format!("{FOLDER}/authored.json"))?;
-    let authored: Vec<Authored> = serde_json::from_str(&text)?;
     let hand = Hand::human();
+    let mut authored: Vec<(usize, Authored)> = Vec::new();
+    for (set, (name, _)) in SETS.iter().enumerate() {
+        let text = std::fs::read_to_string(format!("{FOLDER}/{name}.json"))?;
+        let own: Vec<Authored> = serde_json::from_str(&text)?;
+        authored.extend(own.into_iter().map(|what| (set, what)));
+    }
 
     let mut tasks = Vec::new();
-    let mut oddities = 0;
-    for what in &authored {
-        for (number, variant) in (0u8..).zip(&what.variants) {
+    let mut counts: BTreeMap<Option<u8>, u8> = BTreeMap::new();
+    for (set, what) in &authored {
+        for variant in &what.variants {
+            let count = counts.entry(what.kind).or_default();
             let id = if let Some(kind) = what.kind {
-                format!("{kind}-{}", char::from(b'a' + number))
+                format!("{kind}-{}", char::from(b'a' + *count))
             } else {
-                oddities += 1;
-                format!("none-{oddities}")
+                format!("none-{}", *count + 1)
             };
+            *count += 1;
             if wanted.is_empty()
                 || wanted
                     .iter()
                     .any(|start| id.starts_with(&format!("{start}-")) || id == *start)
             {
-                tasks.push((id, what, variant));
+                tasks.push((id, *set, what, variant));
             }
         }
     }
     let posed: Vec<(Fixture, Fit)> = tasks
         .par_iter()
-        .map(|(id, what, variant)| pose(&hand, id, what, variant))
+        .map(|(id, _, what, variant)| pose(&hand, id, what, variant))
         .collect::<Result<_, _>>()?;
     for (fixture, fit) in &posed {
         let gaps: Vec<String> = fixture
@@ -176,25 +188,30 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
     }
     if wanted.is_empty() {
-        let mut halves = [Vec::new(), Vec::new()];
-        let mut kinds: Vec<Option<u8>> = posed.iter().map(|(fixture, _)| fixture.kind).collect();
-        kinds.dedup();
-        for kind in kinds {
-            let own: Vec<&Fixture> = posed
-                .iter()
-                .map(|(f, _)| f)
-                .filter(|f| f.kind == kind)
-                .collect();
-            for (fixture, first) in own.iter().zip(development(own.len(), kind)) {
-                halves[usize::from(!first)].push((*fixture).clone());
-            }
+        let sets = tasks.iter().map(|(_, set, ..)| *set);
+        let fixtures: Vec<(usize, Fixture)> = sets.zip(posed.into_iter().map(|p| p.0)).collect();
+        for (set, (_, names)) in SETS.iter().enumerate() {
+            let own = fixtures.iter().filter(|(of, _)| *of == set);
+            write_set(&own.map(|(_, fixture)| fixture).collect::<Vec<_>>(), names)?;
         }
-        for (name, half) in ["development", "held_out"].iter().zip(&halves) {
-            std::fs::write(
-                format!("{FOLDER}/{name}.json"),
-                serde_json::to_string_pretty(half)? + "\n",
-            )?;
+    }
+    Ok(())
+}
+
+/// Writes the fixtures of a set, in as many files as it has.
+fn write_set(fixtures: &[&Fixture], names: &[&str]) -> Result<(), Box<dyn std::error::Error>> {
+    let mut files = vec![Vec::new(); names.len()];
+    for own in fixtures.chunk_by(|one, next| one.kind == next.kind) {
+        for (fixture, first) in own.iter().zip(development(own.len(), own[0].kind)) {
+            let file = if first { 0 } else { names.len() - 1 };
+            files[file].push(*fixture);
         }
+    }
+    for (name, file) in names.iter().zip(&files) {
+        std::fs::write(
+            format!("{FOLDER}/{name}.json"),
+            serde_json::to_string_pretty(file)? + "\n",
+        )?;
     }
     Ok(())
 }
