@@ -8,7 +8,7 @@ use rand::RngExt;
 
 use crate::sample::{Rng, Task, stream};
 
-use super::outer::{Outer, outer};
+use super::outer::{Entangled, Outer, outer};
 use super::{ObjectError, Shape};
 
 /// A closed surface of triangles, counter-clockwise seen from outside.
@@ -64,7 +64,10 @@ impl Mesh {
         solids: Option<&[Arc<dyn Shape>]>,
     ) -> Result<Self, ObjectError> {
         let mut mesh = Self::solid(name, vertices, triangles)?;
-        mesh.outer = outer(&mesh, solids).map(Arc::new);
+        let entangled = |Entangled| ObjectError::Entangled {
+            name: name.to_owned(),
+        };
+        mesh.outer = outer(&mesh, solids).map_err(entangled)?.map(Arc::new);
         Ok(mesh)
     }
 

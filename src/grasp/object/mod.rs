@@ -163,6 +163,14 @@ pub enum ObjectError {
         /// File or object.
         name: String,
     },
+    /// Its closed pieces meet in more places than can be cut.
+    #[error(
+        "the pieces of {name} run through each other in millions of places: leave out copies in the same place, or unite them in a modelling program"
+    )]
+    Entangled {
+        /// File or object.
+        name: String,
+    },
     /// A size that cannot be metres.
     #[error(
         "{name} is {size_m} m across: metres are expected; if it is in {unit}, scale it by {factor} (--scale {factor})"

@@ -31,6 +31,13 @@ const BESIDE: f64 = 3e-4;
 const NEAR: f64 = 2.0 * BESIDE;
 /// Fragments of one triangle beyond which it is not cut any further.
 const MOST_FRAGMENTS: usize = 20_000;
+/// Pairs of faces of different pieces that may meet; more is a mistake or malice, as when a file names one part thousands of
+/// times in one place.
+const MOST_MEETINGS: usize = 20_000_000;
+
+/// The faces of pieces meet in more than [`MOST_MEETINGS`] places.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Entangled;
 
 /// The corners of a convex fragment in a row.
 type Polygon = Vec<Vector3<f64>>;
@@ -49,22 +56,28 @@ type Inside<'a> = dyn Fn(&Vector3<f64>) -> bool + Sync + 'a;
 
 /// The surface of the union; `None` where no pieces overlap or touch, so that it is the mesh itself. `solids`: the convex
 /// shapes of which the pieces are meshes, where there are such.
-pub(super) fn outer(mesh: &Mesh, solids: Option<&[Arc<dyn Shape>]>) -> Option<Outer> {
+///
+/// # Errors
+/// If the pieces meet in too many places.
+pub(super) fn outer(
+    mesh: &Mesh,
+    solids: Option<&[Arc<dyn Shape>]>,
+) -> Result<Option<Outer>, Entangled> {
     let pieces = mesh.pieces();
     if pieces.len() < 2 {
-        return None;
+        return Ok(None);
     }
     let [low, high] = mesh.bounds();
     let size = (high - low).max();
     let mut faces = faces(mesh, &pieces);
     if !boxes_meet(&faces, pieces.len(), size * BESIDE) {
-        return None;
+        return Ok(None);
     }
     let count = faces.len();
     if let Some(solids) = solids {
         faces.retain(|face| !is_covered(face, solids, size * BESIDE));
     }
-    let others = others(&faces, size * NEAR);
+    let others = others(&faces, size * NEAR)?;
     let windings: Vec<Winding> = match solids {
         Some(_) => Vec::new(),
         None => (pieces.iter())
@@ -90,9 +103,11 @@ pub(super) fn outer(mesh: &Mesh, solids: Option<&[Arc<dyn Shape>]>) -> Option<Ou
             .iter()
             .zip(&faces)
             .all(|(kept, face)| matches!(kept.as_slice(), [one] if one.as_slice() == face.corners));
-    if whole {
-        return None;
-    }
+    Ok(if whole { None } else { gathered(kept) })
+}
+
+/// The fragments as triangles; none where nothing is left, or more than can be numbered.
+fn gathered(kept: Vec<Vec<Polygon>>) -> Option<Outer> {
     let mut outer = Outer {
         vertices: Vec::new(),
         triangles: Vec::new(),
@@ -157,10 +172,11 @@ fn boxes_meet(faces: &[Face], pieces: usize, slack: f64) -> bool {
 }
 
 /// For each face, the faces of other pieces whose boxes meet its box, by a sweep along x.
-fn others(faces: &[Face], slack: f64) -> Vec<Vec<usize>> {
+fn others(faces: &[Face], slack: f64) -> Result<Vec<Vec<usize>>, Entangled> {
     let mut order: Vec<usize> = (0..faces.len()).collect();
     order.sort_by(|&a, &b| faces[a].low.x.total_cmp(&faces[b].low.x).then(a.cmp(&b)));
     let mut others = vec![Vec::new(); faces.len()];
+    let mut meetings = 0;
     for (place, &a) in order.iter().enumerate() {
         for &b in &order[place + 1..] {
             let [one, two] = [&faces[a], &faces[b]];
@@ -173,6 +189,10 @@ fn others(faces: &[Face], slack: f64) -> Vec<Vec<usize>> {
                         && two.low[axis] <= one.high[axis] + slack
                 });
             if meet {
+                meetings += 1;
+                if meetings > MOST_MEETINGS {
+                    return Err(Entangled);
+                }
                 others[a].push(b);
                 others[b].push(a);
             }
@@ -181,7 +201,7 @@ fn others(faces: &[Face], slack: f64) -> Vec<Vec<usize>> {
     for list in &mut others {
         list.sort_unstable();
     }
-    others
+    Ok(others)
 }
 
 /// The fragments of a face that bound the solid.
@@ -437,6 +457,20 @@ mod tests {
         }
     }
 
+    /// As a file may have it that names one part again and again; found by fuzzing the reader of glTF.
+    #[test]
+    fn a_part_in_one_place_a_thousand_times_is_refused() {
+        let one = box_mesh(&[([0.0; 3], [0.1; 3], false)]);
+        let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
+        for copy in 0..1_000u32 {
+            let first = copy * u32::try_from(one.vertices().len()).unwrap();
+            vertices.extend_from_slice(one.vertices());
+            triangles.extend(one.triangles().iter().map(|t| t.map(|v| first + v)));
+        }
+        let said = Mesh::new("copies", vertices, triangles).unwrap_err();
+        assert!(said.to_string().contains("copies"), "{said}");
+    }
+
     #[test]
     fn a_box_on_a_larger_one_covers_a_part_of_it() {
         // 5 µm apart, as the pieces of a decomposition are.
@@ -515,8 +549,8 @@ mod tests {
     #[test]
     fn pieces_apart_stay_as_they_are() {
         let (mesh, _) = of(&[([0.0; 3], [0.03; 3], false), ([0.05; 3], [0.1; 3], false)]);
-        assert_eq!(outer(&mesh, None), None);
+        assert_eq!(outer(&mesh, None), Ok(None));
         let (cavity, _) = of(&[([0.0; 3], [0.1; 3], false), ([0.02; 3], [0.08; 3], true)]);
-        assert_eq!(outer(&cavity, None), None);
+        assert_eq!(outer(&cavity, None), Ok(None));
     }
 }
