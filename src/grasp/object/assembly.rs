@@ -6,6 +6,9 @@ use crate::space::Symmetry;
 
 use super::{Description, Mesh, ObjectError, Primitive};
 
+/// Different shapes of one object; more are better given as a mesh.
+const MOST_PARTS: usize = 500;
+
 /// A shape, or the union of several.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -16,7 +19,7 @@ pub struct Assembly {
     pub mass_kg: Option<f64>,
     /// Motions that map the object onto itself; that of the shape where there is only one and this is left out.
     pub symmetry: Option<Symmetry>,
-    /// The shapes; they may overlap.
+    /// The shapes; they may overlap. One that is named again counts once.
     pub parts: Vec<Primitive>,
 }
 
@@ -25,18 +28,32 @@ impl Assembly {
     /// it.
     ///
     /// # Errors
-    /// Where there is no part, or one has an impossible size.
+    /// Where there is no part, or more than 500, or one has an impossible size.
     pub fn object(&self, name: &str) -> Result<(Mesh, Description), ObjectError> {
-        if self.parts.is_empty() {
-            return Err(ObjectError::Value {
-                name: name.to_owned(),
-                field: "parts",
-                problem: "there is no [[parts]]: at least one shape is needed",
-            });
+        let refuse = |problem: &'static str| ObjectError::Value {
+            name: name.to_owned(),
+            field: "parts",
+            problem,
+        };
+        let mut parts: Vec<Primitive> = Vec::new();
+        for part in &self.parts {
+            if !parts.contains(part) {
+                parts.push(*part);
+            }
+            if parts.len() > MOST_PARTS {
+                return Err(refuse(
+                    "there are more than 500 shapes: give the object as a mesh",
+                ));
+            }
+        }
+        if parts.is_empty() {
+            return Err(refuse(
+                "there is no [[parts]]: at least one shape is needed",
+            ));
         }
         let mut vertices = Vec::new();
         let mut triangles = Vec::new();
-        for part in &self.parts {
+        for part in &parts {
             let mesh = part.mesh(name)?;
             let first = u32::try_from(vertices.len()).unwrap_or(u32::MAX);
             vertices.extend_from_slice(mesh.vertices());
@@ -46,7 +63,7 @@ impl Assembly {
                     .map(|t| t.map(|corner| corner + first)),
             );
         }
-        let single = match self.parts[..] {
+        let single = match parts[..] {
             [part] => Some(part),
             _ => None,
         };
@@ -71,7 +88,7 @@ impl Assembly {
             primitive: single,
             parts: match single {
                 Some(_) => Vec::new(),
-                None => self.parts.clone(),
+                None => parts,
             },
         };
         let mesh = description.mesh(name, vertices, triangles)?;
@@ -85,6 +102,26 @@ mod tests {
 
     use super::*;
     use crate::grasp::object::{Object, Sphere};
+
+    /// Found by fuzzing: each of six thousand copies was cut along all others.
+    #[test]
+    fn shapes_count_once_and_are_not_too_many() {
+        let ball = |x_m: f64| {
+            Primitive::Sphere(Sphere {
+                centre: Vector3::new(x_m, 0.0, 0.0),
+                radius_m: 0.03,
+            })
+        };
+        let mut assembly = Assembly {
+            parts: vec![ball(0.0); 10_000],
+            ..Assembly::default()
+        };
+        let (_, description) = assembly.object("ball").unwrap();
+        assert_eq!(description.primitive, Some(ball(0.0)));
+        assembly.parts = (0..501).map(|i| ball(f64::from(i))).collect();
+        let refused = assembly.object("balls").unwrap_err();
+        assert!(refused.to_string().contains("500"), "{refused}");
+    }
 
     #[test]
     fn formulae_go_with_the_mesh_of_a_union() {
