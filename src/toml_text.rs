@@ -1,10 +1,13 @@
 //! TOML that strangers wrote: objects, mappings, experiments, protocols, signatures.
 
 use serde::de::{DeserializeOwned, Error};
+use toml_parser::Source;
+use toml_parser::lexer::TokenKind;
 
 /// Longest text, bytes.
 const LONGEST: usize = 1 << 20;
-/// Most brackets open at once, those in strings and comments included; at thousands the stack of the parser would overflow.
+/// Most brackets open at once; at thousands the stack of the parser would overflow, whose own bound fails where brackets are
+/// closed by others.
 const DEEPEST: usize = 500;
 
 /// Parses TOML.
@@ -16,14 +19,17 @@ pub fn parse<T: DeserializeOwned>(text: &str) -> Result<T, toml::de::Error> {
         let problem = format!("it is longer than {} MB", LONGEST >> 20);
         return Err(toml::de::Error::custom(problem));
     }
-    let (mut open, mut deepest) = (0_usize, 0);
-    for byte in text.bytes() {
-        match byte {
-            b'[' | b'{' => open += 1,
-            b']' | b'}' => open = open.saturating_sub(1),
+    let (mut open, mut deepest) = (Vec::new(), 0);
+    for token in Source::new(text).lex() {
+        match token.kind() {
+            TokenKind::LeftSquareBracket => open.push(TokenKind::RightSquareBracket),
+            TokenKind::LeftCurlyBracket => open.push(TokenKind::RightCurlyBracket),
+            kind if open.last() == Some(&kind) => {
+                open.pop();
+            }
             _ => {}
         }
-        deepest = deepest.max(open);
+        deepest = deepest.max(open.len());
     }
     if deepest > DEEPEST {
         let problem = format!("more than {DEEPEST} brackets are open at once");
@@ -39,7 +45,8 @@ mod tests {
     #[test]
     fn depth_and_length_have_bounds() {
         let refused = |text: &str| parse::<toml::Table>(text).unwrap_err().to_string();
-        for bracket in ["{a=", "[", "[\n"] {
+        // Found by fuzzing: brackets that others close, really or in a string.
+        for bracket in ["{a=", "[", "[\n", "{a=[}]", "{a=]\n", "[\"]\","] {
             let text = format!("a = {}", bracket.repeat(100_000));
             assert!(refused(&text).contains("brackets"), "{bracket}");
         }
