@@ -1,12 +1,13 @@
 //! What the rule says of grasps whose type is known → `figures/taxonomy_confusion.md` and `.png`
 //!
 //! `cargo run --release --example confusion -- [--half development|held_out …] [--noise RAD] [--copies N] [--seed N] [--rule
-//! SIGNATURES.toml] [--shadow EXAMPLES.json --hand HAND.xml] [--explain] [--output STEM]`
+//! SIGNATURES.toml] [--shadow EXAMPLES.json --hand HAND.xml] [--explain] [--features FILE.jsonl] [--output STEM]`
 //!
-//! Fixtures are those of `tests/taxonomy/fixtures`, both halves unless told otherwise. The rule was made with the development half;
-//! no rule is to be chosen by the other. The examples on the Shadow hand
-//! (`--shadow`) are poses and contacts without an object, of which the program's own files hold none. `--explain` also prints
-//! why each fixture that is taken for another type is.
+//! Fixtures are those of `tests/taxonomy/fixtures`, all files unless told otherwise. The rule was made with the first two
+//! (`development`, `held_out`); no rule is to be chosen by `second_held_out`. The examples on the Shadow hand (`--shadow`) are
+//! poses and contacts without an object, of which the program's own files hold none. `--explain` also prints why each fixture
+//! that is taken for another type is. `--features` writes what was measured of hands whose joints were moved, one line each, for
+//! `fit_signatures.py` beside this file.
 
 #[path = "../../tests/taxonomy/fixture.rs"]
 mod fixture;
@@ -17,10 +18,12 @@ mod picture;
 mod report;
 mod shadow;
 
+use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use judge::{Error, Noise, Outcome};
 use landscape::grasp::taxonomy::{Rule, explain};
+use serde_json::{Map, Value, json};
 
 type Failure = Box<dyn std::error::Error + Send + Sync>;
 
@@ -34,6 +37,7 @@ fn main() -> Result<(), Failure> {
     let mut halves = Vec::new();
     let (mut shadow, mut hand) = (None, None);
     let (mut explained, mut output) = (false, PathBuf::from("figures/taxonomy_confusion"));
+    let mut features: Option<PathBuf> = None;
     let mut noise = Noise {
         error: Error::Moved,
         joints_rad: 0.1,
@@ -52,18 +56,26 @@ fn main() -> Result<(), Failure> {
             "--noise" => noise.joints_rad = value()?.parse()?,
             "--copies" => noise.copies = value()?.parse()?,
             "--seed" => noise.seed = value()?.parse()?,
+            "--features" => features = Some(PathBuf::from(value()?)),
             "--output" => output = PathBuf::from(value()?),
             "--explain" => explained = true,
             _ => return Err(format!("{argument} is not known").into()),
         }
     }
     if halves.is_empty() {
-        halves.extend(["development", "held_out"].map(str::to_owned));
+        halves.extend(["development", "held_out", "second_held_out"].map(str::to_owned));
     }
     let mut conditions = Vec::new();
+    let mut measured = String::new();
     for half in &halves {
         let path = format!("tests/taxonomy/fixtures/{half}.json");
         let cases = judge::cases(judge::read(Path::new(&path))?)?;
+        if features.is_some() {
+            for outcome in judge::judge(&cases, &rule, noise)? {
+                writeln!(measured, "{}", line(&outcome))?;
+            }
+            continue;
+        }
         let name = half.replace('_', " ");
         conditions.push(Condition {
             name: format!("{name}, as posed"),
@@ -78,6 +90,9 @@ fn main() -> Result<(), Failure> {
                 outcomes: judge::judge(&cases, &rule, Noise { error, ..noise })?,
             });
         }
+    }
+    if let Some(path) = features {
+        return Ok(std::fs::write(path, measured)?);
     }
     if let Some(examples) = shadow {
         let hand = hand.ok_or("--shadow needs --hand, the model of its hand")?;
@@ -101,4 +116,19 @@ fn main() -> Result<(), Failure> {
         picture::picture(condition).save(&output.with_extension("png"))?;
     }
     Ok(())
+}
+
+/// What was measured of a grasp, as JSON.
+fn line(outcome: &Outcome) -> Value {
+    let held = outcome.label.held.as_ref();
+    let features: Map<String, Value> = (outcome.label.features.iter())
+        .map(|(name, value)| ((*name).to_owned(), json!(value)))
+        .collect();
+    json!({
+        "id": outcome.id,
+        "type": outcome.truth,
+        "features": features,
+        "forms": held.map(|held| held.forms),
+        "width_m": held.map(|held| held.width_m),
+    })
 }

@@ -68,6 +68,8 @@ pub struct Label {
     pub virtual_fingers: String,
     /// The object where it is held.
     pub held: Option<Held>,
+    /// What was measured, by name; form and size are measured by type.
+    pub features: Vec<(&'static str, f64)>,
     /// What spoke for the best type, most important first.
     pub support: Vec<Evidence>,
     /// What spoke against it.
@@ -83,6 +85,7 @@ impl Label {
             category: None,
             virtual_fingers: String::new(),
             held: None,
+            features: Vec::new(),
             support: Vec::new(),
             objections: Vec::new(),
         }
@@ -239,6 +242,7 @@ pub fn label_contacts(
         virtual_fingers: virtual_fingers(opposition, &features, touches),
         oppositions,
         held,
+        features: features.measured().collect(),
         support,
         objections,
     }

@@ -123,6 +123,14 @@ impl Features {
         self.values[feature]
     }
 
+    /// Those that could be measured, with their names.
+    pub(super) fn measured(&self) -> impl Iterator<Item = (&'static str, f64)> {
+        let names = FEATURES.iter().map(|(name, _)| *name);
+        names
+            .zip(self.values)
+            .filter_map(|(name, value)| Some((name, value?)))
+    }
+
     pub(super) fn named(&self, name: &str) -> f64 {
         feature(name).and_then(|f| self.values[f]).unwrap_or(0.0)
     }
