@@ -253,7 +253,7 @@ fn chart(all: &[Curves]) -> Chart {
         [Series::band(band), Series::line(points).named(name)]
     };
     let panel = |title: &str, label: &str, lines: Vec<Series>| {
-        let share = Axis::linear("grasps that hold (%)").with_range(0.0, 100.0);
+        let share = Axis::linear("grasps that hold (%)").with_range(0.0, 104.0);
         Panel::new(title, Axis::linear(label), share, lines)
     };
     let pose = all

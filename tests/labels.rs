@@ -419,3 +419,14 @@ fn the_sheet_works_in_a_browser() {
         [Some("Tripod"), Some("Medium Wrap"), Some("unlisted"), None]
     );
 }
+
+/// What the rule was fitted from is a rule, too: the fit reads it, and `--signatures` may.
+#[test]
+fn the_written_signatures_are_a_rule() {
+    let path = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/data/taxonomy/signatures_written.toml"
+    );
+    let written = Rule::parse(&std::fs::read_to_string(path).unwrap()).unwrap();
+    assert_ne!(written.version, Rule::standard().version);
+}

@@ -1,7 +1,7 @@
 """Adjusts the signatures of the grasp types to fixtures: data/taxonomy/signatures_written.toml -> signatures.toml.
 
-usage: cargo run --release --example confusion -- --rule data/taxonomy/signatures_written.toml --half development \
-           --half held_out --seed 1 --copies 20 --features target/features.jsonl
+usage: cargo run --release --example confusion -- --rule data/taxonomy/signatures_written.toml --fixtures development \
+           --fixtures held_out --seed 1 --copies 20 --features target/features.jsonl
        python analysis/confusion/fit_signatures.py target/features.jsonl [--check]
 
 Needs numpy and scipy (numpy==2.4.6, scipy==1.17.1). Targets and weights go from what was written toward what makes the

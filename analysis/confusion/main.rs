@@ -1,13 +1,14 @@
 //! What the rule says of grasps whose type is known → `figures/taxonomy_confusion.md` and `.png`
 //!
-//! `cargo run --release --example confusion -- [--half development|held_out …] [--noise RAD] [--copies N] [--seed N] [--rule
-//! SIGNATURES.toml] [--shadow EXAMPLES.json --hand HAND.xml] [--explain] [--features FILE.jsonl] [--output STEM]`
+//! `cargo run --release --example confusion -- [--fixtures development|held_out|second_held_out …] [--noise RAD] [--copies N]
+//! [--seed N] [--rule SIGNATURES.toml] [--shadow EXAMPLES.json --hand HAND.xml] [--explain] [--features FILE.jsonl] [--output
+//! STEM]`
 //!
-//! Fixtures are those of `tests/taxonomy/fixtures`, all files unless told otherwise. The rule was made with the first two
-//! (`development`, `held_out`); no rule is to be chosen by `second_held_out`. The examples on the Shadow hand (`--shadow`) are
-//! poses and contacts without an object, of which the program's own files hold none. `--explain` also prints why each fixture
-//! that is taken for another type is. `--features` writes what was measured of hands whose joints were moved, one line each, for
-//! `fit_signatures.py` beside this file.
+//! Fixtures are those of `tests/taxonomy/fixtures`, all files unless told otherwise. The rule was made with the first two; no
+//! rule is to be chosen by `second_held_out`. The examples on the Shadow hand (`--shadow`) are poses and contacts without an
+//! object, of which the program's own files hold none. `--explain` also prints why each fixture that is taken for another type
+//! is. `--features` writes what was measured of hands whose joints were moved, one line each, for `fit_signatures.py` beside
+//! this file, and judges nothing.
 
 #[path = "../../tests/taxonomy/fixture.rs"]
 mod fixture;
@@ -34,7 +35,7 @@ struct Condition {
 }
 
 fn main() -> Result<(), Failure> {
-    let mut halves = Vec::new();
+    let mut sets = Vec::new();
     let (mut shadow, mut hand) = (None, None);
     let (mut explained, mut output) = (false, PathBuf::from("figures/taxonomy_confusion"));
     let mut features: Option<PathBuf> = None;
@@ -49,7 +50,7 @@ fn main() -> Result<(), Failure> {
     while let Some(argument) = arguments.next() {
         let mut value = || arguments.next().ok_or(format!("{argument} needs a value"));
         match argument.as_str() {
-            "--half" => halves.push(value()?),
+            "--fixtures" => sets.push(value()?),
             "--shadow" => shadow = Some(PathBuf::from(value()?)),
             "--hand" => hand = Some(PathBuf::from(value()?)),
             "--rule" => rule = Rule::parse(&std::fs::read_to_string(value()?)?)?,
@@ -62,13 +63,13 @@ fn main() -> Result<(), Failure> {
             _ => return Err(format!("{argument} is not known").into()),
         }
     }
-    if halves.is_empty() {
-        halves.extend(["development", "held_out", "second_held_out"].map(str::to_owned));
+    if sets.is_empty() {
+        sets.extend(["development", "held_out", "second_held_out"].map(str::to_owned));
     }
     let mut conditions = Vec::new();
     let mut measured = String::new();
-    for half in &halves {
-        let path = format!("tests/taxonomy/fixtures/{half}.json");
+    for set in &sets {
+        let path = format!("tests/taxonomy/fixtures/{set}.json");
         let cases = judge::cases(judge::read(Path::new(&path))?)?;
         if features.is_some() {
             for outcome in judge::judge(&cases, &rule, noise)? {
@@ -76,7 +77,7 @@ fn main() -> Result<(), Failure> {
             }
             continue;
         }
-        let name = half.replace('_', " ");
+        let name = set.replace('_', " ");
         conditions.push(Condition {
             name: format!("{name}, as posed"),
             outcomes: judge::judge(&cases, &rule, Noise::NONE)?,
@@ -111,8 +112,8 @@ fn main() -> Result<(), Failure> {
     let report = report::report(&conditions, &rule);
     println!("{report}");
     std::fs::write(output.with_extension("md"), &report)?;
-    // The hardest condition of the last half.
-    if let Some(condition) = conditions.get(3 * halves.len() - 2) {
+    // The hardest condition of the last set.
+    if let Some(condition) = conditions.get(3 * sets.len() - 2) {
         picture::picture(condition).save(&output.with_extension("png"))?;
     }
     Ok(())

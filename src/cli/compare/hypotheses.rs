@@ -339,7 +339,10 @@ impl Asked<'_> {
                     .iter()
                     .filter(|basin| basin.unfiltered == Some(category as usize))
             };
-            let share = own().map(|basin| basin.grasps).sum::<f64>() / total;
+            let share = own()
+                .map(|basin| basin.grasps)
+                .fold(0.0, |sum, grasps| sum + grasps)
+                / total;
             let minima = own().count();
             holds &= share >= asked.least_share && minima >= asked.least_minima;
             parts.push(format!(
