@@ -420,7 +420,7 @@ fn the_sheet_works_in_a_browser() {
     );
 }
 
-/// What the rule was fitted from is a rule, too: the fit reads it, and `--signatures` may.
+/// What the rule was fitted from is a rule, too: the fit starts from it, and `--rule` reads it.
 #[test]
 fn the_written_signatures_are_a_rule() {
     let path = concat!(
