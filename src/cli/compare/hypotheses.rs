@@ -339,6 +339,7 @@ impl Asked<'_> {
                     .iter()
                     .filter(|basin| basin.unfiltered == Some(category as usize))
             };
+            // From 0, since the sum of nothing is -0.
             let share = own()
                 .map(|basin| basin.grasps)
                 .fold(0.0, |sum, grasps| sum + grasps)

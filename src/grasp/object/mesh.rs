@@ -44,7 +44,7 @@ impl Mesh {
     ///
     /// # Errors
     /// Where it has no triangles, an index or coordinate is invalid, it is not closed, its triangles disagree on which
-    /// side is out, or it has no volume.
+    /// side is out, it has no volume, or its closed pieces meet in more than 20 million places.
     pub fn new(
         name: &str,
         vertices: Vec<Vector3<f64>>,
