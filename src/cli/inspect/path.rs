@@ -12,7 +12,7 @@ use crate::cli::args::{Common, Inspect};
 use crate::cli::types::Setting;
 use crate::cli::way::{Place, places, route};
 use crate::cli::{check_output, complain, print};
-use crate::figure::chart::{Axis, Chart, Corner, Mark, Panel, Series};
+use crate::figure::chart::{Axis, Chart, Mark, Panel, Series};
 use crate::figure::{
     Canvas, PICTURE_DENSITY, Picture, Scene, Surface, draw_row, row_height, side_in_row, theme,
 };
@@ -254,17 +254,16 @@ fn strip(energy: &GraspEnergy, steps: &[Step], pictures: usize) -> anyhow::Resul
             anchor: crate::figure::Anchor::Middle,
         }));
     }
-    let panel = Panel {
-        legend: Some(Corner::UpperRight),
-        ..Panel::new(
-            "",
-            Axis::linear("way of the hand's surface (mm)"),
-            // Room for the legend above the curves.
-            Axis::linear("energy and its terms").with_range(0.0, 1.8 * most),
-            series,
-        )
-    };
+    let panel = Panel::new(
+        "",
+        Axis::linear("way of the hand's surface (mm)"),
+        // Room for the numbers above the curves.
+        Axis::linear("energy and its terms").with_range(0.0, 1.2 * most),
+        series,
+    );
     let chart = Chart {
+        // Inside the panel it would hide numbers.
+        legend_below: true,
         panel_size: [WIDTH - 44, 620],
         ..Chart::new("", vec![panel])
     };
