@@ -90,6 +90,22 @@ def fall_in_mujoco(folder, population, grasp, protocol, step_s=1 / 240):
     return float(start - data.xipos[body][2])
 
 
+def one_file(folder, population):
+    """All pieces in one OBJ, of which PyBullet makes one hull each. Given as a list of shapes it takes the first 16 and
+    says nothing of the others."""
+    path = folder / f"{population['object']}.obj"
+    lines, before = [], 0
+    for piece in population["pieces"]:
+        told = [line.split() for line in (folder / piece).read_text().splitlines()]
+        lines.append(f"o {piece}")
+        for kind, *numbers in told:
+            shift = 0 if kind == "v" else before
+            lines.append(" ".join([kind, *(number if kind == "v" else str(int(number) + shift) for number in numbers)]))
+        before += sum(kind == "v" for kind, *_ in told)
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
 def place_in_pybullet(folder, population, grasp, protocol, margin_m=0.0):
     """Hand and object without gravity; the object's body."""
     pybullet.resetSimulation()
@@ -107,10 +123,7 @@ def place_in_pybullet(folder, population, grasp, protocol, margin_m=0.0):
         pybullet.changeDynamics(body, -1, lateralFriction=protocol["friction"]["hand"])
     moments, axes = principal(population["inertia_kg_m2"])
     w, x, y, z = quaternion(axes)
-    pieces = [str(folder / piece) for piece in population["pieces"]]
-    shape = pybullet.createCollisionShapeArray(
-        shapeTypes=[pybullet.GEOM_MESH] * len(pieces), fileNames=pieces, meshScales=[[1, 1, 1]] * len(pieces)
-    )
+    shape = pybullet.createCollisionShape(pybullet.GEOM_MESH, fileName=str(one_file(folder, population)))
     body = pybullet.createMultiBody(
         population["mass_kg"],
         shape,
@@ -130,10 +143,12 @@ def place_in_pybullet(folder, population, grasp, protocol, margin_m=0.0):
     return body
 
 
-def fall_in_pybullet(folder, population, grasp, protocol, step_s=1 / 60, margin_m=0.0):
+def fall_in_pybullet(folder, population, grasp, protocol, step_s=1 / 60, margin_m=0.0, iterations=50, springs=False):
     """Vertical way of the centre of mass, metres."""
     body = place_in_pybullet(folder, population, grasp, protocol, margin_m)
-    pybullet.setTimeStep(step_s)
+    if springs:
+        give_our_springs(body, population, protocol)
+    pybullet.setPhysicsEngineParameter(fixedTimeStep=step_s, numSolverIterations=iterations)
     start = pybullet.getBasePositionAndOrientation(body)[0][2]
     for _ in range(round(protocol["settle_s"] / step_s)):
         pybullet.stepSimulation()
@@ -146,20 +161,45 @@ def fall_in_pybullet(folder, population, grasp, protocol, step_s=1 / 60, margin_
     return start - low
 
 
-def escape(folder, population, grasp, protocol):
-    """How freely the object could leave the hand if nothing rubbed: the largest speed at which all contacts open at once,
-    among motions of speed 1 (metres, and turns at a lever of LEVER_M); 0 where the normals alone hold it."""
-    body = place_in_pybullet(folder, population, grasp, protocol)
+def pushes_in_pybullet(body, population):
+    """For each contact of the object: the unit push that opens it, and its torque about the centre of mass (metres)."""
     pybullet.performCollisionDetection()
-    rows = []
+    pushes = []
     for contact in pybullet.getContactPoints(body):
         _, first, _, _, _, on_first, on_second, normal, distance, *_ = contact
         if distance > TOUCH_M:
             continue
         is_first = first == body
         push = numpy.array(normal) * (1.0 if is_first else -1.0)
-        arm = numpy.subtract(on_first if is_first else on_second, population["centre_m"]) / LEVER_M
-        rows.append([*push, *numpy.cross(arm, push)])
+        arm = numpy.subtract(on_first if is_first else on_second, population["centre_m"])
+        pushes.append((push, numpy.cross(arm, push)))
+    return pushes
+
+
+def give_our_springs(body, population, protocol):
+    """Makes contacts the springs that they are here: of one frequency and damping for the mass that a contact moves, taken
+    as the mean over the contacts at the start. The hand's contacts stay stiff: Bullet puts the two in series."""
+    inverse = numpy.linalg.inv(numpy.array(population["inertia_kg_m2"]).reshape(3, 3))
+    masses = [
+        1.0 / (1.0 / population["mass_kg"] + torque @ inverse @ torque)
+        for _, torque in pushes_in_pybullet(body, population)
+    ]
+    mass_kg = numpy.mean(masses) if masses else population["mass_kg"]
+    solver = protocol["solver"]
+    omega = 2.0 * numpy.pi * solver["contact_frequency_hz"]
+    pybullet.changeDynamics(
+        body,
+        -1,
+        contactStiffness=mass_kg * omega**2,
+        contactDamping=2.0 * solver["contact_damping"] * mass_kg * omega,
+    )
+
+
+def escape(folder, population, grasp, protocol):
+    """How freely the object could leave the hand if nothing rubbed: the largest speed at which all contacts open at once,
+    among motions of speed 1 (metres, and turns at a lever of LEVER_M); 0 where the normals alone hold it."""
+    body = place_in_pybullet(folder, population, grasp, protocol)
+    rows = [[*push, *(torque / LEVER_M)] for push, torque in pushes_in_pybullet(body, population)]
     if not rows:
         return 1.0
     opening = numpy.array(rows)
@@ -180,6 +220,7 @@ ENGINES = {
     "pybullet": functools.partial(fall_in_pybullet, margin_m=MARGIN_M),
     "pybullet-exact": fall_in_pybullet,
     "pybullet-exact-240": functools.partial(fall_in_pybullet, step_s=1 / 240),
+    "pybullet-springs": functools.partial(fall_in_pybullet, step_s=1 / 240, iterations=500, springs=True),
 }
 
 
