@@ -97,6 +97,42 @@ fn steps(world: &mut World, count: usize) {
     }
 }
 
+/// The engine's contacts of a capsule with an edge between two faces may lie outside of both.
+#[test]
+fn a_finger_that_does_not_touch_does_not_push() {
+    const RADIUS_M: f64 = 0.008;
+    let object = Object::named("bottle_flask").unwrap();
+    let solid = Solid::new(&object.mesh, Build::Pieces);
+    let places = object.mesh.sample_surface(4000, 1);
+    let axes = object.mesh.sample_surface(4000, 2);
+    let mut near = 0;
+    for (number, (place, axis)) in places.iter().zip(&axes).enumerate() {
+        let gap_m = 1e-4 * (1.0 + (number % 4) as f64);
+        let outward = if axis.normal.dot(&place.normal) < 0.0 {
+            -axis.normal
+        } else {
+            axis.normal
+        };
+        let a = place.point + place.normal * (RADIUS_M + gap_m);
+        let finger = Part::Capsule {
+            a,
+            b: a + outward * 0.03,
+            radius_m: RADIUS_M,
+        };
+        let mut world = World::new(&solid, 0.06, [0.0; 3], &friction(0.25), &Solver::default());
+        world.fix(&finger);
+        if world.overlap_m() > 0.0 {
+            continue;
+        }
+        near += 1;
+        world.step();
+        let [velocity, turning] = world.velocity();
+        let told = format!("{finger:?}: {velocity} {turning}");
+        assert!(velocity.norm() + turning.norm() < 1e-9, "{told}");
+    }
+    assert!(near > 2000, "{near}");
+}
+
 #[test]
 fn a_ball_in_an_open_cup_stays() {
     let (ball, centre, radius_m) = ball();

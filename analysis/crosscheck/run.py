@@ -21,6 +21,8 @@ MARGIN_M = 1e-3
 TOUCH_M = 1e-4
 # Makes turns and ways comparable, metres.
 LEVER_M = 0.05
+# Share of a contact's constraint that is hard in MuJoCo where contacts are springs.
+IMPEDANCE = 0.98
 NO_GRAVITY = [0.0, 0.0, 0.0]
 
 
@@ -43,12 +45,13 @@ def text(numbers):
     return " ".join(repr(float(number)) for number in numbers)
 
 
-def fall_in_mujoco(folder, population, grasp, protocol, step_s=1 / 240):
+def fall_in_mujoco(folder, population, grasp, protocol, step_s=1 / 240, springs=False):
     """Vertical way of the centre of mass, metres."""
     # MuJoCo's friction gives way a little under any load, and objects creep out of the hand within the 17 s: least with a
-    # large impratio. With 1000 instead of 100 one outcome of 142 differs.
+    # large impratio.
     friction = protocol["friction"]["hand"] * protocol["friction"]["object"]
     moments, axes = principal(population["inertia_kg_m2"])
+    contact = springs_in_mujoco(folder, population, grasp, protocol) if springs else ""
     meshes = "".join(
         f'<mesh name="p{n}" file="{folder / piece}" inertia="shell"/>' for n, piece in enumerate(population["pieces"])
     )
@@ -72,6 +75,7 @@ def fall_in_mujoco(folder, population, grasp, protocol, step_s=1 / 240):
         f"""<mujoco><compiler inertiafromgeom="false"/>
         <option timestep="{step_s!r}" gravity="{text(NO_GRAVITY)}" integrator="implicitfast" cone="elliptic"
             impratio="100" noslip_iterations="2"/>
+        <default><geom {contact}/></default>
         <asset>{meshes}</asset><worldbody>{capsules}
         <body><freejoint/><inertial pos="{text(population["centre_m"])}" mass="{population["mass_kg"]!r}"
             diaginertia="{text(moments)}" quat="{text(quaternion(axes))}"/>{geoms}</body></worldbody></mujoco>"""
@@ -147,7 +151,7 @@ def fall_in_pybullet(folder, population, grasp, protocol, step_s=1 / 60, margin_
     """Vertical way of the centre of mass, metres."""
     body = place_in_pybullet(folder, population, grasp, protocol, margin_m)
     if springs:
-        give_our_springs(body, population, protocol)
+        give_springs_in_pybullet(body, population, protocol)
     pybullet.setPhysicsEngineParameter(fixedTimeStep=step_s, numSolverIterations=iterations)
     start = pybullet.getBasePositionAndOrientation(body)[0][2]
     for _ in range(round(protocol["settle_s"] / step_s)):
@@ -176,9 +180,9 @@ def pushes_in_pybullet(body, population):
     return pushes
 
 
-def give_our_springs(body, population, protocol):
-    """Makes contacts the springs that they are here: of one frequency and damping for the mass that a contact moves, taken
-    as the mean over the contacts at the start. The hand's contacts stay stiff: Bullet puts the two in series."""
+def our_springs(body, population, protocol):
+    """Mass (kg), angular frequency (1/s) and damping ratio of the springs that contacts are here: of one frequency for the
+    mass that a contact moves, for which stands its mean over the contacts at the start."""
     inverse = numpy.linalg.inv(numpy.array(population["inertia_kg_m2"]).reshape(3, 3))
     masses = [
         1.0 / (1.0 / population["mass_kg"] + torque @ inverse @ torque)
@@ -186,12 +190,26 @@ def give_our_springs(body, population, protocol):
     ]
     mass_kg = numpy.mean(masses) if masses else population["mass_kg"]
     solver = protocol["solver"]
-    omega = 2.0 * numpy.pi * solver["contact_frequency_hz"]
+    return mass_kg, 2.0 * numpy.pi * solver["contact_frequency_hz"], solver["contact_damping"]
+
+
+def give_springs_in_pybullet(body, population, protocol):
+    """Makes contacts springs like ours. Those of the hand stay stiff: Bullet puts the two in series."""
+    mass_kg, omega, damping = our_springs(body, population, protocol)
     pybullet.changeDynamics(
-        body,
-        -1,
-        contactStiffness=mass_kg * omega**2,
-        contactDamping=2.0 * solver["contact_damping"] * mass_kg * omega,
+        body, -1, contactStiffness=mass_kg * omega**2, contactDamping=2.0 * damping * mass_kg * omega
+    )
+
+
+def springs_in_mujoco(folder, population, grasp, protocol):
+    """Attributes of geoms whose contacts are springs like ours. MuJoCo states them per mass, that of the whole body, and of a
+    constraint of which IMPEDANCE is hard: a large part, so that steps of 1/240 s follow the damping."""
+    body = place_in_pybullet(folder, population, grasp, protocol)
+    mass_kg, omega, damping = our_springs(body, population, protocol)
+    soft = (1.0 - IMPEDANCE) * mass_kg / population["mass_kg"]
+    return (
+        f'solref="{text([-soft * omega**2, -soft * 2.0 * damping * omega])}" '
+        f'solimp="{IMPEDANCE} {IMPEDANCE} 0.001 0.5 2"'
     )
 
 
@@ -213,14 +231,15 @@ def escape(folder, population, grasp, protocol):
     return float(solved.x[-1])
 
 
-# PyBullet as it comes adds a margin to hulls; without it, it sees what the others see. It presses harder the shorter its
-# step is.
+# With springs like ours, solved as well as they are here (steps as long as our substeps), and as the engines come. PyBullet
+# as it comes adds a margin to hulls; without it, it sees what the others see. It presses harder the shorter its step is.
 ENGINES = {
+    "mujoco-springs": functools.partial(fall_in_mujoco, springs=True),
+    "pybullet-springs": functools.partial(fall_in_pybullet, step_s=1 / 240, iterations=500, springs=True),
     "mujoco": fall_in_mujoco,
     "pybullet": functools.partial(fall_in_pybullet, margin_m=MARGIN_M),
     "pybullet-exact": fall_in_pybullet,
     "pybullet-exact-240": functools.partial(fall_in_pybullet, step_s=1 / 240),
-    "pybullet-springs": functools.partial(fall_in_pybullet, step_s=1 / 240, iterations=500, springs=True),
 }
 
 

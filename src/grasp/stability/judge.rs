@@ -111,19 +111,15 @@ fn fall(hand: &Hand, posed: &PosedHand, solid: &Solid, mass_kg: f64, drop: &Drop
     let settling = count(drop.settle_s, solver.time_step_s);
     let down = Vector3::from(drop.gravity_m_s2).normalize();
     let mut outcome = Outcome::START;
+    if overlaps(&mut outcome, &world, drop.overlap_m) {
+        return outcome;
+    }
     let mut watch = Watch::new(solid, &drop.rest, solver.time_step_s);
     for step in 0..settling + drop.steps {
         if step == settling {
             world.set_gravity(drop.gravity_m_s2);
         }
         world.step();
-        if step == 0 {
-            outcome.overlap_m = world.overlap_m();
-            if outcome.overlap_m > drop.overlap_m {
-                outcome.reason = Reason::Overlap;
-                return outcome;
-            }
-        }
         let (way, turn_rad) = world.motion();
         if !(way.norm().is_finite() && turn_rad.is_finite()) {
             outcome.reason = Reason::Lost;
@@ -155,15 +151,11 @@ fn push(
         None => fix_hand(&mut closed, hand, posed),
     }
     let mut outcome = Outcome::START;
-    for step in 0..count(six.squeeze.time_s, six.solver.time_step_s).max(1) {
+    if overlaps(&mut outcome, &closed, six.overlap_m) {
+        return outcome;
+    }
+    for _ in 0..count(six.squeeze.time_s, six.solver.time_step_s).max(1) {
         closed.step();
-        if step == 0 {
-            outcome.overlap_m = closed.overlap_m();
-            if outcome.overlap_m > six.overlap_m {
-                outcome.reason = Reason::Overlap;
-                return outcome;
-            }
-        }
         if fails(&mut outcome, &closed, six) {
             return outcome;
         }
@@ -184,6 +176,15 @@ fn push(
         }
     }
     outcome
+}
+
+/// Takes note of how deep hand and object overlap; whether that is too much.
+fn overlaps(outcome: &mut Outcome, world: &World, most_m: f64) -> bool {
+    outcome.overlap_m = world.overlap_m();
+    if outcome.overlap_m > most_m {
+        outcome.reason = Reason::Overlap;
+    }
+    outcome.reason != Reason::Held
 }
 
 /// Takes note of where the object is; whether that is too far.

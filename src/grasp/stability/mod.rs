@@ -8,6 +8,7 @@
 //! deterministic mode.
 
 mod convert;
+mod ghosts;
 mod judge;
 mod rest;
 mod settings;

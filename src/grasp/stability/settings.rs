@@ -74,7 +74,7 @@ impl Default for Solver {
             contact_frequency_hz: 60.0,
             contact_damping: 10.0,
             recovery_m_s: 3.0,
-            prediction_m: 0.002,
+            prediction_m: 0.0005,
         }
     }
 }

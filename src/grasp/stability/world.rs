@@ -6,11 +6,13 @@ use rapier3d_f64::dynamics::{
     RigidBodyHandle, SpringCoefficients,
 };
 use rapier3d_f64::geometry::{
-    ColliderBuilder, Group, InteractionGroups, InteractionTestMode, SharedShape,
+    Collider, ColliderBuilder, Group, InteractionGroups, InteractionTestMode, SharedShape,
 };
-use rapier3d_f64::pipeline::PhysicsWorld;
+use rapier3d_f64::parry::query::contact;
+use rapier3d_f64::pipeline::{ActiveHooks, PhysicsWorld};
 
 use super::convert::{from_vector, isometry, vector};
+use super::ghosts::NoGhosts;
 use super::settings::{Combine, Friction, Solver};
 use super::solid::{Solid, motion};
 use crate::grasp::object::Mesh;
@@ -72,7 +74,8 @@ impl World {
             .mass_properties(solid.of_mass(mass_kg))
             .friction(friction.object)
             .friction_combine_rule(rule(friction.combine))
-            .collision_groups(groups(OBJECT, HOLDER));
+            .collision_groups(groups(OBJECT, HOLDER))
+            .active_hooks(ActiveHooks::MODIFY_SOLVER_CONTACTS);
         let (object, _) = physics.insert(body, collider);
         Self {
             physics,
@@ -177,7 +180,7 @@ impl World {
 
     /// One time step.
     pub fn step(&mut self) {
-        self.physics.step();
+        self.physics.step_with_events(&NoGhosts, &());
     }
 
     /// Where the object is: from its frame at the start to now.
@@ -196,12 +199,26 @@ impl World {
         [from_vector(body.linvel()), from_vector(body.angvel())]
     }
 
-    /// Deepest overlap of the object with anything as the last step began, metres; 0 where nothing overlapped.
+    /// Deepest overlap of the object with anything now, metres; 0 where nothing overlaps.
     pub fn overlap_m(&self) -> f64 {
-        self.physics
-            .contact_pairs()
-            .filter_map(|pair| pair.find_deepest_contact())
-            .fold(0.0, |deepest: f64, (_, contact)| deepest.max(-contact.dist))
+        let of_object = |collider: &Collider| collider.parent() == Some(self.object);
+        let colliders = || self.physics.colliders.iter().map(|(_, collider)| collider);
+        let mut deepest_m = 0.0f64;
+        for object in colliders().filter(|collider| of_object(collider)) {
+            for holder in colliders().filter(|collider| !of_object(collider)) {
+                let nearest = contact(
+                    object.position(),
+                    object.shape(),
+                    holder.position(),
+                    holder.shape(),
+                    0.0,
+                );
+                if let Ok(Some(nearest)) = nearest {
+                    deepest_m = deepest_m.max(-nearest.dist);
+                }
+            }
+        }
+        deepest_m
     }
 }
 
@@ -218,9 +235,6 @@ fn parameters(solver: &Solver) -> IntegrationParameters {
         static_contact_softness: softness,
         normalized_max_corrective_velocity: solver.recovery_m_s,
         normalized_prediction_distance: solver.prediction_m,
-        // Hands are small and what is asked is whether things rest: contacts are found anew as soon as anything has moved
-        // by micrometres, and nothing is fast enough to pass through a finger within a step.
-        normalized_contact_recycle_distance: 1e-5,
         // Merged contacts, and friction in one of the two passes only, let squeezed objects creep and shiver: a block held
         // with a tenth more friction than needed sinks by millimetres instead of hundredths.
         contact_clustering: false,
