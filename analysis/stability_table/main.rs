@@ -38,7 +38,7 @@ const SIMPLE: [&str; 3] = ["ball", "box", "can"];
 /// Populations: name, chains on each bottle, chains on each simple shape. Those whose name ends so go through the six
 /// directions instead of the drop, which cost twenty times as much.
 const POPULATIONS: [(&str, u64, u64); 5] = [
-    ("firm", 260, 50),
+    ("firm", 320, 50),
     ("strict", 100, 50),
     ("weak", 100, 0),
     ("firm pushed", 20, 0),
