@@ -1,7 +1,7 @@
 //! What another engine needs to repeat the drop test: `crosscheck_export GRASPS.parquet FOLDER`
 //!
-//! Writes the convex pieces of each object (`<object>_<piece>.obj`, metres, object frame) and `grasps.json`: mass
-//! properties, and for each grasp the posed capsules of the hand and what became of it here.
+//! Writes the convex pieces of each object (`<object>_<piece>.obj`, and `<object>.obj` with all of them; metres, object
+//! frame) and `grasps.json`: mass properties, and for each grasp the posed capsules of the hand and what became of it here.
 
 use std::error::Error;
 use std::fmt::Write;
@@ -38,11 +38,17 @@ fn main() -> Result<(), Box<dyn Error>> {
         let mass_kg = population.object.mass_kg * population.scale.powi(3);
         let solid = Solid::new(&mesh, Build::Pieces);
         let mut pieces = Vec::new();
+        let (mut all, mut vertices) = (String::new(), 0);
         for (number, piece) in solid.pieces().iter().enumerate() {
             let piece_name = format!("{name}_{number}.obj");
-            fs::write(folder.join(&piece_name), obj_text(piece))?;
+            fs::write(folder.join(&piece_name), obj_text(piece, 0))?;
+            let _ = writeln!(all, "o {number}");
+            all += &obj_text(piece, vertices);
+            vertices += u32::try_from(piece.vertices.len())?;
             pieces.push(piece_name);
         }
+        let all_pieces = format!("{name}.obj");
+        fs::write(folder.join(&all_pieces), all)?;
         let of_grasp = |grasp: &&landscape::store::Grasp| {
             let mut x = grasp.translation_m.to_vec();
             x.extend(grasp.rotation_wxyz);
@@ -65,6 +71,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         populations.push(json!({
             "object": name,
             "pieces": pieces,
+            "all_pieces": all_pieces,
             "mass_kg": mass_kg,
             "centre_m": solid.centre(),
             "inertia_kg_m2": solid.unit_inertia() * mass_kg,
@@ -76,13 +83,15 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn obj_text(piece: &Piece) -> String {
+/// `before`: how many vertices the file has already.
+fn obj_text(piece: &Piece, before: u32) -> String {
     let mut text = String::new();
     for v in &piece.vertices {
         let _ = writeln!(text, "v {} {} {}", v.x, v.y, v.z);
     }
-    for [a, b, c] in &piece.triangles {
-        let _ = writeln!(text, "f {} {} {}", a + 1, b + 1, c + 1);
+    for corners in &piece.triangles {
+        let [a, b, c] = corners.map(|corner| before + corner + 1);
+        let _ = writeln!(text, "f {a} {b} {c}");
     }
     text
 }

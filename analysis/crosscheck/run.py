@@ -94,22 +94,6 @@ def fall_in_mujoco(folder, population, grasp, protocol, step_s=1 / 240, springs=
     return float(start - data.xipos[body][2])
 
 
-def one_file(folder, population):
-    """All pieces in one OBJ, of which PyBullet makes one hull each. Given as a list of shapes it takes the first 16 and
-    says nothing of the others."""
-    path = folder / f"{population['object']}.obj"
-    lines, before = [], 0
-    for piece in population["pieces"]:
-        told = [line.split() for line in (folder / piece).read_text().splitlines()]
-        lines.append(f"o {piece}")
-        for kind, *numbers in told:
-            shift = 0 if kind == "v" else before
-            lines.append(" ".join([kind, *(number if kind == "v" else str(int(number) + shift) for number in numbers)]))
-        before += sum(kind == "v" for kind, *_ in told)
-    path.write_text("\n".join(lines) + "\n")
-    return path
-
-
 def place_in_pybullet(folder, population, grasp, protocol, margin_m=0.0):
     """Hand and object without gravity; the object's body."""
     pybullet.resetSimulation()
@@ -127,7 +111,8 @@ def place_in_pybullet(folder, population, grasp, protocol, margin_m=0.0):
         pybullet.changeDynamics(body, -1, lateralFriction=protocol["friction"]["hand"])
     moments, axes = principal(population["inertia_kg_m2"])
     w, x, y, z = quaternion(axes)
-    shape = pybullet.createCollisionShape(pybullet.GEOM_MESH, fileName=str(one_file(folder, population)))
+    # One hull for each piece of the file. Of a list of shapes PyBullet takes the first 16 and says nothing of the others.
+    shape = pybullet.createCollisionShape(pybullet.GEOM_MESH, fileName=str(folder / population["all_pieces"]))
     body = pybullet.createMultiBody(
         population["mass_kg"],
         shape,
@@ -202,8 +187,9 @@ def give_springs_in_pybullet(body, population, protocol):
 
 
 def springs_in_mujoco(folder, population, grasp, protocol):
-    """Attributes of geoms whose contacts are springs like ours. MuJoCo states them per mass, that of the whole body, and of a
-    constraint of which IMPEDANCE is hard: a large part, so that steps of 1/240 s follow the damping."""
+    """Attributes of geoms whose contacts at rest are as stiff as ours. MuJoCo states springs per mass, that of the whole body,
+    and for a constraint of which IMPEDANCE is hard. What is not is a resistance to acceleration, too: with 0.98 contacts move
+    like springs damped little more than critically. With 0.9 steps of 1/240 s do not follow the damping."""
     body = place_in_pybullet(folder, population, grasp, protocol)
     mass_kg, omega, damping = our_springs(body, population, protocol)
     soft = (1.0 - IMPEDANCE) * mass_kg / population["mass_kg"]
@@ -231,7 +217,7 @@ def escape(folder, population, grasp, protocol):
     return float(solved.x[-1])
 
 
-# With springs like ours, solved as well as they are here (steps as long as our substeps), and as the engines come. PyBullet
+# With contacts as stiff as ours at rest, in steps as long as our substeps; and as the engines come. PyBullet
 # as it comes adds a margin to hulls; without it, it sees what the others see. It presses harder the shorter its step is.
 ENGINES = {
     "mujoco-springs": functools.partial(fall_in_mujoco, springs=True),

@@ -101,8 +101,8 @@ pub(crate) fn text(rows: &[Row]) -> String {
     text.push_str(
         "In the drop test hand and object are rigid, and what presses is what they overlap at the start. The object comes to \
          rest in the hand for a second before gravity acts; let go at once, it falls while the engine still looks for the \
-         forces. The squeezed test drives the joints. σ < 0.0005 is the paper's strict filter, which our `strict` is not: that \
-         asks for force closure of the contact set at friction 0.5, where the drop test has 0.25, and for contacts within \
+         forces. The squeezed test drives the joints. σ < 0.0005 is the paper's stricter filter (its unit is not stated; both \
+         readings are below). It is not our `strict`, which asks for force closure of the contact set at friction 0.5, where the drop test has 0.25, and for contacts within \
          2 mm, which need not press.\n\n## Beside Table I\n\n",
     );
     heading(&mut text, "");

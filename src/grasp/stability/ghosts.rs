@@ -19,8 +19,9 @@ const REACH_M: f64 = 1e-4;
 /// contact in five hundred is such a ghost.
 ///
 /// Along a normal n from the first body to the second no two points are nearer than
-/// min over the second of n · x − max over the first of n · x. What claims to be is replaced by the one contact that a
-/// query for the nearest points finds, or by none.
+/// min over the second of n · x − max over the first of n · x. A contact that claims to be is taken out; if no other of its
+/// manifold is left, the nearest points of the two take its place where they are close. What is not deeper than the bodies
+/// overlap, but in a wrong place, stays, and so do contacts of triangles, which have no inside.
 pub(super) struct NoGhosts;
 
 impl PhysicsHooks for NoGhosts {
@@ -30,7 +31,7 @@ impl PhysicsHooks for NoGhosts {
             return;
         };
         let contacts = &mut *rigid.solver_contacts;
-        // Only what overlaps presses.
+        // Only what overlaps presses; what is near only limits how fast it comes nearer.
         if contacts.iter().all(|contact| contact.dist >= -TOLERANCE_M) {
             return;
         }

@@ -199,7 +199,8 @@ impl World {
         [from_vector(body.linvel()), from_vector(body.angvel())]
     }
 
-    /// Deepest overlap of the object with anything now, metres; 0 where nothing overlaps.
+    /// Deepest overlap of anything with one piece of the object now, metres; 0 where nothing overlaps. A surface of triangles
+    /// ([`Build::Triangles`](super::Build::Triangles)) has no inside: what is deep in it overlaps little or not at all.
     pub fn overlap_m(&self) -> f64 {
         let of_object = |collider: &Collider| collider.parent() == Some(self.object);
         let colliders = || self.physics.colliders.iter().map(|(_, collider)| collider);
