@@ -58,13 +58,14 @@ pub(super) fn run(command: &Stability, common: &Common) -> anyhow::Result<()> {
     // The journal's lock says that nobody else is writing.
     remove_leftovers(&output)?;
 
-    let started = Instant::now();
+    let mut seconds = 0.0;
     let bar = progress::bar("grasps", file.grasps.len() as u64, common.quiet);
     let mut outcomes: Vec<(u64, Outcome)> = Vec::with_capacity(file.grasps.len());
     let mut fits = Vec::new();
     for population in file.landscapes() {
         let place = Place::new(&population)?;
         fits.push(place.fit());
+        let started = Instant::now();
         let of_population: Vec<(u64, Outcome)> = population
             .grasps
             .par_iter()
@@ -84,10 +85,10 @@ pub(super) fn run(command: &Stability, common: &Common) -> anyhow::Result<()> {
                 Ok((grasp.id, outcome))
             })
             .collect::<anyhow::Result<_>>()?;
+        seconds += started.elapsed().as_secs_f64();
         outcomes.extend(of_population);
     }
     bar.finish_and_clear();
-    let seconds = started.elapsed().as_secs_f64();
 
     outcomes.sort_by_key(|(id, _)| *id);
     for grasp in &mut file.grasps {
