@@ -17,6 +17,12 @@ const UNIT_TOLERANCE: f64 = 1e-3;
 /// A quaternion this near to unit length is kept bit for bit.
 const UNIT_EXACT: f64 = 1e-12;
 
+/// Farthest a hand may lie from the object's origin along an axis, metres. Squares of far larger numbers are infinite.
+const FARTHEST_M: f64 = 1000.0;
+
+/// Scales of objects; far smaller and larger ones have no volume, or an infinite one.
+const SCALES: std::ops::RangeInclusive<f64> = 1e-3..=1e3;
+
 impl GraspFile {
     /// What is wrong with which rows, for instance to leave them out before writing.
     pub fn faults(&self) -> Vec<(usize, Fault)> {
@@ -68,7 +74,14 @@ impl GraspFile {
         wrong_length("joints_rad", grasp.joints_rad.len(), hand.joint_names.len())
             .or_else(|| wrong_length("term_…", grasp.terms.len(), self.metadata.terms.len()))
             .or_else(|| self.not_finite(grasp))
-            .or_else(|| (grasp.scale <= 0.0).then_some(Fault::Scale { scale: grasp.scale }))
+            .or_else(|| {
+                let mut far = grasp.translation_m.into_iter();
+                let value = far.find(|value| value.abs() > FARTHEST_M)?;
+                Some(Fault::Far { value })
+            })
+            .or_else(|| {
+                (!SCALES.contains(&grasp.scale)).then_some(Fault::Scale { scale: grasp.scale })
+            })
             .or_else(|| {
                 let norm = norm(grasp.rotation_wxyz);
                 ((norm - 1.0).abs() > UNIT_TOLERANCE).then_some(Fault::NotUnit { norm })

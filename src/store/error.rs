@@ -217,8 +217,16 @@ pub enum Fault {
         /// How many there should be.
         expected: usize,
     },
-    /// A scale that is not positive.
-    #[error("scale {scale} is not positive")]
+    /// A hand farther from the object than any lengths in metres mean.
+    #[error(
+        "translation_m has {value}: more than a kilometre from the object; lengths are in metres"
+    )]
+    Far {
+        /// The first such coordinate.
+        value: f64,
+    },
+    /// A scale of no object that can be held.
+    #[error("scale {scale} is not from 0.001 to 1000")]
     Scale {
         /// The scale.
         scale: f64,

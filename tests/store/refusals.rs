@@ -30,7 +30,7 @@ fn fault(spoil: impl FnOnce(&mut Grasp)) -> String {
 #[test]
 fn rows_that_cannot_be_used_are_refused() {
     type Spoil = fn(&mut Grasp);
-    let cases: [(Spoil, &str); 16] = [
+    let cases: [(Spoil, &str); 17] = [
         (
             |grasp| grasp.energy = f64::NAN,
             "column `energy` holds NaN, which is not a finite number",
@@ -55,7 +55,14 @@ fn rows_that_cannot_be_used_are_refused() {
             |grasp| grasp.joints_rad[1] = f64::INFINITY,
             "column `joints_rad` holds inf, which is not a finite number",
         ),
-        (|grasp| grasp.scale = 0.0, "scale 0 is not positive"),
+        (
+            |grasp| grasp.scale = 0.0,
+            "scale 0 is not from 0.001 to 1000",
+        ),
+        (
+            |grasp| grasp.translation_m[1] = -2000.0,
+            "translation_m has -2000: more than a kilometre from the object; lengths are in metres",
+        ),
         (
             |grasp| grasp.rotation_wxyz = [0.5; 4].map(|half| half * 1.25),
             "the quaternion `rotation_wxyz` has length 1.25, expected 1",
@@ -113,7 +120,10 @@ fn the_reader_names_row_and_column() {
             "column `epsilon` holds NaN, which is not a finite number"
         )
     );
-    assert_eq!(spoilt("scale", 1, -1.0), row(1, "scale -1 is not positive"));
+    assert_eq!(
+        spoilt("scale", 1, -1.0),
+        row(1, "scale -1 is not from 0.001 to 1000")
+    );
 
     let set = |name: &str, array: ArrayRef| of(&file(2)).set(name, array).refusal();
     let lists = |rows: [&[f64]; 2]| -> ArrayRef {
