@@ -1,9 +1,69 @@
 //! Round numbers along an axis.
 
-/// Round values (1, 2 or 5 times a power of ten apart) inside [`low`, `high`], about `wanted` of them.
+/// Steps smaller than this share of the larger end of a range are not counted off: multiples of a step are told apart up to
+/// 2⁻⁵³ of their size, and numbers that differ so late would fill the sheet with digits.
+const FINEST_STEP: f64 = 1e-13;
+
+/// A range of an axis. Its ends may be farther apart than the largest number, or an ulp.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Span {
+    /// The lower end.
+    pub(super) low: f64,
+    /// The upper end, above the lower one.
+    pub(super) high: f64,
+}
+
+impl Span {
+    /// Where `value` lies: 0 at the lower end, 1 at the upper end.
+    pub(super) fn part(self, value: f64) -> f64 {
+        let width = self.high - self.low;
+        if width.is_finite() {
+            (value - self.low) / width
+        } else {
+            let [low, high, value] = [self.low, self.high, value].map(|value| 0.5 * value);
+            (value - low) / (high - low)
+        }
+    }
+
+    /// The value at a part of the range, which may lie beyond either end; finite.
+    pub(super) fn at(self, part: f64) -> f64 {
+        let width = self.high - self.low;
+        let value = if width.is_finite() {
+            self.low + part * width
+        } else {
+            (1.0 - part) * self.low + part * self.high
+        };
+        value.clamp(f64::MIN, f64::MAX)
+    }
+
+    /// The same range; one that is too narrow for its ends to be told apart on an axis is widened around them.
+    pub(super) fn widened(self) -> Self {
+        let Self { low, high } = self;
+        if high - low > 1e-12 * high.abs().max(low.abs()) {
+            return self;
+        }
+        let pad = if low.abs() < 1e-300 {
+            0.5
+        } else {
+            0.1 * low.abs()
+        };
+        Self {
+            low: (low - pad).max(f64::MIN),
+            high: (high + pad).min(f64::MAX),
+        }
+    }
+}
+
+/// Round values (1, 2 or 5 times a power of ten apart) inside [`low`, `high`], about `wanted` of them. Only `low` where there
+/// is no range, or one too narrow for numbers to be told apart in it.
 pub fn ticks(low: f64, high: f64, wanted: usize) -> Vec<f64> {
-    let raw = (high - low) / wanted.max(1) as f64;
-    if !raw.is_finite() || raw <= 0.0 {
+    let wanted = wanted.max(1) as f64;
+    let mut raw = (high - low) / wanted;
+    if raw.is_infinite() {
+        raw = high / wanted - low / wanted;
+    }
+    let finest = (FINEST_STEP * low.abs().max(high.abs())).max(f64::MIN_POSITIVE);
+    if !(raw.is_finite() && raw > finest) {
         return vec![low];
     }
     let magnitude = 10f64.powf(raw.log10().floor());
@@ -15,9 +75,13 @@ pub fn ticks(low: f64, high: f64, wanted: usize) -> Vec<f64> {
             part if part < 50f64.sqrt() => 5.0,
             _ => 10.0,
         };
+    if step.is_infinite() {
+        return vec![low];
+    }
     let mut values = Vec::new();
     let mut index = (low / step - 1e-9).ceil();
-    while index * step <= high + 1e-9 * step {
+    let last = (high + 1e-9 * step).min(f64::MAX);
+    while index * step <= last {
         // Adding zero turns −0 into 0.
         values.push(index * step + 0.0);
         index += 1.0;
@@ -174,6 +238,60 @@ mod tests {
             ["−140", "−120", "−100", "−80", "−60"]
         );
         assert_eq!(ticks(3.0, 3.0, 5), [3.0]);
+    }
+
+    #[test]
+    fn any_range_has_few_ticks_inside_and_ends() {
+        let ulps = |value: f64, count: u64| f64::from_bits(value.to_bits() + count);
+        let (tiny, huge) = (f64::from_bits(1), f64::MAX);
+        let mut ranges = vec![
+            [1.0, ulps(1.0, 1)],
+            [1.0, ulps(1.0, 2)],
+            [-ulps(1.0, 1), -1.0],
+            [146.0, ulps(146.0, 40)],
+            [1e300, ulps(1e300, 3)],
+            [0.0, tiny],
+            [tiny, ulps(tiny, 1)],
+            [-tiny, tiny],
+            [0.0, f64::MIN_POSITIVE],
+            [-huge, huge],
+            [0.0, huge],
+            [huge / 2.0, huge],
+            [-huge, tiny],
+            [3.0, 3.0],
+            [0.0, 0.0],
+            [huge, huge],
+        ];
+        for exponent in -320..309 {
+            let end = 10f64.powi(exponent);
+            ranges.extend([[0.0, end], [-end, end], [end, 1.5 * end], [1.0, 1.0 + end]]);
+        }
+        for [low, high] in ranges {
+            for wanted in [1, 4, 6, 1000] {
+                let values = ticks(low, high, wanted);
+                let rounding = 4e-9 * (high / 2.0 - low / 2.0);
+                assert!(
+                    values
+                        .iter()
+                        .all(|value| (low - rounding..=high + rounding).contains(value)),
+                    "{low:e} {high:e} {wanted}: {values:?}"
+                );
+                assert!(
+                    (1..=3 * wanted + 3).contains(&values.len())
+                        && values.windows(2).all(|pair| pair[0] < pair[1]),
+                    "{low:e} {high:e} {wanted}: {values:?}"
+                );
+                assert_eq!(tick_texts(&values).len(), values.len());
+            }
+            if low < high {
+                let span = Span { low, high };
+                let ends = [low, high].map(|end| span.part(end).to_bits());
+                assert_eq!(ends, [0.0, 1.0].map(f64::to_bits));
+                assert!(span.at(-0.1).is_finite() && span.at(1.1).is_finite());
+            }
+            let Span { low, high } = Span { low, high }.widened();
+            assert!(low < high && low.is_finite() && high.is_finite());
+        }
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The legend: samples of lines, circles and colours, each with its text, in a column or in rows.
 
-use super::axis;
+use super::axis::{self, Span};
 use super::canvas::Canvas;
 use super::style::{Anchor, Colour, Stroke, TextFace};
 use super::theme::{INK, LINE, MARGIN, TEXT, sequential};
@@ -248,7 +248,7 @@ fn draw_bar(
     let values = axis::ticks(low, high, 4);
     for (value, text) in values.iter().zip(axis::tick_texts(&values)) {
         let t = if high > low {
-            (value - low) / (high - low)
+            Span { low, high }.part(*value)
         } else {
             0.5
         };
