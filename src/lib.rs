@@ -50,6 +50,7 @@ pub mod agreement;
 pub mod energy;
 pub mod figure;
 pub mod optimize;
+pub mod printable;
 pub mod sample;
 pub mod space;
 

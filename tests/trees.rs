@@ -1,4 +1,5 @@
-//! What is done with finished landscapes: drawing views, comparing two, exchanging min.data and ts.data.
+//! What is done with finished landscapes: drawing views, comparing two, exchanging min.data and ts.data; trees of any depth,
+//! and names of any kind.
 #![cfg(feature = "cli")]
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
@@ -13,6 +14,7 @@ use landscape::topography::{Evidence, MinimumId, Tree};
 use serde_json::Value;
 use tempfile::TempDir;
 
+mod deep;
 mod folder;
 
 struct Desk(TempDir);

@@ -1,5 +1,6 @@
 //! Pictures of a network and its tree, with views applied, and the same as text for other programs.
 
+use std::fmt::Write as _;
 use std::path::Path;
 
 use anyhow::Context;
@@ -9,7 +10,7 @@ use crate::figure::layout::collapse;
 use crate::figure::{BarrierPicture, DisconnectivityPicture, Leaf, Picture, group};
 use crate::store::write_atomic;
 use crate::topography::view::{Levels, View, bottoms, grouped, restricted};
-use crate::topography::{self, Evidence, MinimumId, Network, Tree, decisive, support};
+use crate::topography::{self, Ancestors, Evidence, MinimumId, Network, Tree, decisive, support};
 
 /// Width of a disconnectivity graph, canvas units.
 pub(super) const PICTURE_WIDTH: u32 = 1600;
@@ -109,8 +110,10 @@ impl Drawing<'_> {
         let known = support(&view.tree, &shown_of(self.resampled, &view, levels));
         write("tree.nwk", &topography::newick(&view.tree, &known, name))?;
         write("tree.dot", &topography::dot(&view.tree, &known, name))?;
-        let json = topography::tree_json(&view.tree, &known, name);
-        write("tree.json", &format!("{json:#}\n"))?;
+        write(
+            "tree.json",
+            &topography::tree_json(&view.tree, &known, name),
+        )?;
         let network = visible(self.network, &view);
         let network = network.as_ref().unwrap_or(self.network);
         let known = of_edges(network, &view.tree, &known);
@@ -158,51 +161,15 @@ impl Drawing<'_> {
     /// The disconnectivity graph and the barrier graph, as SVG and PNG.
     fn pictures(&self, shown: &Shown<'_>, ending: &str, folder: &Path) -> anyhow::Result<()> {
         let (view, levels) = (self.views).of(shown.network, &shown.tree, &shown.picked);
-        let leaves: Vec<Leaf> = (view.minima.iter())
-            .map(|minimum| shown.leaves[minimum.0].clone())
-            .collect();
-        let titles = self.titles;
-        let mut title = titles.title.clone();
-        let spelled = self.views.spell();
-        if !spelled.is_empty() {
-            let (shown, all) = (leaves.len(), shown.leaves.len());
-            let what = if ending.is_empty() {
-                "groups"
-            } else {
-                "minima"
-            };
-            title = format!("{title}: {shown} of {all} {what} ({spelled})");
-        }
-        let network = visible(shown.network, &view);
-        let network = network.as_ref().unwrap_or(shown.network);
-
-        let cut = squashing(&view.tree);
-        let drawn = cut.map_or(view.clone(), |(_, height)| view.below(height));
-        let mut tree = DisconnectivityPicture::new(drawn.tree, network);
-        tree.leaves.clone_from(&leaves);
-        tree.resampled = shown_of(&shown.resampled, &view, levels);
-        tree.title = match cut {
-            Some((count, height)) => {
-                tree.apart = format!("apart: joined above {height:.2}");
-                let merges = if count == 1 { "merge" } else { "merges" };
-                format!("{title} ({count} {merges} above {height:.2} not drawn)")
-            }
-            None => title.clone(),
-        };
-        let visible_examples = shown.examples.iter().filter_map(|(of, picture)| {
-            let leaf = view.minima.iter().position(|minimum| minimum == of)?;
-            Some((leaf, picture.clone()))
-        });
-        tree.examples = visible_examples.collect();
-        tree.size = [PICTURE_WIDTH, 900];
-        titles.energy.clone_into(&mut tree.energy_label);
-        titles.members.clone_into(&mut tree.members_label);
-        let mut graph = BarrierPicture::new(network);
-        graph.leaves = leaves;
-        graph.title = title;
-        titles.energy.clone_into(&mut graph.energy_label);
-        titles.members.clone_into(&mut graph.members_label);
-        graph.seed = titles.seed;
+        let legible = view.lowest(DisconnectivityPicture::MOST_LEAVES);
+        let tree = self.tree_picture(
+            shown,
+            &legible,
+            levels,
+            self.title(shown, &view, &legible, ending),
+        );
+        let legible = view.lowest(BarrierPicture::MOST_NODES);
+        let graph = self.graph_picture(shown, &legible, self.title(shown, &view, &legible, ending));
         for (name, canvas) in [
             ("disconnectivity", tree.draw()?),
             ("barriers", graph.draw()?),
@@ -215,6 +182,92 @@ impl Drawing<'_> {
         }
         Ok(())
     }
+
+    /// What is drawn, and how much of all there is: a view, and of it what is legible.
+    fn title(&self, shown: &Shown<'_>, view: &View, legible: &View, ending: &str) -> String {
+        let mut spelled = self.views.spell();
+        let drawn = legible.minima.len();
+        if drawn < view.minima.len() {
+            if !spelled.is_empty() {
+                spelled.push_str(", of these ");
+            }
+            let _ = write!(spelled, "the {drawn} lowest");
+        }
+        if spelled.is_empty() {
+            return self.titles.title.clone();
+        }
+        let all = shown.leaves.len();
+        let what = if ending.is_empty() {
+            "groups"
+        } else {
+            "minima"
+        };
+        format!("{}: {drawn} of {all} {what} ({spelled})", self.titles.title)
+    }
+
+    fn tree_picture(
+        &self,
+        shown: &Shown<'_>,
+        view: &View,
+        levels: Option<Levels>,
+        title: String,
+    ) -> DisconnectivityPicture {
+        let cut = squashing(&view.tree);
+        let drawn = cut.map_or(view.clone(), |(_, height)| view.below(height));
+        let mut tree = DisconnectivityPicture::new(drawn.tree, &Network::default());
+        tree.leaves = leaves_shown(shown, view);
+        tree.resampled = shown_of(&shown.resampled, view, levels);
+        tree.title = match cut {
+            Some((count, height)) => {
+                tree.apart = format!("apart: joined above {height:.2}");
+                let merges = if count == 1 { "merge" } else { "merges" };
+                format!("{title} ({count} {merges} above {height:.2} not drawn)")
+            }
+            None => title,
+        };
+        let visible_examples = shown.examples.iter().filter_map(|(of, picture)| {
+            let leaf = view.minima.iter().position(|minimum| minimum == of)?;
+            Some((leaf, picture.clone()))
+        });
+        tree.examples = visible_examples.collect();
+        tree.size = [PICTURE_WIDTH, 900];
+        self.titles.energy.clone_into(&mut tree.energy_label);
+        self.titles.members.clone_into(&mut tree.members_label);
+        tree
+    }
+
+    fn graph_picture(&self, shown: &Shown<'_>, view: &View, title: String) -> BarrierPicture {
+        let network = visible(shown.network, view);
+        let mut graph = BarrierPicture::new(network.as_ref().unwrap_or(shown.network));
+        graph.leaves = leaves_shown(shown, view);
+        graph.title = title;
+        self.titles.energy.clone_into(&mut graph.energy_label);
+        self.titles.members.clone_into(&mut graph.members_label);
+        graph.seed = self.titles.seed;
+        graph
+    }
+}
+
+fn leaves_shown(shown: &Shown<'_>, view: &View) -> Vec<Leaf> {
+    let leaves = view.minima.iter();
+    leaves
+        .map(|minimum| shown.leaves[minimum.0].clone())
+        .collect()
+}
+
+/// A sentence for the summary of so many minima, where the pictures do not show all.
+pub(super) fn not_drawn(minima: usize) -> Option<String> {
+    let [leaves, nodes] = [
+        DisconnectivityPicture::MOST_LEAVES,
+        BarrierPicture::MOST_NODES,
+    ];
+    (minima > leaves.min(nodes)).then(|| {
+        format!(
+            "pictures show what is legible, of minima and of groups the {leaves} lowest in disconnectivity graphs and the \
+             {nodes} lowest in barrier graphs; the texts (tree.nwk, tree.dot, tree.json, barriers.graphml) hold all, and \
+             `landscape draw` draws what its views choose"
+        )
+    })
 }
 
 /// Resampled trees as a view shows them: a merge that is shown is as sure as it is among the minima that are shown.
@@ -230,9 +283,11 @@ fn shown_of(resampled: &[Tree], view: &View, levels: Option<Levels>) -> Vec<Tree
 /// The support of the merge that each edge of the tree makes; none for the other edges.
 fn of_edges(network: &Network, tree: &Tree, support: &[Option<f64>]) -> Vec<Option<f64>> {
     let mut of_edges = vec![None; network.edge_count()];
+    let ancestors = Ancestors::of(tree);
     for edge in decisive(network, Evidence::Chain) {
         let ends = network.edge_endpoints(edge);
-        let merge = ends.and_then(|(a, b)| tree.joint(MinimumId(a.index()), MinimumId(b.index())));
+        let merge =
+            ends.and_then(|(a, b)| ancestors.joint(MinimumId(a.index()), MinimumId(b.index())));
         of_edges[edge.index()] = merge.and_then(|merge| support[merge.0]);
     }
     of_edges

@@ -8,7 +8,7 @@ use petgraph::visit::EdgeRef;
 use serde_json::{Value, json};
 
 use super::args::{Common, Import};
-use super::drawing::{Drawing, Views};
+use super::drawing::{Drawing, Views, not_drawn};
 use super::landscape::{Titles, write_database};
 use super::{check_output, complain, import_grasps, print};
 use crate::figure::leaves_of;
@@ -213,7 +213,7 @@ impl Imported<'_> {
     }
 
     fn summary(&self) -> String {
-        format!(
+        let mut text = format!(
             "# {}\n\n- **{} minima** and **{} transition states** in the layout of {}, {} of which join two copies of \
              one minimum; {} component(s)\n- {} pairs of minima are joined directly\n- {} groups (relative barrier up to \
              {:.4})\n- transition states are taken at the word of the files: nothing was verified\n",
@@ -226,6 +226,10 @@ impl Imported<'_> {
             self.network.edge_count(),
             self.groups.members.len(),
             self.groups.barrier
-        )
+        );
+        if let Some(sentence) = not_drawn(self.database.minima.len()) {
+            text.extend(["- ", &sentence, "\n"]);
+        }
+        text
     }
 }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use petgraph::graph::NodeIndex;
 
+use super::drawing::not_drawn;
 use super::landscape::{Mapped, Merge, Titles, median, upper_bounds};
 use super::magnetisation::Choice;
 use super::run::tally;
@@ -157,6 +158,7 @@ pub(super) fn summary(report: &Report<'_>, files: &LandscapeFiles) -> String {
             .iter()
             .map(|warning| format!("Note: {warning}.\n")),
     );
+    lines.extend(not_drawn(files.minima.len()).map(|sentence| format!("Note: {sentence}.\n")));
     lines.extend(largest_groups(&report.mapped));
     lines.extend(upper_bounds(&merges));
     lines.push(format!(

@@ -1,5 +1,6 @@
 //! The barrier graph: minima in the plane, near each other where the way between them is low.
 
+use super::axis::Span;
 use super::canvas::Canvas;
 use super::layout::{components, majorise, pack, separate, shortest_paths};
 use super::leaf::{
@@ -49,6 +50,9 @@ pub struct BarrierPicture {
 }
 
 impl BarrierPicture {
+    /// Most minima of a picture: more circles and lines hide each other, and the layout looks at all pairs.
+    pub const MOST_NODES: usize = 500;
+
     /// Picture of `network`, without labels.
     pub fn new(network: &Network) -> Self {
         let links = network.raw_edges().iter().map(|edge| Link {
@@ -98,7 +102,7 @@ impl BarrierPicture {
     /// Height of a link above the higher of its ends.
     fn barrier(&self, link: &Link) -> f64 {
         let [a, b] = link.ends.map(|end| self.energies[end]);
-        (link.height - a.max(b)).max(0.0)
+        (link.height - a.max(b)).clamp(0.0, f64::MAX)
     }
 
     /// Draws the picture.
@@ -110,7 +114,7 @@ impl BarrierPicture {
     ///
     /// # Errors
     /// [`FigureError::Leaves`], [`FigureError::NoSuchNode`] and [`FigureError::NotFinite`] if the fields do not fit each
-    /// other.
+    /// other, [`FigureError::TooMany`] for more minima than [`BarrierPicture::MOST_NODES`].
     pub fn draw(&self) -> Result<Canvas, FigureError> {
         self.check()?;
         let drawn = |link: &&Link| link.evidence != Evidence::None && link.height.is_finite();
@@ -164,6 +168,7 @@ impl BarrierPicture {
                 present,
             });
         }
+        FigureError::check_count(present, Self::MOST_NODES)?;
         if let Some((node, &energy)) = self
             .energies
             .iter()
@@ -199,21 +204,21 @@ impl BarrierPicture {
         }
     }
 
-    fn energy_range(&self) -> [f64; 2] {
+    fn energy_range(&self) -> Span {
         let low = self.energies.iter().copied().fold(f64::INFINITY, f64::min);
         let high = self
             .energies
             .iter()
             .copied()
             .fold(f64::NEG_INFINITY, f64::max);
-        [low, high]
+        Span { low, high }
     }
 
     fn legend(&self, links: &[Link], widths: &Widths, scale: DiscScale) -> Legend {
         let mut legend = Legend::default();
         let labelled = self.leaves.iter().any(|leaf| leaf.label.is_some());
         explain_labels(&self.leaves, LABEL_RADIUS, &mut legend);
-        let [low, high] = self.energy_range();
+        let Span { low, high } = self.energy_range();
         if !labelled && high > low {
             legend.heading(&self.energy_label);
             legend.bar(low, high);
@@ -316,7 +321,7 @@ impl BarrierPicture {
         frame: [[f64; 2]; 2],
     ) {
         let colours = label_colours(&self.leaves);
-        let [low, high] = self.energy_range();
+        let range = self.energy_range();
         let fill = |node: usize| -> Colour {
             let leaf = &self.leaves[node];
             match (&leaf.label, colours.is_empty()) {
@@ -324,8 +329,8 @@ impl BarrierPicture {
                     .iter()
                     .find(|(name, _)| name == label)
                     .map_or(UNLABELLED, |(_, colour)| *colour),
-                (None, true) if high > low => {
-                    sequential((self.energies[node] - low) / (high - low))
+                (None, true) if range.high > range.low => {
+                    sequential(range.part(self.energies[node]))
                 }
                 _ => UNLABELLED,
             }

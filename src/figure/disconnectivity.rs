@@ -1,5 +1,6 @@
 //! The disconnectivity graph (Becker and Karplus 1997): which minima become connected at which energy.
 
+use super::axis::Span;
 use super::canvas::Canvas;
 use super::layout::{LeafOrder, TreeLayout, collapse, leaf_count, place};
 use super::leaf::{
@@ -47,6 +48,9 @@ pub struct DisconnectivityPicture {
 }
 
 impl DisconnectivityPicture {
+    /// Most leaves of a picture: on a sheet of the usual width they are a pixel or two of its file apart.
+    pub const MOST_LEAVES: usize = 2000;
+
     /// Picture of `tree` with the members that `network` names, without labels.
     pub fn new(tree: Tree, network: &Network) -> Self {
         Self {
@@ -87,7 +91,8 @@ impl DisconnectivityPicture {
     /// than [`Evidence::Path`] is dashed and pale, down to what it joins.
     ///
     /// # Errors
-    /// [`FigureError::Leaves`] and [`FigureError::NotFinite`] if the fields do not fit each other.
+    /// [`FigureError::Leaves`] and [`FigureError::NotFinite`] if the fields do not fit each other, [`FigureError::TooMany`]
+    /// for more leaves than [`DisconnectivityPicture::MOST_LEAVES`].
     pub fn draw(&self) -> Result<Canvas, FigureError> {
         let count = leaf_count(&self.tree);
         if self.leaves.len() != count {
@@ -96,6 +101,7 @@ impl DisconnectivityPicture {
                 present: count,
             });
         }
+        FigureError::check_count(count, Self::MOST_LEAVES)?;
         if let Some((node, bad)) = self
             .tree
             .nodes
@@ -235,8 +241,10 @@ struct Plot<'a> {
     scale: DiscScale,
     /// Canvas x of leaf place 0, and canvas units a leaf.
     x: [f64; 2],
-    /// Energy and canvas y of the lowest and of the highest node.
-    y: [[f64; 2]; 2],
+    /// From the lowest to the highest node.
+    energies: Span,
+    /// Canvas y of the ends of this range.
+    y: [f64; 2],
     top: f64,
 }
 
@@ -250,16 +258,18 @@ impl<'a> Plot<'a> {
         canvas: &mut Canvas,
     ) -> Self {
         let energies = || picture.tree.nodes.iter().map(|node| node.energy);
-        let (mut low, mut high) = (
-            energies().fold(f64::INFINITY, f64::min),
-            energies().fold(f64::NEG_INFINITY, f64::max),
-        );
-        if low > high {
-            (low, high) = (0.0, 1.0);
-        } else if high - low <= 1e-12 * high.abs().max(low.abs()) {
-            let pad = if low == 0.0 { 0.5 } else { 0.1 * low.abs() };
-            (low, high) = (low - pad, high + pad);
-        }
+        let energies = Span {
+            low: energies().fold(f64::INFINITY, f64::min),
+            high: energies().fold(f64::NEG_INFINITY, f64::max),
+        };
+        let energies = if energies.low > energies.high {
+            Span {
+                low: 0.0,
+                high: 1.0,
+            }
+        } else {
+            energies.widened()
+        };
         let largest = picture
             .leaves
             .iter()
@@ -275,11 +285,11 @@ impl<'a> Plot<'a> {
         let bottom = height - MARGIN;
         // Room for the circles of the lowest leaves below, for the stems of the roots above.
         let y = [
-            [low, bottom - largest - caption - 6.0],
-            [high, top + 0.035 * (bottom - top) + 4.0],
+            bottom - largest - caption - 6.0,
+            top + 0.035 * (bottom - top) + 4.0,
         ];
-        let level = |energy: f64| y[0][1] + (energy - low) / (high - low) * (y[1][1] - y[0][1]);
-        let energy_at = |level: f64| low + (level - y[0][1]) / (y[1][1] - y[0][1]) * (high - low);
+        let level = |energy: f64| y[0] + energies.part(energy) * (y[1] - y[0]);
+        let energy_at = |level: f64| energies.at((level - y[0]) / (y[1] - y[0]));
 
         let values = axis::ticks(energy_at(bottom), energy_at(top), 6);
         let texts = axis::tick_texts(&values);
@@ -331,14 +341,15 @@ impl<'a> Plot<'a> {
             layout,
             scale,
             x,
+            energies,
             y,
             top,
         }
     }
 
     fn at(&self, node: usize) -> [f64; 2] {
-        let [[low, bottom], [high, top]] = self.y;
-        let part = (self.picture.tree.nodes[node].energy - low) / (high - low);
+        let [bottom, top] = self.y;
+        let part = self.energies.part(self.picture.tree.nodes[node].energy);
         [
             self.x[0] + self.layout.x[node] * self.x[1],
             bottom + part * (top - bottom),

@@ -36,14 +36,12 @@ pub fn leaves_of(network: &Network) -> Vec<Leaf> {
 pub fn group(leaves: &[Leaf], group_of: &[usize]) -> Vec<Leaf> {
     assert_eq!(leaves.len(), group_of.len(), "one group a leaf");
     let count = group_of.iter().max().map_or(0, |largest| largest + 1);
-    (0..count)
-        .map(|group| {
-            let inside: Vec<&Leaf> = leaves
-                .iter()
-                .zip(group_of)
-                .filter(|(_, of)| **of == group)
-                .map(|(leaf, _)| leaf)
-                .collect();
+    let mut members: Vec<Vec<&Leaf>> = vec![Vec::new(); count];
+    for (leaf, group) in leaves.iter().zip(group_of) {
+        members[*group].push(leaf);
+    }
+    (members.into_iter())
+        .map(|inside| {
             let votes = |label: &str| -> usize {
                 inside
                     .iter()

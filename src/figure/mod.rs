@@ -104,6 +104,16 @@ pub enum FigureError {
         /// Its upper end.
         high: f64,
     },
+    /// More minima than are legible.
+    #[error(
+        "{present} minima do not fit on a picture, which shows {most} at most: draw a view of them"
+    )]
+    TooMany {
+        /// Number of minima.
+        present: usize,
+        /// The most that are drawn.
+        most: usize,
+    },
     /// A link names a minimum that is not there.
     #[error("a link names minimum {node}, but there are only {present}")]
     NoSuchNode {
@@ -126,4 +136,15 @@ pub enum FigureError {
         /// The reason.
         source: std::io::Error,
     },
+}
+
+#[cfg(feature = "topography")]
+impl FigureError {
+    /// Refuses to draw what is not legible.
+    fn check_count(present: usize, most: usize) -> Result<(), Self> {
+        if present > most {
+            return Err(Self::TooMany { present, most });
+        }
+        Ok(())
+    }
 }

@@ -1,10 +1,11 @@
 //! What moved between two landscapes of one space: built with another temperature, other weights, another object of the
 //! same hand.
 
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::network::{Minimum, MinimumId};
-use super::tree::{NodeId, Tree};
+use super::tree::{Ancestors, NodeId, Tree};
 use super::view::View;
 use crate::space::Space;
 
@@ -76,7 +77,7 @@ impl TreeDifference {
     /// Taxon 11, 33 (1962) (correlation); G. Cardona et al., BMC Bioinformatics 14, 3 (2013) (distances; with the energies
     /// of the leaves on the diagonal, and ℓ^∞, an interleaving distance: E. Munch and A. Stefanou, 2019).
     ///
-    /// O(n m) distances for n and m minima.
+    /// O(n m) distances for n and m minima, and a step for each pair of those that correspond.
     ///
     /// # Panics
     /// If a tree does not belong to its minima, or a coordinate does not belong to the space.
@@ -109,20 +110,17 @@ impl TreeDifference {
 
 /// Pairs within `reach`, nearest first, each minimum once; returned by the number of the first.
 fn partners(space: &dyn Space, before: &[Minimum], after: &[Minimum], reach: f64) -> Vec<Match> {
-    let mut pairs = Vec::new();
-    for (i, one) in before.iter().enumerate() {
-        for (j, other) in after.iter().enumerate() {
-            let distance = space.distance(&one.coordinates, &other.coordinates);
-            if distance <= reach {
-                pairs.push(Match {
-                    before: MinimumId(i),
-                    after: MinimumId(j),
-                    distance,
-                    energies: [one.energy, other.energy],
-                });
-            }
-        }
-    }
+    let near = |(i, one): (usize, &Minimum)| -> Vec<Match> {
+        let measured = after.iter().enumerate().map(|(j, other)| Match {
+            before: MinimumId(i),
+            after: MinimumId(j),
+            distance: space.distance(&one.coordinates, &other.coordinates),
+            energies: [one.energy, other.energy],
+        });
+        measured.filter(|pair| pair.distance <= reach).collect()
+    };
+    let rows: Vec<Vec<Match>> = before.par_iter().enumerate().map(near).collect();
+    let mut pairs = rows.concat();
     pairs.sort_by(|a, b| {
         let names = |pair: &Match| (pair.before, pair.after);
         a.distance
@@ -147,6 +145,7 @@ fn merges(before: &Tree, after: &Tree, partner: &[Option<MinimumId>]) -> Vec<Mer
     let view = View::whole(before).keep(|_, minimum| partner[minimum.0].is_some());
     // The lowest minimum below each node; leaves come first and children before their parents.
     let mut lowest: Vec<usize> = Vec::with_capacity(view.tree.nodes.len());
+    let ancestors = Ancestors::of(after);
     let mut changes = Vec::new();
     for (number, node) in view.tree.nodes.iter().enumerate() {
         if node.minimum.is_some() {
@@ -166,7 +165,9 @@ fn merges(before: &Tree, after: &Tree, partner: &[Option<MinimumId>]) -> Vec<Mer
         for branch in &branches[1..] {
             let ends = [view.minima[branches[0]], view.minima[*branch]];
             let after = match ends.map(|end| partner[end.0]) {
-                [Some(a), Some(b)] => after.minimax(a, b),
+                [Some(a), Some(b)] => {
+                    (ancestors.joint(a, b)).map(|node| after.nodes[node.0].energy)
+                }
                 _ => None,
             };
             changes.push(MergeChange {
@@ -181,42 +182,102 @@ fn merges(before: &Tree, after: &Tree, partner: &[Option<MinimumId>]) -> Vec<Mer
 
 impl Likeness {
     fn of(matches: &[Match], before: &Tree, after: &Tree) -> Self {
-        let mut heights = Vec::new();
-        let mut joined_in_one = 0;
-        for (k, one) in matches.iter().enumerate() {
+        let rows = matches.par_iter().enumerate().map(|(k, one)| {
+            let first = heights_from(before, one.before);
+            let second = heights_from(after, one.after);
+            let mut row = Pairs::default();
             for other in &matches[k + 1..] {
-                let first = before.minimax(one.before, other.before);
-                let second = after.minimax(one.after, other.after);
-                match (first, second) {
-                    (Some(first), Some(second)) => heights.push([first, second]),
+                match (first[other.before.0], second[other.after.0]) {
+                    (Some(first), Some(second)) => row.add([first, second]),
                     (None, None) => {}
-                    _ => joined_in_one += 1,
+                    _ => row.joined_in_one += 1,
                 }
             }
-        }
-        let count = heights.len().max(1) as f64;
-        let mean =
-            |value: &dyn Fn(&[f64; 2]) -> f64| heights.iter().map(value).sum::<f64>() / count;
+            row
+        });
+        // Rows come together in their order, whatever thread made them.
+        let rows: Vec<Pairs> = rows.collect();
+        let all = rows.iter().fold(Pairs::default(), Pairs::with);
         let energies = matches.iter().map(|matched| matched.energies);
-        let changes = heights
-            .iter()
-            .copied()
-            .chain(energies)
-            .map(|[a, b]| (b - a).abs());
-        let [first, second] = [mean(&|h| h[0]), mean(&|h| h[1])];
-        let variances = [
-            mean(&|h| (h[0] - first).powi(2)),
-            mean(&|h| (h[1] - second).powi(2)),
-        ];
-        let covariance = mean(&|h| (h[0] - first) * (h[1] - second));
+        let largest = energies.fold(all.largest_change, |largest, [a, b]| {
+            largest.max((b - a).abs())
+        });
+        let count = all.count.max(1) as f64;
+        let correlated = all.count > 1 && all.squares.iter().all(|square| *square > 0.0);
         Self {
-            pairs: heights.len(),
-            joined_in_one,
-            mean_change: second - first,
-            rms_change: mean(&|h| (h[1] - h[0]).powi(2)).sqrt(),
-            largest_change: changes.fold(0.0, f64::max),
-            correlation: (heights.len() > 1 && variances.iter().all(|v| *v > 0.0))
-                .then(|| covariance / (variances[0] * variances[1]).sqrt()),
+            pairs: all.count,
+            joined_in_one: all.joined_in_one,
+            mean_change: all.mean[1] - all.mean[0],
+            rms_change: (all.squared_changes / count).sqrt(),
+            largest_change: largest,
+            correlation: correlated
+                .then(|| all.products / (all.squares[0].sqrt() * all.squares[1].sqrt())),
+        }
+    }
+}
+
+/// Height at which `minimum` merges with each minimum of the tree, `None` where it never does.
+fn heights_from(tree: &Tree, minimum: MinimumId) -> Vec<Option<f64>> {
+    let mut heights = vec![None; tree.nodes.len()];
+    let mut above = Some(NodeId(minimum.0));
+    while let Some(node) = above {
+        heights[node.0] = Some(tree.nodes[node.0].energy);
+        above = tree.nodes[node.0].parent;
+    }
+    // Parents have larger numbers than their children.
+    for (number, node) in tree.nodes.iter().enumerate().rev() {
+        if let (None, Some(parent)) = (heights[number], node.parent) {
+            heights[number] = heights[parent.0];
+        }
+    }
+    heights
+}
+
+/// Sums over pairs of minima, each with its heights in both trees; means and deviations from them are updated together (T. F.
+/// Chan, G. H. Golub and R. J. `LeVeque`, Am. Stat. 37, 242 (1983)), so that no list of all pairs is needed.
+#[derive(Debug, Clone, Copy, Default)]
+struct Pairs {
+    count: usize,
+    joined_in_one: usize,
+    /// Mean heights.
+    mean: [f64; 2],
+    /// Sums of the squared deviations from the means.
+    squares: [f64; 2],
+    /// Sum of the products of both deviations.
+    products: f64,
+    squared_changes: f64,
+    largest_change: f64,
+}
+
+impl Pairs {
+    fn add(&mut self, heights: [f64; 2]) {
+        let change = heights[1] - heights[0];
+        let one = Self {
+            count: 1,
+            mean: heights,
+            squared_changes: change * change,
+            largest_change: change.abs(),
+            ..Self::default()
+        };
+        *self = self.with(&one);
+    }
+
+    /// The sums over both.
+    fn with(self, other: &Self) -> Self {
+        let count = self.count + other.count;
+        let share = other.count as f64 / count.max(1) as f64;
+        let weight = self.count as f64 * share;
+        let apart = [0, 1].map(|side| other.mean[side] - self.mean[side]);
+        Self {
+            count,
+            joined_in_one: self.joined_in_one + other.joined_in_one,
+            mean: [0, 1].map(|side| self.mean[side] + share * apart[side]),
+            squares: [0, 1].map(|side| {
+                self.squares[side] + other.squares[side] + weight * apart[side].powi(2)
+            }),
+            products: self.products + other.products + weight * apart[0] * apart[1],
+            squared_changes: self.squared_changes + other.squared_changes,
+            largest_change: self.largest_change.max(other.largest_change),
         }
     }
 }

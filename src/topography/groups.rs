@@ -3,6 +3,7 @@
 use petgraph::unionfind::UnionFind;
 use petgraph::visit::EdgeRef;
 use rand::RngExt;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::network::{Evidence, MinimumId, Network};
@@ -103,12 +104,13 @@ impl Groups {
         let mut scan = Vec::new();
         for barrier in grid {
             let (level, labels) = level(n, &links, barrier);
-            let total: f64 = draws
-                .iter()
+            let indices: Vec<f64> = draws
+                .par_iter()
                 .map(|drawn| {
                     adjusted_rand_index(&labels, &partition(n, &links, barrier, |k| drawn[k]))
                 })
-                .sum();
+                .collect();
+            let total: f64 = indices.iter().sum();
             scan.push(Level {
                 stability: total / draws.len().max(1) as f64,
                 ..level
@@ -198,20 +200,43 @@ fn members(labels: &[usize]) -> Vec<Vec<MinimumId>> {
     members
 }
 
-/// Agreement of two partitions beyond chance: 1 for equal ones, about 0 for unrelated ones.
+/// Agreement of two partitions beyond chance: 1 for equal ones, about 0 for unrelated ones. O(n) for labels below n.
 pub(super) fn adjusted_rand_index(a: &[usize], b: &[usize]) -> f64 {
     let pairs = |count: usize| (count * count.saturating_sub(1)) as f64 / 2.0;
-    let same = |labels: &mut Vec<(usize, usize)>| {
-        labels.sort_unstable();
-        labels
-            .chunk_by(|x, y| x == y)
-            .map(|chunk| pairs(chunk.len()))
-            .sum::<f64>()
+    let sizes = |labels: &[usize]| {
+        let mut sizes = vec![0; labels.iter().max().map_or(0, |largest| largest + 1)];
+        for label in labels {
+            sizes[*label] += 1;
+        }
+        sizes
     };
-    let mut both: Vec<_> = a.iter().copied().zip(b.iter().copied()).collect();
-    let mut first: Vec<_> = a.iter().map(|label| (*label, 0)).collect();
-    let mut second: Vec<_> = b.iter().map(|label| (*label, 0)).collect();
-    let (joint, first, second) = (same(&mut both), same(&mut first), same(&mut second));
+    let (first, second): (Vec<usize>, Vec<usize>) = (sizes(a), sizes(b));
+    // The labels of `b`, those of one label of `a` side by side.
+    let (mut next, mut end) = (Vec::with_capacity(first.len()), 0);
+    for size in &first {
+        next.push(end);
+        end += size;
+    }
+    let mut sorted = vec![0; b.len()];
+    for (label, other) in a.iter().zip(b) {
+        sorted[next[*label]] = *other;
+        next[*label] += 1;
+    }
+    let mut met = vec![0; second.len()];
+    let mut rest = &sorted[..];
+    let mut joint = 0.0;
+    for size in &first {
+        let (cluster, others) = rest.split_at(*size);
+        rest = others;
+        for label in cluster {
+            met[*label] += 1;
+        }
+        for label in cluster {
+            joint += pairs(std::mem::take(&mut met[*label]));
+        }
+    }
+    let sum = |sizes: &[usize]| sizes.iter().map(|size| pairs(*size)).sum::<f64>();
+    let (first, second) = (sum(&first), sum(&second));
     let total = pairs(a.len());
     if total == 0.0 {
         return 1.0;

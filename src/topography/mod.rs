@@ -47,5 +47,5 @@ pub use search::{
 pub use sequential::{Sequential, SequentialSettings, sequential};
 pub use support::support;
 pub use text::{dot, graphml, newick, tree_json};
-pub use tree::{Node, NodeId, Tree, decisive};
+pub use tree::{Ancestors, Node, NodeId, Tree, decisive};
 pub use tuning::{Tuning, TuningSettings, TuningTrial, tune};

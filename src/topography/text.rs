@@ -3,11 +3,13 @@
 use std::fmt::{Display, Write};
 
 use petgraph::visit::EdgeRef;
+use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::map::Landscape;
 use super::network::{Evidence, MinimumId, Network};
 use super::tree::{NodeId, Tree};
+use crate::printable::printable;
 
 impl Evidence {
     /// The lower-case name used in files.
@@ -34,21 +36,47 @@ impl Evidence {
     }
 }
 
-/// The tree in Newick form, one line a root: leaves by `name`, branches as long as the rise in energy.
+/// The tree in Newick form, every root ended by `;` and a new line: leaves by `name` (which may hold anything), branches as
+/// long as the rise in energy.
 ///
 /// Without `support` (none, or as many entries as nodes: [`support`](super::support())) merges are labelled by their height.
 /// With it they are labelled by their support in percent, as programs that draw trees expect it, and the height is in a
 /// comment, `[&energy=…]`.
 pub fn newick(tree: &Tree, support: &[Option<f64>], name: impl Fn(MinimumId) -> String) -> String {
     let mut text = String::new();
+    // What is still to be written, the next last: trees may be deeper than any stack of calls.
+    let mut rest: Vec<Piece> = Vec::new();
     for root in &tree.roots {
-        write_subtree(tree, *root, support, &name, &mut text);
-        text.push_str(";\n");
+        rest.push(Piece::Separator(";\n"));
+        rest.push(Piece::Subtree(*root));
+        while let Some(piece) = rest.pop() {
+            match piece {
+                Piece::Separator(separator) => text.push_str(separator),
+                Piece::Subtree(id) if tree.nodes[id.0].minimum.is_none() => {
+                    rest.push(Piece::Label(id));
+                    for (k, child) in tree.nodes[id.0].children.iter().enumerate().rev() {
+                        rest.push(Piece::Subtree(*child));
+                        rest.push(Piece::Separator(if k == 0 { "(" } else { "," }));
+                    }
+                }
+                Piece::Subtree(id) | Piece::Label(id) => {
+                    write_label(tree, id, support, &name, &mut text);
+                }
+            }
+        }
     }
     text
 }
 
-fn write_subtree(
+/// A piece of Newick text.
+enum Piece {
+    Separator(&'static str),
+    Subtree(NodeId),
+    /// What stands behind a subtree: its label and the length of its branch.
+    Label(NodeId),
+}
+
+fn write_label(
     tree: &Tree,
     id: NodeId,
     support: &[Option<f64>],
@@ -56,10 +84,6 @@ fn write_subtree(
     text: &mut String,
 ) {
     let node = &tree.nodes[id.0];
-    for (k, child) in node.children.iter().enumerate() {
-        text.push(if k == 0 { '(' } else { ',' });
-        write_subtree(tree, *child, support, name, text);
-    }
     if let Some(minimum) = node.minimum {
         // A quoted label may hold anything; a quote in it is doubled.
         let label = name(minimum).replace('\'', "''");
@@ -119,43 +143,94 @@ pub fn dot(tree: &Tree, support: &[Option<f64>], name: impl Fn(MinimumId) -> Str
     text
 }
 
-/// A quoted DOT identifier: only quotes need an escape; a backslash at the end would take the closing one.
+/// A quoted DOT label. Quotes, backslashes and line breaks have escapes; other control characters have none, and Graphviz
+/// ends a text at a zero, so � stands for them.
 fn quoted(text: &str) -> String {
-    format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\""))
+    let text = text
+        .replace('\\', "\\\\")
+        .replace('"', "\\\"")
+        .replace('\n', "\\n");
+    format!("\"{}\"", printable(&text, &[]))
 }
 
-/// The tree as JSON: `roots`, and `nodes` of which each has `energy`, `minimum` (its number, `null` for a merge),
-/// `children` and `parent` (numbers of nodes) and `evidence`; leaves also have a `name`, merges the number of `leaves`
+/// The tree as the text of a JSON file: `roots`, and `nodes` of which each has `energy`, `minimum` (its number, `null` for a
+/// merge), `children` and `parent` (numbers of nodes) and `evidence`; leaves also have a `name`, merges the number of `leaves`
 /// below and their `support` (a share, `null` where it is not known; given none, or as many entries as nodes). It is read
 /// back as a [`Tree`] by serde. Flat, for nested trees of many minima are too deep for most parsers.
 pub fn tree_json(
     tree: &Tree,
     support: &[Option<f64>],
     name: impl Fn(MinimumId) -> String,
-) -> Value {
+) -> String {
     let mut leaves: Vec<usize> = Vec::with_capacity(tree.nodes.len());
-    let nodes: Vec<Value> = (tree.nodes.iter().enumerate())
+    let nodes = (tree.nodes.iter().enumerate())
         .map(|(id, node)| {
-            let mut object = json!({
-                "energy": node.energy,
-                "minimum": node.minimum,
-                "children": node.children,
-                "parent": node.parent,
-                "evidence": node.evidence,
-            });
             let below = node.children.iter().map(|child| leaves[child.0]).sum();
-            if let Some(minimum) = node.minimum {
-                object["name"] = json!(name(minimum));
+            let (children, energy, evidence) = (&node.children[..], node.energy, node.evidence);
+            let (minimum, parent) = (node.minimum, node.parent);
+            if let Some(leaf) = minimum {
                 leaves.push(1);
+                let name = name(leaf);
+                JsonNode::Leaf {
+                    children,
+                    energy,
+                    evidence,
+                    minimum,
+                    name,
+                    parent,
+                }
             } else {
-                object["leaves"] = json!(below);
-                object["support"] = json!(of(support, id));
                 leaves.push(below);
+                let (leaves, support) = (below, of(support, id));
+                JsonNode::Merge {
+                    children,
+                    energy,
+                    evidence,
+                    leaves,
+                    minimum,
+                    parent,
+                    support,
+                }
             }
-            object
         })
         .collect();
-    json!({ "nodes": nodes, "roots": tree.roots })
+    let roots = &tree.roots;
+    pretty(&JsonTree { nodes, roots })
+}
+
+fn pretty(tree: &JsonTree<'_>) -> String {
+    let mut text = serde_json::to_string_pretty(tree).expect("numbers and texts are JSON");
+    text.push('\n');
+    text
+}
+
+#[derive(Serialize)]
+struct JsonTree<'a> {
+    nodes: Vec<JsonNode<'a>>,
+    roots: &'a [NodeId],
+}
+
+/// Fields in the order of the alphabet.
+#[derive(Serialize)]
+#[serde(untagged)]
+enum JsonNode<'a> {
+    Leaf {
+        children: &'a [NodeId],
+        energy: f64,
+        evidence: Evidence,
+        minimum: Option<MinimumId>,
+        name: String,
+        parent: Option<NodeId>,
+    },
+    Merge {
+        children: &'a [NodeId],
+        energy: f64,
+        evidence: Evidence,
+        leaves: usize,
+        minimum: Option<MinimumId>,
+        parent: Option<NodeId>,
+        support: Option<f64>,
+    },
 }
 
 /// The network as GraphML: energy and number of members on nodes; height, relative barrier, evidence, term and length on
@@ -227,11 +302,16 @@ fn data(key: &str, value: &dyn Display) -> String {
     format!("<data key=\"{key}\">{}</data>", escaped(&value.to_string()))
 }
 
+/// Text of an XML element. XML 1.0 cannot hold most control characters at all: � stands for them. Parsers take a carriage
+/// return for a new line where it is not escaped.
 fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;")
+    let held = |c: char| !matches!(c, '\0'..='\u{8}' | '\u{b}' | '\u{c}' | '\u{e}'..='\u{1f}' | '\u{fffe}' | '\u{ffff}');
+    text.replace(|c| !held(c), "\u{fffd}")
+        .replace('&', "&amp;")
         .replace('<', "&lt;")
         .replace('>', "&gt;")
         .replace('"', "&quot;")
+        .replace('\r', "&#13;")
 }
 
 impl Landscape {
@@ -329,11 +409,11 @@ mod tests {
     #[test]
     fn json_is_read_back() {
         let tree = Tree::from_network(&example(), Evidence::Chain);
-        let value = tree_json(&tree, &[], |id| format!("m{}", id.0));
+        let text = tree_json(&tree, &[], |id| format!("m{}", id.0));
+        let value: Value = serde_json::from_str(&text).unwrap();
         assert_eq!(value["nodes"][1]["name"], "m1");
         assert_eq!(value["nodes"][4]["leaves"], 3);
-        let read: Tree = serde_json::from_str(&value.to_string()).unwrap();
-        assert_eq!(read, tree);
+        assert_eq!(serde_json::from_str::<Tree>(&text).unwrap(), tree);
     }
 
     #[test]
@@ -357,7 +437,7 @@ mod tests {
         );
         let text = dot(&tree, &support, name);
         assert!(text.contains("evidence=\"saddle\", support=\"0.955\", shape"));
-        let value = tree_json(&tree, &support, name);
+        let value: Value = serde_json::from_str(&tree_json(&tree, &support, name)).unwrap();
         assert_eq!(value["nodes"][3]["support"], 0.955);
         assert_eq!(serde_json::from_value::<Tree>(value).unwrap(), tree);
         let text = graphml(&example(), &[Some(0.955), None, None], name);

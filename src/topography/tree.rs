@@ -1,5 +1,7 @@
 //! The exact merge tree (disconnectivity graph) of a [`Network`].
 
+use std::collections::BTreeMap;
+
 use petgraph::graph::EdgeIndex;
 use petgraph::unionfind::UnionFind;
 use petgraph::visit::{EdgeRef, IntoNodeReferences};
@@ -59,57 +61,25 @@ impl Tree {
         let mut sets = UnionFind::new(leaves);
         // Subtree at the top of each set, by the set's representative.
         let mut top: Vec<usize> = (0..leaves).collect();
+        // Which subtrees belong together: once joined, a subtree has a parent and is never at the top of a set again.
+        let mut families = UnionFind::new(2 * leaves);
         for level in levels(network, worst) {
-            let mut joined = UnionFind::new(nodes.len());
-            let mut touched = Vec::new();
             let mut used = Vec::new();
             for link in level {
-                let ends = [top[sets.find(link.ends[0])], top[sets.find(link.ends[1])]];
-                if joined.union(ends[0], ends[1]) {
-                    touched.extend(ends);
-                    used.push((ends[0], link));
-                }
-            }
-            touched.sort_unstable();
-            touched.dedup();
-            let mut families: Vec<(usize, Node)> = Vec::new();
-            for child in touched {
-                let family = joined.find(child);
-                if !families.iter().any(|(known, _)| *known == family) {
-                    let (mut energy, mut evidence) = (f64::NEG_INFINITY, Evidence::Saddle);
-                    for (_, link) in used.iter().filter(|(end, _)| joined.find(*end) == family) {
-                        energy = energy.max(link.height);
-                        evidence = evidence.max(link.evidence);
-                    }
-                    let merge = Node {
-                        energy,
-                        minimum: None,
-                        children: Vec::new(),
-                        parent: None,
-                        evidence,
-                    };
-                    families.push((family, merge));
-                }
-                if let Some((_, merge)) = families.iter_mut().find(|(known, _)| *known == family) {
-                    merge.children.push(NodeId(child));
+                let ends = link.ends.map(|end| top[sets.find(end)]);
+                if families.union(ends[0], ends[1]) {
+                    used.push((ends, link));
                 }
             }
             for (_, link) in &used {
                 sets.union(link.ends[0], link.ends[1]);
             }
-            families.sort_by(|(_, a), (_, b)| {
-                (a.energy.total_cmp(&b.energy)).then(a.children.cmp(&b.children))
-            });
-            for (_, merge) in families {
+            for (leaf, merge) in merges_of(&used, &families) {
                 let id = nodes.len();
                 for child in &merge.children {
                     nodes[child.0].parent = Some(NodeId(id));
                 }
-                let mut below = merge.children[0];
-                while let Some(first) = nodes[below.0].children.first() {
-                    below = *first;
-                }
-                top[sets.find(below.0)] = id;
+                top[sets.find(leaf)] = id;
                 nodes.push(merge);
             }
         }
@@ -129,7 +99,8 @@ impl Tree {
         self.joint(a, b).map(|node| self.nodes[node.0].energy)
     }
 
-    /// The lowest node above both `a` and `b`; `None` where they lie in separate trees.
+    /// The lowest node above both `a` and `b`; `None` where they lie in separate trees. It walks up the tree; for many pairs
+    /// see [`Ancestors`].
     ///
     /// # Panics
     /// If a minimum is not in the tree.
@@ -147,6 +118,78 @@ impl Tree {
     }
 }
 
+/// Lowest common ancestors in a tree, each found in O(log n) steps however deep the tree is, after O(n).
+///
+/// Every node has a second pointer that jumps far up, its length given by the skew-binary digits of the depth (E. W. Myers,
+/// Inf. Process. Lett. 17, 241 (1983)).
+#[derive(Debug, Clone)]
+pub struct Ancestors {
+    /// The parent of each node; a root is its own.
+    above: Vec<usize>,
+    /// The ancestor that each node's jump leads to.
+    jump: Vec<usize>,
+    /// Steps to the root.
+    depth: Vec<usize>,
+}
+
+impl Ancestors {
+    /// Of all nodes of `tree`.
+    pub fn of(tree: &Tree) -> Self {
+        let count = tree.nodes.len();
+        let parents = tree.nodes.iter().enumerate();
+        let above: Vec<usize> = parents
+            .map(|(number, node)| node.parent.map_or(number, |parent| parent.0))
+            .collect();
+        let (mut jump, mut depth) = (above.clone(), vec![0; count]);
+        // Parents have larger numbers than their children.
+        for node in (0..count).rev() {
+            let parent = above[node];
+            if parent == node {
+                continue;
+            }
+            depth[node] = depth[parent] + 1;
+            let next = jump[parent];
+            if depth[parent] - depth[next] == depth[next] - depth[jump[next]] {
+                jump[node] = jump[next];
+            }
+        }
+        Self { above, jump, depth }
+    }
+
+    /// The lowest node above both `a` and `b`, as [`Tree::joint`] finds it.
+    ///
+    /// # Panics
+    /// If a minimum is not in the tree.
+    pub fn joint(&self, a: MinimumId, b: MinimumId) -> Option<NodeId> {
+        let [mut a, mut b] = if self.depth[a.0] < self.depth[b.0] {
+            [b.0, a.0]
+        } else {
+            [a.0, b.0]
+        };
+        while self.depth[a] > self.depth[b] {
+            let far = self.jump[a];
+            a = if self.depth[far] < self.depth[b] {
+                self.above[a]
+            } else {
+                far
+            };
+        }
+        while a != b {
+            if self.depth[a] == 0 {
+                return None;
+            }
+            // At equal depths jumps are equally long.
+            let up = if self.jump[a] == self.jump[b] {
+                &self.above
+            } else {
+                &self.jump
+            };
+            (a, b) = (up[a], up[b]);
+        }
+        Some(NodeId(a))
+    }
+}
+
 /// A usable connection.
 #[derive(Clone, Copy)]
 struct Link {
@@ -154,6 +197,42 @@ struct Link {
     ends: [usize; 2],
     height: f64,
     evidence: Evidence,
+}
+
+/// The merges that the connections of one level make, lowest first, each with a minimum below it. `used` names, of each
+/// connection that joins anything, the two subtrees it joins, and `families` which of those belong together.
+fn merges_of(used: &[([usize; 2], Link)], families: &UnionFind<usize>) -> Vec<(usize, Node)> {
+    let mut members: Vec<(usize, usize)> = (used.iter().flat_map(|(ends, _)| ends))
+        .map(|subtree| (families.find(*subtree), *subtree))
+        .collect();
+    members.sort_unstable();
+    members.dedup();
+    let mut merges: BTreeMap<usize, (usize, Node)> = BTreeMap::new();
+    for (ends, link) in used {
+        let family = merges.entry(families.find(ends[0]));
+        let (_, merge) = family.or_insert_with(|| {
+            let merge = Node {
+                energy: f64::NEG_INFINITY,
+                minimum: None,
+                children: Vec::new(),
+                parent: None,
+                evidence: Evidence::Saddle,
+            };
+            (link.ends[0], merge)
+        });
+        merge.energy = merge.energy.max(link.height);
+        merge.evidence = merge.evidence.max(link.evidence);
+    }
+    for (family, subtree) in members {
+        if let Some((_, merge)) = merges.get_mut(&family) {
+            merge.children.push(NodeId(subtree));
+        }
+    }
+    let mut merges: Vec<_> = merges.into_values().collect();
+    merges.sort_by(|(_, a), (_, b)| {
+        (a.energy.total_cmp(&b.energy)).then(a.children.cmp(&b.children))
+    });
+    merges
 }
 
 /// Connections of evidence `worst` or better by rising height, those that tie together; within a tie the best evidence

@@ -12,7 +12,7 @@ use crate::grasp::hand::PosedHand;
 use crate::grasp::taxonomy::{Anatomy, Candidate, Patch, Rule, Taxonomy, touches};
 use crate::space::{PoseSpace, Space, Symmetry};
 use crate::store::{LandscapeFiles, MinimumRow};
-use crate::topography::{Evidence, MinimumId, Tree};
+use crate::topography::{Ancestors, Evidence, MinimumId, Tree};
 
 /// A minimum and its label.
 pub(super) struct Basin {
@@ -78,8 +78,10 @@ impl Basins {
         );
         let rows = &files.minima;
         let size = rows.len();
+        let ancestors = Ancestors::of(&tree);
         let minimax = |i: usize, j: usize| {
-            tree.minimax(MinimumId(i), MinimumId(j))
+            (ancestors.joint(MinimumId(i), MinimumId(j)))
+                .map(|node| tree.nodes[node.0].energy)
                 .filter(|height| height.is_finite())
                 .unwrap_or(f64::NAN)
         };

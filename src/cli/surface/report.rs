@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde_json::json;
 
 use super::Subject;
+use crate::cli::drawing::not_drawn;
 use crate::cli::landscape::{Mapped, Merge, Titles};
 use crate::cli::run::tally;
 use crate::cli::uncertainty::Unseen;
@@ -187,6 +188,7 @@ impl Report<'_> {
             ),
             format!("- ends of searches: {}", spell(&fates(found))),
         ];
+        lines.extend(not_drawn(found.minima.len()).map(|sentence| format!("- {sentence}")));
         let verdicts = tally(
             found
                 .refused

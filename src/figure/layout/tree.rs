@@ -63,20 +63,35 @@ impl Branches<'_> {
         children
     }
 
-    /// Appends the leaves under `node` from left to right.
-    fn write(&self, node: usize, leaves: &mut Vec<usize>) {
-        if self.order == LeafOrder::Energy {
-            let children = self.sorted_children(node);
-            if children.is_empty() {
-                leaves.push(node);
+    /// Appends the leaves under `root` from left to right.
+    fn write(&self, root: usize, leaves: &mut Vec<usize>) {
+        // Branches still to be written, the next last.
+        let mut rest = vec![root];
+        while let Some(node) = rest.pop() {
+            match self.order {
+                LeafOrder::Energy => {
+                    let children = self.sorted_children(node);
+                    if children.is_empty() {
+                        leaves.push(node);
+                    }
+                    rest.extend(children.into_iter().rev());
+                }
+                LeafOrder::LargestCentred | LeafOrder::LowestCentred => {
+                    if self.tree.nodes[node].children.is_empty() {
+                        leaves.push(node);
+                    } else {
+                        let [left, spine, right] = self.around_spine(node);
+                        rest.extend(right.into_iter().chain(spine).chain(left.into_iter().rev()));
+                    }
+                }
             }
-            for child in children {
-                self.write(child, leaves);
-            }
-            return;
         }
-        // Walk down the spine of best branches; what leaves it goes to the side with fewer leaves so far, outermost
-        // first, so that the end of the spine is in the middle.
+    }
+
+    /// Walks down the spine of best branches; what leaves it goes to the side with fewer leaves so far, outermost first, so
+    /// that the end of the spine, a leaf, is in the middle. The branches on the left from left to right, the end of the
+    /// spine, and those on the right from right to left.
+    fn around_spine(&self, node: usize) -> [Vec<usize>; 3] {
         let (mut left, mut right) = (Vec::new(), Vec::new());
         let mut counts = [0, 0];
         let mut spine = node;
@@ -96,13 +111,7 @@ impl Branches<'_> {
             }
             spine = next;
         }
-        for branch in left {
-            self.write(branch, leaves);
-        }
-        leaves.push(spine);
-        for branch in right.into_iter().rev() {
-            self.write(branch, leaves);
-        }
+        [left, vec![spine], right]
     }
 }
 
@@ -201,8 +210,9 @@ pub fn collapse(tree: &Tree, group_of: &[usize]) -> Tree {
     // Disjoint sets of groups; `top` is the node of the new tree that a set has grown into.
     let mut above: Vec<usize> = (0..groups).collect();
     let mut top = above.clone();
-    let find = |above: &[usize], mut group: usize| {
+    let find = |above: &mut [usize], mut group: usize| {
         while above[group] != group {
+            above[group] = above[above[group]];
             group = above[group];
         }
         group
@@ -214,7 +224,7 @@ pub fn collapse(tree: &Tree, group_of: &[usize]) -> Tree {
         let mut sets: Vec<usize> = node
             .children
             .iter()
-            .map(|child| find(&above, below[child.0]))
+            .map(|child| find(&mut above, below[child.0]))
             .collect();
         sets.sort_unstable();
         sets.dedup();

@@ -68,9 +68,16 @@ impl Levels {
 
     /// The lowest level at which a pass of this height is open; `None` above the last.
     pub fn of(&self, height: f64) -> Option<usize> {
-        let steps = ((height - self.first) / self.step - ON_LEVEL).ceil();
         // A negative number of steps is level 0.
-        (0..self.count).find(|k| steps <= *k as f64)
+        let steps = ((height - self.first) / self.step - ON_LEVEL)
+            .ceil()
+            .max(0.0);
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a whole number, not negative, of the size of a count"
+        )]
+        (steps < self.count as f64).then_some(steps as usize)
     }
 }
 
@@ -190,11 +197,16 @@ impl View {
                 continue;
             };
             for child in &node.children {
-                let (below, worst) = &images[child.0];
-                children.extend(below);
+                let (below, worst) = &mut images[child.0];
                 if below.len() > 1 {
                     evidence = evidence.max(*worst);
                 }
+                // Only its one parent asks what stands for a child. The longer list takes in the shorter one, so that no
+                // shape of the tree costs more than n log n.
+                if below.len() > children.len() {
+                    std::mem::swap(&mut children, below);
+                }
+                children.append(below);
             }
             let above = node.parent.map(|parent| self.tree.nodes[parent.0].energy);
             if above.is_none_or(|height| levels.of(height) != Some(level)) {

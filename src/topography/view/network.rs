@@ -1,9 +1,8 @@
 //! Views of the network behind a tree: monotonic sequences, and connections through hidden minima.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use petgraph::graph::NodeIndex;
-use petgraph::unionfind::UnionFind;
 use petgraph::visit::EdgeRef;
 
 use crate::topography::network::{Edge, Evidence, Minimum, MinimumId, Network};
@@ -103,62 +102,58 @@ pub fn restricted(network: &Network, kept: &[MinimumId], worst: Evidence) -> Net
 /// A spanning forest that grows by the lowest pass.
 struct Forest<'a> {
     kept: &'a [Option<NodeIndex>],
-    sets: UnionFind<usize>,
-    /// Whether a set holds a kept minimum, by its representative.
-    holds: Vec<bool>,
     neighbours: Vec<Vec<(usize, f64)>>,
+    /// The kept minimum nearest to each minimum along its tree and its distance; of equally near ones that of lower number.
+    nearest: Vec<Option<(f64, usize)>>,
 }
 
 impl<'a> Forest<'a> {
     fn new(count: usize, kept: &'a [Option<NodeIndex>]) -> Self {
+        let nearest = kept.iter().enumerate();
         Self {
             kept,
-            sets: UnionFind::new(count),
-            holds: kept.iter().map(Option::is_some).collect(),
             neighbours: vec![Vec::new(); count],
+            nearest: nearest
+                .map(|(node, kept)| kept.map(|_| (0.0, node)))
+                .collect(),
         }
     }
 
     /// Joins two trees by an edge; the kept minima nearest to its ends, with their distances, if both trees hold any.
     fn join(&mut self, a: usize, b: usize, length: f64) -> Option<[(usize, f64); 2]> {
-        let sets = [a, b].map(|node| self.sets.find(node));
-        let both = sets.map(|set| self.holds[set]);
-        let nearest = [a, b].map(|node| self.nearest(node));
-        self.sets.union(a, b);
-        let set = self.sets.find(a);
-        self.holds[set] = both[0] || both[1];
+        let found = [a, b].map(|node| self.nearest[node]);
         self.neighbours[a].push((b, length));
         self.neighbours[b].push((a, length));
-        match nearest {
-            [Some(one), Some(other)] => Some([one, other]),
+        for (end, other) in [(a, found[1]), (b, found[0])] {
+            self.offer(end, other.map(|(distance, kept)| (distance + length, kept)));
+        }
+        match found {
+            [Some(one), Some(other)] => Some([one, other].map(|(distance, kept)| (kept, distance))),
             _ => None,
         }
     }
 
-    /// The kept minimum nearest to `start` along its tree (at equal distances the one of lower number).
-    fn nearest(&self, start: usize) -> Option<(usize, f64)> {
-        if !self.holds[self.sets.find(start)] {
-            return None;
-        }
-        let mut best: Option<(usize, f64)> = None;
-        let mut stack = vec![(start, 0.0)];
-        let mut seen = BTreeSet::from([start]);
-        while let Some((node, distance)) = stack.pop() {
-            let nearer = |known: (usize, f64)| (distance, node) < (known.1, known.0);
-            if self.kept[node].is_some() {
-                // Whatever lies behind a kept minimum is farther.
-                if best.is_none_or(nearer) {
-                    best = Some((node, distance));
-                }
+    /// Tells `start`, and whom it may concern beyond it, of a kept minimum at a distance. Whatever lies behind a minimum
+    /// that is kept itself, or that knows a nearer one, is no nearer to this one.
+    fn offer(&mut self, start: usize, candidate: Option<(f64, usize)>) {
+        let Some((distance, found)) = candidate else {
+            return;
+        };
+        let mut rest = vec![(start, distance)];
+        while let Some((node, distance)) = rest.pop() {
+            let nearer = |known: (f64, usize)| {
+                (distance.total_cmp(&known.0))
+                    .then(found.cmp(&known.1))
+                    .is_lt()
+            };
+            if self.kept[node].is_some() || !self.nearest[node].is_none_or(nearer) {
                 continue;
             }
+            self.nearest[node] = Some((distance, found));
             for &(next, length) in &self.neighbours[node] {
-                if seen.insert(next) {
-                    stack.push((next, distance + length));
-                }
+                rest.push((next, distance + length));
             }
         }
-        best
     }
 }
 
@@ -170,24 +165,30 @@ impl<'a> Forest<'a> {
 /// If `group_of` has not one entry a minimum, or a group has none.
 pub fn grouped(network: &Network, group_of: &[usize]) -> Network {
     assert_eq!(group_of.len(), network.node_count(), "one group a minimum");
-    let mut minima: BTreeMap<usize, Minimum> = BTreeMap::new();
+    let count = group_of.iter().max().map_or(0, |largest| largest + 1);
+    let mut minima: Vec<Vec<&Minimum>> = vec![Vec::new(); count];
     for (minimum, group) in network.node_weights().zip(group_of) {
-        let Some(known) = minima.get_mut(group) else {
-            minima.insert(*group, minimum.clone());
-            continue;
-        };
-        let mut members = std::mem::take(&mut known.members);
-        members.extend(&minimum.members);
-        members.sort_unstable();
-        if minimum.energy < known.energy {
-            *known = minimum.clone();
-        }
-        known.members = members;
+        minima[*group].push(minimum);
     }
     let mut groups = Network::default();
-    for (number, (group, minimum)) in minima.into_iter().enumerate() {
-        assert_eq!(number, group, "groups count from 0");
-        groups.add_node(minimum);
+    for minima in minima {
+        // Of equally low ones the first.
+        let lowest = minima.iter().min_by(|a, b| a.energy.total_cmp(&b.energy));
+        let lowest = *lowest.expect("no group is empty");
+        let mut members: Vec<usize> = minima
+            .iter()
+            .flat_map(|minimum| &minimum.members)
+            .copied()
+            .collect();
+        if minima.len() > 1 {
+            members.sort_unstable();
+        }
+        groups.add_node(Minimum {
+            coordinates: lowest.coordinates.clone(),
+            energy: lowest.energy,
+            choice: lowest.choice.clone(),
+            members,
+        });
     }
     let mut edges: BTreeMap<[usize; 2], &Edge> = BTreeMap::new();
     for edge in network.edge_references() {

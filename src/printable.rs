@@ -1,0 +1,68 @@
+//! Text that came from a file, fit to be shown: a terminal, a picture or a page shall show it and never obey it.
+
+use std::borrow::Cow;
+use std::fmt::Write;
+
+/// What stands for a character that is not passed on.
+const REPLACEMENT: char = '\u{fffd}';
+
+/// `text` with � for every character that commands instead of being shown: control characters, those that turn the direction
+/// of writing or end lines unseen (N. Boucher and R. Anderson, Trojan Source, 2021), and code points that are no characters.
+/// Those in `kept` stay, for where line breaks are our own.
+pub fn printable<'a>(text: &'a str, kept: &[char]) -> Cow<'a, str> {
+    let commands = |c: char| commands(c) && !kept.contains(&c);
+    if text.contains(commands) {
+        Cow::Owned(text.replace(commands, REPLACEMENT.encode_utf8(&mut [0; 4])))
+    } else {
+        Cow::Borrowed(text)
+    }
+}
+
+/// The text of a JSON document with escapes for the same characters, so that it means what it meant.
+pub fn printable_json(document: &str) -> String {
+    let mut shown = String::with_capacity(document.len());
+    for c in document.chars() {
+        if commands(c) && c != '\n' {
+            // All of them have at most sixteen bits.
+            write!(shown, "\\u{:04x}", u32::from(c)).expect("text grows without fail");
+        } else {
+            shown.push(c);
+        }
+    }
+    shown
+}
+
+fn commands(c: char) -> bool {
+    c.is_control()
+        || matches!(
+            c,
+            '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{fffe}' | '\u{ffff}'
+        )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_commands_is_replaced_and_all_else_stays() {
+        let hostile = "\u{1b}[2J\u{7}\u{9b}31m\u{202e}x\0\n";
+        assert_eq!(printable(hostile, &[]), "�[2J��31m�x��");
+        assert_eq!(printable("a\n\tb", &['\n', '\t']), "a\n\tb");
+        for plain in ["", "Müller–Brown", "שלום \u{200f}עולם", "👩🏽‍🚀", "<!--'\"&"]
+        {
+            assert!(matches!(printable(plain, &[]), Cow::Borrowed(same) if same == plain));
+        }
+    }
+
+    #[test]
+    fn json_keeps_its_meaning() {
+        let value = serde_json::json!({ "a\u{9b}": ["\u{7f}\u{202e}\u{1b}\n", "👩🏽‍🚀"] });
+        let shown = printable_json(&format!("{value:#}"));
+        assert!(!shown.contains(|c: char| commands(c) && c != '\n'));
+        assert_eq!(
+            serde_json::from_str::<serde_json::Value>(&shown).unwrap(),
+            value
+        );
+    }
+}
