@@ -9,9 +9,10 @@ use std::path::{Path, PathBuf};
 use desk::{Desk, assert_says};
 use landscape::grasp::hand::{Hand, HandFiles, PosedHand};
 use landscape::grasp::object::{ExactMesh, Mesh};
-use landscape::store::exchange::{Columns, JointColumns, Mapping, read};
+use landscape::store::exchange::{Columns, JointColumns, Mapping, read, table_csv, table_json};
 use landscape::store::{Grasp, GraspFile, Overrides};
 use pickled::bench;
+use proptest::prelude::*;
 
 mod desk;
 mod pickled;
@@ -143,6 +144,75 @@ fn round_trips_are_exact() {
         "import t.parquet --hand gripper_parallel --object ball -o s.parquet -q",
     );
     assert!(difference(&before, &grasps(&desk.path("s.parquet"))) <= 0.0);
+}
+
+/// Names with quotes, line breaks and digits, and numbers of 64 bits.
+#[test]
+fn names_and_numbers_come_back_from_tables() {
+    let desk = with_table();
+    let known = grasps(&desk.path("t.parquet")).grasps[0].clone();
+    let joints = ["jaw".to_owned()];
+    let hostile = [
+        "a,b",
+        "\"",
+        "'",
+        "a\nb",
+        "a\r\nb",
+        "#",
+        "\u{1b}[2J",
+        "\0",
+        "1e3",
+        "007",
+        "-0",
+        "NaN",
+        "[1 2]",
+        "1;2",
+        "=1+1",
+        "שלום",
+        "👩🏽\u{200d}🚀",
+        "<!--",
+        "\u{202e}",
+        "9007199254740993",
+    ];
+    let name = prop_oneof![
+        proptest::sample::select(hostile.to_vec()).prop_map(str::to_owned),
+        any::<String>(),
+    ];
+    let id = prop_oneof![any::<u64>(), Just(u64::MAX), Just((1 << 53) + 1), 0..9_u64];
+    let strategy = (id, name.clone(), name);
+    let mut runner = proptest::test_runner::TestRunner::default();
+    let held = runner.run(&strategy, |(id, object, label)| {
+        // What surrounds a name is no part of it.
+        let [object, label] = [object, label].map(|name| name.trim().to_owned());
+        let grasp = Grasp {
+            id,
+            object: object.clone(),
+            label: Some(label.clone()),
+            ..known.clone()
+        };
+        let filled = |name: String| Some(name).filter(|name| !name.is_empty());
+        for (ending, bytes) in [
+            ("csv", table_csv(&[&grasp], &joints)),
+            ("json", table_json(&[&grasp], &joints)),
+        ] {
+            let path = desk.path(&format!("h.{ending}"));
+            fs::write(&path, bytes).unwrap();
+            let found = read(&path, &joints, &Mapping::default()).unwrap();
+            let found = &found.grasps[0];
+            prop_assert_eq!(found.id, Some(id));
+            prop_assert_eq!(
+                filled(found.object.clone().unwrap_or_default()),
+                filled(object.clone())
+            );
+            prop_assert_eq!(
+                filled(found.label.clone().unwrap_or_default()),
+                filled(label.clone())
+            );
+            prop_assert_eq!(&found.joints_rad, &known.joints_rad);
+        }
+        Ok(())
+    });
+    held.unwrap();
 }
 
 #[test]

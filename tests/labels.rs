@@ -333,6 +333,44 @@ window.addEventListener("load", () => {
 }
 </script>"##;
 
+/// Labels that would end the element which holds them or swallow its end, and numbers that no script can hold.
+#[test]
+fn the_sheet_holds_any_label_and_any_number() {
+    let desk = Desk::empty();
+    let sheet = |change: &dyn Fn(&mut GraspFile)| {
+        let mut file = some_grasps(60);
+        file.grasps.truncate(4);
+        change(&mut file);
+        file.write(&desk.path("g.parquet")).unwrap();
+        let said = desk.run("label g.parquet --sheet sheet.html");
+        assert!(said.status.success(), "{said:?}");
+        fs::read_to_string(desk.path("sheet.html")).unwrap()
+    };
+    let labels = ["<!--<script>", "</script><script>", "]]>", "--!>\u{2028}"];
+    let ids = [(1 << 53) + 1, u64::MAX, (1 << 53) + 2, 7];
+    let plain = sheet(&|_| {});
+    let page = sheet(&|file| {
+        for (grasp, (label, id)) in file.grasps.iter_mut().zip(labels.iter().zip(ids)) {
+            grasp.label = Some((*label).to_owned());
+            grasp.id = id;
+        }
+    });
+    for markup in ["<!--", "<script", "</script"] {
+        let [here, there] = [&page, &plain].map(|page| page.matches(markup).count());
+        assert_eq!(here, there, "{markup}");
+    }
+    let data = page.split("type=\"application/json\">").nth(1).unwrap();
+    let data = data.split("</script>").next().unwrap();
+    let data: serde_json::Value = serde_json::from_str(data).unwrap();
+    for (card, (label, id)) in
+        (data["grasps"].as_array().unwrap().iter()).zip(labels.iter().zip(ids))
+    {
+        assert_eq!(card["human"], *label);
+        // A text, for a number would be rounded.
+        assert_eq!(card["id"], id.to_string());
+    }
+}
+
 /// A person labels on the sheet in a real browser, and the file that it saves is read back.
 #[test]
 fn the_sheet_works_in_a_browser() {

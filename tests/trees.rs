@@ -16,6 +16,7 @@ use tempfile::TempDir;
 
 mod deep;
 mod folder;
+mod hostile;
 
 struct Desk(TempDir);
 

@@ -8,7 +8,7 @@ use serde_json::json;
 
 use super::args::{Common, Coordinates, Diff};
 use super::landscape::median;
-use super::{models, print, surface};
+use super::{models, print, print_json, surface};
 use crate::grasp::object::Description;
 use crate::space::{PoseSpace, Space, Symmetry};
 use crate::store::{LandscapeFiles, Manifest};
@@ -16,6 +16,9 @@ use crate::topography::{Evidence, Match, MergeChange, Minimum, MinimumId, Tree, 
 
 /// Rows of a table of the text.
 const SHOWN: usize = 20;
+
+/// Pairs of minima that are compared at most: 100,000 minima with as many take minutes to an hour.
+const MOST_PAIRS: usize = 10_000_000_000;
 
 /// A landscape of the two.
 struct Side {
@@ -34,6 +37,15 @@ pub(super) fn run(command: &Diff, common: &Common) -> anyhow::Result<()> {
     }
     let before = side(&command.before)?;
     let after = side(&command.after)?;
+    let pairs = before.minima.len().saturating_mul(after.minima.len());
+    ensure!(
+        pairs <= MOST_PAIRS,
+        "{} minima of {} and {} of {} are too many: diff measures the distance of every pair, {MOST_PAIRS} at most",
+        before.minima.len(),
+        before.name,
+        after.minima.len(),
+        after.name
+    );
     let space = common_space(&before, &after)?;
     let reach = match command.within {
         Some(reach) => reach,
@@ -50,7 +62,7 @@ pub(super) fn run(command: &Diff, common: &Common) -> anyhow::Result<()> {
         value["before"] = json!(before.name);
         value["after"] = json!(after.name);
         value["within"] = json!(reach);
-        print(&format!("{value:#}"));
+        print_json(&value)?;
     } else if !common.quiet {
         print(&text(&before, &after, reach, &found));
     }

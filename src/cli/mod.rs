@@ -3,12 +3,16 @@
 //! Data goes to files or standard output, progress to standard error; a user's mistake ends with one sentence and exit
 //! code 1.
 
+use std::borrow::Cow;
 use std::ffi::OsString;
 use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
 
 use clap::Parser;
+use serde::Serialize;
+
+use crate::printable::{printable, printable_json};
 
 mod args;
 mod build;
@@ -55,7 +59,12 @@ pub fn run_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>
     let arguments = match Arguments::try_parse_from(arguments) {
         Ok(arguments) => arguments,
         Err(error) => {
-            let _ = error.print();
+            // Colours, unless what it quotes would command the terminal.
+            let text = error.render().to_string();
+            match printable(&text, OURS) {
+                Cow::Borrowed(_) => drop(error.print()),
+                Cow::Owned(_) => complain(text.trim_end()),
+            }
             return ExitCode::from(u8::from(error.use_stderr()));
         }
     };
@@ -89,8 +98,10 @@ pub fn run_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>
 /// Longest sentence, characters.
 const LONGEST: usize = 2000;
 
-/// An error and its causes, without those that it already repeats. It may quote a file: what is too long is cut, and what
-/// a terminal would obey is not passed on.
+/// Characters that lay out what the program says; all others that a terminal would obey come from files.
+const OURS: &[char] = &['\n', '\t'];
+
+/// An error and its causes, without those that it already repeats. It may quote a file: what is too long is cut.
 fn sentence(error: &anyhow::Error) -> String {
     let mut text = String::new();
     for cause in error.chain().map(ToString::to_string) {
@@ -102,14 +113,7 @@ fn sentence(error: &anyhow::Error) -> String {
             text.push_str(cause);
         }
     }
-    let harmless = |c: char| {
-        if c.is_control() && c != '\n' {
-            '\u{fffd}'
-        } else {
-            c
-        }
-    };
-    let mut short: String = text.chars().take(LONGEST).map(harmless).collect();
+    let mut short: String = text.chars().take(LONGEST).collect();
     if text.chars().nth(LONGEST).is_some() {
         short.push('…');
     }
@@ -131,12 +135,18 @@ fn check_output(output: &Path) -> anyhow::Result<()> {
 
 /// A line for the person at the terminal. A closed terminal is nobody's mistake.
 fn complain(line: &str) {
-    let _ = writeln!(std::io::stderr(), "{line}");
+    let _ = writeln!(std::io::stderr(), "{}", printable(line, OURS));
 }
 
 /// Text the user asked for, on standard output.
 fn print(text: &str) {
-    let _ = writeln!(std::io::stdout(), "{}", text.trim_end());
+    let _ = writeln!(std::io::stdout(), "{}", printable(text.trim_end(), OURS));
+}
+
+/// A JSON document the user asked for, on standard output.
+fn print_json(document: &impl Serialize) -> anyhow::Result<()> {
+    print(&printable_json(&serde_json::to_string_pretty(document)?));
+    Ok(())
 }
 
 #[cfg(test)]
@@ -146,7 +156,8 @@ mod tests {
     fn sentences_are_short_and_harmless() {
         let text = format!("no number: `\u{1b}[2J{}`", "0".repeat(1 << 20));
         let sentence = super::sentence(&anyhow::anyhow!(text));
-        assert!(sentence.chars().count() == 2001 && !sentence.contains('\u{1b}'));
-        assert!(sentence.starts_with("no number: `\u{fffd}[2J000"));
+        assert_eq!(sentence.chars().count(), 2001);
+        let shown = super::printable(&sentence, super::OURS);
+        assert!(shown.starts_with("no number: `\u{fffd}[2J000") && !shown.contains('\u{1b}'));
     }
 }

@@ -18,6 +18,7 @@ use super::image::Image;
 use super::style::{
     BASE_LINE, BITMAP, Colour, SVG, Setting, Stroke, TextFace, register_fonts, text_width,
 };
+use crate::printable::printable;
 
 /// SVG coordinates are whole numbers in plotters; drawing ten times as large keeps a tenth of a unit.
 const SVG_SCALE: u32 = 10;
@@ -207,12 +208,12 @@ impl Canvas {
         self.circle(centre, radius, fill);
     }
 
-    /// A line of text.
+    /// A line of text; of characters that would command instead of being shown, replacements are.
     pub fn text(&mut self, at: [f64; 2], text: &str, face: TextFace) {
         if !text.is_empty() {
             self.marks.push(Mark::Text {
                 at,
-                text: text.to_owned(),
+                text: printable(text, &[]).into_owned(),
                 face,
             });
         }

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use anyhow::Context;
 
 use super::args::{Common, Inspect};
-use super::print;
+use super::{print, print_json};
 
 mod contacts;
 mod grasps;
@@ -42,7 +42,7 @@ pub(super) fn run(command: &Inspect, common: &Common) -> anyhow::Result<()> {
     let contacts = contacts::Contacts::read(&bytes).with_context(|| format!("{name}"))?;
     let report = contacts.judge();
     if command.json {
-        print(&serde_json::to_string_pretty(&report)?);
+        print_json(&report)?;
     } else {
         print(&report.text());
     }

@@ -11,7 +11,7 @@ use super::{number, table};
 use crate::cli::args::{Common, Inspect};
 use crate::cli::types::Setting;
 use crate::cli::way::{Place, places, route};
-use crate::cli::{check_output, complain, print};
+use crate::cli::{check_output, complain, print, print_json};
 use crate::figure::chart::{Axis, Chart, Mark, Panel, Series};
 use crate::figure::{
     Canvas, PICTURE_DENSITY, Picture, Scene, Surface, draw_row, row_height, side_in_row, theme,
@@ -62,9 +62,7 @@ pub(super) fn run(command: &Inspect, ends: &[String], common: &Common) -> anyhow
 
     let text = text(&files, &energy, &route, &steps);
     if command.json {
-        print(&serde_json::to_string_pretty(&value(
-            &energy, &route, &steps,
-        ))?);
+        print_json(&value(&energy, &route, &steps))?;
     } else {
         print(&text);
     }

@@ -29,7 +29,8 @@ const TURN_RAD: f64 = 1.9;
 /// One grasp on the sheet.
 #[derive(Serialize)]
 pub(super) struct Card {
-    id: u64,
+    /// A text, for numbers of scripts are exact only up to 2⁵³.
+    id: String,
     object: String,
     /// Two pictures, PNG in base64.
     pictures: [String; 2],
@@ -78,7 +79,7 @@ pub(super) fn cards(
             let second = scene.framed(turned, Vector3::z());
             let label = labels.get(&grasp.id);
             Ok(Card {
-                id: grasp.id,
+                id: grasp.id.to_string(),
                 object: grasp.object.clone(),
                 pictures: [picture(&first)?, picture(&second)?],
                 human: grasp.label.clone().filter(|label| !label.is_empty()),
@@ -103,8 +104,8 @@ pub(super) fn write(path: &Path, grasps: &Path, cards: Vec<Card>) -> anyhow::Res
         types: types.collect(),
         grasps: cards,
     };
-    // Inside a script element only `</` could end it early.
-    let data = serde_json::to_string(&page)?.replace("</", "<\\/");
+    // Inside a script element `</script` would end it early, and `<!--` would make it swallow its end.
+    let data = serde_json::to_string(&page)?.replace('<', "\\u003c");
     write_atomic(path, PAGE.replacen(DATA, &data, 1).as_bytes())
         .with_context(|| format!("cannot write {}", path.display()))
 }

@@ -422,15 +422,14 @@ impl Layout<'_> {
 fn numbers(row: &BTreeMap<String, Cell>, columns: &[String]) -> Result<Vec<f64>, String> {
     let mut all = Vec::new();
     for column in columns {
-        match row.get(column) {
-            Some(Cell::Number(number)) => all.push(*number),
-            Some(Cell::List(numbers)) => all.extend(numbers),
-            Some(Cell::Text(text)) => {
+        match row.get(column).map(|cell| (cell.numbers(), cell)) {
+            Some((Some(numbers), _)) => all.extend(numbers),
+            Some((None, Cell::Text(text))) => {
                 return Err(format!(
                     "column `{column}` holds `{text}` where numbers are needed"
                 ));
             }
-            None => return Err(format!("column `{column}` is empty")),
+            _ => return Err(format!("column `{column}` is empty")),
         }
         finite(&all, &format!("column `{column}`"))?;
     }
@@ -446,15 +445,23 @@ fn text(row: &BTreeMap<String, Cell>, column: &str) -> Option<String> {
 }
 
 fn whole(row: &BTreeMap<String, Cell>, column: &str) -> Result<Option<u64>, String> {
-    match row.get(column) {
-        None => Ok(None),
-        Some(Cell::Number(number)) => match natural(*number) {
+    let Some(cell) = row.get(column) else {
+        return Ok(None);
+    };
+    // All digits of a whole number count; a table may also have written 7.0.
+    if let Cell::Text(text) = cell
+        && let Ok(number) = text.parse()
+    {
+        return Ok(Some(number));
+    }
+    match cell.numbers().as_deref() {
+        Some([number]) => match natural(*number) {
             Some(number) => Ok(Some(number)),
             None => Err(format!(
                 "column `{column}` holds {number}, expected a whole number"
             )),
         },
-        Some(_) => Err(format!("column `{column}` holds no number")),
+        _ => Err(format!("column `{column}` holds no number")),
     }
 }
 
@@ -470,15 +477,15 @@ fn natural(number: f64) -> Option<u64> {
 }
 
 fn contacts(row: &BTreeMap<String, Cell>, column: &str) -> Result<Option<Vec<u32>>, String> {
-    let values = match row.get(column) {
+    let values = match row.get(column).map(|cell| (cell.numbers(), cell)) {
         None => return Ok(None),
-        Some(Cell::List(values)) => values.clone(),
-        Some(Cell::Number(value)) => vec![*value],
-        Some(Cell::Text(text)) => {
+        Some((Some(values), _)) => values,
+        Some((None, Cell::Text(text))) => {
             return Err(format!(
                 "column `{column}` holds `{text}`, expected whole numbers"
             ));
         }
+        Some((None, _)) => return Err(format!("column `{column}` holds no numbers")),
     };
     let index = |value: f64| {
         let index = natural(value).and_then(|value| u32::try_from(value).ok());

@@ -23,26 +23,22 @@ pub(super) struct Table {
     pub(super) rows: Vec<BTreeMap<String, Cell>>,
 }
 
-/// A cell of text: a number, numbers separated by spaces or semicolons (brackets around them do no harm), or text.
-fn of_text(text: &str) -> Option<Cell> {
-    let text = text.trim();
-    if text.is_empty() {
-        return None;
+impl Cell {
+    /// The numbers it holds: a number, a list, or a text of numbers separated by spaces, semicolons or commas (brackets around
+    /// them do no harm).
+    pub(super) fn numbers(&self) -> Option<Vec<f64>> {
+        match self {
+            Self::Number(number) => Some(vec![*number]),
+            Self::List(numbers) => Some(numbers.clone()),
+            Self::Text(text) => text
+                .trim_start_matches(['[', '('])
+                .trim_end_matches([']', ')'])
+                .split(|c: char| c.is_whitespace() || matches!(c, ';' | ','))
+                .filter(|word| !word.is_empty())
+                .map(|word| word.parse().ok())
+                .collect(),
+        }
     }
-    if let Ok(number) = text.parse() {
-        return Some(Cell::Number(number));
-    }
-    let inner = text
-        .trim_start_matches(['[', '('])
-        .trim_end_matches([']', ')']);
-    let words = inner
-        .split(|c: char| c.is_whitespace() || matches!(c, ';' | ','))
-        .filter(|word| !word.is_empty());
-    let numbers: Option<Vec<f64>> = words.map(|word| word.parse().ok()).collect();
-    Some(match numbers {
-        Some(numbers) => Cell::List(numbers),
-        None => Cell::Text(text.to_owned()),
-    })
 }
 
 pub(super) fn of_csv(bytes: &[u8]) -> Result<Table, String> {
@@ -66,7 +62,10 @@ pub(super) fn of_csv(bytes: &[u8]) -> Result<Table, String> {
         let cells = columns.iter().zip(&record);
         rows.push(
             cells
-                .filter_map(|(name, text)| Some((name.clone(), of_text(text)?)))
+                .map(|(name, text)| (name, text.trim()))
+                .filter(|(_, text)| !text.is_empty())
+                // What looks like a number may be a name, or one of more digits than a number keeps.
+                .map(|(name, text)| (name.clone(), Cell::Text(text.to_owned())))
                 .collect(),
         );
     }
@@ -102,6 +101,10 @@ pub(super) fn of_json(bytes: &[u8]) -> Result<Table, String> {
 
 fn of_value(value: &Value) -> Option<Cell> {
     match value {
+        // Of more digits than a floating-point number keeps.
+        Value::Number(number) if number.as_u64().is_some_and(|number| number > 1 << 53) => {
+            Some(Cell::Text(number.to_string()))
+        }
         Value::Number(number) => number.as_f64().map(Cell::Number),
         Value::String(text) => Some(Cell::Text(text.clone())),
         Value::Array(items) => {
