@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 
 use anyhow::Context;
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueHint};
 
 use super::draw_types::Colouring;
+use super::provenance::Provenance;
 use crate::energy::model::MODELS;
 use crate::topography::PathMethod;
 
@@ -29,6 +30,9 @@ pub(super) struct Common {
     /// No progress bars and no summary.
     #[arg(long, short, global = true)]
     pub(super) quiet: bool,
+    /// This command line, for the files that it writes.
+    #[arg(skip)]
+    pub(super) provenance: Provenance,
 }
 
 impl Common {
@@ -349,7 +353,7 @@ min.data and ts.data in PATHSAMPLE's columns.";
 pub(super) struct Synth {
     /// The hand: a name of one that comes with the program (`human` unless told otherwise), or a URDF,
     /// MJCF or MANO (.npz) file.
-    #[arg(long, value_name = "NAME|FILE")]
+    #[arg(long, value_name = "NAME|FILE", value_hint = ValueHint::FilePath)]
     pub(super) hand: Option<String>,
     /// The folder in which everything lies that the hand's description refers to (meshes, included files); its own
     /// folder unless told otherwise. Files elsewhere are refused.
@@ -360,7 +364,7 @@ pub(super) struct Synth {
     pub(super) mirror: bool,
     /// The object: a name of one that comes with the program, a mesh (OBJ, STL, PLY, glTF; metres unless --scale says
     /// otherwise), or a TOML file of shapes (see `landscape help objects inspect`).
-    #[arg(long, value_name = "NAME|FILE", required_unless_present = "from")]
+    #[arg(long, value_name = "NAME|FILE", value_hint = ValueHint::FilePath, required_unless_present = "from")]
     pub(super) object: Option<String>,
     /// Metres per unit of the object's mesh: 0.001 for millimetres, 0.1 for a mesh of unit size that is to be 10 cm in radius.
     #[arg(
@@ -565,7 +569,7 @@ pub(super) enum HandsCommand {
 #[derive(Debug, Args)]
 pub(super) struct HandsInspect {
     /// The hand: a name of one that comes with the program, or a URDF, MJCF or MANO (.npz) file.
-    #[arg(value_name = "NAME|FILE")]
+    #[arg(value_name = "NAME|FILE", value_hint = ValueHint::FilePath)]
     pub(super) hand: String,
     /// The folder in which everything lies that the hand's description refers to (meshes, included files); its own
     /// folder unless told otherwise. Files elsewhere are refused.
@@ -644,7 +648,7 @@ pub(super) enum ObjectsCommand {
 #[derive(Debug, Args)]
 pub(super) struct ObjectsInspect {
     /// The object: a name of one that comes with the program, a mesh (OBJ, STL, PLY, glTF), or a TOML file of shapes.
-    #[arg(value_name = "NAME|FILE")]
+    #[arg(value_name = "NAME|FILE", value_hint = ValueHint::FilePath)]
     pub(super) object: String,
     /// Metres per unit of the mesh.
     #[arg(long, value_name = "FACTOR", allow_negative_numbers = true)]
@@ -837,7 +841,7 @@ pub(super) struct Import {
     #[arg(value_name = "PATH")]
     pub(super) path: PathBuf,
     /// The hand of the grasps: a name of one that comes with the program, or a URDF or MJCF file.
-    #[arg(long, value_name = "NAME|FILE")]
+    #[arg(long, value_name = "NAME|FILE", value_hint = ValueHint::FilePath)]
     pub(super) hand: Option<String>,
     /// Where the files that the hand's description names may lie; by default its own folder.
     #[arg(long, value_name = "FOLDER", requires = "hand")]
@@ -846,7 +850,7 @@ pub(super) struct Import {
     #[arg(long, requires = "hand")]
     pub(super) mirror: bool,
     /// The object of the grasps: a name of one that comes with the program, or a mesh as published.
-    #[arg(long, value_name = "NAME|FILE")]
+    #[arg(long, value_name = "NAME|FILE", value_hint = ValueHint::FilePath)]
     pub(super) object: Option<String>,
     /// Only the grasps at this scale of the object; where the file tells none, metres per unit of the mesh.
     #[arg(

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 
-use super::args::{Build, Common, Paths};
+use super::args::{Build, Common};
 use super::grasp_map::settings_for_grasps;
 use super::landscape::{Input, Mapped};
 use super::magnetisation::{self, Choice};
@@ -199,7 +199,7 @@ fn build(
         choice: &found.choice,
         hover: &hover,
         source: source(command, &bytes),
-        command: command_line(command, &settings),
+        command: common.provenance.command.clone(),
         seed: command.seed,
         quench_evaluations,
         warnings,
@@ -319,38 +319,4 @@ fn probes(landscape: &topography::Landscape) -> Vec<&[f64]> {
     (0..count)
         .map(|i| minima[i * minima.len() / count])
         .collect()
-}
-
-fn command_line(command: &Build, settings: &MapSettings) -> String {
-    let name = command
-        .grasps
-        .file_name()
-        .unwrap_or_default()
-        .to_string_lossy();
-    let first = command
-        .first
-        .map_or(String::new(), |n| format!(" --first {n}"));
-    let values = [
-        ("temperature", command.temperature),
-        ("force", command.force),
-    ];
-    let values = values
-        .iter()
-        .filter_map(|(name, value)| value.map(|v| format!(" --{name} {v}")));
-    let flags = [
-        ("paths band", command.paths == Paths::Band),
-        ("diagram", command.diagram),
-        ("sequential", command.sequential),
-    ];
-    let flags = flags
-        .iter()
-        .filter(|(_, set)| *set)
-        .map(|(name, _)| format!(" --{name}"));
-    format!(
-        "landscape build {name} --neighbours {}{} --seed {}{first}{}",
-        settings.neighbours,
-        values.collect::<String>(),
-        command.seed,
-        flags.collect::<String>()
-    )
 }

@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 use super::args::{Common, Import};
 use super::drawing::{Drawing, Views, not_drawn};
 use super::landscape::{Titles, write_database};
+use super::provenance::name_of;
 use super::{check_output, complain, import_grasps, print};
 use crate::figure::leaves_of;
 use crate::store::{
@@ -40,8 +41,6 @@ pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
         None => named_after(&command.path)?,
     };
     let network = database.network();
-    let name = command.path.canonicalize().ok();
-    let name = name.as_deref().unwrap_or(&command.path).file_name();
     let imported = Imported {
         tree: Tree::from_network(&network, Evidence::Chain),
         groups: Groups::stable(&network, &GroupSettings::default()),
@@ -49,9 +48,10 @@ pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
         layout,
         database: &database,
         source: Source {
-            name: name.unwrap_or_default().to_string_lossy().into_owned(),
+            name: name_of(&command.path),
             content_hash: content_hash(&[minima.as_bytes(), states.as_bytes()]),
         },
+        command: &common.provenance.command,
     };
     let folder = AtomicFolder::open(&output, true)?;
     imported.files()?.write(&folder)?;
@@ -80,16 +80,13 @@ fn read(folder: &Path, name: &str) -> anyhow::Result<String> {
 
 /// `folder` becomes `folder.landscape` in the place where the command runs.
 fn named_after(folder: &Path) -> anyhow::Result<PathBuf> {
-    let full = folder
-        .canonicalize()
-        .with_context(|| format!("cannot read {}", folder.display()))?;
-    let name = full
-        .file_name()
-        .with_context(|| format!("{}: name the folder to write with --output", full.display()))?;
-    Ok(PathBuf::from(format!(
-        "{}.landscape",
-        name.to_string_lossy()
-    )))
+    let name = name_of(folder);
+    ensure!(
+        !name.is_empty(),
+        "{}: name the folder to write with --output",
+        folder.display()
+    );
+    Ok(PathBuf::from(format!("{name}.landscape")))
 }
 
 /// What was read and what it comes to.
@@ -100,6 +97,7 @@ struct Imported<'a> {
     tree: Tree,
     groups: Groups,
     source: Source,
+    command: &'a str,
 }
 
 impl Imported<'_> {
@@ -158,7 +156,7 @@ impl Imported<'_> {
         ];
         let manifest = Manifest {
             program_version: env!("CARGO_PKG_VERSION").to_owned(),
-            command: format!("landscape import {}", self.source.name),
+            command: self.command.to_owned(),
             seed: 0,
             source: self.source.clone(),
             hand: None,

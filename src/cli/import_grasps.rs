@@ -1,7 +1,6 @@
 //! `landscape import` of grasps: files of other programs into `grasps.parquet`.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
@@ -9,13 +8,15 @@ use nalgebra::{Isometry3, Quaternion, Rotation3, Translation3, UnitQuaternion};
 use rayon::prelude::*;
 
 use super::args::{Common, Import};
+use super::provenance::name_of;
 use super::{check_output, complain, input, models, print, progress};
 use crate::energy::Energy;
 use crate::grasp::hand::Hand;
 use crate::grasp::{EnergySettings, GraspEnergy, Judgement, judge};
 use crate::store::exchange::{Mapping, Published, read};
 use crate::store::{
-    Fault, Grasp, GraspFile, HandMetadata, Metadata, ObjectMetadata, SCHEMA_VERSION,
+    Fault, Grasp, GraspFile, HandMetadata, Metadata, ObjectMetadata, SCHEMA_VERSION, Source,
+    content_hash,
 };
 
 /// Scales this much apart, relatively, are one.
@@ -69,15 +70,13 @@ pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
         metadata: Metadata {
             schema_version: SCHEMA_VERSION,
             program_version: env!("CARGO_PKG_VERSION").to_owned(),
-            command: command_line(command),
-            seed: 0,
+            command: common.provenance.command.clone(),
+            inputs: sources(command, common)?,
             hands: vec![hand_metadata],
             objects: vec![object_metadata],
             energy: serde_json::to_value(EnergySettings::default())?,
             settings: serde_json::json!({ "format": format, "notes": notes }),
-            stability: serde_json::Value::Null,
-            labels: serde_json::Value::Null,
-            terms: Vec::new(),
+            ..Metadata::default()
         },
         grasps: Vec::new(),
     };
@@ -134,28 +133,24 @@ fn mapping(path: Option<&Path>) -> anyhow::Result<Mapping> {
     crate::toml_text::parse(&text).with_context(|| format!("--mapping {}", path.display()))
 }
 
-fn command_line(command: &Import) -> String {
-    let mut text = format!("landscape import {}", command.path.display());
-    let mut add = |flag: &str, value: Option<String>| {
-        if let Some(value) = value {
-            let _ = write!(text, " --{flag} {value}");
-        }
-    };
-    let mirror = if command.mirror { " --mirror" } else { "" };
-    add(
-        "hand",
-        command.hand.as_ref().map(|hand| format!("{hand}{mirror}")),
-    );
-    add("object", command.object.clone());
-    add("scale", command.scale.map(|scale| scale.to_string()));
-    add(
-        "mapping",
-        command
-            .mapping
-            .as_ref()
-            .map(|path| path.display().to_string()),
-    );
-    text
+/// What the command names, and a folder of files by the hash of these.
+fn sources(command: &Import, common: &Common) -> anyhow::Result<Vec<Source>> {
+    let mut sources = common.provenance.sources()?;
+    if command.path.is_dir() {
+        let files = files(&command.path)?;
+        let bytes = files
+            .iter()
+            .map(|file| {
+                std::fs::read(file).with_context(|| format!("cannot read {}", file.display()))
+            })
+            .collect::<anyhow::Result<Vec<_>>>()?;
+        let bytes: Vec<&[u8]> = bytes.iter().map(Vec::as_slice).collect();
+        sources.push(Source {
+            name: name_of(&command.path),
+            content_hash: content_hash(&bytes),
+        });
+    }
+    Ok(sources)
 }
 
 /// The file, or the `.npy` files of a folder by name.

@@ -9,7 +9,7 @@ use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{CommandFactory, FromArgMatches};
 use serde::Serialize;
 
 use crate::printable::{printable, printable_json};
@@ -37,6 +37,7 @@ mod object_inspect;
 mod objects;
 mod origin;
 mod progress;
+mod provenance;
 mod report;
 mod run;
 mod stability;
@@ -47,6 +48,8 @@ mod uncertainty;
 mod way;
 
 use args::{Arguments, Command};
+use provenance::Provenance;
+
 pub use grasp_map::settings_for_grasps;
 
 /// Runs the command line of this process.
@@ -56,7 +59,7 @@ pub fn run() -> ExitCode {
 
 /// Runs a command line: the name of the program, then its arguments.
 pub fn run_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> ExitCode {
-    let arguments = match Arguments::try_parse_from(arguments) {
+    let arguments = match parse(arguments) {
         Ok(arguments) => arguments,
         Err(error) => {
             // Colours, unless what it quotes would command the terminal.
@@ -93,6 +96,24 @@ pub fn run_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>
             ExitCode::FAILURE
         }
     }
+}
+
+/// The definition of the command line: its subcommands, arguments and flags.
+pub fn definition() -> clap::Command {
+    let mut definition = Arguments::command();
+    definition.build();
+    definition
+}
+
+fn parse(
+    arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>,
+) -> Result<Arguments, clap::Error> {
+    let mut definition = definition();
+    let matches = definition.try_get_matches_from_mut(arguments)?;
+    let mut parsed =
+        Arguments::from_arg_matches(&matches).map_err(|error| error.format(&mut definition))?;
+    parsed.common.provenance = Provenance::of(&definition, &matches);
+    Ok(parsed)
 }
 
 /// Longest sentence, characters.

@@ -40,6 +40,7 @@ pub(super) fn run(command: &Stability, common: &Common) -> anyhow::Result<()> {
         command.of.hand.as_deref(),
         command.of.object.as_deref(),
     )?;
+    let inputs = common.provenance.sources()?;
     if !common.quiet {
         input::warn(&warnings);
     }
@@ -97,6 +98,7 @@ pub(super) fn run(command: &Stability, common: &Common) -> anyhow::Result<()> {
             record(grasp, &outcomes[place].1);
         }
     }
+    file.metadata.remade_by(&common.provenance.command, inputs);
     file.metadata.stability = json!({
         "protocol": protocol,
         "engine": ENGINE,

@@ -33,11 +33,13 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
     let hand = models::hand(&origin.hand)?;
     let energy = GraspEnergy::new(hand, origin.object.clone(), experiment.energy)?;
 
-    let metadata = metadata(command, &experiment, &energy, &origin, count)?;
+    let metadata = metadata(command, common, &experiment, &energy, &origin)?;
     let journal_path = journal_path(&command.output);
-    // A chain does not depend on how many there are or which are kept, so the command may ask for others next time.
+    // A chain does not depend on how many there are or which are kept, so the command may ask for others next time. What it
+    // depends on of the files that the command names is told by the rest.
     let of_a_chain = Metadata {
         command: String::new(),
+        inputs: Vec::new(),
         ..metadata.clone()
     };
     let given = format!("{:?} {:?}", command.perturb, origin.given);
@@ -175,61 +177,24 @@ fn journal_path(output: &Path) -> PathBuf {
 
 fn metadata(
     command: &Synth,
+    common: &Common,
     experiment: &Experiment,
     energy: &GraspEnergy,
     origin: &Origin,
-    count: u64,
 ) -> anyhow::Result<Metadata> {
-    let keep = match command.keep {
-        Keep::Strict => "strict",
-        Keep::Firm => "firm",
-        Keep::Published => "published",
-        Keep::All => "all",
-    };
-    let spread = command
-        .spread
-        .map_or(String::new(), |n| format!(" --spread {n}"));
     Ok(Metadata {
         schema_version: SCHEMA_VERSION,
         program_version: env!("CARGO_PKG_VERSION").to_owned(),
-        command: format!(
-            "landscape synth{} -n {count} --steps {} --contacts {} --seed {} --keep {keep}{spread}",
-            beginning(command),
-            experiment.synthesis.steps,
-            experiment.energy.contacts,
-            command.seed
-        ),
+        command: common.provenance.command.clone(),
+        inputs: common.provenance.sources()?,
         seed: command.seed,
         hands: vec![origin.hand.clone()],
         objects: vec![origin.object_metadata.clone()],
         energy: serde_json::to_value(experiment.energy)?,
         settings: serde_json::to_value(experiment.synthesis)?,
-        stability: serde_json::Value::Null,
-        labels: serde_json::Value::Null,
         terms: energy.term_names(),
+        ..Metadata::default()
     })
-}
-
-/// The flags that say what chains begin with.
-fn beginning(command: &Synth) -> String {
-    let mut text = String::new();
-    let mut add = |flag: &str, value: Option<String>| {
-        if let Some(value) = value {
-            let _ = write!(text, " --{flag} {value}");
-        }
-    };
-    let hand = command.hand.clone();
-    let default = command.from.is_none().then(|| "human".to_owned());
-    let mirror = if command.mirror { " --mirror" } else { "" };
-    add("hand", hand.or(default).map(|hand| hand + mirror));
-    let folder = command.hand_folder.as_ref();
-    add("hand-folder", folder.map(|path| path.display().to_string()));
-    add("object", command.object.clone());
-    add("scale", command.scale.map(|scale| scale.to_string()));
-    let from = command.from.as_ref();
-    add("from", from.map(|path| path.display().to_string()));
-    add("perturb", command.perturb.map(|length| length.to_string()));
-    text
 }
 
 /// One chain.

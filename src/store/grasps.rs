@@ -372,15 +372,8 @@ fn describe(
 fn foreign(table: &Table, overrides: Overrides) -> Metadata {
     Metadata {
         schema_version: SCHEMA_VERSION,
-        program_version: String::new(),
-        command: String::new(),
-        seed: 0,
         hands: overrides.hand.into_iter().collect(),
         objects: overrides.object.into_iter().collect(),
-        energy: serde_json::Value::Null,
-        settings: serde_json::Value::Null,
-        stability: serde_json::Value::Null,
-        labels: serde_json::Value::Null,
         terms: table
             .names()
             .filter_map(|name| name.strip_prefix(TERM))
@@ -498,6 +491,7 @@ impl Table {
         let array = |(row, values): (usize, Vec<f64>)| {
             let (column, found) = (name.to_owned(), values.len());
             let fault = Fault::Length {
+        ..Metadata::default()
                 column,
                 found,
                 expected: N,

@@ -6,19 +6,26 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::error::StoreError;
+use super::landscape::Source;
 
 /// Version of the columns and metadata this program reads and writes.
 pub const SCHEMA_VERSION: u64 = 1;
 
 /// How a grasp file was made and what its rows refer to. Stored as JSON under the Parquet metadata key `landscape`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Metadata {
     /// [`SCHEMA_VERSION`] of the program that wrote the file.
     pub schema_version: u64,
     /// Version of that program.
     pub program_version: String,
-    /// The command line that remakes the file.
+    /// The command line that remakes the file, in a folder that holds the files it names; empty where none is known.
     pub command: String,
+    /// The files that the command names.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub inputs: Vec<Source>,
+    /// The commands that made the file which this one added to (labels, outcomes of simulations), the oldest first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub earlier: Vec<Step>,
     /// Seed of every random draw.
     pub seed: u64,
     /// The hands that rows name; nearly always one.
@@ -38,6 +45,18 @@ pub struct Metadata {
     pub labels: serde_json::Value,
     /// Names of the energy terms, in the order of [`Grasp::terms`](super::Grasp::terms).
     pub terms: Vec<String>,
+}
+
+/// A command that made a file from which another was made.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Step {
+    /// Version of the program.
+    pub program_version: String,
+    /// The command line.
+    pub command: String,
+    /// The files that it names.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub inputs: Vec<Source>,
 }
 
 /// A hand, with the text it can be rebuilt from.
@@ -84,6 +103,22 @@ pub struct ObjectMetadata {
 }
 
 impl Metadata {
+    /// From now on the file is one that this version of the program makes with `command` of `inputs`; what made it so far
+    /// becomes the last of [`Metadata::earlier`].
+    pub fn remade_by(&mut self, command: &str, inputs: Vec<Source>) {
+        let before = Step {
+            program_version: std::mem::replace(
+                &mut self.program_version,
+                env!("CARGO_PKG_VERSION").to_owned(),
+            ),
+            command: std::mem::replace(&mut self.command, command.to_owned()),
+            inputs: std::mem::replace(&mut self.inputs, inputs),
+        };
+        if !before.command.is_empty() {
+            self.earlier.push(before);
+        }
+    }
+
     /// The metadata as stored.
     pub(super) fn to_json(&self, path: &Path) -> Result<String, StoreError> {
         self.check(path)?;

@@ -31,7 +31,7 @@ pub use landscape::{
     Counts, EdgeRow, LandscapeFiles, Manifest, MinimumRow, PathRow, Phase, Source, Timings,
 };
 pub use metadata::{
-    HandMetadata, Metadata, ObjectMetadata, SCHEMA_VERSION, TextFile, content_hash,
+    HandMetadata, Metadata, ObjectMetadata, SCHEMA_VERSION, Step, TextFile, content_hash,
 };
 pub use resampled::{read_resampled, write_resampled};
 pub use stationary::StationaryRow;

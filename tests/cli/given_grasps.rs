@@ -59,7 +59,7 @@ fn synthesis_from_given_grasps() {
     );
     assert_says(
         &near.metadata.command,
-        &["landscape synth --from g.parquet -n 6 --steps 60"],
+        &["landscape synth --from g.parquet --steps 60 --seed 3 --keep all"],
     );
     // Not worse than what was given: as strict, and of lower energy where neither or both pass the strict filter.
     let hand = Arc::new(Hand::human());

@@ -24,8 +24,8 @@ use crate::folder::names;
 use crate::parts::Parts;
 use landscape::store::{
     Counts, EdgeRow, Grasp, GraspFile, HandMetadata, LandscapeFiles, Manifest, Metadata,
-    MinimumRow, ObjectMetadata, Overrides, PathRow, SCHEMA_VERSION, Source, StoreError, TextFile,
-    Warning,
+    MinimumRow, ObjectMetadata, Overrides, PathRow, SCHEMA_VERSION, Source, Step, StoreError,
+    TextFile, Warning,
 };
 use serde_json::json;
 use tempfile::TempDir;
@@ -88,11 +88,24 @@ fn grasp(id: u64) -> Grasp {
     }
 }
 
+fn source(name: &str) -> Source {
+    Source {
+        name: name.into(),
+        content_hash: "6c62272e07bb014262b821756295c58d".into(),
+    }
+}
+
 fn file(count: u64) -> GraspFile {
     let metadata = Metadata {
         schema_version: SCHEMA_VERSION,
         program_version: "0.1.0".into(),
         command: "landscape synth --hand two".into(),
+        inputs: vec![source("two.urdf")],
+        earlier: vec![Step {
+            program_version: "0.0.9".into(),
+            command: "landscape import old.csv".into(),
+            inputs: vec![source("old.csv")],
+        }],
         seed: u64::MAX,
         hands: vec![hand()],
         objects: vec![object("cup"), object("bowl")],

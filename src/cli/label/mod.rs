@@ -39,6 +39,7 @@ pub(super) fn run(command: &LabelCommand, common: &Common) -> anyhow::Result<()>
         command.of.hand.as_deref(),
         command.of.object.as_deref(),
     )?;
+    let inputs = common.provenance.sources()?;
     // No energy is needed here.
     warnings.retain(|warning| !warning.contains("energy"));
     if !common.quiet {
@@ -101,6 +102,7 @@ pub(super) fn run(command: &LabelCommand, common: &Common) -> anyhow::Result<()>
             record(grasp, label);
         }
     }
+    file.metadata.remade_by(&common.provenance.command, inputs);
     file.metadata.labels = json!({
         "rule": rule.version,
         "unlisted_below": rule.unlisted_below,

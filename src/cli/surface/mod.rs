@@ -20,7 +20,7 @@ use super::{check_output, complain, print};
 use crate::energy::{Counted, Energy, External, model};
 use crate::store::{Source, StationaryRow, content_hash};
 use crate::topography::exchange::Database;
-use crate::topography::{self, GroupSettings, PathMethod, SearchSettings, explore, in_box};
+use crate::topography::{self, GroupSettings, SearchSettings, explore, in_box};
 
 /// Length over which energies are differenced, as a share of the shortest side of the region.
 const DIFFERENCE: f64 = 1e-5;
@@ -36,8 +36,6 @@ struct Subject<'a> {
     high: Vec<f64>,
     /// What made the energy: the model, or the program and the files its command names.
     source: Source,
-    /// The words that ask for it.
-    words: String,
     /// What went wrong with the energy, if anything did.
     check: &'a (dyn Fn() -> anyhow::Result<()> + Sync),
 }
@@ -82,7 +80,6 @@ fn run_model(command: &Surface, common: &Common, region: Option<Region>) -> anyh
             name: surface.name.clone(),
             content_hash: content_hash(&[surface.name.as_bytes()]),
         },
-        words: surface.name.clone(),
         check: &|| Ok(()),
     };
     until_unwritable(|| map(command, common, &subject))?
@@ -104,14 +101,13 @@ fn run_program(
     let subject = Subject {
         name: program,
         energy: &external,
-        coordinates: coordinates.clone(),
+        coordinates,
         low,
         high,
         source: Source {
             name: program.to_owned(),
             content_hash: command_hash(program),
         },
-        words: format!("--command '{program}' --coordinates {coordinates}"),
         check: &|| Ok(external.check()?),
     };
     until_unwritable(|| map(command, common, &subject))?
@@ -133,7 +129,7 @@ fn map(command: &Surface, common: &Common, subject: &Subject<'_>) -> anyhow::Res
     };
     let fingerprint = content_hash(&[
         subject.source.content_hash.as_bytes(),
-        subject.words.as_bytes(),
+        subject.coordinates.as_bytes(),
         format!("{:?}", (&subject.low, &subject.high)).as_bytes(),
         serde_json::to_string(&settings)?.as_bytes(),
         env!("CARGO_PKG_VERSION").as_bytes(),
@@ -174,7 +170,7 @@ fn map(command: &Surface, common: &Common, subject: &Subject<'_>) -> anyhow::Res
         found: &found,
         subject,
         settings: &settings,
-        command: command_line(subject, &settings),
+        command: common.provenance.command.clone(),
         measuring: measuring.evaluations(),
     };
     let files = report.tables()?;
@@ -219,23 +215,6 @@ fn file_name(name: &str) -> String {
     let parts = name.split(|c: char| !c.is_alphanumeric() && c != '.');
     let parts: Vec<&str> = parts.filter(|part| !part.is_empty()).collect();
     parts.join("-")
-}
-
-fn command_line(subject: &Subject<'_>, settings: &SearchSettings) -> String {
-    let sides = subject.low.iter().zip(&subject.high);
-    let sides: Vec<String> = sides.map(|(low, high)| format!("{low}:{high}")).collect();
-    let paths = match settings.paths {
-        PathMethod::String => "",
-        PathMethod::Band => " --paths band",
-    };
-    format!(
-        "landscape surface {} --region={} --patience {} --searches {}{paths} --seed {}",
-        subject.words,
-        sides.join(","),
-        settings.patience,
-        settings.max_searches,
-        settings.seed
-    )
 }
 
 #[cfg(test)]

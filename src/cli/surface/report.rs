@@ -66,7 +66,7 @@ impl Report<'_> {
             object: None,
             scale: 1.0,
             energy: json!({
-                "surface": self.subject.words,
+                "surface": self.subject.name,
                 "coordinates": self.subject.coordinates,
                 "low": self.subject.low,
                 "high": self.subject.high,

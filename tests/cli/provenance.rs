@@ -1,0 +1,469 @@
+//! The command that a file records remakes it byte for byte: of every verb, with every flag, whatever its inputs are called.
+#![cfg(unix)]
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+use std::sync::OnceLock;
+
+use landscape::cli::definition;
+use landscape::grasp::hand::Hand;
+use landscape::store::{GraspFile, LandscapeFiles, Overrides};
+
+use crate::desk::Desk;
+use crate::{PATIENT, contents, grasps, landscape};
+
+/// Runs of every verb that records its command, with all its flags between them. `@` stands for the folder of the inputs.
+const RUNS: [(&str, &[&str]); 14] = [
+    (
+        "synth",
+        &[
+            "--hand",
+            "@/robot/urdf/own's hand.urdf",
+            "--hand-folder",
+            "@/robot",
+            "--mirror",
+            "--object",
+            "@/Kugel ü.obj",
+            "--scale",
+            "1.1",
+            "-n",
+            "3",
+            "--steps",
+            "60",
+            "--contacts",
+            "3",
+            "--seed",
+            "7",
+            "--config",
+            "@/-set.toml",
+            "--keep",
+            "all",
+            "--spread",
+            "2",
+        ],
+    ),
+    (
+        "synth",
+        &[
+            "--object", "ball", "--preset", "paper", "-n", "2", "--steps", "40", "--keep", "all",
+        ],
+    ),
+    (
+        "synth",
+        &[
+            "--from",
+            "@/-g.parquet",
+            "--perturb",
+            "3",
+            "--steps",
+            "40",
+            "--keep",
+            "all",
+            "--hand",
+            "@/robot/urdf/own's hand.urdf",
+        ],
+    ),
+    (
+        "synth",
+        &[
+            "--object",
+            "@/one/shapes.toml",
+            "--config",
+            "@/two/shapes.toml",
+            "-n",
+            "2",
+            "--steps",
+            "40",
+            "--keep",
+            "all",
+        ],
+    ),
+    (
+        "build",
+        &[
+            "@/held $1.parquet",
+            "--neighbours",
+            "1",
+            "--temperature",
+            "0.02",
+            "--force",
+            "40",
+            "--paths",
+            "band",
+            "--only-stable",
+            "--first",
+            "3",
+            "--seed",
+            "5",
+            "--object",
+            "ball",
+        ],
+    ),
+    (
+        "build",
+        &[
+            "@/-g.parquet",
+            "--first",
+            "2",
+            "--sequential",
+            "--diagram",
+            "--hand",
+            "@/robot/urdf/own's hand.urdf",
+            "--object",
+            "@/Kugel ü.obj",
+        ],
+    ),
+    (
+        "surface",
+        &[
+            "muller-brown",
+            "--region=-1.6:1.2,-0.3:2",
+            "--patience",
+            "2",
+            "--searches",
+            "40",
+            "--paths",
+            "band",
+            "--seed",
+            "3",
+        ],
+    ),
+    (
+        "surface",
+        &[
+            "--command",
+            "python3 \"waves it's.py\"",
+            "--region",
+            "0:6x2",
+            "--coordinates",
+            "angles",
+            "--searches",
+            "20",
+        ],
+    ),
+    (
+        "import",
+        &[
+            "@/t.csv",
+            "--hand",
+            "@/robot/urdf/own's hand.urdf",
+            "--hand-folder",
+            "@/robot",
+            "--mirror",
+            "--object",
+            "@/Kugel ü.obj",
+            "--scale",
+            "1.25",
+            "--mapping",
+            "@/m.toml",
+        ],
+    ),
+    (
+        "import",
+        &["@/my arrays", "--hand", "human", "--object", "ball"],
+    ),
+    ("import", &["@/my data"]),
+    (
+        "label",
+        &[
+            "@/-g.parquet",
+            "--from",
+            "@/l.csv",
+            "--rule",
+            "@/rule.toml",
+            "--hand",
+            "@/robot/urdf/own's hand.urdf",
+            "--object",
+            "@/Kugel ü.obj",
+        ],
+    ),
+    (
+        "stability",
+        &[
+            "@/-g.parquet",
+            "--settings",
+            "@/p.toml",
+            "--hand",
+            "@/robot/urdf/own's hand.urdf",
+            "--object",
+            "@/Kugel ü.obj",
+        ],
+    ),
+    (
+        "stability",
+        &["@/-g.parquet", "--protocol", "six-directions"],
+    ),
+];
+
+/// Flags that change no byte of what these verbs write, and why.
+const WITHOUT_TRACE: [(&str, &str); 10] = [
+    ("threads", "any number of threads gives the same bytes"),
+    ("quiet", "tells less"),
+    (
+        "resume",
+        "continues an interrupted run, which ends in the same bytes",
+    ),
+    ("fresh", "does what would have been done before"),
+    ("output", "is the name of what is written"),
+    ("help", "writes nothing"),
+    ("version", "writes nothing"),
+    ("explain", "writes nothing"),
+    ("sheet", "writes a page instead of grasps"),
+    ("print-protocol", "writes nothing"),
+];
+
+/// A folder of files with odd names to be given to the runs.
+fn inputs() -> &'static Desk {
+    static INPUTS: OnceLock<Desk> = OnceLock::new();
+    INPUTS.get_or_init(|| {
+        let desk = Desk::empty();
+        let write = |name: &str, text: &str| fs::write(desk.path(name), text).unwrap();
+        for folder in ["robot", "robot/urdf", "one", "two", "my arrays", "my data"] {
+            fs::create_dir(desk.path(folder)).unwrap();
+        }
+        let [urdf, side] = Hand::human_description();
+        write("robot/urdf/own's hand.urdf", urdf);
+        write("robot/urdf/own's hand.json", side);
+        let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("data");
+        let copy = |from: &str, to: &str| fs::copy(data.join(from), desk.path(to)).unwrap();
+        copy("objects/ball.obj", "Kugel ü.obj");
+        // Heavier than the ball, so that it is another object.
+        let ball = fs::read_to_string(data.join("objects/ball.json")).unwrap();
+        let mut ball: serde_json::Value = serde_json::from_str(&ball).unwrap();
+        ball["mass_kg"] = 0.5.into();
+        write("Kugel ü.json", &ball.to_string());
+        copy("taxonomy/signatures.toml", "rule.toml");
+        write(
+            "-set.toml",
+            "[energy]\nprior_weight = 0.02\n[synthesis]\nattempts = 2\n",
+        );
+        write(
+            "one/shapes.toml",
+            "[[parts]]\nsphere = { centre = [0, 0, 0], radius_m = 0.03 }\n",
+        );
+        write("two/shapes.toml", "[energy]\nprior_weight = 0.03\n");
+        write("p.toml", PATIENT);
+        write("l.csv", "id,label\n2,Tripod\n");
+        write("m.toml", "scale = 1.25\n");
+        write("waves it's.py", WAVES);
+        fs::write(desk.path("-g.parquet"), grasps()).unwrap();
+        fs::write(desk.path("held.parquet"), grasps()).unwrap();
+        desk.succeed("stability held.parquet --settings p.toml -q -o h");
+        fs::rename(desk.path("h"), desk.path("held $1.parquet")).unwrap();
+        desk.succeed("export held.parquet csv -q -o t.csv");
+        desk.succeed("export held.parquet dexgraspnet -q -o a.npy");
+        fs::rename(desk.path("a.npy"), desk.path("my arrays/a.npy")).unwrap();
+        for name in ["min.data", "ts.data"] {
+            let from = landscape().path("g.landscape").join(name);
+            fs::copy(from, desk.path("my data").join(name)).unwrap();
+        }
+        desk
+    })
+}
+
+/// An energy of two angles.
+const WAVES: &str = r#"
+import json, math, sys
+for line in sys.stdin:
+    a, b = json.loads(line)["x"]
+    energy = math.cos(a) + math.cos(2 * b) + 0.2 * math.sin(a + b)
+    slope = 0.2 * math.cos(a + b)
+    print(json.dumps({"energy": energy, "gradient": [slope - math.sin(a), slope - 2 * math.sin(2 * b)]}), flush=True)
+"#;
+
+/// A folder that holds the inputs.
+fn with_inputs() -> Desk {
+    let desk = Desk::empty();
+    let from = inputs().folder.path();
+    for (path, bytes) in contents(from) {
+        let to = desk.folder.path().join(path.strip_prefix(from).unwrap());
+        if path.is_dir() {
+            fs::create_dir(to).unwrap();
+        } else {
+            fs::write(to, bytes).unwrap();
+        }
+    }
+    desk
+}
+
+/// What a run wrote, without what tells how long it took.
+fn written(path: &Path) -> BTreeMap<String, Vec<u8>> {
+    if path.is_file() {
+        return BTreeMap::from([(String::new(), fs::read(path).unwrap())]);
+    }
+    let files = contents(path).into_iter();
+    files
+        .map(|(name, bytes)| {
+            (
+                name.strip_prefix(path).unwrap().display().to_string(),
+                bytes,
+            )
+        })
+        .filter(|(name, _)| name != "timings.json")
+        .collect()
+}
+
+fn recorded(path: &Path) -> String {
+    if path.is_dir() {
+        return LandscapeFiles::read(path).unwrap().manifest.command;
+    }
+    let (file, _) = GraspFile::read(path, Overrides::default()).unwrap();
+    file.metadata.command
+}
+
+/// Runs all of one verb, from one folder with whole paths, then what they record, in another by a shell.
+fn remade(verb: &str) {
+    let program = Path::new(env!("CARGO_BIN_EXE_landscape"));
+    let path = std::env::join_paths(std::iter::once(program.parent().unwrap().to_owned()).chain(
+        std::env::split_paths(&std::env::var_os("PATH").unwrap_or_default()),
+    ))
+    .unwrap();
+    for (_, arguments) in RUNS.iter().filter(|(of, _)| *of == verb) {
+        let first = Desk::empty();
+        fs::write(first.path("waves it's.py"), WAVES).unwrap();
+        let folder = inputs().folder.path().display().to_string();
+        let given = arguments.iter().map(|word| word.replacen('@', &folder, 1));
+        let output = first
+            .command(&format!("{verb} --threads 1 -q -o out.parquet"))
+            .args(given)
+            .output()
+            .unwrap();
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{verb} {arguments:?}: {said}");
+
+        let command = recorded(&first.path("out.parquet"));
+        assert!(
+            !command.contains(&folder) && !command.contains("/tmp"),
+            "{command}"
+        );
+        let again = with_inputs();
+        let before: BTreeSet<String> = crate::names(again.folder.path()).into_iter().collect();
+        let output = Command::new("sh")
+            .arg("-c")
+            .arg(format!("{command} --quiet"))
+            .env("PATH", &path)
+            .current_dir(again.folder.path())
+            .output()
+            .unwrap();
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{command}: {said}");
+        let after: BTreeSet<String> = crate::names(again.folder.path()).into_iter().collect();
+        let new: Vec<&String> = after.difference(&before).collect();
+        let [name] = new.as_slice() else {
+            panic!("{command} wrote {new:?}");
+        };
+        let [once, twice] =
+            [first.path("out.parquet"), again.path(name)].map(|path| written(&path));
+        let differ: Vec<&String> = once
+            .keys()
+            .chain(twice.keys())
+            .filter(|file| once.get(*file) != twice.get(*file))
+            .collect();
+        assert!(differ.is_empty(), "{command}: {differ:?} of {name} differ");
+    }
+}
+
+#[test]
+fn recorded_synth_remakes_the_file() {
+    remade("synth");
+}
+
+#[test]
+fn recorded_build_remakes_the_folder() {
+    remade("build");
+}
+
+#[test]
+fn recorded_surface_remakes_the_folder() {
+    remade("surface");
+}
+
+#[test]
+fn recorded_import_remakes_the_file() {
+    remade("import");
+}
+
+#[test]
+fn recorded_label_remakes_the_file() {
+    remade("label");
+}
+
+#[test]
+fn recorded_stability_remakes_the_file() {
+    remade("stability");
+}
+
+/// A new flag is either given in [`RUNS`], or it is told why it leaves no trace.
+#[test]
+fn every_flag_is_recorded_or_leaves_no_trace() {
+    let definition = definition();
+    let verbs: BTreeSet<&str> = RUNS.iter().map(|(verb, _)| *verb).collect();
+    for verb in verbs {
+        let given: BTreeSet<String> = RUNS
+            .iter()
+            .filter(|(of, _)| *of == verb)
+            .flat_map(|(_, words)| words.iter())
+            .filter_map(|word| word.split('=').next()?.strip_prefix('-'))
+            .map(|word| word.trim_start_matches('-').to_owned())
+            .collect();
+        let command = definition.find_subcommand(verb).unwrap();
+        for flag in command.get_arguments().filter(|arg| !arg.is_positional()) {
+            let long = flag.get_long().unwrap_or_default();
+            let short = flag.get_short().map(String::from).unwrap_or_default();
+            assert!(
+                given.contains(long)
+                    || given.contains(&short)
+                    || WITHOUT_TRACE.iter().any(|(name, _)| *name == long),
+                "`landscape {verb} --{long}` is not among the runs whose recorded commands are tried"
+            );
+        }
+    }
+}
+
+/// However a path is written, the bytes are the same, and tell nothing of where the file lies.
+#[test]
+fn paths_leave_no_trace() {
+    let desk = with_inputs();
+    fs::create_dir(desk.path("deep")).unwrap();
+    fs::copy(desk.path("Kugel ü.obj"), desk.path("b.obj")).unwrap();
+    let whole = desk.path("b.obj").display().to_string();
+    let files: Vec<Vec<u8>> = ["b.obj", "./b.obj", "deep/../b.obj", &whole]
+        .iter()
+        .map(|object| {
+            desk.succeed(&format!(
+                "synth --object {object} -n 2 --steps 40 --keep all -q -o x.parquet"
+            ));
+            fs::read(desk.path("x.parquet")).unwrap()
+        })
+        .collect();
+    assert!(files.iter().all(|bytes| *bytes == files[0]));
+}
+
+/// Labels and simulations add to a file: it still tells how its grasps came about, and which files went in.
+#[test]
+fn earlier_commands_are_kept() {
+    let desk = Desk::with_grasps();
+    desk.succeed("label g.parquet -q -o l.parquet");
+    let (file, _) = GraspFile::read(&desk.path("l.parquet"), Overrides::default()).unwrap();
+    let metadata = file.metadata;
+    assert_eq!(metadata.command, "landscape label g.parquet");
+    let [input] = metadata.inputs.as_slice() else {
+        panic!("{:?}", metadata.inputs);
+    };
+    assert_eq!(input.name, "g.parquet");
+    assert_eq!(
+        input.content_hash,
+        landscape::store::content_hash(&[grasps()])
+    );
+    let [before] = metadata.earlier.as_slice() else {
+        panic!("{:?}", metadata.earlier);
+    };
+    let (file, _) = GraspFile::read(&desk.path("g.parquet"), Overrides::default()).unwrap();
+    assert_eq!(before.command, file.metadata.command);
+    assert_eq!(
+        before.command,
+        "landscape synth --object ball -n 6 --steps 400 --seed 1 --keep all"
+    );
+}
