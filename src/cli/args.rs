@@ -375,7 +375,7 @@ pub(super) struct Synth {
     )]
     pub(super) scale: Option<f64>,
     /// Start from the grasps of a file instead of random poses: chain i from row i, and again from the first after the
-    /// last. Hand and object are those of the file.
+    /// last. Hand and object are those of the file, unless others are named.
     #[arg(long, value_name = "FILE")]
     pub(super) from: Option<PathBuf>,
     /// Move each given grasp by so many millimetres in a random direction first (as poses are measured: the root mean
@@ -513,14 +513,16 @@ pub(super) struct Inspect {
     pub(super) of: HandAndObject,
 }
 
-/// Hand and object of grasps whose file does not describe them.
+/// Hand and object of grasps whose file does not describe them, or others to judge the poses with.
 #[derive(Debug, Args)]
 pub(super) struct HandAndObject {
-    /// The hand, for a file that does not describe it.
-    #[arg(long, value_name = "NAME|FILE")]
+    /// The hand: for a file that does not describe it, or to judge the poses with another one of the same joints. Contacts
+    /// are then chosen anew.
+    #[arg(long, value_name = "NAME|FILE", value_hint = ValueHint::FilePath)]
     pub(super) hand: Option<String>,
-    /// The object, for a file that does not describe it.
-    #[arg(long, value_name = "NAME|FILE")]
+    /// The object: for a file that does not describe it, or to judge the poses with another one. It is taken at its own
+    /// size. What was measured is then measured anew; labels and outcomes of simulations are dropped.
+    #[arg(long, value_name = "NAME|FILE", value_hint = ValueHint::FilePath)]
     pub(super) object: Option<String>,
 }
 

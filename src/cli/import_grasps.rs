@@ -10,9 +10,8 @@ use rayon::prelude::*;
 use super::args::{Common, Import};
 use super::provenance::name_of;
 use super::{check_output, complain, input, models, print, progress};
-use crate::energy::Energy;
 use crate::grasp::hand::Hand;
-use crate::grasp::{EnergySettings, GraspEnergy, Judgement, judge};
+use crate::grasp::{EnergySettings, GraspEnergy, Judgement};
 use crate::store::exchange::{Mapping, Published, read};
 use crate::store::{
     Fault, Grasp, GraspFile, HandMetadata, Metadata, ObjectMetadata, SCHEMA_VERSION, Source,
@@ -382,37 +381,12 @@ fn complete(
             .zip(&mut judgements)
             .filter(|(grasp, _)| grasp.scale.to_bits() == scale.to_bits())
             .for_each(|(grasp, judgement)| {
-                *judgement = Some(fill(grasp, &energy));
+                *judgement = Some(input::measure(grasp, &energy));
                 bar.inc(1);
             });
     }
     bar.finish_and_clear();
     Ok(judgements.into_iter().flatten().collect())
-}
-
-fn fill(grasp: &mut Grasp, energy: &GraspEnergy) -> Judgement {
-    let mut x = input::coordinates(grasp);
-    // Stored as read; measured at unit length.
-    let norm = grasp
-        .rotation_wxyz
-        .iter()
-        .map(|q| q * q)
-        .sum::<f64>()
-        .sqrt();
-    x[3..7].iter_mut().for_each(|q| *q /= norm);
-    if grasp.contacts.is_empty() {
-        grasp.contacts = energy.choice(&x);
-    }
-    let terms = energy.terms_of(&x, &grasp.contacts);
-    grasp.terms = terms.into_iter().map(|(_, value)| value).collect();
-    grasp.energy = grasp.terms.iter().sum();
-    let judgement = judge(energy, &x, &grasp.contacts);
-    grasp.net_wrench = judgement.net_wrench;
-    grasp.distance_squared = judgement.distance_squared;
-    grasp.penetration = judgement.penetration;
-    grasp.friction = judgement.least_friction;
-    grasp.epsilon = Some(judgement.epsilon);
-    judgement
 }
 
 fn summary(

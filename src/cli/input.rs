@@ -1,14 +1,18 @@
 //! Files of grasps: reading them with what the flags add, and the energy of what they hold.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use anyhow::Context;
+use rayon::prelude::*;
 
 use super::{complain, models};
-use crate::grasp::{EnergySettings, GraspEnergy};
-use crate::store::{Grasp, GraspFile, Overrides, Population};
+use crate::energy::Energy;
+use crate::grasp::{EnergySettings, GraspEnergy, Judgement, judge};
+use crate::store::{Grasp, GraspFile, Overrides, Population, Warning};
 
-/// Reads a file of grasps, with hand and object from the flags `--hand` and `--object` where given. Returns warnings, too.
+/// Reads a file of grasps, with hand and object from the flags `--hand` and `--object` where given. Where these are others
+/// than the file describes, everything that was measured is measured anew with them. Returns warnings, too.
 pub(super) fn read(
     path: &Path,
     hand: Option<&str>,
@@ -23,14 +27,89 @@ pub(super) fn read(
             None => None,
         },
     };
-    let (file, warnings) = GraspFile::read(path, overrides)?;
-    let mut warnings: Vec<String> = warnings.iter().map(ToString::to_string).collect();
+    let (mut file, found) = GraspFile::read(path, overrides)?;
+    let mut warnings: Vec<String> = found.iter().map(told).collect();
     if file.metadata.energy.is_null() {
         warnings.push(
-            "the file does not tell the energy of its grasps: the default one is used".to_owned(),
+            "the file does not tell the energy of its grasps (metadata are lost when another program writes a file anew): \
+             the default one is used"
+                .to_owned(),
         );
     }
+    let is_other = |warning: &Warning| {
+        matches!(
+            warning,
+            Warning::OtherHand { .. } | Warning::OtherObject { .. }
+        )
+    };
+    if found.iter().any(is_other) {
+        measure_anew(&mut file).with_context(|| path.display().to_string())?;
+    }
     Ok((file, warnings))
+}
+
+/// A warning as the command line means it.
+fn told(warning: &Warning) -> String {
+    match warning {
+        Warning::OtherHand { told, given } => format!(
+            "the poses are judged with the hand given, `{given}`, instead of `{told}` as the file describes it: contacts are \
+             chosen and all measures taken anew; labels and outcomes of simulations are dropped"
+        ),
+        Warning::OtherObject { told, given } => format!(
+            "the poses are judged with the object given, `{given}`, instead of `{told}` as the file describes it: all \
+             measures are taken anew; labels and outcomes of simulations are dropped"
+        ),
+        other => other.to_string(),
+    }
+}
+
+/// Measures all grasps with the hands and objects that are described now.
+fn measure_anew(file: &mut GraspFile) -> anyhow::Result<()> {
+    let mut measured = BTreeMap::new();
+    let mut terms = Vec::new();
+    for population in file.landscapes() {
+        let energy = energy(file, &population)?;
+        terms = energy.term_names();
+        let grasps = population.grasps.par_iter().map(|grasp| {
+            let mut grasp = (*grasp).clone();
+            measure(&mut grasp, &energy);
+            (grasp.id, grasp)
+        });
+        measured.extend(grasps.collect::<Vec<_>>());
+    }
+    for grasp in &mut file.grasps {
+        if let Some(anew) = measured.remove(&grasp.id) {
+            *grasp = anew;
+        }
+    }
+    file.metadata.terms = terms;
+    Ok(())
+}
+
+/// Fills in energies and measures, and the best contacts where there are none.
+pub(super) fn measure(grasp: &mut Grasp, energy: &GraspEnergy) -> Judgement {
+    let mut x = coordinates(grasp);
+    // Stored as read; measured at unit length.
+    let norm = grasp
+        .rotation_wxyz
+        .iter()
+        .map(|q| q * q)
+        .sum::<f64>()
+        .sqrt();
+    x[3..7].iter_mut().for_each(|q| *q /= norm);
+    if grasp.contacts.is_empty() {
+        grasp.contacts = energy.choice(&x);
+    }
+    let terms = energy.terms_of(&x, &grasp.contacts);
+    grasp.terms = terms.into_iter().map(|(_, value)| value).collect();
+    grasp.energy = grasp.terms.iter().sum();
+    let judgement = judge(energy, &x, &grasp.contacts);
+    grasp.net_wrench = judgement.net_wrench;
+    grasp.distance_squared = judgement.distance_squared;
+    grasp.penetration = judgement.penetration;
+    grasp.friction = judgement.least_friction;
+    grasp.epsilon = Some(judgement.epsilon);
+    judgement
 }
 
 /// Tells the first few warnings.

@@ -44,11 +44,8 @@ pub(super) fn hand_metadata(
     mirror: bool,
 ) -> anyhow::Result<HandMetadata> {
     let files = hand_files(flag, folder, mirror)?;
-    let texts: Vec<&[u8]> = files
-        .files
-        .iter()
-        .map(|file| file.text.as_bytes())
-        .collect();
+    let identity = files.identity();
+    let texts: Vec<&[u8]> = identity.iter().map(String::as_bytes).collect();
     let mut name = if HAND_NAMES.contains(&flag) {
         flag.to_owned()
     } else {

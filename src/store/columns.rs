@@ -1,5 +1,6 @@
 //! Plain Rust values to Parquet columns: the same bytes for the same content. Nothing here knows what a grasp is.
 
+use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -172,9 +173,11 @@ impl Columns {
         let properties = WriterProperties::builder()
             .set_compression(Compression::SNAPPY)
             .set_created_by(concat!("landscape version ", env!("CARGO_PKG_VERSION")).to_owned())
-            .set_key_value_metadata(Some(vec![KeyValue::new(KEY.to_owned(), metadata)]))
+            .set_key_value_metadata(Some(vec![KeyValue::new(KEY.to_owned(), metadata.clone())]))
             .build();
-        let schema = Arc::new(Schema::new(self.fields));
+        // Arrow's own copy of the schema carries them too: of a file that has one, pyarrow keeps no others.
+        let metadata = HashMap::from([(KEY.to_owned(), metadata)]);
+        let schema = Arc::new(Schema::new(self.fields).with_metadata(metadata));
         let batch = RecordBatch::try_new(Arc::clone(&schema), self.arrays)
             .expect("columns have one length and their own type");
         let mut writer = ArrowWriter::try_new(Vec::new(), schema, Some(properties))

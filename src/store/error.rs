@@ -43,8 +43,8 @@ pub enum StoreError {
     },
     /// A Parquet file that does not say which hand and object it is about.
     #[error(
-        "{path} was not written by landscape and does not describe its {missing}: give {flags} (columns and units are \
-         listed in the documentation of grasps.parquet)"
+        "{path} does not describe its {missing}: it was not written by landscape, or its metadata were lost when another \
+         program wrote it anew; give {flags} (columns and units are listed in the documentation of grasps.parquet)"
     )]
     NoMetadata {
         /// The file.
@@ -327,18 +327,26 @@ pub enum Warning {
         /// How far beyond.
         excess_rad: f64,
     },
-    /// The hand given on the command line is not the one the file was made with.
+    /// The hand given is not the one that the file describes.
     #[error(
-        "hand `{hand}` differs from the one the file was made with: contacts and energies may not fit"
+        "hand `{given}` takes the place of hand `{told}` as the file describes it: contacts, labels and outcomes of \
+         simulations are dropped, and measures are those of the latter"
     )]
     OtherHand {
-        /// Its name.
-        hand: String,
+        /// The name of the hand in the file.
+        told: String,
+        /// The name of the hand given.
+        given: String,
     },
-    /// The object given on the command line is not the one the file was made with.
-    #[error("object `{object}` differs from the one the file was made with: energies may not fit")]
+    /// The object given is not the one that the file describes.
+    #[error(
+        "object `{given}` takes the place of object `{told}` as the file describes it: labels and outcomes of simulations \
+         are dropped, and measures are those of the latter"
+    )]
     OtherObject {
-        /// Its name.
-        object: String,
+        /// The name of the object in the file.
+        told: String,
+        /// The name of the object given.
+        given: String,
     },
 }

@@ -39,8 +39,8 @@
 //! about = pyarrow.parquet.read_metadata("grasps.parquet").metadata[b"landscape"]   # JSON: hand, object, settings
 //! ```
 //!
-//! Most tools drop the metadata when they write the table back. Keep them with pyarrow,
-//! `table.replace_schema_metadata({"landscape": about})`, or name hand and object again when the file is read
+//! pyarrow keeps the metadata when it filters a table and writes it back. pandas, polars and `DuckDB` drop them: put them back
+//! with pyarrow, `table.replace_schema_metadata({"landscape": about})`, or name hand and object again when the file is read
 //! ([`Overrides`]).
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -123,8 +123,13 @@ pub struct GraspFile {
     pub grasps: Vec<Grasp>,
 }
 
-/// Hand and object given by the user, for a file that does not describe them. Where it does, they replace the
-/// description of the same name.
+/// Hand and object given by the user: for a file that does not describe them, or to hold the poses against others than those
+/// that it describes.
+///
+/// Where the file describes some, the given one takes the place of that of its name, else of the only one. If it is another
+/// than described, [`GraspFile::read`] warns of it. A hand must have the same joints, and contacts, which are points of the
+/// old one's surface, are dropped; an object of another name is taken at its own size, so the rows must be at scale 1. Labels
+/// and outcomes of simulations are dropped. The energy and the other measures are still those of what was replaced.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Overrides {
     /// The hand (`--hand`).
@@ -164,12 +169,67 @@ impl GraspFile {
             grasps: rows(&table, &metadata)?,
             metadata,
         };
+        for warning in &warnings {
+            file.exchange(path, warning)?;
+        }
         file.refuse_faults(path)?;
         for grasp in &mut file.grasps {
             grasp.rotation_wxyz = canonical(grasp.rotation_wxyz);
         }
         warnings.extend(file.beyond_limits());
         Ok((file, warnings))
+    }
+
+    /// Makes rows those of the hand or object that took the place of theirs, and drops what is not true of them any more.
+    fn exchange(&mut self, path: &Path, warning: &Warning) -> Result<(), StoreError> {
+        let (told, given, of_hand) = match warning {
+            Warning::OtherHand { told, given } => (told, given, true),
+            Warning::OtherObject { told, given } => (told, given, false),
+            Warning::BeyondLimit { .. } => return Ok(()),
+        };
+        for grasp in &mut self.grasps {
+            let name = if of_hand {
+                &mut grasp.hand
+            } else {
+                &mut grasp.object
+            };
+            if name != told && name != given {
+                continue;
+            }
+            given.clone_into(name);
+            if of_hand {
+                grasp.contacts.clear();
+            } else if told != given && grasp.scale.to_bits() != 1.0_f64.to_bits() {
+                return Err(StoreError::Foreign {
+                    path: path.to_path_buf(),
+                    problem: format!(
+                        "its grasps are of `{told}` at scale {}: how large `{given}` is to be in its place is not told; \
+                         give an object called `{told}`, which is taken at that scale",
+                        grasp.scale
+                    ),
+                });
+            }
+            *grasp = Grasp {
+                stable: None,
+                stable_reason: None,
+                stable_displacement_m: None,
+                stable_turn_rad: None,
+                label: None,
+                label_auto: None,
+                label_score: None,
+                label_best: None,
+                label_category: None,
+                label_source: None,
+                ..std::mem::take(grasp)
+            };
+        }
+        if self.grasps.iter().all(|grasp| grasp.stable.is_none()) {
+            self.metadata.stability = serde_json::Value::Null;
+        }
+        if self.grasps.iter().all(|grasp| grasp.label_auto.is_none()) {
+            self.metadata.labels = serde_json::Value::Null;
+        }
+        Ok(())
     }
 
     /// Writes the file: the same bytes for the same content, complete or not at all. Quaternions are stored with w ≥ 0.
@@ -322,50 +382,102 @@ fn describe(
     };
     let mut metadata = Metadata::from_json(path, json)?;
     if let Some(hand) = overrides.hand {
-        match metadata
-            .hands
-            .iter_mut()
-            .find(|known| known.name == hand.name)
-        {
-            Some(known) if known.joint_names != hand.joint_names => {
-                let [given, stored] =
-                    [&hand, &*known].map(|hand| list(hand.joint_names.iter().map(String::as_str)));
-                let reason = format!(
-                    "hand `{}` has joints {stored}, but the one given has {given}",
-                    hand.name
-                );
-                return Err(super::metadata::bad(path, reason));
-            }
-            Some(known) => {
-                if known.content_hash != hand.content_hash {
-                    warnings.push(Warning::OtherHand {
-                        hand: hand.name.clone(),
-                    });
-                }
-                *known = hand;
+        let known: Vec<&str> = names_of_hands(&metadata).collect();
+        match place(path, table, "hand", &hand.name, &known)? {
+            Some(at) => {
+                warnings.extend(put_hand(path, &mut metadata.hands[at], hand)?);
             }
             None => metadata.hands.push(hand),
         }
     }
     if let Some(object) = overrides.object {
-        match metadata
-            .objects
-            .iter_mut()
-            .find(|known| known.name == object.name)
-        {
-            Some(known) => {
-                if known.content_hash != object.content_hash {
-                    warnings.push(Warning::OtherObject {
-                        object: object.name.clone(),
-                    });
-                }
-                *known = object;
-            }
+        let known: Vec<&str> = names_of_objects(&metadata).collect();
+        match place(path, table, "object", &object.name, &known)? {
+            Some(at) => warnings.extend(put_object(&mut metadata.objects[at], object)),
             None => metadata.objects.push(object),
         }
     }
     metadata.check(path)?;
     Ok((metadata, warnings))
+}
+
+fn names_of_hands(metadata: &Metadata) -> impl Iterator<Item = &str> {
+    metadata.hands.iter().map(|hand| hand.name.as_str())
+}
+
+fn names_of_objects(metadata: &Metadata) -> impl Iterator<Item = &str> {
+    metadata.objects.iter().map(|object| object.name.as_str())
+}
+
+/// Which of the known hands (or objects) the given one takes the place of: that of its name, else the only one; none if rows
+/// name the given one, which the file does not describe.
+fn place(
+    path: &Path,
+    table: &Table,
+    column: &str,
+    given: &str,
+    known: &[&str],
+) -> Result<Option<usize>, StoreError> {
+    if let Some(at) = known.iter().position(|name| *name == given) {
+        return Ok(Some(at));
+    }
+    let named = table.optional(column, &TEXT)?;
+    let is_named = named.iter().flatten().any(|name| name == given);
+    match known {
+        [] => Ok(None),
+        _ if is_named => Ok(None),
+        [_] => Ok(Some(0)),
+        _ => Err(StoreError::Foreign {
+            path: path.to_path_buf(),
+            problem: format!(
+                "{column} `{given}` is none of those that the file describes ({}), and which of them it is to take the \
+                 place of is not told",
+                list(known.iter().copied())
+            ),
+        }),
+    }
+}
+
+/// Puts a hand in the place of one that the file describes, if it is another.
+fn put_hand(
+    path: &Path,
+    told: &mut HandMetadata,
+    given: HandMetadata,
+) -> Result<Option<Warning>, StoreError> {
+    if told.joint_names != given.joint_names {
+        let [given, stored] =
+            [&given, &*told].map(|hand| list(hand.joint_names.iter().map(String::as_str)));
+        return Err(StoreError::Foreign {
+            path: path.to_path_buf(),
+            problem: format!(
+                "its poses do not fit the hand given: hand `{}` has joints {stored}, but the one given has {given}",
+                told.name
+            ),
+        });
+    }
+    if told.content_hash == given.content_hash {
+        return Ok(None);
+    }
+    let warning = Warning::OtherHand {
+        told: told.name.clone(),
+        given: given.name.clone(),
+    };
+    *told = given;
+    Ok(Some(warning))
+}
+
+/// Puts an object in the place of one that the file describes, if it is another; else it only brings its mesh.
+fn put_object(told: &mut ObjectMetadata, given: ObjectMetadata) -> Option<Warning> {
+    if told.content_hash == given.content_hash {
+        told.mesh_obj = given.mesh_obj;
+        return None;
+    }
+    let warning = Warning::OtherObject {
+        told: told.name.clone(),
+        given: given.name.clone(),
+    };
+    *told = given;
+    Some(warning)
 }
 
 /// Metadata of a file that has none: only hand, object and the names of the terms are known.
@@ -379,6 +491,7 @@ fn foreign(table: &Table, overrides: Overrides) -> Metadata {
             .filter_map(|name| name.strip_prefix(TERM))
             .map(str::to_owned)
             .collect(),
+        ..Metadata::default()
     }
 }
 
@@ -491,7 +604,6 @@ impl Table {
         let array = |(row, values): (usize, Vec<f64>)| {
             let (column, found) = (name.to_owned(), values.len());
             let fault = Fault::Length {
-        ..Metadata::default()
                 column,
                 found,
                 expected: N,

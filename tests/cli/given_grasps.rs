@@ -221,3 +221,75 @@ fn grasps_of_others() {
     };
     assert_eq!(energies("own.landscape"), energies("g.landscape"));
 }
+
+/// `--object` of a file that describes its own: the poses are judged with the other one, and what is written says so.
+#[test]
+fn grasps_are_judged_with_another_object() {
+    let desk = Desk::with_grasps();
+    let judged = |flags: &str| -> (serde_json::Value, String) {
+        let output = desk.run(&format!("inspect g.parquet --json {flags}"));
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.success(), "{said}");
+        (serde_json::from_slice(&output.stdout).unwrap(), said)
+    };
+    let (own, said) = judged("");
+    assert_eq!(said, "");
+    // The same hand and object are no news.
+    assert_eq!(judged("--hand human --object ball"), (own.clone(), said));
+
+    let (other, said) = judged("--object can");
+    assert_says(&said, &["object given, `can`, instead of `ball`", "anew"]);
+    assert_eq!(other["grasps"][0]["object"], "can");
+    let energies = |told: &serde_json::Value| -> Vec<f64> {
+        let rows = told["grasps"].as_array().unwrap().iter();
+        rows.map(|row| row["energy"].as_f64().unwrap()).collect()
+    };
+    assert!(
+        energies(&own)
+            .iter()
+            .zip(energies(&other))
+            .all(|(own, other)| (own - other).abs() > 1e-6)
+    );
+
+    // A file that is written is one of the other object, and needs no flag any more.
+    desk.succeed("label g.parquet --object can -q -o other.parquet");
+    let (file, _) = GraspFile::read(&desk.path("other.parquet"), Overrides::default()).unwrap();
+    let names = file.metadata.objects.iter().map(|object| &*object.name);
+    assert_eq!(names.collect::<Vec<_>>(), ["can"]);
+    assert!(file.grasps.iter().all(|row| row.object == "can"));
+    let told: Vec<f64> = file.grasps.iter().map(|row| row.energy).collect();
+    assert_eq!(told, energies(&other));
+
+    // Another hand must have the same joints, and brings its own points of contact.
+    let [urdf, side] = Hand::human_description();
+    fs::write(desk.path("own.urdf"), urdf).unwrap();
+    fs::write(desk.path("own.json"), format!("{side} ")).unwrap();
+    let (other, said) = judged("--hand own.urdf");
+    assert_says(
+        &said,
+        &[
+            "hand given, `own`, instead of `human`",
+            "contacts are chosen",
+        ],
+    );
+    assert_eq!(other["grasps"][0]["hand"], "own");
+    let contacts = other["grasps"][0]["contacts"].as_array().unwrap().len();
+    assert_eq!(contacts, EnergySettings::default().contacts);
+    for line in [
+        "inspect g.parquet",
+        "label g.parquet",
+        "stability g.parquet",
+        "build g.parquet",
+        "export g.parquet glb",
+        "synth --from g.parquet",
+    ] {
+        let sentence = desk.early_mistake(&format!("{line} --hand gripper_parallel"));
+        assert_says(
+            &sentence,
+            &[
+                "g.parquet: its poses do not fit the hand given",
+                "hand `human` has joints",
+            ],
+        );
+    }
+}

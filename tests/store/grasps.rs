@@ -2,12 +2,15 @@
 
 use std::fs;
 
-use crate::{file, grasp, hand, of, overrides, place, read};
+use crate::{file, grasp, hand, object, of, overrides, place, read};
 use arrow_array::types::{Float64Type, Int32Type};
 use arrow_array::{
     DictionaryArray, Float32Array, Int32Array, Int64Array, LargeListArray, ListArray, NullArray,
 };
-use landscape::store::{Grasp, HandMetadata, Overrides, Warning};
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use landscape::store::{Grasp, HandMetadata, ObjectMetadata, Overrides, Warning};
+use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 
 #[test]
 fn grasps_come_back_equal() {
@@ -37,6 +40,24 @@ fn same_content_same_bytes() {
         first,
         "reading and writing changes nothing"
     );
+}
+
+/// Of a file with Arrow's own copy of the schema, pyarrow keeps only the metadata that stand there.
+#[test]
+fn metadata_stand_in_the_arrow_schema_too() {
+    let (_folder, path) = place("grasps.parquet");
+    file(2).write(&path).unwrap();
+    let bytes = bytes::Bytes::from(fs::read(&path).unwrap());
+    let builder = ParquetRecordBatchReaderBuilder::try_new(bytes).unwrap();
+    let pairs = builder.metadata().file_metadata().key_value_metadata();
+    let value = |key: &str| {
+        let pair = pairs.unwrap().iter().find(|pair| pair.key == key);
+        pair.unwrap().value.clone().unwrap()
+    };
+    let schema = STANDARD.decode(value("ARROW:schema")).unwrap();
+    let metadata = value("landscape");
+    let mut parts = schema.windows(metadata.len());
+    assert!(parts.any(|part| part == metadata.as_bytes()));
 }
 
 #[test]
@@ -210,8 +231,9 @@ fn a_file_of_others_needs_hand_and_object() {
     };
     assert_eq!(
         foreign().refusal(),
-        "grasps.parquet was not written by landscape and does not describe its hand and object: give --hand and \
-         --object (columns and units are listed in the documentation of grasps.parquet)"
+        "grasps.parquet does not describe its hand and object: it was not written by landscape, or its metadata were lost \
+         when another program wrote it anew; give --hand and --object (columns and units are listed in the documentation \
+         of grasps.parquet)"
     );
     let only_hand = foreign()
         .read(Overrides {
@@ -221,12 +243,49 @@ fn a_file_of_others_needs_hand_and_object() {
         .unwrap_err()
         .to_string();
     assert!(
-        only_hand.contains("does not describe its object: give --object ("),
+        only_hand.contains("does not describe its object: it was"),
         "{only_hand}"
     );
     let (found, _) = foreign().read(overrides()).unwrap();
     assert_eq!(found.grasps, file(2).grasps);
     assert_eq!(found.metadata.terms, ["force_closure", "distance"]);
+}
+
+/// One that is called otherwise takes the place of the only one there is.
+#[test]
+fn overrides_of_another_name() {
+    let only_cup = |scale: f64| {
+        let mut written = file(2);
+        written.metadata.objects.truncate(1);
+        written.grasps[1].scale = scale;
+        of(&written)
+    };
+    let teapot = || Overrides {
+        hand: None,
+        object: Some(ObjectMetadata {
+            name: "teapot".into(),
+            content_hash: "teapot".into(),
+            ..object("cup")
+        }),
+    };
+    let (found, warnings) = only_cup(1.0).read(teapot()).unwrap();
+    let names: Vec<&str> = found.grasps.iter().map(|row| &*row.object).collect();
+    assert_eq!(names, ["teapot", "teapot"]);
+    assert_eq!(found.metadata.objects.len(), 1);
+    assert_eq!(found.metadata.objects[0].name, "teapot");
+    let expected = Warning::OtherObject {
+        told: "cup".into(),
+        given: "teapot".into(),
+    };
+    assert_eq!(warnings, [expected]);
+    assert_eq!(found.grasps[1].contacts, file(2).grasps[1].contacts);
+
+    let refused = only_cup(0.5).read(teapot()).unwrap_err().to_string();
+    let reason = "its grasps are of `cup` at scale 0.5: how large `teapot` is to be";
+    assert!(refused.contains(reason), "{refused}");
+    let refused = of(&file(2)).read(teapot()).unwrap_err().to_string();
+    let reason = "object `teapot` is none of those that the file describes (`cup`, `bowl`)";
+    assert!(refused.contains(reason), "{refused}");
 }
 
 #[test]
@@ -241,13 +300,24 @@ fn overrides_replace_what_the_file_describes() {
     assert_eq!(found.metadata.hands[0].content_hash, "other");
     let expected = [
         Warning::OtherHand {
-            hand: "two fingers".into(),
+            told: "two fingers".into(),
+            given: "two fingers".into(),
         },
         Warning::OtherObject {
-            object: "cup".into(),
+            told: "cup".into(),
+            given: "cup".into(),
         },
     ];
     assert_eq!(warnings, expected);
+
+    let row = &found.grasps[0];
+    assert!(row.contacts.is_empty(), "they are of the other hand");
+    assert_eq!(
+        (row.stable, &row.label, &row.label_auto),
+        (None, &None, &None)
+    );
+    let metadata = &found.metadata;
+    assert!(metadata.stability.is_null() && metadata.labels.is_null());
 
     given.hand.as_mut().unwrap().joint_names.swap(0, 1);
     let refused = of(&file(1)).read(given).unwrap_err().to_string();

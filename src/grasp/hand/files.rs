@@ -143,6 +143,16 @@ impl HandFiles {
         Ok(files)
     }
 
+    /// What tells these files from others: their texts, but of a MANO hand not where the user's copy lies.
+    pub fn identity(&self) -> Vec<String> {
+        let texts = self.files.iter().map(|file| file.text.clone());
+        let mut texts: Vec<String> = texts.collect();
+        if let (Some(main), Some(mano)) = (texts.first_mut(), self.mano()) {
+            mano.hash().clone_into(main);
+        }
+        texts
+    }
+
     fn side_place(&self) -> Option<usize> {
         let place = self.files.iter().skip(1).position(|file| {
             let kind = Path::new(&file.name).extension();

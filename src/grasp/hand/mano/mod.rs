@@ -90,6 +90,11 @@ pub(super) struct Arrays {
 }
 
 impl Reference {
+    /// Hash of the file's bytes.
+    pub(super) fn hash(&self) -> &str {
+        &self.hash
+    }
+
     /// Reads the file.
     pub(super) fn read(&self) -> Result<Arrays, HandError> {
         let bytes = super::files::bytes(&self.mano_file).map_err(|problem| HandError::Mano {
