@@ -1,410 +1,34 @@
 //! Every reader of files against broken files: whatever is read, the answer is a value or one sentence, never a panic, and
 //! memory stays bounded.
 //!
-//! Each reader gets [`INPUTS`] mutations of good files, the same ones in every run. `LANDSCAPE_FUZZ_SECONDS=300 cargo test
-//! --release --test fuzz` goes on for that many seconds a reader; what makes a reader fail is left in
-//! `target/fuzz/<reader>`, and the file that is being read lies there as `<reader>.reading` (a stack overflow cannot be
-//! caught). A finding becomes a test beside its reader.
+//! Each reader gets [`INPUTS`] mutations of good files, the same ones in every run. `LANDSCAPE_FUZZ_INPUTS=10000 cargo test
+//! --release --test fuzz` takes more of them, `LANDSCAPE_FUZZ_SECONDS=300` goes on for that many seconds a reader
+//! (`LANDSCAPE_FUZZ_READER=urdf` for one of them); what makes a reader fail is left in `target/fuzz/<reader>`, and the file
+//! that is being read lies there as `<reader>.reading` (a stack overflow cannot be caught). A finding becomes a test beside
+//! its reader. The fuzzer that is led by coverage, in `guided`, takes the same list.
 #![cfg(feature = "cli")]
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 mod mutate;
-#[path = "../pickled/mod.rs"]
-mod pickled;
+mod readers;
 
 use std::fs;
-use std::io::{Cursor, Write};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
-use landscape::grasp::hand::{Hand, HandFiles};
-use landscape::grasp::object::neural::{Specs, Tensors};
-use landscape::grasp::object::{Assembly, Description, Mesh};
 use landscape::sample::{Rng, Task, stream};
-use landscape::store::exchange::{self, JointColumns, Mapping, QposRow, dexgraspnet_npy, qpos_npy};
-use landscape::store::{Grasp, GraspFile, Overrides};
-use landscape::toml_text;
-use landscape::topography::exchange::Database;
 use rand::RngExt;
-use zip::CompressionMethod;
+use readers::{Read, readers};
 
+/// Where the readers find good files.
+const PROJECT: &str = env!("CARGO_MANIFEST_DIR");
 /// Mutations of each reader's files in a run of the tests.
 const INPUTS: u64 = 150;
 /// Nothing that is read may take longer.
 const SLOWEST: Duration = Duration::from_secs(20);
 /// Nothing that is read, at most a megabyte, may take more memory, kilobytes.
 const LARGEST_KB: u64 = 1_500_000;
-
-/// A reader: what it made of some bytes, if it was an error. The folder is its own, for readers of files.
-type Read = fn(&[u8], &Path) -> Result<(), String>;
-
-/// Name, good files, reader. A new reader is a line here.
-fn readers() -> Vec<(&'static str, Vec<Vec<u8>>, Read)> {
-    vec![
-        (
-            "urdf",
-            vec![text(URDF), bytes("data/hands/human/human.urdf")],
-            hand,
-        ),
-        ("mjcf", vec![text(MJCF), text(URDF)], hand),
-        (
-            "side_file",
-            vec![text(SIDE), bytes("data/hands/human/human.json")],
-            side,
-        ),
-        ("hand_obj", vec![text(OBJ)], |bytes, folder| {
-            hand_mesh("obj", bytes, folder)
-        }),
-        (
-            "hand_stl",
-            vec![text(STL), binary_stl()],
-            |bytes, folder| hand_mesh("stl", bytes, folder),
-        ),
-        ("hand_msh", vec![msh()], |bytes, folder| {
-            hand_mesh("msh", bytes, folder)
-        }),
-        ("object_obj", vec![text(OBJ)], |bytes, folder| {
-            let mut text = bytes;
-            let _ = Mesh::from_obj("a", &mut text);
-            object("obj", bytes, folder)
-        }),
-        (
-            "object_stl",
-            vec![text(STL), binary_stl()],
-            |bytes, folder| object("stl", bytes, folder),
-        ),
-        (
-            "object_ply",
-            vec![text(PLY), binary_ply()],
-            |bytes, folder| object("ply", bytes, folder),
-        ),
-        (
-            "object_gltf",
-            vec![gltf().0, text(GLTF)],
-            |bytes, folder| object("gltf", bytes, folder),
-        ),
-        ("object_glb", vec![gltf().1], |bytes, folder| {
-            object("glb", bytes, folder)
-        }),
-        ("object_toml", vec![text(SHAPES)], |bytes, _| {
-            let shapes = toml_text::parse::<Assembly>(&String::from_utf8_lossy(bytes));
-            let shapes = shapes.map_err(|error| error.to_string())?;
-            told(shapes.object("a"))
-        }),
-        (
-            "object_json",
-            vec![bytes("data/objects/bottle_square.json"), text("{}")],
-            |bytes, _| told(Description::from_json("a", &String::from_utf8_lossy(bytes))),
-        ),
-        (
-            "safetensors",
-            vec![
-                bytes("tests/reference/deepsdf/small_model.safetensors"),
-                checkpoint(),
-            ],
-            |bytes, _| told(Tensors::from_bytes("a", bytes)),
-        ),
-        (
-            "specs",
-            vec![bytes("tests/reference/deepsdf/small_specs.json")],
-            |bytes, _| told(Specs::from_json("a", &String::from_utf8_lossy(bytes))),
-        ),
-        (
-            "npz",
-            vec![
-                npz(CompressionMethod::Stored),
-                npz(CompressionMethod::Deflated),
-            ],
-            mano,
-        ),
-        ("parquet", vec![parquet()], grasps),
-        ("pickle", pickles(), |bytes, folder| {
-            published("npy", bytes, folder)
-        }),
-        ("table_csv", vec![text(TABLE)], |bytes, folder| {
-            published("csv", bytes, folder)
-        }),
-        ("table_json", vec![text(ROWS)], |bytes, folder| {
-            published("json", bytes, folder)
-        }),
-        ("table_parquet", vec![parquet()], |bytes, folder| {
-            let path = folder.join("t.parquet");
-            fs::write(&path, bytes).unwrap();
-            let joints: Vec<String> = (0..22).map(|joint| format!("j{joint}")).collect();
-            let mapping = Mapping {
-                joints: Some(JointColumns::List("joints_rad".to_owned())),
-                ..Mapping::default()
-            };
-            told(exchange::read(&path, &joints, &mapping))
-        }),
-        ("mapping", vec![text(MAPPING)], mapping),
-        ("exchange", vec![text(EXCHANGE)], minima),
-    ]
-}
-
-fn text(text: &str) -> Vec<u8> {
-    text.as_bytes().to_vec()
-}
-
-fn bytes(name: &str) -> Vec<u8> {
-    fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join(name)).unwrap()
-}
-
-fn told<T, E: std::fmt::Display>(result: Result<T, E>) -> Result<(), String> {
-    result.map(|_| ()).map_err(|error| error.to_string())
-}
-
-const URDF: &str = r#"<?xml version="1.0"?><robot name="r"><material name="m"><color rgba="1 0 0 1"/></material>
-<link name="a"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
-<visual><geometry><sphere radius="0.02"/></geometry></visual><collision><origin xyz="0 0 0.1" rpy="0 1 0"/><geometry><box size="0.1 0.2 0.3"/></geometry></collision></link>
-<link name="b"><collision><geometry><cylinder radius="0.01" length="0.05"/></geometry></collision></link>
-<link name="c"><collision><geometry><capsule radius="0.01" length="0.05"/></geometry></collision></link>
-<joint name="j" type="revolute"><parent link="a"/><child link="b"/><origin xyz="0 0.1 0" rpy="0 0 1"/><axis xyz="1 0 0"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
-<joint name="k" type="prismatic"><parent link="b"/><child link="c"/><axis xyz="0 1 0"/><limit lower="0" upper="0.1" effort="1" velocity="1"/><mimic joint="j" multiplier="2" offset="0.1"/></joint></robot>"#;
-
-const MJCF: &str = r#"<mujoco model="m"><compiler angle="degree" eulerseq="xyz" autolimits="true"/>
-<default><joint axis="0 1 0" range="-40 80"/><geom type="capsule" size="0.01 0.02"/><default class="k"><geom size="0.015 0.02"/></default></default>
-<asset><mesh name="tet" vertex="0 0 0 0.1 0 0 0 0.1 0 0 0 0.1" face="0 2 1 0 1 3 0 3 2 1 2 3" scale="1 1 1"/></asset>
-<worldbody><frame pos="0.1 0 0" euler="10 20 30"><body name="p" axisangle="1 1 0 40" childclass="k"><freejoint/><geom type="mesh" mesh="tet"/>
-<body name="a" pos="0.03 0 0" xyaxes="0 1 0 -1 0 0.2"><joint name="a1" pos="0 0.01 0.02"/><joint name="a2" axis="1 0 0" ref="15"/><geom pos="0 0 0.03"/>
-<body name="c" quat="1 0 0 1"><joint name="c1" type="slide" range="0 0.1"/><geom type="ellipsoid" size="0.01 0.02 0.03"/></body></body>
-<body name="b" zaxis="0 1 1"><joint name="b1"/><geom fromto="0 0 0 0.01 0.02 0.05" size="0.008"/><geom type="box" size="0.01 0.01 0.01"/></body></body></frame></worldbody>
-<equality><joint joint1="a2" joint2="a1" polycoef="0.1 0.5 0 0 0"/></equality><tendon><fixed name="t"><joint joint="a1" coef="1"/><joint joint="b1" coef="-1"/></fixed></tendon>
-<contact><exclude body1="a" body2="b"/></contact></mujoco>"#;
-
-const SIDE: &str = r#"{"name": "s", "without": ["c"], "surface_points": 30, "no_contact": ["a"], "apart": [["a", "b"]],
-"palm": {"centre_m": [0, 0, 0], "volar": [0, 0, 1], "distal": [0, 1, 0], "faced_m": 0.01},
-"digits": [{"name": "thumb", "segments": {"distal": ["b"]}}], "axes": {"pad": [0, 0, 1], "radial": [1, 0, 0], "distal": [0, 1, 0]},
-"palm_regions": [{"region": "x", "normal": [0, 0, 1], "at_least": 0.5, "min_m": [-1, -1, -1], "max_m": [1, 1, 1]}],
-"capsules": {"a": [{"a_m": [0, 0, 0], "b_m": [0, 0, 0.1], "radius_m": 0.01}]}, "rest_deg": {"j": 10}, "deviation_deg": {"j": 5},
-"synergies": [{"name": "y", "variance": 1, "weights": {"j": 1}}], "independent_share": 0.5, "metric": {"radius_of_gyration_m": 0.05, "levers_m": {"j": 0.01}}}"#;
-
-const OBJ: &str = "o one\nv 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nvn 0 0 1\nvt 0 0\nf 1 3 2\nf 1/1/1 2/1/1 4/1/1\ng rest\nusemtl none\nf 1 4 3\nf -1 -3 -2\n";
-
-const STL: &str = "solid t\nfacet normal 0 0 -1\nouter loop\nvertex 0 0 0\nvertex 0 0.1 0\nvertex 0.1 0 0\nendloop\nendfacet
-facet normal 0 0 -1\nouter loop\nvertex 0 0 0\nvertex 0.1 0 0\nvertex 0 0 0.1\nendloop\nendfacet
-facet normal 0 0 -1\nouter loop\nvertex 0 0 0\nvertex 0 0 0.1\nvertex 0 0.1 0\nendloop\nendfacet
-facet normal 1 1 1\nouter loop\nvertex 0.1 0 0\nvertex 0 0.1 0\nvertex 0 0 0.1\nendloop\nendfacet\nendsolid t\n";
-
-const PLY: &str = "ply\nformat ascii 1.0\ncomment a\nelement vertex 4\nproperty float x\nproperty float y\nproperty double z\nproperty uchar red\n\
-element face 4\nproperty list uchar int vertex_indices\nend_header\n0 0 0 1\n0.1 0 0 1\n0 0.1 0 1\n0 0 0.1 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
-
-/// One mesh, placed twice, that names a file of its folder.
-const GLTF: &str = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"children":[1,2],"scale":[0.5,0.5,0.5]},
-{"mesh":0,"translation":[1,0,0],"rotation":[0,0,0.7071,0.7071]},{"mesh":0,"matrix":[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1]}],
-"meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1,"mode":4}]}],
-"accessors":[{"bufferView":0,"componentType":5126,"count":4,"type":"VEC3"},{"bufferView":1,"componentType":5125,"count":12,"type":"SCALAR"}],
-"bufferViews":[{"buffer":0,"byteLength":48},{"buffer":0,"byteOffset":48,"byteLength":48,"byteStride":4}],"buffers":[{"byteLength":96,"uri":"m.bin"}]}"#;
-
-const SHAPES: &str = "name = \"rod\"\nmass_kg = 0.4\nsymmetry = { axis = { point = [0, 0, 0], direction = [0, 0, 1] } }\n\
-[[parts]]\ncylinder = { centre = [0, 0, 0], axis = [0, 0, 1], radius_m = 0.012, half_height_m = 0.06 }\n";
-
-const TABLE: &str = "id,scale,translation_m_x,translation_m_y,translation_m_z,rotation_w,rotation_x,rotation_y,rotation_z,label,jaw,contacts\n\
-7,1,0.1,0.02,0.0333333333333333,0.5,0.5,-0.5,0.5,\"pinch, wide\",0.025,1 2 3\n9,1,-0.08,0.011,0.05,0.6,0.0,0.8,0.0,,0.03,[4;5;6]\n";
-
-const ROWS: &str = r#"[{"id":1,"object":"ball","scale":1,"translation_m":[0.1,0.2,0.3],"rotation_wxyz":[1,0,0,0],"jaw":0.01,"contacts":[1,2],"label":null},
-{"id":2,"object":"ball","scale":1,"translation_m":[0.1,0.2,0.3],"rotation_wxyz":[0.5,0.5,0.5,0.5],"jaw":0.02,"contacts":[1,2],"label":"b"}]"#;
-
-/// For [`TABLE`].
-const MAPPING: &str = "translation = [\"translation_m_x\", \"translation_m_y\", \"translation_m_z\"]\ntranslation_unit = \"cm\"\n\
-rotation = [\"rotation_w\", \"rotation_x\", \"rotation_y\", \"rotation_z\"]\nrotation_form = \"xyzw\"\nrotation_unit = \"deg\"\nframe = \"hand_from_object\"\n\
-joints = { jaw = \"jaw\" }\njoint_unit = \"deg\"\nscale = \"scale\"\nid = \"id\"\nlabel = \"label\"\ncontacts = \"contacts\"\n";
-
-const EXCHANGE: &str = "-1.5 1.0 1 1.0 1.0 1.0\n-1.0 1.0 1 1.0 1.0 1.0\n0.5 1.0 1 1 2 1.0 1.0 1.0\n0.7 1.0 1 2 1 1.0 1.0 1.0\n";
-
-const CORNERS: [[f32; 3]; 4] = [[0.0; 3], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [0.0, 0.0, 0.1]];
-const FACES: [[u32; 3]; 4] = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
-
-fn binary_stl() -> Vec<u8> {
-    let mut bytes = vec![0u8; 80];
-    bytes.extend(4u32.to_le_bytes());
-    for face in FACES {
-        bytes.extend([0u8; 12]);
-        let points = face.iter().flat_map(|&v| CORNERS[v as usize]);
-        bytes.extend(points.flat_map(f32::to_le_bytes));
-        bytes.extend([0u8; 2]);
-    }
-    bytes
-}
-
-fn binary_ply() -> Vec<u8> {
-    let mut bytes = b"ply\nformat binary_little_endian 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
-        element face 4\nproperty list uchar uint vertex_indices\nend_header\n"
-        .to_vec();
-    bytes.extend(CORNERS.iter().flatten().flat_map(|x| x.to_le_bytes()));
-    for face in FACES {
-        bytes.push(3);
-        bytes.extend(face.iter().flat_map(|corner| corner.to_le_bytes()));
-    }
-    bytes
-}
-
-/// [`GLTF`] with its buffer within, as text and as binary file.
-fn gltf() -> (Vec<u8>, Vec<u8>) {
-    let corners = CORNERS.iter().flatten().flat_map(|x| x.to_le_bytes());
-    let faces = FACES.iter().flatten().flat_map(|index| index.to_le_bytes());
-    let data: Vec<u8> = corners.chain(faces).collect();
-    let uri = format!("data:x;base64,{}", STANDARD.encode(&data));
-    let within = GLTF.replace("m.bin", &uri).into_bytes();
-    let mut text = GLTF.replace(r#","uri":"m.bin""#, "").into_bytes();
-    text.resize(text.len().next_multiple_of(4), b' ');
-    let mut binary = b"glTF".to_vec();
-    let mut word = |number: usize, more: &[u8]| {
-        binary.extend(u32::try_from(number).unwrap().to_le_bytes());
-        binary.extend(more);
-    };
-    word(2, &[]);
-    word(28 + text.len() + data.len(), &[]);
-    word(text.len(), &[&b"JSON"[..], &text].concat());
-    word(data.len(), &[&b"BIN\0"[..], &data].concat());
-    (within, binary)
-}
-
-/// DexGraspBench's dictionaries as numpy writes them, those of DexGraspNet, and a table of numbers; all for one joint.
-fn pickles() -> Vec<Vec<u8>> {
-    let grasp = |id| Grasp {
-        id,
-        scale: 1.0,
-        rotation_wxyz: [0.5, 0.5, -0.5, 0.5],
-        joints_rad: vec![0.02],
-        ..Grasp::default()
-    };
-    let grasps = [grasp(0), grasp(1)];
-    let rows = [0, 1].map(|id| QposRow {
-        id,
-        qpos: vec![0.1, 0.2, 0.3, 0.5, 0.5, 0.5, 0.5, 0.01],
-    });
-    let mut files = pickled::bench().to_vec();
-    files.push(dexgraspnet_npy(&grasps.each_ref(), &joints()));
-    files.push(qpos_npy(&rows));
-    files
-}
-
-fn joints() -> [String; 1] {
-    ["jaw".to_owned()]
-}
-
-/// What torch writes: an archive with a pickle. It is not read; a file with the name of one that is may hold it.
-fn checkpoint() -> Vec<u8> {
-    let mut archive = zip::ZipWriter::new(Cursor::new(Vec::new()));
-    let options = zip::write::SimpleFileOptions::default();
-    archive.start_file("model/data.pkl", options).unwrap();
-    archive
-        .write_all(b"\x80\x02}q\x00X\x04\x00\x00\x00lin0ctorch._utils\n_rebuild_tensor_v2\n.")
-        .unwrap();
-    archive.finish().unwrap().into_inner()
-}
-
-fn msh() -> Vec<u8> {
-    let counts = [4i32, 0, 0, 4].iter().flat_map(|count| count.to_le_bytes());
-    let corners = CORNERS.iter().flatten().flat_map(|x| x.to_le_bytes());
-    let faces = FACES.iter().flatten().flat_map(|index| index.to_le_bytes());
-    counts.chain(corners).chain(faces).collect()
-}
-
-/// An archive of arrays with the names of MANO's, too small to be one.
-fn npz(method: CompressionMethod) -> Vec<u8> {
-    let mut archive = zip::ZipWriter::new(Cursor::new(Vec::new()));
-    let options = zip::write::SimpleFileOptions::default().compression_method(method);
-    for (name, shape, numbers) in [
-        ("v_template", "(2, 3)", 6),
-        ("f", "(1, 3)", 3),
-        ("shapedirs", "(2, 3, 1)", 6),
-    ] {
-        let header = format!("{{'descr': '<f8', 'fortran_order': True, 'shape': {shape}, }}\n");
-        archive.start_file(format!("{name}.npy"), options).unwrap();
-        archive.write_all(b"\x93NUMPY\x01\x00").unwrap();
-        archive
-            .write_all(&u16::try_from(header.len()).unwrap().to_le_bytes())
-            .unwrap();
-        archive.write_all(header.as_bytes()).unwrap();
-        archive.write_all(&vec![0; 8 * numbers]).unwrap();
-    }
-    archive.finish().unwrap().into_inner()
-}
-
-/// A small file of grasps.
-fn parquet() -> Vec<u8> {
-    let whole = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/grasps.parquet");
-    let (mut file, _) = GraspFile::read(&whole, Overrides::default()).unwrap();
-    file.grasps.truncate(2);
-    for object in &mut file.metadata.objects {
-        object.mesh_obj = Some("v 0 0 0\n".repeat(9));
-    }
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("small.parquet");
-    file.write(&path).unwrap();
-    fs::read(path).unwrap()
-}
-
-/// URDF or MJCF; few surface points, since they cost the most time.
-fn hand(bytes: &[u8], _: &Path) -> Result<(), String> {
-    let text = String::from_utf8_lossy(bytes);
-    told(Hand::from_urdf(&text, Some(r#"{"surface_points": 20}"#)))
-}
-
-fn side(bytes: &[u8], _: &Path) -> Result<(), String> {
-    let text = String::from_utf8_lossy(bytes);
-    told(Hand::from_urdf(URDF, Some(&text)))
-}
-
-fn hand_mesh(kind: &str, bytes: &[u8], folder: &Path) -> Result<(), String> {
-    let mesh = format!(r#"<geometry><mesh filename="m.{kind}"/></geometry>"#);
-    let urdf = URDF.replace(
-        r#"<geometry><cylinder radius="0.01" length="0.05"/></geometry>"#,
-        &mesh,
-    );
-    let path = folder.join("hand.urdf");
-    fs::write(folder.join(format!("m.{kind}")), bytes).unwrap();
-    fs::write(&path, urdf).unwrap();
-    fs::write(folder.join("hand.json"), r#"{"surface_points": 20}"#).unwrap();
-    told(HandFiles::load(&path).and_then(|files| Hand::from_files(&files)))
-}
-
-/// Good files are refused, too: they hold a few of MANO's arrays only.
-fn mano(bytes: &[u8], folder: &Path) -> Result<(), String> {
-    let path = folder.join("m.npz");
-    fs::write(&path, bytes).unwrap();
-    told(HandFiles::load(&path).and_then(|files| Hand::from_files(&files)))
-}
-
-fn object(kind: &str, bytes: &[u8], folder: &Path) -> Result<(), String> {
-    let path = folder.join(format!("m.{kind}"));
-    fs::write(&path, bytes).unwrap();
-    told(Mesh::load(&path))
-}
-
-/// Grasps of another program, for a hand with one joint.
-fn published(kind: &str, bytes: &[u8], folder: &Path) -> Result<(), String> {
-    let path = folder.join(format!("g.{kind}"));
-    fs::write(&path, bytes).unwrap();
-    told(exchange::read(&path, &joints(), &Mapping::default()))
-}
-
-fn mapping(bytes: &[u8], folder: &Path) -> Result<(), String> {
-    let mapping = toml_text::parse::<Mapping>(&String::from_utf8_lossy(bytes));
-    let mapping = mapping.map_err(|error| error.to_string())?;
-    let path = folder.join("g.csv");
-    fs::write(&path, TABLE).unwrap();
-    told(exchange::read(&path, &joints(), &mapping))
-}
-
-fn grasps(bytes: &[u8], folder: &Path) -> Result<(), String> {
-    let path = folder.join("g.parquet");
-    fs::write(&path, bytes).unwrap();
-    told(GraspFile::read(&path, Overrides::default()))
-}
-
-/// The two files are one, broken at its middle.
-fn minima(bytes: &[u8], _: &Path) -> Result<(), String> {
-    let text = String::from_utf8_lossy(bytes);
-    let lines: Vec<&str> = text.lines().collect();
-    let (minima, states) = lines.split_at(lines.len() / 2);
-    told(Database::parse(&minima.join("\n"), &states.join("\n")))
-}
 
 /// The most memory this process ever had, kilobytes; 0 where the system does not say.
 fn peak_kb() -> u64 {
@@ -434,6 +58,9 @@ fn fault(read: Read, bytes: &[u8], folder: &Path) -> Option<String> {
 fn broken_files_have_sentences() {
     let seconds = std::env::var("LANDSCAPE_FUZZ_SECONDS").ok();
     let span = seconds.map(|seconds| Duration::from_secs_f64(seconds.parse().unwrap()));
+    let inputs = std::env::var("LANDSCAPE_FUZZ_INPUTS").ok();
+    let long = span.is_some() || inputs.is_some();
+    let inputs = inputs.map_or(INPUTS, |inputs| inputs.parse().unwrap());
     let only = std::env::var("LANDSCAPE_FUZZ_READER").ok();
     let target = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/fuzz");
     fs::create_dir_all(&target).unwrap();
@@ -443,20 +70,21 @@ fn broken_files_have_sentences() {
             continue;
         }
         let folder = tempfile::tempdir().unwrap();
+        let results: Vec<_> = seeds.iter().map(|seed| read(seed, folder.path())).collect();
         // MANO's file cannot be among them.
-        let good = seeds.iter().any(|seed| read(seed, folder.path()).is_ok());
-        assert!(good || name == "npz", "{name}: no good file");
+        let good = results.iter().any(Result::is_ok);
+        assert!(good || name == "npz", "{name}: no good file: {results:?}");
         for (i, seed) in seeds.iter().enumerate() {
             let fault = fault(read, seed, folder.path());
             assert!(fault.is_none(), "{name}: good file {i}: {fault:?}");
         }
         let (started, mut count, mut slowest) = (Instant::now(), 0, (Duration::ZERO, 0));
-        while span.map_or(count < INPUTS, |span| started.elapsed() < span) {
+        while span.map_or(count < inputs, |span| started.elapsed() < span) {
             let mut rng: Rng = stream(count, Task::Start, 0);
             let [seed, other] = [0; 2].map(|_| &seeds[rng.random_range(0..seeds.len())]);
             let broken = mutate::mutated(seed, other, &mut rng);
             let reading: PathBuf = target.join(format!("{name}.reading"));
-            if span.is_some() {
+            if long {
                 fs::write(&reading, &broken).unwrap();
             }
             let before = Instant::now();

@@ -1,0 +1,51 @@
+//! The coverage-guided fuzzer of every reader of files (libFuzzer). `.ci/nightly` builds it and tells how it is run.
+//!
+//! `LANDSCAPE_FUZZ_READER` names the reader; without it the names of all are printed. Good files are added to the folder
+//! `LANDSCAPE_FUZZ_SEEDS`, if it is given.
+#![no_main]
+
+use std::path::PathBuf;
+use std::sync::OnceLock;
+
+use libfuzzer_sys::fuzz_target;
+use readers::{Read, readers};
+use tempfile::TempDir;
+
+#[path = "../readers.rs"]
+mod readers;
+
+/// Where the readers find good files.
+const PROJECT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../..");
+
+/// The reader, and a folder of its own.
+static CHOSEN: OnceLock<(Read, TempDir)> = OnceLock::new();
+
+fn choose() {
+    let name = std::env::var("LANDSCAPE_FUZZ_READER").unwrap_or_default();
+    let mut all = readers();
+    let names: Vec<&str> = all.iter().map(|(name, ..)| *name).collect();
+    let Some(place) = names.iter().position(|known| *known == name) else {
+        println!("{}", names.join("\n"));
+        std::process::exit(i32::from(!name.is_empty()));
+    };
+    let (_, seeds, read) = all.swap_remove(place);
+    if let Some(folder) = std::env::var_os("LANDSCAPE_FUZZ_SEEDS").map(PathBuf::from) {
+        for (number, seed) in seeds.iter().enumerate() {
+            std::fs::write(folder.join(format!("seed-{number}")), seed).unwrap();
+        }
+    }
+    // libFuzzer's hook ends the process at panics that the reader turns into sentences (damaged pages of Parquet); all
+    // others reach its wrapper, which does the same.
+    let _ = std::panic::take_hook();
+    assert!(CHOSEN.set((read, tempfile::tempdir().unwrap())).is_ok());
+}
+
+fuzz_target!(
+    init: choose(),
+    |bytes: &[u8]| {
+        let (reader, folder) = CHOSEN.get().expect("chosen before the first file");
+        if let Err(sentence) = reader(bytes, folder.path()) {
+            assert!(!sentence.is_empty(), "it says nothing");
+        }
+    }
+);
