@@ -16,8 +16,11 @@ use landscape::store::Journal;
 use rand::RngExt;
 use records::records;
 
+#[path = "../desk/mod.rs"]
 mod desk;
+#[path = "../records/mod.rs"]
 mod records;
+mod verbs;
 
 /// A command, and what it writes.
 struct Run {

@@ -1,0 +1,450 @@
+//! Every command that writes files, stopped at any moment or left without a disk: at its calls of the system that change
+//! the disk (by a library that is loaded before the others, `stop.c`) and after random times.
+//!
+//! Whatever happens, inputs stay as they are, each output is absent or whole, an error is one sentence, and the same
+//! command, given again, leaves the same bytes as a run that nothing disturbed, and nothing else but temporary files.
+//!
+//! The tests stop the quick commands a few times; `LANDSCAPE_STOPS=1000` stops all of them so often in all
+//! (`LANDSCAPE_STOPS_SEED` for other moments, `LANDSCAPE_STOPS_VERB=draw` for one command only).
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::os::unix::process::ExitStatusExt;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::sync::OnceLock;
+use std::time::{Duration, Instant};
+
+use landscape::sample::{Task, stream};
+use rand::RngExt;
+use tempfile::TempDir;
+
+use crate::desk::Desk;
+use crate::{BUILD, Files, SURFACE, SYNTH};
+
+/// A command.
+struct Verb {
+    name: &'static str,
+    line: &'static str,
+    /// What lies in the folder when it starts.
+    inputs: &'static [&'static str],
+    /// Whether it takes a second or less, and so do its inputs.
+    quick: bool,
+}
+
+const fn verb(
+    name: &'static str,
+    line: &'static str,
+    inputs: &'static [&'static str],
+    quick: bool,
+) -> Verb {
+    Verb {
+        name,
+        line,
+        inputs,
+        quick,
+    }
+}
+
+const VERBS: [Verb; 19] = [
+    verb("synth", FEW, &[], true),
+    verb("build", "build few.parquet", &["few.parquet"], false),
+    verb("surface", SURFACE.line, &[], true),
+    verb(
+        "stability",
+        "stability few.parquet",
+        &["few.parquet"],
+        false,
+    ),
+    verb("label", "label g.parquet", &["g.parquet"], true),
+    verb(
+        "label sheet",
+        "label few.parquet --sheet few.html",
+        &["few.parquet"],
+        false,
+    ),
+    verb("compare", "compare g.landscape", &["g.landscape"], false),
+    verb(
+        "import of grasps",
+        "import g.csv --hand human --object ball",
+        &["g.csv"],
+        true,
+    ),
+    verb(
+        "import of a landscape",
+        "import database",
+        &["database"],
+        true,
+    ),
+    verb("export csv", "export g.parquet csv", &["g.parquet"], true),
+    verb("export json", "export g.parquet json", &["g.parquet"], true),
+    verb(
+        "export dexgraspnet",
+        "export g.parquet dexgraspnet",
+        &["g.parquet"],
+        true,
+    ),
+    verb(
+        "export qpos",
+        "export g.parquet qpos -o g.npy",
+        &["g.parquet"],
+        true,
+    ),
+    verb(
+        "export glb",
+        "export few.parquet glb",
+        &["few.parquet"],
+        true,
+    ),
+    verb("draw", "draw s.landscape", &["s.landscape"], true),
+    verb(
+        "way",
+        "inspect g.landscape --path m0 m1 --pictures 2",
+        &["g.landscape"],
+        false,
+    ),
+    verb(
+        "hands",
+        "hands inspect human --side-file human.json --picture human.png --force",
+        &[],
+        false,
+    ),
+    verb(
+        "objects",
+        "objects inspect cube.obj --side-file found.json --picture cube.png --force",
+        &["cube.obj"],
+        false,
+    ),
+    verb(
+        "bake",
+        "objects bake model.safetensors --specs specs.json --scale 0.1 --cells 40 -o baked.obj",
+        &["model.safetensors", "specs.json"],
+        false,
+    ),
+];
+
+const FEW: &str = "synth --object ball -n 2 --steps 300 --keep all --seed 1 -o few.parquet";
+
+/// Where all commands keep what they may lose: no output.
+const CACHE: &str = "cache";
+
+/// How a command is stopped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum How {
+    /// Killed at a call, in the words of `stop.c`.
+    Call(&'static str),
+    /// Killed after a random time.
+    Time,
+    /// An error of the disk, likewise.
+    Disk(&'static str),
+}
+
+const WAYS: [How; 8] = [
+    How::Call("half"),
+    How::Disk("full"),
+    How::Call("before"),
+    How::Time,
+    How::Call("after"),
+    How::Disk("broken"),
+    How::Call("half"),
+    How::Disk("denied"),
+];
+
+/// What a run that nothing disturbed does.
+struct Whole {
+    inputs: Files,
+    files: Files,
+    calls: u64,
+    duration: Duration,
+}
+
+impl Verb {
+    fn command(&self, desk: &Desk) -> Command {
+        let mut command = desk.command(&format!("{} -q --threads 1", self.line));
+        command
+            .env("XDG_CACHE_HOME", desk.path(CACHE))
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped());
+        command
+    }
+
+    fn desk(&self) -> Desk {
+        let desk = Desk::empty();
+        for (name, bytes) in materials() {
+            let top = name.split('/').next().unwrap();
+            if self.inputs.contains(&top) {
+                let path = desk.path(name);
+                fs::create_dir_all(path.parent().unwrap()).unwrap();
+                fs::write(path, bytes).unwrap();
+            }
+        }
+        desk
+    }
+
+    fn whole(&self, library: &Path) -> Whole {
+        let desk = self.desk();
+        let inputs = files_in(&desk);
+        let count = TempDir::new().unwrap();
+        let count = count.path().join("count");
+        let started = Instant::now();
+        let output = self
+            .command(&desk)
+            .env("LD_PRELOAD", library)
+            .env("STOP_COUNT", &count)
+            .output()
+            .unwrap();
+        let duration = started.elapsed();
+        assert!(output.status.success(), "{}: {}", self.line, said(&output));
+        let calls = fs::read_to_string(count).unwrap();
+        Whole {
+            inputs,
+            files: files_in(&desk),
+            calls: calls.trim().parse().unwrap(),
+            duration,
+        }
+    }
+
+    /// Stops the command once and lets it run again; whether it was stopped, or what is wrong.
+    fn stopped(
+        &self,
+        how: How,
+        number: u64,
+        whole: &Whole,
+        library: &Path,
+    ) -> Result<bool, String> {
+        let mut rng = stream(number, Task::Start, 1);
+        let desk = self.desk();
+        // Once in three times over the results of a run before.
+        if rng.random_range(0..3) == 0 {
+            write_all(&desk, &whole.files);
+        }
+        let mut command = self.command(&desk);
+        let at = rng.random_range(1..=whole.calls);
+        if let How::Call(word) | How::Disk(word) = how {
+            command
+                .env("LD_PRELOAD", library)
+                .env("STOP_AT", at.to_string())
+                .env("STOP_HOW", word);
+        }
+        let mut child = command.spawn().unwrap();
+        if how == How::Time {
+            std::thread::sleep(whole.duration.mul_f64(rng.random::<f64>()));
+            child.kill().unwrap();
+        }
+        let output = child.wait_with_output().unwrap();
+        let place = format!("{how:?} at {at} of {}", whole.calls);
+        Self::judge(how, &desk, &output, whole)
+            .and_then(|()| self.again(&desk, whole))
+            .map_err(|fault| format!("{place}: {fault}: {}", said(&output).trim_end()))?;
+        Ok(!output.status.success())
+    }
+
+    /// What is wrong with what a stopped run left.
+    fn judge(how: How, desk: &Desk, output: &Output, whole: &Whole) -> Result<(), String> {
+        let said = said(output);
+        let errors = said.lines().filter(|line| line.starts_with("error: "));
+        let ended = match (output.status.code(), output.status.signal()) {
+            (Some(0), _) => true,
+            (Some(1), _) if matches!(how, How::Disk(_)) && errors.count() == 1 => false,
+            (None, Some(9)) if !matches!(how, How::Disk(_)) => false,
+            _ => return Err(format!("it ended with {}", output.status)),
+        };
+        if said.contains("panicked") {
+            return Err("it panics".to_owned());
+        }
+        let left = files_in(desk);
+        for (name, bytes) in &whole.inputs {
+            if left.get(name) != Some(bytes) {
+                return Err(format!("the input {name} is not what it was"));
+            }
+        }
+        let outputs = whole
+            .files
+            .keys()
+            .filter(|name| !whole.inputs.contains_key(*name));
+        let units: BTreeSet<&str> = outputs.map(|name| unit(name)).collect();
+        for unit in units {
+            let wanted = of_unit(&whole.files, unit);
+            let mut found = of_unit(&left, unit);
+            // Of a folder's last moments.
+            for name in ["journal", ".unfinished"] {
+                found.remove(format!("{unit}/{name}").as_str());
+            }
+            let may_lack = !ended || unit.starts_with(CACHE);
+            if found != wanted && !(may_lack && found.is_empty()) {
+                return Err(format!("{unit} is neither absent nor whole"));
+            }
+        }
+        let kept =
+            |name: &String| whole.files.contains_key(name) || whole.inputs.contains_key(name);
+        let stray = left
+            .keys()
+            .find(|name| !kept(name) && !name.contains(".partial"));
+        match stray {
+            Some(name) => Err(format!("it leaves {name}")),
+            None => Ok(()),
+        }
+    }
+
+    /// What is wrong with the same command, given again.
+    fn again(&self, desk: &Desk, whole: &Whole) -> Result<(), String> {
+        let output = self.command(desk).output().unwrap();
+        if !output.status.success() {
+            return Err(format!(
+                "given again it fails: {}",
+                said(&output).trim_end()
+            ));
+        }
+        let mut left = files_in(desk);
+        // A kill between a file's first byte and its renaming leaves the temporary file.
+        left.retain(|name, _| !name.ends_with(".partial"));
+        let differs = |name: &&String| left.get(*name) != whole.files.get(*name);
+        match left.keys().chain(whole.files.keys()).find(differs) {
+            None => Ok(()),
+            Some(name) if !whole.files.contains_key(name) => {
+                Err(format!("given again it leaves {name}"))
+            }
+            Some(name) => Err(format!("given again it leaves another {name}")),
+        }
+    }
+}
+
+/// What appears as one: a landscape, or a file.
+fn unit(name: &str) -> &str {
+    match name.split_once('/') {
+        Some((folder, _)) if folder.ends_with(".landscape") => folder,
+        _ => name,
+    }
+}
+
+fn of_unit<'a>(files: &'a Files, wanted: &str) -> BTreeMap<&'a str, &'a [u8]> {
+    let files = files
+        .iter()
+        .map(|(name, bytes)| (name.as_str(), bytes.as_slice()));
+    files.filter(|(name, _)| unit(name) == wanted).collect()
+}
+
+fn said(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// All files of a desk but the only ones that tell how the run went.
+fn files_in(desk: &Desk) -> Files {
+    fn walk(folder: &Path, root: &Path, files: &mut Files) {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path: PathBuf = entry.unwrap().path();
+            if path.is_dir() {
+                walk(&path, root, files);
+            } else if !path.ends_with("timings.json") {
+                let name = path.strip_prefix(root).unwrap().to_str().unwrap();
+                files.insert(name.to_owned(), fs::read(&path).unwrap());
+            }
+        }
+    }
+    let mut files = Files::new();
+    walk(desk.folder.path(), desk.folder.path(), &mut files);
+    files
+}
+
+fn write_all(desk: &Desk, files: &Files) {
+    for (name, bytes) in files {
+        let path = desk.path(name);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, bytes).unwrap();
+    }
+}
+
+/// What the commands read, made by other commands.
+fn materials() -> &'static Files {
+    static MATERIALS: OnceLock<Files> = OnceLock::new();
+    MATERIALS.get_or_init(|| {
+        let desk = Desk::empty();
+        let run = |line: &str| {
+            let output = desk.run(&format!("{line} -q"));
+            assert!(output.status.success(), "{line}: {}", said(&output));
+        };
+        run(SYNTH.line);
+        run(FEW);
+        run("export g.parquet csv");
+        run(SURFACE.line);
+        fs::create_dir(desk.path("database")).unwrap();
+        for name in ["min.data", "ts.data"] {
+            let from = desk.path(SURFACE.output).join(name);
+            fs::copy(from, desk.path("database").join(name)).unwrap();
+        }
+        if budget().is_some() {
+            run(BUILD.line);
+        }
+        let reference = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference/deepsdf");
+        for (from, to) in [
+            ("small_model.safetensors", "model.safetensors"),
+            ("small_specs.json", "specs.json"),
+        ] {
+            fs::copy(reference.join(from), desk.path(to)).unwrap();
+        }
+        fs::write(desk.path("cube.obj"), CUBE).unwrap();
+        files_in(&desk)
+    })
+}
+
+const CUBE: &str = "v 0 0 0\nv 0.05 0 0\nv 0.05 0.05 0\nv 0 0.05 0\nv 0 0 0.05\nv 0.05 0 0.05\nv 0.05 0.05 0.05\nv 0 0.05 0.05\n\
+f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+
+/// How often commands are to be stopped in all.
+fn budget() -> Option<usize> {
+    let count = std::env::var("LANDSCAPE_STOPS").ok()?;
+    Some(count.parse().expect("LANDSCAPE_STOPS is a number"))
+}
+
+/// The library of `stop.c`, absent where it cannot be built.
+fn library(folder: &TempDir) -> Option<PathBuf> {
+    let library = folder.path().join("stop.so");
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/crashes/stop.c");
+    let compiled = Command::new("cc")
+        .args(["-shared", "-fPIC", "-O1", "-o"])
+        .args([&library, &source])
+        .arg("-ldl")
+        .status();
+    (cfg!(target_os = "linux") && compiled.is_ok_and(|status| status.success())).then_some(library)
+}
+
+#[test]
+fn every_command_that_writes_may_be_stopped() {
+    let folder = TempDir::new().unwrap();
+    let Some(library) = library(&folder) else {
+        println!("SKIPPED: no C compiler on Linux");
+        return;
+    };
+    let only = std::env::var("LANDSCAPE_STOPS_VERB").ok();
+    let seed: u64 = std::env::var("LANDSCAPE_STOPS_SEED").map_or(0, |seed| seed.parse().unwrap());
+    let verbs: Vec<&Verb> = VERBS
+        .iter()
+        .filter(|verb| budget().is_some() || verb.quick)
+        .filter(|verb| only.as_ref().is_none_or(|only| only == verb.name))
+        .collect();
+    let each = budget().map_or(3, |all| all.div_ceil(verbs.len()));
+    let mut faults = Vec::new();
+    for (place, verb) in verbs.iter().enumerate() {
+        let whole = verb.whole(&library);
+        let mut counts: BTreeMap<How, u64> = BTreeMap::new();
+        let mut failed = 0;
+        for (at, number) in (1000 * seed..).take(each).enumerate() {
+            // Commands that are stopped a few times only begin with different ways.
+            let how = WAYS[(3 * place + at) % WAYS.len()];
+            match verb.stopped(how, number, &whole, &library) {
+                Ok(stopped) => *counts.entry(how).or_default() += u64::from(stopped),
+                Err(fault) => {
+                    failed += 1;
+                    println!("{}: {fault}", verb.name);
+                    faults.push(format!("{}: {fault}", verb.name));
+                }
+            }
+        }
+        println!(
+            "{}: {each} times, {failed} failures; stopped: {counts:?}",
+            verb.name
+        );
+    }
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
