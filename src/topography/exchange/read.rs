@@ -24,7 +24,7 @@ impl Layout {
 }
 
 /// Why a `min.data` or `ts.data` cannot be read. Lines and fields count from 1.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExchangeError {
     /// A line has no layout's number of columns.
@@ -107,6 +107,27 @@ pub enum ExchangeError {
         /// Number of the first.
         from: usize,
     },
+    /// A transition state lies lower than a minimum that it joins.
+    #[error(
+        "{file}, line {line}, field {field}: the energy {energy} lies below that of minimum {number} ({minimum}, line \
+         {minimum_line} of min.data), which this transition state joins"
+    )]
+    BelowMinimum {
+        /// `ts.data`.
+        file: &'static str,
+        /// Number of the line.
+        line: usize,
+        /// Number of the field that holds the energy.
+        field: usize,
+        /// The energy of the transition state.
+        energy: f64,
+        /// The number of the minimum.
+        number: usize,
+        /// Its energy.
+        minimum: f64,
+        /// Number of its line.
+        minimum_line: usize,
+    },
     /// There is nothing to read.
     #[error("{file} holds no minima")]
     Empty {
@@ -123,7 +144,8 @@ impl Database {
     /// Fortran's exponents (`1.5D-3`).
     ///
     /// # Errors
-    /// If a line or a field does not fit: which, of which file, and what would.
+    /// If a line or a field does not fit: which, of which file, and what would. If a transition state lies below a minimum
+    /// that it joins: no surface has one.
     pub fn parse(min_data: &str, ts_data: &str) -> Result<(Self, Layout), ExchangeError> {
         let minima = lines(min_data, MINIMA, [6, 2], None)?;
         let Some((_, layout)) = minima.first() else {
@@ -155,21 +177,36 @@ impl Database {
             database.minima.push(MinimumEntry { energy, vibrations });
         }
         for (line, _) in &states {
-            let ([a, b], energy, vibrations) = match layout {
-                Layout::Pathsample => ([3, 4], line.number(0)?, Some(line.vibrations([1, 2, 5])?)),
-                Layout::Topsearch => ([0, 1], line.number(2)?, None),
+            let ([a, b], height, vibrations) = match layout {
+                Layout::Pathsample => ([3, 4], 0, Some(line.vibrations([1, 2, 5])?)),
+                Layout::Topsearch => ([0, 1], 2, None),
             };
+            let energy = line.number(height)?;
             let end = |field: usize| {
                 let number = line.whole(field)?;
-                let known = rows.get(&number).map(|(row, _)| *row);
-                known.ok_or(ExchangeError::NoSuchMinimum {
-                    file: STATES,
-                    line: line.number,
-                    field: field + 1,
-                    number,
-                    count: rows.len(),
-                    from: usize::from(layout == Layout::Pathsample),
-                })
+                let Some((row, minimum_line)) = rows.get(&number).copied() else {
+                    return Err(ExchangeError::NoSuchMinimum {
+                        file: STATES,
+                        line: line.number,
+                        field: field + 1,
+                        number,
+                        count: rows.len(),
+                        from: usize::from(layout == Layout::Pathsample),
+                    });
+                };
+                let minimum = database.minima[row].energy;
+                if energy < minimum {
+                    return Err(ExchangeError::BelowMinimum {
+                        file: STATES,
+                        line: line.number,
+                        field: height + 1,
+                        energy,
+                        number,
+                        minimum,
+                        minimum_line,
+                    });
+                }
+                Ok(row)
             };
             database.transition_states.push(TransitionStateEntry {
                 energy,

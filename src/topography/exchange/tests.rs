@@ -110,6 +110,18 @@ fn what_does_not_fit_is_told() {
             "ts.data, line 2, field 5: there is no minimum 3 in min.data, which holds 2 counted from 1",
         ),
         (
+            good,
+            "0.5 0 1 1 2 0 0 0\n\n-1.5 0 1 2 1 0 0 0",
+            "ts.data, line 3, field 1: the energy -1.5 lies below that of minimum 1 (-1, line 1 of min.data), which this \
+             transition state joins",
+        ),
+        (
+            "0 -1\n1 -2",
+            "1 0 -1.5",
+            "ts.data, line 1, field 3: the energy -1.5 lies below that of minimum 0 (-1, line 1 of min.data), which this \
+             transition state joins",
+        ),
+        (
             "0 -1\n0 -2",
             "",
             "min.data, line 2, field 1: minimum 0 is already on line 1",
@@ -159,10 +171,15 @@ prop_compose! {
         states in proptest::collection::vec((-1e-3..1e20_f64, vibrations(), 0..count, 0..count), 0..30),
         full in Just(full),
     ) -> Database {
+        let heights: Vec<f64> = minima.iter().map(|(energy, _)| *energy).collect();
         Database {
             minima: minima.into_iter().map(|(energy, v)| MinimumEntry { energy, vibrations: full.then_some(v) }).collect(),
             transition_states: states.into_iter()
-                .map(|(energy, v, a, b)| TransitionStateEntry { energy, ends: [a, b], vibrations: full.then_some(v) })
+                .map(|(energy, v, a, b)| TransitionStateEntry {
+                    energy: energy.max(heights[a]).max(heights[b]),
+                    ends: [a, b],
+                    vibrations: full.then_some(v),
+                })
                 .collect(),
         }
     }
