@@ -241,6 +241,10 @@ fn programs_that_fail_are_told() {
             "found no minimum",
         ),
         (
+            "read line; while :; do printf '[0, 0, 0, 0, 0, 0, 0, 0]'; done",
+            "a line has at most",
+        ),
+        (
             r#"while read line; do echo '{"error": "no such atom"}'; done"#,
             "reports: no such atom",
         ),
@@ -248,6 +252,67 @@ fn programs_that_fail_are_told() {
         let said = mistake(program);
         assert!(said.contains(part), "`{part}` is missing in: {said}");
         assert_eq!(said.matches("error:").count(), 1, "{said}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn an_answer_is_not_waited_for_for_ever() {
+    let desk = Desk::new();
+    let arguments = [
+        "--command",
+        "read line; sleep 1000; true",
+        "--region=-1:1x2",
+        "-q",
+    ];
+    let said = desk.mistake(&[&arguments[..], &["--answer-seconds", "0.3"]].concat());
+    assert!(said.contains("within 0.3 s"), "{said}");
+    assert!(said.contains("--answer-seconds"), "{said}");
+    let said = desk.mistake(&[&arguments[..], &["--answer-seconds", "0"]].concat());
+    assert!(said.contains("--answer-seconds 0"), "{said}");
+}
+
+/// Whether a process still runs.
+#[cfg(target_os = "linux")]
+fn runs(process: &str) -> bool {
+    let state = fs::read_to_string(format!("/proc/{process}/stat"));
+    // A process that nobody has asked after yet is a zombie.
+    state.is_ok_and(|state| !state.contains(") Z "))
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn programs_end_with_the_run_however_it_ends() {
+    for signal in ["KILL", "TERM", "INT", "HUP"] {
+        let desk = Desk::new();
+        // A program that does not care whether its input ends, and another that it started.
+        let program = "sleep 600 & echo $! $$ > started.new; mv started.new started; trap '' HUP; read line; sleep 600; true";
+        let mut run = desk
+            .command(&["--command", program, "--region=-1:1x2", "-q"])
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let wait = |what: &dyn Fn() -> bool| {
+            for _ in 0..2000 {
+                if what() {
+                    return true;
+                }
+                std::thread::sleep(Duration::from_millis(10));
+            }
+            false
+        };
+        assert!(
+            wait(&|| desk.path("started").exists()),
+            "{signal}: not started"
+        );
+        let started = fs::read_to_string(desk.path("started")).unwrap();
+        assert!(started.split_whitespace().all(runs), "{signal}: {started}");
+        let kill = format!("kill -{signal} {}", run.id());
+        let killed = Command::new("sh").args(["-c", &kill]).status().unwrap();
+        assert!(killed.success());
+        run.wait().unwrap();
+        let ended = wait(&|| !started.split_whitespace().any(runs));
+        assert!(ended, "{signal}: something of {started} still runs");
     }
 }
 
@@ -322,4 +387,42 @@ fn a_python_energy_without_gradient_is_mapped() {
     ];
     desk.succeed(&[&arguments[..], &["-o", "out"]].concat());
     check_brown(&desk.path("out"));
+}
+
+/// A program in Python: the lines that make `energy` and `gradient` of `x` and `y`.
+fn program(desk: &Desk, name: &str, lines: &str) -> String {
+    let text = format!(
+        "import json, math, sys\nfor line in sys.stdin:\n    x, y = json.loads(line)['x']\n    {}\n    \
+         print(json.dumps({{'energy': energy, 'gradient': gradient}}), flush=True)\n",
+        lines.replace('\n', "\n    ")
+    );
+    fs::write(desk.path(name), text).unwrap();
+    format!("python3 {name}")
+}
+
+#[test]
+fn one_forgotten_coupling_is_told() {
+    if !python() {
+        return;
+    }
+    let desk = Desk::new();
+    let energy = "energy = (x * x - 1) ** 2 + y * y + 0.3 * x * y\n";
+    let right = program(
+        &desk,
+        "right.py",
+        &format!("{energy}gradient = [4 * x * (x * x - 1) + 0.3 * y, 2 * y + 0.3 * x]"),
+    );
+    let wrong = program(
+        &desk,
+        "wrong.py",
+        &format!("{energy}gradient = [4 * x * (x * x - 1) + 0.3 * y, 2 * y]"),
+    );
+    let arguments = ["--region=-2:2x2", "-q", "-o", "out", "--patience", "8"];
+    let said = desk.mistake(&[&["--command", &wrong][..], &arguments].concat());
+    assert!(
+        said.contains("the gradient is not the derivative"),
+        "{said}"
+    );
+    assert!(said.contains("component 1 is told"), "{said}");
+    desk.succeed(&[&["--command", &right][..], &arguments].concat());
 }

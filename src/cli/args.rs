@@ -7,6 +7,7 @@ use clap::{Args, Parser, Subcommand, ValueHint};
 
 use super::draw_types::Colouring;
 use super::provenance::Provenance;
+use crate::energy::External;
 use crate::energy::model::MODELS;
 use crate::topography::PathMethod;
 
@@ -712,6 +713,15 @@ pub(super) struct Surface {
     /// What the coordinates of the program's energy are.
     #[arg(long, value_enum, default_value_t = Coordinates::Flat, requires = "command")]
     pub(super) coordinates: Coordinates,
+    /// How long the program may take over one answer.
+    #[arg(
+        long,
+        value_name = "SECONDS",
+        default_value_t = External::ANSWER_LIMIT.as_secs_f64(),
+        requires = "command",
+        allow_negative_numbers = true
+    )]
+    pub(super) answer_seconds: f64,
     /// The folder to write; by default the name of the model with the ending `.landscape`.
     #[arg(long, short, value_name = "FOLDER")]
     pub(super) output: Option<PathBuf>,

@@ -4,11 +4,13 @@ use crate::space::Space;
 
 mod counted;
 mod external;
+mod gradient_check;
 mod in_box;
 pub mod model;
 
 pub use counted::Counted;
 pub use external::{External, ExternalError};
+pub use gradient_check::{GradientFault, check_gradient};
 pub use in_box::InBox;
 
 /// A scalar field on a [`Space`], continuously differentiable wherever it is finite (or piecewise so, where documented).

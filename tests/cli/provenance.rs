@@ -139,6 +139,8 @@ const RUNS: [(&str, &[&str]); 14] = [
             "0:6x2",
             "--coordinates",
             "angles",
+            "--answer-seconds",
+            "90",
             "--searches",
             "20",
         ],

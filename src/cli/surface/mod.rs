@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, bail, ensure};
 use clap::ValueEnum;
-use program::{Region, check_gradient, command_hash, region};
+use program::{Region, command_hash, region};
 use report::{Report, fates, spell};
 
 pub(super) use program::space;
@@ -17,13 +17,10 @@ use super::landscape::{Input, Mapped};
 use super::run::{DiskJournal, Unfinished, Watch, check_resumable, until_unwritable};
 use super::uncertainty::Unseen;
 use super::{check_output, complain, print};
-use crate::energy::{Counted, Energy, External, model};
+use crate::energy::{Counted, Energy, model};
 use crate::store::{Source, StationaryRow, content_hash};
 use crate::topography::exchange::Database;
 use crate::topography::{self, GroupSettings, SearchSettings, explore, in_box};
-
-/// Length over which energies are differenced, as a share of the shortest side of the region.
-const DIFFERENCE: f64 = 1e-5;
 
 /// What is to be mapped.
 struct Subject<'a> {
@@ -91,11 +88,7 @@ fn run_program(
     program: &str,
     (low, high): Region,
 ) -> anyhow::Result<()> {
-    let sides = low.iter().zip(&high).map(|(low, high)| high - low);
-    let side = sides.fold(f64::INFINITY, f64::min);
-    let space = space(command.coordinates, low.len())?;
-    let external = External::start(program, space, DIFFERENCE * side)?;
-    check_gradient(&external, (&low, &high), command.seed, DIFFERENCE * side)?;
+    let external = program::start(command, program, (&low, &high))?;
     let coordinates = command.coordinates.to_possible_value();
     let coordinates = coordinates.map_or_else(String::new, |value| value.get_name().to_owned());
     let subject = Subject {
@@ -108,7 +101,7 @@ fn run_program(
             name: program.to_owned(),
             content_hash: command_hash(program),
         },
-        check: &|| Ok(external.check()?),
+        check: &|| program::check(&external),
     };
     until_unwritable(|| map(command, common, &subject))?
 }

@@ -1,19 +1,24 @@
 //! Energies that another program computes: their region, their space, and a check of their gradient.
 
 use std::path::Path;
+use std::time::Duration;
 
-use anyhow::{bail, ensure};
-use rand::RngExt;
+use anyhow::{Context, bail, ensure};
 
-use crate::cli::args::Coordinates;
-use crate::energy::{Energy, External};
+use crate::cli::args::{Coordinates, Surface};
+use crate::energy::{Energy, External, ExternalError, check_gradient};
+use crate::optimize::{QuenchSettings, quench};
 use crate::sample::{Task, stream};
 use crate::space::{Cluster, Euclidean, Rotation, Space, Torus};
 use crate::store::content_hash;
 use crate::topography::in_box;
 
-/// Random points at which the gradient of a program is checked.
-const CHECKED: u64 = 8;
+/// Length over which energies are differenced, as a share of the shortest side of the region.
+const DIFFERENCE: f64 = 1e-5;
+/// Random points at which the gradient of a program is checked; at as many others in the course of descents from them.
+const CHECKED: u64 = 3;
+/// Evaluations of such a descent: it need not arrive.
+const DESCENT: usize = 20;
 
 /// The least and the greatest value of each coordinate.
 pub(super) type Region = (Vec<f64>, Vec<f64>);
@@ -76,50 +81,51 @@ pub(super) fn command_hash(program: &str) -> String {
     content_hash(&parts.iter().map(Vec::as_slice).collect::<Vec<_>>())
 }
 
-/// Compares the gradient with differences of the energy at random points of the region.
-pub(super) fn check_gradient(
-    energy: &External,
+/// Starts the program and checks its gradient at random points of the region, and at others below them. A gradient that is
+/// taken by differences is right as it is.
+pub(super) fn start(
+    command: &Surface,
+    program: &str,
     (low, high): (&[f64], &[f64]),
-    seed: u64,
-    step: f64,
-) -> anyhow::Result<()> {
+) -> anyhow::Result<External> {
+    let seconds = command.answer_seconds;
+    let limit = Duration::try_from_secs_f64(seconds).ok();
+    let limit = limit.filter(|limit| !limit.is_zero()).with_context(|| {
+        format!("--answer-seconds {seconds}: a positive number of seconds is needed")
+    })?;
+    let sides = low.iter().zip(high).map(|(low, high)| high - low);
+    let step = DIFFERENCE * sides.fold(f64::INFINITY, f64::min);
+    let space = space(command.coordinates, low.len())?;
+    let external = External::start(program, space, step)?.with_answer_limit(limit);
     let draw = in_box(low, high);
-    let space = energy.space();
-    let (mut good, mut wrong) = (0, None);
+    let descent = QuenchSettings::default()
+        .with_max_step(1e3 * step)
+        .with_max_evaluations(DESCENT);
+    let mut points = Vec::new();
     for id in 0..CHECKED {
-        let mut rng = stream(seed, Task::Start, u64::MAX / 2 + id);
-        let x = draw(&mut rng);
-        let direction = rng.random_range(0..space.tangents());
-        let mut gradient = vec![0.0; space.tangents()];
-        let here = energy.evaluate(&x, &mut gradient);
-        let side = |length: f64| {
-            let (mut there, mut tangent) = (x.clone(), vec![0.0; space.tangents()]);
-            tangent[direction] = length;
-            space.shift(&mut there, &tangent);
-            energy.evaluate(&there, &mut vec![0.0; space.tangents()])
-        };
-        let (ahead, behind) = (side(step), side(-step));
-        energy.check()?;
-        let (told, measured) = (gradient[direction], (ahead - behind) / (2.0 * step));
-        if !(here.is_finite() && measured.is_finite()) {
-            continue;
+        let x = draw(&mut stream(command.seed, Task::Start, u64::MAX / 2 + id));
+        external.evaluate(&x, &mut vec![0.0; external.space().tangents()]);
+        check(&external)?;
+        if external.is_differenced() {
+            return Ok(external);
         }
-        // Differences of an energy are good to its rounding over the step.
-        let noise = 1e-13 * (ahead.abs() + behind.abs()) / step;
-        if (told - measured).abs() <= 0.02 * (told.abs() + measured.abs()) + 100.0 * noise {
-            good += 1;
-        } else {
-            wrong.get_or_insert((x, direction, told, measured));
+        points.push(quench(&external, &x, &descent).x);
+        points.push(x);
+    }
+    let checked = check_gradient(&external, &points, step);
+    check(&external)?;
+    checked?;
+    Ok(external)
+}
+
+/// What went wrong with the program, if anything did.
+pub(super) fn check(external: &External) -> anyhow::Result<()> {
+    external.check().map_err(|error| match error {
+        ExternalError::Late { .. } => {
+            anyhow::anyhow!("{error} (--answer-seconds allows more)")
         }
-    }
-    match wrong {
-        // A point next to a kink or a wall says nothing.
-        Some((x, direction, told, measured)) if good == 0 => bail!(
-            "the gradient is not the derivative of the energy: at {x:?} component {direction} is told as {told}, but \
-             differences of the energy give {measured}"
-        ),
-        _ => Ok(()),
-    }
+        error => error.into(),
+    })
 }
 
 #[cfg(test)]

@@ -1,20 +1,23 @@
 //! An energy that another program computes.
 
 use std::fmt;
-use std::io::{BufRead, BufReader, Write};
-use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
+use program::{Program, Silence, Supervisor};
 use serde_json::{Value, json};
 
 use super::Energy;
 use crate::space::Space;
 
-/// How long a program may take to end once its input is closed.
-const PATIENCE: Duration = Duration::from_secs(2);
+mod guard;
+mod program;
+
 /// Characters of an answer that an error repeats.
 const QUOTED: usize = 80;
+/// Longest line of an answer, bytes: so many, and so many more for each number of the gradient.
+const LONGEST: [u64; 2] = [1 << 16, 64];
 
 /// An energy that another program computes, spoken to in lines of JSON over its standard input and output.
 ///
@@ -29,13 +32,21 @@ const QUOTED: usize = 80;
 /// gradient may be left out: then it is taken by central differences, at the price of two questions a tangent. Programs
 /// are started as threads need them, at most one a thread, and must answer the same question alike.
 ///
+/// An answer may take [`External::ANSWER_LIMIT`], or what [`External::with_answer_limit`] says, and be one line of at most
+/// 64 KiB and 64 bytes a tangent. When the value is dropped, the input of its programs is closed; two seconds later they are
+/// stopped by force. On Unix each leads a process group of its own, which ends with it, and also when this process is
+/// killed, by whatever signal.
+///
 /// An evaluation cannot fail, so the first failure is kept: from then on every energy is infinite, which ends a search
 /// soon, and [`External::check`] tells what happened.
 pub struct External {
     command: String,
     space: Box<dyn Space + Send>,
     difference: f64,
+    answer_limit: Duration,
     idle: Mutex<Vec<Program>>,
+    supervisor: Supervisor,
+    differenced: AtomicBool,
     failure: Mutex<Option<ExternalError>>,
 }
 
@@ -58,6 +69,18 @@ pub enum ExternalError {
         command: String,
         /// How it ended.
         status: String,
+        /// The line it was to answer.
+        question: String,
+    },
+    /// It did not answer in time.
+    #[error(
+        "`{command}` has not answered the question {question} within {seconds} s and was stopped"
+    )]
+    Late {
+        /// The command.
+        command: String,
+        /// How long it may take.
+        seconds: f64,
         /// The line it was to answer.
         question: String,
     },
@@ -86,6 +109,9 @@ pub enum ExternalError {
 }
 
 impl External {
+    /// How long a program may take over an answer by default.
+    pub const ANSWER_LIMIT: Duration = Duration::from_mins(1);
+
     /// Starts `command` (given to the shell) on points of `space`, and asks it nothing yet.
     ///
     /// `difference` is the length over which energies are differenced where the program gives no gradient.
@@ -97,16 +123,29 @@ impl External {
         space: Box<dyn Space + Send>,
         difference: f64,
     ) -> Result<Self, ExternalError> {
-        let external = Self {
+        let failed = |source| ExternalError::Start {
+            command: command.to_owned(),
+            source: Arc::new(source),
+        };
+        let supervisor = Supervisor::start().map_err(failed)?;
+        let program = supervisor.launch(command).map_err(failed)?;
+        Ok(Self {
             command: command.to_owned(),
             space,
             difference,
-            idle: Mutex::new(Vec::new()),
+            answer_limit: Self::ANSWER_LIMIT,
+            idle: Mutex::new(vec![program]),
+            supervisor,
+            differenced: AtomicBool::new(false),
             failure: Mutex::new(None),
-        };
-        let program = external.launch()?;
-        lock(&external.idle).push(program);
-        Ok(external)
+        })
+    }
+
+    /// Replaces the time a program may take over an answer.
+    #[must_use]
+    pub fn with_answer_limit(mut self, limit: Duration) -> Self {
+        self.answer_limit = limit;
+        self
     }
 
     /// Whether all answers were good so far.
@@ -117,32 +156,24 @@ impl External {
         lock(&self.failure).clone().map_or(Ok(()), Err)
     }
 
-    fn launch(&self) -> Result<Program, ExternalError> {
-        let started = shell(&self.command)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn();
-        let failed = |source| ExternalError::Start {
-            command: self.command.clone(),
-            source: Arc::new(source),
-        };
-        let mut child = started.map_err(failed)?;
-        let pipes = child.stdin.take().zip(child.stdout.take());
-        let (input, output) = pipes.expect("both ends were asked for");
-        Ok(Program {
-            child,
-            input: Some(input),
-            output: BufReader::new(output),
-        })
+    /// Whether an answer came without a gradient so far, which was then taken by differences.
+    pub fn is_differenced(&self) -> bool {
+        self.differenced.load(Ordering::Relaxed)
     }
 
     /// Energy at `x`, with an idle program or a new one.
     fn ask(&self, x: &[f64], gradient: &mut [f64]) -> Result<f64, ExternalError> {
         let idle = lock(&self.idle).pop();
-        let mut program = match idle {
-            Some(program) => program,
-            None => self.launch()?,
-        };
+        let mut program =
+            match idle {
+                Some(program) => program,
+                None => self.supervisor.launch(&self.command).map_err(|source| {
+                    ExternalError::Start {
+                        command: self.command.clone(),
+                        source: Arc::new(source),
+                    }
+                })?,
+            };
         let energy = self.converse(&mut program, x, gradient)?;
         // A program that failed is not asked again.
         lock(&self.idle).push(program);
@@ -163,6 +194,7 @@ impl External {
         if !energy.is_finite() {
             return Ok(energy);
         }
+        self.differenced.store(true, Ordering::Relaxed);
         let mut step = vec![0.0; gradient.len()];
         for (j, g) in gradient.iter_mut().enumerate() {
             let mut side = |length: f64| {
@@ -189,25 +221,47 @@ impl External {
         x: &[f64],
     ) -> Result<(f64, Option<Vec<f64>>), ExternalError> {
         let question = json!({ "x": x }).to_string();
-        let Some(answer) = program.exchange(&question) else {
-            return Err(ExternalError::Ended {
-                command: self.command.clone(),
-                status: program.end(),
-                question,
-            });
+        let tangents = self.space.tangents();
+        let longest = LONGEST[0] + LONGEST[1] * tangents as u64;
+        let command = self.command.clone();
+        let unlike = |answer: &[u8], complaint: String, question| ExternalError::Answer {
+            command: self.command.clone(),
+            answer: String::from_utf8_lossy(answer)
+                .trim_end()
+                .chars()
+                .take(QUOTED)
+                .collect(),
+            question,
+            complaint,
         };
-        read(&answer, self.space.tangents()).map_err(|fault| match fault {
+        let answer = match program.exchange(&question, self.answer_limit, longest) {
+            Ok(answer) => answer,
+            Err(Silence::Ended) => {
+                return Err(ExternalError::Ended {
+                    command,
+                    status: program.end(),
+                    question,
+                });
+            }
+            Err(Silence::Late) => {
+                return Err(ExternalError::Late {
+                    command,
+                    seconds: self.answer_limit.as_secs_f64(),
+                    question,
+                });
+            }
+            Err(Silence::Long(beginning)) => {
+                let complaint = format!("a line has at most {longest} bytes");
+                return Err(unlike(&beginning, complaint, question));
+            }
+        };
+        read(&String::from_utf8_lossy(&answer), tangents).map_err(|fault| match fault {
             Misunderstood::Reported(message) => ExternalError::Reported {
-                command: self.command.clone(),
+                command,
                 message,
                 question,
             },
-            Misunderstood::Complaint(complaint) => ExternalError::Answer {
-                command: self.command.clone(),
-                answer: answer.trim_end().chars().take(QUOTED).collect(),
-                question,
-                complaint,
-            },
+            Misunderstood::Complaint(complaint) => unlike(&answer, complaint, question),
         })
     }
 }
@@ -249,61 +303,6 @@ impl fmt::Debug for External {
 /// What is held by a lock is whole whenever it is released, whoever panicked.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-fn shell(command: &str) -> Command {
-    let (shell, flag) = if cfg!(windows) {
-        ("cmd", "/C")
-    } else {
-        ("sh", "-c")
-    };
-    let mut shell = Command::new(shell);
-    shell.arg(flag).arg(command);
-    shell
-}
-
-/// A running program.
-struct Program {
-    child: Child,
-    input: Option<ChildStdin>,
-    output: BufReader<ChildStdout>,
-}
-
-impl Program {
-    /// Sends a line and waits for one; `None` if there is nobody to talk to any more.
-    fn exchange(&mut self, question: &str) -> Option<String> {
-        let input = self.input.as_mut()?;
-        writeln!(input, "{question}")
-            .and_then(|()| input.flush())
-            .ok()?;
-        let mut answer = String::new();
-        let length = self.output.read_line(&mut answer);
-        length.is_ok_and(|length| length > 0).then_some(answer)
-    }
-
-    /// Closes the input, waits for the end, by force if need be, and tells how it came.
-    fn end(&mut self) -> String {
-        self.input = None;
-        let deadline = Instant::now() + PATIENCE;
-        while Instant::now() < deadline {
-            match self.child.try_wait() {
-                Ok(Some(status)) => return status.to_string(),
-                Ok(None) => std::thread::sleep(Duration::from_millis(2)),
-                Err(error) => return error.to_string(),
-            }
-        }
-        let killed = self.child.kill().and_then(|()| self.child.wait());
-        killed.map_or_else(
-            |error| error.to_string(),
-            |_| "its output was closed, and it had to be stopped".to_owned(),
-        )
-    }
-}
-
-impl Drop for Program {
-    fn drop(&mut self) {
-        self.end();
-    }
 }
 
 /// Why an answer is none.
@@ -428,6 +427,30 @@ mod tests {
             let sentence = failure(&saying(answer));
             assert!(sentence.contains(part), "{sentence}");
         }
+    }
+
+    #[test]
+    fn an_answer_has_a_time_limit() {
+        // Neither a program that thinks for ever nor one that never reads is waited for; the shell's child ends, too.
+        for script in ["read line; sleep 1000; true", "sleep 1000; true"] {
+            let limit = Duration::from_millis(200);
+            let external = answering(script).with_answer_limit(limit);
+            assert!(external.evaluate(&[0.5, 1.0], &mut [0.0; 2]).is_infinite());
+            let sentence = external.check().unwrap_err().to_string();
+            assert!(sentence.contains("within 0.2 s"), "{sentence}");
+            assert!(sentence.contains(r#"{"x":[0.5,1.0]}"#), "{sentence}");
+        }
+    }
+
+    #[test]
+    fn a_line_has_an_end() {
+        let sentence =
+            failure("read line; while :; do printf '[0, 0, 0, 0, 0, 0, 0, 0, 0, 0, '; done");
+        assert!(sentence.contains("at most 65664 bytes"), "{sentence}");
+        assert!(sentence.len() < 300, "{sentence}");
+        // What is no text is no answer either.
+        let sentence = failure(r"while read line; do printf '\377\376\n'; done");
+        assert!(sentence.contains("is expected"), "{sentence}");
     }
 
     #[test]

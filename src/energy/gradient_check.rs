@@ -1,0 +1,418 @@
+//! Whether a gradient is the derivative of its energy.
+
+use super::Energy;
+
+/// Steps tried, in units of the one asked for: the first that tells ends the trial of a component.
+const STEPS: [f64; 4] = [1.0, 10.0, 0.1, 100.0];
+/// Errors that are forgiven, as shares of the component and of the whole gradient.
+const FORGIVEN: [f64; 2] = [1e-3, 1e-4];
+/// A difference tells something if its own error is below this share of the gradient.
+const SHARP: f64 = 0.02;
+/// Rounding of an energy in double precision, as a share of it.
+const ROUNDING: f64 = 1e-15;
+/// Standard deviations of noise that are forgiven.
+const DEVIATIONS: f64 = 5.0;
+/// A change of the energy below this share of its range over the points checked means nothing.
+const NOTHING: f64 = 1e-3;
+/// A component that is wrong at so many points is wrong; a single one may lie at a kink.
+const POINTS: usize = 2;
+/// Signs and weights of the sixth difference of seven values, and its standard deviation for values of deviation 1.
+const SIXTH: ([f64; 7], f64) = (
+    [1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0],
+    30.397_368_307_141_33,
+);
+
+/// A component of a gradient that is not the derivative of the energy.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error(
+    "the gradient is not the derivative of the energy: at {x:?} component {component} is told as {told}, but differences \
+     of the energy give {measured} (it is wrong at {wrong} of {checked} points)"
+)]
+pub struct GradientFault {
+    /// Where it is most wrong.
+    pub x: Vec<f64>,
+    /// Number of the tangent, from 0.
+    pub component: usize,
+    /// What the gradient says there, energy per length.
+    pub told: f64,
+    /// What differences of the energy give.
+    pub measured: f64,
+    /// Points where this component is wrong.
+    pub wrong: usize,
+    /// Points where it could be checked.
+    pub checked: usize,
+}
+
+/// Compares every component of the gradient with central differences of the energy, at each of `points`.
+///
+/// ```text
+/// D(h) = (E(x ⊕ h eₖ) − E(x ⊕ −h eₖ))/2h,   measured = (4 D(h) − D(2h))/3
+/// |told − measured| ≤ 10⁻³ max(|told|, |measured|) + 10⁻⁴ ‖g‖ + |D(2h) − D(h)| + 5 σ/h
+/// ```
+///
+/// eₖ: the k-th tangent, ⊕: [`Space::shift`](crate::space::Space::shift), g: the gradient told, σ: the noise of the energy,
+/// measured by its sixth differences along the same lines (J. J. Moré and S. M. Wild, SIAM J. Sci. Comput. 33, 1292 (2011)).
+/// `step` (a length) is tried for h first, then ten times, a tenth and a hundred times as much, until the right side is small
+/// enough to tell. A hundred-thousandth of the region of interest is a good one.
+///
+/// A component counts as wrong that is wrong at two points or more, or at the only one where it can be checked: next to a
+/// kink, or to the edge of the domain, a difference says nothing. So give several points, and some of them where the energy
+/// is low: where it is steep its smaller terms cannot be seen. Costs six evaluations for each component and point, seldom
+/// more.
+///
+/// # Errors
+/// The component that is wrong, if one is; that with the greatest error of several.
+///
+/// # Panics
+/// If a point has the wrong length.
+///
+/// ```
+/// use landscape::energy::{InBox, check_gradient};
+///
+/// // x² + y² + xy/10, whose second component lacks the last term.
+/// let energy = InBox::new(&[-1.0; 2], &[1.0; 2], |p, gradient| {
+///     gradient.copy_from_slice(&[2.0 * p[0] + 0.1 * p[1], 2.0 * p[1]]);
+///     p[0] * p[0] + p[1] * p[1] + 0.1 * p[0] * p[1]
+/// });
+/// let fault = check_gradient(&energy, &[vec![0.3, 0.5], vec![-0.7, 0.2]], 1e-5).unwrap_err();
+/// assert_eq!(fault.component, 1);
+/// ```
+pub fn check_gradient(
+    energy: &dyn Energy,
+    points: &[Vec<f64>],
+    step: f64,
+) -> Result<(), GradientFault> {
+    let tangents = energy.space().tangents();
+    let mut probes: Vec<Probe<'_>> = Vec::new();
+    for x in points {
+        let mut gradient = vec![0.0; tangents];
+        let height = energy.evaluate(x, &mut gradient);
+        if height.is_finite() {
+            probes.push(Probe {
+                energy,
+                x,
+                height,
+                size: gradient.iter().map(|g| g * g).sum::<f64>().sqrt(),
+                gradient,
+            });
+        }
+    }
+    let heights = || probes.iter().map(|probe| probe.height);
+    let range =
+        heights().fold(f64::NEG_INFINITY, f64::max) - heights().fold(f64::INFINITY, f64::min);
+    let mut faults: Vec<Option<(f64, GradientFault)>> = vec![None; tangents];
+    let mut checked = vec![0; tangents];
+    for probe in &probes {
+        for (component, finding) in probe.components(step, range).into_iter().enumerate() {
+            let Some(Finding { measured, excess }) = finding else {
+                continue;
+            };
+            checked[component] += 1;
+            // An excess that is not a number is one.
+            if excess <= 0.0 {
+                continue;
+            }
+            let wrong = faults[component]
+                .as_ref()
+                .map_or(0, |(_, fault)| fault.wrong)
+                + 1;
+            let worst = faults[component]
+                .as_ref()
+                .map_or(f64::NEG_INFINITY, |(worst, _)| *worst);
+            if excess.is_nan() || excess > worst {
+                let fault = GradientFault {
+                    x: probe.x.to_vec(),
+                    component,
+                    told: probe.gradient[component],
+                    measured,
+                    wrong,
+                    checked: 0,
+                };
+                faults[component] = Some((excess, fault));
+            } else if let Some((_, fault)) = &mut faults[component] {
+                fault.wrong = wrong;
+            }
+        }
+    }
+    let faults = faults.into_iter().flatten().filter_map(|(excess, fault)| {
+        let checked = checked[fault.component];
+        (fault.wrong >= POINTS.min(checked)).then_some((excess, GradientFault { checked, ..fault }))
+    });
+    let worst = faults.max_by(|(a, _), (b, _)| a.total_cmp(b));
+    worst.map_or(Ok(()), |(_, fault)| Err(fault))
+}
+
+/// A point where a gradient is checked.
+struct Probe<'a> {
+    energy: &'a dyn Energy,
+    x: &'a [f64],
+    height: f64,
+    gradient: Vec<f64>,
+    /// Norm of the gradient.
+    size: f64,
+}
+
+/// What differences say of a component.
+struct Finding {
+    measured: f64,
+    /// How much more it is off than is forgiven, as a share of the gradient; not positive where it is right.
+    excess: f64,
+}
+
+/// The energies at seven places along a tangent, in the middle the point itself.
+struct Line {
+    component: usize,
+    step: f64,
+    energies: [f64; 7],
+}
+
+impl Probe<'_> {
+    /// Of each component; `None` where nothing can be said.
+    fn components(&self, step: f64, range: f64) -> Vec<Option<Finding>> {
+        let count = self.gradient.len();
+        let mut findings: Vec<Option<Finding>> = (0..count).map(|_| None).collect();
+        let mut level: Vec<Option<f64>> = vec![None; count];
+        let mut open: Vec<usize> = (0..count).collect();
+        for factor in STEPS {
+            let lines = open.iter().map(|k| self.line(*k, factor * step));
+            let lines: Vec<Line> = lines.filter(Line::is_finite).collect();
+            for line in lines.iter().filter(|line| line.is_level()) {
+                level[line.component] = Some(line.step);
+            }
+            let noise = lines.iter().map(Line::noise).fold(0.0, f64::max);
+            let mut told = Vec::new();
+            for line in lines.iter().filter(|line| !line.is_level()) {
+                let (finding, sharp) = self.compare(line, noise);
+                if sharp && finding.excess <= 0.0 {
+                    told.push(line.component);
+                }
+                let place = &mut findings[line.component];
+                // The best agreement of several steps counts.
+                if place.as_ref().is_none_or(|old| finding.excess < old.excess) {
+                    *place = Some(finding);
+                }
+            }
+            open.retain(|component| !told.contains(component));
+            if open.is_empty() {
+                break;
+            }
+        }
+        for (component, finding) in findings.iter_mut().enumerate() {
+            let step = level[component].filter(|_| finding.is_none());
+            *finding = finding
+                .take()
+                .or_else(|| step.map(|step| self.compare_level(component, 6.0 * step, range)));
+        }
+        findings
+    }
+
+    fn line(&self, component: usize, step: f64) -> Line {
+        let space = self.energy.space();
+        let mut tangent = vec![0.0; self.gradient.len()];
+        let mut unused = tangent.clone();
+        let energies = [-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0].map(|steps| {
+            if steps == 0.0 {
+                return self.height;
+            }
+            let mut there = self.x.to_vec();
+            tangent[component] = steps * step;
+            space.shift(&mut there, &tangent);
+            self.energy.evaluate(&there, &mut unused)
+        });
+        Line {
+            component,
+            step,
+            energies,
+        }
+    }
+
+    /// What a line says, and whether it is accurate enough to tell.
+    fn compare(&self, line: &Line, noise: f64) -> (Finding, bool) {
+        let e = &line.energies;
+        let near = (e[4] - e[2]) / (2.0 * line.step);
+        let far = (e[5] - e[1]) / (4.0 * line.step);
+        let measured = near + (near - far) / 3.0;
+        let told = self.gradient[line.component];
+        let error = (far - near).abs() + DEVIATIONS * noise / line.step;
+        let forgiven =
+            FORGIVEN[0] * told.abs().max(measured.abs()) + FORGIVEN[1] * self.size + error;
+        let size = self.size.max(measured.abs());
+        let excess = ((told - measured).abs() - forgiven) / size.max(f64::MIN_POSITIVE);
+        (Finding { measured, excess }, error <= SHARP * size)
+    }
+
+    /// What is said by an energy that does not change over `length` at all: whether the change that the gradient promises
+    /// is one that could be rounded away.
+    fn compare_level(&self, component: usize, length: f64, range: f64) -> Finding {
+        let promised = self.gradient[component].abs() * length;
+        let forgiven = NOTHING * range + ROUNDING * self.height.abs();
+        Finding {
+            measured: 0.0,
+            excess: (promised - forgiven) / promised.max(f64::MIN_POSITIVE),
+        }
+    }
+}
+
+impl Line {
+    fn is_finite(&self) -> bool {
+        self.energies.iter().all(|energy| energy.is_finite())
+    }
+
+    #[expect(
+        clippy::float_cmp,
+        reason = "rounded to the same number is what is asked"
+    )]
+    fn is_level(&self) -> bool {
+        self.energies
+            .iter()
+            .all(|energy| *energy == self.energies[3])
+    }
+
+    /// Standard deviation of the noise of its energies.
+    fn noise(&self) -> f64 {
+        let parts = self.energies.iter().zip(SIXTH.0);
+        let sixth: f64 = parts.map(|(energy, weight)| energy * weight).sum();
+        let size = self
+            .energies
+            .iter()
+            .fold(0.0, |most: f64, e| most.max(e.abs()));
+        (sixth.abs() / SIXTH.1).max(ROUNDING * size)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::energy::InBox;
+    use crate::energy::model::{LennardJones, MullerBrown};
+    use crate::sample::{Task, stream};
+    use crate::space::{Euclidean, Space};
+    use rand::RngExt;
+
+    fn points(count: u64, half: f64, dimensions: usize) -> Vec<Vec<f64>> {
+        let point = |id| {
+            let mut rng = stream(3, Task::Start, id);
+            (0..dimensions)
+                .map(|_| rng.random_range(-half..half))
+                .collect()
+        };
+        (0..count).map(point).collect()
+    }
+
+    /// A sum of many parts with a coupling of the first two coordinates; `spoil` is what the gradient gets wrong.
+    fn coupled(round: f64, spoil: impl Fn(&[f64], &mut [f64]) + Sync) -> impl Energy {
+        InBox::new(
+            &[-3.0; 3],
+            &[3.0; 3],
+            move |p: &[f64], gradient: &mut [f64]| {
+                let [x, y, z] = [p[0], p[1], p[2]];
+                gradient[0] = 4.0 * x * (x * x - 1.0) + 0.3 * y.cos() * x.cos();
+                gradient[1] = 2.0 * y - 0.3 * y.sin() * x.sin();
+                gradient[2] = z.sin();
+                let energy = (x * x - 1.0).powi(2) + y * y + 0.3 * y.cos() * x.sin() - z.cos();
+                spoil(p, gradient);
+                if round > 0.0 {
+                    (energy / round).round() * round
+                } else {
+                    energy
+                }
+            },
+        )
+    }
+
+    #[test]
+    fn what_is_right_passes() {
+        let step = 1e-5;
+        assert_eq!(
+            check_gradient(&MullerBrown::new(), &points(8, 1.0, 2), step),
+            Ok(())
+        );
+        assert_eq!(
+            check_gradient(&LennardJones::new(5), &points(8, 1.2, 15), step),
+            Ok(())
+        );
+        // Energies with few digits, far from zero, or of single precision.
+        for round in [0.0, 1e-9, 1e-6, 1e-3, 1e-2] {
+            let energy = coupled(round, |_, _| ());
+            assert_eq!(
+                check_gradient(&energy, &points(8, 1.0, 3), 6.0 * step),
+                Ok(()),
+                "{round}"
+            );
+        }
+        let shifted = InBox::new(&[-2.0], &[2.0], |p, gradient| {
+            gradient[0] = 2.0 * p[0];
+            p[0] * p[0] - 1e8
+        });
+        assert_eq!(
+            check_gradient(&shifted, &points(6, 2.0, 1), 4.0 * step),
+            Ok(())
+        );
+        let single = InBox::new(&[-2.0], &[2.0], |p, gradient| {
+            gradient[0] = 2.0 * p[0];
+            #[expect(
+                clippy::cast_possible_truncation,
+                reason = "single precision is the point"
+            )]
+            f64::from((p[0] * p[0] + 3.0) as f32)
+        });
+        assert_eq!(
+            check_gradient(&single, &points(6, 2.0, 1), 4.0 * step),
+            Ok(())
+        );
+    }
+
+    #[test]
+    fn one_wrong_component_is_found() {
+        type Spoil = fn(&[f64], &mut [f64]);
+        let wrongs: [(usize, Spoil); 5] = [
+            // A forgotten coupling, a sign, a factor, a component never written, and a coupling a tenth off.
+            (0, |p, g| g[0] -= 0.3 * p[1].cos() * p[0].cos()),
+            (1, |_, g| g[1] = -g[1]),
+            (2, |_, g| g[2] *= 1.05),
+            (2, |_, g| g[2] = 0.0),
+            (1, |p, g| g[1] += 0.03 * p[1].sin() * p[0].sin()),
+        ];
+        for (component, spoil) in wrongs {
+            for round in [0.0, 1e-6] {
+                let fault =
+                    check_gradient(&coupled(round, spoil), &points(8, 2.0, 3), 6e-5).unwrap_err();
+                assert_eq!(fault.component, component, "{fault}");
+                assert!(fault.wrong >= 2 && fault.checked == 8, "{fault}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_constant_has_no_slope() {
+        let energy = InBox::new(&[-1.0; 2], &[1.0; 2], |_, gradient| {
+            gradient.copy_from_slice(&[0.0, 5.0]);
+            1.0
+        });
+        let fault = check_gradient(&energy, &points(3, 0.9, 2), 1e-5).unwrap_err();
+        assert_eq!((fault.component, fault.measured), (1, 0.0));
+    }
+
+    /// |x|: right everywhere but at its kink, where one of the points lies.
+    struct Kinked(Euclidean);
+
+    impl Energy for Kinked {
+        fn space(&self) -> &dyn Space {
+            &self.0
+        }
+
+        fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64 {
+            gradient[0] = x[0].signum();
+            x[0].abs()
+        }
+    }
+
+    #[test]
+    fn a_point_at_a_kink_says_nothing() {
+        let points = [vec![1e-6], vec![0.5], vec![-0.3]];
+        assert_eq!(
+            check_gradient(&Kinked(Euclidean::new(1)), &points, 1e-5),
+            Ok(())
+        );
+    }
+}
