@@ -426,3 +426,59 @@ fn one_forgotten_coupling_is_told() {
     assert!(said.contains("component 1 is told"), "{said}");
     desk.succeed(&[&["--command", &right][..], &arguments].concat());
 }
+
+#[test]
+fn rings_and_kinks_are_told() {
+    if !python() {
+        return;
+    }
+    let desk = Desk::new();
+    let ring = program(
+        &desk,
+        "ring.py",
+        "s = x * x + y * y - 1\nenergy = s * s\ngradient = [4 * s * x, 4 * s * y]",
+    );
+    let arguments = ["--region=-2:2x2", "--patience", "8"];
+    let said = desk.succeed(&[&["--command", &ring, "-o", "ring"][..], &arguments].concat());
+    for part in [
+        "**1 minima** and **0 saddles**",
+        "**1 of them are not isolated**",
+        "| m0 (not isolated) |",
+        "nothing is claimed, since rings",
+    ] {
+        assert!(said.contains(part), "`{part}` is missing in: {said}");
+    }
+    let rows = StationaryRow::read(&desk.path("ring")).unwrap();
+    assert!(
+        rows.iter().all(|row| row.verdict == "degenerate"),
+        "{rows:?}"
+    );
+    let cusp = program(
+        &desk,
+        "cusp.py",
+        "x -= 0.2\nenergy = abs(x) + y * y\ngradient = [math.copysign(1, x), 2 * y]",
+    );
+    let said = desk.mistake(&[&["--command", &cusp, "-o", "cusp", "-q"][..], &arguments].concat());
+    assert!(said.contains("found no minimum"), "{said}");
+    assert!(said.contains("bottom of a kink"), "{said}");
+}
+
+#[test]
+fn completeness_is_claimed_where_it_is_earned() {
+    let desk = Desk::new();
+    let sure = desk.succeed(&["torsion", "1", "3", "1", "3"]);
+    assert!(
+        sure.contains("completeness: **99 % sure** of all minima and saddles"),
+        "{sure}"
+    );
+    let unsure = desk.succeed(&["lj", "7"]);
+    assert!(!unsure.contains("99 % sure"), "{unsure}");
+    // What was stopped by one limit is not advised to raise the other.
+    let stopped = desk.succeed(&["lj", "7", "--searches", "64", "-o", "stopped"]);
+    assert!(
+        stopped.contains("nothing is claimed, since the search was stopped"),
+        "{stopped}"
+    );
+    assert!(stopped.contains("--searches allows more"), "{stopped}");
+    assert!(!stopped.contains("--patience looks longer"), "{stopped}");
+}

@@ -9,7 +9,7 @@
 //!
 //! The folder of a searched surface also holds `stationary.parquet`, a row a minimum or saddle
 //! ([`StationaryRow`](super::StationaryRow)): `index`, `id`, `a`, `b`, `energy`, `coordinates`, `gradient_norm`, `curvatures`,
-//! `searches`, `verdict`.
+//! `searches`, `verdict` (`sound`, or `degenerate` where it is not isolated).
 //!
 //! A landscape whose merges have a support holds `resampled.parquet` as well: the merges of the resampled trees
 //! ([`write_resampled`](super::write_resampled)).

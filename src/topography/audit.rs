@@ -2,14 +2,19 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::eigen::Piece;
+use super::eigen::{FLAT, Modes, Piece};
+use super::follow::Following;
 use super::minima::Sameness;
 use crate::energy::Energy;
 use crate::optimize::{QuenchSettings, quench};
-use crate::space::vector::norm;
+use crate::space::vector::{dot, norm, scale};
 
 /// How much tighter the tolerance of the descent is that tells a minimum from a point that is still drifting.
 const TIGHTER: f64 = 1e-3;
+/// How far along a flat direction another point of its set is sought, in units of the distance at which two points are one.
+const REACH: f64 = 10.0;
+/// Steps of a search for it.
+const STEPS: usize = 50;
 
 /// What an audit says of a point that was taken for a stationary one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -17,8 +22,13 @@ const TIGHTER: f64 = 1e-3;
 pub enum Verdict {
     /// It is what it was taken for.
     Sound,
+    /// It is, but not isolated: along a direction that the space does not name as a symmetry the surface stays as high and as
+    /// level. Rings, troughs and plateaus consist of such points.
+    Degenerate,
     /// The gradient does not vanish.
     Moving,
+    /// The gradient does not vanish, but jumps, and the energy rises on both sides: the bottom of a kink.
+    Kink,
     /// It is stationary, but with another index.
     Index,
     /// The gradient nearly vanishes, but the point drifts on and on: part of it left for infinity.
@@ -30,11 +40,18 @@ pub enum Verdict {
 }
 
 impl Verdict {
+    /// Whether it is a stationary point of the index it was taken for, isolated or not.
+    pub const fn is_stationary(self) -> bool {
+        matches!(self, Self::Sound | Self::Degenerate)
+    }
+
     /// The lower-case name used in files.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Sound => "sound",
+            Self::Degenerate => "degenerate",
             Self::Moving => "moving",
+            Self::Kink => "kink",
             Self::Index => "index",
             Self::Evaporated => "evaporated",
             Self::Duplicate => "duplicate",
@@ -99,9 +116,9 @@ pub fn audit(
     let mut audits: Vec<Audit> = Vec::with_capacity(points.len());
     for (row, x) in points.iter().enumerate() {
         let (height, mut audit) = examine(energy, x, index, settings);
-        if audit.verdict == Verdict::Sound {
+        if audit.verdict.is_stationary() {
             let same = |k: &usize| {
-                audits[*k].verdict == Verdict::Sound
+                audits[*k].verdict.is_stationary()
                     && (energies[*k] - height).abs() <= settings.sameness.energy
                     && space.distance(&points[*k], x) <= settings.sameness.distance
             };
@@ -141,15 +158,23 @@ pub(super) fn examine(
         return (height, audit);
     };
     (audit.index, audit.flat) = modes.index();
-    audit.curvatures = modes.curvatures;
+    audit.curvatures.clone_from(&modes.curvatures);
     // A gradient that is not a number is no small one.
     let resting = audit.gradient_norm <= settings.gradient_tolerance;
     audit.verdict = if !resting {
-        Verdict::Moving
+        if is_kink(energy, x, &gradient, settings) {
+            Verdict::Kink
+        } else {
+            Verdict::Moving
+        }
     } else if audit.flat > 0 && drifts(energy, x, settings) {
         Verdict::Evaporated
     } else if audit.index == index {
-        Verdict::Sound
+        if audit.flat > 0 && is_level(&piece, (x, height), &modes, settings) {
+            Verdict::Degenerate
+        } else {
+            Verdict::Sound
+        }
     } else {
         Verdict::Index
     };
@@ -166,4 +191,76 @@ fn drifts(energy: &dyn Energy, x: &[f64], settings: &AuditSettings) -> bool {
     let end = quench(energy, x, &stricter);
     let space = energy.space();
     space.distance(x, &end.x) > settings.sameness.distance
+}
+
+/// Whether a stationary point of index 0 or 1 has another of its energy, to which a step along a flat direction leads. The
+/// bottom of x⁴, which is flat too, is found again from there.
+fn is_level(
+    piece: &Piece<'_>,
+    (x, height): (&[f64], f64),
+    modes: &Modes,
+    settings: &AuditSettings,
+) -> bool {
+    let reach = REACH * settings.sameness.distance;
+    let again = |start: &[f64]| -> Option<(Vec<f64>, f64)> {
+        if modes.index().0 == 0 {
+            let end = quench(piece.energy(), start, &settings.quench);
+            let resting = end.gradient_norm <= settings.gradient_tolerance;
+            return resting.then_some((end.x, end.energy));
+        }
+        let following = Following {
+            tolerance: settings.gradient_tolerance,
+            longest: reach,
+            steps: STEPS,
+            kicks: 0,
+            ceiling: f64::INFINITY,
+            known: &|_, _| None,
+        };
+        let saddle = piece
+            .follow(start, Some(&modes.tangents[0]), &following)
+            .ok()?;
+        Some((saddle.x, saddle.energy))
+    };
+    let flat = FLAT * modes.stiffest();
+    let directions = modes.curvatures.iter().zip(&modes.tangents);
+    let mut directions = directions.filter(|(curvature, _)| curvature.abs() <= flat);
+    directions.any(|(_, tangent)| {
+        [reach, -reach].iter().any(|length| {
+            let mut step = tangent.clone();
+            scale(&mut step, *length);
+            again(&piece.moved(x, &step)).is_some_and(|(there, energy)| {
+                (energy - height).abs() <= settings.sameness.energy
+                    && piece.space().distance(x, &there) > settings.sameness.distance
+            })
+        })
+    })
+}
+
+/// Whether the slope along the gradient jumps from falling to rising at `x`, or so near that descents end here: it changes by
+/// as much over a tenth of a distance as over all of it, where that of a smooth surface changes by a tenth.
+fn is_kink(energy: &dyn Energy, x: &[f64], gradient: &[f64], settings: &AuditSettings) -> bool {
+    let space = energy.space();
+    let size = norm(gradient);
+    if !(size > 0.0 && size.is_finite()) {
+        return false;
+    }
+    let mut uphill = gradient.to_vec();
+    scale(&mut uphill, size.recip());
+    let slope = |length: f64| {
+        let (mut there, mut step) = (x.to_vec(), uphill.clone());
+        scale(&mut step, length);
+        space.shift(&mut there, &step);
+        let mut gradient = vec![0.0; uphill.len()];
+        let height = energy.evaluate(&there, &mut gradient);
+        height.is_finite().then(|| dot(&gradient, &uphill))
+    };
+    let jump = |length: f64| {
+        let (ahead, behind) = (slope(length)?, slope(-length)?);
+        (ahead > 0.0 && behind < 0.0).then_some(ahead - behind)
+    };
+    let distances = [0.1, 1.0, 10.0, 100.0].map(|factor| factor * settings.difference);
+    distances.windows(2).any(|pair| {
+        let (near, far) = (jump(pair[0]), jump(pair[1]));
+        near.zip(far).is_some_and(|(near, far)| near > 0.5 * far)
+    })
 }

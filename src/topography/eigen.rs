@@ -73,6 +73,10 @@ impl<'e> Piece<'e> {
         }
     }
 
+    pub(super) fn energy(&self) -> &'e dyn Energy {
+        self.energy
+    }
+
     pub(super) fn space(&self) -> &'e dyn Space {
         self.energy.space()
     }

@@ -42,7 +42,8 @@ use progress::Tally;
 pub use progress::{Observer, Phase, Progress, silent};
 pub use rarefaction::{Rarefaction, Rarefied};
 pub use search::{
-    Coverage, Draw, Exploration, Fate, Refused, SearchSettings, TransitionState, explore, in_box,
+    Coverage, Doubt, Draw, Exploration, Fate, Refused, SearchSettings, TransitionState, explore,
+    in_box,
 };
 pub use sequential::{Sequential, SequentialSettings, sequential};
 pub use support::support;

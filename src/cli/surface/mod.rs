@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use anyhow::{Context, bail, ensure};
 use clap::ValueEnum;
 use program::{Region, command_hash, region};
-use report::{Report, fates, spell};
+use report::{KINKS, Report, fates, kinks, spell};
 
 pub(super) use program::space;
 
@@ -142,8 +142,12 @@ fn map(command: &Surface, common: &Common, subject: &Subject<'_>) -> anyhow::Res
     (subject.check)()?;
     if found.minima.is_empty() {
         unfinished.discard()?;
+        let kinks = match kinks(&found) {
+            0 => String::new(),
+            kinks => format!("; {kinks} {KINKS}"),
+        };
         bail!(
-            "{}: {} searches from random points of the region found no minimum ({})",
+            "{}: {} searches from random points of the region found no minimum ({}){kinks}",
             subject.name,
             found.coverage.searches,
             spell(&fates(&found))

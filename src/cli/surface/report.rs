@@ -10,10 +10,14 @@ use crate::cli::landscape::{Mapped, Merge, Titles};
 use crate::cli::run::tally;
 use crate::cli::uncertainty::Unseen;
 use crate::store::{Counts, LandscapeFiles, Manifest, StationaryRow};
-use crate::topography::{Exploration, SearchSettings};
+use crate::topography::{Audit, Coverage, Doubt, Exploration, SearchSettings, Verdict};
 
 /// Rows of a table of the summary.
 const SHOWN: usize = 20;
+
+/// What is said of descents that ended at kinks.
+pub(super) const KINKS: &str = "descents ended at the bottom of a kink: the gradient jumps there and does not vanish, so that \
+                                it is no minimum of a smooth surface (round the kink off)";
 
 /// What was found and everything that describes it.
 pub(super) struct Report<'a> {
@@ -133,18 +137,35 @@ impl Report<'_> {
     fn warnings(&self) -> Vec<String> {
         let (coverage, components) = (&self.found.coverage, self.mapped.landscape.tree.roots.len());
         let mut warnings = Vec::new();
-        if coverage.searches >= self.settings.max_searches {
+        let stopped = coverage.searches >= self.settings.max_searches;
+        if stopped {
             warnings.push(format!(
-                "the search was stopped after {} searches, before it ended by itself",
+                "the search was stopped after {} searches, before it ended by itself (--searches allows more)",
                 coverage.searches
             ));
         }
-        if coverage.once > 0 {
+        let rare = coverage.once + coverage.joined;
+        if rare > 0 {
             warnings.push(format!(
-                "{} of {} saddles were met by one search only: more may be missing (--patience looks longer)",
-                coverage.once,
-                self.found.saddles.len()
+                "{rare} of {} saddles were met by one search or by none: more may be missing{}",
+                self.found.saddles.len(),
+                if stopped {
+                    ""
+                } else {
+                    " (--patience looks longer)"
+                }
             ));
+        }
+        let [minima, saddles] = self.degenerate();
+        if minima + saddles > 0 {
+            warnings.push(format!(
+                "{minima} minima and {saddles} saddles are not isolated (`degenerate` in the tables): each stands for a ring, \
+                 a trough or a plateau, whose points of one energy are counted once"
+            ));
+        }
+        let kinks = kinks(self.found);
+        if kinks > 0 {
+            warnings.push(format!("{kinks} {KINKS}"));
         }
         if components > 1 {
             warnings.push(format!(
@@ -171,21 +192,38 @@ impl Report<'_> {
             ),
             format!(
                 "- every one passed its audit: gradient below {:.1e}, index of the Hessian, descents on both sides of \
-                 saddles, no duplicates",
-                self.settings.audit().gradient_tolerance
+                 saddles, no duplicates{}",
+                self.settings.audit().gradient_tolerance,
+                match self.degenerate().iter().sum() {
+                    0 => String::new(),
+                    some =>
+                        format!("; **{some} of them are not isolated**: rings, troughs or plateaus"),
+                }
             ),
             format!(
                 "- {} searches, {} of which ended at a saddle; the last new point came with search {}",
                 coverage.searches, coverage.arrived, coverage.last_new
             ),
             format!(
-                "- coverage: {} saddles met once, {} twice; the chance that one more search that ends at a saddle ends \
-                 at a new one is about {:.2} % (Good and Turing), and about {:.1} are still unseen (Chao, a lower bound)",
+                "- minima: {} descents from random points ended in {} of them{}",
+                coverage.draws,
+                found.minima.len() - coverage.undrawn,
+                if coverage.undrawn > 0 {
+                    ", the others were reached from saddles only"
+                } else {
+                    ""
+                }
+            ),
+            format!(
+                "- saddles: {} met once, {} twice, {} only by a path between two minima; the next search that ends at a saddle \
+                 ends at a new one with a chance of {:.2} % (Good and Turing), at most {:.2} % (95 % limit)",
                 coverage.once,
                 coverage.twice,
+                coverage.joined,
                 100.0 * coverage.chance_of_news,
-                coverage.unseen
+                100.0 * coverage.chance_of_news_below
             ),
+            format!("- completeness: {}", completeness(coverage)),
             format!("- ends of searches: {}", spell(&fates(found))),
         ];
         lines.extend(not_drawn(found.minima.len()).map(|sentence| format!("- {sentence}")));
@@ -220,6 +258,17 @@ impl Report<'_> {
         lines.join("\n")
     }
 
+    /// Minima and saddles that are not isolated.
+    fn degenerate(&self) -> [usize; 2] {
+        let degenerate = |audit: &&Audit| audit.verdict == Verdict::Degenerate;
+        [
+            self.found.audits.iter().filter(degenerate).count(),
+            (self.found.saddles.iter().map(|saddle| &saddle.audit))
+                .filter(degenerate)
+                .count(),
+        ]
+    }
+
     fn minima_table(&self) -> Vec<String> {
         let merges = joined_at(&self.mapped.merges(), self.found);
         let mut lines = vec![
@@ -236,7 +285,8 @@ impl Report<'_> {
             .enumerate();
         lines.extend(rows.take(SHOWN).map(|(id, ((minimum, audit), joined))| {
             format!(
-                "| m{id} | {:.6} | {} | {} |",
+                "| m{id}{} | {:.6} | {} | {} |",
+                isolation(audit),
                 minimum.energy,
                 joined.map_or_else(String::new, |height| format!("{height:.6}")),
                 audit
@@ -255,8 +305,9 @@ impl Report<'_> {
         ];
         lines.extend(self.found.saddles.iter().take(SHOWN).map(|saddle| {
             format!(
-                "| {:.6} | m{}, m{} | {:.4} | {} |",
+                "| {:.6}{} | m{}, m{} | {:.4} | {} |",
                 saddle.energy,
+                isolation(&saddle.audit),
                 saddle.ends[0].0,
                 saddle.ends[1].0,
                 saddle.audit.curvatures[0],
@@ -283,6 +334,47 @@ fn joined_at(merges: &[Merge], found: &Exploration) -> Vec<Option<f64>> {
         }
     }
     joined
+}
+
+/// Descents and climbs that ended at kinks.
+pub(super) fn kinks(found: &Exploration) -> usize {
+    let refused = found.refused.iter();
+    refused
+        .filter(|refused| refused.audit.verdict == Verdict::Kink)
+        .count()
+}
+
+/// What marks a point that is not isolated in a table.
+fn isolation(audit: &Audit) -> &'static str {
+    if audit.verdict == Verdict::Degenerate {
+        " (not isolated)"
+    } else {
+        ""
+    }
+}
+
+/// What is claimed of completeness.
+fn completeness(coverage: &Coverage) -> String {
+    let limits = "as far as numbers of hits can tell: a saddle much harder to meet than all of these is not covered";
+    let unseen = format!(
+        "at least {:.1} (Chao) and at most {} (95 %) more saddles are to be expected, and the minima behind them",
+        coverage.unseen, coverage.unseen_below
+    );
+    let doubted = |reason: &str| format!("nothing is claimed, since {reason}; {unseen}");
+    match coverage.doubt {
+        Some(Doubt::Stopped) => doubted("the search was stopped"),
+        Some(Doubt::Apart) => doubted("some minima are joined to the others by no saddle"),
+        Some(Doubt::Degenerate) => {
+            "nothing is claimed, since rings, troughs and plateaus have no number of points"
+                .to_owned()
+        }
+        Some(Doubt::Kinks) => "nothing is claimed, since the surface has kinks".to_owned(),
+        None if coverage.sure >= 0.99 => {
+            format!("**99 % sure** of all minima and saddles, {limits}")
+        }
+        None if coverage.sure >= 0.95 => format!("95 % sure of all minima and saddles, {limits}"),
+        None => format!("{unseen} (--patience looks longer)"),
+    }
 }
 
 pub(super) fn fates(found: &Exploration) -> Vec<(String, usize)> {

@@ -1,5 +1,6 @@
 //! What is known so far: distinct minima and saddles, and how often each saddle was met.
 
+use super::coverage::{Counts, Coverage, Doubt};
 use super::task::{Fate, Outcome};
 use super::{Exploration, SearchSettings};
 use crate::energy::Energy;
@@ -12,7 +13,6 @@ use crate::topography::eigen::Piece;
 use crate::topography::minima::Sameness;
 use crate::topography::network::{Minimum, MinimumId};
 use crate::topography::path::{Path, near};
-use crate::topography::rarefaction::unseen;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -30,31 +30,10 @@ pub struct TransitionState {
     pub path: Path,
     /// Number of the saddle on the path.
     pub top: usize,
-    /// How many searches ended here.
+    /// How many searches ended here; none where only a path between two minima led over it.
     pub hits: usize,
     /// Its audit.
     pub audit: Audit,
-}
-
-/// How complete a list of saddles is, judged from how often each was met.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Coverage {
-    /// Searches made.
-    pub searches: usize,
-    /// Those that ended at a saddle.
-    pub arrived: usize,
-    /// The search that met the last new stationary point.
-    pub last_new: usize,
-    /// Saddles met once.
-    pub once: usize,
-    /// Saddles met twice.
-    pub twice: usize,
-    /// Good and Turing's estimate of the chance that the next search that ends at a saddle ends at a new one:
-    /// once / arrived.
-    pub chance_of_news: f64,
-    /// Chao's estimate (a lower bound) of the number of saddles these searches could still meet, as in
-    /// [`Rarefaction`](crate::topography::Rarefaction).
-    pub unseen: f64,
 }
 
 /// The end of a descent or of a climb that did not pass its audit.
@@ -78,6 +57,15 @@ pub(super) struct Known {
     pub(super) modes: Vec<Vec<f64>>,
     audit: Audit,
     draws: Vec<usize>,
+}
+
+/// Where a saddle comes from.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Source {
+    /// A search ended at it.
+    Search,
+    /// A path between two minima leads over it.
+    Path,
 }
 
 /// How far above all stationary points a search may rise, in units of their range and the surface's energy.
@@ -155,7 +143,8 @@ impl Census {
             .find(|k| space.distance(&self.saddles[*k].x, x) <= self.sameness.distance)
     }
 
-    /// The known minimum at `x`, which is taken in if it is new and passes its audit.
+    /// The known minimum at `x`, which is taken in if it is new and passes its audit. Points of a ring, a trough or a plateau
+    /// are one: that of their energy that was found first.
     fn minimum(&mut self, energy: &dyn Energy, x: &[f64], height: f64) -> Option<usize> {
         let space = energy.space();
         let known = self.by_energy[0]
@@ -165,6 +154,14 @@ impl Census {
             return known;
         }
         let audit = self.passed(energy, x, 0)?;
+        if audit.verdict == Verdict::Degenerate {
+            let of_its_set = self.by_energy[0]
+                .near(height, self.sameness.energy)
+                .find(|k| self.minima[*k].audit.verdict == Verdict::Degenerate);
+            if of_its_set.is_some() {
+                return of_its_set;
+            }
+        }
         let piece = Piece::new(energy, Vec::new());
         let modes = piece.modes(x, self.audit.difference)?.tangents;
         self.by_energy[0].insert(height, self.minima.len());
@@ -185,7 +182,7 @@ impl Census {
     /// The audit of a point, if it passes.
     fn passed(&mut self, energy: &dyn Energy, x: &[f64], expected_index: usize) -> Option<Audit> {
         let (height, audit) = examine(energy, x, expected_index, &self.audit);
-        if audit.verdict == Verdict::Sound {
+        if audit.verdict.is_stationary() {
             return Some(audit);
         }
         self.refused.push(Refused {
@@ -212,7 +209,7 @@ impl Census {
             self.saddles[known].hits += 1;
         }
         if let Some(crossing) = outcome.found {
-            fate = self.meet(energy, crossing);
+            fate = self.meet(energy, crossing, Source::Search);
         }
         *self.fates.entry(fate).or_insert(0) += 1;
     }
@@ -234,12 +231,13 @@ impl Census {
     }
 
     /// Takes in a saddle that was not known when its search began.
-    pub(super) fn meet(&mut self, energy: &dyn Energy, crossing: Crossing) -> Fate {
+    pub(super) fn meet(&mut self, energy: &dyn Energy, crossing: Crossing, source: Source) -> Fate {
+        let hits = usize::from(source == Source::Search);
         let space = energy.space();
         let (images, energies) = (&crossing.path.images, &crossing.path.energies);
         let (x, height) = (images[crossing.pass].clone(), energies[crossing.pass]);
         if let Some(known) = self.saddle(space, &x, height) {
-            self.saddles[known].hits += 1;
+            self.saddles[known].hits += hits;
             return Fate::Arrived;
         }
         let last = images.len() - 1;
@@ -250,6 +248,15 @@ impl Census {
         let Some(audit) = self.passed(energy, &x, 1) else {
             return Fate::Index;
         };
+        if audit.verdict == Verdict::Degenerate {
+            let of_its_set = self.by_energy[1]
+                .near(height, self.sameness.energy)
+                .find(|k| self.saddles[*k].audit.verdict == Verdict::Degenerate);
+            if let Some(known) = of_its_set {
+                self.saddles[known].hits += hits;
+                return Fate::Arrived;
+            }
+        }
         let reach = near(space, &x, &images[0]).max(near(space, &x, &images[last]));
         self.by_energy[1].insert(height, self.saddles.len());
         self.saddles.push(Found {
@@ -257,7 +264,7 @@ impl Census {
             energy: height,
             ends: [from, to],
             crossing,
-            hits: 1,
+            hits,
             audit,
             reach,
         });
@@ -293,8 +300,43 @@ impl Census {
         sets.into_labeling()
     }
 
-    /// Everything found, by rising energy.
-    pub(super) fn finish(self, energy: &dyn Energy, spent: usize) -> Exploration {
+    /// Why completeness cannot be claimed, if so.
+    fn doubt(&self, stopped: bool) -> Option<Doubt> {
+        let audits = (self.minima.iter().map(|known| &known.audit))
+            .chain(self.saddles.iter().map(|found| &found.audit));
+        let components = self.components();
+        if audits
+            .into_iter()
+            .any(|audit| audit.verdict == Verdict::Degenerate)
+        {
+            Some(Doubt::Degenerate)
+        } else if self
+            .refused
+            .iter()
+            .any(|refused| refused.audit.verdict == Verdict::Kink)
+        {
+            Some(Doubt::Kinks)
+        } else if components
+            .iter()
+            .any(|component| *component != components[0])
+        {
+            Some(Doubt::Apart)
+        } else {
+            stopped.then_some(Doubt::Stopped)
+        }
+    }
+
+    /// Everything found, by rising energy. `stopped`: whether the search had not ended by itself.
+    pub(super) fn finish(self, energy: &dyn Energy, spent: usize, stopped: bool) -> Exploration {
+        let hits: Vec<usize> = self.saddles.iter().map(|saddle| saddle.hits).collect();
+        let draws: Vec<usize> = self.minima.iter().map(|known| known.draws.len()).collect();
+        let coverage = Coverage::new(&Counts {
+            searches: self.searches,
+            last_new: self.last_new,
+            hits: &hits,
+            draws: &draws,
+            doubt: self.doubt(stopped),
+        });
         let order: Vec<usize> = self.by_energy[0]
             .0
             .iter()
@@ -304,23 +346,6 @@ impl Census {
         for (id, old) in order.iter().enumerate() {
             number[*old] = id;
         }
-        let count = |hits: usize| {
-            self.saddles
-                .iter()
-                .filter(|saddle| saddle.hits == hits)
-                .count()
-        };
-        let (once, twice) = (count(1), count(2));
-        let arrived = self.fates.get(&Fate::Arrived).copied().unwrap_or(0);
-        let coverage = Coverage {
-            searches: self.searches,
-            arrived,
-            last_new: self.last_new,
-            once,
-            twice,
-            chance_of_news: once as f64 / arrived.max(1) as f64,
-            unseen: unseen(arrived, once, twice),
-        };
         let mut saddles: Vec<Option<Found>> = self.saddles.into_iter().map(Some).collect();
         let by_energy = self.by_energy[1].0.iter();
         let saddles = by_energy

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::census::Census;
+use super::census::{Census, Source};
 use super::task::{PUSH, Searcher};
 use crate::energy::{Counted, Energy};
 use crate::topography::barrier::Crossing;
@@ -70,7 +70,7 @@ impl Joiner {
         {
             census.spend(evaluations);
             for crossing in crossings {
-                census.meet(energy, crossing);
+                census.meet(energy, crossing, Source::Path);
             }
         }
         census.found() > before

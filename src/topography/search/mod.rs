@@ -5,6 +5,7 @@
 //! places to climb from. The search ends when it has found nothing new for long, measured by what it has found.
 
 mod census;
+mod coverage;
 mod join;
 mod landscape;
 mod settings;
@@ -14,7 +15,8 @@ mod task;
 use std::collections::{BTreeMap, VecDeque};
 
 use census::Census;
-pub use census::{Coverage, Refused, TransitionState};
+pub use census::{Refused, TransitionState};
+pub use coverage::{Coverage, Doubt};
 use join::Joiner;
 use rayon::prelude::*;
 pub use settings::SearchSettings;
@@ -46,7 +48,7 @@ pub struct Exploration {
     pub refused: Vec<Refused>,
     /// How the searches ended.
     pub fates: BTreeMap<Fate, usize>,
-    /// How complete the saddles are.
+    /// How complete the minima and saddles are.
     pub coverage: Coverage,
     /// Evaluations spent.
     pub evaluations: usize,
@@ -59,7 +61,8 @@ pub struct Exploration {
 /// descents on both sides; their ends, if new, are searched from in turn. Points are distinct by energy and distance, so
 /// modulo the symmetry of the space. The search ends when `patience` searches for every point found brought nothing new;
 /// minima that no saddle joins are then joined by relaxed paths, if they can be, and the search goes on from what those
-/// find. No expected number enters anywhere.
+/// find. No expected number enters anywhere. Points of rings, troughs and plateaus, which are not isolated, stand for one
+/// point: the first that is found of each energy.
 ///
 /// The result depends on the settings and the seed, not on the number of threads or interruptions. An energy with discrete
 /// choices has passes on seams, which this does not look for: see [`map`](super::map()).
@@ -80,7 +83,7 @@ pub fn explore(
     let mut queue = VecDeque::new();
     let (mut queued, mut round) = (0, 0);
     let mut joiner = Joiner::default();
-    loop {
+    let stopped = loop {
         let plan: Vec<Start> = (0..settings.batch.max(1))
             .map(|_| queue.pop_front().unwrap_or(Start::Random))
             .collect();
@@ -124,16 +127,16 @@ pub fn explore(
         }
         queued = census.minima.len();
         if census.searches >= settings.max_searches {
-            break;
+            break true;
         }
         let idle = census.searches - census.last_new;
         if queue.is_empty() && idle >= settings.patience * census.found().max(1) {
             let news = joiner.join(&searcher, &mut census, &counted, journal, observer);
             if !news {
-                break;
+                break false;
             }
         }
-    }
+    };
     let spent = usize::try_from(counted.evaluations()).unwrap_or(usize::MAX);
-    census.finish(energy, spent)
+    census.finish(energy, spent, stopped)
 }

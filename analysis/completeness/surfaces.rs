@@ -1,0 +1,98 @@
+//! Surfaces whose minima and saddles are counted, by other means than the search that is judged.
+
+use landscape::energy::Energy;
+use landscape::energy::model::{Waves, named};
+use landscape::optimize::{QuenchSettings, quench};
+use landscape::sample::{Task, stream};
+use landscape::space::Space;
+use landscape::topography::{
+    Exploration, NoJournal, Sameness, SearchSettings, distinct, explore, in_box, silent,
+};
+
+/// A surface, where searches on it start, and how many minima and saddles it has.
+pub(crate) struct Counted {
+    energy: Box<dyn Energy + Send>,
+    low: Vec<f64>,
+    high: Vec<f64>,
+    known: [usize; 2],
+}
+
+/// What a search found.
+pub(crate) struct Run {
+    pub(crate) found: Exploration,
+    pub(crate) complete: bool,
+    /// Saddles that it lacks.
+    pub(crate) missed: usize,
+}
+
+impl Counted {
+    /// A named model with so many minima and saddles.
+    pub(crate) fn named(words: &str, known: [usize; 2]) -> Self {
+        let surface = named(&words.split(' ').collect::<Vec<_>>()).expect("it is a model");
+        Self {
+            energy: surface.energy,
+            low: surface.low,
+            high: surface.high,
+            known,
+        }
+    }
+
+    /// Random waves of two angles. On a torus there are as many saddles as minima and maxima together (Morse), and these
+    /// are counted by descents from a grid, and from one on the surface turned upside down.
+    pub(crate) fn random(id: u64) -> Self {
+        let modes = if id.is_multiple_of(2) { 2 } else { 3 };
+        let waves = Waves::random(2, modes, 16, &mut stream(2, Task::Surface, id));
+        let [minima, maxima] = [1.0, -1.0].map(|sign| bottoms(&Signed(&waves, sign)));
+        let half = std::f64::consts::PI;
+        Self {
+            energy: Box::new(waves),
+            low: vec![-half; 2],
+            high: vec![half; 2],
+            known: [minima, minima + maxima],
+        }
+    }
+
+    /// Searches it as `landscape surface` does.
+    pub(crate) fn search(&self, seed: u64) -> Run {
+        let draw = in_box(&self.low, &self.high);
+        let settings = SearchSettings::measured(&*self.energy, &draw, seed);
+        let found = explore(&*self.energy, &draw, &settings, &NoJournal, &silent);
+        let complete = [found.minima.len(), found.saddles.len()] == self.known;
+        let missed = self.known[1].saturating_sub(found.saddles.len());
+        Run {
+            found,
+            complete,
+            missed,
+        }
+    }
+}
+
+/// A surface, or the same upside down.
+struct Signed<'a>(&'a Waves, f64);
+
+impl Energy for Signed<'_> {
+    fn space(&self) -> &dyn Space {
+        self.0.space()
+    }
+
+    fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64 {
+        let energy = self.0.evaluate(x, gradient);
+        for slope in gradient.iter_mut() {
+            *slope *= self.1;
+        }
+        self.1 * energy
+    }
+}
+
+/// Points of the grid along each angle.
+const GRID: u32 = 40;
+
+/// Number of minima below a grid.
+fn bottoms(energy: &dyn Energy) -> usize {
+    let settings = QuenchSettings::default().with_gradient_tolerance(1e-9);
+    let place = |k: u32| std::f64::consts::TAU * f64::from(k) / f64::from(GRID);
+    let ends: Vec<_> = (0..GRID * GRID)
+        .map(|k| quench(energy, &[place(k / GRID), place(k % GRID)], &settings))
+        .collect();
+    distinct(energy, &ends, &Sameness::default(), 1e-6).0.len()
+}

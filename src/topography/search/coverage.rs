@@ -1,0 +1,342 @@
+//! How complete a search is: what may be claimed from how often each saddle was met.
+
+use serde::{Deserialize, Serialize};
+
+use crate::topography::rarefaction::unseen;
+
+/// Why nothing is claimed of a search.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Doubt {
+    /// It was stopped before it ended by itself.
+    Stopped,
+    /// No saddle joins some of its minima to the others, so saddles are missing, unless the region falls apart.
+    Apart,
+    /// Points that are not isolated were found: rings, troughs or plateaus, which have no number.
+    Degenerate,
+    /// Descents ended at kinks, where there is no smooth minimum.
+    Kinks,
+}
+
+/// How complete the minima and saddles of a search are, judged from how often each saddle was met.
+///
+/// Every minimum that is joined to a known one lies behind a saddle, so what is said of saddles covers minima, too.
+///
+/// `sure` and `unseen_below` rest on the law of the rates at which saddles are met, whose low tail is taken for a power law
+/// and measured on the half of the saddles that were met least:
+///
+/// ```text
+/// N(λ) = k (λ/n₍ₖ₊₁₎)ᵃ,   E[unseen | a] = ∫ exp(−λ) dN = k Γ(1 + a) n₍ₖ₊₁₎⁻ᵃ
+/// p(a | n) ∝ a^(k + 2) exp(−a (2 + Σ_{i ≤ k} ln(n₍ₖ₊₁₎/n₍ᵢ₎)))
+/// ```
+///
+/// N(λ): number of saddles that are met less than λ times on average, n₍ᵢ₎: how often the i-th rarest was met, k: half the
+/// number of saddles. The likelihood is that of B. M. Hill, Ann. Statist. 3, 1163 (1975); the prior of a, a Γ law of mean 3/2,
+/// says that saddles may be as unlike as those of Lennard-Jones clusters, where a is about 1 to 1½. The number unseen is then
+/// Poisson's for each a. How often such claims hold on surfaces whose saddles are known is measured by
+/// `analysis/completeness`. A saddle much harder to meet than this law lets expect stays unseen, and no count of hits can tell.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Coverage {
+    /// Searches made.
+    pub searches: usize,
+    /// Those that ended at a saddle.
+    pub arrived: usize,
+    /// The search that met the last new stationary point.
+    pub last_new: usize,
+    /// Saddles met once.
+    pub once: usize,
+    /// Saddles met twice.
+    pub twice: usize,
+    /// Saddles that no search met, only a path between two minima.
+    pub joined: usize,
+    /// Descents from random points that ended in a minimum.
+    pub draws: usize,
+    /// Minima in which none of them ended, known from descents from saddles only.
+    pub undrawn: usize,
+    /// Good and Turing's estimate of the chance that the next search that ends at a saddle ends at a new one:
+    /// once / arrived.
+    pub chance_of_news: f64,
+    /// Its upper 95 % limit, the number met once being Poisson's: 3 / arrived where none was met once; at most 1.
+    pub chance_of_news_below: f64,
+    /// Chao's estimate (a lower bound) of the number of saddles these searches could still meet, as in
+    /// [`Rarefaction`](crate::topography::Rarefaction).
+    pub unseen: f64,
+    /// The number of saddles unseen is at most this, at 95 %.
+    pub unseen_below: usize,
+    /// Probability that no saddle is unseen, and so no minimum; 0 where there is a doubt.
+    pub sure: f64,
+    /// Why nothing is claimed, if so.
+    pub doubt: Option<Doubt>,
+}
+
+/// What is counted by a search.
+pub(super) struct Counts<'a> {
+    pub(super) searches: usize,
+    pub(super) last_new: usize,
+    /// How often each saddle was met.
+    pub(super) hits: &'a [usize],
+    /// How often each minimum was the end of a descent from a random point.
+    pub(super) draws: &'a [usize],
+    pub(super) doubt: Option<Doubt>,
+}
+
+/// Level of bounds.
+const LEVEL: f64 = 0.95;
+/// The prior of the exponent: shape and rate of a Γ law.
+const PRIOR: [f64; 2] = [3.0, 2.0];
+/// Exponents that are summed over: their number and the greatest, beyond which nothing is left unseen.
+const EXPONENTS: (usize, f64) = (2000, 40.0);
+/// A bound of the number unseen is not sought beyond.
+const MOST_UNSEEN: usize = 1 << 20;
+/// Mean beyond which a Poisson law is taken for its mean: it is narrow beside the law of the means.
+const NARROW: f64 = 500.0;
+/// How often a saddle that was never met is taken to have been.
+const NEVER: f64 = 0.5;
+
+impl Coverage {
+    pub(super) fn new(counts: &Counts<'_>) -> Self {
+        let count = |hits: usize| counts.hits.iter().filter(|h| **h == hits).count();
+        let (joined, once, twice) = (count(0), count(1), count(2));
+        let arrived: usize = counts.hits.iter().sum();
+        // A lone minimum without saddles is judged by the draws that ended in it.
+        let law = if counts.hits.is_empty() {
+            Law::new(counts.draws)
+        } else {
+            Law::new(counts.hits)
+        };
+        let sure = law.none();
+        Self {
+            searches: counts.searches,
+            arrived,
+            last_new: counts.last_new,
+            once,
+            twice,
+            joined,
+            draws: counts.draws.iter().sum(),
+            undrawn: counts.draws.iter().filter(|draws| **draws == 0).count(),
+            chance_of_news: once as f64 / arrived.max(1) as f64,
+            chance_of_news_below: (poisson_limit(once) / arrived.max(1) as f64).min(1.0),
+            unseen: unseen(arrived, once, twice),
+            unseen_below: law.bound(),
+            sure: if counts.doubt.is_none() { sure } else { 0.0 },
+            doubt: counts.doubt,
+        }
+    }
+}
+
+/// The greatest mean of a Poisson law under which so few are as likely as 5 %.
+fn poisson_limit(count: usize) -> f64 {
+    let (mut low, mut high) = (count as f64, 2.0 * count as f64 + 10.0);
+    for _ in 0..60 {
+        let middle = f64::midpoint(low, high);
+        if at_most(count, middle) > 1.0 - LEVEL {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    high
+}
+
+/// The number unseen: Poisson laws with these weights and means, one for each exponent.
+struct Law(Vec<(f64, f64)>);
+
+impl Law {
+    /// From how often each was met.
+    fn new(hits: &[usize]) -> Self {
+        let mut hits: Vec<f64> = hits.iter().map(|h| (*h as f64).max(NEVER)).collect();
+        hits.sort_by(f64::total_cmp);
+        let rarest = hits.len().div_ceil(2).min(hits.len().saturating_sub(1));
+        let Some(least) = hits.get(rarest).copied() else {
+            // Nothing was met, so nothing is known.
+            return Self(vec![(1.0, f64::INFINITY)]);
+        };
+        let spread: f64 = hits[..rarest].iter().map(|h| (least / h).ln()).sum();
+        let (shape, rate) = (PRIOR[0] + rarest as f64, PRIOR[1] + spread);
+        // One alone stands for itself.
+        let kinds = rarest.max(1) as f64;
+        let (count, greatest) = EXPONENTS;
+        let step = greatest / count as f64;
+        let exponents = (0..count).map(|k| (k as f64 + 0.5) * step);
+        // The greatest weight is 1, near the top of the law.
+        let top = (shape - 1.0) / rate;
+        let highest = (shape - 1.0) * top.ln() - rate * top;
+        let laws = exponents.map(|a| {
+            let weight = ((shape - 1.0) * a.ln() - rate * a - highest).exp();
+            (
+                weight,
+                kinds * (log_gamma_of_successor(a) - a * least.ln()).exp(),
+            )
+        });
+        let laws: Vec<(f64, f64)> = laws.collect();
+        let sum: f64 = laws.iter().map(|(weight, _)| weight).sum();
+        Self(laws.into_iter().map(|(w, mean)| (w / sum, mean)).collect())
+    }
+
+    /// Probability that none is unseen.
+    fn none(&self) -> f64 {
+        self.0
+            .iter()
+            .map(|(weight, mean)| weight * (-mean).exp())
+            .sum()
+    }
+
+    /// The number unseen is at most this, at the level.
+    fn bound(&self) -> usize {
+        let enough = |unseen: usize| {
+            let laws = self.0.iter();
+            laws.map(|(weight, mean)| weight * at_most(unseen, *mean))
+                .sum::<f64>()
+                >= LEVEL
+        };
+        if enough(0) {
+            return 0;
+        }
+        let (mut low, mut high) = (0, 1);
+        while !enough(high) {
+            if high >= MOST_UNSEEN {
+                return MOST_UNSEEN;
+            }
+            (low, high) = (high, 2 * high);
+        }
+        while high - low > 1 {
+            let middle = low.midpoint(high);
+            if enough(middle) {
+                high = middle;
+            } else {
+                low = middle;
+            }
+        }
+        high
+    }
+}
+
+/// Probability of at most `count` under a Poisson law.
+fn at_most(count: usize, mean: f64) -> f64 {
+    if mean > NARROW {
+        return f64::from(u8::from(count as f64 >= mean));
+    }
+    let (mut term, mut sum) = ((-mean).exp(), 0.0);
+    for k in 0..=count {
+        sum += term;
+        term *= mean / (k + 1) as f64;
+        if term < f64::MIN_POSITIVE {
+            break;
+        }
+    }
+    sum
+}
+
+/// ln Γ(1 + a) for a ≥ 0, by Stirling's series eight steps further up.
+fn log_gamma_of_successor(a: f64) -> f64 {
+    let steps: f64 = (1..8).map(|j| (a + f64::from(j)).ln()).sum();
+    let z = a + 8.0;
+    let series = 1.0 / (12.0 * z) - 1.0 / (360.0 * z.powi(3));
+    (z - 0.5) * z.ln() - z + 0.5 * std::f64::consts::TAU.ln() + series - steps
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn coverage(hits: &[usize]) -> Coverage {
+        Coverage::new(&Counts {
+            searches: 1000,
+            last_new: 10,
+            hits,
+            draws: &[100, 20, 0],
+            doubt: None,
+        })
+    }
+
+    #[test]
+    fn gamma_is_the_factorial() {
+        let mut factorial: f64 = 1.0;
+        for n in 1..30 {
+            factorial *= f64::from(n);
+            let ours = log_gamma_of_successor(f64::from(n));
+            assert!((ours - factorial.ln()).abs() < 1e-8, "{n}: {ours}");
+        }
+        let half = log_gamma_of_successor(0.5);
+        assert!((half - (std::f64::consts::PI.sqrt() / 2.0).ln()).abs() < 1e-8);
+    }
+
+    #[test]
+    fn limits_of_small_counts() {
+        // Tables of the upper 95 % limit of a Poisson mean.
+        for (count, limit) in [(0, 2.9957), (1, 4.7439), (2, 6.2958), (10, 16.9622)] {
+            assert!((poisson_limit(count) - limit).abs() < 1e-4, "{count}");
+        }
+    }
+
+    #[test]
+    fn the_sum_is_the_integral() {
+        // Of one kind met n times the exponent has its prior, and the mean of n^−a is (2/(2 + ln n))³.
+        let law = Law::new(&[1_000_000]);
+        let mean: f64 = law.0.iter().map(|(weight, mean)| weight * mean).sum();
+        let logarithm = 1e6_f64.ln();
+        let expected: f64 = (0..200_000)
+            .map(|k| {
+                let a = (f64::from(k) + 0.5) * 1e-4;
+                let gamma = log_gamma_of_successor(a);
+                4.0 * a * a * (gamma - (2.0 + logarithm) * a).exp() * 1e-4
+            })
+            .sum();
+        assert!((mean / expected - 1.0).abs() < 1e-3, "{mean} {expected}");
+    }
+
+    #[test]
+    fn what_was_met_often_and_alike_is_all() {
+        let even = coverage(&[40; 12]);
+        assert!(even.sure > 0.99 && even.unseen_below == 0, "{even:?}");
+        assert_eq!((even.arrived, even.draws, even.undrawn), (480, 120, 1));
+        assert!(even.chance_of_news.abs() < 1e-15);
+        assert!((even.chance_of_news_below - 2.9957 / 480.0).abs() < 1e-5);
+        // One that is rarer by far says that there may be more of its kind.
+        let mut uneven = [40; 12];
+        uneven[3] = 2;
+        let uneven = coverage(&uneven);
+        assert!(uneven.sure < even.sure - 0.02, "{uneven:?}");
+        // The more hits the surer, whatever their spread.
+        let sure =
+            |factor: usize| coverage(&[4 * factor, 16 * factor, 20 * factor, 30 * factor]).sure;
+        assert!((1..50).all(|factor| sure(factor + 1) > sure(factor)));
+    }
+
+    #[test]
+    fn singletons_are_no_ground_for_a_claim() {
+        let found = coverage(&[1, 1, 1, 2, 1, 3, 1, 8]);
+        assert!(found.sure < 0.3 && found.unseen_below >= 4, "{found:?}");
+        assert!(found.unseen > 2.0 && found.unseen_below as f64 > found.unseen);
+        let many = coverage(&vec![1; 3000]);
+        assert!((1000..MOST_UNSEEN).contains(&many.unseen_below), "{many:?}");
+        // Nor is a saddle that no search met.
+        let joined = coverage(&[40, 40, 40, 0]);
+        assert_eq!(joined.joined, 1);
+        assert!(joined.sure < 0.95, "{joined:?}");
+        let nothing = Coverage::new(&Counts {
+            searches: 5,
+            last_new: 0,
+            hits: &[],
+            draws: &[],
+            doubt: None,
+        });
+        assert!(
+            nothing.sure.abs() < 1e-15 && nothing.unseen_below > 100,
+            "{nothing:?}"
+        );
+        assert!((nothing.chance_of_news_below - 1.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_doubt_is_no_claim() {
+        let found = Coverage::new(&Counts {
+            searches: 1000,
+            last_new: 10,
+            hits: &[40; 12],
+            draws: &[100],
+            doubt: Some(Doubt::Apart),
+        });
+        assert!(found.sure.abs() < 1e-15);
+    }
+}

@@ -1,0 +1,248 @@
+//! What a search claims of its completeness, on surfaces whose minima and saddles are counted, and on those that have no
+//! number of them.
+
+use landscape::energy::{Energy, InBox};
+use landscape::space::{Euclidean, Space};
+use landscape::topography::{
+    Doubt, Exploration, NoJournal, SearchSettings, Verdict, explore, in_box, silent,
+};
+use rayon::prelude::*;
+use surfaces::{Counted, Run};
+
+#[path = "../analysis/completeness/surfaces.rs"]
+mod surfaces;
+
+/// Of the runs that are 99 % sure, the number, and that of the complete ones among them.
+fn claims(runs: &[Run]) -> [usize; 2] {
+    let claims = || runs.iter().filter(|run| run.found.coverage.sure >= 0.99);
+    [
+        claims().count(),
+        claims().filter(|run| run.complete).count(),
+    ]
+}
+
+fn runs(surface: &Counted, seeds: std::ops::Range<u64>) -> Vec<Run> {
+    seeds
+        .into_par_iter()
+        .map(|seed| surface.search(seed))
+        .collect()
+}
+
+/// Where runs claim 99 %, at least 95 of 100 are complete, and simple surfaces are claimed.
+fn check(claims: [usize; 2], least: usize) {
+    assert!(claims[0] >= least, "{} claims", claims[0]);
+    assert!(100 * claims[1] >= 95 * claims[0], "{claims:?}");
+}
+
+#[test]
+fn claims_hold_on_simple_surfaces() {
+    for (words, known, least) in [
+        ("double-well 3", [8, 12], 10),
+        ("torsion 1 3 1 3", [9, 18], 10),
+        ("double-well 4", [16, 32], 10),
+    ] {
+        check(claims(&runs(&Counted::named(words, known), 0..12)), least);
+    }
+    // Two or three saddles met a few dozen times say little, but something.
+    for (words, known) in [("muller-brown", [3, 2]), ("three-hole", [3, 3])] {
+        for run in runs(&Counted::named(words, known), 0..8) {
+            assert!(
+                run.complete && run.found.coverage.sure > 0.9,
+                "{:?}",
+                run.found.coverage
+            );
+        }
+    }
+}
+
+#[test]
+fn claims_hold_on_random_surfaces() {
+    let runs: Vec<Run> = (0..60_u64)
+        .into_par_iter()
+        .map(|id| Counted::random(id).search(id))
+        .collect();
+    check(claims(&runs), 1);
+    let sure: f64 = runs.iter().map(|run| run.found.coverage.sure).sum();
+    let complete = runs.iter().filter(|run| run.complete).count();
+    // Rather too modest than too bold.
+    assert!(
+        complete as f64 >= sure,
+        "{complete} complete, {sure} expected"
+    );
+}
+
+#[test]
+fn what_has_rare_saddles_is_not_claimed() {
+    // One of the saddles of LJ₇ is met a few times, the others dozens of times.
+    for run in runs(&Counted::named("lj 7", [4, 12]), 0..2) {
+        let coverage = run.found.coverage;
+        assert!(
+            coverage.sure < 0.99 && coverage.doubt.is_none(),
+            "{coverage:?}"
+        );
+        assert!(run.missed <= coverage.unseen_below, "{coverage:?}");
+        let hits: usize = run.found.saddles.iter().map(|saddle| saddle.hits).sum();
+        assert_eq!(hits, coverage.arrived);
+    }
+}
+
+#[test]
+#[ignore = "minutes: 100 runs each of thirteen surfaces"]
+fn of_a_hundred_claims_95_hold() {
+    for (words, known) in [
+        ("muller-brown", [3, 2]),
+        ("three-hole", [3, 3]),
+        ("double-well 1", [2, 1]),
+        ("double-well 2", [4, 4]),
+        ("double-well 3", [8, 12]),
+        ("double-well 3 0.4", [8, 12]),
+        ("double-well 4", [16, 32]),
+        ("torsion 0.5 3 1 2 2 1", [6, 18]),
+        ("orientation", [4, 12]),
+        ("lj 4", [1, 1]),
+        ("lj 5", [1, 2]),
+        ("lj 6", [2, 3]),
+        ("lj 7", [4, 12]),
+    ] {
+        let claims = claims(&runs(&Counted::named(words, known), 0..100));
+        println!("{words}: {claims:?}");
+        check(claims, 0);
+    }
+}
+
+#[test]
+#[ignore = "minutes: 9 Lennard-Jones atoms"]
+fn nine_atoms_are_never_claimed() {
+    for run in runs(&Counted::named("lj 9", [21, 165]), 0..10) {
+        let coverage = run.found.coverage;
+        assert!(coverage.sure < 0.95, "{coverage:?}");
+        assert!(run.missed <= coverage.unseen_below + 1, "{coverage:?}");
+    }
+}
+
+fn explored(energy: &dyn Energy, low: &[f64], high: &[f64], most: Option<usize>) -> Exploration {
+    let draw = in_box(low, high);
+    let mut settings = SearchSettings::measured(energy, &draw, 1);
+    settings.max_searches = most.unwrap_or(settings.max_searches);
+    explore(energy, &draw, &settings, &NoJournal, &silent)
+}
+
+/// An energy on the plane.
+struct Plane<F>(Euclidean, F);
+
+impl<F> Plane<F> {
+    fn new(function: F) -> Self {
+        Self(Euclidean::new(2), function)
+    }
+}
+
+impl<F: Fn(f64, f64) -> (f64, [f64; 2]) + Sync> Energy for Plane<F> {
+    fn space(&self) -> &dyn Space {
+        &self.0
+    }
+
+    fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64 {
+        let (energy, slopes) = (self.1)(x[0], x[1]);
+        gradient.copy_from_slice(&slopes);
+        energy
+    }
+}
+
+#[test]
+fn rings_troughs_and_plateaus_are_not_counted_by_the_point() {
+    let ring = Plane::new(|x, y| {
+        let s = x * x + y * y - 1.0;
+        (s * s, [4.0 * s * x, 4.0 * s * y])
+    });
+    let trough = Plane::new(|_, y| (y * y, [0.0, 2.0 * y]));
+    let plateau = Plane::new(|x: f64, y: f64| {
+        let radius = x.hypot(y).max(1e-9);
+        let s = (radius - 1.0).max(0.0);
+        (s * s, [2.0 * s * x / radius, 2.0 * s * y / radius])
+    });
+    let surfaces: [(&str, &dyn Energy); 3] =
+        [("ring", &ring), ("trough", &trough), ("plateau", &plateau)];
+    for (name, energy) in surfaces {
+        let found = explored(energy, &[-2.0; 2], &[2.0; 2], Some(5000));
+        assert_eq!(found.minima.len(), 1, "{name}");
+        assert_eq!(found.audits[0].verdict, Verdict::Degenerate, "{name}");
+        assert!(
+            found.coverage.searches < 500,
+            "{name}: {:?}",
+            found.coverage
+        );
+        assert_eq!(found.coverage.doubt, Some(Doubt::Degenerate), "{name}");
+        assert!(found.coverage.sure.abs() < 1e-15, "{name}");
+    }
+}
+
+#[test]
+fn a_ring_beside_wells_hides_none_of_them() {
+    // A ring around the z axis at each of two heights, and the pass between them, which is a ring as well.
+    struct Rings(Euclidean);
+    impl Energy for Rings {
+        fn space(&self) -> &dyn Space {
+            &self.0
+        }
+        fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64 {
+            let radius = x[0].hypot(x[1]).max(1e-9);
+            let (stretch, well) = (radius - 1.0, x[2] * x[2] - 1.0);
+            gradient[0] = 10.0 * stretch * x[0] / radius;
+            gradient[1] = 10.0 * stretch * x[1] / radius;
+            gradient[2] = 4.0 * x[2] * well + 0.2;
+            5.0 * stretch * stretch + well * well + 0.2 * x[2]
+        }
+    }
+    let found = explored(&Rings(Euclidean::new(3)), &[-1.5; 3], &[1.5; 3], Some(5000));
+    assert_eq!((found.minima.len(), found.saddles.len()), (2, 1));
+    let verdicts = found.audits.iter().chain([&found.saddles[0].audit]);
+    assert!(
+        verdicts
+            .into_iter()
+            .all(|audit| audit.verdict == Verdict::Degenerate)
+    );
+}
+
+#[test]
+fn a_flat_bottom_that_is_a_point_is_sound() {
+    // x⁴ has no curvature at its minimum either, but one minimum.
+    let quartic = Plane::new(|x: f64, y: f64| (x.powi(4) + y * y, [4.0 * x.powi(3), 2.0 * y]));
+    let found = explored(&quartic, &[-1.0; 2], &[1.5; 2], None);
+    assert_eq!(found.minima.len(), 1);
+    assert_eq!(
+        found.audits[0].verdict,
+        Verdict::Sound,
+        "{:?}",
+        found.audits[0]
+    );
+}
+
+#[test]
+fn kinks_are_told() {
+    let cusp = InBox::new(&[-1.0; 2], &[1.0; 2], |p, gradient| {
+        let (x, y) = (p[0] - 0.2, p[1]);
+        gradient.copy_from_slice(&[x.signum(), 2.0 * y]);
+        x.abs() + y * y
+    });
+    let (low, high) = cusp.region();
+    let found = explored(&cusp, &low, &high, None);
+    assert!(found.minima.is_empty());
+    let kinks = found
+        .refused
+        .iter()
+        .filter(|refused| refused.audit.verdict == Verdict::Kink);
+    assert!(2 * kinks.count() > found.refused.len() && !found.refused.is_empty());
+    assert_eq!(found.coverage.doubt, Some(Doubt::Kinks));
+}
+
+#[test]
+fn a_stopped_search_claims_nothing() {
+    let surface = InBox::new(&[0.0], &[30.0], |p, gradient| {
+        gradient[0] = p[0].cos();
+        p[0].sin()
+    });
+    let (low, high) = surface.region();
+    let found = explored(&surface, &low, &high, Some(64));
+    assert_eq!(found.coverage.doubt, Some(Doubt::Stopped));
+    assert!(found.coverage.sure.abs() < 1e-15);
+}
