@@ -161,14 +161,14 @@ impl Drawing<'_> {
     /// The disconnectivity graph and the barrier graph, as SVG and PNG.
     fn pictures(&self, shown: &Shown<'_>, ending: &str, folder: &Path) -> anyhow::Result<()> {
         let (view, levels) = (self.views).of(shown.network, &shown.tree, &shown.picked);
-        let legible = view.lowest(DisconnectivityPicture::MOST_LEAVES);
+        let legible = at_most(&view, DisconnectivityPicture::MOST_LEAVES);
         let tree = self.tree_picture(
             shown,
             &legible,
             levels,
             self.title(shown, &view, &legible, ending),
         );
-        let legible = view.lowest(BarrierPicture::MOST_NODES);
+        let legible = at_most(&view, BarrierPicture::MOST_NODES);
         let graph = self.graph_picture(shown, &legible, self.title(shown, &view, &legible, ending));
         for (name, canvas) in [
             ("disconnectivity", tree.draw()?),
@@ -245,6 +245,15 @@ impl Drawing<'_> {
         self.titles.members.clone_into(&mut graph.members_label);
         graph.seed = self.titles.seed;
         graph
+    }
+}
+
+/// The lowest minima of a view, if there are more than that; otherwise the view as it is.
+fn at_most(view: &View, most: usize) -> View {
+    if view.minima.len() > most {
+        view.lowest(most)
+    } else {
+        view.clone()
     }
 }
 

@@ -26,6 +26,7 @@ impl Span {
     }
 
     /// The value at a part of the range, which may lie beyond either end; finite.
+    #[cfg(any(feature = "topography", test))]
     pub(super) fn at(self, part: f64) -> f64 {
         let width = self.high - self.low;
         let value = if width.is_finite() {
@@ -37,6 +38,7 @@ impl Span {
     }
 
     /// The same range; one that is too narrow for its ends to be told apart on an axis is widened around them.
+    #[cfg(any(feature = "topography", test))]
     pub(super) fn widened(self) -> Self {
         let Self { low, high } = self;
         if high - low > 1e-12 * high.abs().max(low.abs()) {

@@ -357,6 +357,61 @@ mod tests {
         assert_eq!(likeness.correlation, None);
     }
 
+    /// Chains of minima whose heights change without any rule, some links of which are missing in one of them.
+    #[test]
+    fn likeness_is_that_of_all_pairs_one_by_one() {
+        let count = 40_usize;
+        let energies: Vec<f64> = (0..count).map(|k| k as f64).collect();
+        let chain = |factor: usize, gap: usize| {
+            let links: Vec<_> = (1..count)
+                .filter(|k| *k != gap)
+                .map(|k| (k - 1, k, 50.0 + (k * factor % 17) as f64, Evidence::Saddle))
+                .collect();
+            network(&energies, &links)
+        };
+        let (before, after) = (chain(5, 33), chain(7, 12));
+        let likeness = compare(&before, &after, 0.1).likeness;
+        let [one, other] = [&before, &after].map(|side| Tree::from_network(side, Evidence::Chain));
+        let (mut heights, mut joined_in_one) = (Vec::new(), 0);
+        for i in (0..count).map(MinimumId) {
+            for j in (0..i.0).map(MinimumId) {
+                match (one.minimax(i, j), other.minimax(i, j)) {
+                    (Some(first), Some(second)) => heights.push([first, second]),
+                    (None, None) => {}
+                    _ => joined_in_one += 1,
+                }
+            }
+        }
+        assert_eq!(
+            (likeness.pairs, likeness.joined_in_one),
+            (heights.len(), joined_in_one)
+        );
+        let mean = |value: &dyn Fn([f64; 2]) -> f64| {
+            heights.iter().map(|pair| value(*pair)).sum::<f64>() / heights.len() as f64
+        };
+        let [first, second] = [mean(&|h| h[0]), mean(&|h| h[1])];
+        let largest = heights
+            .iter()
+            .map(|h| (h[1] - h[0]).abs())
+            .fold(0.0, f64::max);
+        let covariance = mean(&|h| (h[0] - first) * (h[1] - second));
+        let variances = [
+            mean(&|h| (h[0] - first).powi(2)),
+            mean(&|h| (h[1] - second).powi(2)),
+        ];
+        for (found, expected) in [
+            (likeness.mean_change, second - first),
+            (likeness.rms_change, mean(&|h| (h[1] - h[0]).powi(2)).sqrt()),
+            (likeness.largest_change, largest),
+            (
+                likeness.correlation.unwrap(),
+                covariance / (variances[0] * variances[1]).sqrt(),
+            ),
+        ] {
+            approx::assert_relative_eq!(found, expected, epsilon = 1e-12, max_relative = 1e-12);
+        }
+    }
+
     #[test]
     fn the_nearest_pair_is_matched_first() {
         let before = network(&[0.0, 0.3], &[]);
