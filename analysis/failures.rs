@@ -11,7 +11,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use landscape::figure::{Image, Scene, contact_sheet};
-use landscape::grasp::failure::{object_inside_hand_m, passes_between_points};
+use landscape::grasp::depth::object_inside_hand_m;
+use landscape::grasp::failure::passes_between_points;
 use landscape::grasp::filter::STRICT_FRICTION;
 use landscape::grasp::hand::{Hand, PosedHand, Skin};
 use landscape::grasp::object::Object;

@@ -1,4 +1,4 @@
-//! Cost of one evaluation of the grasp energy, of its envelope, and of one step of synthesis.
+//! Cost of one evaluation of the grasp energy, of its envelope, of one step of synthesis, and of judging a grasp.
 
 use std::hint::black_box;
 use std::path::Path;
@@ -9,7 +9,7 @@ use landscape::energy::Energy;
 use landscape::grasp::hand::{Hand, HandFiles, PosedHand};
 use landscape::grasp::object::Object;
 use landscape::grasp::synthesis::{SynthesisSettings, synthesize};
-use landscape::grasp::{EnergySettings, GraspEnergy, GraspKernel};
+use landscape::grasp::{EnergySettings, GraspEnergy, GraspKernel, judge};
 use landscape::optimize::QuenchSettings;
 use landscape::sample::{Kernel, Law, State, Task, stream};
 use rand::RngExt;
@@ -134,6 +134,12 @@ fn other_hands(criterion: &mut Criterion) {
             bencher.iter(|| {
                 let x = &points[next.next().unwrap_or(0)];
                 energy.evaluate(black_box(x), &mut gradient)
+            });
+        });
+        group.bench_function(format!("{name}, judge"), |bencher| {
+            bencher.iter(|| {
+                let x = &points[next.next().unwrap_or(0)];
+                judge(&energy, black_box(x), &choice)
             });
         });
     }

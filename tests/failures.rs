@@ -5,8 +5,9 @@
 use std::sync::{Arc, LazyLock};
 
 use landscape::energy::Energy;
+use landscape::grasp::depth::object_inside_hand_m;
 use landscape::grasp::failure::{
-    hand_inside_object_m, in_one_concavity, object_inside_hand_m, passes_between_points, sees,
+    in_one_concavity, passes_between_points, points_inside_object_m, sees,
 };
 use landscape::grasp::hand::{Hand, PosedHand, axis_distance};
 use landscape::grasp::object::Object;
@@ -122,7 +123,7 @@ fn a_pen_no_longer_passes_through_a_finger() {
             continue;
         }
         failures += 1;
-        assert!(hand_inside_object_m(&PEN.exact, &posed) < 0.002);
+        assert!(points_inside_object_m(&PEN.exact, &posed) < 0.002);
         assert!(judgement.deepest_m > 0.002 && !judgement.passes_strict());
         let terms = ours.terms(&end.refined);
         let charge = |name| terms.iter().find(|(term, _)| term == name).unwrap().1;

@@ -10,7 +10,7 @@ use std::sync::{Arc, LazyLock};
 use landscape::energy::Energy;
 use landscape::grasp::hand::{Hand, HandFiles, PosedHand, Wrench};
 use landscape::grasp::object::Object;
-use landscape::grasp::{EnergySettings, GraspEnergy};
+use landscape::grasp::{EnergySettings, GraspEnergy, judge};
 use landscape::sample::{Task, stream};
 use landscape::space::{PoseSpace, Space, Symmetry};
 use nalgebra::{DMatrix, Matrix3, Matrix4, Rotation3, Vector3};
@@ -562,6 +562,43 @@ fn the_energy_of_a_grasp_has_its_gradient() {
         energy.evaluate_choice(x, &choice, &mut gradient)
     };
     compare(energy.space(), &x, &gradient, &at, 2e-4);
+}
+
+/// What is drawn are the surface points, corrections of the pose included, and no point of it is deeper than is told.
+#[test]
+fn depths_are_those_of_the_drawn_skin() {
+    let hand = Arc::new(hand("{}"));
+    let object = Arc::new(Object::named("ball").unwrap());
+    let skin = hand.skin();
+    let energy = GraspEnergy::new(hand.clone(), object.clone(), EnergySettings::default()).unwrap();
+    let mut posed = PosedHand::default();
+    let mut overlaps = 0;
+    for seed in 0..6u8 {
+        let mut x = hand.rest_coordinates();
+        x[7..].copy_from_slice(&angles(seed.into()));
+        let facing =
+            hand.palm.centre + hand.palm.volar * ((0.8 + 0.05 * f64::from(seed)) * object.radius_m);
+        x[..3].copy_from_slice((object.centroid - facing).as_slice());
+        hand.pose(&x, &mut posed);
+        let vertices = skin.pose(&posed);
+        assert_eq!(vertices, posed.points);
+        let corners = skin
+            .triangles
+            .iter()
+            .map(|t| t.map(|v| vertices[v as usize]));
+        let middles = corners.map(|[a, b, c]| (a + b + c) / 3.0);
+        let deepest = vertices
+            .iter()
+            .copied()
+            .chain(middles)
+            .fold(0.0, |deepest: f64, point| {
+                deepest.max(-object.exact.distance(&point))
+            });
+        let told = judge(&energy, &x, &[0, 1, 2, 3]).deepest_m;
+        assert!(told > deepest - 1e-4, "{told} m of {deepest} m");
+        overlaps += usize::from(deepest > 1e-3);
+    }
+    assert!(overlaps > 2, "{overlaps}");
 }
 
 #[test]

@@ -6,6 +6,7 @@ use std::fs;
 use std::path::Path;
 
 use desk::{Desk, assert_says};
+use landscape::grasp::hand::Hand;
 use landscape::store::{GraspFile, LandscapeFiles, Overrides};
 use serde_json::Value;
 
@@ -107,6 +108,15 @@ fn small_landscapes_are_looked_at_from_all_sides() {
     let count = |accessor: &Value| index(&animated["accessors"][index(accessor)]["count"]);
     assert_eq!(count(&sampler["input"]), points.len());
     assert_eq!(count(&sampler["output"]), points.len().pow(2));
+
+    // What is exported is the hand that was judged, not the skin of the pictures.
+    print(&desk, "export one.parquet glb --grasp 0 -o judged.glb -q");
+    let judged = gltf(&desk.path("judged.glb"));
+    let position = &judged["meshes"][0]["primitives"][0]["attributes"]["POSITION"];
+    assert_eq!(
+        index(&judged["accessors"][index(position)]["count"]),
+        Hand::human().solid_skin().vertices.len()
+    );
 
     print(
         &desk,

@@ -161,7 +161,9 @@ What is measured:
   friction   least friction coefficient at which forces balance (exact); inf where none does
   epsilon    Ferrari-Canny: the least wrench that can be resisted, per unit sum of normal forces, at friction 0.5 with
              eight edges a cone; not positive where some wrench cannot be resisted
-  gap, depth farthest contact from the surface and deepest penetration, on the exact mesh
+  gap        distance of the farthest contact from the surface, on the exact mesh
+  depth      deepest point of the hand in the object or of the object in the hand, on the exact mesh and the hand as
+             `export glb` writes it
 Arms of torques are divided by the object's radius, so all but gap and depth are dimensionless.
 
 Bare contacts (JSON; lengths in any one unit, normals of any length):
@@ -315,7 +317,7 @@ Examples:
   landscape export grasps.parquet csv                      grasps.csv: a row a grasp, a column a joint
   landscape export grasps.parquet qpos -o grasps.npy       rows of MuJoCo's qpos: position, quaternion w x y z, joints
   landscape export grasps.parquet dexgraspnet              grasps.npy, as DexGraspNet's own files
-  landscape export grasps.parquet glb                      grasps.scenes/: hand, object and contacts of each grasp
+  landscape export grasps.parquet glb                      grasps.scenes/: hand (as it is judged), object and contacts
   landscape export grasps.parquet glb --grasp 17 -o 17.glb
 
 Poses are those of the hand's root in the object's frame: p_object = R p_hand + t, in metres; angles are in radians. In qpos

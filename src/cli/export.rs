@@ -197,7 +197,8 @@ fn scenes(file: &GraspFile, grasps: &[&Grasp], output: &Path) -> anyhow::Result<
         let hand: Arc<Hand> = models::hand(population.hand)?;
         models::check_hand(population.hand, &hand)?;
         let (mesh, _) = models::mesh(population.object, population.scale)?;
-        let skin = hand.skin();
+        // The hand that was judged: the skin for drawing is fuller at creases.
+        let skin = hand.solid_skin();
         for grasp in of_this {
             let scene = Scene::of_grasp_on(
                 &hand,

@@ -3,6 +3,7 @@
 
 use nalgebra::Vector3;
 
+use super::depth::object_inside_hand_m;
 use super::hand::{Hand, PosedHand};
 use super::object::ExactMesh;
 
@@ -45,27 +46,8 @@ pub fn sees(exact: &ExactMesh, from: &Vector3<f64>, to: &Vector3<f64>) -> bool {
     true
 }
 
-/// Depth of the deepest point of the object's surface inside the hand's capsules, metres; 0 if none is inside.
-///
-/// Exact on the mesh: a capsule's radius less the distance of its axis from the nearest triangle. A capsule whose axis
-/// lies within a thick object farther than its radius from the surface counts nothing: there the hand's own points are
-/// inside the object.
-///
-/// # Panics
-/// If `posed` is another hand.
-pub fn object_inside_hand_m(exact: &ExactMesh, hand: &Hand, posed: &PosedHand) -> f64 {
-    let capsules = hand.capsules.iter().zip(&posed.capsules);
-    capsules.fold(0.0, |deepest: f64, (capsule, axis)| {
-        // Only what is deeper than what was found before.
-        let reach_m = capsule.radius_m - deepest;
-        exact
-            .segment_distance_within(axis, reach_m)
-            .map_or(deepest, |distance| capsule.radius_m - distance)
-    })
-}
-
 /// Depth of the deepest surface point of the hand inside the object, metres; 0 if none is inside.
-pub fn hand_inside_object_m(exact: &ExactMesh, posed: &PosedHand) -> f64 {
+pub fn points_inside_object_m(exact: &ExactMesh, posed: &PosedHand) -> f64 {
     posed.points.iter().fold(0.0, |deepest: f64, point| {
         deepest.max(-exact.distance(point))
     })
@@ -78,5 +60,5 @@ pub fn hand_inside_object_m(exact: &ExactMesh, posed: &PosedHand) -> f64 {
 /// If `posed` is another hand.
 pub fn passes_between_points(exact: &ExactMesh, hand: &Hand, posed: &PosedHand) -> bool {
     object_inside_hand_m(exact, hand, posed) > SWALLOWED_M
-        && hand_inside_object_m(exact, posed) < UNSEEN_M
+        && points_inside_object_m(exact, posed) < UNSEEN_M
 }

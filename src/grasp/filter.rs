@@ -6,8 +6,9 @@ use serde::{Deserialize, Serialize};
 use super::closure::{
     EpsilonSettings, PointContact, epsilon, is_force_closure, least_friction, net_wrench,
 };
+use super::depth::deepest_m;
 use super::energy::GraspEnergy;
-use super::failure::{in_one_concavity, object_inside_hand_m};
+use super::failure::in_one_concavity;
 use super::hand::{LinkId, PosedHand};
 use super::term::{Proximity, Scene, for_each_overlap};
 
@@ -28,10 +29,11 @@ pub struct Judgement {
     pub penetration: f64,
     /// Largest distance of a contact from the surface, metres.
     pub gap_m: f64,
-    /// Deepest surface point of the hand inside the object, or deepest point of all of the object's surface inside the
-    /// hand ([`object_inside_hand_m`]), metres.
+    /// Deepest point of the hand, as it is exported, inside the object, or of the object's surface inside the hand, metres
+    /// ([`deepest_m`]).
     pub deepest_m: f64,
-    /// Deepest overlap of the hand with itself, metres.
+    /// Deepest overlap of the hand with itself, metres: of its capsules, which fill meshes and boxes without reaching into
+    /// all corners, so that of such hands a little more may overlap.
     pub self_penetration_m: f64,
     /// Largest excess of a joint over its limits, radians.
     pub joint_excess_rad: f64,
@@ -170,7 +172,6 @@ pub fn judge(energy: &GraspEnergy, x: &[f64], contacts: &[u32]) -> Judgement {
         .collect();
 
     let mut penetration = 0.0;
-    let mut deepest_m = object_inside_hand_m(&object.exact, hand, &posed);
     let lipschitz = object.shape.lipschitz();
     for point in &posed.points {
         // The smooth shape says where the exact distance is worth its price.
@@ -180,7 +181,6 @@ pub fn judge(energy: &GraspEnergy, x: &[f64], contacts: &[u32]) -> Judgement {
         let depth = -object.exact.distance(point);
         if depth > 0.0 {
             penetration += depth / AUTHORS_UNIT_M;
-            deepest_m = deepest_m.max(depth);
         }
     }
     let mut self_penetration_m = 0.0f64;
@@ -205,7 +205,7 @@ pub fn judge(energy: &GraspEnergy, x: &[f64], contacts: &[u32]) -> Judgement {
         distance_squared: distances_m().map(|d| (d / AUTHORS_UNIT_M).powi(2)).sum(),
         penetration,
         gap_m: distances_m().map(f64::abs).fold(0.0, f64::max),
-        deepest_m,
+        deepest_m: deepest_m(&object.exact, hand, &posed),
         self_penetration_m,
         joint_excess_rad,
         digits: digits.len(),

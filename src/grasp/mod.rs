@@ -2,13 +2,14 @@
 //!
 //! [`hand`] and [`object`] are what meets, [`term`] what a meeting costs, [`energy`] the sum and its envelope over contact
 //! sets, [`kernel`] the moves, [`synthesis`] the search, [`filter`] and [`closure`] the judges,
-//! [`failure`] what relaxed force closure alone does not see, [`relaxed`] the relaxed test of bare points and
+//! [`depth`] how deep hand and object lie in each other, [`failure`] what relaxed force closure alone does not see, [`relaxed`] the relaxed test of bare points and
 //! [`contact_points`] the search for its minima, [`press`] closes a hand until it presses, [`stability`] the test in a physics
 //! engine, [`taxonomy`] the names of grasps.
 
 pub mod closure;
 pub mod contact;
 pub mod contact_points;
+pub mod depth;
 pub mod diversity;
 pub mod energy;
 pub mod failure;

@@ -4,7 +4,9 @@ use nalgebra::Vector3;
 
 use super::GraspEnergy;
 use crate::grasp::closure::PointContact;
-use crate::grasp::term::{NearPoint, for_each_intruder, point_contact};
+use crate::grasp::depth::deepest_m;
+use crate::grasp::hand::PosedHand;
+use crate::grasp::term::point_contact;
 
 /// A path whose top buries hand or object deeper than this passes through the object.
 pub const THROUGH_M: f64 = 0.002;
@@ -23,22 +25,12 @@ impl GraspEnergy {
         })
     }
 
-    /// Deepest point at pose `x`: of the hand's surface inside the object or of the object's samples inside the hand,
-    /// metres, 0 where nothing overlaps. Measured on the smooth shape.
+    /// Depth of the deepest point at pose `x` of hand or object in the other, metres, 0 where nothing overlaps: what the
+    /// filters look at ([`deepest_m`]).
     pub fn deepest_m(&self, x: &[f64]) -> f64 {
-        self.with_scratch(x, |scratch| {
-            self.pose(x, scratch);
-            self.measure(0.0, 0.0, scratch);
-            scratch
-                .proximity
-                .update_intruders(&self.hand, &scratch.posed, &self.object);
-            let deepest = |d: f64, near: &NearPoint| d.max(-near.distance_m);
-            let mut deepest = scratch.near.iter().fold(0.0, deepest);
-            for_each_intruder(&self.scene(x, scratch), |_, _, _, depth| {
-                deepest = deepest.max(depth);
-            });
-            deepest
-        })
+        let mut posed = PosedHand::default();
+        self.hand.pose(x, &mut posed);
+        deepest_m(&self.object.exact, &self.hand, &posed)
     }
 
     /// Least signed distance of a surface point of the hand from the object at pose `x`, metres.

@@ -6,6 +6,7 @@ use super::files::{Files, HandFiles};
 use super::geometry::Geometry;
 use super::model::{Model, check_count};
 use super::side_file::SideFile;
+use super::solid::Parts;
 use super::{
     Hand, HandError, Link, PalmFrame, PosedHand, coordinates, mano, prior, region, roles,
     self_pairs, surface,
@@ -71,6 +72,7 @@ fn assemble(model: &Model, side: &SideFile) -> Result<Hand, HandError> {
         notes,
         cast_rad,
         meshes: geometry.meshes,
+        parts: Parts::default(),
         exact: geometry.exact,
         metric: side.metric.clone(),
         blend: None,

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::solid::Parts;
 use super::{Frame, Hand, JointKind};
 
 /// What is added to the name of a mirrored hand.
@@ -59,6 +60,7 @@ impl Hand {
                 triangle.swap(1, 2);
             }
         }
+        hand.parts = Parts::default();
         hand.blend = self.blend.as_ref().map(|blend| Arc::new(blend.mirrored()));
         let palm = &mut hand.palm;
         palm.centre = reflected(&palm.centre);

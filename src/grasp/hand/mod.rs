@@ -26,6 +26,7 @@ mod roles;
 mod self_pairs;
 mod side_file;
 mod skin;
+mod solid;
 mod surface;
 mod urdf;
 
@@ -36,6 +37,7 @@ use std::sync::Arc;
 use blend::Blend;
 use geometry::LinkMesh;
 use side_file::MetricEntry;
+use solid::Parts;
 
 pub use error::HandError;
 pub use files::{HandFile, HandFiles};
@@ -43,6 +45,7 @@ pub use named::HAND_NAMES;
 pub use region::PatchSide;
 pub use self_pairs::{SegmentPair, axis_distance, closest_points};
 pub use skin::{Skin, SkinVertex};
+pub(in crate::grasp) use solid::{Part, Solid};
 
 /// Number of a link in [`Hand::links`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -249,6 +252,8 @@ pub struct Hand {
     blend: Option<Arc<Blend>>,
     /// Joint angles at which the skin is cast, radians: fingers apart.
     cast_rad: Vec<f64>,
+    /// What depths are measured on.
+    parts: Parts,
     /// For each link, one past the last link of its subtree.
     subtree_ends: Vec<usize>,
     /// For each link, its surface points.
@@ -330,7 +335,8 @@ impl Hand {
         description::read(files, files)
     }
 
-    /// The same hand with every `stride`-th surface point only, each standing for more area.
+    /// The same hand with every `stride`-th surface point only, each standing for more area. That of MANO, whose triangles
+    /// lie between all of them, has no skin then.
     ///
     /// # Panics
     /// If `stride` is 0.
@@ -344,6 +350,9 @@ impl Hand {
         if let Some(blend) = &self.blend {
             let mut thinned = (**blend).clone();
             thinned.vertices = blend.vertices.iter().step_by(stride).cloned().collect();
+            if stride > 1 {
+                thinned.triangles.clear();
+            }
             hand.blend = Some(Arc::new(thinned));
         }
         hand.index_surface();

@@ -32,14 +32,24 @@ pub struct Skin {
     pub vertices: Vec<SkinVertex>,
     /// Triangles, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
+    /// Whether the vertices are the hand's surface points, which the corrections of poses move as well: the skin of MANO.
+    is_surface: bool,
 }
 
 impl Skin {
     /// Positions of the vertices on a posed hand, object frame, metres.
     ///
     /// # Panics
-    /// If `posed` is not the hand this is the skin of.
+    /// If `posed` is not the hand this is the skin of, posed by [`Hand::pose`].
     pub fn pose(&self, posed: &PosedHand) -> Vec<Vector3<f64>> {
+        if self.is_surface {
+            assert_eq!(
+                posed.points.len(),
+                self.vertices.len(),
+                "all points are posed"
+            );
+            return posed.points.clone();
+        }
         let place = |vertex: &SkinVertex| {
             let parts = vertex.bindings.iter();
             parts
@@ -52,20 +62,11 @@ impl Skin {
 
 impl Hand {
     /// The skin: the zero level of a rounded union of the capsules, cut from a grid with the fingers apart by
-    /// surface nets (Gibson 1998). Takes a fraction of a second; keep it. A hand with meshes, boxes or cylinders is drawn
-    /// as its parts are, stiff; that of MANO is its mesh, without the corrections of its poses.
+    /// surface nets (Gibson 1998). Takes a fraction of a second; keep it. A hand with meshes, boxes or cylinders, and that of
+    /// MANO, is drawn as it is ([`Hand::solid_skin`]).
     pub fn skin(&self) -> Skin {
-        if let Some(blend) = &self.blend {
-            let vertex = |vertex: &BlendVertex| SkinVertex {
-                bindings: vertex.bindings.clone(),
-            };
-            return Skin {
-                vertices: blend.vertices.iter().map(vertex).collect(),
-                triangles: blend.triangles.clone(),
-            };
-        }
-        if !self.meshes.is_empty() {
-            return self.stiff_skin();
+        if self.bends() || !self.meshes.is_empty() {
+            return self.solid_skin();
         }
         let mut cast = PosedHand::default();
         self.pose(&coordinates(&self.cast_rad), &mut cast);
@@ -77,13 +78,25 @@ impl Hand {
         Skin {
             vertices: points.iter().map(bind).collect(),
             triangles,
+            is_surface: false,
         }
     }
 }
 
 impl Hand {
-    /// The parts themselves, each fixed to its link.
-    fn stiff_skin(&self) -> Skin {
+    /// The hand as it is, which depths are measured on and which is exported: its parts (meshes, hulls of boxes and
+    /// cylinders, capsules), each fixed to its link, or the mesh of MANO.
+    pub fn solid_skin(&self) -> Skin {
+        if let Some(blend) = &self.blend {
+            let vertex = |vertex: &BlendVertex| SkinVertex {
+                bindings: vertex.bindings.clone(),
+            };
+            return Skin {
+                vertices: blend.vertices.iter().map(vertex).collect(),
+                triangles: blend.triangles.clone(),
+                is_surface: true,
+            };
+        }
         let capsules = self.capsules.iter().zip(&self.exact);
         let round = capsules.filter(|(_, exact)| **exact);
         let round = round.map(|(capsule, _)| capsule_mesh(capsule));
@@ -99,6 +112,7 @@ impl Hand {
         let mut skin = Skin {
             vertices: Vec::new(),
             triangles: Vec::new(),
+            is_surface: false,
         };
         for mesh in meshes {
             let first = u32::try_from(skin.vertices.len()).unwrap_or(u32::MAX);
@@ -118,7 +132,7 @@ impl Hand {
 const AROUND: u32 = 24;
 const RINGS: u32 = 6;
 
-fn capsule_mesh(capsule: &Capsule) -> LinkMesh {
+pub(super) fn capsule_mesh(capsule: &Capsule) -> LinkMesh {
     let along = (capsule.b - capsule.a)
         .try_normalize(1e-12)
         .unwrap_or_else(Vector3::z);

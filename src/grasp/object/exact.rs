@@ -19,9 +19,13 @@ use super::winding::Winding;
 /// mind triangles without width, which published meshes have.
 #[derive(Debug, Clone)]
 pub struct ExactMesh {
-    surface: TriMesh,
+    surface: TriangleTree,
     winding: Winding,
 }
+
+/// Triangles with a search tree, closed or not.
+#[derive(Debug, Clone)]
+pub struct TriangleTree(TriMesh);
 
 /// The nearest point of a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,6 +41,17 @@ pub struct Nearest {
 /// Below this distance a direction from the surface is rounding error, metres.
 const ON_SURFACE_M: f64 = 1e-9;
 
+/// Depths are found to within this much, metres.
+pub const DEPTH_TOLERANCE_M: f64 = 8e-5;
+
+impl TriangleTree {
+    /// A tree over `triangles`, which index `vertices`; `None` where there are none.
+    pub fn new(vertices: &[Vector3<f64>], triangles: &[[u32; 3]]) -> Option<Self> {
+        let corners = vertices.iter().map(to_parry).collect();
+        TriMesh::new(corners, triangles.to_vec()).ok().map(Self)
+    }
+}
+
 impl ExactMesh {
     /// Prepares `mesh` for queries.
     ///
@@ -44,11 +59,15 @@ impl ExactMesh {
     /// Never: a [`Mesh`] has triangles.
     pub fn new(mesh: &Mesh) -> Self {
         let (vertices, triangles) = mesh.boundary();
-        let corners = vertices.iter().map(to_parry).collect();
         Self {
-            surface: TriMesh::new(corners, triangles.to_vec()).expect("a mesh has triangles"),
+            surface: TriangleTree::new(vertices, triangles).expect("a mesh has triangles"),
             winding: Winding::new(vertices, triangles),
         }
+    }
+
+    /// The surface of the solid.
+    pub fn surface(&self) -> &TriangleTree {
+        &self.surface
     }
 
     /// Signed distance at `point`, metres, negative inside.
@@ -70,6 +89,7 @@ impl ExactMesh {
         let query = to_parry(point);
         let (projection, (triangle, _)) = self
             .surface
+            .0
             .project_local_point_and_get_location_with_max_dist(query, false, reach_m)?;
         let nearest = from_parry(projection.point);
         let offset = point - nearest;
@@ -79,6 +99,7 @@ impl ExactMesh {
             offset * (sign / length)
         } else {
             self.surface
+                .0
                 .triangle(triangle)
                 .normal()
                 .map_or_else(Vector3::z, from_parry)
@@ -91,17 +112,117 @@ impl ExactMesh {
     }
 
     /// Distance of the surface from `point`, on either side of it, if it is less than `reach_m`.
-    pub(super) fn gap_within(&self, point: &Vector3<f64>, reach_m: f64) -> Option<f64> {
+    pub(in crate::grasp) fn gap_within(&self, point: &Vector3<f64>, reach_m: f64) -> Option<f64> {
         let query = to_parry(point);
         let (projection, _) = self
             .surface
+            .0
             .project_local_point_and_get_location_with_max_dist(query, false, reach_m)?;
         Some((point - from_parry(projection.point)).norm())
     }
 
     /// Whether `point` lies in the solid.
-    pub(super) fn surrounds(&self, point: &Vector3<f64>) -> bool {
+    pub(in crate::grasp) fn surrounds(&self, point: &Vector3<f64>) -> bool {
         self.winding.surrounds(point)
+    }
+
+    /// Depth of the deepest point of some triangles inside the solid, metres, where it exceeds `known_m`; else `known_m`.
+    ///
+    /// `place` is the rigid motion that takes the triangles to the frame of the solid. What is returned is the depth of a
+    /// point of the triangles, and no point is deeper by more than [`DEPTH_TOLERANCE_M`]. Branch and bound: the signed
+    /// distance changes no faster than a point moves, and no point of a triangle is deeper than its corners are far from
+    /// any one triangle of the surface, since the distance from that is convex.
+    pub fn deepest(
+        &self,
+        triangles: &TriangleTree,
+        place: impl Fn(&Vector3<f64>) -> Vector3<f64>,
+        known_m: f64,
+    ) -> f64 {
+        let found = triangles.0.bvh().find_best(
+            -known_m,
+            |node, best| {
+                let (low, high) = (from_parry(node.mins()), from_parry(node.maxs()));
+                let radius_m = (high - low).norm() / 2.0;
+                let beaten_m = DEPTH_TOLERANCE_M - best;
+                self.depth_near(&place(&low.lerp(&high, 0.5)), radius_m, beaten_m)
+                    .map_or(f64::MAX, |(depth_m, _)| {
+                        DEPTH_TOLERANCE_M - (depth_m + radius_m)
+                    })
+            },
+            |triangle, best| {
+                let Triangle { a, b, c } = triangles.0.triangle(triangle);
+                let corners = [a, b, c].map(|corner| place(&from_parry(corner)));
+                Some(-self.deepest_in(corners, -best))
+            },
+        );
+        found.map_or(known_m, |(_, cost)| -cost)
+    }
+
+    /// The same for a single triangle.
+    fn deepest_in(&self, corners: [Vector3<f64>; 3], known_m: f64) -> f64 {
+        let mut best_m = known_m;
+        let mut open = vec![corners];
+        while let Some([a, b, c]) = open.pop() {
+            let middle = (a + b + c) / 3.0;
+            let radius_m = [a, b, c].iter().fold(0.0, |radius: f64, corner| {
+                radius.max((corner - middle).norm())
+            });
+            let beaten_m = best_m + DEPTH_TOLERANCE_M;
+            let Some((depth_m, nearest)) = self.depth_near(&middle, radius_m, beaten_m) else {
+                continue;
+            };
+            best_m = best_m.max(depth_m);
+            let nearest = self.surface.0.triangle(nearest);
+            let far =
+                |corner: &Vector3<f64>| nearest.distance_to_local_point(to_parry(corner), true);
+            let (corner, far_m) = [a, b, c]
+                .map(|corner| (corner, far(&corner)))
+                .into_iter()
+                .fold(
+                    (a, 0.0),
+                    |most, next| if next.1 > most.1 { next } else { most },
+                );
+            let bound_m = far_m.min(depth_m + radius_m);
+            if bound_m <= best_m + DEPTH_TOLERANCE_M {
+                continue;
+            }
+            best_m = best_m.max(-self.distance(&corner));
+            if bound_m > best_m + DEPTH_TOLERANCE_M {
+                open.extend(halves([a, b, c]));
+            }
+        }
+        best_m
+    }
+
+    /// Depth at `point`, negative outside, and the nearest triangle; `None` where no point within `radius_m` can be deeper
+    /// than `beaten_m`.
+    fn depth_near(&self, point: &Vector3<f64>, radius_m: f64, beaten_m: f64) -> Option<(f64, u32)> {
+        let query = to_parry(point);
+        // A point outside must be nearer to the surface than this.
+        let reach_m = radius_m - beaten_m;
+        let bounds = self.surface.0.bvh().root_aabb();
+        let apart_m = bounds.distance_to_local_point(query, true);
+        if apart_m > 0.0 && apart_m >= reach_m {
+            return None;
+        }
+        let nearest = |reach_m| {
+            let (projection, (triangle, _)) = self
+                .surface
+                .0
+                .project_local_point_and_get_location_with_max_dist(query, false, reach_m)?;
+            Some(((point - from_parry(projection.point)).norm(), triangle))
+        };
+        if reach_m > 0.0
+            && let Some((distance_m, triangle)) = nearest(reach_m)
+        {
+            let sign = if self.surrounds(point) { 1.0 } else { -1.0 };
+            return Some((sign * distance_m, triangle));
+        }
+        if self.surrounds(point) {
+            nearest(f64::MAX)
+        } else {
+            None
+        }
     }
 
     /// Distance of the surface from the segment between two ends if it is less than `reach_m`, metres: exactly, 0 where they
@@ -110,7 +231,7 @@ impl ExactMesh {
         let segment = Segment::new(to_parry(&ends[0]), to_parry(&ends[1]));
         let middle = (segment.a + segment.b) * 0.5;
         let half = (segment.b - segment.a).abs() * 0.5;
-        let nearest = self.surface.bvh().find_best(
+        let nearest = self.surface.0.bvh().find_best(
             reach_m,
             // Distance of the boxes: never more than that of what is in them.
             |node, _| {
@@ -119,7 +240,7 @@ impl ExactMesh {
             },
             |triangle, _| {
                 Some(triangle_distance(
-                    &self.surface.triangle(triangle),
+                    &self.surface.0.triangle(triangle),
                     &segment,
                 ))
             },
@@ -128,6 +249,23 @@ impl ExactMesh {
             .map(|(_, distance)| distance)
             .filter(|&distance| distance < reach_m)
     }
+}
+
+/// A triangle cut in two through the middle of its longest edge.
+fn halves(corners: [Vector3<f64>; 3]) -> [[Vector3<f64>; 3]; 2] {
+    let [a, b, c] = corners;
+    let turns = [[a, b, c], [b, c, a], [c, a, b]];
+    let longest = turns.into_iter().fold(turns[0], |longest, turn| {
+        let squared = |[from, to, _]: [Vector3<f64>; 3]| (to - from).norm_squared();
+        if squared(turn) > squared(longest) {
+            turn
+        } else {
+            longest
+        }
+    });
+    let [from, to, other] = longest;
+    let middle = from.lerp(&to, 0.5);
+    [[from, middle, other], [middle, to, other]]
 }
 
 /// Distance of a segment from a triangle: that of an end, of the point where it crosses the triangle's plane, or of an edge.
@@ -172,6 +310,8 @@ fn from_parry(v: ParryVector) -> Vector3<f64> {
 
 #[cfg(test)]
 pub(super) mod tests {
+    use std::f64::consts::PI;
+
     use super::*;
 
     /// Boxes from one corner to another as one mesh; `true` turns a box inside out.
@@ -257,6 +397,37 @@ pub(super) mod tests {
             };
             assert!(off < 1e-12, "{ends:?}: {found:?}");
         }
+    }
+
+    /// A bar laid on its edge on a block, 3 mm into it: the edge is 3 mm deep in the block, the face of the block at most
+    /// 3 mm · sin 45° in the bar.
+    #[test]
+    fn depths_of_triangles_are_exact() {
+        let block = boxes(&[([0.0; 3], [0.1; 3], false)]);
+        let bar = boxes(&[([-0.01; 3], [0.01; 3], false)]);
+        let turn = nalgebra::Rotation3::from_axis_angle(&Vector3::x_axis(), PI / 4.0);
+        let pressed = |depth_m: f64| {
+            let middle = Vector3::new(0.047, 0.052, 0.1 + 0.01 * 2.0_f64.sqrt() - depth_m);
+            let into_block = block.deepest(bar.surface(), |p| turn * p + middle, 0.0);
+            let place = |p: &Vector3<f64>| turn.inverse() * (p - middle);
+            [into_block, bar.deepest(block.surface(), place, 0.0)]
+        };
+        let [edge, face] = pressed(0.003);
+        for (found, exact) in [(edge, 0.003), (face, 0.003 / 2.0_f64.sqrt())] {
+            let short = exact - found;
+            assert!((-1e-12..=DEPTH_TOLERANCE_M).contains(&short), "{found}");
+        }
+        assert!(pressed(-1e-3).iter().all(|depth_m| *depth_m < 1e-12));
+        // A bar inside the block: the middles of its faces toward the block's middle.
+        let inside = |known_m| {
+            block.deepest(
+                bar.surface(),
+                |p| p + Vector3::new(0.03, 0.05, 0.05),
+                known_m,
+            )
+        };
+        assert!((0.04 - inside(0.0)).abs() <= DEPTH_TOLERANCE_M);
+        assert!((inside(0.05) - 0.05).abs() < 1e-15);
     }
 
     #[test]

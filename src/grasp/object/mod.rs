@@ -34,7 +34,7 @@ pub use capsule::Capsule;
 pub use cuboid::Cuboid;
 pub use cylinder::Cylinder;
 pub use description::{Description, Object, ObjectParts, Primitive};
-pub use exact::{ExactMesh, Nearest};
+pub use exact::{DEPTH_TOLERANCE_M, ExactMesh, Nearest, TriangleTree};
 pub use field::{Field, FieldReport, FieldSettings};
 pub use mesh::{Mesh, SurfaceSample};
 pub use named::OBJECT_NAMES;

@@ -26,7 +26,7 @@ pub struct Intrusion {
 
 /// Calls `visit` with each capsule and each object sample inside it: capsule, sample, the vector from the axis to the
 /// sample and the depth.
-pub(crate) fn for_each_intruder(
+fn for_each_intruder(
     scene: &Scene<'_>,
     mut visit: impl FnMut(&Capsule, &Vector3<f64>, &Vector3<f64>, f64),
 ) {

@@ -24,7 +24,6 @@ pub use distance::Distance;
 pub(crate) use force_closure::point_contact;
 pub use force_closure::{ForceClosure, Rank, RankForm};
 pub use intrusion::Intrusion;
-pub(crate) use intrusion::for_each_intruder;
 pub use joint_limits::JointLimits;
 pub use penetration::Penetration;
 pub use prior::{Prior, PriorForm};

@@ -8,6 +8,7 @@ use super::super::blend::{Blend, BlendVertex};
 use super::super::fill::fill;
 use super::super::hull::Hull;
 use super::super::side_file::SideFile;
+use super::super::solid::Parts;
 use super::super::{
     Capsule, Frame, Hand, HandError, Joint, JointKind, Link, LinkId, PalmFrame, PosePrior,
     PosedHand, SurfacePoint, coordinates, description, region, self_pairs,
@@ -101,6 +102,7 @@ pub(in super::super) fn assemble(arrays: &Arrays, side: &SideFile) -> Result<Han
         },
         notes: Vec::new(),
         meshes: Vec::new(),
+        parts: Parts::default(),
         metric: side.metric.clone(),
         blend: Some(blend(&whole)),
         links,
