@@ -26,16 +26,16 @@
 //! ```
 //! # #[cfg(feature = "topography")] {
 //! use landscape::energy::model::MullerBrown;
-//! use landscape::optimize::QuenchSettings;
 //! use landscape::sample::Mala;
 //! use landscape::topography::{
-//!     MapSettings, MinimumId, NoJournal, Sameness, distinct, map, quench_all, silent,
+//!     MapSettings, MinimumId, NoJournal, Scales, distinct, map, quench_all, silent,
 //! };
 //!
 //! let energy = MullerBrown::new();
 //! let starts = [[-0.7, 1.2], [0.5, 0.1], [-0.1, 0.5], [0.8, 0.0]].map(|x| x.to_vec());
-//! let quenches = quench_all(&energy, &starts, &QuenchSettings::default(), &NoJournal, &silent);
-//! let (minima, _) = distinct(&energy, &quenches, &Sameness::default(), 1e-6);
+//! let scales = Scales::measured(&energy, &starts);
+//! let quenches = quench_all(&energy, &starts, &scales.quench(), &NoJournal, &silent);
+//! let (minima, _) = distinct(&energy, &quenches, &scales.sameness(), scales.gradient_tolerance());
 //! assert_eq!(minima.len(), 3);
 //!
 //! let settings = MapSettings::for_minima(&energy, &minima);

@@ -46,6 +46,8 @@ pub fn settings_for_grasps(energy: &GraspEnergy) -> MapSettings {
         rounds: 3,
         max_step: 0.004,
         force_tolerance: 2.0,
+        // Farther than any step: Newton's own steps are taken as they are.
+        saturation: 1.0,
         seams: Some(SeamSettings {
             spacing: 5e-4,
             moves: 100,

@@ -75,10 +75,11 @@ pub(super) fn minimise(
             break StopReason::Stalled;
         }
         let gradient = times(&here.gradient, &scales);
-        let mut direction = quasi_newton(&history, &gradient, stiffness_inverse.unwrap_or(1.0));
+        let softness = stiffness_inverse.unwrap_or(1.0);
+        let mut direction = quasi_newton(&history, &gradient, softness);
         if dot(&direction, &gradient) > -1e-12 * norm(&direction) * norm(&gradient) {
             history.clear();
-            direction = gradient.iter().map(|g| -g).collect();
+            direction = quasi_newton(&history, &gradient, softness);
         }
         let longest = settings.max_step / norm(&direction);
         let first = match stiffness_inverse {

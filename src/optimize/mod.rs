@@ -22,7 +22,8 @@ pub enum StopReason {
     Stalled,
 }
 
-/// Settings of [`quench`].
+/// Settings of [`quench`]. Tolerance and step have units: the defaults are for a surface whose energies and lengths are of the
+/// order of 1, others are measured (`topography::Scales`) or chosen.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct QuenchSettings {

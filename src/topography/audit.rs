@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::eigen::{FLAT, Modes, Piece};
+use super::eigen::{Modes, Piece};
 use super::follow::Following;
 use super::minima::Sameness;
 use crate::energy::Energy;
@@ -25,7 +25,7 @@ pub enum Verdict {
     /// It is, but not isolated: along a direction that the space does not name as a symmetry the surface stays as high and as
     /// level. Rings, troughs and plateaus consist of such points.
     Degenerate,
-    /// The gradient does not vanish.
+    /// The gradient does not vanish, or is not small enough for its curvatures: by them the stationary point is elsewhere.
     Moving,
     /// The gradient does not vanish, but jumps, and the energy rises on both sides: the bottom of a kink.
     Kink,
@@ -91,6 +91,19 @@ pub struct AuditSettings {
     pub sameness: Sameness,
     /// The descent that shows whether a point with flat directions drifts.
     pub quench: QuenchSettings,
+}
+
+impl AuditSettings {
+    /// Settings for the ends of descents on a surface whose curvature changes over `length`.
+    pub fn for_descents(quench: &QuenchSettings, sameness: &Sameness, length: f64) -> Self {
+        Self {
+            // Where rounding ends a descent a little early the point is as good.
+            gradient_tolerance: 10.0 * quench.gradient_tolerance,
+            difference: 1e-4 * length,
+            sameness: *sameness,
+            quench: quench.clone(),
+        }
+    }
 }
 
 impl Default for AuditSettings {
@@ -160,7 +173,8 @@ pub(super) fn examine(
     (audit.index, audit.flat) = modes.index();
     audit.curvatures.clone_from(&modes.curvatures);
     // A gradient that is not a number is no small one.
-    let resting = audit.gradient_norm <= settings.gradient_tolerance;
+    let resting = audit.gradient_norm <= settings.gradient_tolerance
+        && modes.newton_step(&gradient) <= settings.sameness.distance;
     audit.verdict = if !resting {
         if is_kink(energy, x, &gradient, settings) {
             Verdict::Kink
@@ -211,6 +225,8 @@ fn is_level(
         let following = Following {
             tolerance: settings.gradient_tolerance,
             longest: reach,
+            saturation: 10.0 * reach,
+            difference: settings.difference,
             steps: STEPS,
             kicks: 0,
             ceiling: f64::INFINITY,
@@ -221,7 +237,7 @@ fn is_level(
             .ok()?;
         Some((saddle.x, saddle.energy))
     };
-    let flat = FLAT * modes.stiffest();
+    let flat = modes.flat();
     let directions = modes.curvatures.iter().zip(&modes.tangents);
     let mut directions = directions.filter(|(curvature, _)| curvature.abs() <= flat);
     directions.any(|(_, tangent)| {

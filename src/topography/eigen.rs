@@ -1,13 +1,17 @@
 //! One smooth piece of an energy, with its Hessian and curvatures.
 
-use nalgebra::{DMatrix, DVectorView, SymmetricEigen};
+use nalgebra::{DMatrix, DVector, DVectorView, SymmetricEigen};
 
 use crate::energy::Energy;
 use crate::space::Space;
 use crate::space::vector::{add, dot, norm, scale, times};
 
-/// Curvatures smaller than this share of the largest have no sign.
-pub(super) const FLAT: f64 = 1e-6;
+/// Curvatures smaller than this share of the largest, outlying ones left out, have no sign.
+const FLAT: f64 = 1e-6;
+/// Errors of curvatures, as a share of the largest of all: a direction on a circle, say, is straight for the differences.
+const NOISE: f64 = 1e-8;
+/// A curvature is outlying when it is this many times as large as the median.
+const OUTLYING: f64 = 30.0;
 
 /// Sweeps of the eigenvalue iteration for each row, far more than it ever takes.
 const SWEEPS: usize = 100;
@@ -27,10 +31,54 @@ pub(super) struct Modes {
 
 impl Modes {
     /// Greatest curvature of either sign.
-    pub(super) fn stiffest(&self) -> f64 {
+    fn stiffest(&self) -> f64 {
         self.curvatures
             .iter()
             .fold(0.0, |most, c| most.max(c.abs()))
+    }
+
+    /// Greatest curvature of either sign that is not [`OUTLYING`], or what outlying ones count: a few stiff directions must
+    /// not say what is small in all others.
+    pub(super) fn stiffness(&self) -> f64 {
+        let stiffest = self.stiffest();
+        let sizes = self.curvatures.iter().map(|curvature| curvature.abs());
+        let mut sizes: Vec<f64> = sizes.filter(|size| *size > NOISE * stiffest).collect();
+        sizes.sort_by(f64::total_cmp);
+        let median = sizes.get(sizes.len().saturating_sub(1) / 2);
+        median.map_or(stiffest, |median| stiffest.min(OUTLYING * median))
+    }
+
+    /// Curvatures smaller than this have no sign.
+    pub(super) fn flat(&self) -> f64 {
+        (FLAT * self.stiffness()).max(NOISE * self.stiffest())
+    }
+
+    /// `hessian` by scaled tangents with the outlying directions shortened, until they are no stiffer than
+    /// [`Modes::stiffness`].
+    pub(super) fn tempered(&self, mut hessian: DMatrix<f64>) -> DMatrix<f64> {
+        let most = self.stiffness();
+        for (curvature, tangent) in self.curvatures.iter().zip(&self.tangents) {
+            if curvature.abs() > most {
+                let tangent = DVector::from_column_slice(tangent);
+                let cut = 1.0 - (most / curvature.abs()).sqrt();
+                let bent = &hessian * &tangent;
+                let square = cut * cut * tangent.dot(&bent);
+                hessian += &tangent * tangent.transpose() * square
+                    - (&bent * tangent.transpose() + &tangent * bent.transpose()) * cut;
+            }
+        }
+        hessian
+    }
+
+    /// The longest of Newton's steps along the modes that are not flat, for a gradient by scaled tangents: how far away the
+    /// curvatures expect the stationary point, at least.
+    pub(super) fn newton_step(&self, gradient: &[f64]) -> f64 {
+        let flat = self.flat();
+        let modes = self.curvatures.iter().zip(&self.tangents);
+        modes
+            .filter(|(curvature, _)| curvature.abs() > flat)
+            .map(|(curvature, mode)| dot(gradient, mode).abs() / curvature.abs())
+            .fold(0.0, f64::max)
     }
 
     /// The mode with the greatest overlap with `tangent`, the lowest of those that tie.
@@ -47,7 +95,7 @@ impl Modes {
 
     /// Numbers of negative curvatures and of those that have no sign.
     pub(super) fn index(&self) -> (usize, usize) {
-        let flat = FLAT * self.stiffest();
+        let flat = self.flat();
         let count =
             |kind: &dyn Fn(f64) -> bool| self.curvatures.iter().filter(|c| kind(**c)).count();
         (count(&|c| c < -flat), count(&|c| c.abs() <= flat))

@@ -1,6 +1,6 @@
 //! Eigenvector following: uphill along one mode and downhill along all others, to a stationary point of index 1.
 
-use super::eigen::{FLAT, Modes, Piece};
+use super::eigen::{Modes, Piece};
 use crate::space::vector::{add, dot, norm, scale, times};
 
 /// Steps between two Hessians; in between the last one stands. Correcting it (Bofill's update) saves a fifth of the
@@ -23,6 +23,10 @@ pub(super) struct Following<'a> {
     pub(super) tolerance: f64,
     /// Longest step, by scaled tangents.
     pub(super) longest: f64,
+    /// Length at which the step along one mode levels off, by scaled tangents.
+    pub(super) saturation: f64,
+    /// Distance over which gradients are differenced, by scaled tangents.
+    pub(super) difference: f64,
     /// Steps allowed.
     pub(super) steps: usize,
     /// How often to go on, along its second mode, from a point of higher index.
@@ -76,8 +80,9 @@ impl Piece<'_> {
     /// stationary point of index 1. Once the followed mode is the only one of negative curvature it is the lowest, and
     /// stays so; while there are others it is kept to, since a search that changes between them can go to and fro for ever.
     ///
-    /// Steps after D. J. Wales, J. Chem. Phys. 101, 3750 (1994): along each mode 2g / (|λ| (1 + √(1 + 4 g²/λ²))), within
-    /// a trust radius that follows the error of the predicted energy; the Hessian by central differences, every third step
+    /// Steps after D. J. Wales, J. Chem. Phys. 101, 3750 (1994): along each mode 2g / (|λ| (1 + √(1 + 4 g²/(λ² s²)))),
+    /// which is g/|λ| where that is short and levels off at the length s (1 in the paper, whatever the unit), within a
+    /// trust radius that follows the error of the predicted energy; the Hessian by central differences, every third step
     /// and at the end.
     pub(super) fn follow(
         &self,
@@ -85,7 +90,7 @@ impl Piece<'_> {
         hint: Option<&[f64]>,
         settings: &Following<'_>,
     ) -> Result<Saddle, Lost> {
-        let difference = 1e-4 * settings.longest;
+        let difference = settings.difference;
         let mut gradient = vec![0.0; self.scales.len()];
         let mut here = Here {
             energy: self.evaluate(start, &mut gradient),
@@ -128,12 +133,12 @@ impl Piece<'_> {
                 }
             }
             let uphill = followed.as_ref().map_or(0, |hint| modes.most_like(hint));
-            if modes.curvatures[uphill].abs() <= FLAT * modes.stiffest() {
+            if modes.curvatures[uphill].abs() <= modes.flat() {
                 return Err(Lost::Flat);
             }
             let reached = uphill == 0 && modes.index().0 == 1;
             followed = (!reached).then(|| modes.tangents[uphill].clone());
-            let step = Step::new(&modes, &here.gradient, uphill, trust, settings.tolerance);
+            let step = Step::new(&modes, &here.gradient, uphill, trust, settings);
             let x = self.moved(&here.x, &step.tangent);
             let mut gradient = vec![0.0; self.scales.len()];
             let energy = self.evaluate(&x, &mut gradient);
@@ -192,8 +197,14 @@ struct Step {
 
 impl Step {
     /// Up along mode `uphill`, down along all others, at most `trust` long.
-    fn new(modes: &Modes, gradient: &[f64], uphill: usize, trust: f64, tolerance: f64) -> Self {
-        let flat = FLAT * modes.stiffest();
+    fn new(
+        modes: &Modes,
+        gradient: &[f64],
+        uphill: usize,
+        trust: f64,
+        settings: &Following<'_>,
+    ) -> Self {
+        let flat = modes.flat();
         let slopes: Vec<f64> = modes
             .tangents
             .iter()
@@ -201,12 +212,12 @@ impl Step {
             .collect();
         let mut along: Vec<f64> = (modes.curvatures.iter().zip(&slopes).enumerate())
             .map(|(m, (curvature, slope))| {
-                if curvature.abs() < flat && slope.abs() <= tolerance {
+                if curvature.abs() < flat && slope.abs() <= settings.tolerance {
                     // A symmetry the space does not name: a step along it would be noise over noise.
                     return 0.0;
                 }
                 let stiffness = curvature.abs().max(f64::MIN_POSITIVE);
-                let ratio = 2.0 * slope / stiffness;
+                let ratio = 2.0 * slope / (stiffness * settings.saturation);
                 let length = 2.0 * slope / (stiffness * (1.0 + (1.0 + ratio * ratio).sqrt()));
                 if m == uphill { length } else { -length }
             })
@@ -242,6 +253,8 @@ mod tests {
         Following {
             tolerance,
             longest: 0.1,
+            saturation: 1.0,
+            difference: 1e-5,
             steps: 60,
             kicks: 0,
             ceiling: f64::INFINITY,

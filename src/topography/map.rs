@@ -15,6 +15,7 @@ use super::minima::{Sameness, distinct};
 use super::network::{Claim, Edge, Evidence, Minimum, MinimumId, Network};
 use super::pairs::{bridges, candidates, distances};
 use super::path::PathSettings;
+use super::scales::Scales;
 use super::support::{Trial, resample};
 use super::tree::{Tree, decisive};
 use super::{Observer, Phase, Tally};
@@ -83,7 +84,8 @@ impl MapSettings {
     }
 
     /// Settings from the minima themselves: the length is the median distance to the nearest other minimum, the energy
-    /// the median of the barriers along the straight lines to it (as far as they are finite).
+    /// the median of the barriers along the straight lines to it (as far as they are finite). Where there is no other
+    /// minimum or no such barrier, the [`Scales`] of the surface around the minima have to do.
     ///
     /// One or two minima leave little to measure; surfaces with walls (contact) deserve chosen scales.
     pub fn for_minima(energy: &dyn Energy, minima: &[Minimum]) -> Self {
@@ -110,11 +112,18 @@ impl MapSettings {
                 heights.push(height);
             }
         }
+        let around = || {
+            let points: Vec<_> = minima.iter().map(|m| m.coordinates.clone()).collect();
+            Scales::measured(energy, &points)
+        };
         let median = |mut values: Vec<f64>| {
             values.sort_by(f64::total_cmp);
-            values.get(values.len() / 2).copied().unwrap_or(1.0)
+            values.get(values.len() / 2).copied()
         };
-        Self::for_scales(median(heights), median(lengths))
+        Self::for_scales(
+            median(heights).unwrap_or_else(|| around().energy),
+            median(lengths).unwrap_or_else(|| around().length),
+        )
     }
 
     /// Replaces the number of nearest minima each one is connected with.

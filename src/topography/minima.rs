@@ -13,7 +13,8 @@ use crate::optimize::{Quench, QuenchSettings, StopReason, quench};
 use crate::sample::{Rng, Task, stream};
 use crate::space::Space;
 
-/// When two stationary points are one.
+/// When two stationary points are one. Both tolerances have units: the defaults are for a surface whose energies and lengths
+/// are of the order of 1, those of any other are measured ([`Scales`](super::Scales)) or chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Sameness {

@@ -17,6 +17,7 @@ mod pairs;
 mod path;
 mod progress;
 mod rarefaction;
+mod scales;
 mod search;
 mod sequential;
 mod support;
@@ -41,6 +42,7 @@ pub use path::{BandSettings, Pass, Path, PathMethod, PathSettings, SeamSettings}
 use progress::Tally;
 pub use progress::{Observer, Phase, Progress, silent};
 pub use rarefaction::{Rarefaction, Rarefied};
+pub use scales::Scales;
 pub use search::{
     Coverage, Doubt, Draw, Exploration, Fate, Refused, SearchSettings, TransitionState, explore,
     in_box,

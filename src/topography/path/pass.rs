@@ -176,6 +176,8 @@ impl Peak {
             let following = Following {
                 tolerance: 10.0 * descent.gradient_tolerance,
                 longest: settings.max_step,
+                saturation: settings.saturation,
+                difference: 1e-4 * settings.max_step,
                 steps: settings.refinement_steps,
                 // A path along a mirror plane of the surface may top out at a point of higher index; a pass lies beside it.
                 kicks: 1,

@@ -36,6 +36,9 @@ pub struct PathSettings {
     pub height_tolerance: f64,
     /// Steps of the refinement of one pass.
     pub refinement_steps: usize,
+    /// Length at which such a step along one mode of the surface levels off, however far away Newton's method expects the
+    /// pass along it.
+    pub saturation: f64,
     /// Length of the first step down from a pass.
     pub push: f64,
     /// For an energy with discrete choices whose kinks lie close: tops are lowered seam by seam instead of pass by pass.
@@ -83,6 +86,7 @@ impl PathSettings {
             force_tolerance: 0.01 * energy / length,
             height_tolerance: 0.01,
             refinement_steps: 60,
+            saturation: length,
             push: 0.01 * length,
             seams: None,
             exact_below: 3.0 * energy,

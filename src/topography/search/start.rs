@@ -3,11 +3,11 @@
 use rand::RngExt;
 
 use super::census::Census;
-use super::settings::random_tangent;
 use super::task::Searcher;
 use crate::optimize::{Quench, quench_traced};
 use crate::sample::{Rng, Task, stream};
 use crate::space::vector::{scale, times};
+use crate::topography::scales::random_tangent;
 
 /// Logarithms to base two of the longest step of a search from a random place, in units of the length of the surface.
 const BOLDNESS: std::ops::Range<f64> = -2.0..3.0;

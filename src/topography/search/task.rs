@@ -15,6 +15,11 @@ use crate::topography::path::{Pass, descend};
 
 /// Push off a saddle, as a share of the length of the surface.
 pub(super) const PUSH: f64 = 0.1;
+/// Where the step along one mode levels off, in units of the length of the surface: far beyond the place where its Hessian
+/// can be trusted, so that soft modes are not pushed as far as they ask.
+const SATURATION: f64 = 10.0;
+/// Distance over which gradients are differenced, as a share of the longest step.
+const DIFFERENCE: f64 = 1e-4;
 /// How often that is halved before both sides lead down.
 const HALVINGS: i32 = 8;
 
@@ -104,6 +109,9 @@ impl Searcher<'_> {
         let following = Following {
             tolerance: self.settings.quench.gradient_tolerance,
             longest: place.longest,
+            saturation: SATURATION * self.settings.length,
+            // Bold steps cross places where the curvature changes; differences must not.
+            difference: DIFFERENCE * place.longest.min(self.settings.length),
             steps: self.settings.steps,
             kicks: 1,
             ceiling: census.ceiling(self.settings.energy),

@@ -1,0 +1,140 @@
+//! The energy and the length of a surface, by which everything that has a unit is set.
+
+use rand_distr::{Distribution, StandardNormal};
+use serde::{Deserialize, Serialize};
+
+use super::audit::AuditSettings;
+use super::eigen::Piece;
+use super::minima::Sameness;
+use super::path::near;
+use crate::energy::Energy;
+use crate::optimize::{QuenchSettings, quench};
+use crate::sample::{Rng, Task, stream};
+use crate::space::vector::{norm, scale};
+
+/// Starts from which the scales of a surface are measured.
+pub(super) const PROBES: usize = 5;
+/// Share by which the Hessian changes over the length of the surface.
+const CHANGE: f64 = 0.5;
+
+/// The two scales of a surface. Tolerances and steps made of them mean the same in any unit of length and energy.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Scales {
+    /// Energy of the surface's curvature over its length. Directions that are far stiffer than most do not count.
+    pub energy: f64,
+    /// Distance over which the surface's curvature changes.
+    pub length: f64,
+}
+
+impl Scales {
+    /// The scales of the surface below `points`: the length over which its Hessian changes by half, and the energy of its
+    /// largest curvature over that length (medians over the ends of descents from at most five points, spread evenly
+    /// over the list). A direction that is more than thirty times stiffer than most counts as thirty times: it holds the
+    /// surface together, and its energies are not those of barriers.
+    ///
+    /// Where no descent ends in a finite energy the energy is 1, and the length is a twentieth of the distance between
+    /// the points.
+    pub fn measured(energy: &dyn Energy, points: &[Vec<f64>]) -> Self {
+        let count = points.len().min(PROBES);
+        let probes: Vec<_> = (0..count)
+            .map(|k| points[k * points.len() / count].clone())
+            .collect();
+        Self::below(energy, &probes, 0)
+    }
+
+    /// As [`Scales::measured`], below all of `points`, with directions drawn under `seed`.
+    pub(super) fn below(energy: &dyn Energy, points: &[Vec<f64>], seed: u64) -> Self {
+        let space = energy.space();
+        let pairs = points
+            .windows(2)
+            .map(|pair| near(space, &pair[0], &pair[1]));
+        let size = median(pairs.collect())
+            .filter(|size| *size > 0.0)
+            .or_else(|| points.first().map(|x| norm(x)))
+            .filter(|size| *size > 0.0 && size.is_finite())
+            .unwrap_or(1.0);
+        let coarse = QuenchSettings::default()
+            .with_max_step(0.05 * size)
+            .with_gradient_tolerance(0.0)
+            .with_max_evaluations(200);
+        let (mut lengths, mut energies) = (Vec::new(), Vec::new());
+        for (id, point) in points.iter().enumerate() {
+            let bottom = quench(energy, point, &coarse);
+            if let Some((length, stiffness)) = reach(energy, &bottom.x, size, id, seed) {
+                lengths.push(length);
+                energies.push(stiffness * length * length);
+            }
+        }
+        Self {
+            energy: median(energies).unwrap_or(1.0),
+            length: median(lengths).unwrap_or(0.05 * size),
+        }
+    }
+
+    /// Settings of descents on such a surface.
+    pub fn quench(&self) -> QuenchSettings {
+        QuenchSettings::default()
+            .with_max_step(self.length)
+            .with_gradient_tolerance(1e-8 * self.energy / self.length)
+    }
+
+    /// When two stationary points of such a surface are one.
+    pub fn sameness(&self) -> Sameness {
+        Sameness::for_scales(self.energy, self.length)
+    }
+
+    /// Greatest norm of the gradient of a minimum, energy per length: that of [`Scales::audit`].
+    pub fn gradient_tolerance(&self) -> f64 {
+        self.audit().gradient_tolerance
+    }
+
+    /// How points found by [`Scales::quench`] are audited.
+    pub fn audit(&self) -> AuditSettings {
+        AuditSettings::for_descents(&self.quench(), &self.sameness(), self.length)
+    }
+}
+
+/// How far from `bottom`, in a random direction, the Hessian has changed by [`CHANGE`] (at most `size`), and the largest
+/// curvature at `bottom`. Outlying curvatures count, in both, no more than [`Modes::stiffness`](super::eigen::Modes).
+fn reach(
+    energy: &dyn Energy,
+    bottom: &[f64],
+    size: f64,
+    id: usize,
+    seed: u64,
+) -> Option<(f64, f64)> {
+    let piece = Piece::new(energy, energy.choice(bottom));
+    let difference = 1e-5 * size;
+    let modes = piece.modes(bottom, difference)?;
+    let stiffness = modes.stiffness();
+    let here = modes.tempered(piece.hessian(bottom, difference)?);
+    let mut rng = stream(seed, Task::Saddle, u64::MAX - id as u64);
+    let mut step = random_tangent(piece.scales.len(), 1e-3 * size, &mut rng);
+    let mut length = 1e-3 * size;
+    while length < size {
+        let Some(there) = piece.hessian(&piece.moved(bottom, &step), difference) else {
+            break;
+        };
+        if (modes.tempered(there) - &here).norm() >= CHANGE * here.norm() {
+            break;
+        }
+        length *= 1.5;
+        scale(&mut step, 1.5);
+    }
+    (stiffness > 0.0).then_some((length, stiffness))
+}
+
+/// A tangent of this length in a random direction.
+pub(super) fn random_tangent(dimensions: usize, length: f64, rng: &mut Rng) -> Vec<f64> {
+    let mut tangent: Vec<f64> = (0..dimensions)
+        .map(|_| StandardNormal.sample(rng))
+        .collect();
+    let norm = norm(&tangent);
+    scale(&mut tangent, length / norm);
+    tangent
+}
+
+fn median(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}

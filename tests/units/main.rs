@@ -1,0 +1,154 @@
+//! Results do not depend on units: every reference surface, its lengths multiplied by 10⁻³ to 10³ and its energies by 10⁻⁶
+//! to 10⁶, has the same points, the same tree and the same claims.
+#![cfg(feature = "topography")]
+#![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
+
+mod scaled;
+#[cfg(feature = "cli")]
+mod shell;
+mod stiff;
+
+use landscape::energy::model::Surface;
+use landscape::sample::{Mala, Rng, Task, stream};
+use landscape::topography::{
+    GroupSettings, Landscape, MapSettings, NoJournal, Scales, SearchSettings, distinct, explore,
+    in_box, map, quench_all, silent,
+};
+use scaled::{Scaled, Units, binary, decimal, surfaces};
+
+const AS_IT_IS: Units = Units {
+    length: 1.0,
+    energy: 1.0,
+};
+
+/// What was found, in the units of the surface as it was.
+struct Found {
+    /// Energies and coordinates.
+    minima: Vec<(f64, Vec<f64>)>,
+    saddles: Vec<(f64, Vec<f64>)>,
+    /// Heights of the merges, rising.
+    merges: Vec<f64>,
+    /// What is claimed of it.
+    claims: String,
+    /// How it was found.
+    details: String,
+}
+
+impl Found {
+    fn explored(surface: &Surface, units: Units) -> Self {
+        let energy = Scaled::new(surface, units);
+        let draw = in_box(&surface.low, &surface.high);
+        let draw = |rng: &mut Rng| energy.scaled(&draw(rng));
+        let settings = SearchSettings::measured(&energy, &draw, 1);
+        let found = explore(&energy, &draw, &settings, &NoJournal, &silent);
+        let landscape = found.landscape(&energy, &GroupSettings::default());
+        let mapped = Self::mapped(&landscape, &energy, units);
+        let complete = found.coverage.unseen < 0.5;
+        Self {
+            claims: format!("{}, complete: {complete}", mapped.claims),
+            details: format!(
+                "{:?}, {:?}, {} refused, {} evaluations",
+                found.coverage,
+                found.fates,
+                found.refused.len(),
+                found.evaluations
+            ),
+            saddles: (found.saddles.iter())
+                .map(|s| (s.energy / units.energy, energy.unscaled(&s.coordinates)))
+                .collect(),
+            ..mapped
+        }
+    }
+
+    /// The short path of the front page.
+    fn of_starts(surface: &Surface, units: Units) -> Self {
+        let energy = Scaled::new(surface, units);
+        let draw = in_box(&surface.low, &surface.high);
+        let starts: Vec<Vec<f64>> = (0..200)
+            .map(|id| energy.scaled(&draw(&mut stream(1, Task::Start, id))))
+            .collect();
+        let scales = Scales::measured(&energy, &starts);
+        let quenches = quench_all(&energy, &starts, &scales.quench(), &NoJournal, &silent);
+        let tolerance = scales.gradient_tolerance();
+        let (minima, rejected) = distinct(&energy, &quenches, &scales.sameness(), tolerance);
+        let settings = MapSettings::for_minima(&energy, &minima);
+        let kernel = Mala::new(&energy);
+        let landscape = map(&energy, &kernel, minima, &settings, &NoJournal, &silent);
+        let mut found = Self::mapped(&landscape, &energy, units);
+        found.details = format!(
+            "{:?}, {} strays, {} rejected, {} evaluations",
+            landscape.tally(),
+            landscape.strays.len(),
+            rejected.len(),
+            landscape.evaluations
+        );
+        found
+    }
+
+    fn mapped(landscape: &Landscape, energy: &Scaled<'_>, units: Units) -> Self {
+        let minima = landscape.network.node_weights();
+        let merges = landscape.tree.nodes.iter().filter(|n| n.minimum.is_none());
+        let mut merges: Vec<f64> = merges.map(|node| node.energy / units.energy).collect();
+        merges.sort_by(f64::total_cmp);
+        Self {
+            minima: minima
+                .map(|m| (m.energy / units.energy, energy.unscaled(&m.coordinates)))
+                .collect(),
+            saddles: Vec::new(),
+            merges,
+            claims: format!("{} components", landscape.tree.roots.len()),
+            details: String::new(),
+        }
+    }
+
+    fn assert_identical(&self, other: &Self, what: &str) {
+        assert_eq!(self.minima, other.minima, "{what}");
+        assert_eq!(self.saddles, other.saddles, "{what}");
+        assert_eq!(self.merges, other.merges, "{what}");
+        assert_eq!(self.claims, other.claims, "{what}");
+        assert_eq!(self.details, other.details, "{what}");
+    }
+
+    /// Up to what rounding does: points are as exact as their tolerances, and symmetric copies come in any order.
+    fn assert_equal(&self, other: &Self, what: &str) {
+        let energies = |points: &[(f64, Vec<f64>)]| points.iter().map(|point| point.0).collect();
+        let pairs: [(Vec<f64>, Vec<f64>); 3] = [
+            (energies(&self.minima), energies(&other.minima)),
+            (energies(&self.saddles), energies(&other.saddles)),
+            (self.merges.clone(), other.merges.clone()),
+        ];
+        for (known, found) in pairs {
+            assert_eq!(known.len(), found.len(), "{what}: {known:?}, {found:?}");
+            for (known, found) in known.iter().zip(&found) {
+                let near = (known - found).abs() < 1e-6 * (1.0 + known.abs());
+                assert!(near, "{what}: {found} instead of {known}");
+            }
+        }
+        assert_eq!(self.claims, other.claims, "{what}");
+    }
+}
+
+fn in_all_units(found: &dyn Fn(&Surface, Units) -> Found) {
+    for surface in surfaces() {
+        let known = found(&surface, AS_IT_IS);
+        assert!(!known.minima.is_empty());
+        for units in binary() {
+            let what = format!("{} in {units:?}", surface.name);
+            known.assert_identical(&found(&surface, units), &what);
+        }
+        for units in decimal() {
+            let what = format!("{} in {units:?}", surface.name);
+            known.assert_equal(&found(&surface, units), &what);
+        }
+    }
+}
+
+#[test]
+fn a_search_finds_the_same_in_all_units() {
+    in_all_units(&Found::explored);
+}
+
+#[test]
+fn the_short_path_finds_the_same_in_all_units() {
+    in_all_units(&Found::of_starts);
+}
