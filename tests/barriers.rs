@@ -2,7 +2,7 @@
 //! knowledge of how many minima there are.
 
 use landscape::energy::Energy;
-use landscape::energy::model::{ThreeHole, Torsion};
+use landscape::energy::model::{MullerBrown, ThreeHole, Torsion};
 use landscape::optimize::{QuenchSettings, quench};
 use landscape::sample::{Mala, Task, stream};
 use landscape::space::{Euclidean, Space};
@@ -417,4 +417,59 @@ fn tops_over_close_kinks_are_lowered_to_their_passes() {
     // Not above the best sequence of bowls by more than what bowls differ by, and far below the straight line.
     assert!(edge.height < exact + 0.03, "{} {exact}", edge.height);
     assert!(straight > exact + 0.2, "{straight} {exact}");
+}
+
+#[test]
+fn what_is_no_minimum_has_no_part_in_the_map() {
+    let energy = MullerBrown::new();
+    let known = minima(&energy, &[-1.5, -0.3], &[1.0, 1.8], 40);
+    assert_eq!(known.len(), 3);
+    let mut given = known.clone();
+    let like = |x: [f64; 2]| Minimum {
+        coordinates: x.to_vec(),
+        energy: energy.evaluate(&x, &mut [0.0; 2]),
+        choice: Vec::new(),
+        members: vec![99],
+    };
+    let copy = [0, 1].map(|k| known[1].coordinates[k] + 1e-7);
+    given.insert(0, like([0.2, 1.3]));
+    given.insert(2, like(copy));
+    given.push(like([f64::NAN, 0.5]));
+    given.push(Minimum {
+        energy: f64::NAN,
+        ..known[0].clone()
+    });
+    given.push(Minimum {
+        energy: known[0].energy - 1.0,
+        ..known[0].clone()
+    });
+    let run = |given: Vec<Minimum>| {
+        let settings = MapSettings::for_minima(&energy, &given);
+        map(
+            &energy,
+            &Mala::new(&energy),
+            given,
+            &settings,
+            &NoJournal,
+            &silent,
+        )
+    };
+    let (whole, found) = (run(known.clone()), run(given));
+    let rows: Vec<usize> = found.rejected.iter().map(|rejected| rejected.row).collect();
+    assert_eq!(rows, [0, 5, 6, 7]);
+    assert!(found.rejected[0].gradient_norm > 1.0);
+    assert!(whole.rejected.is_empty());
+    let nodes = |landscape: &Landscape| -> Vec<Minimum> {
+        landscape.network.node_weights().cloned().collect()
+    };
+    assert_eq!(nodes(&found).len(), 3);
+    assert!(nodes(&found)[1].members.contains(&99));
+    for (one, other) in nodes(&found).iter().zip(nodes(&whole)) {
+        assert_eq!(one.coordinates, other.coordinates);
+    }
+    for i in 0..3 {
+        let ends = (MinimumId(0), MinimumId(i));
+        let [height, known] = [&found, &whole].map(|map| map.tree.minimax(ends.0, ends.1).unwrap());
+        assert!((height - known).abs() < 1e-6);
+    }
 }

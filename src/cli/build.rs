@@ -120,7 +120,7 @@ fn build(
     file: &GraspFile,
     population: &Population<'_>,
     output: &Path,
-    warnings: Vec<String>,
+    mut warnings: Vec<String>,
 ) -> anyhow::Result<()> {
     let grasps: Vec<_> = population
         .grasps
@@ -181,6 +181,12 @@ fn build(
         (&journal, &mut watch),
     );
     let landscape = &found.landscape;
+    if !landscape.rejected.is_empty() {
+        warnings.push(format!(
+            "{} minima are left out: the descents that led there ended on a slope",
+            landscape.rejected.len()
+        ));
+    }
     let hover = hover_costs(&energy, &probes(landscape))?;
     watch.lap("hover", 0);
 

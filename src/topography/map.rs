@@ -23,6 +23,7 @@ use crate::energy::Energy;
 use crate::optimize::{Quench, QuenchSettings, StopReason};
 use crate::sample::Kernel;
 use crate::space::interpolate;
+use crate::space::vector::norm;
 
 /// Settings of [`map`]. [`MapSettings::for_scales`] sets everything that has a unit from one energy and one length.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -94,7 +95,8 @@ impl MapSettings {
         let (mut lengths, mut heights) = (Vec::new(), Vec::new());
         let mut gradient = vec![0.0; space.tangents()];
         for (i, row) in all.iter().enumerate() {
-            let others = (0..minima.len()).filter(|j| *j != i);
+            // Copies of a minimum, and points that are none, say nothing of distances.
+            let others = (0..minima.len()).filter(|j| row[*j] > 0.0 && row[*j].is_finite());
             let Some(j) = others.min_by(|a, b| row[*a].total_cmp(&row[*b])) else {
                 continue;
             };
@@ -141,6 +143,17 @@ impl MapSettings {
     }
 }
 
+/// What was given to [`map`] as a minimum and is none: not finite, not of the energy that the surface has there, or on a
+/// slope that changes the energy, over the distance within which two points are one, by more than two minima that are one may
+/// differ.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NoMinimum {
+    /// Its row among the minima given.
+    pub row: usize,
+    /// Norm of the gradient there, energy per length (NaN of a point that is not finite).
+    pub gradient_norm: f64,
+}
+
 /// A mapped landscape.
 #[derive(Debug, Clone)]
 pub struct Landscape {
@@ -152,6 +165,8 @@ pub struct Landscape {
     pub tree: Tree,
     /// Groups at the most stable level.
     pub groups: Groups,
+    /// What was given as a minimum and is none: it has no part in the map.
+    pub rejected: Vec<NoMinimum>,
     /// Minima that descents from passes found but the map was not given, lowest first, without members. Add them and map
     /// again for a finer map; merge heights are right without them.
     pub strays: Vec<Minimum>,
@@ -167,15 +182,18 @@ pub struct Landscape {
 /// chain. Every pass met on the way is a connection of the two minima that descents from it reach, whichever pair was
 /// asked for. A pair is skipped if passes already known join it at the energy of its higher minimum. The result does not
 /// depend on the order of `minima` (they are sorted), the number of threads, or interruptions.
+///
+/// Of `minima` those that are the same count as one, with the members of all; what is no minimum is left out and told
+/// ([`Landscape::rejected`]).
 pub fn map(
     energy: &dyn Energy,
     kernel: &dyn Kernel,
-    mut minima: Vec<Minimum>,
+    minima: Vec<Minimum>,
     settings: &MapSettings,
     journal: &dyn Journal,
     observer: &Observer<'_>,
 ) -> Landscape {
-    minima.sort_by(by_energy);
+    let (minima, rejected) = at_rest(energy, minima, &settings.sameness);
     let mut survey = Survey {
         energy,
         kernel,
@@ -233,6 +251,7 @@ pub fn map(
         stray.members.clear();
     }
     Landscape {
+        rejected,
         strays,
         resampled: resample(
             &network,
@@ -246,6 +265,64 @@ pub fn map(
         connections: survey.best.into_values().collect(),
         evaluations: survey.evaluations,
     }
+}
+
+/// Those of `minima` that are minima, by rising energy and each once, and the others.
+fn at_rest(
+    energy: &dyn Energy,
+    minima: Vec<Minimum>,
+    sameness: &Sameness,
+) -> (Vec<Minimum>, Vec<NoMinimum>) {
+    let space = energy.space();
+    let examined: Vec<Result<Minimum, NoMinimum>> = minima
+        .into_par_iter()
+        .enumerate()
+        .map(|(row, minimum)| moving(energy, &minimum, row, sameness).map_or(Ok(minimum), Err))
+        .collect();
+    let (mut sorted, mut rejected) = (Vec::new(), Vec::new());
+    for minimum in examined {
+        match minimum {
+            Ok(minimum) => sorted.push(minimum),
+            Err(refused) => rejected.push(refused),
+        }
+    }
+    sorted.sort_by(by_energy);
+    let mut distinct: Vec<Minimum> = Vec::with_capacity(sorted.len());
+    for minimum in sorted {
+        let first = distinct.partition_point(|m| m.energy < minimum.energy - sameness.energy);
+        let (x, height) = (&minimum.coordinates, minimum.energy);
+        let mut near = distinct[first..].iter_mut();
+        if let Some(known) = near.find(|known| sameness.holds(space, x, height, known)) {
+            known.members.extend(minimum.members);
+            known.members.sort_unstable();
+            known.members.dedup();
+        } else {
+            distinct.push(minimum);
+        }
+    }
+    (distinct, rejected)
+}
+
+/// Why the minimum given in `row` is none, if it is none.
+fn moving(
+    energy: &dyn Energy,
+    minimum: &Minimum,
+    row: usize,
+    sameness: &Sameness,
+) -> Option<NoMinimum> {
+    let (space, x) = (energy.space(), &minimum.coordinates);
+    let finite = x.len() == space.coordinates() && x.iter().all(|c| c.is_finite());
+    if !finite {
+        let gradient_norm = f64::NAN;
+        return Some(NoMinimum { row, gradient_norm });
+    }
+    let mut gradient = vec![0.0; space.tangents()];
+    let height = energy.evaluate(x, &mut gradient);
+    let gradient_norm = norm(&gradient);
+    // What is not a number passes neither.
+    let rests = (height - minimum.energy).abs() <= sameness.energy
+        && gradient_norm * sameness.distance <= sameness.energy;
+    (!rests).then_some(NoMinimum { row, gradient_norm })
 }
 
 /// The order of minima in a network: by energy, then by coordinates.

@@ -35,7 +35,7 @@ pub use diagram::{
 pub use difference::{Likeness, Match, MergeChange, TreeDifference};
 pub use groups::{GroupSettings, Groups, Level};
 pub use journal::{Journal, MemoryJournal, NoJournal};
-pub use map::{Landscape, MapSettings, map};
+pub use map::{Landscape, MapSettings, NoMinimum, map};
 pub use minima::{HoppingSettings, Rejected, Sameness, distinct, hop, quench_all};
 pub use network::{Edge, Evidence, Minimum, MinimumId, Network};
 pub use path::{BandSettings, Pass, Path, PathMethod, PathSettings, SeamSettings};

@@ -397,6 +397,7 @@ impl Run<'_> {
                 },
                 network,
                 connections,
+                rejected: Vec::new(),
                 strays: Vec::new(),
                 resampled: Vec::new(),
                 evaluations,

@@ -62,6 +62,7 @@ impl Exploration {
             groups: Groups::stable(&network, groups),
             network,
             connections,
+            rejected: Vec::new(),
             strays: Vec::new(),
             resampled: Vec::new(),
             evaluations: self.evaluations,
