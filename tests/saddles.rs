@@ -340,3 +340,65 @@ fn nothing_is_found_where_there_is_nothing() {
     assert!(found.minima.is_empty() && found.saddles.is_empty());
     assert_eq!(found.coverage.arrived, 0);
 }
+
+/// r³ cos 3(θ − 1/5) + r⁴ in the plane, plus 3 z²: three minima at −27/256 whose valleys meet in a monkey saddle.
+struct Monkey(landscape::space::Euclidean);
+
+impl Energy for Monkey {
+    fn space(&self) -> &dyn Space {
+        &self.0
+    }
+
+    fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64 {
+        let (sine, cosine) = 0.6_f64.sin_cos();
+        let (real, imaginary) = (x[0] * x[0] - x[1] * x[1], 2.0 * x[0] * x[1]);
+        let square = x[0] * x[0] + x[1] * x[1];
+        // The real part of w z³ for z = x + iy and w = e^(−3i/5).
+        let cubic =
+            cosine * (real * x[0] - imaginary * x[1]) + sine * (real * x[1] + imaginary * x[0]);
+        gradient[0] = 3.0 * (cosine * real + sine * imaginary) + 4.0 * square * x[0];
+        gradient[1] = 3.0 * (sine * real - cosine * imaginary) + 4.0 * square * x[1];
+        gradient[2] = 6.0 * x[2];
+        cubic + square * square + 3.0 * x[2] * x[2]
+    }
+}
+
+#[test]
+fn three_valleys_meet_in_a_monkey_saddle() {
+    let energy = Monkey(landscape::space::Euclidean::new(3));
+    let (low, high) = ([-1.2; 3], [1.2; 3]);
+    let draw = in_box(&low, &high);
+    for seed in 0..6 {
+        let settings = SearchSettings::measured(&energy, &draw, seed);
+        let found = explore(&energy, &draw, &settings, &NoJournal, &silent);
+        assert_energies(found.minima.iter().map(|m| m.energy), &[-27.0 / 256.0; 3]);
+        // As many as ordinary saddles would be needed to join three minima.
+        assert_energies(found.saddles.iter().map(|s| s.energy), &[0.0; 2]);
+        let landscape = found.landscape(&energy, &GroupSettings::default());
+        assert_eq!(landscape.tree.roots.len(), 1, "seed {seed}");
+        assert!((landscape.tree.minimax(MinimumId(0), MinimumId(2)).unwrap()).abs() < 1e-6);
+    }
+}
+
+/// A function of nothing: a space without directions.
+struct Constant(landscape::space::Euclidean);
+
+impl Energy for Constant {
+    fn space(&self) -> &dyn Space {
+        &self.0
+    }
+
+    fn evaluate(&self, _: &[f64], _: &mut [f64]) -> f64 {
+        2.5
+    }
+}
+
+#[test]
+fn the_only_point_of_a_space_is_a_minimum() {
+    let energy = Constant(landscape::space::Euclidean::new(0));
+    let draw = in_box(&[], &[]);
+    let settings = SearchSettings::measured(&energy, &draw, 0);
+    let found = explore(&energy, &draw, &settings, &NoJournal, &silent);
+    assert_energies(found.minima.iter().map(|m| m.energy), &[2.5]);
+    assert!(found.saddles.is_empty() && found.audits[0].curvatures.is_empty());
+}

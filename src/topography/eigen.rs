@@ -167,7 +167,11 @@ impl<'e> Piece<'e> {
     /// Orthonormal scaled tangents along which nothing changes.
     fn free(&self, x: &[f64]) -> Vec<Vec<f64>> {
         let mut free: Vec<Vec<f64>> = Vec::new();
-        for mode in self.space().zero_modes(x).chunks_exact(self.scales.len()) {
+        for mode in self
+            .space()
+            .zero_modes(x)
+            .chunks_exact(self.scales.len().max(1))
+        {
             let mut mode = self.scaled(mode);
             for known in &free {
                 let share = dot(known, &mode);
@@ -197,7 +201,9 @@ impl<'e> Piece<'e> {
         }
         // … and the other axes out of what is at right angles to them.
         let mut across = DMatrix::zeros(n, n - free);
-        for (j, column) in across.as_mut_slice().chunks_exact_mut(n).enumerate() {
+        // A space without directions has none to divide among columns.
+        let columns = across.as_mut_slice().chunks_exact_mut(n.max(1));
+        for (j, column) in columns.enumerate() {
             column[free + j] = 1.0;
             for (k, mirror) in mirrors.iter().enumerate().rev() {
                 reflect(&mut column[k..], &mirror[k..]);
@@ -237,7 +243,7 @@ impl<'e> Piece<'e> {
         if !(self.choice.is_empty() && self.energy.hessian(x, hessian.as_mut_slice())) {
             return None;
         }
-        let columns = hessian.as_mut_slice().chunks_exact_mut(n);
+        let columns = hessian.as_mut_slice().chunks_exact_mut(n.max(1));
         for (column, b) in columns.zip(&self.scales) {
             for (entry, a) in column.iter_mut().zip(&self.scales) {
                 *entry *= a * b;
@@ -276,6 +282,13 @@ impl<'e> Piece<'e> {
     /// finite.
     pub(super) fn modes(&self, x: &[f64], difference: f64) -> Option<Modes> {
         let axes = self.across(x);
+        if axes.ncols() == 0 {
+            // All of nothing, or of a lone atom, is free.
+            return Some(Modes {
+                curvatures: Vec::new(),
+                tangents: Vec::new(),
+            });
+        }
         let between = self.hessian_between(&axes, x, difference)?;
         let eigen = SymmetricEigen::try_new(between, f64::EPSILON, SWEEPS * self.scales.len())?;
         let mut order: Vec<usize> = (0..eigen.eigenvalues.len()).collect();

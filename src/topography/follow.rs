@@ -60,8 +60,10 @@ pub(super) struct Saddle {
     pub(super) energy: f64,
     /// Norm of the gradient, energy per length.
     pub(super) residual: f64,
-    /// Unit tangent along the only negative curvature.
-    pub(super) mode: Vec<f64>,
+    /// Curvatures by scaled tangents, lowest first: only the first is negative.
+    pub(super) curvatures: Vec<f64>,
+    /// Plain unit tangents along which they are taken.
+    pub(super) modes: Vec<Vec<f64>>,
     /// Whether the search met a point of higher index first.
     pub(super) kicked: bool,
 }
@@ -117,7 +119,7 @@ impl Piece<'_> {
                     modes = self.measure(&mut here, difference)?;
                 }
                 match modes.index() {
-                    (1, _) => return Ok(self.saddle(here, &modes, kicks < settings.kicks)),
+                    (1, _) => return Ok(self.saddle(here, modes, kicks < settings.kicks)),
                     (0, _) => return Err(Lost::Index),
                     _ if kicks == 0 => return Err(Lost::Index),
                     _ => {
@@ -171,15 +173,19 @@ impl Piece<'_> {
         self.modes(&here.x, difference).ok_or(Lost::Outside)
     }
 
-    fn saddle(&self, here: Here, modes: &Modes, kicked: bool) -> Saddle {
-        let mut mode = times(&modes.tangents[0], &self.scales);
-        let length = norm(&mode);
-        scale(&mut mode, length.recip());
+    fn saddle(&self, here: Here, modes: Modes, kicked: bool) -> Saddle {
+        let plain = |mode: &Vec<f64>| {
+            let mut mode = times(mode, &self.scales);
+            let length = norm(&mode);
+            scale(&mut mode, length.recip());
+            mode
+        };
         Saddle {
             residual: self.size(&here.gradient),
             x: here.x,
             energy: here.energy,
-            mode,
+            curvatures: modes.curvatures,
+            modes: modes.tangents.iter().map(plain).collect(),
             kicked,
         }
     }
@@ -324,6 +330,6 @@ mod tests {
         let found = piece.follow(&[0.7, 0.4, 0.2], Some(&[0.0, 0.1, 1.0]), &following(1e-9));
         let saddle = found.ok().unwrap();
         assert!((saddle.energy - 1.0).abs() < 1e-12, "{}", saddle.energy);
-        assert!(saddle.mode[2].abs() > 0.999999);
+        assert!(saddle.modes[0][2].abs() > 0.999999);
     }
 }

@@ -11,7 +11,7 @@ mod seam;
 mod settings;
 
 pub use pass::Pass;
-pub(super) use pass::descend;
+pub(super) use pass::{descend, descend_one_way};
 pub(super) use relax::relax;
 use serde::{Deserialize, Serialize};
 pub use settings::{BandSettings, PathMethod, PathSettings, SeamSettings};

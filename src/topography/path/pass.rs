@@ -184,11 +184,12 @@ impl Peak {
                 ceiling: f64::INFINITY,
                 known: &|_, _| None,
             };
-            let found = Piece::new(energy, before)
+            let mut found = Piece::new(energy, before)
                 .follow(&self.x, Some(&self.tangent), &following)
                 .ok()?;
             beside = found.kicked;
-            (found.x, found.energy, found.residual, found.mode)
+            let mode = found.modes.swap_remove(0);
+            (found.x, found.energy, found.residual, mode)
         };
         let mut gradient = vec![0.0; space.tangents()];
         let actual = energy.evaluate(&x, &mut gradient);
@@ -212,51 +213,62 @@ impl Peak {
 }
 
 /// Descents on both sides of a pass, after a step of length `push` along its unit tangent `mode`; `None` where such a
-/// step leads no lower. A descent that crosses the pass at once is begun again with shorter steps.
+/// step leads no lower.
 pub(in crate::topography) fn descend(
+    energy: &dyn Energy,
+    pass: (&[f64], f64),
+    mode: &[f64],
+    push: f64,
+    settings: &QuenchSettings,
+) -> Option<[Path; 2]> {
+    let side = |push| descend_one_way(energy, pass, mode, push, settings);
+    Some([side(push)?, side(-push)?])
+}
+
+/// The descent from a pass (and its height) after a step of length `push` (backward, if negative) along the unit tangent
+/// `mode`; `None` where such a step leads no lower. A descent that crosses the pass at once is begun again with shorter
+/// steps.
+pub(in crate::topography) fn descend_one_way(
     energy: &dyn Energy,
     (pass, height): (&[f64], f64),
     mode: &[f64],
     push: f64,
     settings: &QuenchSettings,
-) -> Option<[Path; 2]> {
+) -> Option<Path> {
     let space = energy.space();
     let mut gradient = vec![0.0; space.tangents()];
-    let mut side = |push: f64| {
-        let mut step = mode.to_vec();
-        scale(&mut step, push);
-        let mut start = pass.to_vec();
-        space.shift(&mut start, &step);
-        if energy.evaluate(&start, &mut gradient) >= height {
-            return None;
+    let mut step = mode.to_vec();
+    scale(&mut step, push);
+    let mut start = pass.to_vec();
+    space.shift(&mut start, &step);
+    if energy.evaluate(&start, &mut gradient) >= height {
+        return None;
+    }
+    let (mut trace, mut end) = traced(energy, &start, settings);
+    let mut toward = vec![0.0; space.tangents()];
+    let crossed = trace.images.iter().take(EARLY).any(|x| {
+        space.toward_near(pass, x, &mut toward);
+        dot(&toward, &step) < 0.0
+    });
+    if crossed {
+        // A long first step leads back over the pass where a minimum lies close beside it: shorter ones first.
+        let careful = settings
+            .clone()
+            .with_max_step(push.abs())
+            .with_max_evaluations(CAREFUL.min(settings.max_evaluations));
+        (trace, end) = traced(energy, &start, &careful);
+        if end.stop != StopReason::Converged {
+            let (mut rest, last) = traced(energy, &end.x, settings);
+            trace.images.append(&mut rest.images);
+            trace.energies.append(&mut rest.energies);
+            end = last;
         }
-        let (mut trace, mut end) = traced(energy, &start, settings);
-        let mut toward = vec![0.0; space.tangents()];
-        let crossed = trace.images.iter().take(EARLY).any(|x| {
-            space.toward_near(pass, x, &mut toward);
-            dot(&toward, &step) < 0.0
-        });
-        if crossed {
-            // A long first step leads back over the pass where a minimum lies close beside it: shorter ones first.
-            let careful = settings
-                .clone()
-                .with_max_step(push.abs())
-                .with_max_evaluations(CAREFUL.min(settings.max_evaluations));
-            (trace, end) = traced(energy, &start, &careful);
-            if end.stop != StopReason::Converged {
-                let (mut rest, last) = traced(energy, &end.x, settings);
-                trace.images.append(&mut rest.images);
-                trace.energies.append(&mut rest.energies);
-                end = last;
-            }
-        }
-        trace.images.insert(0, pass.to_vec());
-        trace.energies.insert(0, height);
-        trace.images.push(end.x);
-        trace.energies.push(end.energy);
-        Some(trace)
-    };
-    Some([side(push)?, side(-push)?])
+    }
+    trace.images.insert(0, pass.to_vec());
+    trace.energies.insert(0, height);
+    trace.images.push(end.x);
+    trace.energies.push(end.energy);
+    Some(trace)
 }
 
 /// The points of a descent after its start, and its end.

@@ -108,6 +108,8 @@ pub(super) struct Found {
     pub(super) x: Vec<f64>,
     pub(super) energy: f64,
     ends: [usize; 2],
+    /// Number of the first saddle at this point.
+    place: usize,
     crossing: Crossing,
     hits: usize,
     audit: Audit,
@@ -206,10 +208,16 @@ impl Census {
         }
         let mut fate = outcome.fate;
         if let Some(known) = outcome.known {
-            self.saddles[known].hits += 1;
+            self.hit(known, 1);
         }
         if let Some(crossing) = outcome.found {
+            let known = self.saddles.len();
             fate = self.meet(energy, crossing, Source::Search);
+            if self.saddles.len() > known {
+                for branch in outcome.branches {
+                    self.admit(energy, branch, 1, known);
+                }
+            }
         }
         *self.fates.entry(fate).or_insert(0) += 1;
     }
@@ -237,14 +245,44 @@ impl Census {
         let (images, energies) = (&crossing.path.images, &crossing.path.energies);
         let (x, height) = (images[crossing.pass].clone(), energies[crossing.pass]);
         if let Some(known) = self.saddle(space, &x, height) {
-            self.saddles[known].hits += hits;
+            self.hit(known, hits);
             return Fate::Arrived;
         }
+        self.admit(energy, crossing, hits, self.saddles.len())
+    }
+
+    /// Counts searches that came to a saddle, which is listed as often as the minima it joins ask for.
+    fn hit(&mut self, known: usize, hits: usize) {
+        let place = self.saddles[known].place;
+        for saddle in self
+            .saddles
+            .iter_mut()
+            .filter(|saddle| saddle.place == place)
+        {
+            saddle.hits += hits;
+        }
+    }
+
+    /// Takes in a saddle that is not known, or another way over the one that was the first in its `place`.
+    fn admit(
+        &mut self,
+        energy: &dyn Energy,
+        crossing: Crossing,
+        hits: usize,
+        place: usize,
+    ) -> Fate {
+        let space = energy.space();
+        let (images, energies) = (&crossing.path.images, &crossing.path.energies);
+        let (x, height) = (images[crossing.pass].clone(), energies[crossing.pass]);
         let last = images.len() - 1;
         let ends = [0, last].map(|k| self.minimum(energy, &images[k], energies[k]));
         let [Some(from), Some(to)] = ends else {
             return Fate::Evaporated;
         };
+        let mut there = self.saddles.iter().filter(|saddle| saddle.place == place);
+        if there.any(|saddle| saddle.ends.contains(&to)) {
+            return Fate::Arrived;
+        }
         let Some(audit) = self.passed(energy, &x, 1) else {
             return Fate::Index;
         };
@@ -263,6 +301,7 @@ impl Census {
             x,
             energy: height,
             ends: [from, to],
+            place,
             crossing,
             hits,
             audit,

@@ -42,7 +42,8 @@ pub struct Exploration {
     pub minima: Vec<Minimum>,
     /// The audit of each minimum.
     pub audits: Vec<Audit>,
-    /// Distinct saddles, lowest first.
+    /// Distinct saddles, lowest first. One in which n > 2 valleys meet is listed n − 1 times: so many ordinary saddles would
+    /// join their minima.
     pub saddles: Vec<TransitionState>,
     /// What was taken for a stationary point and did not pass its audit.
     pub refused: Vec<Refused>,

@@ -7,11 +7,12 @@ use super::start::{Place, Start};
 use super::{Draw, SearchSettings};
 use crate::energy::{Counted, Energy};
 use crate::optimize::{Quench, StopReason};
+use crate::space::vector::{add, scale};
 use crate::topography::barrier::Crossing;
 use crate::topography::eigen::Piece;
-use crate::topography::follow::{Following, Lost};
+use crate::topography::follow::{Following, Lost, Saddle};
 use crate::topography::minima::QuenchRecord;
-use crate::topography::path::{Pass, descend};
+use crate::topography::path::{Pass, Path, descend, descend_one_way};
 
 /// Push off a saddle, as a share of the length of the surface.
 pub(super) const PUSH: f64 = 0.1;
@@ -22,6 +23,13 @@ const SATURATION: f64 = 10.0;
 const DIFFERENCE: f64 = 1e-4;
 /// How often that is halved before both sides lead down.
 const HALVINGS: i32 = 8;
+
+/// Curvatures of a saddle below this share of the surface's are degenerate: other saddles would be so near that they could
+/// not be told from it, and more than two valleys may meet there.
+const DEGENERATE: f64 = 1e-3;
+/// Degenerate modes that are looked into, at most, and directions in the plane of two of them.
+const MODES: usize = 4;
+const DIRECTIONS: u32 = 12;
 
 /// How a search ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -66,6 +74,8 @@ pub(super) struct Outcome {
     pub(super) known: Option<usize>,
     /// The saddle it met, if it was not.
     pub(super) found: Option<Crossing>,
+    /// The ways from that saddle to further minima, where more than two valleys meet.
+    pub(super) branches: Vec<Crossing>,
     /// The end of the descent from a random point.
     pub(super) drawn: Option<QuenchRecord>,
     pub(super) evaluations: usize,
@@ -103,6 +113,7 @@ impl Searcher<'_> {
             fate: Fate::Arrived,
             known: None,
             found: None,
+            branches: Vec::new(),
             drawn: None,
             evaluations: 0,
         };
@@ -140,23 +151,72 @@ impl Searcher<'_> {
             descend(
                 self.energy,
                 (&saddle.x, saddle.energy),
-                &saddle.mode,
+                &saddle.modes[0],
                 PUSH * self.settings.length * 0.5_f64.powi(halvings),
                 &self.settings.quench,
             )
         });
-        match descents {
-            None => outcome.fate = Fate::Evaporated,
-            Some(descents) => {
-                outcome.found = Some(Crossing::from(Pass {
-                    x: saddle.x,
-                    energy: saddle.energy,
-                    seam: false,
-                    residual: saddle.residual,
-                    descents,
-                }));
+        let mut ways: Vec<Path> = descents.into_iter().flatten().collect();
+        self.branch(&saddle, &mut ways);
+        if ways.len() < 2 {
+            outcome.fate = Fate::Evaporated;
+            return outcome;
+        }
+        let mut crossings = ways[1..].iter().map(|way| {
+            Crossing::from(Pass {
+                x: saddle.x.clone(),
+                energy: saddle.energy,
+                seam: false,
+                residual: saddle.residual,
+                descents: [ways[0].clone(), way.clone()],
+            })
+        });
+        outcome.found = crossings.next();
+        outcome.branches = crossings.collect();
+        outcome
+    }
+
+    /// Adds to the descents from a degenerate saddle (three valleys meet at a monkey saddle, say) those to other minima. None
+    /// for a saddle whose curvatures tell its two ways down.
+    fn branch(&self, saddle: &Saddle, ways: &mut Vec<Path>) {
+        let settings = self.settings;
+        let degenerate = DEGENERATE * settings.energy / (settings.length * settings.length);
+        let small = |curvature: &&f64| curvature.abs() <= degenerate;
+        let count = saddle
+            .curvatures
+            .iter()
+            .take_while(small)
+            .count()
+            .min(MODES);
+        let space = self.energy.space();
+        for (i, first) in saddle.modes[..count].iter().enumerate() {
+            for second in &saddle.modes[i + 1..count] {
+                for k in 0..DIRECTIONS {
+                    let angle = std::f64::consts::TAU * f64::from(k) / f64::from(DIRECTIONS);
+                    let mut direction = first.clone();
+                    scale(&mut direction, angle.cos());
+                    add(&mut direction, angle.sin(), second);
+                    let Some(branch) = descend_one_way(
+                        self.energy,
+                        (&saddle.x, saddle.energy),
+                        &direction,
+                        PUSH * settings.length,
+                        &settings.quench,
+                    ) else {
+                        continue;
+                    };
+                    let end = |way: &Path| way.images.len() - 1;
+                    let (x, height) = (&branch.images[end(&branch)], branch.energies[end(&branch)]);
+                    let known = ways.iter().any(|way| {
+                        (height - way.energies[end(way)]).abs() <= settings.sameness.energy
+                            && space.distance(x, &way.images[end(way)])
+                                <= settings.sameness.distance
+                    });
+                    if !known {
+                        ways.push(branch);
+                    }
+                }
             }
         }
-        outcome
     }
 }
