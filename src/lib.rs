@@ -46,6 +46,8 @@
 //! ```
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
+mod atomic_file;
+
 pub mod agreement;
 pub mod energy;
 pub mod figure;

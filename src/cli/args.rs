@@ -31,6 +31,9 @@ pub(super) struct Common {
     /// No progress bars and no summary.
     #[arg(long, short, global = true)]
     pub(super) quiet: bool,
+    /// Overwrite files that exist and were not made by this program, that may have been edited, or that are read.
+    #[arg(long, global = true)]
+    pub(super) force: bool,
     /// This command line, for the files that it writes.
     #[arg(skip)]
     pub(super) provenance: Provenance,
@@ -205,7 +208,7 @@ Examples:
   landscape label grasps.parquet --explain 17              why grasp 17 is what it is
   landscape label grasps.parquet --sheet sheet.html        a page on which you label by clicking; it saves labels.csv
   landscape label grasps.parquet --from labels.csv         the same with your labels, which win
-  landscape label mine.parquet -o mine.parquet             in place
+  landscape label mine.parquet -o mine.parquet --force     in place
 
 The types are the 33 of the GRASP taxonomy (Feix et al. 2016). The rule looks at all of the hand within 5 mm of the object,
 at the pose of the fingers and at the object where it is held. Where two types fit as well it tells the cell of the
@@ -590,9 +593,6 @@ pub(super) struct HandsInspect {
     /// The picture to write (.png); by default in the current folder, named after the hand.
     #[arg(long, value_name = "FILE")]
     pub(super) picture: Option<PathBuf>,
-    /// Overwrite a side file that exists.
-    #[arg(long)]
-    pub(super) force: bool,
 }
 
 /// Simulate grasps.
@@ -664,9 +664,6 @@ pub(super) struct ObjectsInspect {
     /// Write a description (.json) with the symmetry that was found. One beside the mesh, of the same name, is read with it.
     #[arg(long, value_name = "FILE")]
     pub(super) side_file: Option<PathBuf>,
-    /// Overwrite a description that exists.
-    #[arg(long, requires = "side_file")]
-    pub(super) force: bool,
 }
 
 /// Make an object of a network.

@@ -8,10 +8,11 @@ use super::args::{Build, Common};
 use super::grasp_map::settings_for_grasps;
 use super::landscape::{Input, Mapped};
 use super::magnetisation::{self, Choice};
+use super::output::{check_inputs, check_place};
 use super::report::{Report, summary, tables};
 use super::run::{DiskJournal, Unfinished, Watch, check_resumable, until_unwritable};
 use super::uncertainty::Unseen;
-use super::{check_output, complain, input, print};
+use super::{complain, input, print};
 use crate::grasp::hover::hover_costs;
 use crate::grasp::{GraspEnergy, GraspKernel};
 use crate::store::{AtomicFolder, Grasp, GraspFile, Population, Source, content_hash};
@@ -36,9 +37,6 @@ pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
     if let Some(first @ 0..2) = command.first {
         anyhow::bail!("--first {first}: a landscape lies between at least two grasps");
     }
-    if let Some(output) = &command.output {
-        check_output(output)?;
-    }
     let (mut file, warnings) = input::read(
         &command.grasps,
         command.of.hand.as_deref(),
@@ -56,6 +54,10 @@ pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
         .iter()
         .map(|population| folder(command, population, several))
         .collect::<anyhow::Result<Vec<_>>>()?;
+    for folder in &folders {
+        check_place(folder)?;
+        check_inputs(folder, &[&command.grasps])?;
+    }
     check_resumable(&command.again, &folders)?;
     for (population, folder) in populations.iter().zip(&folders) {
         until_unwritable(|| build(command, common, &file, population, folder, warnings.clone()))?

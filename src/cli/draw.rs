@@ -6,12 +6,13 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail, ensure};
 
 use super::args::{Common, Draw};
+use super::complain;
 use super::draw_types::Types;
-use super::drawing::{Drawing, PICTURE_WIDTH, Views};
+use super::drawing::{Drawing, PICTURE_WIDTH, Views, is_written};
 use super::landscape::Titles;
-use super::{check_output, complain};
+use super::output::check_folder;
 use crate::figure::Leaf;
-use crate::store::{GraspFile, LandscapeFiles, MinimumRow, Overrides, read_resampled};
+use crate::store::{FileSet, GraspFile, LandscapeFiles, MinimumRow, Overrides, read_resampled};
 use crate::topography::{Evidence, MinimumId, Tree};
 
 pub(super) fn run(command: &Draw, common: &Common) -> anyhow::Result<()> {
@@ -22,9 +23,6 @@ pub(super) fn run(command: &Draw, common: &Common) -> anyhow::Result<()> {
         ("examples", command.examples),
     ] {
         ensure!(value != Some(0), "--{flag} 0: at least 1 is needed");
-    }
-    if let Some(output) = &command.output {
-        check_output(output)?;
     }
     let files = LandscapeFiles::read(&command.landscape)?;
     let network = files.network(&command.landscape)?;
@@ -40,8 +38,9 @@ pub(super) fn run(command: &Draw, common: &Common) -> anyhow::Result<()> {
         Some(output) => output.clone(),
         None => beside(&command.landscape)?,
     };
-    std::fs::create_dir_all(&output)
-        .with_context(|| format!("cannot create the folder {}", output.display()))?;
+    let mut inputs = vec![command.landscape.as_path()];
+    inputs.extend(command.stability.as_deref());
+    check_folder(&output, &inputs, is_written, common)?;
     let titles = titles(&files, command.seed);
     let stability = command.stability.as_deref().map(held).transpose()?;
     let types = (command.colour.is_some() || command.examples.is_some())
@@ -76,7 +75,11 @@ pub(super) fn run(command: &Draw, common: &Common) -> anyhow::Result<()> {
         views,
         examples,
     };
-    drawing.write(&output)?;
+    std::fs::create_dir_all(&output)
+        .with_context(|| format!("cannot create the folder {}", output.display()))?;
+    let mut outputs = FileSet::default();
+    drawing.write(&mut |name, bytes| outputs.add(&output.join(name), bytes))?;
+    outputs.finish()?;
     if !common.quiet {
         complain(&format!("wrote {}", output.display()));
     }

@@ -1,19 +1,24 @@
 //! Pictures of a network and its tree, with views applied, and the same as text for other programs.
 
 use std::fmt::Write as _;
-use std::path::Path;
 
 use anyhow::Context;
 
 use super::landscape::Titles;
 use crate::figure::layout::collapse;
 use crate::figure::{BarrierPicture, DisconnectivityPicture, Leaf, Picture, group};
-use crate::store::write_atomic;
+use crate::store::StoreError;
 use crate::topography::view::{Levels, View, bottoms, grouped, restricted};
 use crate::topography::{self, Ancestors, Evidence, MinimumId, Network, Tree, decisive, support};
 
+/// Names of the pictures, without what tells groups from minima and without their format.
+const PICTURES: [&str; 2] = ["disconnectivity", "barriers"];
+
 /// Width of a disconnectivity graph, canvas units.
 pub(super) const PICTURE_WIDTH: u32 = 1600;
+
+/// Takes the name and the bytes of a file.
+pub(super) type Put<'a> = &'a mut dyn FnMut(&str, &[u8]) -> Result<(), StoreError>;
 
 /// What is to be drawn.
 pub(super) struct Drawing<'a> {
@@ -90,6 +95,14 @@ impl Views {
     }
 }
 
+/// Whether [`Drawing::write`] writes a file of this name.
+pub(super) fn is_written(name: &str) -> bool {
+    let texts = ["tree.nwk", "tree.dot", "tree.json", "barriers.graphml"];
+    let picture = name.strip_suffix(".svg").or(name.strip_suffix(".png"));
+    let picture = picture.map(|stem| stem.strip_suffix("_minima").unwrap_or(stem));
+    texts.contains(&name) || picture.is_some_and(|stem| PICTURES.contains(&stem))
+}
+
 /// One of the two resolutions: minima, or groups of them.
 struct Shown<'a> {
     examples: Vec<(MinimumId, Picture)>,
@@ -103,24 +116,21 @@ struct Shown<'a> {
 impl Drawing<'_> {
     /// Writes the tree (Newick, DOT, JSON) and the network (GraphML) of the minima as they are shown, and the pictures of
     /// minima and of groups.
-    pub(super) fn write(&self, folder: &Path) -> anyhow::Result<()> {
+    pub(super) fn write(&self, put: Put<'_>) -> anyhow::Result<()> {
         let (view, levels) = (self.views).of(self.network, self.tree, &self.views.picked);
         let name = |id: MinimumId| format!("m{}", view.minima[id.0].0);
-        let write = |file: &str, text: &str| write_atomic(&folder.join(file), text.as_bytes());
         let known = support(&view.tree, &shown_of(self.resampled, &view, levels));
-        write("tree.nwk", &topography::newick(&view.tree, &known, name))?;
-        write("tree.dot", &topography::dot(&view.tree, &known, name))?;
-        write(
-            "tree.json",
-            &topography::tree_json(&view.tree, &known, name),
-        )?;
+        let newick = topography::newick(&view.tree, &known, name);
+        put("tree.nwk", newick.as_bytes())?;
+        let dot = topography::dot(&view.tree, &known, name);
+        put("tree.dot", dot.as_bytes())?;
+        let json = topography::tree_json(&view.tree, &known, name);
+        put("tree.json", json.as_bytes())?;
         let network = visible(self.network, &view);
         let network = network.as_ref().unwrap_or(self.network);
         let known = of_edges(network, &view.tree, &known);
-        write(
-            "barriers.graphml",
-            &topography::graphml(network, &known, name),
-        )?;
+        let graphml = topography::graphml(network, &known, name);
+        put("barriers.graphml", graphml.as_bytes())?;
 
         let groups = grouped(self.network, &self.group_of);
         let mut picked: Vec<MinimumId> = (self.views.picked.iter())
@@ -153,13 +163,13 @@ impl Drawing<'_> {
             },
         ];
         for (shown, ending) in shown.iter().zip(["", "_minima"]) {
-            self.pictures(shown, ending, folder)?;
+            self.pictures(shown, ending, put)?;
         }
         Ok(())
     }
 
     /// The disconnectivity graph and the barrier graph, as SVG and PNG.
-    fn pictures(&self, shown: &Shown<'_>, ending: &str, folder: &Path) -> anyhow::Result<()> {
+    fn pictures(&self, shown: &Shown<'_>, ending: &str, put: Put<'_>) -> anyhow::Result<()> {
         let (view, levels) = (self.views).of(shown.network, &shown.tree, &shown.picked);
         let legible = at_most(&view, DisconnectivityPicture::MOST_LEAVES);
         let tree = self.tree_picture(
@@ -170,14 +180,10 @@ impl Drawing<'_> {
         );
         let legible = at_most(&view, BarrierPicture::MOST_NODES);
         let graph = self.graph_picture(shown, &legible, self.title(shown, &view, &legible, ending));
-        for (name, canvas) in [
-            ("disconnectivity", tree.draw()?),
-            ("barriers", graph.draw()?),
-        ] {
+        for (name, canvas) in PICTURES.into_iter().zip([tree.draw()?, graph.draw()?]) {
             for format in ["svg", "png"] {
-                canvas
-                    .save(&folder.join(format!("{name}{ending}.{format}")))
-                    .context("cannot draw")?;
+                let name = format!("{name}{ending}.{format}");
+                put(&name, &canvas.encode(name.as_ref()).context("cannot draw")?)?;
             }
         }
         Ok(())

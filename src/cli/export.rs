@@ -7,15 +7,25 @@ use std::sync::Arc;
 use anyhow::{Context, ensure};
 
 use super::args::{Common, Export, ExportFormat};
-use super::{check_output, complain, input, models};
+use super::output::{check_file, check_folder, is_scene};
+use super::{complain, input, models};
 use crate::figure::Scene;
 use crate::grasp::hand::{Hand, PosedHand};
 use crate::store::exchange::{QposRow, dexgraspnet_npy, qpos_csv, qpos_npy, table_csv, table_json};
-use crate::store::{Grasp, GraspFile, HandMetadata, write_atomic};
+use crate::store::{FileSet, Grasp, GraspFile, HandMetadata, write_atomic};
 
 pub(super) fn run(command: &Export, common: &Common) -> anyhow::Result<()> {
     let output = output(command)?;
-    check_output(&output)?;
+    let inputs = [command.grasps.as_path()];
+    if command.format == ExportFormat::Glb && !is_scene(&output) {
+        let scene = |name: &str| {
+            let number = name.strip_suffix(".glb");
+            number.is_some_and(|number| number.parse::<u64>().is_ok())
+        };
+        check_folder(&output, &inputs, scene, common)?;
+    } else {
+        check_file(&output, &inputs, common)?;
+    }
     let (file, warnings) = input::read(
         &command.grasps,
         command.of.hand.as_deref(),
@@ -173,9 +183,7 @@ fn qpos(hand: &Hand, grasps: &[&Grasp]) -> (Vec<String>, Vec<QposRow>) {
 
 /// Writes a scene for each grasp into a folder, or one into a file; returns what was written.
 fn scenes(file: &GraspFile, grasps: &[&Grasp], output: &Path) -> anyhow::Result<String> {
-    let single = output
-        .extension()
-        .is_some_and(|ending| ending.eq_ignore_ascii_case("glb"));
+    let single = is_scene(output);
     ensure!(
         !single || grasps.len() == 1,
         "--output {}: a .glb file holds one grasp: choose it with --grasp, or name a folder",
@@ -185,6 +193,7 @@ fn scenes(file: &GraspFile, grasps: &[&Grasp], output: &Path) -> anyhow::Result<
         std::fs::create_dir_all(output)
             .with_context(|| format!("cannot create the folder {}", output.display()))?;
     }
+    let mut files = FileSet::default();
     for population in file.landscapes() {
         let of_this: Vec<&&Grasp> = population
             .grasps
@@ -212,9 +221,10 @@ fn scenes(file: &GraspFile, grasps: &[&Grasp], output: &Path) -> anyhow::Result<
             } else {
                 output.join(format!("{}.glb", grasp.id))
             };
-            write_atomic(&path, &scene.to_glb())?;
+            files.add(&path, &scene.to_glb())?;
         }
     }
+    files.finish()?;
     Ok(if single {
         output.display().to_string()
     } else {

@@ -7,11 +7,12 @@ use anyhow::Context;
 use nalgebra::Vector3;
 
 use super::args::{Common, HandsCommand, HandsInspect};
-use super::{check_output, complain, models, print};
-use crate::figure::{Image, Marker, Scene, Surface, contact_sheet};
+use super::output::{check_file, check_place};
+use super::{complain, models, print};
+use crate::figure::{Image, Marker, Scene, Surface, contact_sheet_canvas};
 use crate::grasp::hand::{HAND_NAMES, Hand, JointKind, LinkId, PosedHand, Skin};
 use crate::space::PoseMetric;
-use crate::store::write_atomic;
+use crate::store::FileSet;
 
 /// Side of each image, pixels.
 const SIDE: u32 = 420;
@@ -68,21 +69,24 @@ fn inspect(command: &HandsInspect, common: &Common) -> anyhow::Result<()> {
             .unwrap_or_else(|| PathBuf::from(format!("{stem}.{ending}")))
     };
     let (side_file, picture) = (or(&command.side_file, "json"), or(&command.picture, "png"));
-    for output in [&side_file, &picture] {
-        check_output(output)?;
-    }
+    let inputs = [Path::new(&command.hand)];
+    check_place(&side_file)?;
+    check_file(&picture, &inputs, common)?;
     anyhow::ensure!(
-        !side_file.exists() || command.force,
+        !side_file.exists() || common.force,
         "{} exists and may have been edited: name another file (--side-file), or overwrite it (--force)",
         side_file.display()
     );
     let hand = Hand::from_files(&files)?;
     print(&table(&hand));
-    write_atomic(&side_file, files.side_file_of(&hand)?.as_bytes())?;
     let sheet = sheet(&hand);
     let (images, captions): (Vec<Image>, Vec<String>) = sheet.into_iter().unzip();
-    contact_sheet(&images, &captions, 3, &picture)
-        .with_context(|| format!("--picture {}", picture.display()))?;
+    let sheet = contact_sheet_canvas(&images, &captions, 3).encode(&picture);
+    let sheet = sheet.with_context(|| format!("--picture {}", picture.display()))?;
+    let mut outputs = FileSet::default();
+    outputs.add(&side_file, files.side_file_of(&hand)?.as_bytes())?;
+    outputs.add(&picture, &sheet)?;
+    outputs.finish()?;
     if !common.quiet {
         complain(&format!(
             "wrote {} and {}",

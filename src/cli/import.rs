@@ -10,8 +10,9 @@ use serde_json::{Value, json};
 use super::args::{Common, Import};
 use super::drawing::{Drawing, Views, not_drawn};
 use super::landscape::{Titles, write_database};
+use super::output::{check_inputs, check_place};
 use super::provenance::name_of;
-use super::{check_output, complain, import_grasps, print};
+use super::{complain, import_grasps, print};
 use crate::figure::leaves_of;
 use crate::store::{
     AtomicFolder, Counts, EdgeRow, LandscapeFiles, Manifest, MinimumRow, Source, content_hash,
@@ -28,9 +29,6 @@ pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
         "{}: --hand and --object are for grasps, of which there are none",
         command.path.display()
     );
-    if let Some(output) = &command.output {
-        check_output(output)?;
-    }
     let texts = ["min.data", "ts.data"].map(|name| read(&command.path, name));
     let [minima, states] = texts;
     let (minima, states) = (minima?, states?);
@@ -40,6 +38,8 @@ pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
         Some(output) => output.clone(),
         None => named_after(&command.path)?,
     };
+    check_place(&output)?;
+    check_inputs(&output, &[&command.path])?;
     let network = database.network();
     let imported = Imported {
         tree: Tree::from_network(&network, Evidence::Chain),
@@ -56,7 +56,7 @@ pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
     let folder = AtomicFolder::open(&output, true)?;
     imported.files()?.write(&folder)?;
     write_database(&database, &folder)?;
-    imported.draw(folder.path())?;
+    imported.draw(&folder)?;
     let text = imported.summary();
     folder.write("summary.md", text.as_bytes())?;
     let finished = folder.finish()?;
@@ -191,7 +191,7 @@ impl Imported<'_> {
         })
     }
 
-    fn draw(&self, folder: &Path) -> anyhow::Result<()> {
+    fn draw(&self, folder: &AtomicFolder) -> anyhow::Result<()> {
         let drawing = Drawing {
             network: &self.network,
             tree: &self.tree,
@@ -207,7 +207,7 @@ impl Imported<'_> {
             views: Views::default(),
             examples: Vec::new(),
         };
-        drawing.write(folder)
+        drawing.write(&mut |name, bytes| folder.write(name, bytes))
     }
 
     fn summary(&self) -> String {

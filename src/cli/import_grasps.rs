@@ -8,8 +8,9 @@ use nalgebra::{Isometry3, Quaternion, Rotation3, Translation3, UnitQuaternion};
 use rayon::prelude::*;
 
 use super::args::{Common, Import};
+use super::output::check_file;
 use super::provenance::name_of;
-use super::{check_output, complain, input, models, print, progress};
+use super::{complain, input, models, print, progress};
 use crate::grasp::hand::Hand;
 use crate::grasp::{EnergySettings, GraspEnergy, Judgement};
 use crate::store::exchange::{Mapping, Published, read};
@@ -51,7 +52,7 @@ pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
             "--scale {scale}: a positive number is needed"
         );
     }
-    let output = output(command)?;
+    let output = output(command, common)?;
     let mapping = mapping(command.mapping.as_deref())?;
     let hand_metadata =
         models::hand_metadata(hand, command.hand_folder.as_deref(), command.mirror)?;
@@ -98,7 +99,7 @@ pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn output(command: &Import) -> anyhow::Result<PathBuf> {
+fn output(command: &Import, common: &Common) -> anyhow::Result<PathBuf> {
     let output = if let Some(output) = &command.output {
         output.clone()
     } else {
@@ -108,18 +109,11 @@ fn output(command: &Import) -> anyhow::Result<PathBuf> {
             .context("--output: the file to write must be named")?;
         PathBuf::from(format!("{}.parquet", stem.to_string_lossy()))
     };
-    check_output(&output)?;
-    ensure!(
-        !output.is_dir(),
-        "--output {}: this is a folder, the name of a file is needed",
-        output.display()
-    );
-    let same = |path: &Path| path.canonicalize().ok();
-    ensure!(
-        same(&output).is_none() || same(&output) != same(&command.path),
-        "--output {}: this is the file to be read, name another one",
-        output.display()
-    );
+    let named = [&command.hand, &command.object];
+    let mut inputs: Vec<&Path> = named.into_iter().flatten().map(Path::new).collect();
+    inputs.push(&command.path);
+    inputs.extend(command.mapping.as_deref());
+    check_file(&output, &inputs, common)?;
     Ok(output)
 }
 

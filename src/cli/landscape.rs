@@ -238,7 +238,7 @@ impl Mapped<'_> {
             views: Views::default(),
             examples: Vec::new(),
         };
-        drawing.write(folder.path())
+        drawing.write(&mut |name, bytes| folder.write(name, bytes))
     }
 }
 

@@ -140,8 +140,8 @@ pub(super) fn write(found: &Diagram, title: &str, folder: &AtomicFolder) -> anyh
     let text = format!("{:#}\n", serde_json::to_value(found)?);
     folder.write("diagram.json", text.as_bytes())?;
     let canvas = diagram_chart(title, "1/m", found).draw()?;
-    for ending in ["svg", "png"] {
-        canvas.save(&folder.path().join(format!("diagram.{ending}")))?;
+    for name in ["diagram.svg", "diagram.png"] {
+        folder.write(name, &canvas.encode(name.as_ref())?)?;
     }
     Ok(())
 }

@@ -5,9 +5,9 @@
 
 use std::borrow::Cow;
 use std::ffi::OsString;
-use std::io::Write;
-use std::path::Path;
+use std::io::{self, Write};
 use std::process::ExitCode;
+use std::sync::{Mutex, PoisonError};
 
 use clap::{CommandFactory, FromArgMatches};
 use serde::Serialize;
@@ -29,6 +29,7 @@ mod import;
 mod import_grasps;
 mod input;
 mod inspect;
+mod interruption;
 mod label;
 mod landscape;
 mod magnetisation;
@@ -36,6 +37,7 @@ mod models;
 mod object_inspect;
 mod objects;
 mod origin;
+mod output;
 mod progress;
 mod provenance;
 mod report;
@@ -54,6 +56,7 @@ pub use grasp_map::settings_for_grasps;
 
 /// Runs the command line of this process.
 pub fn run() -> ExitCode {
+    interruption::watch();
     run_with(std::env::args_os())
 }
 
@@ -64,11 +67,16 @@ pub fn run_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>
         Err(error) => {
             // Colours, unless what it quotes would command the terminal.
             let text = error.render().to_string();
-            match printable(&text, OURS) {
-                Cow::Borrowed(_) => drop(error.print()),
-                Cow::Owned(_) => complain(text.trim_end()),
+            if matches!(printable(&text, OURS), Cow::Owned(_)) {
+                complain(text.trim_end());
+                return ExitCode::FAILURE;
             }
-            return ExitCode::from(u8::from(error.use_stderr()));
+            let printed = error.print().and_then(|()| io::stdout().flush());
+            if error.use_stderr() {
+                return ExitCode::FAILURE;
+            }
+            note_failure(printed);
+            return end(Ok(()));
         }
     };
     let result = arguments
@@ -89,13 +97,31 @@ pub fn run_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>
             Command::Import(command) => import::run(command, &arguments.common),
             Command::Export(command) => export::run(command, &arguments.common),
         });
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            complain(&format!("error: {}", sentence(&error)));
-            ExitCode::FAILURE
+    end(result)
+}
+
+/// Exit code of a process whose reader closed the pipe, as if SIGPIPE had ended it.
+const PIPE_CLOSED: u8 = 141;
+
+/// Says what went wrong, and how the process ends.
+fn end(result: anyhow::Result<()>) -> ExitCode {
+    let unprinted = UNPRINTED
+        .lock()
+        .unwrap_or_else(PoisonError::into_inner)
+        .take();
+    let error = match (result, unprinted) {
+        (Ok(()), None) => return ExitCode::SUCCESS,
+        (Err(error), _) => error,
+        // Whoever closed the pipe has read enough.
+        (Ok(()), Some(error)) if error.kind() == io::ErrorKind::BrokenPipe => {
+            return ExitCode::from(PIPE_CLOSED);
         }
-    }
+        (Ok(()), Some(error)) => {
+            anyhow::Error::new(error).context("cannot write to standard output")
+        }
+    };
+    complain(&format!("error: {}", sentence(&error)));
+    ExitCode::FAILURE
 }
 
 /// The definition of the command line: its subcommands, arguments and flags.
@@ -141,27 +167,27 @@ fn sentence(error: &anyhow::Error) -> String {
     short
 }
 
-/// Refuses an output that cannot be written, before any work is spent on it.
-fn check_output(output: &Path) -> anyhow::Result<()> {
-    if let Some(folder) = output.parent().filter(|folder| *folder != Path::new("")) {
-        anyhow::ensure!(
-            folder.is_dir(),
-            "--output {}: there is no folder {}",
-            output.display(),
-            folder.display()
-        );
-    }
-    Ok(())
-}
-
 /// A line for the person at the terminal. A closed terminal is nobody's mistake.
 fn complain(line: &str) {
-    let _ = writeln!(std::io::stderr(), "{}", printable(line, OURS));
+    let _ = writeln!(io::stderr(), "{}", printable(line, OURS));
+}
+
+/// Why standard output could not be written. It decides how the process ends, but not sooner: files are written even if
+/// nobody reads the summary.
+static UNPRINTED: Mutex<Option<io::Error>> = Mutex::new(None);
+
+fn note_failure(printed: io::Result<()>) {
+    if let Err(error) = printed {
+        let mut first = UNPRINTED.lock().unwrap_or_else(PoisonError::into_inner);
+        first.get_or_insert(error);
+    }
 }
 
 /// Text the user asked for, on standard output.
 fn print(text: &str) {
-    let _ = writeln!(std::io::stdout(), "{}", printable(text.trim_end(), OURS));
+    let mut output = io::stdout();
+    let printed = writeln!(output, "{}", printable(text.trim_end(), OURS));
+    note_failure(printed.and_then(|()| output.flush()));
 }
 
 /// A JSON document the user asked for, on standard output.

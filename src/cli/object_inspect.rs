@@ -7,11 +7,12 @@ use anyhow::Context;
 use nalgebra::Vector3;
 
 use super::args::{Common, ObjectsInspect};
-use super::{check_output, complain, input, models, print};
-use crate::figure::{Image, Scene, Surface, contact_sheet};
+use super::output::{check_file, check_place};
+use super::{complain, input, models, print};
+use crate::figure::{Image, Scene, Surface, contact_sheet_canvas};
 use crate::grasp::object::{FoundSymmetry, Object, find_symmetry};
 use crate::space::Symmetry;
-use crate::store::write_atomic;
+use crate::store::FileSet;
 
 /// Side of each image, pixels.
 const SIDE: u32 = 420;
@@ -28,11 +29,11 @@ pub(super) fn run(command: &ObjectsInspect, common: &Common) -> anyhow::Result<(
         .picture
         .clone()
         .unwrap_or_else(|| PathBuf::from(format!("{}.png", stem.to_string_lossy())));
-    check_output(&picture)?;
+    check_file(&picture, &[Path::new(&command.object)], common)?;
     if let Some(side_file) = &command.side_file {
-        check_output(side_file)?;
+        check_place(side_file)?;
         anyhow::ensure!(
-            !side_file.exists() || command.force,
+            !side_file.exists() || common.force,
             "{} exists and may have been edited: name another file (--side-file), or overwrite it (--force)",
             side_file.display()
         );
@@ -45,8 +46,10 @@ pub(super) fn run(command: &ObjectsInspect, common: &Common) -> anyhow::Result<(
     print(&table(&object, &found, tolerance_m));
     input::warn(&notes);
     let (images, captions): (Vec<Image>, Vec<String>) = sheet(&object).into_iter().unzip();
-    contact_sheet(&images, &captions, 3, &picture)
-        .with_context(|| format!("--picture {}", picture.display()))?;
+    let sheet = contact_sheet_canvas(&images, &captions, 3).encode(&picture);
+    let sheet = sheet.with_context(|| format!("--picture {}", picture.display()))?;
+    let mut outputs = FileSet::default();
+    outputs.add(&picture, &sheet)?;
     let mut written = picture.display().to_string();
     if let Some(side_file) = &command.side_file {
         let mut description = object.description.clone();
@@ -61,9 +64,10 @@ pub(super) fn run(command: &ObjectsInspect, common: &Common) -> anyhow::Result<(
         }
         let mut text = serde_json::to_string_pretty(&description)?;
         text.push('\n');
-        write_atomic(side_file, text.as_bytes())?;
+        outputs.add(side_file, text.as_bytes())?;
         let _ = write!(written, " and {}", side_file.display());
     }
+    outputs.finish()?;
     if !common.quiet {
         complain(&format!("wrote {written}"));
     }

@@ -1,11 +1,14 @@
 //! `landscape objects`: those that come with the program, and new ones from neural networks.
 
 use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 
 use super::args::{Bake, Common, ObjectsCommand};
-use super::{check_output, complain, object_inspect, print};
+use super::output::check_file;
+use super::{complain, object_inspect, print};
+use crate::figure::MAKER;
 use crate::grasp::object::neural::{
     Decoder, Network, NeuralField, Specs, Surface, SurfaceSettings, Tensors,
 };
@@ -48,7 +51,7 @@ fn list() -> anyhow::Result<()> {
 }
 
 /// What is refused before any work is spent on it.
-fn check(command: &Bake) -> anyhow::Result<()> {
+fn check(command: &Bake, common: &Common) -> anyhow::Result<()> {
     let output = &command.output;
     anyhow::ensure!(
         output
@@ -57,7 +60,13 @@ fn check(command: &Bake) -> anyhow::Result<()> {
         "--output {}: the name of an OBJ file (.obj) is needed",
         output.display()
     );
-    check_output(output)?;
+    let inputs = [
+        Some(&command.model),
+        command.specs.as_ref(),
+        command.codes.as_ref(),
+    ];
+    let inputs: Vec<&Path> = inputs.into_iter().flatten().map(PathBuf::as_path).collect();
+    check_file(output, &inputs, common)?;
     anyhow::ensure!(
         (16..=512).contains(&command.cells),
         "--cells {}: between 16 and 512 are possible",
@@ -81,7 +90,7 @@ fn check(command: &Bake) -> anyhow::Result<()> {
 }
 
 fn bake(command: &Bake, common: &Common) -> anyhow::Result<()> {
-    check(command)?;
+    check(command, common)?;
     let say = |line: &str| {
         if !common.quiet {
             complain(line);
@@ -98,7 +107,8 @@ fn bake(command: &Bake, common: &Common) -> anyhow::Result<()> {
         cells: command.cells,
     };
     let surface = field.surface(&name, &settings)?;
-    write_atomic(&command.output, surface.mesh.to_obj().as_bytes())?;
+    let text = format!("# Made by {MAKER}.\n{}", surface.mesh.to_obj());
+    write_atomic(&command.output, text.as_bytes())?;
     say(&format!(
         "wrote {}; baking its smooth field …",
         command.output.display()

@@ -18,7 +18,7 @@ use crate::store::{Source, content_hash};
 
 /// Arguments that change no byte of what is written: how fast, how loud, whether an interrupted run is continued, under
 /// which name.
-const WITHOUT_TRACE: [&str; 5] = ["threads", "quiet", "resume", "fresh", "output"];
+const WITHOUT_TRACE: [&str; 6] = ["threads", "quiet", "force", "resume", "fresh", "output"];
 
 /// The command line of this process, as files record it.
 #[derive(Debug, Clone, Default)]

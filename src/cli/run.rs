@@ -9,7 +9,7 @@ use std::time::Instant;
 use indicatif::ProgressBar;
 
 use super::args::Again;
-use super::{complain, progress};
+use super::{complain, interruption, progress};
 use crate::store::{AtomicFolder, Journal, Phase as Timing, StoreError, Timings};
 use crate::topography::{self, Phase, Progress};
 
@@ -29,6 +29,7 @@ impl Unfinished {
     ) -> Result<Self, StoreError> {
         let folder = AtomicFolder::open(output, again.fresh)?;
         let journal = Journal::open(&folder.journal(), fingerprint, again.fresh)?;
+        interruption::keeps(&folder.journal());
         tell(&journal, &folder.journal(), quiet);
         Ok(Self { folder, journal })
     }
@@ -76,6 +77,7 @@ pub(super) fn open_journal(
         path.display()
     );
     let journal = Journal::open(path, fingerprint, again.fresh)?;
+    interruption::keeps(path);
     tell(&journal, path, quiet);
     Ok(journal)
 }

@@ -1,7 +1,7 @@
 //! `landscape stability`: the grasps of a file in a physics engine.
 
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::Context;
@@ -10,11 +10,12 @@ use serde_json::json;
 
 use super::args::{Common, ProtocolName, Stability};
 use super::input::{self, coordinates};
+use super::output::check_file;
 use super::run::{open_journal, tally};
-use super::{check_output, complain, models, print, progress};
+use super::{complain, models, print, progress};
 use crate::grasp::hand::Hand;
 use crate::grasp::stability::{Build, Drop, Outcome, Protocol, SixDirections, Solid, simulate};
-use crate::store::{Grasp, GraspFile, Population, content_hash, remove_leftovers};
+use crate::store::{Grasp, GraspFile, Population, content_hash};
 
 /// Version of the engine, for the file: results are the same bits only for the same one.
 const ENGINE: &str = "rapier3d-f64 0.36";
@@ -29,12 +30,9 @@ pub(super) fn run(command: &Stability, common: &Common) -> anyhow::Result<()> {
         .output
         .clone()
         .unwrap_or_else(|| command.grasps.with_extension("stability.parquet"));
-    check_output(&output)?;
-    anyhow::ensure!(
-        !output.is_dir(),
-        "--output {}: this is a folder, the name of a file is needed",
-        output.display()
-    );
+    let inputs = [Some(&command.grasps), command.settings.as_ref()];
+    let inputs: Vec<&Path> = inputs.into_iter().flatten().map(PathBuf::as_path).collect();
+    check_file(&output, &inputs, common)?;
     let (mut file, warnings) = input::read(
         &command.grasps,
         command.of.hand.as_deref(),
@@ -56,8 +54,6 @@ pub(super) fn run(command: &Stability, common: &Common) -> anyhow::Result<()> {
         &command.again,
         common.quiet,
     )?;
-    // The journal's lock says that nobody else is writing.
-    remove_leftovers(&output)?;
 
     let mut seconds = 0.0;
     let bar = progress::bar("grasps", file.grasps.len() as u64, common.quiet);

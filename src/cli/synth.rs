@@ -10,20 +10,21 @@ use super::args::{Common, Keep, Synth};
 use super::experiment::Experiment;
 use super::input::coordinates;
 use super::origin::Origin;
+use super::output::check_file;
 use super::run::open_journal;
-use super::{check_output, complain, models, print, progress};
+use super::{complain, models, print, progress};
 use crate::grasp::press::firmness;
 use crate::grasp::spread::spread;
 use crate::grasp::synthesis::{Given, Refinement, Synthesized, synthesize, synthesize_from};
 use crate::grasp::{Diversity, GraspEnergy, Judgement, judge};
 use crate::optimize::QuenchSettings;
-use crate::store::{Grasp, GraspFile, Metadata, SCHEMA_VERSION, content_hash, remove_leftovers};
+use crate::store::{Grasp, GraspFile, Metadata, SCHEMA_VERSION, content_hash};
 
 /// Chains unless told otherwise.
 const DEFAULT_CHAINS: u64 = 64;
 
 pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
-    let experiment = experiment(command)?;
+    let experiment = experiment(command, common)?;
     let origin = Origin::read(command, common.quiet)?;
     let count = match command.chains {
         Some(count) => count,
@@ -46,8 +47,6 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
     let of_a_chain = serde_json::to_string(&of_a_chain)?;
     let fingerprint = content_hash(&[of_a_chain.as_bytes(), given.as_bytes()]);
     let journal = open_journal(&journal_path, &fingerprint, &command.again, common.quiet)?;
-    // The journal's lock says that nobody else is writing.
-    remove_leftovers(&command.output)?;
 
     let started = Instant::now();
     let bar = progress::bar("chains", count, common.quiet);
@@ -128,7 +127,7 @@ fn is_firm(energy: &GraspEnergy, end: &Synthesized, judgement: &Judgement) -> bo
 }
 
 /// The settings that the flags ask for; refuses what makes no sense before any work is spent on it.
-fn experiment(command: &Synth) -> anyhow::Result<Experiment> {
+fn experiment(command: &Synth, common: &Common) -> anyhow::Result<Experiment> {
     let mut experiment = match &command.config {
         Some(path) => Experiment::read(path)?,
         None => Experiment::preset(&command.preset)?,
@@ -160,12 +159,14 @@ fn experiment(command: &Synth) -> anyhow::Result<Experiment> {
             "--perturb {perturb}: a length in millimetres is needed, 0 or more"
         );
     }
-    check_output(&command.output)?;
-    anyhow::ensure!(
-        !command.output.is_dir(),
-        "--output {}: this is a folder, the name of a file is needed",
-        command.output.display()
-    );
+    let inputs = [&command.from, &command.config];
+    let inputs: Vec<&Path> = inputs.into_iter().flatten().map(PathBuf::as_path).collect();
+    let named = [&command.object, &command.hand]
+        .into_iter()
+        .flatten()
+        .map(Path::new);
+    let inputs: Vec<&Path> = inputs.into_iter().chain(named).collect();
+    check_file(&command.output, &inputs, common)?;
     Ok(experiment)
 }
 

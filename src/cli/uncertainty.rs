@@ -182,8 +182,8 @@ impl Unseen {
     pub(super) fn draw(&self, title: &str, folder: &AtomicFolder) -> anyhow::Result<()> {
         let curves = [("groups", &self.groups), ("minima", &self.minima)];
         let canvas = rarefaction_chart(title, self.inputs, &curves).draw()?;
-        for ending in ["svg", "png"] {
-            canvas.save(&folder.path().join(format!("rarefaction.{ending}")))?;
+        for name in ["rarefaction.svg", "rarefaction.png"] {
+            folder.write(name, &canvas.encode(name.as_ref())?)?;
         }
         Ok(())
     }

@@ -4,9 +4,7 @@
 //! tests can ask a picture what it drew. DejaVu Sans travels inside the program: no font is needed on the machine.
 
 use std::fmt::Write as _;
-use std::fs::{self, File, OpenOptions};
-use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -14,10 +12,11 @@ use plotters::backend::{BitMapBackend, DrawingBackend, SVGBackend};
 use plotters::style::ShapeStyle;
 
 use super::FigureError;
-use super::image::Image;
+use super::image::{Image, MAKER};
 use super::style::{
     BASE_LINE, BITMAP, Colour, SVG, Setting, Stroke, TextFace, register_fonts, text_width,
 };
+use crate::atomic_file;
 use crate::printable::printable;
 
 /// SVG coordinates are whole numbers in plotters; drawing ten times as large keeps a tenth of a unit.
@@ -286,6 +285,9 @@ impl Canvas {
         let drawn = format!(r#"width="{}" height="{}""#, size.0, size.1);
         let wanted = format!(r#"width="{}" height="{}""#, self.width, self.height);
         let mut document = document.replacen(&drawn, &wanted, 1);
+        if let Some(opened) = document.find('>') {
+            document.insert_str(opened + 1, &format!("\n<!-- Made by {MAKER}. -->"));
+        }
         let images = self.embedded()?;
         if let Some(end) = document.rfind("</svg>") {
             document.insert_str(end, &images);
@@ -335,23 +337,22 @@ impl Canvas {
     /// # Errors
     /// [`FigureError::Format`] for another ending, [`FigureError::Write`] if the file cannot be written.
     pub fn save(&self, path: &Path) -> Result<(), FigureError> {
-        let extension = path
-            .extension()
-            .and_then(|extension| extension.to_str())
-            .map(str::to_ascii_lowercase);
-        match extension.as_deref() {
-            Some("svg") => {
-                let document = self.to_svg()?;
-                replace(path, |temporary| {
-                    File::create(temporary)?.write_all(document.as_bytes())
-                })
-            }
-            Some("png") => {
-                let image = self.to_image()?;
-                replace(path, |temporary| {
-                    write_png(&image, temporary).map_err(std::io::Error::other)
-                })
-            }
+        let bytes = self.encode(path)?;
+        atomic_file::write(path, &bytes).map_err(|source| FigureError::Write {
+            path: path.to_owned(),
+            source,
+        })
+    }
+
+    /// The sheet as the bytes of an `.svg` or `.png` file, whichever the path says.
+    ///
+    /// # Errors
+    /// [`FigureError::Format`] for another ending, [`FigureError::Draw`] if the drawing library refuses.
+    pub fn encode(&self, path: &Path) -> Result<Vec<u8>, FigureError> {
+        let ending = path.extension().and_then(|ending| ending.to_str());
+        match ending.map(str::to_ascii_lowercase).as_deref() {
+            Some("svg") => Ok(self.to_svg()?.into_bytes()),
+            Some("png") => self.to_image()?.to_png(),
             _ => Err(FigureError::Format {
                 path: path.to_owned(),
             }),
@@ -461,42 +462,10 @@ fn whole(value: f64) -> i32 {
     value.round().clamp(-1e9, 1e9) as i32
 }
 
-fn write_png(image: &Image, path: &Path) -> Result<(), String> {
-    let size = (image.width, image.height);
-    let mut backend = BitMapBackend::new(path, size);
-    backend
-        .blit_bitmap((0, 0), size, &image.rgb)
-        .map_err(|error| error.to_string())?;
-    backend.present().map_err(|error| error.to_string())
-}
-
-/// Lets `write` fill a temporary file beside `path`, syncs it and gives it its final name.
-fn replace(
-    path: &Path,
-    write: impl FnOnce(&Path) -> std::io::Result<()>,
-) -> Result<(), FigureError> {
-    let temporary = temporary_beside(path);
-    let written = write(&temporary)
-        .and_then(|()| OpenOptions::new().write(true).open(&temporary)?.sync_all())
-        .and_then(|()| fs::rename(&temporary, path));
-    written.map_err(|source| {
-        // Best effort: the first error is the one worth telling.
-        let _ = fs::remove_file(&temporary);
-        FigureError::Write {
-            path: path.to_owned(),
-            source,
-        }
-    })
-}
-
-/// Keeps the extension, which decides the format of a bitmap.
-fn temporary_beside(path: &Path) -> PathBuf {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    path.with_file_name(format!(".{}.partial.{name}", std::process::id()))
-}
-
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::super::glyph;
     use super::super::style::Anchor;
     use super::*;

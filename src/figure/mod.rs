@@ -38,7 +38,7 @@ mod testing;
 
 pub use axis::{log_tick_texts, log_ticks, number, tick_texts, ticks};
 pub use canvas::Canvas;
-pub use image::Image;
+pub use image::{Image, MAKER};
 pub use legend::Legend;
 pub use strip::{PICTURE_DENSITY, Picture, draw_row, row_height, side_in_row};
 pub use style::{Anchor, Colour, Stroke, TextFace, text_width};
@@ -58,7 +58,7 @@ pub use rarefaction::rarefaction_chart;
 #[cfg(feature = "grasp")]
 pub use scene::{Camera, Cone, Marker, Scene, Surface};
 #[cfg(feature = "grasp")]
-pub use sheet::contact_sheet;
+pub use sheet::{contact_sheet, contact_sheet_canvas};
 
 /// Why a picture could not be made.
 #[derive(Debug, thiserror::Error)]

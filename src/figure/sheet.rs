@@ -18,10 +18,14 @@ pub fn contact_sheet(
     columns: usize,
     path: &Path,
 ) -> Result<(), FigureError> {
-    lay_out(images, captions, columns).save(path)
+    contact_sheet_canvas(images, captions, columns).save(path)
 }
 
-fn lay_out(images: &[Image], captions: &[String], columns: usize) -> Canvas {
+/// The grid of [`contact_sheet`], not yet written.
+///
+/// # Panics
+/// If there are 2³² images or more.
+pub fn contact_sheet_canvas(images: &[Image], captions: &[String], columns: usize) -> Canvas {
     let columns = columns.clamp(1, images.len().max(1));
     let whole = |count: usize| u32::try_from(count).expect("a sheet has fewer than 2³² images");
     let cell_width = images.iter().map(|image| image.width).max().unwrap_or(64);
@@ -94,7 +98,7 @@ mod tests {
         ]
         .map(String::from)
         .into();
-        let canvas = lay_out(&images, &captions, 3);
+        let canvas = contact_sheet_canvas(&images, &captions, 3);
         let sheet = canvas.to_image().unwrap();
         for (index, image) in images.iter().enumerate() {
             let (column, row) = (index % 3, index / 3);

@@ -1,11 +1,11 @@
 //! Files and folders that appear under their name only when they are complete.
 
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::fs::{self, File, TryLockError};
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use super::error::StoreError;
+use crate::atomic_file::{self, PendingFile, folder_of, sync_folder};
 
 /// Name of the journal in an unfinished folder; removed when the folder is complete.
 pub const JOURNAL: &str = "journal";
@@ -17,44 +17,59 @@ const MARKER_TEXT: &[u8] =
 const MANIFEST: &str = "landscape.json";
 
 /// Writes `bytes` to `path`: under a temporary name in the same folder, flushed to disk, then renamed. Whatever happens
-/// on the way, `path` holds either what it held before or all of `bytes`.
+/// on the way, `path` holds either what it held before or all of `bytes`. What killed runs left of the same file is removed.
 ///
 /// # Errors
 /// If the folder does not exist or cannot be written; the temporary file is removed.
 pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
-    // The process id keeps two runs apart; within a run nobody writes one file twice at a time.
-    let temporary = sibling(path, &format!(".{}.partial", std::process::id()))?;
-    let written = File::create(&temporary)
-        .and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()))
-        .and_then(|()| fs::rename(&temporary, path))
-        .and_then(|()| sync_folder(folder_of(path)));
-    written.map_err(|source| {
-        let _ = fs::remove_file(&temporary);
-        StoreError::Io {
-            action: "write",
-            path: path.to_path_buf(),
-            source,
-        }
-    })
+    named(path)?;
+    atomic_file::write(path, bytes).map_err(StoreError::io("write", path))
 }
 
-/// Removes what killed runs of [`write_atomic`] to `path` left under temporary names. Only for who knows that nobody else
-/// is writing `path`.
+/// Files that belong together: all are written under temporary names before the first one takes its own. Without
+/// [`FileSet::finish`] nothing stays of them.
 ///
-/// # Errors
-/// If the folder cannot be read or a file not removed.
-pub fn remove_leftovers(path: &Path) -> Result<(), StoreError> {
-    let start = sibling(path, ".")?;
-    let start = start.file_name().unwrap_or_default().as_encoded_bytes();
-    let folder = folder_of(path);
-    for name in names_in(folder)? {
-        let middle = name.as_encoded_bytes().strip_prefix(start);
-        let process = middle.and_then(|middle| middle.strip_suffix(b".partial"));
-        if process.is_some_and(|id| !id.is_empty() && id.iter().all(u8::is_ascii_digit)) {
-            remove(&folder.join(name))?;
+/// Only a crash between the renames themselves, which take microseconds, can leave some of a set new and others old.
+#[derive(Debug, Default)]
+pub struct FileSet {
+    files: Vec<PendingFile>,
+}
+
+impl FileSet {
+    /// Writes one more file of the set, not yet under its name.
+    ///
+    /// # Errors
+    /// As [`write_atomic`], or if a folder has this name.
+    pub fn add(&mut self, path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
+        named(path)?;
+        if path.is_dir() {
+            return Err(StoreError::NotOurs {
+                path: path.to_path_buf(),
+            });
         }
+        let file = PendingFile::write(path, bytes).map_err(StoreError::io("write", path))?;
+        self.files.push(file);
+        Ok(())
     }
-    Ok(())
+
+    /// Gives all files their names.
+    ///
+    /// # Errors
+    /// If a rename is refused.
+    pub fn finish(self) -> Result<(), StoreError> {
+        for file in self.files {
+            let path = file.path().to_path_buf();
+            file.finish().map_err(StoreError::io("write", &path))?;
+        }
+        Ok(())
+    }
+}
+
+/// Refuses what has no name, such as `/`.
+fn named(path: &Path) -> Result<&OsStr, StoreError> {
+    path.file_name().ok_or_else(|| StoreError::NoName {
+        path: path.to_path_buf(),
+    })
 }
 
 /// A folder that grows as `X.partial` and becomes `X` when it is complete.
@@ -199,31 +214,9 @@ impl AtomicFolder {
 
 /// `path` with `suffix` added to its name.
 fn sibling(path: &Path, suffix: &str) -> Result<PathBuf, StoreError> {
-    let mut name = path
-        .file_name()
-        .ok_or_else(|| StoreError::NoName {
-            path: path.to_path_buf(),
-        })?
-        .to_os_string();
+    let mut name = named(path)?.to_os_string();
     name.push(suffix);
     Ok(path.with_file_name(name))
-}
-
-fn folder_of(path: &Path) -> &Path {
-    match path.parent() {
-        Some(parent) if parent != Path::new("") => parent,
-        _ => Path::new("."),
-    }
-}
-
-/// A rename is on disk only when its folder is.
-fn sync_folder(folder: &Path) -> std::io::Result<()> {
-    // Elsewhere a folder cannot be opened as a file, and renames are journalled by the file system.
-    if cfg!(unix) {
-        File::open(folder)?.sync_all()
-    } else {
-        Ok(())
-    }
 }
 
 fn names_in(folder: &Path) -> Result<Vec<OsString>, StoreError> {

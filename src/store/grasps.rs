@@ -232,6 +232,11 @@ impl GraspFile {
         Ok(())
     }
 
+    /// Whether a file has what this program writes into its grasp files: metadata of its own in a Parquet footer.
+    pub fn is_ours(path: &Path) -> bool {
+        Table::describes_itself(path)
+    }
+
     /// Writes the file: the same bytes for the same content, complete or not at all. Quaternions are stored with w ≥ 0.
     ///
     /// # Errors

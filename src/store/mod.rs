@@ -23,7 +23,7 @@ mod resampled;
 mod stationary;
 mod table;
 
-pub use atomic::{AtomicFolder, JOURNAL, remove_leftovers, write_atomic};
+pub use atomic::{AtomicFolder, FileSet, JOURNAL, write_atomic};
 pub use error::{Fault, StoreError, Warning};
 pub use grasps::{Grasp, GraspFile, Overrides, Population};
 pub use journal::Journal;

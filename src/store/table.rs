@@ -4,6 +4,7 @@
 //! dictionary-encoded strings, lists of fixed or variable length. Numbers are finite or it is an error.
 
 use std::fmt::Display;
+use std::fs::File;
 use std::ops::Range;
 use std::panic;
 use std::path::{Path, PathBuf};
@@ -20,6 +21,7 @@ use bytes::Bytes;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use parquet::basic::CompressionCodec;
 use parquet::file::metadata::{ColumnChunkMetaData, RowGroupMetaData};
+use parquet::file::reader::{FileReader, SerializedFileReader};
 
 use super::columns::KEY;
 use super::error::{Fault, StoreError};
@@ -40,6 +42,17 @@ impl Table {
         // The reader of the parquet crate panics on some damaged pages; for a user that is one more damaged file.
         panic::catch_unwind(|| Self::decode(path, bytes.into()))
             .unwrap_or_else(|_| Err(damaged(path, &"its pages contradict its footer")))
+    }
+
+    /// Whether the footer of a Parquet file holds metadata of this program; nothing but the footer is read.
+    pub(super) fn describes_itself(path: &Path) -> bool {
+        let holds = || {
+            let file = File::open(path).ok()?;
+            let reader = SerializedFileReader::new(file).ok()?;
+            let pairs = reader.metadata().file_metadata().key_value_metadata()?;
+            pairs.iter().find(|pair| pair.key == KEY).map(|_| ())
+        };
+        panic::catch_unwind(holds).is_ok_and(|found| found.is_some())
     }
 
     fn decode(path: &Path, bytes: Bytes) -> Result<Self, StoreError> {

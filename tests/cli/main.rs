@@ -7,6 +7,7 @@ mod flags;
 mod given_grasps;
 mod interruptions;
 mod objects;
+mod outputs;
 mod provenance;
 mod spoilt_grasps;
 

@@ -200,9 +200,13 @@ const RUNS: [(&str, &[&str]); 14] = [
 ];
 
 /// Flags that change no byte of what these verbs write, and why.
-const WITHOUT_TRACE: [(&str, &str); 10] = [
+const WITHOUT_TRACE: [(&str, &str); 11] = [
     ("threads", "any number of threads gives the same bytes"),
     ("quiet", "tells less"),
+    (
+        "force",
+        "changes nothing but whether there was something before",
+    ),
     (
         "resume",
         "continues an interrupted run, which ends in the same bytes",

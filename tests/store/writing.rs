@@ -4,9 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::{landscape, names, place, sentence};
-use landscape::store::{
-    AtomicFolder, Journal, LandscapeFiles, StoreError, remove_leftovers, write_atomic,
-};
+use landscape::store::{AtomicFolder, FileSet, Journal, LandscapeFiles, StoreError, write_atomic};
 use serde_json::json;
 
 #[test]
@@ -190,8 +188,29 @@ fn leftovers_of_killed_writes_are_removed_and_nothing_else() {
     for name in others.iter().chain(&["grasps.parquet.4711.partial"]) {
         fs::write(folder.path().join(name), "x").unwrap();
     }
-    remove_leftovers(&path).unwrap();
+    write_atomic(&path, b"x").unwrap();
     assert_eq!(names(folder.path()), others);
+}
+
+#[test]
+fn of_a_set_all_files_appear_or_none() {
+    let (folder, path) = place("a.csv");
+    fs::create_dir(folder.path().join("taken")).unwrap();
+    let mut set = FileSet::default();
+    set.add(&path, b"a").unwrap();
+    set.add(&folder.path().join("absent/b.csv"), b"b")
+        .unwrap_err();
+    let taken = set.add(&folder.path().join("taken"), b"b").unwrap_err();
+    assert!(matches!(taken, StoreError::NotOurs { .. }));
+    assert!(!path.exists(), "not before the whole set is written");
+    drop(set);
+    assert_eq!(names(folder.path()), ["taken"]);
+
+    let mut set = FileSet::default();
+    set.add(&path, b"a").unwrap();
+    set.add(&folder.path().join("b.csv"), b"b").unwrap();
+    set.finish().unwrap();
+    assert_eq!(names(folder.path()), ["a.csv", "b.csv", "taken"]);
 }
 
 #[test]

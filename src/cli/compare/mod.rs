@@ -15,10 +15,12 @@ use hypotheses::Settings;
 use serde_json::{Value, json};
 
 use super::args::{Common, Compare};
-use super::{check_output, complain, print};
+use super::output::check_file;
+use super::{complain, print};
+use crate::figure::MAKER;
 use crate::figure::chart::Chart;
 use crate::grasp::taxonomy::Rule;
-use crate::store::write_atomic;
+use crate::store::FileSet;
 
 pub(super) fn run(command: &Compare, common: &Common) -> anyhow::Result<()> {
     let rule = Rule::standard();
@@ -27,7 +29,11 @@ pub(super) fn run(command: &Compare, common: &Common) -> anyhow::Result<()> {
         Some(output) => output.clone(),
         None => beside(command)?,
     };
-    check_output(&output)?;
+    let inputs = [Some(&command.landscape), command.other.as_ref()];
+    let inputs: Vec<&Path> = inputs.into_iter().flatten().map(PathBuf::as_path).collect();
+    for ending in [".svg", ".png", ".json", ".md"] {
+        check_file(&named(&output, ending), &inputs, common)?;
+    }
     let first = Basins::read(&command.landscape, rule)?;
     if let Some(other) = &command.other {
         let other = Basins::read(other, rule)?;
@@ -39,6 +45,7 @@ pub(super) fn run(command: &Compare, common: &Common) -> anyhow::Result<()> {
     let findings = hypotheses::examine(&first, &experiments, &settings, rule, command.seed)?;
     let text = report::markdown(&first, &table, &findings, rule);
     let value = json!({
+        "made_by": MAKER,
         "landscape": first.name,
         "rule": rule.version,
         "settings": settings,
@@ -65,22 +72,29 @@ fn finish(
     chart: Option<Chart>,
     common: &Common,
 ) -> anyhow::Result<()> {
-    let named = |ending: &str| {
-        let mut name = output.as_os_str().to_owned();
-        name.push(ending);
-        PathBuf::from(name)
-    };
+    let mut files = FileSet::default();
     if let Some(chart) = chart {
         let sheet = chart.draw()?;
         for ending in [".svg", ".png"] {
-            sheet.save(&named(ending))?;
+            let path = named(output, ending);
+            files.add(&path, &sheet.encode(&path)?)?;
         }
     }
-    write_atomic(&named(".json"), format!("{value:#}\n").as_bytes())?;
-    write_atomic(&named(".md"), text.as_bytes())?;
+    files.add(&named(output, ".json"), format!("{value:#}\n").as_bytes())?;
+    let signed = format!("{text}\n<!-- Made by {MAKER}. -->\n");
+    let report = named(output, ".md");
+    files.add(&report, signed.as_bytes())?;
+    files.finish()?;
     if !common.quiet {
         print(text);
-        complain(&format!("wrote {}", named(".md").display()));
+        complain(&format!("wrote {}", report.display()));
     }
     Ok(())
+}
+
+/// The file of a comparison that ends like this.
+fn named(output: &Path, ending: &str) -> PathBuf {
+    let mut name = output.as_os_str().to_owned();
+    name.push(ending);
+    PathBuf::from(name)
 }

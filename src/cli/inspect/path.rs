@@ -9,18 +9,21 @@ use serde_json::json;
 
 use super::{number, table};
 use crate::cli::args::{Common, Inspect};
+use crate::cli::output::{check_file, is_scene};
 use crate::cli::types::Setting;
 use crate::cli::way::{Place, places, route};
-use crate::cli::{check_output, complain, print, print_json};
+use crate::cli::{complain, print, print_json};
 use crate::figure::chart::{Axis, Chart, Mark, Panel, Series};
 use crate::figure::{
     Canvas, PICTURE_DENSITY, Picture, Scene, Surface, draw_row, row_height, side_in_row, theme,
 };
 use crate::grasp::GraspEnergy;
 use crate::grasp::hand::PosedHand;
-use crate::store::{LandscapeFiles, write_atomic};
+use crate::store::{FileSet, LandscapeFiles};
 use crate::topography::MinimumId;
 
+/// Endings of the files of a way.
+const ENDINGS: [&str; 3] = ["png", "svg", "glb"];
 /// Width of the strip, canvas units.
 const WIDTH: u32 = 1600;
 /// Terms that never reach this share of the highest one are not drawn.
@@ -52,7 +55,9 @@ pub(super) fn run(command: &Inspect, ends: &[String], common: &Common) -> anyhow
         Some(output) => output.clone(),
         None => beside(folder, from, to)?,
     };
-    check_output(&output)?;
+    for ending in ENDINGS {
+        check_file(&with_ending(&output, ending), &[folder], common)?;
+    }
     let setting = Setting::of(&files, &name)?;
     let energy = setting.energy(&files, &name)?;
     let network = files.network(folder)?;
@@ -67,10 +72,16 @@ pub(super) fn run(command: &Inspect, ends: &[String], common: &Common) -> anyhow
         print(&text);
     }
     let canvas = strip(&energy, &steps, command.pictures)?;
-    for ending in ["png", "svg"] {
-        canvas.save(&with_ending(&output, ending))?;
+    let mut outputs = FileSet::default();
+    for path in ENDINGS.map(|ending| with_ending(&output, ending)) {
+        let bytes = if is_scene(&path) {
+            animation(&energy, &steps)
+        } else {
+            canvas.encode(&path)?
+        };
+        outputs.add(&path, &bytes)?;
     }
-    write_atomic(&with_ending(&output, "glb"), &animation(&energy, &steps))?;
+    outputs.finish()?;
     if !common.quiet {
         complain(&format!("wrote {}.png, .svg and .glb", output.display()));
     }

@@ -10,7 +10,8 @@ use serde_json::json;
 
 use super::args::{Common, LabelCommand};
 use super::input::{self, coordinates};
-use super::{check_output, complain, models, print, progress};
+use super::output::check_file;
+use super::{complain, models, print, progress};
 use crate::grasp::hand::Hand;
 use crate::grasp::object::Object;
 use crate::grasp::taxonomy::{GraspType, Label, Labeller, Rule, Taxonomy, UNLISTED, explain};
@@ -26,13 +27,17 @@ pub(super) fn run(command: &LabelCommand, common: &Common) -> anyhow::Result<()>
         .clone()
         .unwrap_or_else(|| command.grasps.with_extension("labelled.parquet"));
     let writes = command.explain.is_empty() && command.sheet.is_none();
+    let inputs: Vec<&Path> = [
+        Some(&command.grasps),
+        command.from.as_ref(),
+        command.rule.as_ref(),
+    ]
+    .into_iter()
+    .flatten()
+    .map(PathBuf::as_path)
+    .collect();
     for path in command.sheet.iter().chain(writes.then_some(&output)) {
-        check_output(path)?;
-        anyhow::ensure!(
-            !path.is_dir(),
-            "{} is a folder, the name of a file is needed",
-            path.display()
-        );
+        check_file(path, &inputs, common)?;
     }
     let (mut file, mut warnings) = input::read(
         &command.grasps,

@@ -14,9 +14,10 @@ pub(super) use program::space;
 
 use super::args::{Common, Surface};
 use super::landscape::{Input, Mapped};
+use super::output::check_place;
 use super::run::{DiskJournal, Unfinished, Watch, check_resumable, until_unwritable};
 use super::uncertainty::Unseen;
-use super::{check_output, complain, print};
+use super::{complain, print};
 use crate::energy::{Counted, Energy, model};
 use crate::store::{Source, StationaryRow, content_hash};
 use crate::topography::exchange::Database;
@@ -45,7 +46,7 @@ pub(super) fn run(command: &Surface, common: &Common) -> anyhow::Result<()> {
         ensure!(value != Some(0), "--{flag} 0: at least 1 is needed");
     }
     if let Some(output) = &command.output {
-        check_output(output)?;
+        check_place(output)?;
     }
     let region = command.region.as_deref().map(region).transpose()?;
     match &command.command {

@@ -11,6 +11,7 @@ use nalgebra::Vector3;
 use super::Mesh;
 use super::field::{Ball, Field, FieldReport, FieldSettings, Level};
 use super::spline::Spline;
+use crate::atomic_file;
 
 /// Raise it whenever baking or the file changes: old files are then no longer found.
 const VERSION: u32 = 3;
@@ -39,7 +40,8 @@ fn load_or_in(
         return field;
     }
     let field = bake();
-    write_atomically(&path, &encode(&field));
+    // Two processes that bake the same field write the same bytes; where nothing can be written, nothing is remembered.
+    let _ = fs::create_dir_all(folder).and_then(|()| atomic_file::write(&path, &encode(&field)));
     field
 }
 
@@ -58,18 +60,6 @@ fn folder() -> Option<PathBuf> {
         variable("XDG_CACHE_HOME").or_else(|| variable("HOME").map(|home| home.join(".cache")))
     };
     Some(base?.join("landscape").join("fields"))
-}
-
-fn write_atomically(path: &Path, bytes: &[u8]) {
-    let Some(folder) = path.parent() else {
-        return;
-    };
-    // Readers see the whole file or none; two processes that bake the same field write the same bytes.
-    let partial = path.with_extension(format!("{}.partial", std::process::id()));
-    let written = fs::create_dir_all(folder).and_then(|()| fs::write(&partial, bytes));
-    if written.and_then(|()| fs::rename(&partial, path)).is_err() {
-        let _ = fs::remove_file(&partial);
-    }
 }
 
 /// 128-bit FNV-1a hash of all that the field depends on.

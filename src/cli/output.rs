@@ -1,0 +1,149 @@
+//! What may be written where: an output must not be an input, nor replace what the program did not make.
+
+use std::fs::{self, File};
+use std::io::{Read, Seek, SeekFrom};
+use std::path::Path;
+
+use anyhow::{Context, ensure};
+use serde_json::Value;
+
+use super::args::Common;
+use crate::figure::MAKER;
+use crate::store::GraspFile;
+
+/// Bytes at each end of a file in which its maker is looked for.
+const LOOKED_AT: u64 = 4096;
+
+/// Refuses an output file, before any work is spent on it: one that cannot be written, that is one of the `inputs`, or
+/// (without `--force`) that exists and was not made by this program.
+pub(super) fn check_file(output: &Path, inputs: &[&Path], common: &Common) -> anyhow::Result<()> {
+    check_place(output)?;
+    ensure!(
+        !output.is_dir(),
+        "--output {}: this is a folder, the name of a file is needed",
+        output.display()
+    );
+    if common.force {
+        return Ok(());
+    }
+    check_inputs(output, inputs)?;
+    ensure!(
+        !output.exists() || made_here(output),
+        "{} exists and was not made by landscape as a file of this kind: name another file, or overwrite it (--force)",
+        output.display()
+    );
+    Ok(())
+}
+
+/// Refuses an output folder whose files are `expected`, before any work is spent on it: one that cannot be written, that
+/// is one of the `inputs`, or (without `--force`) that holds anything else.
+pub(super) fn check_folder(
+    output: &Path,
+    inputs: &[&Path],
+    expected: impl Fn(&str) -> bool,
+    common: &Common,
+) -> anyhow::Result<()> {
+    check_place(output)?;
+    ensure!(
+        output.is_dir() || !output.exists(),
+        "--output {}: this is a file, the name of a folder is needed",
+        output.display()
+    );
+    check_inputs(output, inputs)?;
+    if common.force || !output.exists() {
+        return Ok(());
+    }
+    let entries = fs::read_dir(output)
+        .with_context(|| format!("--output: cannot read {}", output.display()))?;
+    for entry in entries {
+        let name = entry?.file_name();
+        let name = name.to_string_lossy();
+        ensure!(
+            expected(&name) || name.ends_with(".partial"),
+            "--output {}: this folder holds {name}, which is nothing that would be written here: name another folder, \
+             or write among what is there (--force)",
+            output.display()
+        );
+    }
+    Ok(())
+}
+
+/// Refuses an output whose folder is missing.
+pub(super) fn check_place(output: &Path) -> anyhow::Result<()> {
+    if let Some(folder) = output.parent().filter(|folder| *folder != Path::new("")) {
+        ensure!(
+            folder.is_dir(),
+            "--output {}: there is no folder {}",
+            output.display(),
+            folder.display()
+        );
+    }
+    Ok(())
+}
+
+/// Refuses an output that is one of the inputs, by whatever path.
+pub(super) fn check_inputs(output: &Path, inputs: &[&Path]) -> anyhow::Result<()> {
+    let Ok(place) = output.canonicalize() else {
+        // What does not exist cannot be read.
+        return Ok(());
+    };
+    for input in inputs {
+        ensure!(
+            input.canonicalize().ok().as_ref() != Some(&place),
+            "{} is what is read here: name another output (a file is overwritten with --force)",
+            output.display()
+        );
+    }
+    Ok(())
+}
+
+/// Whether this program made a file, as far as the kind that its name tells can say.
+fn made_here(path: &Path) -> bool {
+    let ending = path.extension().unwrap_or_default().to_string_lossy();
+    let ending = ending.to_lowercase();
+    if ending == "parquet" {
+        return GraspFile::is_ours(path);
+    }
+    let Ok([head, tail]) = ends(path) else {
+        return false;
+    };
+    let holds = |bytes: &[u8], mark: &str| {
+        let mark = mark.as_bytes();
+        bytes.windows(mark.len()).any(|window| window == mark)
+    };
+    let made_by = format!("Made by {MAKER}");
+    match ending.as_str() {
+        "png" => holds(&head, &format!("Software\0{MAKER}")),
+        "glb" => holds(&head, &format!("\"generator\":\"{MAKER} ")),
+        "csv" => head.starts_with(b"id,"),
+        "npy" => head.starts_with(b"\x93NUMPY"),
+        "json" => fs::read(path).is_ok_and(|bytes| made_json(&bytes)),
+        _ => holds(&head, &made_by) || holds(&tail, &made_by),
+    }
+}
+
+/// Whether this is a table of grasps, or an object that names its maker.
+fn made_json(bytes: &[u8]) -> bool {
+    match serde_json::from_slice::<Value>(bytes) {
+        Ok(Value::Array(rows)) => rows.iter().all(|row| row.get("translation_m").is_some()),
+        Ok(value) => value["made_by"] == MAKER,
+        Err(_) => false,
+    }
+}
+
+/// Whether this is the name of a scene in three dimensions.
+pub(super) fn is_scene(path: &Path) -> bool {
+    let ending = path.extension();
+    ending.is_some_and(|ending| ending.eq_ignore_ascii_case("glb"))
+}
+
+/// The first and the last bytes of a file.
+fn ends(path: &Path) -> std::io::Result<[Vec<u8>; 2]> {
+    let mut file = File::open(path)?;
+    let length = file.metadata()?.len();
+    let (mut head, mut tail) = (Vec::new(), Vec::new());
+    (&file).take(LOOKED_AT).read_to_end(&mut head)?;
+    file.seek(SeekFrom::Start(length.saturating_sub(LOOKED_AT)))?;
+    file.take(LOOKED_AT).read_to_end(&mut tail)?;
+    Ok([head, tail])
+}

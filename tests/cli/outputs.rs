@@ -1,0 +1,347 @@
+//! What is written where: nothing of the user's is overwritten, what cannot be written is told, half a set never stays.
+
+use std::fs;
+use std::path::Path;
+#[cfg(unix)]
+use std::process::{Command, Stdio};
+
+use crate::desk::{Desk, assert_says};
+use crate::{LONG_SYNTH, contents, grasps, landscape, names, records};
+
+const TETRAHEDRON: &str =
+    "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+const WORK: &[u8] = b"years of work";
+
+/// The landscape and its grasps, to be written beside.
+fn desk() -> Desk {
+    let desk = Desk::with_grasps();
+    let folder = desk.path("g.landscape");
+    fs::create_dir(&folder).unwrap();
+    for (path, bytes) in contents(&landscape().path("g.landscape")) {
+        fs::write(folder.join(path.file_name().unwrap()), bytes).unwrap();
+    }
+    fs::write(desk.path("box.obj"), TETRAHEDRON).unwrap();
+    desk
+}
+
+/// Every verb that writes files, and the files.
+const WRITES: [(&str, &[&str]); 15] = [
+    (
+        "synth --object ball -n 1 --steps 20 --keep all",
+        &["grasps.parquet"],
+    ),
+    (
+        "synth --object ball -n 1 --steps 20 --keep all -o box.obj",
+        &["box.obj"],
+    ),
+    ("stability g.parquet", &["g.stability.parquet"]),
+    ("label g.parquet", &["g.labelled.parquet"]),
+    ("label g.parquet --sheet sheet.html", &["sheet.html"]),
+    ("export g.parquet csv", &["g.csv"]),
+    ("export g.parquet json", &["g.json"]),
+    ("export g.parquet qpos -o q.npy", &["q.npy"]),
+    ("export g.parquet qpos", &["g.qpos.csv"]),
+    ("export g.parquet glb --grasp 0 -o one.glb", &["one.glb"]),
+    (
+        "hands inspect gripper_three_finger",
+        &["gripper_three_finger.png"],
+    ),
+    ("objects inspect box.obj", &["box.png"]),
+    ("objects inspect box.obj --side-file s.json", &["box.png"]),
+    (
+        "compare g.landscape",
+        &[
+            "g.comparison.md",
+            "g.comparison.json",
+            "g.comparison.png",
+            "g.comparison.svg",
+        ],
+    ),
+    (
+        "inspect g.landscape --path m0 m1",
+        &["g.m0-m1.png", "g.m0-m1.svg", "g.m0-m1.glb"],
+    ),
+];
+
+#[test]
+fn nothing_is_overwritten_that_was_not_made_here() {
+    for (line, outputs) in WRITES {
+        for output in outputs {
+            let desk = desk();
+            fs::write(desk.path(output), WORK).unwrap();
+            let sentence = desk.early_mistake(line);
+            assert_says(&sentence, &[output, "--force"]);
+        }
+        // What it made itself, it makes again; with --force also in place of others' work.
+        let desk = desk();
+        if !outputs.contains(&"box.obj") {
+            desk.succeed(line);
+            let first: Vec<_> = outputs
+                .iter()
+                .map(|name| fs::read(desk.path(name)).unwrap())
+                .collect();
+            let force = if line.starts_with("hands") || line.contains("side-file") {
+                " --force"
+            } else {
+                ""
+            };
+            desk.succeed(&format!("{line}{force}"));
+            for (name, first) in outputs.iter().zip(first) {
+                assert!(
+                    fs::read(desk.path(name)).unwrap() == first,
+                    "{line}: {name} again"
+                );
+            }
+        }
+        for output in outputs {
+            fs::write(desk.path(output), WORK).unwrap();
+        }
+        desk.succeed(&format!("{line} --force"));
+        for output in outputs {
+            assert_ne!(
+                fs::read(desk.path(output)).unwrap(),
+                WORK,
+                "{line}: {output}"
+            );
+        }
+    }
+}
+
+#[test]
+fn an_output_is_no_input() {
+    let desk = desk();
+    fs::write(desk.path("labels.csv"), "id,label\n").unwrap();
+    let again = fs::read(desk.path("g.parquet")).unwrap();
+    for line in [
+        "label g.parquet -o g.parquet",
+        "label g.parquet -o ./g.parquet",
+        "label g.parquet --sheet g.parquet",
+        "label g.parquet --from labels.csv -o labels.csv",
+        "stability g.parquet -o g.parquet",
+        "synth --from g.parquet -n 1 -o g.parquet",
+        "export g.parquet glb -o g.landscape/..",
+        "draw g.landscape -o g.landscape",
+        "build g.parquet -o g.parquet",
+        "import g.parquet --hand human --object ball -o g.parquet",
+    ] {
+        let sentence = desk.early_mistake(line);
+        let said = [
+            "is what is read here",
+            "exists and was not made",
+            "folder holds",
+        ];
+        assert!(
+            said.iter().any(|words| sentence.contains(words)),
+            "{line}: {sentence}"
+        );
+    }
+    assert_eq!(again, grasps());
+    desk.succeed("label g.parquet -o g.parquet --force");
+    assert_ne!(
+        fs::read(desk.path("g.parquet")).unwrap(),
+        again,
+        "labels in place"
+    );
+}
+
+/// Folders that take several files keep what else is in them.
+#[test]
+fn folders_of_others_are_not_written_into() {
+    let desk = desk();
+    for (line, own) in [
+        ("draw g.landscape -o out", "disconnectivity.png"),
+        ("export g.parquet glb -o out", "0.glb"),
+    ] {
+        fs::create_dir(desk.path("out")).unwrap();
+        fs::write(desk.path("out/thesis.tex"), WORK).unwrap();
+        let sentence = desk.early_mistake(line);
+        assert_says(&sentence, &["--output out", "thesis.tex", "--force"]);
+        desk.succeed(&format!("{line} --force"));
+        assert_eq!(fs::read(desk.path("out/thesis.tex")).unwrap(), WORK);
+        fs::remove_file(desk.path("out/thesis.tex")).unwrap();
+        let first = contents(&desk.path("out"));
+        assert!(desk.path("out").join(own).is_file());
+        desk.succeed(line);
+        assert!(contents(&desk.path("out")) == first, "{line} again");
+        fs::remove_dir_all(desk.path("out")).unwrap();
+    }
+}
+
+/// Of files that belong together none appears if one cannot be written.
+#[cfg(unix)]
+#[test]
+fn half_a_set_never_stays() {
+    for (line, largest) in [
+        ("compare g.landscape", ".png"),
+        ("inspect g.landscape --path m0 m1", ".glb"),
+        ("draw g.landscape -o out", ".png"),
+        ("hands inspect gripper_three_finger", ".png"),
+        ("export g.parquet glb -o out", ".glb"),
+    ] {
+        let whole = desk();
+        whole.succeed(line);
+        let before = names(desk().folder.path());
+        let sizes = contents(whole.folder.path())
+            .into_iter()
+            .filter(|(path, bytes)| {
+                !bytes.is_empty() && !path.to_string_lossy().contains("g.landscape")
+            })
+            .filter(|(path, _)| !before.contains(&name_of(path)))
+            .map(|(path, bytes)| (bytes.len(), path));
+        let (size, path) = sizes.max().unwrap();
+        assert!(name_of(&path).ends_with(largest), "{}", path.display());
+
+        // A limit on the size of files that only the largest exceeds; the signal that it brings is ignored, as by a disk.
+        let desk = desk();
+        let program = env!("CARGO_BIN_EXE_landscape");
+        let limited = format!(
+            "trap '' XFSZ; ulimit -f {}; {program} {line}",
+            (size - 1) / 1024
+        );
+        let output = Command::new("bash")
+            .args(["-c", &limited])
+            .current_dir(desk.folder.path())
+            .output()
+            .unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{line}: {said}");
+        assert_says(&said, &["error: cannot write", &name_of(&path)]);
+        let after: Vec<String> = names(desk.folder.path())
+            .into_iter()
+            .filter(|name| name != "out")
+            .collect();
+        assert_eq!(after, before, "{line}");
+        if desk.path("out").exists() {
+            assert_eq!(names(&desk.path("out")), Vec::<String>::new());
+        }
+    }
+}
+
+fn name_of(path: &Path) -> String {
+    path.file_name().unwrap().to_string_lossy().into_owned()
+}
+
+/// A killed run leaves a temporary file; the next one that writes the same output removes it.
+#[test]
+fn what_a_killed_run_left_is_removed_by_the_next() {
+    for (line, output) in [
+        ("label g.parquet", "g.labelled.parquet"),
+        ("export g.parquet csv", "g.csv"),
+    ] {
+        let desk = desk();
+        fs::write(desk.path(&format!("{output}.4711-0.partial")), "torn").unwrap();
+        desk.succeed(line);
+        assert!(
+            !names(desk.folder.path())
+                .iter()
+                .any(|name| name.ends_with(".partial")),
+            "{line}"
+        );
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn standard_output_that_cannot_be_written_is_an_error() {
+    let desk = desk();
+    for line in [
+        "inspect g.parquet",
+        "hands list",
+        "--help",
+        "--version",
+        "synth --help",
+        "diff g.landscape g.landscape",
+        "label g.parquet",
+    ] {
+        let full = fs::OpenOptions::new()
+            .write(true)
+            .open("/dev/full")
+            .unwrap();
+        let output = desk
+            .command(line)
+            .stdout(full)
+            .stderr(Stdio::piped())
+            .output()
+            .unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{line}: {said}");
+        assert_says(&said, &["error: cannot write to standard output"]);
+
+        // Whoever closes the pipe has read enough.
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        let output = desk
+            .command(line)
+            .stdout(writer)
+            .stderr(Stdio::piped())
+            .output()
+            .unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(141), "{line}: {said}");
+        assert!(!said.contains("error"), "{line}: {said}");
+    }
+    assert!(
+        desk.path("g.labelled.parquet").exists(),
+        "the work is done all the same"
+    );
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_says_what_is_kept() {
+    for (signal, code) in [("INT", 130), ("TERM", 143)] {
+        let desk = Desk::empty();
+        let line = LONG_SYNTH.replace(" -q", "");
+        let child = desk
+            .command(&line)
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        while records(&desk.path("grasps.parquet.partial")).is_empty() {
+            std::thread::sleep(std::time::Duration::from_millis(1));
+        }
+        let sent = Command::new("kill")
+            .args(["-s", signal, &child.id().to_string()])
+            .status()
+            .unwrap();
+        assert!(sent.success());
+        let output = child.wait_with_output().unwrap();
+        assert_eq!(output.status.code(), Some(code));
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_says(
+            &said,
+            &[
+                "interrupted: finished tasks are kept in grasps.parquet.partial",
+                "the same command",
+            ],
+        );
+        assert_eq!(names(desk.folder.path()), ["grasps.parquet.partial"]);
+        let said = desk.succeed(&line);
+        assert_says(&said, &["continuing an interrupted run"]);
+    }
+}
+
+/// What `nohup` and shells tell a process to ignore, it goes on ignoring.
+#[cfg(target_os = "linux")]
+#[test]
+fn signals_that_are_to_be_ignored_are_ignored() {
+    let desk = Desk::empty();
+    let program = env!("CARGO_BIN_EXE_landscape");
+    let line = format!("trap '' INT; exec {program} {LONG_SYNTH}");
+    let mut child = Command::new("bash")
+        .args(["-c", &line])
+        .current_dir(desk.folder.path())
+        .spawn()
+        .unwrap();
+    while records(&desk.path("grasps.parquet.partial")).is_empty() {
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+    let sent = Command::new("kill")
+        .args(["-s", "INT", &child.id().to_string()])
+        .status()
+        .unwrap();
+    assert!(sent.success());
+    assert!(child.wait().unwrap().success());
+    assert_eq!(names(desk.folder.path()), ["grasps.parquet"]);
+}
