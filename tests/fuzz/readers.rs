@@ -10,7 +10,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use bytes::Bytes;
 use landscape::grasp::EnergySettings;
-use landscape::grasp::hand::{Hand, HandFiles};
+use landscape::grasp::hand::{Hand, HandError, HandFiles, PosedHand};
 use landscape::grasp::object::neural::{Specs, Tensors};
 use landscape::grasp::object::{Assembly, Description, Mesh};
 use landscape::grasp::stability::Protocol;
@@ -23,6 +23,7 @@ use landscape::store::{
 };
 use landscape::toml_text;
 use landscape::topography::exchange::Database;
+use landscape::topography::{Evidence, Tree};
 use parquet::arrow::ArrowWriter;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReader;
 use parquet::file::metadata::KeyValue;
@@ -387,15 +388,22 @@ fn parquet() -> Vec<u8> {
     fs::read(path).unwrap()
 }
 
+/// A hand that was read is posed, too.
+fn posed(hand: Result<Hand, HandError>) -> Result<(), String> {
+    let hand = hand.map_err(|error| error.to_string())?;
+    hand.pose(&hand.rest_coordinates(), &mut PosedHand::default());
+    Ok(())
+}
+
 /// URDF or MJCF; few surface points, since they cost the most time.
 fn hand(bytes: &[u8], _: &Path) -> Result<(), String> {
     let text = String::from_utf8_lossy(bytes);
-    told(Hand::from_urdf(&text, Some(r#"{"surface_points": 20}"#)))
+    posed(Hand::from_urdf(&text, Some(r#"{"surface_points": 20}"#)))
 }
 
 fn side(bytes: &[u8], _: &Path) -> Result<(), String> {
     let text = String::from_utf8_lossy(bytes);
-    told(Hand::from_urdf(URDF, Some(&text)))
+    posed(Hand::from_urdf(URDF, Some(&text)))
 }
 
 fn hand_mesh(kind: &str, bytes: &[u8], folder: &Path) -> Result<(), String> {
@@ -408,14 +416,14 @@ fn hand_mesh(kind: &str, bytes: &[u8], folder: &Path) -> Result<(), String> {
     fs::write(folder.join(format!("m.{kind}")), bytes).unwrap();
     fs::write(&path, urdf).unwrap();
     fs::write(folder.join("hand.json"), r#"{"surface_points": 20}"#).unwrap();
-    told(HandFiles::load(&path).and_then(|files| Hand::from_files(&files)))
+    posed(HandFiles::load(&path).and_then(|files| Hand::from_files(&files)))
 }
 
 /// Good files are refused, too: they hold a few of MANO's arrays only.
 fn mano(bytes: &[u8], folder: &Path) -> Result<(), String> {
     let path = folder.join("m.npz");
     fs::write(&path, bytes).unwrap();
-    told(HandFiles::load(&path).and_then(|files| Hand::from_files(&files)))
+    posed(HandFiles::load(&path).and_then(|files| Hand::from_files(&files)))
 }
 
 fn object(kind: &str, bytes: &[u8], folder: &Path) -> Result<(), String> {
@@ -581,10 +589,13 @@ fn read_journal(bytes: &[u8], folder: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// The two files are one, broken at its middle.
+/// The two files are one, broken at its middle. The tree that the program makes of them is made, too.
 fn minima(bytes: &[u8], _: &Path) -> Result<(), String> {
     let text = String::from_utf8_lossy(bytes);
     let lines: Vec<&str> = text.lines().collect();
     let (minima, states) = lines.split_at(lines.len() / 2);
-    told(Database::parse(&minima.join("\n"), &states.join("\n")))
+    let read = Database::parse(&minima.join("\n"), &states.join("\n"));
+    let (database, _) = read.map_err(|error| error.to_string())?;
+    let _ = Tree::from_network(&database.network(), Evidence::Chain);
+    Ok(())
 }
