@@ -16,9 +16,17 @@ use crate::grasp::hand::HAND_NAMES;
 use crate::grasp::object::OBJECT_NAMES;
 use crate::store::{Source, content_hash};
 
-/// Arguments that change no byte of what is written: how fast, how loud, whether an interrupted run is continued, under
-/// which name.
-const WITHOUT_TRACE: [&str; 6] = ["threads", "quiet", "force", "resume", "fresh", "output"];
+/// Arguments that change no byte of what is written: how fast, how loud, how patient, over what, whether an interrupted run is
+/// continued, under which name.
+const WITHOUT_TRACE: [&str; 7] = [
+    "threads",
+    "quiet",
+    "force",
+    "answer_seconds",
+    "resume",
+    "fresh",
+    "output",
+];
 
 /// The command line of this process, as files record it.
 #[derive(Debug, Clone, Default)]

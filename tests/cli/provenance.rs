@@ -200,12 +200,16 @@ const RUNS: [(&str, &[&str]); 14] = [
 ];
 
 /// Flags that change no byte of what these verbs write, and why.
-const WITHOUT_TRACE: [(&str, &str); 11] = [
+const WITHOUT_TRACE: [(&str, &str); 12] = [
     ("threads", "any number of threads gives the same bytes"),
     ("quiet", "tells less"),
     (
         "force",
         "changes nothing but whether there was something before",
+    ),
+    (
+        "answer-seconds",
+        "ends a run, or changes nothing of what it finds",
     ),
     (
         "resume",
