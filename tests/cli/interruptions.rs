@@ -19,10 +19,9 @@ fn grasps_do_not_depend_on_threads() {
         file.grasps.iter().map(|grasp| grasp.id).collect::<Vec<_>>(),
         [0, 1, 2, 3, 4, 5]
     );
-    assert!(
-        file.metadata
-            .command
-            .starts_with("landscape synth --hand human --object ball -n 6 --steps 400")
+    assert_eq!(
+        file.metadata.command,
+        "landscape synth --object ball -n 6 --steps 400 --seed 1 --keep all"
     );
 }
 

@@ -437,7 +437,10 @@ fn every_flag_is_recorded_or_leaves_no_trace() {
 fn paths_leave_no_trace() {
     let desk = with_inputs();
     fs::create_dir(desk.path("deep")).unwrap();
-    fs::copy(desk.path("Kugel ü.obj"), desk.path("b.obj")).unwrap();
+    for ending in ["obj", "json"] {
+        let from = desk.path("Kugel ü").with_extension(ending);
+        fs::copy(from, desk.path("b").with_extension(ending)).unwrap();
+    }
     let whole = desk.path("b.obj").display().to_string();
     let files: Vec<Vec<u8>> = ["b.obj", "./b.obj", "deep/../b.obj", &whole]
         .iter()
