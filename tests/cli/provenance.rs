@@ -62,7 +62,7 @@ const RUNS: [(&str, &[&str]); 14] = [
             "--keep",
             "all",
             "--hand",
-            "@/robot/urdf/own's hand.urdf",
+            "@/own's hand.urdf",
         ],
     ),
     (
@@ -110,7 +110,7 @@ const RUNS: [(&str, &[&str]); 14] = [
             "--sequential",
             "--diagram",
             "--hand",
-            "@/robot/urdf/own's hand.urdf",
+            "@/own's hand.urdf",
             "--object",
             "@/Kugel ü.obj",
         ],
@@ -176,7 +176,7 @@ const RUNS: [(&str, &[&str]); 14] = [
             "--rule",
             "@/rule.toml",
             "--hand",
-            "@/robot/urdf/own's hand.urdf",
+            "@/own's hand.urdf",
             "--object",
             "@/Kugel ü.obj",
         ],
@@ -186,9 +186,9 @@ const RUNS: [(&str, &[&str]); 14] = [
         &[
             "@/-g.parquet",
             "--settings",
-            "@/p.toml",
+            "@/short.toml",
             "--hand",
-            "@/robot/urdf/own's hand.urdf",
+            "@/own's hand.urdf",
             "--object",
             "@/Kugel ü.obj",
         ],
@@ -234,8 +234,10 @@ fn inputs() -> &'static Desk {
             fs::create_dir(desk.path(folder)).unwrap();
         }
         let [urdf, side] = Hand::human_description();
-        write("robot/urdf/own's hand.urdf", urdf);
-        write("robot/urdf/own's hand.json", side);
+        for folder in ["", "robot/urdf/"] {
+            write(&format!("{folder}own's hand.urdf"), urdf);
+            write(&format!("{folder}own's hand.json"), side);
+        }
         let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("data");
         let copy = |from: &str, to: &str| fs::copy(data.join(from), desk.path(to)).unwrap();
         copy("objects/ball.obj", "Kugel ü.obj");
@@ -255,6 +257,10 @@ fn inputs() -> &'static Desk {
         );
         write("two/shapes.toml", "[energy]\nprior_weight = 0.03\n");
         write("p.toml", PATIENT);
+        write(
+            "short.toml",
+            "protocol = \"drop\"\nsteps = 60\nsettle_s = 0.2\n",
+        );
         write("l.csv", "id,label\n2,Tripod\n");
         write("m.toml", "scale = 1.25\n");
         write("waves it's.py", WAVES);
