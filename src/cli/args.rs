@@ -462,7 +462,7 @@ pub(super) struct Build {
     pub(super) temperature: Option<f64>,
     /// Pull F = αT of attraction–diffusion, energy per metre; chosen likewise.
     #[arg(long, value_name = "F", allow_negative_numbers = true)]
-    pub(super) force: Option<f64>,
+    pub(super) pull: Option<f64>,
     /// Measure the magnetisation diagram first (diagram.json and a picture): at which T and F chains get through. It
     /// then chooses T and F where they are not given. It costs as much as the map of thirty grasps.
     #[arg(long)]

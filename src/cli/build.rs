@@ -23,10 +23,7 @@ use crate::topography::{
 };
 
 pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
-    for (flag, value) in [
-        ("temperature", command.temperature),
-        ("force", command.force),
-    ] {
+    for (flag, value) in [("temperature", command.temperature), ("pull", command.pull)] {
         if let Some(value) = value {
             anyhow::ensure!(
                 value.is_finite() && value > 0.0,
@@ -111,7 +108,7 @@ fn map_settings(command: &Build, energy: &GraspEnergy) -> MapSettings {
     settings.neighbours = command.neighbours.unwrap_or(settings.neighbours);
     let chain = &mut settings.chain;
     chain.temperature = command.temperature.unwrap_or(chain.temperature);
-    chain.force = command.force.unwrap_or(chain.force);
+    chain.force = command.pull.unwrap_or(chain.force);
     settings.path.method = command.paths.into();
     settings
 }

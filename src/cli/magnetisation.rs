@@ -31,7 +31,7 @@ impl Choice {
         (journal, watch): (&DiskJournal<'_>, &mut Watch),
     ) -> Self {
         let mut choice = Self {
-            given: command.temperature.is_some() && command.force.is_some(),
+            given: command.temperature.is_some() && command.pull.is_some(),
             ..Self::default()
         };
         let mut best = None;
@@ -51,7 +51,7 @@ impl Choice {
         }
         if let Some((temperature, force)) = best {
             settings.chain.temperature = command.temperature.unwrap_or(temperature);
-            settings.chain.force = command.force.unwrap_or(force);
+            settings.chain.force = command.pull.unwrap_or(force);
         }
         choice
     }
@@ -96,7 +96,7 @@ fn try_few(
             .temperature
             .map_or_else(|| log_grid(0.0025, 0.04, 3), |given| vec![given]),
         forces: command
-            .force
+            .pull
             .map_or_else(|| log_grid(slope, 32.0 * slope, 11), |given| vec![given]),
         pairs: 12,
         neighbours: settings.neighbours,

@@ -110,7 +110,7 @@ fn mistakes_in_flags() {
             "build g.parquet --temperature nan",
             &["--temperature NaN", "positive"],
         ),
-        ("build g.parquet --force 0", &["--force 0", "positive"]),
+        ("build g.parquet --pull 0", &["--pull 0", "positive"]),
     ];
     for (line, words) in cases {
         let sentence = desk.early_mistake(line);

@@ -88,7 +88,7 @@ const RUNS: [(&str, &[&str]); 14] = [
             "1",
             "--temperature",
             "0.02",
-            "--force",
+            "--pull",
             "40",
             "--paths",
             "band",
