@@ -231,7 +231,7 @@ fn write(report: &Report<'_>, folder: &AtomicFolder) -> anyhow::Result<String> {
     if let Some(diagram) = &report.choice.diagram {
         magnetisation::write(diagram, &titles.title, folder)?;
     }
-    let text = summary(report, &files);
+    let text = super::shown(&summary(report, &files));
     folder.write("summary.md", text.as_bytes())?;
     Ok(text)
 }

@@ -57,7 +57,7 @@ pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
     imported.files()?.write(&folder)?;
     write_database(&database, &folder)?;
     imported.draw(&folder)?;
-    let text = imported.summary();
+    let text = super::shown(&imported.summary());
     folder.write("summary.md", text.as_bytes())?;
     let finished = folder.finish()?;
     if !common.quiet {

@@ -167,6 +167,11 @@ fn sentence(error: &anyhow::Error) -> String {
     short
 }
 
+/// A text of ours that quotes files, fit for a terminal, now or when somebody looks at the file it goes to.
+fn shown(text: &str) -> String {
+    printable(text, OURS).into_owned()
+}
+
 /// A line for the person at the terminal. A closed terminal is nobody's mistake.
 fn complain(line: &str) {
     let _ = writeln!(io::stderr(), "{}", printable(line, OURS));

@@ -230,6 +230,11 @@ fn a_terminal_gets_no_commands_from_files() {
         let text = String::from_utf8(text).unwrap();
         assert!(!text.is_empty() && harmless(&text), "{text:?}");
     }
+    let summary = desk.text("out/summary.md");
+    assert!(
+        summary.contains("p\u{fffd}[2J") && harmless(&summary),
+        "{summary:?}"
+    );
     for picture in ["disconnectivity", "barriers"] {
         let svg = desk.text(&format!("out/{picture}.svg"));
         roxmltree::Document::parse(&svg).unwrap();

@@ -38,12 +38,12 @@ pub(super) fn run(command: &Compare, common: &Common) -> anyhow::Result<()> {
     if let Some(other) = &command.other {
         let other = Basins::read(other, rule)?;
         let (text, value) = report::coverage(&first, &other);
-        return finish(&output, &text, &value, None, common);
+        return finish(&output, &super::shown(&text), &value, None, common);
     }
     let table = statistics::table(&first, &settings, command.seed);
     let experiments = Experiments::new(&command.landscape, rule, settings.least_per_class)?;
     let findings = hypotheses::examine(&first, &experiments, &settings, rule, command.seed)?;
-    let text = report::markdown(&first, &table, &findings, rule);
+    let text = super::shown(&report::markdown(&first, &table, &findings, rule));
     let value = json!({
         "made_by": MAKER,
         "landscape": first.name,

@@ -178,7 +178,7 @@ fn map(command: &Surface, common: &Common, subject: &Subject<'_>) -> anyhow::Res
     let titles = report.titles();
     report.mapped.draw(&titles, &database, folder)?;
     report.unseen.draw(&titles.title, folder)?;
-    let text = report.summary();
+    let text = super::shown(&report.summary());
     folder.write("summary.md", text.as_bytes())?;
     watch.lap("write", 0);
     watch.timings().write(folder)?;
