@@ -145,14 +145,7 @@ fn qpos(hand: &Hand, grasps: &[&Grasp]) -> (Vec<String>, Vec<QposRow>) {
             .enumerate()
             .filter_map(|(place, link)| Some((place, link, link.motion?)))
     };
-    let names = moving().map(|(place, link, motion)| {
-        let joint = &hand.joints[motion.joint];
-        if joint.link.0 == place {
-            joint.name.clone()
-        } else {
-            format!("{} (follows {})", link.name, joint.name)
-        }
-    });
+    let names = moving().map(|(_, link, _)| link.joint_name.clone());
     let body = usize::from(models::root_offset(hand).is_some());
     let row = |grasp: &&Grasp| {
         let x = input::coordinates(grasp);

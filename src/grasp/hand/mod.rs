@@ -110,6 +110,8 @@ pub struct Link {
     pub parent_from_link: Frame,
     /// How a joint moves it against its parent; `None` if fixed, or on a ball joint.
     pub motion: Option<Motion>,
+    /// Name of that joint in the description file, also of one that follows another; empty where there is none.
+    pub joint_name: String,
     /// Number of the ball joint it turns on, about the origin of its frame: MANO's joints.
     pub ball: Option<usize>,
     /// Digit this link belongs to: 0 = palm, 1.. = digits (1 = thumb, 2 = index … 5 = little on a human hand).

@@ -188,6 +188,10 @@ impl Model {
                     name: body.name.clone(),
                     parent: body.parent.map(LinkId),
                     parent_from_link: body.in_parent,
+                    joint_name: body
+                        .joint
+                        .filter(|_| motion.is_some())
+                        .map_or(String::new(), |j| self.joints[j].name.clone()),
                     motion,
                     ball: None,
                     digit: 0,

@@ -181,6 +181,7 @@ fn links(origins: &[Vector3<f64>]) -> Vec<Link> {
                 ..Frame::default()
             },
             motion: None,
+            joint_name: String::new(),
             ball: l.checked_sub(1),
             digit: NAMES[l].1,
         }
