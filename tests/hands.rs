@@ -9,6 +9,9 @@ use landscape::grasp::hand::{
     HAND_NAMES, Hand, HandError, HandFiles, PosedHand, axis_distance, closest_points,
 };
 use nalgebra::{DMatrix, Vector3};
+use toy_hand::toy_hand;
+
+mod toy_hand;
 
 /// The hands that come with the program, read anew.
 fn hands() -> Vec<Hand> {
@@ -552,4 +555,38 @@ fn bad_side_files_are_named() {
         assert!(side(entry).contains(told), "{entry}: {}", side(entry));
     }
     assert!(side(r#"{"independent_share": 0}"#).contains("independent_share"));
+}
+
+/// Ring and little finger hang on a part of the palm that moves, which comes before index and middle in the file: they were one
+/// digit, the first.
+#[test]
+fn fingers_on_a_moving_half_palm_are_digits_of_their_own() {
+    let names = [
+        "palm", "thumb", "finger 1", "finger 2", "finger 3", "finger 4",
+    ];
+    let links_of = |hand: &Hand, digit: &str| -> Vec<String> {
+        let digit = hand.digits.iter().position(|name| name == digit).unwrap();
+        let links = hand.links.iter().filter(|link| link.digit == digit);
+        links.map(|link| link.name.clone()).collect()
+    };
+    for half_palm in [false, true] {
+        let hand = Hand::from_urdf(&toy_hand(half_palm), None).unwrap();
+        assert_eq!(hand.digits, names, "{half_palm}");
+        assert_eq!(links_of(&hand, "thumb"), ["thumb_1", "thumb_2"]);
+        // From the thumb's side on, whatever comes first in the file.
+        for (finger, name) in ["index", "middle", "ring", "little"].iter().enumerate() {
+            let links = links_of(&hand, names[2 + finger]);
+            assert_eq!(links, [format!("{name}_1"), format!("{name}_2")]);
+        }
+        if half_palm {
+            let half = hand
+                .links
+                .iter()
+                .position(|link| link.name == "half")
+                .unwrap();
+            assert_eq!(hand.links[half].digit, 0);
+            let touches = |point: &landscape::grasp::hand::SurfacePoint| point.link.0 == half;
+            assert!(hand.surface.iter().any(touches), "it is palm, not arm");
+        }
+    }
 }

@@ -61,7 +61,8 @@ impl PatchSide {
 /// Gives each link its digit and returns the digits' names, `palm` first.
 ///
 /// Without a side file the palm is the rigid body from which most moving branches with geometry leave; each branch is a
-/// digit. What is neither, wrist and forearm, counts as palm here: [`Hand::is_arm`] tells it apart.
+/// digit. A branch that forks into fingers, each of at least two moving links, is a moving part of the palm as far as the
+/// fork: a half palm that carries ring and little finger. What is neither, wrist and forearm, counts as palm here: [`Hand::is_arm`] tells it apart.
 pub(super) fn assign_digits(
     links: &mut [Link],
     capsules: &[Capsule],
@@ -126,13 +127,34 @@ pub(super) fn assign_digits(
         .rev()
         .max_by_key(|&l| branches[l].len())
         .expect("a hand has a root");
+    let moving_links = |first: usize| {
+        let below = (0..links.len()).filter(|&l| inside(l, first) && links[l].motion.is_some());
+        below
+            .filter(|&l| capsules.iter().any(|capsule| inside(capsule.link.0, l)))
+            .count()
+    };
+    let mut digits: Vec<usize> = Vec::new();
+    let mut open: Vec<usize> = branches[palm].iter().rev().copied().collect();
+    while let Some(first) = open.pop() {
+        let fork = (first..links.len()).find(|&l| inside(l, first) && branches[l].len() > 1);
+        match fork {
+            Some(fork)
+                if branches[fork]
+                    .iter()
+                    .all(|&finger| moving_links(finger) > 1) =>
+            {
+                open.extend(branches[fork].iter().rev());
+            }
+            _ => digits.push(first),
+        }
+    }
     let owner: Vec<Option<usize>> = (0..links.len())
-        .map(|l| branches[palm].iter().position(|&first| inside(l, first)))
+        .map(|l| digits.iter().position(|&first| inside(l, first)))
         .collect();
     for (link, owner) in links.iter_mut().zip(owner) {
         link.digit = owner.map_or(0, |d| d + 1);
     }
-    names.extend((1..=branches[palm].len()).map(|d| format!("digit {d}")));
+    names.extend((1..=digits.len()).map(|d| format!("digit {d}")));
     Ok(names)
 }
 

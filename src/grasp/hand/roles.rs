@@ -17,6 +17,8 @@ const FACED: f64 = 0.4;
 
 /// How a digit lies and closes, root frame.
 struct Reach {
+    /// Origin of its first link.
+    root: Vector3<f64>,
     /// From its first link to its tip, straight.
     out: Vector3<f64>,
     /// The way of its tip from straight to the middle of all ranges.
@@ -101,6 +103,7 @@ fn reaches(hand: &Hand) -> Vec<Reach> {
             };
             let out = middle(&straight);
             Reach {
+                root,
                 out: out - root,
                 closing: middle(&closed) - out,
             }
@@ -114,7 +117,8 @@ fn unit(v: &Vector3<f64>) -> Vector3<f64> {
 
 /// Puts the thumb first, if there is one, and names the digits: `thumb`, `finger 1`, …
 ///
-/// The thumb is the one of three or more digits that points and closes most unlike the others, if it stands out.
+/// The thumb is the one of three or more digits that points and closes most unlike the others, if it stands out. Beside a
+/// thumb the fingers are numbered across the palm from its side on, else as the description has them.
 pub(super) fn name_digits(hand: &mut Hand) {
     let reaches = reaches(hand);
     let count = reaches.len();
@@ -134,7 +138,17 @@ pub(super) fn name_digits(hand: &mut Hand) {
         .filter(|(_, most, next)| *most > OPPOSED && *most > MORE * next)
         .map(|(digit, ..)| digit);
 
-    let others = (0..count).filter(|d| Some(*d) != thumb);
+    let mut others: Vec<usize> = (0..count).filter(|d| Some(*d) != thumb).collect();
+    if let Some(thumb) = thumb {
+        let sum = |of: &dyn Fn(&Reach) -> Vector3<f64>| -> Vector3<f64> {
+            others.iter().map(|&d| unit(&of(&reaches[d]))).sum()
+        };
+        let across = unit(&sum(&|reach| reach.out).cross(&sum(&|reach| reach.closing)));
+        let along = |d: usize| across.dot(&reaches[d].root);
+        let mean = others.iter().map(|&d| along(d)).sum::<f64>() / others.len() as f64;
+        let side = (along(thumb) - mean).signum();
+        others.sort_by(|&a, &b| (side * along(b)).total_cmp(&(side * along(a))));
+    }
     let order: Vec<usize> = thumb.into_iter().chain(others).collect();
     for link in hand.links.iter_mut().filter(|link| link.digit > 0) {
         let place = order.iter().position(|d| d + 1 == link.digit);
