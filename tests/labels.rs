@@ -9,10 +9,13 @@ use std::process::Command;
 use desk::{Desk, assert_says};
 use landscape::grasp::hand::{Hand, HandFiles};
 use landscape::grasp::object::{Mesh, Object};
-use landscape::grasp::taxonomy::{Anatomy, Labeller, NOT_APPLICABLE, Patch, Rule, Taxonomy};
+use landscape::grasp::taxonomy::{
+    Anatomy, Bone, Labeller, NOT_APPLICABLE, Patch, Rule, Taxonomy, explain,
+};
 use landscape::store::{GraspFile, Overrides};
 
 mod desk;
+mod toy_hand;
 
 /// Grasps of the committed population, every `step`-th.
 fn some_grasps(step: usize) -> GraspFile {
@@ -108,17 +111,52 @@ fn hands_unlike_a_human_one_are_not_guessed() {
         let label = labeller.label(&hand.rest_coordinates());
         assert_eq!(label.text(), NOT_APPLICABLE);
         assert!(label.best.is_empty());
+        let why = explain(&label, Rule::standard());
+        assert!(
+            why.contains("a thumb") && !why.contains("fewer than two parts"),
+            "{why}"
+        );
     }
     // A human hand that touches nothing has no label either.
     let human = hand("human");
     let mut far = human.rest_coordinates();
     far[0] = 1.0;
-    assert_eq!(
-        Labeller::new(&human, &ball, Rule::standard())
-            .label(&far)
-            .text(),
-        NOT_APPLICABLE
+    let label = Labeller::new(&human, &ball, Rule::standard()).label(&far);
+    assert_eq!(label.text(), NOT_APPLICABLE);
+    let why = explain(&label, Rule::standard());
+    assert!(
+        why.contains("fewer than two parts") && !why.contains("a thumb"),
+        "{why}"
     );
+}
+
+/// Fingers of two phalanges, as those of the Inspire and the Ability hand, were taken for none.
+#[test]
+fn fingers_of_two_phalanges_are_fingers() {
+    let hand = Hand::from_urdf(&toy_hand::toy_hand(false), None).unwrap();
+    let anatomy = Anatomy::of(&hand).unwrap();
+    assert!((1..=5).all(|digit| anatomy.has(digit)));
+    for (digit, name) in [(2, "index"), (5, "little")] {
+        for (link, bone) in [(1, Bone::Proximal), (2, Bone::Distal)] {
+            let link = format!("{name}_{link}");
+            let points = (0..hand.surface.len())
+                .filter(|&i| hand.links[hand.surface[i].link.0].name == link);
+            let patches: Vec<Patch> = points.map(|i| anatomy.patch(i)).collect();
+            assert!(!patches.is_empty());
+            let of_bone =
+                |patch: &Patch| matches!(patch, Patch::Digit(d, b, _) if (*d, *b) == (digit, bone));
+            assert!(patches.iter().all(of_bone), "{link}: {patches:?}");
+        }
+    }
+    // Closed about a ball it has a label.
+    let ball = Object::named("ball").unwrap();
+    let labeller = Labeller::new(&hand, &ball, Rule::standard());
+    let mut x = hand.rest_coordinates();
+    x[..3].copy_from_slice(&[0.0, 0.0, -0.047]);
+    x[7..].fill(0.7);
+    let label = labeller.label(&x);
+    assert_ne!(label.text(), NOT_APPLICABLE);
+    assert!(!label.best.is_empty());
 }
 
 /// Without its thumb a hand is never said to do what takes one.

@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use super::super::run::tally;
 use super::human_label;
-use crate::grasp::taxonomy::{Label, Taxonomy, Verdict};
+use crate::grasp::taxonomy::{Inapplicable, Label, Taxonomy, Verdict};
 use crate::store::{Grasp, GraspFile};
 
 /// So many disagreements are listed one by one.
@@ -38,8 +38,14 @@ pub(super) fn summary(file: &GraspFile, labels: &BTreeMap<u64, Label>) -> String
     line(
         &mut text,
         "not applicable",
-        count(&|v| *v == Verdict::NotApplicable),
+        count(&|v| matches!(v, Verdict::NotApplicable(_))),
     );
+    for why in [Inapplicable::Hand, Inapplicable::Touch] {
+        let of_this = count(&|v| *v == Verdict::NotApplicable(why));
+        if of_this > 0 {
+            let _ = writeln!(text, "    {of_this}: {}", why.words());
+        }
+    }
     text += "categories (of types and cells)\n";
     let categories = labels.values().filter_map(Label::listed_category);
     for (category, count) in tally(categories.map(crate::grasp::taxonomy::Category::name)) {
@@ -81,7 +87,7 @@ fn humans(file: &GraspFile, labels: &BTreeMap<u64, Label>) -> String {
             Some(Ok(entry)) => match label.verdict {
                 Verdict::Listed(number) => number == entry.number,
                 Verdict::Ambiguous(_) => label.text() == entry.cell,
-                Verdict::Unlisted | Verdict::NotApplicable => false,
+                Verdict::Unlisted | Verdict::NotApplicable(_) => false,
             },
             Some(Err(())) => label.verdict == Verdict::Unlisted,
             None => false,

@@ -93,8 +93,8 @@ impl Anatomy {
     /// Reads a hand as a human one; `None` where that would be a guess.
     ///
     /// A hand whose digits are named `thumb`, `index`, `middle`, `ring`, `little` (any of them) is taken at its word. Any
-    /// other must have a thumb, as [`Hand`] finds it, and three or four fingers; the finger nearest to the thumb is the
-    /// index finger. Bones are told by the joints between them, sides by the direction in which the digit closes.
+    /// other must have a thumb, as [`Hand`] finds it, and three or four fingers, all of at least two bones; the finger nearest
+    /// to the thumb is the index finger. A finger of two bones has a proximal and a distal one. Bones are told by the joints between them, sides by the direction in which the digit closes.
     pub fn of(hand: &Hand) -> Option<Self> {
         let straight = hand.straight();
         let reaches = hand.straight_joints();
@@ -145,7 +145,7 @@ impl Anatomy {
                 volar
             };
             for (place, links) in chain.bones.iter().enumerate() {
-                let Some(bone) = bone_of(digit, chain.bones.len() - 1 - place) else {
+                let Some(bone) = bone_of(digit, place, chain.bones.len()) else {
                     continue;
                 };
                 let along = chain.directions[place];
@@ -207,10 +207,19 @@ impl Anatomy {
 
     /// Whether the hand has this digit: 1 thumb … 5 little.
     pub fn has(&self, digit: usize) -> bool {
+        !self.bones(digit).is_empty()
+    }
+
+    /// Whether the hand has this bone of a digit.
+    pub(super) fn has_bone(&self, digit: usize, bone: Bone) -> bool {
+        self.bones(digit).iter().any(|axis| axis.bone == bone)
+    }
+
+    fn bones(&self, digit: usize) -> &[BoneAxis] {
         digit
             .checked_sub(1)
             .and_then(|place| self.digits.get(place))
-            .is_some_and(|bones| !bones.is_empty())
+            .map_or(&[], Vec::as_slice)
     }
 
     pub(super) fn palm_axes(&self, posed: &PosedHand) -> PalmAxes {
@@ -229,8 +238,7 @@ impl Anatomy {
         digit: usize,
         bone: Bone,
     ) -> Option<Vector3<f64>> {
-        let axis = self.digits.get(digit.checked_sub(1)?)?;
-        let axis = axis.iter().find(|axis| axis.bone == bone)?;
+        let axis = self.bones(digit).iter().find(|axis| axis.bone == bone)?;
         Some(posed.object_from_link[axis.link.0].direction(&axis.distal))
     }
 
@@ -278,10 +286,8 @@ impl Chain {
             })
             .collect();
         let base = bones
-            .len()
-            .checked_sub(3)
-            .or(bones.len().checked_sub(1))
-            .map_or_else(Vector3::zeros, |place| origin(bones[place][0]));
+            .get(bones.len().saturating_sub(3))
+            .map_or_else(Vector3::zeros, |bone| origin(bone[0]));
         Self {
             bones,
             directions,
@@ -303,14 +309,14 @@ impl Chain {
     }
 }
 
-/// The bone at this place from the tip.
-fn bone_of(digit: usize, from_tip: usize) -> Option<Bone> {
-    let bones: &[Bone] = if digit == 1 {
-        &[Bone::Distal, Bone::Proximal, Bone::Metacarpal]
-    } else {
-        &[Bone::Distal, Bone::Middle, Bone::Proximal]
+/// The bone at this place of so many, from the palm.
+fn bone_of(digit: usize, place: usize, count: usize) -> Option<Bone> {
+    let bones: &[Bone] = match (digit, count) {
+        (1, _) => &[Bone::Distal, Bone::Proximal, Bone::Metacarpal],
+        (_, 2) => &[Bone::Distal, Bone::Proximal],
+        _ => &[Bone::Distal, Bone::Middle, Bone::Proximal],
     };
-    bones.get(from_tip).copied()
+    bones.get(count - 1 - place).copied()
 }
 
 /// The link that carries most digits.
@@ -339,7 +345,7 @@ fn human_digits(hand: &Hand, chains: &[Chain], across: &Vector3<f64>) -> Option<
         return Some(named);
     }
     let fingers = chains.len().checked_sub(1)?;
-    let bones_enough = chains.iter().all(|chain| chain.bones.len() >= 3);
+    let bones_enough = chains.iter().all(|chain| chain.bones.len() >= 2);
     if hand.digits.get(1).is_none_or(|name| name != "thumb")
         || !(3..=4).contains(&fingers)
         || !bones_enough

@@ -25,8 +25,32 @@ pub enum Verdict {
     Ambiguous(u8),
     /// No type fits well enough.
     Unlisted,
-    /// The hand is not built like a human one, or fewer than two parts of it touch.
-    NotApplicable,
+    /// Nothing can be said.
+    NotApplicable(Inapplicable),
+}
+
+/// Why the taxonomy says nothing of a grasp.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Inapplicable {
+    /// The hand is not built like a human one, see [`Anatomy::of`].
+    Hand,
+    /// Fewer than two parts of the hand touch the object.
+    Touch,
+}
+
+impl Inapplicable {
+    /// The reason as a clause.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Hand => {
+                "the hand is not built like a human one: that takes a thumb, and three or four fingers, of at least two \
+                 phalanges each"
+            }
+            Self::Touch => {
+                "fewer than two parts of the hand (a digit, the palm, the edge between thumb and index finger) touch the object"
+            }
+        }
+    }
 }
 
 /// A type and how well it fits, 0 to 1.
@@ -77,9 +101,9 @@ pub struct Label {
 }
 
 impl Label {
-    fn not_applicable() -> Self {
+    fn not_applicable(why: Inapplicable) -> Self {
         Self {
-            verdict: Verdict::NotApplicable,
+            verdict: Verdict::NotApplicable(why),
             best: Vec::new(),
             oppositions: Vec::new(),
             category: None,
@@ -105,7 +129,7 @@ impl Label {
             Verdict::Listed(number) | Verdict::Ambiguous(number) => {
                 Some(Taxonomy::feix().numbered(number)?.category)
             }
-            Verdict::Unlisted | Verdict::NotApplicable => None,
+            Verdict::Unlisted | Verdict::NotApplicable(_) => None,
         }
     }
 
@@ -116,7 +140,7 @@ impl Label {
             Verdict::Listed(number) => entry(number).map_or("", |entry| entry.name.as_str()),
             Verdict::Ambiguous(number) => entry(number).map_or("", |entry| entry.cell.as_str()),
             Verdict::Unlisted => UNLISTED,
-            Verdict::NotApplicable => NOT_APPLICABLE,
+            Verdict::NotApplicable(_) => NOT_APPLICABLE,
         }
     }
 
@@ -175,7 +199,7 @@ impl<'a> Labeller<'a> {
     /// If `x` does not have 7 numbers more than the hand has joints.
     pub fn label(&self, x: &[f64]) -> Label {
         let Some(anatomy) = &self.anatomy else {
-            return Label::not_applicable();
+            return Label::not_applicable(Inapplicable::Hand);
         };
         let read = |x: Vec<f64>| {
             let mut posed = PosedHand::default();
@@ -189,7 +213,7 @@ impl<'a> Labeller<'a> {
             .into_iter()
             .map(read)
             .max_by(|one, other| one.score().total_cmp(&other.score()))
-            .unwrap_or_else(Label::not_applicable)
+            .unwrap_or_else(|| Label::not_applicable(Inapplicable::Touch))
     }
 }
 
@@ -204,7 +228,7 @@ pub fn label_contacts(
     let features = Features::of(anatomy, posed, touches, held.as_ref());
     let parts = DIGITS.iter().chain(["palm", "web"].iter());
     if parts.filter(|part| features.named(part) >= TOUCHES).count() < 2 {
-        return Label::not_applicable();
+        return Label::not_applicable(Inapplicable::Touch);
     }
     let taxonomy = Taxonomy::feix();
     let can = |entry: &&GraspType| {
@@ -373,9 +397,13 @@ fn evidence(
 /// The explanation of a label, in lines of text.
 pub fn explain(label: &Label, rule: &Rule) -> String {
     let mut text = format!("label            {}\n", label.text());
-    if label.best.is_empty() {
-        return text
-            + "                 the taxonomy does not apply: no human-like hand, or fewer than two parts touch\n";
+    if let Verdict::NotApplicable(why) = label.verdict {
+        let _ = writeln!(
+            text,
+            "                 the taxonomy does not apply: {}",
+            why.words()
+        );
+        return text;
     }
     for (place, candidate) in label.best.iter().enumerate() {
         let entry = Taxonomy::feix().numbered(candidate.number);

@@ -197,7 +197,13 @@ impl Features {
         let middle = |digit| enough(on_bone(digit, Bone::Middle));
         self.set(
             "deep",
-            mean(&|digit| 0.5 * (proximal(digit) + middle(digit))),
+            mean(&|digit| {
+                if anatomy.has_bone(digit, Bone::Middle) {
+                    0.5 * (proximal(digit) + middle(digit))
+                } else {
+                    proximal(digit)
+                }
+            }),
         );
         self.set("proximal", mean(&proximal));
         let of_fingers: f64 = (2..=5).map(of_digit).sum();
@@ -210,7 +216,8 @@ impl Features {
         let backs: f64 = (2..=5).map(|digit| on_side(digit, PatchSide::Back)).sum();
         self.set("backs", share(backs, of_fingers));
         self.set("index tip", share(on_side(2, PatchSide::Tip), of_digit(2)));
-        self.set("index middle phalanx", middle(2));
+        let has_middle = anatomy.has_bone(2, Bone::Middle);
+        self.set("index middle phalanx", has_middle.then(|| middle(2)));
         for digit in 2..=4 {
             let radial = share(on_side(digit, PatchSide::Radial), of_digit(digit));
             self.set(&format!("{} radial", DIGITS[digit - 1]), radial);
@@ -381,23 +388,30 @@ impl Features {
         let bone = |digit, bone| anatomy.direction(posed, digit, bone);
         let thumb = bone(1, Bone::Distal).map(|thumb| ramp(along(thumb), 0.5, 0.9));
         self.set("thumb along", thumb);
-        let index = bone(2, Bone::Distal).zip(bone(2, Bone::Middle));
-        let index = index.map(|(distal, middle)| {
-            let whole = (distal + middle).try_normalize(1e-9).unwrap_or(distal);
-            ramp(along(whole), 0.6, 0.95)
+        let index = bone(2, Bone::Distal).map(|distal| {
+            let whole = distal + bone(2, Bone::Middle).unwrap_or_default();
+            ramp(
+                along(whole.try_normalize(1e-9).unwrap_or(distal)),
+                0.6,
+                0.95,
+            )
         });
         self.set("index along", index);
     }
 }
 
-/// Flexion of a finger at the knuckle, and at the two joints beyond, radians.
+/// Flexion of a finger at the knuckle, and at the joints beyond, radians.
 fn flexion(anatomy: &Anatomy, posed: &PosedHand, digit: usize) -> Option<[f64; 2]> {
     let axes = anatomy.palm_axes(posed);
     let [proximal, middle, distal] = [Bone::Proximal, Bone::Middle, Bone::Distal]
         .map(|bone| anatomy.direction(posed, digit, bone));
-    let (proximal, middle, distal) = (proximal?, middle?, distal?);
+    let (proximal, distal) = (proximal?, distal?);
     let knuckle = f64::atan2(proximal.dot(&axes.volar), proximal.dot(&axes.distal));
-    Some([knuckle, proximal.angle(&middle) + middle.angle(&distal)])
+    let beyond = match middle {
+        Some(middle) => proximal.angle(&middle) + middle.angle(&distal),
+        None => proximal.angle(&distal),
+    };
+    Some([knuckle, beyond])
 }
 
 fn weight(touches: &[Touch], test: &dyn Fn(Patch) -> bool) -> f64 {

@@ -14,7 +14,7 @@ mod touch;
 
 pub use anatomy::{Anatomy, Bone, PalmPart, Patch};
 pub use classifier::{
-    Candidate, Evidence, Label, Labeller, NOT_APPLICABLE, UNLISTED, Verdict, explain,
+    Candidate, Evidence, Inapplicable, Label, Labeller, NOT_APPLICABLE, UNLISTED, Verdict, explain,
     label_contacts,
 };
 pub use settle::{Settle, readings};
