@@ -45,6 +45,42 @@ fn gltf(path: &Path) -> Value {
     serde_json::from_slice(&bytes[20..20 + length as usize]).unwrap()
 }
 
+/// Types of two landscapes side by side, and their groups at barriers of their own and at one.
+fn compared(desk: &Desk) {
+    print(desk, "compare one.landscape two.landscape -o both -q");
+    let both: Value = serde_json::from_slice(&fs::read(desk.path("both.json")).unwrap()).unwrap();
+    let grasps: u64 = both["types"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|row| {
+            let [one, two] = [0, 1].map(|side| row["grasps"][side].as_u64().unwrap());
+            one + two
+        })
+        .sum();
+    assert!(grasps <= 10);
+    let report = fs::read_to_string(desk.path("both.md")).unwrap();
+    assert_says(&report, &["one.landscape", "two.landscape", "of 17 cells"]);
+    let barriers = ["one", "two"].map(|name| {
+        let files = LandscapeFiles::read(&desk.path(&format!("{name}.landscape"))).unwrap();
+        files.manifest.group_barrier.unwrap()
+    });
+    let note = "numbers cannot be compared";
+    assert_eq!(
+        report.contains(note),
+        barriers[0].to_bits() != barriers[1].to_bits()
+    );
+    // At one barrier their groups can be; at an endless one there are no more than before.
+    let line = "compare one.landscape two.landscape --group-barrier 1e9 -o same -q";
+    print(desk, line);
+    let same: Value = serde_json::from_slice(&fs::read(desk.path("same.json")).unwrap()).unwrap();
+    assert_eq!(same["group_barriers"], serde_json::json!([1e9, 1e9]));
+    let groups = |told: &Value| told["groups"][0].as_u64().unwrap();
+    assert!(groups(&same) <= groups(&both));
+    let report = fs::read_to_string(desk.path("same.md")).unwrap();
+    assert!(!report.contains(note));
+}
+
 #[test]
 fn small_landscapes_are_looked_at_from_all_sides() {
     let desk = landscapes();
@@ -127,20 +163,7 @@ fn small_landscapes_are_looked_at_from_all_sides() {
     let categories = ["power", "precision", "intermediate", "unlisted"];
     assert!(categories.iter().any(|category| drawn.contains(category)));
 
-    print(&desk, "compare one.landscape two.landscape -o both -q");
-    let both: Value = serde_json::from_slice(&fs::read(desk.path("both.json")).unwrap()).unwrap();
-    let grasps: u64 = both["types"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|row| {
-            let [one, two] = [0, 1].map(|side| row["grasps"][side].as_u64().unwrap());
-            one + two
-        })
-        .sum();
-    assert!(grasps <= 10);
-    let report = fs::read_to_string(desk.path("both.md")).unwrap();
-    assert_says(&report, &["one.landscape", "two.landscape", "of 17 cells"]);
+    compared(&desk);
 }
 
 #[test]

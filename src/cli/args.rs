@@ -143,12 +143,17 @@ Examples:
   landscape build data/grasps.parquet                      writes data/grasps.landscape/
   landscape build mug.parquet --neighbours 12 -o mug.landscape
   landscape build mug.parquet --sequential                 the published method, for comparison
+  landscape build mug.parquet --group-barrier 0.1          groups as another landscape has them at 0.1
 
 Writes minima.parquet, edges.parquet, paths.parquet, landscape.json, the tree (tree.nwk, tree.dot, tree.json), the network
 (barriers.graphml), min.data and ts.data as PATHSAMPLE reads them (without curvatures: placeholders), the disconnectivity
 graph, the barrier graph and a rarefaction curve (SVG and PNG), and summary.md. An interrupted run continues where it
 stopped when the same command is given again; with --resume it must, with --fresh it begins anew. The result is the same to
-the last byte.";
+the last byte.
+
+Groups are made at the relative barrier at which they depend least on single connections, but never above what hovering 2 mm
+off the object costs: a hand that far off touches nothing, so that a higher barrier is crossed by letting go, whatever the
+grasps are. Each landscape so has a barrier of its own; --group-barrier gives them one.";
 
 const INSPECT_EXAMPLES: &str = "\
 Examples:
@@ -473,8 +478,10 @@ pub(super) struct Build {
     /// Map by sequential ADELM as published: minima are assigned one by one, in the order of the file, to the group they
     /// reach over the lowest raw barrier. Every barrier is an upper bound, and the result depends on the order; for
     /// comparison.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "group_barrier")]
     pub(super) sequential: bool,
+    #[command(flatten)]
+    pub(super) groups: GroupBarrier,
     /// Map only the grasps that held in simulation: the column `stable` of `landscape stability`.
     #[arg(long)]
     pub(super) only_stable: bool,
@@ -488,6 +495,28 @@ pub(super) struct Build {
     pub(super) of: HandAndObject,
     #[command(flatten)]
     pub(super) again: Again,
+}
+
+/// The barrier up to which minima are one group.
+#[derive(Debug, Clone, Copy, Args)]
+pub(super) struct GroupBarrier {
+    /// Minima joined by a relative barrier of at most E, in units of the energy, are one group. Only at one E do two
+    /// landscapes have comparable groups.
+    #[arg(long, value_name = "E", allow_negative_numbers = true)]
+    pub(super) group_barrier: Option<f64>,
+}
+
+impl GroupBarrier {
+    /// What was given, as far as it makes sense.
+    pub(super) fn checked(self) -> anyhow::Result<Option<f64>> {
+        if let Some(barrier) = self.group_barrier {
+            anyhow::ensure!(
+                barrier.is_finite() && barrier >= 0.0,
+                "--group-barrier {barrier}: a number in units of the energy is needed, 0 or more"
+            );
+        }
+        Ok(self.group_barrier)
+    }
 }
 
 /// Judge grasps.
@@ -733,6 +762,8 @@ pub(super) struct Surface {
     /// How the paths relax that join minima which no search joined.
     #[arg(long, value_enum, default_value_t)]
     pub(super) paths: Paths,
+    #[command(flatten)]
+    pub(super) groups: GroupBarrier,
     /// Seed of every random draw.
     #[arg(long, default_value_t = 0)]
     pub(super) seed: u64,
@@ -806,6 +837,8 @@ pub(super) struct Draw {
     /// Raise every merge to the next of N even levels between the lowest merge and the highest.
     #[arg(long, value_name = "N")]
     pub(super) levels: Option<usize>,
+    #[command(flatten)]
+    pub(super) groups: GroupBarrier,
     /// Seed of the layout; by default that of the landscape.
     #[arg(long)]
     pub(super) seed: Option<u64>,
@@ -823,6 +856,8 @@ pub(super) struct Compare {
     /// Name of the files to write, without .md, .json, .png and .svg; by default that of the landscape with `.comparison`.
     #[arg(short, long, value_name = "NAME")]
     pub(super) output: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) groups: GroupBarrier,
     /// Seed of permutations and resamplings.
     #[arg(long, default_value_t = 0)]
     pub(super) seed: u64,
@@ -874,6 +909,8 @@ pub(super) struct Import {
     /// What the columns of a table mean (TOML, see below).
     #[arg(long, value_name = "FILE", requires = "hand")]
     pub(super) mapping: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) groups: GroupBarrier,
     /// What to write: by default, where you are, the name of the file with the ending `.parquet`, or of the folder with
     /// the ending `.landscape`.
     #[arg(long, short, value_name = "PATH")]

@@ -9,7 +9,7 @@ use super::grasp_map::settings_for_grasps;
 use super::landscape::{Input, Mapped};
 use super::magnetisation::{self, Choice};
 use super::output::{check_inputs, check_place};
-use super::report::{Report, summary, tables};
+use super::report::{Report, letting_go, summary, tables};
 use super::run::{DiskJournal, Unfinished, Watch, check_resumable, until_unwritable};
 use super::uncertainty::Unseen;
 use super::{complain, input, print};
@@ -18,8 +18,8 @@ use crate::grasp::{GraspEnergy, GraspKernel};
 use crate::store::{AtomicFolder, Grasp, GraspFile, Population, Source, content_hash};
 use crate::topography::exchange::Database;
 use crate::topography::{
-    self, Landscape, MapSettings, Minimum, MinimumId, Sequential, SequentialSettings, distinct,
-    map, quench_all, sequential,
+    Landscape, MapSettings, Minimum, MinimumId, Sequential, SequentialSettings, distinct, map,
+    quench_all, sequential,
 };
 
 pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
@@ -31,6 +31,7 @@ pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
             );
         }
     }
+    command.groups.checked()?;
     if let Some(first @ 0..2) = command.first {
         anyhow::bail!("--first {first}: a landscape lies between at least two grasps");
     }
@@ -110,6 +111,7 @@ fn map_settings(command: &Build, energy: &GraspEnergy) -> MapSettings {
     chain.temperature = command.temperature.unwrap_or(chain.temperature);
     chain.force = command.pull.unwrap_or(chain.force);
     settings.path.method = command.paths.into();
+    settings.groups.barrier = command.groups.group_barrier;
     settings
 }
 
@@ -171,6 +173,9 @@ fn build(
             grasps.len()
         );
     }
+    let hover = hover_costs(&energy, &probes(&minima))?;
+    watch.lap("hover", 0);
+    settings.groups.highest = letting_go(&hover);
     let surface = (&energy, &kernel);
     let found = mapped(
         command,
@@ -186,8 +191,6 @@ fn build(
             landscape.rejected.len()
         ));
     }
-    let hover = hover_costs(&energy, &probes(landscape))?;
-    watch.lap("hover", 0);
 
     let report = Report {
         mapped: Mapped {
@@ -314,14 +317,9 @@ fn source(command: &Build, bytes: &[u8]) -> Source {
 }
 
 /// Minima from all heights of the landscape: as many as a second pays for.
-fn probes(landscape: &topography::Landscape) -> Vec<&[f64]> {
-    let minima: Vec<&[f64]> = landscape
-        .network
-        .node_weights()
-        .map(|minimum| minimum.coordinates.as_slice())
-        .collect();
+fn probes(minima: &[Minimum]) -> Vec<&[f64]> {
     let count = minima.len().min(32);
     (0..count)
-        .map(|i| minima[i * minima.len() / count])
+        .map(|i| minima[i * minima.len() / count].coordinates.as_slice())
         .collect()
 }

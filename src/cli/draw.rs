@@ -9,7 +9,7 @@ use super::args::{Common, Draw};
 use super::complain;
 use super::draw_types::Types;
 use super::drawing::{Drawing, PICTURE_WIDTH, Views, is_written};
-use super::landscape::Titles;
+use super::landscape::{Titles, group_of};
 use super::output::check_folder;
 use crate::figure::Leaf;
 use crate::store::{FileSet, GraspFile, LandscapeFiles, MinimumRow, Overrides, read_resampled};
@@ -24,6 +24,7 @@ pub(super) fn run(command: &Draw, common: &Common) -> anyhow::Result<()> {
     ] {
         ensure!(value != Some(0), "--{flag} 0: at least 1 is needed");
     }
+    let group_barrier = command.groups.checked()?;
     let files = LandscapeFiles::read(&command.landscape)?;
     let network = files.network(&command.landscape)?;
     let tree = Tree::from_network(&network, Evidence::Chain);
@@ -60,16 +61,19 @@ pub(super) fn run(command: &Draw, common: &Common) -> anyhow::Result<()> {
         },
         (None, None) => leaf(minimum),
     };
-    let group_of = groups(&files);
+    let group_of = group_of(&files, &network, group_barrier);
+    let leaves: Vec<Leaf> = files.minima.iter().enumerate().map(leaf).collect();
     let examples = match (&types, command.examples) {
-        (Some(types), Some(count)) => types.examples(&files, &group_of, count, PICTURE_WIDTH),
+        (Some(types), Some(count)) => {
+            types.examples(&files, (&group_of, &leaves), count, PICTURE_WIDTH)
+        }
         _ => Vec::new(),
     };
     let drawing = Drawing {
         network: &network,
         tree: &tree,
         resampled: &read_resampled(&command.landscape, &network)?,
-        leaves: files.minima.iter().enumerate().map(leaf).collect(),
+        leaves,
         group_of,
         titles: &titles,
         views,
@@ -84,17 +88,6 @@ pub(super) fn run(command: &Draw, common: &Common) -> anyhow::Result<()> {
         complain(&format!("wrote {}", output.display()));
     }
     Ok(())
-}
-
-/// Groups as they are numbered in the file, without gaps.
-fn groups(files: &LandscapeFiles) -> Vec<usize> {
-    let mut names: Vec<u64> = files.minima.iter().map(|minimum| minimum.group).collect();
-    names.sort_unstable();
-    names.dedup();
-    let places = files.minima.iter();
-    places
-        .map(|minimum| names.partition_point(|name| *name < minimum.group))
-        .collect()
 }
 
 /// `m3`, or `3`.

@@ -4,9 +4,9 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::types::{Named, Setting};
-use crate::figure::{PICTURE_DENSITY, Picture, Scene, side_in_row, theme};
+use crate::figure::{Leaf, PICTURE_DENSITY, Picture, Scene, group, side_in_row, theme};
 use crate::grasp::taxonomy::{Category, Rule};
-use crate::store::LandscapeFiles;
+use crate::store::{LandscapeFiles, MinimumRow};
 use crate::topography::MinimumId;
 
 /// Which differences between grasp types colours show.
@@ -76,15 +76,18 @@ impl Types {
     }
 
     /// Rendered minima, so many at most: of each type the one in the group with most grasps, at least one of each category
-    /// that occurs, then those of the largest groups; no two of one group.
+    /// that occurs, then those of the largest groups; no two of one group, and each labelled as its group is drawn.
     pub(super) fn examples(
         &self,
         files: &LandscapeFiles,
-        group_of: &[usize],
+        (group_of, leaves): (&[usize], &[Leaf]),
         count: usize,
         width: u32,
     ) -> Vec<(MinimumId, Picture)> {
-        let chosen = self.chosen(files, group_of, count);
+        let mut order = order(&files.minima, group_of);
+        let drawn = group(leaves, group_of);
+        order.retain(|&minimum| leaves[minimum].label == drawn[group_of[minimum]].label);
+        let chosen = self.chosen(&order, group_of, count);
         let side = side_in_row(width, chosen.len()) * PICTURE_DENSITY;
         let skin = self.setting.hand.skin();
         let picture = |&minimum: &usize| {
@@ -110,28 +113,16 @@ impl Types {
         chosen.par_iter().map(picture).collect()
     }
 
-    fn chosen(&self, files: &LandscapeFiles, group_of: &[usize], count: usize) -> Vec<usize> {
-        let groups = group_of.iter().max().map_or(0, |most| most + 1);
-        let mut grasps = vec![0; groups];
-        for (row, &group) in files.minima.iter().zip(group_of) {
-            grasps[group] += row.members.len();
-        }
-        // The lowest minimum of each group that is called as most of its grasps are.
-        let mut order: Vec<usize> = (0..files.minima.len()).collect();
-        order.sort_by_key(|&minimum| {
-            let row = &files.minima[minimum];
-            let weight = (grasps[group_of[minimum]], row.members.len());
-            (std::cmp::Reverse(weight), minimum)
-        });
+    /// The first `count` of `order`, of each category first, then of each type, then any; no two of one group.
+    fn chosen(&self, order: &[usize], group_of: &[usize], count: usize) -> Vec<usize> {
         let mut chosen: Vec<usize> = Vec::new();
-        // First a grasp of each category, then of each type, then any.
         let categories: [fn(&Named, &Named) -> bool; 3] = [
             |a, b| a.category == b.category,
             |a, b| a.text() == b.text(),
             |_, _| false,
         ];
         for same in categories {
-            for &minimum in &order {
+            for &minimum in order {
                 let known = |&other: &usize| {
                     group_of[other] == group_of[minimum]
                         || same(&self.names[other], &self.names[minimum])
@@ -143,4 +134,19 @@ impl Types {
         }
         chosen
     }
+}
+
+/// The minima by the number of grasps of their group, then of their own, most first.
+fn order(minima: &[MinimumRow], group_of: &[usize]) -> Vec<usize> {
+    let groups = group_of.iter().max().map_or(0, |most| most + 1);
+    let mut grasps = vec![0; groups];
+    for (row, &group) in minima.iter().zip(group_of) {
+        grasps[group] += row.members.len();
+    }
+    let mut order: Vec<usize> = (0..minima.len()).collect();
+    order.sort_by_key(|&minimum| {
+        let weight = (grasps[group_of[minimum]], minima[minimum].members.len());
+        (std::cmp::Reverse(weight), minimum)
+    });
+    order
 }

@@ -21,7 +21,12 @@ use crate::topography::exchange::{Database, Layout};
 use crate::topography::{Evidence, GroupSettings, Groups, Network, Tree};
 
 pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
+    let group_barrier = command.groups.checked()?;
     if import_grasps::holds_grasps(&command.path) {
+        ensure!(
+            group_barrier.is_none(),
+            "--group-barrier is for min.data and ts.data: grasps have groups only once `landscape build` mapped them"
+        );
         return import_grasps::run(command, common);
     }
     ensure!(
@@ -41,9 +46,13 @@ pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
     check_place(&output)?;
     check_inputs(&output, &[&command.path])?;
     let network = database.network();
+    let groups = GroupSettings {
+        barrier: group_barrier,
+        ..GroupSettings::default()
+    };
     let imported = Imported {
         tree: Tree::from_network(&network, Evidence::Chain),
-        groups: Groups::stable(&network, &GroupSettings::default()),
+        groups: Groups::new(&network, &groups),
         network,
         layout,
         database: &database,
@@ -101,16 +110,6 @@ struct Imported<'a> {
 }
 
 impl Imported<'_> {
-    fn group_of(&self) -> Vec<usize> {
-        let mut group_of = vec![0; self.network.node_count()];
-        for (group, members) in self.groups.members.iter().enumerate() {
-            for member in members {
-                group_of[member.0] = group;
-            }
-        }
-        group_of
-    }
-
     fn loops(&self) -> usize {
         let states = self.database.transition_states.iter();
         states
@@ -119,7 +118,11 @@ impl Imported<'_> {
     }
 
     fn files(&self) -> anyhow::Result<LandscapeFiles> {
-        let rows = self.network.node_weights().zip(self.group_of()).enumerate();
+        let rows = self
+            .network
+            .node_weights()
+            .zip(self.groups.group_of())
+            .enumerate();
         let minima: Vec<MinimumRow> = rows
             .map(|(id, (minimum, group))| MinimumRow {
                 id: id as u64,
@@ -197,7 +200,7 @@ impl Imported<'_> {
             tree: &self.tree,
             resampled: &[],
             leaves: leaves_of(&self.network),
-            group_of: self.group_of(),
+            group_of: self.groups.group_of(),
             titles: &Titles {
                 title: self.source.name.clone(),
                 energy: "energy",

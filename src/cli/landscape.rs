@@ -9,9 +9,9 @@ use super::run::tally;
 use super::uncertainty;
 use crate::energy::Energy;
 use crate::figure::Leaf;
-use crate::store::{AtomicFolder, EdgeRow, MinimumRow, PathRow, write_resampled};
+use crate::store::{AtomicFolder, EdgeRow, LandscapeFiles, MinimumRow, PathRow, write_resampled};
 use crate::topography::exchange::{Database, Layout};
-use crate::topography::{self, Evidence, Landscape, decisive};
+use crate::topography::{self, Evidence, GroupSettings, Groups, Landscape, Network, decisive};
 
 /// A map, and what its minima are made of.
 pub(super) struct Mapped<'a> {
@@ -50,16 +50,6 @@ pub(super) struct Merge {
 }
 
 impl Mapped<'_> {
-    fn group_of(&self) -> Vec<usize> {
-        let mut group_of = vec![0; self.landscape.network.node_count()];
-        for (group, members) in self.landscape.groups.members.iter().enumerate() {
-            for member in members {
-                group_of[member.0] = group;
-            }
-        }
-        group_of
-    }
-
     /// Label of most labelled members of a minimum.
     pub(super) fn label(&self, members: &[usize]) -> Option<String> {
         let labels = members
@@ -106,7 +96,11 @@ impl Mapped<'_> {
     }
 
     pub(super) fn minima(&self) -> Vec<MinimumRow> {
-        let minima = self.landscape.network.node_weights().zip(self.group_of());
+        let minima = self
+            .landscape
+            .network
+            .node_weights()
+            .zip(self.landscape.groups.group_of());
         let row = |(id, (minimum, group)): (usize, (&topography::Minimum, usize))| {
             let members = || minimum.members.iter().map(|&row| &self.inputs[row]);
             MinimumRow {
@@ -233,13 +227,32 @@ impl Mapped<'_> {
             tree: &self.landscape.tree,
             resampled: &self.landscape.resampled,
             leaves: leaves.collect(),
-            group_of: self.group_of(),
+            group_of: self.landscape.groups.group_of(),
             titles,
             views: Views::default(),
             examples: Vec::new(),
         };
         drawing.write(&mut |name, bytes| folder.write(name, bytes))
     }
+}
+
+/// The group of each minimum of a finished landscape, numbered without gaps: those of the file, or those at another barrier.
+pub(super) fn group_of(
+    files: &LandscapeFiles,
+    network: &Network,
+    barrier: Option<f64>,
+) -> Vec<usize> {
+    if let Some(barrier) = barrier {
+        let groups = Groups::below(network, barrier, GroupSettings::default().worst);
+        return groups.group_of();
+    }
+    let mut names: Vec<u64> = files.minima.iter().map(|minimum| minimum.group).collect();
+    names.sort_unstable();
+    names.dedup();
+    let places = files.minima.iter();
+    places
+        .map(|minimum| names.partition_point(|name| *name < minimum.group))
+        .collect()
 }
 
 /// Writes `min.data` and `ts.data` as PATHSAMPLE reads them.

@@ -120,6 +120,13 @@ fn manifest(report: &Report<'_>, pairs: usize) -> anyhow::Result<Manifest> {
     })
 }
 
+/// The cost of a hand that touches nothing any more by the strict filter's own measure, 2 mm off the object: what a barrier
+/// above it is crossed by is letting go, so that it tells no grasps apart.
+pub(super) fn letting_go(hover: &[HoverCost]) -> Option<f64> {
+    let cost = hover.first()?.quartiles[1];
+    Some(cost.max(0.0)).filter(|_| !cost.is_nan())
+}
+
 /// What a reader should know before trusting the landscape.
 fn warnings(report: &Report<'_>, merges: &[Merge]) -> Vec<String> {
     let mut warnings = report.warnings.clone();
@@ -132,6 +139,14 @@ fn warnings(report: &Report<'_>, merges: &[Merge]) -> Vec<String> {
              measure letting go, not force closure",
             hover.clearance_m * 1e3,
             hover.quartiles[1]
+        ));
+    }
+    let barrier = report.mapped.landscape.groups.barrier;
+    if let Some(cost) = letting_go(report.hover).filter(|cost| barrier > *cost) {
+        warnings.push(format!(
+            "groups join minima over relative barriers up to {barrier:.3}, but hovering {:.0} mm off the object costs only \
+             {cost:.3}: a group is whatever can be reached by letting go",
+            report.hover[0].clearance_m * 1e3
         ));
     }
     let unrelaxed = merges
@@ -178,13 +193,22 @@ fn overview(report: &Report<'_>, files: &LandscapeFiles, merges: &[Merge]) -> Ve
         parts.join(", ")
     };
     let barrier = report.mapped.landscape.groups.barrier;
-    let rule = match report.arrivals {
-        Some(_) => format!(
+    let rule = if report.arrivals.is_some() {
+        format!(
             "assigned one by one, in the order of the grasps, by sequential ADELM; greatest relative raw barrier {barrier:.3}"
-        ),
-        None => {
-            format!("minima joined by relaxed connections with relative barrier up to {barrier:.3}")
-        }
+        )
+    } else {
+        let groups = &report.settings.groups;
+        let why = match (groups.barrier, groups.highest) {
+            (Some(_), _) => "as given with --group-barrier".to_owned(),
+            (None, None) => "chosen".to_owned(),
+            (None, Some(highest)) => {
+                format!("chosen, at most {highest:.3}, the cost of hovering 2 mm off the object")
+            }
+        };
+        format!(
+            "minima joined by relaxed connections with relative barrier up to {barrier:.3}: {why}"
+        )
     };
     let chain = &report.settings.chain;
     let mut lines = vec![

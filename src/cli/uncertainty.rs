@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::landscape::median;
 use crate::figure::rarefaction_chart;
 use crate::store::AtomicFolder;
-use crate::topography::{Evidence, Landscape, Rarefaction, support};
+use crate::topography::{Evidence, LEAST_MEMBERS, Landscape, Rarefaction, support};
 
 /// Points of a rarefaction curve up to the sample at hand.
 const POINTS: usize = 50;
@@ -167,14 +167,20 @@ impl Unseen {
 
     /// A line of the summary.
     pub(super) fn line(&self) -> String {
-        let [low, high] = self.groups.unseen_interval;
+        let (Some(groups), Some(minima)) = (self.groups.estimate, self.minima.estimate) else {
+            return format!(
+                "- groups still unseen: {} {} are too few to estimate it (at least {LEAST_MEMBERS} are needed)",
+                self.groups.members, self.inputs
+            );
+        };
+        let [low, high] = groups.unseen_interval;
         format!(
             "- groups still unseen: about {:.0} (Chao1, a lower bound; 95 % interval {low:.0} to {high:.0}); one more grasp falls \
              into a known group with a chance of {:.0} %, into a known minimum with {:.0} % (Good and Turing). This takes the \
              grasps for independent draws: grasps chosen to be spread make it too pessimistic",
-            self.groups.unseen,
-            100.0 * self.groups.coverage,
-            100.0 * self.minima.coverage
+            groups.unseen,
+            100.0 * groups.coverage,
+            100.0 * minima.coverage
         )
     }
 

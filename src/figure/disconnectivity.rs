@@ -43,7 +43,8 @@ pub struct DisconnectivityPicture {
     pub order: LeafOrder,
     /// Width and height of the graph in canvas units.
     pub size: [u32; 2],
-    /// Pictures of some leaves, which go below the graph in the order of the branches.
+    /// Pictures of some leaves, which go below the graph in the order of the branches; the line above each has the colour of
+    /// the leaf's disc, where that is labelled.
     pub examples: Vec<(usize, Picture)>,
 }
 
@@ -357,18 +358,24 @@ impl<'a> Plot<'a> {
     }
 
     fn draw_examples(&self, canvas: &mut Canvas) {
-        let mut examples: Vec<([f64; 2], &Picture)> = (self.picture.examples.iter())
-            .filter(|(leaf, _)| *leaf < self.picture.leaves.len())
-            .map(|(leaf, picture)| (self.at(*leaf), picture))
-            .collect();
-        examples.sort_by(|a, b| a.0[0].total_cmp(&b.0[0]));
-        let pictures: Vec<Picture> = examples
-            .into_iter()
-            .map(|(at, picture)| Picture {
-                of: Some(at),
-                ..picture.clone()
+        let leaves = &self.picture.leaves;
+        let colours = label_colours(leaves);
+        let mut examples: Vec<([f64; 2], Picture)> = (self.picture.examples.iter())
+            .filter_map(|(leaf, picture)| {
+                let drawn = leaves.get(*leaf)?;
+                // A bar in another colour than the disc that it hangs from would look like a mistake.
+                let own = drawn.label.as_ref().map(|_| fill(drawn, &colours));
+                let at = self.at(*leaf);
+                let picture = Picture {
+                    of: Some(at),
+                    colour: own.or(picture.colour),
+                    ..picture.clone()
+                };
+                Some((at, picture))
             })
             .collect();
+        examples.sort_by(|a, b| a.0[0].total_cmp(&b.0[0]));
+        let pictures: Vec<Picture> = examples.into_iter().map(|(_, picture)| picture).collect();
         if !pictures.is_empty() {
             draw_row(
                 canvas,

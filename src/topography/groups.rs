@@ -12,10 +12,15 @@ use crate::sample::{Task, stream};
 /// Barriers that differ by this share are equal: two refinements of one pass differ by rounding only.
 const TIE: f64 = 1e-7;
 
-/// Settings of [`Groups::stable`].
+/// Settings of [`Groups::new`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct GroupSettings {
+    /// The relative barrier b that joins two minima, instead of the one at which the partition is most stable: groups of
+    /// two landscapes can be compared only at the same b.
+    pub barrier: Option<f64>,
+    /// Greatest b that may be chosen where `barrier` gives none.
+    pub highest: Option<f64>,
     /// Relative barriers b to try at most: quantiles of those of the network.
     pub levels: usize,
     /// Resamplings of the connections.
@@ -29,6 +34,8 @@ pub struct GroupSettings {
 impl Default for GroupSettings {
     fn default() -> Self {
         Self {
+            barrier: None,
+            highest: None,
             levels: 24,
             resamplings: 64,
             worst: Evidence::Path,
@@ -73,24 +80,44 @@ impl Groups {
         }
     }
 
-    /// The partition at the level b at which it is most stable.
+    /// The number of the group of each minimum.
+    pub fn group_of(&self) -> Vec<usize> {
+        let mut group_of = vec![0; self.members.iter().map(Vec::len).sum()];
+        for (group, members) in self.members.iter().enumerate() {
+            for member in members {
+                group_of[member.0] = group;
+            }
+        }
+        group_of
+    }
+
+    /// The partition at the level b that the settings give, else at the one at which it is most stable.
     ///
     /// The connections are resampled with replacement; the stability of a level is the mean adjusted Rand index (L.
     /// Hubert and P. Arabie, J. Classif. 2, 193 (1985)) between its partition and the resampled ones. Levels where all
     /// minima are apart or all are one say nothing; levels where one group holds more than half of them have percolated
     /// and count only if there are no others, as do levels with more groups than half the minima, where grouping has
-    /// hardly begun. The lowest of equally stable levels wins; with no level left every
-    /// minimum is a group of its own.
-    pub fn stable(network: &Network, settings: &GroupSettings) -> Self {
+    /// hardly begun. Levels above the highest allowed are measured, but never chosen. The lowest of equally stable levels
+    /// wins; with no level left every minimum is a group of its own.
+    pub fn new(network: &Network, settings: &GroupSettings) -> Self {
+        if let Some(barrier) = settings.barrier {
+            return Self::below(network, barrier, settings.worst);
+        }
         let links = links(network, settings.worst);
         let n = network.node_count();
         let mut barriers: Vec<f64> = links.iter().map(|link| link.2).collect();
         barriers.sort_by(f64::total_cmp);
         barriers.dedup_by(|b, a| *b <= *a + TIE * a.abs());
         let count = settings.levels.min(barriers.len());
-        let grid: Vec<f64> = (1..=count)
+        let mut grid: Vec<f64> = (1..=count)
             .map(|k| barriers[k * barriers.len() / count - 1])
             .collect();
+        let highest = settings.highest.unwrap_or(f64::INFINITY);
+        // Where all quantiles lie too high, the highest barrier that is allowed is still a level.
+        if grid.first().is_some_and(|first| *first > highest) {
+            let allowed = barriers.iter().rev().find(|barrier| **barrier <= highest);
+            grid.splice(0..0, allowed.copied());
+        }
         let draws: Vec<Vec<bool>> = (0..settings.resamplings)
             .map(|id| {
                 let mut rng = stream(settings.seed, Task::Resampling, id as u64);
@@ -116,7 +143,8 @@ impl Groups {
                 ..level
             });
         }
-        let barrier = most_stable(&scan, n).map_or(0.0, |level| level.barrier);
+        let allowed = scan.partition_point(|level| level.barrier <= highest);
+        let barrier = most_stable(&scan[..allowed], n).map_or(0.0, |level| level.barrier);
         Self {
             scan,
             ..Self::below(network, barrier, settings.worst)
@@ -138,7 +166,7 @@ pub(super) fn level(n: usize, links: &[(usize, usize, f64)], barrier: f64) -> (L
     (level, labels)
 }
 
-/// The most stable level of `n` minima that says something, by the rules of [`Groups::stable`].
+/// The most stable level of `n` minima that says something, by the rules of [`Groups::new`].
 pub(super) fn most_stable(scan: &[Level], n: usize) -> Option<Level> {
     let telling = |level: &&Level| level.groups > 1 && level.groups < n;
     let best = |levels: &mut dyn Iterator<Item = &Level>| {
@@ -280,15 +308,72 @@ mod tests {
         edges.push((0, 5, 1.0, Evidence::Path));
         edges.push((3, 9, 1.2, Evidence::Path));
         edges.push((1, 6, 0.01, Evidence::Chain));
-        let groups = Groups::stable(&network(&[0.0; 10], &edges), &GroupSettings::default());
+        let groups = Groups::new(&network(&[0.0; 10], &edges), &GroupSettings::default());
         assert_eq!(groups.members.len(), 2, "{groups:?}");
         assert!(groups.members.iter().all(|members| members.len() == 5));
         assert!((0.1..1.0).contains(&groups.barrier));
     }
 
+    /// Three pairs whose members lie 0.1 apart, one above the other, 1.0 and more apart.
+    fn three_pairs() -> Network {
+        let near = |a: usize| (a, a + 1, 0.1 + 0.001 * a as f64, Evidence::Saddle);
+        let far = |a: usize, b: usize| (a, b, 1.0 + 0.01 * (a + b) as f64, Evidence::Path);
+        let edges = [near(0), near(2), near(4), far(1, 2), far(3, 4), far(0, 5)];
+        network(&[0.0; 6], &edges)
+    }
+
+    #[test]
+    fn no_level_above_the_highest_allowed_is_chosen() {
+        let groups = |highest| {
+            let settings = GroupSettings {
+                highest: Some(highest),
+                ..GroupSettings::default()
+            };
+            Groups::new(&three_pairs(), &settings)
+        };
+        let free = Groups::new(&three_pairs(), &GroupSettings::default());
+        assert!(free.barrier > 0.1015, "{free:?}");
+        let bounded = groups(0.1015);
+        assert!(bounded.barrier <= 0.1015);
+        assert_eq!(bounded.members.len(), 5, "{bounded:?}");
+        assert_eq!(bounded.scan, free.scan, "what is not chosen is still told");
+        assert_eq!(groups(2.0), free, "a bound that is not met changes nothing");
+        assert_eq!(groups(0.05).members.len(), 6);
+    }
+
+    #[test]
+    fn a_bound_below_all_quantiles_leaves_the_barriers_below_it() {
+        let settings = GroupSettings {
+            levels: 1,
+            highest: Some(0.103),
+            ..GroupSettings::default()
+        };
+        let groups = Groups::new(&three_pairs(), &settings);
+        assert_eq!(
+            (groups.members.len(), groups.scan.len()),
+            (4, 2),
+            "{groups:?}"
+        );
+    }
+
+    #[test]
+    fn groups_at_a_given_barrier() {
+        let at = |barrier| {
+            let settings = GroupSettings {
+                barrier: Some(barrier),
+                highest: Some(0.01),
+                ..GroupSettings::default()
+            };
+            Groups::new(&three_pairs(), &settings)
+        };
+        assert_eq!(at(0.2).members.len(), 3);
+        assert!((at(0.2).barrier - 0.2).abs() < 1e-15);
+        assert_eq!(at(9.0).members.len(), 1);
+    }
+
     #[test]
     fn a_lone_minimum_is_its_own_group() {
-        let groups = Groups::stable(&network(&[1.0], &[]), &GroupSettings::default());
+        let groups = Groups::new(&network(&[1.0], &[]), &GroupSettings::default());
         assert_eq!(groups.members, [[MinimumId(0)]]);
     }
 }

@@ -163,7 +163,7 @@ pub struct Landscape {
     pub connections: Vec<Connection>,
     /// Merge tree over every finite connection.
     pub tree: Tree,
-    /// Groups at the most stable level.
+    /// Groups, see [`Groups::new`].
     pub groups: Groups,
     /// What was given as a minimum and is none: it has no part in the map.
     pub rejected: Vec<NoMinimum>,
@@ -260,7 +260,7 @@ pub fn map(
             settings.seed,
         ),
         tree: Tree::from_network(&network, Evidence::Chain),
-        groups: Groups::stable(&network, &settings.groups),
+        groups: Groups::new(&network, &settings.groups),
         network,
         connections: survey.best.into_values().collect(),
         evaluations: survey.evaluations,

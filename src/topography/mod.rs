@@ -41,7 +41,7 @@ pub use network::{Edge, Evidence, Minimum, MinimumId, Network};
 pub use path::{BandSettings, Pass, Path, PathMethod, PathSettings, SeamSettings};
 use progress::Tally;
 pub use progress::{Observer, Phase, Progress, silent};
-pub use rarefaction::{Rarefaction, Rarefied};
+pub use rarefaction::{Completeness, LEAST_MEMBERS, Rarefaction, Rarefied};
 pub use scales::Scales;
 pub use search::{
     Coverage, Doubt, Draw, Exploration, Fate, Refused, SearchSettings, TransitionState, explore,

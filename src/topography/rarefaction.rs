@@ -5,6 +5,10 @@
 
 use serde::{Deserialize, Serialize};
 
+/// Members below which nothing is estimated of groups unseen: of so few, how many groups were met once and twice is left to
+/// chance, and a partition into two groups has no singletons whatever the truth.
+pub const LEAST_MEMBERS: usize = 30;
+
 /// Standard deviations of a 95 % interval.
 const QUANTILE: f64 = 1.959_963_984_540_054;
 
@@ -33,6 +37,16 @@ pub struct Rarefaction {
     pub once: usize,
     /// Groups with two, f₂.
     pub twice: usize,
+    /// What is unseen; `None` for fewer members than [`LEAST_MEMBERS`].
+    #[serde(flatten)]
+    pub estimate: Option<Completeness>,
+    /// Expected groups at sample sizes up to N, then beyond where there is an estimate.
+    pub curve: Vec<Rarefied>,
+}
+
+/// An estimate of what a sample has not shown.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Completeness {
     /// Chao's estimate of the number of groups unseen, a lower bound, in its bias-corrected form:
     /// (N − 1)/N · f₁ (f₁ − 1)/(2 (f₂ + 1)).
     pub unseen: f64,
@@ -41,8 +55,6 @@ pub struct Rarefaction {
     /// Estimated chance that one more member falls into a group already found (sample coverage, Chao and Jost's Eq. 4a):
     /// 1 − f₁/N · (N − 1) f₁/((N − 1) f₁ + 2 f₂).
     pub coverage: f64,
-    /// Expected groups at sample sizes up to N, then beyond.
-    pub curve: Vec<Rarefied>,
 }
 
 /// The bias-corrected estimate "Chao1" of the number of kinds unseen in a sample of `members`, `once` of whose kinds were
@@ -63,6 +75,10 @@ impl Rarefaction {
     ///
     /// f̂₀: the number unseen. Groups without members are not counted.
     pub fn new(sizes: &[usize], points: usize) -> Self {
+        Self::with_least(LEAST_MEMBERS, sizes, points)
+    }
+
+    fn with_least(least_members: usize, sizes: &[usize], points: usize) -> Self {
         let sizes: Vec<usize> = sizes.iter().copied().filter(|size| *size > 0).collect();
         let members: usize = sizes.iter().sum();
         let count = |size: usize| sizes.iter().filter(|other| **other == size).count();
@@ -86,39 +102,44 @@ impl Rarefaction {
             groups: sizes.len(),
             once,
             twice,
-            unseen,
-            unseen_interval: [0.0; 2],
-            coverage: 1.0 - missing,
+            estimate: None,
             curve: Vec::new(),
         };
-        found.unseen_interval = found.interval(&sizes);
-        found.curve = found.curve(&sizes, points.max(2));
+        found.curve = found.curve(&sizes, unseen, points.max(2));
+        if members >= least_members {
+            found.estimate = Some(Completeness {
+                unseen,
+                unseen_interval: found.interval(&sizes, unseen),
+                coverage: 1.0 - missing,
+            });
+            found.extend_beyond(unseen, points.max(2));
+        }
         found
     }
 
     /// The 95 % interval of the number unseen: that of a log-normal law of f̂₀ with the variance of the estimate (A. Chao,
     /// Biometrics 43, 783 (1987), Eq. 13; variances: R. K. Colwell, `EstimateS` 9.1 User's Guide, Appendix B, Eqs. 6 and 7).
     /// Where the estimate is 0, of S/(1 − P) with P = `Σ exp(−N_i)/S` (ibid., Eqs. 8 and 14).
-    fn interval(&self, sizes: &[usize]) -> [f64; 2] {
+    fn interval(&self, sizes: &[usize], unseen: f64) -> [f64; 2] {
         let (f1, f2) = (self.once as f64, self.twice as f64);
         let (n, found) = (self.members as f64, self.groups as f64);
         if self.groups == 0 {
             return [0.0; 2];
         }
         let share = (n - 1.0) / n;
-        if self.unseen > 0.0 {
+        if unseen > 0.0 {
             let variance = if self.twice > 0 {
                 let more = f2 + 1.0;
-                self.unseen
+                unseen
                     + share * share * f1 * (2.0 * f1 - 1.0).powi(2) / (4.0 * more * more)
                     + share * share * f1 * f1 * f2 * (f1 - 1.0).powi(2) / (4.0 * more.powi(4))
             } else {
-                self.unseen + share * share * f1 * (2.0 * f1 - 1.0).powi(2) / 4.0
-                    - share * share * f1.powi(4) / (4.0 * (found + self.unseen))
+                unseen + share * share * f1 * (2.0 * f1 - 1.0).powi(2) / 4.0
+                    - share * share * f1.powi(4) / (4.0 * (found + unseen))
             };
-            let spread = (variance.max(0.0) / (self.unseen * self.unseen)).ln_1p();
+            let spread = (variance.max(0.0) / (unseen * unseen)).ln_1p();
             let factor = (QUANTILE * spread.sqrt()).exp();
-            return [self.unseen / factor, self.unseen * factor];
+            return [unseen / factor, unseen * factor];
         }
         let missed = |size: &usize| (-(*size as f64)).exp();
         let (mut once, mut twice, mut mean) = (0.0, 0.0, 0.0);
@@ -133,8 +154,8 @@ impl Rarefaction {
         [(middle - half).max(0.0), middle + half]
     }
 
-    fn curve(&self, sizes: &[usize], points: usize) -> Vec<Rarefied> {
-        let (total, n) = (self.members, self.members as f64);
+    fn curve(&self, sizes: &[usize], unseen: f64, points: usize) -> Vec<Rarefied> {
+        let total = self.members;
         // Groups of one size share their α.
         let mut kinds: Vec<(usize, f64, f64)> = Vec::new();
         let mut sorted = sizes.to_vec();
@@ -156,7 +177,7 @@ impl Rarefaction {
                 let spread = if self.groups == 0 {
                     0.0
                 } else {
-                    share(2) - groups * groups / (self.groups as f64 + self.unseen)
+                    share(2) - groups * groups / (self.groups as f64 + unseen)
                 };
                 curve.push(Rarefied {
                     members: drawn,
@@ -170,20 +191,25 @@ impl Rarefaction {
                 *missed *= left as f64 / (total - drawn).max(1) as f64;
             }
         }
+        curve
+    }
+
+    fn extend_beyond(&mut self, unseen: f64, points: usize) {
+        let total = self.members;
+        let step = total.div_ceil(points).max(1);
+        let chance = if unseen > 0.0 {
+            (self.once as f64 / (total as f64 * unseen)).min(1.0)
+        } else {
+            0.0
+        };
         for more in (1..=total).filter(|more| more % (2 * step) == 0 || *more == total) {
-            let chance = if self.unseen > 0.0 {
-                (self.once as f64 / (n * self.unseen)).min(1.0)
-            } else {
-                0.0
-            };
-            let news = self.unseen * (1.0 - (1.0 - chance).powf(more as f64));
-            curve.push(Rarefied {
+            let news = unseen * (1.0 - (1.0 - chance).powf(more as f64));
+            self.curve.push(Rarefied {
                 members: total + more,
                 groups: self.groups as f64 + news,
                 deviation: None,
             });
         }
-        curve
     }
 }
 
@@ -196,18 +222,34 @@ mod tests {
         *point.unwrap()
     }
 
+    fn told(found: &Rarefaction) -> Completeness {
+        found.estimate.unwrap()
+    }
+
+    /// Eight grasps in two groups of four say nothing: with Chao's formula none would be unseen, with certainty.
+    #[test]
+    fn too_few_for_an_estimate() {
+        let few = Rarefaction::new(&[4, 4], 8);
+        assert_eq!(few.estimate, None);
+        assert_eq!(few.curve.last().unwrap().members, 8, "nothing beyond");
+        assert!(Rarefaction::new(&[15, 14], 8).estimate.is_none());
+        assert!(Rarefaction::new(&[15, 15], 8).estimate.is_some());
+        let json = serde_json::to_value(&few).unwrap();
+        assert!(json.get("unseen").is_none() && json.get("coverage").is_none());
+    }
+
     #[test]
     fn small_sample_by_hand() {
         // Groups of 3, 2, 1, 1, 1: N = 8, S = 5, f₁ = 3, f₂ = 1.
-        let found = Rarefaction::new(&[3, 1, 2, 1, 0, 1], 8);
+        let found = Rarefaction::with_least(0, &[3, 1, 2, 1, 0, 1], 8);
         assert_eq!(
             (found.members, found.groups, found.once, found.twice),
             (8, 5, 3, 1)
         );
         // 7/8 · 3 · 2/(2 · 2).
-        assert!((found.unseen - 1.3125).abs() < 1e-12);
+        assert!((told(&found).unseen - 1.3125).abs() < 1e-12);
         // 1 − 3/8 · 21/23.
-        assert!((found.coverage - (1.0 - 63.0 / 184.0)).abs() < 1e-12);
+        assert!((told(&found).coverage - (1.0 - 63.0 / 184.0)).abs() < 1e-12);
         // Two of eight: C(5,2)/C(8,2) = 10/28 miss the group of three, 15/28 that of two, 21/28 each of the others.
         let two = at(&found, 2);
         assert!((two.groups - (18.0 + 13.0 + 3.0 * 7.0) / 28.0).abs() < 1e-12);
@@ -223,29 +265,29 @@ mod tests {
         // Variance 1.3125 + 49/64 · (3 · 25/16 + 9 · 1 · 4/64) = 5.332031…, then the log-normal interval.
         let variance = 1.3125 + 49.0 / 64.0 * (75.0 / 16.0 + 36.0 / 64.0);
         let factor = (1.959963985 * (1.0_f64 + variance / 1.3125_f64.powi(2)).ln().sqrt()).exp();
-        assert!((found.unseen_interval[0] - 1.3125 / factor).abs() < 1e-6);
-        assert!((found.unseen_interval[1] - 1.3125 * factor).abs() < 1e-6);
+        assert!((told(&found).unseen_interval[0] - 1.3125 / factor).abs() < 1e-6);
+        assert!((told(&found).unseen_interval[1] - 1.3125 * factor).abs() < 1e-6);
     }
 
     #[test]
     fn no_twins() {
         // Four singletons: 3/4 · 4 · 3/2 = 4.5 unseen; variance 4.5 + 9/16 · (4 · 49/4 − 256/(4 · 8.5)).
-        let found = Rarefaction::new(&[1; 4], 4);
-        assert!((found.unseen - 4.5).abs() < 1e-12);
-        assert!(found.coverage.abs() < 1e-12);
+        let found = Rarefaction::with_least(0, &[1; 4], 4);
+        assert!((told(&found).unseen - 4.5).abs() < 1e-12);
+        assert!(told(&found).coverage.abs() < 1e-12);
         let variance = 4.5 + 9.0 / 16.0 * (49.0 - 64.0 / 8.5);
         let factor = (1.959963985 * (1.0_f64 + variance / 20.25).ln().sqrt()).exp();
-        assert!((found.unseen_interval[1] - 4.5 * factor).abs() < 1e-5);
+        assert!((told(&found).unseen_interval[1] - 4.5 * factor).abs() < 1e-5);
         // Every draw is a new group.
         assert!((at(&found, 3).groups - 3.0).abs() < 1e-12);
     }
 
     #[test]
     fn nothing_unseen_where_all_were_met_often() {
-        let found = Rarefaction::new(&[20, 31, 12], 16);
-        assert!(found.unseen.abs() < 1e-12);
-        assert!((found.coverage - 1.0).abs() < 1e-12);
-        assert!(found.unseen_interval[1] < 0.01);
+        let found = Rarefaction::with_least(0, &[20, 31, 12], 16);
+        assert!(told(&found).unseen.abs() < 1e-12);
+        assert!((told(&found).coverage - 1.0).abs() < 1e-12);
+        assert!(told(&found).unseen_interval[1] < 0.01);
         let last = found.curve.last().unwrap();
         assert_eq!(last.members, 126);
         assert!((last.groups - 3.0).abs() < 1e-12);
@@ -254,7 +296,7 @@ mod tests {
     #[test]
     fn curves_rise_and_bend_down() {
         let sizes: Vec<usize> = (1..40).map(|k| 60 / (k * k) + 1).collect();
-        let found = Rarefaction::new(&sizes, 1000);
+        let found = Rarefaction::with_least(0, &sizes, 1000);
         for three in found.curve.windows(3) {
             let [a, b, c] = [three[0].groups, three[1].groups, three[2].groups];
             assert!(b >= a - 1e-9);
@@ -266,11 +308,16 @@ mod tests {
 
     #[test]
     fn empty_and_single() {
-        let empty = Rarefaction::new(&[], 10);
+        let empty = Rarefaction::with_least(0, &[], 10);
         assert_eq!((empty.members, empty.groups), (0, 0));
-        assert!(empty.unseen.abs() < 1e-12);
-        let lone = Rarefaction::new(&[1], 10);
-        assert!(lone.unseen.abs() < 1e-12 && lone.coverage.abs() < 1e-12);
-        assert!(lone.unseen_interval.iter().all(|value| value.is_finite()));
+        assert!(told(&empty).unseen.abs() < 1e-12);
+        let lone = Rarefaction::with_least(0, &[1], 10);
+        assert!(told(&lone).unseen.abs() < 1e-12 && told(&lone).coverage.abs() < 1e-12);
+        assert!(
+            told(&lone)
+                .unseen_interval
+                .iter()
+                .all(|value| value.is_finite())
+        );
     }
 }

@@ -104,6 +104,22 @@ fn a_tiny_experiment() {
         &text("summary.md"),
         &["# 3 grasps of the human hand on ball", "minima"],
     );
+    // No group is wider than what letting go costs, and three grasps tell nothing of those unseen.
+    let letting_go = &manifest["findings"]["hover_cost"][0]["quartiles"][1];
+    let barrier = files.manifest.group_barrier.unwrap();
+    assert!(
+        barrier <= letting_go.as_f64().unwrap(),
+        "{barrier} {letting_go}"
+    );
+    assert_eq!(&manifest["settings"]["groups"]["highest"], letting_go);
+    assert_says(
+        &text("summary.md"),
+        &[
+            "the cost of hovering 2 mm",
+            "3 grasps are too few to estimate it",
+        ],
+    );
+    assert!(!text("summary.md").contains("Chao1"));
     // The command that is written into the landscape makes the same one.
     let command = files.manifest.command.strip_prefix("landscape ").unwrap();
     let again = Desk::with_grasps();
@@ -162,6 +178,61 @@ fn a_finished_landscape_is_drawn_compared_and_exchanged() {
     };
     assert_eq!(energies(&read), energies(&files));
     assert_eq!(read.edges.len(), files.edges.len());
+}
+
+/// Groups at a barrier that the user gives, wherever groups are made.
+#[test]
+fn groups_at_a_given_barrier() {
+    let desk = landscape();
+    let out = Desk::empty();
+    let folder = desk.path("g.landscape");
+    let g = folder.display();
+    let files = LandscapeFiles::read(&folder).unwrap();
+    let group_of =
+        |files: &LandscapeFiles| -> Vec<u64> { files.minima.iter().map(|row| row.group).collect() };
+    let apart: Vec<u64> = (0..files.minima.len() as u64).collect();
+    let grasps = desk.path("g.parquet");
+    out.succeed(&format!(
+        "build {} --first 3 --group-barrier 0 -q -o apart.landscape",
+        grasps.display()
+    ));
+    let built = LandscapeFiles::read(&out.path("apart.landscape")).unwrap();
+    assert_eq!(group_of(&built), apart);
+    assert_eq!(built.manifest.group_barrier, Some(0.0));
+    assert_says(&built.manifest.command, &["--group-barrier 0"]);
+    out.succeed(&format!(
+        "build {} --first 3 --group-barrier 1e9 -q -o one.landscape",
+        grasps.display()
+    ));
+    let built = LandscapeFiles::read(&out.path("one.landscape")).unwrap();
+    assert!(group_of(&built).iter().all(|group| *group == 0));
+    let said = built.manifest.warnings.join("\n");
+    assert_says(&said, &["reached by letting go"]);
+    // Drawn again at another barrier, as it would have been drawn at once.
+    out.succeed(&format!("draw {g} --group-barrier 1e9 -q -o view"));
+    let text = |name: &str| fs::read_to_string(out.path(name)).unwrap();
+    assert_eq!(
+        text("view/disconnectivity.svg"),
+        text("one.landscape/disconnectivity.svg")
+    );
+    fs::create_dir(out.path("data")).unwrap();
+    for name in ["min.data", "ts.data"] {
+        fs::copy(folder.join(name), out.path("data").join(name)).unwrap();
+    }
+    out.succeed("import data --group-barrier 0");
+    let read = LandscapeFiles::read(&out.path("data.landscape")).unwrap();
+    assert_eq!(group_of(&read), apart);
+    out.succeed("surface double-well 1 --group-barrier 1e9 -q -o wells.landscape");
+    let wells = LandscapeFiles::read(&out.path("wells.landscape")).unwrap();
+    assert_eq!((wells.minima.len(), wells.manifest.counts.groups), (2, 1));
+    for line in [
+        format!("draw {g} -o x"),
+        format!("compare {g} -o x"),
+        format!("build {} -o x", grasps.display()),
+    ] {
+        let sentence = out.mistake(&format!("{line} --group-barrier -1"));
+        assert_says(&sentence, &["--group-barrier -1", "0 or more"]);
+    }
 }
 
 #[test]

@@ -7,6 +7,7 @@ use anyhow::Context;
 use rayon::prelude::*;
 
 use crate::agreement::PairMatrix;
+use crate::cli::landscape::group_of;
 use crate::cli::types::{Named, Setting};
 use crate::grasp::hand::PosedHand;
 use crate::grasp::taxonomy::{Anatomy, Candidate, Patch, Rule, Taxonomy, touches};
@@ -36,7 +37,9 @@ pub(super) struct Basins {
     pub(super) applicable: bool,
     /// Minima whose label is a human's or was written into the file.
     pub(super) labelled_in_file: usize,
+    /// Relative barrier up to which minima form one group, and the number of groups.
     pub(super) group_barrier: f64,
+    pub(super) groups: usize,
     /// Lowest height at which two minima are joined; NaN where nothing joins them.
     pub(super) saddles: PairMatrix,
     /// That above the higher of the two.
@@ -48,7 +51,12 @@ pub(super) struct Basins {
 }
 
 impl Basins {
-    pub(super) fn read(folder: &Path, rule: &Rule) -> anyhow::Result<Self> {
+    /// Reads a landscape; with another barrier of groups, if one is given.
+    pub(super) fn read(
+        folder: &Path,
+        rule: &Rule,
+        group_barrier: Option<f64>,
+    ) -> anyhow::Result<Self> {
         let files = LandscapeFiles::read(folder)?;
         let name = folder.display().to_string();
         let manifest = &files.manifest;
@@ -89,8 +97,10 @@ impl Basins {
         Ok(Self {
             applicable: anatomy.is_some(),
             labelled_in_file: rows.iter().filter(|row| !row.labels.is_empty()).count(),
-            group_barrier: manifest
-                .group_barrier
+            groups: (group_of(&files, &network, group_barrier).iter().max())
+                .map_or(0, |last| last + 1),
+            group_barrier: group_barrier
+                .or(manifest.group_barrier)
                 .context("the landscape does not tell its group barrier")?,
             barriers: PairMatrix::from_fn(size, |i, j| {
                 saddles.get(i, j) - rows[i].energy.max(rows[j].energy)

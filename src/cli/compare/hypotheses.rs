@@ -716,6 +716,7 @@ mod tests {
             applicable: true,
             labelled_in_file: 0,
             group_barrier: 0.1,
+            groups: types.len(),
             saddles: heights.clone(),
             barriers: heights.clone(),
             energy_gaps: PairMatrix::from_fn(types.len(), |i, j| ((3 * i + j) % 5) as f64),

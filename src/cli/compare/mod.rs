@@ -34,9 +34,10 @@ pub(super) fn run(command: &Compare, common: &Common) -> anyhow::Result<()> {
     for ending in [".svg", ".png", ".json", ".md"] {
         check_file(&named(&output, ending), &inputs, common)?;
     }
-    let first = Basins::read(&command.landscape, rule)?;
+    let group_barrier = command.groups.checked()?;
+    let first = Basins::read(&command.landscape, rule, group_barrier)?;
     if let Some(other) = &command.other {
-        let other = Basins::read(other, rule)?;
+        let other = Basins::read(other, rule, group_barrier)?;
         let (text, value) = report::coverage(&first, &other);
         return finish(&output, &super::shown(&text), &value, None, common);
     }
@@ -50,6 +51,8 @@ pub(super) fn run(command: &Compare, common: &Common) -> anyhow::Result<()> {
         "rule": rule.version,
         "settings": settings,
         "seed": command.seed,
+        "group_barrier": first.group_barrier,
+        "groups": first.groups,
         "statistics": table.rows,
         "cuts": table.cuts,
         "hypotheses": findings,

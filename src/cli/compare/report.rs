@@ -10,7 +10,7 @@ use super::hypotheses::Finding;
 use super::statistics::Table;
 use crate::figure::chart::{Axis, Chart, Corner, Panel, Series};
 use crate::figure::theme;
-use crate::grasp::taxonomy::{Category, Rule, Taxonomy};
+use crate::grasp::taxonomy::{Category, Inapplicable, Rule, Taxonomy};
 
 /// Labels, statistics and hypotheses as Markdown.
 pub(super) fn markdown(
@@ -48,7 +48,8 @@ pub(super) fn markdown(
         basins.saddles.values().len(),
     );
     if !basins.applicable {
-        text.push_str("- the hand has no thumb and fingers that the taxonomy could name: nothing below is about grasp types\n");
+        let why = Inapplicable::Hand.words();
+        let _ = writeln!(text, "- {why}; nothing below is about grasp types");
     }
     text.push_str("\n## Types\n\n| type | minima | grasps |\n|---|---|---|\n");
     for (name, [own, grasps]) in types(basins) {
@@ -153,11 +154,21 @@ pub(super) fn coverage(one: &Basins, other: &Basins) -> (String, Value) {
     for (side, (types, cells)) in [one, other].iter().zip(sides.iter().zip(&cells)) {
         let _ = writeln!(
             text,
-            "- {}: {} of 33 types, {} of {all} cells, {} minima",
+            "- {}: {} of 33 types, {} of {all} cells, {} minima in {} groups (relative barrier up to {:.3})",
             side.name,
             listed(types),
             cells.len(),
-            side.minima.len()
+            side.minima.len(),
+            side.groups,
+            side.group_barrier
+        );
+    }
+    let barriers = [one, other].map(|side| side.group_barrier);
+    if barriers[0].to_bits() != barriers[1].to_bits() {
+        let _ = writeln!(
+            text,
+            "\nNote: the groups of the two are made at different barriers, so their numbers cannot be compared: give both one \
+             with --group-barrier."
         );
     }
     let _ = writeln!(
@@ -181,7 +192,14 @@ pub(super) fn coverage(one: &Basins, other: &Basins) -> (String, Value) {
         .filter(|cell| cells.iter().all(|own| !own.contains(cell)))
         .collect();
     let _ = writeln!(text, "\nIn neither: the cells {}.", missing.join(", "));
-    let value = json!({ "landscapes": [one.name, other.name], "types": rows, "cells": cells, "missing_cells": missing });
+    let value = json!({
+        "landscapes": [one.name, other.name],
+        "group_barriers": barriers,
+        "groups": [one.groups, other.groups],
+        "types": rows,
+        "cells": cells,
+        "missing_cells": missing,
+    });
     (text, value)
 }
 

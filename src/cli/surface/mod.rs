@@ -45,6 +45,7 @@ pub(super) fn run(command: &Surface, common: &Common) -> anyhow::Result<()> {
     ] {
         ensure!(value != Some(0), "--{flag} 0: at least 1 is needed");
     }
+    command.groups.checked()?;
     if let Some(output) = &command.output {
         check_place(output)?;
     }
@@ -154,7 +155,11 @@ fn map(command: &Surface, common: &Common, subject: &Subject<'_>) -> anyhow::Res
             spell(&fates(&found))
         );
     }
-    let landscape = found.landscape(subject.energy, &GroupSettings::default());
+    let groups = GroupSettings {
+        barrier: command.groups.group_barrier,
+        ..GroupSettings::default()
+    };
+    let landscape = found.landscape(subject.energy, &groups);
     let report = Report {
         mapped: Mapped {
             landscape: &landscape,

@@ -59,7 +59,7 @@ impl Exploration {
         }
         Landscape {
             tree: Tree::from_network(&network, Evidence::Chain),
-            groups: Groups::stable(&network, groups),
+            groups: Groups::new(&network, groups),
             network,
             connections,
             rejected: Vec::new(),
