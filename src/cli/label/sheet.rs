@@ -6,7 +6,7 @@ use std::path::Path;
 use anyhow::Context;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use nalgebra::{Rotation3, Vector3};
+use nalgebra::Vector3;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -23,8 +23,6 @@ const PAGE: &str = include_str!("sheet.html");
 const DATA: &str = "\"DATA\"";
 /// Side of a picture, pixels.
 const SIDE: u32 = 220;
-/// The second picture is taken from so far round, radians.
-const TURN_RAD: f64 = 1.9;
 
 /// One grasp on the sheet.
 #[derive(Serialize)]
@@ -70,13 +68,10 @@ pub(super) fn cards(
         .par_iter()
         .map(|grasp| {
             let scene = Scene::of_grasp(hand, &skin, object, &coordinates(grasp), &grasp.contacts);
-            let first = scene.best_camera(Vector3::z());
-            let toward_eye = first.toward_eye();
-            let turned = Rotation3::from_axis_angle(&Vector3::z_axis(), TURN_RAD) * toward_eye;
+            let [first, second] = scene.two_cameras(Vector3::z());
             let picture = |camera| -> anyhow::Result<String> {
                 Ok(STANDARD.encode(scene.render(camera, SIDE, SIDE).to_png()?))
             };
-            let second = scene.framed(turned, Vector3::z());
             let label = labels.get(&grasp.id);
             Ok(Card {
                 id: grasp.id.to_string(),

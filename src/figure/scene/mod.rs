@@ -23,6 +23,11 @@ const CREASE: f64 = 0.766;
 const SHINE_THROUGH: f64 = 0.45;
 /// Side of the trial renderings that choose a viewpoint, pixels.
 const TRIAL_SIDE: u32 = 120;
+/// What it counts that a viewpoint shows markers, the first surface, the others.
+const WEIGHTS: [f64; 3] = [1.0, 0.5, 1.0];
+/// Two viewpoints differ if the lines along which they look have less than this cosine, that of 60°: from the opposite side
+/// much of the outline is the same.
+const APART: f64 = 0.51;
 
 /// A triangle mesh in one colour.
 #[derive(Debug, Clone, PartialEq)]
@@ -148,24 +153,49 @@ impl Scene {
         }
     }
 
-    /// The best of the 26 directions toward faces, edges and corners of a cube: the one that shows the most area of
-    /// markers (each at most once its own size) and of the first surface, a marker's pixel counting ten times.
+    /// The best of the 26 directions toward faces, edges and corners of a cube: the one that shows most of the markers, of
+    /// the first surface (the hand) and of the others (the object). Each is measured by its visible area as a share of the
+    /// largest that any of the directions shows; the hand counts half, since it is seen from everywhere.
     pub fn best_camera(&self, up: Vector3<f64>) -> Camera {
+        self.two_cameras(up)[0]
+    }
+
+    /// [`Scene::best_camera`], and the best of the directions across it: at least 60° from it and from its opposite.
+    pub fn two_cameras(&self, up: Vector3<f64>) -> [Camera; 2] {
         let step = |digit: u32| f64::from(digit % 3) - 1.0;
         let directions = (0..27u32)
             .map(|code| Vector3::new(step(code / 9), step(code / 3), step(code)))
             .filter(|direction| *direction != Vector3::zeros());
         let normals: Vec<Vec<[Vector3<f64>; 3]>> =
             self.surfaces.iter().map(Surface::corner_normals).collect();
-        let mut best: Option<(f64, Camera)> = None;
-        for direction in directions {
-            let camera = self.framed(direction, up);
-            let score = self.shown(&camera, &normals);
-            if best.as_ref().is_none_or(|(highest, _)| score > *highest) {
-                best = Some((score, camera));
-            }
-        }
-        best.map_or_else(|| self.framed(Vector3::z(), up), |(_, camera)| camera)
+        let seen: Vec<(Camera, [f64; 3])> = directions
+            .map(|direction| {
+                let camera = self.framed(direction, up);
+                let shown = self.shown(&camera, &normals);
+                (camera, shown)
+            })
+            .collect();
+        let most = [0, 1, 2].map(|kind| {
+            let areas = seen.iter().map(|(_, shown)| shown[kind]);
+            areas.fold(f64::MIN_POSITIVE, f64::max)
+        });
+        let score = |shown: &[f64; 3]| -> f64 {
+            let shares = shown.iter().zip(most).zip(WEIGHTS);
+            shares
+                .map(|((area, most), weight)| weight * area / most)
+                .sum()
+        };
+        let best = |allowed: &dyn Fn(&Camera) -> bool| {
+            let allowed = seen.iter().filter(|(camera, _)| allowed(camera));
+            // The first of equal ones.
+            allowed
+                .rev()
+                .max_by(|a, b| score(&a.1).total_cmp(&score(&b.1)))
+                .map_or(seen[0].0, |(camera, _)| *camera)
+        };
+        let first = best(&|_| true);
+        let second = best(&|camera| camera.toward_eye().dot(&first.toward_eye()).abs() < APART);
+        [first, second]
     }
 
     /// [`Scene::best_camera`], near enough that the first surface and the markers fill the image.
@@ -179,20 +209,20 @@ impl Scene {
         nearer.framed(toward_eye, up)
     }
 
-    /// Visible area, m², as [`Scene::best_camera`] weighs it.
-    fn shown(&self, camera: &Camera, normals: &[Vec<[Vector3<f64>; 3]>]) -> f64 {
+    /// Visible areas of markers, of the first surface and of the others, m².
+    fn shown(&self, camera: &Camera, normals: &[Vec<[Vector3<f64>; 3]>]) -> [f64; 3] {
         let raster = self.raster(camera, TRIAL_SIDE, TRIAL_SIDE, normals);
         let pixel_m2 = (2.0 * camera.half_extent_m / f64::from(TRIAL_SIDE)).powi(2);
-        let mut weight = 0.0;
+        let mut areas = [0.0; 3];
         for (surface, marker) in raster.surface.iter().zip(&raster.marker) {
             if marker.depth > surface.depth {
-                weight += 10.0;
+                areas[0] += pixel_m2;
             }
-            if surface.owner == 0 && surface.depth > f64::NEG_INFINITY {
-                weight += 1.0;
+            if surface.depth > f64::NEG_INFINITY {
+                areas[1 + surface.owner.min(1)] += pixel_m2;
             }
         }
-        weight * pixel_m2
+        areas
     }
 
     /// Renders an image of `width` × `height` pixels on white.
@@ -528,6 +558,32 @@ mod tests {
             );
             assert_eq!(camera, scene.best_camera(Vector3::z()));
         }
+    }
+
+    /// Seen from behind, a hand shows most of itself and hides what it holds.
+    #[test]
+    fn the_viewpoint_shows_what_is_held_and_the_second_another_side() {
+        let mut back = cuboid(Vector3::new(0.1, 0.1, 0.01), [230, 190, 160]);
+        for vertex in &mut back.vertices {
+            vertex.z += 0.06;
+        }
+        let scene = Scene {
+            surfaces: vec![back, ball(Vector3::zeros(), 0.04, [120, 150, 190], 24)],
+            ..Scene::default()
+        };
+        let [first, second] = scene.two_cameras(Vector3::z());
+        assert_eq!(first, scene.best_camera(Vector3::z()));
+        assert!(first.toward_eye().z < 0.3, "{first:?}");
+        let [one, two] = [first, second].map(|camera| camera.toward_eye());
+        assert!(one.angle(&two) > 1.0, "{one:?} {two:?}");
+        // Of an object alone, seen from above or not, there are two sides as well.
+        let alone = Scene {
+            surfaces: vec![cuboid(Vector3::new(0.1, 0.1, 0.01), [9; 3])],
+            ..Scene::default()
+        };
+        let [first, second] = alone.two_cameras(Vector3::z());
+        let images = [first, second].map(|camera| alone.render(&camera, 60, 60));
+        assert_ne!(images[0], images[1]);
     }
 
     #[test]
