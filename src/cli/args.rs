@@ -615,11 +615,14 @@ pub(super) struct HandsInspect {
     /// Its mirror image instead.
     #[arg(long)]
     pub(super) mirror: bool,
-    /// The side file to write (.json); by default in the current folder, named after the hand. One beside the
-    /// description, of the same name, is read with it.
+    /// Name of the side file and the picture, without .json and .png; by default in the current folder, that of the hand.
+    #[arg(long, short, value_name = "NAME")]
+    pub(super) output: Option<PathBuf>,
+    /// The side file to write (.json), where it is to have a name of its own. One beside the description, of the same
+    /// name, is read with it.
     #[arg(long, value_name = "FILE")]
     pub(super) side_file: Option<PathBuf>,
-    /// The picture to write (.png); by default in the current folder, named after the hand.
+    /// The picture to write (.png), where it is to have a name of its own.
     #[arg(long, value_name = "FILE")]
     pub(super) picture: Option<PathBuf>,
 }

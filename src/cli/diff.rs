@@ -189,11 +189,29 @@ fn text(before: &Side, after: &Side, reach: f64, found: &TreeDifference) -> Stri
             "- energies of corresponding minima moved by {usual:.6} (median), {most:.6} at most"
         ));
     }
-    lines.push(format!(
-        "- heights at which {} pairs merge moved by {:+.6} on average, {:.6} root mean square; {} pairs are joined in one \
-         landscape only",
-        likeness.pairs, likeness.mean_change, likeness.rms_change, likeness.joined_in_one
-    ));
+    lines.extend(other_object(before, after));
+    if found.matches.is_empty() {
+        lines.push(
+            "- there is nothing to compare: no two minima correspond (--within LENGTH says how near they must be)\n"
+                .to_owned(),
+        );
+        return lines.join("\n");
+    }
+    if likeness.pairs + likeness.joined_in_one == 0 {
+        lines.push(
+            "- no heights can be compared: no two of the corresponding minima are joined in either landscape"
+                .to_owned(),
+        );
+    } else {
+        lines.push(format!(
+            "- heights at which {} pairs merge moved by {} on average, {:.6} root mean square; {} pairs are joined in one \
+             landscape only",
+            likeness.pairs,
+            signed(likeness.mean_change),
+            likeness.rms_change,
+            likeness.joined_in_one
+        ));
+    }
     lines.push(format!(
         "- largest change of a height or an energy: {:.6} (cophenetic distance)",
         likeness.largest_change
@@ -207,6 +225,24 @@ fn text(before: &Side, after: &Side, reach: f64, found: &TreeDifference) -> Stri
     lines.extend(alone("Appeared", &after.minima, &found.appeared));
     lines.push(String::new());
     lines.join("\n")
+}
+
+/// A change to six digits; none is no negative one.
+fn signed(change: f64) -> String {
+    let rounded = (change * 1e6).round() / 1e6;
+    format!("{:+.6}", rounded + 0.0)
+}
+
+/// That poses are compared on two objects, where they are two.
+fn other_object(before: &Side, after: &Side) -> Option<String> {
+    let [one, other] = [before, after].map(|side| side.manifest.object.as_ref());
+    let (one, other) = (one?, other?);
+    (one.content_hash != other.content_hash).then(|| {
+        format!(
+            "- the objects differ (`{}`, `{}`): minima correspond where the hand stands alike in the frames of the two",
+            one.name, other.name
+        )
+    })
 }
 
 /// The minima whose energies moved most.

@@ -1,5 +1,6 @@
 //! `landscape hands`: those that come with the program, and what is derived of others.
 
+use std::cmp::Reverse;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -61,12 +62,17 @@ fn inspect(command: &HandsInspect, common: &Common) -> anyhow::Result<()> {
         command.hand_folder.as_deref(),
         command.mirror,
     )?;
-    let stem = Path::new(&command.hand).file_stem().unwrap_or_default();
-    let stem = stem.to_string_lossy();
+    let stem = match &command.output {
+        Some(output) => output.as_os_str(),
+        None => Path::new(&command.hand).file_stem().unwrap_or_default(),
+    };
     let or = |given: &Option<PathBuf>, ending: &str| {
-        given
-            .clone()
-            .unwrap_or_else(|| PathBuf::from(format!("{stem}.{ending}")))
+        given.clone().unwrap_or_else(|| {
+            let mut name = stem.to_owned();
+            name.push(".");
+            name.push(ending);
+            PathBuf::from(name)
+        })
     };
     let (side_file, picture) = (or(&command.side_file, "json"), or(&command.picture, "png"));
     let inputs = [Path::new(&command.hand)];
@@ -123,10 +129,35 @@ fn table(hand: &Hand) -> String {
         vector(&palm.distal),
         1e3 * palm.faced_m
     );
-    for note in &hand.notes {
+    for note in hand.notes.iter().cloned().chain(expense(hand)) {
         let _ = writeln!(text, "note: {note}");
     }
     text
+}
+
+/// Pairs of capsules from which on a hand is called expensive; the hands that come with the program, Shadow's and Allegro's
+/// have at most a tenth of that.
+const MANY_PAIRS: usize = 10_000;
+
+/// What is said of a hand whose chains take long, and what to do about it.
+pub(super) fn expense(hand: &Hand) -> Option<String> {
+    let pairs = hand.self_pairs.len();
+    if pairs < MANY_PAIRS {
+        return None;
+    }
+    let of_link = |link: usize| {
+        let capsules = hand.capsules.iter();
+        capsules.filter(|c| c.link.0 == link).count()
+    };
+    let most = (0..hand.links.len()).max_by_key(|&link| (of_link(link), Reverse(link)))?;
+    Some(format!(
+        "chains of this hand are slow: its {} capsules make {pairs} pairs that every step checks for self-penetration, {} of \
+         them are of link \"{}\" alone; thin boxes take many: give such links fewer (`capsules` or `filling` of a side file, \
+         which `landscape hands inspect` writes), or name links that never meet (`apart`)",
+        hand.capsules.len(),
+        of_link(most),
+        hand.links[most].name
+    ))
 }
 
 fn digits(hand: &Hand, text: &mut String) {
@@ -273,4 +304,44 @@ fn sheet(hand: &Hand) -> Vec<(Image, String)> {
             "all joints at their upper limits",
         ),
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Three plates of two millimetres on hinges: thin boxes, as in the hands that take long.
+    #[test]
+    fn a_hand_of_thin_boxes_is_called_expensive() {
+        let plate = |name: &str, y: f64| {
+            format!(
+                "<link name=\"{name}\"><collision><origin xyz=\"0 {y} 0\"/><geometry><box size=\"0.1 0.09 0.002\"/></geometry>\
+                 </collision></link>"
+            )
+        };
+        let hinge = |name: &str, x: f64| {
+            format!(
+                "<joint name=\"{name}_hinge\" type=\"revolute\"><parent link=\"palm\"/><child link=\"{name}\"/>\
+                 <origin xyz=\"{x} 0.01 0\"/><axis xyz=\"1 0 0\"/>\
+                 <limit lower=\"0\" upper=\"1\" effort=\"1\" velocity=\"1\"/></joint>"
+            )
+        };
+        let names = ["one", "two", "three"];
+        let mut text = format!("<robot name=\"plates\">{}", plate("palm", -0.05));
+        for (name, x) in names.into_iter().zip([-0.15, 0.0, 0.15]) {
+            text += &plate(name, 0.05);
+            text += &hinge(name, x);
+        }
+        let hand = Hand::from_urdf(&(text + "</robot>"), None).unwrap();
+        let note = expense(&hand).unwrap();
+        let pairs = format!("{} pairs", hand.self_pairs.len());
+        assert!(
+            note.contains(&pairs) && note.contains("link \"palm\" alone"),
+            "{note}"
+        );
+        assert!(table(&hand).contains(&note));
+        for name in HAND_NAMES {
+            assert_eq!(expense(&Hand::named(name).unwrap()), None, "{name}");
+        }
+    }
 }

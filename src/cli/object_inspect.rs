@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 
 use super::args::{Common, ObjectsInspect};
 use super::output::{check_file, check_place};
-use super::{complain, input, models, print};
+use super::{complain, input, models, print, progress};
 use crate::figure::{Image, Scene, Surface, contact_sheet_canvas};
 use crate::grasp::object::{FoundSymmetry, Object, find_symmetry};
 use crate::space::Symmetry;
@@ -16,6 +16,8 @@ use crate::store::FileSet;
 
 /// Side of each image, pixels.
 const SIDE: u32 = 420;
+/// A mesh is said to run through itself from this share of its surface on; less are slivers where walls touch.
+const LEAST_BURIED: f64 = 0.002;
 
 pub(super) fn run(command: &ObjectsInspect, common: &Common) -> anyhow::Result<()> {
     if let Some(scale) = command.scale {
@@ -38,11 +40,22 @@ pub(super) fn run(command: &ObjectsInspect, common: &Common) -> anyhow::Result<(
             side_file.display()
         );
     }
+    let working = progress::spinner("measuring the object", common.quiet);
     let (metadata, mut notes) = models::object_metadata(&command.object, command.scale)?;
     let object = models::object(&metadata, command.scale.unwrap_or(1.0))?;
     notes.extend(object.notes.iter().cloned());
+    let buried = object.mesh.buried_share();
+    if buried > LEAST_BURIED {
+        notes.push(format!(
+            "{} runs through itself: {:.1} % of its surface lies inside it and counts as none; contacts there and the volume are \
+             wrong, so it is better mended in a mesh editor",
+            object.name,
+            100.0 * buried
+        ));
+    }
     let tolerance_m = object.tolerance_m();
     let found = find_symmetry(&object.mesh, &object.exact, tolerance_m);
+    working.finish_and_clear();
     print(&table(&object, &found, tolerance_m));
     input::warn(&notes);
     let (images, captions): (Vec<Image>, Vec<String>) = sheet(&object).into_iter().unzip();

@@ -1,8 +1,18 @@
-//! Progress bars on standard error.
+//! Progress on standard error: bars at a terminal, now and then a line elsewhere.
 
+use std::io::IsTerminal;
+use std::ops::Deref;
 use std::sync::LazyLock;
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::thread::JoinHandle;
+use std::time::Duration;
 
-use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
+use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressStyle};
+
+use super::complain;
+
+/// Time between two lines where standard error is a file or a pipe.
+const PERIOD: Duration = Duration::from_secs(30);
 
 /// All bars, so that they can be taken off the terminal.
 static BARS: LazyLock<MultiProgress> = LazyLock::new(MultiProgress::new);
@@ -12,17 +22,132 @@ pub(super) fn without_bars<T>(work: impl FnOnce() -> T) -> T {
     BARS.suspend(work)
 }
 
-/// A bar over `total` things called `what`; hidden where nobody looks.
-pub(super) fn bar(what: &str, total: u64, quiet: bool) -> ProgressBar {
-    if quiet {
-        return ProgressBar::hidden();
+/// A progress bar; where nobody could see it move, a line every [`PERIOD`] until it is finished or dropped.
+pub(super) struct Bar {
+    bar: ProgressBar,
+    lines: Option<Lines>,
+}
+
+impl Deref for Bar {
+    type Target = ProgressBar;
+
+    fn deref(&self) -> &ProgressBar {
+        &self.bar
     }
-    let bar = BARS.add(ProgressBar::new(total));
+}
+
+impl Bar {
+    /// Takes the bar away; no line is written any more.
+    pub(super) fn finish_and_clear(self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+/// A bar over `total` things called `what`; hidden where nobody looks.
+pub(super) fn bar(what: &str, total: u64, quiet: bool) -> Bar {
+    let bar = if quiet {
+        ProgressBar::hidden()
+    } else {
+        BARS.add(ProgressBar::new(total))
+    };
     let style =
         ProgressStyle::with_template("{msg:>24} {bar:32} {pos}/{len} in {elapsed}, {eta} left")
             .expect("the template is a constant")
             .progress_chars("━╸ ");
     bar.set_style(style);
+    bar.set_length(total);
     bar.set_message(what.to_owned());
+    let lines = (!quiet && !std::io::stderr().is_terminal())
+        .then(|| Lines::start(PERIOD, bar.clone(), |line| complain(&line)));
+    Bar { bar, lines }
+}
+
+/// Work whose length is not known.
+pub(super) fn spinner(what: &str, quiet: bool) -> Bar {
+    let bar = bar(what, 0, quiet);
+    bar.set_style(
+        ProgressStyle::with_template("{msg:>24} {spinner} {elapsed}")
+            .expect("the template is a constant"),
+    );
+    if !quiet && bar.lines.is_none() {
+        bar.enable_steady_tick(Duration::from_millis(200));
+    }
     bar
+}
+
+/// A thread that tells where a bar stands, until this is dropped.
+struct Lines {
+    stop: Option<Sender<()>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Lines {
+    fn start(period: Duration, bar: ProgressBar, say: impl Fn(String) + Send + 'static) -> Self {
+        let (stop, stopped) = channel();
+        let thread = std::thread::spawn(move || {
+            while stopped.recv_timeout(period) == Err(RecvTimeoutError::Timeout) {
+                say(line(&bar));
+            }
+        });
+        Self {
+            stop: Some(stop),
+            thread: Some(thread),
+        }
+    }
+}
+
+impl Drop for Lines {
+    fn drop(&mut self) {
+        // Without its other end the thread wakes and ends.
+        self.stop.take();
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+/// `chains: 12 of 64 in 3 minutes`.
+fn line(bar: &ProgressBar) -> String {
+    let elapsed = HumanDuration(bar.elapsed());
+    match bar.length() {
+        Some(total @ 1..) => {
+            format!(
+                "{}: {} of {total} in {elapsed}",
+                bar.message(),
+                bar.position()
+            )
+        }
+        _ => format!("{}: {elapsed} so far", bar.message()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc::channel;
+
+    use super::*;
+
+    #[test]
+    fn lines_are_told_until_the_work_is_done() {
+        let bar = ProgressBar::hidden();
+        bar.set_length(8);
+        bar.set_message("grasps");
+        bar.set_position(3);
+        let (sender, told) = channel();
+        let lines = Lines::start(Duration::from_millis(1), bar.clone(), move |line| {
+            let _ = sender.send(line);
+        });
+        let line = told.recv().unwrap();
+        assert!(line.starts_with("grasps: 3 of 8 in "), "{line}");
+        bar.set_position(4);
+        assert!(
+            told.iter()
+                .any(|line| line.starts_with("grasps: 4 of 8 in "))
+        );
+        drop(lines);
+        // The thread has ended, and with it the other end.
+        assert!(told.iter().all(|line| line.starts_with("grasps: ")));
+        bar.set_length(0);
+        assert!(super::line(&bar).ends_with("so far"));
+    }
 }

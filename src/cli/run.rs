@@ -6,8 +6,6 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use indicatif::ProgressBar;
-
 use super::args::Again;
 use super::{complain, interruption, progress};
 use crate::store::{AtomicFolder, Journal, Phase as Timing, StoreError, Timings};
@@ -129,7 +127,7 @@ pub(super) fn until_unwritable<T>(work: impl FnOnce() -> T) -> Result<T, StoreEr
 /// Progress bar and stopwatch.
 pub(super) struct Watch {
     quiet: bool,
-    bar: Mutex<Option<(Phase, ProgressBar)>>,
+    bar: Mutex<Option<(Phase, progress::Bar)>>,
     started: Instant,
     phases: Vec<Timing>,
 }

@@ -8,7 +8,8 @@ use rayon::prelude::*;
 
 use super::args::{Common, Keep, Synth};
 use super::experiment::Experiment;
-use super::input::coordinates;
+use super::hands::expense;
+use super::input::{self, coordinates};
 use super::origin::Origin;
 use super::output::check_file;
 use super::run::open_journal;
@@ -23,6 +24,12 @@ use crate::store::{Grasp, GraspFile, Metadata, SCHEMA_VERSION, content_hash};
 /// Chains unless told otherwise.
 const DEFAULT_CHAINS: u64 = 64;
 
+/// What is said of strict grasps.
+const ADVICE: &str = "\
+note: strict grasps close and balance, but are not squeezed: many fall in the drop test. `landscape stability` tells which \
+hold; `--keep firm` makes grasps that press.
+";
+
 pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
     let experiment = experiment(command, common)?;
     let origin = Origin::read(command, common.quiet)?;
@@ -32,6 +39,9 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
         None => origin.given.len() as u64,
     };
     let hand = models::hand(&origin.hand)?;
+    if let Some(note) = expense(&hand).filter(|_| !common.quiet) {
+        input::warn(&[note]);
+    }
     let energy = GraspEnergy::new(hand, origin.object.clone(), experiment.energy)?;
 
     let metadata = metadata(command, common, &experiment, &energy, &origin)?;
@@ -98,12 +108,16 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
         .map(|(end, judgement)| row(&energy, &metadata, command, &origin, end, judgement))
         .collect();
     if !common.quiet {
-        print(&summary(
+        let mut text = summary(
             &energy,
             &chains,
             kept.len(),
             started.elapsed().as_secs_f64(),
-        ));
+        );
+        if command.keep == Keep::Strict {
+            text += ADVICE;
+        }
+        print(&text);
     }
     anyhow::ensure!(
         !kept.is_empty(),
@@ -307,12 +321,15 @@ fn summary(
         .map(|(end, _)| (&*end.refined, &*end.contacts));
     if let Some(diversity) = Diversity::of(energy.hand(), &energy.object().centroid, strict) {
         let [first, second, ..] = diversity.explained_variance;
+        let rate = diversity.region_sets_per_hundred;
+        let rate = rate.map_or(String::new(), |rate| {
+            format!(" ({rate:.0} per hundred grasps)")
+        });
         let _ = writeln!(
             text,
-            "of the strict ones   {} sets of hand regions ({:.0} per hundred grasps), entropy of joints {:.2} and of the \
-             pose {:.2} nats,\n                     {:.0} % of the variance in one principal component, {:.0} % in two",
+            "of the strict ones   {} sets of hand regions{rate}, entropy of joints {:.2} and of the pose {:.2} nats,\n\
+             \x20                    {:.0} % of the variance in one principal component, {:.0} % in two",
             diversity.region_sets,
-            diversity.region_sets_per_hundred,
             diversity.joint_entropy,
             diversity.pose_entropy,
             100.0 * first,

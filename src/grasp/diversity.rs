@@ -31,9 +31,9 @@ pub struct Diversity {
     pub grasps: usize,
     /// Distinct sets of hand regions ([`Hand::regions`]) that carry the contacts.
     pub region_sets: usize,
-    /// Expected number of distinct region sets among a hundred of the grasps drawn without replacement; of all of them
-    /// where there are fewer.
-    pub region_sets_per_hundred: f64,
+    /// Expected number of distinct region sets among a hundred of the grasps drawn without replacement; `None` where there
+    /// are fewer.
+    pub region_sets_per_hundred: Option<f64>,
     /// Share of the variance of (translation, rotation vector, joints) in the first 1, 2, … 5 principal components, in
     /// metres and radians without scaling, as `DexGraspBench` has it. *Lower* is more diverse.
     pub explained_variance: [f64; COMPONENTS],
@@ -85,7 +85,8 @@ impl Diversity {
         Some(Self {
             grasps: rows.len(),
             region_sets: sets.len(),
-            region_sets_per_hundred: expected_distinct(&counts, HUNDRED),
+            region_sets_per_hundred: (rows.len() >= HUNDRED)
+                .then(|| expected_distinct(&counts, HUNDRED)),
             explained_variance: explained_variance(&rows),
             joint_entropy: mean_entropy(6, &limits),
             pose_entropy: mean_entropy(0, &pose),
@@ -205,7 +206,12 @@ mod tests {
         let hand = Hand::human();
         let same = measure(&hand, &poses(&hand, 50, 0.0), &[1, 2, 3]);
         assert_eq!(same.region_sets, 1);
-        assert!((same.region_sets_per_hundred - 1.0).abs() < 1e-12);
+        assert_eq!(
+            same.region_sets_per_hundred, None,
+            "the count of fifty is no rate of a hundred"
+        );
+        let hundred = measure(&hand, &poses(&hand, 100, 0.0), &[1, 2, 3]);
+        assert!((hundred.region_sets_per_hundred.unwrap() - 1.0).abs() < 1e-12);
         assert!(
             same.explained_variance
                 .iter()

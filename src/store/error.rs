@@ -23,6 +23,14 @@ pub enum StoreError {
         /// Why.
         source: io::Error,
     },
+    /// A file where the folder of a landscape is needed.
+    #[error(
+        "{path} is a file, but a landscape is a folder: `landscape build` makes one of a file of grasps"
+    )]
+    NoFolder {
+        /// The file.
+        path: PathBuf,
+    },
     /// Not a Parquet file, or a damaged one.
     #[error("{path} is not a Parquet file or is damaged: {reason}")]
     NotParquet {
@@ -124,6 +132,12 @@ pub enum StoreError {
         /// The file or folder in the way.
         path: PathBuf,
     },
+    /// A folder that takes no new files, as `/proc`.
+    #[error("no file can be made in {folder}: choose another place to write to")]
+    NoPlace {
+        /// The folder.
+        folder: PathBuf,
+    },
     /// A name that cannot be a file's.
     #[error("`{path}` does not name a file")]
     NoName {
@@ -166,14 +180,19 @@ impl StoreError {
     pub(super) fn io(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
         let path = path.to_path_buf();
         move |source| {
-            if action == "read" && source.kind() == io::ErrorKind::NotFound {
-                Self::NotFound { path }
-            } else {
-                Self::Io {
+            let missing = source.kind() == io::ErrorKind::NotFound;
+            // A file that is to be made is not missing: the folder does not take it.
+            let folder = path.parent().filter(|folder| folder.is_dir());
+            match (action, folder) {
+                ("read", _) if missing => Self::NotFound { path },
+                ("open" | "create" | "write", Some(folder)) if missing => Self::NoPlace {
+                    folder: folder.to_path_buf(),
+                },
+                _ => Self::Io {
                     action,
                     path,
                     source,
-                }
+                },
             }
         }
     }

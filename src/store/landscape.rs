@@ -327,6 +327,9 @@ fn read_manifest(folder: &Path) -> Result<Manifest, StoreError> {
     };
     let bytes = fs::read(&path).map_err(|source| match source.kind() {
         std::io::ErrorKind::NotFound if folder.is_dir() => unfinished(),
+        _ if folder.is_file() => StoreError::NoFolder {
+            path: folder.to_path_buf(),
+        },
         _ => StoreError::io("read", &path)(source),
     })?;
     let document: Value =

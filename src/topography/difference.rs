@@ -413,6 +413,15 @@ mod tests {
     }
 
     #[test]
+    fn nothing_in_common_is_no_negative_difference() {
+        let (before, after) = (network(&[0.0], &[]), network(&[9.0], &[]));
+        let likeness = compare(&before, &after, 0.2).likeness;
+        assert_eq!(likeness.pairs, 0);
+        assert!(!likeness.rms_change.is_sign_negative());
+        assert!(!likeness.mean_change.is_sign_negative());
+    }
+
+    #[test]
     fn the_nearest_pair_is_matched_first() {
         let before = network(&[0.0, 0.3], &[]);
         let after = network(&[0.2, 9.0], &[]);

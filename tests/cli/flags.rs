@@ -3,6 +3,7 @@
 use std::fs;
 
 use crate::desk::{Desk, assert_says};
+use crate::names;
 
 #[test]
 fn unwritable_output() {
@@ -118,6 +119,61 @@ fn mistakes_in_flags() {
         let (_, cause) = sentence.rsplit_once(": ").unwrap_or(("", &sentence));
         assert_eq!(sentence.matches(cause).count(), 1, "said twice: {sentence}");
     }
+}
+
+/// What is no hand, no landscape and no place is called so.
+#[test]
+fn the_wrong_kind_of_file() {
+    let desk = Desk::with_grasps();
+    fs::write(
+        desk.path("ball.obj"),
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
+    )
+    .unwrap();
+    let sentence = desk.early_mistake("hands inspect ball.obj");
+    assert_says(
+        &sentence,
+        &["ball.obj", "no description of a hand", "URDF or MJCF"],
+    );
+    for line in [
+        "diff g.parquet g.parquet",
+        "draw g.parquet",
+        "compare g.parquet",
+    ] {
+        let sentence = desk.early_mistake(line);
+        assert_says(
+            &sentence,
+            &["g.parquet is a file", "a landscape is a folder"],
+        );
+    }
+    if cfg!(target_os = "linux") {
+        let sentence =
+            desk.mistake("synth --object ball -n 1 --steps 1 --keep all -o /proc/x.parquet");
+        assert_says(&sentence, &["no file can be made in /proc"]);
+    }
+}
+
+#[test]
+fn files_of_a_hand_go_where_they_are_asked_to() {
+    let desk = Desk::empty();
+    desk.succeed("hands inspect gripper_parallel -o mine");
+    assert_eq!(names(desk.folder.path()), ["mine.json", "mine.png"]);
+    desk.succeed("hands inspect gripper_parallel -o mine --side-file other.json");
+    assert_eq!(
+        names(desk.folder.path()),
+        ["mine.json", "mine.png", "other.json"]
+    );
+}
+
+#[test]
+fn strict_grasps_come_with_a_word_on_the_drop_test() {
+    let desk = Desk::empty();
+    let text = |keep: &str| {
+        let line = format!("synth --object ball -n 2 --steps 20 --keep {keep} -o {keep}.parquet");
+        String::from_utf8(desk.run(&line).stdout).unwrap()
+    };
+    assert_says(&text("strict"), &["landscape stability", "--keep firm"]);
+    assert!(!text("all").contains("--keep firm"));
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Objects by name and networks as objects.
 
+use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
@@ -166,4 +167,78 @@ fn the_objects_that_come_with_the_program() {
         );
     }
     assert_says(&text, &["70 × 70 × 70", "sphere", "axis", "none"]);
+}
+
+/// A box of these half sides as OBJ, without its top, or closed.
+fn cuboid([x, y, z]: [f64; 3], open: bool) -> String {
+    let mut text = String::new();
+    for corner in 0..8 {
+        let sign = |bit: i32| if corner >> bit & 1 == 1 { 1.0 } else { -1.0 };
+        let _ = writeln!(text, "v {} {} {}", x * sign(0), y * sign(1), z * sign(2));
+    }
+    let faces = [
+        "1 3 4 2", "1 2 6 5", "3 7 8 4", "1 5 7 3", "2 4 8 6", "5 6 8 7",
+    ];
+    for face in &faces[..if open { 5 } else { 6 }] {
+        let _ = writeln!(text, "f {face}");
+    }
+    text
+}
+
+/// A share just above what would be closed is not printed as just that.
+#[test]
+fn what_is_refused_for_its_holes_is_told_apart_from_what_is_closed() {
+    let desk = Desk::empty();
+    // The top is 1 of 1 + 1 + 4 · 2 areas and a little: 10.04 %.
+    fs::write(desk.path("open.obj"), cuboid([0.03, 0.03, 0.0597], true)).unwrap();
+    let sentence = desk.early_mistake("objects inspect open.obj");
+    assert_says(
+        &sentence,
+        &["about 10.1 % of its surface is missing; up to 10 %"],
+    );
+    fs::write(
+        desk.path("huge.obj"),
+        cuboid([89.2000007629, 30.0, 30.0], false),
+    )
+    .unwrap();
+    let sentence = desk.early_mistake("objects inspect huge.obj");
+    assert_says(&sentence, &["huge.obj is 178.4 m across", "--scale 0.001"]);
+}
+
+/// Two boxes that share a face's middle as one piece: a channel through which a box is pushed into its own side.
+#[test]
+fn a_mesh_that_runs_through_itself_is_told() {
+    let desk = Desk::empty();
+    fs::write(desk.path("sound.obj"), cuboid([0.03, 0.03, 0.03], false)).unwrap();
+    let said = desk.succeed("objects inspect sound.obj");
+    assert!(!said.contains("runs through itself"), "{said}");
+    // A bar bent until its end lies in its beginning: rings of four corners, along a turn and a bit.
+    let (mut text, rings) = (String::new(), 30);
+    for ring in 0..rings {
+        let angle = 7.0 * f64::from(ring) / f64::from(rings - 1);
+        for (out, up) in [(0.02, -0.01), (0.04, -0.01), (0.04, 0.01), (0.02, 0.01)] {
+            let _ = writeln!(text, "v {} {} {up}", out * angle.cos(), out * angle.sin());
+        }
+    }
+    for ring in 0..rings - 1 {
+        for side in 0..4 {
+            let next = (side + 1) % 4;
+            let at = |ring: i32, side: i32| 4 * ring + side + 1;
+            let [a, b] = [at(ring, side), at(ring, next)];
+            let [c, d] = [at(ring + 1, next), at(ring + 1, side)];
+            let _ = writeln!(text, "f {a} {d} {c} {b}");
+        }
+    }
+    let last = 4 * (rings - 1);
+    let _ = writeln!(
+        text,
+        "f 1 2 3 4\nf {} {} {} {}",
+        last + 4,
+        last + 3,
+        last + 2,
+        last + 1
+    );
+    fs::write(desk.path("bent.obj"), text).unwrap();
+    let said = desk.succeed("objects inspect bent.obj");
+    assert_says(&said, &["bent runs through itself"]);
 }

@@ -37,6 +37,11 @@ pub enum HandError {
         /// The name.
         name: String,
     },
+    /// The description is something else than XML: a mesh, a table.
+    #[error(
+        "this is no description of a hand, which is a URDF or MJCF file (XML) or a MANO file (.npz)"
+    )]
+    NotADescription,
     /// The description is not XML, or not such as anybody writes.
     #[error("the URDF cannot be read: {0}")]
     Xml(String),

@@ -56,6 +56,10 @@ const DEEPEST: u32 = 200;
 
 /// Refuses what is no XML, and what is nested so deeply that the reader would take minutes over it.
 fn check_nesting(text: &str) -> Result<(), HandError> {
+    let begins = text.trim_start_matches('\u{feff}').trim_start();
+    if !begins.starts_with('<') {
+        return Err(HandError::NotADescription);
+    }
     let options = roxmltree::ParsingOptions {
         allow_dtd: true,
         nodes_limit: 10_000_000,

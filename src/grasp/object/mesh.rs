@@ -9,6 +9,7 @@ use rand::RngExt;
 use crate::sample::{Rng, Task, stream};
 
 use super::outer::{Entangled, Outer, outer};
+use super::winding::Winding;
 use super::{ObjectError, Shape};
 
 /// A closed surface of triangles, counter-clockwise seen from outside.
@@ -192,6 +193,29 @@ impl Mesh {
     /// Whether pieces of the mesh overlap or touch, so that some of its faces are no surface.
     pub fn overlaps(&self) -> bool {
         self.outer.is_some()
+    }
+
+    /// Share of the surface that lies inside the solid itself: more than nothing where a single piece runs through itself.
+    pub fn buried_share(&self) -> f64 {
+        /// How far outside a triangle is looked, as a share of the mesh's size.
+        const OUTSIDE: f64 = 1e-4;
+        let (vertices, triangles) = self.boundary();
+        let winding = Winding::new(vertices, triangles);
+        let reach = OUTSIDE * self.size_m();
+        let (mut buried, mut all) = (0.0, 0.0);
+        for triangle in triangles {
+            let [a, b, c] = triangle.map(|vertex| vertices[vertex as usize]);
+            let cross = (b - a).cross(&(c - a));
+            let Some(normal) = cross.try_normalize(f64::MIN_POSITIVE) else {
+                continue;
+            };
+            let area = cross.norm() / 2.0;
+            all += area;
+            if winding.surrounds(&((a + b + c) / 3.0 + normal * reach)) {
+                buried += area;
+            }
+        }
+        if all > 0.0 { buried / all } else { 0.0 }
     }
 
     /// Number of pieces that share no vertex.

@@ -64,6 +64,11 @@ pub trait Shape: std::fmt::Debug + Send + Sync {
     }
 }
 
+/// A length to four digits: single precision leaves more in a file than are true.
+fn rounded(length_m: f64) -> f64 {
+    format!("{length_m:.3e}").parse().unwrap_or(length_m)
+}
+
 /// Why an object cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -173,7 +178,8 @@ pub enum ObjectError {
     },
     /// A size that cannot be metres.
     #[error(
-        "{name} is {size_m} m across: metres are expected; if it is in {unit}, scale it by {factor} (--scale {factor})"
+        "{name} is {} m across: metres are expected; if it is in {unit}, scale it by {factor} (--scale {factor})",
+        rounded(*size_m)
     )]
     Size {
         /// File or object.

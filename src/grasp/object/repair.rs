@@ -323,8 +323,10 @@ impl Soup {
             name: name.to_owned(),
             edges: open,
             missing: percent.map_or(String::new(), |percent| {
+                // Rounded up: what is refused is more than 10 % in print, too.
+                let percent = (10.0 * percent).ceil() / 10.0;
                 format!(
-                    " (about {percent:.0} % of its surface is missing; up to 10 % would be closed)"
+                    " (about {percent:.1} % of its surface is missing; up to 10 % would be closed)"
                 )
             }),
         };
