@@ -111,6 +111,34 @@ fn tables_become_grasps_with_contacts_and_energies() {
     assert!(desk.run("inspect t.parquet").status.success());
 }
 
+/// Published objects are often all called `decomposed.obj`.
+#[test]
+fn an_object_is_called_as_asked() {
+    let desk = with_table();
+    let line = "import t.csv --hand gripper_parallel --object ball -q";
+    succeed(&desk, &format!("{line} --name mug -o mug.parquet"));
+    let file = grasps(&desk.path("mug.parquet"));
+    assert_eq!(file.metadata.objects[0].name, "mug");
+    assert!(file.grasps.iter().all(|grasp| grasp.object == "mug"));
+    let mistake = desk.mistake(&format!("{line} --name a/b -o x.parquet"));
+    assert_says(&mistake, &["--name", "without slashes"]);
+    // Of a table of several objects it says which one the file is.
+    let two = TABLE
+        .replace("id,", "object,id,")
+        .replace("\n7,", "\ndecomposed,7,");
+    let two = two
+        .replace("\n9,", "\nmug,9,")
+        .replace("\n11,", "\nmug,11,");
+    fs::write(desk.path("two.csv"), two).unwrap();
+    let line = "import two.csv --hand gripper_parallel --object ball -q";
+    assert_says(&desk.mistake(line), &["2 objects", "--name"]);
+    succeed(&desk, &format!("{line} --name mug -o two.parquet"));
+    let ids: Vec<u64> = (grasps(&desk.path("two.parquet")).grasps.iter())
+        .map(|grasp| grasp.id)
+        .collect();
+    assert_eq!(ids, [9, 11]);
+}
+
 #[test]
 fn round_trips_are_exact() {
     let desk = with_table();

@@ -377,6 +377,14 @@ pub(super) struct Synth {
     /// otherwise), or a TOML file of shapes (see `landscape help objects inspect`).
     #[arg(long, value_name = "NAME|FILE", value_hint = ValueHint::FilePath, required_unless_present = "from")]
     pub(super) object: Option<String>,
+    /// What files and pictures call the object, instead of the name of its file.
+    #[arg(
+        long,
+        value_name = "NAME",
+        requires = "object",
+        conflicts_with = "from"
+    )]
+    pub(super) name: Option<String>,
     /// Metres per unit of the object's mesh: 0.001 for millimetres, 0.1 for a mesh of unit size that is to be 10 cm in radius.
     #[arg(
         long,
@@ -901,6 +909,10 @@ pub(super) struct Import {
     /// The object of the grasps: a name of one that comes with the program, or a mesh as published.
     #[arg(long, value_name = "NAME|FILE", value_hint = ValueHint::FilePath)]
     pub(super) object: Option<String>,
+    /// What files and pictures call the object, instead of the name of its file. Of a table
+    /// with several objects those of this name are read.
+    #[arg(long, value_name = "NAME", requires = "object")]
+    pub(super) name: Option<String>,
     /// Only the grasps at this scale of the object; where the file tells none, metres per unit of the mesh.
     #[arg(
         long,

@@ -103,6 +103,10 @@ pub(super) fn is_written(name: &str) -> bool {
     texts.contains(&name) || picture.is_some_and(|stem| PICTURES.contains(&stem))
 }
 
+/// Groups are named in the pictures, as `inspect --path g0 g4` asks for them, up to so many: more names would cover what they
+/// name.
+const MOST_NAMED: usize = 60;
+
 /// One of the two resolutions: minima, or groups of them.
 struct Shown<'a> {
     examples: Vec<(MinimumId, Picture)>,
@@ -133,6 +137,12 @@ impl Drawing<'_> {
         put("barriers.graphml", graphml.as_bytes())?;
 
         let groups = grouped(self.network, &self.group_of);
+        let mut leaves = group(&self.leaves, &self.group_of);
+        if leaves.len() <= MOST_NAMED {
+            for (number, leaf) in leaves.iter_mut().enumerate() {
+                leaf.caption = Some(format!("g{number}"));
+            }
+        }
         let mut picked: Vec<MinimumId> = (self.views.picked.iter())
             .map(|minimum| MinimumId(self.group_of[minimum.0]))
             .collect();
@@ -150,7 +160,7 @@ impl Drawing<'_> {
                 resampled: (self.resampled.iter())
                     .map(|tree| collapse(tree, &self.group_of))
                     .collect(),
-                leaves: &group(&self.leaves, &self.group_of),
+                leaves: &leaves,
                 picked,
             },
             Shown {

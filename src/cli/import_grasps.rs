@@ -57,7 +57,8 @@ pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
     let hand_metadata =
         models::hand_metadata(hand, command.hand_folder.as_deref(), command.mirror)?;
     let hand = models::hand(&hand_metadata)?;
-    let (object_metadata, object_notes) = models::object_metadata(object, command.scale)?;
+    let (mut object_metadata, object_notes) = models::object_metadata(object, command.scale)?;
+    models::rename(&mut object_metadata, command.name.as_deref())?;
 
     let mut notes: BTreeSet<String> = object_notes.into_iter().collect();
     let (rows, format) = rows(command, &hand_metadata, &hand, &mapping, &mut notes)?;
@@ -251,8 +252,7 @@ fn of_one_object(rows: Vec<Row>, name: &str) -> anyhow::Result<Vec<Row>> {
     }
     ensure!(
         named.contains(name),
-        "the grasps are of {} objects ({}), none of which is called {name}: give --object with a file of one of these names, \
-         or import them apart",
+        "the grasps are of {} objects ({}), none of which is called {name}: say with --name which one --object is",
         named.len(),
         named.iter().take(4).cloned().collect::<Vec<_>>().join(", ")
     );

@@ -173,6 +173,21 @@ pub(super) fn object_metadata(
     Ok((metadata, parts.notes))
 }
 
+/// Gives an object the name that a flag asks for, if any.
+pub(super) fn rename(object: &mut ObjectMetadata, name: Option<&str>) -> anyhow::Result<()> {
+    if let Some(name) = name {
+        // Names become parts of file names.
+        anyhow::ensure!(
+            !name.trim().is_empty()
+                && !name.contains(['/', '\\'])
+                && !name.contains(char::is_control),
+            "--name {name:?}: a name without slashes and line breaks is needed"
+        );
+        name.clone_into(&mut object.name);
+    }
+    Ok(())
+}
+
 /// An object of shapes.
 fn of_toml(path: &Path) -> anyhow::Result<ObjectParts> {
     let name = path.display().to_string();

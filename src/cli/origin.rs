@@ -27,7 +27,8 @@ impl Origin {
         }
         let object = command.object.as_deref();
         let object = object.context("--object: the object to be grasped must be named")?;
-        let (object_metadata, mut notes) = models::object_metadata(object, command.scale)?;
+        let (mut object_metadata, mut notes) = models::object_metadata(object, command.scale)?;
+        models::rename(&mut object_metadata, command.name.as_deref())?;
         let scale = command.scale.unwrap_or(1.0);
         // The mesh as it is stored, so that a run from a flag and one from a file agree to the last bit.
         let object = models::object(&object_metadata, scale)?;

@@ -472,8 +472,7 @@ impl Widths {
     }
 
     fn width(&self, barrier: f64) -> f64 {
-        (TYPICAL_WIDTH * (self.typical / barrier.max(f64::MIN_POSITIVE)).sqrt())
-            .clamp(WIDTHS[0], WIDTHS[1])
+        (TYPICAL_WIDTH * self.typical / barrier.max(f64::MIN_POSITIVE)).clamp(WIDTHS[0], WIDTHS[1])
     }
 
     /// Length of a link in the layout: grows with the barrier, but no barrier is no reason to sit on top of each other,
@@ -629,6 +628,8 @@ mod tests {
             widths.width(0.0) > widths.width(widths.typical)
                 && widths.width(widths.typical) > widths.width(1e9)
         );
+        // The eye tells lines apart whose barriers differ by half.
+        assert!(widths.width(widths.typical) > 1.45 * widths.width(1.5 * widths.typical));
         assert!(widths.length(0.0) < widths.length(widths.typical));
         assert_eq!(
             widths.in_tree.iter().filter(|kept| **kept).count(),

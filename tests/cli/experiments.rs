@@ -104,22 +104,6 @@ fn a_tiny_experiment() {
         &text("summary.md"),
         &["# 3 grasps of the human hand on ball", "minima"],
     );
-    // No group is wider than what letting go costs, and three grasps tell nothing of those unseen.
-    let letting_go = &manifest["findings"]["hover_cost"][0]["quartiles"][1];
-    let barrier = files.manifest.group_barrier.unwrap();
-    assert!(
-        barrier <= letting_go.as_f64().unwrap(),
-        "{barrier} {letting_go}"
-    );
-    assert_eq!(&manifest["settings"]["groups"]["highest"], letting_go);
-    assert_says(
-        &text("summary.md"),
-        &[
-            "the cost of hovering 2 mm",
-            "3 grasps are too few to estimate it",
-        ],
-    );
-    assert!(!text("summary.md").contains("Chao1"));
     // The command that is written into the landscape makes the same one.
     let command = files.manifest.command.strip_prefix("landscape ").unwrap();
     let again = Desk::with_grasps();
@@ -178,6 +162,33 @@ fn a_finished_landscape_is_drawn_compared_and_exchanged() {
     };
     assert_eq!(energies(&read), energies(&files));
     assert_eq!(read.edges.len(), files.edges.len());
+}
+
+/// No group is wider than what letting go costs, three grasps tell nothing of those unseen, and pictures name groups as
+/// `inspect --path` asks for them.
+#[test]
+fn groups_of_grasps() {
+    let folder = landscape().path("g.landscape");
+    let text = |name: &str| fs::read_to_string(folder.join(name)).unwrap();
+    let manifest: Value = serde_json::from_str(&text("landscape.json")).unwrap();
+    let letting_go = &manifest["findings"]["hover_cost"][0]["quartiles"][1];
+    let barrier = manifest["group_barrier"].as_f64().unwrap();
+    assert!(
+        barrier <= letting_go.as_f64().unwrap(),
+        "{barrier} {letting_go}"
+    );
+    assert_eq!(&manifest["settings"]["groups"]["highest"], letting_go);
+    let summary = text("summary.md");
+    assert_says(
+        &summary,
+        &[
+            "the cost of hovering 2 mm",
+            "3 grasps are too few to estimate it",
+        ],
+    );
+    assert!(!summary.contains("Chao1"));
+    let named: String = text("barriers.svg").split_whitespace().collect();
+    assert!(named.contains(">g0<"));
 }
 
 /// Groups at a barrier that the user gives, wherever groups are made.
