@@ -240,6 +240,31 @@ fn views_are_drawn() {
     desk.succeed("draw t.landscape --min-members 1000000 -o none");
     assert_eq!(desk.tree("none"), Tree::default());
 
+    // Tables of another landscape, and a folder of a version that kept no checksums.
+    desk.succeed("surface double-well 2 0.1 -q -o other.landscape");
+    let tables = ["t", "other"].map(|name| desk.path(name).with_extension("landscape"));
+    let [own, other] = tables.map(|folder| folder.join("edges.parquet"));
+    let edges = fs::read(&own).unwrap();
+    fs::copy(other, &own).unwrap();
+    for line in [
+        "draw t.landscape -o mixed",
+        "diff other.landscape t.landscape",
+    ] {
+        let said = desk.mistake(line);
+        assert!(said.contains("edges.parquet does not belong"), "{said}");
+    }
+    assert!(!desk.path("mixed").exists());
+    fs::write(&own, edges).unwrap();
+    let manifest = desk.path("t.landscape/landscape.json");
+    let mut value: Value = serde_json::from_str(&desk.text("t.landscape/landscape.json")).unwrap();
+    value.as_object_mut().unwrap().remove("checksums").unwrap();
+    fs::write(manifest, value.to_string()).unwrap();
+    let said = String::from_utf8(desk.run("draw t.landscape -o older").stderr).unwrap();
+    assert!(
+        said.contains("warning: ") && said.contains("checksums"),
+        "{said}"
+    );
+
     for (line, said) in [
         ("draw t.landscape --pick m9", "m0 to m8"),
         ("draw t.landscape --pick first", "m0,m3,m17"),

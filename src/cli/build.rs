@@ -226,7 +226,6 @@ fn build(
 /// Writes tables, pictures and the summary, and returns it.
 fn write(report: &Report<'_>, folder: &AtomicFolder) -> anyhow::Result<String> {
     let files = tables(report)?;
-    files.write(folder)?;
     let titles = report.titles();
     let database = Database::from_network(&report.mapped.landscape.network);
     report.mapped.draw(&titles, &database, folder)?;
@@ -234,6 +233,8 @@ fn write(report: &Report<'_>, folder: &AtomicFolder) -> anyhow::Result<String> {
     if let Some(diagram) = &report.choice.diagram {
         magnetisation::write(diagram, &titles.title, folder)?;
     }
+    // It lists the checksums of all tables, so it comes after them.
+    files.write(folder)?;
     let text = super::shown(&summary(report, &files));
     folder.write("summary.md", text.as_bytes())?;
     Ok(text)

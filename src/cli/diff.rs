@@ -7,11 +7,12 @@ use clap::ValueEnum;
 use serde_json::json;
 
 use super::args::{Common, Coordinates, Diff};
+use super::input::open_landscape;
 use super::landscape::median;
 use super::{models, print, print_json, surface};
 use crate::grasp::object::Description;
 use crate::space::{PoseSpace, Space, Symmetry};
-use crate::store::{LandscapeFiles, Manifest};
+use crate::store::Manifest;
 use crate::topography::{Evidence, Match, MergeChange, Minimum, MinimumId, Tree, TreeDifference};
 
 /// Rows of a table of the text.
@@ -70,7 +71,7 @@ pub(super) fn run(command: &Diff, common: &Common) -> anyhow::Result<()> {
 }
 
 fn side(folder: &Path) -> anyhow::Result<Side> {
-    let files = LandscapeFiles::read(folder)?;
+    let files = open_landscape(folder)?;
     let network = files.network(folder)?;
     Ok(Side {
         name: folder.display().to_string(),

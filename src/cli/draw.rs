@@ -9,6 +9,7 @@ use super::args::{Common, Draw};
 use super::complain;
 use super::draw_types::Types;
 use super::drawing::{Drawing, PICTURE_WIDTH, Views, is_written};
+use super::input::open_landscape;
 use super::landscape::{Titles, group_of};
 use super::output::check_folder;
 use crate::figure::Leaf;
@@ -25,7 +26,7 @@ pub(super) fn run(command: &Draw, common: &Common) -> anyhow::Result<()> {
         ensure!(value != Some(0), "--{flag} 0: at least 1 is needed");
     }
     let group_barrier = command.groups.checked()?;
-    let files = LandscapeFiles::read(&command.landscape)?;
+    let files = open_landscape(&command.landscape)?;
     let network = files.network(&command.landscape)?;
     let tree = Tree::from_network(&network, Evidence::Chain);
     let views = Views {

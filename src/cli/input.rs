@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::{complain, models};
 use crate::energy::Energy;
 use crate::grasp::{EnergySettings, GraspEnergy, Judgement, judge};
-use crate::store::{Grasp, GraspFile, Overrides, Population, Warning};
+use crate::store::{Grasp, GraspFile, LandscapeFiles, Overrides, Population, Warning};
 
 /// Reads a file of grasps, with hand and object from the flags `--hand` and `--object` where given. Where these are others
 /// than the file describes, everything that was measured is measured anew with them. Returns warnings, too.
@@ -110,6 +110,14 @@ pub(super) fn measure(grasp: &mut Grasp, energy: &GraspEnergy) -> Judgement {
     grasp.friction = judgement.least_friction;
     grasp.epsilon = Some(judgement.epsilon);
     judgement
+}
+
+/// The landscape in `folder`; tells what is worth a warning about it.
+pub(super) fn open_landscape(folder: &Path) -> anyhow::Result<LandscapeFiles> {
+    let files = LandscapeFiles::read(folder)?;
+    let warning = LandscapeFiles::warning(folder)?;
+    warn(&Vec::from_iter(warning.as_ref().map(ToString::to_string)));
+    Ok(files)
 }
 
 /// Tells the first few warnings.

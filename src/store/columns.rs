@@ -16,6 +16,7 @@ use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
 
 use super::error::{Fault, StoreError};
+use super::sum;
 
 /// Parquet metadata key under which everything of ours is kept.
 pub(super) const KEY: &str = "landscape";
@@ -172,8 +173,12 @@ impl Columns {
         }
         let properties = WriterProperties::builder()
             .set_compression(Compression::SNAPPY)
-            .set_created_by(concat!("landscape version ", env!("CARGO_PKG_VERSION")).to_owned())
-            .set_key_value_metadata(Some(vec![KeyValue::new(KEY.to_owned(), metadata.clone())]))
+            .set_created_by(format!("{}{}", sum::WRITER, env!("CARGO_PKG_VERSION")))
+            .set_key_value_metadata(Some(vec![
+                KeyValue::new(KEY.to_owned(), metadata.clone()),
+                // Not in the schema as well: who rewrites the table carries that along, and the sum would not fit.
+                KeyValue::new(sum::KEY.to_owned(), sum::PLACE.to_owned()),
+            ]))
             .build();
         // Arrow's own copy of the schema carries them too: of a file that has one, pyarrow keeps no others.
         let metadata = HashMap::from([(KEY.to_owned(), metadata)]);
@@ -183,7 +188,9 @@ impl Columns {
         let mut writer = ArrowWriter::try_new(Vec::new(), schema, Some(properties))
             .expect("all types exist in Parquet");
         writer.write(&batch).expect("memory takes every batch");
-        Ok(writer.into_inner().expect("memory takes the footer"))
+        let mut bytes = writer.into_inner().expect("memory takes the footer");
+        sum::fill(&mut bytes);
+        Ok(bytes)
     }
 }
 

@@ -39,6 +39,26 @@ pub enum StoreError {
         /// What the reader met.
         reason: String,
     },
+    /// A file of ours that is not what was written.
+    #[error(
+        "{path} is not as landscape wrote it: its content does not fit its checksum, so it was damaged or altered; take a \
+         copy that was not, or make it again"
+    )]
+    Altered {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A table that a landscape's manifest does not list, or lists with another hash.
+    #[error(
+        "{path} does not belong to this landscape: {manifest} tells another checksum of it, or none, so it was altered or \
+         comes from elsewhere; put the table of this landscape back, or build the landscape again"
+    )]
+    NotOfLandscape {
+        /// The table, or the manifest itself.
+        path: PathBuf,
+        /// The manifest.
+        manifest: PathBuf,
+    },
     /// A compression whose decoder is not built in.
     #[error(
         "{path} is compressed with {codec}, which is not supported: write it with snappy or without compression"
@@ -356,6 +376,15 @@ pub enum Warning {
         told: String,
         /// The name of the hand given.
         given: String,
+    },
+    /// A landscape written before checksums were kept.
+    #[error(
+        "{path} keeps no checksums of its tables, as folders of older versions do not: whether they belong together is not \
+         checked"
+    )]
+    NoChecksums {
+        /// The manifest.
+        path: PathBuf,
     },
     /// The object given is not the one that the file describes.
     #[error(

@@ -185,7 +185,7 @@ impl GraspFile {
         let (told, given, of_hand) = match warning {
             Warning::OtherHand { told, given } => (told, given, true),
             Warning::OtherObject { told, given } => (told, given, false),
-            Warning::BeyondLimit { .. } => return Ok(()),
+            Warning::BeyondLimit { .. } | Warning::NoChecksums { .. } => return Ok(()),
         };
         for grasp in &mut self.grasps {
             let name = if of_hand {

@@ -14,9 +14,14 @@
 //! A landscape whose merges have a support holds `resampled.parquet` as well: the merges of the resampled trees
 //! ([`write_resampled`](super::write_resampled)).
 //!
+//! `landscape.json` lists under `checksums` the [`content_hash`](super::content_hash) of each table, and of itself without
+//! that list; whoever reads a table checks it. Texts and pictures are made from the tables and may be
+//! edited or drawn again. A folder whose manifest has no such list is read as it is.
+//!
 //! `∅` may be null: no path was found, or the value was not computed.
 
 use std::collections::BTreeMap;
+use std::ffi::OsStr;
 use std::fs;
 use std::path::Path;
 
@@ -25,8 +30,8 @@ use serde_json::{Value, json};
 
 use super::atomic::AtomicFolder;
 use super::columns::Columns;
-use super::error::{Fault, StoreError};
-use super::metadata::{HandMetadata, ObjectMetadata, bad, check_version};
+use super::error::{Fault, StoreError, Warning};
+use super::metadata::{HandMetadata, ObjectMetadata, bad, check_version, content_hash};
 use super::table::{FLOAT, IDS, INDICES, TEXT, TEXTS, Table, VECTOR, WHOLE};
 
 const MINIMA: &str = "minima.parquet";
@@ -34,6 +39,7 @@ const EDGES: &str = "edges.parquet";
 const PATHS: &str = "paths.parquet";
 const MANIFEST: &str = "landscape.json";
 const TIMINGS: &str = "timings.json";
+const CHECKSUMS: &str = "checksums";
 const FORMAT: &str = "landscape";
 
 /// A row of `minima.parquet`.
@@ -200,10 +206,11 @@ pub struct LandscapeFiles {
 }
 
 impl LandscapeFiles {
-    /// Writes all four files; the same bytes for the same content.
+    /// Writes all four files; the same bytes for the same content. The manifest lists the checksums of all tables that
+    /// the folder has then, so other tables are written before.
     ///
     /// # Errors
-    /// If a number is not finite, or the folder cannot be written.
+    /// If a number is not finite, or the folder cannot be written or read.
     ///
     /// # Panics
     /// If a path image has another number of terms than the manifest names.
@@ -221,21 +228,34 @@ impl LandscapeFiles {
         if let (Value::Object(document), Value::Object(manifest)) = (&mut document, manifest) {
             document.extend(manifest);
         }
+        let checksums = Checksums::of(folder.path(), &document)?;
+        document[CHECKSUMS] = json!(checksums);
         folder.write(MANIFEST, &pretty(&document))
     }
 
     /// Reads a finished landscape.
     ///
     /// # Errors
-    /// If the folder is not one, or a file of it is missing, damaged or of another version.
+    /// If the folder is not one, or a file of it is missing, damaged, altered, of another landscape or of another version.
     pub fn read(folder: &Path) -> Result<Self, StoreError> {
-        let manifest = read_manifest(folder)?;
+        let (manifest, _) = read_manifest(folder)?;
         Ok(Self {
-            minima: read_minima(&folder.join(MINIMA))?,
-            edges: read_edges(&folder.join(EDGES))?,
-            paths: read_paths(&folder.join(PATHS), &manifest.terms)?,
+            minima: read_minima(&read_table(folder, MINIMA)?)?,
+            edges: read_edges(&read_table(folder, EDGES)?)?,
+            paths: read_paths(&read_table(folder, PATHS)?, &manifest.terms)?,
             manifest,
         })
+    }
+
+    /// What is worth a warning about a landscape that can be read.
+    ///
+    /// # Errors
+    /// If the folder is no landscape.
+    pub fn warning(folder: &Path) -> Result<Option<Warning>, StoreError> {
+        let (_, checksums) = read_manifest(folder)?;
+        Ok(checksums.is_none().then(|| Warning::NoChecksums {
+            path: folder.join(MANIFEST),
+        }))
     }
 
     fn path_columns(&self) -> Columns {
@@ -320,7 +340,41 @@ fn edge_columns(edges: &[EdgeRow]) -> Columns {
     columns
 }
 
-fn read_manifest(folder: &Path) -> Result<Manifest, StoreError> {
+/// [`content_hash`] of each table by its file name, and of the manifest without this list.
+#[derive(Debug, Serialize, Deserialize)]
+struct Checksums(BTreeMap<String, String>);
+
+impl Checksums {
+    /// Of the tables in `folder` and its manifest, which does not yet list them.
+    fn of(folder: &Path, manifest: &Value) -> Result<Self, StoreError> {
+        let mut checksums =
+            BTreeMap::from([(MANIFEST.to_owned(), content_hash(&[&pretty(manifest)]))]);
+        let unread = || StoreError::io("read", folder);
+        for entry in fs::read_dir(folder).map_err(unread())? {
+            let path = entry.map_err(unread())?.path();
+            if path.extension().is_some_and(|kind| kind == "parquet")
+                && let Some(name) = path.file_name().and_then(OsStr::to_str)
+            {
+                let bytes = fs::read(&path).map_err(StoreError::io("read", &path))?;
+                checksums.insert(name.to_owned(), content_hash(&[&bytes]));
+            }
+        }
+        Ok(Self(checksums))
+    }
+
+    fn check(&self, folder: &Path, name: &str, bytes: &[u8]) -> Result<(), StoreError> {
+        if self.0.get(name) == Some(&content_hash(&[bytes])) {
+            return Ok(());
+        }
+        Err(StoreError::NotOfLandscape {
+            path: folder.join(name),
+            manifest: folder.join(MANIFEST),
+        })
+    }
+}
+
+/// The manifest of a finished landscape and its checksums, which older ones do not have.
+fn read_manifest(folder: &Path) -> Result<(Manifest, Option<Checksums>), StoreError> {
     let path = folder.join(MANIFEST);
     let unfinished = || StoreError::Unfinished {
         path: folder.to_path_buf(),
@@ -332,25 +386,51 @@ fn read_manifest(folder: &Path) -> Result<Manifest, StoreError> {
         },
         _ => StoreError::io("read", &path)(source),
     })?;
-    let document: Value =
+    let mut document: Value =
         serde_json::from_slice(&bytes).map_err(|error| bad(&path, error.to_string()))?;
     if document["format"] != FORMAT {
         return Err(unfinished());
     }
     check_version(&path, &document)?;
-    serde_json::from_value(document).map_err(|error| bad(&path, error.to_string()))
+    let unusable = |error: serde_json::Error| bad(&path, error.to_string());
+    let listed = (document.as_object_mut()).and_then(|document| document.remove(CHECKSUMS));
+    let checksums: Option<Checksums> = listed
+        .map(serde_json::from_value)
+        .transpose()
+        .map_err(unusable)?;
+    if let Some(checksums) = &checksums
+        && checksums.0.get(MANIFEST) != Some(&content_hash(&[&pretty(&document)]))
+    {
+        return Err(StoreError::Altered { path });
+    }
+    let manifest = serde_json::from_value(document).map_err(unusable)?;
+    Ok((manifest, checksums))
 }
 
-/// Opens a table of this version.
-pub(super) fn read_table(path: &Path) -> Result<Table, StoreError> {
-    let table = Table::read(path)?;
+/// Whether the landscape in `folder` has this table, or says that it has.
+pub(super) fn has_table(folder: &Path, name: &str) -> Result<bool, StoreError> {
+    let (_, checksums) = read_manifest(folder)?;
+    Ok(
+        checksums.is_some_and(|checksums| checksums.0.contains_key(name))
+            || folder.join(name).exists(),
+    )
+}
+
+/// Opens a table of this version that belongs to the landscape in `folder`.
+pub(super) fn read_table(folder: &Path, name: &str) -> Result<Table, StoreError> {
+    let path = folder.join(name);
+    let (_, checksums) = read_manifest(folder)?;
+    let bytes = fs::read(&path).map_err(StoreError::io("read", &path))?;
+    if let Some(checksums) = checksums {
+        checksums.check(folder, name, &bytes)?;
+    }
+    let table = Table::of_bytes(&path, bytes)?;
     let head = table.metadata.as_deref().unwrap_or_default();
-    check_version(path, &serde_json::from_str(head).unwrap_or_default())?;
+    check_version(&path, &serde_json::from_str(head).unwrap_or_default())?;
     Ok(table)
 }
 
-fn read_minima(path: &Path) -> Result<Vec<MinimumRow>, StoreError> {
-    let table = read_table(path)?;
+fn read_minima(table: &Table) -> Result<Vec<MinimumRow>, StoreError> {
     let mut id = table.required("id", &WHOLE)?.into_iter();
     let mut energy = table.required("energy", &FLOAT)?.into_iter();
     let mut coordinates = table.required_unless_empty("coordinates")?.into_iter();
@@ -368,11 +448,7 @@ fn read_minima(path: &Path) -> Result<Vec<MinimumRow>, StoreError> {
                 found,
                 expected,
             };
-            return Err(StoreError::Row {
-                path: path.to_path_buf(),
-                row,
-                fault,
-            });
+            return Err(table.fault(row, fault));
         }
         pairs.push(labels.into_iter().zip(counts).collect());
     }
@@ -390,8 +466,7 @@ fn read_minima(path: &Path) -> Result<Vec<MinimumRow>, StoreError> {
     Ok(pairs.into_iter().map_while(minimum).collect())
 }
 
-fn read_edges(path: &Path) -> Result<Vec<EdgeRow>, StoreError> {
-    let table = read_table(path)?;
+fn read_edges(table: &Table) -> Result<Vec<EdgeRow>, StoreError> {
     let mut a = table.required("a", &WHOLE)?.into_iter();
     let mut b = table.required("b", &WHOLE)?.into_iter();
     let mut height = table.optional("height", &FLOAT)?.into_iter();
@@ -425,8 +500,7 @@ fn read_edges(path: &Path) -> Result<Vec<EdgeRow>, StoreError> {
     Ok(std::iter::from_fn(edge).collect())
 }
 
-fn read_paths(path: &Path, terms: &[String]) -> Result<Vec<PathRow>, StoreError> {
-    let table = read_table(path)?;
+fn read_paths(table: &Table, terms: &[String]) -> Result<Vec<PathRow>, StoreError> {
     let mut a = table.required("a", &WHOLE)?.into_iter();
     let mut b = table.required("b", &WHOLE)?.into_iter();
     let mut image = table.required("image", &WHOLE)?.into_iter();

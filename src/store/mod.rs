@@ -21,6 +21,7 @@ mod metadata;
 mod network;
 mod resampled;
 mod stationary;
+mod sum;
 mod table;
 
 pub use atomic::{AtomicFolder, FileSet, JOURNAL, write_atomic};

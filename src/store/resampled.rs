@@ -9,7 +9,7 @@ use petgraph::graph::NodeIndex;
 use super::atomic::AtomicFolder;
 use super::columns::Columns;
 use super::error::{Fault, StoreError};
-use super::landscape::{read_table, table_head};
+use super::landscape::{has_table, read_table, table_head};
 use super::table::{FLOAT, WHOLE};
 use crate::topography::{Edge, Evidence, Network, Tree};
 
@@ -56,13 +56,13 @@ fn merges(tree: &Tree) -> Vec<([u64; 2], f64)> {
 /// table.
 ///
 /// # Errors
-/// If the table is damaged, of another version, or of other minima.
+/// If the table is damaged, altered, of another landscape, of another version, or of other minima.
 pub fn read_resampled(folder: &Path, network: &Network) -> Result<Vec<Tree>, StoreError> {
     let path = folder.join(RESAMPLED);
-    if !path.exists() {
+    if !has_table(folder, RESAMPLED)? {
         return Ok(Vec::new());
     }
-    let table = read_table(&path)?;
+    let table = read_table(folder, RESAMPLED)?;
     let resampling = table.required("resampling", &WHOLE)?;
     let ends = [table.required("a", &WHOLE)?, table.required("b", &WHOLE)?];
     let heights = table.required("height", &FLOAT)?;
@@ -110,6 +110,7 @@ pub fn read_resampled(folder: &Path, network: &Network) -> Result<Vec<Tree>, Sto
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::store::LandscapeFiles;
     use crate::topography::Minimum;
 
     #[test]
@@ -145,10 +146,15 @@ mod tests {
         let place = tempfile::tempdir().unwrap();
         let folder = AtomicFolder::open(&place.path().join("a.landscape"), false).unwrap();
         write_resampled(&trees, &folder).unwrap();
+        LandscapeFiles::default().write(&folder).unwrap();
         assert_eq!(read_resampled(folder.path(), &network).unwrap(), trees);
         // Of other minima.
         network.remove_node(NodeIndex::new(3));
         let error = read_resampled(folder.path(), &network).unwrap_err();
         assert!(error.to_string().contains("one of the 3 minima"), "{error}");
+        // The manifest lists the table, so it cannot go unnoticed.
+        std::fs::remove_file(folder.path().join(RESAMPLED)).unwrap();
+        let error = read_resampled(folder.path(), &network).unwrap_err();
+        assert!(error.to_string().starts_with("no such file"), "{error}");
     }
 }

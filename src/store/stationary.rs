@@ -58,9 +58,9 @@ impl StationaryRow {
     /// Reads the table of a finished landscape.
     ///
     /// # Errors
-    /// If the file is missing, damaged or of another version.
+    /// If the file is missing, damaged, altered, of another landscape or of another version.
     pub fn read(folder: &Path) -> Result<Vec<Self>, StoreError> {
-        let table = read_table(&folder.join(STATIONARY))?;
+        let table = read_table(folder, STATIONARY)?;
         let mut index = table.required("index", &WHOLE)?.into_iter();
         let mut id = table.required("id", &WHOLE)?.into_iter();
         let mut a = table.required("a", &WHOLE)?.into_iter();

@@ -25,6 +25,7 @@ use parquet::file::reader::{FileReader, SerializedFileReader};
 
 use super::columns::KEY;
 use super::error::{Fault, StoreError};
+use super::sum;
 
 /// A table that was read.
 pub(super) struct Table {
@@ -39,8 +40,12 @@ pub(super) struct Table {
 impl Table {
     pub(super) fn read(path: &Path) -> Result<Self, StoreError> {
         let bytes = std::fs::read(path).map_err(StoreError::io("read", path))?;
+        Self::of_bytes(path, bytes)
+    }
+
+    pub(super) fn of_bytes(path: &Path, bytes: Vec<u8>) -> Result<Self, StoreError> {
         // The reader of the parquet crate panics on some damaged pages; for a user that is one more damaged file.
-        panic::catch_unwind(|| Self::decode(path, bytes.into()))
+        panic::catch_unwind(|| Self::decode(path, &bytes.into()))
             .unwrap_or_else(|_| Err(damaged(path, &"its pages contradict its footer")))
     }
 
@@ -55,9 +60,14 @@ impl Table {
         panic::catch_unwind(holds).is_ok_and(|found| found.is_some())
     }
 
-    fn decode(path: &Path, bytes: Bytes) -> Result<Self, StoreError> {
-        let builder = ParquetRecordBatchReaderBuilder::try_new(bytes)
+    fn decode(path: &Path, bytes: &Bytes) -> Result<Self, StoreError> {
+        let builder = ParquetRecordBatchReaderBuilder::try_new(bytes.clone())
             .map_err(|error| damaged(path, &error))?;
+        if !sum::fits(bytes, builder.metadata().file_metadata()) {
+            return Err(StoreError::Altered {
+                path: path.to_path_buf(),
+            });
+        }
         let chunks = builder
             .metadata()
             .row_groups()

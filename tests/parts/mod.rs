@@ -15,6 +15,8 @@ use parquet::file::properties::WriterProperties;
 pub(crate) struct Parts {
     pub(crate) columns: Vec<(String, ArrayRef)>,
     pub(crate) metadata: Option<String>,
+    /// Kept as other programs may keep it, although it no longer fits.
+    checksum: Option<String>,
 }
 
 impl Parts {
@@ -27,12 +29,11 @@ impl Parts {
             .file_metadata()
             .key_value_metadata()
             .unwrap();
-        let metadata = pairs
-            .iter()
-            .find(|pair| pair.key == "landscape")
-            .unwrap()
-            .value
-            .clone();
+        let value = |key: &str| {
+            let found = pairs.iter().find(|pair| pair.key == key);
+            found.and_then(|pair| pair.value.clone())
+        };
+        let [metadata, checksum] = ["landscape", "landscape_checksum"].map(value);
         let batch = builder.build().unwrap().next().unwrap().unwrap();
         let columns = batch
             .schema()
@@ -41,7 +42,11 @@ impl Parts {
             .map(|field| field.name().clone())
             .zip(batch.columns().to_vec())
             .collect();
-        Self { columns, metadata }
+        Self {
+            columns,
+            metadata,
+            checksum,
+        }
     }
 
     pub(crate) fn set(mut self, name: &str, array: impl Array + 'static) -> Self {
@@ -78,11 +83,15 @@ impl Parts {
                 .map(|(name, array)| (name, array, true)),
         )
         .unwrap();
-        let pairs = self
-            .metadata
-            .map(|text| vec![KeyValue::new("landscape".into(), text)]);
+        let pairs = [
+            ("landscape", self.metadata),
+            ("landscape_checksum", self.checksum),
+        ];
+        let pairs = pairs
+            .into_iter()
+            .filter_map(|(key, text)| Some(KeyValue::new(key.into(), text?)));
         let properties = WriterProperties::builder()
-            .set_key_value_metadata(pairs)
+            .set_key_value_metadata(Some(pairs.collect()))
             .build();
         let mut writer = ArrowWriter::try_new(
             fs::File::create(path).unwrap(),

@@ -10,6 +10,7 @@ mod grasps;
 mod journals;
 mod landscapes;
 mod refusals;
+mod sums;
 mod writing;
 
 #[path = "../folder/mod.rs"]

@@ -7,12 +7,13 @@ use anyhow::Context;
 use rayon::prelude::*;
 
 use crate::agreement::PairMatrix;
+use crate::cli::input::open_landscape;
 use crate::cli::landscape::group_of;
 use crate::cli::types::{Named, Setting};
 use crate::grasp::hand::PosedHand;
 use crate::grasp::taxonomy::{Anatomy, Candidate, Patch, Rule, Taxonomy, touches};
 use crate::space::{PoseSpace, Space, Symmetry};
-use crate::store::{LandscapeFiles, MinimumRow};
+use crate::store::MinimumRow;
 use crate::topography::{Ancestors, Evidence, MinimumId, Tree};
 
 /// A minimum and its label.
@@ -57,7 +58,7 @@ impl Basins {
         rule: &Rule,
         group_barrier: Option<f64>,
     ) -> anyhow::Result<Self> {
-        let files = LandscapeFiles::read(folder)?;
+        let files = open_landscape(folder)?;
         let name = folder.display().to_string();
         let manifest = &files.manifest;
         let setting = Setting::of(&files, &name)?;

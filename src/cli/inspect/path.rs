@@ -9,6 +9,7 @@ use serde_json::json;
 
 use super::{number, table};
 use crate::cli::args::{Common, Inspect};
+use crate::cli::input::open_landscape;
 use crate::cli::output::{check_file, is_scene};
 use crate::cli::types::Setting;
 use crate::cli::way::{Place, places, route};
@@ -46,7 +47,7 @@ struct Step {
 pub(super) fn run(command: &Inspect, ends: &[String], common: &Common) -> anyhow::Result<()> {
     let folder = &command.file;
     let name = folder.display().to_string();
-    let files = LandscapeFiles::read(folder)?;
+    let files = open_landscape(folder)?;
     let [from, to] = [&ends[0], &ends[1]].map(|end| minimum(&files, end));
     let (from, to) = (from?, to?);
     ensure!(from != to, "--path {} {}: one minimum", ends[0], ends[1]);

@@ -177,12 +177,13 @@ fn map(command: &Surface, common: &Common, subject: &Subject<'_>) -> anyhow::Res
         measuring: measuring.evaluations(),
     };
     let files = report.tables()?;
-    files.write(folder)?;
     StationaryRow::write(&report.stationary(), folder)?;
     let database = Database::from_exploration(&found, subject.coordinates == "atoms");
     let titles = report.titles();
     report.mapped.draw(&titles, &database, folder)?;
     report.unseen.draw(&titles.title, folder)?;
+    // It lists the checksums of all tables, so it comes after them.
+    files.write(folder)?;
     let text = super::shown(&report.summary());
     folder.write("summary.md", text.as_bytes())?;
     watch.lap("write", 0);

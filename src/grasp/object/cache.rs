@@ -1,6 +1,6 @@
 //! Baked fields remembered in the user's cache folder, by content.
 //!
-//! Nothing here can fail: a file that is missing, damaged or of another version is baked again, and a folder that
+//! Nothing here can fail: a file that is missing, damaged, of another mesh or version is baked again, and a folder that
 //! cannot be written is left alone.
 
 use std::fs;
@@ -14,7 +14,7 @@ use super::spline::Spline;
 use crate::atomic_file;
 
 /// Raise it whenever baking or the file changes: old files are then no longer found.
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 const MAGIC: [u8; 8] = *b"LSFIELD\n";
 
 /// The field of `mesh` from the user's cache folder, else from `bake`, then remembered.
@@ -35,14 +35,22 @@ fn load_or_in(
     let Some(folder) = folder else {
         return bake();
     };
-    let path = folder.join(format!("{:032x}.field", key(mesh, settings)));
-    if let Some(field) = fs::read(&path).ok().and_then(|bytes| decode(&bytes)) {
+    let key = key(mesh, settings);
+    let path = folder.join(format!("{key:032x}.field"));
+    if let Some(field) = read(&path).and_then(|bytes| decode(&bytes, key)) {
         return field;
     }
     let field = bake();
     // Two processes that bake the same field write the same bytes; where nothing can be written, nothing is remembered.
-    let _ = fs::create_dir_all(folder).and_then(|()| atomic_file::write(&path, &encode(&field)));
+    let _ =
+        fs::create_dir_all(folder).and_then(|()| atomic_file::write(&path, &encode(&field, key)));
     field
+}
+
+/// The bytes of a regular file: to open a pipe is to wait for its writer, and a device may never end.
+fn read(path: &Path) -> Option<Vec<u8>> {
+    fs::metadata(path).ok().filter(fs::Metadata::is_file)?;
+    fs::read(path).ok()
 }
 
 /// `landscape/fields` in the folder where this system keeps what can be made again.
@@ -95,8 +103,10 @@ fn checksum(bytes: &[u8]) -> u64 {
     })
 }
 
-fn encode(field: &Field) -> Vec<u8> {
+/// The file of a field whose [`key`] is `key`: under another name it would be taken for the field of something else.
+fn encode(field: &Field, key: u128) -> Vec<u8> {
     let mut bytes = MAGIC.to_vec();
+    bytes.extend(key.to_le_bytes());
     let vector = |bytes: &mut Vec<u8>, v: &Vector3<f64>| {
         v.iter().for_each(|x| bytes.extend(x.to_le_bytes()));
     };
@@ -137,12 +147,17 @@ fn encode(field: &Field) -> Vec<u8> {
     bytes
 }
 
-fn decode(bytes: &[u8]) -> Option<Field> {
+/// The field in a whole file whose key is `key`.
+fn decode(bytes: &[u8], key: u128) -> Option<Field> {
     let (content, sum) = bytes.split_last_chunk::<8>()?;
     if checksum(content) != u64::from_le_bytes(*sum) {
         return None;
     }
-    let mut reader = Reader(content.strip_prefix(&MAGIC)?);
+    let mut reader = Reader(
+        content
+            .strip_prefix(&MAGIC)?
+            .strip_prefix(&key.to_le_bytes())?,
+    );
     let [cell_m, max_error_m, max_error_anywhere_m, lipschitz] = [
         reader.number()?,
         reader.number()?,
@@ -281,6 +296,51 @@ mod tests {
     }
 
     #[test]
+    fn the_field_of_another_mesh_is_not_used() {
+        let folder = tempfile::tempdir().unwrap();
+        let within = Some(folder.path());
+        let settings = FieldSettings {
+            cell_m: Some(0.01),
+            most_nodes: 5_000,
+        };
+        let [mesh, other] = [0.05, 0.06].map(tetrahedron);
+        let baked = load_or_in(within, &mesh, &settings, || bake(&mesh, &settings));
+        load_or_in(within, &other, &settings, || bake(&other, &settings));
+        let file = |mesh: &Mesh| {
+            folder
+                .path()
+                .join(format!("{:032x}.field", key(mesh, &settings)))
+        };
+        fs::copy(file(&other), file(&mesh)).unwrap();
+        let found = load_or_in(within, &mesh, &settings, || bake(&mesh, &settings));
+        assert_eq!(found, baked);
+    }
+
+    /// Opening a pipe waits for its other end; this test would never end.
+    #[cfg(unix)]
+    #[test]
+    fn a_pipe_is_not_waited_for() {
+        let folder = tempfile::tempdir().unwrap();
+        let settings = FieldSettings {
+            cell_m: Some(0.01),
+            most_nodes: 5_000,
+        };
+        let mesh = tetrahedron(0.05);
+        let name = folder
+            .path()
+            .join(format!("{:032x}.field", key(&mesh, &settings)));
+        let made = std::process::Command::new("mkfifo").arg(&name).status();
+        assert!(made.unwrap().success());
+        let baked = bake(&mesh, &settings);
+        let found = load_or_in(Some(folder.path()), &mesh, &settings, || baked.clone());
+        assert_eq!(found, baked);
+        // The file has taken its place.
+        load_or_in(Some(folder.path()), &mesh, &settings, || {
+            panic!("not remembered")
+        });
+    }
+
+    #[test]
     fn works_without_a_folder() {
         let settings = FieldSettings {
             cell_m: Some(0.01),
@@ -301,16 +361,15 @@ mod tests {
     #[test]
     fn truncated_files_are_refused() {
         let mesh = tetrahedron(0.05);
-        let bytes = encode(&bake(
-            &mesh,
-            &FieldSettings {
-                cell_m: Some(0.01),
-                most_nodes: 5_000,
-            },
-        ));
-        assert!(decode(&bytes).is_some());
+        let settings = FieldSettings {
+            cell_m: Some(0.01),
+            most_nodes: 5_000,
+        };
+        let bytes = encode(&bake(&mesh, &settings), 7);
+        assert!(decode(&bytes, 7).is_some());
+        assert!(decode(&bytes, 8).is_none());
         for length in [0, 7, 8, 100, bytes.len() - 1] {
-            assert!(decode(&bytes[..length]).is_none());
+            assert!(decode(&bytes[..length], 7).is_none());
         }
     }
 
@@ -326,7 +385,7 @@ mod tests {
                 .num_threads(threads)
                 .build()
                 .unwrap();
-            pool.install(|| encode(&bake(&mesh, &settings)))
+            pool.install(|| encode(&bake(&mesh, &settings), 0))
         };
         assert!(on(1) == on(3));
     }

@@ -1,0 +1,140 @@
+//! Checksums: what was damaged, altered or put in from elsewhere is refused, never read as other numbers.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::{file, flipped, landscape, of, place, read, sentence};
+use arrow_array::Float64Array;
+use landscape::store::{AtomicFolder, LandscapeFiles, Overrides, StoreError, Warning};
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// A finished landscape in a folder of its own.
+fn finished(files: &LandscapeFiles) -> (TempDir, PathBuf) {
+    let (folder, path) = place("cup.landscape");
+    let unfinished = AtomicFolder::open(&path, false).unwrap();
+    files.write(&unfinished).unwrap();
+    (folder, unfinished.finish().unwrap())
+}
+
+/// Changes the manifest of the landscape at `path`.
+fn edit(path: &Path, change: impl FnOnce(&mut Value)) {
+    let manifest = path.join("landscape.json");
+    let mut value: Value = serde_json::from_slice(&fs::read(&manifest).unwrap()).unwrap();
+    change(&mut value);
+    fs::write(manifest, value.to_string()).unwrap();
+}
+
+#[test]
+fn a_damaged_file_of_grasps_is_refused_or_read_as_it_was() {
+    let (_folder, path) = place("grasps.parquet");
+    file(3).write(&path).unwrap();
+    let bytes = fs::read(&path).unwrap();
+    let whole = read(&path).unwrap();
+    let mut refused = 0;
+    for position in (0..bytes.len()).step_by(3) {
+        fs::write(&path, flipped(&bytes, position, 1 << (position % 8))).unwrap();
+        match read(&path) {
+            Ok(found) => assert_eq!(found, whole, "byte {position}"),
+            Err(_) => refused += 1,
+        }
+    }
+    assert!(10 * refused > 9 * bytes.len() / 3, "{refused}");
+}
+
+#[test]
+fn a_damaged_file_of_a_landscape_is_refused() {
+    let (_folder, path) = finished(&landscape());
+    for name in ["minima.parquet", "edges.parquet", "paths.parquet"] {
+        let file = path.join(name);
+        let bytes = fs::read(&file).unwrap();
+        for position in (0..bytes.len()).step_by(11) {
+            fs::write(&file, flipped(&bytes, position, 1)).unwrap();
+            let refused = LandscapeFiles::read(&path).unwrap_err();
+            assert!(
+                matches!(&refused, StoreError::NotOfLandscape { path, .. } if *path == file),
+                "{refused}"
+            );
+        }
+        fs::write(&file, bytes).unwrap();
+    }
+    assert_eq!(LandscapeFiles::read(&path).unwrap(), landscape());
+}
+
+/// Without the list in the manifest, each table still has its own checksum.
+#[test]
+fn a_damaged_table_of_an_older_landscape_is_not_read_as_other_numbers() {
+    let (_folder, path) = finished(&landscape());
+    edit(&path, |manifest| {
+        manifest.as_object_mut().unwrap().remove("checksums");
+    });
+    let file = path.join("minima.parquet");
+    let bytes = fs::read(&file).unwrap();
+    for position in (0..bytes.len()).step_by(5) {
+        fs::write(&file, flipped(&bytes, position, 4)).unwrap();
+        if let Ok(found) = LandscapeFiles::read(&path) {
+            assert_eq!(found, landscape(), "byte {position}");
+        }
+    }
+}
+
+#[test]
+fn files_of_two_landscapes_are_not_mixed() {
+    let mut other = landscape();
+    other.edges[0].height = Some(0.75);
+    let (folder, path) = finished(&landscape());
+    let (_other_folder, other) = finished(&other);
+    fs::copy(other.join("edges.parquet"), path.join("edges.parquet")).unwrap();
+    let refused = LandscapeFiles::read(&path).unwrap_err();
+    assert_eq!(
+        sentence(&refused, folder.path()),
+        "cup.landscape/edges.parquet does not belong to this landscape: cup.landscape/landscape.json tells another checksum \
+         of it, or none, so it was altered or comes from elsewhere; put the table of this landscape back, or build the \
+         landscape again"
+    );
+    fs::copy(other.join("landscape.json"), path.join("landscape.json")).unwrap();
+    fs::copy(other.join("minima.parquet"), path.join("minima.parquet")).unwrap();
+    let whole = LandscapeFiles::read(&path).unwrap();
+    assert_eq!(whole.edges[0].height, Some(0.75));
+}
+
+#[test]
+fn an_altered_manifest_is_refused_and_one_without_checksums_is_read() {
+    let (folder, path) = finished(&landscape());
+    assert_eq!(LandscapeFiles::warning(&path).unwrap(), None);
+    // Other spaces are no other content.
+    edit(&path, |_| {});
+    assert_eq!(LandscapeFiles::read(&path).unwrap(), landscape());
+
+    edit(&path, |manifest| manifest["scale"] = 0.07.into());
+    let refused = LandscapeFiles::read(&path).unwrap_err();
+    assert_eq!(
+        sentence(&refused, folder.path()),
+        "cup.landscape/landscape.json is not as landscape wrote it: its content does not fit its checksum, so it was damaged \
+         or altered; take a copy that was not, or make it again"
+    );
+    // Who wants to read it all the same, or wrote it with an older version.
+    edit(&path, |manifest| {
+        manifest.as_object_mut().unwrap().remove("checksums");
+    });
+    let read = LandscapeFiles::read(&path).unwrap();
+    assert_eq!(read.manifest.scale, 0.07);
+    assert_eq!(
+        LandscapeFiles::warning(&path).unwrap(),
+        Some(Warning::NoChecksums {
+            path: path.join("landscape.json")
+        })
+    );
+}
+
+/// Pandas and others may keep our metadata in files whose content they changed.
+#[test]
+fn what_another_program_wrote_from_our_file_is_read() {
+    let mut file = file(3);
+    let changed = of(&file).set("energy", Float64Array::from(vec![0.5, 0.6, 0.7]));
+    let (read, _) = changed.read(Overrides::default()).unwrap();
+    for (grasp, energy) in file.grasps.iter_mut().zip([0.5, 0.6, 0.7]) {
+        grasp.energy = energy;
+    }
+    assert_eq!(read, file);
+}
