@@ -51,6 +51,7 @@ mod atomic_file;
 pub mod agreement;
 pub mod energy;
 pub mod figure;
+pub mod limits;
 pub mod optimize;
 pub mod printable;
 pub mod sample;

@@ -505,7 +505,7 @@ fn bad_descriptions_are_named() {
             r#"<mesh filename="x.stl"/>"#,
         ),
         (
-            "link \"a\" has geometry of size -1 m",
+            "a size in link \"a\": -1.0 is not from 0.000001 to 10 m",
             both.clone(),
             r#"<sphere radius="-1"/>"#,
         ),
@@ -518,6 +518,76 @@ fn bad_descriptions_are_named() {
         let found = error(&joint, geometry);
         assert!(found.contains(message), "{found} instead of {message}");
     }
+}
+
+/// Such numbers ended in overflows, panics and minutes of work.
+#[test]
+fn numbers_that_nobody_means_are_named() {
+    let urdf = |[xyz, upper, axis, radius]: [&str; 4], mimic: &str| {
+        format!(
+            r#"<robot name="r"><link name="a"><visual><geometry><sphere radius="0.01"/></geometry></visual></link>
+            <link name="b"><visual><origin xyz="{xyz} 0 0"/><geometry><sphere radius="{radius}"/></geometry></visual></link>
+            <link name="c"/>
+            <joint name="j" type="revolute"><parent link="a"/><child link="b"/><axis xyz="{axis} 0 0"/>
+            <limit lower="0" upper="{upper}" effort="1" velocity="1"/></joint>
+            <joint name="k" type="revolute"><parent link="b"/><child link="c"/>{mimic}
+            <limit lower="0" upper="1" effort="1" velocity="1"/></joint></robot>"#
+        )
+    };
+    let good = ["0.1", "1", "1", "0.01"];
+    assert!(Hand::from_urdf(&urdf(good, ""), None).is_ok());
+    let told = [
+        "a position in link \"b\"",
+        "the limits of joint \"j\"",
+        "\"j\" has an axis of length zero",
+        "a size in link \"b\"",
+    ];
+    for (place, told) in told.into_iter().enumerate() {
+        for value in ["1e155", "-1e155", "1e308"] {
+            let mut spoilt = good;
+            spoilt[place] = value;
+            let said = Hand::from_urdf(&urdf(spoilt, ""), None)
+                .unwrap_err()
+                .to_string();
+            assert!(said.contains(told), "{value}: {said}");
+        }
+    }
+    for mimic in ["multiplier=\"1e155\"", "offset=\"-1e155\""] {
+        let mimic = format!("<mimic joint=\"j\" {mimic}/>");
+        let said = Hand::from_urdf(&urdf(good, &mimic), None)
+            .unwrap_err()
+            .to_string();
+        assert!(said.contains("the coupling of joint \"k\""), "{said}");
+    }
+    let mjcf = |attribute: &str| {
+        let text = format!(
+            "<mujoco><worldbody><body name=\"p\"><geom size=\"0.02\"/><body name=\"f\"><joint name=\"j\"/>\
+             <geom size=\"0.01\" {attribute}/></body></body></worldbody></mujoco>"
+        );
+        Hand::from_urdf(&text, None).map_err(|error| error.to_string())
+    };
+    assert!(mjcf("").is_ok());
+    for (attribute, told) in [
+        (
+            "pos=\"0 1e155 0\"",
+            "a position in link \"f\": 1e155 is not from -10 to 10 m",
+        ),
+        (
+            "quat=\"1e200 0 1e200 0\"",
+            "link \"f\": an orientation is no rotation",
+        ),
+    ] {
+        let said = mjcf(attribute).unwrap_err();
+        assert!(said.contains(told), "{attribute}: {said}");
+    }
+    let side = r#"{"palm": {"centre_m": [0, 1e155, 0], "volar": [0, 0, 1], "distal": [0, 1, 0]}}"#;
+    let said = Hand::from_urdf(&urdf(good, ""), Some(side))
+        .unwrap_err()
+        .to_string();
+    assert!(
+        said.contains("\"palm\" of the side file: 1e155 is not from"),
+        "{said}"
+    );
 }
 
 #[test]

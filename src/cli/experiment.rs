@@ -47,6 +47,7 @@ impl Experiment {
         experiment
             .energy
             .validate()
+            .and_then(|()| experiment.energy.ask_for_contacts())
             .with_context(|| format!("{}, section [energy]", path.display()))?;
         experiment
             .synthesis

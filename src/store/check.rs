@@ -6,6 +6,7 @@ use std::path::Path;
 use super::error::{Fault, StoreError, Warning};
 use super::grasps::{Grasp, GraspFile, term_column};
 use super::metadata::HandMetadata;
+use crate::limits::{GRASP_POSITION, OBJECT_SCALE};
 
 /// Farthest a joint of a readable file lies beyond its limit, radians. Published grasps lie up to 0.58 rad beyond
 /// (`DexGraspNet`, whose limits are terms of the energy, too); angles in degrees and lengths in millimetres lie farther.
@@ -16,12 +17,6 @@ const ROUNDING_RAD: f64 = 1e-6;
 const UNIT_TOLERANCE: f64 = 1e-3;
 /// A quaternion this near to unit length is kept bit for bit.
 const UNIT_EXACT: f64 = 1e-12;
-
-/// Farthest a hand may lie from the object's origin along an axis, metres. Squares of far larger numbers are infinite.
-const FARTHEST_M: f64 = 1000.0;
-
-/// Scales of objects; far smaller and larger ones have no volume, or an infinite one.
-const SCALES: std::ops::RangeInclusive<f64> = 1e-3..=1e3;
 
 impl GraspFile {
     /// What is wrong with which rows, for instance to leave them out before writing.
@@ -76,11 +71,11 @@ impl GraspFile {
             .or_else(|| self.not_finite(grasp))
             .or_else(|| {
                 let mut far = grasp.translation_m.into_iter();
-                let value = far.find(|value| value.abs() > FARTHEST_M)?;
+                let value = far.find(|value| !GRASP_POSITION.holds(*value))?;
                 Some(Fault::Far { value })
             })
             .or_else(|| {
-                (!SCALES.contains(&grasp.scale)).then_some(Fault::Scale { scale: grasp.scale })
+                (!OBJECT_SCALE.holds(grasp.scale)).then_some(Fault::Scale { scale: grasp.scale })
             })
             .or_else(|| {
                 let norm = norm(grasp.rotation_wxyz);

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::grasp::filter::AUTHORS_UNIT_M;
 use crate::grasp::hand::Hand;
 use crate::grasp::term::{NormForm, PriorForm, RankForm};
+use crate::limits::{Beyond, ENERGY_SETTING};
 
 /// The length that divides arms, distances and depths, and so makes the energy dimensionless.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -164,10 +165,27 @@ impl EnergySettings {
         }
     }
 
+    /// Refuses settings by which no choice of contacts is better than another; single terms may be looked at without.
+    ///
+    /// # Errors
+    /// If no term of the energy depends on the contacts.
+    pub fn ask_for_contacts(&self) -> Result<(), EnergySettingsError> {
+        let weights = [
+            self.force_closure_weight,
+            self.rank_weight,
+            self.distance_weight,
+            self.alignment_weight,
+        ];
+        if weights.iter().all(|weight| *weight == 0.0) {
+            return Err(EnergySettingsError::NoContacts);
+        }
+        Ok(())
+    }
+
     /// One clear sentence on the first value that makes no sense.
     ///
     /// # Errors
-    /// If a weight or rounding is negative or not finite, or the number of contacts is outside 2..=8.
+    /// If a weight or rounding is negative, not finite or above a million, or the number of contacts is outside 2..=8.
     pub fn validate(&self) -> Result<(), EnergySettingsError> {
         if !(2..=8).contains(&self.contacts) {
             return Err(EnergySettingsError::Contacts(self.contacts));
@@ -175,10 +193,7 @@ impl EnergySettings {
         if let Unit::Metres(unit) = self.unit
             && !(unit > 0.0 && unit.is_finite())
         {
-            return Err(EnergySettingsError::Value {
-                name: "unit",
-                value: unit,
-            });
+            return Err(EnergySettingsError::Unit(unit));
         }
         let values = [
             ("force_closure_weight", self.force_closure_weight),
@@ -190,6 +205,7 @@ impl EnergySettings {
             ("alignment_weight", self.alignment_weight),
             ("penetration_weight", self.penetration_weight),
             ("intrusion_weight", self.intrusion_weight),
+            ("intrusion_free_m", self.intrusion_free_m),
             ("self_penetration_weight", self.self_penetration_weight),
             ("depth_rounding_m", self.depth_rounding_m),
             ("joint_limits_weight", self.joint_limits_weight),
@@ -197,9 +213,8 @@ impl EnergySettings {
             ("prior_weight", self.prior_weight),
         ];
         for (name, value) in values {
-            if !(value >= 0.0 && value.is_finite()) {
-                return Err(EnergySettingsError::Value { name, value });
-            }
+            let told = |beyond| EnergySettingsError::Value { name, beyond };
+            ENERGY_SETTING.check(value).map_err(told)?;
         }
         Ok(())
     }
@@ -220,12 +235,21 @@ pub enum EnergySettingsError {
         /// Contacts asked for.
         contacts: usize,
     },
-    /// Negative, NaN or infinite.
-    #[error("{name} = {value}: must be finite and not negative")]
+    /// Negative, NaN or far too large.
+    #[error("{name} = {beyond}")]
     Value {
         /// The setting.
         name: &'static str,
-        /// Its value.
-        value: f64,
+        /// Its value and its limit.
+        beyond: Beyond,
     },
+    /// A length that is none.
+    #[error("unit = {0:?}: a positive length is needed")]
+    Unit(f64),
+    /// No term looks at the contacts.
+    #[error(
+        "force_closure_weight, rank_weight, distance_weight and alignment_weight are all 0: nothing then asks for contacts, \
+         and there is nothing to synthesize"
+    )]
+    NoContacts,
 }

@@ -1,5 +1,7 @@
 //! What can be wrong with a description.
 
+use crate::limits::Beyond;
+
 /// Why a description is not a hand.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -142,13 +144,21 @@ pub enum HandError {
         /// The mesh and what is wrong with it.
         problem: String,
     },
-    /// A size that is not a positive length.
-    #[error("link \"{link}\" has geometry of size {size} m")]
-    Size {
+    /// A number that nobody means.
+    #[error("{place}: {beyond}")]
+    Beyond {
+        /// Element and what is told of it.
+        place: String,
+        /// The number and its limit.
+        beyond: Beyond,
+    },
+    /// An orientation whose numbers are too large or too small to turn by.
+    #[error(
+        "link \"{link}\": an orientation is no rotation: its numbers are too large or too small"
+    )]
+    NoRotation {
         /// The link.
         link: String,
-        /// The offending number.
-        size: f64,
     },
     /// Far more than a hand has.
     #[error("the description has {count} {kind}, of at most {most}: {advice}")]

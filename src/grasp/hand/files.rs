@@ -181,6 +181,7 @@ impl HandFiles {
             urdf::read(&main.text, files)?
         };
         model.remove(&self.side()?.without)?;
+        model.check_limits()?;
         Ok(model)
     }
 }

@@ -6,9 +6,10 @@ use nalgebra::Vector3;
 
 use super::fill::fill;
 use super::hull::{Hull, directions};
-use super::model::{Body, Form, Model, Part, check_count};
+use super::model::{Body, Form, Model, Part, check_count, within};
 use super::side_file::{CapsuleEntry, SideFile};
 use super::{Capsule, Frame, HandError, Link, LinkId};
+use crate::limits::{HAND_LENGTH, HAND_POSITION};
 
 /// Meshes of more triangles are drawn as their hulls.
 const DRAWN: usize = 20_000;
@@ -102,6 +103,10 @@ impl Geometry {
     ) -> Result<(), HandError> {
         for &CapsuleEntry { a, b, radius_m } in entries {
             check_size(radius_m, name)?;
+            for &coordinate in a.iter().chain(&b) {
+                let place = || format!("an end of a capsule of link \"{name}\" in the side file");
+                within(HAND_POSITION, coordinate, place)?;
+            }
             self.push(
                 Capsule {
                     link,
@@ -252,14 +257,7 @@ fn points(form: &Form, name: &str) -> Result<Vec<Vector3<f64>>, HandError> {
 }
 
 fn check_size(size: f64, link: &str) -> Result<(), HandError> {
-    if size > 0.0 && size.is_finite() {
-        Ok(())
-    } else {
-        Err(HandError::Size {
-            link: link.to_owned(),
-            size,
-        })
-    }
+    within(HAND_LENGTH, size, || format!("a size in link \"{link}\""))
 }
 
 /// A primitive as capsules in its own frame.

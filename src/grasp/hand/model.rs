@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use super::{Frame, HandError, Joint, JointKind, Link, LinkId, Motion};
+use crate::limits::{COUPLING_RATIO, HAND_POSITION, HINGE, Limit, SLIDE};
 
 /// Most links or joints of a description: each is compared with all others.
 const MOST_LINKS: usize = 1000;
@@ -25,6 +26,26 @@ pub(super) fn check_count(
         most,
         advice,
     })
+}
+
+/// Refuses a number beyond its limit; `place` says which number it is.
+pub(super) fn within(
+    limit: Limit,
+    value: f64,
+    place: impl FnOnce() -> String,
+) -> Result<(), HandError> {
+    limit.check(value).map_err(|beyond| HandError::Beyond {
+        place: place(),
+        beyond,
+    })
+}
+
+/// What the coordinate of a joint may be.
+fn coordinates_of(kind: JointKind) -> Limit {
+    match kind {
+        JointKind::Hinge => HINGE,
+        JointKind::Slide => SLIDE,
+    }
 }
 
 /// Refuses a tree that is far too large to be a hand's.
@@ -157,6 +178,11 @@ impl Model {
         let drives: Vec<Drive> = (0..self.joints.len())
             .map(|j| self.drive(j))
             .collect::<Result<_, _>>()?;
+        for (joint, drive) in self.joints.iter().zip(&drives) {
+            let place = || format!("the coupling of joint \"{}\"", joint.name);
+            within(COUPLING_RATIO, drive.ratio, place)?;
+            within(coordinates_of(joint.kind), drive.offset, place)?;
+        }
         let mut coordinate = vec![None; self.joints.len()];
         let mut joints = Vec::new();
         for (j, joint) in self.joints.iter().enumerate() {
@@ -199,6 +225,50 @@ impl Model {
             })
             .collect();
         Ok((links, joints))
+    }
+
+    /// Refuses numbers that nobody means, of whatever format they come: all that follows multiplies and squares them.
+    pub(super) fn check_limits(&self) -> Result<(), HandError> {
+        for joint in &self.joints {
+            let place = |what: &str| format!("the {what} of joint \"{}\"", joint.name);
+            let coordinates = coordinates_of(joint.kind);
+            for limit in joint.limits.into_iter().flatten() {
+                within(coordinates, limit, || place("limits"))?;
+            }
+            within(coordinates, joint.zero, || place("reference"))?;
+            // The square of a far larger axis is infinite, and the axis then zero.
+            if (joint.axis.norm() - 1.0).abs() > 1e-6 || joint.axis.iter().any(|x| x.is_nan()) {
+                return Err(HandError::NoAxis {
+                    joint: joint.name.clone(),
+                });
+            }
+        }
+        for body in &self.bodies {
+            let frames =
+                std::iter::once(&body.in_parent).chain(body.parts.iter().map(|p| &p.in_body));
+            for frame in frames {
+                for &coordinate in &frame.translation {
+                    let place = || format!("a position in link \"{}\"", body.name);
+                    within(HAND_POSITION, coordinate, place)?;
+                }
+                let turn = &frame.rotation;
+                let off = (turn * turn.transpose() - Matrix3::identity()).norm();
+                if off > 1e-6 || off.is_nan() {
+                    return Err(HandError::NoRotation {
+                        link: body.name.clone(),
+                    });
+                }
+            }
+            for part in &body.parts {
+                if let Form::Mesh(mesh) = &part.form {
+                    for &coordinate in mesh.vertices.iter().flatten() {
+                        let place = || format!("a vertex of a mesh of link \"{}\"", body.name);
+                        within(HAND_POSITION, coordinate, place)?;
+                    }
+                }
+            }
+        }
+        Ok(())
     }
 
     /// Takes off links with all that hangs on them.

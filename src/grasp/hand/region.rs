@@ -2,8 +2,10 @@
 
 use nalgebra::Vector3;
 
+use super::model::within;
 use super::side_file::{AxesEntry, PalmEntry, PalmRule, SideFile};
 use super::{Capsule, Hand, HandError, Link, LinkId, PalmFrame, PosedHand};
+use crate::limits::HAND_POSITION;
 
 // A patch of a digit is named by its outward normal n in the link's frame: tip if n·distal, back if n·pad,
 // side if n·radial passes the threshold, else pad.
@@ -252,21 +254,25 @@ fn holds(rule: &PalmRule, position: &Vector3<f64>, normal: &Vector3<f64>) -> boo
     low && high && Vector3::from(rule.normal).dot(normal) >= rule.at_least
 }
 
+/// Whether a direction has one: the square of far too large numbers is infinite, and the direction then zero.
+fn is_unit(direction: &Vector3<f64>) -> bool {
+    (direction.norm() - 1.0).abs() < 1e-6
+}
+
 /// The palm frame of the side file.
 pub(super) fn palm_frame(palm: &PalmEntry) -> Result<PalmFrame, HandError> {
     let place = "\"palm\" of the side file";
     let volar = Vector3::from(palm.volar)
         .try_normalize(1e-9)
+        .filter(is_unit)
         .ok_or(HandError::Degenerate { place })?;
     let distal = Vector3::from(palm.distal);
     let distal = (distal - volar * volar.dot(&distal))
         .try_normalize(1e-9)
+        .filter(is_unit)
         .ok_or(HandError::Degenerate { place })?;
-    let finite = palm.centre_m.iter().all(|x| x.is_finite()) && palm.faced_m.is_finite();
-    if !finite {
-        return Err(HandError::NotFinite {
-            place: place.to_owned(),
-        });
+    for &length in palm.centre_m.iter().chain([&palm.faced_m]) {
+        within(HAND_POSITION, length, || place.to_owned())?;
     }
     Ok(PalmFrame {
         centre: palm.centre_m.into(),
