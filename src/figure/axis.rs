@@ -271,7 +271,8 @@ mod tests {
         for [low, high] in ranges {
             for wanted in [1, 4, 6, 1000] {
                 let values = ticks(low, high, wanted);
-                let rounding = 4e-9 * (high / 2.0 - low / 2.0);
+                let largest = low.abs().max(high.abs());
+                let rounding = 4e-9 * (high / 2.0 - low / 2.0) + 4.0 * f64::EPSILON * largest;
                 assert!(
                     values
                         .iter()
