@@ -202,7 +202,7 @@ fn what_is_refused_for_its_holes_is_told_apart_from_what_is_closed() {
     )
     .unwrap();
     let sentence = desk.early_mistake("objects inspect huge.obj");
-    assert_says(&sentence, &["huge.obj is 178.4 m across", "--scale 0.001"]);
+    assert_says(&sentence, &["huge is 178.4 m across", "--scale 0.001"]);
 }
 
 /// Two boxes that share a face's middle as one piece: a channel through which a box is pushed into its own side.
