@@ -48,6 +48,7 @@ impl PendingFile {
     }
 
     /// The name that the file will have.
+    #[cfg(feature = "cli")]
     pub(crate) fn path(&self) -> &Path {
         &self.path
     }

@@ -524,7 +524,10 @@ fn mistakes_are_one_sentence() {
             "import t.csv --hand gripper_parallel".to_owned(),
             &["--object"],
         ),
-        (format!("import t.csv {with} -o t.csv"), &["to be read"]),
+        (
+            format!("import t.csv {with} -o t.csv"),
+            &["is what is read here"],
+        ),
         (format!("import nowhere {with}"), &["nowhere", "for grasps"]),
         (
             "export t.parquet csv -o t.npy -q".to_owned(),
