@@ -283,7 +283,8 @@ fn runs(process: &str) -> bool {
 #[cfg(target_os = "linux")]
 #[test]
 fn programs_end_with_the_run_however_it_ends() {
-    for signal in ["KILL", "TERM", "INT", "HUP"] {
+    // Others may be ignored where tests run in the background, and are then ignored by the run as well.
+    for signal in ["KILL", "TERM"] {
         let desk = Desk::new();
         // A program that does not care whether its input ends, and another that it started.
         let program = "sleep 600 & echo $! $$ > started.new; mv started.new started; trap '' HUP; read line; sleep 600; true";

@@ -20,14 +20,14 @@ groups=
 while read -r word group; do
   case $word in
     start) groups="$groups -$group" ;;
-    stop) kill -KILL -- "-$group" ;;
+    stop) kill -s KILL -- "-$group" ;;
     done) exit 0 ;;
   esac
 done
 [ -n "$groups" ] || exit 0
-kill -TERM -- $groups
+kill -s TERM -- $groups
 sleep 2
-kill -KILL -- $groups
+kill -s KILL -- $groups
 "#;
 
 /// Keeps the processes of programs together, and ends them with the run.
