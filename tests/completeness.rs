@@ -61,7 +61,7 @@ fn claims_hold_on_random_surfaces() {
         .into_par_iter()
         .map(|id| Counted::random(id).search(id))
         .collect();
-    check(claims(&runs), 1);
+    check(claims(&runs), 0);
     let sure: f64 = runs.iter().map(|run| run.found.coverage.sure).sum();
     let complete = runs.iter().filter(|run| run.complete).count();
     // Rather too modest than too bold.
@@ -80,7 +80,7 @@ fn what_has_rare_saddles_is_not_claimed() {
             coverage.sure < 0.99 && coverage.doubt.is_none(),
             "{coverage:?}"
         );
-        assert!(run.missed <= coverage.unseen_below, "{coverage:?}");
+        assert!(run.missed <= coverage.unseen_below.unwrap(), "{coverage:?}");
         let hits: usize = run.found.saddles.iter().map(|saddle| saddle.hits).sum();
         assert_eq!(hits, coverage.arrived);
     }
@@ -116,7 +116,10 @@ fn nine_atoms_are_never_claimed() {
     for run in runs(&Counted::named("lj 9", [21, 165]), 0..10) {
         let coverage = run.found.coverage;
         assert!(coverage.sure < 0.95, "{coverage:?}");
-        assert!(run.missed <= coverage.unseen_below + 1, "{coverage:?}");
+        assert!(
+            run.missed <= coverage.unseen_below.unwrap() + 1,
+            "{coverage:?}"
+        );
     }
 }
 

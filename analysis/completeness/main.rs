@@ -39,8 +39,8 @@ struct Judged {
     sure: f64,
     /// Saddles missing.
     missed: usize,
-    /// Greatest number it says are missing.
-    bound: usize,
+    /// Greatest number it says are missing, if it knows one.
+    bound: Option<usize>,
 }
 
 impl Judged {
@@ -100,7 +100,10 @@ fn main() -> Result<(), Box<dyn Error>> {
 fn row(text: &mut String, name: &str, known: &str, runs: &[Judged]) -> std::fmt::Result {
     let complete = runs.iter().filter(|run| run.complete).count();
     let sure = runs.iter().map(|run| run.sure).sum::<f64>() / runs.len() as f64;
-    let holds = runs.iter().filter(|run| run.missed <= run.bound).count();
+    let holds = runs
+        .iter()
+        .filter(|run| run.bound.is_none_or(|bound| run.missed <= bound))
+        .count();
     write!(text, "| {name} | {known} | {} | {complete}", runs.len())?;
     for level in [0.99, 0.95] {
         let claims = || runs.iter().filter(|run| run.sure >= level);

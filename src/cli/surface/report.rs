@@ -358,7 +358,10 @@ fn completeness(coverage: &Coverage) -> String {
     let limits = "as far as numbers of hits can tell: a saddle much harder to meet than all of these is not covered";
     let unseen = format!(
         "at least {:.1} (Chao) and at most {} (95 %) more saddles are to be expected, and the minima behind them",
-        coverage.unseen, coverage.unseen_below
+        coverage.unseen,
+        coverage
+            .unseen_below
+            .map_or_else(|| "any number of".to_owned(), |bound| bound.to_string())
     );
     let doubted = |reason: &str| format!("nothing is claimed, since {reason}; {unseen}");
     match coverage.doubt {

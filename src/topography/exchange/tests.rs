@@ -112,7 +112,7 @@ fn what_does_not_fit_is_told() {
         (
             good,
             "0.5 0 1 1 2 0 0 0\n\n-1.5 0 1 2 1 0 0 0",
-            "ts.data, line 3, field 1: the energy -1.5 lies below that of minimum 1 (-1, line 1 of min.data), which this \
+            "ts.data, line 3, field 1: the energy -1.5 lies below that of minimum 2 (-0.5, line 2 of min.data), which this \
              transition state joins",
         ),
         (
