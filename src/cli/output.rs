@@ -114,7 +114,10 @@ fn made_here(path: &Path) -> bool {
     let made_by = format!("Made by {MAKER}");
     match ending.as_str() {
         "png" => holds(&head, &format!("Software\0{MAKER}")),
-        "glb" => holds(&head, &format!("\"generator\":\"{MAKER} ")),
+        // Behind what it lists of the animation.
+        "glb" => {
+            fs::read(path).is_ok_and(|bytes| holds(&bytes, &format!("\"generator\":\"{MAKER} ")))
+        }
         "csv" => head.starts_with(b"id,"),
         "npy" => head.starts_with(b"\x93NUMPY"),
         "json" => fs::read(path).is_ok_and(|bytes| made_json(&bytes)),
