@@ -80,6 +80,9 @@ pub const ENERGY_SETTING: Limit = Limit {
     reason: "terms are of order one, and a larger one leaves nothing of the others",
 };
 
+/// Most bare contacts of one file: the time to judge them grows faster than their number.
+pub const MOST_CONTACTS: usize = 1000;
+
 impl Limit {
     /// Whether `value` makes sense; no number that is not finite does.
     pub fn holds(&self, value: f64) -> bool {

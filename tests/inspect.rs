@@ -308,6 +308,10 @@ fn mistakes_in_contacts() {
             vec!["there are no contacts in it"],
         ),
         (
+            format!(r#"{{"contacts": [{}]}}"#, vec![CONTACT; 20_000].join(",")),
+            vec!["there are 20000 contacts in it, of at most 1000"],
+        ),
+        (
             r#"{"contacts": 3}"#.into(),
             vec!["contacts: invalid type: integer `3`"],
         ),

@@ -12,6 +12,7 @@ use crate::grasp::closure::{
     grasp_matrix_rank_margin, is_force_closure, least_friction, net_wrench,
 };
 use crate::grasp::filter::STRICT_FRICTION;
+use crate::limits::MOST_CONTACTS;
 
 /// Longer arms than this, in units of the length, are a mistake in units; their torques would drown the forces in
 /// round-off.
@@ -93,6 +94,11 @@ impl Contacts {
     pub(super) fn read(bytes: &[u8]) -> anyhow::Result<Self> {
         let file = parse(bytes)?;
         ensure!(!file.contacts.is_empty(), "there are no contacts in it");
+        ensure!(
+            file.contacts.len() <= MOST_CONTACTS,
+            "there are {} contacts in it, of at most {MOST_CONTACTS}: give those of one grasp",
+            file.contacts.len()
+        );
         let count = file.contacts.len() as f64;
         let positions = || file.contacts.iter().map(|c| Vector3::from(c.position));
         let centre = match file.centre {
