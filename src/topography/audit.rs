@@ -11,8 +11,11 @@ use crate::space::vector::{dot, norm, scale};
 
 /// How much tighter the tolerance of the descent is that tells a minimum from a point that is still drifting.
 const TIGHTER: f64 = 1e-3;
-/// How far along a flat direction another point of its set is sought, in units of the distance at which two points are one.
+/// How far along a soft direction another point of its set is sought, in units of the distance at which two points are one.
 const REACH: f64 = 10.0;
+/// Directions in which it is sought: those of curvatures below this share of the greatest. Where curvatures jump, as at the
+/// edge of a plateau, differences err by more than elsewhere; a direction that is merely soft leads back.
+const SOFT: f64 = 1e-6;
 /// Steps of a search for it.
 const STEPS: usize = 50;
 
@@ -184,7 +187,7 @@ pub(super) fn examine(
     } else if audit.flat > 0 && drifts(energy, x, settings) {
         Verdict::Evaporated
     } else if audit.index == index {
-        if audit.flat > 0 && is_level(&piece, (x, height), &modes, settings) {
+        if is_level(&piece, (x, height), &modes, settings) {
             Verdict::Degenerate
         } else {
             Verdict::Sound
@@ -207,8 +210,8 @@ fn drifts(energy: &dyn Energy, x: &[f64], settings: &AuditSettings) -> bool {
     space.distance(x, &end.x) > settings.sameness.distance
 }
 
-/// Whether a stationary point of index 0 or 1 has another of its energy, to which a step along a flat direction leads. The
-/// bottom of x⁴, which is flat too, is found again from there.
+/// Whether a stationary point of index 0 or 1 has another of its energy, to which a step along a soft direction leads. The
+/// bottom of x⁴, which has no curvature either, is found again from there.
 fn is_level(
     piece: &Piece<'_>,
     (x, height): (&[f64], f64),
@@ -237,9 +240,9 @@ fn is_level(
             .ok()?;
         Some((saddle.x, saddle.energy))
     };
-    let flat = modes.flat();
+    let soft = SOFT * modes.stiffest();
     let directions = modes.curvatures.iter().zip(&modes.tangents);
-    let mut directions = directions.filter(|(curvature, _)| curvature.abs() <= flat);
+    let mut directions = directions.filter(|(curvature, _)| curvature.abs() <= soft);
     directions.any(|(_, tangent)| {
         [reach, -reach].iter().any(|length| {
             let mut step = tangent.clone();

@@ -31,7 +31,7 @@ pub(super) struct Modes {
 
 impl Modes {
     /// Greatest curvature of either sign.
-    fn stiffest(&self) -> f64 {
+    pub(super) fn stiffest(&self) -> f64 {
         self.curvatures
             .iter()
             .fold(0.0, |most, c| most.max(c.abs()))
