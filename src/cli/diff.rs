@@ -7,6 +7,7 @@ use clap::ValueEnum;
 use serde_json::json;
 
 use super::args::{Common, Coordinates, Diff};
+use super::digits::Digits;
 use super::input::open_landscape;
 use super::landscape::median;
 use super::{models, print, print_json, surface};
@@ -168,16 +169,20 @@ fn surface_space(manifest: &Manifest) -> anyhow::Result<(Box<dyn Space>, String)
 
 fn text(before: &Side, after: &Side, reach: f64, found: &TreeDifference) -> String {
     let likeness = &found.likeness;
+    let minima = before.minima.iter().chain(&after.minima);
+    let digits = Digits::of(minima.map(|minimum| minimum.energy));
+    let lengths = Digits::of([reach]);
     let moved: Vec<f64> = (found.matches.iter())
         .map(|matched| (matched.energies[1] - matched.energies[0]).abs())
         .collect();
     let mut lines = vec![
         format!("# {} → {}\n", before.name, after.name),
         format!(
-            "- {} of {} and {} minima correspond (within {reach:.4}); {} vanished, {} appeared",
+            "- {} of {} and {} minima correspond (within {}); {} vanished, {} appeared",
             found.matches.len(),
             before.minima.len(),
             after.minima.len(),
+            lengths.show(reach),
             found.vanished.len(),
             found.appeared.len()
         ),
@@ -187,7 +192,9 @@ fn text(before: &Side, after: &Side, reach: f64, found: &TreeDifference) -> Stri
         moved.iter().copied().reduce(f64::max),
     ) {
         lines.push(format!(
-            "- energies of corresponding minima moved by {usual:.6} (median), {most:.6} at most"
+            "- energies of corresponding minima moved by {} (median), {} at most",
+            digits.show(usual),
+            digits.show(most)
         ));
     }
     lines.extend(other_object(before, after));
@@ -205,33 +212,27 @@ fn text(before: &Side, after: &Side, reach: f64, found: &TreeDifference) -> Stri
         );
     } else {
         lines.push(format!(
-            "- heights at which {} pairs merge moved by {} on average, {:.6} root mean square; {} pairs are joined in one \
+            "- heights at which {} pairs merge moved by {} on average, {} root mean square; {} pairs are joined in one \
              landscape only",
             likeness.pairs,
-            signed(likeness.mean_change),
-            likeness.rms_change,
+            digits.change(likeness.mean_change),
+            digits.show(likeness.rms_change),
             likeness.joined_in_one
         ));
     }
     lines.push(format!(
-        "- largest change of a height or an energy: {:.6} (cophenetic distance)",
-        likeness.largest_change
+        "- largest change of a height or an energy: {} (cophenetic distance)",
+        digits.show(likeness.largest_change)
     ));
     if let Some(correlation) = likeness.correlation {
         lines.push(format!("- cophenetic correlation: {correlation:.4}"));
     }
-    lines.extend(energies(found));
-    lines.extend(merges(found));
-    lines.extend(alone("Vanished", &before.minima, &found.vanished));
-    lines.extend(alone("Appeared", &after.minima, &found.appeared));
+    lines.extend(energies(found, digits));
+    lines.extend(merges(found, digits));
+    lines.extend(alone("Vanished", &before.minima, &found.vanished, digits));
+    lines.extend(alone("Appeared", &after.minima, &found.appeared, digits));
     lines.push(String::new());
     lines.join("\n")
-}
-
-/// A change to six digits; none is no negative one.
-fn signed(change: f64) -> String {
-    let rounded = (change * 1e6).round() / 1e6;
-    format!("{:+.6}", rounded + 0.0)
 }
 
 /// That poses are compared on two objects, where they are two.
@@ -247,19 +248,22 @@ fn other_object(before: &Side, after: &Side) -> Option<String> {
 }
 
 /// The minima whose energies moved most.
-fn energies(found: &TreeDifference) -> Vec<String> {
+fn energies(found: &TreeDifference, digits: Digits) -> Vec<String> {
     let mut matches = found.matches.clone();
     let change = |matched: &Match| matched.energies[1] - matched.energies[0];
     matches.retain(|matched| change(matched).abs() > 0.0);
     matches.sort_by(|a, b| change(b).abs().total_cmp(&change(a).abs()));
+    let lengths = Digits::of(matches.iter().map(|matched| matched.distance));
     let rows = matches.iter().map(|matched| {
         let [one, other] = matched.energies;
         format!(
-            "| m{} | m{} | {one:.6} | {other:.6} | {:+.6} | {:.4} |",
+            "| m{} | m{} | {} | {} | {} | {} |",
             matched.before.0,
             matched.after.0,
-            other - one,
-            matched.distance
+            digits.show(one),
+            digits.show(other),
+            digits.change(other - one),
+            lengths.show(matched.distance)
         )
     });
     table(
@@ -270,7 +274,7 @@ fn energies(found: &TreeDifference) -> Vec<String> {
 }
 
 /// The merges that moved most; those that came apart first.
-fn merges(found: &TreeDifference) -> Vec<String> {
+fn merges(found: &TreeDifference, digits: Digits) -> Vec<String> {
     let mut merges = found.merges.clone();
     let change = |merge: &MergeChange| {
         merge
@@ -283,11 +287,12 @@ fn merges(found: &TreeDifference) -> Vec<String> {
         let [a, b] = merge.ends.map(|end| end.0);
         match merge.after {
             Some(after) => format!(
-                "| m{a}, m{b} | {:.6} | {after:.6} | {:+.6} |",
-                merge.before,
-                after - merge.before
+                "| m{a}, m{b} | {} | {} | {} |",
+                digits.show(merge.before),
+                digits.show(after),
+                digits.change(after - merge.before)
             ),
-            None => format!("| m{a}, m{b} | {:.6} | apart | |", merge.before),
+            None => format!("| m{a}, m{b} | {} | apart | |", digits.show(merge.before)),
         }
     });
     table(
@@ -297,13 +302,13 @@ fn merges(found: &TreeDifference) -> Vec<String> {
     )
 }
 
-fn alone(heading: &str, minima: &[Minimum], names: &[MinimumId]) -> Vec<String> {
+fn alone(heading: &str, minima: &[Minimum], names: &[MinimumId], digits: Digits) -> Vec<String> {
     let rows = names.iter().map(|name| {
         let minimum = &minima[name.0];
         format!(
-            "| m{} | {:.6} | {} |",
+            "| m{} | {} | {} |",
             name.0,
-            minimum.energy,
+            digits.show(minimum.energy),
             minimum.members.len()
         )
     });

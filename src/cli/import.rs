@@ -8,6 +8,7 @@ use petgraph::visit::EdgeRef;
 use serde_json::{Value, json};
 
 use super::args::{Common, Import};
+use super::digits::Digits;
 use super::drawing::{Drawing, Views, not_drawn};
 use super::landscape::{Titles, write_database};
 use super::output::{check_inputs, check_place};
@@ -217,7 +218,7 @@ impl Imported<'_> {
         let mut text = format!(
             "# {}\n\n- **{} minima** and **{} transition states** in the layout of {}, {} of which join two copies of \
              one minimum; {} component(s)\n- {} pairs of minima are joined directly\n- {} groups (relative barrier up to \
-             {:.4})\n- transition states are taken at the word of the files: nothing was verified\n",
+             {})\n- transition states are taken at the word of the files: nothing was verified\n",
             self.source.name,
             self.database.minima.len(),
             self.database.transition_states.len(),
@@ -226,7 +227,7 @@ impl Imported<'_> {
             self.tree.roots.len(),
             self.network.edge_count(),
             self.groups.members.len(),
-            self.groups.barrier
+            Digits::of([self.groups.barrier]).show(self.groups.barrier)
         );
         if let Some(sentence) = not_drawn(self.database.minima.len()) {
             text.extend(["- ", &sentence, "\n"]);

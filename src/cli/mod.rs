@@ -18,6 +18,7 @@ mod args;
 mod build;
 mod compare;
 mod diff;
+mod digits;
 mod draw;
 mod draw_types;
 mod drawing;

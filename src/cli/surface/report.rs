@@ -5,12 +5,15 @@ use std::collections::BTreeMap;
 use serde_json::json;
 
 use super::Subject;
+use crate::cli::digits::Digits;
 use crate::cli::drawing::not_drawn;
 use crate::cli::landscape::{Mapped, Merge, Titles};
 use crate::cli::run::tally;
 use crate::cli::uncertainty::Unseen;
 use crate::store::{Counts, LandscapeFiles, Manifest, StationaryRow};
-use crate::topography::{Audit, Coverage, Doubt, Exploration, SearchSettings, Verdict};
+use crate::topography::{
+    Audit, Coverage, Doubt, Exploration, SearchSettings, TransitionState, Verdict,
+};
 
 /// Rows of a table of the summary.
 const SHOWN: usize = 20;
@@ -269,8 +272,17 @@ impl Report<'_> {
         ]
     }
 
+    /// The digits of energies.
+    fn digits(&self) -> Digits {
+        let minima = self.found.minima.iter().map(|minimum| minimum.energy);
+        Digits::of(minima.chain(self.found.saddles.iter().map(|saddle| saddle.energy)))
+    }
+
     fn minima_table(&self) -> Vec<String> {
         let merges = joined_at(&self.mapped.merges(), self.found);
+        let digits = self.digits();
+        let softest = |audit: &Audit| audit.curvatures.first().copied();
+        let curvatures = Digits::of(self.found.audits.iter().filter_map(softest));
         let mut lines = vec![
             "## Lowest minima\n".to_owned(),
             "| minimum | energy | joins a deeper one at | softest curvature |\n|---|---|---|---|"
@@ -285,14 +297,11 @@ impl Report<'_> {
             .enumerate();
         lines.extend(rows.take(SHOWN).map(|(id, ((minimum, audit), joined))| {
             format!(
-                "| m{id}{} | {:.6} | {} | {} |",
+                "| m{id}{} | {} | {} | {} |",
                 isolation(audit),
-                minimum.energy,
-                joined.map_or_else(String::new, |height| format!("{height:.6}")),
-                audit
-                    .curvatures
-                    .first()
-                    .map_or_else(String::new, |c| format!("{c:.4}"))
+                digits.show(minimum.energy),
+                joined.map_or_else(String::new, |height| digits.show(height)),
+                softest(audit).map_or_else(String::new, |curvature| curvatures.show(curvature))
             )
         }));
         lines
@@ -303,14 +312,17 @@ impl Report<'_> {
             "\n## Lowest saddles\n".to_owned(),
             "| energy | joins | negative curvature | searches |\n|---|---|---|---|".to_owned(),
         ];
+        let digits = self.digits();
+        let negative = |saddle: &TransitionState| saddle.audit.curvatures[0];
+        let curvatures = Digits::of(self.found.saddles.iter().map(negative));
         lines.extend(self.found.saddles.iter().take(SHOWN).map(|saddle| {
             format!(
-                "| {:.6}{} | m{}, m{} | {:.4} | {} |",
-                saddle.energy,
+                "| {}{} | m{}, m{} | {} | {} |",
+                digits.show(saddle.energy),
                 isolation(&saddle.audit),
                 saddle.ends[0].0,
                 saddle.ends[1].0,
-                saddle.audit.curvatures[0],
+                curvatures.show(negative(saddle)),
                 saddle.hits
             )
         }));
