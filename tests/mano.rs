@@ -651,6 +651,8 @@ fn nothing_of_the_model_is_kept() {
         files.files.iter().all(|file| file.text.len() < 1000),
         "{files:?}"
     );
+    let dotted = HandFiles::load(&folder.path().join("./mano.npz")).unwrap();
+    assert_eq!(dotted.files[0].text, files.files[0].text);
     let side = files.derived_side_file().unwrap();
     let mut with = files.clone();
     with.files.push(

@@ -291,10 +291,22 @@ fn standard_output_that_cannot_be_written_is_an_error() {
     );
 }
 
+/// Whether this process, and so whatever it starts, ignores SIGINT: what shells start in the background does.
+#[cfg(unix)]
+fn interrupts_are_ignored() -> bool {
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    mask.is_some_and(|mask| u64::from_str_radix(mask.trim(), 16).unwrap() & 2 != 0)
+}
+
 #[cfg(unix)]
 #[test]
 fn an_interrupted_run_says_what_is_kept() {
     for (signal, code) in [("INT", 130), ("TERM", 143)] {
+        if signal == "INT" && interrupts_are_ignored() {
+            println!("SKIPPED: SIGINT is ignored here, as in the background of a shell");
+            continue;
+        }
         let desk = Desk::empty();
         let line = LONG_SYNTH.replace(" -q", "");
         let child = desk

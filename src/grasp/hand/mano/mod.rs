@@ -7,7 +7,7 @@ mod assemble;
 mod npz;
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use nalgebra::{DMatrix, DVector, Vector3};
 use serde::{Deserialize, Serialize};
@@ -30,7 +30,7 @@ const PARENTS: [usize; LINKS - 1] = [0, 1, 2, 0, 4, 5, 0, 7, 8, 0, 10, 11, 0, 13
 #[derive(Debug, Clone, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Reference {
-    /// Where the file lies.
+    /// Where the file lies, as it was given: it is read again from there.
     mano_file: PathBuf,
     /// Hash of its bytes: FNV-1a, 128 bits.
     hash: String,
@@ -51,8 +51,10 @@ pub(super) fn is_archive(path: &Path) -> bool {
 
 /// What a description says of the file with these bytes.
 pub(super) fn description(path: &Path, bytes: &[u8]) -> Result<String, HandError> {
+    // Steps that stay where they are would make other bytes of the same path.
+    let steps = path.components().filter(|step| *step != Component::CurDir);
     let reference = Reference {
-        mano_file: path.to_owned(),
+        mano_file: steps.collect(),
         hash: hash(bytes),
     };
     Ok(serde_json::to_string(&reference)?)
