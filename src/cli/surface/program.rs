@@ -3,10 +3,12 @@
 use std::path::Path;
 use std::time::Duration;
 
-use anyhow::{Context, bail, ensure};
+use anyhow::{bail, ensure};
 
 use crate::cli::args::{Coordinates, Surface};
+use crate::cli::input::within;
 use crate::energy::{Energy, External, ExternalError, check_gradient};
+use crate::limits::{ANSWER_TIME, REGION, REGION_SIDE};
 use crate::optimize::{QuenchSettings, quench};
 use crate::sample::{Task, stream};
 use crate::space::{Cluster, Euclidean, Rotation, Space, Torus};
@@ -30,7 +32,7 @@ pub(super) fn region(flag: &str) -> anyhow::Result<Region> {
         let (side, count) = part.split_once('x').unwrap_or((part, "1"));
         let ends = side.split_once(':').and_then(|(low, high)| {
             let ends: (f64, f64) = (low.trim().parse().ok()?, high.trim().parse().ok()?);
-            (ends.0 < ends.1 && (ends.1 - ends.0).is_finite()).then_some(ends)
+            (ends.0 < ends.1).then_some(ends)
         });
         let count = count
             .trim()
@@ -40,6 +42,9 @@ pub(super) fn region(flag: &str) -> anyhow::Result<Region> {
         let Some(((least, most), count)) = ends.zip(count) else {
             bail!("--region {flag}: `{part}` is not low:high with low < high (or low:highxN)");
         };
+        for (limit, value) in [(REGION, least), (REGION, most), (REGION_SIDE, most - least)] {
+            within(&format!("--region {part}"), limit, value)?;
+        }
         low.extend(vec![least; count]);
         high.extend(vec![most; count]);
     }
@@ -89,10 +94,8 @@ pub(super) fn start(
     (low, high): (&[f64], &[f64]),
 ) -> anyhow::Result<External> {
     let seconds = command.answer_seconds;
-    let limit = Duration::try_from_secs_f64(seconds).ok();
-    let limit = limit.filter(|limit| !limit.is_zero()).with_context(|| {
-        format!("--answer-seconds {seconds}: a positive number of seconds is needed")
-    })?;
+    within("--answer-seconds", ANSWER_TIME, seconds)?;
+    let limit = Duration::from_secs_f64(seconds);
     let sides = low.iter().zip(high).map(|(low, high)| high - low);
     let step = DIFFERENCE * sides.fold(f64::INFINITY, f64::min);
     let space = space(command.coordinates, low.len())?;

@@ -1,10 +1,12 @@
 //! A capped cylinder with rounded rims.
 
 use nalgebra::{Matrix3, Unit, Vector3};
-use serde::{Deserialize, Serialize};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize};
 
 use super::Shape;
 use super::direction::{outward, radial_hessian};
+use crate::limits::DIRECTION;
 
 /// A capped cylinder about an axis through its centre, its rims rounded with radius e.
 ///
@@ -18,7 +20,8 @@ use super::direction::{outward, radial_hessian};
 pub struct Cylinder {
     /// Centre, metres.
     pub centre: Vector3<f64>,
-    /// Direction of the axis.
+    /// Direction of the axis; of any length in files.
+    #[serde(deserialize_with = "direction")]
     pub axis: Unit<Vector3<f64>>,
     /// Radius r, metres, rounding included.
     pub radius_m: f64,
@@ -27,6 +30,20 @@ pub struct Cylinder {
     /// Rim radius e, metres; at most the radius and half of the height.
     #[serde(default)]
     pub edge_radius_m: f64,
+}
+
+/// Reads a direction of any length that has one; of those of unit length every bit is kept.
+fn direction<'de, D: Deserializer<'de>>(reader: D) -> Result<Unit<Vector3<f64>>, D::Error> {
+    /// What rounding leaves of the length.
+    const ROUNDING: f64 = 1e-12;
+    let axis = Vector3::deserialize(reader)?;
+    let length = axis.norm();
+    DIRECTION.check(length).map_err(D::Error::custom)?;
+    Ok(if (length - 1.0).abs() < ROUNDING {
+        Unit::new_unchecked(axis)
+    } else {
+        Unit::new_unchecked(axis / length)
+    })
 }
 
 impl Shape for Cylinder {
