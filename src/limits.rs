@@ -328,6 +328,9 @@ pub const MOST_MOTIONS: usize = 1000;
 /// Most numbers that a layer of a neural network takes or gives: matrices between two of them must fit into memory.
 pub const MOST_NETWORK_WIDTH: usize = 1 << 16;
 
+/// Most coordinates of a surface: curvatures are tables of their number squared.
+pub const MOST_COORDINATES: usize = 10_000;
+
 /// Most bare contacts of one file: the time to judge them grows faster than their number.
 pub const MOST_CONTACTS: usize = 400;
 

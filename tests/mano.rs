@@ -668,7 +668,7 @@ fn numbers_of_any_magnitude_are_used_or_refused() {
         Err(error) => assert!(error.contains(".npz"), "{said}: {error}"),
     };
     for (number, place) in arrays.into_iter().enumerate() {
-        for value in [0.0, 1e-300, 1e-9, 1e9, -1e9, 1e155, -1e300, f64::INFINITY] {
+        for value in [1e-300, 1e9, -1e9, 1e155, -1e300, f64::INFINITY] {
             let mut model = MODEL.clone();
             *place(&mut model) = value;
             used(

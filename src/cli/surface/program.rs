@@ -8,7 +8,7 @@ use anyhow::{bail, ensure};
 use crate::cli::args::{Coordinates, Surface};
 use crate::cli::input::within;
 use crate::energy::{Energy, External, ExternalError, check_gradient};
-use crate::limits::{ANSWER_TIME, REGION, REGION_SIDE};
+use crate::limits::{ANSWER_TIME, MOST_COORDINATES, REGION, REGION_SIDE};
 use crate::optimize::{QuenchSettings, quench};
 use crate::sample::{Task, stream};
 use crate::space::{Cluster, Euclidean, Rotation, Space, Torus};
@@ -38,7 +38,7 @@ pub(super) fn region(flag: &str) -> anyhow::Result<Region> {
             .trim()
             .parse()
             .ok()
-            .filter(|count| (1..=10_000).contains(count));
+            .filter(|count| (1..=MOST_COORDINATES).contains(count));
         let Some(((least, most), count)) = ends.zip(count) else {
             bail!("--region {flag}: `{part}` is not low:high with low < high (or low:highxN)");
         };
@@ -47,6 +47,10 @@ pub(super) fn region(flag: &str) -> anyhow::Result<Region> {
         }
         low.extend(vec![least; count]);
         high.extend(vec![most; count]);
+        ensure!(
+            low.len() <= MOST_COORDINATES,
+            "--region: there are more than {MOST_COORDINATES} coordinates"
+        );
     }
     Ok((low, high))
 }
@@ -141,11 +145,18 @@ mod tests {
             region("-1.5:1,0:2x2").unwrap(),
             (vec![-1.5, 0.0, 0.0], vec![1.0, 2.0, 2.0])
         );
-        for wrong in [
-            "", "1", "1:0", "0:0", "a:b", "0:1x0", "0:1,", "0:inf", "nan:1",
-        ] {
+        for wrong in ["", "1", "1:0", "0:0", "a:b", "0:1x0", "0:1,", "nan:1"] {
             let error = region(wrong).unwrap_err().to_string();
             assert!(error.contains("low:high"), "{error}");
         }
+        for far in ["0:inf", "-1e155:0", "0:1e-300"] {
+            let error = region(far).unwrap_err().to_string();
+            assert!(
+                error.contains(far) && error.contains("choose another unit"),
+                "{error}"
+            );
+        }
+        let error = region("0:1x9000,0:1x9000").unwrap_err().to_string();
+        assert!(error.contains("10000 coordinates"), "{error}");
     }
 }

@@ -82,3 +82,28 @@ impl Shape for Cylinder {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Files were read as they stood, and the formula then was of no cylinder.
+    #[test]
+    fn axes_of_any_length_are_read_as_directions() {
+        let read = |axis: &str| {
+            let text = format!(
+                r#"{{"centre": [0, 0, 0], "axis": {axis}, "radius_m": 0.01, "half_height_m": 0.05}}"#
+            );
+            serde_json::from_str::<Cylinder>(&text).map_err(|error| error.to_string())
+        };
+        let axis = read("[0, 0, 2.5]").unwrap().axis;
+        assert_eq!(axis.into_inner(), Vector3::z());
+        let printed = [0.6, 0.0, 0.8];
+        let kept = read("[0.6, 0, 0.8]").unwrap().axis.into_inner();
+        assert_eq!(kept, Vector3::from(printed));
+        for lost in ["[0, 0, 0]", "[0, 1e155, 0]", "[1e-300, 0, 0]"] {
+            let error = read(lost).unwrap_err();
+            assert!(error.contains("a direction of length one"), "{error}");
+        }
+    }
+}
