@@ -43,7 +43,7 @@ pub(super) fn region(flag: &str) -> anyhow::Result<Region> {
             bail!("--region {flag}: `{part}` is not low:high with low < high (or low:highxN)");
         };
         for (limit, value) in [(REGION, least), (REGION, most), (REGION_SIDE, most - least)] {
-            within(&format!("--region {part}"), limit, value)?;
+            within(&format!("--region {part}:"), limit, value)?;
         }
         low.extend(vec![least; count]);
         high.extend(vec![most; count]);
