@@ -3,6 +3,8 @@
 //! Geometry multiplies and squares what a file says, so a number that nobody means ends in an overflow or in minutes of
 //! work. Each limit lies far outside what is real and far inside what can be computed with.
 
+use std::fmt;
+
 /// A range of numbers that make sense.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limit {
@@ -28,6 +30,14 @@ pub const HAND_POSITION: Limit = Limit {
 pub const HAND_LENGTH: Limit = Limit {
     least: 1e-6,
     most: 10.0,
+    unit: "m",
+    reason: "hands are described in metres",
+};
+
+/// Lengths of a hand's metric: how far a unit of a joint, perhaps one that others follow, moves the hand.
+pub const METRIC_LENGTH: Limit = Limit {
+    least: 1e-6,
+    most: 1e4,
     unit: "m",
     reason: "hands are described in metres",
 };
@@ -64,12 +74,100 @@ pub const GRASP_POSITION: Limit = Limit {
     reason: "lengths are in metres",
 };
 
-/// Factors on the size of objects; far smaller and larger ones have no volume, or an infinite one.
-pub const OBJECT_SCALE: Limit = Limit {
-    least: 1e-3,
-    most: 1e3,
+/// Coordinates of meshes and shapes, in the unit of their file.
+pub const MESH_COORDINATE: Limit = Limit {
+    least: -1e9,
+    most: 1e9,
     unit: "",
-    reason: "such an object has no volume, or an infinite one",
+    reason: "no unit of length makes such a number of something that is held",
+};
+
+/// Sizes of meshes and shapes, in the unit of their file: volumes of far smaller and larger ones are zero or infinite.
+pub const MESH_SIZE: Limit = Limit {
+    least: 1e-9,
+    most: 1e9,
+    unit: "",
+    reason: "no unit of length makes such a number of something that is held",
+};
+
+/// Longest side of an object; outside it is surely not told in metres.
+pub const OBJECT_SIZE: Limit = Limit {
+    least: 2e-3,
+    most: 2.0,
+    unit: "m",
+    reason: "hands hold nothing smaller or larger",
+};
+
+/// Masses of objects.
+pub const OBJECT_MASS: Limit = Limit {
+    least: 1e-9,
+    most: 1e6,
+    unit: "kg",
+    reason: "masses are in kilograms",
+};
+
+/// Factors on the size of objects.
+pub const OBJECT_SCALE: Limit = Limit {
+    least: 1e-6,
+    most: 1e6,
+    unit: "",
+    reason: "meshes are made in units from the micrometre to the kilometre",
+};
+
+/// Lengths of the vectors that tell directions: far smaller and larger ones, squared, are zero or infinite.
+pub const DIRECTION: Limit = Limit {
+    least: 1e-9,
+    most: 1e9,
+    unit: "",
+    reason: "a direction of length one is needed",
+};
+
+/// Standard deviations of a joint's coordinate: their squares are divided by.
+pub const JOINT_DEVIATION: Limit = Limit {
+    least: 1e-6,
+    most: 100.0,
+    unit: "rad or m",
+    reason: "no joint is held so firmly or moves so far",
+};
+
+/// Weights of joints in a synergy.
+pub const SYNERGY_WEIGHT: Limit = Limit {
+    least: -1e6,
+    most: 1e6,
+    unit: "",
+    reason: "weights only compare joints with each other",
+};
+
+/// Shares of variance.
+pub const VARIANCE_SHARE: Limit = Limit {
+    least: 1e-6,
+    most: 1.0,
+    unit: "",
+    reason: "shares of variance are positive and at most 1",
+};
+
+/// Weights of the shapes of MANO.
+pub const HAND_SHAPE: Limit = Limit {
+    least: -100.0,
+    most: 100.0,
+    unit: "",
+    reason: "weights of shapes are in standard deviations",
+};
+
+/// Numbers of MANO's arrays, whose units are metres, radians and shares.
+pub const MANO_NUMBER: Limit = Limit {
+    least: -1000.0,
+    most: 1000.0,
+    unit: "",
+    reason: "MANO's numbers are metres, radians and shares",
+};
+
+/// Weights of neural networks.
+pub const NETWORK_WEIGHT: Limit = Limit {
+    least: -1e6,
+    most: 1e6,
+    unit: "",
+    reason: "single precision has no digits left behind such a weight",
 };
 
 /// Weights, roundings and thresholds of energies.
@@ -80,8 +178,161 @@ pub const ENERGY_SETTING: Limit = Limit {
     reason: "terms are of order one, and a larger one leaves nothing of the others",
 };
 
+/// Weight of contact distances where grasps are to be made.
+pub const DISTANCE_WEIGHT: Limit = Limit {
+    least: 1e-6,
+    most: 1e6,
+    unit: "",
+    reason: "nothing else brings contacts to the surface",
+};
+
+/// Temperatures of synthesis.
+pub const TEMPERATURE: Limit = Limit {
+    least: 1e-9,
+    most: 1e6,
+    unit: "",
+    reason: "energies are of order one",
+};
+
+/// Probabilities, rates and shares of synthesis that are divided by.
+pub const SHARE: Limit = Limit {
+    least: 1e-6,
+    most: 1.0,
+    unit: "",
+    reason: "a share is above 0 and at most 1",
+};
+
+/// Steps of a chain.
+pub const STEPS: Limit = Limit {
+    least: 0.0,
+    most: 1e8,
+    unit: "",
+    reason: "such a chain takes weeks",
+};
+
+/// Attempts of a chain, and poses that are drawn for its start.
+pub const ATTEMPTS: Limit = Limit {
+    least: 1.0,
+    most: 1e6,
+    unit: "",
+    reason: "each costs at least one evaluation of the energy",
+};
+
+/// Chains of one run.
+pub const CHAINS: Limit = Limit {
+    least: 1.0,
+    most: 1e6,
+    unit: "",
+    reason: "the ends of all chains are held in memory; make more in several runs with other seeds",
+};
+
+/// How far given grasps are moved before they are refined.
+pub const PERTURBATION: Limit = Limit {
+    least: 0.0,
+    most: 1e4,
+    unit: "mm",
+    reason: "a hand farther off meets no object",
+};
+
+/// Threads.
+pub const THREADS: Limit = Limit {
+    least: 1.0,
+    most: 1024.0,
+    unit: "",
+    reason: "more than a machine has cores only cost memory",
+};
+
+/// Temperatures and pulls of attraction–diffusion, and other numbers in the unit of an energy.
+pub const ENERGY_SCALE: Limit = Limit {
+    least: 1e-12,
+    most: 1e12,
+    unit: "",
+    reason: "energies are of order one",
+};
+
+/// Ends of the region from which random starts are drawn.
+pub const REGION: Limit = Limit {
+    least: -1e9,
+    most: 1e9,
+    unit: "",
+    reason: "squares of distances must leave digits for energies: choose another unit",
+};
+
+/// Sides of that region.
+pub const REGION_SIDE: Limit = Limit {
+    least: 1e-9,
+    most: 2e9,
+    unit: "",
+    reason: "differences are taken over a small share of it: choose another unit",
+};
+
+/// Heights and weights of the named models.
+pub const MODEL_NUMBER: Limit = Limit {
+    least: 1e-6,
+    most: 1e6,
+    unit: "",
+    reason: "a model's shape is the same at any height",
+};
+
+/// How long a program may take over an answer.
+pub const ANSWER_TIME: Limit = Limit {
+    least: 1e-3,
+    most: 1e6,
+    unit: "s",
+    reason: "no search ends at such a pace, or waits for nobody",
+};
+
+/// Pictures along a way.
+pub const PICTURES: Limit = Limit {
+    least: 2.0,
+    most: 1000.0,
+    unit: "",
+    reason: "the way has two ends, and a strip of more pictures is no picture",
+};
+
+/// Searches of a surface, and how many without anything new end it.
+pub const SEARCHES: Limit = Limit {
+    least: 1.0,
+    most: 1e9,
+    unit: "",
+    reason: "what is found is held in memory",
+};
+
+/// Masses, lengths, forces and rates of a simulation.
+pub const SIMULATION: Limit = Limit {
+    least: 1e-9,
+    most: 1e9,
+    unit: "",
+    reason: "the unit is perhaps another one",
+};
+
+/// Numbers of a simulation that may be zero: friction, gravity along an axis, the time to settle.
+pub const SIMULATION_OR_ZERO: Limit = Limit {
+    least: 0.0,
+    most: 1e3,
+    unit: "",
+    reason: "the unit is perhaps another one",
+};
+
+/// Steps of a simulation, each counted as often as it is divided.
+pub const SIMULATION_STEPS: Limit = Limit {
+    least: 1.0,
+    most: 1e8,
+    unit: "",
+    reason: "such a simulation takes hours for each grasp",
+};
+
+/// Most motions that map an object onto itself: each is tried on every corner of its mesh.
+pub const MOST_MOTIONS: usize = 1000;
+
+/// Most numbers that a layer of a neural network takes or gives: matrices between two of them must fit into memory.
+pub const MOST_NETWORK_WIDTH: usize = 1 << 16;
+
+/// Most coordinates of a surface: curvatures are tables of their number squared.
+pub const MOST_COORDINATES: usize = 10_000;
+
 /// Most bare contacts of one file: the time to judge them grows faster than their number.
-pub const MOST_CONTACTS: usize = 1000;
+pub const MOST_CONTACTS: usize = 400;
 
 impl Limit {
     /// Whether `value` makes sense; no number that is not finite does.
@@ -113,12 +364,26 @@ impl Limit {
 
 /// A number outside its limit.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[error("{value:?} is not from {} to {}{}: {}", limit.least, limit.most, limit.spaced_unit(), limit.reason)]
+#[error("{} is not from {} to {}{}: {}", Short(*value), Short(limit.least), Short(limit.most), limit.spaced_unit(), limit.reason)]
 pub struct Beyond {
     /// The number.
     pub value: f64,
     /// Its limit.
     pub limit: Limit,
+}
+
+/// A number in few letters.
+struct Short(f64);
+
+impl fmt::Display for Short {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(value) = self;
+        if *value != 0.0 && value.is_finite() && !(1e-4..1e7).contains(&value.abs()) {
+            write!(formatter, "{value:e}")
+        } else {
+            write!(formatter, "{value}")
+        }
+    }
 }
 
 #[cfg(test)]
@@ -130,12 +395,42 @@ mod tests {
         for limit in [
             HAND_POSITION,
             HAND_LENGTH,
+            METRIC_LENGTH,
             HINGE,
             SLIDE,
             COUPLING_RATIO,
             GRASP_POSITION,
+            MESH_COORDINATE,
+            MESH_SIZE,
+            OBJECT_SIZE,
+            OBJECT_MASS,
             OBJECT_SCALE,
+            DIRECTION,
+            JOINT_DEVIATION,
+            SYNERGY_WEIGHT,
+            VARIANCE_SHARE,
+            HAND_SHAPE,
+            MANO_NUMBER,
+            NETWORK_WEIGHT,
             ENERGY_SETTING,
+            DISTANCE_WEIGHT,
+            TEMPERATURE,
+            SHARE,
+            STEPS,
+            ATTEMPTS,
+            CHAINS,
+            PERTURBATION,
+            THREADS,
+            ENERGY_SCALE,
+            REGION,
+            REGION_SIDE,
+            MODEL_NUMBER,
+            ANSWER_TIME,
+            PICTURES,
+            SEARCHES,
+            SIMULATION,
+            SIMULATION_OR_ZERO,
+            SIMULATION_STEPS,
         ] {
             assert!(limit.holds(limit.least) && limit.holds(limit.most));
             for value in [f64::NAN, f64::INFINITY, -f64::INFINITY, 1e155, -1e308] {

@@ -505,7 +505,7 @@ fn bad_descriptions_are_named() {
             r#"<mesh filename="x.stl"/>"#,
         ),
         (
-            "a size in link \"a\": -1.0 is not from 0.000001 to 10 m",
+            "a size in link \"a\": -1 is not from 1e-6 to 10 m",
             both.clone(),
             r#"<sphere radius="-1"/>"#,
         ),

@@ -413,7 +413,7 @@ mod command {
         let arguments = ["--settings", settings.to_str().unwrap()];
         let (succeeded, told) = stability(Path::new("none.parquet"), &arguments);
         assert!(
-            !succeeded && told.contains("fall_m = -1: must be above 0"),
+            !succeeded && told.contains("fall_m = -1 is not from 1e-9"),
             "{told}"
         );
         let (succeeded, told) = stability(Path::new("none.parquet"), &["--print-protocol"]);

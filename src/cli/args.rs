@@ -6,9 +6,11 @@ use anyhow::Context;
 use clap::{Args, Parser, Subcommand, ValueHint};
 
 use super::draw_types::Colouring;
+use super::input::within;
 use super::provenance::Provenance;
 use crate::energy::External;
 use crate::energy::model::MODELS;
+use crate::limits::THREADS;
 use crate::topography::PathMethod;
 
 /// Shows how diverse a population of grasps really is: synthesizes grasps by differentiable force closure and maps the
@@ -45,7 +47,7 @@ impl Common {
         let Some(threads) = self.threads else {
             return Ok(());
         };
-        anyhow::ensure!(threads > 0, "--threads 0: at least one thread is needed");
+        within("--threads", THREADS, threads as f64)?;
         rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .build_global()
@@ -174,7 +176,7 @@ What is measured:
              `export glb` writes it
 Arms of torques are divided by the object's radius, so all but gap and depth are dimensionless.
 
-Bare contacts (JSON; lengths in any one unit, normals of any length):
+Bare contacts (JSON; at most 400, lengths in any one unit, normals of any length):
   {
     \"contacts\": [
       {\"position\": [0.03, 0.00, 0.09], \"inward_normal\": [-1, 0, 0]},
@@ -385,7 +387,7 @@ pub(super) struct Synth {
         conflicts_with = "from"
     )]
     pub(super) name: Option<String>,
-    /// Metres per unit of the object's mesh: 0.001 for millimetres, 0.1 for a mesh of unit size that is to be 10 cm in radius.
+    /// Metres per unit of the object's mesh (from a millionth to a million): 0.001 for millimetres, 0.1 for a mesh of unit size that is to be 10 cm in radius.
     #[arg(
         long,
         value_name = "FACTOR",
@@ -406,7 +408,8 @@ pub(super) struct Synth {
         allow_negative_numbers = true
     )]
     pub(super) perturb: Option<f64>,
-    /// Number of chains; each gives one grasp, if its end passes the filter. By default 64, or one for each given grasp.
+    /// Number of chains, a million at most; each gives one grasp, if its end passes the filter. By default 64, or one for
+    /// each given grasp.
     #[arg(short = 'n', long, value_name = "N")]
     pub(super) chains: Option<u64>,
     /// Steps of each chain.

@@ -15,6 +15,7 @@ use super::uncertainty::Unseen;
 use super::{complain, input, print};
 use crate::grasp::hover::hover_costs;
 use crate::grasp::{GraspEnergy, GraspKernel};
+use crate::limits::ENERGY_SCALE;
 use crate::store::{AtomicFolder, Grasp, GraspFile, Population, Source, content_hash};
 use crate::topography::exchange::Database;
 use crate::topography::{
@@ -25,10 +26,7 @@ use crate::topography::{
 pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
     for (flag, value) in [("temperature", command.temperature), ("pull", command.pull)] {
         if let Some(value) = value {
-            anyhow::ensure!(
-                value.is_finite() && value > 0.0,
-                "--{flag} {value}: a positive number is needed"
-            );
+            input::within(&format!("--{flag}"), ENERGY_SCALE, value)?;
         }
     }
     command.groups.checked()?;

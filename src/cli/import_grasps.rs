@@ -13,6 +13,7 @@ use super::provenance::name_of;
 use super::{complain, input, models, print, progress};
 use crate::grasp::hand::Hand;
 use crate::grasp::{EnergySettings, GraspEnergy, Judgement};
+use crate::limits::OBJECT_SCALE;
 use crate::store::exchange::{Mapping, Published, read};
 use crate::store::{
     Fault, Grasp, GraspFile, HandMetadata, Metadata, ObjectMetadata, SCHEMA_VERSION, Source,
@@ -47,10 +48,7 @@ pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
     let object = command.object.as_deref();
     let object = object.context("--object: the object of the grasps must be named (a mesh, or one that comes with the program)")?;
     if let Some(scale) = command.scale {
-        ensure!(
-            scale > 0.0 && scale.is_finite(),
-            "--scale {scale}: a positive number is needed"
-        );
+        input::within("--scale", OBJECT_SCALE, scale)?;
     }
     let output = output(command, common)?;
     let mapping = mapping(command.mapping.as_deref())?;
@@ -190,11 +188,8 @@ fn rows(
             }
             let scale = published.scale.map(tidy);
             let scale = scale.or(command.scale).unwrap_or(1.0);
-            ensure!(
-                scale > 0.0,
-                "{}, grasp {place}: its scale is {scale}, a positive number is needed",
-                path.display()
-            );
+            let told = OBJECT_SCALE.check(scale);
+            told.with_context(|| format!("{}, grasp {place}: its scale", path.display()))?;
             rows.push(Row {
                 number: rows.len() as u64,
                 published,

@@ -9,7 +9,14 @@ use rayon::prelude::*;
 use super::{complain, models};
 use crate::energy::Energy;
 use crate::grasp::{EnergySettings, GraspEnergy, Judgement, judge};
+use crate::limits::Limit;
 use crate::store::{Grasp, GraspFile, LandscapeFiles, Overrides, Population, Warning};
+
+/// Refuses the number of a flag that is beyond its limit.
+pub(super) fn within(flag: &str, limit: Limit, value: f64) -> anyhow::Result<()> {
+    let told = |beyond| anyhow::anyhow!("{flag} {beyond}");
+    limit.check(value).map_err(told)
+}
 
 /// Reads a file of grasps, with hand and object from the flags `--hand` and `--object` where given. Where these are others
 /// than the file describes, everything that was measured is measured anew with them. Returns warnings, too.

@@ -7,7 +7,10 @@ use anyhow::Context;
 
 use crate::grasp::hand::{Frame, HAND_NAMES, Hand, HandFiles, LinkId};
 use crate::grasp::object::{Assembly, Description, Mesh, OBJECT_NAMES, Object, ObjectParts};
+use crate::limits::{OBJECT_MASS, OBJECT_SCALE};
 use crate::store::{HandMetadata, ObjectMetadata, TextFile, content_hash};
+
+use super::input::within;
 
 /// The files of the hand that a flag names: one that comes with the program, or a URDF or MJCF file with a JSON side file
 /// of the same stem, if there is one. What that refers to must lie in `folder`, or where it lies itself.
@@ -154,10 +157,7 @@ pub(super) fn object_metadata(
         }
     };
     if let Some(scale) = scale {
-        anyhow::ensure!(
-            scale > 0.0 && scale.is_finite(),
-            "--scale {scale}: a positive number is needed"
-        );
+        within("--scale", OBJECT_SCALE, scale)?;
         let mass_kg = &mut parts.description.mass_kg;
         *mass_kg = mass_kg.map(|mass| mass / scale.powi(3));
     }
@@ -216,7 +216,11 @@ pub(super) fn object(metadata: &ObjectMetadata, scale: f64) -> anyhow::Result<Ar
 /// Mesh and mass (kg) of the object that metadata describe, `scale` times as large: what needs no smooth field.
 pub(super) fn mesh(metadata: &ObjectMetadata, scale: f64) -> anyhow::Result<(Mesh, f64)> {
     let (mesh, _) = parts(metadata, scale)?;
-    Ok((mesh, metadata.mass_kg * scale.powi(3)))
+    mesh.check_size(&metadata.name)?;
+    let mass_kg = metadata.mass_kg * scale.powi(3);
+    let told = OBJECT_MASS.check(mass_kg);
+    told.with_context(|| format!("the mass of object `{}`", metadata.name))?;
+    Ok((mesh, mass_kg))
 }
 
 fn parts(metadata: &ObjectMetadata, scale: f64) -> anyhow::Result<(Mesh, Description)> {

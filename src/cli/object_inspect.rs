@@ -11,6 +11,7 @@ use super::output::{check_file, check_place};
 use super::{complain, input, models, print, progress};
 use crate::figure::{Image, Scene, Surface, contact_sheet_canvas};
 use crate::grasp::object::{FoundSymmetry, Object, find_symmetry};
+use crate::limits::OBJECT_SCALE;
 use crate::space::Symmetry;
 use crate::store::FileSet;
 
@@ -21,10 +22,7 @@ const LEAST_BURIED: f64 = 0.002;
 
 pub(super) fn run(command: &ObjectsInspect, common: &Common) -> anyhow::Result<()> {
     if let Some(scale) = command.scale {
-        anyhow::ensure!(
-            scale > 0.0 && scale.is_finite(),
-            "--scale {scale}: a positive number is needed"
-        );
+        input::within("--scale", OBJECT_SCALE, scale)?;
     }
     let stem = Path::new(&command.object).file_stem().unwrap_or_default();
     let picture = command

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 
 use super::args::{Bake, Common, ObjectsCommand};
+use super::input::within;
 use super::output::check_file;
 use super::{complain, object_inspect, print};
 use crate::figure::MAKER;
@@ -13,6 +14,7 @@ use crate::grasp::object::neural::{
     Decoder, Network, NeuralField, Specs, Surface, SurfaceSettings, Tensors,
 };
 use crate::grasp::object::{Description, OBJECT_NAMES, Object};
+use crate::limits::OBJECT_SCALE;
 use crate::space::Symmetry;
 use crate::store::write_atomic;
 
@@ -72,11 +74,7 @@ fn check(command: &Bake, common: &Common) -> anyhow::Result<()> {
         "--cells {}: between 16 and 512 are possible",
         command.cells
     );
-    anyhow::ensure!(
-        command.scale > 0.0 && command.scale.is_finite(),
-        "--scale {}: metres per unit of the network are needed, a positive number",
-        command.scale
-    );
+    within("--scale", OBJECT_SCALE, command.scale)?;
     // The object's description, which would be read together with the mesh.
     let beside = output.with_extension("json");
     if beside.exists() {

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::args::{Common, Keep, Synth};
 use super::experiment::Experiment;
 use super::hands::expense;
-use super::input::{self, coordinates};
+use super::input::{self, coordinates, within};
 use super::origin::Origin;
 use super::output::check_file;
 use super::run::open_journal;
@@ -18,6 +18,7 @@ use crate::grasp::press::firmness;
 use crate::grasp::spread::spread;
 use crate::grasp::synthesis::{Given, Refinement, Synthesized, synthesize, synthesize_from};
 use crate::grasp::{Diversity, GraspEnergy, Judgement, judge};
+use crate::limits::{CHAINS, PERTURBATION, STEPS};
 use crate::optimize::QuenchSettings;
 use crate::store::{Grasp, GraspFile, Metadata, SCHEMA_VERSION, content_hash};
 
@@ -147,6 +148,7 @@ fn experiment(command: &Synth, common: &Common) -> anyhow::Result<Experiment> {
         None => Experiment::preset(&command.preset)?,
     };
     if let Some(steps) = command.steps {
+        within("--steps", STEPS, steps.into())?;
         // A shorter chain makes fewer attempts, not shorter ones.
         let synthesis = &mut experiment.synthesis;
         let of_an_attempt = (synthesis.steps / synthesis.attempts.max(1)).max(1);
@@ -163,15 +165,11 @@ fn experiment(command: &Synth, common: &Common) -> anyhow::Result<Experiment> {
         command.spread != Some(0),
         "--spread 0: at least one grasp is to be kept"
     );
-    anyhow::ensure!(
-        command.chains != Some(0),
-        "-n 0: at least one chain is needed"
-    );
+    if let Some(chains) = command.chains {
+        within("-n", CHAINS, chains as f64)?;
+    }
     if let Some(perturb) = command.perturb {
-        anyhow::ensure!(
-            perturb.is_finite() && perturb >= 0.0,
-            "--perturb {perturb}: a length in millimetres is needed, 0 or more"
-        );
+        within("--perturb", PERTURBATION, perturb)?;
     }
     let inputs = [&command.from, &command.config];
     let inputs: Vec<&Path> = inputs.into_iter().flatten().map(PathBuf::as_path).collect();

@@ -75,7 +75,8 @@ impl GraspFile {
                 Some(Fault::Far { value })
             })
             .or_else(|| {
-                (!OBJECT_SCALE.holds(grasp.scale)).then_some(Fault::Scale { scale: grasp.scale })
+                let beyond = OBJECT_SCALE.check(grasp.scale).err();
+                beyond.map(Fault::Scale)
             })
             .or_else(|| {
                 let norm = norm(grasp.rotation_wxyz);

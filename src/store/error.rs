@@ -3,6 +3,8 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::limits::Beyond;
+
 /// Why a file cannot be read or written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -265,11 +267,8 @@ pub enum Fault {
         value: f64,
     },
     /// A scale of no object that can be held.
-    #[error("scale {scale} is not from 0.001 to 1000")]
-    Scale {
-        /// The scale.
-        scale: f64,
-    },
+    #[error("scale {0}")]
+    Scale(Beyond),
     /// A quaternion that is no rotation.
     #[error("the quaternion `rotation_wxyz` has length {norm}, expected 1")]
     NotUnit {

@@ -119,7 +119,7 @@ fn mistakes_with_networks() {
         ("model.safetensors --cells 4", &["--cells 4", "16"]),
         (
             "model.safetensors --scale -0.1",
-            &["--scale -0.1", "positive"],
+            &["--scale -0.1", "not from 1e-6"],
         ),
         ("model.safetensors --scale 100", &["metres are expected"]),
         (

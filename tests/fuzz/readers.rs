@@ -189,11 +189,11 @@ fn bytes(name: &str) -> Vec<u8> {
     fs::read(Path::new(crate::PROJECT).join(name)).unwrap()
 }
 
-fn told<T, E: std::fmt::Display>(result: Result<T, E>) -> Result<(), String> {
+pub(crate) fn told<T, E: std::fmt::Display>(result: Result<T, E>) -> Result<(), String> {
     result.map(|_| ()).map_err(|error| error.to_string())
 }
 
-const URDF: &str = r#"<?xml version="1.0"?><robot name="r"><material name="m"><color rgba="1 0 0 1"/></material>
+pub(crate) const URDF: &str = r#"<?xml version="1.0"?><robot name="r"><material name="m"><color rgba="1 0 0 1"/></material>
 <link name="a"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
 <visual><geometry><sphere radius="0.02"/></geometry></visual><collision><origin xyz="0 0 0.1" rpy="0 1 0"/><geometry><box size="0.1 0.2 0.3"/></geometry></collision></link>
 <link name="b"><collision><geometry><cylinder radius="0.01" length="0.05"/></geometry></collision></link>
@@ -218,7 +218,7 @@ const SIDE: &str = r#"{"name": "s", "without": ["c"], "surface_points": 30, "no_
 "capsules": {"a": [{"a_m": [0, 0, 0], "b_m": [0, 0, 0.1], "radius_m": 0.01}]}, "rest_deg": {"j": 10}, "deviation_deg": {"j": 5},
 "synergies": [{"name": "y", "variance": 1, "weights": {"j": 1}}], "independent_share": 0.5, "metric": {"radius_of_gyration_m": 0.05, "levers_m": {"j": 0.01}}}"#;
 
-const OBJ: &str = "o one\nv 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nvn 0 0 1\nvt 0 0\nf 1 3 2\nf 1/1/1 2/1/1 4/1/1\ng rest\nusemtl none\nf 1 4 3\nf -1 -3 -2\n";
+pub(crate) const OBJ: &str = "o one\nv 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nvn 0 0 1\nvt 0 0\nf 1 3 2\nf 1/1/1 2/1/1 4/1/1\ng rest\nusemtl none\nf 1 4 3\nf -1 -3 -2\n";
 
 const STL: &str = "solid t\nfacet normal 0 0 -1\nouter loop\nvertex 0 0 0\nvertex 0 0.1 0\nvertex 0.1 0 0\nendloop\nendfacet
 facet normal 0 0 -1\nouter loop\nvertex 0 0 0\nvertex 0.1 0 0\nvertex 0 0 0.1\nendloop\nendfacet
@@ -256,9 +256,9 @@ const PROTOCOL: &str = "protocol = \"six-directions\"\nmass_kg = 0.1\nforce_n = 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, default)]
 #[derive(Default)]
-struct Experiment {
-    energy: EnergySettings,
-    synthesis: SynthesisSettings,
+pub(crate) struct Experiment {
+    pub(crate) energy: EnergySettings,
+    pub(crate) synthesis: SynthesisSettings,
 }
 
 const EXCHANGE: &str = "-1.5 1.0 1 1.0 1.0 1.0\n-1.0 1.0 1 1.0 1.0 1.0\n0.5 1.0 1 1 2 1.0 1.0 1.0\n0.7 1.0 1 2 1 1.0 1.0 1.0\n";
@@ -447,7 +447,7 @@ fn published(kind: &str, bytes: &[u8], folder: &Path) -> Result<(), String> {
     told(exchange::read(&path, &joints(), &Mapping::default()))
 }
 
-fn settings<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, String> {
+pub(crate) fn settings<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, String> {
     toml_text::parse(&String::from_utf8_lossy(bytes)).map_err(|error| error.to_string())
 }
 

@@ -57,7 +57,7 @@ fn rows_that_cannot_be_used_are_refused() {
         ),
         (
             |grasp| grasp.scale = 0.0,
-            "scale 0 is not from 0.001 to 1000",
+            "scale 0 is not from 1e-6 to 1000000: meshes are made in units from the micrometre to the kilometre",
         ),
         (
             |grasp| grasp.translation_m[1] = -2000.0,
@@ -122,7 +122,10 @@ fn the_reader_names_row_and_column() {
     );
     assert_eq!(
         spoilt("scale", 1, -1.0),
-        row(1, "scale -1 is not from 0.001 to 1000")
+        row(
+            1,
+            "scale -1 is not from 1e-6 to 1000000: meshes are made in units from the micrometre to the kilometre"
+        )
     );
 
     let set = |name: &str, array: ArrayRef| of(&file(2)).set(name, array).refusal();

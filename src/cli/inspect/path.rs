@@ -9,7 +9,7 @@ use serde_json::json;
 
 use super::{number, table};
 use crate::cli::args::{Common, Inspect};
-use crate::cli::input::open_landscape;
+use crate::cli::input::{open_landscape, within};
 use crate::cli::output::{check_file, is_scene};
 use crate::cli::types::Setting;
 use crate::cli::way::{Place, places, route};
@@ -20,6 +20,7 @@ use crate::figure::{
 };
 use crate::grasp::GraspEnergy;
 use crate::grasp::hand::PosedHand;
+use crate::limits::PICTURES;
 use crate::store::{FileSet, LandscapeFiles};
 use crate::topography::MinimumId;
 
@@ -51,7 +52,7 @@ pub(super) fn run(command: &Inspect, ends: &[String], common: &Common) -> anyhow
     let [from, to] = [&ends[0], &ends[1]].map(|end| minimum(&files, end));
     let (from, to) = (from?, to?);
     ensure!(from != to, "--path {} {}: one minimum", ends[0], ends[1]);
-    ensure!(command.pictures >= 2, "--pictures: at least 2 are needed");
+    within("--pictures", PICTURES, command.pictures as f64)?;
     let output = match &command.output {
         Some(output) => output.clone(),
         None => beside(folder, from, to)?,

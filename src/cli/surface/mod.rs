@@ -13,12 +13,14 @@ use report::{KINKS, Report, fates, kinks, spell};
 pub(super) use program::space;
 
 use super::args::{Common, Surface};
+use super::input::within;
 use super::landscape::{Input, Mapped};
 use super::output::check_place;
 use super::run::{DiskJournal, Unfinished, Watch, check_resumable, until_unwritable};
 use super::uncertainty::Unseen;
 use super::{complain, print};
 use crate::energy::{Counted, Energy, model};
+use crate::limits::SEARCHES;
 use crate::store::{Source, StationaryRow, content_hash};
 use crate::topography::exchange::Database;
 use crate::topography::{self, GroupSettings, SearchSettings, explore, in_box};
@@ -43,7 +45,9 @@ pub(super) fn run(command: &Surface, common: &Common) -> anyhow::Result<()> {
         ("patience", command.patience),
         ("searches", command.searches),
     ] {
-        ensure!(value != Some(0), "--{flag} 0: at least 1 is needed");
+        if let Some(value) = value {
+            within(&format!("--{flag}"), SEARCHES, value as f64)?;
+        }
     }
     command.groups.checked()?;
     if let Some(output) = &command.output {

@@ -3,10 +3,12 @@
 use std::path::Path;
 use std::time::Duration;
 
-use anyhow::{Context, bail, ensure};
+use anyhow::{bail, ensure};
 
 use crate::cli::args::{Coordinates, Surface};
+use crate::cli::input::within;
 use crate::energy::{Energy, External, ExternalError, check_gradient};
+use crate::limits::{ANSWER_TIME, MOST_COORDINATES, REGION, REGION_SIDE};
 use crate::optimize::{QuenchSettings, quench};
 use crate::sample::{Task, stream};
 use crate::space::{Cluster, Euclidean, Rotation, Space, Torus};
@@ -30,18 +32,25 @@ pub(super) fn region(flag: &str) -> anyhow::Result<Region> {
         let (side, count) = part.split_once('x').unwrap_or((part, "1"));
         let ends = side.split_once(':').and_then(|(low, high)| {
             let ends: (f64, f64) = (low.trim().parse().ok()?, high.trim().parse().ok()?);
-            (ends.0 < ends.1 && (ends.1 - ends.0).is_finite()).then_some(ends)
+            (ends.0 < ends.1).then_some(ends)
         });
         let count = count
             .trim()
             .parse()
             .ok()
-            .filter(|count| (1..=10_000).contains(count));
+            .filter(|count| (1..=MOST_COORDINATES).contains(count));
         let Some(((least, most), count)) = ends.zip(count) else {
             bail!("--region {flag}: `{part}` is not low:high with low < high (or low:highxN)");
         };
+        for (limit, value) in [(REGION, least), (REGION, most), (REGION_SIDE, most - least)] {
+            within(&format!("--region {part}:"), limit, value)?;
+        }
         low.extend(vec![least; count]);
         high.extend(vec![most; count]);
+        ensure!(
+            low.len() <= MOST_COORDINATES,
+            "--region: there are more than {MOST_COORDINATES} coordinates"
+        );
     }
     Ok((low, high))
 }
@@ -89,10 +98,8 @@ pub(super) fn start(
     (low, high): (&[f64], &[f64]),
 ) -> anyhow::Result<External> {
     let seconds = command.answer_seconds;
-    let limit = Duration::try_from_secs_f64(seconds).ok();
-    let limit = limit.filter(|limit| !limit.is_zero()).with_context(|| {
-        format!("--answer-seconds {seconds}: a positive number of seconds is needed")
-    })?;
+    within("--answer-seconds", ANSWER_TIME, seconds)?;
+    let limit = Duration::from_secs_f64(seconds);
     let sides = low.iter().zip(high).map(|(low, high)| high - low);
     let step = DIFFERENCE * sides.fold(f64::INFINITY, f64::min);
     let space = space(command.coordinates, low.len())?;
@@ -138,11 +145,18 @@ mod tests {
             region("-1.5:1,0:2x2").unwrap(),
             (vec![-1.5, 0.0, 0.0], vec![1.0, 2.0, 2.0])
         );
-        for wrong in [
-            "", "1", "1:0", "0:0", "a:b", "0:1x0", "0:1,", "0:inf", "nan:1",
-        ] {
+        for wrong in ["", "1", "1:0", "0:0", "a:b", "0:1x0", "0:1,", "nan:1"] {
             let error = region(wrong).unwrap_err().to_string();
             assert!(error.contains("low:high"), "{error}");
         }
+        for far in ["0:inf", "-1e155:0", "0:1e-300"] {
+            let error = region(far).unwrap_err().to_string();
+            assert!(
+                error.contains(far) && error.contains("choose another unit"),
+                "{error}"
+            );
+        }
+        let error = region("0:1x9000,0:1x9000").unwrap_err().to_string();
+        assert!(error.contains("10000 coordinates"), "{error}");
     }
 }

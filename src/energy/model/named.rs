@@ -2,6 +2,7 @@
 
 use super::{DoubleWell, LennardJones, MullerBrown, Orientation, ThreeHole, Torsion};
 use crate::energy::Energy;
+use crate::limits::MODEL_NUMBER;
 
 /// A surface and a box of coordinates that holds its minima.
 pub struct Surface {
@@ -90,7 +91,7 @@ pub const MODELS: &[Model] = &[
                 .chunks_exact(2)
                 .map(|pair| {
                     let fold = u8::try_from(whole(pair[1], 1..=12)?).ok()?;
-                    (pair[0] > 0.0).then_some((pair[0], fold))
+                    MODEL_NUMBER.holds(pair[0]).then_some((pair[0], fold))
                 })
                 .collect();
             let n = words.len() / 2;
@@ -110,8 +111,8 @@ pub const MODELS: &[Model] = &[
                 [] => [1.0, 1.5, 2.0, 3.0],
                 _ => <[f64; 4]>::try_from(words).ok()?,
             };
-            let positive = weights.iter().all(|c| *c > 0.0);
-            positive.then(|| Surface {
+            let sensible = weights.iter().all(|c| MODEL_NUMBER.holds(*c));
+            sensible.then(|| Surface {
                 coordinates: "rotation",
                 ..surface(Orientation::new(weights), &[-1.0; 4], &[1.0; 4])
             })

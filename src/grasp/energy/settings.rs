@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::grasp::filter::AUTHORS_UNIT_M;
 use crate::grasp::hand::Hand;
 use crate::grasp::term::{NormForm, PriorForm, RankForm};
-use crate::limits::{Beyond, ENERGY_SETTING};
+use crate::limits::{Beyond, DISTANCE_WEIGHT, ENERGY_SETTING, OBJECT_SIZE};
 
 /// The length that divides arms, distances and depths, and so makes the energy dimensionless.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -165,21 +165,16 @@ impl EnergySettings {
         }
     }
 
-    /// Refuses settings by which no choice of contacts is better than another; single terms may be looked at without.
+    /// Refuses settings by which nothing brings contacts to the surface; single terms may be looked at without.
     ///
     /// # Errors
-    /// If no term of the energy depends on the contacts.
+    /// If the weight of distances is 0, or next to nothing.
     pub fn ask_for_contacts(&self) -> Result<(), EnergySettingsError> {
-        let weights = [
-            self.force_closure_weight,
-            self.rank_weight,
-            self.distance_weight,
-            self.alignment_weight,
-        ];
-        if weights.iter().all(|weight| *weight == 0.0) {
-            return Err(EnergySettingsError::NoContacts);
-        }
-        Ok(())
+        let told = |beyond| EnergySettingsError::Value {
+            name: "distance_weight",
+            beyond,
+        };
+        DISTANCE_WEIGHT.check(self.distance_weight).map_err(told)
     }
 
     /// One clear sentence on the first value that makes no sense.
@@ -190,10 +185,12 @@ impl EnergySettings {
         if !(2..=8).contains(&self.contacts) {
             return Err(EnergySettingsError::Contacts(self.contacts));
         }
-        if let Unit::Metres(unit) = self.unit
-            && !(unit > 0.0 && unit.is_finite())
-        {
-            return Err(EnergySettingsError::Unit(unit));
+        if let Unit::Metres(unit) = self.unit {
+            let told = |beyond| EnergySettingsError::Value {
+                name: "unit",
+                beyond,
+            };
+            OBJECT_SIZE.check(unit).map_err(told)?;
         }
         let values = [
             ("force_closure_weight", self.force_closure_weight),
@@ -243,13 +240,4 @@ pub enum EnergySettingsError {
         /// Its value and its limit.
         beyond: Beyond,
     },
-    /// A length that is none.
-    #[error("unit = {0:?}: a positive length is needed")]
-    Unit(f64),
-    /// No term looks at the contacts.
-    #[error(
-        "force_closure_weight, rank_weight, distance_weight and alignment_weight are all 0: nothing then asks for contacts, \
-         and there is nothing to synthesize"
-    )]
-    NoContacts,
 }

@@ -205,12 +205,4 @@ pub enum HandError {
         /// The number.
         value: f64,
     },
-    /// Shares of variance that make no covariance.
-    #[error("{what} is {value}: shares of variance are positive and at most 1")]
-    Share {
-        /// Which share.
-        what: String,
-        /// The number.
-        value: f64,
-    },
 }

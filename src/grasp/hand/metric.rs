@@ -2,7 +2,9 @@
 
 use nalgebra::Vector3;
 
+use super::model::within;
 use super::{Hand, HandError, JointKind, PosedHand};
+use crate::limits::METRIC_LENGTH;
 use crate::space::PoseMetric;
 
 /// A joint that moves next to nothing still needs a length, metres per radian.
@@ -129,11 +131,11 @@ impl Hand {
         }
     }
 
-    /// Refuses a side file's lengths that are not positive, or of joints that the hand does not have.
+    /// Refuses a side file's lengths that are beyond their limit, or of joints that the hand does not have.
     pub(super) fn check_metric(&self) -> Result<(), HandError> {
         let given = &self.metric;
         let single = [given.radius_of_gyration_m, given.rotation_reach_m];
-        let all = single.into_iter().flatten();
+        let single = single.into_iter().flatten();
         let lists = || given.levers_m.iter().chain(&given.reaches_m);
         if let Some((name, _)) = lists().find(|(name, _)| self.joint(name).is_none()) {
             return Err(HandError::Unknown {
@@ -142,13 +144,8 @@ impl Hand {
                 name: name.clone(),
             });
         }
-        let mut lengths = all.chain(lists().map(|(_, length)| *length));
-        match lengths.find(|length| !(*length > 0.0 && length.is_finite())) {
-            Some(value) => Err(HandError::NotPositive {
-                what: "a length in \"metric\" of the side file".to_owned(),
-                value,
-            }),
-            None => Ok(()),
-        }
+        let mut lengths = single.chain(lists().map(|(_, length)| *length));
+        let place = || "a length in \"metric\" of the side file".to_owned();
+        lengths.try_for_each(|length| within(METRIC_LENGTH, length, place))
     }
 }

@@ -41,7 +41,7 @@ pub(super) fn within(
 }
 
 /// What the coordinate of a joint may be.
-fn coordinates_of(kind: JointKind) -> Limit {
+pub(super) fn coordinates_of(kind: JointKind) -> Limit {
     match kind {
         JointKind::Hinge => HINGE,
         JointKind::Slide => SLIDE,

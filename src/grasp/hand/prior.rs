@@ -4,8 +4,10 @@ use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
 
+use super::model::{coordinates_of, within};
 use super::side_file::SideFile;
 use super::{HandError, Joint, JointKind, PosePrior};
+use crate::limits::{JOINT_DEVIATION, Limit, SYNERGY_WEIGHT, VARIANCE_SHARE};
 
 /// Standard deviation of a joint as a share of its range: the limits lie two standard deviations from the middle.
 const DEVIATION_OF_RANGE: f64 = 0.25;
@@ -13,12 +15,13 @@ const DEVIATION_OF_RANGE: f64 = 0.25;
 /// Rest pose and the pose in which the skin is cast, radians.
 pub(super) fn poses(joints: &[Joint], side: &SideFile) -> Result<(Vec<f64>, Vec<f64>), HandError> {
     let mut rest: Vec<f64> = joints.iter().map(resting).collect();
-    fill_measured(&mut rest, joints, "rest", [&side.rest_deg, &side.rest_mm])?;
+    let given = [&side.rest_deg, &side.rest_mm];
+    fill_measured(&mut rest, joints, ("rest", coordinates_of), given)?;
     let mut cast = rest.clone();
     fill_measured(
         &mut cast,
         joints,
-        "cast",
+        ("cast", coordinates_of),
         [&side.cast_deg, &BTreeMap::new()],
     )?;
     Ok((rest, cast))
@@ -42,11 +45,11 @@ fn resting(joint: &Joint) -> f64 {
 }
 
 /// Writes angles in degrees to hinges and lengths in millimetres to slides: the entries `…_deg` and `…_mm` of the side
-/// file.
+/// file, where each must be within its `limit`.
 fn fill_measured(
     values: &mut [f64],
     joints: &[Joint],
-    entry: &str,
+    (entry, limit): (&str, fn(JointKind) -> Limit),
     [angles, lengths]: [&BTreeMap<String, f64>; 2],
 ) -> Result<(), HandError> {
     for (kind, unit, entries) in [
@@ -61,15 +64,14 @@ fn fill_measured(
                 joint: joint.name.clone(),
             });
         }
-        if let Some((name, _)) = entries.iter().find(|(_, value)| !value.is_finite()) {
-            return Err(HandError::NotFinite {
-                place: format!("joint \"{name}\" in {place}"),
-            });
-        }
         let convert = |value: f64| match kind {
             JointKind::Hinge => value.to_radians(),
             JointKind::Slide => 1e-3 * value,
         };
+        for (name, value) in entries {
+            let place = || format!("joint \"{name}\" in {place}");
+            within(limit(kind), convert(*value), place)?;
+        }
         fill(values, joints, entries, &place, convert)?;
     }
     Ok(())
@@ -93,15 +95,20 @@ pub(super) fn gaussian(
     let independent = side
         .independent_share
         .unwrap_or(if side.synergies.is_empty() { 1.0 } else { 0.25 });
-    check_share("\"independent_share\" of the side file", independent)?;
+    let place = || "\"independent_share\" of the side file".to_owned();
+    within(VARIANCE_SHARE, independent, place)?;
 
     let mut total = 0.0;
     let mut directions: Vec<DVector<f64>> = Vec::new();
     let mut synergies = DMatrix::zeros(count, count);
     for (i, synergy) in side.synergies.iter().enumerate() {
         let place = format!("synergy {i} of the side file");
-        check_share(&format!("the variance of {place}"), synergy.variance)?;
+        let variance = || format!("the variance of {place}");
+        within(VARIANCE_SHARE, synergy.variance, variance)?;
         let mut weights = vec![0.0; count];
+        for weight in synergy.weights.values() {
+            within(SYNERGY_WEIGHT, *weight, || format!("a weight of {place}"))?;
+        }
         fill(&mut weights, joints, &synergy.weights, &place, |weight| {
             weight
         })?;
@@ -126,23 +133,16 @@ pub(super) fn gaussian(
         .map(|joint| (joint.limits_rad[1] - joint.limits_rad[0]) * DEVIATION_OF_RANGE)
         .collect();
     let given = [&side.deviation_deg, &side.deviation_mm];
-    fill_measured(&mut deviations, joints, "deviation", given)?;
-    for &deviation in &deviations {
-        let square = deviation * deviation;
-        let (squared, value) = if deviation <= 0.0 {
-            ("", deviation)
-        } else if !square.is_normal() {
-            // Squares of the smallest numbers are zero.
-            (", squared,", square)
-        } else {
-            continue;
+    let entry = ("deviation", (|_| JOINT_DEVIATION) as fn(JointKind) -> Limit);
+    fill_measured(&mut deviations, joints, entry, given)?;
+    for (joint, &deviation) in joints.iter().zip(&deviations) {
+        let place = || {
+            format!(
+                "the standard deviation of joint \"{}\" (a quarter of its range, unless the side file says otherwise)",
+                joint.name
+            )
         };
-        return Err(HandError::NotPositive {
-            what: format!(
-                "a standard deviation (a quarter of a joint's range, unless the side file says otherwise){squared}"
-            ),
-            value,
-        });
+        within(JOINT_DEVIATION, deviation, place)?;
     }
     for (i, deviation) in deviations.into_iter().enumerate() {
         covariance.row_mut(i).scale_mut(deviation);
@@ -162,17 +162,6 @@ pub(super) fn gaussian(
         precision: precision.as_slice().to_vec(),
         deviations_rad,
     })
-}
-
-fn check_share(what: &str, value: f64) -> Result<(), HandError> {
-    if value > 0.0 && value <= 1.0 {
-        Ok(())
-    } else {
-        Err(HandError::Share {
-            what: what.to_owned(),
-            value,
-        })
-    }
 }
 
 /// Writes named numbers to their joints.

@@ -234,7 +234,7 @@ fn segment<'a>(side: &'a SideFile, link: &str) -> Option<(&'a str, &'a str)> {
 
 fn patch(normal: &Vector3<f64>, axes: &AxesEntry, last: bool) -> Result<&'static str, HandError> {
     let along = |axis: [f64; 3]| {
-        let unit = Vector3::from(axis).try_normalize(1e-9);
+        let unit = Vector3::from(axis).try_normalize(1e-9).filter(is_unit);
         unit.map(|unit| unit.dot(normal))
             .ok_or(HandError::Degenerate {
                 place: "\"axes\" of the side file",

@@ -1,10 +1,12 @@
 //! A capped cylinder with rounded rims.
 
 use nalgebra::{Matrix3, Unit, Vector3};
-use serde::{Deserialize, Serialize};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize};
 
 use super::Shape;
 use super::direction::{outward, radial_hessian};
+use crate::limits::DIRECTION;
 
 /// A capped cylinder about an axis through its centre, its rims rounded with radius e.
 ///
@@ -18,7 +20,8 @@ use super::direction::{outward, radial_hessian};
 pub struct Cylinder {
     /// Centre, metres.
     pub centre: Vector3<f64>,
-    /// Direction of the axis.
+    /// Direction of the axis; of any length in files.
+    #[serde(deserialize_with = "direction")]
     pub axis: Unit<Vector3<f64>>,
     /// Radius r, metres, rounding included.
     pub radius_m: f64,
@@ -27,6 +30,20 @@ pub struct Cylinder {
     /// Rim radius e, metres; at most the radius and half of the height.
     #[serde(default)]
     pub edge_radius_m: f64,
+}
+
+/// Reads a direction of any length that has one; of those of unit length every bit is kept.
+fn direction<'de, D: Deserializer<'de>>(reader: D) -> Result<Unit<Vector3<f64>>, D::Error> {
+    /// What rounding leaves of the length.
+    const ROUNDING: f64 = 1e-12;
+    let axis = Vector3::deserialize(reader)?;
+    let length = axis.norm();
+    DIRECTION.check(length).map_err(D::Error::custom)?;
+    Ok(if (length - 1.0).abs() < ROUNDING {
+        Unit::new_unchecked(axis)
+    } else {
+        Unit::new_unchecked(axis / length)
+    })
 }
 
 impl Shape for Cylinder {
@@ -62,6 +79,31 @@ impl Shape for Cylinder {
             (past_side - self.edge_radius_m, radial, turning)
         } else {
             (past_cap - self.edge_radius_m, up, Matrix3::zeros())
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Files were read as they stood, and the formula then was of no cylinder.
+    #[test]
+    fn axes_of_any_length_are_read_as_directions() {
+        let read = |axis: &str| {
+            let text = format!(
+                r#"{{"centre": [0, 0, 0], "axis": {axis}, "radius_m": 0.01, "half_height_m": 0.05}}"#
+            );
+            serde_json::from_str::<Cylinder>(&text).map_err(|error| error.to_string())
+        };
+        let axis = read("[0, 0, 2.5]").unwrap().axis;
+        assert_eq!(axis.into_inner(), Vector3::z());
+        let printed = [0.6, 0.0, 0.8];
+        let kept = read("[0.6, 0, 0.8]").unwrap().axis.into_inner();
+        assert_eq!(kept, Vector3::from(printed));
+        for lost in ["[0, 0, 0]", "[0, 1e155, 0]", "[1e-300, 0, 0]"] {
+            let error = read(lost).unwrap_err();
+            assert!(error.contains("a direction of length one"), "{error}");
         }
     }
 }

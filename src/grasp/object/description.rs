@@ -11,11 +11,15 @@ use crate::space::Symmetry;
 
 use super::{
     Capsule, Cuboid, Cylinder, ExactMesh, Field, FieldSettings, Mesh, ObjectError, Revolved, Shape,
-    Sphere, SurfaceSample,
+    Sphere, SurfaceSample, within,
 };
+use crate::limits::{DIRECTION, GRASP_POSITION, MOST_MOTIONS, OBJECT_MASS};
 
 /// Density of an object whose mass is not given, kg/m³: half that of water, as of a half-full bottle or of wood.
 const DEFAULT_DENSITY_KG_M3: f64 = 500.0;
+
+/// A quaternion of a symmetry this far from unit length is a mistake; nearer ones are printed ones.
+const UNIT_TOLERANCE: f64 = 1e-3;
 
 /// Points of the object's surface.
 const SURFACE_SAMPLES: usize = 2_000;
@@ -327,18 +331,30 @@ impl Description {
                 problem,
             })
         };
-        if self
-            .mass_kg
-            .is_some_and(|mass| !(mass > 0.0 && mass.is_finite()))
-        {
-            return invalid("mass_kg", "a positive number is needed");
+        within(OBJECT_MASS, &self.mass_kg, (name, "mass_kg"))?;
+        let place = |place: &Vector3<f64>| within(GRASP_POSITION, place, (name, "symmetry"));
+        match &self.symmetry {
+            Symmetry::None => {}
+            Symmetry::Axis { point, direction } => {
+                place(point)?;
+                within(DIRECTION, [&direction.norm()], (name, "symmetry.direction"))?;
+            }
+            Symmetry::Sphere { centre } => place(centre)?,
+            Symmetry::Finite(motions) => {
+                if motions.len() > MOST_MOTIONS {
+                    return invalid("symmetry", "there are more than 1000 motions");
+                }
+                for motion in motions {
+                    place(&motion.translation.vector)?;
+                    let length = motion.rotation.as_ref().norm();
+                    if length.is_nan() || (length - 1.0).abs() > UNIT_TOLERANCE {
+                        return invalid("symmetry", "a quaternion is not of unit length");
+                    }
+                }
+            }
         }
-        if let Symmetry::Axis { direction, .. } = &self.symmetry
-            && direction.try_normalize(1e-9).is_none()
-        {
-            return invalid("symmetry", "the direction of the axis is zero");
-        }
-        Ok(())
+        let mut shapes = self.primitive.iter().chain(&self.parts);
+        shapes.try_for_each(|shape| shape.check(name))
     }
 }
 

@@ -6,11 +6,12 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 use rand::RngExt;
 
+use crate::limits::{GRASP_POSITION, Limit, MESH_COORDINATE, MESH_SIZE, OBJECT_SIZE};
 use crate::sample::{Rng, Task, stream};
 
 use super::outer::{Entangled, Outer, outer};
 use super::winding::Winding;
-use super::{ObjectError, Shape};
+use super::{ObjectError, Shape, within};
 
 /// A closed surface of triangles, counter-clockwise seen from outside.
 ///
@@ -32,9 +33,6 @@ pub struct SurfaceSample {
     /// Outward unit normal of the triangle it lies on.
     pub normal: Vector3<f64>,
 }
-
-/// Sizes below and above which a mesh is surely not in metres.
-const PLAUSIBLE_SIZE_M: [f64; 2] = [2e-3, 2.0];
 
 impl Mesh {
     /// A mesh in metres. `name` is what errors call it (a file, an object).
@@ -83,6 +81,7 @@ impl Mesh {
     ) -> Result<Self, ObjectError> {
         let mut mesh = Self::closed(name, vertices, triangles)?;
         let size_m = mesh.size_m();
+        within(MESH_SIZE, [&size_m], (name, "its longest side"))?;
         let volume = mesh.volume();
         if volume.abs() < 1e-9 * size_m.powi(3) {
             return Err(ObjectError::NoVolume {
@@ -115,15 +114,7 @@ impl Mesh {
                 count,
             });
         }
-        if let Some(vertex) = vertices
-            .iter()
-            .position(|v| !v.iter().all(|x| x.is_finite()))
-        {
-            return Err(ObjectError::Coordinate {
-                name: name(),
-                vertex,
-            });
-        }
+        check_vertices(&name(), &vertices, MESH_COORDINATE)?;
         let mut mesh = Self {
             vertices,
             triangles,
@@ -160,13 +151,13 @@ impl Mesh {
     /// Where the longest side of the bounding box is below 2 mm or above 2 m.
     pub fn check_size(&self, name: &str) -> Result<(), ObjectError> {
         let size_m = self.size_m();
-        let [smallest, largest] = PLAUSIBLE_SIZE_M;
-        let (unit, factor) = if size_m > largest {
+        if OBJECT_SIZE.holds(size_m) {
+            return check_vertices(name, &self.vertices, GRASP_POSITION);
+        }
+        let (unit, factor) = if size_m > OBJECT_SIZE.most {
             ("millimetres", 1e-3)
-        } else if size_m < smallest {
-            ("kilometres", 1e3)
         } else {
-            return Ok(());
+            ("kilometres", 1e3)
         };
         Err(ObjectError::Size {
             name: name.to_owned(),
@@ -456,6 +447,22 @@ impl Mesh {
 struct Seams {
     open: usize,
     flipped: usize,
+}
+
+/// Refuses corners that lie where none can.
+fn check_vertices(name: &str, vertices: &[Vector3<f64>], limit: Limit) -> Result<(), ObjectError> {
+    for (vertex, corner) in vertices.iter().enumerate() {
+        for coordinate in corner {
+            limit
+                .check(*coordinate)
+                .map_err(|beyond| ObjectError::Coordinate {
+                    name: name.to_owned(),
+                    vertex,
+                    beyond,
+                })?;
+        }
+    }
+    Ok(())
 }
 
 fn find_root(parent: &mut [u32], mut node: u32) -> u32 {

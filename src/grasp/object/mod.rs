@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::limits::{Beyond, Limit};
+
 mod assembly;
 mod cache;
 mod capsule;
@@ -64,6 +66,20 @@ pub trait Shape: std::fmt::Debug + Send + Sync {
     }
 }
 
+/// Refuses numbers beyond their limit; `name` is what errors call the object, `field` where the numbers are.
+fn within<'a>(
+    limit: Limit,
+    values: impl IntoIterator<Item = &'a f64>,
+    (name, field): (&str, &'static str),
+) -> Result<(), ObjectError> {
+    let told = |beyond| ObjectError::Beyond {
+        name: name.to_owned(),
+        field,
+        beyond,
+    };
+    (values.into_iter()).try_for_each(|value| limit.check(*value).map_err(told))
+}
+
 /// A length to four digits: single precision leaves more in a file than are true.
 fn rounded(length_m: f64) -> f64 {
     format!("{length_m:.3e}").parse().unwrap_or(length_m)
@@ -122,12 +138,14 @@ pub enum ObjectError {
         count: u32,
     },
     /// A coordinate is infinite or not a number.
-    #[error("vertex {vertex} of {name} has a coordinate that is not finite")]
+    #[error("vertex {vertex} of {name}: {beyond}")]
     Coordinate {
         /// File or object.
         name: String,
         /// Number of the vertex, from zero.
         vertex: usize,
+        /// Its coordinate and the limit.
+        beyond: Beyond,
     },
     /// The surface has holes.
     #[error(
@@ -208,6 +226,16 @@ pub enum ObjectError {
         field: &'static str,
         /// What is wrong with it.
         problem: &'static str,
+    },
+    /// A number that nobody means.
+    #[error("{name}: {field} = {beyond}")]
+    Beyond {
+        /// File or object.
+        name: String,
+        /// Where the number is.
+        field: &'static str,
+        /// The number and its limit.
+        beyond: Beyond,
     },
     /// A declared symmetry or primitive does not fit the mesh.
     #[error(

@@ -4,7 +4,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use nalgebra::{Rotation3, Vector3};
 
-use super::{Capsule, Cuboid, Cylinder, Mesh, ObjectError, Primitive, Sphere};
+use super::{Capsule, Cuboid, Cylinder, Mesh, ObjectError, Primitive, Sphere, within};
+use crate::limits::{MESH_COORDINATE, MESH_SIZE};
 
 /// Corners around an axis.
 const AROUND: u32 = 96;
@@ -17,34 +18,15 @@ impl Primitive {
     /// The shape as a mesh whose corners lie on it; faces are off by less than a thousandth of a radius.
     ///
     /// # Errors
-    /// Where a size is not positive or a rounding larger than the shape.
+    /// Where a size or a place is beyond its limit, or a rounding larger than the shape.
     pub fn mesh(&self, name: &str) -> Result<Mesh, ObjectError> {
-        let positive = |field, sizes: &[f64]| {
-            let all = sizes.iter().all(|size| *size > 0.0 && size.is_finite());
-            all.then_some(()).ok_or_else(|| ObjectError::Value {
-                name: name.to_owned(),
-                field,
-                problem: "positive lengths are needed",
-            })
-        };
-        let rounding = |edge: f64, most: f64| {
-            (0.0..=most)
-                .contains(&edge)
-                .then_some(())
-                .ok_or_else(|| ObjectError::Value {
-                    name: name.to_owned(),
-                    field: "edge_radius_m",
-                    problem: "it must lie between 0 and the smallest half size",
-                })
-        };
+        self.check(name)?;
         let (vertices, triangles) = match self {
             Self::Sphere(Sphere { centre, radius_m }) => {
-                positive("radius_m", &[*radius_m])?;
                 let profile = arc([0.0, 0.0], *radius_m, -FRAC_PI_2, FRAC_PI_2, 2 * QUARTER);
                 revolved(centre, &Vector3::z(), &profile)
             }
             Self::Capsule(Capsule { a, b, radius_m }) => {
-                positive("radius_m", &[*radius_m])?;
                 let half = (b - a).norm() / 2.0;
                 let mut profile = arc([0.0, -half], *radius_m, -FRAC_PI_2, 0.0, QUARTER);
                 profile.extend(arc([0.0, half], *radius_m, 0.0, FRAC_PI_2, QUARTER));
@@ -59,8 +41,6 @@ impl Primitive {
                     half_height_m,
                     edge_radius_m: edge,
                 } = cylinder;
-                positive("size", &[*radius_m, *half_height_m])?;
-                rounding(*edge, radius_m.min(*half_height_m))?;
                 let (rim, top) = (radius_m - edge, half_height_m - edge);
                 let mut profile = vec![[0.0, -half_height_m]];
                 profile.extend(arc([rim, -top], *edge, -FRAC_PI_2, 0.0, EDGE));
@@ -68,14 +48,49 @@ impl Primitive {
                 profile.push([0.0, *half_height_m]);
                 revolved(centre, axis, &profile)
             }
-            Self::Cuboid(cuboid) => {
-                let half = cuboid.half_extents;
-                positive("half_extents", half.as_slice())?;
-                rounding(cuboid.edge_radius_m, half.min())?;
-                box_of(cuboid)
-            }
+            Self::Cuboid(cuboid) => box_of(cuboid),
         };
         Mesh::new(name, vertices, triangles)
+    }
+
+    /// Refuses sizes and places beyond their limits, and roundings larger than the shape; `name` is what errors call it.
+    pub(super) fn check(&self, name: &str) -> Result<(), ObjectError> {
+        let sizes = |field, sizes: &[f64]| within(MESH_SIZE, sizes, (name, field));
+        let place = |field, place: &Vector3<f64>| within(MESH_COORDINATE, place, (name, field));
+        let rounding = |edge: f64, most: f64| {
+            (0.0..=most)
+                .contains(&edge)
+                .then_some(())
+                .ok_or_else(|| ObjectError::Value {
+                    name: name.to_owned(),
+                    field: "edge_radius_m",
+                    problem: "it must lie between 0 and the smallest half size",
+                })
+        };
+        match self {
+            Self::Sphere(Sphere { centre, radius_m }) => {
+                place("centre", centre)?;
+                sizes("radius_m", &[*radius_m])
+            }
+            Self::Capsule(Capsule { a, b, radius_m }) => {
+                place("a", a)?;
+                place("b", b)?;
+                sizes("radius_m", &[*radius_m])
+            }
+            Self::Cylinder(cylinder) => {
+                let [radius, half] = [cylinder.radius_m, cylinder.half_height_m];
+                place("centre", &cylinder.centre)?;
+                sizes("radius_m", &[radius])?;
+                sizes("half_height_m", &[half])?;
+                rounding(cylinder.edge_radius_m, radius.min(half))
+            }
+            Self::Cuboid(cuboid) => {
+                let half = &cuboid.half_extents;
+                place("centre", &cuboid.centre)?;
+                sizes("half_extents", half.as_slice())?;
+                rounding(cuboid.edge_radius_m, half.min())
+            }
+        }
     }
 }
 

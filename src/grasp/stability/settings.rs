@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::limits::{Beyond, Limit, SIMULATION, SIMULATION_OR_ZERO, SIMULATION_STEPS};
+
 /// How two friction coefficients make one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -269,23 +271,21 @@ impl Protocol {
     /// If a size, time or coefficient is out of its range.
     pub fn validate(&self) -> Result<(), ProtocolError> {
         let mut positive: Vec<(&'static str, f64)> = Vec::new();
-        let (friction, solver) = match self {
+        let mut others: Vec<(&'static str, Limit, f64)> = Vec::new();
+        let (friction, solver, steps) = match self {
             Self::Drop(drop) => {
                 positive.push(("fall_m", drop.fall_m));
                 positive.push(("overlap_m", drop.overlap_m));
                 positive.push(("rest.way_m", drop.rest.way_m));
                 positive.push(("rest.time_s", drop.rest.time_s));
                 for gravity in drop.gravity_m_s2 {
-                    if !gravity.is_finite() {
-                        return Err(ProtocolError("gravity_m_s2", gravity, "finite"));
-                    }
+                    others.push(("gravity_m_s2", SIMULATION_OR_ZERO, gravity.abs()));
                 }
-                if !(drop.settle_s >= 0.0 && drop.settle_s.is_finite()) {
-                    return Err(ProtocolError("settle_s", drop.settle_s, "at least 0"));
-                }
+                others.push(("settle_s", SIMULATION_OR_ZERO, drop.settle_s));
                 let squared: f64 = drop.gravity_m_s2.iter().map(|g| g * g).sum();
                 positive.push(("the square of gravity_m_s2", squared));
-                (drop.friction, drop.solver)
+                let settling = drop.settle_s / drop.solver.time_step_s;
+                (drop.friction, drop.solver, settling + drop.steps as f64)
             }
             Self::SixDirections(six) => {
                 positive.extend([
@@ -308,7 +308,8 @@ impl Protocol {
                     ("squeeze.density_kg_m3", squeeze.density_kg_m3),
                     ("squeeze.armature_kg_m2", squeeze.armature_kg_m2),
                 ]);
-                (six.friction, six.solver)
+                let time_s = squeeze.time_s + 6.0 * six.push_s;
+                (six.friction, six.solver, time_s / six.solver.time_step_s)
             }
         };
         positive.extend([
@@ -320,18 +321,21 @@ impl Protocol {
             ("solver.substeps", solver.substeps as f64),
             ("solver.sweeps", solver.sweeps as f64),
         ]);
-        for (name, value) in positive {
-            if !(value > 0.0 && value.is_finite()) {
-                return Err(ProtocolError(name, value, "above 0"));
-            }
-        }
-        for (name, value) in [
-            ("friction.hand", friction.hand),
-            ("friction.object", friction.object),
-        ] {
-            if !(value >= 0.0 && value.is_finite()) {
-                return Err(ProtocolError(name, value, "at least 0"));
-            }
+        let divided = solver.substeps as f64 * solver.sweeps as f64;
+        others.extend([
+            ("friction.hand", SIMULATION_OR_ZERO, friction.hand),
+            ("friction.object", SIMULATION_OR_ZERO, friction.object),
+            (
+                "steps, substeps and sweeps",
+                SIMULATION_STEPS,
+                steps * divided,
+            ),
+        ]);
+        let positive = positive.into_iter();
+        let positive = positive.map(|(name, value)| (name, SIMULATION, value));
+        for (name, limit, value) in positive.chain(others) {
+            let told = |beyond| ProtocolError { name, beyond };
+            limit.check(value).map_err(told)?;
         }
         Ok(())
     }
@@ -347,5 +351,8 @@ impl Protocol {
 
 /// A value of a protocol out of its range.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("{0} = {1}: must be {2}")]
-pub struct ProtocolError(&'static str, f64, &'static str);
+#[error("{name} = {beyond}")]
+pub struct ProtocolError {
+    name: &'static str,
+    beyond: Beyond,
+}

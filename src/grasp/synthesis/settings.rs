@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::limits::{ATTEMPTS, Beyond, SHARE, STEPS, TEMPERATURE};
+
 /// How a chain moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -159,36 +161,21 @@ impl SynthesisSettings {
     /// # Errors
     /// If a probability, share or temperature is out of its range, or there is no attempt.
     pub fn validate(&self) -> Result<(), SynthesisSettingsError> {
-        let wrong = |name, value, range| Err(SynthesisSettingsError { name, value, range });
-        let positive = [
-            ("temperature_start", self.temperature_start),
-            ("given_temperature", self.given_temperature),
-            ("temperature_end", self.temperature_end),
+        let settings = [
+            ("temperature_start", TEMPERATURE, self.temperature_start),
+            ("given_temperature", TEMPERATURE, self.given_temperature),
+            ("temperature_end", TEMPERATURE, self.temperature_end),
+            ("ramp_start", SHARE, self.ramp_start),
+            ("ramp_share", SHARE, self.ramp_share),
+            ("contact_probability", SHARE, self.contact_probability),
+            ("acceptance", SHARE, self.acceptance),
+            ("steps", STEPS, self.steps.into()),
+            ("attempts", ATTEMPTS, self.attempts.into()),
+            ("start_candidates", ATTEMPTS, self.start_candidates.into()),
         ];
-        for (name, value) in positive {
-            if !(value > 0.0 && value.is_finite()) {
-                return wrong(name, value, "above 0");
-            }
-        }
-        let shares = [
-            ("ramp_start", self.ramp_start),
-            ("ramp_share", self.ramp_share),
-            ("contact_probability", self.contact_probability),
-            ("acceptance", self.acceptance),
-        ];
-        for (name, value) in shares {
-            if !(value > 0.0 && value <= 1.0) {
-                return wrong(name, value, "above 0 and at most 1");
-            }
-        }
-        let counts = [
-            ("attempts", self.attempts),
-            ("start_candidates", self.start_candidates),
-        ];
-        for (name, value) in counts {
-            if value == 0 {
-                return wrong(name, 0.0, "at least 1");
-            }
+        for (name, limit, value) in settings {
+            let told = |beyond| SynthesisSettingsError { name, beyond };
+            limit.check(value).map_err(told)?;
         }
         Ok(())
     }
@@ -196,9 +183,8 @@ impl SynthesisSettings {
 
 /// A synthesis setting out of its range.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("{name} = {value}: must be {range}")]
+#[error("{name} = {beyond}")]
 pub struct SynthesisSettingsError {
     name: &'static str,
-    value: f64,
-    range: &'static str,
+    beyond: Beyond,
 }

@@ -88,11 +88,12 @@ pub fn explore(
         let plan: Vec<Start> = (0..settings.batch.max(1))
             .map(|_| queue.pop_front().unwrap_or(Start::Random))
             .collect();
-        let expected = census.last_new + settings.patience * census.found().max(1);
+        let patience = settings.patience.saturating_mul(census.found().max(1));
+        let expected = census.last_new.saturating_add(patience);
         let tally = Tally::after(
             Phase::Search,
             census.searches,
-            expected + queue.len(),
+            expected.saturating_add(queue.len()),
             observer,
         );
         let outcomes = remember(journal, &format!("search/{round}"), || {
@@ -131,7 +132,8 @@ pub fn explore(
             break true;
         }
         let idle = census.searches - census.last_new;
-        if queue.is_empty() && idle >= settings.patience * census.found().max(1) {
+        let patience = settings.patience.saturating_mul(census.found().max(1));
+        if queue.is_empty() && idle >= patience {
             let news = joiner.join(&searcher, &mut census, &counted, journal, observer);
             if !news {
                 break false;

@@ -7,6 +7,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use super::super::blend::{Blend, BlendVertex};
 use super::super::fill::fill;
 use super::super::hull::Hull;
+use super::super::model::within;
 use super::super::side_file::SideFile;
 use super::super::solid::Parts;
 use super::super::{
@@ -14,6 +15,7 @@ use super::super::{
     PosedHand, SurfacePoint, coordinates, description, region, self_pairs,
 };
 use super::{ANGLES, Arrays, LINKS, PARENTS};
+use crate::limits::{HAND_POSITION, HAND_SHAPE, HINGE, MANO_NUMBER};
 
 /// Names of the links in the order of the file, and the digit of each: thumb 1 … little 5.
 const NAMES: [(&str, usize); LINKS] = [
@@ -63,6 +65,11 @@ pub(in super::super) fn assemble(arrays: &Arrays, side: &SideFile) -> Result<Han
     let joints = &arrays.regressor * points;
     let origin = |l: usize| Vector3::new(joints[(l, 0)], joints[(l, 1)], joints[(l, 2)]);
     let mut origins: Vec<Vector3<f64>> = (0..LINKS).map(origin).collect();
+    for place in shaped.iter().chain(&origins).flatten() {
+        within(HAND_POSITION, *place, || {
+            format!("a vertex or joint of {}", arrays.file)
+        })?;
+    }
     // The root's frame is that of the file; where the wrist turns is no matter to a hand that may lie anywhere.
     origins[0] = Vector3::zeros();
     let links = links(&origins);
@@ -152,11 +159,15 @@ fn foreign(side: &SideFile) -> Option<&'static str> {
 /// The template with its shape.
 fn shaped(arrays: &Arrays, betas: &[f64]) -> Result<Vec<Vector3<f64>>, String> {
     let known = arrays.shape_directions.first().map_or(0, DMatrix::ncols);
-    if betas.len() > known || !betas.iter().all(|beta| beta.is_finite()) {
+    if betas.len() > known {
         return Err(format!(
-            "has {known} shapes: \"betas\" of the side file must be so many finite numbers, or fewer"
+            "has {known} shapes: \"betas\" of the side file must be so many numbers, or fewer"
         ));
     }
+    let mut weights = betas.iter();
+    weights
+        .try_for_each(|beta| HAND_SHAPE.check(*beta))
+        .map_err(|beyond| format!("has in \"betas\" of its side file {beyond}"))?;
     let of_vertex = arrays.template.iter().zip(&arrays.shape_directions);
     Ok(of_vertex
         .map(|(vertex, directions)| {
@@ -279,6 +290,7 @@ impl Coordinates {
     fn whole(arrays: &Arrays) -> Result<Self, String> {
         // θ = mean + Cᵀ c, so c = C⁻ᵀ (θ − mean).
         let inverse = (arrays.components.transpose().try_inverse())
+            .filter(|inverse| inverse.iter().all(|entry| MANO_NUMBER.holds(*entry)))
             .ok_or("has components (`hands_components`) that do not span all poses")?;
         let deviations = deviations(arrays);
         let precision = DMatrix::from_diagonal(&deviations.map(|deviation| deviation.powi(-2)));
@@ -293,7 +305,7 @@ impl Coordinates {
             offset_rad: DVector::zeros(ANGLES),
             map: DMatrix::identity(ANGLES, ANGLES),
             names: names.collect(),
-            limits: limits(&poses, &arrays.mean_rad),
+            limits: limits(&poses, &arrays.mean_rad)?,
             prior: PosePrior {
                 rest_rad: arrays.mean_rad.as_slice().to_vec(),
                 precision: precision.as_slice().to_vec(),
@@ -314,7 +326,7 @@ impl Coordinates {
             offset_rad: arrays.mean_rad.clone(),
             map: arrays.components.rows(0, count).transpose(),
             names: (1..=count).map(|n| format!("component_{n}")).collect(),
-            limits: limits(&coefficients, &DVector::zeros(count)),
+            limits: limits(&coefficients, &DVector::zeros(count))?,
             prior: PosePrior {
                 rest_rad: vec![0.0; count],
                 precision: precision.as_slice().to_vec(),
@@ -354,7 +366,7 @@ fn deviations(arrays: &Arrays) -> DVector<f64> {
 }
 
 /// Limits about `middle`: the extremes of rows of poses, and somewhat more.
-fn limits(poses: &DMatrix<f64>, middle: &DVector<f64>) -> Vec<[f64; 2]> {
+fn limits(poses: &DMatrix<f64>, middle: &DVector<f64>) -> Result<Vec<[f64; 2]>, String> {
     let of_coordinate = |c: usize| {
         let values = poses.column(c);
         let (lower, upper) = values
@@ -363,7 +375,10 @@ fn limits(poses: &DMatrix<f64>, middle: &DVector<f64>) -> Vec<[f64; 2]> {
                 (lower.min(*value), upper.max(*value))
             });
         let beyond = (BEYOND * (upper - lower)).max(LEAST_HALF_RANGE);
-        [middle[c] + lower - beyond, middle[c] + upper + beyond]
+        let limits = [middle[c] + lower - beyond, middle[c] + upper + beyond];
+        (limits.iter().try_for_each(|limit| HINGE.check(*limit)))
+            .map_err(|beyond| format!("has poses (`hands_coeffs`) with an angle {beyond}"))?;
+        Ok(limits)
     };
     (0..poses.ncols()).map(of_coordinate).collect()
 }

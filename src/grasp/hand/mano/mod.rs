@@ -13,6 +13,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::HandError;
+use crate::limits::MANO_NUMBER;
 use npz::Array;
 
 pub(super) use assemble::assemble;
@@ -121,25 +122,25 @@ impl Arrays {
     /// Errors are half a sentence.
     fn read(file: &str, bytes: &[u8]) -> Result<Self, String> {
         let mut arrays = npz::read(bytes)?;
-        let vertices = take(&mut arrays, "v_template", &[None, Some(3)])?;
+        let vertices = numbers(&mut arrays, "v_template", &[None, Some(3)])?;
         let count = vertices.shape[0];
         let triangles = take(&mut arrays, "f", &[None, Some(3)])?;
-        let shapes = take(&mut arrays, "shapedirs", &[Some(count), Some(3), None])?;
-        let poses = take(
+        let shapes = numbers(&mut arrays, "shapedirs", &[Some(count), Some(3), None])?;
+        let poses = numbers(
             &mut arrays,
             "posedirs",
             &[Some(count), Some(3), Some(ENTRIES)],
         )?;
-        let regressor = take(&mut arrays, "J_regressor", &[Some(LINKS), Some(count)])?;
-        let weights = take(&mut arrays, "weights", &[Some(count), Some(LINKS)])?;
+        let regressor = numbers(&mut arrays, "J_regressor", &[Some(LINKS), Some(count)])?;
+        let weights = numbers(&mut arrays, "weights", &[Some(count), Some(LINKS)])?;
         let tree = take(&mut arrays, "kintree_table", &[Some(2), Some(LINKS)])?;
-        let components = take(
+        let components = numbers(
             &mut arrays,
             "hands_components",
             &[Some(ANGLES), Some(ANGLES)],
         )?;
-        let mean = take(&mut arrays, "hands_mean", &[Some(ANGLES)])?;
-        let coefficients = take(&mut arrays, "hands_coeffs", &[None, Some(ANGLES)])?;
+        let mean = numbers(&mut arrays, "hands_mean", &[Some(ANGLES)])?;
+        let coefficients = numbers(&mut arrays, "hands_coeffs", &[None, Some(ANGLES)])?;
         let mut tree = tree.values[1..LINKS].iter().zip(PARENTS);
         if !tree.all(|(found, parent)| (found - parent as f64).abs() < 0.5) {
             return Err("has another tree of joints (`kintree_table`) than MANO's".to_owned());
@@ -176,7 +177,21 @@ impl Arrays {
     }
 }
 
-/// An array of this shape, `None` being any length, of finite numbers.
+/// As [`take`], of numbers within their limit.
+fn numbers(
+    arrays: &mut BTreeMap<String, Array>,
+    name: &str,
+    shape: &[Option<usize>],
+) -> Result<Array, String> {
+    let array = take(arrays, name, shape)?;
+    let mut values = array.values.iter();
+    values
+        .try_for_each(|value| MANO_NUMBER.check(*value))
+        .map_err(|beyond| format!("has the number {beyond} in `{name}`"))?;
+    Ok(array)
+}
+
+/// An array of this shape, `None` being any length.
 fn take(
     arrays: &mut BTreeMap<String, Array>,
     name: &str,
@@ -197,9 +212,6 @@ fn take(
             array.shape,
             wanted.join(", ")
         ));
-    }
-    if !array.values.iter().all(|value| value.is_finite()) {
-        return Err(format!("has numbers in `{name}` that are not finite"));
     }
     Ok(array)
 }

@@ -8,6 +8,7 @@ use nalgebra::{DMatrix, DVector};
 use safetensors::{Dtype, SafeTensors};
 
 use super::{NeuralError, Specs};
+use crate::limits::NETWORK_WEIGHT;
 
 /// Numbers in a box of any dimension, the last index running fastest.
 #[derive(Debug, Clone, PartialEq)]
@@ -108,10 +109,12 @@ impl Tensors {
                     });
                 }
             };
-            if !values.iter().all(|value| value.is_finite()) {
-                return Err(NeuralError::NotFinite {
+            let beyond = |value: &f64| NETWORK_WEIGHT.check(*value).err();
+            if let Some(beyond) = values.iter().find_map(beyond) {
+                return Err(NeuralError::Beyond {
                     name: name.to_owned(),
                     tensor,
+                    beyond,
                 });
             }
             let shape = view.shape().to_vec();

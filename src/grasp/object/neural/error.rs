@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::grasp::object::ObjectError;
+use crate::limits::Beyond;
 
 /// Why a network cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -83,12 +84,14 @@ pub enum NeuralError {
         found: String,
     },
     /// A number is infinite or not a number.
-    #[error("tensor {tensor} of {name} holds a number that is not finite")]
-    NotFinite {
+    #[error("tensor {tensor} of {name} holds the number {beyond}")]
+    Beyond {
         /// The file.
         name: String,
         /// The tensor.
         tensor: String,
+        /// The number and its limit.
+        beyond: Beyond,
     },
     /// A row of a direction is zero, so that it has none.
     #[error(
@@ -129,13 +132,8 @@ pub enum NeuralError {
         expected: usize,
     },
     /// A scale that is no length.
-    #[error(
-        "scale {scale_m} is not possible: metres per unit of the network are needed, a positive number"
-    )]
-    Scale {
-        /// The scale.
-        scale_m: f64,
-    },
+    #[error("the scale, metres per unit of the network: {0}")]
+    Scale(Beyond),
     /// The function is positive everywhere.
     #[error("{name} has no surface: the network is nowhere negative within its ball of radius 1")]
     NoSurface {

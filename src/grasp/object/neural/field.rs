@@ -5,6 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::NeuralError;
 use super::network::{Answer, Network, Real};
 use crate::grasp::object::Shape;
+use crate::limits::OBJECT_SCALE;
 
 /// The signed distance that a [`Network`] tells, in metres and everywhere.
 ///
@@ -35,11 +36,9 @@ impl<T: Real> NeuralField<T> {
     /// The shape that `network` tells, `scale_m` metres per unit.
     ///
     /// # Errors
-    /// Where the scale is not a positive number.
+    /// Where the scale is beyond its limit.
     pub fn new(network: Network<T>, scale_m: f64) -> Result<Self, NeuralError> {
-        if !(scale_m > 0.0 && scale_m.is_finite()) {
-            return Err(NeuralError::Scale { scale_m });
-        }
+        OBJECT_SCALE.check(scale_m).map_err(NeuralError::Scale)?;
         let mut field = Self {
             network,
             scale_m,

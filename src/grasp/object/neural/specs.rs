@@ -7,6 +7,7 @@ use serde::Deserialize;
 use serde::de::IgnoredAny;
 
 use super::NeuralError;
+use crate::limits::MOST_NETWORK_WIDTH;
 
 /// What a specs file says about the network; the training settings that it holds as well are skipped.
 ///
@@ -144,6 +145,11 @@ impl Specs {
                 "dims",
                 "at least one layer, none empty, is needed".to_owned(),
             );
+        }
+        let widths = network.dims.iter().chain([&self.code_length]);
+        if let Some(width) = widths.copied().find(|width| *width > MOST_NETWORK_WIDTH) {
+            let problem = format!("{width} numbers side by side, of at most {MOST_NETWORK_WIDTH}");
+            return invalid("dims", problem);
         }
         if !network.weight_norm && !network.norm_layers.is_empty() {
             let problem = "with weight_norm false these layers have layer normalisation, which is not supported";
