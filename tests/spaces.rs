@@ -186,6 +186,20 @@ proptest! {
         }
     }
 
+    #[test]
+    fn landmarks_are_no_farther_apart_than_points(a in numbers(), b in numbers(), near in any::<bool>()) {
+        let cluster = Case { name: "cluster", space: Box::new(Cluster::new(2)), point: |u| u[..6].to_vec(), injectivity: 0.0 };
+        for Case { name, space, point, .. } in cases().into_iter().chain([cluster]) {
+            let b: Vec<f64> = if near { a.iter().zip(&b).map(|(a, b)| a + 1e-3 * b).collect() } else { b.to_vec() };
+            let (a, b) = (point(&a), point(&b));
+            let marks = [space.landmarks(&a), space.landmarks(&b)];
+            prop_assert!(!marks[0].is_empty(), "{name}");
+            let apart = norm(&marks[0].iter().zip(&marks[1]).map(|(a, b)| a - b).collect::<Vec<_>>());
+            let distance = space.distance(&a, &b);
+            prop_assert!(apart <= distance + ROUNDING, "{name}: {apart} {distance}");
+        }
+    }
+
     /// A geodesic is shortest between any two of its points.
     #[test]
     fn half_way_is_half_as_far(a in numbers(), b in numbers()) {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use anyhow::{Context, bail, ensure};
+use anyhow::{Context, anyhow, bail, ensure};
 use clap::ValueEnum;
 use serde_json::json;
 
@@ -18,9 +18,6 @@ use crate::topography::{Evidence, Match, MergeChange, Minimum, MinimumId, Tree, 
 
 /// Rows of a table of the text.
 const SHOWN: usize = 20;
-
-/// Pairs of minima that are compared at most: 100,000 minima with as many take minutes to an hour.
-const MOST_PAIRS: usize = 10_000_000_000;
 
 /// A landscape of the two.
 struct Side {
@@ -39,15 +36,6 @@ pub(super) fn run(command: &Diff, common: &Common) -> anyhow::Result<()> {
     }
     let before = side(&command.before)?;
     let after = side(&command.after)?;
-    let pairs = before.minima.len().saturating_mul(after.minima.len());
-    ensure!(
-        pairs <= MOST_PAIRS,
-        "{} minima of {} and {} of {} are too many: diff measures the distance of every pair, {MOST_PAIRS} at most",
-        before.minima.len(),
-        before.name,
-        after.minima.len(),
-        after.name
-    );
     let space = common_space(&before, &after)?;
     let reach = match command.within {
         Some(reach) => reach,
@@ -58,7 +46,8 @@ pub(super) fn run(command: &Diff, common: &Common) -> anyhow::Result<()> {
         (&before.minima, &before.tree),
         (&after.minima, &after.tree),
         reach,
-    );
+    )
+    .map_err(|refused| anyhow!("{refused} (--within)"))?;
     if command.json {
         let mut value = serde_json::to_value(&found)?;
         value["before"] = json!(before.name);

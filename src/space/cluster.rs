@@ -70,6 +70,14 @@ impl Space for Cluster {
         squared_distance(&a, &copy).sqrt()
     }
 
+    /// The distances of the atoms from their centroid, by size.
+    fn landmarks(&self, x: &[f64]) -> Vec<f64> {
+        assert_eq!(x.len(), 3 * self.atoms);
+        let mut radii: Vec<f64> = centred(x).iter().map(Vector3::norm).collect();
+        radii.sort_by(f64::total_cmp);
+        radii
+    }
+
     /// Modulo translations and rotations, atoms numbered as they are.
     fn toward_near(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64 {
         let n = 3 * self.atoms;

@@ -38,4 +38,9 @@ impl Space for Euclidean {
         }
         tangent.iter().map(|step| step * step).sum::<f64>().sqrt()
     }
+
+    /// The point itself.
+    fn landmarks(&self, x: &[f64]) -> Vec<f64> {
+        x.to_vec()
+    }
 }

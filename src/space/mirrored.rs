@@ -108,6 +108,11 @@ impl Space for Mirrored {
         }
         tangent.iter().map(|step| step * step).sum::<f64>().sqrt()
     }
+
+    /// The point of the box.
+    fn landmarks(&self, x: &[f64]) -> Vec<f64> {
+        self.point(x)
+    }
 }
 
 #[cfg(test)]

@@ -87,6 +87,19 @@ pub trait Space: Sync {
         self.toward(a, b, &mut vec![0.0; self.tangents()])
     }
 
+    /// Numbers that tell points apart without measuring: between two points they differ, as vectors, by no more than the
+    /// distance of the points, and they are the same for all copies of a point. Who looks for points near another measures
+    /// only those whose landmarks are near.
+    ///
+    /// None by default, by which everything may be near.
+    ///
+    /// # Panics
+    /// If `x` has the wrong length.
+    fn landmarks(&self, x: &[f64]) -> Vec<f64> {
+        let _ = x;
+        Vec::new()
+    }
+
     /// Typical size of a sensible move along each tangent, relative to the first one: what samplers and optimisers
     /// multiply a step with.
     ///

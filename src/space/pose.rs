@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::rotation::{any_normal, exp, log, other_way, read, write};
+use super::rotation::{any_normal, axes, exp, log, other_way, read, write};
 use super::torus::wrap;
 use super::{Space, Symmetry};
 
@@ -202,6 +202,26 @@ impl Space for PoseSpace {
                 .map(|joint| joint * joint)
                 .sum::<f64>())
         .sqrt()
+    }
+
+    /// The joints, and, on an object without symmetry, place and orientation of the hand.
+    fn landmarks(&self, x: &[f64]) -> Vec<f64> {
+        let rigid = self.rigid(x);
+        let scales = self.metric.joint_levers_m.iter().zip(&self.metric.wraps);
+        let mut landmarks: Vec<f64> = (x[7..].iter().zip(scales))
+            .flat_map(|(angle, (lever, wraps))| {
+                if *wraps {
+                    [lever * angle.cos(), lever * angle.sin()]
+                } else {
+                    [lever * angle, 0.0]
+                }
+            })
+            .collect();
+        if matches!(self.symmetry, Symmetry::None) {
+            landmarks.extend(rigid.centroid.iter());
+            landmarks.extend(axes(&rigid.rotation, self.metric.radius_of_gyration_m));
+        }
+        landmarks
     }
 
     fn step_scales(&self) -> Vec<f64> {

@@ -52,11 +52,25 @@ impl Space for Rotation {
         step.norm()
     }
 
+    /// The rotated axes: a turn by an angle moves two of them by as much, at most.
+    fn landmarks(&self, x: &[f64]) -> Vec<f64> {
+        axes(&read(x), self.radius)
+    }
+
     fn toward_other_way(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> Option<f64> {
         let step = other_way(&log(&(read(a).inverse() * read(b))))? * self.radius;
         tangent.copy_from_slice(step.as_slice());
         Some(step.norm())
     }
+}
+
+/// The axes turned by a rotation, of such a length that they move by no more, together, than the rotation by its arc at
+/// `radius`.
+pub(super) fn axes(rotation: &UnitQuaternion<f64>, radius: f64) -> Vec<f64> {
+    let matrix = rotation.to_rotation_matrix().into_inner();
+    (matrix * (radius / std::f64::consts::SQRT_2))
+        .as_slice()
+        .to_vec()
 }
 
 /// Rotation by the vector `turn` (axis times angle, radians).

@@ -48,6 +48,14 @@ impl Space for Torus {
         norm(tangent)
     }
 
+    /// The points of the circles.
+    fn landmarks(&self, x: &[f64]) -> Vec<f64> {
+        assert_eq!(x.len(), self.angles);
+        x.iter()
+            .flat_map(|angle| [angle.cos(), angle.sin()])
+            .collect()
+    }
+
     fn toward_other_way(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> Option<f64> {
         self.toward(a, b, tangent);
         let widest = tangent

@@ -13,8 +13,9 @@ use crate::space::vector::{dot, norm, scale};
 const TIGHTER: f64 = 1e-3;
 /// How far along a soft direction another point of its set is sought, in units of the distance at which two points are one.
 const REACH: f64 = 10.0;
-/// Directions in which it is sought: those of curvatures below this share of the greatest. Where curvatures jump, as at the
-/// edge of a plateau, differences err by more than elsewhere; a direction that is merely soft leads back.
+/// Directions in which it is sought: those of curvatures below this share of the greatest, and those in which the energy stays
+/// the same all that way, as from the edge of a plateau inwards, where the curvature of the other side says nothing. A
+/// direction that is merely soft leads back.
 const SOFT: f64 = 1e-6;
 /// Steps of a search for it.
 const STEPS: usize = 50;
@@ -241,16 +242,19 @@ fn is_level(
         Some((saddle.x, saddle.energy))
     };
     let soft = SOFT * modes.stiffest();
-    let directions = modes.curvatures.iter().zip(&modes.tangents);
-    let mut directions = directions.filter(|(curvature, _)| curvature.abs() <= soft);
-    directions.any(|(_, tangent)| {
+    let as_high = |energy: f64| (energy - height).abs() <= settings.sameness.energy;
+    let mut gradient = vec![0.0; piece.space().tangents()];
+    let mut directions = modes.curvatures.iter().zip(&modes.tangents);
+    directions.any(|(curvature, tangent)| {
         [reach, -reach].iter().any(|length| {
             let mut step = tangent.clone();
             scale(&mut step, *length);
-            again(&piece.moved(x, &step)).is_some_and(|(there, energy)| {
-                (energy - height).abs() <= settings.sameness.energy
-                    && piece.space().distance(x, &there) > settings.sameness.distance
-            })
+            let beside = piece.moved(x, &step);
+            (curvature.abs() <= soft || as_high(piece.evaluate(&beside, &mut gradient)))
+                && again(&beside).is_some_and(|(there, energy)| {
+                    as_high(energy)
+                        && piece.space().distance(x, &there) > settings.sameness.distance
+                })
         })
     })
 }

@@ -1,10 +1,14 @@
 //! What moved between two landscapes of one space: built with another temperature, other weights, another object of the
 //! same hand.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::likeness::Likeness;
 use super::network::{Minimum, MinimumId};
+use super::places::Places;
 use super::tree::{Ancestors, NodeId, Tree};
 use super::view::View;
 use crate::space::Space;
@@ -33,23 +37,19 @@ pub struct MergeChange {
     pub after: Option<f64>,
 }
 
-/// How alike two trees are, over all pairs of matched minima.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Likeness {
-    /// Pairs joined in both.
-    pub pairs: usize,
-    /// Pairs joined in one of them only.
-    pub joined_in_one: usize,
-    /// Mean change of the minimax height (second minus first).
-    pub mean_change: f64,
-    /// Root mean square change of the minimax height: the ℓ² cophenetic distance over the root of the number of pairs.
-    pub rms_change: f64,
-    /// Largest change of a minimax height or of an energy: the ℓ^∞ cophenetic distance.
-    pub largest_change: f64,
-    /// Cophenetic correlation: Pearson's between the heights of both; 1 where all moved alike. `None` where the heights
-    /// of one are all equal, or pairs are fewer than two.
-    pub correlation: Option<f64>,
+/// More pairs of minima than this lie within the reach of each other, so that it tells none from another.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error(
+    "more than {MOST_PAIRS} pairs of minima lie within {reach} of each other: take a shorter length for how near two must be to \
+     be one"
+)]
+pub struct TooNear {
+    /// The length within which two minima may be one.
+    pub reach: f64,
 }
+
+/// Pairs within reach that are kept at a time: some gigabytes.
+const MOST_PAIRS: usize = 50_000_000;
 
 /// What differs between two landscapes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -77,7 +77,10 @@ impl TreeDifference {
     /// Taxon 11, 33 (1962) (correlation); G. Cardona et al., BMC Bioinformatics 14, 3 (2013) (distances; with the energies
     /// of the leaves on the diagonal, and ℓ^∞, an interleaving distance: E. Munch and A. Stefanou, 2019).
     ///
-    /// O(n m) distances for n and m minima, and a step for each pair of those that correspond.
+    /// Distances are measured of those pairs only whose [`Space::landmarks`] are near; everything else is O(n log² n).
+    ///
+    /// # Errors
+    /// If so many pairs lie within `reach` that there is no room for them.
     ///
     /// # Panics
     /// If a tree does not belong to its minima, or a coordinate does not belong to the space.
@@ -86,8 +89,8 @@ impl TreeDifference {
         (minima_before, before): (&[Minimum], &Tree),
         (minima_after, after): (&[Minimum], &Tree),
         reach: f64,
-    ) -> Self {
-        let matches = partners(space, minima_before, minima_after, reach);
+    ) -> Result<Self, TooNear> {
+        let matches = partners(space, minima_before, minima_after, reach)?;
         let mut partner = vec![None; minima_before.len()];
         let mut met = vec![false; minima_after.len()];
         for matched in &matches {
@@ -98,28 +101,58 @@ impl TreeDifference {
             let numbered = met.enumerate().filter(|(_, met)| !met);
             numbered.map(|(number, _)| MinimumId(number)).collect()
         };
-        Self {
+        // Trees of the matched minima alone; minima of one landscape alone still join the others.
+        let one = View::whole(before).keep(|_, minimum| partner[minimum.0].is_some());
+        let other = View::whole(after).keep(|_, minimum| met[minimum.0]);
+        let mut place = vec![0; minima_after.len()];
+        for (leaf, minimum) in other.minima.iter().enumerate() {
+            place[minimum.0] = leaf;
+        }
+        let same: Vec<usize> = matches
+            .iter()
+            .map(|matched| place[matched.after.0])
+            .collect();
+        Ok(Self {
             vanished: alone(&mut partner.iter().map(Option::is_some)),
             appeared: alone(&mut met.iter().copied()),
-            merges: merges(before, after, &partner),
-            likeness: Likeness::of(&matches, before, after),
+            merges: merges(&one, after, &partner),
+            likeness: Likeness::of(&one.tree, &other.tree, &same),
             matches,
-        }
+        })
     }
 }
 
 /// Pairs within `reach`, nearest first, each minimum once; returned by the number of the first.
-fn partners(space: &dyn Space, before: &[Minimum], after: &[Minimum], reach: f64) -> Vec<Match> {
+fn partners(
+    space: &dyn Space,
+    before: &[Minimum],
+    after: &[Minimum],
+    reach: f64,
+) -> Result<Vec<Match>, TooNear> {
+    let landmarks = |minimum: &Minimum| space.landmarks(&minimum.coordinates);
+    let places = Places::new(after.par_iter().map(landmarks).collect());
+    let found = AtomicUsize::new(0);
     let near = |(i, one): (usize, &Minimum)| -> Vec<Match> {
-        let measured = after.iter().enumerate().map(|(j, other)| Match {
-            before: MinimumId(i),
-            after: MinimumId(j),
-            distance: space.distance(&one.coordinates, &other.coordinates),
-            energies: [one.energy, other.energy],
-        });
-        measured.filter(|pair| pair.distance <= reach).collect()
+        if found.load(Ordering::Relaxed) > MOST_PAIRS {
+            return Vec::new();
+        }
+        let measured = places
+            .within(reach, &landmarks(one))
+            .into_iter()
+            .map(|j| Match {
+                before: MinimumId(i),
+                after: MinimumId(j),
+                distance: space.distance(&one.coordinates, &after[j].coordinates),
+                energies: [one.energy, after[j].energy],
+            });
+        let row: Vec<Match> = measured.filter(|pair| pair.distance <= reach).collect();
+        found.fetch_add(row.len(), Ordering::Relaxed);
+        row
     };
     let rows: Vec<Vec<Match>> = before.par_iter().enumerate().map(near).collect();
+    if found.into_inner() > MOST_PAIRS {
+        return Err(TooNear { reach });
+    }
     let mut pairs = rows.concat();
     pairs.sort_by(|a, b| {
         let names = |pair: &Match| (pair.before, pair.after);
@@ -137,12 +170,11 @@ fn partners(space: &dyn Space, before: &[Minimum], after: &[Minimum], reach: f64
         free
     });
     pairs.sort_by_key(|pair| pair.before);
-    pairs
+    Ok(pairs)
 }
 
-/// The merges of the first tree between minima with a partner.
-fn merges(before: &Tree, after: &Tree, partner: &[Option<MinimumId>]) -> Vec<MergeChange> {
-    let view = View::whole(before).keep(|_, minimum| partner[minimum.0].is_some());
+/// The merges of the first tree, of which `view` shows the minima with a partner.
+fn merges(view: &View, after: &Tree, partner: &[Option<MinimumId>]) -> Vec<MergeChange> {
     // The lowest minimum below each node; leaves come first and children before their parents.
     let mut lowest: Vec<usize> = Vec::with_capacity(view.tree.nodes.len());
     let ancestors = Ancestors::of(after);
@@ -180,114 +212,13 @@ fn merges(before: &Tree, after: &Tree, partner: &[Option<MinimumId>]) -> Vec<Mer
     changes
 }
 
-impl Likeness {
-    fn of(matches: &[Match], before: &Tree, after: &Tree) -> Self {
-        let rows = matches.par_iter().enumerate().map(|(k, one)| {
-            let first = heights_from(before, one.before);
-            let second = heights_from(after, one.after);
-            let mut row = Pairs::default();
-            for other in &matches[k + 1..] {
-                match (first[other.before.0], second[other.after.0]) {
-                    (Some(first), Some(second)) => row.add([first, second]),
-                    (None, None) => {}
-                    _ => row.joined_in_one += 1,
-                }
-            }
-            row
-        });
-        // Rows come together in their order, whatever thread made them.
-        let rows: Vec<Pairs> = rows.collect();
-        let all = rows.iter().fold(Pairs::default(), Pairs::with);
-        let energies = matches.iter().map(|matched| matched.energies);
-        let largest = energies.fold(all.largest_change, |largest, [a, b]| {
-            largest.max((b - a).abs())
-        });
-        let count = all.count.max(1) as f64;
-        let correlated = all.count > 1 && all.squares.iter().all(|square| *square > 0.0);
-        Self {
-            pairs: all.count,
-            joined_in_one: all.joined_in_one,
-            mean_change: all.mean[1] - all.mean[0],
-            rms_change: (all.squared_changes / count).sqrt(),
-            largest_change: largest,
-            correlation: correlated
-                .then(|| all.products / (all.squares[0].sqrt() * all.squares[1].sqrt())),
-        }
-    }
-}
-
-/// Height at which `minimum` merges with each minimum of the tree, `None` where it never does.
-fn heights_from(tree: &Tree, minimum: MinimumId) -> Vec<Option<f64>> {
-    let mut heights = vec![None; tree.nodes.len()];
-    let mut above = Some(NodeId(minimum.0));
-    while let Some(node) = above {
-        heights[node.0] = Some(tree.nodes[node.0].energy);
-        above = tree.nodes[node.0].parent;
-    }
-    // Parents have larger numbers than their children.
-    for (number, node) in tree.nodes.iter().enumerate().rev() {
-        if let (None, Some(parent)) = (heights[number], node.parent) {
-            heights[number] = heights[parent.0];
-        }
-    }
-    heights
-}
-
-/// Sums over pairs of minima, each with its heights in both trees; means and deviations from them are updated together (T. F.
-/// Chan, G. H. Golub and R. J. `LeVeque`, Am. Stat. 37, 242 (1983)), so that no list of all pairs is needed.
-#[derive(Debug, Clone, Copy, Default)]
-struct Pairs {
-    count: usize,
-    joined_in_one: usize,
-    /// Mean heights.
-    mean: [f64; 2],
-    /// Sums of the squared deviations from the means.
-    squares: [f64; 2],
-    /// Sum of the products of both deviations.
-    products: f64,
-    squared_changes: f64,
-    largest_change: f64,
-}
-
-impl Pairs {
-    fn add(&mut self, heights: [f64; 2]) {
-        let change = heights[1] - heights[0];
-        let one = Self {
-            count: 1,
-            mean: heights,
-            squared_changes: change * change,
-            largest_change: change.abs(),
-            ..Self::default()
-        };
-        *self = self.with(&one);
-    }
-
-    /// The sums over both.
-    fn with(self, other: &Self) -> Self {
-        let count = self.count + other.count;
-        let share = other.count as f64 / count.max(1) as f64;
-        let weight = self.count as f64 * share;
-        let apart = [0, 1].map(|side| other.mean[side] - self.mean[side]);
-        Self {
-            count,
-            joined_in_one: self.joined_in_one + other.joined_in_one,
-            mean: [0, 1].map(|side| self.mean[side] + share * apart[side]),
-            squares: [0, 1].map(|side| {
-                self.squares[side] + other.squares[side] + weight * apart[side].powi(2)
-            }),
-            products: self.products + other.products + weight * apart[0] * apart[1],
-            squared_changes: self.squared_changes + other.squared_changes,
-            largest_change: self.largest_change.max(other.largest_change),
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::space::Euclidean;
     use crate::topography::network::{Evidence, Network};
-    use crate::topography::tree::tests::network;
+    use crate::topography::tree::tests::{any_network, network};
+    use proptest::prelude::*;
 
     /// Minima at their energies on a line, as the helper places them.
     fn sides(network: &Network) -> (Vec<Minimum>, Tree) {
@@ -303,6 +234,7 @@ mod tests {
             (&other.0, &other.1),
             reach,
         )
+        .unwrap()
     }
 
     #[test]
@@ -357,58 +289,59 @@ mod tests {
         assert_eq!(likeness.correlation, None);
     }
 
-    /// Chains of minima whose heights change without any rule, some links of which are missing in one of them.
-    #[test]
-    fn likeness_is_that_of_all_pairs_one_by_one() {
-        let count = 40_usize;
-        let energies: Vec<f64> = (0..count).map(|k| k as f64).collect();
-        let chain = |factor: usize, gap: usize| {
-            let links: Vec<_> = (1..count)
-                .filter(|k| *k != gap)
-                .map(|k| (k - 1, k, 50.0 + (k * factor % 17) as f64, Evidence::Saddle))
-                .collect();
-            network(&energies, &links)
-        };
-        let (before, after) = (chain(5, 33), chain(7, 12));
-        let likeness = compare(&before, &after, 0.1).likeness;
-        let [one, other] = [&before, &after].map(|side| Tree::from_network(side, Evidence::Chain));
-        let (mut heights, mut joined_in_one) = (Vec::new(), 0);
-        for i in (0..count).map(MinimumId) {
-            for j in (0..i.0).map(MinimumId) {
-                match (one.minimax(i, j), other.minimax(i, j)) {
-                    (Some(first), Some(second)) => heights.push([first, second]),
-                    (None, None) => {}
-                    _ => joined_in_one += 1,
+    proptest! {
+        #[test]
+        fn likeness_is_that_of_all_pairs_one_by_one(
+            before in any_network(),
+            after in any_network(),
+            chosen in any::<u64>(),
+        ) {
+            let counts = [&before, &after].map(Network::node_count);
+            // Minima k of both are one, as far as both have it and it is chosen; all others are far from each other.
+            let [one, other] = [(&before, 0.5), (&after, 0.25)].map(|(side, away)| {
+                let mut placed = side.clone();
+                for (k, minimum) in placed.node_weights_mut().enumerate() {
+                    let own = if chosen >> k & 1 == 1 { 0.0 } else { away };
+                    minimum.coordinates = vec![k as f64 + own];
+                }
+                placed
+            });
+            let found = compare(&one, &other, 0.1);
+            let common: Vec<usize> = (0..counts[0].min(counts[1])).filter(|k| chosen >> k & 1 == 1).collect();
+            let matched: Vec<usize> = found.matches.iter().map(|pair| pair.before.0).collect();
+            prop_assert_eq!(&matched, &common);
+            prop_assert!(found.matches.iter().all(|pair| pair.before.0 == pair.after.0));
+            let [first, second] = [&before, &after].map(|side| Tree::from_network(side, Evidence::Chain));
+            let (mut heights, mut joined_in_one) = (Vec::new(), 0);
+            for i in common.iter().copied().map(MinimumId) {
+                for j in common.iter().copied().filter(|j| *j < i.0).map(MinimumId) {
+                    match (first.minimax(i, j), second.minimax(i, j)) {
+                        (Some(first), Some(second)) => heights.push([first, second]),
+                        (None, None) => {}
+                        _ => joined_in_one += 1,
+                    }
                 }
             }
-        }
-        assert_eq!(
-            (likeness.pairs, likeness.joined_in_one),
-            (heights.len(), joined_in_one)
-        );
-        let mean = |value: &dyn Fn([f64; 2]) -> f64| {
-            heights.iter().map(|pair| value(*pair)).sum::<f64>() / heights.len() as f64
-        };
-        let [first, second] = [mean(&|h| h[0]), mean(&|h| h[1])];
-        let largest = heights
-            .iter()
-            .map(|h| (h[1] - h[0]).abs())
-            .fold(0.0, f64::max);
-        let covariance = mean(&|h| (h[0] - first) * (h[1] - second));
-        let variances = [
-            mean(&|h| (h[0] - first).powi(2)),
-            mean(&|h| (h[1] - second).powi(2)),
-        ];
-        for (found, expected) in [
-            (likeness.mean_change, second - first),
-            (likeness.rms_change, mean(&|h| (h[1] - h[0]).powi(2)).sqrt()),
-            (likeness.largest_change, largest),
-            (
-                likeness.correlation.unwrap(),
-                covariance / (variances[0] * variances[1]).sqrt(),
-            ),
-        ] {
-            approx::assert_relative_eq!(found, expected, epsilon = 1e-12, max_relative = 1e-12);
+            let likeness = found.likeness;
+            prop_assert_eq!((likeness.pairs, likeness.joined_in_one), (heights.len(), joined_in_one));
+            let mean = |value: &dyn Fn([f64; 2]) -> f64| {
+                heights.iter().map(|pair| value(*pair)).sum::<f64>() / heights.len().max(1) as f64
+            };
+            let means = [mean(&|h| h[0]), mean(&|h| h[1])];
+            let product = |a: usize, b: usize| mean(&|h| (h[a] - means[a]) * (h[b] - means[b]));
+            let of_energies = found.matches.iter().map(|pair| (pair.energies[1] - pair.energies[0]).abs());
+            let of_heights = heights.iter().map(|h| (h[1] - h[0]).abs());
+            let largest = of_energies.chain(of_heights).fold(0.0, f64::max);
+            prop_assert!((likeness.largest_change - largest).abs() < 1e-15);
+            prop_assert!((likeness.mean_change - (means[1] - means[0])).abs() < 1e-12);
+            let rms = mean(&|h| (h[1] - h[0]).powi(2)).sqrt();
+            prop_assert!((likeness.rms_change - rms).abs() < 1e-7, "{} {}", likeness.rms_change, rms);
+            let spreads = [product(0, 0), product(1, 1)];
+            prop_assert_eq!(likeness.correlation.is_some(), spreads.iter().all(|spread| *spread > 1e-20));
+            if let Some(correlation) = likeness.correlation {
+                let expected = product(0, 1) / (spreads[0] * spreads[1]).sqrt();
+                prop_assert!((correlation - expected).abs() < 1e-9);
+            }
         }
     }
 
@@ -419,6 +352,21 @@ mod tests {
         assert_eq!(likeness.pairs, 0);
         assert!(!likeness.rms_change.is_sign_negative());
         assert!(!likeness.mean_change.is_sign_negative());
+    }
+
+    #[test]
+    fn many_in_one_place_are_refused() {
+        let crowd = vec![
+            Minimum {
+                coordinates: vec![0.0],
+                energy: 0.0,
+                choice: Vec::new(),
+                members: Vec::new()
+            };
+            8000
+        ];
+        let found = partners(&Euclidean::new(1), &crowd, &crowd, 0.5);
+        assert_eq!(found, Err(TooNear { reach: 0.5 }));
     }
 
     #[test]

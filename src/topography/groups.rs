@@ -118,31 +118,38 @@ impl Groups {
             let allowed = barriers.iter().rev().find(|barrier| **barrier <= highest);
             grid.splice(0..0, allowed.copied());
         }
-        let draws: Vec<Vec<bool>> = (0..settings.resamplings)
+        // The links by the first level that takes them in, those above all levels left out.
+        let mut rising: Vec<(usize, usize)> = (links.iter().enumerate())
+            .map(|(k, link)| (grid.partition_point(|b| b + TIE * b < link.2), k))
+            .filter(|(level, _)| *level < grid.len())
+            .collect();
+        rising.sort_unstable();
+        let whole: Vec<Joined> = joined(n, &links, &rising, grid.len(), |_| true);
+        let resampled: Vec<Vec<f64>> = (0..settings.resamplings)
+            .into_par_iter()
             .map(|id| {
                 let mut rng = stream(settings.seed, Task::Resampling, id as u64);
                 let mut drawn = vec![false; links.len()];
                 for _ in 0..links.len() {
                     drawn[rng.random_range(0..links.len())] = true;
                 }
-                drawn
+                let parts = joined(n, &links, &rising, grid.len(), |k| drawn[k]);
+                let both = whole.iter().zip(&parts);
+                both.map(|(whole, part)| agreement_with_part(n, whole.pairs, part.pairs))
+                    .collect()
             })
             .collect();
-        let mut scan = Vec::new();
-        for barrier in grid {
-            let (level, labels) = level(n, &links, barrier);
-            let indices: Vec<f64> = draws
-                .par_iter()
-                .map(|drawn| {
-                    adjusted_rand_index(&labels, &partition(n, &links, barrier, |k| drawn[k]))
-                })
-                .collect();
-            let total: f64 = indices.iter().sum();
-            scan.push(Level {
-                stability: total / draws.len().max(1) as f64,
-                ..level
-            });
-        }
+        let scan: Vec<Level> = (grid.iter().zip(&whole).enumerate())
+            .map(|(row, (barrier, whole))| {
+                let total: f64 = resampled.iter().map(|indices| indices[row]).sum();
+                Level {
+                    barrier: *barrier,
+                    stability: total / resampled.len().max(1) as f64,
+                    groups: whole.groups,
+                    largest: whole.largest,
+                }
+            })
+            .collect();
         let allowed = scan.partition_point(|level| level.barrier <= highest);
         let barrier = most_stable(&scan[..allowed], n).map_or(0.0, |level| level.barrier);
         Self {
@@ -215,6 +222,51 @@ fn partition(
     sets.into_labeling()
 }
 
+/// What a partition comes to.
+#[derive(Clone, Copy)]
+struct Joined {
+    /// Number of groups.
+    groups: usize,
+    /// Size of the largest.
+    largest: usize,
+    /// Pairs of minima in one group.
+    pairs: f64,
+}
+
+/// The partitions at all levels, of the `rising` links (level and number) that are kept: each level only joins groups of the
+/// one before, so one pass makes all.
+fn joined(
+    n: usize,
+    links: &[(usize, usize, f64)],
+    rising: &[(usize, usize)],
+    levels: usize,
+    keep: impl Fn(usize) -> bool,
+) -> Vec<Joined> {
+    let mut sets = UnionFind::new(n);
+    let mut sizes = vec![1_usize; n];
+    let mut now = Joined {
+        groups: n,
+        largest: n.min(1),
+        pairs: 0.0,
+    };
+    let mut next = rising.iter().peekable();
+    (0..levels)
+        .map(|level| {
+            while let Some((_, k)) = next.next_if(|(first, _)| *first <= level) {
+                let [a, b] = [links[*k].0, links[*k].1].map(|end| sets.find_mut(end));
+                if keep(*k) && sets.union(a, b) {
+                    let size = sizes[a] + sizes[b];
+                    now.pairs += (sizes[a] * sizes[b]) as f64;
+                    sizes[sets.find(a)] = size;
+                    now.groups -= 1;
+                    now.largest = now.largest.max(size);
+                }
+            }
+            now
+        })
+        .collect()
+}
+
 fn members(labels: &[usize]) -> Vec<Vec<MinimumId>> {
     let mut place = vec![None; labels.len()];
     let mut members: Vec<Vec<MinimumId>> = Vec::new();
@@ -264,8 +316,17 @@ pub(super) fn adjusted_rand_index(a: &[usize], b: &[usize]) -> f64 {
         }
     }
     let sum = |sizes: &[usize]| sizes.iter().map(|size| pairs(*size)).sum::<f64>();
-    let (first, second) = (sum(&first), sum(&second));
-    let total = pairs(a.len());
+    beyond_chance(joint, [sum(&first), sum(&second)], pairs(a.len()))
+}
+
+/// The adjusted Rand index of a partition of `n` and of one that only divides its groups: what is together in that one is
+/// together in both, so the numbers of pairs in groups of the `whole` and of the `part` tell it.
+fn agreement_with_part(n: usize, whole: f64, part: f64) -> f64 {
+    beyond_chance(part, [whole, part], (n * n.saturating_sub(1)) as f64 / 2.0)
+}
+
+/// The index from the pairs together in both partitions, those together in either, and all.
+fn beyond_chance(joint: f64, [first, second]: [f64; 2], total: f64) -> f64 {
     if total == 0.0 {
         return 1.0;
     }
@@ -281,7 +342,8 @@ pub(super) fn adjusted_rand_index(a: &[usize], b: &[usize]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::topography::tree::tests::network;
+    use crate::topography::tree::tests::{any_network, network};
+    use proptest::prelude::*;
 
     #[test]
     fn rand_index_of_known_partitions() {
@@ -291,6 +353,27 @@ mod tests {
         let expected = (2.0 - chance) / (4.5 - chance);
         assert!((adjusted_rand_index(&a, &b) - expected).abs() < 1e-12);
         assert!((adjusted_rand_index(&a, &[5, 5, 5, 2, 2, 2]) - 1.0).abs() < 1e-12);
+    }
+
+    proptest! {
+        #[test]
+        fn the_scan_is_that_of_each_level_by_itself(network in any_network()) {
+            let settings = GroupSettings { resamplings: 5, ..GroupSettings::default() };
+            let found = Groups::new(&network, &settings);
+            let (links, n) = (links(&network, settings.worst), network.node_count());
+            for known in found.scan {
+                let (expected, labels) = level(n, &links, known.barrier);
+                let total: f64 = (0..5)
+                    .map(|id| {
+                        let mut rng = stream(0, Task::Resampling, id);
+                        let drawn: Vec<usize> = links.iter().map(|_| rng.random_range(0..links.len())).collect();
+                        let parts = partition(n, &links, known.barrier, |k| drawn.contains(&k));
+                        adjusted_rand_index(&labels, &parts)
+                    })
+                    .sum();
+                prop_assert_eq!(known, Level { stability: total / 5.0, ..expected });
+            }
+        }
     }
 
     #[test]

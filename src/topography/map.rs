@@ -209,8 +209,8 @@ pub fn map(
     };
     let pairs = candidates(&survey.distances, settings.neighbours);
     let tally = Tally::new(Phase::Connect, pairs.len(), observer);
+    let mut known = Tree::from_network(&survey.network(), Evidence::Path);
     for batch in pairs.chunks(settings.batch.max(1)) {
-        let known = Tree::from_network(&survey.network(), Evidence::Path);
         let open: Vec<_> = (batch.iter().copied())
             .filter(|pair| !(settings.pruned && survey.joined_at_the_bottom(&known, *pair)))
             .collect();
@@ -218,6 +218,10 @@ pub fn map(
             tally.tick();
         }
         survey.connect(&open, &tally);
+        // The tree costs as much as all connections known, so it is made again only where there is news, and use.
+        if settings.pruned && !open.is_empty() {
+            known = Tree::from_network(&survey.network(), Evidence::Path);
+        }
     }
     for _ in 0..settings.join_rounds {
         let component = survey.components();

@@ -10,11 +10,13 @@ pub mod exchange;
 mod follow;
 mod groups;
 mod journal;
+mod likeness;
 mod map;
 mod minima;
 mod network;
 mod pairs;
 mod path;
+mod places;
 mod progress;
 mod rarefaction;
 mod scales;
@@ -32,9 +34,10 @@ pub use barrier::{Connection, Connector, Crossing, Effort, Pair, Start};
 pub use diagram::{
     Diagram, DiagramSettings, ForceLevel, Isotherm, Recommendation, Threshold, diagram, log_grid,
 };
-pub use difference::{Likeness, Match, MergeChange, TreeDifference};
+pub use difference::{Match, MergeChange, TooNear, TreeDifference};
 pub use groups::{GroupSettings, Groups, Level};
 pub use journal::{Journal, MemoryJournal, NoJournal};
+pub use likeness::Likeness;
 pub use map::{Landscape, MapSettings, NoMinimum, map};
 pub use minima::{HoppingSettings, Rejected, Sameness, distinct, hop, quench_all};
 pub use network::{Edge, Evidence, Minimum, MinimumId, Network};

@@ -4,10 +4,11 @@ use std::io::Write as _;
 
 use landscape::figure::LeafOrder;
 use landscape::figure::layout::{collapse, place};
+use landscape::space::Euclidean;
 use landscape::topography::view::{Levels, View, bottoms, grouped, restricted};
 use landscape::topography::{
-    Ancestors, Edge, Evidence, Minimum, MinimumId, Network, Tree, decisive, dot, graphml, newick,
-    support, tree_json,
+    Ancestors, Edge, Evidence, Minimum, MinimumId, Network, Tree, TreeDifference, decisive, dot,
+    graphml, newick, support, tree_json,
 };
 use rand::RngExt;
 
@@ -110,6 +111,24 @@ fn exercise(network: &Network) {
         // Links that tie make one merge, at the highest of their heights.
         assert!(height >= network[edge].height && height <= network[edge].height + 1e-7);
     }
+
+    // Compared with itself and with a comb.
+    let minima: Vec<Minimum> = network.node_weights().cloned().collect();
+    let compare = |other: &Tree| {
+        let sides = [(&minima[..], &tree), (&minima[..], other)];
+        TreeDifference::between(&Euclidean::new(1), sides[0], sides[1], 0.4).unwrap()
+    };
+    let same = compare(&tree);
+    assert_eq!((same.matches.len(), same.merges.len()), (count, count - 1));
+    assert!(same.likeness.largest_change.abs() < 1e-15 && same.likeness.rms_change.abs() < 1e-15);
+    let other = compare(&Tree::from_network(&comb(count), Evidence::Chain)).likeness;
+    assert_eq!(
+        (other.pairs, other.joined_in_one),
+        (count * (count - 1) / 2, 0)
+    );
+    assert!(
+        other.mean_change.abs() <= other.rms_change && other.rms_change <= other.largest_change
+    );
 
     let view = View::whole(&tree);
     let low = view.lowest(500);

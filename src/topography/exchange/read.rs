@@ -147,16 +147,12 @@ impl Database {
     /// If a line or a field does not fit: which, of which file, and what would. If a transition state lies below a minimum
     /// that it joins: no surface has one.
     pub fn parse(min_data: &str, ts_data: &str) -> Result<(Self, Layout), ExchangeError> {
-        let minima = lines(min_data, MINIMA, [6, 2], None)?;
-        let Some((_, layout)) = minima.first() else {
-            return Err(ExchangeError::Empty { file: MINIMA });
-        };
-        let layout = *layout;
-        let states = lines(ts_data, STATES, [8, 3], Some(layout))?;
         let mut database = Self::default();
         // Row of each minimum by its number in the file, and the line where it stands.
         let mut rows: BTreeMap<usize, (usize, usize)> = BTreeMap::new();
-        for (row, (line, _)) in minima.iter().enumerate() {
+        let mut first = None;
+        for (row, line) in lines(min_data, MINIMA).enumerate() {
+            let layout = line.layout([6, 2], &mut first)?;
             let (number, energy, vibrations) = match layout {
                 Layout::Pathsample => {
                     let vibrations = line.vibrations([1, 2, 3])?;
@@ -176,7 +172,11 @@ impl Database {
             }
             database.minima.push(MinimumEntry { energy, vibrations });
         }
-        for (line, _) in &states {
+        let Some(layout) = first else {
+            return Err(ExchangeError::Empty { file: MINIMA });
+        };
+        for line in lines(ts_data, STATES) {
+            line.layout([8, 3], &mut first)?;
             let ([a, b], height, vibrations) = match layout {
                 Layout::Pathsample => ([3, 4], 0, Some(line.vibrations([1, 2, 5])?)),
                 Layout::Topsearch => ([0, 1], 2, None),
@@ -225,20 +225,24 @@ struct Line<'a> {
     fields: Vec<&'a str>,
 }
 
-/// The lines of a file and their layouts, which must all be the first one.
-fn lines<'a>(
-    text: &'a str,
-    file: &'static str,
-    expected: [usize; 2],
-    mut first: Option<Layout>,
-) -> Result<Vec<(Line<'a>, Layout)>, ExchangeError> {
-    let mut lines = Vec::new();
-    for (number, text) in text.lines().enumerate() {
-        let (line, fields) = (number + 1, text.split_whitespace().collect::<Vec<_>>());
-        let found = fields.len();
-        if found == 0 {
-            continue;
-        }
+/// The lines of a file that are not empty.
+fn lines<'a>(text: &'a str, file: &'static str) -> impl Iterator<Item = Line<'a>> {
+    let lines = text.lines().enumerate().map(move |(row, text)| Line {
+        file,
+        number: row + 1,
+        fields: text.split_whitespace().collect(),
+    });
+    lines.filter(|line| !line.fields.is_empty())
+}
+
+impl Line<'_> {
+    /// The layout of a line with as many fields as PATHSAMPLE's or topsearch's, which must be that of the `first` line.
+    fn layout(
+        &self,
+        expected: [usize; 2],
+        first: &mut Option<Layout>,
+    ) -> Result<Layout, ExchangeError> {
+        let (file, line, found) = (self.file, self.number, self.fields.len());
         let layout = match expected.iter().position(|count| *count == found) {
             Some(0) => Layout::Pathsample,
             Some(_) => Layout::Topsearch,
@@ -252,29 +256,19 @@ fn lines<'a>(
             }
         };
         let first = *first.get_or_insert(layout);
-        if layout != first {
-            return Err(ExchangeError::Mixed {
+        if layout == first {
+            Ok(layout)
+        } else {
+            Err(ExchangeError::Mixed {
                 file,
                 line,
                 found,
                 layout,
                 first,
-            });
+            })
         }
-        let number = line;
-        lines.push((
-            Line {
-                file,
-                number,
-                fields,
-            },
-            layout,
-        ));
     }
-    Ok(lines)
-}
 
-impl Line<'_> {
     fn wrong(&self, field: usize, expected: &'static str) -> ExchangeError {
         ExchangeError::Field {
             file: self.file,
