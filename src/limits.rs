@@ -244,10 +244,10 @@ pub const THREADS: Limit = Limit {
 
 /// Temperatures and pulls of attraction–diffusion, and other numbers in the unit of an energy.
 pub const ENERGY_SCALE: Limit = Limit {
-    least: 1e-12,
-    most: 1e12,
+    least: 1e-30,
+    most: 1e30,
     unit: "",
-    reason: "energies are of order one",
+    reason: "choose another unit of energy",
 };
 
 /// Ends of the region from which random starts are drawn.
@@ -260,7 +260,7 @@ pub const REGION: Limit = Limit {
 
 /// Sides of that region.
 pub const REGION_SIDE: Limit = Limit {
-    least: 1e-9,
+    least: 1e-15,
     most: 2e9,
     unit: "",
     reason: "differences are taken over a small share of it: choose another unit",
