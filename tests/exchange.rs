@@ -6,16 +6,13 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use desk::{Desk, assert_says};
+use crate::desk::{Desk, assert_says};
+use crate::pickled::bench;
 use landscape::grasp::hand::{Hand, HandFiles, PosedHand};
 use landscape::grasp::object::{ExactMesh, Mesh};
 use landscape::store::exchange::{Columns, JointColumns, Mapping, read, table_csv, table_json};
 use landscape::store::{Grasp, GraspFile, Overrides};
-use pickled::bench;
 use proptest::prelude::*;
-
-mod desk;
-mod pickled;
 
 /// Grasps of the parallel gripper on the ball.
 const TABLE: &str = "\

@@ -3,21 +3,19 @@
 //! The files are not part of the project: `LANDSCAPE_TEST_DATA` names the folder that holds them.
 #![cfg(feature = "grasp")]
 
-mod published;
-
 use std::fmt::Write as _;
 use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use crate::published::{Difference, ORIGINALS, REFERENCES, numbers};
 use landscape::grasp::hand::{Hand, HandFiles, LinkId, PosedHand};
 use nalgebra::{Matrix3, Vector3};
-use published::{Difference, ORIGINALS, REFERENCES, numbers};
 
 /// The folder of the published hands, if there is one here.
 fn published() -> Option<PathBuf> {
-    let folder = published::folder();
+    let folder = crate::published::folder();
     if folder.is_none() {
         // Past the harness, which captures what the print macros write.
         let _ = writeln!(std::io::stderr(), "SKIPPED: LANDSCAPE_TEST_DATA is not set");
@@ -36,7 +34,7 @@ fn hands_move_as_in_mujoco() {
     let Some(folder) = published() else { return };
     for [description, reference] in REFERENCES {
         let hand = load(&folder.join(description));
-        let reference = published::reference(&folder.join(reference));
+        let reference = crate::published::reference(&folder.join(reference));
         let worst = Difference::of(&hand, &reference);
         println!("{description}: {worst:?}");
         assert!(worst.frames >= 21 * 16, "{description}: {worst:?}");

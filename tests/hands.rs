@@ -5,13 +5,11 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
+use crate::toy_hand::toy_hand;
 use landscape::grasp::hand::{
     HAND_NAMES, Hand, HandError, HandFiles, PosedHand, axis_distance, closest_points,
 };
 use nalgebra::{DMatrix, Vector3};
-use toy_hand::toy_hand;
-
-mod toy_hand;
 
 /// The hands that come with the program, read anew.
 fn hands() -> Vec<Hand> {

@@ -5,12 +5,10 @@
 
 use std::fs;
 
-use desk::{Desk, assert_says};
+use crate::desk::{Desk, assert_says};
 use landscape::store::{GraspFile, Overrides};
 use nalgebra::{Rotation3, Vector3};
 use serde_json::{Value, json};
-
-mod desk;
 
 impl Desk {
     /// What a command that must succeed prints.

@@ -6,16 +6,13 @@ use std::fs;
 use std::path::PathBuf;
 use std::process::Command;
 
-use desk::{Desk, assert_says};
+use crate::desk::{Desk, assert_says};
 use landscape::grasp::hand::{Hand, HandFiles};
 use landscape::grasp::object::{Mesh, Object};
 use landscape::grasp::taxonomy::{
     Anatomy, Bone, Labeller, NOT_APPLICABLE, Patch, Rule, Taxonomy, explain,
 };
 use landscape::store::{GraspFile, Overrides};
-
-mod desk;
-mod toy_hand;
 
 /// Grasps of the committed population, every `step`-th.
 fn some_grasps(step: usize) -> GraspFile {
@@ -133,7 +130,7 @@ fn hands_unlike_a_human_one_are_not_guessed() {
 /// Fingers of two phalanges, as those of the Inspire and the Ability hand, were taken for none.
 #[test]
 fn fingers_of_two_phalanges_are_fingers() {
-    let hand = Hand::from_urdf(&toy_hand::toy_hand(false), None).unwrap();
+    let hand = Hand::from_urdf(&crate::toy_hand::toy_hand(false), None).unwrap();
     let anatomy = Anatomy::of(&hand).unwrap();
     assert!((1..=5).all(|digit| anatomy.has(digit)));
     for (digit, name) in [(2, "index"), (5, "little")] {

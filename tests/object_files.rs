@@ -5,13 +5,11 @@
 use std::fmt::Write;
 use std::fs;
 
+use crate::desk::{Desk, assert_says};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use desk::{Desk, assert_says};
 use landscape::grasp::object::{Mesh, Object};
 use serde_json::json;
-
-mod desk;
 
 const DUMBBELL: &str = "\
 name = \"dumbbell\"

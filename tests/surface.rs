@@ -8,11 +8,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::Duration;
 
-use folder::names;
+use crate::folder::names;
 use landscape::store::{LandscapeFiles, StationaryRow};
 use tempfile::TempDir;
-
-mod folder;
 
 /// A folder to work in.
 struct Desk {

@@ -7,15 +7,16 @@ use std::fs;
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
-use folder::names;
+use crate::folder::names;
 use landscape::store::{LandscapeFiles, StationaryRow};
 use landscape::topography::exchange::{Database, Layout};
 use landscape::topography::{Evidence, MinimumId, Tree};
 use serde_json::Value;
 use tempfile::TempDir;
 
+#[path = "deep/mod.rs"]
 mod deep;
-mod folder;
+#[path = "hostile/mod.rs"]
 mod hostile;
 
 struct Desk(TempDir);

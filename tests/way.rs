@@ -5,12 +5,10 @@
 use std::fs;
 use std::path::Path;
 
-use desk::{Desk, assert_says};
+use crate::desk::{Desk, assert_says};
 use landscape::grasp::hand::Hand;
 use landscape::store::{GraspFile, LandscapeFiles, Overrides};
 use serde_json::Value;
-
-mod desk;
 
 /// What a command that must succeed prints.
 fn index(value: &Value) -> usize {

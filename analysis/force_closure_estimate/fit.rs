@@ -1,7 +1,7 @@
 //! ‖Gc‖ as a function of μ₀.
 
-use crate::line::Line;
-use crate::sets::Set;
+use super::line::Line;
+use super::sets::Set;
 
 /// Fits to the sets with μ₀ up to a limit.
 #[derive(Debug, Clone, Copy)]

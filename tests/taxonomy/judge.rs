@@ -11,7 +11,7 @@ use landscape::sample::{Task, stream};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
-use crate::fixture::Fixture;
+use super::fixture::Fixture;
 
 type Failure = Box<dyn std::error::Error + Send + Sync>;
 

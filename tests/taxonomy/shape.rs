@@ -4,7 +4,7 @@ use landscape::grasp::hand::Hand;
 use landscape::grasp::object::{Primitive, Shape};
 use nalgebra::{Matrix3, Vector3};
 
-use crate::fixture::Fixture;
+use super::fixture::Fixture;
 
 impl Fixture {
     /// The object.

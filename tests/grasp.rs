@@ -1,0 +1,20 @@
+//! Hands, objects and grasps. One program for all these files: each program of tests costs a link.
+
+mod depth;
+mod failures;
+mod force_closure;
+mod force_closure_estimate;
+mod grasp_energy;
+mod hand_files;
+mod hands;
+mod mano;
+mod mjcf;
+mod neural;
+mod objects;
+mod press;
+mod published;
+mod shapes;
+mod stability;
+mod synthesis;
+mod taxonomy_fixtures;
+mod toy_hand;

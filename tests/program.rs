@@ -1,0 +1,15 @@
+//! The whole program and its files. One program for all these files: each program of tests costs a link.
+#![cfg(feature = "cli")]
+#![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
+
+mod desk;
+mod exchange;
+mod folder;
+mod inspect;
+mod labels;
+mod object_files;
+mod pickled;
+mod surface;
+mod toy_hand;
+mod trees;
+mod way;
