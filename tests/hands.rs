@@ -606,9 +606,15 @@ fn bad_side_files_are_named() {
             r#"{"rest_mm": {"index_mcp_flexion": 3}}"#,
             "whose unit it is not",
         ),
-        (r#"{"deviation_deg": {"index_mcp_flexion": 0}}"#, "positive"),
+        (
+            r#"{"deviation_deg": {"index_mcp_flexion": 0}}"#,
+            "0 is not from 1e-6",
+        ),
         (r#"{"metric": {"levers_m": {"toe": 1}}}"#, "joint \"toe\""),
-        (r#"{"metric": {"rotation_reach_m": -1}}"#, "positive"),
+        (
+            r#"{"metric": {"rotation_reach_m": -1}}"#,
+            "-1 is not from 1e-6",
+        ),
         // Found by fuzzing.
         (r#"{"surface_points": 0}"#, "positive"),
         (

@@ -146,7 +146,7 @@ fn scales_units_and_repairs_are_told() {
     );
     assert_says(
         &desk.mistake("synth --object mm.ply --scale 0"),
-        &["--scale 0", "positive"],
+        &["--scale 0", "not from 1e-6"],
     );
 }
 

@@ -160,6 +160,7 @@ fn experiment(command: &Synth, common: &Common) -> anyhow::Result<Experiment> {
     }
     if let Some(contacts) = command.contacts {
         experiment.energy.contacts = contacts;
+        experiment.energy.validate()?;
     }
     anyhow::ensure!(
         command.spread != Some(0),
