@@ -1,7 +1,7 @@
 //! How often claims of completeness hold, on surfaces whose minima and saddles are counted → `figures/completeness.md`
 //!
 //! Each run is a search as `landscape surface` makes it, of another seed (of random surfaces also another surface). A run is
-//! complete if it found every minimum and every saddle; what it claims is `Coverage::sure`. With names of surfaces (`"lj 9"`,
+//! complete if it found every minimum and every saddle; what it claims is `Coverage::sure`. With names of surfaces (`"lj 7"`,
 //! `random`) it only prints their rows.
 
 use std::error::Error;
@@ -12,8 +12,9 @@ use surfaces::Counted;
 
 mod surfaces;
 
-/// Named models, their minima and saddles, and runs.
-const MODELS: [(&str, [usize; 2], u64); 16] = [
+/// Named models, their minima and saddles, and runs. Of larger clusters, where nothing is claimed, `tests/completeness.rs` has
+/// one.
+const MODELS: [(&str, [usize; 2], u64); 14] = [
     ("muller-brown", [3, 2], 100),
     ("three-hole", [3, 3], 100),
     ("double-well 1", [2, 1], 100),
@@ -28,8 +29,6 @@ const MODELS: [(&str, [usize; 2], u64); 16] = [
     ("lj 5", [1, 2], 100),
     ("lj 6", [2, 3], 100),
     ("lj 7", [4, 12], 100),
-    ("lj 8", [8, 42], 20),
-    ("lj 9", [21, 165], 10),
 ];
 /// Random surfaces, one run each.
 const RANDOM: u64 = 400;
@@ -68,7 +67,6 @@ fn main() -> Result<(), Box<dyn Error>> {
     );
     let chosen: Vec<String> = std::env::args().skip(1).collect();
     let skipped = |name: &str| !chosen.is_empty() && !chosen.iter().any(|words| words == name);
-    let mut all = Vec::new();
     for (words, known, runs) in MODELS {
         if skipped(words) {
             continue;
@@ -84,7 +82,6 @@ fn main() -> Result<(), Box<dyn Error>> {
             &format!("{} / {}", known[0], known[1]),
             &judged,
         )?;
-        all.extend(judged);
     }
     if !skipped("random") {
         let random: Vec<Judged> = (0..RANDOM)
@@ -97,9 +94,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             "each its own",
             &random,
         )?;
-        all.extend(random);
     }
-    row(&mut text, "all", "", &all)?;
     if chosen.is_empty() {
         std::fs::write("figures/completeness.md", &text)?;
     }
