@@ -515,7 +515,10 @@ fn mistakes_are_one_sentence() {
             format!("import t.csv {with} --scale 0.5"),
             &["--scale 0.5", "at 1 (3)"],
         ),
-        (format!("import t.csv {with} --scale -1"), &["positive"]),
+        (
+            format!("import t.csv {with} --scale -1"),
+            &["--scale -1 is not"],
+        ),
         ("import t.csv --object ball".to_owned(), &["--hand"]),
         (
             "import t.csv --hand gripper_parallel".to_owned(),

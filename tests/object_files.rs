@@ -93,7 +93,7 @@ fn shapes_in_toml_are_objects() {
     fs::write(desk.path("bad.toml"), DUMBBELL.replace("0.025", "-1")).unwrap();
     assert_says(
         &desk.mistake("objects inspect bad.toml"),
-        &["bad.toml", "radius_m", "positive"],
+        &["bad.toml", "radius_m", "-1 is not"],
     );
     fs::write(desk.path("typo.toml"), DUMBBELL.replace("sphere", "spere")).unwrap();
     assert_says(

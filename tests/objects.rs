@@ -252,7 +252,7 @@ fn false_descriptions_are_refused() {
     };
     assert!(matches!(
         Object::from_mesh("square", mesh, &wrong),
-        Err(ObjectError::Value {
+        Err(ObjectError::Beyond {
             field: "mass_kg",
             ..
         })

@@ -176,11 +176,11 @@ fn mistakes_with_given_grasps() {
         ),
         (
             "synth --from g.parquet --perturb -1",
-            &["--perturb -1", "millimetres"],
+            &["--perturb -1", " mm"],
         ),
         (
             "synth --from g.parquet --perturb nan",
-            &["--perturb NaN", "millimetres"],
+            &["--perturb NaN", " mm"],
         ),
         ("synth --from g.parquet -n 0", &["-n 0"]),
         ("synth --object ball --perturb 3", &["--from"]),

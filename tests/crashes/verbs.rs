@@ -268,10 +268,7 @@ impl Verb {
         for &unit in &units {
             let wanted = of_unit(&whole.files, unit);
             let mut found = of_unit(&left, unit);
-            // Of a folder's last moments.
-            for name in ["journal", ".unfinished"] {
-                found.remove(format!("{unit}/{name}").as_str());
-            }
+            found.retain(|name, _| !is_of_last_moments(name));
             let may_lack = !ended || unit.starts_with(CACHE);
             if found != wanted && !(may_lack && found.is_empty()) {
                 return Err(format!("{unit} is neither absent nor whole"));
@@ -289,7 +286,7 @@ impl Verb {
             |name: &String| whole.files.contains_key(name) || whole.inputs.contains_key(name);
         let stray = left
             .keys()
-            .find(|name| !kept(name) && !name.contains(".partial"));
+            .find(|name| !kept(name) && !name.contains(".partial") && !is_of_last_moments(name));
         match stray {
             Some(name) => Err(format!("it leaves {name}")),
             None => Ok(()),
@@ -315,6 +312,12 @@ impl Verb {
             Some(name) => Err(format!("given again it leaves another {name}")),
         }
     }
+}
+
+/// Whether it is what a landscape keeps until the very end: one that is whole but for them is finished by the next run.
+fn is_of_last_moments(name: &str) -> bool {
+    let (folder, name) = name.rsplit_once('/').unwrap_or_default();
+    folder.ends_with(".landscape") && matches!(name, "journal" | ".unfinished")
 }
 
 /// What appears as one: a landscape, or a file.
