@@ -13,8 +13,8 @@ use super::object::ExactMesh;
 ///
 /// ∂H are the triangles of the hand as it is exported ([`Hand::solid_skin`]): of its parts (meshes, hulls of boxes and
 /// cylinders, capsules), or the skin of MANO. The skin that is drawn over a hand of capsules alone is fuller at creases and
-/// does not count. Inside a part is inside its mesh where that bounds a solid, if need be after repair, else inside its
-/// convex hull; inside a capsule exactly. Within [`DEPTH_TOLERANCE_M`](super::object::DEPTH_TOLERANCE_M) from
+/// does not count. A part is a capsule, or all meshes of one link: inside it is inside the union of the solids that they
+/// bound, if need be after repair, else of their convex hulls. Within [`DEPTH_TOLERANCE_M`](super::object::DEPTH_TOLERANCE_M) from
 /// below.
 ///
 /// # Panics
@@ -90,3 +90,45 @@ impl Part {
 
 /// An axis closer to the surface than this crosses it, metres.
 const ON_AXIS_M: f64 = 1e-9;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::grasp::object::Mesh;
+
+    /// A plate, 1 mm thick, 8 mm deep in what lies around the origin below 1 cm.
+    const PLATE: &str = "v -0.0005 -0.005 0.002\nv 0.0005 -0.005 0.002\nv 0.0005 0.005 0.002\nv -0.0005 0.005 0.002\n\
+v -0.0005 -0.005 0.03\nv 0.0005 -0.005 0.03\nv 0.0005 0.005 0.03\nv -0.0005 0.005 0.03\n\
+f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+
+    /// A palm of boxes, each by the middle and the length of its side along x, and a fingertip far off.
+    fn palm(boxes: &[[f64; 2]]) -> Hand {
+        let boxes: Vec<String> = (boxes.iter())
+            .map(|[middle, length]| {
+                format!(
+                    r#"<collision><origin xyz="{middle} 0 0"/><geometry><box size="{length} 0.04 0.02"/></geometry></collision>"#
+                )
+            })
+            .collect();
+        let boxes = boxes.concat();
+        let text = format!(
+            r#"<robot name="r"><link name="palm">{boxes}</link>
+<link name="tip"><collision><geometry><sphere radius="0.005"/></geometry></collision></link>
+<joint name="j" type="revolute"><parent link="palm"/><child link="tip"/><origin xyz="0 0.1 0"/><axis xyz="1 0 0"/>
+<limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>"#
+        );
+        Hand::from_urdf(&text, None).unwrap()
+    }
+
+    #[test]
+    fn boxes_of_a_link_that_touch_are_one_solid() {
+        let plate = ExactMesh::new(&Mesh::from_obj("plate", &mut PLATE.as_bytes()).unwrap());
+        for boxes in [&[[0.0, 0.08]][..], &[[-0.02, 0.04], [0.02, 0.04]]] {
+            let hand = palm(boxes);
+            let mut posed = PosedHand::default();
+            hand.pose(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0], &mut posed);
+            let depth_m = object_inside_hand_m(&plate, &hand, &posed);
+            assert!((depth_m - 0.008).abs() < 1e-4, "{boxes:?}: {depth_m}");
+        }
+    }
+}

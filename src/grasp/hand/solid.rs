@@ -1,6 +1,7 @@
 //! The hand as solid parts: what depths are measured on.
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
 use nalgebra::Vector3;
@@ -11,7 +12,7 @@ use super::skin::capsule_mesh;
 use super::{Capsule, Frame, Hand, LinkId, PosedHand};
 use crate::grasp::object::{ExactMesh, Mesh, TriangleTree};
 
-/// A part of the hand: its triangles, and its inside.
+/// A part of the hand, a capsule or the meshes of a link: its triangles, and its inside.
 #[derive(Debug, Clone)]
 pub(in crate::grasp) struct Part {
     /// The link in whose frame it lies; `None` for the skin of a hand that bends, which lies in the object's.
@@ -82,20 +83,41 @@ impl Part {
         }
     }
 
-    /// A mesh, and the solid that it bounds; where it bounds none even when repaired, that of its convex hull.
+    /// The meshes of one link, and the union of the solids that they bound: where two of them touch, what is deep in their
+    /// union need not be deep in either.
+    fn of_meshes(meshes: &[&LinkMesh]) -> Option<Self> {
+        let link = meshes.first()?.link;
+        let pieces = meshes
+            .iter()
+            .map(|mesh| (&mesh.vertices[..], &mesh.triangles[..]));
+        let (vertices, triangles) = joined(pieces);
+        let surface = TriangleTree::new(&vertices, &triangles)?;
+        let solids: Vec<Mesh> = meshes
+            .iter()
+            .filter_map(|mesh| solid_or_hull(mesh))
+            .collect();
+        let pieces = solids
+            .iter()
+            .map(|solid| (solid.vertices(), solid.triangles()));
+        let (corners, faces) = joined(pieces);
+        let solid = Mesh::new("part", corners, faces).ok()?;
+        Some(Self::new(Some(link), &vertices, surface, Some(solid)))
+    }
+
+    /// A mesh, and the solid that it bounds.
     fn of_mesh(mesh: &LinkMesh) -> Option<Self> {
         let LinkMesh {
             link,
             vertices,
             triangles,
         } = mesh;
-        let hull = || {
-            let hull = Hull::of(*link, vertices)?;
-            Mesh::new("hull", hull.vertices, hull.triangles).ok()
-        };
         let surface = TriangleTree::new(vertices, triangles)?;
-        let solid = solid(vertices, triangles).or_else(hull);
-        Some(Self::new(Some(*link), vertices, surface, solid))
+        Some(Self::new(
+            Some(*link),
+            vertices,
+            surface,
+            solid_or_hull(mesh),
+        ))
     }
 
     fn of_capsule(number: usize, capsule: &Capsule) -> Option<Self> {
@@ -117,6 +139,28 @@ impl Part {
 fn solid(vertices: &[Vector3<f64>], triangles: &[[u32; 3]]) -> Option<Mesh> {
     let repaired = Mesh::repaired("part", vertices.to_vec(), triangles.to_vec());
     repaired.ok().map(|repaired| repaired.mesh)
+}
+
+/// The solid that a mesh bounds; where it bounds none even when repaired, that of its convex hull.
+fn solid_or_hull(mesh: &LinkMesh) -> Option<Mesh> {
+    let hull = || {
+        let hull = Hull::of(mesh.link, &mesh.vertices)?;
+        Mesh::new("hull", hull.vertices, hull.triangles).ok()
+    };
+    solid(&mesh.vertices, &mesh.triangles).or_else(hull)
+}
+
+/// Triangles of several meshes as those of one.
+fn joined<'a>(
+    meshes: impl Iterator<Item = (&'a [Vector3<f64>], &'a [[u32; 3]])>,
+) -> (Vec<Vector3<f64>>, Vec<[u32; 3]>) {
+    let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
+    for (corners, faces) in meshes {
+        let first = u32::try_from(vertices.len()).expect("readers bound the size of meshes");
+        triangles.extend(faces.iter().map(|face| face.map(|corner| first + corner)));
+        vertices.extend_from_slice(corners);
+    }
+    (vertices, triangles)
 }
 
 impl Hand {
@@ -148,7 +192,17 @@ impl Hand {
                 // A hand that bends has no other inside where its skin bounds no solid.
                 .filter(|(_, (_, exact))| **exact || self.bends())
                 .filter_map(|(number, (capsule, _))| Part::of_capsule(number, capsule));
-            let meshes = self.meshes.iter().filter_map(Part::of_mesh);
+            let mut of_links: BTreeMap<usize, Vec<&LinkMesh>> = BTreeMap::new();
+            for mesh in &self.meshes {
+                of_links.entry(mesh.link.0).or_default().push(mesh);
+            }
+            let meshes = of_links.into_values().flat_map(|meshes| {
+                let union = (meshes.len() > 1).then(|| Part::of_meshes(&meshes));
+                match union.flatten() {
+                    Some(part) => vec![part],
+                    None => meshes.into_iter().filter_map(Part::of_mesh).collect(),
+                }
+            });
             meshes.chain(capsules).collect()
         })
     }
