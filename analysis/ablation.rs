@@ -12,12 +12,13 @@ use std::fs;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use landscape::evaluation::Diversity;
 use landscape::grasp::energy::GraspEnergy;
-use landscape::grasp::hand::Hand;
 use landscape::grasp::synthesis::{
     ContactMoves, Start, StepScales, SynthesisSettings, Synthesized, synthesize,
 };
-use landscape::grasp::{Diversity, EnergySettings, Judgement, judge};
+use landscape::grasp::{EnergySettings, Judgement, judge};
+use landscape::hand::Hand;
 use landscape::optimize::QuenchSettings;
 use rayon::prelude::*;
 use yields::{Run, Table, interval};

@@ -19,7 +19,7 @@ use landscape::grasp::contact_points::{
     ContactPointSettings, ContactPoints, Objection, find_contact_points,
 };
 use landscape::grasp::filter::STRICT_FRICTION;
-use landscape::grasp::object::Object;
+use landscape::object::Object;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 

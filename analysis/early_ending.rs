@@ -9,11 +9,11 @@ use std::fs;
 use std::path::Path;
 use std::time::Instant;
 
-use landscape::grasp::hand::Hand;
-use landscape::grasp::object::Mesh;
-use landscape::grasp::stability::{
+use landscape::evaluation::stability::{
     Build, Drop, Outcome, Protocol, Reason, Rest, SixDirections, Solid, simulate,
 };
+use landscape::hand::Hand;
+use landscape::object::Mesh;
 use landscape::store::{GraspFile, Overrides};
 
 /// Longer than any test.

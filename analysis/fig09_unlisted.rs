@@ -10,10 +10,10 @@ use std::error::Error;
 use std::fmt::Write;
 
 use command::landscape;
+use landscape::evaluation::taxonomy::{Labeller, Rule, UNLISTED};
 use landscape::figure::{Scene, contact_sheet};
-use landscape::grasp::hand::{Hand, HandFiles};
-use landscape::grasp::object::{Mesh, Object};
-use landscape::grasp::taxonomy::{Labeller, Rule, UNLISTED};
+use landscape::hand::{Hand, HandFiles};
+use landscape::object::{Mesh, Object};
 use landscape::store::{Grasp, GraspFile, Overrides};
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -125,7 +125,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// The middle of the contacts, object frame.
 fn middle(hand: &Hand, grasp: &Grasp) -> Vector3<f64> {
-    let mut posed = landscape::grasp::hand::PosedHand::default();
+    let mut posed = landscape::hand::PosedHand::default();
     hand.pose(&coordinates(grasp), &mut posed);
     let points = grasp.contacts.iter().map(|&i| posed.points[i as usize]);
     points.sum::<Vector3<f64>>() / grasp.contacts.len().max(1) as f64

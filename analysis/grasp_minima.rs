@@ -6,9 +6,9 @@ use std::sync::Arc;
 
 use landscape::cli::settings_for_grasps;
 use landscape::energy::Energy;
-use landscape::grasp::hand::Hand;
-use landscape::grasp::object::{Mesh, Object};
 use landscape::grasp::{EnergySettings, GraspEnergy};
+use landscape::hand::Hand;
+use landscape::object::{Mesh, Object};
 use landscape::sample::{Task, stream};
 use landscape::store::{GraspFile, Overrides};
 use landscape::topography::{MapSettings, Minimum, NoJournal, distinct, quench_all, silent};

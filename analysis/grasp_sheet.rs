@@ -5,8 +5,8 @@
 use std::sync::Arc;
 
 use landscape::figure::{Scene, contact_sheet};
-use landscape::grasp::hand::{Hand, HandFiles};
-use landscape::grasp::object::{Mesh, Object};
+use landscape::hand::{Hand, HandFiles};
+use landscape::object::{Mesh, Object};
 use landscape::store::{Grasp, GraspFile, Overrides};
 use nalgebra::Vector3;
 use rayon::prelude::*;

@@ -1,7 +1,7 @@
 //! The human hand open, at rest, as a fist, pinching and in a tripod, from two sides → `figures/hand_poses.png`
 
 use landscape::figure::{Scene, Surface, contact_sheet};
-use landscape::grasp::hand::{Hand, PosedHand};
+use landscape::hand::{Hand, PosedHand};
 /// Joint angles in degrees that differ from the rest pose; `*` stands for all others.
 const POSES: [(&str, &[(&str, f64)]); 5] = [
     (

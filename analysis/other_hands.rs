@@ -9,10 +9,10 @@ use std::path::Path;
 use std::sync::Arc;
 
 use landscape::figure::{Image, Scene, contact_sheet};
-use landscape::grasp::hand::Hand;
-use landscape::grasp::object::Object;
 use landscape::grasp::synthesis::{SynthesisSettings, Synthesized, synthesize};
 use landscape::grasp::{EnergySettings, GraspEnergy, judge};
+use landscape::hand::Hand;
+use landscape::object::Object;
 use landscape::optimize::QuenchSettings;
 use nalgebra::Vector3;
 use rayon::prelude::*;

@@ -15,13 +15,13 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use interval::interval;
+use landscape::evaluation::stability::{Build, Drop, Protocol, SixDirections, Solid, simulate};
 use landscape::figure::chart::{Axis, BandPoint, Chart, Panel, Series};
-use landscape::grasp::hand::Hand;
-use landscape::grasp::object::{Mesh, Object};
 use landscape::grasp::press::firmness;
-use landscape::grasp::stability::{Build, Drop, Protocol, SixDirections, Solid, simulate};
 use landscape::grasp::synthesis::{Refinement, SynthesisSettings, synthesize};
 use landscape::grasp::{EnergySettings, GraspEnergy, judge};
+use landscape::hand::Hand;
+use landscape::object::{Mesh, Object};
 use landscape::optimize::QuenchSettings;
 use landscape::sample::{Task, stream};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
@@ -196,11 +196,7 @@ fn moved(x: &[f64], object: &Object, error_m: f64, id: u64) -> Vec<f64> {
 }
 
 /// The mesh with every vertex moved along its area-weighted normal.
-fn offset(
-    name: &str,
-    mesh: &Mesh,
-    by_m: f64,
-) -> Result<Mesh, landscape::grasp::object::ObjectError> {
+fn offset(name: &str, mesh: &Mesh, by_m: f64) -> Result<Mesh, landscape::object::ObjectError> {
     let mut normals = vec![Vector3::zeros(); mesh.vertices().len()];
     for (index, triangle) in mesh.triangles().iter().enumerate() {
         let [a, b, c] = mesh.corners(index);

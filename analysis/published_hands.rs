@@ -17,9 +17,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-use landscape::grasp::hand::{HAND_NAMES, Hand, HandError, HandFiles};
 use landscape::grasp::synthesis::{SynthesisSettings, synthesize};
 use landscape::grasp::{EnergySettings, judge};
+use landscape::hand::{HAND_NAMES, Hand, HandError, HandFiles};
 use landscape::optimize::QuenchSettings;
 use landscape::store::content_hash;
 use published::{Difference, ORIGINALS, REFERENCES};

@@ -15,9 +15,9 @@ use std::sync::Arc;
 
 use landscape::figure::chart::{Axis, Chart, Corner, Panel, Series};
 use landscape::grasp::energy::{Candidates, GraspEnergy};
-use landscape::grasp::hand::Hand;
 use landscape::grasp::synthesis::{SynthesisSettings, synthesize_observed};
 use landscape::grasp::{EnergySettings, Judgement, judge};
+use landscape::hand::Hand;
 use landscape::optimize::QuenchSettings;
 use landscape::sample::State;
 use rayon::prelude::*;

@@ -4,8 +4,8 @@ use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use landscape::grasp::closure::{PointContact, is_force_closure, least_friction};
-use landscape::grasp::object::{Object, Shape, Sphere};
 use landscape::grasp::relaxed::{RelaxedForceClosure, Touch};
+use landscape::object::{Object, Shape, Sphere};
 use landscape::sample::{Task, stream};
 use nalgebra::Vector3;
 use rand::RngExt;

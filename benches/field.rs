@@ -3,7 +3,7 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use landscape::grasp::object::{Object, Shape};
+use landscape::object::{Object, Shape};
 use nalgebra::Vector3;
 
 fn answers(criterion: &mut Criterion) {

@@ -6,10 +6,10 @@ use std::sync::Arc;
 
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use landscape::energy::Energy;
-use landscape::grasp::hand::{Hand, HandFiles, PosedHand};
-use landscape::grasp::object::Object;
 use landscape::grasp::synthesis::{SynthesisSettings, synthesize};
 use landscape::grasp::{EnergySettings, GraspEnergy, GraspKernel, judge};
+use landscape::hand::{Hand, HandFiles, PosedHand};
+use landscape::object::Object;
 use landscape::optimize::QuenchSettings;
 use landscape::sample::{Kernel, Law, State, Task, stream};
 use rand::RngExt;

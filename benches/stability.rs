@@ -3,9 +3,9 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use landscape::grasp::hand::Hand;
-use landscape::grasp::object::Object;
-use landscape::grasp::stability::{Build, Drop, Protocol, SixDirections, Solid, simulate};
+use landscape::evaluation::stability::{Build, Drop, Protocol, SixDirections, Solid, simulate};
+use landscape::hand::Hand;
+use landscape::object::Object;
 
 /// Pose and contacts of grasps on `bottle_round`, as `landscape synth --object bottle_round --seed 6` finds them.
 const GRASPS: &str = include_str!("stability_grasps.json");

@@ -10,7 +10,7 @@
 //! | bring an energy of your own | [`energy::Energy`]; reference surfaces in [`energy::model`] |
 //! | descend to a minimum | [`optimize::quench`] |
 //! | draw samples | [`sample::Kernel`], [`sample::Mala`] |
-//! | build the energy of a hand on an object | [`grasp::GraspEnergy`], [`grasp::hand::Hand`], [`grasp::object::Object`] |
+//! | build the energy of a hand on an object | [`grasp::GraspEnergy`], [`hand::Hand`], [`object::Object`] |
 //! | synthesize and judge grasps | [`grasp::synthesis::synthesize`], [`grasp::judge`], [`grasp::closure`], [`grasp::relaxed`] |
 //! | go from a function of your own to its disconnectivity graph | [`own_function`] |
 //! | map a landscape | [`topography::quench_all`], [`topography::distinct`], [`topography::map()`] |
@@ -58,7 +58,13 @@ pub mod sample;
 pub mod space;
 
 #[cfg(feature = "grasp")]
+pub mod evaluation;
+#[cfg(feature = "grasp")]
 pub mod grasp;
+#[cfg(feature = "grasp")]
+pub mod hand;
+#[cfg(feature = "grasp")]
+pub mod object;
 #[cfg(feature = "grasp")]
 pub mod toml_text;
 #[cfg(feature = "topography")]

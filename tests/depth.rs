@@ -7,11 +7,11 @@ use std::fmt::Write;
 use std::path::Path;
 use std::sync::Arc;
 
-use landscape::grasp::hand::{HAND_NAMES, Hand, HandFiles, PosedHand, Skin};
-use landscape::grasp::object::{ExactMesh, Mesh, Object};
 use landscape::grasp::start::start_pose;
 use landscape::grasp::synthesis::{SynthesisSettings, synthesize};
 use landscape::grasp::{EnergySettings, GraspEnergy, judge};
+use landscape::hand::{HAND_NAMES, Hand, HandFiles, PosedHand, Skin};
+use landscape::object::{ExactMesh, Mesh, Object};
 use landscape::optimize::QuenchSettings;
 use landscape::sample::{Rng, Task, stream};
 use nalgebra::Vector3;

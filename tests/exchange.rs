@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 
 use crate::desk::{Desk, assert_says};
 use crate::pickled::bench;
-use landscape::grasp::hand::{Hand, HandFiles, PosedHand};
-use landscape::grasp::object::{ExactMesh, Mesh};
+use landscape::hand::{Hand, HandFiles, PosedHand};
+use landscape::object::{ExactMesh, Mesh};
 use landscape::store::exchange::{Columns, JointColumns, Mapping, read, table_csv, table_json};
 use landscape::store::{Grasp, GraspFile, Overrides};
 use proptest::prelude::*;
@@ -562,7 +562,7 @@ fn published() -> Option<PathBuf> {
 fn published_grasps_touch_their_object() {
     let Some(root) = published() else { return };
     let hand = root.join("hands/shadow_dexgraspnet/shadow_hand_wrist_free.xml");
-    let files = landscape::grasp::hand::HandFiles::load(&hand).unwrap();
+    let files = landscape::hand::HandFiles::load(&hand).unwrap();
     let hand = Hand::from_files(&files).unwrap();
     let joints: Vec<String> = hand.joints.iter().map(|joint| joint.name.clone()).collect();
     for (code, count) in [
@@ -610,7 +610,7 @@ fn published_grasps_touch_their_object() {
     }
     // The hand of another data set has the same joints under shifted names.
     let other = root.join("hands/shadow_dexonomy/shadow_right.xml");
-    let files = landscape::grasp::hand::HandFiles::load(&other).unwrap();
+    let files = landscape::hand::HandFiles::load(&other).unwrap();
     let names: Vec<String> = Hand::from_files(&files)
         .unwrap()
         .joints

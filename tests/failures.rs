@@ -9,11 +9,11 @@ use landscape::grasp::depth::object_inside_hand_m;
 use landscape::grasp::failure::{
     in_one_concavity, passes_between_points, points_inside_object_m, sees,
 };
-use landscape::grasp::hand::{Hand, PosedHand, axis_distance};
-use landscape::grasp::object::Object;
 use landscape::grasp::start::start_pose;
 use landscape::grasp::synthesis::{SynthesisSettings, synthesize};
 use landscape::grasp::{EnergySettings, GraspEnergy, Judgement, judge};
+use landscape::hand::{Hand, PosedHand, axis_distance};
+use landscape::object::Object;
 use landscape::optimize::QuenchSettings;
 use landscape::sample::{Task, stream};
 use nalgebra::Vector3;

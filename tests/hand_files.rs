@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use crate::published::{Difference, ORIGINALS, REFERENCES, numbers};
-use landscape::grasp::hand::{Hand, HandFiles, LinkId, PosedHand};
+use landscape::hand::{Hand, HandFiles, LinkId, PosedHand};
 use nalgebra::{Matrix3, Vector3};
 
 /// The folder of the published hands, if there is one here.

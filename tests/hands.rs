@@ -6,7 +6,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::toy_hand::toy_hand;
-use landscape::grasp::hand::{
+use landscape::hand::{
     HAND_NAMES, Hand, HandError, HandFiles, PosedHand, axis_distance, closest_points,
 };
 use nalgebra::{DMatrix, Vector3};
@@ -659,7 +659,7 @@ fn fingers_on_a_moving_half_palm_are_digits_of_their_own() {
                 .position(|link| link.name == "half")
                 .unwrap();
             assert_eq!(hand.links[half].digit, 0);
-            let touches = |point: &landscape::grasp::hand::SurfacePoint| point.link.0 == half;
+            let touches = |point: &landscape::hand::SurfacePoint| point.link.0 == half;
             assert!(hand.surface.iter().any(touches), "it is palm, not arm");
         }
     }

@@ -7,11 +7,11 @@ use std::path::PathBuf;
 use std::process::Command;
 
 use crate::desk::{Desk, assert_says};
-use landscape::grasp::hand::{Hand, HandFiles};
-use landscape::grasp::object::{Mesh, Object};
-use landscape::grasp::taxonomy::{
+use landscape::evaluation::taxonomy::{
     Anatomy, Bone, Labeller, NOT_APPLICABLE, Patch, Rule, Taxonomy, explain,
 };
+use landscape::hand::{Hand, HandFiles};
+use landscape::object::{Mesh, Object};
 use landscape::store::{GraspFile, Overrides};
 
 /// Grasps of the committed population, every `step`-th.

@@ -8,9 +8,9 @@ use std::io::{Cursor, Write as _};
 use std::sync::{Arc, LazyLock};
 
 use landscape::energy::Energy;
-use landscape::grasp::hand::{Hand, HandFiles, PosedHand, Wrench};
-use landscape::grasp::object::Object;
 use landscape::grasp::{EnergySettings, GraspEnergy, judge};
+use landscape::hand::{Hand, HandFiles, PosedHand, Wrench};
+use landscape::object::Object;
 use landscape::sample::{Task, stream};
 use landscape::space::{PoseSpace, Space, Symmetry};
 use nalgebra::{DMatrix, Matrix3, Matrix4, Rotation3, Vector3};

@@ -7,7 +7,7 @@
 use std::fs;
 use std::path::Path;
 
-use landscape::grasp::hand::{Hand, HandFiles, JointKind, PosedHand};
+use landscape::hand::{Hand, HandFiles, JointKind, PosedHand};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 const KNOT: &str = r#"<!-- a comment first --><mujoco model="knot">

@@ -4,7 +4,7 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use landscape::grasp::object::{
+use landscape::object::{
     Description, ExactMesh, Field, FieldSettings, Mesh, OBJECT_NAMES, Object, ObjectError, Shape,
 };
 use landscape::sample::{Task, stream};

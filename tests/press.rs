@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use landscape::grasp::hand::Hand;
-use landscape::grasp::object::Object;
+use landscape::evaluation::stability::{Build, Drop, Protocol, Solid, simulate};
 use landscape::grasp::press::{PressSettings, firmness, press, touches};
-use landscape::grasp::stability::{Build, Drop, Protocol, Solid, simulate};
 use landscape::grasp::synthesis::{Refinement, SynthesisSettings, synthesize};
 use landscape::grasp::{EnergySettings, GraspEnergy, judge};
+use landscape::hand::Hand;
+use landscape::object::Object;
 use landscape::optimize::QuenchSettings;
 
 /// A few chains on a ball: what is firm touches, is no deeper than was asked for, and stays in the hand.
@@ -37,7 +37,7 @@ fn firm_grasps_touch_and_stay() {
         assert!(outcome.is_stable(), "{outcome:?} {measured:?}");
         // Closing a closed hand again drives nothing deep into the object.
         let again = press(&energy, x, contacts, &PressSettings::default());
-        let mut posed = landscape::grasp::hand::PosedHand::default();
+        let mut posed = landscape::hand::PosedHand::default();
         hand.pose(&again, &mut posed);
         let deepest = touches(&object.exact, &hand, &posed, 0.0);
         assert!(deepest.iter().all(|touch| touch.gap_m > -1e-3));

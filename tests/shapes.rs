@@ -4,11 +4,11 @@
 use std::sync::LazyLock;
 
 use landscape::grasp::closure::{PointContact, net_wrench};
-use landscape::grasp::object::{
+use landscape::grasp::relaxed::{RelaxedForceClosure, Touch};
+use landscape::object::{
     Capsule, Cuboid, Cylinder, ExactMesh, Field, FieldSettings, Mesh, Object, Revolved, Shape,
     Sphere,
 };
-use landscape::grasp::relaxed::{RelaxedForceClosure, Touch};
 use landscape::sample::{Task, stream};
 use nalgebra::{Matrix3, Matrix6, Matrix6x3, Unit, Vector3};
 use proptest::prelude::*;

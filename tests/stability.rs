@@ -2,12 +2,12 @@
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
-use landscape::grasp::hand::Hand;
-use landscape::grasp::object::{Mesh, Object};
-use landscape::grasp::stability::{
+use landscape::evaluation::stability::{
     Build, Combine, Drop, Friction, Part, Protocol, Reason, Rest, SixDirections, Solid, Solver,
     World, simulate,
 };
+use landscape::hand::Hand;
+use landscape::object::{Mesh, Object};
 use nalgebra::Vector3;
 
 const GRAVITY_M_S2: f64 = 10.0;

@@ -6,12 +6,12 @@ use std::sync::{Arc, LazyLock};
 
 use landscape::energy::Energy;
 use landscape::grasp::energy::{Candidates, Ramp};
-use landscape::grasp::hand::Hand;
-use landscape::grasp::object::Object;
 use landscape::grasp::synthesis::{
     Refinement, Start, SynthesisSettings, Synthesized, synthesize, synthesize_observed,
 };
 use landscape::grasp::{EnergySettings, GraspEnergy, judge};
+use landscape::hand::Hand;
+use landscape::object::Object;
 use landscape::optimize::QuenchSettings;
 use landscape::sample::State;
 use landscape::space::object_from_hand;

@@ -13,9 +13,9 @@ use std::sync::LazyLock;
 
 use fixture::Fixture;
 use judge::{Case, Error, Noise, Outcome, cases, halves, judge, share};
-use landscape::grasp::hand::{Hand, PosedHand};
-use landscape::grasp::object::Shape;
-use landscape::grasp::taxonomy::Rule;
+use landscape::evaluation::taxonomy::Rule;
+use landscape::hand::{Hand, PosedHand};
+use landscape::object::Shape;
 
 /// A contact is nearer than this, metres: what a finger pad gives.
 const TOUCHING_M: f64 = 2e-3;

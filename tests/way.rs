@@ -6,7 +6,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::desk::{Desk, assert_says};
-use landscape::grasp::hand::Hand;
+use landscape::hand::Hand;
 use landscape::store::{GraspFile, LandscapeFiles, Overrides};
 use serde_json::Value;
 

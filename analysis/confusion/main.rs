@@ -23,7 +23,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use judge::{Error, Noise, Outcome};
-use landscape::grasp::taxonomy::{Rule, explain};
+use landscape::evaluation::taxonomy::{Rule, explain};
 use serde_json::{Map, Value, json};
 
 type Failure = Box<dyn std::error::Error + Send + Sync>;

@@ -1,7 +1,7 @@
 //! Matrices of types, cells and categories: rows are true, columns found, colours the share of the row.
 
+use landscape::evaluation::taxonomy::{Category, GraspType, Taxonomy};
 use landscape::figure::{Anchor, Canvas, TextFace, theme};
-use landscape::grasp::taxonomy::{Category, GraspType, Taxonomy};
 
 use crate::Condition;
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use landscape::grasp::taxonomy::{Category, GraspType, Rule, Taxonomy, Verdict};
+use landscape::evaluation::taxonomy::{Category, GraspType, Rule, Taxonomy, Verdict};
 
 use crate::Condition;
 use crate::judge::{Outcome, halves, share};

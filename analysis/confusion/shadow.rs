@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use landscape::grasp::hand::{Hand, HandFiles, PosedHand};
-use landscape::grasp::taxonomy::{Anatomy, Rule, Touch, label_contacts};
+use landscape::evaluation::taxonomy::{Anatomy, Rule, Touch, label_contacts};
+use landscape::hand::{Hand, HandFiles, PosedHand};
 use nalgebra::Vector3;
 use serde::Deserialize;
 

@@ -8,9 +8,9 @@ use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
-use landscape::grasp::hand::{Hand, PosedHand};
-use landscape::grasp::object::Mesh;
-use landscape::grasp::stability::{Build, Drop, Piece, Protocol, Solid, simulate};
+use landscape::evaluation::stability::{Build, Drop, Piece, Protocol, Solid, simulate};
+use landscape::hand::{Hand, PosedHand};
+use landscape::object::Mesh;
 use landscape::store::{GraspFile, Overrides};
 use rayon::prelude::*;
 use serde_json::json;

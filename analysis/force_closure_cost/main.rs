@@ -3,8 +3,8 @@
 //! `cargo run --release --example force_closure_cost [-- --quick]`, a minute or two; nothing else should run meanwhile.
 
 use landscape::grasp::closure::{is_force_closure, least_friction};
-use landscape::grasp::object::{Object, Shape, Sphere};
 use landscape::grasp::relaxed::{RelaxedForceClosure, Touch};
+use landscape::object::{Object, Shape, Sphere};
 use landscape::sample::{Task, stream};
 use nalgebra::Vector3;
 use rand::RngExt;

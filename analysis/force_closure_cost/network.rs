@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use landscape::grasp::object::neural::{
+use landscape::object::neural::{
     Decoder, Network, NeuralError, NeuralField, Specs, Tensor, Tensors,
 };
 use landscape::sample::{Rng, Task, stream};

@@ -1,8 +1,8 @@
 //! Contact sets on the unit sphere on their way down Eq. 7.
 
 use landscape::energy::Energy;
-use landscape::grasp::object::Sphere;
 use landscape::grasp::relaxed::{RelaxedForceClosure, Touch};
+use landscape::object::Sphere;
 use landscape::optimize::{QuenchSettings, quench_traced};
 use landscape::space::{Euclidean, Space};
 use nalgebra::Vector3;

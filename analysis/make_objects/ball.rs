@@ -1,6 +1,6 @@
 //! The ball.
 
-use landscape::grasp::object::{Description, Mesh, Primitive, Sphere};
+use landscape::object::{Description, Mesh, Primitive, Sphere};
 use landscape::space::Symmetry;
 use nalgebra::Vector3;
 

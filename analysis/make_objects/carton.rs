@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_4, PI};
 
-use landscape::grasp::object::{Description, Mesh};
+use landscape::object::{Description, Mesh};
 use landscape::space::Symmetry;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 

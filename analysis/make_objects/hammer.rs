@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use landscape::grasp::object::{Description, Mesh};
+use landscape::object::{Description, Mesh};
 use landscape::space::Symmetry;
 use nalgebra::Vector3;
 

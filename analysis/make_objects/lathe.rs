@@ -4,7 +4,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use landscape::grasp::object::{Description, Mesh, ObjectError};
+use landscape::object::{Description, Mesh, ObjectError};
 use landscape::space::Symmetry;
 use nalgebra::{Isometry3, Vector2, Vector3};
 

@@ -10,7 +10,7 @@ use ball::ball;
 use carton::carton;
 use hammer::hammer;
 use landscape::figure::{Scene, Surface, contact_sheet};
-use landscape::grasp::object::{Description, Mesh};
+use landscape::object::{Description, Mesh};
 use lathe::{ROUND, Section, Turned};
 use mug::mug;
 use nalgebra::Vector3;

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use landscape::grasp::object::{Description, Mesh};
+use landscape::object::{Description, Mesh};
 use landscape::space::Symmetry;
 use nalgebra::Vector3;
 

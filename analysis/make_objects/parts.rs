@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use landscape::grasp::object::{Mesh, ObjectError};
+use landscape::object::{Mesh, ObjectError};
 use nalgebra::Vector3;
 
 #[derive(Default)]

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
-use landscape::grasp::hand::{Hand, PosedHand};
-use landscape::grasp::object::{Capsule, Cuboid, Cylinder, Primitive, Sphere};
+use landscape::hand::{Hand, PosedHand};
+use landscape::object::{Capsule, Cuboid, Cylinder, Primitive, Sphere};
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use serde::Deserialize;
 

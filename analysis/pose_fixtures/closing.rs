@@ -1,8 +1,8 @@
 //! Closes a hand in a rough pose onto an object: what is to touch touches, nothing goes through anything.
 
 use landscape::energy::Energy;
-use landscape::grasp::hand::{Hand, PosedHand, Wrench, axis_distance, closest_points};
-use landscape::grasp::object::Shape;
+use landscape::hand::{Hand, PosedHand, Wrench, axis_distance, closest_points};
+use landscape::object::Shape;
 use landscape::optimize::{QuenchSettings, quench};
 use landscape::space::{PoseSpace, Space, Symmetry};
 use nalgebra::{Matrix3, Vector3};

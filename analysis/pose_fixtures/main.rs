@@ -17,7 +17,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use landscape::figure::contact_sheet;
-use landscape::grasp::hand::Hand;
+use landscape::hand::Hand;
 use landscape::sample::{Task, stream};
 use landscape::space::pose_coordinates;
 use rand::seq::SliceRandom;

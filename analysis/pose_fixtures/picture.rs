@@ -3,8 +3,8 @@
 use std::f64::consts::{PI, TAU};
 
 use landscape::figure::{Image, Marker, Scene, Surface};
-use landscape::grasp::hand::{Hand, PosedHand, Skin};
-use landscape::grasp::object::{Primitive, Shape};
+use landscape::hand::{Hand, PosedHand, Skin};
+use landscape::object::{Primitive, Shape};
 use nalgebra::{Isometry3, Vector3};
 
 use crate::fixture::Fixture;

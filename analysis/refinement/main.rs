@@ -14,10 +14,10 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use landscape::agreement::{Roc, RocError};
-use landscape::grasp::hand::Hand;
-use landscape::grasp::object::Object;
 use landscape::grasp::synthesis::{SynthesisSettings, synthesize};
 use landscape::grasp::{EnergySettings, GraspEnergy, Judgement, judge, measure_contacts};
+use landscape::hand::Hand;
+use landscape::object::Object;
 use landscape::optimize::QuenchSettings;
 use rayon::prelude::*;
 

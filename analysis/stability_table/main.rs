@@ -14,12 +14,12 @@ use std::fs;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use landscape::grasp::hand::Hand;
-use landscape::grasp::object::Object;
+use landscape::evaluation::stability::{Build, Drop, Protocol, SixDirections, Solid, simulate};
 use landscape::grasp::press::firmness;
-use landscape::grasp::stability::{Build, Drop, Protocol, SixDirections, Solid, simulate};
 use landscape::grasp::synthesis::{Refinement, SynthesisSettings, synthesize};
 use landscape::grasp::{EnergySettings, GraspEnergy, judge, measure_contacts};
+use landscape::hand::Hand;
+use landscape::object::Object;
 use landscape::optimize::QuenchSettings;
 use rayon::prelude::*;
 use row::Row;

@@ -7,10 +7,10 @@ use std::path::Path;
 use std::sync::Arc;
 use std::{fs, io};
 
-use landscape::grasp::hand::Hand;
-use landscape::grasp::object::Object;
 use landscape::grasp::synthesis::SynthesisSettings;
 use landscape::grasp::{EnergySettings, GraspEnergy};
+use landscape::hand::Hand;
+use landscape::object::Object;
 
 pub(crate) use interval::interval;
 

@@ -11,7 +11,7 @@ use super::digits::Digits;
 use super::input::open_landscape;
 use super::landscape::median;
 use super::{models, print, print_json, surface};
-use crate::grasp::object::Description;
+use crate::object::Description;
 use crate::space::{PoseSpace, Space, Symmetry};
 use crate::store::Manifest;
 use crate::topography::{Evidence, Match, MergeChange, Minimum, MinimumId, Tree, TreeDifference};

@@ -4,8 +4,8 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::types::{Named, Setting};
+use crate::evaluation::taxonomy::{Category, Rule};
 use crate::figure::{Leaf, PICTURE_DENSITY, Picture, Scene, group, side_in_row, theme};
-use crate::grasp::taxonomy::{Category, Rule};
 use crate::store::{LandscapeFiles, MinimumRow};
 use crate::topography::MinimumId;
 

@@ -10,7 +10,7 @@ use super::args::{Common, Export, ExportFormat};
 use super::output::{check_file, check_folder, is_scene};
 use super::{complain, input, models};
 use crate::figure::Scene;
-use crate::grasp::hand::{Hand, PosedHand};
+use crate::hand::{Hand, PosedHand};
 use crate::store::exchange::{QposRow, dexgraspnet_npy, qpos_csv, qpos_npy, table_csv, table_json};
 use crate::store::{FileSet, Grasp, GraspFile, HandMetadata, write_atomic};
 

@@ -11,7 +11,7 @@ use super::args::{Common, HandsCommand, HandsInspect};
 use super::output::{check_file, check_place};
 use super::{complain, models, print};
 use crate::figure::{Image, Marker, Scene, Surface, contact_sheet_canvas};
-use crate::grasp::hand::{HAND_NAMES, Hand, JointKind, LinkId, PosedHand, Skin};
+use crate::hand::{HAND_NAMES, Hand, JointKind, LinkId, PosedHand, Skin};
 use crate::space::PoseMetric;
 use crate::store::FileSet;
 

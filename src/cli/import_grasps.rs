@@ -11,8 +11,8 @@ use super::args::{Common, Import};
 use super::output::check_file;
 use super::provenance::name_of;
 use super::{complain, input, models, print, progress};
-use crate::grasp::hand::Hand;
 use crate::grasp::{EnergySettings, GraspEnergy, Judgement};
+use crate::hand::Hand;
 use crate::limits::OBJECT_SCALE;
 use crate::store::exchange::{Mapping, Published, read};
 use crate::store::{

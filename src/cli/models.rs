@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use anyhow::Context;
 
-use crate::grasp::hand::{Frame, HAND_NAMES, Hand, HandFiles, LinkId};
-use crate::grasp::object::{Assembly, Description, Mesh, OBJECT_NAMES, Object, ObjectParts};
+use crate::hand::{Frame, HAND_NAMES, Hand, HandFiles, LinkId};
 use crate::limits::{OBJECT_MASS, OBJECT_SCALE};
+use crate::object::{Assembly, Description, Mesh, OBJECT_NAMES, Object, ObjectParts};
 use crate::store::{HandMetadata, ObjectMetadata, TextFile, content_hash};
 
 use super::input::within;

@@ -10,8 +10,8 @@ use super::args::{Common, ObjectsInspect};
 use super::output::{check_file, check_place};
 use super::{complain, input, models, print, progress};
 use crate::figure::{Image, Scene, Surface, contact_sheet_canvas};
-use crate::grasp::object::{FoundSymmetry, Object, find_symmetry};
 use crate::limits::OBJECT_SCALE;
+use crate::object::{FoundSymmetry, Object, find_symmetry};
 use crate::space::Symmetry;
 use crate::store::FileSet;
 
@@ -67,7 +67,7 @@ pub(super) fn run(command: &ObjectsInspect, common: &Common) -> anyhow::Result<(
         if description.symmetry == Symmetry::None {
             // In the units of the mesh file, which the side file stands beside.
             let factor = 1.0 / command.scale.unwrap_or(1.0);
-            let of_mesh = crate::grasp::object::Description {
+            let of_mesh = crate::object::Description {
                 symmetry: found.symmetry,
                 ..Default::default()
             };

@@ -10,11 +10,11 @@ use super::input::within;
 use super::output::check_file;
 use super::{complain, object_inspect, print};
 use crate::figure::MAKER;
-use crate::grasp::object::neural::{
+use crate::limits::OBJECT_SCALE;
+use crate::object::neural::{
     Decoder, Network, NeuralField, Specs, Surface, SurfaceSettings, Tensors,
 };
-use crate::grasp::object::{Description, OBJECT_NAMES, Object};
-use crate::limits::OBJECT_SCALE;
+use crate::object::{Description, OBJECT_NAMES, Object};
 use crate::space::Symmetry;
 use crate::store::write_atomic;
 

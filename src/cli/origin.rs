@@ -6,7 +6,7 @@ use anyhow::Context;
 
 use super::args::Synth;
 use super::{input, models};
-use crate::grasp::object::Object;
+use crate::object::Object;
 use crate::store::{Grasp, HandMetadata, ObjectMetadata};
 
 /// Hand, object and, with `--from`, the grasps to start from.

@@ -12,8 +12,8 @@ use anyhow::Context;
 use clap::parser::ValueSource;
 use clap::{Arg, ArgMatches, Command, ValueHint};
 
-use crate::grasp::hand::HAND_NAMES;
-use crate::grasp::object::OBJECT_NAMES;
+use crate::hand::HAND_NAMES;
+use crate::object::OBJECT_NAMES;
 use crate::store::{Source, content_hash};
 
 /// Arguments that change no byte of what is written: how fast, how loud, how patient, over what, whether an interrupted run is

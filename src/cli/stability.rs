@@ -13,8 +13,10 @@ use super::input::{self, coordinates};
 use super::output::check_file;
 use super::run::{open_journal, tally};
 use super::{complain, models, print, progress};
-use crate::grasp::hand::Hand;
-use crate::grasp::stability::{Build, Drop, Outcome, Protocol, SixDirections, Solid, simulate};
+use crate::evaluation::stability::{
+    Build, Drop, Outcome, Protocol, SixDirections, Solid, simulate,
+};
+use crate::hand::Hand;
 use crate::store::{Grasp, GraspFile, Population, content_hash};
 
 /// Version of the engine, for the file: results are the same bits only for the same one.

@@ -4,10 +4,10 @@ use anyhow::Context;
 use rayon::prelude::*;
 
 use super::models;
-use crate::grasp::hand::Hand;
-use crate::grasp::object::Object;
-use crate::grasp::taxonomy::{Category, Label, Labeller, Rule, Taxonomy};
+use crate::evaluation::taxonomy::{Category, Label, Labeller, Rule, Taxonomy};
 use crate::grasp::{EnergySettings, GraspEnergy};
+use crate::hand::Hand;
+use crate::object::Object;
 use crate::store::{LandscapeFiles, MinimumRow};
 
 /// Hand and object of a landscape of grasps.

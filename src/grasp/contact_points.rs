@@ -9,9 +9,9 @@ use serde::{Deserialize, Serialize};
 use super::closure::{
     PointContact, RANK_EPSILON, grasp_matrix_rank_margin, is_force_closure, net_wrench,
 };
-use super::object::{Object, Shape};
 use super::relaxed::{RelaxedForceClosure, Touch};
 use crate::energy::Energy;
+use crate::object::{Object, Shape};
 use crate::optimize::{QuenchSettings, quench};
 use crate::sample::{Kernel, Law, Mala, Rng, State, Task, stream};
 use crate::space::{Euclidean, Space};
@@ -188,12 +188,12 @@ const FIRST_STEP: f64 = 0.03;
 /// # Examples
 /// ```
 /// use landscape::grasp::contact_points::{ContactPointSettings, find_contact_points};
-/// use landscape::grasp::object::Object;
+/// use landscape::object::Object;
 ///
 /// let ball = Object::named("ball")?;
 /// let found = find_contact_points(&ball, &ContactPointSettings::default(), 1, 0);
 /// assert!(found.passes_relaxed(0.1) && found.objection(0.5).is_none());
-/// # Ok::<(), landscape::grasp::object::ObjectError>(())
+/// # Ok::<(), landscape::object::ObjectError>(())
 /// ```
 pub fn find_contact_points(
     object: &Object,
@@ -289,8 +289,8 @@ fn measure(object: &Object, number: u64, energy: f64, points: Vec<Vector3<f64>>)
 
 #[cfg(test)]
 mod tests {
-    use super::super::object::Cuboid;
     use super::*;
+    use crate::object::Cuboid;
 
     #[test]
     fn the_gradient_is_that_of_central_differences() {

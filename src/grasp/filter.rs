@@ -9,8 +9,8 @@ use super::closure::{
 use super::depth::deepest_m;
 use super::energy::GraspEnergy;
 use super::failure::in_one_concavity;
-use super::hand::{LinkId, PosedHand};
 use super::term::{Proximity, Scene, for_each_overlap};
+use crate::hand::{LinkId, PosedHand};
 
 /// The length unit of the authors of Liu et al. (2021), in which Eq. 11 is stated.
 pub const AUTHORS_UNIT_M: f64 = 0.12;

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
 use super::closure::{PointContact, RANK_EPSILON};
-use super::object::{Object, Shape};
+use crate::object::{Object, Shape};
 
 /// The relaxed force-closure test of points pᵢ on a shape with signed distance d.
 ///
@@ -17,7 +17,7 @@ use super::object::{Object, Shape};
 /// friction, see [`least_friction`](super::closure::least_friction).
 ///
 /// ```
-/// use landscape::grasp::object::Sphere;
+/// use landscape::object::Sphere;
 /// use landscape::grasp::relaxed::{RelaxedForceClosure, Touch};
 /// use nalgebra::Vector3;
 ///
@@ -319,8 +319,8 @@ impl LackOfRank {
 #[cfg(test)]
 mod tests {
     use super::super::closure::{grasp_matrix_rank_margin, net_wrench};
-    use super::super::object::Sphere;
     use super::*;
+    use crate::object::Sphere;
     use crate::sample::{Task, stream};
     use rand::RngExt;
 

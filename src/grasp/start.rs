@@ -4,8 +4,8 @@ use nalgebra::{Isometry3, Rotation3, Unit, UnitQuaternion, Vector3};
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::hand::Hand;
-use super::object::{Object, SurfaceSample};
+use crate::hand::Hand;
+use crate::object::{Object, SurfaceSample};
 use crate::sample::Rng;
 use crate::space::pose_coordinates;
 

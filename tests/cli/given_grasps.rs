@@ -7,9 +7,9 @@ use std::sync::Arc;
 use crate::desk::{Desk, assert_says};
 use crate::parts::Parts;
 use arrow_array::Float64Array;
-use landscape::grasp::hand::Hand;
-use landscape::grasp::object::Object;
 use landscape::grasp::{EnergySettings, GraspEnergy, judge};
+use landscape::hand::Hand;
+use landscape::object::Object;
 use landscape::space::{PoseSpace, Space, Symmetry};
 use landscape::store::{Grasp, GraspFile, LandscapeFiles, Overrides};
 

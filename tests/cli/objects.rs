@@ -159,7 +159,7 @@ fn the_objects_that_come_with_the_program() {
     let output = Desk::empty().run("objects list");
     assert!(output.status.success());
     let text = String::from_utf8(output.stdout).unwrap();
-    for name in landscape::grasp::object::OBJECT_NAMES {
+    for name in landscape::object::OBJECT_NAMES {
         assert!(
             text.lines()
                 .any(|line| line.starts_with(&format!("{name} "))),

@@ -8,7 +8,7 @@ use std::process::Command;
 use std::sync::OnceLock;
 
 use landscape::cli::definition;
-use landscape::grasp::hand::Hand;
+use landscape::hand::Hand;
 use landscape::store::{GraspFile, LandscapeFiles, Overrides};
 
 use crate::desk::Desk;

@@ -12,11 +12,11 @@ use std::time::{Duration, Instant};
 
 use landscape::energy::Energy;
 use landscape::grasp::GraspEnergy;
-use landscape::grasp::hand::{Hand, HandFiles, PosedHand};
-use landscape::grasp::object::{
+use landscape::grasp::synthesis::synthesize;
+use landscape::hand::{Hand, HandFiles, PosedHand};
+use landscape::object::{
     Assembly, Description, ExactMesh, Field, FieldSettings, Mesh, Object, Revolved, find_symmetry,
 };
-use landscape::grasp::synthesis::synthesize;
 use landscape::optimize::QuenchSettings;
 use landscape::space::Symmetry;
 

@@ -9,13 +9,13 @@ use std::sync::OnceLock;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use bytes::Bytes;
+use landscape::evaluation::stability::Protocol;
+use landscape::evaluation::taxonomy::Rule;
 use landscape::grasp::EnergySettings;
-use landscape::grasp::hand::{Hand, HandError, HandFiles, PosedHand};
-use landscape::grasp::object::neural::{Specs, Tensors};
-use landscape::grasp::object::{Assembly, Description, Mesh};
-use landscape::grasp::stability::Protocol;
 use landscape::grasp::synthesis::SynthesisSettings;
-use landscape::grasp::taxonomy::Rule;
+use landscape::hand::{Hand, HandError, HandFiles, PosedHand};
+use landscape::object::neural::{Specs, Tensors};
+use landscape::object::{Assembly, Description, Mesh};
 use landscape::store::exchange::{self, JointColumns, Mapping, QposRow, dexgraspnet_npy, qpos_npy};
 use landscape::store::{
     AtomicFolder, EdgeRow, Grasp, GraspFile, Journal, LandscapeFiles, MinimumRow, Overrides,

@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use landscape::energy::Energy;
 use landscape::grasp::energy::Ramp;
-use landscape::grasp::hand::Hand;
-use landscape::grasp::object::Object;
 use landscape::grasp::start::start_pose;
 use landscape::grasp::synthesis::ContactMoves;
 use landscape::grasp::{EnergySettings, GraspEnergy, GraspKernel};
+use landscape::hand::Hand;
+use landscape::object::Object;
 use landscape::sample::{Kernel, Law, Rng, State, Task, stream};
 use landscape::space::Space;
 
@@ -269,7 +269,7 @@ fn nothing_likely_is_missing_among_completions() {
 fn beyond(energy: &GraspEnergy, x: &[f64], others: &[u32], index: u32, allowance: f64) -> bool {
     let settings = energy.settings();
     let distance_cost = |index: u32| {
-        let mut posed = landscape::grasp::hand::PosedHand::default();
+        let mut posed = landscape::hand::PosedHand::default();
         energy.hand().pose(x, &mut posed);
         let distance_m = energy
             .object()

@@ -12,10 +12,10 @@ use std::sync::Arc;
 
 use landscape::energy::Energy;
 use landscape::grasp::energy::Candidates;
-use landscape::grasp::hand::{Hand, PosedHand, SurfacePoint};
-use landscape::grasp::object::Object;
 use landscape::grasp::synthesis::ContactMoves;
 use landscape::grasp::{EnergySettings, GraspEnergy, GraspKernel};
+use landscape::hand::{Hand, PosedHand, SurfacePoint};
+use landscape::object::Object;
 use landscape::sample::{Kernel, Law, Rng, State, Task, stream};
 use landscape::space::Space;
 use nalgebra::Vector3;

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use landscape::grasp::hand::Hand;
-use landscape::grasp::object::Primitive;
+use landscape::hand::Hand;
+use landscape::object::Primitive;
 use serde::{Deserialize, Serialize};
 
 /// A posed hand on an object.

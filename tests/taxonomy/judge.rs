@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use landscape::grasp::hand::{Hand, PosedHand};
-use landscape::grasp::object::{Assembly, Object};
-use landscape::grasp::taxonomy::{
+use landscape::evaluation::taxonomy::{
     Anatomy, Label, Labeller, Rule, Taxonomy, Touch, Verdict, held, label_contacts, touches,
 };
+use landscape::hand::{Hand, PosedHand};
+use landscape::object::{Assembly, Object};
 use landscape::sample::{Task, stream};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;

@@ -1,7 +1,7 @@
 //! The solids of a fixture, and where on the hand its description says that they touch.
 
-use landscape::grasp::hand::Hand;
-use landscape::grasp::object::{Primitive, Shape};
+use landscape::hand::Hand;
+use landscape::object::{Primitive, Shape};
 use nalgebra::{Matrix3, Vector3};
 
 use super::fixture::Fixture;

@@ -10,8 +10,8 @@ use crate::agreement::PairMatrix;
 use crate::cli::input::open_landscape;
 use crate::cli::landscape::group_of;
 use crate::cli::types::{Named, Setting};
-use crate::grasp::hand::PosedHand;
-use crate::grasp::taxonomy::{Anatomy, Candidate, Patch, Rule, Taxonomy, touches};
+use crate::evaluation::taxonomy::{Anatomy, Candidate, Patch, Rule, Taxonomy, touches};
+use crate::hand::PosedHand;
 use crate::space::{PoseSpace, Space, Symmetry};
 use crate::store::MinimumRow;
 use crate::topography::{Ancestors, Evidence, MinimumId, Tree};
@@ -163,7 +163,7 @@ fn apart(one: &BTreeMap<Patch, f64>, other: &BTreeMap<Patch, f64>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::grasp::taxonomy::PalmPart;
+    use crate::evaluation::taxonomy::PalmPart;
 
     #[test]
     fn contact_distance_is_one_without_shared_patches() {

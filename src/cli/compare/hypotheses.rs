@@ -10,7 +10,7 @@ use crate::agreement::{
     barrier_ratio, bootstrap, cliffs_delta, holm, indicator, mantel, morans_i, partial_mantel,
     test_labels, test_uncertain_labels,
 };
-use crate::grasp::taxonomy::{Category, Rule, Taxonomy};
+use crate::evaluation::taxonomy::{Category, Rule, Taxonomy};
 
 const TEXT: &str = include_str!("../../../data/taxonomy/hypotheses.toml");
 const POWER: usize = Category::Power as usize;
@@ -687,7 +687,7 @@ fn few(labels: &[usize], names: &[&str]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::grasp::taxonomy::Candidate;
+    use crate::evaluation::taxonomy::Candidate;
 
     /// Minima of these types, two thirds of a unit apart within a category and `between` apart across.
     fn planted(types: &[u8], between: f64) -> Basins {

@@ -17,9 +17,9 @@ use serde_json::{Value, json};
 use super::args::{Common, Compare};
 use super::output::check_file;
 use super::{complain, print};
+use crate::evaluation::taxonomy::Rule;
 use crate::figure::MAKER;
 use crate::figure::chart::Chart;
-use crate::grasp::taxonomy::Rule;
 use crate::store::FileSet;
 
 pub(super) fn run(command: &Compare, common: &Common) -> anyhow::Result<()> {

@@ -8,9 +8,9 @@ use serde_json::{Value, json};
 use super::basins::Basins;
 use super::hypotheses::Finding;
 use super::statistics::Table;
+use crate::evaluation::taxonomy::{Category, Inapplicable, Rule, Taxonomy};
 use crate::figure::chart::{Axis, Chart, Corner, Panel, Series};
 use crate::figure::theme;
-use crate::grasp::taxonomy::{Category, Inapplicable, Rule, Taxonomy};
 
 /// Labels, statistics and hypotheses as Markdown.
 pub(super) fn markdown(

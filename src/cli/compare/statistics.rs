@@ -10,7 +10,7 @@ use crate::agreement::{
     barrier_ratio, bootstrap, cuts_between, highest, indicator, mantel, morans_i, permanova,
     permdisp, silhouette, test_labels,
 };
-use crate::grasp::taxonomy::{Category, Taxonomy};
+use crate::evaluation::taxonomy::{Category, Taxonomy};
 
 /// A statistic of the table.
 #[derive(Debug, Clone, Serialize)]

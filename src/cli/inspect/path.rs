@@ -19,7 +19,7 @@ use crate::figure::{
     Canvas, PICTURE_DENSITY, Picture, Scene, Surface, draw_row, row_height, side_in_row, theme,
 };
 use crate::grasp::GraspEnergy;
-use crate::grasp::hand::PosedHand;
+use crate::hand::PosedHand;
 use crate::limits::PICTURES;
 use crate::store::{FileSet, LandscapeFiles};
 use crate::topography::MinimumId;

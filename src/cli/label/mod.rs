@@ -12,9 +12,9 @@ use super::args::{Common, LabelCommand};
 use super::input::{self, coordinates};
 use super::output::check_file;
 use super::{complain, models, print, progress};
-use crate::grasp::hand::Hand;
-use crate::grasp::object::Object;
-use crate::grasp::taxonomy::{GraspType, Label, Labeller, Rule, Taxonomy, UNLISTED, explain};
+use crate::evaluation::taxonomy::{GraspType, Label, Labeller, Rule, Taxonomy, UNLISTED, explain};
+use crate::hand::Hand;
+use crate::object::Object;
 use crate::store::{Grasp, GraspFile, Population};
 
 mod sheet;

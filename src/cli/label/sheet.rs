@@ -12,10 +12,10 @@ use serde::Serialize;
 
 use super::super::input::coordinates;
 use super::file_name;
+use crate::evaluation::taxonomy::{Label, Taxonomy};
 use crate::figure::Scene;
-use crate::grasp::hand::Hand;
-use crate::grasp::object::Object;
-use crate::grasp::taxonomy::{Label, Taxonomy};
+use crate::hand::Hand;
+use crate::object::Object;
 use crate::store::{Grasp, write_atomic};
 
 /// The page; the data take the place of [`DATA`].

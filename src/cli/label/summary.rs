@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use super::super::run::tally;
 use super::human_label;
-use crate::grasp::taxonomy::{Inapplicable, Label, Taxonomy, Verdict};
+use crate::evaluation::taxonomy::{Inapplicable, Label, Taxonomy, Verdict};
 use crate::store::{Grasp, GraspFile};
 
 /// So many disagreements are listed one by one.
@@ -48,7 +48,7 @@ pub(super) fn summary(file: &GraspFile, labels: &BTreeMap<u64, Label>) -> String
     }
     text += "categories (of types and cells)\n";
     let categories = labels.values().filter_map(Label::listed_category);
-    for (category, count) in tally(categories.map(crate::grasp::taxonomy::Category::name)) {
+    for (category, count) in tally(categories.map(crate::evaluation::taxonomy::Category::name)) {
         line(&mut text, &category, count);
     }
     text += "cells (category/opposition/virtual finger 2/thumb)\n";

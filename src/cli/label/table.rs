@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::{canonical, human_label};
-use crate::grasp::taxonomy::Taxonomy;
+use crate::evaluation::taxonomy::Taxonomy;
 use anyhow::Context;
 
 /// A label of a human.

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::grasp::object::ExactMesh;
+use crate::object::ExactMesh;
 
 use super::Scene;
 

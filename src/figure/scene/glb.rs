@@ -292,7 +292,7 @@ impl Writer {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::grasp::object::Mesh;
+    use crate::object::Mesh;
 
     #[test]
     fn what_is_written_is_read_again() {

@@ -1,7 +1,7 @@
 //! A hand on an object.
 
-use crate::grasp::hand::{Hand, PosedHand, Skin};
-use crate::grasp::object::{Mesh, Object};
+use crate::hand::{Hand, PosedHand, Skin};
+use crate::object::{Mesh, Object};
 
 use super::{Marker, Scene, Surface};
 

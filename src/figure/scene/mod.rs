@@ -610,7 +610,7 @@ mod tests {
 
     #[test]
     fn friction_cones_open_inward_and_are_seen_through_the_object() {
-        let ball = crate::grasp::object::Object::named("ball").unwrap();
+        let ball = crate::object::Object::named("ball").unwrap();
         let mut scene = Scene {
             surfaces: vec![Surface {
                 colour: [120; 3],

@@ -16,13 +16,13 @@ pub use scratch::Ramp;
 use scratch::Scratch;
 pub use settings::{Candidates, EnergySettings, EnergySettingsError, Unit};
 
-use super::hand::Hand;
-use super::object::Object;
 use super::term::{
     Alignment, Distance, ForceClosure, Intrusion, JointLimits, Penetration, Prior, Rank,
     SelfPenetration, Term,
 };
 use crate::energy::Energy;
+use crate::hand::Hand;
+use crate::object::Object;
 use crate::space::{PoseMetric, PoseSpace, Space};
 
 /// E(H, O): the energy of a hand pose on an object, minimised exactly over the contact sets of n surface points.

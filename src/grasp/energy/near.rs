@@ -7,9 +7,9 @@
 
 use nalgebra::Vector3;
 
-use crate::grasp::hand::{Frame, Hand, LinkId, PosedHand};
-use crate::grasp::object::Shape;
 use crate::grasp::term::NearPoint;
+use crate::hand::{Frame, Hand, LinkId, PosedHand};
+use crate::object::Shape;
 
 /// Points looked at in vain, per point of the link, before its bounds are renewed: that costs about as much.
 const PATIENCE: usize = 4;

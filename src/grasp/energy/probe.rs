@@ -5,8 +5,8 @@ use nalgebra::Vector3;
 use super::GraspEnergy;
 use crate::grasp::closure::PointContact;
 use crate::grasp::depth::deepest_m;
-use crate::grasp::hand::PosedHand;
 use crate::grasp::term::point_contact;
+use crate::hand::PosedHand;
 
 /// A path whose top buries hand or object deeper than this passes through the object.
 pub const THROUGH_M: f64 = 0.002;

@@ -5,8 +5,8 @@ use std::sync::PoisonError;
 use super::GraspEnergy;
 use super::near::NearSearch;
 use crate::grasp::contact::ContactSearch;
-use crate::grasp::hand::PosedHand;
 use crate::grasp::term::{Contact, Forces, NearPoint, Proximity, Scene};
+use crate::hand::PosedHand;
 use crate::space::Space;
 
 /// Buffers of one evaluation, and what is remembered to make the next one cheaper (never to change its result).

@@ -4,8 +4,8 @@ use super::scratch::Scratch;
 use super::{FIRST_BAND_M, GraspEnergy};
 use crate::grasp::closure::PointContact;
 use crate::grasp::contact::{Candidate, WrenchCost};
-use crate::grasp::hand::PosedHand;
 use crate::grasp::term::NearPoint;
+use crate::hand::PosedHand;
 
 impl GraspEnergy {
     /// Fills `near` with the candidates of most poses and every point the penetration term asks about.

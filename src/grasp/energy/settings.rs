@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::grasp::filter::AUTHORS_UNIT_M;
-use crate::grasp::hand::Hand;
 use crate::grasp::term::{NormForm, PriorForm, RankForm};
+use crate::hand::Hand;
 use crate::limits::{Beyond, DISTANCE_WEIGHT, ENERGY_SETTING, OBJECT_SIZE};
 
 /// The length that divides arms, distances and depths, and so makes the energy dimensionless.

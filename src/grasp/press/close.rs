@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::touch::{Touch, touches};
 use crate::grasp::closure::{PointContact, contact_forces};
 use crate::grasp::energy::GraspEnergy;
-use crate::grasp::hand::{Hand, LinkId, PosedHand, Wrench, closest_points};
+use crate::hand::{Hand, LinkId, PosedHand, Wrench, closest_points};
 use crate::space::{PoseSpace, Space};
 
 /// How a hand is closed until it presses.
@@ -314,7 +314,7 @@ mod tests {
 
     use super::*;
     use crate::grasp::EnergySettings;
-    use crate::grasp::object::Object;
+    use crate::object::Object;
 
     /// Slopes of all residuals against central differences, with the palm at the surface of a box.
     #[test]

@@ -8,7 +8,7 @@ use crate::grasp::closure::{
     EpsilonSettings, PointContact, epsilon, least_friction, least_pressing,
 };
 use crate::grasp::energy::GraspEnergy;
-use crate::grasp::hand::PosedHand;
+use crate::hand::PosedHand;
 
 /// Friction at which a grasp is to hold: what two bodies of 0.5 have in engines that multiply.
 pub const FIRM_FRICTION: f64 = 0.25;

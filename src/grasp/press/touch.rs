@@ -3,8 +3,8 @@
 use nalgebra::Vector3;
 
 use crate::grasp::closure::PointContact;
-use crate::grasp::hand::{Hand, LinkId, PosedHand};
-use crate::grasp::object::ExactMesh;
+use crate::hand::{Hand, LinkId, PosedHand};
+use crate::object::ExactMesh;
 
 /// Places along an axis that are tried first; between the best one's neighbours the search goes on.
 const PLACES: usize = 9;
@@ -104,7 +104,7 @@ fn nearest_place(exact: &ExactMesh, [a, b]: &[Vector3<f64>; 2]) -> Vector3<f64> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::grasp::object::Object;
+    use crate::object::Object;
 
     #[test]
     fn touches_of_a_hand_are_no_farther_than_any_point_of_its_capsules() {

@@ -97,7 +97,7 @@ pub struct SynthesisSettings {
     pub ramp_share: f64,
     /// Whether the weights of depths rise with the distance weight, so that the hand may first pass through the object. Not
     /// on objects most of whose surface is that of a thin wall, in which a hand would stay
-    /// ([`Object::thin_share`](crate::grasp::object::Object::thin_share)).
+    /// ([`Object::thin_share`](crate::object::Object::thin_share)).
     pub ramp_depths: bool,
     /// Probability of a contact move: 1 − ρ.
     pub contact_probability: f64,

@@ -1,7 +1,7 @@
 //! Surface points of the object stay out of the hand.
 
 use super::{Forces, Scene, Term, rounded_hinge};
-use crate::grasp::hand::Capsule;
+use crate::hand::Capsule;
 use nalgebra::Vector3;
 
 /// Depth of the object's surface samples inside the hand's capsules.

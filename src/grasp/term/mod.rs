@@ -1,13 +1,13 @@
 //! The terms of the grasp energy, one file each.
 //!
 //! A term speaks in points: it adds forces on points of links, or torques on joints; the hand pulls their sum back to
-//! the derivative of the pose once ([`Hand::pull_back`](super::hand::Hand::pull_back)).
+//! the derivative of the pose once ([`Hand::pull_back`](crate::hand::Hand::pull_back)).
 
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::hand::{Hand, LinkId, PosedHand, Wrench};
-use super::object::Object;
+use crate::hand::{Hand, LinkId, PosedHand, Wrench};
+use crate::object::Object;
 
 mod alignment;
 mod distance;

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{Forces, Scene, Term};
-use crate::grasp::hand::PosePrior;
+use crate::hand::PosePrior;
 
 /// How the prior's quadratic form becomes an energy.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

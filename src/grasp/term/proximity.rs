@@ -5,8 +5,8 @@
 
 use nalgebra::Vector3;
 
-use crate::grasp::hand::{Hand, PosedHand, closest_points};
-use crate::grasp::object::Object;
+use crate::hand::{Hand, PosedHand, closest_points};
+use crate::object::Object;
 
 /// Object samples nearer to a capsule than this are listed: the list holds until the capsule has moved as far.
 const MARGIN_M: f64 = 0.008;

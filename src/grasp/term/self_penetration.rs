@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::{Forces, Scene, Term, rounded_hinge};
-use crate::grasp::hand::{Capsule, closest_points};
+use crate::hand::{Capsule, closest_points};
 
 /// Overlap of the hand's capsules.
 ///

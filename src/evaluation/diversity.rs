@@ -1,0 +1,269 @@
+//! How diverse a population of grasps is, by the measures in use elsewhere and by the regions of the hand that hold.
+//!
+//! None of them knows the object's symmetry, and all grow or shrink with the number of grasps: compare populations of the
+//! same object and size.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{DMatrix, UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
+
+use crate::hand::Hand;
+use crate::space::object_from_hand;
+
+/// Bins of the entropies, as `GraspQP` has them: a joint that takes all its range alike has the entropy ln 32 = 3.47.
+pub const BINS: usize = 32;
+
+/// Half the edge of the box about the object's centroid over which positions are binned, metres; what lies outside falls
+/// into the outermost bins.
+pub const BOX_M: f64 = 0.1;
+
+/// How many principal components are reported.
+const COMPONENTS: usize = 5;
+
+/// Number of grasps to which [`Diversity::region_sets_per_hundred`] is reduced.
+const HUNDRED: usize = 100;
+
+/// Measures of diversity.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Diversity {
+    /// Number of grasps.
+    pub grasps: usize,
+    /// Distinct sets of hand regions ([`Hand::regions`]) that carry the contacts.
+    pub region_sets: usize,
+    /// Expected number of distinct region sets among a hundred of the grasps drawn without replacement; `None` where there
+    /// are fewer.
+    pub region_sets_per_hundred: Option<f64>,
+    /// Share of the variance of (translation, rotation vector, joints) in the first 1, 2, … 5 principal components, in
+    /// metres and radians without scaling, as `DexGraspBench` has it. *Lower* is more diverse.
+    pub explained_variance: [f64; COMPONENTS],
+    /// Shannon entropy of each joint over [`BINS`] bins between its limits, nats, mean over the joints (after `GraspQP`).
+    pub joint_entropy: f64,
+    /// Shannon entropy of each of the three coordinates of the hand's origin (over ±[`BOX_M`] about the centroid) and of
+    /// the three components of its rotation vector (over ±π), [`BINS`] bins each, nats, mean over the six.
+    pub pose_entropy: f64,
+}
+
+impl Diversity {
+    /// Measures the grasps `(x, contacts)` of `hand`: coordinates of [`PoseSpace`](crate::space::PoseSpace) and surface
+    /// points. `centroid`: of the object, metres. `None` without grasps.
+    ///
+    /// # Panics
+    /// If a pose is one of another hand or a contact index is out of range.
+    pub fn of<'a>(
+        hand: &Hand,
+        centroid: &Vector3<f64>,
+        grasps: impl Iterator<Item = (&'a [f64], &'a [u32])>,
+    ) -> Option<Self> {
+        let mut sets: BTreeMap<Vec<usize>, usize> = BTreeMap::new();
+        let mut rows: Vec<Vec<f64>> = Vec::new();
+        for (x, contacts) in grasps {
+            let mut set: Vec<usize> = contacts
+                .iter()
+                .map(|&index| hand.surface[index as usize].region)
+                .collect();
+            set.sort_unstable();
+            set.dedup();
+            *sets.entry(set).or_insert(0) += 1;
+            rows.push(row(x, centroid));
+        }
+        if rows.is_empty() {
+            return None;
+        }
+        let counts: Vec<usize> = sets.values().copied().collect();
+        let mut pose = [(-BOX_M, BOX_M); 6];
+        pose[3..].fill((-std::f64::consts::PI, std::f64::consts::PI));
+        let mean_entropy = |first: usize, ranges: &[(f64, f64)]| {
+            let sum: f64 = ranges
+                .iter()
+                .enumerate()
+                .map(|(k, range)| entropy(rows.iter().map(|row| row[first + k]), *range))
+                .sum();
+            sum / ranges.len().max(1) as f64
+        };
+        let limits: Vec<(f64, f64)> = hand.joints.iter().map(|j| j.limits_rad.into()).collect();
+        Some(Self {
+            grasps: rows.len(),
+            region_sets: sets.len(),
+            region_sets_per_hundred: (rows.len() >= HUNDRED)
+                .then(|| expected_distinct(&counts, HUNDRED)),
+            explained_variance: explained_variance(&rows),
+            joint_entropy: mean_entropy(6, &limits),
+            pose_entropy: mean_entropy(0, &pose),
+        })
+    }
+}
+
+/// Translation from the centroid, rotation vector, joints.
+fn row(x: &[f64], centroid: &Vector3<f64>) -> Vec<f64> {
+    let pose = object_from_hand(x);
+    let rotation: UnitQuaternion<f64> = pose.rotation;
+    let mut row: Vec<f64> = (pose.translation.vector - centroid)
+        .iter()
+        .copied()
+        .collect();
+    row.extend(rotation.scaled_axis().iter());
+    row.extend(&x[7..]);
+    row
+}
+
+/// Shannon entropy, nats, of values over equal bins of a range; what lies outside falls into the outermost bins.
+fn entropy(values: impl Iterator<Item = f64>, (low, high): (f64, f64)) -> f64 {
+    let mut counts = [0usize; BINS];
+    let mut total = 0usize;
+    for value in values {
+        let scaled = ((value - low) / (high - low) * BINS as f64).clamp(0.0, (BINS - 1) as f64);
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "clamped to 0..BINS just above; the cut-off fraction is meant"
+        )]
+        let bin = scaled as usize;
+        counts[bin] += 1;
+        total += 1;
+    }
+    counts
+        .iter()
+        .filter(|&&count| count > 0)
+        .map(|&count| {
+            let (count, total) = (count as f64, total as f64);
+            count / total * (total / count).ln()
+        })
+        .sum()
+}
+
+/// Expected number of distinct kinds among `size` members drawn without replacement from kinds with these counts.
+///
+/// ```text
+/// Σₖ 1 − C(N − nₖ, size) / C(N, size)
+/// ```
+fn expected_distinct(counts: &[usize], size: usize) -> f64 {
+    let all: usize = counts.iter().sum();
+    let size = size.min(all);
+    counts
+        .iter()
+        .map(|&count| {
+            // Probability that none of the `count` members is drawn.
+            let missed: f64 = (0..count)
+                .map(|i| ((all - size) as f64 - i as f64).max(0.0) / (all - i) as f64)
+                .product();
+            1.0 - missed
+        })
+        .sum()
+}
+
+/// Cumulative shares of the first principal components of `rows`; 1 throughout where nothing varies.
+fn explained_variance(rows: &[Vec<f64>]) -> [f64; COMPONENTS] {
+    let (count, width) = (rows.len(), rows[0].len());
+    let mut data = DMatrix::from_fn(count, width, |i, k| rows[i][k]);
+    for mut column in data.column_iter_mut() {
+        let mean = column.mean();
+        column.add_scalar_mut(-mean);
+    }
+    let mut variances: Vec<f64> = (data.transpose() * &data)
+        .symmetric_eigenvalues()
+        .iter()
+        .map(|value| value.max(0.0))
+        .collect();
+    variances.sort_by(|a, b| b.total_cmp(a));
+    let total: f64 = variances.iter().sum();
+    let mut sum = 0.0;
+    std::array::from_fn(|k| {
+        sum += variances.get(k).copied().unwrap_or(0.0);
+        if total > 0.0 { sum / total } else { 1.0 }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::RngExt;
+
+    use super::*;
+    use crate::sample::{Task, stream};
+
+    fn poses(hand: &Hand, count: usize, spread: f64) -> Vec<Vec<f64>> {
+        let mut rng = stream(1, Task::Start, 0);
+        (0..count)
+            .map(|_| {
+                let mut x = hand.rest_coordinates();
+                for (q, joint) in x[7..].iter_mut().zip(&hand.joints) {
+                    let [low, high] = joint.limits_rad;
+                    let anywhere = rng.random_range(low..high);
+                    *q += spread * (anywhere - *q);
+                }
+                x
+            })
+            .collect()
+    }
+
+    fn measure(hand: &Hand, poses: &[Vec<f64>], contacts: &[u32]) -> Diversity {
+        let grasps = poses.iter().map(|x| (x.as_slice(), contacts));
+        Diversity::of(hand, &Vector3::zeros(), grasps).unwrap()
+    }
+
+    #[test]
+    fn one_grasp_again_and_again_has_none() {
+        let hand = Hand::human();
+        let same = measure(&hand, &poses(&hand, 50, 0.0), &[1, 2, 3]);
+        assert_eq!(same.region_sets, 1);
+        assert_eq!(
+            same.region_sets_per_hundred, None,
+            "the count of fifty is no rate of a hundred"
+        );
+        let hundred = measure(&hand, &poses(&hand, 100, 0.0), &[1, 2, 3]);
+        assert!((hundred.region_sets_per_hundred.unwrap() - 1.0).abs() < 1e-12);
+        assert!(
+            same.explained_variance
+                .iter()
+                .all(|share| (share - 1.0).abs() < 1e-12)
+        );
+        assert!(same.joint_entropy.abs() < 1e-12 && same.pose_entropy.abs() < 1e-12);
+        let none = Diversity::of(&hand, &Vector3::zeros(), std::iter::empty());
+        assert!(none.is_none());
+    }
+
+    #[test]
+    fn uniform_joints_have_the_largest_entropy() {
+        let hand = Hand::human();
+        let wide = measure(&hand, &poses(&hand, 20_000, 1.0), &[]);
+        assert!(
+            (wide.joint_entropy - (BINS as f64).ln()).abs() < 0.01,
+            "{wide:?}"
+        );
+        let narrow = measure(&hand, &poses(&hand, 20_000, 0.25), &[]);
+        // A quarter of the range: ln(32/4), up to the bins at the ends that are cut.
+        assert!(
+            (narrow.joint_entropy - 8f64.ln()).abs() < 0.15,
+            "{narrow:?}"
+        );
+        assert!(wide.explained_variance.is_sorted() && wide.explained_variance[4] < 1.0);
+    }
+
+    #[test]
+    fn variance_along_one_line_is_explained_by_one_component() {
+        let hand = Hand::human();
+        let line: Vec<Vec<f64>> = (0..20)
+            .map(|i| {
+                let mut x = hand.rest_coordinates();
+                x[0] += 1e-3 * f64::from(i);
+                x[8] += 0.02 * f64::from(i);
+                x
+            })
+            .collect();
+        let found = measure(&hand, &line, &[]);
+        assert!(
+            (found.explained_variance[0] - 1.0).abs() < 1e-9,
+            "{found:?}"
+        );
+    }
+
+    #[test]
+    fn distinct_kinds_of_a_sample() {
+        // Two kinds of one each: two draws see both, one draw sees one.
+        assert!((expected_distinct(&[1, 1], 2) - 2.0).abs() < 1e-12);
+        assert!((expected_distinct(&[1, 1], 1) - 1.0).abs() < 1e-12);
+        // 2 of {a, a, b}: both kinds unless {a, a} (1 of 3 pairs).
+        assert!((expected_distinct(&[2, 1], 2) - 5.0 / 3.0).abs() < 1e-12);
+        assert!((expected_distinct(&[3, 4], 100) - 2.0).abs() < 1e-12);
+    }
+}

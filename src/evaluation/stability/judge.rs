@@ -1,0 +1,215 @@
+//! One grasp through one protocol.
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+use super::rest::Watch;
+use super::settings::{Drop, Protocol, SixDirections};
+use super::solid::Solid;
+use super::squeeze::{add_hand, closing};
+use super::world::{Part, World};
+use crate::hand::{Hand, PosedHand};
+
+/// Why a grasp is stable or not.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Reason {
+    /// It is stable.
+    Held,
+    /// Hand and object overlap too much at the start.
+    Overlap,
+    /// The object fell.
+    Fell,
+    /// The object moved too far.
+    Moved,
+    /// The object turned too much.
+    Turned,
+    /// The engine lost the object: its position is not finite.
+    Lost,
+}
+
+impl Reason {
+    /// As it stands in files and tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Held => "held",
+            Self::Overlap => "overlap",
+            Self::Fell => "fell",
+            Self::Moved => "moved",
+            Self::Turned => "turned",
+            Self::Lost => "lost",
+        }
+    }
+}
+
+/// What became of a grasp.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Outcome {
+    /// Why.
+    pub reason: Reason,
+    /// Way of the object's centre of mass, metres: where the drop ended, at rest or failed; the farthest in any of six
+    /// directions.
+    pub displacement_m: f64,
+    /// Turn of the object, radians; likewise.
+    pub turn_rad: f64,
+    /// Overlap of hand and object at the start, metres.
+    pub overlap_m: f64,
+}
+
+impl Outcome {
+    const START: Self = Self {
+        reason: Reason::Held,
+        displacement_m: 0.0,
+        turn_rad: 0.0,
+        overlap_m: 0.0,
+    };
+
+    /// Whether the object stayed in the hand.
+    pub fn is_stable(&self) -> bool {
+        self.reason == Reason::Held
+    }
+}
+
+/// Simulates the grasp of `hand` at pose `x = [t, q(wxyz), joints]` (object frame) on an object of `mass_kg`; `contacts`
+/// are its contact set, by which it is squeezed where the protocol squeezes.
+///
+/// # Panics
+/// If `x` is a pose of another hand or a contact index is out of range.
+pub fn simulate(
+    hand: &Hand,
+    x: &[f64],
+    contacts: &[u32],
+    solid: &Solid,
+    mass_kg: f64,
+    protocol: &Protocol,
+) -> Outcome {
+    let mut posed = PosedHand::default();
+    hand.pose(x, &mut posed);
+    match protocol {
+        Protocol::Drop(drop) => fall(hand, &posed, solid, mass_kg, drop),
+        Protocol::SixDirections(six) => {
+            let closing = (!six.rigid).then(|| closing(hand, &posed, contacts, solid, six));
+            push(hand, &posed, closing.as_deref(), solid, six)
+        }
+    }
+}
+
+fn fix_hand(world: &mut World, hand: &Hand, posed: &PosedHand) {
+    for (capsule, [a, b]) in hand.capsules.iter().zip(&posed.capsules) {
+        world.fix(&Part::Capsule {
+            a: *a,
+            b: *b,
+            radius_m: capsule.radius_m,
+        });
+    }
+}
+
+fn fall(hand: &Hand, posed: &PosedHand, solid: &Solid, mass_kg: f64, drop: &Drop) -> Outcome {
+    let (friction, solver) = (&drop.friction, &drop.solver);
+    let mut world = World::new(solid, mass_kg, [0.0; 3], friction, solver);
+    fix_hand(&mut world, hand, posed);
+    let settling = count(drop.settle_s, solver.time_step_s);
+    let down = Vector3::from(drop.gravity_m_s2).normalize();
+    let mut outcome = Outcome::START;
+    if overlaps(&mut outcome, &world, drop.overlap_m) {
+        return outcome;
+    }
+    let mut watch = Watch::new(solid, &drop.rest, solver.time_step_s);
+    for step in 0..settling + drop.steps {
+        if step == settling {
+            world.set_gravity(drop.gravity_m_s2);
+        }
+        world.step();
+        let (way, turn_rad) = world.motion();
+        if !(way.norm().is_finite() && turn_rad.is_finite()) {
+            outcome.reason = Reason::Lost;
+            return outcome;
+        }
+        outcome.displacement_m = way.norm();
+        outcome.turn_rad = turn_rad;
+        if way.dot(&down) >= drop.fall_m {
+            outcome.reason = Reason::Fell;
+            return outcome;
+        }
+        if step >= settling && watch.rests(world.object_pose()) {
+            return outcome;
+        }
+    }
+    outcome
+}
+
+fn push(
+    hand: &Hand,
+    posed: &PosedHand,
+    closing_rad: Option<&[f64]>,
+    solid: &Solid,
+    six: &SixDirections,
+) -> Outcome {
+    let mut closed = World::new(solid, six.mass_kg, [0.0; 3], &six.friction, &six.solver);
+    match closing_rad {
+        Some(closing_rad) => add_hand(&mut closed, hand, posed, closing_rad, &six.squeeze),
+        None => fix_hand(&mut closed, hand, posed),
+    }
+    let mut outcome = Outcome::START;
+    if overlaps(&mut outcome, &closed, six.overlap_m) {
+        return outcome;
+    }
+    for _ in 0..count(six.squeeze.time_s, six.solver.time_step_s).max(1) {
+        closed.step();
+        if fails(&mut outcome, &closed, six) {
+            return outcome;
+        }
+    }
+    for direction in 0..6 {
+        let sign = if direction % 2 == 0 { 1.0 } else { -1.0 };
+        let mut world = closed.fork();
+        world.push_object(&Vector3::ith(direction / 2, sign * six.force_n));
+        let mut watch = Watch::new(solid, &six.rest, six.solver.time_step_s);
+        for _ in 0..count(six.push_s, six.solver.time_step_s) {
+            world.step();
+            if fails(&mut outcome, &world, six) {
+                return outcome;
+            }
+            if watch.rests(world.object_pose()) {
+                break;
+            }
+        }
+    }
+    outcome
+}
+
+/// Takes note of how deep hand and object overlap; whether that is too much.
+fn overlaps(outcome: &mut Outcome, world: &World, most_m: f64) -> bool {
+    outcome.overlap_m = world.overlap_m();
+    if outcome.overlap_m > most_m {
+        outcome.reason = Reason::Overlap;
+    }
+    outcome.reason != Reason::Held
+}
+
+/// Takes note of where the object is; whether that is too far.
+fn fails(outcome: &mut Outcome, world: &World, six: &SixDirections) -> bool {
+    let (way, turn_rad) = world.motion();
+    outcome.displacement_m = outcome.displacement_m.max(way.norm());
+    outcome.turn_rad = outcome.turn_rad.max(turn_rad);
+    outcome.reason = if !(way.norm().is_finite() && turn_rad.is_finite()) {
+        Reason::Lost
+    } else if outcome.displacement_m >= six.displacement_m {
+        Reason::Moved
+    } else if outcome.turn_rad >= six.turn_rad {
+        Reason::Turned
+    } else {
+        Reason::Held
+    };
+    outcome.reason != Reason::Held
+}
+
+/// How many steps a time takes.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a time over a time step, both checked to be positive"
+)]
+pub(super) fn count(time_s: f64, step_s: f64) -> usize {
+    (time_s / step_s).round() as usize
+}

@@ -1,0 +1,184 @@
+//! A hand whose joints are driven: fingers that close on the object and give way.
+
+use nalgebra::Vector3;
+use rapier3d_f64::dynamics::{
+    GenericJointBuilder, JointAxesMask, JointAxis, MotorModel, MultibodyJointHandle,
+    RigidBodyBuilder, RigidBodyHandle,
+};
+use rapier3d_f64::math::{Pose, Rotation};
+use rapier3d_f64::parry::mass_properties::MassProperties;
+
+use super::convert::{frame, vector};
+use super::settings::{SixDirections, Squeeze};
+use super::solid::Solid;
+use super::world::{Part, World};
+use crate::grasp::closure::{PointContact, contact_forces};
+use crate::hand::{Hand, JointKind, LinkId, Motion, PosedHand};
+
+/// Mass and inertia of a link on top of what its geometry has, so that none is without: a joint of two axes is two links.
+const LEAST_MASS_KG: f64 = 1e-3;
+const LEAST_INERTIA_KG_M2: f64 = 1e-7;
+
+/// How far the targets of the joints lie from the grasp's coordinates, radians (metres of slides): Jᵀf/k, see [`Squeeze`].
+/// The stiffness of a slide is that of a hinge at the lever of [`JointKind::radians_per_unit`].
+pub(super) fn closing(
+    hand: &Hand,
+    posed: &PosedHand,
+    contacts: &[u32],
+    solid: &Solid,
+    six: &SixDirections,
+) -> Vec<f64> {
+    let squeeze = &six.squeeze;
+    let forces = pressing(posed, contacts, solid, six);
+    let mut loads = vec![0.0; hand.joints.len()];
+    for (&contact, force) in contacts.iter().zip(forces) {
+        let point = posed.points[contact as usize];
+        let mut link = Some(hand.surface[contact as usize].link);
+        while let Some(LinkId(l)) = link {
+            if let Some(motion) = &hand.links[l].motion {
+                let placed = &posed.object_from_link[l];
+                let axis = placed.direction(&motion.axis);
+                let load = match motion.kind {
+                    JointKind::Hinge => axis.dot(&(point - placed.translation).cross(&force)),
+                    JointKind::Slide => axis.dot(&force),
+                };
+                loads[motion.joint] += motion.ratio * load;
+            }
+            link = hand.links[l].parent;
+        }
+    }
+    let stiffness = |kind: JointKind| squeeze.stiffness_n_m * kind.radians_per_unit().powi(2);
+    let loads = loads.iter().zip(&hand.joints);
+    loads
+        .map(|(load, joint)| load / stiffness(joint.kind))
+        .collect()
+}
+
+/// Forces that press with the mean force asked for and balance each other; all alike along the normals where none balance.
+fn pressing(
+    posed: &PosedHand,
+    contacts: &[u32],
+    solid: &Solid,
+    six: &SixDirections,
+) -> Vec<Vector3<f64>> {
+    let force_n = six.squeeze.force_n;
+    let centre = solid.centre();
+    let bare: Vec<PointContact> = contacts
+        .iter()
+        .map(|&contact| {
+            let point = posed.points[contact as usize];
+            PointContact {
+                arm: (point - centre) / TORQUE_UNIT_M,
+                inward_normal: solid.inward_normal(&point),
+            }
+        })
+        .collect();
+    let sum_n = force_n * bare.len() as f64;
+    match contact_forces(&bare, six.friction.effective()) {
+        Some(balanced) => balanced.forces.iter().map(|force| force * sum_n).collect(),
+        None => bare
+            .iter()
+            .map(|contact| contact.inward_normal * force_n)
+            .collect(),
+    }
+}
+
+/// Makes arms of order one; what balances does not depend on it.
+const TORQUE_UNIT_M: f64 = 0.05;
+
+/// Adds `hand` as a chain of bodies on a root that does not move. Joint coordinates count from the grasp; their targets are
+/// `closing` away, radians or metres.
+pub(super) fn add_hand(
+    world: &mut World,
+    hand: &Hand,
+    posed: &PosedHand,
+    closing: &[f64],
+    squeeze: &Squeeze,
+) {
+    let mut last_joint = None;
+    let mut bodies: Vec<RigidBodyHandle> = Vec::with_capacity(hand.links.len());
+    for (l, link) in hand.links.iter().enumerate() {
+        let placed = frame(&posed.object_from_link[l]);
+        let handle = match (link.parent, &link.motion) {
+            (Some(parent), None) => bodies[parent.0],
+            (None, _) => world
+                .physics
+                .insert_body(RigidBodyBuilder::fixed().pose(placed)),
+            (Some(parent), Some(motion)) => {
+                let inertia = vector(&Vector3::repeat(LEAST_INERTIA_KG_M2));
+                let least = MassProperties::new(vector(&Vector3::zeros()), LEAST_MASS_KG, inertia);
+                let body = RigidBodyBuilder::dynamic()
+                    .pose(placed)
+                    .can_sleep(false)
+                    .additional_mass_properties(least);
+                let handle = world.physics.insert_body(body);
+                let parent = bodies[parent.0];
+                let parent_pose = *world.physics.bodies[parent].position();
+                last_joint = Some(join(
+                    world,
+                    [parent, handle],
+                    parent_pose.inv_mul(&placed),
+                    motion,
+                    motion.ratio * closing[motion.joint],
+                    squeeze,
+                ));
+                handle
+            }
+        };
+        bodies.push(handle);
+    }
+    for (capsule, [a, b]) in hand.capsules.iter().zip(&posed.capsules) {
+        let handle = bodies[capsule.link.0];
+        let pose = *world.physics.bodies[handle].position();
+        let part = Part::Capsule {
+            a: *a,
+            b: *b,
+            radius_m: capsule.radius_m,
+        };
+        let collider = world.collider(&part).density(squeeze.density_kg_m3);
+        // The builder has placed the capsule in the object's frame; its body wants it in its own.
+        let placed = collider.position;
+        let collider = collider.position(pose.inv_mul(&placed));
+        world.physics.insert_collider(collider, Some(handle));
+    }
+    // All joints are of one tree, which any of them finds. Its damping is that of the motors only.
+    let tree = last_joint.and_then(|joint| world.physics.multibody_joints.get_mut(joint));
+    if let Some((multibody, _)) = tree {
+        multibody.damping_mut().fill(0.0);
+        multibody.armature_mut().fill(squeeze.armature_kg_m2);
+    }
+}
+
+fn join(
+    world: &mut World,
+    [parent, child]: [RigidBodyHandle; 2],
+    parent_from_child: Pose,
+    motion: &Motion,
+    closing: f64,
+    squeeze: &Squeeze,
+) -> MultibodyJointHandle {
+    let turned = Pose::from_rotation(Rotation::from_rotation_arc(
+        vector(&Vector3::x()),
+        vector(&motion.axis),
+    ));
+    let (locked, moved) = match motion.kind {
+        JointKind::Hinge => (JointAxesMask::LOCKED_REVOLUTE_AXES, JointAxis::AngX),
+        JointKind::Slide => (JointAxesMask::LOCKED_PRISMATIC_AXES, JointAxis::LinX),
+    };
+    let lever = motion.kind.radians_per_unit();
+    let joint = GenericJointBuilder::new(locked)
+        .local_frame1(parent_from_child * turned)
+        .local_frame2(turned)
+        .motor_model(moved, MotorModel::ForceBased)
+        .motor_position(
+            moved,
+            closing,
+            squeeze.stiffness_n_m * lever.powi(2),
+            squeeze.damping_n_m_s * lever.powi(2),
+        )
+        .motor_max_force(moved, squeeze.torque_limit_n_m * lever);
+    world
+        .physics
+        .insert_multibody_joint(parent, child, joint)
+        .expect("the links of a hand form a tree")
+}

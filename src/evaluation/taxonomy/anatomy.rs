@@ -1,0 +1,415 @@
+//! Which part of a human hand each surface point is, for any hand built like one.
+
+use nalgebra::Vector3;
+
+use crate::hand::{Hand, LinkId, PatchSide, PosedHand};
+
+/// Links whose joints lie closer together than this share of the palm's breadth are one bone: the hinges of a knuckle.
+const SAME_BONE: f64 = 0.08;
+/// A patch of the palm faces the back of the hand, the thumb's side: its normal's part along these directions.
+const DORSUM: f64 = -0.35;
+const WEB: f64 = 0.7;
+
+/// A bone of a digit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Bone {
+    /// Of the thumb only.
+    Metacarpal,
+    /// First phalanx.
+    Proximal,
+    /// Second phalanx of a finger.
+    Middle,
+    /// Last phalanx.
+    Distal,
+}
+
+/// A part of the palm.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum PalmPart {
+    /// What touches in a palm grasp: the ball of the thumb, the ball of the little finger, the hollow between, the heads
+    /// of the metacarpals.
+    Volar,
+    /// The edge between thumb and index finger.
+    Web,
+    /// The back of the hand.
+    Dorsum,
+}
+
+/// Where on the hand a surface point is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Patch {
+    /// On the palm.
+    Palm(PalmPart),
+    /// On a digit: 1 thumb, 2 index, 3 middle, 4 ring, 5 little.
+    Digit(usize, Bone, PatchSide),
+}
+
+/// A bone's direction to the tip, in its link's frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct BoneAxis {
+    pub(super) bone: Bone,
+    pub(super) link: LinkId,
+    pub(super) distal: Vector3<f64>,
+}
+
+/// Directions of the palm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct PalmAxes {
+    /// Out of the palm.
+    pub(super) volar: Vector3<f64>,
+    /// To the fingertips.
+    pub(super) distal: Vector3<f64>,
+    /// To the thumb.
+    pub(super) radial: Vector3<f64>,
+}
+
+/// A hand read as a human one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Anatomy {
+    /// One a surface point; none for a point on a link that is no part of a human hand.
+    pub(super) patches: Vec<Patch>,
+    /// Bones of the digits, thumb first, each from the palm to the tip; empty for a digit that is missing.
+    pub(super) digits: [Vec<BoneAxis>; 5],
+    palm: LinkId,
+    /// In the frame of the link `palm`.
+    axes: PalmAxes,
+}
+
+/// The digit and bone that a link is part of, and its directions out of the pad, to the radial side and to the tip, link
+/// frame.
+type Sides = (usize, Bone, [Vector3<f64>; 3]);
+
+/// The chain of bones of one digit of a hand, all hinges straight.
+struct Chain {
+    /// Links of each bone, from the palm to the tip.
+    bones: Vec<Vec<usize>>,
+    /// Direction of each bone, root frame.
+    directions: Vec<Vector3<f64>>,
+    /// Where the finger proper begins: the joint of its proximal phalanx, root frame.
+    base: Vector3<f64>,
+}
+
+impl Anatomy {
+    /// Reads a hand as a human one; `None` where that would be a guess.
+    ///
+    /// A hand whose digits are named `thumb`, `index`, `middle`, `ring`, `little` (any of them) is taken at its word. Any
+    /// other must have a thumb, as [`Hand`] finds it, and three or four fingers, all of at least two bones; the finger nearest
+    /// to the thumb is the index finger. A finger of two bones has a proximal and a distal one. Bones are told by the joints between them, sides by the direction in which the digit closes.
+    pub fn of(hand: &Hand) -> Option<Self> {
+        let straight = hand.straight();
+        let reaches = hand.straight_joints();
+        let digits: Vec<usize> = (1..hand.digits.len()).collect();
+        let palm_link = palm_link(hand)?;
+        let root = &straight.object_from_link[0];
+        let volar = root.direction(&hand.palm.volar);
+        let distal = root.direction(&hand.palm.distal);
+        let across = distal.cross(&volar);
+
+        let breadth = |bases: &[Vector3<f64>]| {
+            let along: Vec<f64> = bases.iter().map(|base| across.dot(base)).collect();
+            let high = along.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            let low = along.iter().copied().fold(f64::INFINITY, f64::min);
+            high - low
+        };
+        let origins: Vec<Vector3<f64>> = digits
+            .iter()
+            .filter_map(|digit| hand.links.iter().position(|link| link.digit == *digit))
+            .map(|link| straight.object_from_link[link].translation)
+            .collect();
+        let apart = SAME_BONE * breadth(&origins).max(1e-3);
+        let chains: Vec<Chain> = digits
+            .iter()
+            .map(|digit| Chain::of(hand, &straight, *digit, apart))
+            .collect();
+
+        let human = human_digits(hand, &chains, &across)?;
+        let radial = {
+            let thumb = human.iter().position(|digit| *digit == 1);
+            let fingers: Vec<usize> = (0..human.len()).filter(|d| Some(*d) != thumb).collect();
+            let first = fingers.iter().min_by_key(|d| human[**d])?;
+            let last = fingers.iter().max_by_key(|d| human[**d])?;
+            let toward = match thumb {
+                Some(thumb) => chains[thumb].base - chains[*last].base,
+                None => chains[*first].base - chains[*last].base,
+            };
+            across * across.dot(&toward).signum()
+        };
+        let chirality = radial.dot(&across).signum();
+
+        let mut axes: [Vec<BoneAxis>; 5] = Default::default();
+        let mut of_link: Vec<Option<Sides>> = vec![None; hand.links.len()];
+        for (chain, &digit) in chains.iter().zip(&human) {
+            let pad = if digit == 1 {
+                chain.closing(hand, &straight, &reaches)?
+            } else {
+                volar
+            };
+            for (place, links) in chain.bones.iter().enumerate() {
+                let Some(bone) = bone_of(digit, place, chain.bones.len()) else {
+                    continue;
+                };
+                let along = chain.directions[place];
+                let pad = (pad - along * along.dot(&pad)).try_normalize(1e-6)?;
+                let side = along.cross(&pad) * chirality;
+                for &link in links {
+                    let frame = &straight.object_from_link[link];
+                    let local = [pad, side, along].map(|axis| frame.rotation.tr_mul(&axis));
+                    of_link[link] = Some((digit, bone, local));
+                }
+                // The last one is turned by all hinges of the bone.
+                let link = links[links.len() - 1];
+                axes[digit - 1].push(BoneAxis {
+                    bone,
+                    link: LinkId(link),
+                    distal: straight.object_from_link[link].rotation.tr_mul(&along),
+                });
+            }
+        }
+        let patch = |i: usize| {
+            let point = &hand.surface[i];
+            let Some((digit, bone, [pad, side, along])) = of_link[point.link.0] else {
+                let normal = straight.object_from_link[point.link.0].direction(&point.normal);
+                return Patch::Palm(if volar.dot(&normal) < DORSUM {
+                    PalmPart::Dorsum
+                } else if radial.dot(&normal) > WEB {
+                    PalmPart::Web
+                } else {
+                    PalmPart::Volar
+                });
+            };
+            let parts = [pad, side, along].map(|axis| axis.dot(&point.normal));
+            Patch::Digit(digit, bone, PatchSide::of(parts, bone == Bone::Distal))
+        };
+        let patches = (0..hand.surface.len())
+            .map(|i| tagged(&hand.regions[hand.surface[i].region]).unwrap_or_else(|| patch(i)))
+            .collect();
+        let frame = &straight.object_from_link[palm_link];
+        let local = |axis: &Vector3<f64>| frame.rotation.tr_mul(axis);
+        Some(Self {
+            patches,
+            digits: axes,
+            palm: LinkId(palm_link),
+            axes: PalmAxes {
+                volar: local(&volar),
+                distal: local(&distal),
+                radial: local(&radial),
+            },
+        })
+    }
+
+    /// Where on the hand a point of its surface is.
+    ///
+    /// # Panics
+    /// If the hand has no such point.
+    pub fn patch(&self, surface_point: usize) -> Patch {
+        self.patches[surface_point]
+    }
+
+    /// Whether the hand has this digit: 1 thumb … 5 little.
+    pub fn has(&self, digit: usize) -> bool {
+        !self.bones(digit).is_empty()
+    }
+
+    /// Whether the hand has this bone of a digit.
+    pub(super) fn has_bone(&self, digit: usize, bone: Bone) -> bool {
+        self.bones(digit).iter().any(|axis| axis.bone == bone)
+    }
+
+    fn bones(&self, digit: usize) -> &[BoneAxis] {
+        digit
+            .checked_sub(1)
+            .and_then(|place| self.digits.get(place))
+            .map_or(&[], Vec::as_slice)
+    }
+
+    pub(super) fn palm_axes(&self, posed: &PosedHand) -> PalmAxes {
+        let frame = &posed.object_from_link[self.palm.0];
+        PalmAxes {
+            volar: frame.direction(&self.axes.volar),
+            distal: frame.direction(&self.axes.distal),
+            radial: frame.direction(&self.axes.radial),
+        }
+    }
+
+    /// Direction of a digit's bone, object frame.
+    pub(super) fn direction(
+        &self,
+        posed: &PosedHand,
+        digit: usize,
+        bone: Bone,
+    ) -> Option<Vector3<f64>> {
+        let axis = self.bones(digit).iter().find(|axis| axis.bone == bone)?;
+        Some(posed.object_from_link[axis.link.0].direction(&axis.distal))
+    }
+
+    /// The patch of a surface point of a link with this outward normal (link frame), from a point of the hand's surface
+    /// on the same link whose normal is most like it; for contacts that are annotated rather than measured.
+    pub fn patch_on(&self, hand: &Hand, link: LinkId, normal: &Vector3<f64>) -> Option<Patch> {
+        let points = (0..hand.surface.len()).filter(|&i| hand.surface[i].link == link);
+        let alike = |i: &usize| hand.surface[*i].normal.dot(normal);
+        let nearest = points.max_by(|a, b| alike(a).total_cmp(&alike(b)))?;
+        Some(self.patches[nearest])
+    }
+}
+
+impl Chain {
+    fn of(hand: &Hand, straight: &PosedHand, digit: usize, apart: f64) -> Self {
+        let origin = |link: usize| straight.object_from_link[link].translation;
+        let touched = |link: usize| hand.surface.iter().any(|point| point.link.0 == link);
+        let mut bones: Vec<Vec<usize>> = Vec::new();
+        let of_digit = (0..hand.links.len()).filter(|&l| hand.links[l].digit == digit);
+        for link in of_digit {
+            let fixed = hand.links[link].motion.is_none();
+            match bones.last_mut() {
+                Some(bone) if fixed || (origin(bone[0]) - origin(link)).norm() < apart => {
+                    bone.push(link);
+                }
+                _ => bones.push(vec![link]),
+            }
+        }
+        bones.retain(|links| links.iter().any(|link| touched(*link)));
+        let ends = |links: &[usize]| {
+            let capsules = (hand.capsules.iter().zip(&straight.capsules))
+                .filter(|(capsule, _)| links.contains(&capsule.link.0));
+            let start = origin(links[0]);
+            let ends = capsules.flat_map(|(_, ends)| *ends);
+            ends.max_by(|a, b| (a - start).norm().total_cmp(&(b - start).norm()))
+        };
+        let directions = (0..bones.len())
+            .map(|place| {
+                let start = origin(bones[place][0]);
+                let end = match bones.get(place + 1) {
+                    Some(next) => origin(next[0]),
+                    None => ends(&bones[place]).unwrap_or(start),
+                };
+                (end - start).try_normalize(1e-9).unwrap_or_default()
+            })
+            .collect();
+        let base = bones
+            .get(bones.len().saturating_sub(3))
+            .map_or_else(Vector3::zeros, |bone| origin(bone[0]));
+        Self {
+            bones,
+            directions,
+            base,
+        }
+    }
+
+    /// The direction in which the last bone's hinge moves the tip, root frame.
+    fn closing(&self, hand: &Hand, straight: &PosedHand, joints: &[f64]) -> Option<Vector3<f64>> {
+        let last = self.bones.last()?;
+        let link = *last
+            .iter()
+            .find(|link| hand.links[**link].motion.is_some())?;
+        let motion = hand.links[link].motion?;
+        let [lower, upper] = hand.joints[motion.joint].limits_rad;
+        let sign = (f64::midpoint(lower, upper) - joints[motion.joint]) * motion.ratio;
+        let axis = straight.object_from_link[link].direction(&motion.axis) * sign.signum();
+        Some(axis.cross(self.directions.last()?))
+    }
+}
+
+/// The bone at this place of so many, from the palm.
+fn bone_of(digit: usize, place: usize, count: usize) -> Option<Bone> {
+    let bones: &[Bone] = match (digit, count) {
+        (1, _) => &[Bone::Distal, Bone::Proximal, Bone::Metacarpal],
+        (_, 2) => &[Bone::Distal, Bone::Proximal],
+        _ => &[Bone::Distal, Bone::Middle, Bone::Proximal],
+    };
+    bones.get(count - 1 - place).copied()
+}
+
+/// The link that carries most digits.
+fn palm_link(hand: &Hand) -> Option<usize> {
+    let mut carried = vec![0_usize; hand.links.len()];
+    for link in &hand.links {
+        if let Some(parent) = link.parent
+            && link.digit > 0
+            && hand.links[parent.0].digit == 0
+        {
+            carried[parent.0] += 1;
+        }
+    }
+    let most = *carried.iter().max()?;
+    carried.iter().position(|count| *count == most)
+}
+
+/// Number of the human digit (1 thumb … 5 little) that each digit of the hand is.
+fn human_digits(hand: &Hand, chains: &[Chain], across: &Vector3<f64>) -> Option<Vec<usize>> {
+    const NAMES: [&str; 5] = ["thumb", "index", "middle", "ring", "little"];
+    let named: Option<Vec<usize>> = hand.digits[1..]
+        .iter()
+        .map(|name| NAMES.iter().position(|known| known == name).map(|d| d + 1))
+        .collect();
+    if let Some(named) = named.filter(|named| named.len() >= 2) {
+        return Some(named);
+    }
+    let fingers = chains.len().checked_sub(1)?;
+    let bones_enough = chains.iter().all(|chain| chain.bones.len() >= 2);
+    if hand.digits.get(1).is_none_or(|name| name != "thumb")
+        || !(3..=4).contains(&fingers)
+        || !bones_enough
+    {
+        return None;
+    }
+    let along = |chain: &Chain| across.dot(&chain.base);
+    let mean = chains[1..].iter().map(along).sum::<f64>() / fingers as f64;
+    let side = (along(&chains[0]) - mean).signum();
+    let mut order: Vec<usize> = (1..chains.len()).collect();
+    order.sort_by(|&a, &b| (side * along(&chains[b])).total_cmp(&(side * along(&chains[a]))));
+    let mut digits = vec![1; chains.len()];
+    for (place, finger) in order.into_iter().enumerate() {
+        digits[finger] = place + 2;
+    }
+    Some(digits)
+}
+
+/// The patch that a region's name tells, see [`Hand::regions`].
+fn tagged(region: &str) -> Option<Patch> {
+    let mut parts = region.split('.');
+    let digit = match parts.next()? {
+        "palm" => {
+            return Some(Patch::Palm(match parts.next()? {
+                "dorsum" => PalmPart::Dorsum,
+                "web" => PalmPart::Web,
+                _ => PalmPart::Volar,
+            }));
+        }
+        "thumb" => 1,
+        "index" => 2,
+        "middle" => 3,
+        "ring" => 4,
+        "little" => 5,
+        _ => return None,
+    };
+    let bone = match parts.next()? {
+        "metacarpal" => Bone::Metacarpal,
+        "proximal" => Bone::Proximal,
+        "middle" => Bone::Middle,
+        "distal" => Bone::Distal,
+        _ => return None,
+    };
+    Some(Patch::Digit(digit, bone, PatchSide::named(parts.next()?)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bones_point_where_all_their_hinges_turn_them() {
+        let hand = Hand::human();
+        let anatomy = Anatomy::of(&hand).unwrap();
+        let direction = |flexion_rad: f64| {
+            let mut x = vec![0.0; 7 + hand.joints.len()];
+            x[3] = 1.0;
+            let knuckle = |joint: &crate::hand::Joint| joint.name == "index_mcp_flexion";
+            x[7 + hand.joints.iter().position(knuckle).unwrap()] = flexion_rad;
+            let mut posed = PosedHand::default();
+            hand.pose(&x, &mut posed);
+            anatomy.direction(&posed, 2, Bone::Proximal).unwrap()
+        };
+        let turned = direction(0.0).angle(&direction(1.0));
+        assert!((turned - 1.0).abs() < 1e-9, "{turned}");
+    }
+}

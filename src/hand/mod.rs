@@ -1,0 +1,465 @@
+//! The hand: a kinematic tree with surface points, posed in the object's frame.
+//!
+//! [`Hand::from_files`] derives everything a grasp needs from a URDF or MJCF description: contact candidates,
+//! self-collision pairs, palm and digits, rest pose, prior and metric. A side file may override any of it. [`Hand::pose`] places the hand,
+//! [`Hand::pull_back`] turns forces on its links into a gradient, [`Hand::skin`] draws it.
+
+mod blend;
+mod derived;
+mod description;
+mod error;
+mod files;
+mod fill;
+mod geometry;
+mod hull;
+mod kinematics;
+mod mano;
+mod mesh;
+mod metric;
+mod mirror;
+mod mjcf;
+mod model;
+mod named;
+mod prior;
+mod region;
+mod roles;
+mod self_pairs;
+mod side_file;
+mod skin;
+mod solid;
+mod surface;
+mod urdf;
+
+use nalgebra::{Matrix3, Vector3};
+use std::ops::Range;
+use std::sync::Arc;
+
+use blend::Blend;
+use geometry::LinkMesh;
+use side_file::MetricEntry;
+use solid::Parts;
+
+pub use error::HandError;
+pub use files::{HandFile, HandFiles};
+pub use named::HAND_NAMES;
+pub use region::PatchSide;
+pub use self_pairs::{SegmentPair, axis_distance, closest_points};
+pub use skin::{Skin, SkinVertex};
+pub(crate) use solid::{Part, Solid};
+
+/// Number of a link in [`Hand::links`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct LinkId(pub usize);
+
+/// A rigid placement `p ↦ R p + t`, kept as a matrix because it is applied to hundreds of points.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Frame {
+    /// Rotation R.
+    pub rotation: Matrix3<f64>,
+    /// Translation t, metres.
+    pub translation: Vector3<f64>,
+}
+
+impl Default for Frame {
+    fn default() -> Self {
+        Self {
+            rotation: Matrix3::identity(),
+            translation: Vector3::zeros(),
+        }
+    }
+}
+
+impl Frame {
+    /// The placement of a point.
+    #[inline]
+    pub fn point(&self, point: &Vector3<f64>) -> Vector3<f64> {
+        self.rotation * point + self.translation
+    }
+
+    /// The placement of a direction.
+    #[inline]
+    pub fn direction(&self, direction: &Vector3<f64>) -> Vector3<f64> {
+        self.rotation * direction
+    }
+
+    /// The point whose placement is `point`.
+    #[inline]
+    pub fn inverse_point(&self, point: &Vector3<f64>) -> Vector3<f64> {
+        self.rotation.tr_mul(&(point - self.translation))
+    }
+
+    /// `self ∘ inner`: first `inner`, then `self`.
+    #[inline]
+    #[must_use]
+    pub fn compose(&self, inner: &Self) -> Self {
+        Self {
+            rotation: self.rotation * inner.rotation,
+            translation: self.point(&inner.translation),
+        }
+    }
+}
+
+/// A rigid body of the hand. Links stand in depth-first order: parents before children, each subtree contiguous.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Link {
+    /// Name in the description file.
+    pub name: String,
+    /// The link this one hangs on; `None` for the root only.
+    pub parent: Option<LinkId>,
+    /// Fixed transform from this link's frame at joint angle zero to the parent's frame.
+    pub parent_from_link: Frame,
+    /// How a joint moves it against its parent; `None` if fixed, or on a ball joint.
+    pub motion: Option<Motion>,
+    /// Name of that joint in the description file, also of one that follows another; empty where there is none.
+    pub joint_name: String,
+    /// Number of the ball joint it turns on, about the origin of its frame: MANO's joints.
+    pub ball: Option<usize>,
+    /// Digit this link belongs to: 0 = palm, 1.. = digits (1 = thumb, 2 = index … 5 = little on a human hand).
+    pub digit: usize,
+}
+
+impl Link {
+    /// Whether it moves against its parent.
+    pub fn moves(&self) -> bool {
+        self.motion.is_some() || self.ball.is_some()
+    }
+}
+
+/// What a joint does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum JointKind {
+    /// Turns about its axis; its coordinate is an angle in radians.
+    Hinge,
+    /// Slides along its axis; its coordinate is a length in metres.
+    Slide,
+}
+
+impl JointKind {
+    /// What makes coordinates of hinges and slides comparable: radians per radian, or per metre at a lever of 100 mm, the
+    /// length of a finger.
+    pub fn radians_per_unit(self) -> f64 {
+        match self {
+            Self::Hinge => 1.0,
+            Self::Slide => 10.0,
+        }
+    }
+}
+
+/// How a link moves against its parent: by the displacement `ratio · q + offset`, q the coordinate of joint `joint`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Motion {
+    /// Index into [`Hand::joints`]: the link's own joint, or the one that its joint follows.
+    pub joint: usize,
+    /// Turn or slide.
+    pub kind: JointKind,
+    /// Unit axis in the frame of the link that moves; a turn's passes through that frame's origin.
+    pub axis: Vector3<f64>,
+    /// Displacement of the link per displacement of the joint; 1 unless it follows another one.
+    pub ratio: f64,
+    /// Displacement at coordinate zero, radians or metres; 0 unless the description says otherwise.
+    pub offset: f64,
+}
+
+/// A joint: one coordinate of the hand. Joints that follow others are no coordinates of their own, see [`Motion`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Joint {
+    /// Name in the description file.
+    pub name: String,
+    /// The link it moves; others may follow.
+    pub link: LinkId,
+    /// Turn or slide. The unit of all that is called `rad` of a joint is the metre where it slides.
+    pub kind: JointKind,
+    /// Lower and upper limit, radians (metres of a slide); ±π where the joint wraps.
+    pub limits_rad: [f64; 2],
+    /// Whether it turns without limits, so that q and q + 2π are the same pose.
+    pub wraps: bool,
+}
+
+/// A capsule of a link's geometry, link frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Capsule {
+    /// The link it is fixed to.
+    pub link: LinkId,
+    /// First end of the axis, metres.
+    pub a: Vector3<f64>,
+    /// Second end of the axis, metres.
+    pub b: Vector3<f64>,
+    /// Radius, metres.
+    pub radius_m: f64,
+}
+
+/// A point of the hand's surface, link frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SurfacePoint {
+    /// The link it is fixed to.
+    pub link: LinkId,
+    /// Position, metres.
+    pub point: Vector3<f64>,
+    /// Outward unit normal.
+    pub normal: Vector3<f64>,
+    /// The area it stands for, m².
+    pub area_m2: f64,
+    /// Index into [`Hand::regions`].
+    pub region: usize,
+}
+
+/// Gaussian prior on joint angles: ½ (q − q₀)ᵀ Λ (q − q₀).
+#[derive(Debug, Clone, PartialEq)]
+pub struct PosePrior {
+    /// Rest pose q₀, radians.
+    pub rest_rad: Vec<f64>,
+    /// Precision Λ, row-major k × k, 1/rad².
+    pub precision: Vec<f64>,
+    /// Standard deviations of the single joints, √(Λ⁻¹)ᵢᵢ, radians.
+    pub deviations_rad: Vec<f64>,
+}
+
+/// A kinematic tree with limits, geometry, surface points and a rest pose.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Hand {
+    /// Name, for instance `human`.
+    pub name: String,
+    /// Links, depth first, parents before children.
+    pub links: Vec<Link>,
+    /// Joints, in the order of the joint coordinates (the order of the description file).
+    pub joints: Vec<Joint>,
+    /// Geometry, sorted by link.
+    pub capsules: Vec<Capsule>,
+    /// Pairs of capsules that may touch each other and are checked for self-penetration.
+    pub self_pairs: Vec<[usize; 2]>,
+    /// Surface points sorted by link.
+    pub surface: Vec<SurfacePoint>,
+    /// Names of the digits: `palm`, then one name a digit, indexed by [`Link::digit`].
+    pub digits: Vec<String>,
+    /// Names of the regions that surface points are tagged with: `palm.thenar`, `index.distal.pad`, …; the name of the
+    /// link where the hand says nothing.
+    pub regions: Vec<String>,
+    /// Rest pose and prior.
+    pub prior: PosePrior,
+    /// Outward volar (palm) direction and centre of the palm's grasping side, root frame, for start poses.
+    pub palm: PalmFrame,
+    /// What of the description was left out or taken otherwise, one sentence each.
+    pub notes: Vec<String>,
+    /// Parts to be drawn as they are; without any the hand is drawn with a skin over its capsules.
+    meshes: Vec<LinkMesh>,
+    /// For each capsule: whether it is geometry itself, rather than filling a mesh or a box.
+    exact: Vec<bool>,
+    /// For each link: whether contacts on it are forbidden.
+    untouching: Vec<bool>,
+    /// The first link of the rigid body that the digits hang on. What is not below it is wrist and forearm.
+    palm_link: LinkId,
+    /// What the side file says about the metric.
+    metric: MetricEntry,
+    /// The bending surface and the ball joints of MANO; `None` where surface points are fixed to links.
+    blend: Option<Arc<Blend>>,
+    /// Joint angles at which the skin is cast, radians: fingers apart.
+    cast_rad: Vec<f64>,
+    /// What depths are measured on.
+    parts: Parts,
+    /// For each link, one past the last link of its subtree.
+    subtree_ends: Vec<usize>,
+    /// For each link, its surface points.
+    link_points: Vec<Range<usize>>,
+}
+
+/// Where the palm is and what it faces, in the root link's frame with the joints at rest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PalmFrame {
+    /// Centre of the palm's volar surface, metres.
+    pub centre: Vector3<f64>,
+    /// Unit normal pointing out of the palm (toward what it grasps).
+    pub volar: Vector3<f64>,
+    /// Unit vector from the palm to the fingertips, perpendicular to `volar`.
+    pub distal: Vector3<f64>,
+    /// How far from the centre along `distal` the object is faced at the start of a chain, metres: under the fingers of
+    /// a hand, in front of the palm of a gripper.
+    pub faced_m: f64,
+}
+
+/// A hand in a pose: everything in the object's frame.
+#[derive(Debug, Clone, Default)]
+pub struct PosedHand {
+    /// Frame of each link.
+    pub object_from_link: Vec<Frame>,
+    /// Surface points, metres, in the order of [`Hand::surface`].
+    pub points: Vec<Vector3<f64>>,
+    /// Ends of the axis of each capsule, metres, in the order of [`Hand::capsules`].
+    pub capsules: Vec<[Vector3<f64>; 2]>,
+    /// Angles of ball joints, three each, radians.
+    angles_rad: Vec<f64>,
+    /// Entries, row after row, of the rotations of ball joints less one.
+    entries: Vec<f64>,
+}
+
+/// A generalised force on a rigid link as the gradient of an energy: Σ g and Σ p × g over points p (object frame)
+/// with ∂E/∂p = g.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Wrench {
+    /// Σ g.
+    pub force: Vector3<f64>,
+    /// Σ p × g about the object's origin.
+    pub moment: Vector3<f64>,
+}
+
+impl Wrench {
+    /// Adds the gradient `g` at point `p` (object frame).
+    #[inline]
+    pub fn add(&mut self, p: &Vector3<f64>, g: &Vector3<f64>) {
+        self.force += g;
+        self.moment += p.cross(g);
+    }
+}
+
+impl Hand {
+    /// The hand described by a URDF or MJCF document and an optional side file (JSON, see `data/hands/README.md`), neither
+    /// of which may refer to other files.
+    ///
+    /// # Errors
+    /// As [`Hand::from_files`].
+    pub fn from_urdf(text: &str, side_file: Option<&str>) -> Result<Self, HandError> {
+        let main = Some(["hand", text]);
+        let side = side_file.map(|text| ["hand.json", text]);
+        let files = HandFiles::of_texts(main.into_iter().chain(side));
+        description::read(&files, &files::NoFiles)
+    }
+
+    /// The hand described by some files: URDF or MJCF, told by the root element, and what that refers to.
+    ///
+    /// Hinges, slides, fixed joints and joints that follow others; spheres, capsules, cylinders, boxes, ellipsoids and
+    /// meshes, for which their convex hulls stand. A link's collision geometry counts; where it has none, what is to be
+    /// seen of it. Joint coordinates follow the order in which the file lists the joints; see [`Hand::notes`] for what was
+    /// left out.
+    ///
+    /// # Errors
+    /// If a text cannot be read, the joints do not form one tree, or a joint or a link's geometry is of a kind that is not
+    /// handled; the message names it, in MJCF with its line.
+    pub fn from_files(files: &HandFiles) -> Result<Self, HandError> {
+        description::read(files, files)
+    }
+
+    /// The same hand with every `stride`-th surface point only, each standing for more area. That of MANO, whose triangles
+    /// lie between all of them, has no skin then.
+    ///
+    /// # Panics
+    /// If `stride` is 0.
+    #[must_use]
+    pub fn thinned(&self, stride: usize) -> Self {
+        let mut hand = self.clone();
+        hand.surface = self.surface.iter().step_by(stride).copied().collect();
+        for point in &mut hand.surface {
+            point.area_m2 *= stride as f64;
+        }
+        if let Some(blend) = &self.blend {
+            let mut thinned = (**blend).clone();
+            thinned.vertices = blend.vertices.iter().step_by(stride).cloned().collect();
+            if stride > 1 {
+                thinned.triangles.clear();
+            }
+            hand.blend = Some(Arc::new(thinned));
+        }
+        hand.index_surface();
+        hand
+    }
+
+    /// Whether surface points are carried by several links (MANO): forces on them are gathered by
+    /// [`Hand::gather`] before they are pulled back.
+    pub fn bends(&self) -> bool {
+        self.blend.is_some()
+    }
+
+    /// Turns gradients on surface points of a hand that [bends](Hand::bends), and moments on their normals, both by index,
+    /// into wrenches on links; nothing for other hands, whose points are fixed to links.
+    ///
+    /// # Panics
+    /// If there is not one wrench a link, or no point of an index.
+    pub fn gather(
+        &self,
+        posed: &PosedHand,
+        forces: &[(u32, Vector3<f64>)],
+        moments: &[(u32, Vector3<f64>)],
+        wrenches: &mut [Wrench],
+    ) {
+        if let Some(blend) = &self.blend {
+            blend.gather(self, posed, forces, moments, wrenches);
+        }
+    }
+
+    /// Finds each link's surface points, which are sorted by link.
+    fn index_surface(&mut self) {
+        let first = |l: usize| self.surface.partition_point(|point| point.link.0 < l);
+        self.link_points = (0..self.links.len())
+            .map(|l| first(l)..first(l + 1))
+            .collect();
+    }
+
+    /// Whether a link is wrist or forearm: neither on a digit nor on the body that the digits hang on, nor below that.
+    /// It keeps its capsules, which nothing may run into, but has no surface points.
+    pub fn is_arm(&self, link: LinkId) -> bool {
+        !(self.palm_link.0..self.subtree_ends[self.palm_link.0]).contains(&link.0)
+    }
+
+    /// The palm's frame at these joint angles, root frame: [`Hand::palm`] unless there is a wrist.
+    ///
+    /// # Panics
+    /// If there is not one angle a joint.
+    pub fn palm_at(&self, joints_rad: &[f64]) -> PalmFrame {
+        if self.palm_link.0 == 0 {
+            return self.palm;
+        }
+        let [rest, moved] = [&self.prior.rest_rad, joints_rad].map(|joints_rad| {
+            let mut posed = PosedHand::default();
+            self.pose_links(&coordinates(joints_rad), &mut posed);
+            posed.object_from_link[self.palm_link.0]
+        });
+        let turned = |v: &Vector3<f64>| moved.direction(&rest.rotation.tr_mul(v));
+        PalmFrame {
+            centre: moved.point(&rest.inverse_point(&self.palm.centre)),
+            volar: turned(&self.palm.volar),
+            distal: turned(&self.palm.distal),
+            faced_m: self.palm.faced_m,
+        }
+    }
+
+    /// Whether a surface point may be a contact: the side file may forbid links.
+    pub fn may_touch(&self, point: &SurfacePoint) -> bool {
+        !self.untouching[point.link.0]
+    }
+
+    /// Whether a surface point lies on the tip or pad of the last link of a digit; on the last link of a digit where the
+    /// hand names no pads.
+    pub fn is_fingertip(&self, point: &SurfacePoint) -> bool {
+        let link = point.link.0;
+        let beyond = link + 1..self.subtree_ends[link];
+        let last = !self.capsules.iter().any(|c| beyond.contains(&c.link.0));
+        let region = &self.regions[point.region];
+        let behind = [".back", ".radial", ".ulnar"]
+            .iter()
+            .any(|side| region.ends_with(side));
+        self.links[link].digit > 0 && last && !behind
+    }
+
+    /// Number of the link with this name.
+    pub fn link(&self, name: &str) -> Option<LinkId> {
+        self.links
+            .iter()
+            .position(|link| link.name == name)
+            .map(LinkId)
+    }
+
+    /// Number of the joint with this name.
+    pub fn joint(&self, name: &str) -> Option<usize> {
+        self.joints.iter().position(|joint| joint.name == name)
+    }
+
+    /// Coordinates `[t, q(wxyz), joints]` of the rest pose with the root frame at the object's origin.
+    pub fn rest_coordinates(&self) -> Vec<f64> {
+        coordinates(&self.prior.rest_rad)
+    }
+}
+
+/// Coordinates of a hand with these joint angles and its root frame at the origin.
+fn coordinates(joints_rad: &[f64]) -> Vec<f64> {
+    let mut x = vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
+    x.extend_from_slice(joints_rad);
+    x
+}

@@ -1,0 +1,209 @@
+//! The hand as solid parts: what depths are measured on.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::sync::{Arc, OnceLock};
+
+use nalgebra::Vector3;
+
+use super::geometry::LinkMesh;
+use super::hull::Hull;
+use super::skin::capsule_mesh;
+use super::{Capsule, Frame, Hand, LinkId, PosedHand};
+use crate::object::{ExactMesh, Mesh, TriangleTree};
+
+/// A part of the hand, a capsule or the meshes of a link: its triangles, and its inside.
+#[derive(Debug, Clone)]
+pub(crate) struct Part {
+    /// The link in whose frame it lies; `None` for the skin of a hand that bends, which lies in the object's.
+    link: Option<LinkId>,
+    /// Its triangles.
+    pub(crate) surface: TriangleTree,
+    /// What is inside.
+    pub(crate) solid: Solid,
+    /// A ball around it.
+    pub(crate) centre: Vector3<f64>,
+    /// Radius of the ball, metres.
+    pub(crate) radius_m: f64,
+}
+
+/// The inside of a part.
+#[derive(Debug, Clone)]
+pub(crate) enum Solid {
+    /// That of capsule `number` of [`Hand::capsules`].
+    Capsule {
+        /// Index of the capsule.
+        number: usize,
+        /// Its radius, metres.
+        radius_m: f64,
+    },
+    /// That of a closed mesh.
+    Mesh(Box<ExactMesh>),
+    /// Triangles without an inside.
+    Nothing,
+}
+
+/// The parts of a hand of rigid links, once someone has asked. They follow from its geometry: all are equal.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Parts(Arc<OnceLock<Vec<Part>>>);
+
+impl PartialEq for Parts {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl Part {
+    /// The frame in which it lies, in the object's.
+    pub(crate) fn frame(&self, posed: &PosedHand) -> Frame {
+        self.link
+            .map_or_else(Frame::default, |link| posed.object_from_link[link.0])
+    }
+
+    fn new(
+        link: Option<LinkId>,
+        vertices: &[Vector3<f64>],
+        surface: TriangleTree,
+        solid: Option<Mesh>,
+    ) -> Self {
+        let first = vertices.first().copied().unwrap_or_default();
+        let (low, high) = vertices
+            .iter()
+            .fold((first, first), |(low, high), v| (low.inf(v), high.sup(v)));
+        let centre = low.lerp(&high, 0.5);
+        let reach = vertices.iter().map(|v| (v - centre).norm());
+        Self {
+            link,
+            surface,
+            solid: solid.map_or(Solid::Nothing, |solid| {
+                Solid::Mesh(Box::new(ExactMesh::new(&solid)))
+            }),
+            centre,
+            radius_m: reach.fold(0.0, f64::max),
+        }
+    }
+
+    /// The meshes of one link, and the union of the solids that they bound: where two of them touch, what is deep in their
+    /// union need not be deep in either.
+    fn of_meshes(meshes: &[&LinkMesh]) -> Option<Self> {
+        let link = meshes.first()?.link;
+        let pieces = meshes
+            .iter()
+            .map(|mesh| (&mesh.vertices[..], &mesh.triangles[..]));
+        let (vertices, triangles) = joined(pieces);
+        let surface = TriangleTree::new(&vertices, &triangles)?;
+        let solids: Vec<Mesh> = meshes
+            .iter()
+            .filter_map(|mesh| solid_or_hull(mesh))
+            .collect();
+        let pieces = solids
+            .iter()
+            .map(|solid| (solid.vertices(), solid.triangles()));
+        let (corners, faces) = joined(pieces);
+        let solid = Mesh::new("part", corners, faces).ok()?;
+        Some(Self::new(Some(link), &vertices, surface, Some(solid)))
+    }
+
+    /// A mesh, and the solid that it bounds.
+    fn of_mesh(mesh: &LinkMesh) -> Option<Self> {
+        let LinkMesh {
+            link,
+            vertices,
+            triangles,
+        } = mesh;
+        let surface = TriangleTree::new(vertices, triangles)?;
+        Some(Self::new(
+            Some(*link),
+            vertices,
+            surface,
+            solid_or_hull(mesh),
+        ))
+    }
+
+    fn of_capsule(number: usize, capsule: &Capsule) -> Option<Self> {
+        let mesh = capsule_mesh(capsule);
+        Some(Self {
+            link: Some(capsule.link),
+            surface: TriangleTree::new(&mesh.vertices, &mesh.triangles)?,
+            solid: Solid::Capsule {
+                number,
+                radius_m: capsule.radius_m,
+            },
+            centre: capsule.a.lerp(&capsule.b, 0.5),
+            radius_m: (capsule.b - capsule.a).norm() / 2.0 + capsule.radius_m,
+        })
+    }
+}
+
+/// The solid that triangles bound, if need be after repair.
+fn solid(vertices: &[Vector3<f64>], triangles: &[[u32; 3]]) -> Option<Mesh> {
+    let repaired = Mesh::repaired("part", vertices.to_vec(), triangles.to_vec());
+    repaired.ok().map(|repaired| repaired.mesh)
+}
+
+/// The solid that a mesh bounds; where it bounds none even when repaired, that of its convex hull.
+fn solid_or_hull(mesh: &LinkMesh) -> Option<Mesh> {
+    let hull = || {
+        let hull = Hull::of(mesh.link, &mesh.vertices)?;
+        Mesh::new("hull", hull.vertices, hull.triangles).ok()
+    };
+    solid(&mesh.vertices, &mesh.triangles).or_else(hull)
+}
+
+/// Triangles of several meshes as those of one.
+fn joined<'a>(
+    meshes: impl Iterator<Item = (&'a [Vector3<f64>], &'a [[u32; 3]])>,
+) -> (Vec<Vector3<f64>>, Vec<[u32; 3]>) {
+    let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
+    for (corners, faces) in meshes {
+        let first = u32::try_from(vertices.len()).expect("readers bound the size of meshes");
+        triangles.extend(faces.iter().map(|face| face.map(|corner| first + corner)));
+        vertices.extend_from_slice(corners);
+    }
+    (vertices, triangles)
+}
+
+impl Hand {
+    /// The parts whose union the hand is ([`Hand::solid_skin`]). Those of rigid links are made at the first call, which may
+    /// take a second; the skin of a hand that bends at each.
+    pub(crate) fn parts(&self, posed: &PosedHand) -> Cow<'_, [Part]> {
+        let Some(blend) = &self.blend else {
+            return Cow::Borrowed(self.rigid_parts());
+        };
+        let Some(surface) = TriangleTree::new(&posed.points, &blend.triangles) else {
+            return Cow::Borrowed(self.rigid_parts());
+        };
+        let solid = solid(&posed.points, &blend.triangles);
+        let others = if solid.is_none() {
+            self.rigid_parts()
+        } else {
+            &[]
+        };
+        let skin = Part::new(None, &posed.points, surface, solid);
+        let parts = std::iter::once(skin)
+            .chain(others.iter().cloned())
+            .collect();
+        Cow::Owned(parts)
+    }
+
+    fn rigid_parts(&self) -> &[Part] {
+        self.parts.0.get_or_init(|| {
+            let capsules = (self.capsules.iter().zip(&self.exact).enumerate())
+                // A hand that bends has no other inside where its skin bounds no solid.
+                .filter(|(_, (_, exact))| **exact || self.bends())
+                .filter_map(|(number, (capsule, _))| Part::of_capsule(number, capsule));
+            let mut of_links: BTreeMap<usize, Vec<&LinkMesh>> = BTreeMap::new();
+            for mesh in &self.meshes {
+                of_links.entry(mesh.link.0).or_default().push(mesh);
+            }
+            let meshes = of_links.into_values().flat_map(|meshes| {
+                let union = (meshes.len() > 1).then(|| Part::of_meshes(&meshes));
+                match union.flatten() {
+                    Some(part) => vec![part],
+                    None => meshes.into_iter().filter_map(Part::of_mesh).collect(),
+                }
+            });
+            meshes.chain(capsules).collect()
+        })
+    }
+}

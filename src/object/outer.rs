@@ -1,0 +1,556 @@
+//! The surface of a union: what remains of closed pieces when the parts inside one another are cut away.
+//!
+//! Meshes made by convex decomposition consist of pieces that overlap or share a cut. Distances to their faces would be
+//! wrong inside the solid, where those faces are no surface. So every triangle is cut along the triangles of other pieces
+//! that it meets, and of the fragments those stay that have the solid on one side only: by the winding number, or by the
+//! formulae of the pieces where there are such.
+
+use std::f64::consts::FRAC_PI_4;
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+use super::winding::Winding;
+use super::{Mesh, Shape};
+
+/// Triangles without common vertices: where fragments meet, corners may lie on edges.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Outer {
+    pub(super) vertices: Vec<Vector3<f64>>,
+    pub(super) triangles: Vec<[u32; 3]>,
+}
+
+/// Nearer than this share of the object's size is on a plane: coordinates are often 32-bit numbers.
+const ON_PLANE: f64 = 1e-6;
+/// How far beside a fragment the solid is looked for, as a share of the object's size: gaps between pieces narrower than
+/// this are closed. Convex decompositions leave gaps of up to a ten-thousandth (bottle of `DexGraspNet`).
+const BESIDE: f64 = 3e-4;
+/// Parallel faces nearer than this share of the object's size are cut along each other's edges: either may cover a part of the
+/// other.
+const NEAR: f64 = 2.0 * BESIDE;
+/// Fragments of one triangle beyond which it is not cut any further.
+const MOST_FRAGMENTS: usize = 20_000;
+/// Pairs of faces of different pieces that may meet; more is a mistake or malice, as when a file names one part thousands of
+/// times in one place.
+const MOST_MEETINGS: usize = 20_000_000;
+
+/// The faces of pieces meet in more than [`MOST_MEETINGS`] places.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Entangled;
+
+/// The corners of a convex fragment in a row.
+type Polygon = Vec<Vector3<f64>>;
+
+/// A triangle with its box.
+struct Face {
+    piece: usize,
+    corners: [Vector3<f64>; 3],
+    normal: Vector3<f64>,
+    low: Vector3<f64>,
+    high: Vector3<f64>,
+}
+
+/// Tells whether a point is in the solid.
+type Inside<'a> = dyn Fn(&Vector3<f64>) -> bool + Sync + 'a;
+
+/// The surface of the union; `None` where no pieces overlap or touch, so that it is the mesh itself. `solids`: the convex
+/// shapes of which the pieces are meshes, where there are such.
+///
+/// # Errors
+/// If the pieces meet in too many places.
+pub(super) fn outer(
+    mesh: &Mesh,
+    solids: Option<&[Arc<dyn Shape>]>,
+) -> Result<Option<Outer>, Entangled> {
+    let pieces = mesh.pieces();
+    if pieces.len() < 2 {
+        return Ok(None);
+    }
+    let [low, high] = mesh.bounds();
+    let size = (high - low).max();
+    let mut faces = faces(mesh, &pieces);
+    if !boxes_meet(&faces, pieces.len(), size * BESIDE) {
+        return Ok(None);
+    }
+    let count = faces.len();
+    if let Some(solids) = solids {
+        faces.retain(|face| !is_covered(face, solids, size * BESIDE));
+    }
+    let others = others(&faces, size * NEAR)?;
+    let windings: Vec<Winding> = match solids {
+        Some(_) => Vec::new(),
+        None => (pieces.iter())
+            .map(|piece| Winding::new(mesh.vertices(), piece))
+            .collect(),
+    };
+    // Around a point outside its surrounding ball a closed piece does not wind.
+    let winding = |point: &Vector3<f64>| -> f64 {
+        let near = windings.iter().filter(|piece| piece.reaches(point));
+        near.map(|piece| piece.at(point)).sum()
+    };
+    let inside = |point: &Vector3<f64>| match solids {
+        Some(solids) => solids.iter().any(|solid| solid.distance(point) < 0.0),
+        None => winding(point) > 0.5,
+    };
+    let kept: Vec<Vec<Polygon>> = faces
+        .par_iter()
+        .zip(&others)
+        .map(|(face, others)| fragments(face, others, &faces, &inside, size))
+        .collect();
+    let whole = faces.len() == count
+        && kept
+            .iter()
+            .zip(&faces)
+            .all(|(kept, face)| matches!(kept.as_slice(), [one] if one.as_slice() == face.corners));
+    Ok(if whole { None } else { gathered(kept) })
+}
+
+/// The fragments as triangles; none where nothing is left, or more than can be numbered.
+fn gathered(kept: Vec<Vec<Polygon>>) -> Option<Outer> {
+    let mut outer = Outer {
+        vertices: Vec::new(),
+        triangles: Vec::new(),
+    };
+    for polygon in kept.into_iter().flatten() {
+        let first = u32::try_from(outer.vertices.len()).ok()?;
+        let count = u32::try_from(polygon.len()).ok()?;
+        outer.vertices.extend(polygon);
+        let fan = (1..count - 1).map(|i| [first, first + i, first + i + 1]);
+        outer.triangles.extend(fan);
+    }
+    (!outer.triangles.is_empty()).then_some(outer)
+}
+
+fn faces(mesh: &Mesh, pieces: &[Vec<[u32; 3]>]) -> Vec<Face> {
+    let face = |piece: usize, triangle: &[u32; 3]| {
+        let corners @ [a, b, c] = triangle.map(|vertex| mesh.vertices()[vertex as usize]);
+        Face {
+            piece,
+            corners,
+            normal: (b - a).cross(&(c - a)).normalize(),
+            low: a.inf(&b).inf(&c),
+            high: a.sup(&b).sup(&c),
+        }
+    };
+    let of_piece = |(piece, triangles): (usize, &Vec<[u32; 3]>)| {
+        let faces: Vec<Face> = triangles
+            .iter()
+            .map(|triangle| face(piece, triangle))
+            .collect();
+        faces
+    };
+    let mut faces: Vec<Face> = pieces.iter().enumerate().flat_map(of_piece).collect();
+    // Without area there is nothing to cut.
+    faces.retain(|face| face.normal.iter().all(|x| x.is_finite()));
+    faces
+}
+
+/// Whether a face lies deeper in one of the solids than its surroundings are looked at: nothing of it bounds the union, and
+/// what it could cut off another face does not either. Distances from a convex solid are convex, so the corners tell.
+fn is_covered(face: &Face, solids: &[Arc<dyn Shape>], depth: f64) -> bool {
+    let covers = |solid: &Arc<dyn Shape>| face.corners.iter().all(|p| solid.distance(p) < -depth);
+    solids.iter().any(covers)
+}
+
+/// Whether the boxes of any two pieces meet.
+fn boxes_meet(faces: &[Face], pieces: usize, slack: f64) -> bool {
+    let mut boxes: Vec<Option<[Vector3<f64>; 2]>> = vec![None; pieces];
+    for face in faces {
+        let [low, high] = boxes[face.piece].unwrap_or([face.low, face.high]);
+        boxes[face.piece] = Some([low.inf(&face.low), high.sup(&face.high)]);
+    }
+    let boxes: Vec<[Vector3<f64>; 2]> = boxes.into_iter().flatten().collect();
+    (0..boxes.len()).any(|a| {
+        (0..a).any(|b| {
+            (0..3).all(|axis| {
+                boxes[a][0][axis] <= boxes[b][1][axis] + slack
+                    && boxes[b][0][axis] <= boxes[a][1][axis] + slack
+            })
+        })
+    })
+}
+
+/// For each face, the faces of other pieces whose boxes meet its box, by a sweep along x.
+fn others(faces: &[Face], slack: f64) -> Result<Vec<Vec<usize>>, Entangled> {
+    let mut order: Vec<usize> = (0..faces.len()).collect();
+    order.sort_by(|&a, &b| faces[a].low.x.total_cmp(&faces[b].low.x).then(a.cmp(&b)));
+    let mut others = vec![Vec::new(); faces.len()];
+    let mut meetings = 0;
+    for (place, &a) in order.iter().enumerate() {
+        for &b in &order[place + 1..] {
+            let [one, two] = [&faces[a], &faces[b]];
+            if two.low.x > one.high.x + slack {
+                break;
+            }
+            let meet = one.piece != two.piece
+                && (1..3).all(|axis| {
+                    one.low[axis] <= two.high[axis] + slack
+                        && two.low[axis] <= one.high[axis] + slack
+                });
+            if meet {
+                meetings += 1;
+                if meetings > MOST_MEETINGS {
+                    return Err(Entangled);
+                }
+                others[a].push(b);
+                others[b].push(a);
+            }
+        }
+    }
+    for list in &mut others {
+        list.sort_unstable();
+    }
+    Ok(others)
+}
+
+/// The fragments of a face that bound the solid.
+fn fragments(
+    face: &Face,
+    others: &[usize],
+    faces: &[Face],
+    inside: &Inside<'_>,
+    size: f64,
+) -> Vec<Polygon> {
+    let slack = size * ON_PLANE;
+    let mut fragments: Vec<Polygon> = vec![face.corners.to_vec()];
+    for other in others.iter().map(|&other| &faces[other]) {
+        if fragments.len() > MOST_FRAGMENTS {
+            break;
+        }
+        let mut cut = Vec::with_capacity(fragments.len());
+        for fragment in fragments {
+            cut_by(fragment, face, other, size, &mut cut);
+        }
+        fragments = cut;
+    }
+    let reach = size * BESIDE;
+    let beside = face.normal * reach;
+    fragments.retain(|fragment| {
+        let middle = fragment.iter().sum::<Vector3<f64>>() / fragment.len() as f64;
+        let solid = |point: Vector3<f64>| {
+            // Only beside another piece can there be a gap between pieces.
+            let close = |&other: &usize| {
+                let other = &faces[other];
+                (other.corners[0] - point).dot(&other.normal).abs() < reach
+                    && sides(other).iter().all(|side| side.of(&point) < reach)
+            };
+            inside(&point)
+                || others.iter().any(close) && in_gap(&point, &face.normal, reach, inside)
+        };
+        let bounds = solid(middle - beside) && !solid(middle + beside);
+        // Of two faces in one place, one.
+        let twin = |other: &Face| {
+            other.piece < face.piece
+                && other.normal.dot(&face.normal) > 0.999
+                && (middle - other.corners[0]).dot(&other.normal).abs() < reach
+                && sides(other).iter().all(|side| side.of(&middle) < slack)
+        };
+        bounds && !others.iter().any(|&other| twin(&faces[other]))
+    });
+    fragments
+}
+
+/// Whether a point outside is in a gap: where the solid lies on both sides within `reach`.
+///
+/// Beside a strip of a face that is the end of another gap, the point lies in that gap.
+fn in_gap(point: &Vector3<f64>, normal: &Vector3<f64>, reach: f64, inside: &Inside<'_>) -> bool {
+    let along = normal.cross(&Vector3::ith(normal.iamin(), 1.0)).normalize();
+    let across = normal.cross(&along);
+    // Along the face, and halfway between that and the normal; along the normal itself lies the face.
+    let directions = (0..8).flat_map(|eighth| {
+        let (sin, cos) = (f64::from(eighth) * FRAC_PI_4).sin_cos();
+        let level = along * cos + across * sin;
+        [
+            (eighth < 4).then_some(level),
+            Some((level + normal).normalize()),
+        ]
+    });
+    directions.flatten().any(|direction| {
+        [reach, -reach]
+            .iter()
+            .all(|&step| inside(&(point + direction * step)))
+    })
+}
+
+/// A plane n·p = d.
+struct Plane {
+    normal: Vector3<f64>,
+    offset: f64,
+}
+
+impl Plane {
+    fn through(point: &Vector3<f64>, normal: Vector3<f64>) -> Self {
+        Self {
+            offset: normal.dot(point),
+            normal,
+        }
+    }
+
+    fn of(&self, point: &Vector3<f64>) -> f64 {
+        self.normal.dot(point) - self.offset
+    }
+}
+
+/// Planes through the edges of a face, upright on it, facing out of it.
+fn sides(face: &Face) -> [Plane; 3] {
+    let [a, b, c] = face.corners;
+    [[a, b], [b, c], [c, a]].map(|[from, to]| {
+        let outward = (to - from).cross(&face.normal);
+        Plane::through(&from, outward.try_normalize(0.0).unwrap_or_default())
+    })
+}
+
+/// Cuts a fragment of `face` where `other` crosses it, or along the edges of `other` where both lie in one plane or nearly.
+fn cut_by(fragment: Polygon, face: &Face, other: &Face, size: f64, cut: &mut Vec<Polygon>) {
+    const PARALLEL: f64 = 0.999;
+    let slack = size * ON_PLANE;
+    let plane = Plane::through(&other.corners[0], other.normal);
+    let heights: Vec<f64> = fragment.iter().map(|p| plane.of(p)).collect();
+    let parallel = face.normal.dot(&other.normal).abs() > PARALLEL;
+    let reach = if parallel { size * NEAR } else { slack };
+    if heights.iter().all(|h| h.abs() <= reach) {
+        let sides = sides(other);
+        let apart = |side: &Plane| fragment.iter().all(|p| side.of(p) >= -slack);
+        if sides.iter().any(apart) {
+            cut.push(fragment);
+            return;
+        }
+        let mut inside = Some(fragment);
+        for side in &sides {
+            let Some(rest) = inside.take() else { break };
+            let (below, above) = split(rest, side, slack);
+            cut.extend(above);
+            inside = below;
+        }
+        cut.extend(inside);
+        return;
+    }
+    let crosses = heights.iter().any(|&h| h > slack) && heights.iter().any(|&h| h < -slack);
+    if crosses && reaches(&fragment, &heights, other, slack) && {
+        // And the other way: a triangle that ends before the plane of the face does not cut it.
+        let own = Plane::through(&face.corners[0], face.normal);
+        let own = other.corners.map(|p| own.of(&p));
+        own.iter().any(|&h| h > -slack) && own.iter().any(|&h| h < slack)
+    } {
+        let (below, above) = split(fragment, &plane, slack);
+        cut.extend(below);
+        cut.extend(above);
+    } else {
+        cut.push(fragment);
+    }
+}
+
+/// Whether the line in which a fragment meets the plane of `other` passes through `other`.
+fn reaches(fragment: &Polygon, heights: &[f64], other: &Face, slack: f64) -> bool {
+    let count = fragment.len();
+    let mut ends = Vec::with_capacity(2);
+    for i in 0..count {
+        let j = (i + 1) % count;
+        if (heights[i] > 0.0) != (heights[j] > 0.0) {
+            let share = heights[i] / (heights[i] - heights[j]);
+            ends.push(fragment[i] + (fragment[j] - fragment[i]) * share);
+        }
+    }
+    let [mut a, mut b] = match ends.as_slice() {
+        [a, b, ..] => [*a, *b],
+        _ => return false,
+    };
+    for side in sides(other) {
+        let (at_a, at_b) = (side.of(&a), side.of(&b));
+        if at_a > slack && at_b > slack {
+            return false;
+        }
+        if at_a > slack {
+            a = b + (a - b) * (at_b / (at_b - at_a)).clamp(0.0, 1.0);
+        } else if at_b > slack {
+            b = a + (b - a) * (at_a / (at_a - at_b)).clamp(0.0, 1.0);
+        }
+    }
+    true
+}
+
+/// The parts of a fragment below and above a plane; slivers thinner than `slack` are dropped.
+fn split(fragment: Polygon, plane: &Plane, slack: f64) -> (Option<Polygon>, Option<Polygon>) {
+    let heights: Vec<f64> = fragment.iter().map(|p| plane.of(p)).collect();
+    if heights.iter().all(|&h| h <= slack) {
+        return (Some(fragment), None);
+    }
+    if heights.iter().all(|&h| h >= -slack) {
+        return (None, Some(fragment));
+    }
+    let (mut below, mut above) = (Vec::new(), Vec::new());
+    for i in 0..fragment.len() {
+        let j = (i + 1) % fragment.len();
+        let (here, next) = (heights[i], heights[j]);
+        if here <= slack {
+            below.push(fragment[i]);
+        }
+        if here >= -slack {
+            above.push(fragment[i]);
+        }
+        if (here > slack && next < -slack) || (here < -slack && next > slack) {
+            let point = fragment[i] + (fragment[j] - fragment[i]) * (here / (here - next));
+            below.push(point);
+            above.push(point);
+        }
+    }
+    let solid =
+        |polygon: Polygon| (polygon.len() > 2 && !is_sliver(&polygon, slack)).then_some(polygon);
+    (solid(below), solid(above))
+}
+
+/// Whether a polygon is thinner than `slack`.
+fn is_sliver(polygon: &Polygon, slack: f64) -> bool {
+    let first = polygon[0];
+    let area = polygon[1..]
+        .windows(2)
+        .map(|pair| (pair[0] - first).cross(&(pair[1] - first)))
+        .sum::<Vector3<f64>>()
+        .norm()
+        / 2.0;
+    let around: f64 = (0..polygon.len())
+        .map(|i| (polygon[(i + 1) % polygon.len()] - polygon[i]).norm())
+        .sum();
+    area < slack * around / 4.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::exact::tests::box_mesh;
+    use super::*;
+    use crate::object::ExactMesh;
+
+    /// Distance of the boundary of a union of boxes from a point, by the complement: from a fine grid it would be rough, so
+    /// the shapes are such that it is known.
+    fn of(boxes: &[([f64; 3], [f64; 3], bool)]) -> (Mesh, ExactMesh) {
+        let mesh = box_mesh(boxes);
+        let exact = ExactMesh::new(&mesh);
+        (mesh, exact)
+    }
+
+    #[test]
+    fn a_box_cut_in_two_is_the_box() {
+        // Cut at z = 0.03; the second piece begins a tenth of a micrometre later, as rounded files have it.
+        let (mesh, exact) = of(&[
+            ([0.0; 3], [0.1, 0.1, 0.03], false),
+            ([0.0, 0.0, 0.0300001], [0.1; 3], false),
+        ]);
+        let (whole, known) = of(&[([0.0; 3], [0.1; 3], false)]);
+        assert!((mesh.volume() - whole.volume()).abs() < 1e-8);
+        assert!(
+            (mesh.area_m2() - whole.area_m2()).abs() < 1e-6,
+            "{}",
+            mesh.area_m2()
+        );
+        assert!((mesh.centroid() - whole.centroid()).norm() < 1e-6);
+        for i in 0..20 {
+            for j in 0..20 {
+                let p = Vector3::new(
+                    0.04,
+                    f64::from(i) * 0.008 - 0.03,
+                    f64::from(j) * 0.008 - 0.03,
+                );
+                let (here, there) = (exact.distance(&p), known.distance(&p));
+                assert!((here - there).abs() < 1e-6, "{p}: {here}, not {there}");
+            }
+        }
+    }
+
+    /// As a file may have it that names one part again and again; found by fuzzing the reader of glTF.
+    #[test]
+    fn a_part_in_one_place_a_thousand_times_is_refused() {
+        let one = box_mesh(&[([0.0; 3], [0.1; 3], false)]);
+        let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
+        for copy in 0..1_000u32 {
+            let first = copy * u32::try_from(one.vertices().len()).unwrap();
+            vertices.extend_from_slice(one.vertices());
+            triangles.extend(one.triangles().iter().map(|t| t.map(|v| first + v)));
+        }
+        let said = Mesh::new("copies", vertices, triangles).unwrap_err();
+        assert!(said.to_string().contains("copies"), "{said}");
+    }
+
+    #[test]
+    fn a_box_on_a_larger_one_covers_a_part_of_it() {
+        // 5 µm apart, as the pieces of a decomposition are.
+        let (mesh, exact) = of(&[
+            ([0.0; 3], [0.1, 0.1, 0.03], false),
+            ([0.021, 0.033, 0.030005], [0.071, 0.083, 0.06], false),
+        ]);
+        let sides = 4.0 * 0.05 * 0.029995;
+        let area = 2.0 * 0.01 + 4.0 * 0.1 * 0.03 + sides;
+        assert!(
+            (mesh.area_m2() / area - 1.0).abs() < 1e-3,
+            "{}, not {area}",
+            mesh.area_m2()
+        );
+        // On the cut, and in the gap itself.
+        for z in [0.029, 0.0300025, 0.031] {
+            let depth = -exact.distance(&Vector3::new(0.046, 0.058, z));
+            assert!((depth - 0.025).abs() < 1e-3, "{z}: {depth}");
+        }
+    }
+
+    #[test]
+    fn where_gaps_meet_no_strips_are_left() {
+        // The gap between the upper two boxes ends on the lower one.
+        let (mesh, exact) = of(&[
+            ([0.0; 3], [0.1, 0.1, 0.04], false),
+            ([0.0, 0.0, 0.040003], [0.05, 0.1, 0.1], false),
+            ([0.050004, 0.0, 0.040003], [0.1; 3], false),
+        ]);
+        assert!(
+            (mesh.area_m2() / 0.06 - 1.0).abs() < 1e-3,
+            "{}",
+            mesh.area_m2()
+        );
+        for z in [0.035, 0.05] {
+            let depth = -exact.distance(&Vector3::new(0.051, 0.05, z));
+            let known = f64::min(z, 0.049);
+            assert!((depth - known).abs() < 1e-4, "{z}: {depth}, not {known}");
+        }
+    }
+
+    #[test]
+    fn depth_in_an_overlap_is_that_below_the_common_surface() {
+        // A plus sign: the middle lies 10 mm from both pieces' faces, but 14.1 mm from the nearest inner corner.
+        let (mesh, exact) = of(&[
+            ([0.0, 0.04, 0.0], [0.1, 0.06, 0.1], false),
+            ([0.04, 0.0, 0.0], [0.06, 0.1, 0.1], false),
+        ]);
+        let volume = 0.1 * (2.0 * 0.1 * 0.02 - 0.02 * 0.02);
+        assert!((mesh.volume() - volume).abs() < 1e-12, "{}", mesh.volume());
+        let depth = -exact.distance(&Vector3::new(0.05, 0.05, 0.05));
+        assert!((depth - 0.01 * 2f64.sqrt()).abs() < 1e-9, "{depth}");
+        // Just beside a face that lies inside the other piece.
+        let depth = -exact.distance(&Vector3::new(0.05, 0.0601, 0.05));
+        assert!((depth - 0.01).abs() < 1e-4, "{depth}");
+        assert!(
+            mesh.sample_surface(500, 0)
+                .iter()
+                .all(|s| exact.distance(&s.point).abs() < 1e-9)
+        );
+    }
+
+    #[test]
+    fn faces_in_one_place_count_once_and_hidden_pieces_not_at_all() {
+        let (mesh, exact) = of(&[
+            ([0.0; 3], [0.1; 3], false),
+            ([0.02; 3], [0.08; 3], false),
+            ([0.05, 0.0, 0.0], [0.15, 0.1, 0.1], false),
+        ]);
+        assert!((mesh.volume() - 1.5e-3).abs() < 1e-10, "{}", mesh.volume());
+        let area = 2.0 * (0.01 + 2.0 * 0.015);
+        assert!((mesh.area_m2() - area).abs() < 1e-9, "{}", mesh.area_m2());
+        assert!((exact.distance(&Vector3::new(0.07, 0.05, 0.05)) + 0.05).abs() < 1e-9);
+    }
+
+    #[test]
+    fn pieces_apart_stay_as_they_are() {
+        let (mesh, _) = of(&[([0.0; 3], [0.03; 3], false), ([0.05; 3], [0.1; 3], false)]);
+        assert_eq!(outer(&mesh, None), Ok(None));
+        let (cavity, _) = of(&[([0.0; 3], [0.1; 3], false), ([0.02; 3], [0.08; 3], true)]);
+        assert_eq!(outer(&cavity, None), Ok(None));
+    }
+}
