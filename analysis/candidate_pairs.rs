@@ -23,8 +23,8 @@ use landscape::optimize::QuenchSettings;
 use landscape::sample::{Kernel, Mala, Task, stream};
 use landscape::store::{Journal, content_hash};
 use landscape::topography::{
-    self, Evidence, Landscape, MapSettings, MemoryJournal, Minimum, MinimumId, Sameness, decisive,
-    in_box, map, silent,
+    self, Evidence, Landscape, MapSettings, MatchTolerance, MemoryJournal, Minimum, MinimumId,
+    in_box, map, silent, spanning_forest,
 };
 
 const SEED: u64 = 7;
@@ -162,7 +162,7 @@ fn compare(
         map(energy, kernel, minima.to_vec(), &settings, journal, &silent)
     };
     let whole = run(minima.len(), false);
-    let merges: Vec<(MinimumId, MinimumId, f64)> = decisive(&whole.network, Evidence::Chain)
+    let merges: Vec<(MinimumId, MinimumId, f64)> = spanning_forest(&whole.network, Evidence::Chain)
         .into_iter()
         .filter_map(|edge| {
             let (a, b) = whole.network.edge_endpoints(edge)?;
@@ -225,7 +225,7 @@ fn surface(
         .collect();
     let mut settings = MapSettings::for_scales(1.0, 1.0).with_seed(SEED);
     settings.quench = QuenchSettings::default().with_gradient_tolerance(1e-8);
-    settings.sameness = Sameness {
+    settings.sameness = MatchTolerance {
         energy: 1e-6,
         distance: 1e-3,
     };

@@ -26,7 +26,7 @@ use landscape::figure::theme;
 use landscape::grasp::GraspKernel;
 use landscape::optimize::QuenchSettings;
 use landscape::sample::{Kernel, Mala, Task, stream};
-use landscape::topography::{MapSettings, Minimum, NoJournal, Sameness, in_box, map, silent};
+use landscape::topography::{MapSettings, MatchTolerance, Minimum, NoJournal, in_box, map, silent};
 use line::Line;
 
 const SEED: u64 = 9;
@@ -144,7 +144,7 @@ fn rugged(rows: &mut Vec<Row>) -> Result<(), Box<dyn Error>> {
         .collect();
     let mut settings = MapSettings::for_scales(1.0, 1.0);
     settings.quench = QuenchSettings::default().with_gradient_tolerance(1e-8);
-    settings.sameness = Sameness {
+    settings.sameness = MatchTolerance {
         energy: 1e-6,
         distance: 1e-3,
     };

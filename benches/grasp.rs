@@ -11,7 +11,7 @@ use landscape::grasp::{EnergySettings, GraspEnergy, GraspKernel, judge};
 use landscape::hand::{Hand, HandFiles, PosedHand};
 use landscape::object::Object;
 use landscape::optimize::QuenchSettings;
-use landscape::sample::{Kernel, Law, State, Task, stream};
+use landscape::sample::{Kernel, State, TargetDensity, Task, stream};
 use rand::RngExt;
 
 fn energy(hand: Hand, contacts: usize) -> GraspEnergy {
@@ -37,7 +37,7 @@ fn walk(energy: &GraspEnergy, step_m: f64) -> (Vec<u32>, Vec<Vec<f64>>) {
                 .map(|scale| scale * rng.random_range(-step_m..step_m))
                 .collect();
             let mut x = grasp.refined.clone();
-            energy.space().shift(&mut x, &tangent);
+            energy.space().exp(&mut x, &tangent);
             x
         })
         .collect();
@@ -65,7 +65,7 @@ fn evaluations(criterion: &mut Criterion) {
         });
         let kernel = GraspKernel::new(&energy);
         let state = kernel.start(&points[0]);
-        let law = Law {
+        let law = TargetDensity {
             temperature: 0.01,
             attraction: None,
         };

@@ -7,7 +7,7 @@ use landscape::optimize::{QuenchSettings, quench};
 use landscape::sample::{Mala, Task, stream};
 use landscape::space::{Euclidean, Space};
 use landscape::topography::{
-    Evidence, Landscape, MapSettings, MemoryJournal, Minimum, MinimumId, NoJournal, Sameness,
+    Evidence, Landscape, MapSettings, MatchTolerance, MemoryJournal, Minimum, MinimumId, NoJournal,
     SeamSettings, Tree, distinct, map, quench_all, silent,
 };
 use rand::RngExt;
@@ -29,7 +29,7 @@ fn minima(energy: &dyn Energy, low: &[f64], high: &[f64], count: u64) -> Vec<Min
         &NoJournal,
         &silent,
     );
-    distinct(energy, &found, &Sameness::default(), 1e-6).0
+    distinct(energy, &found, &MatchTolerance::default(), 1e-6).0
 }
 
 #[test]

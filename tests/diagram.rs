@@ -5,8 +5,8 @@ use landscape::energy::model::MullerBrown;
 use landscape::optimize::QuenchSettings;
 use landscape::sample::Mala;
 use landscape::topography::{
-    ChainSettings, Diagram, DiagramSettings, MemoryJournal, Minimum, NoJournal, Sameness, diagram,
-    distinct, log_grid, quench_all, silent,
+    ChainSettings, Diagram, DiagramSettings, MatchTolerance, MemoryJournal, Minimum, NoJournal,
+    diagram, distinct, log_grid, quench_all, silent,
 };
 
 /// A, B, C by rising energy.
@@ -15,7 +15,7 @@ fn minima() -> Vec<Minimum> {
     let energy = MullerBrown::new();
     let settings = QuenchSettings::default();
     let found = quench_all(&energy, &starts, &settings, &NoJournal, &silent);
-    distinct(&energy, &found, &Sameness::default(), 1e-6).0
+    distinct(&energy, &found, &MatchTolerance::default(), 1e-6).0
 }
 
 fn settings(replicas: usize) -> DiagramSettings {

@@ -144,8 +144,8 @@ fn a_pen_no_longer_passes_through_a_finger() {
                 one_concavity: true,
                 ..judgement
             };
-            let objection = wedged.strict_objection();
-            assert_eq!(objection, Some("contacts in one concavity"));
+            let invalid_reason = wedged.strict_objection();
+            assert_eq!(invalid_reason, Some("contacts in one concavity"));
         }
     }
     assert!(grasps >= 2, "{grasps}");

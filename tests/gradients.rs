@@ -95,7 +95,7 @@ fn difference(energy: &dyn Energy, x: &[f64], k: usize, step: f64) -> f64 {
         let mut tangent = vec![0.0; space.tangents()];
         tangent[k] = length;
         let mut moved = x.to_vec();
-        space.shift(&mut moved, &tangent);
+        space.exp(&mut moved, &tangent);
         energy.evaluate(&moved, &mut scratch)
     };
     (8.0 * (at(step) - at(-step)) - (at(2.0 * step) - at(-2.0 * step))) / (12.0 * step)
@@ -158,7 +158,7 @@ fn known_hessians_are_differences_of_gradients() {
                     let mut tangent = vec![0.0; n];
                     tangent[k] = length;
                     let mut moved = x.clone();
-                    space.shift(&mut moved, &tangent);
+                    space.exp(&mut moved, &tangent);
                     energy.evaluate(&moved, &mut gradient);
                     gradient.clone()
                 };

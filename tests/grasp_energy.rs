@@ -151,7 +151,7 @@ fn pose(hand: &Hand, object: &Object, space: &dyn Space, rng: &mut Rng) -> Vec<f
         .iter()
         .map(|s| s * rng.random_range(-0.03..0.03))
         .collect();
-    space.shift(&mut x, &tangent);
+    space.exp(&mut x, &tangent);
     x
 }
 
@@ -198,7 +198,7 @@ fn every_term_is_differentiated_correctly() {
                         let mut tangent = vec![0.0; space.tangents()];
                         tangent[k] = length;
                         let mut moved = x.clone();
-                        space.shift(&mut moved, &tangent);
+                        space.exp(&mut moved, &tangent);
                         energy.evaluate_choice(&moved, &choice, &mut unused)
                     };
                     let estimate = (at(step) - at(-step)) / (2.0 * step);
@@ -250,7 +250,7 @@ fn softened_weights() {
                 let mut tangent = vec![0.0; space.tangents()];
                 tangent[k] = length;
                 let mut moved = x.clone();
-                space.shift(&mut moved, &tangent);
+                space.exp(&mut moved, &tangent);
                 energy.evaluate_ramped(&moved, &choice, ramp, &mut unused)
             };
             let estimate = (at(step) - at(-step)) / (2.0 * step);
@@ -465,7 +465,7 @@ fn the_envelope_has_no_memory() {
                 .iter()
                 .map(|scale| scale * size * rng.random_range(-1.0..=1.0))
                 .collect();
-            used.space().shift(&mut x, &tangent);
+            used.space().exp(&mut x, &tangent);
             let held = random_choice(&HAND, 4, &mut rng);
             for k in 0..QUESTIONS {
                 let question = (k + 5 * n) % QUESTIONS;

@@ -3,8 +3,8 @@
 use landscape::energy::model::LennardJones;
 use landscape::sample::{Mala, Task, stream};
 use landscape::topography::{
-    Evidence, HoppingSettings, Landscape, MapSettings, Minimum, MinimumId, NoJournal, Sameness,
-    hop, map, silent,
+    Evidence, HoppingSettings, Landscape, MapSettings, MatchTolerance, Minimum, MinimumId,
+    NoJournal, hop, map, silent,
 };
 use rand::RngExt;
 
@@ -20,7 +20,7 @@ fn hopped(atoms: usize) -> Vec<Minimum> {
         .collect();
     let hopping = HoppingSettings {
         kick: 1.2,
-        sameness: Sameness {
+        sameness: MatchTolerance {
             energy: 1e-6,
             distance: 1e-2,
         },

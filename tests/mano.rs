@@ -490,7 +490,7 @@ fn forces_are_pulled_back_through_skinning_and_corrections() {
         let tangent: Vec<f64> = (0..space.tangents())
             .map(|i| 0.02 * ((i * i) as f64).sin())
             .collect();
-        space.shift(&mut x, &tangent);
+        space.exp(&mut x, &tangent);
         let mut posed = PosedHand::default();
         hand.pose(&x, &mut posed);
         let mut wrenches = vec![Wrench::default(); hand.links.len()];
@@ -521,7 +521,7 @@ fn compare(
             let mut tangent = vec![0.0; space.tangents()];
             tangent[i] = step;
             let mut moved = x.to_vec();
-            space.shift(&mut moved, &tangent);
+            space.exp(&mut moved, &tangent);
             energy(&moved)
         };
         let difference = (along(1e-6) - along(-1e-6)) / 2e-6;

@@ -4,8 +4,8 @@ use landscape::energy::model::MullerBrown;
 use landscape::optimize::QuenchSettings;
 use landscape::sample::{Kernel, Mala, Task, stream};
 use landscape::topography::{
-    ChainSettings, Evidence, MapSettings, Minimum, MinimumId, NoJournal, Sameness, chain, distinct,
-    map, quench_all, silent,
+    ChainSettings, Evidence, MapSettings, MatchTolerance, Minimum, MinimumId, NoJournal, chain,
+    distinct, map, quench_all, silent,
 };
 use rand::RngExt;
 
@@ -24,7 +24,7 @@ fn minima() -> Vec<Minimum> {
         &NoJournal,
         &silent,
     );
-    distinct(&energy, &found, &Sameness::default(), 1e-6).0
+    distinct(&energy, &found, &MatchTolerance::default(), 1e-6).0
 }
 
 #[test]
@@ -87,8 +87,8 @@ fn a_minimum_left_out_is_found_on_the_way() {
     );
     let height = found.tree.minimax(MinimumId(0), MinimumId(1)).unwrap();
     assert!((height + 40.6648435).abs() < 1e-5);
-    assert_eq!(found.strays.len(), 1);
-    assert!((found.strays[0].energy - between.energy).abs() < 1e-6);
+    assert_eq!(found.unlisted_minima.len(), 1);
+    assert!((found.unlisted_minima[0].energy - between.energy).abs() < 1e-6);
 }
 
 #[test]
@@ -111,7 +111,7 @@ fn a_chain_needs_force() {
             ends,
             force,
             &settings,
-            (&QuenchSettings::default(), &Sameness::default()),
+            (&QuenchSettings::default(), &MatchTolerance::default()),
             f64::INFINITY,
             &mut rng,
         )
@@ -128,7 +128,7 @@ fn a_chain_needs_force() {
     }
     // A chain stops where it exceeds the bound.
     let mut rng = stream(2, Task::AttractionDiffusion, 0);
-    let (descent, sameness) = (QuenchSettings::default(), Sameness::default());
+    let (descent, sameness) = (QuenchSettings::default(), MatchTolerance::default());
     let stopped = chain(
         &energy,
         &kernel,

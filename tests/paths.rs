@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 use landscape::energy::Energy;
 use landscape::energy::model::{LennardJones, MullerBrown, Orientation, ThreeHole};
 use landscape::optimize::{QuenchSettings, quench};
-use landscape::sample::{Kernel, Law, Mala, Rng, State};
+use landscape::sample::{Kernel, Mala, Rng, State, TargetDensity};
 use landscape::space::{
     Euclidean, PoseMetric, PoseSpace, Rotation, Space, Symmetry, Torus, object_from_hand,
     pose_coordinates,
@@ -265,7 +265,7 @@ fn half_turns_go_the_lower_way_round() {
             let at = |h: f64| {
                 let (mut x, mut step) = (x, [0.0; 3]);
                 step[n] = h;
-                energy.space().shift(&mut x, &step);
+                energy.space().exp(&mut x, &step);
                 energy.evaluate(&x, &mut [0.0; 3])
             };
             assert!(((at(1e-5) - at(-1e-5)) / 2e-5 - g).abs() < 1e-8);
@@ -333,7 +333,7 @@ impl<S: Space> Energy for Wells<S> {
         let mut toward = vec![0.0; gradient.len()];
         let mut energy = 0.0;
         for centre in &self.centres {
-            let distance = self.space.toward(x, centre, &mut toward);
+            let distance = self.space.log(x, centre, &mut toward);
             let square = self.width * self.width;
             let depth = (-0.5 * distance * distance / square).exp();
             energy -= depth;
@@ -363,7 +363,7 @@ fn check_symmetry(symmetry: Symmetry, motion: &Isometry3<f64>) {
     );
     let a = pose_coordinates(&hand, &[0.3]);
     let mut near = a.clone();
-    space.shift(&mut near, &[0.002, 0.011, 0.016, 0.015, -0.01, 0.006, 0.01]);
+    space.exp(&mut near, &[0.002, 0.011, 0.016, 0.015, -0.01, 0.006, 0.01]);
     let far = pose_coordinates(&(motion * object_from_hand(&near)), &near[7..]);
     let distance = space.distance(&a, &near);
     assert!((space.distance(&a, &far) - distance).abs() < 1e-12);
@@ -500,7 +500,7 @@ impl Energy for Ring {
         names.into_iter().zip(Self::parts(x)).collect()
     }
 
-    fn objection(&self, x: &[f64]) -> Option<String> {
+    fn invalid_reason(&self, x: &[f64]) -> Option<String> {
         (x[1] < -0.6).then(|| "through the object".to_owned())
     }
 }
@@ -526,7 +526,7 @@ impl Kernel for Guide<'_> {
     fn propose(
         &self,
         state: &State,
-        law: &Law<'_>,
+        law: &TargetDensity<'_>,
         _: f64,
         _: &mut Rng,
         proposal: &mut State,
@@ -549,12 +549,15 @@ fn what_passes_through_the_object_is_restarted_from_a_chain_or_marked() {
         let mut settings = straight_only(1.0, 2.0, method);
         let threaded = straight(&energy, ends, &settings);
         assert_eq!(threaded.edge.evidence, Evidence::Chain);
-        assert_eq!(threaded.objection.as_deref(), Some("through the object"));
+        assert_eq!(
+            threaded.invalid_reason.as_deref(),
+            Some("through the object")
+        );
         assert!(threaded.edge.height < 0.6);
         settings.chain.attempts = 1;
         let around = connect(&energy, &Guide(&energy), ends, &settings);
         assert!(matches!(around.start, Some(Start::Chain { .. })));
-        assert_eq!(around.objection, None);
+        assert_eq!(around.invalid_reason, None);
         assert_eq!(around.edge.evidence, Evidence::Saddle);
         assert!(around.edge.height > 1.5 && around.edge.height < 1.7);
         assert_eq!(around.edge.term.as_deref(), Some("height"));

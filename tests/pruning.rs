@@ -4,8 +4,8 @@ use landscape::energy::model::Waves;
 use landscape::optimize::QuenchSettings;
 use landscape::sample::{Mala, Task, stream};
 use landscape::topography::{
-    Landscape, MapSettings, Minimum, MinimumId, NoJournal, Sameness, SequentialSettings, Tree,
-    distinct, in_box, map, quench_all, sequential, silent,
+    Landscape, MapSettings, MatchTolerance, Minimum, MinimumId, NoJournal, SequentialSettings,
+    Tree, distinct, in_box, map, quench_all, sequential, silent,
 };
 use rayon::prelude::*;
 
@@ -20,7 +20,7 @@ fn surface(id: u64) -> (Waves, Vec<Minimum>) {
         .collect();
     let settings = QuenchSettings::default().with_gradient_tolerance(1e-9);
     let found = quench_all(&energy, &starts, &settings, &NoJournal, &silent);
-    let sameness = Sameness {
+    let sameness = MatchTolerance {
         energy: 1e-7,
         distance: 1e-4,
     };

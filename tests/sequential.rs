@@ -6,8 +6,9 @@ use landscape::optimize::QuenchSettings;
 use landscape::sample::{Mala, Task, stream};
 use landscape::space::{Euclidean, Space};
 use landscape::topography::{
-    ChainSettings, Evidence, Landscape, MapSettings, MemoryJournal, Minimum, MinimumId, NoJournal,
-    Sameness, Sequential, SequentialSettings, distinct, map, quench_all, sequential, silent,
+    ChainSettings, Evidence, Landscape, MapSettings, MatchTolerance, MemoryJournal, Minimum,
+    MinimumId, NoJournal, Sequential, SequentialSettings, distinct, map, quench_all, sequential,
+    silent,
 };
 use rand::RngExt;
 use rand::seq::SliceRandom;
@@ -55,7 +56,7 @@ fn wells(order: &[usize]) -> Vec<Minimum> {
     let energy = Wall::new();
     let settings = QuenchSettings::default();
     let found = quench_all(&energy, &starts, &settings, &NoJournal, &silent);
-    let (minima, rejected) = distinct(&energy, &found, &Sameness::default(), 1e-6);
+    let (minima, rejected) = distinct(&energy, &found, &MatchTolerance::default(), 1e-6);
     assert!(rejected.is_empty() && minima.len() == 3);
     order.iter().map(|well| minima[*well].clone()).collect()
 }
@@ -167,7 +168,7 @@ fn published_surface() {
         &NoJournal,
         &silent,
     );
-    let (minima, _) = distinct(&energy, &found, &Sameness::default(), 1e-6);
+    let (minima, _) = distinct(&energy, &found, &MatchTolerance::default(), 1e-6);
     let groups = |force| {
         let scales = SequentialSettings::for_scales(50.0, 1.0);
         let settings = SequentialSettings {
@@ -226,7 +227,7 @@ fn the_map_does_not_depend_on_the_order() {
         let minima = |starts: &[Vec<f64>]| {
             let settings = QuenchSettings::default();
             let found = quench_all(energy, starts, &settings, &NoJournal, &silent);
-            distinct(energy, &found, &Sameness::default(), 1e-6).0
+            distinct(energy, &found, &MatchTolerance::default(), 1e-6).0
         };
         let settings = MapSettings::for_minima(energy, &minima(&starts));
         let map = |minima| map(energy, &kernel, minima, &settings, &NoJournal, &silent);

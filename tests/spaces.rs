@@ -119,7 +119,7 @@ fn norm(tangent: &[f64]) -> f64 {
 
 fn log(space: &dyn Space, a: &[f64], b: &[f64]) -> Vec<f64> {
     let mut tangent = vec![f64::NAN; space.tangents()];
-    let length = space.toward(a, b, &mut tangent);
+    let length = space.log(a, b, &mut tangent);
     assert!((length - norm(&tangent)).abs() < ROUNDING);
     assert!((length - space.distance(a, b)).abs() < ROUNDING);
     tangent
@@ -142,7 +142,7 @@ proptest! {
         for Case { name, space, point, .. } in cases() {
             let (mut a, b) = (point(&a), point(&b));
             let step = log(&*space, &a, &b);
-            space.shift(&mut a, &step);
+            space.exp(&mut a, &step);
             prop_assert!(space.distance(&a, &b) < ROUNDING, "{name}: {}", space.distance(&a, &b));
         }
     }
@@ -155,7 +155,7 @@ proptest! {
             let length = norm(&step);
             let step: Vec<f64> = step.iter().map(|k| k * (0.9 * injectivity / length).min(1.0)).collect();
             let mut b = a.clone();
-            space.shift(&mut b, &step);
+            space.exp(&mut b, &step);
             prop_assert!(largest_difference(&log(&*space, &a, &b), &step) < ROUNDING, "{name}");
         }
     }
@@ -166,8 +166,8 @@ proptest! {
             let start = point(&a);
             let step = &step[..space.tangents()];
             let mut x = start.clone();
-            space.shift(&mut x, step);
-            space.shift(&mut x, &step.iter().map(|k| -k).collect::<Vec<_>>());
+            space.exp(&mut x, step);
+            space.exp(&mut x, &step.iter().map(|k| -k).collect::<Vec<_>>());
             // Angles on the seam may come back as ±π, so compare as the space does, and the rest as numbers.
             let seam = largest_difference(&start, &x) > 6.0;
             prop_assert!(seam || largest_difference(&start, &x) < 10.0 * ROUNDING, "{name}: {start:?} {x:?}");
@@ -225,7 +225,7 @@ proptest! {
             let h = 1e-5;
             let at = |size: f64| {
                 let mut x = a.clone();
-                space.shift(&mut x, &side.iter().map(|k| k * size).collect::<Vec<_>>());
+                space.exp(&mut x, &side.iter().map(|k| k * size).collect::<Vec<_>>());
                 space.distance(&x, &b)
             };
             let (ahead, here, behind) = (at(h), at(0.0), at(-h));
@@ -278,7 +278,7 @@ proptest! {
             let length = space.toward_other_way(&a, &b, &mut step).unwrap();
             prop_assert!(length >= space.distance(&a, &b) - ROUNDING, "{name}");
             let mut x = a.clone();
-            space.shift(&mut x, &step);
+            space.exp(&mut x, &step);
             prop_assert!(space.distance(&x, &b) < ROUNDING, "{name}");
         }
     }
@@ -294,7 +294,7 @@ proptest! {
         prop_assert!(norm(&log_step) <= norm(&step) + ROUNDING);
         prop_assert!((space.distance(&b, &a) - norm(&log_step)).abs() < ROUNDING);
         let mut arrived = a.clone();
-        space.shift(&mut arrived, &log_step);
+        space.exp(&mut arrived, &log_step);
         prop_assert!(space.distance(&arrived, &b) < ROUNDING);
         // The shortest way moves along no zero mode.
         for mode in space.zero_modes(&a).chunks_exact(18) {

@@ -6,7 +6,7 @@ use landscape::optimize::{QuenchSettings, quench};
 use landscape::sample::{Task, stream};
 use landscape::space::Space;
 use landscape::topography::{
-    Exploration, NoJournal, Sameness, SearchSettings, distinct, explore, in_box, silent,
+    Exploration, MatchTolerance, NoJournal, SearchSettings, distinct, explore, in_box, silent,
 };
 
 /// A surface, where searches on it start, and how many minima and saddles it has.
@@ -94,5 +94,7 @@ fn bottoms(energy: &dyn Energy) -> usize {
     let ends: Vec<_> = (0..GRID * GRID)
         .map(|k| quench(energy, &[place(k / GRID), place(k % GRID)], &settings))
         .collect();
-    distinct(energy, &ends, &Sameness::default(), 1e-6).0.len()
+    distinct(energy, &ends, &MatchTolerance::default(), 1e-6)
+        .0
+        .len()
 }

@@ -9,7 +9,9 @@ use crate::figure::layout::collapse;
 use crate::figure::{BarrierPicture, DisconnectivityPicture, Leaf, Picture, group};
 use crate::store::StoreError;
 use crate::topography::view::{Levels, View, bottoms, grouped, restricted};
-use crate::topography::{self, Ancestors, Evidence, MinimumId, Network, Tree, decisive, support};
+use crate::topography::{
+    self, Ancestors, Evidence, MinimumId, Network, Tree, spanning_forest, support,
+};
 
 /// Names of the pictures, without what tells groups from minima and without their format.
 const PICTURES: [&str; 2] = ["disconnectivity", "barriers"];
@@ -309,7 +311,7 @@ fn shown_of(resampled: &[Tree], view: &View, levels: Option<Levels>) -> Vec<Tree
 fn of_edges(network: &Network, tree: &Tree, support: &[Option<f64>]) -> Vec<Option<f64>> {
     let mut of_edges = vec![None; network.edge_count()];
     let ancestors = Ancestors::of(tree);
-    for edge in decisive(network, Evidence::Chain) {
+    for edge in spanning_forest(network, Evidence::Chain) {
         let ends = network.edge_endpoints(edge);
         let merge =
             ends.and_then(|(a, b)| ancestors.joint(MinimumId(a.index()), MinimumId(b.index())));

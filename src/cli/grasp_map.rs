@@ -1,7 +1,7 @@
 //! Settings for maps of grasps.
 
 use crate::grasp::GraspEnergy;
-use crate::topography::{ChainSettings, MapSettings, PathSettings, Sameness, SeamSettings};
+use crate::topography::{ChainSettings, MapSettings, MatchTolerance, PathSettings, SeamSettings};
 
 /// The slope of the distance term of one contact, energy per metre: the unit of the pull of a chain, which must beat the
 /// slope of all contacts at once.
@@ -23,7 +23,7 @@ pub fn settings_for_grasps(energy: &GraspEnergy) -> MapSettings {
         .with_gradient_tolerance(1e-5)
         .with_max_step(0.01)
         .with_max_evaluations(1000);
-    settings.sameness = Sameness {
+    settings.sameness = MatchTolerance {
         energy: 0.02,
         distance: 0.005,
     };

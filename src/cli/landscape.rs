@@ -11,7 +11,9 @@ use crate::energy::Energy;
 use crate::figure::Leaf;
 use crate::store::{AtomicFolder, EdgeRow, LandscapeFiles, MinimumRow, PathRow, write_resampled};
 use crate::topography::exchange::{Database, Layout};
-use crate::topography::{self, Evidence, GroupSettings, Groups, Landscape, Network, decisive};
+use crate::topography::{
+    self, Evidence, GroupSettings, Groups, Landscape, Network, spanning_forest,
+};
 
 /// A map, and what its minima are made of.
 pub(super) struct Mapped<'a> {
@@ -67,7 +69,7 @@ impl Mapped<'_> {
             .collect();
         let mut bottom = energies.clone();
         let mut sets = petgraph::unionfind::UnionFind::new(energies.len());
-        let mut edges: Vec<_> = decisive(network, Evidence::Chain);
+        let mut edges: Vec<_> = spanning_forest(network, Evidence::Chain);
         edges.sort_by(|a, b| {
             network[*a]
                 .height

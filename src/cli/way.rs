@@ -8,7 +8,7 @@ use crate::energy::Energy;
 use crate::grasp::GraspEnergy;
 use crate::space::{PoseSpace, Space};
 use crate::store::{LandscapeFiles, PathRow};
-use crate::topography::{Evidence, MinimumId, Network, decisive};
+use crate::topography::{Evidence, MinimumId, Network, spanning_forest};
 
 /// A point of a way.
 pub(super) struct Place {
@@ -32,7 +32,7 @@ impl Place {
 /// The minima along the way that rises least: it leads along the edges that make the tree.
 pub(super) fn route(network: &Network, from: MinimumId, to: MinimumId) -> Option<Vec<MinimumId>> {
     let mut neighbours = vec![Vec::new(); network.node_count()];
-    for edge in decisive(network, Evidence::Chain) {
+    for edge in spanning_forest(network, Evidence::Chain) {
         let (a, b) = network.edge_endpoints(edge)?;
         neighbours[a.index()].push(b.index());
         neighbours[b.index()].push(a.index());

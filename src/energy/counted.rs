@@ -115,8 +115,8 @@ impl Energy for Counted<'_> {
         self.energy.terms(x)
     }
 
-    fn objection(&self, x: &[f64]) -> Option<String> {
-        self.energy.objection(x)
+    fn invalid_reason(&self, x: &[f64]) -> Option<String> {
+        self.energy.invalid_reason(x)
     }
 }
 

@@ -54,7 +54,7 @@ pub struct GradientFault {
 /// |told − measured| ≤ 10⁻³ max(|told|, |measured|) + 10⁻⁴ ‖g‖ + |D(2h) − D(h)| + 5 σ/h
 /// ```
 ///
-/// eₖ: the k-th tangent, ⊕: [`Space::shift`](crate::space::Space::shift), g: the gradient told, σ: the noise of the energy,
+/// eₖ: the k-th tangent, ⊕: [`Space::exp`](crate::space::Space::exp), g: the gradient told, σ: the noise of the energy,
 /// measured by its sixth differences along the same lines (J. J. Moré and S. M. Wild, SIAM J. Sci. Comput. 33, 1292 (2011)).
 /// `step` (a length) is tried for h first, then ten times, a tenth and a hundred times as much, unless the errors on the right
 /// side are small and the component agrees. A component is wrong if it agrees at none of the steps with errors up to ten times
@@ -254,7 +254,7 @@ impl Probe<'_> {
             }
             let mut there = self.x.to_vec();
             tangent[component] = steps * step;
-            space.shift(&mut there, &tangent);
+            space.exp(&mut there, &tangent);
             self.energy.evaluate(&there, &mut unused)
         });
         Line {

@@ -20,7 +20,7 @@ pub trait Energy: Sync {
     /// The space `x` lives in: `coordinates()` numbers for a point, `tangents()` for a direction.
     fn space(&self) -> &dyn Space;
 
-    /// Energy at `x`; writes the derivative along each tangent at `x` (the vector that [`Space::shift`] takes) into
+    /// Energy at `x`; writes the derivative along each tangent at `x` (the vector that [`Space::exp`] takes) into
     /// `gradient`.
     ///
     /// Outside its domain an energy returns `f64::INFINITY`, never NaN; searches read that as "step refused".
@@ -114,7 +114,7 @@ pub trait Energy: Sync {
 
     /// Why a path through `x` should not count as relaxed although its energy is finite (the hand passes through the
     /// object); `None` where nothing speaks against it.
-    fn objection(&self, x: &[f64]) -> Option<String> {
+    fn invalid_reason(&self, x: &[f64]) -> Option<String> {
         let _ = x;
         None
     }

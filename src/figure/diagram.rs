@@ -111,7 +111,7 @@ mod tests {
     use crate::optimize::QuenchSettings;
     use crate::sample::Mala;
     use crate::topography::{
-        DiagramSettings, NoJournal, Sameness, diagram, distinct, quench_all, silent,
+        DiagramSettings, MatchTolerance, NoJournal, diagram, distinct, quench_all, silent,
     };
 
     #[test]
@@ -120,7 +120,7 @@ mod tests {
         let starts = [vec![-0.56, 1.44], vec![0.62, 0.03], vec![-0.05, 0.47]];
         let settings = QuenchSettings::default();
         let found = quench_all(&energy, &starts, &settings, &NoJournal, &silent);
-        let (minima, _) = distinct(&energy, &found, &Sameness::default(), 1e-6);
+        let (minima, _) = distinct(&energy, &found, &MatchTolerance::default(), 1e-6);
         let settings = DiagramSettings {
             replicas: 3,
             ..DiagramSettings::for_scales(50.0, 1.0)

@@ -13,7 +13,7 @@ use super::relaxed::{RelaxedForceClosure, Touch};
 use crate::energy::Energy;
 use crate::object::{Object, Shape};
 use crate::optimize::{QuenchSettings, quench};
-use crate::sample::{Kernel, Law, Mala, Rng, State, Task, stream};
+use crate::sample::{Kernel, Mala, Rng, State, TargetDensity, Task, stream};
 use crate::space::{Euclidean, Space};
 
 /// Relaxed force closure of n points, as an energy on ℝ³ⁿ: coordinates are those of the points one after the other,
@@ -252,7 +252,7 @@ fn anneal(
     let cooling = settings.temperature_end / settings.temperature_start;
     for step in 0..settings.steps {
         let progress = f64::from(step) / f64::from(settings.steps);
-        let law = Law {
+        let law = TargetDensity {
             temperature: settings.temperature_start * cooling.powf(progress),
             attraction: None,
         };

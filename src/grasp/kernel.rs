@@ -5,7 +5,7 @@ use rand::RngExt;
 use super::energy::{GraspEnergy, Ramp};
 use super::synthesis::StepScales;
 use crate::energy::Energy;
-use crate::sample::{Kernel, Law, Rng, State, langevin};
+use crate::sample::{Kernel, Rng, State, TargetDensity, langevin};
 use crate::space::Space;
 
 /// Moves (pose, contact set) together: with probability `contact_probability` one contact is redrawn from its
@@ -61,7 +61,7 @@ impl<'a> GraspKernel<'a> {
     pub fn move_pose(
         &self,
         state: &State,
-        law: &Law<'_>,
+        law: &TargetDensity<'_>,
         step: f64,
         rng: &mut Rng,
         proposal: &mut State,
@@ -180,7 +180,7 @@ impl Kernel for GraspKernel<'_> {
     fn propose(
         &self,
         state: &State,
-        law: &Law<'_>,
+        law: &TargetDensity<'_>,
         step: f64,
         rng: &mut Rng,
         proposal: &mut State,

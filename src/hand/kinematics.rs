@@ -277,7 +277,7 @@ mod tests {
         let tangent: Vec<f64> = (0..space.tangents())
             .map(|i| 0.02 * ((i * i) as f64).sin())
             .collect();
-        space.shift(&mut x, &tangent);
+        space.exp(&mut x, &tangent);
 
         let mut posed = PosedHand::default();
         hand.pose(&x, &mut posed);
@@ -297,7 +297,7 @@ mod tests {
                 let mut tangent = vec![0.0; space.tangents()];
                 tangent[i] = step;
                 let mut moved = x.clone();
-                space.shift(&mut moved, &tangent);
+                space.exp(&mut moved, &tangent);
                 energy(&moved)
             };
             let step = 1e-6;

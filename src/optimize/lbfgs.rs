@@ -168,7 +168,7 @@ fn search(
         let mut next = here.clone();
         let mut step = direction.to_vec();
         scale(&mut step, t);
-        space.shift(&mut next.x, &step);
+        space.exp(&mut next.x, &step);
         next.energy = function(&next.x, &mut next.gradient);
         *evaluations += 1;
         let slope_there = dot(direction, &next.gradient);

@@ -2,7 +2,7 @@
 
 use rand_distr::{Distribution, StandardNormal};
 
-use super::{Attraction, Law, Rng, State};
+use super::{Attraction, Rng, State, TargetDensity};
 use crate::space::Space;
 use crate::space::vector::{add, norm};
 
@@ -10,14 +10,14 @@ use crate::space::vector::{add, norm};
 /// Metropolis–Hastings ratio (−∞ where the energy is not finite).
 ///
 /// ```text
-/// u = −½ ε² P ∇A/T + ε P^½ ξ,   x' = shift(x, u),   A = E + F d(x, x*),   P = diag(scales²),   ξ ~ N(0, I)
+/// u = −½ ε² P ∇A/T + ε P^½ ξ,   x' = exp(x, u),   A = E + F d(x, x*),   P = diag(scales²),   ξ ~ N(0, I)
 /// log r = (A(x) − A(x'))/T + log q(x' → x) − log q(x → x')
 /// ```
 ///
 /// P: squares of `scales`; ε: `step`, a length. Near the target d is rounded to √(d² + ε²), whose gradient is not singular;
 /// the law sampled is that of the rounded distance, so ε must stay fixed where exact averages are wanted.
 ///
-/// The reverse move is −u (see [`Space::shift`]). `evaluate` gives the unaltered energy and gradient at a point; the
+/// The reverse move is −u (see [`Space::exp`]). `evaluate` gives the unaltered energy and gradient at a point; the
 /// proposal's coordinates, energy and gradient are written, its discrete part is left alone. G. O. Roberts and
 /// R. L. Tweedie, Bernoulli 2, 341 (1996).
 #[expect(
@@ -28,7 +28,7 @@ pub fn langevin(
     space: &dyn Space,
     scales: &[f64],
     state: &State,
-    law: &Law<'_>,
+    law: &TargetDensity<'_>,
     step: f64,
     rng: &mut Rng,
     proposal: &mut State,
@@ -46,7 +46,7 @@ pub fn langevin(
             -0.5 * (step * scale).powi(2) * *component / temperature + step * scale * noise;
     }
     proposal.coordinates.clone_from(&state.coordinates);
-    space.shift(&mut proposal.coordinates, &tangent);
+    space.exp(&mut proposal.coordinates, &tangent);
     proposal.gradient.resize(tangent.len(), 0.0);
     proposal.energy = evaluate(&proposal.coordinates, &mut proposal.gradient);
     if !proposal.energy.is_finite() {
@@ -65,7 +65,7 @@ pub fn langevin(
 /// F √(d² + rounding²); adds its gradient to `slope`.
 pub(super) fn pull(
     space: &dyn Space,
-    law: &Law<'_>,
+    law: &TargetDensity<'_>,
     x: &[f64],
     rounding: f64,
     slope: &mut [f64],
@@ -74,7 +74,7 @@ pub(super) fn pull(
         return 0.0;
     };
     let mut toward = vec![0.0; slope.len()];
-    space.toward_near(x, target, &mut toward);
+    space.log_near(x, target, &mut toward);
     let distance = norm(&toward).hypot(rounding);
     add(slope, -force / distance, &toward);
     force * distance

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::{Kernel, Law, Rng, State, langevin};
+use super::{Kernel, Rng, State, TargetDensity, langevin};
 use crate::energy::Energy;
 use crate::space::Space;
 
@@ -50,7 +50,7 @@ impl Kernel for Mala<'_> {
     fn propose(
         &self,
         state: &State,
-        law: &Law<'_>,
+        law: &TargetDensity<'_>,
         step: f64,
         rng: &mut Rng,
         proposal: &mut State,
@@ -89,11 +89,11 @@ mod tests {
         fn tangents(&self) -> usize {
             2
         }
-        fn shift(&self, x: &mut [f64], tangent: &[f64]) {
-            Euclidean::new(2).shift(x, tangent);
+        fn exp(&self, x: &mut [f64], tangent: &[f64]) {
+            Euclidean::new(2).exp(x, tangent);
         }
-        fn toward(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64 {
-            Euclidean::new(2).toward(a, b, tangent)
+        fn log(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64 {
+            Euclidean::new(2).log(a, b, tangent)
         }
         fn step_scales(&self) -> Vec<f64> {
             vec![1.0, 0.2]
@@ -128,7 +128,7 @@ mod tests {
     fn averages<const N: usize>(
         energy: &dyn Energy,
         start: &[f64],
-        law: &Law<'_>,
+        law: &TargetDensity<'_>,
         step: f64,
         observe: impl Fn(&[f64]) -> [f64; N],
     ) -> [f64; N] {
@@ -151,7 +151,7 @@ mod tests {
 
     #[test]
     fn gaussian_moments() {
-        let law = Law {
+        let law = TargetDensity {
             temperature: 0.5,
             attraction: None,
         };
@@ -169,7 +169,7 @@ mod tests {
     fn double_well_under_a_pull() {
         // A coarse step: without the correction the averages would be off by far more than the tolerance.
         let (temperature, force, target, step) = (0.5, 0.4, [1.5], 0.7);
-        let law = Law {
+        let law = TargetDensity {
             temperature,
             attraction: Some(Attraction {
                 target: &target,
@@ -197,7 +197,7 @@ mod tests {
         // π(x) q(x → x') a(x → x') = π(x') q(x' → x) a(x' → x): the ratio of the way back is the negated one.
         let energy = MullerBrown::new();
         let (kernel, target) = (Mala::new(&energy), [0.6, 0.0]);
-        let law = Law {
+        let law = TargetDensity {
             temperature: 20.0,
             attraction: Some(Attraction {
                 target: &target,

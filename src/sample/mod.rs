@@ -71,7 +71,7 @@ pub struct State {
 /// A constant-size pull of `force` (energy per length) toward `target`: F = αT of attraction–diffusion.
 #[derive(Debug, Clone, Copy)]
 pub struct Attraction<'a> {
-    /// Coordinates that attract: the copy a chain set out for ([`Space::toward_near`] leads to it).
+    /// Coordinates that attract: the copy a chain set out for ([`Space::log_near`] leads to it).
     pub target: &'a [f64],
     /// Size of the pull, energy per length of the space.
     pub force: f64,
@@ -79,7 +79,7 @@ pub struct Attraction<'a> {
 
 /// The law a chain samples: density ∝ exp(−(E + F·d(x, x*))/T).
 #[derive(Debug, Clone, Copy)]
-pub struct Law<'a> {
+pub struct TargetDensity<'a> {
     /// Temperature T, in units of the energy.
     pub temperature: f64,
     /// The attraction F·d(x, x*), if any.
@@ -99,7 +99,7 @@ pub trait Kernel: Sync {
     fn propose(
         &self,
         state: &State,
-        law: &Law<'_>,
+        law: &TargetDensity<'_>,
         step: f64,
         rng: &mut Rng,
         proposal: &mut State,

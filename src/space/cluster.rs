@@ -49,14 +49,14 @@ impl Space for Cluster {
         3 * self.atoms
     }
 
-    fn shift(&self, x: &mut [f64], tangent: &[f64]) {
+    fn exp(&self, x: &mut [f64], tangent: &[f64]) {
         assert_eq!((x.len(), tangent.len()), (3 * self.atoms, 3 * self.atoms));
         for (coordinate, step) in x.iter_mut().zip(tangent) {
             *coordinate += step;
         }
     }
 
-    fn toward(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64 {
+    fn log(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64 {
         let n = 3 * self.atoms;
         assert_eq!((a.len(), b.len(), tangent.len()), (n, n, n));
         if self.atoms == 0 {
@@ -79,7 +79,7 @@ impl Space for Cluster {
     }
 
     /// Modulo translations and rotations, atoms numbered as they are.
-    fn toward_near(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64 {
+    fn log_near(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64 {
         let n = 3 * self.atoms;
         assert_eq!((a.len(), b.len(), tangent.len()), (n, n, n));
         if self.atoms == 0 {

@@ -24,14 +24,14 @@ impl Space for Euclidean {
         self.dimensions
     }
 
-    fn shift(&self, x: &mut [f64], tangent: &[f64]) {
+    fn exp(&self, x: &mut [f64], tangent: &[f64]) {
         assert_eq!(x.len(), tangent.len());
         for (coordinate, step) in x.iter_mut().zip(tangent) {
             *coordinate += step;
         }
     }
 
-    fn toward(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64 {
+    fn log(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64 {
         assert_eq!(a.len(), b.len());
         for ((step, from), to) in tangent.iter_mut().zip(a).zip(b) {
             *step = to - from;

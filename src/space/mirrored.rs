@@ -87,7 +87,7 @@ impl Space for Mirrored {
         self.halves.len()
     }
 
-    fn shift(&self, x: &mut [f64], tangent: &[f64]) {
+    fn exp(&self, x: &mut [f64], tangent: &[f64]) {
         let sides = self.halves.len();
         assert_eq!((x.len(), tangent.len()), (sides, sides));
         for ((u, step), half) in x.iter_mut().zip(tangent).zip(&self.halves) {
@@ -95,7 +95,7 @@ impl Space for Mirrored {
         }
     }
 
-    fn toward(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64 {
+    fn log(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64 {
         let sides = self.halves.len();
         assert_eq!((a.len(), b.len(), tangent.len()), (sides, sides, sides));
         for (k, half) in self.halves.iter().enumerate() {
@@ -131,7 +131,7 @@ mod tests {
         assert!(space.distance(&a, &b) < 1e-14);
         // Across the mirror at 0 to the copy of 0.7, on the near side.
         let mut tangent = [0.0; 2];
-        space.toward(&[0.3, 0.2], &[-0.7, 0.2], &mut tangent);
+        space.log(&[0.3, 0.2], &[-0.7, 0.2], &mut tangent);
         approx::assert_abs_diff_eq!(tangent.as_slice(), [0.4, 0.0].as_slice(), epsilon = 1e-14);
         let (low, high) = space.copy();
         assert_eq!(space.point(&low), [-1.0, 2.0]);

@@ -1,7 +1,7 @@
 //! What "move" and "towards" mean for a point of a landscape.
 //!
 //! Every path quantity of this crate (tangent, length, projection, update) is written with the two maps of
-//! [`Space`]: [`Space::toward`] (the logarithm) and [`Space::shift`] (the exponential). Nothing here knows an energy.
+//! [`Space`]: [`Space::log`] (the logarithm) and [`Space::exp`] (the exponential). Nothing here knows an energy.
 
 mod assignment;
 mod cluster;
@@ -30,7 +30,7 @@ pub use torus::Torus;
 /// point is their inner product and the norm of a tangent is a length.
 ///
 /// A space with a symmetry (an object of revolution, a cluster of equal atoms) measures *modulo* it:
-/// `toward(a, b)` then leads to that copy of `b` which is nearest to `a`.
+/// `log(a, b)` then leads to that copy of `b` which is nearest to `a`.
 pub trait Space: Sync {
     /// How many numbers describe a point.
     fn coordinates(&self) -> usize;
@@ -46,15 +46,15 @@ pub trait Space: Sync {
     ///
     /// # Panics
     /// If a slice has the wrong length.
-    fn shift(&self, x: &mut [f64], tangent: &[f64]);
+    fn exp(&self, x: &mut [f64], tangent: &[f64]);
 
     /// Logarithm map: writes the shortest tangent at `a` that leads to (a copy of) `b` and returns its length.
     ///
     /// # Panics
     /// If a slice has the wrong length.
-    fn toward(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64;
+    fn log(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64;
 
-    /// The other way from `a` to the copy of `b` that [`Space::toward`] leads to: its rotation the long way round, or the angle
+    /// The other way from `a` to the copy of `b` that [`Space::log`] leads to: its rotation the long way round, or the angle
     /// nearest to half a turn past the other side. Writes the tangent and returns its length. `None` where there is no
     /// second way.
     ///
@@ -68,15 +68,15 @@ pub trait Space: Sync {
         None
     }
 
-    /// As [`Space::toward`], for points whose coordinates are known to run on smoothly from one to the other (neighbours
+    /// As [`Space::log`], for points whose coordinates are known to run on smoothly from one to the other (neighbours
     /// on a path, a chain and the copy of its target it set out for): no search for a nearer copy is made.
     ///
-    /// Spaces with a costly symmetry override this. By default the same as [`Space::toward`].
+    /// Spaces with a costly symmetry override this. By default the same as [`Space::log`].
     ///
     /// # Panics
     /// If a slice has the wrong length.
-    fn toward_near(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64 {
-        self.toward(a, b, tangent)
+    fn log_near(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64 {
+        self.log(a, b, tangent)
     }
 
     /// Length of the shortest path between `a` and `b`, modulo the symmetry of the space.
@@ -84,7 +84,7 @@ pub trait Space: Sync {
     /// # Panics
     /// If a slice has the wrong length.
     fn distance(&self, a: &[f64], b: &[f64]) -> f64 {
-        self.toward(a, b, &mut vec![0.0; self.tangents()])
+        self.log(a, b, &mut vec![0.0; self.tangents()])
     }
 
     /// Numbers that tell points apart without measuring: between two points they differ, as vectors, by no more than the
@@ -123,11 +123,11 @@ pub trait Space: Sync {
 /// If a slice has the wrong length.
 pub fn interpolate(space: &dyn Space, a: &[f64], b: &[f64], t: f64) -> Vec<f64> {
     let mut tangent = vec![0.0; space.tangents()];
-    space.toward(a, b, &mut tangent);
+    space.log(a, b, &mut tangent);
     for component in &mut tangent {
         *component *= t;
     }
     let mut x = a.to_vec();
-    space.shift(&mut x, &tangent);
+    space.exp(&mut x, &tangent);
     x
 }

@@ -37,7 +37,7 @@ pub struct PoseMetric {
 ///
 /// Distance and direction are taken modulo the [`Symmetry`] of the object, at the global optimum. Two rotations exactly
 /// half a turn apart are joined about the axis whose first non-zero component is positive (hand frame);
-/// [`Space::toward_other_way`] gives the other.
+/// [`Space::log_other_way`] gives the other.
 #[derive(Debug, Clone)]
 pub struct PoseSpace {
     metric: PoseMetric,
@@ -164,7 +164,7 @@ impl Space for PoseSpace {
         6 + self.metric.joint_levers_m.len()
     }
 
-    fn shift(&self, x: &mut [f64], tangent: &[f64]) {
+    fn exp(&self, x: &mut [f64], tangent: &[f64]) {
         assert_eq!(tangent.len(), self.tangents(), "tangents of a pose");
         let from = self.rigid(x);
         let turn = Vector3::from_column_slice(&tangent[3..6]) / self.metric.radius_of_gyration_m;
@@ -182,7 +182,7 @@ impl Space for PoseSpace {
         }
     }
 
-    fn toward(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64 {
+    fn log(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64 {
         let (step, turn) = self.rigid_log(&self.rigid(a), &self.rigid(b));
         self.write_tangent(a, b, &step, &turn, tangent)
     }
@@ -452,7 +452,7 @@ mod tests {
         let space = PoseSpace::new(metric(), Symmetry::None);
         let mut x = pose_coordinates(&Isometry3::translation(0.1, 0.2, 0.3), &[0.0, 0.0]);
         let centroid = object_from_hand(&x) * nalgebra::Point3::from(metric().centroid);
-        space.shift(
+        space.exp(
             &mut x,
             &[0.0, 0.0, 0.0, 0.056 * 1.2, 0.0, 0.0, 0.02 * 0.3, 0.0],
         );

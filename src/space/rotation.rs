@@ -11,7 +11,7 @@ use super::Space;
 /// ```
 ///
 /// For two rotations exactly half a turn apart both ways are equally short; the axis whose first non-zero component is
-/// positive is taken, and [`Space::toward_other_way`] gives the other one.
+/// positive is taken, and [`Space::log_other_way`] gives the other one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rotation {
     radius: f64,
@@ -40,13 +40,13 @@ impl Space for Rotation {
         3
     }
 
-    fn shift(&self, x: &mut [f64], tangent: &[f64]) {
+    fn exp(&self, x: &mut [f64], tangent: &[f64]) {
         assert_eq!((x.len(), tangent.len()), (4, 3));
         let moved = read(x) * exp(&(Vector3::from_column_slice(tangent) / self.radius));
         write(&moved, x);
     }
 
-    fn toward(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64 {
+    fn log(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64 {
         let step = log(&(read(a).inverse() * read(b))) * self.radius;
         tangent.copy_from_slice(step.as_slice());
         step.norm()
@@ -147,7 +147,7 @@ mod tests {
     fn a_quarter_turn_about_z() {
         let space = Rotation::new(2.0);
         let mut x = [1.0, 0.0, 0.0, 0.0];
-        space.shift(&mut x, &[0.0, 0.0, PI]);
+        space.exp(&mut x, &[0.0, 0.0, PI]);
         let half = 0.5_f64.sqrt();
         approx::assert_abs_diff_eq!(
             x.as_slice(),
@@ -166,7 +166,7 @@ mod tests {
         let space = Rotation::new(1.0);
         let (mut short, mut long) = ([0.0; 3], [0.0; 3]);
         for end in [[0.0, -0.6, 0.8, 0.0], [0.0, 0.6, -0.8, 0.0]] {
-            space.toward(&[1.0, 0.0, 0.0, 0.0], &end, &mut short);
+            space.log(&[1.0, 0.0, 0.0, 0.0], &end, &mut short);
             approx::assert_abs_diff_eq!(
                 short.as_slice(),
                 [0.6 * PI, -0.8 * PI, 0.0].as_slice(),

@@ -7,7 +7,7 @@ use super::vector::norm;
 
 /// n independent angles in radians; distances are taken the short way round.
 ///
-/// `shift` keeps each angle in [−π, π]. Two angles exactly half a turn apart are joined downwards from the lower to the
+/// `exp` keeps each angle in [−π, π]. Two angles exactly half a turn apart are joined downwards from the lower to the
 /// higher number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Torus {
@@ -30,14 +30,14 @@ impl Space for Torus {
         self.angles
     }
 
-    fn shift(&self, x: &mut [f64], tangent: &[f64]) {
+    fn exp(&self, x: &mut [f64], tangent: &[f64]) {
         assert_eq!((x.len(), tangent.len()), (self.angles, self.angles));
         for (angle, step) in x.iter_mut().zip(tangent) {
             *angle = wrap(*angle + step);
         }
     }
 
-    fn toward(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64 {
+    fn log(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64 {
         assert_eq!(
             (a.len(), b.len(), tangent.len()),
             (self.angles, self.angles, self.angles)
@@ -57,7 +57,7 @@ impl Space for Torus {
     }
 
     fn toward_other_way(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> Option<f64> {
-        self.toward(a, b, tangent);
+        self.log(a, b, tangent);
         let widest = tangent
             .iter_mut()
             .max_by(|one, other| one.abs().total_cmp(&other.abs()))?;
@@ -82,7 +82,7 @@ mod tests {
     fn the_short_way_crosses_the_seam() {
         let space = Torus::new(2);
         let mut tangent = [0.0; 2];
-        let length = space.toward(&[3.0, 0.1], &[-3.0, 0.2], &mut tangent);
+        let length = space.log(&[3.0, 0.1], &[-3.0, 0.2], &mut tangent);
         approx::assert_abs_diff_eq!(
             tangent.as_slice(),
             [TAU - 6.0, 0.1].as_slice(),
@@ -90,7 +90,7 @@ mod tests {
         );
         approx::assert_abs_diff_eq!(length, (TAU - 6.0).hypot(0.1), epsilon = 1e-15);
         let mut x = [3.0, 0.1];
-        space.shift(&mut x, &tangent);
+        space.exp(&mut x, &tangent);
         approx::assert_abs_diff_eq!(x.as_slice(), [-3.0, 0.2].as_slice(), epsilon = 1e-15);
     }
 

@@ -6,12 +6,12 @@
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 
-use super::minima::Sameness;
+use super::minima::MatchTolerance;
 use super::network::Minimum;
 use super::path::{Path, near};
 use crate::energy::Energy;
 use crate::optimize::{QuenchSettings, quench};
-use crate::sample::{Attraction, Kernel, Law, Rng, State};
+use crate::sample::{Attraction, Kernel, Rng, State, TargetDensity};
 use crate::space::vector::dot;
 
 /// Acceptance rate the step length is steered to: optimal for Langevin moves (Roberts and Rosenthal, 1998).
@@ -110,17 +110,17 @@ pub fn chain(
     (from, to): (&Minimum, &Minimum),
     force: f64,
     settings: &ChainSettings,
-    (descent, sameness): (&QuenchSettings, &Sameness),
+    (descent, sameness): (&QuenchSettings, &MatchTolerance),
     bound: f64,
     rng: &mut Rng,
 ) -> Chain {
     let space = kernel.space();
     let mut toward = vec![0.0; space.tangents()];
-    let mut nearest = space.toward(&from.coordinates, &to.coordinates, &mut toward);
+    let mut nearest = space.log(&from.coordinates, &to.coordinates, &mut toward);
     // The copy of the target the chain sets out for.
     let mut target = from.coordinates.clone();
-    space.shift(&mut target, &toward);
-    let law = Law {
+    space.exp(&mut target, &toward);
+    let law = TargetDensity {
         temperature: settings.temperature,
         attraction: Some(Attraction {
             target: &target,
@@ -169,9 +169,9 @@ pub fn chain(
     barrier = barrier.max(to.energy);
     if arrived {
         // The descent may have led to another copy of the target than the chain set out for.
-        space.toward(&state.coordinates, &to.coordinates, &mut toward);
+        space.log(&state.coordinates, &to.coordinates, &mut toward);
         let mut end = state.coordinates;
-        space.shift(&mut end, &toward);
+        space.exp(&mut end, &toward);
         kept.images.push(end);
         kept.energies.push(to.energy);
     }
@@ -191,10 +191,10 @@ pub(super) fn stays(
     kernel: &dyn Kernel,
     from: &Minimum,
     settings: &ChainSettings,
-    (descent, sameness): (&QuenchSettings, &Sameness),
+    (descent, sameness): (&QuenchSettings, &MatchTolerance),
     rng: &mut Rng,
 ) -> (bool, usize) {
-    let law = Law {
+    let law = TargetDensity {
         temperature: settings.temperature,
         attraction: None,
     };
@@ -230,7 +230,7 @@ impl<'a> Walk<'a> {
     }
 
     /// One step; the highest energy on it, if the proposal was accepted.
-    fn advance(&mut self, law: &Law<'_>, rng: &mut Rng) -> Option<f64> {
+    fn advance(&mut self, law: &TargetDensity<'_>, rng: &mut Rng) -> Option<f64> {
         self.steps += 1;
         let ratio = self
             .kernel
@@ -259,7 +259,7 @@ impl<'a> Walk<'a> {
         // The way back is the negated tangent, so one tangent gives the slopes at both ends.
         let mut tangent = vec![0.0; here.gradient.len()];
         let space = self.kernel.space();
-        space.toward_near(&before.coordinates, &here.coordinates, &mut tangent);
+        space.log_near(&before.coordinates, &here.coordinates, &mut tangent);
         let slope = |state: &State| dot(&state.gradient, &tangent);
         cubic_top([before.energy, here.energy], [slope(before), slope(here)])
     }

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::eigen::{Modes, Piece};
 use super::follow::Following;
-use super::minima::Sameness;
+use super::minima::MatchTolerance;
 use crate::energy::Energy;
 use crate::optimize::{QuenchSettings, quench};
 use crate::space::vector::{dot, norm, scale};
@@ -92,14 +92,14 @@ pub struct AuditSettings {
     /// Distance over which gradients are differenced, a length of the space.
     pub difference: f64,
     /// When two points are one.
-    pub sameness: Sameness,
+    pub sameness: MatchTolerance,
     /// The descent that shows whether a point with flat directions drifts.
     pub quench: QuenchSettings,
 }
 
 impl AuditSettings {
     /// Settings for the ends of descents on a surface whose curvature changes over `length`.
-    pub fn for_descents(quench: &QuenchSettings, sameness: &Sameness, length: f64) -> Self {
+    pub fn for_descents(quench: &QuenchSettings, sameness: &MatchTolerance, length: f64) -> Self {
         Self {
             // Where rounding ends a descent a little early the point is as good.
             gradient_tolerance: 10.0 * quench.gradient_tolerance,
@@ -115,7 +115,7 @@ impl Default for AuditSettings {
         Self {
             gradient_tolerance: 1e-6,
             difference: 1e-5,
-            sameness: Sameness::default(),
+            sameness: MatchTolerance::default(),
             quench: QuenchSettings::default(),
         }
     }
@@ -272,7 +272,7 @@ fn is_kink(energy: &dyn Energy, x: &[f64], gradient: &[f64], settings: &AuditSet
     let slope = |length: f64| {
         let (mut there, mut step) = (x.to_vec(), uphill.clone());
         scale(&mut step, length);
-        space.shift(&mut there, &step);
+        space.exp(&mut there, &step);
         let mut gradient = vec![0.0; uphill.len()];
         let height = energy.evaluate(&there, &mut gradient);
         height.is_finite().then(|| dot(&gradient, &uphill))

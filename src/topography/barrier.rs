@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::adelm::{ChainSettings, chain};
 use super::journal::bits;
-use super::minima::Sameness;
+use super::minima::MatchTolerance;
 use super::network::{Edge, Evidence, Minimum, MinimumId};
 use super::path::{Pass, Path, PathSettings, geodesics, relax};
 use crate::energy::{Counted, Energy};
@@ -65,7 +65,7 @@ pub struct Connection {
     #[serde(with = "bits::number")]
     pub straight: f64,
     /// What the energy has against the top of the path.
-    pub objection: Option<String>,
+    pub invalid_reason: Option<String>,
     /// Every pass met.
     pub crossings: Vec<Crossing>,
     /// Evaluations spent.
@@ -129,7 +129,7 @@ pub struct Connector<'a> {
     /// Settings of every descent.
     pub quench: &'a QuenchSettings,
     /// When two stationary points are one.
-    pub sameness: &'a Sameness,
+    pub sameness: &'a MatchTolerance,
 }
 
 impl Connector<'_> {
@@ -212,7 +212,7 @@ impl Connector<'_> {
             backward: chains.backward,
             start: None,
             straight: f64::INFINITY,
-            objection: None,
+            invalid_reason: None,
             crossings: Vec::new(),
             evaluations: 0,
         };
@@ -235,7 +235,7 @@ impl Connector<'_> {
             {
                 connection.straight = rough;
             }
-            connection.objection = outcome.objection;
+            connection.invalid_reason = outcome.invalid_reason;
             connection.crossings = outcome.passes.into_iter().map(Crossing::from).collect();
         }
         let relaxing = usize::try_from(counted.evaluations()).unwrap_or(usize::MAX);

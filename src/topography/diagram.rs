@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::adelm::{ChainSettings, chain, stays};
 use super::groups::{Level, adjusted_rand_index, level, most_stable};
 use super::journal::{Journal, bits, remember};
-use super::minima::Sameness;
+use super::minima::MatchTolerance;
 use super::network::Minimum;
 use super::pairs::{candidates, distances};
 use super::{Observer, Phase, Tally};
@@ -38,7 +38,7 @@ pub struct DiagramSettings {
     /// Descents at the ends of chains.
     pub quench: QuenchSettings,
     /// When two minima are one.
-    pub sameness: Sameness,
+    pub sameness: MatchTolerance,
     /// Seed of all chains.
     pub seed: u64,
 }
@@ -60,7 +60,7 @@ impl DiagramSettings {
             neighbours: 3,
             chain: ChainSettings::for_scales(energy, length),
             quench: QuenchSettings::for_scales(energy, length),
-            sameness: Sameness::for_scales(energy, length),
+            sameness: MatchTolerance::for_scales(energy, length),
             seed: 0,
         }
     }

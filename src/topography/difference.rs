@@ -6,9 +6,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::likeness::Likeness;
 use super::network::{Minimum, MinimumId};
 use super::places::Places;
+use super::similarity::TreeSimilarity;
 use super::tree::{Ancestors, NodeId, Tree};
 use super::view::View;
 use crate::space::Space;
@@ -63,7 +63,7 @@ pub struct TreeDifference {
     /// The merges of the matched minima, by their height in the first.
     pub merges: Vec<MergeChange>,
     /// All pairs at once.
-    pub likeness: Likeness,
+    pub likeness: TreeSimilarity,
 }
 
 impl TreeDifference {
@@ -116,7 +116,7 @@ impl TreeDifference {
             vanished: alone(&mut partner.iter().map(Option::is_some)),
             appeared: alone(&mut met.iter().copied()),
             merges: merges(&one, after, &partner),
-            likeness: Likeness::of(&one.tree, &other.tree, &same),
+            likeness: TreeSimilarity::of(&one.tree, &other.tree, &same),
             matches,
         })
     }

@@ -145,7 +145,7 @@ impl<'e> Piece<'e> {
     /// `x` moved by a scaled tangent.
     pub(super) fn moved(&self, x: &[f64], step: &[f64]) -> Vec<f64> {
         let mut x = x.to_vec();
-        self.space().shift(&mut x, &times(step, &self.scales));
+        self.space().exp(&mut x, &times(step, &self.scales));
         x
     }
 
@@ -263,7 +263,7 @@ impl<'e> Piece<'e> {
                 for (step, (along, scale)) in step.iter_mut().zip(axis.iter().zip(&self.scales)) {
                     *step = difference * along * scale;
                 }
-                self.space().shift(&mut there, &step);
+                self.space().exp(&mut there, &step);
                 self.evaluate(&there, gradient)
             };
             let up = at(difference, &mut ahead);

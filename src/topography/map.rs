@@ -11,13 +11,13 @@ use super::adelm::ChainSettings;
 use super::barrier::{Connection, Connector, Effort, Pair};
 use super::groups::{GroupSettings, Groups};
 use super::journal::{Journal, remember};
-use super::minima::{Sameness, distinct};
+use super::minima::{MatchTolerance, distinct};
 use super::network::{Claim, Edge, Evidence, Minimum, MinimumId, Network};
 use super::pairs::{bridges, candidates, distances};
 use super::path::PathSettings;
 use super::scales::Scales;
 use super::support::{Trial, resample};
-use super::tree::{Tree, decisive};
+use super::tree::{Tree, spanning_forest};
 use super::{Observer, Phase, Tally};
 use crate::energy::Energy;
 use crate::optimize::{Quench, QuenchSettings, StopReason};
@@ -49,7 +49,7 @@ pub struct MapSettings {
     /// Descents.
     pub quench: QuenchSettings,
     /// When two stationary points are one.
-    pub sameness: Sameness,
+    pub sameness: MatchTolerance,
     /// Groups.
     pub groups: GroupSettings,
     /// Resamplings of the chains for the support of merges.
@@ -77,7 +77,7 @@ impl MapSettings {
             chain: ChainSettings::for_scales(energy, length),
             path: PathSettings::for_scales(energy, length),
             quench: QuenchSettings::for_scales(energy, length),
-            sameness: Sameness::for_scales(energy, length),
+            sameness: MatchTolerance::for_scales(energy, length),
             groups: GroupSettings::default(),
             resamplings: 200,
             seed: 0,
@@ -169,7 +169,7 @@ pub struct Landscape {
     pub rejected: Vec<NoMinimum>,
     /// Minima that descents from passes found but the map was not given, lowest first, without members. Add them and map
     /// again for a finer map; merge heights are right without them.
-    pub strays: Vec<Minimum>,
+    pub unlisted_minima: Vec<Minimum>,
     /// Trees of resampled chains: see [`support`](super::support()). Empty where no pair has two chains in one direction.
     pub resampled: Vec<Tree>,
     /// Evaluations spent on connections.
@@ -194,7 +194,7 @@ pub fn map(
     observer: &Observer<'_>,
 ) -> Landscape {
     let (minima, rejected) = at_rest(energy, minima, &settings.sameness);
-    let mut survey = Survey {
+    let mut survey = LandscapeBuilder {
         energy,
         kernel,
         settings,
@@ -203,7 +203,7 @@ pub fn map(
         minima,
         best: BTreeMap::new(),
         tried: BTreeMap::new(),
-        strays: Vec::new(),
+        unlisted_minima: Vec::new(),
         trials: BTreeMap::new(),
         evaluations: 0,
     };
@@ -236,7 +236,7 @@ pub fn map(
     }
     for _ in 0..settings.retry_rounds {
         let network = survey.network();
-        let pairs: Vec<_> = decisive(&network, Evidence::Chain)
+        let pairs: Vec<_> = spanning_forest(&network, Evidence::Chain)
             .into_iter()
             .filter(|edge| network[*edge].evidence > Evidence::Path)
             .filter_map(|edge| network.edge_endpoints(edge))
@@ -250,13 +250,18 @@ pub fn map(
     }
     survey.replicate(observer);
     let network = survey.network();
-    let (mut strays, _) = distinct(energy, &survey.strays, &settings.sameness, f64::INFINITY);
-    for stray in &mut strays {
+    let (mut unlisted_minima, _) = distinct(
+        energy,
+        &survey.unlisted_minima,
+        &settings.sameness,
+        f64::INFINITY,
+    );
+    for stray in &mut unlisted_minima {
         stray.members.clear();
     }
     Landscape {
         rejected,
-        strays,
+        unlisted_minima,
         resampled: resample(
             &network,
             &survey.trials,
@@ -275,7 +280,7 @@ pub fn map(
 fn at_rest(
     energy: &dyn Energy,
     minima: Vec<Minimum>,
-    sameness: &Sameness,
+    sameness: &MatchTolerance,
 ) -> (Vec<Minimum>, Vec<NoMinimum>) {
     let space = energy.space();
     let examined: Vec<Result<Minimum, NoMinimum>> = minima
@@ -312,7 +317,7 @@ fn moving(
     energy: &dyn Energy,
     minimum: &Minimum,
     row: usize,
-    sameness: &Sameness,
+    sameness: &MatchTolerance,
 ) -> Option<NoMinimum> {
     let (space, x) = (energy.space(), &minimum.coordinates);
     let finite = x.len() == space.coordinates() && x.iter().all(|c| c.is_finite());
@@ -339,7 +344,7 @@ pub(super) fn by_energy(a: &Minimum, b: &Minimum) -> std::cmp::Ordering {
 }
 
 /// A map in the making.
-struct Survey<'a> {
+struct LandscapeBuilder<'a> {
     energy: &'a dyn Energy,
     kernel: &'a dyn Kernel,
     settings: &'a MapSettings,
@@ -351,13 +356,13 @@ struct Survey<'a> {
     /// How often each pair was tried.
     tried: BTreeMap<(usize, usize), usize>,
     /// Ends of descents that are no minimum known.
-    strays: Vec<Quench>,
+    unlisted_minima: Vec<Quench>,
     /// Every try of each pair.
     trials: BTreeMap<(usize, usize), Trial>,
     evaluations: usize,
 }
 
-impl Survey<'_> {
+impl LandscapeBuilder<'_> {
     /// Connects `pairs` in parallel, then takes in the outcomes in their order.
     fn connect(&mut self, pairs: &[(usize, usize)], tally: &Tally<'_>) {
         let found = self.each(pairs, tally, "pair", &|connector, pair| {
@@ -373,7 +378,7 @@ impl Survey<'_> {
     /// what is known.
     fn replicate(&mut self, observer: &Observer<'_>) {
         let network = self.network();
-        let ends = decisive(&network, Evidence::Chain).into_iter();
+        let ends = spanning_forest(&network, Evidence::Chain).into_iter();
         let mut pairs: Vec<(usize, usize)> = ends
             .filter_map(|edge| network.edge_endpoints(edge))
             .map(|(a, b)| (a.index().min(b.index()), a.index().max(b.index())))
@@ -434,27 +439,27 @@ impl Survey<'_> {
 
     /// Takes in connections and the passes met on their ways, in order.
     fn take_all(&mut self, found: Vec<Connection>) {
-        let byways: Vec<Vec<Connection>> = found
+        let side_connections: Vec<Vec<Connection>> = found
             .par_iter()
             .with_max_len(1)
-            .map(|connection| self.byways(connection))
+            .map(|connection| self.side_connections(connection))
             .collect();
-        for (connection, byways) in found.into_iter().zip(&byways) {
+        for (connection, side_connections) in found.into_iter().zip(&side_connections) {
             let pair = (connection.from.0, connection.to.0);
             let trial = self.trials.entry(pair).or_default();
-            trial.add(&connection, byways);
+            trial.add(&connection, side_connections);
             self.evaluations += connection.evaluations;
-            self.collect_strays(&connection);
+            self.collect_unlisted_minima(&connection);
             self.take(connection);
         }
-        for connection in byways.into_iter().flatten() {
+        for connection in side_connections.into_iter().flatten() {
             self.take(connection);
         }
     }
 
     /// The passes of a connection as connections of the known minima they join.
-    fn byways(&self, connection: &Connection) -> Vec<Connection> {
-        let mut byways = Vec::new();
+    fn side_connections(&self, connection: &Connection) -> Vec<Connection> {
+        let mut side_connections = Vec::new();
         for crossing in &connection.crossings {
             let (path, last) = (&crossing.path, crossing.path.images.len() - 1);
             let find = |k: usize| self.find(&path.images[k], path.energies[k]);
@@ -465,8 +470,8 @@ impl Survey<'_> {
                 continue;
             }
             let top = &path.images[crossing.pass];
-            let objection = self.energy.objection(top);
-            let evidence = match objection {
+            let invalid_reason = self.energy.invalid_reason(top);
+            let evidence = match invalid_reason {
                 Some(_) => Evidence::Chain,
                 None => crossing.evidence,
             };
@@ -475,7 +480,7 @@ impl Survey<'_> {
                 path = path.reversed();
             }
             path.unfold(self.energy.space());
-            byways.push(Connection {
+            side_connections.push(Connection {
                 from: MinimumId(a.min(b)),
                 to: MinimumId(a.max(b)),
                 edge: Edge {
@@ -493,20 +498,20 @@ impl Survey<'_> {
                 backward: Vec::new(),
                 start: None,
                 straight: f64::INFINITY,
-                objection,
+                invalid_reason,
                 crossings: vec![crossing.clone()],
                 evaluations: 0,
             });
         }
-        byways
+        side_connections
     }
 
-    fn collect_strays(&mut self, connection: &Connection) {
+    fn collect_unlisted_minima(&mut self, connection: &Connection) {
         for path in connection.crossings.iter().map(|crossing| &crossing.path) {
             for end in [0, path.images.len() - 1] {
                 let (x, energy) = (&path.images[end], path.energies[end]);
                 if self.find(x, energy).is_none() {
-                    self.strays.push(Quench {
+                    self.unlisted_minima.push(Quench {
                         x: x.clone(),
                         energy,
                         gradient_norm: 0.0,
@@ -591,7 +596,7 @@ impl Survey<'_> {
 
 fn claim(connection: &Connection) -> Claim {
     Claim {
-        blamed: connection.objection.is_some(),
+        invalid: connection.invalid_reason.is_some(),
         height: connection.edge.height,
         evidence: connection.edge.evidence,
     }

@@ -17,14 +17,14 @@ use crate::space::Space;
 /// are of the order of 1, those of any other are measured ([`Scales`](super::Scales)) or chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct Sameness {
+pub struct MatchTolerance {
     /// Greatest difference in energy.
     pub energy: f64,
     /// Greatest distance, modulo the symmetry of the space.
     pub distance: f64,
 }
 
-impl Sameness {
+impl MatchTolerance {
     /// Tolerances for a surface whose typical barrier is `energy` high and `length` wide.
     pub fn for_scales(energy: f64, length: f64) -> Self {
         Self {
@@ -34,7 +34,7 @@ impl Sameness {
     }
 }
 
-impl Default for Sameness {
+impl Default for MatchTolerance {
     fn default() -> Self {
         Self {
             energy: 1e-6,
@@ -43,7 +43,7 @@ impl Default for Sameness {
     }
 }
 
-impl Sameness {
+impl MatchTolerance {
     /// Whether `quench` ended in `minimum`.
     pub fn holds(&self, space: &dyn Space, x: &[f64], energy: f64, minimum: &Minimum) -> bool {
         (energy - minimum.energy).abs() <= self.energy
@@ -90,7 +90,7 @@ pub fn quench_all(
 pub fn distinct(
     energy: &dyn Energy,
     found: &[Quench],
-    sameness: &Sameness,
+    sameness: &MatchTolerance,
     max_gradient: f64,
 ) -> (Vec<Minimum>, Vec<Rejected>) {
     let space = energy.space();
@@ -159,7 +159,7 @@ pub struct HoppingSettings {
     /// Descents.
     pub quench: QuenchSettings,
     /// When two minima are one.
-    pub sameness: Sameness,
+    pub sameness: MatchTolerance,
     /// Root-mean-square length of a kick.
     pub kick: f64,
     /// Temperature at which a hop uphill is accepted, in units of the energy.
@@ -176,7 +176,7 @@ impl Default for HoppingSettings {
     fn default() -> Self {
         Self {
             quench: QuenchSettings::default(),
-            sameness: Sameness::default(),
+            sameness: MatchTolerance::default(),
             kick: 1.0,
             temperature: 1.0,
             patience: 100,
@@ -294,7 +294,7 @@ impl Walker {
             })
             .collect();
         let mut x = self.here.x.clone();
-        space.shift(&mut x, &kick);
+        space.exp(&mut x, &kick);
         let next = quench(energy, &x, &settings.quench);
         let chance: f64 = self.rng.random();
         let settled = |quench: &Quench| quench.stop == StopReason::Converged;
@@ -373,7 +373,7 @@ mod tests {
             &MemoryJournal::default(),
             &silent,
         );
-        let sameness = Sameness::default();
+        let sameness = MatchTolerance::default();
         let (minima, rejected) = distinct(&energy, &found, &sameness, 1e-6);
         assert_eq!(minima.len(), 3);
         assert!(rejected.is_empty());
@@ -399,7 +399,7 @@ mod tests {
             &MemoryJournal::default(),
             &silent,
         );
-        let (minima, rejected) = distinct(&energy, &found, &Sameness::default(), 1e-6);
+        let (minima, rejected) = distinct(&energy, &found, &MatchTolerance::default(), 1e-6);
         assert!(minima.is_empty());
         assert_eq!(rejected.len(), 5);
         assert_eq!(rejected[3].row, 3);

@@ -10,7 +10,6 @@ pub mod exchange;
 mod follow;
 mod groups;
 mod journal;
-mod likeness;
 mod map;
 mod minima;
 mod network;
@@ -22,6 +21,7 @@ mod rarefaction;
 mod scales;
 mod search;
 mod sequential;
+mod similarity;
 mod support;
 mod text;
 mod tree;
@@ -37,9 +37,8 @@ pub use diagram::{
 pub use difference::{Match, MergeChange, TooNear, TreeDifference};
 pub use groups::{GroupSettings, Groups, Level};
 pub use journal::{Journal, MemoryJournal, NoJournal};
-pub use likeness::Likeness;
 pub use map::{Landscape, MapSettings, NoMinimum, map};
-pub use minima::{HoppingSettings, Rejected, Sameness, distinct, hop, quench_all};
+pub use minima::{HoppingSettings, MatchTolerance, Rejected, distinct, hop, quench_all};
 pub use network::{Edge, Evidence, Minimum, MinimumId, Network};
 pub use path::{BandSettings, Pass, Path, PathMethod, PathSettings, SeamSettings};
 use progress::Tally;
@@ -47,11 +46,12 @@ pub use progress::{Observer, Phase, Progress, silent};
 pub use rarefaction::{Completeness, LEAST_MEMBERS, Rarefaction, Rarefied};
 pub use scales::Scales;
 pub use search::{
-    Coverage, Doubt, Draw, Exploration, Fate, Refused, SearchSettings, TransitionState, explore,
-    in_box,
+    Coverage, Doubt, Draw, Exploration, Refused, SearchEnd, SearchSettings, TransitionState,
+    explore, in_box,
 };
 pub use sequential::{Sequential, SequentialSettings, sequential};
+pub use similarity::TreeSimilarity;
 pub use support::support;
 pub use text::{dot, graphml, newick, tree_json};
-pub use tree::{Ancestors, Node, NodeId, Tree, decisive};
+pub use tree::{Ancestors, Node, NodeId, Tree, spanning_forest};
 pub use tuning::{Tuning, TuningSettings, TuningTrial, tune};

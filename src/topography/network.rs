@@ -56,7 +56,7 @@ pub type Network = UnGraph<Minimum, Edge>;
 #[derive(Clone, Copy)]
 pub(super) struct Claim {
     /// Whether the energy objects to the top.
-    pub(super) blamed: bool,
+    pub(super) invalid: bool,
     pub(super) height: f64,
     pub(super) evidence: Evidence,
 }
@@ -65,8 +65,8 @@ impl Claim {
     /// Legal paths first, then low ones. Heights within `tie` are equal and the better evidence wins; so they are within
     /// `slack` of a lower chain, whose true top may lie between its samples.
     pub(super) fn beats(self, other: Self, tie: f64, slack: f64) -> bool {
-        if self.height.is_finite() && other.height.is_finite() && self.blamed != other.blamed {
-            return other.blamed;
+        if self.height.is_finite() && other.height.is_finite() && self.invalid != other.invalid {
+            return other.invalid;
         }
         let lower = if self.height < other.height {
             self

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::audit::AuditSettings;
 use super::eigen::Piece;
-use super::minima::Sameness;
+use super::minima::MatchTolerance;
 use super::path::near;
 use crate::energy::Energy;
 use crate::optimize::{QuenchSettings, quench};
@@ -79,8 +79,8 @@ impl Scales {
     }
 
     /// When two stationary points of such a surface are one.
-    pub fn sameness(&self) -> Sameness {
-        Sameness::for_scales(self.energy, self.length)
+    pub fn sameness(&self) -> MatchTolerance {
+        MatchTolerance::for_scales(self.energy, self.length)
     }
 
     /// Greatest norm of the gradient of a minimum, energy per length: that of [`Scales::audit`].

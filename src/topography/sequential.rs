@@ -14,7 +14,7 @@ use super::barrier::{Connection, Start};
 use super::groups::Groups;
 use super::journal::{Journal, bits, remember};
 use super::map::{Landscape, by_energy};
-use super::minima::Sameness;
+use super::minima::MatchTolerance;
 use super::network::{Edge, Evidence, Minimum, MinimumId, Network};
 use super::path::Path;
 use super::tree::Tree;
@@ -34,7 +34,7 @@ pub struct SequentialSettings {
     /// Descents at the ends of chains.
     pub quench: QuenchSettings,
     /// When two minima are one.
-    pub sameness: Sameness,
+    pub sameness: MatchTolerance,
     /// Whether chains stop, and pairs are skipped, that can change neither groups nor tree: a chain of the tree stage once its
     /// highest energy exceeds the lowest way known between its ends, any chain once it exceeds the lowest of its pair,
     /// and a pair that is joined already at the energy of its higher minimum. Such chains count as not arrived.
@@ -55,7 +55,7 @@ impl SequentialSettings {
         Self {
             chain: ChainSettings::for_scales(energy, length),
             quench: QuenchSettings::for_scales(energy, length),
-            sameness: Sameness::for_scales(energy, length),
+            sameness: MatchTolerance::for_scales(energy, length),
             pruned: true,
             seed: 0,
         }
@@ -398,7 +398,7 @@ impl Run<'_> {
                 network,
                 connections,
                 rejected: Vec::new(),
-                strays: Vec::new(),
+                unlisted_minima: Vec::new(),
                 resampled: Vec::new(),
                 evaluations,
             },
@@ -440,7 +440,7 @@ impl Run<'_> {
                     space.distance(&ends.0.coordinates, &ends.1.coordinates)
                 },
             },
-            objection: top.and_then(|top| self.energy.objection(top)),
+            invalid_reason: top.and_then(|top| self.energy.invalid_reason(top)),
             path: contact.path,
             forward: contact.forward,
             backward: contact.backward,

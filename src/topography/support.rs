@@ -34,8 +34,8 @@ impl Trial {
         self.chains[0].len().min(self.chains[1].len())
     }
 
-    /// Adds the try that gave `connection` and, on the way, `byways`.
-    pub(super) fn add(&mut self, connection: &Connection, byways: &[Connection]) {
+    /// Adds the try that gave `connection` and, on the way, `side_connections`.
+    pub(super) fn add(&mut self, connection: &Connection, side_connections: &[Connection]) {
         let before = [self.chains[0].len(), self.chains[1].len()];
         self.chains[0].extend(&connection.forward);
         self.chains[1].extend(&connection.backward);
@@ -53,7 +53,9 @@ impl Trial {
             let pair = (connection.from.0, connection.to.0);
             (pair, connection.edge.height)
         };
-        let heights = std::iter::once(connection).chain(byways).map(height);
+        let heights = std::iter::once(connection)
+            .chain(side_connections)
+            .map(height);
         self.found.push((start, heights.collect()));
     }
 

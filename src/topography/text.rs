@@ -343,7 +343,7 @@ impl Landscape {
                     "chains_forward": connection.forward,
                     "chains_backward": connection.backward,
                     "start": connection.start,
-                    "objection": connection.objection,
+                    "objection": connection.invalid_reason,
                     "evaluations": connection.evaluations,
                 })
             })

@@ -273,7 +273,7 @@ fn levels(network: &Network, worst: Evidence) -> Vec<Vec<Link>> {
 }
 
 /// The connections that decide the tree: a minimum spanning forest, lowest first.
-pub fn decisive(network: &Network, worst: Evidence) -> Vec<EdgeIndex> {
+pub fn spanning_forest(network: &Network, worst: Evidence) -> Vec<EdgeIndex> {
     let mut sets = UnionFind::new(network.node_count());
     levels(network, worst)
         .concat()
@@ -344,7 +344,7 @@ pub(super) mod tests {
         let strict = Tree::from_network(&network, Path);
         assert_eq!(strict.roots.len(), 2);
         assert_eq!(strict.minimax(MinimumId(0), MinimumId(3)), None);
-        assert_eq!(decisive(&network, Chain).len(), 3);
+        assert_eq!(spanning_forest(&network, Chain).len(), 3);
     }
 
     #[test]

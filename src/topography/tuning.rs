@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::adelm::{ChainSettings, chain, stays};
 use super::diagram::{FROZEN, log_grid, short};
 use super::journal::{Journal, bits, remember};
-use super::minima::Sameness;
+use super::minima::MatchTolerance;
 use super::network::Minimum;
 use super::pairs::{candidates, distances};
 use super::{Observer, Phase, Tally};
@@ -34,7 +34,7 @@ pub struct TuningSettings {
     /// Descents at the ends of chains.
     pub quench: QuenchSettings,
     /// When two minima are one.
-    pub sameness: Sameness,
+    pub sameness: MatchTolerance,
     /// Seed of all chains.
     pub seed: u64,
 }
@@ -55,7 +55,7 @@ impl TuningSettings {
             neighbours: 3,
             chain: ChainSettings::for_scales(energy, length),
             quench: QuenchSettings::for_scales(energy, length),
-            sameness: Sameness::for_scales(energy, length),
+            sameness: MatchTolerance::for_scales(energy, length),
             seed: 0,
         }
     }

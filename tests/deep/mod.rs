@@ -7,8 +7,8 @@ use landscape::figure::layout::{collapse, place};
 use landscape::space::Euclidean;
 use landscape::topography::view::{Levels, View, bottoms, grouped, restricted};
 use landscape::topography::{
-    Ancestors, Edge, Evidence, Minimum, MinimumId, Network, Tree, TreeDifference, decisive, dot,
-    graphml, newick, support, tree_json,
+    Ancestors, Edge, Evidence, Minimum, MinimumId, Network, Tree, TreeDifference, dot, graphml,
+    newick, spanning_forest, support, tree_json,
 };
 use rand::RngExt;
 
@@ -104,7 +104,7 @@ fn exercise(network: &Network) {
         );
     }
     let ancestors = Ancestors::of(&tree);
-    for edge in decisive(network, Evidence::Chain) {
+    for edge in spanning_forest(network, Evidence::Chain) {
         let (a, b) = network.edge_endpoints(edge).unwrap();
         let joint = ancestors.joint(MinimumId(a.index()), MinimumId(b.index()));
         let height = tree.nodes[joint.unwrap().0].energy;

@@ -11,7 +11,7 @@ use std::sync::{Mutex, OnceLock};
 
 use flood::{Flood, Merges};
 use landscape::energy::Energy;
-use landscape::sample::{Kernel, Law, Mala, Rng, State, Task, stream};
+use landscape::sample::{Kernel, Mala, Rng, State, TargetDensity, Task, stream};
 use landscape::space::Space;
 use landscape::topography::{
     Evidence, Exploration, GroupSettings, MapSettings, Minimum, MinimumId, Network, NoJournal,
@@ -168,7 +168,7 @@ impl Kernel for Watched<'_> {
     fn propose(
         &self,
         state: &State,
-        law: &Law<'_>,
+        law: &TargetDensity<'_>,
         step: f64,
         rng: &mut Rng,
         proposal: &mut State,

@@ -1,6 +1,6 @@
 //! Chains and the means of their batches.
 
-use landscape::sample::{Kernel, Law, State, Task, stream};
+use landscape::sample::{Kernel, State, TargetDensity, Task, stream};
 use rand::RngExt;
 use rayon::prelude::*;
 
@@ -46,7 +46,7 @@ pub(crate) fn run(
     observables: usize,
     observe: impl Fn(&State, &mut [f64]) + Sync,
 ) -> Seen {
-    let law = Law {
+    let law = TargetDensity {
         temperature: run.temperature,
         attraction: None,
     };

@@ -9,7 +9,7 @@ use landscape::grasp::synthesis::ContactMoves;
 use landscape::grasp::{EnergySettings, GraspEnergy, GraspKernel};
 use landscape::hand::Hand;
 use landscape::object::Object;
-use landscape::sample::{Kernel, Law, Rng, State, Task, stream};
+use landscape::sample::{Kernel, Rng, State, TargetDensity, Task, stream};
 use landscape::space::Space;
 
 use crate::chain::{Rule, Run, run};
@@ -34,7 +34,7 @@ impl Kernel for Standing<'_> {
     fn propose(
         &self,
         state: &State,
-        law: &Law<'_>,
+        law: &TargetDensity<'_>,
         _step: f64,
         rng: &mut Rng,
         proposal: &mut State,
@@ -47,7 +47,7 @@ pub(crate) fn propose_contact(
     kernel: &GraspKernel<'_>,
     moves: ContactMoves,
     state: &State,
-    law: &Law<'_>,
+    law: &TargetDensity<'_>,
     rng: &mut Rng,
     proposal: &mut State,
 ) -> f64 {

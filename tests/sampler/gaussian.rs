@@ -63,7 +63,7 @@ impl Gaussian {
         });
         let space = PoseSpace::new(metric, Symmetry::None);
         let mut centre = vec![0.3, -0.1, 0.2, 1.0, 0.0, 0.0, 0.0, 0.4, 3.0];
-        space.shift(&mut centre, &[0.0, 0.0, 0.0, 0.06, -0.09, 0.05, 0.0, 0.0]);
+        space.exp(&mut centre, &[0.0, 0.0, 0.0, 0.06, -0.09, 0.05, 0.0, 0.0]);
         Self {
             space,
             centre,
@@ -75,7 +75,7 @@ impl Gaussian {
 
     fn logarithm(&self, x: &[f64]) -> Tangent {
         let mut u = Tangent::zeros();
-        self.space.toward(&self.centre, x, u.as_mut_slice());
+        self.space.log(&self.centre, x, u.as_mut_slice());
         u
     }
 }
@@ -184,14 +184,14 @@ fn the_gradient_is_the_derivative() {
     let energy = Gaussian::new(true);
     let mut x = energy.centre.clone();
     let far = [0.01, 0.02, -0.01, 0.03, -0.02, 0.05, 0.01, 0.002];
-    energy.space.shift(&mut x, &far);
+    energy.space.exp(&mut x, &far);
     let (mut gradient, mut unused) = ([0.0; SIZE], [0.0; SIZE]);
     energy.evaluate(&x, &mut gradient);
     for k in 0..SIZE {
         let mut at = |h: f64| {
             let (mut tangent, mut moved) = ([0.0; SIZE], x.clone());
             tangent[k] = h;
-            energy.space.shift(&mut moved, &tangent);
+            energy.space.exp(&mut moved, &tangent);
             energy.evaluate(&moved, &mut unused)
         };
         let slope = (at(1e-7) - at(-1e-7)) / 2e-7;

@@ -16,7 +16,7 @@ use landscape::grasp::synthesis::ContactMoves;
 use landscape::grasp::{EnergySettings, GraspEnergy, GraspKernel};
 use landscape::hand::{Hand, PosedHand, SurfacePoint};
 use landscape::object::Object;
-use landscape::sample::{Kernel, Law, Rng, State, Task, stream};
+use landscape::sample::{Kernel, Rng, State, TargetDensity, Task, stream};
 use landscape::space::Space;
 use nalgebra::Vector3;
 use rand::RngExt;
@@ -236,7 +236,7 @@ impl Kernel for Mixed<'_> {
     fn propose(
         &self,
         state: &State,
-        law: &Law<'_>,
+        law: &TargetDensity<'_>,
         step: f64,
         rng: &mut Rng,
         proposal: &mut State,
@@ -365,7 +365,7 @@ fn the_energy_depends_on_the_place_of_the_ball_and_the_angle() {
             .iter()
             .map(|_| rng.random_range(-0.02..0.02))
             .collect();
-        energy.space().shift(&mut x, &tangent);
+        energy.space().exp(&mut x, &tangent);
         x[7] = rng.random_range(-1.5..1.5);
         let contacts = contacts(&energy, &candidates, &centre(&energy, &x));
         for set in sets(6, CONTACTS) {

@@ -137,14 +137,14 @@ fn deviate_of_mean(rule: Rule) -> (f64, f64) {
 fn the_gradient_is_the_derivative() {
     let (fisher, _) = skewed();
     let mut x = vec![1.0, 0.0, 0.0, 0.0];
-    fisher.space.shift(&mut x, &[0.05, -0.02, 0.07]);
+    fisher.space.exp(&mut x, &[0.05, -0.02, 0.07]);
     let (mut gradient, mut unused) = ([0.0; 3], [0.0; 3]);
     fisher.evaluate(&x, &mut gradient);
     for k in 0..3 {
         let mut at = |h: f64| {
             let (mut tangent, mut moved) = ([0.0; 3], x.clone());
             tangent[k] = h;
-            fisher.space.shift(&mut moved, &tangent);
+            fisher.space.exp(&mut moved, &tangent);
             fisher.evaluate(&moved, &mut unused)
         };
         let slope = (at(1e-6) - at(-1e-6)) / 2e-6;

@@ -76,9 +76,9 @@ impl Found {
         let landscape = map(&energy, &kernel, minima, &settings, &NoJournal, &silent);
         let mut found = Self::mapped(&landscape, &energy, units);
         found.details = format!(
-            "{:?}, {} strays, {} rejected, {} evaluations",
+            "{:?}, {} unlisted_minima, {} rejected, {} evaluations",
             landscape.tally(),
-            landscape.strays.len(),
+            landscape.unlisted_minima.len(),
             rejected.len(),
             landscape.evaluations
         );

@@ -98,13 +98,13 @@ impl Space for Metric<'_> {
         self.space.tangents()
     }
 
-    fn shift(&self, x: &mut [f64], tangent: &[f64]) {
+    fn exp(&self, x: &mut [f64], tangent: &[f64]) {
         let tangent: Vec<f64> = tangent.iter().map(|step| step / self.length).collect();
-        self.space.shift(x, &tangent);
+        self.space.exp(x, &tangent);
     }
 
-    fn toward(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64 {
-        let length = self.space.toward(a, b, tangent);
+    fn log(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64 {
+        let length = self.space.log(a, b, tangent);
         self.multiply(tangent, length)
     }
 
@@ -113,8 +113,8 @@ impl Space for Metric<'_> {
         Some(self.multiply(tangent, length))
     }
 
-    fn toward_near(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64 {
-        let length = self.space.toward_near(a, b, tangent);
+    fn log_near(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64 {
+        let length = self.space.log_near(a, b, tangent);
         self.multiply(tangent, length)
     }
 

@@ -200,7 +200,7 @@ impl External {
             let mut side = |length: f64| {
                 let mut there = x.to_vec();
                 step[j] = length;
-                self.space.shift(&mut there, &step);
+                self.space.exp(&mut there, &step);
                 step[j] = 0.0;
                 self.question(program, &there)
             };

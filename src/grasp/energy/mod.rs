@@ -398,7 +398,7 @@ impl Energy for GraspEnergy {
         self.terms_of(x, &choice)
     }
 
-    fn objection(&self, x: &[f64]) -> Option<String> {
+    fn invalid_reason(&self, x: &[f64]) -> Option<String> {
         let deepest_m = self.deepest_m(x);
         (deepest_m > THROUGH_M)
             .then(|| format!("hand and object overlap by {:.1} mm", deepest_m * 1e3))

@@ -276,7 +276,7 @@ fn settle(energy: &GraspEnergy, mut at: Place, goals: &[Goal], settings: &PressS
             break;
         };
         let mut x = at.x.clone();
-        space.shift(&mut x, &tangent);
+        space.exp(&mut x, &tangent);
         for (coordinate, joint) in x[7..].iter_mut().zip(&hand.joints) {
             if !joint.wraps {
                 *coordinate = coordinate.clamp(joint.limits_rad[0], joint.limits_rad[1]);
@@ -351,7 +351,7 @@ mod tests {
         };
         let at_shift = |tangent: &[f64]| {
             let mut moved = x.clone();
-            space.shift(&mut moved, tangent);
+            space.exp(&mut moved, tangent);
             let place = Place::new(&energy, &moved, &settings);
             residuals(&puller, &place, &goals, &settings)
         };

@@ -5,7 +5,7 @@ use rand::RngExt;
 use super::{ContactMoves, Observe, SynthesisSettings, accept};
 use crate::grasp::energy::{GraspEnergy, Ramp};
 use crate::grasp::kernel::GraspKernel;
-use crate::sample::{Law, Rng, State};
+use crate::sample::{Rng, State, TargetDensity};
 
 /// Steps between two changes of the weights; each change costs one more evaluation.
 const RAMP_EVERY: u32 = 50;
@@ -85,7 +85,7 @@ pub(super) fn anneal(
                 observe(0, &state);
             }
         }
-        let law = Law {
+        let law = TargetDensity {
             temperature,
             attraction: None,
         };

@@ -109,7 +109,7 @@ impl<'a> Chain<'a> {
         }
         self.energy
             .space()
-            .shift(&mut self.proposal.coordinates, &tangent);
+            .exp(&mut self.proposal.coordinates, &tangent);
     }
 
     /// Plain Metropolis at `temperature`: no correction for the drift, nor for a temperature that depends on the state.

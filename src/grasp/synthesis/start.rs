@@ -40,7 +40,7 @@ pub(super) fn given_start(energy: &GraspEnergy, given: &Given<'_>, rng: &mut Rng
         for t in &mut tangent {
             *t *= factor;
         }
-        space.shift(&mut coordinates, &tangent);
+        space.exp(&mut coordinates, &tangent);
     }
     State {
         discrete: energy.choice(&coordinates),

@@ -131,9 +131,9 @@ impl<'e> Images<'e> {
         let mut expected = Vec::with_capacity(self.shares.len());
         for i in 0..self.shares.len() {
             let (images, energies) = (&self.path.images, &self.path.energies);
-            space.toward_near(&images[i], &images[i + 1], &mut tangent);
+            space.log_near(&images[i], &images[i + 1], &mut tangent);
             let out = dot(&self.slope(i), &tangent);
-            space.toward_near(&images[i + 1], &images[i], &mut tangent);
+            space.log_near(&images[i + 1], &images[i], &mut tangent);
             let back = dot(&self.slope(i + 1), &tangent);
             expected.push(f64::midpoint(energies[i], energies[i + 1]) + (out + back) / 8.0);
         }
@@ -247,8 +247,8 @@ impl<'e> Images<'e> {
         let images = &self.path.images;
         let mut ahead = vec![0.0; self.scales.len()];
         let mut behind = ahead.clone();
-        space.toward_near(&images[i], &images[i + 1], &mut ahead);
-        space.toward_near(&images[i], &images[i - 1], &mut behind);
+        space.log_near(&images[i], &images[i + 1], &mut ahead);
+        space.log_near(&images[i], &images[i - 1], &mut behind);
         scale(&mut behind, -1.0);
         [ahead, behind]
     }
@@ -353,7 +353,7 @@ impl<'e> Images<'e> {
                     scale(&mut step, most / length);
                 }
             }
-            space.shift(image, &step);
+            space.exp(image, &step);
         }
         if banded {
             self.adapt_springs(&images);

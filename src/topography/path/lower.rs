@@ -207,7 +207,7 @@ impl<'e> Kinked<'e> {
     ) -> impl DoubleEndedIterator<Item = Vec<f64>> + use<'e> {
         let space = self.space();
         let mut tangent = vec![0.0; space.tangents()];
-        let length = space.toward_near(&from.x, &to.x, &mut tangent);
+        let length = space.log_near(&from.x, &to.x, &mut tangent);
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
@@ -219,7 +219,7 @@ impl<'e> Kinked<'e> {
             let mut step = tangent.clone();
             scale(&mut step, k as f64 / parts as f64);
             let mut x = start.clone();
-            space.shift(&mut x, &step);
+            space.exp(&mut x, &step);
             x
         })
     }
@@ -241,9 +241,9 @@ impl<'e> Kinked<'e> {
         for (i, pair) in self.nodes.windows(2).enumerate() {
             let (low, high) = (pair[0].energy, pair[1].energy);
             let mut bound = low.max(high);
-            space.toward_near(&pair[0].x, &pair[1].x, &mut tangent);
+            space.log_near(&pair[0].x, &pair[1].x, &mut tangent);
             let rise = dot(&pair[0].gradient, &tangent);
-            space.toward_near(&pair[1].x, &pair[0].x, &mut tangent);
+            space.log_near(&pair[1].x, &pair[0].x, &mut tangent);
             let fall = dot(&pair[1].gradient, &tangent);
             if rise > 0.0 && fall > 0.0 {
                 let s = ((high - low + fall) / (rise + fall)).clamp(0.0, 1.0);
@@ -281,13 +281,13 @@ impl<'e> Kinked<'e> {
         let space = self.space();
         let (from, to) = (&self.nodes[i], &self.nodes[i + 1]);
         let mut along = vec![0.0; space.tangents()];
-        let length = space.toward_near(&from.x, &to.x, &mut along);
+        let length = space.log_near(&from.x, &to.x, &mut along);
         let mut gradient = along.clone();
         let point = |s: f64| {
             let mut step = along.clone();
             scale(&mut step, s);
             let mut x = from.x.clone();
-            space.shift(&mut x, &step);
+            space.exp(&mut x, &step);
             x
         };
         let mut height = |s: f64| {
@@ -333,14 +333,14 @@ impl<'e> Kinked<'e> {
         }
     }
 
-    /// The point `reach` from node `at` toward node `toward`.
+    /// The point `reach` from node `at` toward node `log`.
     fn beside(&self, at: usize, toward: usize, reach: f64) -> Vec<f64> {
         let space = self.space();
         let mut step = vec![0.0; space.tangents()];
-        let length = space.toward_near(&self.nodes[at].x, &self.nodes[toward].x, &mut step);
+        let length = space.log_near(&self.nodes[at].x, &self.nodes[toward].x, &mut step);
         scale(&mut step, (reach / length.max(f64::MIN_POSITIVE)).min(1.0));
         let mut x = self.nodes[at].x.clone();
-        space.shift(&mut x, &step);
+        space.exp(&mut x, &step);
         x
     }
 
@@ -441,7 +441,7 @@ impl<'e> Kinked<'e> {
                 let mut step = move_by.to_vec();
                 scale(&mut step, 1.0 - away / width);
                 let mut x = here.clone();
-                space.shift(&mut x, &step);
+                space.exp(&mut x, &step);
                 nodes[i] = self.node(x);
                 if nodes[i].energy >= limit {
                     return None;
@@ -476,10 +476,10 @@ impl<'e> Kinked<'e> {
         });
         let place = self.slid(top, &choices);
         let mut move_by = vec![0.0; space.tangents()];
-        let mut length = space.toward_near(&top.x, &place, &mut move_by);
+        let mut length = space.log_near(&top.x, &place, &mut move_by);
         for _ in 0..TRIALS {
             let mut x = top.x.clone();
-            space.shift(&mut x, &move_by);
+            space.exp(&mut x, &move_by);
             let limit = top.energy - self.gain;
             let tip = self.node(x);
             // Most trials fail, and one point that is too high says so.
@@ -505,7 +505,7 @@ impl<'e> Kinked<'e> {
     fn peak(&self, top: &Top) -> Peak {
         let space = self.space();
         let mut tangent = vec![0.0; space.tangents()];
-        space.toward_near(
+        space.log_near(
             &self.nodes[top.segment].x,
             &self.nodes[top.segment + 1].x,
             &mut tangent,

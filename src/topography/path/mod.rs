@@ -91,24 +91,24 @@ impl Path {
         let mut tangent = vec![0.0; space.tangents()];
         for i in 1..self.images.len() {
             let (before, here) = self.images.split_at_mut(i);
-            space.toward(&before[i - 1], &here[0], &mut tangent);
+            space.log(&before[i - 1], &here[0], &mut tangent);
             here[0].clone_from(&before[i - 1]);
-            space.shift(&mut here[0], &tangent);
+            space.exp(&mut here[0], &tangent);
         }
     }
 }
 
 /// Distance of points whose coordinates run on smoothly.
 pub(super) fn near(space: &dyn Space, a: &[f64], b: &[f64]) -> f64 {
-    space.toward_near(a, b, &mut vec![0.0; space.tangents()])
+    space.log_near(a, b, &mut vec![0.0; space.tangents()])
 }
 
 /// The point a fraction `t` of the way from `a` to `b`.
 fn between(space: &dyn Space, a: &[f64], b: &[f64], t: f64, tangent: &mut [f64]) -> Vec<f64> {
-    space.toward_near(a, b, tangent);
+    space.log_near(a, b, tangent);
     scale(tangent, t);
     let mut x = a.to_vec();
-    space.shift(&mut x, tangent);
+    space.exp(&mut x, tangent);
     x
 }
 
@@ -127,12 +127,12 @@ pub(super) fn geodesics(
             let step: Vec<f64> = (tangent.iter())
                 .map(|t| t * k as f64 / parts as f64)
                 .collect();
-            space.shift(&mut x, &step);
+            space.exp(&mut x, &step);
             x
         };
         (0..=parts).map(point).collect::<Vec<_>>()
     };
-    let length = space.toward(from, to, &mut tangent);
+    let length = space.log(from, to, &mut tangent);
     let mut ways = vec![along(&tangent, 1)];
     let other = space.toward_other_way(from, to, &mut tangent);
     if other.is_some_and(|other| other <= detour * length) {

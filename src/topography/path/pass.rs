@@ -10,7 +10,7 @@ use crate::optimize::{Quench, QuenchSettings, StopReason, quench_traced};
 use crate::space::vector::{dot, norm, scale};
 use crate::topography::eigen::Piece;
 use crate::topography::follow::Following;
-use crate::topography::minima::Sameness;
+use crate::topography::minima::MatchTolerance;
 
 /// Golden section.
 const GOLDEN: f64 = 0.381_966_011_250_105;
@@ -146,7 +146,7 @@ impl Peak {
         floor: f64,
         settings: &PathSettings,
         descent: &QuenchSettings,
-        sameness: &Sameness,
+        sameness: &MatchTolerance,
     ) -> Option<Refined> {
         let space = energy.space();
         let mut beside = false;
@@ -240,14 +240,14 @@ pub(in crate::topography) fn descend_one_way(
     let mut step = mode.to_vec();
     scale(&mut step, push);
     let mut start = pass.to_vec();
-    space.shift(&mut start, &step);
+    space.exp(&mut start, &step);
     if energy.evaluate(&start, &mut gradient) >= height {
         return None;
     }
     let (mut trace, mut end) = traced(energy, &start, settings);
     let mut toward = vec![0.0; space.tangents()];
     let crossed = trace.images.iter().take(EARLY).any(|x| {
-        space.toward_near(pass, x, &mut toward);
+        space.log_near(pass, x, &mut toward);
         dot(&toward, &step) < 0.0
     });
     if crossed {

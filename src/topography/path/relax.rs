@@ -18,7 +18,7 @@ use super::settings::{PathSettings, SeamSettings};
 use super::{Path, near, spread};
 use crate::energy::Energy;
 use crate::optimize::QuenchSettings;
-use crate::topography::minima::Sameness;
+use crate::topography::minima::MatchTolerance;
 use crate::topography::network::{Claim, Evidence, Minimum};
 
 /// The lowest path found.
@@ -28,7 +28,7 @@ pub(in crate::topography) struct Outcome {
     /// The highest point itself.
     pub(in crate::topography) top: Vec<f64>,
     pub(in crate::topography) evidence: Evidence,
-    pub(in crate::topography) objection: Option<String>,
+    pub(in crate::topography) invalid_reason: Option<String>,
     /// Every pass found on the way.
     pub(in crate::topography) passes: Vec<Pass>,
     /// Which start it came from.
@@ -40,7 +40,7 @@ pub(in crate::topography) struct Outcome {
 impl Outcome {
     fn claim(&self) -> Claim {
         Claim {
-            blamed: self.objection.is_some(),
+            invalid: self.invalid_reason.is_some(),
             height: self.height,
             evidence: self.evidence,
         }
@@ -55,7 +55,7 @@ pub(in crate::topography) fn relax(
     starts: &[Vec<Vec<f64>>],
     settings: &PathSettings,
     descent: &QuenchSettings,
-    sameness: &Sameness,
+    sameness: &MatchTolerance,
 ) -> Option<Outcome> {
     let floor = ends.0.energy.max(ends.1.energy);
     let mut rough: Vec<(usize, bool, Images<'_>)> = starts
@@ -84,23 +84,23 @@ pub(in crate::topography) fn relax(
                 return None;
             }
             let top = &images.path.images[images.path.top()];
-            let blamed = energy.objection(top).is_some();
-            Some((start, blamed, images))
+            let invalid = energy.invalid_reason(top).is_some();
+            Some((start, invalid, images))
         })
         .collect();
     rough.sort_by(|a, b| (a.1.cmp(&b.1)).then(a.2.path.height().total_cmp(&b.2.path.height())));
     let first = rough
         .iter()
-        .find(|(start, blamed, _)| *start == 0 && !blamed)
+        .find(|(start, invalid, _)| *start == 0 && !invalid)
         .map(|(_, _, images)| images.path.height());
     let mut best: Option<Outcome> = None;
     let mut passes = Vec::new();
-    for (start, blamed, images) in rough {
+    for (start, invalid, images) in rough {
         let margin = settings.rivalry * (images.path.height() - floor);
         let beyond = |known: &Outcome| {
             known.evidence < Evidence::Chain
                 && (settings.seams.is_some()
-                    || blamed
+                    || invalid
                     || images.path.height() - margin > known.height)
         };
         if best.as_ref().is_some_and(beyond) {
@@ -133,7 +133,7 @@ struct Relaxation<'a> {
     ends: (&'a Minimum, &'a Minimum),
     settings: &'a PathSettings,
     descent: &'a QuenchSettings,
-    sameness: &'a Sameness,
+    sameness: &'a MatchTolerance,
 }
 
 impl Relaxation<'_> {
@@ -346,17 +346,17 @@ impl Relaxation<'_> {
         passes: Vec<Pass>,
     ) -> Outcome {
         path.unfold(self.energy.space());
-        let objection = self.energy.objection(&top);
+        let invalid_reason = self.energy.invalid_reason(&top);
         Outcome {
             path,
             height,
             top,
-            evidence: if objection.is_some() {
+            evidence: if invalid_reason.is_some() {
                 evidence.max(Evidence::Chain)
             } else {
                 evidence
             },
-            objection,
+            invalid_reason,
             passes,
             start: 0,
             first: None,

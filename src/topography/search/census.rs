@@ -1,7 +1,7 @@
 //! What is known so far: distinct minima and saddles, and how often each saddle was met.
 
 use super::coverage::{Counts, Coverage, Doubt};
-use super::task::{Fate, Outcome};
+use super::task::{Outcome, SearchEnd};
 use super::{Exploration, SearchSettings};
 use crate::energy::Energy;
 use crate::optimize::Quench;
@@ -10,7 +10,7 @@ use crate::space::vector::times;
 use crate::topography::audit::{Audit, AuditSettings, Verdict, examine};
 use crate::topography::barrier::Crossing;
 use crate::topography::eigen::Piece;
-use crate::topography::minima::Sameness;
+use crate::topography::minima::MatchTolerance;
 use crate::topography::network::{Minimum, MinimumId};
 use crate::topography::path::{Path, near};
 use serde::{Deserialize, Serialize};
@@ -94,10 +94,10 @@ pub(super) struct Census {
     /// Median distance from a saddle to the minima it joins.
     pub(super) reach: Option<f64>,
     by_energy: [Shelf; 2],
-    sameness: Sameness,
+    sameness: MatchTolerance,
     audit: AuditSettings,
     refused: Vec<Refused>,
-    fates: BTreeMap<Fate, usize>,
+    fates: BTreeMap<SearchEnd, usize>,
     pub(super) searches: usize,
     pub(super) last_new: usize,
     evaluations: usize,
@@ -239,14 +239,19 @@ impl Census {
     }
 
     /// Takes in a saddle that was not known when its search began.
-    pub(super) fn meet(&mut self, energy: &dyn Energy, crossing: Crossing, source: Source) -> Fate {
+    pub(super) fn meet(
+        &mut self,
+        energy: &dyn Energy,
+        crossing: Crossing,
+        source: Source,
+    ) -> SearchEnd {
         let hits = usize::from(source == Source::Search);
         let space = energy.space();
         let (images, energies) = (&crossing.path.images, &crossing.path.energies);
         let (x, height) = (images[crossing.pass].clone(), energies[crossing.pass]);
         if let Some(known) = self.saddle(space, &x, height) {
             self.hit(known, hits);
-            return Fate::Arrived;
+            return SearchEnd::Arrived;
         }
         self.admit(energy, crossing, hits, self.saddles.len())
     }
@@ -270,21 +275,21 @@ impl Census {
         crossing: Crossing,
         hits: usize,
         place: usize,
-    ) -> Fate {
+    ) -> SearchEnd {
         let space = energy.space();
         let (images, energies) = (&crossing.path.images, &crossing.path.energies);
         let (x, height) = (images[crossing.pass].clone(), energies[crossing.pass]);
         let last = images.len() - 1;
         let ends = [0, last].map(|k| self.minimum(energy, &images[k], energies[k]));
         let [Some(from), Some(to)] = ends else {
-            return Fate::Evaporated;
+            return SearchEnd::Evaporated;
         };
         let mut there = self.saddles.iter().filter(|saddle| saddle.place == place);
         if there.any(|saddle| saddle.ends.contains(&to)) {
-            return Fate::Arrived;
+            return SearchEnd::Arrived;
         }
         let Some(audit) = self.passed(energy, &x, 1) else {
-            return Fate::Index;
+            return SearchEnd::Index;
         };
         if audit.verdict == Verdict::Degenerate {
             let of_its_set = self.by_energy[1]
@@ -292,7 +297,7 @@ impl Census {
                 .find(|k| self.saddles[*k].audit.verdict == Verdict::Degenerate);
             if let Some(known) = of_its_set {
                 self.saddles[known].hits += hits;
-                return Fate::Arrived;
+                return SearchEnd::Arrived;
             }
         }
         let reach = near(space, &x, &images[0]).max(near(space, &x, &images[last]));
@@ -311,7 +316,7 @@ impl Census {
         let mut reaches: Vec<f64> = self.saddles.iter().map(|saddle| saddle.reach).collect();
         reaches.sort_by(f64::total_cmp);
         self.reach = reaches.get(reaches.len() / 2).copied();
-        Fate::Arrived
+        SearchEnd::Arrived
     }
 
     /// Energy above which no saddle is expected: far above all stationary points known.

@@ -52,7 +52,7 @@ impl Exploration {
                 backward: Vec::new(),
                 start: None,
                 straight: f64::INFINITY,
-                objection: energy.objection(&lowest.coordinates),
+                invalid_reason: energy.invalid_reason(&lowest.coordinates),
                 crossings: saddles.into_iter().map(Crossing::from).collect(),
                 evaluations: 0,
             });
@@ -63,7 +63,7 @@ impl Exploration {
             network,
             connections,
             rejected: Vec::new(),
-            strays: Vec::new(),
+            unlisted_minima: Vec::new(),
             resampled: Vec::new(),
             evaluations: self.evaluations,
         }
@@ -81,7 +81,7 @@ impl Exploration {
         let [from, to] = saddle.ends.map(|end| &self.minima[end.0]);
         Edge {
             height: saddle.energy,
-            evidence: match energy.objection(&saddle.coordinates) {
+            evidence: match energy.invalid_reason(&saddle.coordinates) {
                 Some(_) => Evidence::Chain,
                 None => Evidence::Saddle,
             },

@@ -22,7 +22,7 @@ use rayon::prelude::*;
 pub use settings::SearchSettings;
 pub use start::in_box;
 use start::{Gait, Start};
-pub use task::Fate;
+pub use task::SearchEnd;
 use task::{Outcome, Searcher};
 
 use super::audit::Audit;
@@ -48,7 +48,7 @@ pub struct Exploration {
     /// What was taken for a stationary point and did not pass its audit.
     pub refused: Vec<Refused>,
     /// How the searches ended.
-    pub fates: BTreeMap<Fate, usize>,
+    pub fates: BTreeMap<SearchEnd, usize>,
     /// How complete the minima and saddles are.
     pub coverage: Coverage,
     /// Evaluations spent.

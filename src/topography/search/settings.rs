@@ -7,7 +7,7 @@ use crate::energy::Energy;
 use crate::optimize::QuenchSettings;
 use crate::sample::{Task, stream};
 use crate::topography::audit::AuditSettings;
-use crate::topography::minima::Sameness;
+use crate::topography::minima::MatchTolerance;
 use crate::topography::path::PathMethod;
 use crate::topography::scales::{PROBES, Scales};
 
@@ -23,7 +23,7 @@ pub struct SearchSettings {
     /// Descents.
     pub quench: QuenchSettings,
     /// When two stationary points are one.
-    pub sameness: Sameness,
+    pub sameness: MatchTolerance,
     /// Steps of one search.
     pub steps: usize,
     /// Modes followed from each minimum, both ways; the softest first.

@@ -171,7 +171,7 @@ impl Searcher<'_> {
 
     fn moved(&self, x: &[f64], step: &[f64]) -> Vec<f64> {
         let mut x = x.to_vec();
-        self.energy.space().shift(&mut x, step);
+        self.energy.space().exp(&mut x, step);
         x
     }
 }

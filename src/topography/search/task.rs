@@ -34,7 +34,7 @@ const DIRECTIONS: u32 = 12;
 /// How a search ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Fate {
+pub enum SearchEnd {
     /// At a saddle whose descents reach minima.
     Arrived,
     /// At a saddle from which a descent reaches no minimum.
@@ -51,7 +51,7 @@ pub enum Fate {
     Outside,
 }
 
-impl Fate {
+impl SearchEnd {
     /// The lower-case name used in files.
     pub const fn name(self) -> &'static str {
         match self {
@@ -69,7 +69,7 @@ impl Fate {
 /// What a search brings home.
 #[derive(Serialize, Deserialize)]
 pub(super) struct Outcome {
-    pub(super) fate: Fate,
+    pub(super) fate: SearchEnd,
     /// The saddle it met, if it was known when the search began.
     pub(super) known: Option<usize>,
     /// The saddle it met, if it was not.
@@ -110,7 +110,7 @@ impl Searcher<'_> {
 
     fn climb(&self, place: &Place, census: &Census) -> Outcome {
         let mut outcome = Outcome {
-            fate: Fate::Arrived,
+            fate: SearchEnd::Arrived,
             known: None,
             found: None,
             branches: Vec::new(),
@@ -137,11 +137,11 @@ impl Searcher<'_> {
             Err(lost) => {
                 match lost {
                     Lost::Known(saddle) => outcome.known = Some(saddle),
-                    Lost::Outside => outcome.fate = Fate::Outside,
-                    Lost::High => outcome.fate = Fate::High,
-                    Lost::Steps => outcome.fate = Fate::Steps,
-                    Lost::Index => outcome.fate = Fate::Index,
-                    Lost::Flat => outcome.fate = Fate::Flat,
+                    Lost::Outside => outcome.fate = SearchEnd::Outside,
+                    Lost::High => outcome.fate = SearchEnd::High,
+                    Lost::Steps => outcome.fate = SearchEnd::Steps,
+                    Lost::Index => outcome.fate = SearchEnd::Index,
+                    Lost::Flat => outcome.fate = SearchEnd::Flat,
                 }
                 return outcome;
             }
@@ -159,7 +159,7 @@ impl Searcher<'_> {
         let mut ways: Vec<Path> = descents.into_iter().flatten().collect();
         self.branch(&saddle, &mut ways);
         if ways.len() < 2 {
-            outcome.fate = Fate::Evaporated;
+            outcome.fate = SearchEnd::Evaporated;
             return outcome;
         }
         let mut crossings = ways[1..].iter().map(|way| {

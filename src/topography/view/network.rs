@@ -6,7 +6,7 @@ use petgraph::graph::NodeIndex;
 use petgraph::visit::EdgeRef;
 
 use crate::topography::network::{Edge, Evidence, Minimum, MinimumId, Network};
-use crate::topography::tree::decisive;
+use crate::topography::tree::spanning_forest;
 
 /// The minima at the bottoms of monotonic sequences: those from which no connection of evidence `worst` or better leads
 /// to a lower minimum (at equal energies to one of lower number). `MONOTONIC` of disconnectionDPS keeps these.
@@ -70,7 +70,7 @@ pub fn restricted(network: &Network, kept: &[MinimumId], worst: Evidence) -> Net
         }
     }
     let mut forest = Forest::new(network.node_count(), &place);
-    for edge in decisive(network, worst) {
+    for edge in spanning_forest(network, worst) {
         let Some((a, b)) = network.edge_endpoints(edge) else {
             continue;
         };

@@ -9,7 +9,7 @@ use super::tree::{Ancestors, NodeId, Tree};
 
 /// How alike two trees are, over all pairs of matched minima.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Likeness {
+pub struct TreeSimilarity {
     /// Pairs joined in both.
     pub pairs: usize,
     /// Pairs joined in one of them only.
@@ -28,7 +28,7 @@ pub struct Likeness {
 /// Heights that vary by no more than rounding are equal: the square of a share of their mean.
 const ROUNDED: f64 = 1e-30;
 
-impl Likeness {
+impl TreeSimilarity {
     /// Of two trees with the same number of leaves; leaf k of the first is leaf `same[k]` of the second.
     ///
     /// O(n log² n). Sums are rounded to about 10⁻⁸ of the spread of heights where the changes are far smaller than that;
