@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
+use clap::Args;
 
-use super::args::{Build, Common};
+use super::args::{Again, Common, GroupBarrier, HandAndObject, Paths};
 use super::grasp_map::settings_for_grasps;
 use super::landscape::{Input, Mapped};
 use super::magnetisation::{self, Choice};
@@ -22,6 +23,71 @@ use crate::topography::{
     Landscape, MapSettings, Minimum, MinimumId, Sequential, SequentialSettings, distinct, map,
     quench_all, sequential,
 };
+
+/// Map a landscape.
+#[derive(Debug, Args)]
+pub(super) struct Build {
+    /// The grasps: a file of `landscape synth`, or of your own with the same columns.
+    #[arg(value_name = "FILE")]
+    grasps: PathBuf,
+    /// The folder to write; by default the name of the file with the ending `.landscape`.
+    #[arg(long, short, value_name = "FOLDER")]
+    output: Option<PathBuf>,
+    /// Each minimum is connected to this many nearest ones, and along a minimum spanning tree of distances; 6 by default, more
+    /// lower some barriers.
+    #[arg(long, value_name = "K")]
+    neighbours: Option<usize>,
+    /// Temperature T of attraction–diffusion; by default the best of a few that are tried on a dozen pairs first.
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    pub(super) temperature: Option<f64>,
+    /// Pull F = αT of attraction–diffusion, energy per metre; chosen likewise.
+    #[arg(long, value_name = "F", allow_negative_numbers = true)]
+    pub(super) pull: Option<f64>,
+    /// Measure the magnetisation diagram first (diagram.json and a picture): at which T and F chains get through. It
+    /// then chooses T and F where they are not given. It costs as much as the map of thirty grasps.
+    #[arg(long)]
+    pub(super) diagram: bool,
+    /// How paths relax.
+    #[arg(long, value_enum, default_value_t)]
+    paths: Paths,
+    /// Map by sequential ADELM as published: minima are assigned one by one, in the order of the file, to the group they
+    /// reach over the lowest raw barrier. Every barrier is an upper bound, and the result depends on the order; for
+    /// comparison.
+    #[arg(long, conflicts_with = "group_barrier")]
+    sequential: bool,
+    #[command(flatten)]
+    groups: GroupBarrier,
+    /// Map only the grasps that held in simulation: the column `stable` of `landscape stability`.
+    #[arg(long)]
+    only_stable: bool,
+    /// Map only the first N grasps: a quick look.
+    #[arg(long, value_name = "N")]
+    first: Option<usize>,
+    /// Seed of every random draw.
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    #[command(flatten)]
+    of: HandAndObject,
+    #[command(flatten)]
+    again: Again,
+}
+
+pub(super) const EXAMPLES: &str = "\
+Examples:
+  landscape build data/grasps.parquet                      writes data/grasps.landscape/
+  landscape build mug.parquet --neighbours 12 -o mug.landscape
+  landscape build mug.parquet --sequential                 the published method, for comparison
+  landscape build mug.parquet --group-barrier 0.1          groups as another landscape has them at 0.1
+
+Writes minima.parquet, edges.parquet, paths.parquet, landscape.json, the tree (tree.nwk, tree.dot, tree.json), the network
+(barriers.graphml), min.data and ts.data as PATHSAMPLE reads them (without curvatures: placeholders), the disconnectivity
+graph, the barrier graph and a rarefaction curve (SVG and PNG), and summary.md. An interrupted run continues where it
+stopped when the same command is given again; with --resume it must, with --fresh it begins anew. The result is the same to
+the last byte.
+
+Groups are made at the relative barrier at which they depend least on single connections, but never above what hovering 2 mm
+off the object costs: a hand that far off touches nothing, so that a higher barrier is crossed by letting go, whatever the
+grasps are. Each landscape so has a barrier of its own; --group-barrier gives them one.";
 
 pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
     for (flag, value) in [("temperature", command.temperature), ("pull", command.pull)] {

@@ -1,20 +1,48 @@
 //! `landscape diff`: what moved between two landscapes of one space.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow, bail, ensure};
-use clap::ValueEnum;
+use clap::{Args, ValueEnum};
 use serde_json::json;
 
-use super::args::{Common, Coordinates, Diff};
+use super::args::Common;
 use super::digits::Digits;
 use super::input::open_landscape;
 use super::landscape::median;
-use super::{models, print, print_json, surface};
+use super::surface::{self, Coordinates};
+use super::{models, print, print_json};
 use crate::object::Description;
 use crate::space::{PoseSpace, Space, Symmetry};
 use crate::store::Manifest;
 use crate::topography::{Evidence, Match, MergeChange, Minimum, MinimumId, Tree, TreeDifference};
+
+/// Compare two landscapes.
+#[derive(Debug, Args)]
+pub(super) struct Diff {
+    /// The first landscape.
+    #[arg(value_name = "BEFORE")]
+    before: PathBuf,
+    /// The second.
+    #[arg(value_name = "AFTER")]
+    after: PathBuf,
+    /// Minima correspond up to this distance (metres for grasps); by default what made two minima one.
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
+    within: Option<f64>,
+    /// Write everything as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) const EXAMPLES: &str = "\
+Examples:
+  landscape diff warm.landscape cold.landscape             tables on standard output
+  landscape diff a.landscape b.landscape --within 0.01 --json
+
+For landscapes of one hand, or of one surface, made at another temperature, with other weights or another object: which
+minima correspond (the nearest, within the distance at which two minima were one, or --within), whose energies moved, which
+merges of the first moved and by how much, and what vanished and appeared. Heights are compared for all pairs at once by
+the cophenetic distance and correlation of the two trees.";
 
 /// Rows of a table of the text.
 const SHOWN: usize = 20;

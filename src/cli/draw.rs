@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
+use clap::Args;
 
-use super::args::{Common, Draw};
+use super::args::{Common, GroupBarrier};
 use super::complain;
-use super::draw_types::Types;
+use super::draw_types::{Colouring, Types};
 use super::drawing::{Drawing, PICTURE_WIDTH, Views, is_written};
 use super::input::open_landscape;
 use super::landscape::{Titles, group_of};
@@ -15,6 +16,60 @@ use super::output::check_folder;
 use crate::figure::Leaf;
 use crate::store::{FileSet, GraspFile, LandscapeFiles, MinimumRow, Overrides, read_resampled};
 use crate::topography::{Evidence, MinimumId, Tree};
+
+/// Draw a landscape again.
+#[derive(Debug, Args)]
+pub(super) struct Draw {
+    /// The landscape: a folder of `landscape build`, `surface` or `import`.
+    #[arg(value_name = "FOLDER")]
+    landscape: PathBuf,
+    /// The folder to write; by default the name of the landscape with the ending `.view`.
+    #[arg(long, short, value_name = "FOLDER")]
+    output: Option<PathBuf>,
+    /// Only the N lowest.
+    #[arg(long, value_name = "N")]
+    lowest: Option<usize>,
+    /// Only those with at least N members.
+    #[arg(long, value_name = "N")]
+    min_members: Option<usize>,
+    /// Only the bottoms of monotonic sequences: those that no connection joins to a lower one.
+    #[arg(long)]
+    monotonic: bool,
+    /// Only these minima, named as in the tree: m0,m4,m31.
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    pick: Vec<String>,
+    /// Colour minima by whether their grasps held in simulation: the file that `landscape stability` wrote of the same
+    /// grasps.
+    #[arg(long, value_name = "FILE")]
+    stability: Option<PathBuf>,
+    /// Colour minima by their grasp type, as `landscape label` names it (labels that the landscape was built with win).
+    #[arg(long, value_name = "DIFFERENCES", conflicts_with = "stability")]
+    colour: Option<Colouring>,
+    /// Put N rendered grasps with the names of their types below the disconnectivity graph of the groups.
+    #[arg(long, value_name = "N")]
+    examples: Option<usize>,
+    /// Raise every merge to the next of N even levels between the lowest merge and the highest.
+    #[arg(long, value_name = "N")]
+    levels: Option<usize>,
+    #[command(flatten)]
+    groups: GroupBarrier,
+    /// Seed of the layout; by default that of the landscape.
+    #[arg(long)]
+    seed: Option<u64>,
+}
+
+pub(super) const EXAMPLES: &str = "\
+Examples:
+  landscape draw grasps.landscape --lowest 50              grasps.view/: the 50 lowest minima (and groups)
+  landscape draw grasps.landscape --min-members 2 --levels 20
+  landscape draw grasps.landscape --pick m0,m4,m31 -o three
+  landscape draw grasps.landscape --stability grasps.stability.parquet
+  landscape draw grasps.landscape --colour category --examples 8
+
+A hidden minimum still joins those that are shown: no choice of minima moves a merge. --levels raises every merge to the
+next of so many even levels. Pictures of groups (disconnectivity, barriers) and of minima (…_minima) take the same
+choices, each of its own leaves; picking a minimum picks its group. Writes the pictures (SVG and PNG), and tree.nwk,
+tree.dot, tree.json and barriers.graphml of what is shown of the minima.";
 
 pub(super) fn run(command: &Draw, common: &Common) -> anyhow::Result<()> {
     for (flag, value) in [

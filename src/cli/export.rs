@@ -5,14 +5,61 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::{Context, ensure};
+use clap::{Args, ValueEnum};
 
-use super::args::{Common, Export, ExportFormat};
+use super::args::{Common, HandAndObject};
 use super::output::{check_file, check_folder, is_scene};
 use super::{complain, input, models};
 use crate::figure::Scene;
 use crate::hand::{Hand, PosedHand};
 use crate::store::exchange::{QposRow, dexgraspnet_npy, qpos_csv, qpos_npy, table_csv, table_json};
 use crate::store::{FileSet, Grasp, GraspFile, HandMetadata, write_atomic};
+
+/// Write grasps for other programs.
+#[derive(Debug, Args)]
+pub(super) struct Export {
+    /// The grasps: a file of `landscape synth` or `import`.
+    #[arg(value_name = "FILE")]
+    grasps: PathBuf,
+    /// What to write.
+    #[arg(value_enum, value_name = "FORMAT")]
+    format: ExportFormat,
+    /// Only the grasp with this number; may be given several times.
+    #[arg(long, value_name = "ID")]
+    grasp: Vec<u64>,
+    /// The file to write (a folder of scenes for glb); by default, where you are, named after the grasps.
+    #[arg(long, short, value_name = "PATH")]
+    output: Option<PathBuf>,
+    #[command(flatten)]
+    of: HandAndObject,
+}
+
+/// Formats of exports.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum ExportFormat {
+    /// A table, one row a grasp.
+    Csv,
+    /// A list of objects with named entries.
+    Json,
+    /// DexGraspNet's array of dictionaries (.npy).
+    Dexgraspnet,
+    /// `MuJoCo`'s qpos (.csv or .npy).
+    Qpos,
+    /// A binary glTF scene for each grasp.
+    Glb,
+}
+
+pub(super) const EXAMPLES: &str = "\
+Examples:
+  landscape export grasps.parquet csv                      grasps.csv: a row a grasp, a column a joint
+  landscape export grasps.parquet qpos -o grasps.npy       rows of MuJoCo's qpos: position, quaternion w x y z, joints
+  landscape export grasps.parquet dexgraspnet              grasps.npy, as DexGraspNet's own files
+  landscape export grasps.parquet glb                      grasps.scenes/: hand (as it is judged), object and contacts
+  landscape export grasps.parquet glb --grasp 17 -o 17.glb
+
+Poses are those of the hand's root in the object's frame: p_object = R p_hand + t, in metres; angles are in radians. In qpos
+the hand's outermost body has a free joint; the columns of the CSV form name its joints. csv and json come back with
+`landscape import`, to the last bit.";
 
 pub(super) fn run(command: &Export, common: &Common) -> anyhow::Result<()> {
     let output = output(command)?;

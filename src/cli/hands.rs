@@ -5,15 +5,64 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
+use clap::{Args, Subcommand, ValueHint};
 use nalgebra::Vector3;
 
-use super::args::{Common, HandsCommand, HandsInspect};
+use super::args::Common;
 use super::output::{check_file, check_place};
 use super::{complain, models, print};
 use crate::figure::{Image, Marker, Scene, Surface, contact_sheet_canvas};
 use crate::hand::{HAND_NAMES, Hand, JointKind, LinkId, PosedHand, Skin};
 use crate::space::PoseMetric;
 use crate::store::FileSet;
+
+/// Hands.
+#[derive(Debug, Args)]
+pub(super) struct Hands {
+    #[command(subcommand)]
+    pub(super) command: HandsCommand,
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum HandsCommand {
+    /// List the hands that come with the program
+    List,
+    /// Show what is derived of a hand (table, picture), and write a side file in which any of it can be changed
+    #[command(after_help = EXAMPLES)]
+    Inspect(HandsInspect),
+}
+
+/// What is derived of a hand.
+#[derive(Debug, Args)]
+pub(super) struct HandsInspect {
+    /// The hand: a name of one that comes with the program, or a URDF, MJCF or MANO (.npz) file.
+    #[arg(value_name = "NAME|FILE", value_hint = ValueHint::FilePath)]
+    hand: String,
+    /// The folder in which everything lies that the hand's description refers to (meshes, included files); its own
+    /// folder unless told otherwise. Files elsewhere are refused.
+    #[arg(long, value_name = "FOLDER")]
+    hand_folder: Option<PathBuf>,
+    /// Its mirror image instead.
+    #[arg(long)]
+    mirror: bool,
+    /// Name of the side file and the picture, without .json and .png; by default in the current folder, that of the hand.
+    #[arg(long, short, value_name = "NAME")]
+    output: Option<PathBuf>,
+    /// The side file to write (.json), where it is to have a name of its own. One beside the description, of the same
+    /// name, is read with it.
+    #[arg(long, value_name = "FILE")]
+    side_file: Option<PathBuf>,
+    /// The picture to write (.png), where it is to have a name of its own.
+    #[arg(long, value_name = "FILE")]
+    picture: Option<PathBuf>,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  landscape hands inspect human                            human.json and human.png
+  landscape hands inspect my_hand.xml                      my_hand.json: edit it beside my_hand.xml
+  landscape synth --hand my_hand.xml --object mug          grasps of that hand
+  landscape synth --hand my_hand.xml --mirror --object mug and of its mirror image";
 
 /// Side of each image, pixels.
 const SIDE: u32 = 420;

@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
+use clap::{Args, ValueHint};
 use petgraph::visit::EdgeRef;
 use serde_json::{Value, json};
 
-use super::args::{Common, Import};
+use super::args::{Common, GroupBarrier};
 use super::digits::Digits;
 use super::drawing::{Drawing, Views, not_drawn};
 use super::landscape::{Titles, write_database};
@@ -20,6 +21,74 @@ use crate::store::{
 };
 use crate::topography::exchange::{Database, Layout};
 use crate::topography::{Evidence, GroupSettings, Groups, Network, Tree};
+
+/// Read the files of other programs.
+#[derive(Debug, Args)]
+pub(super) struct Import {
+    /// Grasps (.npy, .csv, .json, .parquet, or a folder of .npy files), or the folder that holds min.data and ts.data.
+    #[arg(value_name = "PATH")]
+    pub(super) path: PathBuf,
+    /// The hand of the grasps: a name of one that comes with the program, or a URDF or MJCF file.
+    #[arg(long, value_name = "NAME|FILE", value_hint = ValueHint::FilePath)]
+    pub(super) hand: Option<String>,
+    /// Where the files that the hand's description names may lie; by default its own folder.
+    #[arg(long, value_name = "FOLDER", requires = "hand")]
+    pub(super) hand_folder: Option<PathBuf>,
+    /// The hand's mirror image instead.
+    #[arg(long, requires = "hand")]
+    pub(super) mirror: bool,
+    /// The object of the grasps: a name of one that comes with the program, or a mesh as published.
+    #[arg(long, value_name = "NAME|FILE", value_hint = ValueHint::FilePath)]
+    pub(super) object: Option<String>,
+    /// What files and pictures call the object, instead of the name of its file. Of a table
+    /// with several objects those of this name are read.
+    #[arg(long, value_name = "NAME", requires = "object")]
+    pub(super) name: Option<String>,
+    /// Only the grasps at this scale of the object; where the file tells none, metres per unit of the mesh.
+    #[arg(
+        long,
+        value_name = "FACTOR",
+        requires = "object",
+        allow_negative_numbers = true
+    )]
+    pub(super) scale: Option<f64>,
+    /// What the columns of a table mean (TOML, see below).
+    #[arg(long, value_name = "FILE", requires = "hand")]
+    pub(super) mapping: Option<PathBuf>,
+    #[command(flatten)]
+    groups: GroupBarrier,
+    /// What to write: by default, where you are, the name of the file with the ending `.parquet`, or of the folder with
+    /// the ending `.landscape`.
+    #[arg(long, short, value_name = "PATH")]
+    pub(super) output: Option<PathBuf>,
+}
+
+pub(super) const EXAMPLES: &str = "\
+Examples:
+  landscape import bottle.npy --hand shadow.xml --object bottle.obj --scale 0.1
+                                                           bottle.parquet: DexGraspNet's grasps at one scale
+  landscape import grasps/ --hand shadow.xml --object mug.obj
+                                                           all .npy files of a folder (DexGraspBench, BODex, Dexonomy)
+  landscape import mine.csv --hand human --object mug --mapping mine.toml
+  landscape import lj7                                     lj7.landscape/ from lj7/min.data and lj7/ts.data
+
+Grasps become a grasps.parquet for `landscape build`, `inspect` and so on. The format is told by the file: DexGraspNet's
+.npy (joints by name, Euler angles about fixed axes), DexGraspBench's (position, quaternion w x y z, joints in the hand's
+order), or a table (.csv, .json, .parquet). Nothing in a pickle is ever executed. Contacts that the file does not tell are
+chosen: the best by the default energy. Without --scale all scales are kept. docs/import_export.md says more.
+
+A mapping tells what the columns of a table are (TOML; everything may be left out):
+  translation = [\"x\", \"y\", \"z\"]        or one column of lists; translation_unit = \"m\", \"cm\", \"mm\"
+  rotation = \"quat\"                      or several columns
+  rotation_form = \"wxyz\"                 or xyzw, fixed_xyz, rotation_vector, matrix; rotation_unit = \"rad\", \"deg\"
+  frame = \"object_from_hand\"             or hand_from_object
+  joints = \"qpos\"                        a column of lists, with joint_names = [\"FFJ3\", …]; or { FFJ3 = \"column\", … }
+  joint_unit = \"rad\"                     or deg
+  scale = \"size\"                         a column, or a number; also id, object, label, contacts
+
+Landscapes: the files are PATHSAMPLE's (6 and 8 columns) or topsearch's (2 and 3 columns): the number of columns tells. Writes
+minima.parquet, edges.parquet, landscape.json, the tree, the network and the pictures as `landscape build` does, and
+min.data and ts.data in PATHSAMPLE's columns.";
 
 pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
     let group_barrier = command.groups.checked()?;

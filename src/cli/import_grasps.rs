@@ -7,7 +7,8 @@ use anyhow::{Context, ensure};
 use nalgebra::{Isometry3, Quaternion, Rotation3, Translation3, UnitQuaternion};
 use rayon::prelude::*;
 
-use super::args::{Common, Import};
+use super::args::Common;
+use super::import::Import;
 use super::output::check_file;
 use super::provenance::name_of;
 use super::{complain, input, models, print, progress};

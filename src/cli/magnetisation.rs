@@ -1,6 +1,6 @@
 //! Temperature and force of `landscape build`: from a few chains, or from a magnetisation diagram (`--diagram`).
 
-use super::args::Build;
+use super::build::Build;
 use super::grasp_map::contact_slope;
 use super::run::{DiskJournal, Watch};
 use crate::figure::diagram_chart;

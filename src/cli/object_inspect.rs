@@ -4,9 +4,10 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
+use clap::{Args, ValueHint};
 use nalgebra::Vector3;
 
-use super::args::{Common, ObjectsInspect};
+use super::args::Common;
 use super::output::{check_file, check_place};
 use super::{complain, input, models, print, progress};
 use crate::figure::{Image, Scene, Surface, contact_sheet_canvas};
@@ -14,6 +15,45 @@ use crate::limits::OBJECT_SCALE;
 use crate::object::{FoundSymmetry, Object, find_symmetry};
 use crate::space::Symmetry;
 use crate::store::FileSet;
+
+/// What is derived of an object.
+#[derive(Debug, Args)]
+pub(super) struct ObjectsInspect {
+    /// The object: a name of one that comes with the program, a mesh (OBJ, STL, PLY, glTF), or a TOML file of shapes.
+    #[arg(value_name = "NAME|FILE", value_hint = ValueHint::FilePath)]
+    object: String,
+    /// Metres per unit of the mesh.
+    #[arg(long, value_name = "FACTOR", allow_negative_numbers = true)]
+    scale: Option<f64>,
+    /// The picture to write (.png); by default in the current folder, named after the object.
+    #[arg(long, value_name = "FILE")]
+    picture: Option<PathBuf>,
+    /// Write a description (.json) with the symmetry that was found. One beside the mesh, of the same name, is read with it.
+    #[arg(long, value_name = "FILE")]
+    side_file: Option<PathBuf>,
+}
+
+pub(super) const EXAMPLES: &str = "\
+Examples:
+  landscape objects inspect bottle.obj                     a table, and bottle.png
+  landscape objects inspect scan.ply --scale 0.001         a mesh in millimetres
+  landscape objects inspect bottle.obj --side-file bottle.json
+                                                           declares the symmetry that was found
+
+Meshes may consist of several closed pieces; where these overlap or touch, the solid is their union. Small holes, triangles
+that face the wrong way and pieces that are inside out are repaired, and that is told; a surface without an inside is
+refused.
+
+Shapes (TOML; metres; a union of all parts):
+  name = \"dumbbell\"
+  mass_kg = 0.4
+  [[parts]]
+  cylinder = { centre = [0, 0, 0], axis = [0, 0, 1], radius_m = 0.012, half_height_m = 0.06 }
+  [[parts]]
+  sphere = { centre = [0, 0, 0.06], radius_m = 0.025 }
+  [[parts]]
+  cuboid = { centre = [0, 0, -0.06], half_extents = [0.02, 0.02, 0.015], edge_radius_m = 0.003 }
+There is also capsule = { a = […], b = […], radius_m = … }.";
 
 /// Side of each image, pixels.
 const SIDE: u32 = 420;

@@ -4,8 +4,9 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
+use clap::{Args, Subcommand};
 
-use super::args::{Bake, Common, ObjectsCommand};
+use super::args::Common;
 use super::input::within;
 use super::output::check_file;
 use super::{complain, object_inspect, print};
@@ -17,6 +18,62 @@ use crate::object::neural::{
 use crate::object::{Description, OBJECT_NAMES, Object};
 use crate::space::Symmetry;
 use crate::store::write_atomic;
+
+/// Objects.
+#[derive(Debug, Args)]
+pub(super) struct Objects {
+    #[command(subcommand)]
+    pub(super) command: ObjectsCommand,
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum ObjectsCommand {
+    /// List the objects that come with the program
+    List,
+    /// Show what is derived of an object (table, picture): size, pieces, volume, accuracy of its smooth field, symmetry
+    #[command(after_help = object_inspect::EXAMPLES)]
+    Inspect(object_inspect::ObjectsInspect),
+    /// Make an object of a neural signed-distance function: a mesh, with its smooth field in the cache
+    #[command(after_help = EXAMPLES)]
+    Bake(Bake),
+}
+
+/// Make an object of a network.
+#[derive(Debug, Args)]
+pub(super) struct Bake {
+    /// Weights of the decoder (.safetensors).
+    #[arg(value_name = "MODEL")]
+    model: PathBuf,
+    /// What the network looks like: the specs.json of its experiment; by default the one beside the model.
+    #[arg(long, value_name = "FILE")]
+    specs: Option<PathBuf>,
+    /// The latent codes (.safetensors): by default the tensor `latent_codes` of the model.
+    #[arg(long, value_name = "FILE")]
+    codes: Option<PathBuf>,
+    /// Which latent code, from 0.
+    #[arg(long, value_name = "I", default_value_t = 0)]
+    code: usize,
+    /// Metres per unit of the network: about half the longest side of the object.
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
+    scale: f64,
+    /// How finely the surface is taken: cells along the diameter of the network's ball.
+    #[arg(long, value_name = "N", default_value_t = 128)]
+    cells: u32,
+    /// The mesh to write (.obj).
+    #[arg(long, short, value_name = "FILE")]
+    output: PathBuf,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  landscape objects bake model.safetensors --scale 0.1 -o bottle.obj
+                                                           shape 0 of a trained decoder, 0.1 m per unit
+  landscape objects bake model.safetensors --specs s.json --codes codes.safetensors --code 7 --scale 0.1 -o jar.obj
+  landscape synth --object bottle.obj -n 64                then as any other object
+
+The network is the decoder of DeepSDF: negative inside, shapes scaled into a ball of radius 1. Its zero level becomes a
+closed mesh, and that a smooth field, which has the curvature that a network of rectifiers lacks. The field is kept in the
+cache folder of the system. Checkpoints of torch (.pth) are converted by the script in docs/neural_objects.md.";
 
 pub(super) fn run(command: &ObjectsCommand, common: &Common) -> anyhow::Result<()> {
     match command {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use anyhow::Context;
 
-use super::args::Synth;
+use super::synth::Synth;
 use super::{input, models};
 use crate::object::Object;
 use crate::store::{Grasp, HandMetadata, ObjectMetadata};

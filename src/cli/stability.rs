@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::Context;
+use clap::{Args, ValueEnum};
 use rayon::prelude::*;
 use serde_json::json;
 
-use super::args::{Common, ProtocolName, Stability};
+use super::args::{Again, Common, HandAndObject};
 use super::input::{self, coordinates};
 use super::output::check_file;
 use super::run::{open_journal, tally};
@@ -18,6 +19,63 @@ use crate::evaluation::stability::{
 };
 use crate::hand::Hand;
 use crate::store::{Grasp, GraspFile, Population, content_hash};
+
+/// Simulate grasps.
+#[derive(Debug, Args)]
+pub(super) struct Stability {
+    /// The grasps: a file of `landscape synth`, or of your own with the same columns.
+    #[arg(value_name = "FILE")]
+    grasps: PathBuf,
+    /// What is tested, see below.
+    #[arg(long, value_enum, default_value_t = ProtocolName::Drop, conflicts_with = "settings")]
+    protocol: ProtocolName,
+    /// A protocol of your own (TOML): `protocol = "drop"` or `"six-directions"` and any of its numbers.
+    #[arg(long, value_name = "FILE")]
+    settings: Option<PathBuf>,
+    /// Write the protocol with all its numbers to standard output, and do nothing else.
+    #[arg(long)]
+    print_protocol: bool,
+    /// The file to write; by default the name of the grasps with the ending `.stability.parquet`.
+    #[arg(long, short, value_name = "FILE")]
+    output: Option<PathBuf>,
+    #[command(flatten)]
+    of: HandAndObject,
+    #[command(flatten)]
+    again: Again,
+}
+
+/// Tests of stability.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum ProtocolName {
+    /// Gravity on an object in a rigid hand.
+    Drop,
+    /// Pushes along six directions in a hand that squeezes.
+    SixDirections,
+    /// Pushes along six directions in a rigid hand.
+    SixDirectionsRigid,
+}
+
+pub(super) const EXAMPLES: &str = "\
+Examples:
+  landscape stability grasps.parquet                       grasps.stability.parquet: the same with a column `stable`
+  landscape stability grasps.parquet --protocol six-directions -o held.parquet
+  landscape stability grasps.parquet --print-protocol > mine.toml
+  landscape stability grasps.parquet --settings mine.toml  a protocol of your own
+
+Protocols (rigid bodies, Coulomb friction, the Rapier engine in its deterministic mode):
+  drop                  The test of Liu et al. (2021): a rigid hand that does not move, gravity of 10 m/s² down the object's
+                        z axis, 1000 steps of 1/60 s; stable if the object falls less than 0.3 m. Friction 0.25 in contact:
+                        0.5 for each body, multiplied. The object first settles for a second without gravity; what presses
+                        is what overlaps. An object at rest (10 µm in a quarter of a second) holds: the test ends.
+  six-directions        The test in use today (DexGraspBench): no gravity, the object is given 0.1 kg and pushed with 1 N
+                        along ±x, ±y and ±z, 2 s each; stable if it moves less than 5 cm and turns less than 15° in all six.
+                        Friction 0.6. The joints squeeze: springs pull them toward the object.
+  six-directions-rigid  The same with rigid joints.
+In all of them more than 1 cm of overlap at the start fails.
+
+Adds the columns stable, stable_reason (held, overlap, fell, moved, turned, lost), stable_displacement_m and
+stable_turn_rad; the protocol with all its numbers goes into the file's metadata. Objects are cut into convex pieces; how
+well these fit is told. An interrupted run continues where it stopped when the same command is given again.";
 
 /// Version of the engine, for the file: results are the same bits only for the same one.
 const ENGINE: &str = "rapier3d-f64 0.36";

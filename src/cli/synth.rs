@@ -4,9 +4,10 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use clap::{Args, ValueHint};
 use rayon::prelude::*;
 
-use super::args::{Common, Keep, Synth};
+use super::args::{Again, Common};
 use super::experiment::Experiment;
 use super::hands::expense;
 use super::input::{self, coordinates, within};
@@ -22,6 +23,117 @@ use crate::grasp::{GraspEnergy, Judgement, judge};
 use crate::limits::{CHAINS, PERTURBATION, STEPS};
 use crate::optimize::QuenchSettings;
 use crate::store::{Grasp, GraspFile, Metadata, SCHEMA_VERSION, content_hash};
+
+/// Synthesize grasps.
+#[derive(Debug, Args)]
+pub(super) struct Synth {
+    /// The hand: a name of one that comes with the program (`human` unless told otherwise), or a URDF,
+    /// MJCF or MANO (.npz) file.
+    #[arg(long, value_name = "NAME|FILE", value_hint = ValueHint::FilePath)]
+    pub(super) hand: Option<String>,
+    /// The folder in which everything lies that the hand's description refers to (meshes, included files); its own
+    /// folder unless told otherwise. Files elsewhere are refused.
+    #[arg(long, value_name = "FOLDER", conflicts_with = "from")]
+    pub(super) hand_folder: Option<PathBuf>,
+    /// The hand's mirror image instead: a left hand of a right one.
+    #[arg(long, conflicts_with = "from")]
+    pub(super) mirror: bool,
+    /// The object: a name of one that comes with the program, a mesh (OBJ, STL, PLY, glTF; metres unless --scale says
+    /// otherwise), or a TOML file of shapes (see `landscape help objects inspect`).
+    #[arg(long, value_name = "NAME|FILE", value_hint = ValueHint::FilePath, required_unless_present = "from")]
+    pub(super) object: Option<String>,
+    /// What files and pictures call the object, instead of the name of its file.
+    #[arg(
+        long,
+        value_name = "NAME",
+        requires = "object",
+        conflicts_with = "from"
+    )]
+    pub(super) name: Option<String>,
+    /// Metres per unit of the object's mesh (from a millionth to a million): 0.001 for millimetres, 0.1 for a mesh of unit size that is to be 10 cm in radius.
+    #[arg(
+        long,
+        value_name = "FACTOR",
+        conflicts_with = "from",
+        allow_negative_numbers = true
+    )]
+    pub(super) scale: Option<f64>,
+    /// Start from the grasps of a file instead of random poses: chain i from row i, and again from the first after the
+    /// last. Hand and object are those of the file, unless others are named.
+    #[arg(long, value_name = "FILE")]
+    pub(super) from: Option<PathBuf>,
+    /// Move each given grasp by so many millimetres in a random direction first (as poses are measured: the root mean
+    /// square way of the hand's surface).
+    #[arg(
+        long,
+        value_name = "MM",
+        requires = "from",
+        allow_negative_numbers = true
+    )]
+    perturb: Option<f64>,
+    /// Number of chains, a million at most; each gives one grasp, if its end passes the filter. By default 64, or one for
+    /// each given grasp.
+    #[arg(short = 'n', long, value_name = "N")]
+    chains: Option<u64>,
+    /// Steps of each chain.
+    #[arg(long, value_name = "N")]
+    steps: Option<u32>,
+    /// Number of contacts of a grasp.
+    #[arg(long, value_name = "N")]
+    contacts: Option<usize>,
+    /// Seed of every random draw.
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Energy and sampler: `default` (smooth, physical), `paper` (as printed) or `released` (as the authors' code has it).
+    #[arg(
+        long,
+        default_value = "default",
+        value_name = "NAME",
+        conflicts_with = "config"
+    )]
+    preset: String,
+    /// Experiment file (TOML) with the sections [energy] and [synthesis]; see data/experiments.
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// Which grasps to keep: those that pass the strict filter, those that also press firmly, those that pass the
+    /// published filter (Eq. 11), or all.
+    #[arg(long, value_enum, default_value_t = Keep::Strict)]
+    keep: Keep,
+    /// Keep at most N of them, chosen so that they are spread evenly over the object.
+    #[arg(long, value_name = "N")]
+    spread: Option<usize>,
+    /// The file to write.
+    #[arg(long, short, default_value = "grasps.parquet", value_name = "FILE")]
+    output: PathBuf,
+    #[command(flatten)]
+    again: Again,
+}
+
+/// Which grasps to keep.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub(super) enum Keep {
+    /// Those a person could hold: contacts within 2 mm, nothing deeper than 2 mm, exact force closure, …
+    Strict,
+    /// Those whose hand, closed at the end until it presses, passes the strict filter and holds with all that touches:
+    /// made to stay in the hand in simulation. No minima of the energy, from which they lie a millimetre or two.
+    Firm,
+    /// Those that pass Eq. 11 of the paper.
+    Published,
+    /// Every chain's end.
+    All,
+}
+
+pub(super) const EXAMPLES: &str = "\
+Examples:
+  landscape synth --object bottle_round -n 64              64 chains on a bottle that comes with the program
+  landscape synth --object mug.obj -n 256 -o mug.parquet   your own mesh (metres, closed)
+  landscape synth --object ball --preset paper --keep all  the published energy and sampler
+  landscape synth --from mug.parquet -o better.parquet     refine given grasps
+  landscape synth --from mug.parquet --perturb 10 -n 500 -o more.parquet
+                                                           look around given grasps
+
+An interrupted run continues where it stopped when the same command is given again; with --resume it must, with --fresh
+it begins anew. The result is the same to the last byte.";
 
 /// Chains unless told otherwise.
 const DEFAULT_CHAINS: u64 = 64;

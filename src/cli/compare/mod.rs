@@ -10,17 +10,48 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use basins::Basins;
+use clap::Args;
 use experiments::Experiments;
 use hypotheses::Settings;
 use serde_json::{Value, json};
 
-use super::args::{Common, Compare};
+use super::args::{Common, GroupBarrier};
 use super::output::check_file;
 use super::{complain, print};
 use crate::evaluation::taxonomy::Rule;
 use crate::figure::MAKER;
 use crate::figure::chart::Chart;
 use crate::store::FileSet;
+
+/// Hold a landscape against the taxonomy.
+#[derive(Debug, Args)]
+pub(super) struct Compare {
+    /// The landscape of some grasps.
+    #[arg(value_name = "LANDSCAPE")]
+    landscape: PathBuf,
+    /// Another one, of any hand and object: which types and cells of the taxonomy each of them holds.
+    #[arg(value_name = "OTHER")]
+    other: Option<PathBuf>,
+    /// Name of the files to write, without .md, .json, .png and .svg; by default that of the landscape with `.comparison`.
+    #[arg(short, long, value_name = "NAME")]
+    output: Option<PathBuf>,
+    #[command(flatten)]
+    groups: GroupBarrier,
+    /// Seed of permutations and resamplings.
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+}
+
+pub(super) const EXAMPLES: &str = "\
+Examples:
+  landscape compare grasps.landscape                       grasps.comparison.md, .json, .png, .svg
+  landscape compare human.landscape gripper.landscape      which grasp types each of them holds
+
+Labels minima by the rule of `landscape label` (labels that the landscape was built with win), and tests by permutation
+whether heights between them go with their categories and types: dendrogram purity, ANOSIM, PERMANOVA, Mantel, Moran's I,
+assortativity, barrier ratios, cuts of the tree. Hypotheses and the thresholds at which they hold were written down before
+the first run (data/taxonomy/hypotheses.toml); p-values are corrected over all of them (Holm). Three of them ask the energy:
+along the ways between spheres, after fingers have been lifted, and on hands without a thumb.";
 
 pub(super) fn run(command: &Compare, common: &Common) -> anyhow::Result<()> {
     let rule = Rule::standard();

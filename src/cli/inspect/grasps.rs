@@ -8,8 +8,8 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::summary::{Landscape, summary};
-use super::{number, table, yes};
-use crate::cli::args::{Common, Inspect};
+use super::{Inspect, number, table, yes};
+use crate::cli::args::Common;
 use crate::cli::{input, print, progress};
 use crate::grasp::closure::{PointContact, contact_forces};
 use crate::grasp::filter::STRICT_FRICTION;

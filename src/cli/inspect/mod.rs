@@ -1,16 +1,77 @@
 //! `landscape inspect`: how good grasps or bare contacts are.
 
 use std::fmt::Write;
+use std::path::PathBuf;
 
 use anyhow::Context;
+use clap::Args;
 
-use super::args::{Common, Inspect};
+use super::args::{Common, HandAndObject};
 use super::{print, print_json};
 
 mod contacts;
 mod grasps;
 mod path;
 mod summary;
+
+/// Judge grasps.
+#[derive(Debug, Args)]
+pub(super) struct Inspect {
+    /// Grasps (Parquet, as of `landscape synth`), bare contacts (JSON, see below), or with --path a landscape.
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// All about the grasp with this id, instead of the summary; may be given several times.
+    #[arg(long, value_name = "ID")]
+    grasp: Vec<u64>,
+    /// One line for each grasp, instead of the summary.
+    #[arg(long, conflicts_with = "grasp")]
+    each: bool,
+    /// Write everything as JSON.
+    #[arg(long)]
+    json: bool,
+    /// Of a landscape: the lowest way between two minima (m3, m17) or groups (g0, g4: their lowest minima), as pictures with
+    /// the energy by term along it (PNG, SVG) and as an animation (glTF).
+    #[arg(long, num_args = 2, value_names = ["FROM", "TO"], conflicts_with_all = ["grasp", "each", "hand", "object"])]
+    path: Option<Vec<String>>,
+    /// Pictures along the way.
+    #[arg(long, value_name = "N", requires = "path", default_value_t = 8)]
+    pictures: usize,
+    /// Name of the files of a way, without .png, .svg, .glb; by default that of the landscape with `.FROM-TO`.
+    #[arg(short, long, value_name = "NAME", requires = "path")]
+    output: Option<PathBuf>,
+    #[command(flatten)]
+    of: HandAndObject,
+}
+
+pub(super) const EXAMPLES: &str = "\
+Examples:
+  landscape inspect grasps.parquet                         the file in numbers: who passes, and quantiles
+  landscape inspect grasps.parquet --each                  one line for each grasp
+  landscape inspect grasps.parquet --grasp 17 --grasp 40   all about two of them
+  landscape inspect contacts.json                          bare contacts: balance, forces, ε
+  landscape inspect grasps.landscape --path m3 m17         why the barrier between two minima is high
+  landscape inspect grasps.parquet --json | jq '.grasps[] | select(.epsilon < 0.05) | .id'
+
+What is measured:
+  |Gc|       wrench left over when all contacts push equally along their normals; below 0.5 passes the relaxed test
+  friction   least friction coefficient at which forces balance (exact); inf where none does
+  epsilon    Ferrari-Canny: the least wrench that can be resisted, per unit sum of normal forces, at friction 0.5 with
+             eight edges a cone; not positive where some wrench cannot be resisted
+  gap        distance of the farthest contact from the surface, on the exact mesh
+  depth      deepest point of the hand in the object or of the object in the hand, on the exact mesh and the hand as
+             `export glb` writes it
+Arms of torques are divided by the object's radius, so all but gap and depth are dimensionless.
+
+Bare contacts (JSON; at most 400, lengths in any one unit, normals of any length):
+  {
+    \"contacts\": [
+      {\"position\": [0.03, 0.00, 0.09], \"inward_normal\": [-1, 0, 0]},
+      {\"position\": [-0.03, 0.01, 0.09], \"inward_normal\": [1, 0, 0]}
+    ],
+    \"centre\": [0, 0, 0.09],     torques are taken about it; default: the mean of the positions
+    \"length\": 0.1,              arms are divided by it; default: the longest arm
+    \"friction\": 0.5             for force closure, forces and epsilon; default: 0.5
+  }";
 
 pub(super) fn run(command: &Inspect, common: &Common) -> anyhow::Result<()> {
     if let Some(ends) = &command.path {

@@ -7,8 +7,8 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 use serde_json::json;
 
-use super::{number, table};
-use crate::cli::args::{Common, Inspect};
+use super::{Inspect, number, table};
+use crate::cli::args::Common;
 use crate::cli::input::{open_landscape, within};
 use crate::cli::output::{check_file, is_scene};
 use crate::cli::types::Setting;

@@ -5,10 +5,11 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
+use clap::Args;
 use rayon::prelude::*;
 use serde_json::json;
 
-use super::args::{Common, LabelCommand};
+use super::args::{Common, HandAndObject};
 use super::input::{self, coordinates};
 use super::output::check_file;
 use super::{complain, models, print, progress};
@@ -20,6 +21,47 @@ use crate::store::{Grasp, GraspFile, Population};
 mod sheet;
 mod summary;
 mod table;
+
+/// Name grasps.
+#[derive(Debug, Args)]
+pub(super) struct LabelCommand {
+    /// The grasps.
+    #[arg(value_name = "FILE")]
+    grasps: PathBuf,
+    /// Tell what spoke for and against the label of the grasp with this id, and write nothing; may be given several times.
+    #[arg(long, value_name = "ID", conflicts_with_all = ["sheet", "output"])]
+    explain: Vec<u64>,
+    /// Labels given by a human (CSV with the columns id and label): they win over the rule's.
+    #[arg(long, value_name = "FILE")]
+    from: Option<PathBuf>,
+    /// Write a page (HTML) on which the grasps can be labelled, instead of labels.
+    #[arg(long, value_name = "FILE", conflicts_with = "output")]
+    sheet: Option<PathBuf>,
+    /// Signatures of your own, in the form of data/taxonomy/signatures.toml, instead of those that come with the program.
+    #[arg(long, value_name = "FILE")]
+    rule: Option<PathBuf>,
+    /// The file to write; by default the name of the file with the ending `.labelled.parquet`.
+    #[arg(long, short, value_name = "FILE")]
+    output: Option<PathBuf>,
+    #[command(flatten)]
+    of: HandAndObject,
+}
+
+pub(super) const EXAMPLES: &str = "\
+Examples:
+  landscape label grasps.parquet                           grasps.labelled.parquet: the same with grasp types
+  landscape label grasps.parquet --explain 17              why grasp 17 is what it is
+  landscape label grasps.parquet --sheet sheet.html        a page on which you label by clicking; it saves labels.csv
+  landscape label grasps.parquet --from labels.csv         the same with your labels, which win
+  landscape label mine.parquet -o mine.parquet --force     in place
+
+The types are the 33 of the GRASP taxonomy (Feix et al. 2016). The rule looks at all of the hand within 5 mm of the object,
+at the pose of the fingers and at the object where it is held. Where two types fit as well it tells the cell of the
+taxonomy's table (category/opposition/virtual finger 2/thumb); where none fits, `unlisted`; for a hand without a thumb
+and fingers of a human one, `not_applicable`.
+
+Adds the columns label (yours), label_auto, label_score, label_best, label_category and label_source. labels.csv has the
+columns id and label: a name or number of a type, or `unlisted`.";
 
 pub(super) fn run(command: &LabelCommand, common: &Common) -> anyhow::Result<()> {
     let output = command

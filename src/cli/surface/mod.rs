@@ -6,24 +6,118 @@ mod report;
 use std::path::PathBuf;
 
 use anyhow::{Context, bail, ensure};
-use clap::ValueEnum;
+use clap::{Args, ValueEnum};
 use program::{Region, command_hash, region};
 use report::{KINKS, Report, fates, kinks, spell};
 
 pub(super) use program::space;
 
-use super::args::{Common, Surface};
+use super::args::{Again, Common, GroupBarrier, Paths};
 use super::input::within;
 use super::landscape::{Input, Mapped};
 use super::output::check_place;
 use super::run::{DiskJournal, Unfinished, Watch, check_resumable, until_unwritable};
 use super::uncertainty::Unseen;
 use super::{complain, print};
-use crate::energy::{Counted, Energy, model};
+use crate::energy::model::MODELS;
+use crate::energy::{Counted, Energy, External, model};
 use crate::limits::SEARCHES;
 use crate::store::{Source, StationaryRow, content_hash};
 use crate::topography::exchange::Database;
 use crate::topography::{self, GroupSettings, SearchSettings, explore, in_box};
+
+/// Map a surface.
+#[derive(Debug, Args)]
+pub(super) struct Surface {
+    /// The model and its arguments, as listed below.
+    #[arg(
+        value_name = "MODEL",
+        required_unless_present = "command",
+        conflicts_with = "command",
+        allow_negative_numbers = true
+    )]
+    model: Vec<String>,
+    /// A program that computes the energy, as the shell would run it.
+    #[arg(long, value_name = "COMMAND", requires = "region")]
+    command: Option<String>,
+    /// Where random starts are drawn: low:high for each coordinate; `-1:1x21` stands for 21 alike.
+    #[arg(long, value_name = "LOW:HIGH,...", allow_hyphen_values = true)]
+    region: Option<String>,
+    /// What the coordinates of the program's energy are.
+    #[arg(long, value_enum, default_value_t = Coordinates::Flat, requires = "command")]
+    coordinates: Coordinates,
+    /// How long the program may take over one answer.
+    #[arg(
+        long,
+        value_name = "SECONDS",
+        default_value_t = External::ANSWER_LIMIT.as_secs_f64(),
+        requires = "command",
+        allow_negative_numbers = true
+    )]
+    answer_seconds: f64,
+    /// The folder to write; by default the name of the model with the ending `.landscape`.
+    #[arg(long, short, value_name = "FOLDER")]
+    output: Option<PathBuf>,
+    /// Stop after this many searches without anything new for every minimum and saddle found.
+    #[arg(long, value_name = "N")]
+    patience: Option<usize>,
+    /// Stop after about this many searches in any case.
+    #[arg(long, value_name = "N")]
+    searches: Option<usize>,
+    /// How the paths relax that join minima which no search joined.
+    #[arg(long, value_enum, default_value_t)]
+    paths: Paths,
+    #[command(flatten)]
+    groups: GroupBarrier,
+    /// Seed of every random draw.
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    #[command(flatten)]
+    again: Again,
+}
+
+/// What coordinates are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum Coordinates {
+    /// Numbers of a flat space.
+    Flat,
+    /// Angles in radians, which wrap.
+    Angles,
+    /// Positions x, y, z of equal atoms: moved, turned, mirrored and renumbered copies are one.
+    Atoms,
+    /// A unit quaternion w, x, y, z; the gradient has three numbers, by rotation about the body's own axes.
+    Rotation,
+}
+
+pub(super) fn examples() -> String {
+    let models = MODELS.iter().map(|model| {
+        let call = format!("{} {}", model.name, model.arguments);
+        format!("  {call:<40}{}\n", model.about)
+    });
+    format!(
+        "{EXAMPLES}\n\nModels:\n{}",
+        models.collect::<String>().trim_end()
+    )
+}
+
+pub(super) const EXAMPLES: &str = r#"Finds every minimum and every saddle between them that it can, from random points and the energy alone: it climbs from
+minima along their modes and from random places, descends on both sides of each saddle, and stops when it has found
+nothing new for long. How complete that is is estimated and told.
+
+Examples:
+  landscape surface muller-brown                           writes muller-brown.landscape/
+  landscape surface lj 7 -o seven.landscape                7 Lennard-Jones atoms: 4 minima, 12 saddles
+  landscape surface --command "python3 my_energy.py" --region=-1.5:1,-0.3:1.8
+                                                           your own energy, starts drawn from this box
+
+Your program answers a line for a line (docs/external_energy.md has a whole example):
+  asked on standard input       {"x": [0.5, -1.25]}
+  answered on standard output   {"energy": 3.5, "gradient": [0.25, -1.0]}   or {"energy": null} outside the domain
+Without "gradient" it is taken by differences. One program runs on each thread.
+
+Writes what `landscape build` writes, and stationary.parquet: all minima and saddles with their curvatures, which are in
+min.data and ts.data, too. An interrupted run continues where it stopped when the same command is given again; with --resume
+it must, with --fresh it begins anew."#;
 
 /// What is to be mapped.
 struct Subject<'a> {

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use anyhow::{bail, ensure};
 
-use crate::cli::args::{Coordinates, Surface};
+use super::{Coordinates, Surface};
 use crate::cli::input::within;
 use crate::energy::{Energy, External, ExternalError, check_gradient};
 use crate::limits::{ANSWER_TIME, MOST_COORDINATES, REGION, REGION_SIDE};
