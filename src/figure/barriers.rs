@@ -1,14 +1,17 @@
 //! The barrier graph: minima in the plane, near each other where the way between them is low.
 
+use petgraph::unionfind::UnionFind;
+
 use super::axis::Span;
 use super::canvas::Canvas;
-use super::layout::{components, majorise, pack, separate, shortest_paths};
+use super::layout::place_in;
 use super::leaf::{
-    DiscScale, Leaf, explain_labels, explain_sizes, group, label_colours, leaves_of,
+    DiscScale, Leaf, draw_title, explain_labels, explain_sizes, label_colours, leaves_of,
+    most_members,
 };
 use super::legend::Legend;
 use super::style::{Anchor, Colour, Stroke, TextFace};
-use super::theme::{INK, LINE, MARGIN, PALE_LINE, TEXT, TITLE, UNLABELLED, WHITE, sequential};
+use super::theme::{INK, LINE, MARGIN, PALE_LINE, TEXT, UNLABELLED, WHITE, sequential};
 use super::{FigureError, axis, text_width};
 use crate::topography::{Evidence, Network};
 
@@ -75,30 +78,6 @@ impl BarrierPicture {
         }
     }
 
-    /// With groups of minima in place of single ones: minimum i goes to group `group_of[i]`, at the energy of the lowest
-    /// member; the lowest link between two groups stays.
-    ///
-    /// # Panics
-    /// If `group_of` has not one entry a minimum.
-    #[must_use]
-    pub fn grouped(&self, group_of: &[usize]) -> Self {
-        let leaves = group(&self.leaves, group_of);
-        let mut energies = vec![f64::INFINITY; leaves.len()];
-        for (&energy, &group) in self.energies.iter().zip(group_of) {
-            energies[group] = energies[group].min(energy);
-        }
-        let links = lowest_links(self.links.iter().map(|link| Link {
-            ends: link.ends.map(|end| group_of[end]),
-            ..*link
-        }));
-        Self {
-            energies,
-            leaves,
-            links,
-            ..self.clone()
-        }
-    }
-
     /// Height of a link above the higher of its ends.
     fn barrier(&self, link: &Link) -> f64 {
         let [a, b] = link.ends.map(|end| self.energies[end]);
@@ -121,17 +100,7 @@ impl BarrierPicture {
         let links = lowest_links(self.links.iter().filter(drawn).copied());
         let widths = Widths::new(self, &links);
         let mut canvas = Canvas::new(self.size[0], self.size[1]);
-        let mut top = MARGIN;
-        if !self.title.is_empty() {
-            let face = TextFace::new(TITLE, INK).bold().anchored(Anchor::Middle);
-            let middle = 0.5 * canvas.width();
-            canvas.text(
-                [middle, top + 0.6 * TITLE],
-                &self.title,
-                face.fitted(&self.title, 2.0 * (middle - MARGIN)),
-            );
-            top += 1.6 * TITLE;
-        }
+        let top = draw_title(&mut canvas, &self.title);
         let area = 0.75 * canvas.width() * (canvas.height() - top);
         let scale = self.disc_scale(area);
         let legend = self.legend(&links, &widths, scale);
@@ -154,7 +123,8 @@ impl BarrierPicture {
             .iter()
             .map(|leaf| scale.radius(leaf.members))
             .collect();
-        let points = self.places(&links, &widths, &radii, frame);
+        let ends: Vec<([usize; 2], f64)> = widths.links(&links).collect();
+        let points = place_in(frame, &radii, &ends, self.seed);
         draw_links(&mut canvas, &links, &widths, &points);
         self.draw_nodes(&mut canvas, &points, &radii, frame);
         Ok(canvas)
@@ -191,13 +161,7 @@ impl BarrierPicture {
     /// Circles cover about a tenth of the plane.
     fn disc_scale(&self, area: f64) -> DiscScale {
         let total: usize = self.leaves.iter().map(|leaf| leaf.members.max(1)).sum();
-        let most = self
-            .leaves
-            .iter()
-            .map(|leaf| leaf.members)
-            .max()
-            .unwrap_or(0)
-            .max(1) as f64;
+        let most = most_members(&self.leaves);
         let one = (0.06 * area / (std::f64::consts::PI * total.max(1) as f64)).sqrt();
         DiscScale {
             one: one.clamp(3.0, 16.0).min(40.0 / most.sqrt()),
@@ -247,70 +211,6 @@ impl BarrierPicture {
             legend.line(dashed(LINE, TYPICAL_WIDTH), "upper bound");
         }
         legend
-    }
-
-    /// Centres of the circles inside `frame` (upper left, lower right).
-    fn places(
-        &self,
-        links: &[Link],
-        widths: &Widths,
-        radii: &[f64],
-        frame: [[f64; 2]; 2],
-    ) -> Vec<[f64; 2]> {
-        let count = radii.len();
-        let largest = radii.iter().copied().fold(0.0, f64::max) + 4.0;
-        let room = [0, 1].map(|axis| frame[1][axis] - frame[0][axis] - 2.0 * largest);
-        let ends: Vec<[usize; 2]> = links.iter().map(|link| link.ends).collect();
-        let parts = components(count, &ends);
-        let mut index_in_part = vec![0; count];
-        let mut parts_of = vec![0; count];
-        for (part, nodes) in parts.iter().enumerate() {
-            for (index, &node) in nodes.iter().enumerate() {
-                (index_in_part[node], parts_of[node]) = (index, part);
-            }
-        }
-        let mut local = vec![[0.0; 2]; count];
-        let mut boxes = Vec::with_capacity(parts.len());
-        for (part, nodes) in parts.iter().enumerate() {
-            let inside: Vec<([usize; 2], f64)> = links
-                .iter()
-                .zip(&widths.barriers)
-                .filter(|(link, _)| parts_of[link.ends[0]] == part)
-                .map(|(link, &barrier)| {
-                    (
-                        link.ends.map(|end| index_in_part[end]),
-                        widths.length(barrier),
-                    )
-                })
-                .collect();
-            let layout = majorise(
-                nodes.len(),
-                &shortest_paths(nodes.len(), &inside),
-                self.seed,
-            );
-            let (points, extent) = turned(&layout.points);
-            for (&node, point) in nodes.iter().zip(points) {
-                local[node] = point;
-            }
-            // A margin of half a typical link around every part.
-            boxes.push(extent.map(|side| side + 0.6));
-        }
-        let (corners, extent) = pack(&boxes, room[0] / room[1]);
-        let fit = (0..2)
-            .map(|axis| room[axis] / extent[axis].max(f64::MIN_POSITIVE))
-            .fold(f64::INFINITY, f64::min);
-        // Two minima need not be a sheet apart.
-        let fit = fit.min(230.0);
-        let mut points: Vec<[f64; 2]> = (0..count)
-            .map(|node| {
-                [0, 1].map(|axis| fit * (corners[parts_of[node]][axis] + 0.3 + local[node][axis]))
-            })
-            .collect();
-        for _ in 0..4 {
-            separate(&mut points, radii, 5.0);
-            fit_into(&mut points, frame, largest);
-        }
-        points
     }
 
     fn draw_nodes(
@@ -442,19 +342,11 @@ impl Widths {
                 .then(barriers[a].total_cmp(&barriers[b]))
                 .then(a.cmp(&b))
         });
-        let mut above: Vec<usize> = (0..picture.energies.len()).collect();
+        let mut sets = UnionFind::new(picture.energies.len());
         let mut in_tree = vec![false; links.len()];
         for &index in &order {
-            let [a, b] = links[index].ends.map(|end| {
-                let mut node = end;
-                while above[node] != node {
-                    above[node] = above[above[node]];
-                    node = above[node];
-                }
-                node
-            });
-            in_tree[index] = a != b;
-            above[a] = b;
+            let [a, b] = links[index].ends;
+            in_tree[index] = sets.union(a, b);
         }
         let mut tree: Vec<f64> = barriers
             .iter()
@@ -481,6 +373,12 @@ impl Widths {
         0.35 + 0.65 * (barrier / self.typical).sqrt().min(5.0)
     }
 
+    /// Ends and lengths of the links.
+    fn links(&self, links: &[Link]) -> impl Iterator<Item = ([usize; 2], f64)> {
+        let barriers = links.iter().zip(&self.barriers);
+        barriers.map(|(link, &barrier)| (link.ends, self.length(barrier)))
+    }
+
     /// Low, middle and high barriers for the legend.
     fn typical(&self) -> Vec<f64> {
         let mut sorted = self.barriers.clone();
@@ -491,63 +389,6 @@ impl Widths {
             .collect();
         values.dedup_by_key(|value| axis::number(*value));
         values
-    }
-}
-
-/// Turns points so that their longest extent is horizontal and moves the box around them to the origin.
-fn turned(points: &[[f64; 2]]) -> (Vec<[f64; 2]>, [f64; 2]) {
-    let count = points.len().max(1) as f64;
-    let mean = [0, 1].map(|axis| points.iter().map(|point| point[axis]).sum::<f64>() / count);
-    let moment = |a: usize, b: usize| {
-        points
-            .iter()
-            .map(|point| (point[a] - mean[a]) * (point[b] - mean[b]))
-            .sum::<f64>()
-    };
-    let angle = 0.5 * (2.0 * moment(0, 1)).atan2(moment(0, 0) - moment(1, 1));
-    let (sin, cos) = angle.sin_cos();
-    let mut points: Vec<[f64; 2]> = points
-        .iter()
-        .map(|&[x, y]| [cos * x + sin * y, cos * y - sin * x])
-        .collect();
-    let [low, high] = bounds(&points);
-    for point in &mut points {
-        *point = [point[0] - low[0], point[1] - low[1]];
-    }
-    (points, [high[0] - low[0], high[1] - low[1]])
-}
-
-/// Smallest and largest coordinates; zeros of nothing.
-fn bounds(points: &[[f64; 2]]) -> [[f64; 2]; 2] {
-    if points.is_empty() {
-        return [[0.0; 2]; 2];
-    }
-    let least = |axis: usize| {
-        points
-            .iter()
-            .map(|point| point[axis])
-            .fold(f64::INFINITY, f64::min)
-    };
-    let most = |axis: usize| {
-        points
-            .iter()
-            .map(|point| point[axis])
-            .fold(f64::NEG_INFINITY, f64::max)
-    };
-    [[least(0), least(1)], [most(0), most(1)]]
-}
-
-/// Centres points in `frame`, each direction squeezed only if it does not fit.
-fn fit_into(points: &mut [[f64; 2]], frame: [[f64; 2]; 2], margin: f64) {
-    let [low, high] = bounds(points);
-    for axis in 0..2 {
-        let room = frame[1][axis] - frame[0][axis] - 2.0 * margin;
-        let squeeze = (room / (high[axis] - low[axis]).max(f64::MIN_POSITIVE)).min(1.0);
-        let middle = 0.5 * (low[axis] + high[axis]);
-        let centre = 0.5 * (frame[0][axis] + frame[1][axis]);
-        for point in points.iter_mut() {
-            point[axis] = centre + squeeze * (point[axis] - middle);
-        }
     }
 }
 
@@ -601,12 +442,8 @@ mod tests {
             .map(|leaf| 6.0 * (leaf.members as f64).sqrt())
             .collect();
         let widths = Widths::new(&picture, &picture.links);
-        let points = picture.places(
-            &picture.links,
-            &widths,
-            &radii,
-            [[0.0, 0.0], [900.0, 800.0]],
-        );
+        let links: Vec<_> = widths.links(&picture.links).collect();
+        let points = place_in([[0.0, 0.0], [900.0, 800.0]], &radii, &links, picture.seed);
         for i in 0..91 {
             assert!((0..2).all(|axis| points[i][axis] >= radii[i]
                 && points[i][axis] <= [900.0, 800.0][axis] - radii[i]));
@@ -631,18 +468,7 @@ mod tests {
         // The eye tells lines apart whose barriers differ by half.
         assert!(widths.width(widths.typical) > 1.45 * widths.width(1.5 * widths.typical));
         assert!(widths.length(0.0) < widths.length(widths.typical));
-        assert_eq!(
-            widths.in_tree.iter().filter(|kept| **kept).count(),
-            60 - components(
-                60,
-                &picture
-                    .links
-                    .iter()
-                    .map(|link| link.ends)
-                    .collect::<Vec<_>>()
-            )
-            .len()
-        );
+        assert_eq!(widths.in_tree.iter().filter(|kept| **kept).count(), 59);
     }
 
     #[test]
@@ -676,18 +502,14 @@ mod tests {
     }
 
     #[test]
-    fn groups_keep_the_lowest_link() {
-        let mut picture = picture(4, 1, false);
+    fn pairs_keep_the_lowest_link() {
         let link = |ends, height| Link {
             ends,
             height,
             evidence: Evidence::Path,
         };
-        picture.energies = vec![0.0, 1.0, 2.0, 3.0];
-        picture.links = vec![link([0, 2], 9.0), link([3, 1], 7.0), link([0, 1], 1.5)];
-        let grouped = picture.grouped(&[0, 0, 1, 1]);
-        assert_eq!(grouped.energies, [0.0, 2.0]);
-        assert_eq!(grouped.links, [link([0, 1], 7.0)]);
+        let links = [link([0, 1], 9.0), link([1, 0], 7.0), link([0, 0], 1.5)];
+        assert_eq!(lowest_links(links.into_iter()), [link([0, 1], 7.0)]);
     }
 
     #[test]

@@ -11,11 +11,11 @@ use base64::engine::general_purpose::STANDARD;
 use plotters::backend::{BitMapBackend, DrawingBackend, SVGBackend};
 use plotters::style::ShapeStyle;
 
-use super::FigureError;
 use super::image::{Image, MAKER};
 use super::style::{
     BASE_LINE, BITMAP, Colour, SVG, Setting, Stroke, TextFace, register_fonts, text_width,
 };
+use super::{FigureError, dash};
 use crate::atomic_file;
 use crate::printable::printable;
 
@@ -107,69 +107,26 @@ impl Canvas {
 
     /// A straight line; a dashed one starts and ends with a dash.
     pub fn line(&mut self, from: [f64; 2], to: [f64; 2], stroke: Stroke) {
-        let Some([dash, gap]) = stroke.dash else {
-            self.marks.push(Mark::Line { from, to, stroke });
-            return;
-        };
-        let length = (to[0] - from[0]).hypot(to[1] - from[1]);
-        let at = |distance: f64| {
-            let t = (distance / length).min(1.0);
-            [
-                from[0] + t * (to[0] - from[0]),
-                from[1] + t * (to[1] - from[1]),
-            ]
-        };
-        let stroke = Stroke {
-            dash: None,
-            ..stroke
-        };
-        let gaps = ((length - dash) / (dash + gap)).round().max(0.0);
-        // Dashes and gaps shrink or grow together so that a whole number of them fits.
-        let fit = length / (dash + gaps * (dash + gap));
-        let mut start = 0.0;
-        while start < length - 1e-6 * length {
-            self.marks.push(Mark::Line {
-                from: at(start),
-                to: at(start + dash * fit),
-                stroke,
-            });
-            start += (dash + gap) * fit;
+        match stroke.dash {
+            None => self.solid([[from, to]], stroke),
+            Some(pattern) => self.solid(dash::line(from, to, pattern), stroke),
         }
     }
 
     /// Straight lines from point to point; dashes run on around corners.
     pub fn polyline(&mut self, points: &[[f64; 2]], stroke: Stroke) {
         let pattern = stroke.dash.unwrap_or([f64::INFINITY, 0.0]);
-        let solid = Stroke {
+        self.solid(dash::polyline(points, pattern), stroke);
+    }
+
+    fn solid(&mut self, pieces: impl IntoIterator<Item = [[f64; 2]; 2]>, stroke: Stroke) {
+        let stroke = Stroke {
             dash: None,
             ..stroke
         };
-        // Dashes and gaps in turn: which of the two, and how much of it is left.
-        let (mut gap, mut left) = (0, pattern[0]);
-        for pair in points.windows(2) {
-            let [from, to] = [pair[0], pair[1]];
-            let length = (to[0] - from[0]).hypot(to[1] - from[1]);
-            let at = |t: f64| {
-                [
-                    from[0] + t * (to[0] - from[0]),
-                    from[1] + t * (to[1] - from[1]),
-                ]
-            };
-            let mut start = 0.0;
-            while start < length {
-                let end = (start + left).min(length);
-                if gap == 0 {
-                    self.line(at(start / length), at(end / length), solid);
-                }
-                left -= end - start;
-                start = end;
-                // A rest that vanishes against the coordinates would never be used up.
-                if left <= 1e-6 {
-                    gap = 1 - gap;
-                    left = pattern[gap];
-                }
-            }
-        }
+        let lines = pieces.into_iter();
+        self.marks
+            .extend(lines.map(|[from, to]| Mark::Line { from, to, stroke }));
     }
 
     /// A filled polygon.
@@ -533,59 +490,6 @@ mod tests {
                 "{upward} {middle:?}"
             );
         }
-    }
-
-    #[test]
-    fn a_dashed_line_ends_with_dashes() {
-        let mut canvas = Canvas::new(100, 10);
-        canvas.line(
-            [0.0, 5.0],
-            [97.0, 5.0],
-            Stroke::dashed(BLACK, 1.0, 6.0, 4.0),
-        );
-        let ends: Vec<_> = canvas
-            .marks
-            .iter()
-            .map(|mark| match mark {
-                Mark::Line { from, to, .. } => (from[0], to[0]),
-                other => panic!("{other:?}"),
-            })
-            .collect();
-        assert_eq!(ends.len(), 10);
-        assert!((ends[9].1 - 97.0).abs() < 1e-9);
-        assert!(ends.windows(2).all(|pair| pair[0].1 < pair[1].0));
-    }
-
-    #[test]
-    fn dashes_run_on_around_corners() {
-        let mut canvas = Canvas::new(100, 100);
-        let stroke = Stroke::dashed(BLACK, 1.0, 6.0, 4.0);
-        canvas.polyline(&[[0.0, 0.0], [3.0, 0.0], [3.0, 20.0]], stroke);
-        let ends: Vec<_> = canvas
-            .marks
-            .iter()
-            .map(|mark| match mark {
-                Mark::Line { from, to, .. } => [*from, *to],
-                other => panic!("{other:?}"),
-            })
-            .collect();
-        assert_eq!(
-            ends,
-            [
-                [[0.0, 0.0], [3.0, 0.0]],
-                [[3.0, 0.0], [3.0, 3.0]],
-                [[3.0, 7.0], [3.0, 13.0]],
-                [[3.0, 17.0], [3.0, 20.0]],
-            ]
-        );
-    }
-
-    #[test]
-    fn dashes_end_however_the_lengths_round() {
-        let mut canvas = Canvas::new(100, 100);
-        let stroke = Stroke::dashed(BLACK, 1.0, 9.1, 5.85);
-        canvas.polyline(&[[0.0, 0.0], [0.0, 1e3]], stroke);
-        assert_eq!(canvas.marks.len(), 67);
     }
 
     #[test]

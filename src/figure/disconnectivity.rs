@@ -2,14 +2,15 @@
 
 use super::axis::Span;
 use super::canvas::Canvas;
-use super::layout::{LeafOrder, TreeLayout, collapse, leaf_count, place};
+use super::layout::{LeafOrder, TreeLayout, leaf_count, place};
 use super::leaf::{
-    DiscScale, Leaf, explain_labels, explain_sizes, group, label_colours, leaves_of,
+    DiscScale, Leaf, draw_title, explain_labels, explain_sizes, label_colours, leaves_of,
+    most_members,
 };
 use super::legend::Legend;
 use super::strip::{PICTURE_DENSITY, Picture, draw_row, row_height};
 use super::style::{Anchor, Colour, Stroke, TextFace};
-use super::theme::{FAINT, INK, LINE, MARGIN, PALE_LINE, TEXT, TITLE, UNLABELLED, WHITE};
+use super::theme::{FAINT, INK, LINE, MARGIN, PALE_LINE, TEXT, UNLABELLED, WHITE};
 use super::{FigureError, axis, text_width};
 use crate::topography::{Evidence, Network, Tree, support};
 
@@ -68,26 +69,6 @@ impl DisconnectivityPicture {
         }
     }
 
-    /// With groups of minima in place of single ones: leaf i goes to group `group_of[i]`, groups count from 0. Of several
-    /// pictures of one group the first stays.
-    ///
-    /// # Panics
-    /// If `group_of` has not one entry a leaf.
-    #[must_use]
-    pub fn grouped(&self, group_of: &[usize]) -> Self {
-        Self {
-            tree: collapse(&self.tree, group_of),
-            leaves: group(&self.leaves, group_of),
-            resampled: (self.resampled.iter())
-                .map(|tree| collapse(tree, group_of))
-                .collect(),
-            examples: first_of_each(
-                (self.examples.iter()).map(|(leaf, picture)| (group_of[*leaf], picture)),
-            ),
-            ..self.clone()
-        }
-    }
-
     /// Draws the picture: energy upward, leaves side by side, merges as bars. A merge that rests on something worse
     /// than [`Evidence::Path`] is dashed and pale, down to what it joins.
     ///
@@ -116,17 +97,7 @@ impl DisconnectivityPicture {
             });
         }
         let mut canvas = Canvas::new(self.size[0], self.size[1] + self.room_for_examples());
-        let mut top = MARGIN;
-        if !self.title.is_empty() {
-            let face = TextFace::new(TITLE, INK).bold().anchored(Anchor::Middle);
-            let middle = 0.5 * canvas.width();
-            canvas.text(
-                [middle, top + 0.6 * TITLE],
-                &self.title,
-                face.fitted(&self.title, 2.0 * (middle - MARGIN)),
-            );
-            top += 1.6 * TITLE;
-        }
+        let top = draw_title(&mut canvas, &self.title);
         let layout = place(&self.tree, self.order);
         let scale = self.disc_scale(&layout, canvas.width());
         let legend = self.legend(scale);
@@ -162,13 +133,7 @@ impl DisconnectivityPicture {
     /// Circles overlap a little where leaves are many; neighbours rarely have the same energy.
     fn disc_scale(&self, layout: &TreeLayout, width: f64) -> DiscScale {
         let spacing = 0.7 * width / (layout.width + 1.0);
-        let most = self
-            .leaves
-            .iter()
-            .map(|leaf| leaf.members)
-            .max()
-            .unwrap_or(0)
-            .max(1) as f64;
+        let most = most_members(&self.leaves);
         let largest = if most > 1.0 {
             (1.6 * spacing).clamp(13.0, 36.0)
         } else {
@@ -216,19 +181,6 @@ impl DisconnectivityPicture {
         }
         legend
     }
-}
-
-/// The first picture of each leaf.
-fn first_of_each<'a>(
-    examples: impl Iterator<Item = (usize, &'a Picture)>,
-) -> Vec<(usize, Picture)> {
-    let mut kept: Vec<(usize, Picture)> = Vec::new();
-    for (leaf, picture) in examples {
-        if kept.iter().all(|(other, _)| *other != leaf) {
-            kept.push((leaf, picture.clone()));
-        }
-    }
-    kept
 }
 
 fn upper_bound(width: f64) -> Stroke {
@@ -473,9 +425,7 @@ fn fill(leaf: &Leaf, colours: &[(&str, Colour)]) -> Colour {
 
 #[cfg(test)]
 mod tests {
-    use super::super::testing::{
-        assert_legible, forest, gallery, random_network, random_tree, tree_of,
-    };
+    use super::super::testing::{assert_legible, forest, gallery, random_tree};
     use super::*;
 
     /// Members fall off quickly, as in real populations.
@@ -588,23 +538,6 @@ mod tests {
     }
 
     #[test]
-    fn groups_replace_their_members() {
-        let network = random_network(5, 40, 1);
-        let full = DisconnectivityPicture::new(tree_of(&network), &network);
-        let grouped = full.grouped(&(0..40).map(|leaf| leaf / 4).collect::<Vec<_>>());
-        assert_eq!(grouped.leaves.len(), 10);
-        let total = |picture: &DisconnectivityPicture| {
-            picture
-                .leaves
-                .iter()
-                .map(|leaf| leaf.members)
-                .sum::<usize>()
-        };
-        assert_eq!(total(&grouped), total(&full));
-        assert_legible(&grouped.draw().unwrap());
-    }
-
-    #[test]
     fn merges_carry_their_support() {
         let tree = random_tree(11, 91, 2);
         let mut picture = picture(tree.clone(), true);
@@ -616,9 +549,6 @@ mod tests {
         gallery(&canvas, "disconnectivity_support");
         let texts: Vec<&str> = canvas.texts().iter().map(|(text, _)| *text).collect();
         assert!(texts.contains(&"support") && texts.contains(&"70 to 95 %"));
-        let groups: Vec<usize> = (0..91).map(|leaf| leaf / 4).collect();
-        assert_eq!(picture.grouped(&groups).resampled.len(), 10);
-        assert_legible(&picture.grouped(&groups).draw().unwrap());
     }
 
     #[test]

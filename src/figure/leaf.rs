@@ -1,8 +1,9 @@
 //! What a picture says about a minimum (or a group of minima): how many members, which label.
 
+use super::canvas::Canvas;
 use super::legend::Legend;
-use super::style::Colour;
-use super::theme;
+use super::style::{Anchor, Colour, TextFace};
+use super::theme::{self, INK, MARGIN, TITLE};
 use crate::topography::Network;
 
 /// A circle of a picture.
@@ -90,6 +91,24 @@ pub(super) fn label_colours(leaves: &[Leaf]) -> Vec<(&str, Colour)> {
     let labels = labels(leaves.iter());
     let colours = theme::label_colours(&labels);
     labels.into_iter().zip(colours).collect()
+}
+
+/// Writes a title across the top of a sheet, if there is one, and returns where the room below it begins.
+pub(super) fn draw_title(canvas: &mut Canvas, title: &str) -> f64 {
+    if title.is_empty() {
+        return MARGIN;
+    }
+    let face = TextFace::new(TITLE, INK).bold().anchored(Anchor::Middle);
+    let middle = 0.5 * canvas.width();
+    let face = face.fitted(title, 2.0 * (middle - MARGIN));
+    canvas.text([middle, MARGIN + 0.6 * TITLE], title, face);
+    MARGIN + 1.6 * TITLE
+}
+
+/// Most members of a leaf, at least 1.
+pub(super) fn most_members(leaves: &[Leaf]) -> f64 {
+    let members = leaves.iter().map(|leaf| leaf.members);
+    members.max().unwrap_or(0).max(1) as f64
 }
 
 /// Says in `legend` which label has which colour, if any occurs.

@@ -10,6 +10,7 @@ use std::path::PathBuf;
 mod axis;
 mod canvas;
 pub mod chart;
+mod dash;
 mod glyph;
 mod image;
 mod legend;

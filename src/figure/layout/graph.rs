@@ -1,9 +1,11 @@
 //! Layout of the barrier graph: points in the plane whose distances follow the lengths of paths on the graph.
 
 use std::cmp::Reverse;
-use std::collections::BinaryHeap;
 
 use faer::{Mat, Side};
+use petgraph::algo::dijkstra;
+use petgraph::graph::{NodeIndex, UnGraph};
+use petgraph::unionfind::UnionFind;
 use rand::RngExt;
 
 use crate::sample::{Task, stream};
@@ -27,53 +29,33 @@ pub struct GraphLayout {
 /// Lengths of the shortest paths between all pairs of `count` nodes over undirected `links` (ends, length ≥ 0): row-major
 /// count × count, infinite where there is no path. Dijkstra from every node.
 pub fn shortest_paths(count: usize, links: &[([usize; 2], f64)]) -> Vec<f64> {
-    let mut neighbours = vec![Vec::new(); count];
+    let mut graph = UnGraph::<(), f64>::with_capacity(count, links.len());
+    for _ in 0..count {
+        graph.add_node(());
+    }
     for &([a, b], length) in links {
-        neighbours[a].push((b, length));
-        neighbours[b].push((a, length));
+        graph.add_edge(NodeIndex::new(a), NodeIndex::new(b), length);
     }
-    let mut lengths = vec![f64::INFINITY; count * count];
-    let mut queue = BinaryHeap::new();
-    for (source, row) in lengths.chunks_mut(count.max(1)).enumerate() {
-        row[source] = 0.0;
-        // The bit pattern of a non-negative number orders like the number.
-        queue.push(Reverse((0.0_f64.to_bits(), source)));
-        while let Some(Reverse((bits, node))) = queue.pop() {
-            if f64::from_bits(bits) > row[node] {
-                continue;
-            }
-            for &(next, length) in &neighbours[node] {
-                let longer = row[node] + length;
-                if longer < row[next] {
-                    row[next] = longer;
-                    queue.push(Reverse((longer.to_bits(), next)));
-                }
-            }
-        }
-    }
-    lengths
+    let row = |source| {
+        let lengths = dijkstra(&graph, source, None, |edge| *edge.weight());
+        let length = move |node| lengths.get(&node).copied().unwrap_or(f64::INFINITY);
+        graph.node_indices().map(length)
+    };
+    graph.node_indices().flat_map(row).collect()
 }
 
-/// Connected components as sorted lists of nodes, the largest first (then by lowest node).
-pub fn components(count: usize, links: &[[usize; 2]]) -> Vec<Vec<usize>> {
-    let mut above: Vec<usize> = (0..count).collect();
-    let find = |above: &mut Vec<usize>, mut node: usize| {
-        while above[node] != node {
-            above[node] = above[above[node]];
-            node = above[node];
-        }
-        node
-    };
-    for &[a, b] in links {
-        let (a, b) = (find(&mut above, a), find(&mut above, b));
-        above[a.max(b)] = a.min(b);
+/// Connected components over `links` (ends, length) as sorted lists of nodes, the largest first (then by lowest node).
+pub fn components(count: usize, links: &[([usize; 2], f64)]) -> Vec<Vec<usize>> {
+    let mut sets = UnionFind::new(count);
+    for &([a, b], _) in links {
+        sets.union(a, b);
     }
     let mut parts = vec![Vec::new(); count];
-    for node in 0..count {
-        parts[find(&mut above, node)].push(node);
+    for (node, part) in sets.into_labeling().into_iter().enumerate() {
+        parts[part].push(node);
     }
-    parts.retain(|part| !part.is_empty());
-    parts.sort_by_key(|part| Reverse(part.len()));
+    parts.retain(|part: &Vec<usize>| !part.is_empty());
+    parts.sort_by_key(|part| (Reverse(part.len()), part[0]));
     parts
 }
 
@@ -402,7 +384,7 @@ mod tests {
     #[test]
     fn components_come_largest_first() {
         assert_eq!(
-            components(6, &[[4, 5], [1, 5]]),
+            components(6, &[([4, 5], 1.0), ([1, 5], 1.0)]),
             [vec![1, 4, 5], vec![0], vec![2], vec![3]]
         );
         assert!(components(0, &[]).is_empty());

@@ -6,7 +6,7 @@ use super::canvas::Canvas;
 mod networks;
 
 #[cfg(feature = "topography")]
-pub(super) use networks::{forest, random_links, random_network, random_tree, tree_of};
+pub(super) use networks::{forest, random_links, random_network, random_tree};
 
 /// Every text lies on the sheet and none touches another.
 pub(super) fn assert_legible(canvas: &Canvas) {

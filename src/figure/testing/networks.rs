@@ -73,7 +73,7 @@ pub(in crate::figure) fn random_network(seed: u64, count: usize, parts: usize) -
 }
 
 /// Kruskal's algorithm, two branches a merge.
-pub(in crate::figure) fn tree_of(network: &Network) -> Tree {
+fn tree_of(network: &Network) -> Tree {
     let mut nodes: Vec<Node> = network
         .node_weights()
         .enumerate()
