@@ -46,11 +46,11 @@
 //! ```
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
+#[cfg(any(feature = "figure", feature = "grasp"))]
 mod atomic_file;
 
 pub mod agreement;
 pub mod energy;
-pub mod figure;
 pub mod limits;
 pub mod optimize;
 pub mod printable;
@@ -59,6 +59,8 @@ pub mod space;
 
 #[cfg(feature = "grasp")]
 pub mod evaluation;
+#[cfg(feature = "figure")]
+pub mod figure;
 #[cfg(feature = "grasp")]
 pub mod grasp;
 #[cfg(feature = "grasp")]

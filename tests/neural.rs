@@ -1,5 +1,5 @@
 //! Neural shapes against values of an independent implementation (torch, double precision), and against themselves.
-#![cfg(feature = "grasp")]
+#![cfg(feature = "neural")]
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 use std::collections::BTreeMap;

@@ -4,6 +4,7 @@
 //! [`Diversity`] says how far the grasps of a population lie apart.
 
 pub mod diversity;
+#[cfg(feature = "simulation")]
 pub mod stability;
 pub mod taxonomy;
 

@@ -20,6 +20,7 @@ mod gltf;
 mod jet;
 mod mesh;
 mod named;
+#[cfg(feature = "neural")]
 pub mod neural;
 mod outer;
 mod ply;
