@@ -12,8 +12,6 @@ use std::time::Instant;
 use landscape::evaluation::stability::{
     Build, Drop, Outcome, Protocol, Reason, Rest, SixDirections, Solid, simulate,
 };
-use landscape::hand::Hand;
-use landscape::object::Mesh;
 use landscape::store::{GraspFile, Overrides};
 
 /// Longer than any test.
@@ -66,21 +64,11 @@ fn measure(path: &Path, protocols: &[Protocol; 2]) -> Result<Vec<Pair>, Box<dyn 
     let (file, _) = GraspFile::read(path, Overrides::default())?;
     let mut pairs = Vec::new();
     for population in file.landscapes() {
-        let object = population.object;
-        let [urdf, side @ ..] = population.hand.description.as_slice() else {
-            return Err("the file does not describe its hand".into());
-        };
-        let hand = Hand::from_urdf(&urdf.text, side.first().map(|file| file.text.as_str()))?;
-        let obj = object.mesh_obj.as_ref();
-        let obj = obj.ok_or("the file does not hold the mesh of its object")?;
-        let mesh = Mesh::from_obj(&object.name, &mut obj.as_bytes())?;
-        let mesh = mesh.scaled(&object.name, population.scale)?;
-        let mass_kg = object.mass_kg * population.scale.powi(3);
+        let hand = population.hand()?;
+        let (mesh, mass_kg) = population.mesh()?;
         let solid = Solid::new(&mesh, Build::Pieces);
         for grasp in &population.grasps {
-            let mut x = grasp.translation_m.to_vec();
-            x.extend(grasp.rotation_wxyz);
-            x.extend(&grasp.joints_rad);
+            let x = grasp.coordinates();
             let trials = protocols.map(|protocol| {
                 let started = Instant::now();
                 let outcome = simulate(&hand, &x, &grasp.contacts, &solid, mass_kg, &protocol);

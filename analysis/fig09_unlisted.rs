@@ -12,8 +12,7 @@ use std::fmt::Write;
 use command::landscape;
 use landscape::evaluation::taxonomy::{Labeller, Rule, UNLISTED};
 use landscape::figure::{Scene, contact_sheet};
-use landscape::hand::{Hand, HandFiles};
-use landscape::object::{Mesh, Object};
+use landscape::hand::Hand;
 use landscape::store::{Grasp, GraspFile, Overrides};
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -27,32 +26,14 @@ const SIDE: u32 = 380;
 /// The neck of the bottle begins here, share of its height.
 const NECK: f64 = 0.7;
 
-fn coordinates(grasp: &Grasp) -> Vec<f64> {
-    let mut x = grasp.translation_m.to_vec();
-    x.extend(grasp.rotation_wxyz);
-    x.extend(&grasp.joints_rad);
-    x
-}
-
 fn main() -> Result<(), Box<dyn Error>> {
     landscape(&["label", GRASPS, "-q", "-o", LABELLED])?;
     landscape(&["stability", LABELLED, "-q", "--fresh", "-o", DROPPED])?;
     let (file, _) = GraspFile::read(DROPPED.as_ref(), Overrides::default())?;
-    let [hand] = &file.metadata.hands[..] else {
-        return Err("grasps of one hand are needed".into());
+    let [population] = &file.landscapes()[..] else {
+        return Err("grasps of one hand on one object are needed".into());
     };
-    let texts = hand.description.iter();
-    let texts = texts.map(|file| [file.name.as_str(), file.text.as_str()]);
-    let hand = Hand::from_files(&HandFiles::of_texts(texts))?;
-    let [object] = &file.metadata.objects[..] else {
-        return Err("grasps of one object are needed".into());
-    };
-    let mesh = object.mesh_obj.as_ref().ok_or("the object has no mesh")?;
-    let object = Object::from_mesh(
-        &object.name,
-        Mesh::from_obj(&object.name, &mut mesh.as_bytes())?,
-        &serde_json::from_value(object.description.clone())?,
-    )?;
+    let (hand, object) = (population.hand()?, population.object()?);
 
     let labeller = Labeller::new(&hand, &object, Rule::standard());
     let unlisted = |grasp: &&Grasp| grasp.label_auto.as_deref() == Some(UNLISTED);
@@ -64,7 +45,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         .filter(held)
         .filter(|grasp| {
             // Neither the palm nor ring and little finger take part.
-            let digits = labeller.label(&coordinates(grasp)).virtual_fingers;
+            let digits = labeller.label(&grasp.coordinates()).virtual_fingers;
             !digits.contains('P') && !digits.contains('4') && !digits.contains('5')
         })
         .collect();
@@ -104,7 +85,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         .par_iter()
         .map(|grasp| {
             let scene =
-                Scene::of_grasp(&hand, &skin, &object, &coordinates(grasp), &grasp.contacts);
+                Scene::of_grasp(&hand, &skin, &object, &grasp.coordinates(), &grasp.contacts);
             scene.render(&scene.closer_camera(Vector3::z()), SIDE, SIDE)
         })
         .collect();
@@ -126,7 +107,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// The middle of the contacts, object frame.
 fn middle(hand: &Hand, grasp: &Grasp) -> Vector3<f64> {
     let mut posed = landscape::hand::PosedHand::default();
-    hand.pose(&coordinates(grasp), &mut posed);
+    hand.pose(&grasp.coordinates(), &mut posed);
     let points = grasp.contacts.iter().map(|&i| posed.points[i as usize]);
     points.sum::<Vector3<f64>>() / grasp.contacts.len().max(1) as f64
 }

@@ -2,13 +2,10 @@
 
 use std::error::Error;
 use std::path::Path;
-use std::sync::Arc;
 
 use landscape::cli::settings_for_grasps;
 use landscape::energy::Energy;
-use landscape::grasp::{EnergySettings, GraspEnergy};
-use landscape::hand::Hand;
-use landscape::object::{Mesh, Object};
+use landscape::grasp::GraspEnergy;
 use landscape::sample::{Task, stream};
 use landscape::store::{GraspFile, Overrides};
 use landscape::topography::{MapSettings, Minimum, NoJournal, distinct, quench_all, silent};
@@ -31,28 +28,8 @@ impl Grasps {
             .into_iter()
             .next()
             .ok_or("the file is empty")?;
-        let [urdf, side @ ..] = population.hand.description.as_slice() else {
-            return Err("the file holds no description of the hand".into());
-        };
-        let hand = Hand::from_urdf(&urdf.text, side.first().map(|file| file.text.as_str()))?;
-        let object = population.object;
-        let mesh = object
-            .mesh_obj
-            .as_ref()
-            .ok_or("the file holds no mesh of the object")?;
-        let object = Object::from_mesh(
-            &object.name,
-            Mesh::from_obj(&object.name, &mut mesh.as_bytes())?,
-            &serde_json::from_value(object.description.clone())?,
-        )?;
-        let settings: EnergySettings = serde_json::from_value(file.metadata.energy.clone())?;
-        let energy = GraspEnergy::new(Arc::new(hand), Arc::new(object), settings)?;
-        let starts = population.grasps.iter().map(|grasp| {
-            let mut x = grasp.translation_m.to_vec();
-            x.extend(grasp.rotation_wxyz);
-            x.extend(&grasp.joints_rad);
-            x
-        });
+        let energy = population.energy()?;
+        let starts = population.grasps.iter().map(|grasp| grasp.coordinates());
         Ok(Self {
             settings: settings_for_grasps(&energy),
             starts: starts.collect(),

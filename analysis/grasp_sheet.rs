@@ -2,11 +2,7 @@
 //!
 //! `cargo run --release --example grasp_sheet [FILE]`, by default data/grasps.parquet.
 
-use std::sync::Arc;
-
 use landscape::figure::{Scene, contact_sheet};
-use landscape::hand::{Hand, HandFiles};
-use landscape::object::{Mesh, Object};
 use landscape::store::{Grasp, GraspFile, Overrides};
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -19,28 +15,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .nth(1)
         .unwrap_or_else(|| "data/grasps.parquet".to_owned());
     let (file, _) = GraspFile::read(path.as_ref(), Overrides::default())?;
-    let description = file
-        .metadata
-        .hands
-        .first()
-        .ok_or("the file describes no hand")?;
-    let texts = description.description.iter();
-    let files = HandFiles::of_texts(texts.map(|file| [file.name.as_str(), file.text.as_str()]));
-    let hand = Arc::new(Hand::from_files(&files)?);
-    let object = file
-        .metadata
-        .objects
-        .first()
-        .ok_or("the file describes no object")?;
-    let mesh = object
-        .mesh_obj
-        .as_ref()
-        .ok_or("the file holds no mesh of the object")?;
-    let object = Object::from_mesh(
-        &object.name,
-        Mesh::from_obj(&object.name, &mut mesh.as_bytes())?,
-        &serde_json::from_value(object.description.clone())?,
-    )?;
+    let [population] = &file.landscapes()[..] else {
+        return Err("grasps of one hand on one object are needed".into());
+    };
+    let (hand, object) = (population.hand()?, population.object()?);
     let skin = hand.skin();
     let count = file.grasps.len().min(GRASPS);
     let chosen: Vec<&Grasp> = (0..count)
@@ -49,10 +27,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let images: Vec<_> = chosen
         .par_iter()
         .map(|grasp| {
-            let mut x = grasp.translation_m.to_vec();
-            x.extend(grasp.rotation_wxyz);
-            x.extend(&grasp.joints_rad);
-            let scene = Scene::of_grasp(&hand, &skin, &object, &x, &grasp.contacts);
+            let scene =
+                Scene::of_grasp(&hand, &skin, &object, &grasp.coordinates(), &grasp.contacts);
             scene.render(&scene.best_camera(Vector3::z()), 240, 240)
         })
         .collect();

@@ -14,7 +14,6 @@ use std::fs;
 use std::path::Path;
 
 use command::landscape;
-use landscape::grasp::EnergySettings;
 use landscape::store::{GraspFile, Overrides};
 use serde_json::Value;
 
@@ -64,9 +63,7 @@ impl Change {
         match self {
             Self::None => {}
             Self::Weight(weight, factor) => {
-                let settings: EnergySettings =
-                    serde_json::from_value(file.metadata.energy.clone())?;
-                let mut settings = serde_json::to_value(settings)?;
+                let mut settings = serde_json::to_value(file.metadata.energy_settings()?)?;
                 let known = settings[*weight].as_f64().ok_or("no such weight")?;
                 settings[*weight] = (known * factor).into();
                 file.metadata.energy = settings;

@@ -361,9 +361,7 @@ fn a_qpos_places_the_outermost_body() {
     let hand = Hand::from_files(&HandFiles::load(&desk.path("offset.xml")).unwrap()).unwrap();
     let palm = hand.links.iter().position(|link| link.name == "palm");
     let grasp = &grasps(&desk.path("a.parquet")).grasps[0];
-    let mut x = grasp.translation_m.to_vec();
-    x.extend(grasp.rotation_wxyz);
-    x.extend(&grasp.joints_rad);
+    let x = grasp.coordinates();
     let mut posed = PosedHand::default();
     hand.pose(&x, &mut posed);
     let frame = posed.object_from_link[palm.unwrap()];

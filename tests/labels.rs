@@ -26,23 +26,12 @@ fn some_grasps(step: usize) -> GraspFile {
     file
 }
 
-fn coordinates(grasp: &landscape::store::Grasp) -> Vec<f64> {
-    let mut x = grasp.translation_m.to_vec();
-    x.extend(grasp.rotation_wxyz);
-    x.extend(&grasp.joints_rad);
-    x
-}
-
 fn hand(name: &str) -> Hand {
     Hand::from_files(&HandFiles::named(name).unwrap()).unwrap()
 }
 
-fn object_of(file: &GraspFile) -> Object {
-    let object = &file.metadata.objects[0];
-    let mesh = object.mesh_obj.as_ref().unwrap();
-    let mesh = Mesh::from_obj(&object.name, &mut mesh.as_bytes()).unwrap();
-    let description = serde_json::from_value(object.description.clone()).unwrap();
-    Object::from_mesh(&object.name, mesh, &description).unwrap()
+fn object_of(file: &GraspFile) -> std::sync::Arc<Object> {
+    file.metadata.objects[0].build(1.0).unwrap()
 }
 
 /// The mirror image of an object at x = 0.
@@ -80,7 +69,7 @@ fn a_mirrored_grasp_has_the_same_label() {
     );
     let mut texts = std::collections::BTreeSet::new();
     for grasp in &file.grasps {
-        let x = coordinates(grasp);
+        let x = grasp.coordinates();
         let mut turned = x.clone();
         for coordinate in [0, 5, 6] {
             turned[coordinate] = -turned[coordinate];
@@ -167,7 +156,7 @@ fn a_hand_without_a_thumb_does_no_thumb_grasps() {
     let feix = Taxonomy::feix();
     let mut listed = 0;
     for grasp in &file.grasps {
-        let mut x = coordinates(grasp)[..7].to_vec();
+        let mut x = grasp.coordinates()[..7].to_vec();
         for joint in &thumbless.joints {
             x.push(grasp.joints_rad[human.joint(&joint.name).unwrap()]);
         }

@@ -9,8 +9,7 @@ use std::fs;
 use std::path::Path;
 
 use landscape::evaluation::stability::{Build, Drop, Piece, Protocol, Solid, simulate};
-use landscape::hand::{Hand, PosedHand};
-use landscape::object::Mesh;
+use landscape::hand::PosedHand;
 use landscape::store::{GraspFile, Overrides};
 use rayon::prelude::*;
 use serde_json::json;
@@ -27,15 +26,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut populations = Vec::new();
     for population in file.landscapes() {
         let name = &population.object.name;
-        let [urdf, side @ ..] = population.hand.description.as_slice() else {
-            return Err("the file does not describe its hand".into());
-        };
-        let side = side.first().map(|file| file.text.as_str());
-        let hand = Hand::from_urdf(&urdf.text, side)?;
-        let obj = population.object.mesh_obj.as_ref();
-        let obj = obj.ok_or("the file does not hold the mesh of its object")?;
-        let mesh = Mesh::from_obj(name, &mut obj.as_bytes())?.scaled(name, population.scale)?;
-        let mass_kg = population.object.mass_kg * population.scale.powi(3);
+        let hand = population.hand()?;
+        let (mesh, mass_kg) = population.mesh()?;
         let solid = Solid::new(&mesh, Build::Pieces);
         let mut pieces = Vec::new();
         let (mut all, mut vertices) = (String::new(), 0);
@@ -50,9 +42,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let all_pieces = format!("{name}.obj");
         fs::write(folder.join(&all_pieces), all)?;
         let of_grasp = |grasp: &&landscape::store::Grasp| {
-            let mut x = grasp.translation_m.to_vec();
-            x.extend(grasp.rotation_wxyz);
-            x.extend(&grasp.joints_rad);
+            let x = grasp.coordinates();
             let mut posed = PosedHand::default();
             hand.pose(&x, &mut posed);
             let capsules: Vec<_> = hand

@@ -122,7 +122,7 @@ pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
     }
     check_resumable(&command.again, &folders)?;
     for (population, folder) in populations.iter().zip(&folders) {
-        until_unwritable(|| build(command, common, &file, population, folder, warnings.clone()))?
+        until_unwritable(|| build(command, common, population, folder, warnings.clone()))?
             .with_context(|| format!("{}", command.grasps.display()))?;
     }
     Ok(())
@@ -182,7 +182,6 @@ fn map_settings(command: &Build, energy: &GraspEnergy) -> MapSettings {
 fn build(
     command: &Build,
     common: &Common,
-    file: &GraspFile,
     population: &Population<'_>,
     output: &Path,
     mut warnings: Vec<String>,
@@ -199,7 +198,7 @@ fn build(
         population.hand.name,
         population.object.name
     );
-    let energy = input::energy(file, population)?;
+    let energy = population.energy()?;
     let kernel = GraspKernel::new(&energy);
     let mut settings = map_settings(command, &energy);
 
@@ -220,10 +219,7 @@ fn build(
     let journal = DiskJournal(&unfinished.journal);
 
     let mut watch = Watch::new(common.quiet);
-    let starts: Vec<Vec<f64>> = grasps
-        .iter()
-        .map(|grasp| input::coordinates(grasp))
-        .collect();
+    let starts: Vec<Vec<f64>> = grasps.iter().map(|grasp| grasp.coordinates()).collect();
     let quenches = quench_all(&energy, &starts, &settings.quench, &journal, &|p| {
         watch.see(p);
     });

@@ -11,7 +11,7 @@ use super::digits::Digits;
 use super::input::open_landscape;
 use super::landscape::median;
 use super::surface::{self, Coordinates};
-use super::{models, print, print_json};
+use super::{print, print_json};
 use crate::object::Description;
 use crate::space::{PoseSpace, Space, Symmetry};
 use crate::store::Manifest;
@@ -130,7 +130,7 @@ fn common_space(before: &Side, after: &Side) -> anyhow::Result<Box<dyn Space>> {
                 one.name,
                 other.name
             );
-            let hand = models::hand(one)?;
+            let hand = one.build()?;
             let [one, other] = sides.map(|side| symmetry(&side.manifest));
             let (one, other) = (one?, other?);
             let shared = if one == other { one } else { Symmetry::None };

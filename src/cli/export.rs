@@ -2,14 +2,13 @@
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use anyhow::{Context, ensure};
 use clap::{Args, ValueEnum};
 
 use super::args::{Common, HandAndObject};
 use super::output::{check_file, check_folder, is_scene};
-use super::{complain, input, models};
+use super::{complain, input};
 use crate::figure::Scene;
 use crate::hand::{Hand, PosedHand};
 use crate::store::exchange::{QposRow, dexgraspnet_npy, qpos_csv, qpos_npy, table_csv, table_json};
@@ -169,8 +168,7 @@ fn bytes(
         ExportFormat::Json => table_json(grasps, names),
         ExportFormat::Dexgraspnet => dexgraspnet_npy(grasps, names),
         ExportFormat::Qpos | ExportFormat::Glb => {
-            let hand = models::hand(metadata)?;
-            models::check_hand(metadata, &hand)?;
+            let hand = metadata.build_matching()?;
             let (joints, rows) = qpos(&hand, grasps);
             if output
                 .extension()
@@ -193,9 +191,9 @@ fn qpos(hand: &Hand, grasps: &[&Grasp]) -> (Vec<String>, Vec<QposRow>) {
             .filter_map(|(place, link)| Some((place, link, link.motion?)))
     };
     let names = moving().map(|(_, link, _)| link.joint_name.clone());
-    let body = usize::from(models::root_offset(hand).is_some());
+    let body = usize::from(hand.root_offset().is_some());
     let row = |grasp: &&Grasp| {
-        let x = input::coordinates(grasp);
+        let x = grasp.coordinates();
         let mut posed = PosedHand::default();
         hand.pose(&x, &mut posed);
         let mut qpos = if body == 0 {
@@ -243,19 +241,13 @@ fn scenes(file: &GraspFile, grasps: &[&Grasp], output: &Path) -> anyhow::Result<
         if of_this.is_empty() {
             continue;
         }
-        let hand: Arc<Hand> = models::hand(population.hand)?;
-        models::check_hand(population.hand, &hand)?;
-        let (mesh, _) = models::mesh(population.object, population.scale)?;
+        let hand = population.hand()?;
+        let (mesh, _) = population.mesh()?;
         // The hand that was judged: the skin for drawing is fuller at creases.
         let skin = hand.solid_skin();
         for grasp in of_this {
-            let scene = Scene::of_grasp_on(
-                &hand,
-                &skin,
-                &mesh,
-                &input::coordinates(grasp),
-                &grasp.contacts,
-            );
+            let scene =
+                Scene::of_grasp_on(&hand, &skin, &mesh, &grasp.coordinates(), &grasp.contacts);
             let path = if single {
                 output.to_path_buf()
             } else {

@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 
 use super::args::Common;
 use super::output::{check_file, check_place};
-use super::{complain, models, print};
+use super::{complain, input, print};
 use crate::figure::{Image, Marker, Scene, Surface, contact_sheet_canvas};
 use crate::hand::{HAND_NAMES, Hand, JointKind, LinkId, PosedHand, Skin};
 use crate::space::PoseMetric;
@@ -106,7 +106,7 @@ fn list() -> anyhow::Result<()> {
 }
 
 fn inspect(command: &HandsInspect, common: &Common) -> anyhow::Result<()> {
-    let files = models::hand_files(
+    let files = input::hand_files(
         &command.hand,
         command.hand_folder.as_deref(),
         command.mirror,

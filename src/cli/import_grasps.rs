@@ -11,7 +11,7 @@ use super::args::Common;
 use super::import::Import;
 use super::output::check_file;
 use super::provenance::name_of;
-use super::{complain, input, models, print, progress};
+use super::{complain, input, print, progress};
 use crate::grasp::{EnergySettings, GraspEnergy, Judgement};
 use crate::hand::Hand;
 use crate::limits::OBJECT_SCALE;
@@ -53,11 +53,10 @@ pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
     }
     let output = output(command, common)?;
     let mapping = mapping(command.mapping.as_deref())?;
-    let hand_metadata =
-        models::hand_metadata(hand, command.hand_folder.as_deref(), command.mirror)?;
-    let hand = models::hand(&hand_metadata)?;
-    let (mut object_metadata, object_notes) = models::object_metadata(object, command.scale)?;
-    models::rename(&mut object_metadata, command.name.as_deref())?;
+    let hand_metadata = input::hand(hand, command.hand_folder.as_deref(), command.mirror)?;
+    let hand = hand_metadata.build()?;
+    let (mut object_metadata, object_notes) = input::object(object, command.scale)?;
+    input::rename(&mut object_metadata, command.name.as_deref())?;
 
     let mut notes: BTreeSet<String> = object_notes.into_iter().collect();
     let (rows, format) = rows(command, &hand_metadata, &hand, &mapping, &mut notes)?;
@@ -209,7 +208,7 @@ fn rows(
 
 /// A qpos places the outermost body; where that stands away from the origin of its description, the hand's root is the world.
 fn of_root_body(hand: &Hand, published: &mut Published) {
-    let Some(offset) = models::root_offset(hand) else {
+    let Some(offset) = hand.root_offset() else {
         return;
     };
     let [w, x, y, z] = published.rotation_wxyz;
@@ -360,7 +359,7 @@ fn complete(
     let bar = progress::bar("grasps", rows.len() as u64, common.quiet);
     let mut judgements: Vec<Option<Judgement>> = vec![None; rows.len()];
     for (scale, _) in scales(rows) {
-        let object = models::object(&file.metadata.objects[0], scale)?;
+        let object = file.metadata.objects[0].build(scale)?;
         if !common.quiet {
             input::warn(&object.notes);
         }
@@ -371,7 +370,7 @@ fn complete(
             .zip(&mut judgements)
             .filter(|(grasp, _)| grasp.scale.to_bits() == scale.to_bits())
             .for_each(|(grasp, judgement)| {
-                *judgement = Some(input::measure(grasp, &energy));
+                *judgement = Some(grasp.measure(&energy));
                 bar.inc(1);
             });
     }

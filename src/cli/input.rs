@@ -1,16 +1,14 @@
-//! Files of grasps: reading them with what the flags add, and the energy of what they hold.
+//! What flags name: hands, objects, files of grasps and landscapes; and what is said about them.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
 use anyhow::Context;
-use rayon::prelude::*;
 
-use super::{complain, models};
-use crate::energy::Energy;
-use crate::grasp::{EnergySettings, GraspEnergy, Judgement, judge};
-use crate::limits::Limit;
-use crate::store::{Grasp, GraspFile, LandscapeFiles, Overrides, Population, Warning};
+use super::complain;
+use crate::hand::{HAND_NAMES, HandFiles};
+use crate::limits::{Limit, OBJECT_SCALE};
+use crate::object::{OBJECT_NAMES, Object, ObjectParts};
+use crate::store::{GraspFile, HandMetadata, LandscapeFiles, ObjectMetadata, Overrides, Warning};
 
 /// Refuses the number of a flag that is beyond its limit.
 pub(super) fn within(flag: &str, limit: Limit, value: f64) -> anyhow::Result<()> {
@@ -18,19 +16,110 @@ pub(super) fn within(flag: &str, limit: Limit, value: f64) -> anyhow::Result<()>
     limit.check(value).map_err(told)
 }
 
+/// The files of the hand that a flag names: one that comes with the program, or a URDF or MJCF file with a JSON side file
+/// of the same stem, if there is one. What that refers to must lie in `folder`, or where it lies itself.
+pub(super) fn hand_files(
+    flag: &str,
+    folder: Option<&Path>,
+    mirror: bool,
+) -> anyhow::Result<HandFiles> {
+    let files = if HAND_NAMES.contains(&flag) {
+        HandFiles::named(flag)?
+    } else {
+        let path = Path::new(flag);
+        anyhow::ensure!(
+            path.exists(),
+            "--hand {flag}: neither a file nor a hand that comes with the program ({})",
+            HAND_NAMES.join(", ")
+        );
+        let files = match folder {
+            Some(folder) => HandFiles::load_within(path, folder),
+            None => HandFiles::load(path),
+        };
+        files.with_context(|| format!("--hand {flag}"))?
+    };
+    if mirror {
+        return files.mirrored().with_context(|| format!("--hand {flag}"));
+    }
+    Ok(files)
+}
+
+/// The hand that a flag names, with what a file must say about it.
+pub(super) fn hand(
+    flag: &str,
+    folder: Option<&Path>,
+    mirror: bool,
+) -> anyhow::Result<HandMetadata> {
+    let files = hand_files(flag, folder, mirror)?;
+    let mut name = if HAND_NAMES.contains(&flag) {
+        flag.to_owned()
+    } else {
+        let stem = Path::new(flag).file_stem().unwrap_or_default();
+        stem.to_string_lossy().into_owned()
+    };
+    if mirror {
+        name += "_mirrored";
+    }
+    Ok(HandMetadata::new(name, &files)?)
+}
+
+/// What a file must say about the object that a flag names, at scale 1: one that comes with the program, a mesh, or a TOML
+/// file of shapes. Also what was repaired. A mass in the description is that of the object at `scale`.
+pub(super) fn object(
+    flag: &str,
+    scale: Option<f64>,
+) -> anyhow::Result<(ObjectMetadata, Vec<String>)> {
+    let path = Path::new(flag);
+    let mut parts = if OBJECT_NAMES.contains(&flag) {
+        let (mesh, description) = Object::parts_of_named(flag)?;
+        ObjectParts {
+            name: flag.to_owned(),
+            mesh,
+            notes: Vec::new(),
+            description,
+        }
+    } else {
+        anyhow::ensure!(
+            path.exists(),
+            "--object {flag}: neither a file nor an object that comes with the program ({})",
+            OBJECT_NAMES.join(", ")
+        );
+        Object::parts_of_file(path)?
+    };
+    if let Some(scale) = scale {
+        within("--scale", OBJECT_SCALE, scale)?;
+        let mass_kg = &mut parts.description.mass_kg;
+        *mass_kg = mass_kg.map(|mass| mass / scale.powi(3));
+    }
+    Ok((ObjectMetadata::new(&parts)?, parts.notes))
+}
+
+/// Gives an object the name that a flag asks for, if any.
+pub(super) fn rename(object: &mut ObjectMetadata, name: Option<&str>) -> anyhow::Result<()> {
+    if let Some(name) = name {
+        // Names become parts of file names.
+        anyhow::ensure!(
+            !name.trim().is_empty()
+                && !name.contains(['/', '\\'])
+                && !name.contains(char::is_control),
+            "--name {name:?}: a name without slashes and line breaks is needed"
+        );
+        name.clone_into(&mut object.name);
+    }
+    Ok(())
+}
+
 /// Reads a file of grasps, with hand and object from the flags `--hand` and `--object` where given. Where these are others
 /// than the file describes, everything that was measured is measured anew with them. Returns warnings, too.
 pub(super) fn read(
     path: &Path,
-    hand: Option<&str>,
-    object: Option<&str>,
+    hand_flag: Option<&str>,
+    object_flag: Option<&str>,
 ) -> anyhow::Result<(GraspFile, Vec<String>)> {
     let overrides = Overrides {
-        hand: hand
-            .map(|hand| models::hand_metadata(hand, None, false))
-            .transpose()?,
-        object: match object {
-            Some(flag) => Some(models::object_metadata(flag, None)?.0),
+        hand: hand_flag.map(|flag| hand(flag, None, false)).transpose()?,
+        object: match object_flag {
+            Some(flag) => Some(object(flag, None)?.0),
             None => None,
         },
     };
@@ -50,7 +139,7 @@ pub(super) fn read(
         )
     };
     if found.iter().any(is_other) {
-        measure_anew(&mut file).with_context(|| path.display().to_string())?;
+        file.measure().with_context(|| path.display().to_string())?;
     }
     Ok((file, warnings))
 }
@@ -68,55 +157,6 @@ fn told(warning: &Warning) -> String {
         ),
         other => other.to_string(),
     }
-}
-
-/// Measures all grasps with the hands and objects that are described now.
-fn measure_anew(file: &mut GraspFile) -> anyhow::Result<()> {
-    let mut measured = BTreeMap::new();
-    let mut terms = Vec::new();
-    for population in file.landscapes() {
-        let energy = energy(file, &population)?;
-        terms = energy.term_names();
-        let grasps = population.grasps.par_iter().map(|grasp| {
-            let mut grasp = (*grasp).clone();
-            measure(&mut grasp, &energy);
-            (grasp.id, grasp)
-        });
-        measured.extend(grasps.collect::<Vec<_>>());
-    }
-    for grasp in &mut file.grasps {
-        if let Some(anew) = measured.remove(&grasp.id) {
-            *grasp = anew;
-        }
-    }
-    file.metadata.terms = terms;
-    Ok(())
-}
-
-/// Fills in energies and measures, and the best contacts where there are none.
-pub(super) fn measure(grasp: &mut Grasp, energy: &GraspEnergy) -> Judgement {
-    let mut x = coordinates(grasp);
-    // Stored as read; measured at unit length.
-    let norm = grasp
-        .rotation_wxyz
-        .iter()
-        .map(|q| q * q)
-        .sum::<f64>()
-        .sqrt();
-    x[3..7].iter_mut().for_each(|q| *q /= norm);
-    if grasp.contacts.is_empty() {
-        grasp.contacts = energy.choice(&x);
-    }
-    let terms = energy.terms_of(&x, &grasp.contacts);
-    grasp.terms = terms.into_iter().map(|(_, value)| value).collect();
-    grasp.energy = grasp.terms.iter().sum();
-    let judgement = judge(energy, &x, &grasp.contacts);
-    grasp.net_wrench = judgement.net_wrench;
-    grasp.distance_squared = judgement.distance_squared;
-    grasp.penetration = judgement.penetration;
-    grasp.friction = judgement.least_friction;
-    grasp.epsilon = Some(judgement.epsilon);
-    judgement
 }
 
 /// The landscape in `folder`; tells what is worth a warning about it.
@@ -138,28 +178,4 @@ pub(super) fn warn(warnings: &[String]) {
             warnings.len() - 5
         ));
     }
-}
-
-/// The energy that the grasps of a population were made with.
-pub(super) fn energy(file: &GraspFile, population: &Population<'_>) -> anyhow::Result<GraspEnergy> {
-    let settings = match &file.metadata.energy {
-        serde_json::Value::Null => EnergySettings::default(),
-        told => serde_json::from_value(told.clone())
-            .context("the energy in the metadata is not one this program knows")?,
-    };
-    let energy = GraspEnergy::new(
-        models::hand(population.hand)?,
-        models::object(population.object, population.scale)?,
-        settings,
-    )?;
-    models::check_hand(population.hand, energy.hand())?;
-    Ok(energy)
-}
-
-/// The pose of a row, as the pose space has it.
-pub(super) fn coordinates(grasp: &Grasp) -> Vec<f64> {
-    let mut x = grasp.translation_m.to_vec();
-    x.extend(grasp.rotation_wxyz);
-    x.extend(&grasp.joints_rad);
-    x
 }

@@ -34,7 +34,6 @@ mod interruption;
 mod label;
 mod landscape;
 mod magnetisation;
-mod models;
 mod object_inspect;
 mod objects;
 mod origin;

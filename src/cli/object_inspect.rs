@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 
 use super::args::Common;
 use super::output::{check_file, check_place};
-use super::{complain, input, models, print, progress};
+use super::{complain, input, print, progress};
 use crate::figure::{Image, Scene, Surface, contact_sheet_canvas};
 use crate::limits::OBJECT_SCALE;
 use crate::object::{FoundSymmetry, Object, find_symmetry};
@@ -79,8 +79,8 @@ pub(super) fn run(command: &ObjectsInspect, common: &Common) -> anyhow::Result<(
         );
     }
     let working = progress::spinner("measuring the object", common.quiet);
-    let (metadata, mut notes) = models::object_metadata(&command.object, command.scale)?;
-    let object = models::object(&metadata, command.scale.unwrap_or(1.0))?;
+    let (metadata, mut notes) = input::object(&command.object, command.scale)?;
+    let object = metadata.build(command.scale.unwrap_or(1.0))?;
     notes.extend(object.notes.iter().cloned());
     let buried = object.mesh.buried_share();
     if buried > LEAST_BURIED {

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use anyhow::Context;
 
+use super::input;
 use super::synth::Synth;
-use super::{input, models};
 use crate::object::Object;
 use crate::store::{Grasp, HandMetadata, ObjectMetadata};
 
@@ -27,17 +27,17 @@ impl Origin {
         }
         let object = command.object.as_deref();
         let object = object.context("--object: the object to be grasped must be named")?;
-        let (mut object_metadata, mut notes) = models::object_metadata(object, command.scale)?;
-        models::rename(&mut object_metadata, command.name.as_deref())?;
+        let (mut object_metadata, mut notes) = input::object(object, command.scale)?;
+        input::rename(&mut object_metadata, command.name.as_deref())?;
         let scale = command.scale.unwrap_or(1.0);
         // The mesh as it is stored, so that a run from a flag and one from a file agree to the last bit.
-        let object = models::object(&object_metadata, scale)?;
+        let object = object_metadata.build(scale)?;
         notes.extend(object.notes.iter().cloned());
         if !quiet {
             input::warn(&notes);
         }
         Ok(Self {
-            hand: models::hand_metadata(
+            hand: input::hand(
                 command.hand.as_deref().unwrap_or("human"),
                 command.hand_folder.as_deref(),
                 command.mirror,
@@ -67,11 +67,12 @@ impl Origin {
                 populations.len()
             );
         };
-        let hand = models::hand(population.hand)?;
-        models::check_hand(population.hand, &hand).with_context(|| path.display().to_string())?;
+        population
+            .hand()
+            .with_context(|| path.display().to_string())?;
         Ok(Self {
             hand: population.hand.clone(),
-            object: models::object(population.object, population.scale)?,
+            object: population.object()?,
             object_metadata: population.object.clone(),
             scale: population.scale,
             given: population.grasps.iter().copied().cloned().collect(),

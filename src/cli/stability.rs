@@ -10,10 +10,10 @@ use rayon::prelude::*;
 use serde_json::json;
 
 use super::args::{Again, Common, HandAndObject};
-use super::input::{self, coordinates};
+use super::input;
 use super::output::check_file;
 use super::run::{open_journal, tally};
-use super::{complain, models, print, progress};
+use super::{complain, print, progress};
 use crate::evaluation::stability::{
     Build, Drop, Outcome, Protocol, SixDirections, Solid, simulate,
 };
@@ -200,9 +200,8 @@ struct Place {
 
 impl Place {
     fn new(population: &Population<'_>) -> anyhow::Result<Self> {
-        let hand = models::hand(population.hand)?;
-        models::check_hand(population.hand, &hand)?;
-        let (mesh, mass_kg) = models::mesh(population.object, population.scale)?;
+        let hand = population.hand()?;
+        let (mesh, mass_kg) = population.mesh()?;
         Ok(Self {
             hand,
             solid: Solid::new(&mesh, Build::Pieces),
@@ -227,7 +226,7 @@ impl Place {
     fn simulate(&self, grasp: &Grasp, protocol: &Protocol) -> Outcome {
         simulate(
             &self.hand,
-            &coordinates(grasp),
+            &grasp.coordinates(),
             &grasp.contacts,
             &self.solid,
             self.mass_kg,

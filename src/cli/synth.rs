@@ -10,11 +10,11 @@ use rayon::prelude::*;
 use super::args::{Again, Common};
 use super::experiment::Experiment;
 use super::hands::expense;
-use super::input::{self, coordinates, within};
+use super::input::{self, within};
 use super::origin::Origin;
 use super::output::check_file;
 use super::run::open_journal;
-use super::{complain, models, print, progress};
+use super::{complain, print, progress};
 use crate::evaluation::Diversity;
 use crate::grasp::press::firmness;
 use crate::grasp::spread::spread;
@@ -152,7 +152,7 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
         None if origin.given.is_empty() => DEFAULT_CHAINS,
         None => origin.given.len() as u64,
     };
-    let hand = models::hand(&origin.hand)?;
+    let hand = origin.hand.build()?;
     if let Some(note) = expense(&hand).filter(|_| !common.quiet) {
         input::warn(&[note]);
     }
@@ -338,7 +338,7 @@ fn work(
         return synthesize(energy, settings, &refine, command.seed, chain);
     };
     let given = Given {
-        x: &coordinates(given),
+        x: &given.coordinates(),
         displacement_m: 1e-3 * command.perturb.unwrap_or(0.0),
     };
     synthesize_from(energy, settings, &refine, command.seed, chain, &given)

@@ -3,7 +3,6 @@
 use anyhow::Context;
 use rayon::prelude::*;
 
-use super::models;
 use crate::evaluation::taxonomy::{Category, Label, Labeller, Rule, Taxonomy};
 use crate::grasp::{EnergySettings, GraspEnergy};
 use crate::hand::Hand;
@@ -35,7 +34,7 @@ impl Setting {
                 "{name} is not a landscape of grasps: there is nothing the taxonomy could name"
             );
         };
-        let hand = models::hand(hand)?;
+        let hand = hand.build()?;
         let wanted = 7 + hand.joints.len();
         for row in &files.minima {
             anyhow::ensure!(
@@ -45,7 +44,8 @@ impl Setting {
                 row.coordinates.len()
             );
         }
-        let object = models::object(object, manifest.scale)
+        let object = object
+            .build(manifest.scale)
             .with_context(|| format!("the object of {name}"))?;
         Ok(Self { hand, object })
     }

@@ -398,6 +398,16 @@ impl Hand {
         !(self.palm_link.0..self.subtree_ends[self.palm_link.0]).contains(&link.0)
     }
 
+    /// Where the outermost body stands in a hand whose root is the world, because that body stands away from the origin of the
+    /// description; `None` where the root is the outermost body itself.
+    pub fn root_offset(&self) -> Option<Frame> {
+        let [root, body, ..] = self.links.as_slice() else {
+            return None;
+        };
+        let fixed = root.name == "world" && body.parent == Some(LinkId(0)) && body.motion.is_none();
+        fixed.then_some(body.parent_from_link)
+    }
+
     /// The palm's frame at these joint angles, root frame: [`Hand::palm`] unless there is a wrist.
     ///
     /// # Panics

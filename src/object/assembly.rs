@@ -1,10 +1,12 @@
 //! Objects made of shapes given by formulae.
 
+use std::path::Path;
+
 use serde::{Deserialize, Serialize};
 
 use crate::space::Symmetry;
 
-use super::{Description, Mesh, ObjectError, Primitive};
+use super::{Description, Mesh, ObjectError, ObjectParts, Primitive};
 
 /// Different shapes of one object; more are better given as a mesh.
 const MOST_PARTS: usize = 500;
@@ -24,6 +26,28 @@ pub struct Assembly {
 }
 
 impl Assembly {
+    /// Reads a TOML file of shapes.
+    pub(super) fn read(path: &Path) -> Result<ObjectParts, ObjectError> {
+        let name = path.display().to_string();
+        let text = std::fs::read_to_string(path).map_err(|source| ObjectError::Read {
+            path: path.to_path_buf(),
+            source,
+        })?;
+        let assembly: Self =
+            crate::toml_text::parse(&text).map_err(|source| ObjectError::Shapes {
+                name: name.clone(),
+                source,
+            })?;
+        let (mesh, description) = assembly.object(&name)?;
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        Ok(ObjectParts {
+            name: assembly.name.unwrap_or_else(|| stem.into_owned()),
+            mesh,
+            notes: Vec::new(),
+            description,
+        })
+    }
+
     /// Mesh and description: of one shape the formula itself, of several the mesh of their union. `name` is what errors call
     /// it.
     ///

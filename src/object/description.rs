@@ -10,8 +10,8 @@ use serde::{Deserialize, Serialize};
 use crate::space::Symmetry;
 
 use super::{
-    Capsule, Cuboid, Cylinder, ExactMesh, Field, FieldSettings, Mesh, ObjectError, Revolved, Shape,
-    Sphere, SurfaceSample, within,
+    Assembly, Capsule, Cuboid, Cylinder, ExactMesh, Field, FieldSettings, Mesh, ObjectError,
+    Revolved, Shape, Sphere, SurfaceSample, within,
 };
 use crate::limits::{DIRECTION, GRASP_POSITION, MOST_MOTIONS, OBJECT_MASS};
 
@@ -139,12 +139,15 @@ impl Object {
         Ok(object)
     }
 
-    /// Reads a mesh (OBJ, STL, PLY or glTF, in any unit) and, where there is one, the description beside it; nothing is
-    /// baked.
+    /// Reads a TOML file of shapes ([`Assembly`]), or a mesh (OBJ, STL, PLY or glTF, in any unit) and, where there is one,
+    /// the description beside it; nothing is baked.
     ///
     /// # Errors
     /// Where a file cannot be read or is invalid.
     pub fn parts_of_file(path: &Path) -> Result<ObjectParts, ObjectError> {
+        if (path.extension()).is_some_and(|kind| kind.eq_ignore_ascii_case("toml")) {
+            return Assembly::read(path);
+        }
         let repaired = Mesh::read(path, 1.0)?;
         let beside = path.with_extension("json");
         let description = match fs::read_to_string(&beside) {

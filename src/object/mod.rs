@@ -104,6 +104,14 @@ pub enum ObjectError {
         /// The file.
         path: PathBuf,
     },
+    /// A TOML file that does not describe shapes.
+    #[error("{name}")]
+    Shapes {
+        /// The file.
+        name: String,
+        /// What the reader says.
+        source: toml::de::Error,
+    },
     /// Text is not an OBJ file.
     #[error("{name} is not a valid OBJ mesh: {source}")]
     Obj {

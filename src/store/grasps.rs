@@ -141,6 +141,7 @@ pub struct Overrides {
 /// The grasps of one landscape: one hand, one object, one scale.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Population<'a> {
+    pub(super) metadata: &'a Metadata,
     /// The hand.
     pub hand: &'a HandMetadata,
     /// The object.
@@ -268,6 +269,7 @@ impl GraspFile {
             groups.entry(key).or_default().push(grasp);
         }
         let population = |((hand, object, scale), grasps): ((&str, &str, u64), _)| Population {
+            metadata: &self.metadata,
             hand: self.hand(hand).expect("every row names a described hand"),
             object: self
                 .object(object)

@@ -19,6 +19,7 @@ mod journal;
 mod landscape;
 mod metadata;
 mod network;
+mod rebuild;
 mod resampled;
 mod stationary;
 mod sum;
@@ -34,5 +35,6 @@ pub use landscape::{
 pub use metadata::{
     HandMetadata, Metadata, ObjectMetadata, SCHEMA_VERSION, Step, TextFile, content_hash,
 };
+pub use rebuild::RebuildError;
 pub use resampled::{read_resampled, write_resampled};
 pub use stationary::StationaryRow;

@@ -23,12 +23,7 @@ fn synthesis_from_given_grasps() {
             .0
     };
     let given = read("g.parquet");
-    let pose = |grasp: &Grasp| {
-        let mut x = grasp.translation_m.to_vec();
-        x.extend(grasp.rotation_wxyz);
-        x.extend(&grasp.joints_rad);
-        x
-    };
+    let pose = Grasp::coordinates;
     let space = PoseSpace::new(Hand::human().pose_metric(), Symmetry::None);
     let apart = |name: &str| -> Vec<f64> {
         let rows = read(name).grasps;

@@ -87,7 +87,7 @@ pub(super) fn run(command: &Inspect, common: &Common) -> anyhow::Result<()> {
         if grasps.is_empty() {
             continue;
         }
-        let energy = input::energy(&file, &population).with_context(|| format!("{name}"))?;
+        let energy = population.energy().with_context(|| format!("{name}"))?;
         let judged: Vec<Judged> = grasps
             .par_iter()
             .map(|grasp| {
@@ -125,7 +125,7 @@ pub(super) fn run(command: &Inspect, common: &Common) -> anyhow::Result<()> {
 }
 
 fn judged(file: &GraspFile, energy: &GraspEnergy, grasp: &Grasp) -> Judged {
-    let x = input::coordinates(grasp);
+    let x = grasp.coordinates();
     let judgement = judge(energy, &x, &grasp.contacts);
     let hand = energy.hand();
     let measured = measure_contacts(energy, &x, &grasp.contacts);

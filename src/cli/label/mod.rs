@@ -10,13 +10,11 @@ use rayon::prelude::*;
 use serde_json::json;
 
 use super::args::{Common, HandAndObject};
-use super::input::{self, coordinates};
+use super::input;
 use super::output::check_file;
-use super::{complain, models, print, progress};
+use super::{complain, print, progress};
 use crate::evaluation::taxonomy::{GraspType, Label, Labeller, Rule, Taxonomy, UNLISTED, explain};
-use crate::hand::Hand;
-use crate::object::Object;
-use crate::store::{Grasp, GraspFile, Population};
+use crate::store::{Grasp, GraspFile};
 
 mod sheet;
 mod summary;
@@ -111,8 +109,8 @@ pub(super) fn run(command: &LabelCommand, common: &Common) -> anyhow::Result<()>
     let mut labels: BTreeMap<u64, Label> = BTreeMap::new();
     let mut cards = Vec::new();
     for population in file.landscapes() {
-        let place = Place::new(&population)?;
-        let labeller = Labeller::new(&place.hand, &place.object, &rule);
+        let (hand, object) = (population.hand()?, population.object()?);
+        let labeller = Labeller::new(&hand, &object, &rule);
         let grasps: Vec<&Grasp> = (population
             .grasps
             .iter()
@@ -123,12 +121,12 @@ pub(super) fn run(command: &LabelCommand, common: &Common) -> anyhow::Result<()>
             .par_iter()
             .map(|grasp| {
                 bar.inc(1);
-                (grasp.id, labeller.label(&coordinates(grasp)))
+                (grasp.id, labeller.label(&grasp.coordinates()))
             })
             .collect();
         labels.extend(of_population);
         if command.sheet.is_some() {
-            cards.extend(sheet::cards(&place.hand, &place.object, &grasps, &labels)?);
+            cards.extend(sheet::cards(&hand, &object, &grasps, &labels)?);
         }
     }
     bar.finish_and_clear();
@@ -172,21 +170,6 @@ fn rule(command: &LabelCommand) -> anyhow::Result<Rule> {
     let text = std::fs::read_to_string(path)
         .with_context(|| format!("--rule: cannot read {}", path.display()))?;
     Rule::parse(&text).with_context(|| path.display().to_string())
-}
-
-/// A hand and an object.
-struct Place {
-    hand: std::sync::Arc<Hand>,
-    object: std::sync::Arc<Object>,
-}
-
-impl Place {
-    fn new(population: &Population<'_>) -> anyhow::Result<Self> {
-        let hand = models::hand(population.hand)?;
-        models::check_hand(population.hand, &hand)?;
-        let object = models::object(population.object, population.scale)?;
-        Ok(Self { hand, object })
-    }
 }
 
 /// What a human may say: a type, or that none fits.

@@ -10,7 +10,6 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::super::input::coordinates;
 use super::file_name;
 use crate::evaluation::taxonomy::{Label, Taxonomy};
 use crate::figure::Scene;
@@ -67,7 +66,7 @@ pub(super) fn cards(
     grasps
         .par_iter()
         .map(|grasp| {
-            let scene = Scene::of_grasp(hand, &skin, object, &coordinates(grasp), &grasp.contacts);
+            let scene = Scene::of_grasp(hand, &skin, object, &grasp.coordinates(), &grasp.contacts);
             let [first, second] = scene.two_cameras(Vector3::z());
             let picture = |camera| -> anyhow::Result<String> {
                 Ok(STANDARD.encode(scene.render(camera, SIDE, SIDE).to_png()?))

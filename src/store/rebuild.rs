@@ -1,0 +1,328 @@
+//! From what a file says about hands, objects and the energy to these themselves, and back.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use rayon::prelude::*;
+use serde_json::Value;
+
+use super::grasps::{Grasp, GraspFile, Population};
+use super::metadata::{HandMetadata, Metadata, ObjectMetadata, TextFile, content_hash};
+use crate::energy::Energy;
+use crate::grasp::energy::EnergySettingsError;
+use crate::grasp::{EnergySettings, GraspEnergy, Judgement, judge};
+use crate::hand::{Hand, HandError, HandFiles};
+use crate::limits::{Beyond, OBJECT_MASS};
+use crate::object::{Description, Mesh, Object, ObjectError, ObjectParts};
+
+/// Why a hand, an object or an energy cannot be built from what a file says about it.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RebuildError {
+    /// The file holds the name of a hand only.
+    #[error("the file does not describe hand `{0}`: name it with --hand")]
+    NoHand(String),
+    /// The description of a hand is not valid.
+    #[error("hand {file}")]
+    Hand {
+        /// The description file.
+        file: String,
+        /// Why.
+        source: HandError,
+    },
+    /// The description has other joints than the rows.
+    #[error(
+        "hand `{hand}` does not match: the file was written for joint `{told}` where its description has `{found}`"
+    )]
+    OtherJoint {
+        /// The hand.
+        hand: String,
+        /// The joint that the file names.
+        told: String,
+        /// The joint that the description has.
+        found: String,
+    },
+    /// The description has another number of joints or surface points than the rows.
+    #[error(
+        "hand `{hand}` does not match: the file was written for {} joints and {} surface points, its description gives {} \
+         and {}",
+        told[0], told[1], found[0], found[1]
+    )]
+    OtherSize {
+        /// The hand.
+        hand: String,
+        /// Numbers of joints and surface points that the file names.
+        told: [usize; 2],
+        /// Numbers of joints and surface points that the description has.
+        found: [usize; 2],
+    },
+    /// The file holds the name of an object only.
+    #[error("the file does not hold the mesh of object `{0}`: name it with --object")]
+    NoMesh(String),
+    /// The description of an object is not valid.
+    #[error("the description of object `{object}` in the file")]
+    Description {
+        /// The object.
+        object: String,
+        /// Why.
+        source: serde_json::Error,
+    },
+    /// The mesh of an object is not valid.
+    #[error(transparent)]
+    Object(#[from] ObjectError),
+    /// An object is heavier or lighter than the limits allow.
+    #[error("the mass of object `{object}`")]
+    Mass {
+        /// The object.
+        object: String,
+        /// The mass and the limit.
+        source: Beyond,
+    },
+    /// The metadata hold an energy of another program or version.
+    #[error("the energy in the metadata is not one this program knows")]
+    Energy(#[source] serde_json::Error),
+    /// A setting of the energy is out of its range.
+    #[error(transparent)]
+    Settings(#[from] EnergySettingsError),
+}
+
+impl HandMetadata {
+    /// What a file must say about the hand of `files`.
+    ///
+    /// # Errors
+    /// Where the files do not describe a hand.
+    pub fn new(name: String, files: &HandFiles) -> Result<Self, RebuildError> {
+        let identity = files.identity();
+        let texts: Vec<&[u8]> = identity.iter().map(String::as_bytes).collect();
+        let description = files.files.iter().map(|file| TextFile {
+            name: file.name.clone(),
+            text: file.text.clone(),
+        });
+        let mut metadata = Self {
+            name,
+            content_hash: content_hash(&texts),
+            description: description.collect(),
+            ..Self::default()
+        };
+        let hand = metadata.build()?;
+        metadata.joint_names = hand.joints.iter().map(|joint| joint.name.clone()).collect();
+        metadata.limits_rad = hand.joints.iter().map(|joint| joint.limits_rad).collect();
+        metadata.surface_points = hand.surface.len();
+        Ok(metadata)
+    }
+
+    /// Builds the hand.
+    ///
+    /// # Errors
+    /// Where the description is missing or not valid.
+    pub fn build(&self) -> Result<Arc<Hand>, RebuildError> {
+        let Some(main) = self.description.first() else {
+            return Err(RebuildError::NoHand(self.name.clone()));
+        };
+        let texts = self.description.iter();
+        let files = HandFiles::of_texts(texts.map(|file| [file.name.as_str(), file.text.as_str()]));
+        let hand = Hand::from_files(&files).map_err(|source| RebuildError::Hand {
+            file: main.name.clone(),
+            source,
+        })?;
+        Ok(Arc::new(hand))
+    }
+
+    /// Builds the hand and checks that it has the joints and surface points that the rows of the file refer to.
+    ///
+    /// # Errors
+    /// Where the description is missing, not valid, or that of another hand.
+    pub fn build_matching(&self) -> Result<Arc<Hand>, RebuildError> {
+        let hand = self.build()?;
+        let joints = || hand.joints.iter().map(|joint| &joint.name);
+        if let Some((found, told)) = joints().zip(&self.joint_names).find(|(a, b)| a != b) {
+            return Err(RebuildError::OtherJoint {
+                hand: self.name.clone(),
+                told: told.clone(),
+                found: found.clone(),
+            });
+        }
+        let told = [self.joint_names.len(), self.surface_points];
+        let found = [hand.joints.len(), hand.surface.len()];
+        if told != found {
+            let hand = self.name.clone();
+            return Err(RebuildError::OtherSize { hand, told, found });
+        }
+        Ok(hand)
+    }
+}
+
+impl ObjectMetadata {
+    /// What a file must say about an object.
+    ///
+    /// # Errors
+    /// Where the description cannot be stored.
+    pub fn new(parts: &ObjectParts) -> Result<Self, RebuildError> {
+        let obj = parts.mesh.to_obj();
+        let description = serde_json::to_value(&parts.description)
+            .map_err(|source| described(&parts.name, source))?;
+        Ok(Self {
+            name: parts.name.clone(),
+            mass_kg: parts.description.mass_of(&parts.mesh),
+            content_hash: content_hash(&[obj.as_bytes(), description.to_string().as_bytes()]),
+            description,
+            mesh_obj: Some(obj),
+        })
+    }
+
+    /// Builds the object, `scale` times as large.
+    ///
+    /// # Errors
+    /// Where the mesh is missing, or mesh, description or size is not valid.
+    pub fn build(&self, scale: f64) -> Result<Arc<Object>, RebuildError> {
+        let (mesh, description) = self.parts(scale)?;
+        Ok(Arc::new(Object::from_mesh(&self.name, mesh, &description)?))
+    }
+
+    /// Mesh and mass (kg) of the object, `scale` times as large, without the smooth field.
+    ///
+    /// # Errors
+    /// Where the mesh is missing, or mesh, description, size or mass is not valid.
+    pub fn mesh(&self, scale: f64) -> Result<(Mesh, f64), RebuildError> {
+        let (mesh, _) = self.parts(scale)?;
+        mesh.check_size(&self.name)?;
+        let mass_kg = self.mass_kg * scale.powi(3);
+        OBJECT_MASS
+            .check(mass_kg)
+            .map_err(|source| RebuildError::Mass {
+                object: self.name.clone(),
+                source,
+            })?;
+        Ok((mesh, mass_kg))
+    }
+
+    fn parts(&self, scale: f64) -> Result<(Mesh, Description), RebuildError> {
+        let name = &self.name;
+        let Some(obj) = &self.mesh_obj else {
+            return Err(RebuildError::NoMesh(name.clone()));
+        };
+        let description: Description = serde_json::from_value(self.description.clone())
+            .map_err(|source| described(name, source))?;
+        let mesh = description.mesh_of_obj(name, obj)?;
+        Ok(if (scale - 1.0).abs() < f64::EPSILON {
+            (mesh, description)
+        } else {
+            (mesh.scaled(name, scale)?, description.scaled(scale))
+        })
+    }
+}
+
+fn described(object: &str, source: serde_json::Error) -> RebuildError {
+    let object = object.to_owned();
+    RebuildError::Description { object, source }
+}
+
+impl Metadata {
+    /// The settings of the energy; the default ones where the file does not tell any.
+    ///
+    /// # Errors
+    /// Where the file tells settings that this program does not know.
+    pub fn energy_settings(&self) -> Result<EnergySettings, RebuildError> {
+        match &self.energy {
+            Value::Null => Ok(EnergySettings::default()),
+            told => serde_json::from_value(told.clone()).map_err(RebuildError::Energy),
+        }
+    }
+}
+
+impl Population<'_> {
+    /// Builds the hand.
+    ///
+    /// # Errors
+    /// As [`HandMetadata::build_matching`].
+    pub fn hand(&self) -> Result<Arc<Hand>, RebuildError> {
+        self.hand.build_matching()
+    }
+
+    /// Builds the object at its scale.
+    ///
+    /// # Errors
+    /// As [`ObjectMetadata::build`].
+    pub fn object(&self) -> Result<Arc<Object>, RebuildError> {
+        self.object.build(self.scale)
+    }
+
+    /// Mesh and mass (kg) of the object at its scale, without the smooth field.
+    ///
+    /// # Errors
+    /// As [`ObjectMetadata::mesh`].
+    pub fn mesh(&self) -> Result<(Mesh, f64), RebuildError> {
+        self.object.mesh(self.scale)
+    }
+
+    /// Builds the energy that the grasps were made with.
+    ///
+    /// # Errors
+    /// Where hand, object or settings are missing or not valid.
+    pub fn energy(&self) -> Result<GraspEnergy, RebuildError> {
+        let settings = self.metadata.energy_settings()?;
+        Ok(GraspEnergy::new(self.hand()?, self.object()?, settings)?)
+    }
+}
+
+impl GraspFile {
+    /// Measures all grasps with the hands and objects that the metadata describe.
+    ///
+    /// # Errors
+    /// Where hand, object or settings are missing or not valid.
+    pub fn measure(&mut self) -> Result<(), RebuildError> {
+        let mut measured = BTreeMap::new();
+        let mut terms = Vec::new();
+        for population in self.landscapes() {
+            let energy = population.energy()?;
+            terms = energy.term_names();
+            let grasps = population.grasps.par_iter().map(|grasp| {
+                let mut grasp = (*grasp).clone();
+                grasp.measure(&energy);
+                (grasp.id, grasp)
+            });
+            measured.extend(grasps.collect::<Vec<_>>());
+        }
+        for grasp in &mut self.grasps {
+            if let Some(anew) = measured.remove(&grasp.id) {
+                *grasp = anew;
+            }
+        }
+        self.metadata.terms = terms;
+        Ok(())
+    }
+}
+
+impl Grasp {
+    /// The pose as the pose space has it.
+    pub fn coordinates(&self) -> Vec<f64> {
+        let mut x = self.translation_m.to_vec();
+        x.extend(self.rotation_wxyz);
+        x.extend(&self.joints_rad);
+        x
+    }
+
+    /// Fills in the energy and the measures, and the best contacts where there are none.
+    ///
+    /// # Panics
+    /// If the pose is one of another hand than the energy's.
+    pub fn measure(&mut self, energy: &GraspEnergy) -> Judgement {
+        let mut x = self.coordinates();
+        // Stored as read; measured at unit length.
+        let norm = (self.rotation_wxyz.iter().map(|q| q * q).sum::<f64>()).sqrt();
+        x[3..7].iter_mut().for_each(|q| *q /= norm);
+        if self.contacts.is_empty() {
+            self.contacts = energy.choice(&x);
+        }
+        let terms = energy.terms_of(&x, &self.contacts);
+        self.terms = terms.into_iter().map(|(_, value)| value).collect();
+        self.energy = self.terms.iter().sum();
+        let judgement = judge(energy, &x, &self.contacts);
+        self.net_wrench = judgement.net_wrench;
+        self.distance_squared = judgement.distance_squared;
+        self.penetration = judgement.penetration;
+        self.friction = judgement.least_friction;
+        self.epsilon = Some(judgement.epsilon);
+        judgement
+    }
+}
