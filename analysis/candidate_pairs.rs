@@ -23,8 +23,8 @@ use landscape::optimize::QuenchSettings;
 use landscape::sample::{Kernel, Mala, Task, stream};
 use landscape::store::{Journal, content_hash};
 use landscape::topography::{
-    self, Evidence, Landscape, MapSettings, MatchTolerance, MemoryJournal, Minimum, MinimumId,
-    in_box, map, silent, spanning_forest,
+    self, Evidence, JournalError, Landscape, MapSettings, MatchTolerance, MemoryJournal, Minimum,
+    MinimumId, Run, build_landscape, in_box, spanning_forest,
 };
 
 const SEED: u64 = 7;
@@ -48,19 +48,16 @@ impl topography::Journal for WithoutPaths<'_> {
         self.0.get(key)
     }
 
-    fn put(&self, key: &str, record: &[u8]) {
-        let Ok(mut value) = serde_json::from_slice::<serde_json::Value>(record) else {
-            return;
-        };
+    fn put(&self, key: &str, record: &[u8]) -> Result<(), JournalError> {
+        let refused = |error| JournalError::from(Box::<dyn Error + Send + Sync>::from(error));
+        let mut value: serde_json::Value = serde_json::from_slice(record).map_err(refused)?;
         if let Some(path) = value.get_mut("path")
             && let Ok(empty) = serde_json::to_value(topography::Path::default())
         {
             *path = empty;
         }
-        let stored = serde_json::to_vec(&value).map(|record| self.0.put(key, &record));
-        if !matches!(stored, Ok(Ok(()))) {
-            eprintln!("warning: {key} could not be kept");
-        }
+        let record = serde_json::to_vec(&value).map_err(refused)?;
+        topography::Journal::put(self.0, key, &record)
     }
 }
 
@@ -150,8 +147,8 @@ fn compare(
     minima: &[Minimum],
     settings: &MapSettings,
     journal: &dyn topography::Journal,
-) -> Vec<Row> {
-    let run = |neighbours: usize, pruned: bool| {
+) -> Result<Vec<Row>, JournalError> {
+    let map = |neighbours: usize, pruned: bool| {
         let settings = MapSettings {
             neighbours,
             pruned,
@@ -159,9 +156,18 @@ fn compare(
             decisive_replicas: 0,
             ..settings.clone()
         };
-        map(energy, kernel, minima.to_vec(), &settings, journal, &silent)
+        build_landscape(
+            energy,
+            kernel,
+            minima.to_vec(),
+            &settings,
+            &Run {
+                journal,
+                ..Run::default()
+            },
+        )
     };
-    let whole = run(minima.len(), false);
+    let whole = map(minima.len(), false)?;
     let merges: Vec<(MinimumId, MinimumId, f64)> = spanning_forest(&whole.network, Evidence::Chain)
         .into_iter()
         .filter_map(|edge| {
@@ -202,20 +208,20 @@ fn compare(
         row("all".to_owned(), &whole),
         row(
             "all (joined ones skipped)".to_owned(),
-            &run(minima.len(), true),
+            &map(minima.len(), true)?,
         ),
     ];
     for neighbours in NEIGHBOURS {
-        rows.push(row(neighbours.to_string(), &run(neighbours, true)));
+        rows.push(row(neighbours.to_string(), &map(neighbours, true)?));
     }
-    rows
+    Ok(rows)
 }
 
 /// Random surface `id` of a kind, and minima of it.
 fn surface(
     (_, angles, modes, count): (&str, usize, u8, usize),
     id: u64,
-) -> (Waves, Vec<Minimum>, MapSettings) {
+) -> Result<(Waves, Vec<Minimum>, MapSettings), JournalError> {
     let energy = Waves::random(angles, modes, count, &mut stream(SEED, Task::Surface, id));
     let half = std::f64::consts::PI;
     let (low, high) = (vec![-half; angles], vec![half; angles]);
@@ -229,10 +235,10 @@ fn surface(
         energy: 1e-6,
         distance: 1e-3,
     };
-    let mut minima = shuffled(&energy, &starts, &settings, 1e-6, id);
+    let mut minima = shuffled(&energy, &starts, &settings, 1e-6, id)?;
     minima.truncate(MINIMA);
     let settings = MapSettings::for_minima(&energy, &minima).with_seed(SEED);
-    (energy, minima, settings)
+    Ok((energy, minima, settings))
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -249,7 +255,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             if known(&rows, kind.0, id) {
                 continue;
             }
-            let (energy, minima, settings) = surface(kind, id);
+            let (energy, minima, settings) = surface(kind, id)?;
             let kernel = Mala::new(&energy);
             rows.extend(compare(
                 (kind.0, id),
@@ -257,7 +263,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                 &minima,
                 &settings,
                 &MemoryJournal::default(),
-            ));
+            )?);
             write_table(&rows)?;
         }
     }
@@ -267,7 +273,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let settings = grasps.settings.clone().with_seed(SEED);
         let text = serde_json::to_string(&settings)?;
         let journal = Journal::open(&journal, &content_hash(&[&bytes, text.as_bytes()]), false)?;
-        let mut minima = grasps.minima(SEED);
+        let mut minima = grasps.minima(SEED)?;
         minima.truncate(GRASPS);
         let kernel = landscape::grasp::GraspKernel::new(&grasps.energy);
         let surface: (&dyn Energy, &dyn Kernel) = (&grasps.energy, &kernel);
@@ -277,7 +283,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             &minima,
             &settings,
             &WithoutPaths(&journal),
-        );
+        )?;
         rows.extend(found);
         write_table(&rows)?;
     }

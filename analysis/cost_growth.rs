@@ -26,7 +26,7 @@ use landscape::figure::theme;
 use landscape::grasp::GraspKernel;
 use landscape::optimize::QuenchSettings;
 use landscape::sample::{Kernel, Mala, Task, stream};
-use landscape::topography::{MapSettings, MatchTolerance, Minimum, NoJournal, in_box, map, silent};
+use landscape::topography::{MapSettings, MatchTolerance, Minimum, Run, build_landscape, in_box};
 use line::Line;
 
 const SEED: u64 = 9;
@@ -101,14 +101,13 @@ fn measure(
             // Samples begin at different places of the random order.
             let first = usize::try_from(sample)? * minima.len() / 4;
             let taken = minima.iter().cycle().skip(first).take(size).cloned();
-            let found = map(
+            let found = build_landscape(
                 surface.0,
                 surface.1,
                 taken.collect(),
                 settings,
-                &NoJournal,
-                &silent,
-            );
+                &Run::default(),
+            )?;
             let tried = found.connections.iter();
             rows.push(Row {
                 landscape: name.to_owned(),
@@ -148,7 +147,7 @@ fn rugged(rows: &mut Vec<Row>) -> Result<(), Box<dyn Error>> {
         energy: 1e-6,
         distance: 1e-3,
     };
-    let minima = shuffled(&energy, &starts, &settings, 1e-6, SEED);
+    let minima = shuffled(&energy, &starts, &settings, 1e-6, SEED)?;
     eprintln!("{RUGGED}: {} minima", minima.len());
     // One scale for all sizes: that of the smallest.
     let settings = lighter(MapSettings::for_minima(&energy, &minima[..SIZES[0]]));
@@ -165,7 +164,7 @@ fn rugged(rows: &mut Vec<Row>) -> Result<(), Box<dyn Error>> {
 
 fn grasps(rows: &mut Vec<Row>, path: &Path) -> Result<(), Box<dyn Error>> {
     let grasps = Grasps::read(path)?;
-    let minima = grasps.minima(SEED);
+    let minima = grasps.minima(SEED)?;
     eprintln!("{GRASPS}: {} minima", minima.len());
     let kernel = GraspKernel::new(&grasps.energy);
     let settings = lighter(grasps.settings.clone());

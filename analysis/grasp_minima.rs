@@ -8,7 +8,7 @@ use landscape::energy::Energy;
 use landscape::grasp::GraspEnergy;
 use landscape::sample::{Task, stream};
 use landscape::store::{GraspFile, Overrides};
-use landscape::topography::{MapSettings, Minimum, NoJournal, distinct, quench_all, silent};
+use landscape::topography::{JournalError, MapSettings, Minimum, Run, distinct, quench_all};
 use rand::seq::SliceRandom;
 
 /// The first hand on the first object of a file.
@@ -38,7 +38,7 @@ impl Grasps {
     }
 
     /// The minima of all grasps in an order drawn with `seed`, so that the first n of them are n at random.
-    pub(crate) fn minima(&self, seed: u64) -> Vec<Minimum> {
+    pub(crate) fn minima(&self, seed: u64) -> Result<Vec<Minimum>, JournalError> {
         shuffled(
             &self.energy,
             &self.starts,
@@ -56,9 +56,9 @@ pub(crate) fn shuffled(
     settings: &MapSettings,
     max_gradient: f64,
     seed: u64,
-) -> Vec<Minimum> {
-    let quenches = quench_all(energy, starts, &settings.quench, &NoJournal, &silent);
+) -> Result<Vec<Minimum>, JournalError> {
+    let quenches = quench_all(energy, starts, &settings.quench, &Run::default())?;
     let (mut minima, _) = distinct(energy, &quenches, &settings.sameness, max_gradient);
     minima.shuffle(&mut stream(seed, Task::Start, u64::MAX));
-    minima
+    Ok(minima)
 }

@@ -8,7 +8,7 @@ use std::time::Instant;
 use landscape::energy::Energy;
 use landscape::energy::model::{LennardJones, MullerBrown};
 use landscape::sample::Rng;
-use landscape::topography::{Draw, NoJournal, SearchSettings, explore, silent};
+use landscape::topography::{Draw, Run, SearchSettings, explore};
 use rand::RngExt;
 
 fn in_box(low: Vec<f64>, high: Vec<f64>) -> impl Fn(&mut Rng) -> Vec<f64> + Sync {
@@ -64,7 +64,7 @@ fn main() {
                         settings.length, settings.energy, settings.quench
                     );
                 }
-                explore(&**energy, &**draw, &settings, &NoJournal, &silent)
+                explore(&**energy, &**draw, &settings, &Run::default()).unwrap()
             });
             let c = found.coverage;
             println!(

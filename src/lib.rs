@@ -13,7 +13,7 @@
 //! | build the energy of a hand on an object | [`grasp::GraspEnergy`], [`hand::Hand`], [`object::Object`] |
 //! | synthesize and judge grasps | [`grasp::synthesis::synthesize`], [`grasp::judge`], [`grasp::closure`], [`grasp::relaxed`] |
 //! | go from a function of your own to its disconnectivity graph | [`own_function`] |
-//! | map a landscape | [`topography::quench_all`], [`topography::distinct`], [`topography::map()`] |
+//! | map a landscape | [`topography::quench_all`], [`topography::distinct`], [`topography::build_landscape`] |
 //! | judge scores against what is true | [`agreement::Roc`] |
 //! | judge a tree, distances or a graph against labels | [`agreement::Dendrogram`], [`agreement::test_labels`] |
 //! | draw it | [`figure::DisconnectivityPicture`], [`figure::BarrierPicture`], [`figure::Scene`] |
@@ -28,21 +28,23 @@
 //! use landscape::energy::model::MullerBrown;
 //! use landscape::sample::Mala;
 //! use landscape::topography::{
-//!     MapSettings, MinimumId, NoJournal, Scales, distinct, map, quench_all, silent,
+//!     MapSettings, MinimumId, Run, Scales, build_landscape, distinct, quench_all,
 //! };
 //!
 //! let energy = MullerBrown::new();
 //! let starts = [[-0.7, 1.2], [0.5, 0.1], [-0.1, 0.5], [0.8, 0.0]].map(|x| x.to_vec());
 //! let scales = Scales::measured(&energy, &starts);
-//! let quenches = quench_all(&energy, &starts, &scales.quench(), &NoJournal, &silent);
+//! let quenches = quench_all(&energy, &starts, &scales.quench(), &Run::default())?;
 //! let (minima, _) = distinct(&energy, &quenches, &scales.sameness(), scales.gradient_tolerance());
 //! assert_eq!(minima.len(), 3);
 //!
 //! let settings = MapSettings::for_minima(&energy, &minima);
-//! let landscape = map(&energy, &Mala::new(&energy), minima, &settings, &NoJournal, &silent);
+//! let kernel = Mala::new(&energy);
+//! let landscape = build_landscape(&energy, &kernel, minima, &settings, &Run::default())?;
 //! let height = landscape.tree.minimax(MinimumId(0), MinimumId(1)).unwrap();
 //! assert!((height + 40.664844).abs() < 1e-5);
 //! # }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 

@@ -7,8 +7,8 @@ use landscape::optimize::{QuenchSettings, quench};
 use landscape::sample::{Mala, Task, stream};
 use landscape::space::{Euclidean, Space};
 use landscape::topography::{
-    Evidence, Landscape, MapSettings, MatchTolerance, MemoryJournal, Minimum, MinimumId, NoJournal,
-    SeamSettings, Tree, distinct, map, quench_all, silent,
+    Evidence, Landscape, MapSettings, MatchTolerance, MemoryJournal, Minimum, MinimumId, Run,
+    SeamSettings, Tree, build_landscape, distinct, quench_all,
 };
 use rand::RngExt;
 
@@ -22,13 +22,7 @@ fn minima(energy: &dyn Energy, low: &[f64], high: &[f64], count: u64) -> Vec<Min
             .collect()
     };
     let starts: Vec<Vec<f64>> = (0..count).map(start).collect();
-    let found = quench_all(
-        energy,
-        &starts,
-        &QuenchSettings::default(),
-        &NoJournal,
-        &silent,
-    );
+    let found = quench_all(energy, &starts, &QuenchSettings::default(), &Run::default()).unwrap();
     distinct(energy, &found, &MatchTolerance::default(), 1e-6).0
 }
 
@@ -40,14 +34,14 @@ fn three_hole_passes_through_the_shallow_hole() {
     let minima = minima(&energy, &[-2.0, -1.0], &[2.0, 2.0], 40);
     assert_eq!(minima.len(), 3);
     let settings = MapSettings::for_minima(&energy, &minima);
-    let found = map(
+    let found = build_landscape(
         &energy,
         &Mala::new(&energy),
         minima,
         &settings,
-        &NoJournal,
-        &silent,
-    );
+        &Run::default(),
+    )
+    .unwrap();
     for i in 0..3 {
         for j in 0..3 {
             let height = found.tree.minimax(MinimumId(i), MinimumId(j)).unwrap();
@@ -71,14 +65,14 @@ fn angles_wrap() {
     let minima = minima(&energy, &[-3.1; 2], &[3.1; 2], 60);
     assert_eq!(minima.len(), 4);
     let settings = MapSettings::for_minima(&energy, &minima);
-    let found = map(
+    let found = build_landscape(
         &energy,
         &Mala::new(&energy),
         minima,
         &settings,
-        &NoJournal,
-        &silent,
-    );
+        &Run::default(),
+    )
+    .unwrap();
     let merges: Vec<f64> = found.tree.nodes[4..]
         .iter()
         .map(|node| node.energy)
@@ -219,14 +213,14 @@ impl Energy for Bowls {
 
 fn bowls_map(energy: &Bowls, minima: Vec<Minimum>) -> Landscape {
     let settings = MapSettings::for_minima(energy, &minima);
-    map(
+    build_landscape(
         energy,
         &Mala::new(energy),
         minima,
         &settings,
-        &NoJournal,
-        &silent,
+        &Run::default(),
     )
+    .unwrap()
 }
 
 #[test]
@@ -288,14 +282,12 @@ fn threads_order_and_interruption_change_nothing() {
             .build()
             .unwrap();
         pool.install(|| {
-            fingerprint(&map(
-                &energy,
-                &Mala::new(&energy),
-                minima,
-                &settings,
+            let run = Run {
                 journal,
-                &silent,
-            ))
+                ..Run::default()
+            };
+            let kernel = Mala::new(&energy);
+            fingerprint(&build_landscape(&energy, &kernel, minima, &settings, &run).unwrap())
         })
     };
     let first = run(minima.clone(), &journal, 1);
@@ -320,7 +312,7 @@ impl Half for MemoryJournal {
             for j in (i + 1..10).step_by(2) {
                 let key = format!("pair/{i}-{j}/0");
                 if let Some(record) = self.get(&key) {
-                    half.put(&key, &record);
+                    half.put(&key, &record).unwrap();
                 }
             }
         }
@@ -391,14 +383,14 @@ fn tops_over_close_kinks_are_lowered_to_their_passes() {
         moves: 200,
         halvings: 1,
     });
-    let found = map(
+    let found = build_landscape(
         &energy,
         &Mala::new(&energy),
         minima,
         &settings,
-        &NoJournal,
-        &silent,
-    );
+        &Run::default(),
+    )
+    .unwrap();
     let edge = &found.connection(MinimumId(0), MinimumId(1)).unwrap().edge;
     let straight = (0..=1000)
         .map(|k| {
@@ -445,14 +437,14 @@ fn what_is_no_minimum_has_no_part_in_the_map() {
     });
     let run = |given: Vec<Minimum>| {
         let settings = MapSettings::for_minima(&energy, &given);
-        map(
+        build_landscape(
             &energy,
             &Mala::new(&energy),
             given,
             &settings,
-            &NoJournal,
-            &silent,
+            &Run::default(),
         )
+        .unwrap()
     };
     let (whole, found) = (run(known.clone()), run(given));
     let rows: Vec<usize> = found.rejected.iter().map(|rejected| rejected.row).collect();

@@ -3,9 +3,7 @@
 
 use landscape::energy::{Energy, InBox};
 use landscape::space::{Euclidean, Space};
-use landscape::topography::{
-    Doubt, Exploration, NoJournal, SearchSettings, Verdict, explore, in_box, silent,
-};
+use landscape::topography::{self, Doubt, Exploration, SearchSettings, Verdict, explore, in_box};
 use rayon::prelude::*;
 use surfaces::{Counted, Run};
 
@@ -127,7 +125,7 @@ fn explored(energy: &dyn Energy, low: &[f64], high: &[f64], most: Option<usize>)
     let draw = in_box(low, high);
     let mut settings = SearchSettings::measured(energy, &draw, 1);
     settings.max_searches = most.unwrap_or(settings.max_searches);
-    explore(energy, &draw, &settings, &NoJournal, &silent)
+    explore(energy, &draw, &settings, &topography::Run::default()).unwrap()
 }
 
 /// An energy on the plane.

@@ -5,8 +5,8 @@ use landscape::energy::model::MullerBrown;
 use landscape::optimize::QuenchSettings;
 use landscape::sample::Mala;
 use landscape::topography::{
-    ChainSettings, Diagram, DiagramSettings, MatchTolerance, MemoryJournal, Minimum, NoJournal,
-    diagram, distinct, log_grid, quench_all, silent,
+    ChainSettings, Diagram, DiagramSettings, MatchTolerance, MemoryJournal, Minimum, Run, diagram,
+    distinct, log_grid, quench_all,
 };
 
 /// A, B, C by rising energy.
@@ -14,7 +14,7 @@ fn minima() -> Vec<Minimum> {
     let starts = [vec![-0.56, 1.44], vec![0.62, 0.03], vec![-0.05, 0.47]];
     let energy = MullerBrown::new();
     let settings = QuenchSettings::default();
-    let found = quench_all(&energy, &starts, &settings, &NoJournal, &silent);
+    let found = quench_all(&energy, &starts, &settings, &Run::default()).unwrap();
     distinct(&energy, &found, &MatchTolerance::default(), 1e-6).0
 }
 
@@ -39,7 +39,7 @@ fn settings(replicas: usize) -> DiagramSettings {
 fn measure(settings: &DiagramSettings) -> Diagram {
     let energy = MullerBrown::new();
     let kernel = Mala::new(&energy);
-    diagram(&energy, &kernel, &minima(), settings, &NoJournal, &silent)
+    diagram(&energy, &kernel, &minima(), settings, &Run::default()).unwrap()
 }
 
 /// From and to, the force of the first success, the one from which all succeed.
@@ -117,9 +117,13 @@ fn what_is_remembered_is_not_measured_again() {
     let energy = MullerBrown::new();
     let counted = landscape::energy::Counted::new(&energy);
     let (kernel, journal, settings) = (Mala::new(&counted), MemoryJournal::default(), settings(2));
-    let first = diagram(&counted, &kernel, &minima(), &settings, &journal, &silent);
+    let run = Run {
+        journal: &journal,
+        ..Run::default()
+    };
+    let first = diagram(&counted, &kernel, &minima(), &settings, &run).unwrap();
     let spent = counted.evaluations();
-    let second = diagram(&counted, &kernel, &minima(), &settings, &journal, &silent);
+    let second = diagram(&counted, &kernel, &minima(), &settings, &run).unwrap();
     assert_eq!(counted.evaluations(), spent);
     assert_eq!(first, second);
     assert_eq!(first, measure(&settings));

@@ -3,8 +3,8 @@
 use landscape::energy::model::LennardJones;
 use landscape::sample::{Mala, Task, stream};
 use landscape::topography::{
-    Evidence, HoppingSettings, Landscape, MapSettings, MatchTolerance, Minimum, MinimumId,
-    NoJournal, hop, map, silent,
+    Evidence, HoppingSettings, Landscape, MapSettings, MatchTolerance, Minimum, MinimumId, Run,
+    build_landscape, hop,
 };
 use rand::RngExt;
 
@@ -26,21 +26,21 @@ fn hopped(atoms: usize) -> Vec<Minimum> {
         },
         ..HoppingSettings::default()
     };
-    hop(&energy, &starts, &hopping, &silent)
+    hop(&energy, &starts, &hopping, &Run::default())
 }
 
 fn mapped(atoms: usize) -> Landscape {
     let energy = LennardJones::new(atoms);
     let minima = hopped(atoms);
     let settings = MapSettings::for_minima(&energy, &minima);
-    map(
+    build_landscape(
         &energy,
         &Mala::new(&energy),
         minima,
         &settings,
-        &NoJournal,
-        &silent,
+        &Run::default(),
     )
+    .unwrap()
 }
 
 /// Energies and merge heights against the reference, as far as it goes.

@@ -4,8 +4,8 @@ use landscape::energy::model::MullerBrown;
 use landscape::optimize::QuenchSettings;
 use landscape::sample::{Kernel, Mala, Task, stream};
 use landscape::topography::{
-    ChainSettings, Evidence, MapSettings, MatchTolerance, Minimum, MinimumId, NoJournal, chain,
-    distinct, map, quench_all, silent,
+    ChainSettings, Evidence, MapSettings, MatchTolerance, Minimum, MinimumId, Run, build_landscape,
+    chain, distinct, quench_all,
 };
 use rand::RngExt;
 
@@ -21,9 +21,9 @@ fn minima() -> Vec<Minimum> {
         &energy,
         &starts,
         &QuenchSettings::default(),
-        &NoJournal,
-        &silent,
-    );
+        &Run::default(),
+    )
+    .unwrap();
     distinct(&energy, &found, &MatchTolerance::default(), 1e-6).0
 }
 
@@ -35,14 +35,14 @@ fn merge_heights_are_the_published_ones() {
     let (energy, minima) = (MullerBrown::new(), minima());
     assert_eq!(minima.len(), reference["minima"].as_array().unwrap().len());
     let settings = MapSettings::for_minima(&energy, &minima);
-    let found = map(
+    let found = build_landscape(
         &energy,
         &Mala::new(&energy),
         minima,
         &settings,
-        &NoJournal,
-        &silent,
-    );
+        &Run::default(),
+    )
+    .unwrap();
     for i in 0..3 {
         let known = reference["minima"][i]["energy"].as_f64().unwrap();
         assert!((found.network[petgraph::graph::NodeIndex::new(i)].energy - known).abs() < 1e-5);
@@ -77,14 +77,14 @@ fn a_minimum_left_out_is_found_on_the_way() {
     let (energy, mut minima) = (MullerBrown::new(), minima());
     let between = minima.remove(2);
     let settings = MapSettings::for_scales(50.0, 1.0);
-    let found = map(
+    let found = build_landscape(
         &energy,
         &Mala::new(&energy),
         minima,
         &settings,
-        &NoJournal,
-        &silent,
-    );
+        &Run::default(),
+    )
+    .unwrap();
     let height = found.tree.minimax(MinimumId(0), MinimumId(1)).unwrap();
     assert!((height + 40.6648435).abs() < 1e-5);
     assert_eq!(found.unlisted_minima.len(), 1);

@@ -4,8 +4,8 @@ use landscape::energy::model::Waves;
 use landscape::optimize::QuenchSettings;
 use landscape::sample::{Mala, Task, stream};
 use landscape::topography::{
-    Landscape, MapSettings, MatchTolerance, Minimum, MinimumId, NoJournal, SequentialSettings,
-    Tree, distinct, in_box, map, quench_all, sequential, silent,
+    Landscape, MapSettings, MatchTolerance, Minimum, MinimumId, Run, SequentialSettings, Tree,
+    build_landscape, distinct, in_box, quench_all, sequential,
 };
 use rayon::prelude::*;
 
@@ -19,7 +19,7 @@ fn surface(id: u64) -> (Waves, Vec<Minimum>) {
         .map(|start| draw(&mut stream(id, Task::Start, start)))
         .collect();
     let settings = QuenchSettings::default().with_gradient_tolerance(1e-9);
-    let found = quench_all(&energy, &starts, &settings, &NoJournal, &silent);
+    let found = quench_all(&energy, &starts, &settings, &Run::default()).unwrap();
     let sameness = MatchTolerance {
         energy: 1e-7,
         distance: 1e-4,
@@ -67,7 +67,7 @@ fn raw_chains_stop_early_and_the_tree_is_the_same() {
                 settings.chain.force *= 0.1;
                 settings.chain.escalation = 4.0;
                 settings.chain.replicas = 2;
-                sequential(&energy, &kernel, &minima, &settings, &NoJournal, &silent)
+                sequential(&energy, &kernel, &minima, &settings, &Run::default()).unwrap()
             };
             let tolerance = scales.sameness.energy;
             let (whole, pruned) = (run(false, tolerance), run(true, tolerance));
@@ -112,14 +112,8 @@ fn pairs_joined_at_the_bottom_are_skipped_and_the_tree_is_the_same() {
                     decisive_replicas: 0,
                     ..scales.clone()
                 };
-                map(
-                    &energy,
-                    &kernel,
-                    minima.clone(),
-                    &settings,
-                    &NoJournal,
-                    &silent,
-                )
+                build_landscape(&energy, &kernel, minima.clone(), &settings, &Run::default())
+                    .unwrap()
             };
             let (whole, pruned) = (run(false), run(true));
             let off = difference(&whole.tree, &pruned.tree, minima.len());

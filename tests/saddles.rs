@@ -6,8 +6,8 @@ use landscape::energy::Energy;
 use landscape::energy::model::{LennardJones, Surface, named};
 use landscape::space::Space;
 use landscape::topography::{
-    AuditSettings, Exploration, GroupSettings, Journal, Landscape, MemoryJournal, MinimumId,
-    NoJournal, SearchSettings, Verdict, audit, explore, in_box, silent,
+    AuditSettings, Exploration, GroupSettings, Journal, Landscape, MemoryJournal, MinimumId, Run,
+    SearchSettings, Verdict, audit, explore, in_box,
 };
 use serde_json::Value;
 
@@ -24,7 +24,7 @@ fn explored_from(surface: &Surface, seed: u64) -> (Exploration, Landscape) {
     let energy = &*surface.energy;
     let draw = in_box(&surface.low, &surface.high);
     let settings = SearchSettings::measured(energy, &draw, seed);
-    let found = explore(energy, &draw, &settings, &NoJournal, &silent);
+    let found = explore(energy, &draw, &settings, &Run::default()).unwrap();
     check_audits(energy, &found);
     let landscape = found.landscape(energy, &GroupSettings::default());
     (found, landscape)
@@ -271,14 +271,30 @@ fn threads_and_interruptions_change_nothing() {
             .num_threads(threads)
             .build()
             .unwrap();
-        pool.install(|| format!("{:?}", explore(energy, &draw, &settings, journal, &silent)))
+        pool.install(|| {
+            format!(
+                "{:?}",
+                explore(
+                    energy,
+                    &draw,
+                    &settings,
+                    &Run {
+                        journal,
+                        ..Run::default()
+                    }
+                )
+                .unwrap()
+            )
+        })
     };
     let journal = MemoryJournal::default();
     let first = run(1, &journal);
     assert_eq!(first, run(3, &MemoryJournal::default()));
     // Resumed with the first batch done.
     let partly = MemoryJournal::default();
-    partly.put("search/0", &journal.get("search/0").unwrap());
+    partly
+        .put("search/0", &journal.get("search/0").unwrap())
+        .unwrap();
     assert_eq!(first, run(2, &partly));
     assert_eq!(first, run(2, &journal));
 }
@@ -336,7 +352,7 @@ fn nothing_is_found_where_there_is_nothing() {
     let energy = Nowhere(landscape::space::Euclidean::new(2));
     let draw = in_box(&[0.0; 2], &[1.0; 2]);
     let settings = SearchSettings::measured(&energy, &draw, 0);
-    let found = explore(&energy, &draw, &settings, &NoJournal, &silent);
+    let found = explore(&energy, &draw, &settings, &Run::default()).unwrap();
     assert!(found.minima.is_empty() && found.saddles.is_empty());
     assert_eq!(found.coverage.arrived, 0);
 }
@@ -370,7 +386,7 @@ fn three_valleys_meet_in_a_monkey_saddle() {
     let draw = in_box(&low, &high);
     for seed in 0..6 {
         let settings = SearchSettings::measured(&energy, &draw, seed);
-        let found = explore(&energy, &draw, &settings, &NoJournal, &silent);
+        let found = explore(&energy, &draw, &settings, &Run::default()).unwrap();
         assert_energies(found.minima.iter().map(|m| m.energy), &[-27.0 / 256.0; 3]);
         // As many as ordinary saddles would be needed to join three minima.
         assert_energies(found.saddles.iter().map(|s| s.energy), &[0.0; 2]);
@@ -398,7 +414,7 @@ fn the_only_point_of_a_space_is_a_minimum() {
     let energy = Constant(landscape::space::Euclidean::new(0));
     let draw = in_box(&[], &[]);
     let settings = SearchSettings::measured(&energy, &draw, 0);
-    let found = explore(&energy, &draw, &settings, &NoJournal, &silent);
+    let found = explore(&energy, &draw, &settings, &Run::default()).unwrap();
     assert_energies(found.minima.iter().map(|m| m.energy), &[2.5]);
     assert!(found.saddles.is_empty() && found.audits[0].curvatures.is_empty());
 }

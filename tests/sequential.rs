@@ -7,8 +7,8 @@ use landscape::sample::{Mala, Task, stream};
 use landscape::space::{Euclidean, Space};
 use landscape::topography::{
     ChainSettings, Evidence, Landscape, MapSettings, MatchTolerance, MemoryJournal, Minimum,
-    MinimumId, NoJournal, Sequential, SequentialSettings, distinct, map, quench_all, sequential,
-    silent,
+    MinimumId, Run, Sequential, SequentialSettings, build_landscape, distinct, quench_all,
+    sequential,
 };
 use rand::RngExt;
 use rand::seq::SliceRandom;
@@ -55,7 +55,7 @@ fn wells(order: &[usize]) -> Vec<Minimum> {
     let starts: Vec<Vec<f64>> = WELLS.iter().map(|(centre, _)| centre.to_vec()).collect();
     let energy = Wall::new();
     let settings = QuenchSettings::default();
-    let found = quench_all(&energy, &starts, &settings, &NoJournal, &silent);
+    let found = quench_all(&energy, &starts, &settings, &Run::default()).unwrap();
     let (minima, rejected) = distinct(&energy, &found, &MatchTolerance::default(), 1e-6);
     assert!(rejected.is_empty() && minima.len() == 3);
     order.iter().map(|well| minima[*well].clone()).collect()
@@ -79,7 +79,7 @@ fn run(order: &[usize]) -> Sequential {
     let energy = Wall::new();
     let kernel = Mala::new(&energy);
     let (minima, settings) = (wells(order), settings());
-    sequential(&energy, &kernel, &minima, &settings, &NoJournal, &silent)
+    sequential(&energy, &kernel, &minima, &settings, &Run::default()).unwrap()
 }
 
 #[test]
@@ -143,9 +143,13 @@ fn remembered_chains_are_not_run_again() {
     let (energy, journal) = (Wall::new(), MemoryJournal::default());
     let counted = landscape::energy::Counted::new(&energy);
     let (kernel, minima) = (Mala::new(&counted), wells(&[1, 2, 0]));
-    let first = sequential(&counted, &kernel, &minima, &settings(), &journal, &silent);
+    let memory = Run {
+        journal: &journal,
+        ..Run::default()
+    };
+    let first = sequential(&counted, &kernel, &minima, &settings(), &memory).unwrap();
     let spent = counted.evaluations();
-    let second = sequential(&counted, &kernel, &minima, &settings(), &journal, &silent);
+    let second = sequential(&counted, &kernel, &minima, &settings(), &memory).unwrap();
     assert_eq!(counted.evaluations(), spent);
     assert_eq!(first.landscape.connections, second.landscape.connections);
     assert_eq!(
@@ -165,9 +169,9 @@ fn published_surface() {
         &energy,
         &starts,
         &QuenchSettings::default(),
-        &NoJournal,
-        &silent,
-    );
+        &Run::default(),
+    )
+    .unwrap();
     let (minima, _) = distinct(&energy, &found, &MatchTolerance::default(), 1e-6);
     let groups = |force| {
         let scales = SequentialSettings::for_scales(50.0, 1.0);
@@ -181,7 +185,7 @@ fn published_surface() {
             },
             ..scales
         };
-        let found = sequential(&energy, &kernel, &minima, &settings, &NoJournal, &silent);
+        let found = sequential(&energy, &kernel, &minima, &settings, &Run::default()).unwrap();
         (found.landscape.groups.members.len(), found)
     };
     let (one, all) = groups(1000.0);
@@ -226,11 +230,12 @@ fn the_map_does_not_depend_on_the_order() {
         let kernel = Mala::new(energy);
         let minima = |starts: &[Vec<f64>]| {
             let settings = QuenchSettings::default();
-            let found = quench_all(energy, starts, &settings, &NoJournal, &silent);
+            let found = quench_all(energy, starts, &settings, &Run::default()).unwrap();
             distinct(energy, &found, &MatchTolerance::default(), 1e-6).0
         };
         let settings = MapSettings::for_minima(energy, &minima(&starts));
-        let map = |minima| map(energy, &kernel, minima, &settings, &NoJournal, &silent);
+        let map =
+            |minima| build_landscape(energy, &kernel, minima, &settings, &Run::default()).unwrap();
         let first = map(minima(&starts));
         assert!(first.network.node_count() > 2);
         for _ in 0..3 {

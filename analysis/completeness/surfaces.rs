@@ -6,7 +6,7 @@ use landscape::optimize::{QuenchSettings, quench};
 use landscape::sample::{Task, stream};
 use landscape::space::Space;
 use landscape::topography::{
-    Exploration, MatchTolerance, NoJournal, SearchSettings, distinct, explore, in_box, silent,
+    self, Exploration, MatchTolerance, SearchSettings, distinct, explore, in_box,
 };
 
 /// A surface, where searches on it start, and how many minima and saddles it has.
@@ -56,7 +56,8 @@ impl Counted {
     pub(crate) fn search(&self, seed: u64) -> Run {
         let draw = in_box(&self.low, &self.high);
         let settings = SearchSettings::measured(&*self.energy, &draw, seed);
-        let found = explore(&*self.energy, &draw, &settings, &NoJournal, &silent);
+        let found = explore(&*self.energy, &draw, &settings, &topography::Run::default())
+            .expect("nothing is kept, so nothing can fail");
         let complete = [found.minima.len(), found.saddles.len()] == self.known;
         let missed = self.known[1].saturating_sub(found.saddles.len());
         Run {

@@ -11,16 +11,16 @@ use super::landscape::{Input, Mapped};
 use super::magnetisation::{self, Choice};
 use super::output::{check_inputs, check_place};
 use super::report::{Report, letting_go, summary, tables};
-use super::run::{DiskJournal, Unfinished, Watch, check_resumable, until_unwritable};
+use super::run::{Unfinished, Watch, check_resumable};
 use super::uncertainty::Unseen;
 use super::{complain, input, print};
 use crate::grasp::hover::hover_costs;
 use crate::grasp::{GraspEnergy, GraspKernel};
 use crate::limits::ENERGY_SCALE;
-use crate::store::{AtomicFolder, Grasp, GraspFile, Population, Source, content_hash};
+use crate::store::{AtomicFolder, Grasp, GraspFile, Journal, Population, Source, content_hash};
 use crate::topography::exchange::Database;
 use crate::topography::{
-    Landscape, MapSettings, Minimum, MinimumId, Sequential, SequentialSettings, distinct, map,
+    Landscape, MapSettings, Minimum, MinimumId, Run, SequentialSettings, build_landscape, distinct,
     quench_all, sequential,
 };
 
@@ -122,7 +122,7 @@ pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
     }
     check_resumable(&command.again, &folders)?;
     for (population, folder) in populations.iter().zip(&folders) {
-        until_unwritable(|| build(command, common, population, folder, warnings.clone()))?
+        build(command, common, population, folder, warnings.clone())
             .with_context(|| format!("{}", command.grasps.display()))?;
     }
     Ok(())
@@ -216,13 +216,14 @@ fn build(
     ]);
     let unfinished = Unfinished::open(output, &fingerprint, &command.again, common.quiet)?;
     let folder = &unfinished.folder;
-    let journal = DiskJournal(&unfinished.journal);
 
     let mut watch = Watch::new(common.quiet);
     let starts: Vec<Vec<f64>> = grasps.iter().map(|grasp| grasp.coordinates()).collect();
-    let quenches = quench_all(&energy, &starts, &settings.quench, &journal, &|p| {
-        watch.see(p);
-    });
+    let run = Run {
+        journal: &unfinished.journal,
+        observer: &|news| watch.see(news),
+    };
+    let quenches = quench_all(&energy, &starts, &settings.quench, &run)?;
     let quench_evaluations: usize = quenches.iter().map(|quench| quench.evaluations).sum();
     let (minima, _) = distinct(&energy, &quenches, &settings.sameness, f64::INFINITY);
     watch.lap("quench", quench_evaluations);
@@ -242,8 +243,8 @@ fn build(
         surface,
         minima,
         &mut settings,
-        (&journal, &mut watch),
-    );
+        (&unfinished.journal, &mut watch),
+    )?;
     let landscape = &found.landscape;
     if !landscape.rejected.is_empty() {
         warnings.push(format!(
@@ -308,55 +309,46 @@ struct Found {
     choice: Choice,
 }
 
-/// Maps the minima, at the temperature and force given or chosen.
+/// Maps the minima, at the temperature and force given or chosen; sequential ADELM takes them in the order of the grasps
+/// that fell into them.
 fn mapped(
     command: &Build,
     (energy, kernel): (&GraspEnergy, &GraspKernel<'_>),
-    minima: Vec<Minimum>,
+    mut minima: Vec<Minimum>,
     settings: &mut MapSettings,
-    (journal, watch): (&DiskJournal<'_>, &mut Watch),
-) -> Found {
+    (journal, watch): (&Journal, &mut Watch),
+) -> anyhow::Result<Found> {
     let choice = Choice::make(
         command,
         (energy, kernel),
         &minima,
         settings,
         (journal, watch),
-    );
+    )?;
+    let run = Run {
+        journal,
+        observer: &|news| watch.see(news),
+    };
     let (landscape, arrivals) = if command.sequential {
-        let found = map_sequentially((energy, kernel), minima, settings, journal, watch);
+        minima.sort_by_key(|minimum| minimum.members.first().copied());
+        let settings = SequentialSettings {
+            chain: settings.chain.clone(),
+            quench: settings.quench.clone(),
+            sameness: settings.sameness,
+            pruned: settings.pruned,
+            seed: settings.seed,
+        };
+        let found = sequential(energy, kernel, &minima, &settings, &run)?;
         (found.landscape, Some(found.arrivals))
     } else {
-        let see = |p| watch.see(p);
-        let found = map(energy, kernel, minima, settings, journal, &see);
+        let found = build_landscape(energy, kernel, minima, settings, &run)?;
         (found, None)
     };
     watch.lap("connect", landscape.evaluations);
-    Found {
+    Ok(Found {
         landscape,
         arrivals,
         choice,
-    }
-}
-
-/// Sequential ADELM of the minima in the order of the grasps that fell into them.
-fn map_sequentially(
-    (energy, kernel): (&GraspEnergy, &GraspKernel<'_>),
-    mut minima: Vec<Minimum>,
-    settings: &MapSettings,
-    journal: &DiskJournal<'_>,
-    watch: &Watch,
-) -> Sequential {
-    minima.sort_by_key(|minimum| minimum.members.first().copied());
-    let settings = SequentialSettings {
-        chain: settings.chain.clone(),
-        quench: settings.quench.clone(),
-        sameness: settings.sameness,
-        pruned: settings.pruned,
-        seed: settings.seed,
-    };
-    sequential(energy, kernel, &minima, &settings, journal, &|p| {
-        watch.see(p);
     })
 }
 

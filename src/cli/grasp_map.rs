@@ -9,7 +9,7 @@ pub(super) fn contact_slope(energy: &GraspEnergy) -> f64 {
     energy.settings().distance_weight / energy.unit_m()
 }
 
-/// Settings of [`map`](crate::topography::map()) for the grasps of a hand, as `landscape build` uses them: energies are of the order of one
+/// Settings of [`build_landscape`](crate::topography::build_landscape) for the grasps of a hand, as `landscape build` uses them: energies are of the order of one
 /// tenth, lengths of centimetres.
 ///
 /// Nearby minima that differ by less than the spacing of the hand's surface points are one grasp.

@@ -2,12 +2,13 @@
 
 use super::build::Build;
 use super::grasp_map::contact_slope;
-use super::run::{DiskJournal, Watch};
+use super::run::Watch;
 use crate::figure::diagram_chart;
 use crate::grasp::{GraspEnergy, GraspKernel};
-use crate::store::AtomicFolder;
+use crate::store::{AtomicFolder, Journal};
 use crate::topography::{
-    Diagram, DiagramSettings, MapSettings, Minimum, Tuning, TuningSettings, diagram, log_grid, tune,
+    Diagram, DiagramSettings, JournalError, MapSettings, Minimum, Run, Tuning, TuningSettings,
+    diagram, log_grid, tune,
 };
 
 /// How temperature and force came about.
@@ -28,21 +29,29 @@ impl Choice {
         surface: (&GraspEnergy, &GraspKernel<'_>),
         minima: &[Minimum],
         settings: &mut MapSettings,
-        (journal, watch): (&DiskJournal<'_>, &mut Watch),
-    ) -> Self {
+        (journal, watch): (&Journal, &mut Watch),
+    ) -> Result<Self, JournalError> {
         let mut choice = Self {
             given: command.temperature.is_some() && command.pull.is_some(),
             ..Self::default()
         };
         let mut best = None;
         if command.diagram {
-            let found = measure(surface, minima, settings, journal, watch);
+            let run = Run {
+                journal,
+                observer: &|news| watch.see(news),
+            };
+            let found = measure(surface, minima, settings, &run)?;
             watch.lap("diagram", found.evaluations);
             let recommended = found.recommended.as_ref();
             best = recommended.map(|best| (best.temperature, best.force));
             choice.diagram = Some(found);
         } else if !choice.given {
-            let found = try_few(command, surface, minima, settings, (journal, watch));
+            let run = Run {
+                journal,
+                observer: &|news| watch.see(news),
+            };
+            let found = try_few(command, surface, minima, settings, &run)?;
             watch.lap("choose", found.evaluations);
             best = found
                 .recommended()
@@ -53,7 +62,7 @@ impl Choice {
             settings.chain.temperature = command.temperature.unwrap_or(temperature);
             settings.chain.force = command.pull.unwrap_or(force);
         }
-        choice
+        Ok(choice)
     }
 
     /// Evaluations spent on it.
@@ -88,8 +97,8 @@ fn try_few(
     (energy, kernel): (&GraspEnergy, &GraspKernel<'_>),
     minima: &[Minimum],
     settings: &MapSettings,
-    (journal, watch): (&DiskJournal<'_>, &Watch),
-) -> Tuning {
+    run: &Run<'_>,
+) -> Result<Tuning, JournalError> {
     let slope = contact_slope(energy);
     let settings = TuningSettings {
         temperatures: command
@@ -105,9 +114,7 @@ fn try_few(
         sameness: settings.sameness,
         seed: settings.seed,
     };
-    tune(energy, kernel, minima, &settings, journal, &|p| {
-        watch.see(p);
-    })
+    tune(energy, kernel, minima, &settings, run)
 }
 
 /// The diagram of a hand: temperatures and forces about those that suit it, forces in units of the slope of one contact.
@@ -115,9 +122,8 @@ fn measure(
     (energy, kernel): (&GraspEnergy, &GraspKernel<'_>),
     minima: &[Minimum],
     settings: &MapSettings,
-    journal: &DiskJournal<'_>,
-    watch: &Watch,
-) -> Diagram {
+    run: &Run<'_>,
+) -> Result<Diagram, JournalError> {
     let contact_slope = contact_slope(energy);
     let settings = DiagramSettings {
         temperatures: log_grid(0.0025, 0.04, 5),
@@ -130,9 +136,7 @@ fn measure(
         sameness: settings.sameness,
         seed: settings.seed,
     };
-    diagram(energy, kernel, minima, &settings, journal, &|p| {
-        watch.see(p);
-    })
+    diagram(energy, kernel, minima, &settings, run)
 }
 
 /// `diagram.json` and the picture.

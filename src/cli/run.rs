@@ -1,7 +1,6 @@
 //! What every long run needs: a journal on disk, a progress bar, a stopwatch.
 
 use std::collections::BTreeMap;
-use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
@@ -9,7 +8,7 @@ use std::time::Instant;
 use super::args::Again;
 use super::{complain, interruption, progress};
 use crate::store::{AtomicFolder, Journal, Phase as Timing, StoreError, Timings};
-use crate::topography::{self, Phase, Progress};
+use crate::topography::{Phase, Progress};
 
 /// The folder of a run and the journal in it.
 pub(super) struct Unfinished {
@@ -98,30 +97,6 @@ fn tell(journal: &Journal, path: &Path, quiet: bool) {
             journal.dropped_bytes()
         ));
     }
-}
-
-/// The journal on disk as the map sees it. Must be used within [`until_unwritable`]: nothing goes on without a journal.
-pub(super) struct DiskJournal<'a>(pub(super) &'a Journal);
-
-impl topography::Journal for DiskJournal<'_> {
-    fn get(&self, key: &str) -> Option<Vec<u8>> {
-        self.0.get(key)
-    }
-
-    fn put(&self, key: &str, record: &[u8]) {
-        if let Err(error) = self.0.put(key, record) {
-            // The map knows of no failures, so this is the way out of its loops on all threads, without a message.
-            resume_unwind(Box::new(error));
-        }
-    }
-}
-
-/// Works until a [`DiskJournal`] cannot be written: hours of work must not be done that a full disk would lose.
-pub(super) fn until_unwritable<T>(work: impl FnOnce() -> T) -> Result<T, StoreError> {
-    catch_unwind(AssertUnwindSafe(work)).map_err(|payload| match payload.downcast::<StoreError>() {
-        Ok(error) => *error,
-        Err(other) => resume_unwind(other),
-    })
 }
 
 /// Progress bar and stopwatch.

@@ -110,23 +110,21 @@ mod tests {
     use crate::energy::model::MullerBrown;
     use crate::optimize::QuenchSettings;
     use crate::sample::Mala;
-    use crate::topography::{
-        DiagramSettings, MatchTolerance, NoJournal, diagram, distinct, quench_all, silent,
-    };
+    use crate::topography::{DiagramSettings, MatchTolerance, Run, diagram, distinct, quench_all};
 
     #[test]
     fn diagram_of_a_surface() {
         let energy = MullerBrown::new();
         let starts = [vec![-0.56, 1.44], vec![0.62, 0.03], vec![-0.05, 0.47]];
         let settings = QuenchSettings::default();
-        let found = quench_all(&energy, &starts, &settings, &NoJournal, &silent);
+        let found = quench_all(&energy, &starts, &settings, &Run::default()).unwrap();
         let (minima, _) = distinct(&energy, &found, &MatchTolerance::default(), 1e-6);
         let settings = DiagramSettings {
             replicas: 3,
             ..DiagramSettings::for_scales(50.0, 1.0)
         };
         let kernel = Mala::new(&energy);
-        let found = diagram(&energy, &kernel, &minima, &settings, &NoJournal, &silent);
+        let found = diagram(&energy, &kernel, &minima, &settings, &Run::default()).unwrap();
         let canvas = diagram_chart("Müller and Brown", "", &found)
             .draw()
             .unwrap();

@@ -10,6 +10,7 @@
 //! computes depends on the set of finished tasks only.
 
 use std::collections::BTreeMap;
+use std::error::Error;
 use std::fmt;
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Read, Seek, SeekFrom, Write};
@@ -18,6 +19,7 @@ use std::sync::{Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
 use super::error::StoreError;
+use crate::topography;
 
 const MAGIC: &[u8] = b"landscape journal 1\n";
 const RECORD_HEAD: usize = 12;
@@ -178,6 +180,17 @@ impl Journal {
         self.inner
             .lock()
             .unwrap_or_else(std::sync::PoisonError::into_inner)
+    }
+}
+
+impl topography::Journal for Journal {
+    fn get(&self, key: &str) -> Option<Vec<u8>> {
+        self.get(key)
+    }
+
+    fn put(&self, key: &str, record: &[u8]) -> Result<(), topography::JournalError> {
+        self.put(key, record)
+            .map_err(|error| Box::<dyn Error + Send + Sync>::from(error).into())
     }
 }
 

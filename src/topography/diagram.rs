@@ -5,13 +5,13 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::Phase;
 use super::adelm::{ChainSettings, chain, stays};
 use super::groups::{Level, adjusted_rand_index, level, most_stable};
-use super::journal::{Journal, bits, remember};
+use super::journal::{JournalError, Run, bits};
 use super::minima::MatchTolerance;
 use super::network::Minimum;
 use super::pairs::{candidates, distances};
-use super::{Observer, Phase, Tally};
 use crate::energy::Energy;
 use crate::optimize::QuenchSettings;
 use crate::sample::{Kernel, Task, stream};
@@ -169,14 +169,16 @@ struct Replicas {
 /// their minimum. The recommended force is the one whose chains meet the lowest barriers, among those that join nine pairs of
 /// ten. b is the relative barrier at which the replicas' partitions are most alike. The outcome depends neither on threads
 /// nor on interruptions.
+///
+/// # Errors
+/// If the journal of `run` does not take a record.
 pub fn diagram(
     energy: &dyn Energy,
     kernel: &dyn Kernel,
     minima: &[Minimum],
     settings: &DiagramSettings,
-    journal: &dyn Journal,
-    observer: &Observer<'_>,
-) -> Diagram {
+    run: &Run<'_>,
+) -> Result<Diagram, JournalError> {
     let all = distances(energy.space(), minima);
     let chosen = sample(&all, settings.minima);
     let among: Vec<Vec<f64>> = (chosen.iter())
@@ -186,32 +188,28 @@ pub fn diagram(
         .into_iter()
         .map(|(i, j)| (chosen[i], chosen[j]))
         .collect();
-    let run = Run {
+    let measurement = Measurement {
         energy,
         kernel,
         minima,
         settings,
-        journal,
+        run,
     };
     let temperatures = settings.temperatures.len();
     let tasks: Vec<(usize, usize)> = (0..temperatures)
         .flat_map(|t| (0..2 * pairs.len()).map(move |k| (t, k)))
         .collect();
-    let tally = Tally::new(
-        Phase::Diagram,
-        tasks.len() + temperatures * chosen.len(),
-        observer,
-    );
+    let tally = run.tally(Phase::Diagram, tasks.len() + temperatures * chosen.len());
     let scans: Vec<Scan> = tasks
         .par_iter()
         .with_max_len(1)
         .map(|(t, k)| {
             let pair = pairs[k % pairs.len()];
-            let scan = run.scan(*t, pair, *k >= pairs.len());
+            let scan = measurement.scan(*t, pair, *k >= pairs.len());
             tally.tick();
             scan
         })
-        .collect();
+        .collect::<Result<_, _>>()?;
     let free: Vec<(usize, usize)> = (0..temperatures)
         .flat_map(|t| chosen.iter().map(move |i| (t, *i)))
         .collect();
@@ -219,11 +217,11 @@ pub fn diagram(
         .par_iter()
         .with_max_len(1)
         .map(|(t, i)| {
-            let stays = run.stays(*t, *i);
+            let stays = measurement.stays(*t, *i);
             tally.tick();
             stays
         })
-        .collect();
+        .collect::<Result<_, _>>()?;
     let mut evaluations = scans.iter().map(|scan| scan.evaluations).sum::<usize>();
     evaluations += stays.iter().map(|stay| stay.1).sum::<usize>();
     let isotherms: Vec<Isotherm> = (0..temperatures)
@@ -234,25 +232,25 @@ pub fn diagram(
             Isotherm {
                 temperature: settings.temperatures[t],
                 retention: stayed as f64 / (chosen.len() * settings.replicas).max(1) as f64,
-                thresholds: run.thresholds(&pairs, rows),
+                thresholds: measurement.thresholds(&pairs, rows),
                 levels: (0..settings.forces.len())
-                    .map(|f| run.force_level(&chosen, &pairs, rows, f))
+                    .map(|f| measurement.force_level(&chosen, &pairs, rows, f))
                     .collect(),
             }
         })
         .collect();
     let recommended = choose(&isotherms).map(|(t, f)| {
         let rows = &scans[2 * t * pairs.len()..2 * (t + 1) * pairs.len()];
-        let b = run.barrier_level(&chosen, &pairs, rows, f);
+        let b = measurement.barrier_level(&chosen, &pairs, rows, f);
         recommendation(&isotherms, (t, f), b)
     });
-    Diagram {
+    Ok(Diagram {
         minima: chosen,
         pairs,
         isotherms,
         recommended,
         evaluations,
-    }
+    })
 }
 
 /// Numbers of at most `count` minima: quarters of them evenly by energy, each with its three nearest others.
@@ -331,15 +329,15 @@ pub(super) fn short(value: f64) -> String {
     format!("{value:.decimals$}")
 }
 
-struct Run<'a> {
+struct Measurement<'a> {
     energy: &'a dyn Energy,
     kernel: &'a dyn Kernel,
     minima: &'a [Minimum],
     settings: &'a DiagramSettings,
-    journal: &'a dyn Journal,
+    run: &'a Run<'a>,
 }
 
-impl Run<'_> {
+impl Measurement<'_> {
     fn chain_settings(&self, t: usize) -> ChainSettings {
         ChainSettings {
             temperature: self.settings.temperatures[t],
@@ -348,9 +346,9 @@ impl Run<'_> {
     }
 
     /// Chains from the highest force down to the first at which all fail.
-    fn scan(&self, t: usize, (a, b): (usize, usize), backward: bool) -> Scan {
+    fn scan(&self, t: usize, (a, b): (usize, usize), backward: bool) -> Result<Scan, JournalError> {
         let (from, to) = if backward { (b, a) } else { (a, b) };
-        remember(self.journal, &format!("diagram/{t}/{from}-{to}"), || {
+        self.run.remember(&format!("diagram/{t}/{from}-{to}"), || {
             let settings = self.chain_settings(t);
             let mut scan = Scan {
                 levels: vec![Replicas::default(); self.settings.forces.len()],
@@ -390,8 +388,8 @@ impl Run<'_> {
     }
 
     /// How many free chains stay in minimum `i`, and the evaluations that took.
-    fn stays(&self, t: usize, i: usize) -> (usize, usize) {
-        remember(self.journal, &format!("diagram/{t}/{i}"), || {
+    fn stays(&self, t: usize, i: usize) -> Result<(usize, usize), JournalError> {
+        self.run.remember(&format!("diagram/{t}/{i}"), || {
             let settings = self.chain_settings(t);
             let (mut count, mut evaluations) = (0, 0);
             for replica in 0..self.settings.replicas {

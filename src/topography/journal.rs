@@ -1,10 +1,13 @@
 //! What a long run remembers, so that an interrupted one continues where it stopped.
 
 use std::collections::BTreeMap;
+use std::error::Error;
 use std::sync::{Mutex, PoisonError};
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+
+use super::{Observer, Phase, Tally};
 
 /// Finished tasks by name. Storage lives elsewhere; the records are opaque, exact to the last bit, and valid only for the
 /// energy, the settings and the input that made them.
@@ -13,19 +16,87 @@ pub trait Journal: Sync {
     fn get(&self, key: &str) -> Option<Vec<u8>>;
 
     /// Keeps the record of a finished task.
-    fn put(&self, key: &str, record: &[u8]);
+    ///
+    /// # Errors
+    /// If the record cannot be kept, or should not be. The run ends with this error.
+    fn put(&self, key: &str, record: &[u8]) -> Result<(), JournalError>;
+}
+
+/// Why a run ended early: its journal did not take a record (a full disk, say).
+#[derive(Debug, thiserror::Error)]
+#[error(transparent)]
+pub struct JournalError(#[from] Box<dyn Error + Send + Sync>);
+
+/// What the long functions of this module share: where finished tasks are kept, and who is told of progress. The default
+/// keeps nothing and tells nobody. Tasks run on the threads of rayon's current pool; seeds are settings.
+///
+/// ```
+/// use landscape::topography::{MemoryJournal, Run};
+///
+/// let journal = MemoryJournal::default();
+/// let run = Run { journal: &journal, observer: &|news| println!("{} of {}", news.done, news.total) };
+/// let silent = Run { journal: &journal, ..Run::default() };
+/// ```
+#[derive(Clone, Copy)]
+pub struct Run<'a> {
+    /// Finished tasks, which are not done again.
+    pub journal: &'a dyn Journal,
+    /// Called after every task, from any thread.
+    pub observer: &'a Observer<'a>,
+}
+
+impl Default for Run<'_> {
+    fn default() -> Self {
+        Self {
+            journal: &Forgetful,
+            observer: &|_| (),
+        }
+    }
+}
+
+impl std::fmt::Debug for Run<'_> {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.debug_struct("Run").finish_non_exhaustive()
+    }
+}
+
+impl Run<'_> {
+    /// Counts the `total` tasks of a phase.
+    pub(super) fn tally(&self, phase: Phase, total: usize) -> Tally<'_> {
+        Tally::after(phase, 0, total, self.observer)
+    }
+
+    /// The remembered outcome of task `key`, or that of `work`, which is then remembered. An unreadable record counts as
+    /// absent.
+    pub(super) fn remember<T: Serialize + DeserializeOwned>(
+        &self,
+        key: &str,
+        work: impl FnOnce() -> T,
+    ) -> Result<T, JournalError> {
+        let known = self.journal.get(key);
+        if let Some(value) = known.and_then(|record| serde_json::from_slice(&record).ok()) {
+            return Ok(value);
+        }
+        let value = work();
+        // The records of this module are plain structs of numbers, text and lists, which always have a JSON form.
+        if let Ok(record) = serde_json::to_vec(&value) {
+            self.journal.put(key, &record)?;
+        }
+        Ok(value)
+    }
 }
 
 /// Remembers nothing.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct NoJournal;
+struct Forgetful;
 
-impl Journal for NoJournal {
+impl Journal for Forgetful {
     fn get(&self, _key: &str) -> Option<Vec<u8>> {
         None
     }
 
-    fn put(&self, _key: &str, _record: &[u8]) {}
+    fn put(&self, _key: &str, _record: &[u8]) -> Result<(), JournalError> {
+        Ok(())
+    }
 }
 
 /// Remembers as long as it lives.
@@ -56,28 +127,10 @@ impl Journal for MemoryJournal {
         self.lock().get(key).cloned()
     }
 
-    fn put(&self, key: &str, record: &[u8]) {
+    fn put(&self, key: &str, record: &[u8]) -> Result<(), JournalError> {
         self.lock().insert(key.to_owned(), record.to_vec());
+        Ok(())
     }
-}
-
-/// The remembered outcome of task `key`, or that of `work`, which is then remembered. An unreadable record counts as
-/// absent.
-pub(super) fn remember<T: Serialize + DeserializeOwned>(
-    journal: &dyn Journal,
-    key: &str,
-    work: impl FnOnce() -> T,
-) -> T {
-    let known = journal.get(key);
-    if let Some(value) = known.and_then(|record| serde_json::from_slice(&record).ok()) {
-        return value;
-    }
-    let value = work();
-    // The records of this module are plain structs of numbers, text and lists, which always have a JSON form.
-    if let Ok(record) = serde_json::to_vec(&value) {
-        journal.put(key, &record);
-    }
-    value
 }
 
 /// Numbers as the integers of their bits, since JSON knows no infinity and readers round.
@@ -184,12 +237,18 @@ mod tests {
     #[test]
     fn every_bit_survives() {
         let journal = MemoryJournal::default();
+        let run = Run {
+            journal: &journal,
+            ..Run::default()
+        };
         let work = || Record {
             one: f64::INFINITY,
             some: vec![None, Some(0.1 + 0.2)],
         };
-        remember(&journal, "a", work);
-        let again: Record = remember(&journal, "a", || unreachable!("it is remembered"));
+        run.remember("a", work).unwrap();
+        let again: Record = run
+            .remember("a", || unreachable!("it is remembered"))
+            .unwrap();
         assert!(again.one.is_infinite());
         assert_eq!(again.some, [None, Some(0.1 + 0.2)]);
     }
@@ -197,12 +256,58 @@ mod tests {
     #[test]
     fn a_damaged_record_is_made_again() {
         let journal = MemoryJournal::default();
-        journal.put("a", b"{\"one\": 1");
-        let made: Record = remember(&journal, "a", || Record {
+        journal.put("a", b"{\"one\": 1").unwrap();
+        let run = Run {
+            journal: &journal,
+            ..Run::default()
+        };
+        let work = || Record {
             one: 2.0,
             some: Vec::new(),
-        });
+        };
+        let made = run.remember("a", work).unwrap();
         assert!((made.one - 2.0).abs() < 1e-15);
         assert!(journal.get("a").unwrap().len() > 10);
+    }
+
+    /// A disk that is full after `room` records.
+    struct Full {
+        room: usize,
+        kept: MemoryJournal,
+    }
+
+    impl Journal for Full {
+        fn get(&self, key: &str) -> Option<Vec<u8>> {
+            self.kept.get(key)
+        }
+
+        fn put(&self, key: &str, record: &[u8]) -> Result<(), JournalError> {
+            if self.kept.len() >= self.room {
+                return Err(JournalError::from(Box::<dyn Error + Send + Sync>::from(
+                    "full",
+                )));
+            }
+            self.kept.put(key, record)
+        }
+    }
+
+    #[test]
+    fn a_full_disk_ends_the_run() {
+        let energy = crate::energy::model::MullerBrown::new();
+        let (starts, settings) = (
+            vec![vec![0.6, 0.0]; 9],
+            crate::optimize::QuenchSettings::default(),
+        );
+        let journal = Full {
+            room: 3,
+            kept: MemoryJournal::default(),
+        };
+        let run = Run {
+            journal: &journal,
+            ..Run::default()
+        };
+        let error = crate::topography::quench_all(&energy, &starts, &settings, &run).unwrap_err();
+        assert_eq!(error.to_string(), "full");
+        assert_eq!(journal.kept.len(), 3);
     }
 }

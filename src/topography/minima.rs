@@ -5,9 +5,9 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::journal::{Journal, bits, remember};
+use super::journal::{JournalError, Run, bits};
 use super::network::Minimum;
-use super::{Observer, Phase, Tally};
+use super::{Phase, Tally};
 use crate::energy::Energy;
 use crate::optimize::{Quench, QuenchSettings, StopReason, quench};
 use crate::sample::{Rng, Task, stream};
@@ -63,20 +63,22 @@ pub struct Rejected {
 }
 
 /// Descends from every start, in parallel; row i of the result belongs to start i.
+///
+/// # Errors
+/// If the journal of `run` does not take a record.
 pub fn quench_all(
     energy: &dyn Energy,
     starts: &[Vec<f64>],
     settings: &QuenchSettings,
-    journal: &dyn Journal,
-    observer: &Observer<'_>,
-) -> Vec<Quench> {
-    let tally = Tally::new(Phase::Quench, starts.len(), observer);
+    run: &Run<'_>,
+) -> Result<Vec<Quench>, JournalError> {
+    let tally = run.tally(Phase::Quench, starts.len());
     let row = |(row, start): (usize, &Vec<f64>)| {
-        let record = remember(journal, &format!("quench/{row}"), || {
+        let record = run.remember(&format!("quench/{row}"), || {
             QuenchRecord::from(quench(energy, start, settings))
-        });
+        })?;
         tally.tick();
-        record.into()
+        Ok(record.into())
     };
     let starts = starts.par_iter().with_max_len(1);
     starts.enumerate().map(row).collect()
@@ -192,12 +194,12 @@ impl Default for HoppingSettings {
 ///
 /// D. J. Wales and J. P. K. Doye, J. Phys. Chem. A 101, 5111 (1997). Every second walker accepts every hop: the Metropolis
 /// rule keeps a walker among low minima, and high ones are rarely seen by it. No expected number enters anywhere. Descents
-/// that do not converge (evaporated clusters) are not minima and not counted as new.
+/// that do not converge (evaporated clusters) are not minima and not counted as new. The journal of `run` is not used.
 pub fn hop(
     energy: &dyn Energy,
     starts: &[Vec<f64>],
     settings: &HoppingSettings,
-    observer: &Observer<'_>,
+    run: &Run<'_>,
 ) -> Vec<Minimum> {
     let space = energy.space();
     let mut walkers: Vec<Walker> = (starts.par_iter().enumerate())
@@ -209,7 +211,7 @@ pub fn hop(
     let most = settings.max_hops * walkers.len();
     while !walkers.is_empty() && hops < most && idle < settings.patience * pool.len().max(1) {
         let expected = hops - idle + settings.patience * pool.len().max(1);
-        let tally = Tally::after(Phase::Hop, hops, expected, observer);
+        let tally = Tally::after(Phase::Hop, hops, expected, run.observer);
         let rounds: Vec<Vec<Quench>> = walkers
             .par_iter_mut()
             .map(|walker| {
@@ -352,7 +354,7 @@ impl From<QuenchRecord> for Quench {
 mod tests {
     use super::*;
     use crate::energy::model::MullerBrown;
-    use crate::topography::{MemoryJournal, silent};
+    use crate::topography::MemoryJournal;
 
     fn starts(count: u64) -> Vec<Vec<f64>> {
         (0..count)
@@ -370,9 +372,9 @@ mod tests {
             &energy,
             &starts(40),
             &QuenchSettings::default(),
-            &MemoryJournal::default(),
-            &silent,
-        );
+            &Run::default(),
+        )
+        .unwrap();
         let sameness = MatchTolerance::default();
         let (minima, rejected) = distinct(&energy, &found, &sameness, 1e-6);
         assert_eq!(minima.len(), 3);
@@ -392,13 +394,7 @@ mod tests {
     fn unfinished_descents_are_rejected_and_named() {
         let energy = MullerBrown::new();
         let settings = QuenchSettings::default().with_max_evaluations(3);
-        let found = quench_all(
-            &energy,
-            &starts(5),
-            &settings,
-            &MemoryJournal::default(),
-            &silent,
-        );
+        let found = quench_all(&energy, &starts(5), &settings, &Run::default()).unwrap();
         let (minima, rejected) = distinct(&energy, &found, &MatchTolerance::default(), 1e-6);
         assert!(minima.is_empty());
         assert_eq!(rejected.len(), 5);
@@ -411,10 +407,14 @@ mod tests {
         let (energy, journal) = (MullerBrown::new(), MemoryJournal::default());
         let counted = crate::energy::Counted::new(&energy);
         let settings = QuenchSettings::default();
-        let first = quench_all(&counted, &starts(5), &settings, &journal, &silent);
+        let run = Run {
+            journal: &journal,
+            ..Run::default()
+        };
+        let first = quench_all(&counted, &starts(5), &settings, &run).unwrap();
         let spent = counted.evaluations();
         assert_eq!(journal.len(), 5);
-        let second = quench_all(&counted, &starts(5), &settings, &journal, &silent);
+        let second = quench_all(&counted, &starts(5), &settings, &run).unwrap();
         assert_eq!(first, second);
         assert_eq!(counted.evaluations(), spent);
     }

@@ -3,6 +3,7 @@
 mod adelm;
 mod audit;
 mod barrier;
+mod build;
 mod diagram;
 mod difference;
 mod eigen;
@@ -10,7 +11,7 @@ pub mod exchange;
 mod follow;
 mod groups;
 mod journal;
-mod map;
+mod landscape;
 mod minima;
 mod network;
 mod pairs;
@@ -31,18 +32,19 @@ pub mod view;
 pub use adelm::{Chain, ChainSettings, chain};
 pub use audit::{Audit, AuditSettings, Verdict, audit};
 pub use barrier::{Connection, Connector, Crossing, Effort, Pair, Start};
+pub use build::{MapSettings, build_landscape};
 pub use diagram::{
     Diagram, DiagramSettings, ForceLevel, Isotherm, Recommendation, Threshold, diagram, log_grid,
 };
 pub use difference::{Match, MergeChange, TooNear, TreeDifference};
 pub use groups::{GroupSettings, Groups, Level};
-pub use journal::{Journal, MemoryJournal, NoJournal};
-pub use map::{Landscape, MapSettings, NoMinimum, map};
+pub use journal::{Journal, JournalError, MemoryJournal, Run};
+pub use landscape::{Landscape, NoMinimum};
 pub use minima::{HoppingSettings, MatchTolerance, Rejected, distinct, hop, quench_all};
 pub use network::{Edge, Evidence, Minimum, MinimumId, Network};
 pub use path::{BandSettings, Pass, Path, PathMethod, PathSettings, SeamSettings};
 use progress::Tally;
-pub use progress::{Observer, Phase, Progress, silent};
+pub use progress::{Observer, Phase, Progress};
 pub use rarefaction::{Completeness, LEAST_MEMBERS, Rarefaction, Rarefied};
 pub use scales::Scales;
 pub use search::{

@@ -42,9 +42,6 @@ pub struct Progress {
 /// A watcher, called from any thread.
 pub type Observer<'a> = dyn Fn(Progress) + Sync + 'a;
 
-/// The watcher that does nothing.
-pub fn silent(_: Progress) {}
-
 /// Counts the tasks of one phase.
 pub(super) struct Tally<'a> {
     phase: Phase,
@@ -54,10 +51,6 @@ pub(super) struct Tally<'a> {
 }
 
 impl<'a> Tally<'a> {
-    pub(super) fn new(phase: Phase, total: usize, observer: &'a Observer<'a>) -> Self {
-        Self::after(phase, 0, total, observer)
-    }
-
     /// With `done` tasks already finished.
     pub(super) fn after(
         phase: Phase,

@@ -9,16 +9,17 @@ use petgraph::graph::NodeIndex;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::Phase;
 use super::adelm::{Chain, ChainSettings, chain};
 use super::barrier::{Connection, Start};
+use super::build::by_energy;
 use super::groups::Groups;
-use super::journal::{Journal, bits, remember};
-use super::map::{Landscape, by_energy};
+use super::journal::{JournalError, Run, bits};
+use super::landscape::Landscape;
 use super::minima::MatchTolerance;
 use super::network::{Edge, Evidence, Minimum, MinimumId, Network};
 use super::path::Path;
 use super::tree::Tree;
-use super::{Observer, Phase, Tally};
 use crate::energy::Energy;
 use crate::optimize::QuenchSettings;
 use crate::sample::{Kernel, Task, stream};
@@ -82,35 +83,37 @@ pub struct Sequential {
 /// barrier of all chains of a schedule of forces, in both directions.
 ///
 /// The groups depend on the order of arrival, on T and F, and on the seed, and barriers are upper bounds of what chains met:
-/// [`map`](super::map()) has none of these properties and is the better tool. This is for comparison with published maps.
+/// [`build_landscape`](super::build_landscape) has none of these properties and is the better tool. This is for comparison with published maps.
 /// 2 L chains are run for each minimum, for L groups, and up to L (L − 1) times the schedule in the end.
+///
+/// # Errors
+/// If the journal of `run` does not take a record.
 pub fn sequential(
     energy: &dyn Energy,
     kernel: &dyn Kernel,
     minima: &[Minimum],
     settings: &SequentialSettings,
-    journal: &dyn Journal,
-    observer: &Observer<'_>,
-) -> Sequential {
-    let run = Run {
+    run: &Run<'_>,
+) -> Result<Sequential, JournalError> {
+    let builder = SequentialBuilder {
         energy,
         kernel,
         minima,
         settings,
-        journal,
+        run,
     };
     let mut known: BTreeMap<(usize, usize), Contact> = BTreeMap::new();
     let mut evaluations = 0;
     // Representative and members of each group.
     let mut groups: Vec<(usize, Vec<usize>)> = Vec::new();
-    let tally = Tally::new(Phase::Assign, minima.len(), observer);
+    let tally = run.tally(Phase::Assign, minima.len());
     for new in 0..minima.len() {
         let contacts: Vec<Contact> = groups
             .par_iter()
             .map(|(representative, _)| {
-                run.contact(Stage::BurnIn, (*representative, new), f64::INFINITY)
+                builder.contact(Stage::BurnIn, (*representative, new), f64::INFINITY)
             })
-            .collect();
+            .collect::<Result<_, _>>()?;
         evaluations += contacts
             .iter()
             .map(|found| found.evaluations)
@@ -141,12 +144,9 @@ pub fn sequential(
         .flat_map(|j| (0..j).map(move |i| (i, j)))
         .map(|(i, j)| (representatives[i], representatives[j]))
         .collect();
-    evaluations += run.tree_stage(
-        &nearest_first(energy.space(), minima, pairs),
-        &mut known,
-        observer,
-    );
-    run.outcome(&groups, known, evaluations)
+    let pairs = nearest_first(energy.space(), minima, pairs);
+    evaluations += builder.tree_stage(&pairs, &mut known)?;
+    Ok(builder.outcome(&groups, known, evaluations))
 }
 
 /// Near pairs are joined over low passes, so with them first more of the others can be skipped.
@@ -199,23 +199,22 @@ impl Contact {
     }
 }
 
-struct Run<'a> {
+struct SequentialBuilder<'a> {
     energy: &'a dyn Energy,
     kernel: &'a dyn Kernel,
     minima: &'a [Minimum],
     settings: &'a SequentialSettings,
-    journal: &'a dyn Journal,
+    run: &'a Run<'a>,
 }
 
-impl Run<'_> {
+impl SequentialBuilder<'_> {
     /// Joins `pairs`, batch by batch; returns the evaluations spent.
     fn tree_stage(
         &self,
         pairs: &[(usize, usize)],
         known: &mut BTreeMap<(usize, usize), Contact>,
-        observer: &Observer<'_>,
-    ) -> usize {
-        let tally = Tally::new(Phase::Connect, pairs.len(), observer);
+    ) -> Result<usize, JournalError> {
+        let tally = self.run.tally(Phase::Connect, pairs.len());
         let mut evaluations = 0;
         for batch in pairs.chunks(BATCH) {
             let bounds = self.bounds(batch, known);
@@ -224,9 +223,9 @@ impl Run<'_> {
                 .map(|(pair, bound)| {
                     let contact = bound.map(|bound| self.contact(Stage::Tree, *pair, bound));
                     tally.tick();
-                    contact
+                    contact.transpose()
                 })
-                .collect();
+                .collect::<Result<_, _>>()?;
             for (pair, contact) in batch.iter().zip(contacts) {
                 if let Some(contact) = contact {
                     evaluations += contact.evaluations;
@@ -234,7 +233,7 @@ impl Run<'_> {
                 }
             }
         }
-        evaluations
+        Ok(evaluations)
     }
 
     /// For each pair the height above which nothing between its ends matters any more; `None` where nothing matters at all.
@@ -270,7 +269,12 @@ impl Run<'_> {
     }
 
     /// Chains in both directions between two minima, named by their arrival; those that rise above `bound` do not matter.
-    fn contact(&self, stage: Stage, (a, b): (usize, usize), bound: f64) -> Contact {
+    fn contact(
+        &self,
+        stage: Stage,
+        (a, b): (usize, usize),
+        bound: f64,
+    ) -> Result<Contact, JournalError> {
         let (kind, forces, replicas) = match stage {
             Stage::BurnIn => ("assign", 1, 1),
             Stage::Tree => (
@@ -279,7 +283,7 @@ impl Run<'_> {
                 self.settings.chain.replicas,
             ),
         };
-        remember(self.journal, &format!("{kind}/{a}-{b}"), || {
+        self.run.remember(&format!("{kind}/{a}-{b}"), || {
             let mut contact = Contact {
                 barrier: f64::INFINITY,
                 path: Path::default(),

@@ -6,7 +6,7 @@ use petgraph::visit::EdgeRef;
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::map::Landscape;
+use super::landscape::Landscape;
 use super::network::{Evidence, MinimumId, Network};
 use super::tree::{NodeId, Tree};
 use crate::printable::printable;

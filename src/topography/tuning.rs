@@ -5,11 +5,11 @@ use serde::{Deserialize, Serialize};
 
 use super::adelm::{ChainSettings, chain, stays};
 use super::diagram::{FROZEN, log_grid, short};
-use super::journal::{Journal, bits, remember};
+use super::journal::{JournalError, Run, bits};
 use super::minima::MatchTolerance;
 use super::network::Minimum;
 use super::pairs::{candidates, distances};
-use super::{Observer, Phase, Tally};
+use super::{Phase, Tally};
 use crate::energy::Energy;
 use crate::optimize::QuenchSettings;
 use crate::sample::{Kernel, Task, stream};
@@ -133,44 +133,46 @@ struct Outcome {
 ///
 /// For P pairs and G forces at most P (2 log₂ G + 6) chains run at each temperature: a hundredth of what
 /// [`diagram`](super::diagram()) costs. The outcome depends neither on threads nor on interruptions.
+///
+/// # Errors
+/// If the journal of `run` does not take a record.
 pub fn tune(
     energy: &dyn Energy,
     kernel: &dyn Kernel,
     minima: &[Minimum],
     settings: &TuningSettings,
-    journal: &dyn Journal,
-    observer: &Observer<'_>,
-) -> Tuning {
+    run: &Run<'_>,
+) -> Result<Tuning, JournalError> {
     let all = candidates(&distances(energy.space(), minima), settings.neighbours);
     let count = settings.pairs.min(all.len());
-    let run = Run {
+    let tuner = Tuner {
         energy,
         kernel,
         minima,
         settings,
-        journal,
+        run,
         pairs: (0..count).map(|k| all[k * all.len() / count]).collect(),
     };
     let temperatures = settings.temperatures.len();
     // A scan, a free chain and two trials for each direction of each pair.
-    let tally = Tally::new(Phase::Diagram, 8 * temperatures * count, observer);
+    let tally = run.tally(Phase::Diagram, 8 * temperatures * count);
     let mut evaluations = 0;
     let mut trials = Vec::new();
     for t in 0..temperatures {
-        let (thresholds, retention, spent) = run.scan(t, &tally);
+        let (thresholds, retention, spent) = tuner.scan(t, &tally)?;
         evaluations += spent;
-        for f in run.worth_trying(&thresholds) {
-            let trial = run.trial((t, f), retention, &tally);
+        for f in tuner.worth_trying(&thresholds) {
+            let trial = tuner.trial((t, f), retention, &tally)?;
             evaluations += trial.evaluations;
             trials.push(trial);
         }
     }
-    Tuning {
+    Ok(Tuning {
         best: best(&trials),
-        pairs: run.pairs,
+        pairs: tuner.pairs,
         trials,
         evaluations,
-    }
+    })
 }
 
 /// The trial with the lowest barriers, the cheaper of equal ones.
@@ -187,16 +189,16 @@ fn best(trials: &[TuningTrial]) -> Option<usize> {
         .map(|(.., k)| k)
 }
 
-struct Run<'a> {
+struct Tuner<'a> {
     energy: &'a dyn Energy,
     kernel: &'a dyn Kernel,
     minima: &'a [Minimum],
     settings: &'a TuningSettings,
-    journal: &'a dyn Journal,
+    run: &'a Run<'a>,
     pairs: Vec<(usize, usize)>,
 }
 
-impl Run<'_> {
+impl Tuner<'_> {
     /// Both directions of all pairs: first those there, then those back.
     fn ways(&self) -> Vec<(usize, usize)> {
         let back = self.pairs.iter().map(|(a, b)| (*b, *a));
@@ -237,13 +239,13 @@ impl Run<'_> {
 
     /// For each pair the number of the least force that joins it either way (the number of forces where none does), the
     /// share of free chains that stay in their minimum, and the evaluations spent.
-    fn scan(&self, t: usize, tally: &Tally<'_>) -> (Vec<usize>, f64, usize) {
+    fn scan(&self, t: usize, tally: &Tally<'_>) -> Result<(Vec<usize>, f64, usize), JournalError> {
         let ways = self.ways();
         let found: Vec<(usize, bool, usize)> = ways
             .par_iter()
             .with_max_len(1)
             .map(|(from, to)| {
-                let found = remember(self.journal, &format!("tune/{t}/{from}-{to}"), || {
+                let found = self.run.remember(&format!("tune/{t}/{from}-{to}"), || {
                     let (threshold, spent) = self.threshold(t, (*from, *to));
                     let (stayed, free) = self.stays(t, (*from, *to));
                     (threshold, stayed, spent + free)
@@ -252,15 +254,15 @@ impl Run<'_> {
                 tally.tick();
                 found
             })
-            .collect();
+            .collect::<Result<_, _>>()?;
         let (there, back) = found.split_at(self.pairs.len());
         let either = there.iter().zip(back).map(|(a, b)| a.0.min(b.0));
         let stayed = found.iter().filter(|(_, stayed, _)| *stayed).count();
-        (
+        Ok((
             either.collect(),
             stayed as f64 / found.len().max(1) as f64,
             found.iter().map(|(.., spent)| spent).sum(),
-        )
+        ))
     }
 
     /// Number of the least force that brings a chain there, by bisection, and the evaluations.
@@ -310,14 +312,19 @@ impl Run<'_> {
     }
 
     /// Chains between all pairs, both ways.
-    fn trial(&self, (t, f): (usize, usize), retention: f64, tally: &Tally<'_>) -> TuningTrial {
+    fn trial(
+        &self,
+        (t, f): (usize, usize),
+        retention: f64,
+        tally: &Tally<'_>,
+    ) -> Result<TuningTrial, JournalError> {
         let ways = self.ways();
         let found: Vec<Outcome> = ways
             .par_iter()
             .with_max_len(1)
             .map(|(from, to)| {
                 let key = format!("tune/{t}/{f}/{from}-{to}");
-                let found = remember(self.journal, &key, || {
+                let found = self.run.remember(&key, || {
                     let (barrier, evaluations) = self.chain((*from, *to), (t, f), 1);
                     Outcome {
                         barrier: vec![barrier],
@@ -327,7 +334,7 @@ impl Run<'_> {
                 tally.tick();
                 found
             })
-            .collect();
+            .collect::<Result<_, _>>()?;
         let barriers: Vec<Option<f64>> = found.iter().map(|found| found.barrier[0]).collect();
         let (there, back) = barriers.split_at(self.pairs.len());
         let mut lowest: Vec<f64> = (self.pairs.iter().zip(there).zip(back))
@@ -340,7 +347,7 @@ impl Run<'_> {
         let joined = lowest.iter().filter(|barrier| barrier.is_finite()).count();
         lowest.sort_by(f64::total_cmp);
         let median = lowest.get(lowest.len() / 2).copied();
-        TuningTrial {
+        Ok(TuningTrial {
             temperature: self.settings.temperatures[t],
             force: self.settings.forces[f],
             retention,
@@ -348,7 +355,7 @@ impl Run<'_> {
             joined: joined as f64 / lowest.len().max(1) as f64,
             median_barrier: median.filter(|barrier| barrier.is_finite()),
             evaluations: found.iter().map(|found| found.evaluations).sum(),
-        }
+        })
     }
 }
 

@@ -14,8 +14,8 @@ use landscape::energy::Energy;
 use landscape::sample::{Kernel, Mala, Rng, State, TargetDensity, Task, stream};
 use landscape::space::Space;
 use landscape::topography::{
-    Evidence, Exploration, GroupSettings, MapSettings, Minimum, MinimumId, Network, NoJournal,
-    PathMethod, SearchSettings, Tree, chain, explore, in_box, map, silent,
+    Evidence, Exploration, GroupSettings, MapSettings, Minimum, MinimumId, Network, PathMethod,
+    Run, SearchSettings, Tree, build_landscape, chain, explore, in_box,
 };
 use petgraph::graph::NodeIndex;
 use rand::RngExt;
@@ -35,7 +35,7 @@ fn search(surface: &Surface, seed: u64) -> Exploration {
     let (low, high) = ([-half; 2], [half; 2]);
     let draw = in_box(&low, &high);
     let settings = SearchSettings::measured(surface, &draw, seed);
-    explore(surface, &draw, &settings, &NoJournal, &silent)
+    explore(surface, &draw, &settings, &Run::default()).unwrap()
 }
 
 fn flooded(surface: &Surface, minima: &[Minimum], grid: usize) -> (Merges, f64) {
@@ -271,7 +271,7 @@ fn check_map(case: &Case, method: PathMethod) -> [usize; 3] {
     let mut settings = MapSettings::for_minima(surface, &minima);
     settings.path.method = method;
     let kernel = Mala::new(surface);
-    let found = map(surface, &kernel, minima, &settings, &NoJournal, &silent);
+    let found = build_landscape(surface, &kernel, minima, &settings, &Run::default()).unwrap();
     for connection in &found.connections {
         let [i, j] = [connection.from.0, connection.to.0];
         let images = &connection.path.images;

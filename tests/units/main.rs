@@ -11,8 +11,8 @@ mod stiff;
 use landscape::energy::model::Surface;
 use landscape::sample::{Mala, Rng, Task, stream};
 use landscape::topography::{
-    GroupSettings, Landscape, MapSettings, NoJournal, Scales, SearchSettings, distinct, explore,
-    in_box, map, quench_all, silent,
+    GroupSettings, Landscape, MapSettings, Run, Scales, SearchSettings, build_landscape, distinct,
+    explore, in_box, quench_all,
 };
 use scaled::{Scaled, Units, binary, decimal, surfaces};
 
@@ -40,7 +40,7 @@ impl Found {
         let draw = in_box(&surface.low, &surface.high);
         let draw = |rng: &mut Rng| energy.scaled(&draw(rng));
         let settings = SearchSettings::measured(&energy, &draw, 1);
-        let found = explore(&energy, &draw, &settings, &NoJournal, &silent);
+        let found = explore(&energy, &draw, &settings, &Run::default()).unwrap();
         let landscape = found.landscape(&energy, &GroupSettings::default());
         let mapped = Self::mapped(&landscape, &energy, units);
         let complete = found.coverage.unseen < 0.5;
@@ -68,12 +68,13 @@ impl Found {
             .map(|id| energy.scaled(&draw(&mut stream(1, Task::Start, id))))
             .collect();
         let scales = Scales::measured(&energy, &starts);
-        let quenches = quench_all(&energy, &starts, &scales.quench(), &NoJournal, &silent);
+        let quenches = quench_all(&energy, &starts, &scales.quench(), &Run::default()).unwrap();
         let tolerance = scales.gradient_tolerance();
         let (minima, rejected) = distinct(&energy, &quenches, &scales.sameness(), tolerance);
         let settings = MapSettings::for_minima(&energy, &minima);
         let kernel = Mala::new(&energy);
-        let landscape = map(&energy, &kernel, minima, &settings, &NoJournal, &silent);
+        let landscape =
+            build_landscape(&energy, &kernel, minima, &settings, &Run::default()).unwrap();
         let mut found = Self::mapped(&landscape, &energy, units);
         found.details = format!(
             "{:?}, {} unlisted_minima, {} rejected, {} evaluations",

@@ -5,8 +5,7 @@ use landscape::energy::model::Surface;
 use landscape::sample::{Rng, Task, stream};
 use landscape::space::{Euclidean, Space};
 use landscape::topography::{
-    Exploration, GroupSettings, NoJournal, Scales, SearchSettings, distinct, explore, in_box,
-    quench_all, silent,
+    Exploration, GroupSettings, Run, Scales, SearchSettings, distinct, explore, in_box, quench_all,
 };
 use rand::RngExt;
 
@@ -84,7 +83,7 @@ fn explored(
     draw: &(dyn Fn(&mut Rng) -> Vec<f64> + Sync),
 ) -> (Exploration, Vec<f64>) {
     let settings = SearchSettings::measured(energy, draw, 1);
-    let found = explore(energy, draw, &settings, &NoJournal, &silent);
+    let found = explore(energy, draw, &settings, &Run::default()).unwrap();
     let landscape = found.landscape(energy, &GroupSettings::default());
     let merges = landscape.tree.nodes.iter().filter(|n| n.minimum.is_none());
     let heights = merges.map(|node| node.energy).collect();
@@ -136,7 +135,7 @@ fn descents_are_not_misled_by_a_stiff_direction() {
             .map(|id| energy.draw(&mut stream(1, Task::Start, id)))
             .collect();
         let scales = Scales::measured(&energy, &starts);
-        let quenches = quench_all(&energy, &starts, &scales.quench(), &NoJournal, &silent);
+        let quenches = quench_all(&energy, &starts, &scales.quench(), &Run::default()).unwrap();
         let tolerance = scales.gradient_tolerance();
         let (minima, rejected) = distinct(&energy, &quenches, &scales.sameness(), tolerance);
         assert!(rejected.is_empty(), "{}: {rejected:?}", surface.name);

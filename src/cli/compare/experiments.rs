@@ -17,7 +17,7 @@ use crate::grasp::{GraspEnergy, judge};
 use crate::hand::{Hand, PosedHand};
 use crate::space::interpolate;
 use crate::store::LandscapeFiles;
-use crate::topography::{Evidence, MinimumId, Network, NoJournal, Tree, quench_all, silent};
+use crate::topography::{Evidence, MinimumId, Network, Run, Tree, quench_all};
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -207,14 +207,14 @@ impl<'a> Experiments<'a> {
     }
 
     /// H9: what sphere grasps become when fingers are lifted off.
-    pub(super) fn lifted(&self, asked: &Lifted) -> Finding {
+    pub(super) fn lifted(&self, asked: &Lifted) -> anyhow::Result<Finding> {
         let spheres = self.of_types(&asked.spheres);
         if spheres.len() < self.least_per_class {
-            return insufficient(
+            return Ok(insufficient(
                 "H9",
                 &asked.claim,
                 &format!("{} sphere minima", spheres.len()),
-            );
+            ));
         }
         let hand = self.energy.hand();
         let quench = settings_for_grasps(&self.energy).quench;
@@ -226,7 +226,7 @@ impl<'a> Experiments<'a> {
                 .iter()
                 .map(|&i| straightened(hand, &self.files.minima[i].coordinates, fingers))
                 .collect();
-            let ends = quench_all(&self.energy, &starts, &quench, &NoJournal, &silent);
+            let ends = quench_all(&self.energy, &starts, &quench, &Run::default())?;
             let mut counts = [0, 0, 0];
             for (place, end) in ends.iter().enumerate() {
                 let label = labeller.label(&end.x);
@@ -248,7 +248,7 @@ impl<'a> Experiments<'a> {
             ));
         }
         let share = became.iter().filter(|became| **became).count() as f64 / spheres.len() as f64;
-        Finding::new(
+        Ok(Finding::new(
             "H9",
             &asked.claim,
             Verdict::of(share >= asked.least_share),
@@ -259,7 +259,7 @@ impl<'a> Experiments<'a> {
                 told.join("; "),
                 100.0 * share
             ),
-        )
+        ))
     }
 
     /// H10: the same poses on a hand without a thumb, and what the rule says of grippers.

@@ -239,7 +239,7 @@ pub(super) fn examine(
 ) -> anyhow::Result<Vec<Finding>> {
     let mut findings = of_labels(basins, settings, rule, seed);
     findings.push(experiments.smooth(&settings.smooth)?);
-    findings.push(experiments.lifted(&settings.lifted));
+    findings.push(experiments.lifted(&settings.lifted)?);
     findings.push(experiments.thumbless(&settings.thumbless)?);
     findings.sort_by_key(|finding| finding.id[1..].parse::<u32>().unwrap_or(u32::MAX));
     let p: Vec<f64> = findings

@@ -3,6 +3,7 @@
 mod program;
 mod report;
 
+use std::error::Error;
 use std::path::PathBuf;
 
 use anyhow::{Context, bail, ensure};
@@ -16,15 +17,15 @@ use super::args::{Again, Common, GroupBarrier, Paths};
 use super::input::within;
 use super::landscape::{Input, Mapped};
 use super::output::check_place;
-use super::run::{DiskJournal, Unfinished, Watch, check_resumable, until_unwritable};
+use super::run::{Unfinished, Watch, check_resumable};
 use super::uncertainty::Unseen;
 use super::{complain, print};
 use crate::energy::model::MODELS;
 use crate::energy::{Counted, Energy, External, model};
 use crate::limits::SEARCHES;
-use crate::store::{Source, StationaryRow, content_hash};
+use crate::store::{Journal, Source, StationaryRow, content_hash};
 use crate::topography::exchange::Database;
-use crate::topography::{self, GroupSettings, SearchSettings, explore, in_box};
+use crate::topography::{self, GroupSettings, JournalError, Run, SearchSettings, explore, in_box};
 
 /// Map a surface.
 #[derive(Debug, Args)]
@@ -179,7 +180,7 @@ fn run_model(command: &Surface, common: &Common, region: Option<Region>) -> anyh
         },
         check: &|| Ok(()),
     };
-    until_unwritable(|| map(command, common, &subject))?
+    map(command, common, &subject)
 }
 
 fn run_program(
@@ -203,7 +204,7 @@ fn run_program(
         },
         check: &|| program::check(&external),
     };
-    until_unwritable(|| map(command, common, &subject))?
+    map(command, common, &subject)
 }
 
 /// Searches the surface and writes its folder.
@@ -231,13 +232,15 @@ fn map(command: &Surface, common: &Common, subject: &Subject<'_>) -> anyhow::Res
     let unfinished = Unfinished::open(&output, &fingerprint, &command.again, common.quiet)?;
     let folder = &unfinished.folder;
     let journal = Guarded {
-        journal: DiskJournal(&unfinished.journal),
+        journal: &unfinished.journal,
         check: subject.check,
     };
     let mut watch = Watch::new(common.quiet);
-    let found = explore(subject.energy, &draw, &settings, &journal, &|p| {
-        watch.see(p);
-    });
+    let run = Run {
+        journal: &journal,
+        observer: &|news| watch.see(news),
+    };
+    let found = explore(subject.energy, &draw, &settings, &run)?;
     watch.lap("search", found.evaluations);
     (subject.check)()?;
     if found.minima.is_empty() {
@@ -294,9 +297,9 @@ fn map(command: &Surface, common: &Common, subject: &Subject<'_>) -> anyhow::Res
     Ok(())
 }
 
-/// A journal that takes nothing more once the energy failed: what was found since is worth nothing.
+/// A journal that ends the search once the energy failed: what was found since is worth nothing.
 struct Guarded<'a> {
-    journal: DiskJournal<'a>,
+    journal: &'a Journal,
     check: &'a (dyn Fn() -> anyhow::Result<()> + Sync),
 }
 
@@ -305,10 +308,9 @@ impl topography::Journal for Guarded<'_> {
         self.journal.get(key)
     }
 
-    fn put(&self, key: &str, record: &[u8]) {
-        if (self.check)().is_ok() {
-            self.journal.put(key, record);
-        }
+    fn put(&self, key: &str, record: &[u8]) -> Result<(), JournalError> {
+        (self.check)().map_err(Box::<dyn Error + Send + Sync>::from)?;
+        topography::Journal::put(self.journal, key, record)
     }
 }
 

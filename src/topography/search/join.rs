@@ -8,12 +8,12 @@ use serde::{Deserialize, Serialize};
 use super::census::{Census, Source};
 use super::task::{PUSH, Searcher};
 use crate::energy::{Counted, Energy};
+use crate::topography::Phase;
 use crate::topography::barrier::Crossing;
-use crate::topography::journal::{Journal, remember};
+use crate::topography::journal::{JournalError, Run};
 use crate::topography::network::Minimum;
 use crate::topography::pairs::{bridges, distances};
 use crate::topography::path::{PathSettings, geodesics, relax};
-use crate::topography::{Observer, Phase, Tally};
 
 /// The pairs tried so far.
 #[derive(Default)]
@@ -37,21 +37,20 @@ impl Joiner {
         searcher: &Searcher<'_>,
         census: &mut Census,
         energy: &dyn Energy,
-        journal: &dyn Journal,
-        observer: &Observer<'_>,
-    ) -> bool {
+        run: &Run<'_>,
+    ) -> Result<bool, JournalError> {
         if self.rounds >= searcher.settings.join_rounds {
-            return false;
+            return Ok(false);
         }
         let component = census.components();
         let minima = census.as_minima();
         if component.iter().all(|c| *c == component[0]) {
-            return false;
+            return Ok(false);
         }
         let distances = distances(energy.space(), &minima);
         let pairs = bridges(&distances, &component, &|pair| self.tried.contains(&pair));
-        let tally = Tally::new(Phase::Join, pairs.len(), observer);
-        let relaxed = remember(journal, &format!("join/{}", self.rounds), || {
+        let tally = run.tally(Phase::Join, pairs.len());
+        let relaxed = run.remember(&format!("join/{}", self.rounds), || {
             let connect = |&(i, j): &(usize, usize)| {
                 let relaxed = searcher.relax((&minima[i], &minima[j]), distances[i][j]);
                 tally.tick();
@@ -59,7 +58,7 @@ impl Joiner {
             };
             let relaxed: Vec<Relaxed> = pairs.par_iter().with_max_len(1).map(connect).collect();
             relaxed
-        });
+        })?;
         self.rounds += 1;
         self.tried.extend(pairs);
         let before = census.found();
@@ -73,7 +72,7 @@ impl Joiner {
                 census.meet(energy, crossing, Source::Path);
             }
         }
-        census.found() > before
+        Ok(census.found() > before)
     }
 }
 

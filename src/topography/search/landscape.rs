@@ -8,7 +8,7 @@ use super::{Exploration, TransitionState};
 use crate::energy::Energy;
 use crate::topography::barrier::{Connection, Crossing, rising_term};
 use crate::topography::groups::{GroupSettings, Groups};
-use crate::topography::map::Landscape;
+use crate::topography::landscape::Landscape;
 use crate::topography::network::{Edge, Evidence, MinimumId, Network};
 use crate::topography::tree::Tree;
 

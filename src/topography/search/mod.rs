@@ -26,9 +26,9 @@ pub use task::SearchEnd;
 use task::{Outcome, Searcher};
 
 use super::audit::Audit;
-use super::journal::{Journal, remember};
+use super::journal::{JournalError, Run};
 use super::network::Minimum;
-use super::{Observer, Phase, Tally};
+use super::{Phase, Tally};
 use crate::energy::{Counted, Energy};
 use crate::sample::Rng;
 
@@ -66,14 +66,17 @@ pub struct Exploration {
 /// point: the first that is found of each energy.
 ///
 /// The result depends on the settings and the seed, not on the number of threads or interruptions. An energy with discrete
-/// choices has passes on seams, which this does not look for: see [`map`](super::map()).
+/// choices has passes on seams, which this does not look for: see
+/// [`build_landscape`](super::build_landscape).
+///
+/// # Errors
+/// If the journal of `run` does not take a record.
 pub fn explore(
     energy: &dyn Energy,
     draw: &Draw<'_>,
     settings: &SearchSettings,
-    journal: &dyn Journal,
-    observer: &Observer<'_>,
-) -> Exploration {
+    run: &Run<'_>,
+) -> Result<Exploration, JournalError> {
     let counted = Counted::new(energy);
     let searcher = Searcher {
         energy,
@@ -94,9 +97,9 @@ pub fn explore(
             Phase::Search,
             census.searches,
             expected.saturating_add(queue.len()),
-            observer,
+            run.observer,
         );
-        let outcomes = remember(journal, &format!("search/{round}"), || {
+        let outcomes = run.remember(&format!("search/{round}"), || {
             let first = census.searches as u64;
             let search = |(k, start): (usize, &Start)| {
                 let outcome = searcher.run(first + k as u64, *start, &census);
@@ -110,7 +113,7 @@ pub fn explore(
                 .map(search)
                 .collect();
             outcomes
-        });
+        })?;
         round += 1;
         for outcome in outcomes {
             census.take(&counted, outcome);
@@ -134,12 +137,11 @@ pub fn explore(
         let idle = census.searches - census.last_new;
         let patience = settings.patience.saturating_mul(census.found().max(1));
         if queue.is_empty() && idle >= patience {
-            let news = joiner.join(&searcher, &mut census, &counted, journal, observer);
-            if !news {
+            if !joiner.join(&searcher, &mut census, &counted, run)? {
                 break false;
             }
         }
     };
     let spent = usize::try_from(counted.evaluations()).unwrap_or(usize::MAX);
-    census.finish(energy, spent, stopped)
+    Ok(census.finish(energy, spent, stopped))
 }

@@ -1,4 +1,4 @@
-//! The whole map: which pairs, in which order, how often; and what comes out.
+//! Builds a landscape: which pairs are connected, in which order, and how often.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +10,8 @@ use serde::{Deserialize, Serialize};
 use super::adelm::ChainSettings;
 use super::barrier::{Connection, Connector, Effort, Pair};
 use super::groups::{GroupSettings, Groups};
-use super::journal::{Journal, remember};
+use super::journal::{JournalError, Run};
+use super::landscape::{Landscape, NoMinimum};
 use super::minima::{MatchTolerance, distinct};
 use super::network::{Claim, Edge, Evidence, Minimum, MinimumId, Network};
 use super::pairs::{bridges, candidates, distances};
@@ -18,14 +19,14 @@ use super::path::PathSettings;
 use super::scales::Scales;
 use super::support::{Trial, resample};
 use super::tree::{Tree, spanning_forest};
-use super::{Observer, Phase, Tally};
+use super::{Phase, Tally};
 use crate::energy::Energy;
 use crate::optimize::{Quench, QuenchSettings, StopReason};
 use crate::sample::Kernel;
 use crate::space::interpolate;
 use crate::space::vector::norm;
 
-/// Settings of [`map`]. [`MapSettings::for_scales`] sets everything that has a unit from one energy and one length.
+/// Settings of [`build_landscape`]. [`MapSettings::for_scales`] sets everything that has a unit from one energy and one length.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MapSettings {
@@ -143,39 +144,6 @@ impl MapSettings {
     }
 }
 
-/// What was given to [`map`] as a minimum and is none: not finite, not of the energy that the surface has there, or on a
-/// slope that changes the energy, over the distance within which two points are one, by more than two minima that are one may
-/// differ.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct NoMinimum {
-    /// Its row among the minima given.
-    pub row: usize,
-    /// Norm of the gradient there, energy per length (NaN of a point that is not finite).
-    pub gradient_norm: f64,
-}
-
-/// A mapped landscape.
-#[derive(Debug, Clone)]
-pub struct Landscape {
-    /// Minima (lowest first) and the best connection known of each pair.
-    pub network: Network,
-    /// What those connections rest on; entry i belongs to edge i of the network.
-    pub connections: Vec<Connection>,
-    /// Merge tree over every finite connection.
-    pub tree: Tree,
-    /// Groups, see [`Groups::new`].
-    pub groups: Groups,
-    /// What was given as a minimum and is none: it has no part in the map.
-    pub rejected: Vec<NoMinimum>,
-    /// Minima that descents from passes found but the map was not given, lowest first, without members. Add them and map
-    /// again for a finer map; merge heights are right without them.
-    pub unlisted_minima: Vec<Minimum>,
-    /// Trees of resampled chains: see [`support`](super::support()). Empty where no pair has two chains in one direction.
-    pub resampled: Vec<Tree>,
-    /// Evaluations spent on connections.
-    pub evaluations: usize,
-}
-
 /// Maps the surface between `minima`.
 ///
 /// Connects near pairs, joins what is left apart, and tries again what decides the tree and is worth no more than a
@@ -185,20 +153,22 @@ pub struct Landscape {
 ///
 /// Of `minima` those that are the same count as one, with the members of all; what is no minimum is left out and told
 /// ([`Landscape::rejected`]).
-pub fn map(
+///
+/// # Errors
+/// If the journal of `run` does not take a record.
+pub fn build_landscape(
     energy: &dyn Energy,
     kernel: &dyn Kernel,
     minima: Vec<Minimum>,
     settings: &MapSettings,
-    journal: &dyn Journal,
-    observer: &Observer<'_>,
-) -> Landscape {
+    run: &Run<'_>,
+) -> Result<Landscape, JournalError> {
     let (minima, rejected) = at_rest(energy, minima, &settings.sameness);
-    let mut survey = LandscapeBuilder {
+    let mut builder = LandscapeBuilder {
         energy,
         kernel,
         settings,
-        journal,
+        run,
         distances: distances(energy.space(), &minima),
         minima,
         best: BTreeMap::new(),
@@ -207,35 +177,35 @@ pub fn map(
         trials: BTreeMap::new(),
         evaluations: 0,
     };
-    let pairs = candidates(&survey.distances, settings.neighbours);
-    let tally = Tally::new(Phase::Connect, pairs.len(), observer);
-    let mut known = Tree::from_network(&survey.network(), Evidence::Path);
+    let pairs = candidates(&builder.distances, settings.neighbours);
+    let tally = run.tally(Phase::Connect, pairs.len());
+    let mut known = Tree::from_network(&builder.network(), Evidence::Path);
     for batch in pairs.chunks(settings.batch.max(1)) {
         let open: Vec<_> = (batch.iter().copied())
-            .filter(|pair| !(settings.pruned && survey.joined_at_the_bottom(&known, *pair)))
+            .filter(|pair| !(settings.pruned && builder.joined_at_the_bottom(&known, *pair)))
             .collect();
         for _ in open.len()..batch.len() {
             tally.tick();
         }
-        survey.connect(&open, &tally);
+        builder.connect(&open, &tally)?;
         // The tree costs as much as all connections known, so it is made again only where there is news, and use.
         if settings.pruned && !open.is_empty() {
-            known = Tree::from_network(&survey.network(), Evidence::Path);
+            known = Tree::from_network(&builder.network(), Evidence::Path);
         }
     }
     for _ in 0..settings.join_rounds {
-        let component = survey.components();
-        let pairs = bridges(&survey.distances, &component, &|pair| {
-            survey.tried.contains_key(&pair)
+        let component = builder.components();
+        let pairs = bridges(&builder.distances, &component, &|pair| {
+            builder.tried.contains_key(&pair)
         });
         if pairs.is_empty() {
             break;
         }
-        let tally = Tally::new(Phase::Join, pairs.len(), observer);
-        survey.connect(&pairs, &tally);
+        let tally = run.tally(Phase::Join, pairs.len());
+        builder.connect(&pairs, &tally)?;
     }
     for _ in 0..settings.retry_rounds {
-        let network = survey.network();
+        let network = builder.network();
         let pairs: Vec<_> = spanning_forest(&network, Evidence::Chain)
             .into_iter()
             .filter(|edge| network[*edge].evidence > Evidence::Path)
@@ -245,35 +215,35 @@ pub fn map(
         if pairs.is_empty() {
             break;
         }
-        let tally = Tally::new(Phase::Retry, pairs.len(), observer);
-        survey.connect(&pairs, &tally);
+        let tally = run.tally(Phase::Retry, pairs.len());
+        builder.connect(&pairs, &tally)?;
     }
-    survey.replicate(observer);
-    let network = survey.network();
+    builder.replicate()?;
+    let network = builder.network();
     let (mut unlisted_minima, _) = distinct(
         energy,
-        &survey.unlisted_minima,
+        &builder.unlisted_minima,
         &settings.sameness,
         f64::INFINITY,
     );
     for stray in &mut unlisted_minima {
         stray.members.clear();
     }
-    Landscape {
+    Ok(Landscape {
         rejected,
         unlisted_minima,
         resampled: resample(
             &network,
-            &survey.trials,
+            &builder.trials,
             settings.resamplings,
             settings.seed,
         ),
         tree: Tree::from_network(&network, Evidence::Chain),
         groups: Groups::new(&network, &settings.groups),
         network,
-        connections: survey.best.into_values().collect(),
-        evaluations: survey.evaluations,
-    }
+        connections: builder.best.into_values().collect(),
+        evaluations: builder.evaluations,
+    })
 }
 
 /// Those of `minima` that are minima, by rising energy and each once, and the others.
@@ -348,7 +318,7 @@ struct LandscapeBuilder<'a> {
     energy: &'a dyn Energy,
     kernel: &'a dyn Kernel,
     settings: &'a MapSettings,
-    journal: &'a dyn Journal,
+    run: &'a Run<'a>,
     distances: Vec<Vec<f64>>,
     minima: Vec<Minimum>,
     /// The best connection of each pair.
@@ -364,19 +334,20 @@ struct LandscapeBuilder<'a> {
 
 impl LandscapeBuilder<'_> {
     /// Connects `pairs` in parallel, then takes in the outcomes in their order.
-    fn connect(&mut self, pairs: &[(usize, usize)], tally: &Tally<'_>) {
+    fn connect(&mut self, pairs: &[(usize, usize)], tally: &Tally<'_>) -> Result<(), JournalError> {
         let found = self.each(pairs, tally, "pair", &|connector, pair| {
             connector.connect(self.energy, self.kernel, pair)
-        });
+        })?;
         for pair in pairs {
             *self.tried.entry(*pair).or_insert(0) += 1;
         }
         self.take_all(found);
+        Ok(())
     }
 
     /// Runs more chains between the pairs that decide the tree. Those chains are relaxed only where they came lower than
     /// what is known.
-    fn replicate(&mut self, observer: &Observer<'_>) {
+    fn replicate(&mut self) -> Result<(), JournalError> {
         let network = self.network();
         let ends = spanning_forest(&network, Evidence::Chain).into_iter();
         let mut pairs: Vec<(usize, usize)> = ends
@@ -385,16 +356,17 @@ impl LandscapeBuilder<'_> {
             .collect();
         pairs.retain(|pair| self.missing_replicas(*pair) > 0);
         if pairs.is_empty() {
-            return;
+            return Ok(());
         }
-        let tally = Tally::new(Phase::Replicate, pairs.len(), observer);
+        let tally = self.run.tally(Phase::Replicate, pairs.len());
         let found = self.each(&pairs, &tally, "replicas", &|connector, pair| {
             let ends = (pair.ids.0.0, pair.ids.1.0);
             let known = self.best[&ends].edge.height;
             let replicas = self.missing_replicas(ends);
             connector.replicate(self.energy, self.kernel, pair, replicas, known)
-        });
+        })?;
         self.take_all(found);
+        Ok(())
     }
 
     /// Chains still to be run in each direction of a decisive pair.
@@ -410,7 +382,7 @@ impl LandscapeBuilder<'_> {
         tally: &Tally<'_>,
         kind: &str,
         work: &(dyn Fn(&Connector<'_>, Pair<'_>) -> Connection + Sync),
-    ) -> Vec<Connection> {
+    ) -> Result<Vec<Connection>, JournalError> {
         let connector = Connector {
             chain: &self.settings.chain,
             path: &self.settings.path,
@@ -419,7 +391,7 @@ impl LandscapeBuilder<'_> {
         };
         let one = |(i, j): &(usize, usize)| {
             let attempt = self.tried.get(&(*i, *j)).copied().unwrap_or(0);
-            let connection = remember(self.journal, &format!("{kind}/{i}-{j}/{attempt}"), || {
+            let connection = self.run.remember(&format!("{kind}/{i}-{j}/{attempt}"), || {
                 let pair = Pair {
                     ids: (MinimumId(*i), MinimumId(*j)),
                     minima: (&self.minima[*i], &self.minima[*j]),
@@ -599,24 +571,5 @@ fn claim(connection: &Connection) -> Claim {
         invalid: connection.invalid_reason.is_some(),
         height: connection.edge.height,
         evidence: connection.edge.evidence,
-    }
-}
-
-impl Landscape {
-    /// The connection behind a pair of minima, if there is one.
-    pub fn connection(&self, a: MinimumId, b: MinimumId) -> Option<&Connection> {
-        let edge = self
-            .network
-            .find_edge(NodeIndex::new(a.0), NodeIndex::new(b.0))?;
-        self.connections.get(edge.index())
-    }
-
-    /// Number of connections of each evidence, best first.
-    pub fn tally(&self) -> BTreeMap<Evidence, usize> {
-        let mut tally = BTreeMap::new();
-        for edge in self.network.edge_references() {
-            *tally.entry(edge.weight().evidence).or_insert(0) += 1;
-        }
-        tally
     }
 }
