@@ -1,0 +1,134 @@
+//! Every measured number in the README stands in a file under `figures/`, which its program wrote.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use serde::Deserialize;
+
+/// A sentence of a page with its measured numbers in braces.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Claim {
+    /// The sentence, without line breaks: `firm: {96} %, with σ < 0.0005 m {98} %`.
+    says: String,
+    /// Where its numbers stand, in order: file (of `figures/`, if it is a bare name), what the only line of that file with the number contains, which of the
+    /// numbers after that.
+    values: Vec<(String, String, usize)>,
+}
+
+fn read(path: &str) -> String {
+    fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(path))
+        .unwrap_or_else(|error| panic!("{path}: {error}"))
+}
+
+/// The numbers in a text, as they are written.
+fn numbers(text: &str) -> Vec<&str> {
+    text.split(|c: char| !c.is_ascii_digit() && c != '.')
+        .map(|word| word.trim_matches('.'))
+        .filter(|word| word.parse::<f64>().is_ok())
+        .collect()
+}
+
+fn decimals(number: &str) -> i32 {
+    let after = number.split_once('.').map_or(0, |(_, after)| after.len());
+    i32::try_from(after).unwrap()
+}
+
+/// Half a unit of the last digit.
+fn rounding(number: &str) -> f64 {
+    0.5 * 10f64.powi(-decimals(number))
+}
+
+/// Whether a number told is the measured one, or a hundred times it (a percentage), rounded.
+fn tells(told: &str, measured: &str) -> bool {
+    let [told_value, value] = [told, measured].map(|number| number.parse::<f64>().unwrap());
+    [1.0, 100.0].into_iter().any(|factor| {
+        let tolerance =
+            rounding(told) + factor * rounding(measured) * f64::from(decimals(measured).min(1));
+        (factor * value - told_value).abs() <= tolerance * (1.0 + 1e-9)
+    })
+}
+
+/// The number of a file that a claim names.
+fn measured<'a>(file: &'a str, (name, fragment, index): &(String, String, usize)) -> &'a str {
+    let mut lines = file.lines().filter(|line| line.contains(fragment.as_str()));
+    let (Some(line), None) = (lines.next(), lines.next()) else {
+        panic!("{name}: one line with `{fragment}` is needed");
+    };
+    let (_, rest) = line.split_once(fragment.as_str()).unwrap();
+    let found = numbers(rest);
+    found
+        .get(*index)
+        .unwrap_or_else(|| panic!("{name}: {} numbers after `{fragment}`", found.len()))
+}
+
+#[test]
+fn measured_numbers_of_the_readme_stand_in_the_files_of_figures() {
+    let claims: BTreeMap<String, Vec<Claim>> = toml::from_str(&read("tests/claims.toml")).unwrap();
+    for (page, claims) in claims {
+        let whole = read(&page);
+        let mut text = whole.clone();
+        for Claim { says, values } in claims {
+            let told: Vec<&str> = says
+                .split('{')
+                .skip(1)
+                .map(|rest| rest.split_once('}').unwrap().0)
+                .collect();
+            assert_eq!(told.len(), values.len(), "{says}");
+            for (told, value) in told.into_iter().zip(&values) {
+                let file = if value.0.contains('/') {
+                    value.0.clone()
+                } else {
+                    format!("figures/{}", value.0)
+                };
+                let content = read(&file);
+                let measured = measured(&content, value);
+                assert!(
+                    tells(told, measured),
+                    "{page} says {told}, {file} {measured}: {says}"
+                );
+                assert!(
+                    whole.contains(&file),
+                    "{page} has no link to {file}, which holds its numbers"
+                );
+            }
+            let sentence = says.replace(['{', '}'], "");
+            assert!(text.contains(&sentence), "{page} does not say: {sentence}");
+            text = text.replacen(&sentence, "", 1);
+        }
+        let unguarded: Vec<&str> = text.lines().filter(|line| has_measured(line)).collect();
+        assert!(
+            unguarded.is_empty(),
+            "numbers of {page} that tests/claims.toml does not know: {unguarded:#?}"
+        );
+    }
+}
+
+/// Whether a line tells a share, a p-value or a duration.
+fn has_measured(line: &str) -> bool {
+    let mut before = None;
+    let words = line
+        .split([' ', '|', '[', ']', '(', ')', ';'])
+        .filter(|word| !word.is_empty());
+    for word in words {
+        let is_number = |word: &str| word.trim_end_matches(',').parse::<f64>().is_ok();
+        if word.starts_with('%') || word.starts_with("times") || word.starts_with("µs") {
+            if before.is_some_and(is_number) {
+                return true;
+            }
+        }
+        if before == Some("p") && is_number(word) {
+            return true;
+        }
+        before = Some(word);
+    }
+    false
+}
+
+#[test]
+fn a_wrong_number_is_found() {
+    assert!(tells("96", "95.8") && tells("98", "0.985") && tells("0.17", "0.173"));
+    assert!(!tells("95", "95.8") && !tells("97", "0.985") && !tells("0.18", "0.173"));
+    assert!(has_measured("holds 66 % of them") && !has_measured("at 100 grasps"));
+}
