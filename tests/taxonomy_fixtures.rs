@@ -126,6 +126,15 @@ fn what_touches_touches_and_nothing_is_inside() {
     assert_eq!(ids.len(), count);
 }
 
+/// A sample that is quick to prepare: objects that are one shape have no field to be baked.
+#[test]
+fn the_rule_names_a_sample_that_it_was_not_made_with() {
+    let simple = read("second_held_out").into_iter();
+    let simple: Vec<Fixture> = simple.filter(|fixture| fixture.object.len() == 1).collect();
+    assert!(simple.len() > 60, "{} fixtures", simple.len());
+    reaches_targets(&cases(simple).unwrap(), Noise::NONE);
+}
+
 /// As they were posed.
 #[test]
 #[ignore = "minutes where the fields of unions are not cached yet"]
