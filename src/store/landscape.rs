@@ -3,13 +3,12 @@
 //!
 //! | table | a row is | columns |
 //! | --- | --- | --- |
-//! | `minima.parquet` | a minimum | `id`, `energy`, `coordinates`, `choice` (contact set), `members` (grasp ids), `group`, `labels` and `label_counts` (lists of equal length) |
-//! | `edges.parquet` | a pair that was tried | `a`, `b` (ids), `height`∅, `relative_barrier`∅, `length`∅, `evidence`, `term`∅, `chain_forward`∅, `chain_backward`∅ (lowest raw barriers), `chains_forward`, `chains_backward` (all of them: the spread over replicas and directions), `chain_runs`, `evaluations` |
-//! | `paths.parquet` | an image of an edge's path | `a`, `b`, `image`, `coordinates`, `energy`, `choice`, `term_<name>`∅ (at the highest image only) |
+//! | `minima.parquet` | a minimum | the fields of [`MinimumRow`]; its labels are the lists `labels` and `label_counts` |
+//! | `edges.parquet` | a pair that was tried | the fields of [`EdgeRow`] |
+//! | `paths.parquet` | an image of an edge's path | the fields of [`PathRow`]; its terms are the columns `term_<name>` |
 //!
 //! The folder of a searched surface also holds `stationary.parquet`, a row a minimum or saddle
-//! ([`StationaryRow`](super::StationaryRow)): `index`, `id`, `a`, `b`, `energy`, `coordinates`, `gradient_norm`, `curvatures`,
-//! `searches`, `verdict` (`sound`, or `degenerate` where it is not isolated).
+//! ([`StationaryRow`](super::StationaryRow)).
 //!
 //! A landscape whose merges have a support holds `resampled.parquet` as well: the merges of the resampled trees
 //! ([`write_resampled`](super::write_resampled)).
@@ -18,7 +17,7 @@
 //! that list; whoever reads a table checks it. Texts and pictures are made from the tables and may be
 //! edited or drawn again. A folder whose manifest has no such list is read as it is.
 //!
-//! `∅` may be null: no path was found, or the value was not computed.
+//! A field that is an `Option` may be null: no path was found, or the value was not computed.
 
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
@@ -32,7 +31,8 @@ use super::atomic::AtomicFolder;
 use super::columns::Columns;
 use super::error::{Fault, StoreError, Warning};
 use super::metadata::{HandMetadata, ObjectMetadata, bad, check_version, content_hash};
-use super::table::{FLOAT, IDS, INDICES, TEXT, TEXTS, Table, VECTOR, WHOLE};
+use super::row::{self, Column, columns};
+use super::table::{FLOAT, IDS, TEXTS, Table};
 
 const MINIMA: &str = "minima.parquet";
 const EDGES: &str = "edges.parquet";
@@ -259,17 +259,11 @@ impl LandscapeFiles {
     }
 
     fn path_columns(&self) -> Columns {
-        let rows = || self.paths.iter();
         let mut columns = Columns::default();
-        columns.wholes("a", rows().map(|row| row.a));
-        columns.wholes("b", rows().map(|row| row.b));
-        columns.wholes("image", rows().map(|row| row.image));
-        columns.vectors("coordinates", rows().map(|row| row.coordinates.as_slice()));
-        columns.floats("energy", rows().map(|row| row.energy));
-        columns.indices("choice", rows().map(|row| row.choice.as_slice()));
+        row::write(PATH, &self.paths, &mut columns);
         for (term, name) in self.manifest.terms.iter().enumerate() {
             let value = |row: &PathRow| row.terms.as_ref().map(|terms| terms[term]);
-            columns.optional_floats(&format!("term_{name}"), rows().map(value));
+            columns.optional_floats(&format!("term_{name}"), self.paths.iter().map(value));
         }
         columns
     }
@@ -295,48 +289,44 @@ fn pretty(value: &impl Serialize) -> Vec<u8> {
     format!("{value:#}\n").into_bytes()
 }
 
+const MINIMUM: &[Column<MinimumRow>] =
+    columns![id, energy, coordinates if present, choice, members, group];
+
+const EDGE: &[Column<EdgeRow>] = columns![
+    a,
+    b,
+    height,
+    relative_barrier,
+    length,
+    evidence,
+    term,
+    chain_forward,
+    chain_backward,
+    chains_forward if present,
+    chains_backward if present,
+    chain_runs if present,
+    evaluations,
+];
+
+const PATH: &[Column<PathRow>] = columns![a, b, image, coordinates if present, energy, choice];
+
 fn minima_columns(minima: &[MinimumRow]) -> Columns {
-    let rows = || minima.iter();
-    let counts: Vec<Vec<u64>> = rows()
-        .map(|row| row.labels.values().copied().collect())
-        .collect();
     let mut columns = Columns::default();
-    columns.wholes("id", rows().map(|row| row.id));
-    columns.floats("energy", rows().map(|row| row.energy));
-    columns.vectors("coordinates", rows().map(|row| row.coordinates.as_slice()));
-    columns.indices("choice", rows().map(|row| row.choice.as_slice()));
-    columns.ids("members", rows().map(|row| row.members.as_slice()));
-    columns.wholes("group", rows().map(|row| row.group));
+    row::write(MINIMUM, minima, &mut columns);
+    let labels = minima.iter().map(|row| row.labels.keys());
     columns.text_lists(
         "labels",
-        rows().map(|row| row.labels.keys().map(String::as_str).collect()),
+        labels.map(|names| names.map(String::as_str).collect()),
     );
+    let counts = minima.iter().map(|row| row.labels.values().copied());
+    let counts: Vec<Vec<u64>> = counts.map(Iterator::collect).collect();
     columns.ids("label_counts", counts.iter().map(Vec::as_slice));
     columns
 }
 
 fn edge_columns(edges: &[EdgeRow]) -> Columns {
-    let rows = || edges.iter();
     let mut columns = Columns::default();
-    columns.wholes("a", rows().map(|row| row.a));
-    columns.wholes("b", rows().map(|row| row.b));
-    columns.optional_floats("height", rows().map(|row| row.height));
-    columns.optional_floats("relative_barrier", rows().map(|row| row.relative_barrier));
-    columns.optional_floats("length", rows().map(|row| row.length));
-    columns.texts("evidence", rows().map(|row| row.evidence.as_str()));
-    columns.optional_texts("term", rows().map(|row| row.term.as_deref()));
-    columns.optional_floats("chain_forward", rows().map(|row| row.chain_forward));
-    columns.optional_floats("chain_backward", rows().map(|row| row.chain_backward));
-    columns.vectors(
-        "chains_forward",
-        rows().map(|row| row.chains_forward.as_slice()),
-    );
-    columns.vectors(
-        "chains_backward",
-        rows().map(|row| row.chains_backward.as_slice()),
-    );
-    columns.wholes("chain_runs", rows().map(|row| row.chain_runs));
-    columns.wholes("evaluations", rows().map(|row| row.evaluations));
+    row::write(EDGE, edges, &mut columns);
     columns
 }
 
@@ -431,16 +421,11 @@ pub(super) fn read_table(folder: &Path, name: &str) -> Result<Table, StoreError>
 }
 
 fn read_minima(table: &Table) -> Result<Vec<MinimumRow>, StoreError> {
-    let mut id = table.required("id", &WHOLE)?.into_iter();
-    let mut energy = table.required("energy", &FLOAT)?.into_iter();
-    let mut coordinates = table.required_unless_empty("coordinates")?.into_iter();
-    let mut choice = table.required("choice", &INDICES)?.into_iter();
-    let mut members = table.required("members", &IDS)?.into_iter();
-    let mut group = table.required("group", &WHOLE)?.into_iter();
+    let mut rows = vec![MinimumRow::default(); table.rows];
+    row::read(MINIMUM, table, &mut rows)?;
     let labels = table.required("labels", &TEXTS)?;
     let counts = table.required("label_counts", &IDS)?;
-    let mut pairs = Vec::new();
-    for (row, (labels, counts)) in labels.into_iter().zip(counts).enumerate() {
+    for (number, (labels, counts)) in labels.into_iter().zip(counts).enumerate() {
         if labels.len() != counts.len() {
             let (found, expected) = (counts.len(), labels.len());
             let fault = Fault::Length {
@@ -448,94 +433,29 @@ fn read_minima(table: &Table) -> Result<Vec<MinimumRow>, StoreError> {
                 found,
                 expected,
             };
-            return Err(table.fault(row, fault));
+            return Err(table.fault(number, fault));
         }
-        pairs.push(labels.into_iter().zip(counts).collect());
+        rows[number].labels = labels.into_iter().zip(counts).collect();
     }
-    let minimum = |labels| {
-        Some(MinimumRow {
-            id: id.next()?,
-            energy: energy.next()?,
-            coordinates: coordinates.next()?,
-            choice: choice.next()?,
-            members: members.next()?,
-            group: group.next()?,
-            labels,
-        })
-    };
-    Ok(pairs.into_iter().map_while(minimum).collect())
+    Ok(rows)
 }
 
 fn read_edges(table: &Table) -> Result<Vec<EdgeRow>, StoreError> {
-    let mut a = table.required("a", &WHOLE)?.into_iter();
-    let mut b = table.required("b", &WHOLE)?.into_iter();
-    let mut height = table.optional("height", &FLOAT)?.into_iter();
-    let mut relative_barrier = table.optional("relative_barrier", &FLOAT)?.into_iter();
-    let mut length = table.optional("length", &FLOAT)?.into_iter();
-    let mut evidence = table.required("evidence", &TEXT)?.into_iter();
-    let mut term = table.optional("term", &TEXT)?.into_iter();
-    let mut chain_forward = table.optional("chain_forward", &FLOAT)?.into_iter();
-    let mut chain_backward = table.optional("chain_backward", &FLOAT)?.into_iter();
-    let mut chains_forward = table.optional("chains_forward", &VECTOR)?.into_iter();
-    let mut chains_backward = table.optional("chains_backward", &VECTOR)?.into_iter();
-    let mut chain_runs = table.optional("chain_runs", &WHOLE)?.into_iter();
-    let mut evaluations = table.required("evaluations", &WHOLE)?.into_iter();
-    let edge = || {
-        Some(EdgeRow {
-            a: a.next()?,
-            b: b.next()?,
-            height: height.next()?,
-            relative_barrier: relative_barrier.next()?,
-            length: length.next()?,
-            evidence: evidence.next()?,
-            term: term.next()?,
-            chain_forward: chain_forward.next()?,
-            chain_backward: chain_backward.next()?,
-            chains_forward: chains_forward.next()?.unwrap_or_default(),
-            chains_backward: chains_backward.next()?.unwrap_or_default(),
-            chain_runs: chain_runs.next()?.unwrap_or_default(),
-            evaluations: evaluations.next()?,
-        })
-    };
-    Ok(std::iter::from_fn(edge).collect())
+    let mut rows = vec![EdgeRow::default(); table.rows];
+    row::read(EDGE, table, &mut rows)?;
+    Ok(rows)
 }
 
 fn read_paths(table: &Table, terms: &[String]) -> Result<Vec<PathRow>, StoreError> {
-    let mut a = table.required("a", &WHOLE)?.into_iter();
-    let mut b = table.required("b", &WHOLE)?.into_iter();
-    let mut image = table.required("image", &WHOLE)?.into_iter();
-    let mut coordinates = table.required_unless_empty("coordinates")?.into_iter();
-    let mut energy = table.required("energy", &FLOAT)?.into_iter();
-    let mut choice = table.required("choice", &INDICES)?.into_iter();
+    let mut rows = vec![PathRow::default(); table.rows];
+    row::read(PATH, table, &mut rows)?;
     let columns = terms
         .iter()
         .map(|name| table.optional(&format!("term_{name}"), &FLOAT));
     let columns = columns.collect::<Result<Vec<_>, _>>()?;
-    let image_row = |row: usize| {
-        Some(PathRow {
-            a: a.next()?,
-            b: b.next()?,
-            image: image.next()?,
-            coordinates: coordinates.next()?,
-            energy: energy.next()?,
-            choice: choice.next()?,
-            terms: columns
-                .iter()
-                .map(|column| column[row])
-                .collect::<Option<Vec<_>>>()
-                .filter(|row| !row.is_empty()),
-        })
-    };
-    Ok((0..table.rows).map_while(image_row).collect())
-}
-
-impl Table {
-    /// Coordinates; where no row has any (imported minima), or there are no rows, there is no column for them.
-    fn required_unless_empty(&self, name: &str) -> Result<Vec<Vec<f64>>, StoreError> {
-        if self.rows == 0 || !self.has(name) {
-            Ok(vec![Vec::new(); self.rows])
-        } else {
-            self.required(name, &VECTOR)
-        }
+    for (number, row) in rows.iter_mut().enumerate() {
+        let terms = columns.iter().map(|column| column[number]);
+        row.terms = (terms.collect::<Option<Vec<_>>>()).filter(|terms| !terms.is_empty());
     }
+    Ok(rows)
 }

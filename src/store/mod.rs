@@ -21,6 +21,7 @@ mod metadata;
 mod network;
 mod rebuild;
 mod resampled;
+mod row;
 mod stationary;
 mod sum;
 mod table;

@@ -6,9 +6,22 @@ use super::atomic::AtomicFolder;
 use super::columns::Columns;
 use super::error::StoreError;
 use super::landscape::{read_table, table_head};
-use super::table::{FLOAT, TEXT, VECTOR, WHOLE};
+use super::row::{self, Column, columns};
 
 const STATIONARY: &str = "stationary.parquet";
+
+const COLUMNS: &[Column<StationaryRow>] = columns![
+    index,
+    id,
+    a = ends[0],
+    b = ends[1],
+    energy,
+    coordinates,
+    gradient_norm,
+    curvatures,
+    searches,
+    verdict,
+];
 
 /// A row of `stationary.parquet`: a minimum or a saddle.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -29,7 +42,7 @@ pub struct StationaryRow {
     pub curvatures: Vec<f64>,
     /// How many searches ended there.
     pub searches: u64,
-    /// What its audit says.
+    /// What its audit says: `sound`, or `degenerate` where it is not isolated.
     pub verdict: String,
 }
 
@@ -39,18 +52,8 @@ impl StationaryRow {
     /// # Errors
     /// If a number is not finite, or the folder cannot be written.
     pub fn write(rows: &[Self], folder: &AtomicFolder) -> Result<(), StoreError> {
-        let all = || rows.iter();
         let mut columns = Columns::default();
-        columns.wholes("index", all().map(|row| row.index));
-        columns.wholes("id", all().map(|row| row.id));
-        columns.wholes("a", all().map(|row| row.ends[0]));
-        columns.wholes("b", all().map(|row| row.ends[1]));
-        columns.floats("energy", all().map(|row| row.energy));
-        columns.vectors("coordinates", all().map(|row| row.coordinates.as_slice()));
-        columns.floats("gradient_norm", all().map(|row| row.gradient_norm));
-        columns.vectors("curvatures", all().map(|row| row.curvatures.as_slice()));
-        columns.wholes("searches", all().map(|row| row.searches));
-        columns.texts("verdict", all().map(|row| row.verdict.as_str()));
+        row::write(COLUMNS, rows, &mut columns);
         let path = folder.path().join(STATIONARY);
         folder.write(STATIONARY, &columns.encode(&path, table_head(STATIONARY))?)
     }
@@ -61,29 +64,8 @@ impl StationaryRow {
     /// If the file is missing, damaged, altered, of another landscape or of another version.
     pub fn read(folder: &Path) -> Result<Vec<Self>, StoreError> {
         let table = read_table(folder, STATIONARY)?;
-        let mut index = table.required("index", &WHOLE)?.into_iter();
-        let mut id = table.required("id", &WHOLE)?.into_iter();
-        let mut a = table.required("a", &WHOLE)?.into_iter();
-        let mut b = table.required("b", &WHOLE)?.into_iter();
-        let mut energy = table.required("energy", &FLOAT)?.into_iter();
-        let mut coordinates = table.required("coordinates", &VECTOR)?.into_iter();
-        let mut gradient_norm = table.required("gradient_norm", &FLOAT)?.into_iter();
-        let mut curvatures = table.required("curvatures", &VECTOR)?.into_iter();
-        let mut searches = table.required("searches", &WHOLE)?.into_iter();
-        let mut verdict = table.required("verdict", &TEXT)?.into_iter();
-        let row = || {
-            Some(Self {
-                index: index.next()?,
-                id: id.next()?,
-                ends: [a.next()?, b.next()?],
-                energy: energy.next()?,
-                coordinates: coordinates.next()?,
-                gradient_norm: gradient_norm.next()?,
-                curvatures: curvatures.next()?,
-                searches: searches.next()?,
-                verdict: verdict.next()?,
-            })
-        };
-        Ok(std::iter::from_fn(row).collect())
+        let mut rows = vec![Self::default(); table.rows];
+        row::read(COLUMNS, &table, &mut rows)?;
+        Ok(rows)
     }
 }

@@ -1,0 +1,113 @@
+//! Columns of tables, each named once: a list of fields says how rows become columns and columns become rows.
+
+use super::columns::Columns;
+use super::error::StoreError;
+use super::table::{FLOAT, IDS, INDICES, TEXT, Table, VECTOR, WHOLE};
+
+/// A type of cells, and how a column of them is written and read.
+pub(super) trait Cell: Sized {
+    fn write<'a>(columns: &mut Columns, name: &str, cells: impl Iterator<Item = &'a Self>)
+    where
+        Self: 'a;
+
+    fn read(table: &Table, name: &str) -> Result<Vec<Self>, StoreError>;
+}
+
+/// Implements [`Cell`]: the type, its method of [`Columns`] with what that takes of a cell, its method of [`Table`] with
+/// the kind of column that it accepts.
+macro_rules! cell {
+    ($($type:ty: $write:ident($cell:ident => $given:expr), $read:ident($kind:expr);)*) => {$(
+        impl Cell for $type {
+            fn write<'a>(columns: &mut Columns, name: &str, cells: impl Iterator<Item = &'a Self>)
+            where
+                Self: 'a,
+            {
+                columns.$write(name, cells.map(|$cell| $given));
+            }
+
+            fn read(table: &Table, name: &str) -> Result<Vec<Self>, StoreError> {
+                table.$read(name, &$kind)
+            }
+        }
+    )*};
+}
+
+cell! {
+    u64: wholes(cell => *cell), required(WHOLE);
+    f64: floats(cell => *cell), required(FLOAT);
+    Option<f64>: optional_floats(cell => *cell), optional(FLOAT);
+    String: texts(cell => cell.as_str()), required(TEXT);
+    Option<String>: optional_texts(cell => cell.as_deref()), optional(TEXT);
+    Vec<f64>: vectors(cell => cell.as_slice()), required(VECTOR);
+    Vec<u32>: indices(cell => cell.as_slice()), required(INDICES);
+    Vec<u64>: ids(cell => cell.as_slice()), required(IDS);
+}
+
+/// A column of a table: its name, and the field of a row that it holds.
+pub(super) struct Column<Row> {
+    pub(super) name: &'static str,
+    /// Whether a table without it leaves the field of its rows as it is.
+    pub(super) may_be_absent: bool,
+    pub(super) write: fn(&[Row], &str, &mut Columns),
+    pub(super) read: fn(&Table, &str, &mut [Row]) -> Result<(), StoreError>,
+}
+
+/// A [`Column`]: the name of a field, which is the name of the column as well, or `column = field`. Behind it stands
+/// `if present` where tables without the column are read, too.
+macro_rules! column {
+    ($name:ident) => {
+        crate::store::row::column!($name = $name)
+    };
+    ($name:ident if present) => {
+        crate::store::row::Column {
+            may_be_absent: true,
+            ..crate::store::row::column!($name)
+        }
+    };
+    ($name:ident = $field:ident $([$index:literal])?) => {
+        crate::store::row::Column {
+            name: stringify!($name),
+            may_be_absent: false,
+            write: |rows, name, columns| {
+                let cells = rows.iter().map(|row| &row.$field $([$index])?);
+                crate::store::row::Cell::write(columns, name, cells);
+            },
+            read: |table, name, rows| {
+                let cells = crate::store::row::Cell::read(table, name)?;
+                for (row, cell) in rows.iter_mut().zip(cells) {
+                    row.$field $([$index])? = cell;
+                }
+                Ok(())
+            },
+        }
+    };
+}
+
+/// A list of [`Column`]s.
+macro_rules! columns {
+    ($($name:ident $(= $field:ident $([$index:literal])?)? $(if $present:ident)?),* $(,)?) => {
+        &[$(crate::store::row::column!($name $(= $field $([$index])?)? $(if $present)?)),*]
+    };
+}
+pub(super) use {column, columns};
+
+/// Appends the columns of `rows`, in the order of the list.
+pub(super) fn write<Row>(list: &[Column<Row>], rows: &[Row], columns: &mut Columns) {
+    for column in list {
+        (column.write)(rows, column.name, columns);
+    }
+}
+
+/// Fills the fields of `rows`, which are as many as those of the table.
+pub(super) fn read<Row>(
+    list: &[Column<Row>],
+    table: &Table,
+    rows: &mut [Row],
+) -> Result<(), StoreError> {
+    for column in list {
+        if !column.may_be_absent || table.has(column.name) {
+            (column.read)(table, column.name, rows)?;
+        }
+    }
+    Ok(())
+}
