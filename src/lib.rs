@@ -64,13 +64,13 @@ pub mod evaluation;
 #[cfg(feature = "figure")]
 pub mod figure;
 #[cfg(feature = "grasp")]
+pub mod formats;
+#[cfg(feature = "grasp")]
 pub mod grasp;
 #[cfg(feature = "grasp")]
 pub mod hand;
 #[cfg(feature = "grasp")]
 pub mod object;
-#[cfg(feature = "grasp")]
-pub mod toml_text;
 #[cfg(feature = "topography")]
 pub mod topography;
 

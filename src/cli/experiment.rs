@@ -42,7 +42,7 @@ impl Experiment {
     pub(super) fn read(path: &Path) -> anyhow::Result<Self> {
         let text = std::fs::read_to_string(path)
             .with_context(|| format!("cannot read {}", path.display()))?;
-        let experiment: Self = crate::toml_text::parse(&text)
+        let experiment: Self = crate::formats::toml_text::parse(&text)
             .with_context(|| format!("{} is not an experiment", path.display()))?;
         experiment
             .energy

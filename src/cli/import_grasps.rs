@@ -122,7 +122,7 @@ fn mapping(path: Option<&Path>) -> anyhow::Result<Mapping> {
     };
     let text = std::fs::read_to_string(path)
         .with_context(|| format!("--mapping {}: cannot be read", path.display()))?;
-    crate::toml_text::parse(&text).with_context(|| format!("--mapping {}", path.display()))
+    crate::formats::toml_text::parse(&text).with_context(|| format!("--mapping {}", path.display()))
 }
 
 /// What the command names, and a folder of files by the hash of these.

@@ -181,7 +181,7 @@ fn protocol(command: &Stability) -> anyhow::Result<Protocol> {
     };
     let text = std::fs::read_to_string(path)
         .with_context(|| format!("--settings: cannot read {}", path.display()))?;
-    let protocol: Protocol = crate::toml_text::parse(&text)
+    let protocol: Protocol = crate::formats::toml_text::parse(&text)
         .with_context(|| format!("{} is not a protocol", path.display()))?;
     protocol
         .validate()

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use nalgebra::{Matrix3, Vector3};
 
 use super::{Frame, HandError, Joint, JointKind, Link, LinkId, Motion};
+use crate::formats::Triangles;
 use crate::limits::{COUPLING_RATIO, HAND_POSITION, HINGE, Limit, SLIDE};
 
 /// Most links or joints of a description: each is compared with all others.
@@ -136,13 +137,6 @@ pub(super) enum Form {
     Mesh(Arc<Triangles>),
     /// A mesh that could not be read, and why.
     Unread(String),
-}
-
-/// Triangles, perhaps open, perhaps inside out.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub(super) struct Triangles {
-    pub(super) vertices: Vec<Vector3<f64>>,
-    pub(super) triangles: Vec<[u32; 3]>,
 }
 
 /// Position of what is needed: leader of a joint, ratio and offset, after following the chain of couplings.

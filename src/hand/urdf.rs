@@ -252,7 +252,9 @@ fn form(geometry: &Geometry, link: &str, files: &dyn Files) -> Result<Form, Hand
                     place: format!("the scale of the mesh of link \"{link}\""),
                 });
             }
-            let read = files.mesh(filename).and_then(|text| triangles(&text));
+            let read = files
+                .mesh(filename)
+                .and_then(|text| triangles(text.as_bytes()));
             let mut mesh = match read {
                 Ok(mesh) => mesh,
                 Err(problem) => {

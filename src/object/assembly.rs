@@ -34,7 +34,7 @@ impl Assembly {
             source,
         })?;
         let assembly: Self =
-            crate::toml_text::parse(&text).map_err(|source| ObjectError::Shapes {
+            crate::formats::toml_text::parse(&text).map_err(|source| ObjectError::Shapes {
                 name: name.clone(),
                 source,
             })?;

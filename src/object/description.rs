@@ -295,7 +295,7 @@ impl Description {
     /// # Errors
     /// As [`Mesh::from_obj`].
     pub fn mesh_of_obj(&self, name: &str, obj: &str) -> Result<Mesh, ObjectError> {
-        let soup = super::file::obj(name, &mut obj.as_bytes())?;
+        let soup = super::file::of_obj(name, &mut obj.as_bytes())?;
         self.mesh(name, soup.vertices, soup.triangles)
     }
 

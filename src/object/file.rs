@@ -1,45 +1,10 @@
 //! Meshes on disk: OBJ, STL, PLY and glTF in, OBJ out.
 
-use std::fmt::Write as _;
-use std::io::{BufRead, Cursor};
+use std::io::BufRead;
 use std::path::Path;
 
-use nalgebra::Vector3;
-
-use super::{Mesh, ObjectError, Repaired, gltf, ply};
-
-/// Largest file that is read, bytes.
-const LARGEST: u64 = 256 << 20;
-
-/// Triangles as a file has them.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Soup {
-    pub(super) vertices: Vec<Vector3<f64>>,
-    pub(super) triangles: Vec<[u32; 3]>,
-}
-
-impl Soup {
-    /// Adds a polygon as a fan.
-    pub(super) fn polygon(&mut self, corners: &[u32]) {
-        if let [first, rest @ ..] = corners {
-            let fan = rest.windows(2).map(|pair| [*first, pair[0], pair[1]]);
-            self.triangles.extend(fan);
-        }
-    }
-}
-
-/// The bytes of a file, unless it is too large to be a mesh.
-pub(super) fn bytes_of(path: &Path) -> std::io::Result<Vec<u8>> {
-    let told = std::fs::metadata(path)?;
-    if !told.is_file() {
-        return Err(std::io::Error::other("it is no file"));
-    }
-    if told.len() > LARGEST {
-        let problem = format!("it is larger than {} MB", LARGEST >> 20);
-        return Err(std::io::Error::other(problem));
-    }
-    std::fs::read(path)
-}
+use super::{Mesh, ObjectError, Repaired};
+use crate::formats::{Triangles, bytes_of, ending, gltf, obj, ply, stl};
 
 impl Mesh {
     /// Reads an OBJ, STL, PLY or glTF file (`.gltf`, `.glb`), in metres, repaired where that is needed and safe.
@@ -60,11 +25,11 @@ impl Mesh {
     /// # Errors
     /// Where the file cannot be read, is of another kind, or holds no valid mesh (see [`Mesh::repaired`]).
     pub fn read(path: &Path, scale: f64) -> Result<Repaired, ObjectError> {
-        let mut soup = soup(path)?;
-        for vertex in &mut soup.vertices {
+        let mut read = triangles_of(path)?;
+        for vertex in &mut read.vertices {
             *vertex *= scale;
         }
-        Self::repaired(&path.display().to_string(), soup.vertices, soup.triangles)
+        Self::repaired(&path.display().to_string(), read.vertices, read.triangles)
     }
 
     /// Reads the text of an OBJ file; all its objects and groups make one mesh.
@@ -72,42 +37,29 @@ impl Mesh {
     /// # Errors
     /// Where the text is no OBJ or holds no valid mesh (see [`Mesh::new`]).
     pub fn from_obj(name: &str, reader: &mut impl BufRead) -> Result<Self, ObjectError> {
-        let soup = obj(name, reader)?;
+        let soup = of_obj(name, reader)?;
         Self::new(name, soup.vertices, soup.triangles)
     }
 
     /// The mesh as OBJ text, coordinates to the micrometre, or to a millionth of its size where that is less than a metre
     /// by far.
     pub fn to_obj(&self) -> String {
-        let mut text = String::new();
         let mut decimals = 6;
         let mut size = self.size_m();
         while size < 1e-3 && decimals < 30 {
             size *= 10.0;
             decimals += 1;
         }
-        for v in self.vertices() {
-            writeln!(
-                text,
-                "v {:.decimals$} {:.decimals$} {:.decimals$}",
-                v.x, v.y, v.z
-            )
-            .expect("a String takes all text");
-        }
-        for [a, b, c] in self.triangles() {
-            writeln!(text, "f {} {} {}", a + 1, b + 1, c + 1).expect("a String takes all text");
-        }
-        text
+        obj::write(self.vertices(), self.triangles(), |v| {
+            format!("{:.decimals$} {:.decimals$} {:.decimals$}", v.x, v.y, v.z)
+        })
     }
 }
 
 /// The triangles of a file.
-fn soup(path: &Path) -> Result<Soup, ObjectError> {
+fn triangles_of(path: &Path) -> Result<Triangles, ObjectError> {
     let name = path.display().to_string();
-    let kind = path
-        .extension()
-        .map(|kind| kind.to_string_lossy().to_lowercase())
-        .unwrap_or_default();
+    let kind = ending(path);
     if !["obj", "stl", "ply", "gltf", "glb"].contains(&kind.as_str()) {
         return Err(ObjectError::Kind {
             path: path.to_owned(),
@@ -118,70 +70,29 @@ fn soup(path: &Path) -> Result<Soup, ObjectError> {
         source,
     };
     let bytes = bytes_of(path).map_err(cannot)?;
-    let format = |format| {
-        let name = name.clone();
-        move |problem| ObjectError::Format {
-            name,
-            format,
-            problem,
-        }
-    };
     match kind.as_str() {
-        "obj" => obj(&name, &mut bytes.as_slice()),
-        "stl" => stl(&bytes).map_err(cannot),
-        "ply" => ply::read(&bytes).map_err(format("PLY")),
+        "obj" => of_obj(&name, &mut bytes.as_slice()),
+        "stl" => stl::read(&bytes).map_err(cannot),
+        "ply" => ply::read(&bytes).map_err(invalid(&name, "PLY")),
         _ => {
             let folder = path.parent().unwrap_or(Path::new(""));
-            gltf::read(&bytes, folder).map_err(format("glTF"))
+            gltf::read(&bytes, folder).map_err(invalid(&name, "glTF"))
         }
     }
-}
-
-fn stl(bytes: &[u8]) -> std::io::Result<Soup> {
-    let stl = stl_io::read_stl(&mut Cursor::new(bytes))?;
-    let index = |vertex: usize| u32::try_from(vertex).unwrap_or(u32::MAX);
-    Ok(Soup {
-        vertices: stl
-            .vertices
-            .iter()
-            .map(|v| Vector3::new(v[0].into(), v[1].into(), v[2].into()))
-            .collect(),
-        triangles: stl
-            .faces
-            .iter()
-            .map(|face| face.vertices.map(index))
-            .collect(),
-    })
 }
 
 /// The triangles of the text of an OBJ file.
-pub(super) fn obj(name: &str, reader: &mut impl BufRead) -> Result<Soup, ObjectError> {
-    let options = tobj::LoadOptions {
-        triangulate: true,
-        ignore_points: true,
-        ignore_lines: true,
-        ..tobj::LoadOptions::default()
-    };
-    let no_materials = |_: &Path| Ok(Default::default());
-    let (models, _) =
-        tobj::load_obj_buf(reader, &options, no_materials).map_err(|source| ObjectError::Obj {
-            name: name.to_owned(),
-            source,
-        })?;
-    let mut soup = Soup::default();
-    for model in models {
-        let first = u32::try_from(soup.vertices.len()).unwrap_or(u32::MAX);
-        let positions = model.mesh.positions.chunks_exact(3);
-        soup.vertices.extend(
-            positions
-                .map(Vector3::from_column_slice)
-                .map(|v| v.map(f64::from)),
-        );
-        let corners = model.mesh.indices.chunks_exact(3);
-        let triangles = corners.map(|t| [t[0] + first, t[1] + first, t[2] + first]);
-        soup.triangles.extend(triangles);
+pub(super) fn of_obj(name: &str, reader: &mut impl BufRead) -> Result<Triangles, ObjectError> {
+    obj::read(reader).map_err(invalid(name, "OBJ"))
+}
+
+fn invalid(name: &str, format: &'static str) -> impl FnOnce(String) -> ObjectError {
+    let name = name.to_owned();
+    move |problem| ObjectError::Format {
+        name,
+        format,
+        problem,
     }
-    Ok(soup)
 }
 
 #[cfg(test)]

@@ -16,14 +16,12 @@ mod direction;
 mod exact;
 mod field;
 mod file;
-mod gltf;
 mod jet;
 mod mesh;
 mod named;
 #[cfg(feature = "neural")]
 pub mod neural;
 mod outer;
-mod ply;
 mod repair;
 mod revolved;
 mod sphere;
@@ -112,15 +110,7 @@ pub enum ObjectError {
         /// What the reader says.
         source: toml::de::Error,
     },
-    /// Text is not an OBJ file.
-    #[error("{name} is not a valid OBJ mesh: {source}")]
-    Obj {
-        /// File or object.
-        name: String,
-        /// What the reader says.
-        source: tobj::LoadError,
-    },
-    /// A PLY or glTF file that cannot be understood.
+    /// An OBJ, PLY or glTF file that cannot be understood.
     #[error("{name} is not a valid {format} mesh: {problem}")]
     Format {
         /// The file.

@@ -11,6 +11,7 @@ use base64::engine::general_purpose::STANDARD;
 use bytes::Bytes;
 use landscape::evaluation::stability::Protocol;
 use landscape::evaluation::taxonomy::Rule;
+use landscape::formats::toml_text;
 use landscape::grasp::EnergySettings;
 use landscape::grasp::synthesis::SynthesisSettings;
 use landscape::hand::{Hand, HandError, HandFiles, PosedHand};
@@ -21,7 +22,6 @@ use landscape::store::{
     AtomicFolder, EdgeRow, Grasp, GraspFile, Journal, LandscapeFiles, MinimumRow, Overrides,
     PathRow, StationaryRow,
 };
-use landscape::toml_text;
 use landscape::topography::exchange::Database;
 use landscape::topography::{Evidence, Tree};
 use parquet::arrow::ArrowWriter;

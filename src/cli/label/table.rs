@@ -5,6 +5,7 @@ use std::path::Path;
 
 use super::{canonical, human_label};
 use crate::evaluation::taxonomy::Taxonomy;
+use crate::formats::csv;
 use anyhow::Context;
 
 /// A label of a human.
@@ -25,12 +26,10 @@ pub(super) fn read(path: &Path) -> anyhow::Result<Vec<Given>> {
 }
 
 fn parse(text: &str) -> anyhow::Result<Vec<Given>> {
-    let text = text.trim_start_matches('\u{feff}');
     // Spreadsheets of some countries write semicolons.
     let header = text.lines().next().unwrap_or_default();
     let delimiter = if header.contains(';') { ';' } else { ',' };
-    let mut records = records(text, delimiter)?.into_iter();
-    let (_, header) = records.next().unwrap_or_default();
+    let (header, records) = csv::table(text, delimiter, None).map_err(anyhow::Error::msg)?;
     let column = |name: &str| {
         header
             .iter()
@@ -43,12 +42,6 @@ fn parse(text: &str) -> anyhow::Result<Vec<Given>> {
     let mut seen: BTreeMap<u64, usize> = BTreeMap::new();
     let mut given = Vec::new();
     for (line, fields) in records {
-        anyhow::ensure!(
-            fields.len() == header.len(),
-            "line {line} has {} fields, the first line {}",
-            fields.len(),
-            header.len()
-        );
         let (id, label) = (&fields[ids], &fields[labels]);
         let id = id
             .parse()
@@ -66,40 +59,6 @@ fn parse(text: &str) -> anyhow::Result<Vec<Given>> {
         given.push(Given { id, label, line });
     }
     Ok(given)
-}
-
-/// The fields of each record that is not empty, trimmed, with the number of its first line (RFC 4180: fields may be quoted,
-/// a quote inside is doubled).
-fn records(text: &str, delimiter: char) -> anyhow::Result<Vec<(usize, Vec<String>)>> {
-    let mut records = Vec::new();
-    let (mut line, mut first) = (1, 1);
-    let (mut fields, mut field) = (Vec::new(), String::new());
-    let mut quoted = false;
-    let mut letters = text.chars().chain(['\n']).peekable();
-    while let Some(letter) = letters.next() {
-        line += usize::from(letter == '\n');
-        match letter {
-            '"' if quoted && letters.peek() == Some(&'"') => {
-                letters.next();
-                field.push('"');
-            }
-            '"' if quoted || field.trim().is_empty() => quoted = !quoted,
-            letter if quoted => field.push(letter),
-            letter if letter == delimiter || letter == '\n' => {
-                fields.push(std::mem::take(&mut field).trim().to_owned());
-                if letter == '\n' {
-                    let record = std::mem::take(&mut fields);
-                    if record.iter().any(|field| !field.is_empty()) {
-                        records.push((first, record));
-                    }
-                    first = line;
-                }
-            }
-            letter => field.push(letter),
-        }
-    }
-    anyhow::ensure!(!quoted, "line {first}: a quote is opened and not closed");
-    Ok(records)
 }
 
 fn unknown(line: usize, label: &str) -> String {

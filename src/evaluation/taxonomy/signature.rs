@@ -91,7 +91,7 @@ impl Rule {
     /// If the text is not of that form, a type has not exactly one signature, or a cue names no feature.
     pub fn parse(text: &str) -> Result<Self, TaxonomyError> {
         let taxonomy = Taxonomy::feix();
-        let file: File = crate::toml_text::parse(text)?;
+        let file: File = crate::formats::toml_text::parse(text)?;
         let mut cues = Vec::new();
         for entry in &taxonomy.types {
             let refuse = |problem: String| TaxonomyError::Type {

@@ -4,7 +4,6 @@
 //! file lies and a hash of its bytes.
 
 mod assemble;
-mod npz;
 
 use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
@@ -13,8 +12,9 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::HandError;
+use crate::formats::array::Numbers;
+use crate::formats::npz;
 use crate::limits::MANO_NUMBER;
-use npz::Array;
 
 pub(super) use assemble::assemble;
 
@@ -145,15 +145,16 @@ impl Arrays {
         if !tree.all(|(found, parent)| (found - parent as f64).abs() < 0.5) {
             return Err("has another tree of joints (`kintree_table`) than MANO's".to_owned());
         }
-        let directions = |array: &Array| -> Vec<DMatrix<f64>> {
+        let directions = |array: &Numbers| -> Vec<DMatrix<f64>> {
             let columns = array.shape[2];
             let of_vertex = array.values.chunks_exact((3 * columns).max(1));
             of_vertex
                 .map(|rows| DMatrix::from_row_slice(3, columns, rows))
                 .collect()
         };
-        let matrix =
-            |array: &Array| DMatrix::from_row_slice(array.shape[0], array.shape[1], &array.values);
+        let matrix = |array: &Numbers| {
+            DMatrix::from_row_slice(array.shape[0], array.shape[1], &array.values)
+        };
         Ok(Self {
             file: file.to_owned(),
             template: vertices
@@ -179,10 +180,10 @@ impl Arrays {
 
 /// As [`take`], of numbers within their limit.
 fn numbers(
-    arrays: &mut BTreeMap<String, Array>,
+    arrays: &mut BTreeMap<String, Numbers>,
     name: &str,
     shape: &[Option<usize>],
-) -> Result<Array, String> {
+) -> Result<Numbers, String> {
     let array = take(arrays, name, shape)?;
     let mut values = array.values.iter();
     values
@@ -193,10 +194,10 @@ fn numbers(
 
 /// An array of this shape, `None` being any length.
 fn take(
-    arrays: &mut BTreeMap<String, Array>,
+    arrays: &mut BTreeMap<String, Numbers>,
     name: &str,
     shape: &[Option<usize>],
-) -> Result<Array, String> {
+) -> Result<Numbers, String> {
     let array = arrays.remove(name).ok_or_else(|| {
         format!("has no array of numbers `{name}`: export it as docs/mano.md shows")
     })?;

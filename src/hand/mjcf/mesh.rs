@@ -9,11 +9,12 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::super::HandError;
 use super::super::mesh::triangles;
-use super::super::model::{Form, Triangles};
+use super::super::model::Form;
 use super::Reader;
 use super::defaults::{Attributes, Defaults};
 use super::element::Element;
 use super::orientation::quaternion;
+use crate::formats::Triangles;
 
 /// A mesh that geoms may use; read when the first one does.
 pub(super) struct MeshAsset<'a> {
@@ -79,7 +80,7 @@ impl Reader<'_> {
             match self
                 .files
                 .mesh(&reference)
-                .and_then(|text| triangles(&text))
+                .and_then(|text| triangles(text.as_bytes()))
             {
                 Ok(mesh) => mesh,
                 Err(problem) => {

@@ -4,9 +4,9 @@ use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
 use super::joints::matched;
 use super::mapping::Mapping;
-use super::npy::Numbers;
-use super::pickle::{Heap, Id, Node};
 use super::{Published, Read, finite};
+use crate::formats::array::Numbers;
+use crate::formats::pickle::{Heap, Id, Node};
 
 /// Farthest that a quaternion may be from unit length.
 const UNIT_TOLERANCE: f64 = 1e-3;

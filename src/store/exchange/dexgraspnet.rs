@@ -4,8 +4,8 @@ use nalgebra::{Rotation3, UnitQuaternion, Vector3};
 
 use super::joints::matched;
 use super::mapping::Mapping;
-use super::pickle::{Heap, Id, Node};
 use super::{Published, Read, finite};
+use crate::formats::pickle::{Heap, Id, Node};
 
 /// Entries that place the wrist: metres, and angles about the fixed axes x, y, z, in this order.
 pub(super) const TRANSLATION: [&str; 3] = ["WRJTx", "WRJTy", "WRJTz"];

@@ -12,8 +12,6 @@ mod bench;
 mod dexgraspnet;
 mod joints;
 mod mapping;
-mod npy;
-mod pickle;
 mod table;
 mod write;
 
@@ -25,6 +23,8 @@ pub use mapping::{
 pub use write::{QposRow, dexgraspnet_npy, qpos_csv, qpos_npy, table_csv, table_json};
 
 use super::error::StoreError;
+use crate::formats::pickle::Node;
+use crate::formats::{ending, npy};
 
 /// Largest file that is read, bytes.
 const LARGEST: u64 = 1 << 30;
@@ -67,27 +67,24 @@ pub struct Read {
 /// # Errors
 /// One sentence that names the file, and where it applies the grasp, and what does not fit.
 pub fn read(path: &Path, joint_names: &[String], mapping: &Mapping) -> Result<Read, StoreError> {
-    let kind = path
-        .extension()
-        .map(|kind| kind.to_string_lossy().to_lowercase());
     let foreign = |problem: String| StoreError::Foreign {
         path: path.to_path_buf(),
         problem,
     };
-    match kind.as_deref() {
-        Some("npy") => {
+    match ending(path).as_str() {
+        "npy" => {
             let content = npy::read(&bytes(path)?).map_err(foreign)?;
             of_npy(&content, joint_names, mapping).map_err(foreign)
         }
-        Some("csv") => {
+        "csv" => {
             let table = table::of_csv(&bytes(path)?).map_err(foreign)?;
             mapping::read(&table, joint_names, mapping).map_err(foreign)
         }
-        Some("json") => {
+        "json" => {
             let table = table::of_json(&bytes(path)?).map_err(foreign)?;
             mapping::read(&table, joint_names, mapping).map_err(foreign)
         }
-        Some("parquet") => {
+        "parquet" => {
             let table = table::of_parquet(path)?;
             mapping::read(&table, joint_names, mapping).map_err(foreign)
         }
@@ -102,7 +99,6 @@ fn of_npy(
     joint_names: &[String],
     mapping: &Mapping,
 ) -> Result<Read, String> {
-    use pickle::Node;
     match content {
         npy::Content::Numbers(numbers) => bench::of_numbers(numbers, joint_names, mapping),
         npy::Content::Objects(heap, whole) => {

@@ -7,6 +7,7 @@ use serde_json::Value;
 
 use super::super::error::StoreError;
 use super::super::table::{FLOAT, TEXT, VECTOR};
+use crate::formats::csv;
 
 /// What stands in a row under a column.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,33 +43,18 @@ impl Cell {
 }
 
 pub(super) fn of_csv(bytes: &[u8]) -> Result<Table, String> {
-    let mut reader = csv::ReaderBuilder::new()
-        .comment(Some(b'#'))
-        .from_reader(bytes);
-    let bad = |error: csv::Error| {
-        let told = error.to_string();
-        let told = told.strip_prefix("CSV error: ").unwrap_or(&told);
-        format!("it is no valid CSV table: {told}")
+    let bad = |problem| format!("it is no valid CSV table: {problem}");
+    let text = str::from_utf8(bytes).map_err(|error| bad(error.to_string()))?;
+    let (columns, records) = csv::table(text, ',', Some('#')).map_err(bad)?;
+    let row = |(_, record): (usize, Vec<String>)| {
+        let cells = columns.iter().cloned().zip(record);
+        // What looks like a number may be a name, or one of more digits than a number keeps.
+        cells
+            .filter(|(_, text)| !text.is_empty())
+            .map(|(name, text)| (name, Cell::Text(text)))
+            .collect()
     };
-    let columns: Vec<String> = reader
-        .headers()
-        .map_err(bad)?
-        .iter()
-        .map(|name| name.trim().to_owned())
-        .collect();
-    let mut rows = Vec::new();
-    for record in reader.records() {
-        let record = record.map_err(bad)?;
-        let cells = columns.iter().zip(&record);
-        rows.push(
-            cells
-                .map(|(name, text)| (name, text.trim()))
-                .filter(|(_, text)| !text.is_empty())
-                // What looks like a number may be a name, or one of more digits than a number keeps.
-                .map(|(name, text)| (name.clone(), Cell::Text(text.to_owned())))
-                .collect(),
-        );
-    }
+    let rows = records.into_iter().map(row).collect();
     Ok(Table { columns, rows })
 }
 

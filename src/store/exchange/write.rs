@@ -4,8 +4,8 @@ use serde_json::{Map, Value};
 
 use super::super::grasps::Grasp;
 use super::dexgraspnet::{ROTATION, TRANSLATION, to_euler};
-use super::npy;
-use super::pickle::Writer;
+use crate::formats::npy;
+use crate::formats::pickle_writer::Writer;
 
 /// A grasp as MuJoCo's qpos: a free joint (position, quaternion w x y z), then one number for each joint of the model.
 #[derive(Debug, Clone, PartialEq)]

@@ -5,7 +5,7 @@
 //! ever called. What values share may not be copied again and again: all copies together are at most a few times as long as
 //! the file, so that memory stays within some dozens of times its length.
 
-use super::npy::{Numbers, Type};
+use super::array::{Numbers, Type};
 
 /// Most entries of a dictionary: they are searched one by one.
 const ENTRIES: usize = 1024;
@@ -13,11 +13,11 @@ const ENTRIES: usize = 1024;
 const COPIES: usize = 4;
 
 /// Index of a node in [`Heap`].
-pub(super) type Id = usize;
+pub(crate) type Id = usize;
 
 /// What a pickle builds. Nodes refer to each other by number, as values are shared.
 #[derive(Debug)]
-pub(super) enum Node {
+pub(crate) enum Node {
     None,
     Bool(bool),
     Whole(i64),
@@ -41,7 +41,7 @@ pub(super) enum Node {
 
 /// The functions that numpy writes into its pickles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Word {
+pub(crate) enum Word {
     Array,
     Reconstruct,
     Scalar,
@@ -68,17 +68,17 @@ const WORDS: [(&str, &str, Word); 12] = [
 
 /// Everything a pickle built.
 #[derive(Debug, Default)]
-pub(super) struct Heap {
+pub(crate) struct Heap {
     nodes: Vec<Node>,
 }
 
 impl Heap {
-    pub(super) fn node(&self, id: Id) -> &Node {
+    pub(crate) fn node(&self, id: Id) -> &Node {
         &self.nodes[id]
     }
 
     /// The value under a text key of a dictionary.
-    pub(super) fn entry(&self, id: Id, key: &str) -> Option<Id> {
+    pub(crate) fn entry(&self, id: Id, key: &str) -> Option<Id> {
         let Node::Dictionary(entries) = self.node(id) else {
             return None;
         };
@@ -90,7 +90,7 @@ impl Heap {
     }
 
     /// The value as one number.
-    pub(super) fn number(&self, id: Id) -> Option<f64> {
+    pub(crate) fn number(&self, id: Id) -> Option<f64> {
         match self.node(id) {
             Node::Number(value) => Some(*value),
             Node::Whole(value) => Some(*value as f64),
@@ -104,7 +104,7 @@ impl Heap {
     }
 
     /// The values of an array or list of at most `most` numbers, or one number.
-    pub(super) fn few(&self, id: Id, most: usize) -> Option<Vec<f64>> {
+    pub(crate) fn few(&self, id: Id, most: usize) -> Option<Vec<f64>> {
         let length = match self.node(id) {
             Node::Numbers(numbers) => numbers.values.len(),
             Node::List(items) => items.len(),
@@ -115,7 +115,7 @@ impl Heap {
     }
 
     /// The value as a shape and that many numbers: an array, or a list of numbers.
-    pub(super) fn numbers(&self, id: Id) -> Option<Numbers> {
+    pub(crate) fn numbers(&self, id: Id) -> Option<Numbers> {
         match self.node(id) {
             Node::Numbers(numbers) => Some(numbers.clone()),
             Node::List(items) => {
@@ -140,7 +140,7 @@ impl Heap {
 }
 
 /// Runs a pickle; returns what it built and which node is the result. Errors are half a sentence: what is wrong with it.
-pub(super) fn load(bytes: &[u8]) -> Result<(Heap, Id), String> {
+pub(crate) fn load(bytes: &[u8]) -> Result<(Heap, Id), String> {
     let mut machine = Machine {
         rest: bytes,
         heap: Heap::default(),
@@ -485,7 +485,7 @@ impl<'a> Machine<'a> {
                 let fortran = matches!(argument(3), Ok(Node::Text(order)) if order == "F");
                 match [argument(0)?, argument(1)?] {
                     [Node::Bytes(bytes), Node::Type(kind)] => {
-                        Node::Numbers(Numbers::decode(kind, shape, fortran, bytes)?)
+                        Node::Numbers(Numbers::decode(*kind, shape, fortran, bytes)?)
                     }
                     _ => return Err(wrong()),
                 }
@@ -556,7 +556,7 @@ impl<'a> Machine<'a> {
                         Node::Objects(items.clone())
                     }
                     [Node::Type(kind), Node::Bytes(bytes)] => {
-                        Node::Numbers(Numbers::decode(kind, shape, fortran, bytes)?)
+                        Node::Numbers(Numbers::decode(*kind, shape, fortran, bytes)?)
                     }
                     _ => return Err("it has an array without type or content".to_owned()),
                 }
@@ -573,60 +573,4 @@ fn pairs(items: &[Id]) -> Vec<(Id, Id)> {
         .chunks_exact(2)
         .map(|pair| (pair[0], pair[1]))
         .collect()
-}
-
-/// Writes a one-dimensional numpy array of dictionaries as numpy itself does (protocol 3).
-#[derive(Debug, Default)]
-pub(super) struct Writer {
-    bytes: Vec<u8>,
-}
-
-impl Writer {
-    /// Begins an array of `count` objects; each is then written, and [`Writer::finish`] ends it.
-    pub(super) fn of_objects(count: usize) -> Self {
-        let mut writer = Self::default();
-        writer.raw(b"\x80\x03cnumpy.core.multiarray\n_reconstruct\ncnumpy\nndarray\nK\x00\x85C\x01b\x87R(K\x01");
-        writer.whole(count);
-        writer.raw(b"\x85cnumpy\ndtype\n");
-        writer.text("O8");
-        writer.raw(b"\x89\x88\x87R(K\x03");
-        writer.text("|");
-        writer.raw(b"NNNJ\xff\xff\xff\xffJ\xff\xff\xff\xffK\x3ftb\x89](");
-        writer
-    }
-
-    pub(super) fn finish(mut self) -> Vec<u8> {
-        self.raw(b"etb.");
-        self.bytes
-    }
-
-    pub(super) fn open_dictionary(&mut self) {
-        self.raw(b"}(");
-    }
-
-    pub(super) fn close_dictionary(&mut self) {
-        self.raw(b"u");
-    }
-
-    pub(super) fn text(&mut self, text: &str) {
-        self.raw(b"X");
-        let length = u32::try_from(text.len()).unwrap_or(u32::MAX);
-        self.raw(&length.to_le_bytes());
-        self.raw(text.as_bytes());
-    }
-
-    pub(super) fn number(&mut self, value: f64) {
-        self.raw(b"G");
-        self.raw(&value.to_be_bytes());
-    }
-
-    fn whole(&mut self, value: usize) {
-        self.raw(b"J");
-        let value = i32::try_from(value).unwrap_or(i32::MAX);
-        self.raw(&value.to_le_bytes());
-    }
-
-    fn raw(&mut self, bytes: &[u8]) {
-        self.bytes.extend(bytes);
-    }
 }

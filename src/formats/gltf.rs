@@ -12,7 +12,7 @@ use base64::engine::general_purpose::STANDARD;
 use nalgebra::{Matrix4, Quaternion, UnitQuaternion, Vector3};
 use serde::Deserialize;
 
-use super::file::{Soup, bytes_of};
+use super::{Triangles, bytes_of};
 
 const MAGIC: &[u8] = b"glTF";
 const JSON_CHUNK: u32 = 0x4E4F534A;
@@ -108,7 +108,7 @@ struct Buffer {
 
 /// Reads the bytes of a `.gltf` or `.glb` file; `folder` holds the buffers it names. Errors are half a sentence: what is
 /// wrong with it.
-pub(super) fn read(bytes: &[u8], folder: &Path) -> Result<Soup, String> {
+pub(crate) fn read(bytes: &[u8], folder: &Path) -> Result<Triangles, String> {
     let (json, binary) = chunks(bytes)?;
     let document: Document = serde_json::from_slice(json).map_err(|error| error.to_string())?;
     if let Some(name) = document.extensions_required.first() {
@@ -133,7 +133,7 @@ pub(super) fn read(bytes: &[u8], folder: &Path) -> Result<Soup, String> {
     let mut reader = Reader {
         document: &document,
         buffers,
-        soup: Soup::default(),
+        soup: Triangles::default(),
         visited: 0,
     };
     let scene = document.scenes.get(document.scene.unwrap_or(0));
@@ -213,7 +213,7 @@ fn external(uri: &str, folder: &Path) -> Result<Vec<u8>, String> {
 struct Reader<'a> {
     document: &'a Document,
     buffers: Vec<Cow<'a, [u8]>>,
-    soup: Soup,
+    soup: Triangles,
     visited: usize,
 }
 
@@ -473,13 +473,12 @@ mod tests {
             "{}",
             soup.vertices[1]
         );
-        let mesh =
-            super::super::Mesh::new("two", soup.vertices.clone(), soup.triangles.clone()).unwrap();
-        assert!(
-            (mesh.volume() - 2e-3 / 6.0).abs() < 1e-9,
-            "{}",
-            mesh.volume()
-        );
+        let volume = |triangle: &[u32; 3]| {
+            let [a, b, c] = triangle.map(|vertex| soup.vertices[vertex as usize]);
+            a.dot(&b.cross(&c)) / 6.0
+        };
+        let volume: f64 = soup.triangles.iter().map(volume).sum();
+        assert!((volume - 2e-3 / 6.0).abs() < 1e-9, "{volume}");
 
         let uri = format!(
             "data:application/octet-stream;base64,{}",

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::file::Soup;
+use super::Triangles;
 
 /// How numbers are written.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,13 +31,13 @@ struct Element {
 }
 
 /// Reads the bytes of a PLY file. Errors are half a sentence: what is wrong with it.
-pub(super) fn read(bytes: &[u8]) -> Result<Soup, String> {
+pub(crate) fn read(bytes: &[u8]) -> Result<Triangles, String> {
     let (encoding, elements, body) = header(bytes)?;
     let mut values = Values {
         encoding,
         rest: body,
     };
-    let mut soup = Soup::default();
+    let mut soup = Triangles::default();
     for element in &elements {
         for row in 0..element.count {
             let at = |problem: String| format!("{problem} in {} {row}", element.name);
