@@ -9,7 +9,7 @@ use std::error::Error;
 use std::path::Path;
 use std::sync::Arc;
 
-use landscape::energy::Energy;
+use landscape::energy::{Energy, Piecewise};
 use landscape::figure::{Camera, Scene, contact_sheet};
 use landscape::grasp::filter::STRICT_FRICTION;
 use landscape::grasp::synthesis::{SynthesisSettings, Synthesized, synthesize_observed};
@@ -89,7 +89,7 @@ fn moments(energy: &GraspEnergy, seen: &[State], end: &Synthesized) -> Vec<Momen
     let mut moment = |when: String, x: &[f64], contacts: &[u32]| Moment {
         caption: format!(
             "{when}:  E = {:.2}",
-            energy.evaluate_choice(x, contacts, &mut unused)
+            energy.evaluate_piece(x, contacts, &mut unused)
         ),
         x: x.to_vec(),
         contacts: contacts.to_vec(),

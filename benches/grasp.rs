@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
-use landscape::energy::Energy;
+use landscape::energy::{Energy, Piecewise};
 use landscape::grasp::synthesis::{SynthesisSettings, synthesize};
 use landscape::grasp::{EnergySettings, GraspEnergy, GraspKernel, judge};
 use landscape::hand::{Hand, HandFiles, PosedHand};
@@ -54,7 +54,7 @@ fn evaluations(criterion: &mut Criterion) {
         group.bench_function("evaluation, contact set held", |bencher| {
             bencher.iter(|| {
                 let x = &points[next.next().unwrap_or(0)];
-                energy.evaluate_choice(black_box(x), &choice, &mut gradient)
+                energy.evaluate_piece(black_box(x), &choice, &mut gradient)
             });
         });
         group.bench_function("envelope, warm", |bencher| {
@@ -127,7 +127,7 @@ fn other_hands(criterion: &mut Criterion) {
         group.bench_function(format!("{name}, contact set held"), |bencher| {
             bencher.iter(|| {
                 let x = &points[next.next().unwrap_or(0)];
-                energy.evaluate_choice(black_box(x), &choice, &mut gradient)
+                energy.evaluate_piece(black_box(x), &choice, &mut gradient)
             });
         });
         group.bench_function(format!("{name}, envelope"), |bencher| {

@@ -1,8 +1,8 @@
 //! Landscapes whose merge heights are known exactly, found from the outside: random starts, public functions, no
 //! knowledge of how many minima there are.
 
-use landscape::energy::Energy;
 use landscape::energy::model::{MullerBrown, ThreeHole, Torsion};
+use landscape::energy::{Energy, Piecewise};
 use landscape::optimize::{QuenchSettings, quench};
 use landscape::sample::{Mala, Task, stream};
 use landscape::space::{Euclidean, Space};
@@ -192,22 +192,45 @@ impl Energy for Bowls {
     }
 
     fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64 {
-        let choice = self.choice(x);
-        self.evaluate_choice(x, &choice, gradient)
+        let choice = self.active_piece(x);
+        self.evaluate_piece(x, &choice, gradient)
     }
 
-    fn choice(&self, x: &[f64]) -> Vec<u32> {
+    fn piecewise(&self) -> Option<&dyn Piecewise> {
+        Some(self)
+    }
+}
+
+impl Piecewise for Bowls {
+    fn active_piece(&self, x: &[f64]) -> Vec<u32> {
         let energies = (0..).zip(self.bowls.iter().map(|bowl| bowl.energy(x)));
         let best = energies.min_by(|a, b| a.1.total_cmp(&b.1));
         best.map(|(bowl, _)| bowl).into_iter().collect()
     }
 
-    fn evaluate_choice(&self, x: &[f64], choice: &[u32], gradient: &mut [f64]) -> f64 {
+    fn evaluate_piece(&self, x: &[f64], choice: &[u32], gradient: &mut [f64]) -> f64 {
         let bowl = &self.bowls[choice[0] as usize];
         for (d, g) in gradient.iter_mut().enumerate() {
             *g = bowl.stiffness[d] * (x[d] - bowl.centre[d]);
         }
         bowl.energy(x)
+    }
+
+    fn evaluate_below(&self, x: &[f64], gradient: &mut [f64], _cutoff: f64) -> f64 {
+        self.evaluate(x, gradient)
+    }
+
+    fn evaluate_roughly_above(
+        &self,
+        x: &[f64],
+        gradient: &mut [f64],
+        _ceiling: f64,
+    ) -> (f64, Vec<u32>) {
+        (self.evaluate(x, gradient), self.active_piece(x))
+    }
+
+    fn with_cache(&self) -> Option<Box<dyn Energy + '_>> {
+        None
     }
 }
 
@@ -259,7 +282,7 @@ fn every_descent_ends_in_the_bottom_of_a_bowl() {
         let mut rng = stream(9, Task::Start, id);
         let start: Vec<f64> = (0..6).map(|_| rng.random_range(-1.5..1.5)).collect();
         let found = quench(&energy, &start, &QuenchSettings::default());
-        let bowl = &energy.bowls[energy.choice(&found.x)[0] as usize];
+        let bowl = &energy.bowls[energy.active_piece(&found.x)[0] as usize];
         assert!((found.energy - bowl.depth).abs() < 1e-9);
     }
 }

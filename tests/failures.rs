@@ -4,7 +4,7 @@
 
 use std::sync::{Arc, LazyLock};
 
-use landscape::energy::Energy;
+use landscape::energy::Explain;
 use landscape::grasp::depth::object_inside_hand_m;
 use landscape::grasp::failure::{
     in_one_concavity, passes_between_points, points_inside_object_m, sees,

@@ -232,7 +232,7 @@ fn the_choice_made_is_the_choice_held() {
             let mut gradient = vec![0.0; energy.space().tangents()];
             let mut held = gradient.clone();
             let value = energy.evaluate(&x, &mut gradient);
-            let same = energy.evaluate_choice(&x, &energy.choice(&x), &mut held);
+            let same = energy.evaluate_piece(&x, &energy.active_piece(&x), &mut held);
             assert!(
                 (same - value).abs() <= 1e-12 * (1.0 + value.abs()),
                 "{name}: {same} for {value}"

@@ -4,7 +4,7 @@
 
 use std::sync::{Arc, LazyLock};
 
-use landscape::energy::Energy;
+use landscape::energy::{Energy, Piecewise};
 use landscape::grasp::closure::net_wrench;
 use landscape::grasp::energy::Ramp;
 use landscape::grasp::start::start_pose;
@@ -181,7 +181,7 @@ fn every_term_is_differentiated_correctly() {
                 let choice = random_choice(&HAND, settings.contacts, &mut rng);
                 let mut gradient = vec![f64::NAN; space.tangents()];
                 let mut unused = gradient.clone();
-                let value = energy.evaluate_choice(&x, &choice, &mut gradient);
+                let value = energy.evaluate_piece(&x, &choice, &mut gradient);
                 assert!(value.is_finite(), "{name}");
                 let sum: f64 = energy.terms_of(&x, &choice).iter().map(|(_, v)| v).sum();
                 assert!(
@@ -199,7 +199,7 @@ fn every_term_is_differentiated_correctly() {
                         tangent[k] = length;
                         let mut moved = x.clone();
                         space.exp(&mut moved, &tangent);
-                        energy.evaluate_choice(&moved, &choice, &mut unused)
+                        energy.evaluate_piece(&moved, &choice, &mut unused)
                     };
                     let estimate = (at(step) - at(-step)) / (2.0 * step);
                     // Rounding is 1e-16 of the energy over a step of 1e-7 lengths; a depth that crosses its rounding
@@ -334,7 +334,7 @@ fn compare_settings_with_brute_force(
         if n % 4 == 0 {
             x[0] += off_m;
         }
-        let choice = energy.choice(&x);
+        let choice = energy.active_piece(&x);
         assert_eq!(choice.len(), contacts);
         let terms = energy.terms_of(&x, &choice);
         let found: f64 = terms
@@ -401,11 +401,11 @@ fn answer(
 ) -> Vec<u64> {
     let mut gradient = vec![0.0; energy.space().tangents()];
     let value = match question {
-        0 => energy.evaluate_roughly_above(x, &mut gradient, 0.1),
-        1 => energy.evaluate_roughly_above(x, &mut gradient, 0.5),
-        2 => energy.evaluate_roughly_above(x, &mut gradient, 1e3),
+        0 => energy.evaluate_roughly_above(x, &mut gradient, 0.1).0,
+        1 => energy.evaluate_roughly_above(x, &mut gradient, 0.5).0,
+        2 => energy.evaluate_roughly_above(x, &mut gradient, 1e3).0,
         3 => energy.evaluate(x, &mut gradient),
-        4 => energy.evaluate_choice(x, held, &mut gradient),
+        4 => energy.evaluate_piece(x, held, &mut gradient),
         5 => {
             let ramp = Ramp {
                 distance: 0.3,
@@ -415,7 +415,7 @@ fn answer(
         }
         6 => whole.deepest_m(x),
         7 => {
-            gradient = energy.choice(x).into_iter().map(f64::from).collect();
+            gradient = energy.active_piece(x).into_iter().map(f64::from).collect();
             0.0
         }
         8 => {
@@ -455,7 +455,7 @@ fn the_envelope_has_no_memory() {
                 .with_clearance(clearance_m, settings.penetration_weight)
         };
         let used = fresh();
-        let local = used.local().unwrap();
+        let local = used.with_cache().unwrap();
         let mut rng = stream(3, Task::Start, 0);
         let mut x = start_pose(&HAND, object, &mut rng);
         let scales = used.space().step_scales();
@@ -478,7 +478,7 @@ fn the_envelope_has_no_memory() {
             }
             let mut gradient = vec![0.0; scales.len()];
             let value = used.evaluate(&x, &mut gradient);
-            let held = used.evaluate_choice(&x, &used.choice(&x), &mut gradient);
+            let held = used.evaluate_piece(&x, &used.active_piece(&x), &mut gradient);
             assert!((held - value).abs() <= 1e-12 * (1.0 + value.abs()));
         }
     }

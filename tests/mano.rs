@@ -7,7 +7,7 @@ use std::fs;
 use std::io::{Cursor, Write as _};
 use std::sync::{Arc, LazyLock};
 
-use landscape::energy::Energy;
+use landscape::energy::{Energy, Piecewise};
 use landscape::grasp::{EnergySettings, GraspEnergy, judge};
 use landscape::hand::{Hand, HandFiles, PosedHand, Wrench};
 use landscape::object::Object;
@@ -546,9 +546,9 @@ fn the_energy_of_a_grasp_has_its_gradient() {
     // Pressed into the palm.
     let facing = palm.centre + palm.volar * (0.7 * radius);
     x[..3].copy_from_slice((energy.object().centroid - facing).as_slice());
-    let choice = energy.choice(&x);
+    let choice = energy.active_piece(&x);
     let mut gradient = vec![0.0; energy.space().tangents()];
-    let value = energy.evaluate_choice(&x, &choice, &mut gradient);
+    let value = energy.evaluate_piece(&x, &choice, &mut gradient);
     let terms = energy.terms_of(&x, &choice);
     assert!(
         terms
@@ -559,7 +559,7 @@ fn the_energy_of_a_grasp_has_its_gradient() {
     assert!(value.is_finite());
     let at = |x: &[f64]| {
         let mut gradient = vec![0.0; gradient.len()];
-        energy.evaluate_choice(x, &choice, &mut gradient)
+        energy.evaluate_piece(x, &choice, &mut gradient)
     };
     compare(energy.space(), &x, &gradient, &at, 2e-4);
 }

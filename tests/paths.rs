@@ -4,8 +4,8 @@
 
 use std::f64::consts::PI;
 
-use landscape::energy::Energy;
 use landscape::energy::model::{LennardJones, MullerBrown, Orientation, ThreeHole};
+use landscape::energy::{Energy, Explain};
 use landscape::optimize::{QuenchSettings, quench};
 use landscape::sample::{Kernel, Mala, Rng, State, TargetDensity};
 use landscape::space::{
@@ -32,7 +32,7 @@ fn minima_below(energy: &dyn Energy, starts: &[Vec<f64>]) -> Vec<Minimum> {
         .map(|start| {
             let found = quench(energy, start, &settings);
             Minimum {
-                choice: energy.choice(&found.x),
+                choice: energy.active_piece(&found.x),
                 coordinates: found.x,
                 energy: found.energy,
                 members: Vec::new(),
@@ -495,6 +495,12 @@ impl Energy for Ring {
         Self::parts(x).iter().sum()
     }
 
+    fn explain(&self) -> Option<&dyn Explain> {
+        Some(self)
+    }
+}
+
+impl Explain for Ring {
     fn terms(&self, x: &[f64]) -> Vec<(String, f64)> {
         let names = ["ring", "height"].map(str::to_owned);
         names.into_iter().zip(Self::parts(x)).collect()

@@ -4,7 +4,7 @@
 
 use std::sync::{Arc, LazyLock};
 
-use landscape::energy::Energy;
+use landscape::energy::{Energy, Piecewise};
 use landscape::grasp::energy::{Candidates, Ramp};
 use landscape::grasp::synthesis::{
     Refinement, Start, SynthesisSettings, Synthesized, synthesize, synthesize_observed,
@@ -159,7 +159,7 @@ fn the_noisy_refinement_cools_and_keeps_the_contacts() {
         assert_eq!(end.contacts, end.raw_contacts);
         assert_eq!(end.evaluations, 1 + 200 + 1000);
         let mut unused = vec![0.0; energy.space().tangents()];
-        let before = energy.evaluate_choice(&end.raw, &end.raw_contacts, &mut unused);
+        let before = energy.evaluate_piece(&end.raw, &end.raw_contacts, &mut unused);
         assert!(end.energy < before, "{before} to {}", end.energy);
     }
     // Their start: about the object's centroid, in units of 120 mm, and turned anyhow.
@@ -187,8 +187,8 @@ fn the_refinement_of_the_paper_keeps_the_contacts() {
         let end = synthesize(&energy, &settings, &refine(), 1, chain);
         assert_eq!(end.contacts, end.raw_contacts);
         let mut unused = vec![0.0; energy.space().tangents()];
-        let before = energy.evaluate_choice(&end.raw, &end.raw_contacts, &mut unused);
-        let after = energy.evaluate_choice(&end.refined, &end.contacts, &mut unused);
+        let before = energy.evaluate_piece(&end.raw, &end.raw_contacts, &mut unused);
+        let after = energy.evaluate_piece(&end.refined, &end.contacts, &mut unused);
         assert_eq!(after.to_bits(), end.energy.to_bits());
         assert!(after < before - 0.01, "{before} to {after}");
     }

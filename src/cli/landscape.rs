@@ -169,7 +169,7 @@ impl Mapped<'_> {
                         coordinates: x.clone(),
                         energy: *energy,
                         choice: if *energy <= self.choices_below {
-                            self.energy.choice(x)
+                            self.energy.active_piece(x)
                         } else {
                             Vec::new()
                         },

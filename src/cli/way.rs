@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use anyhow::ensure;
 
-use crate::energy::Energy;
+use crate::energy::Piecewise;
 use crate::grasp::GraspEnergy;
 use crate::space::{PoseSpace, Space};
 use crate::store::{LandscapeFiles, PathRow};
@@ -22,7 +22,7 @@ pub(super) struct Place {
 impl Place {
     pub(super) fn contacts(&self, energy: &GraspEnergy) -> Vec<u32> {
         if self.recorded.is_empty() {
-            energy.choice(&self.x)
+            energy.active_piece(&self.x)
         } else {
             self.recorded.clone()
         }

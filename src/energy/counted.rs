@@ -5,10 +5,10 @@ use std::ops::Deref;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use super::Energy;
+use super::{Energy, Explain, Piecewise, Wrapper};
 use crate::space::Space;
 
-/// Another energy plus a count of how often it was evaluated, whole or with a cut-off or a fixed choice, on all threads
+/// Another energy plus a count of how often it was evaluated, whole or with a cut-off or one piece, on all threads
 /// together. A Hessian in closed form counts as one evaluation.
 pub struct Counted<'a> {
     energy: Wrapped<'a>,
@@ -17,7 +17,7 @@ pub struct Counted<'a> {
 
 enum Wrapped<'a> {
     Borrowed(&'a dyn Energy),
-    Local(Box<dyn Energy + 'a>),
+    Cached(Box<dyn Energy + 'a>),
 }
 
 impl<'a> Deref for Wrapped<'a> {
@@ -26,7 +26,7 @@ impl<'a> Deref for Wrapped<'a> {
     fn deref(&self) -> &Self::Target {
         match self {
             Self::Borrowed(energy) => *energy,
-            Self::Local(energy) => &**energy,
+            Self::Cached(energy) => &**energy,
         }
     }
 }
@@ -61,7 +61,7 @@ impl fmt::Debug for Counted<'_> {
     }
 }
 
-impl Energy for Counted<'_> {
+impl Wrapper for Counted<'_> {
     fn space(&self) -> &dyn Space {
         self.energy.space()
     }
@@ -78,51 +78,49 @@ impl Energy for Counted<'_> {
         known
     }
 
+    fn piecewise(&self) -> Option<&dyn Piecewise> {
+        self.energy.piecewise().map(|_| self as &dyn Piecewise)
+    }
+
+    fn explain(&self) -> Option<&dyn Explain> {
+        self.energy.explain()
+    }
+}
+
+impl Piecewise for Counted<'_> {
+    fn active_piece(&self, x: &[f64]) -> Vec<u32> {
+        self.energy.active_piece(x)
+    }
+
+    fn evaluate_piece(&self, x: &[f64], piece: &[u32], gradient: &mut [f64]) -> f64 {
+        self.count().evaluate_piece(x, piece, gradient)
+    }
+
     fn evaluate_below(&self, x: &[f64], gradient: &mut [f64], cutoff: f64) -> f64 {
         self.count().evaluate_below(x, gradient, cutoff)
     }
 
-    fn evaluate_roughly_above(&self, x: &[f64], gradient: &mut [f64], ceiling: f64) -> f64 {
-        self.count().evaluate_roughly_above(x, gradient, ceiling)
-    }
-
-    fn choose_roughly_above(
+    fn evaluate_roughly_above(
         &self,
         x: &[f64],
         gradient: &mut [f64],
         ceiling: f64,
     ) -> (f64, Vec<u32>) {
-        self.count().choose_roughly_above(x, gradient, ceiling)
-    }
-
-    fn choice(&self, x: &[f64]) -> Vec<u32> {
-        self.energy.choice(x)
-    }
-
-    fn evaluate_choice(&self, x: &[f64], choice: &[u32], gradient: &mut [f64]) -> f64 {
-        self.count().evaluate_choice(x, choice, gradient)
+        self.count().evaluate_roughly_above(x, gradient, ceiling)
     }
 
     /// Counts together with this one.
-    fn local(&self) -> Option<Box<dyn Energy + '_>> {
+    fn with_cache(&self) -> Option<Box<dyn Energy + '_>> {
         Some(Box::new(Counted {
-            energy: Wrapped::Local(self.energy.local()?),
+            energy: Wrapped::Cached(self.energy.with_cache()?),
             evaluations: Arc::clone(&self.evaluations),
         }))
-    }
-
-    fn terms(&self, x: &[f64]) -> Vec<(String, f64)> {
-        self.energy.terms(x)
-    }
-
-    fn invalid_reason(&self, x: &[f64]) -> Option<String> {
-        self.energy.invalid_reason(x)
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{Counted, Energy, Piecewise};
     use crate::energy::model::{DoubleWell, MullerBrown};
 
     #[test]
@@ -135,8 +133,7 @@ mod tests {
             well.evaluate(&[0.25], &mut gradient).to_bits()
         );
         counted.evaluate_below(&[0.0], &mut gradient, 0.5);
-        counted.evaluate_choice(&[0.0], &[], &mut gradient);
-        counted.terms(&[0.0]);
+        counted.evaluate_piece(&[0.0], &[], &mut gradient);
         assert!(!counted.hessian(&[0.0], &mut [0.0]));
         assert_eq!(counted.evaluations(), 3);
         let valley = MullerBrown::new();

@@ -4,7 +4,7 @@ use rand::RngExt;
 
 use super::energy::{GraspEnergy, Ramp};
 use super::synthesis::StepScales;
-use crate::energy::Energy;
+use crate::energy::{Energy, Piecewise};
 use crate::sample::{Kernel, Rng, State, TargetDensity, langevin};
 use crate::space::Space;
 
@@ -170,7 +170,7 @@ impl Kernel for GraspKernel<'_> {
     fn start(&self, x: &[f64]) -> State {
         let mut state = State {
             coordinates: x.to_vec(),
-            discrete: self.energy.choice(x),
+            discrete: self.energy.active_piece(x),
             ..State::default()
         };
         self.evaluate(&mut state);

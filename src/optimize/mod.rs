@@ -128,7 +128,7 @@ pub fn quench_traced(
     watch: &mut dyn FnMut(&[f64], f64),
 ) -> Quench {
     let space = energy.space();
-    let mut choice = energy.choice(start);
+    let mut choice = energy.active_piece(start);
     if choice.is_empty() {
         let mut function = |x: &[f64], gradient: &mut [f64]| energy.evaluate(x, gradient);
         return lbfgs::minimise(space, &mut function, start, settings, watch);
@@ -138,7 +138,7 @@ pub fn quench_traced(
     for _ in 0..settings.choice_rounds.max(1) {
         let from = best.as_ref().map_or(start, |found| &found.x).to_vec();
         let mut piece =
-            |x: &[f64], gradient: &mut [f64]| energy.evaluate_choice(x, &choice, gradient);
+            |x: &[f64], gradient: &mut [f64]| energy.evaluate_piece(x, &choice, gradient);
         let mut round = lbfgs::minimise(space, &mut piece, &from, &budget, watch);
         budget.max_evaluations = budget.max_evaluations.saturating_sub(round.evaluations);
         let spent = best.as_ref().map_or(0, |found| found.evaluations);
@@ -150,7 +150,7 @@ pub fn quench_traced(
             known.evaluations = round.evaluations;
             break;
         }
-        let next = energy.choice(&round.x);
+        let next = energy.active_piece(&round.x);
         let settled = next == choice || !round.energy.is_finite();
         best = Some(round);
         if settled || budget.max_evaluations == 0 {
@@ -173,13 +173,13 @@ pub fn quench_traced(
 ///
 /// # Panics
 /// If `start` has the wrong length.
-pub fn quench_choice(
+pub fn quench_piece(
     energy: &dyn Energy,
     choice: &[u32],
     start: &[f64],
     settings: &QuenchSettings,
 ) -> Quench {
-    let mut piece = |x: &[f64], gradient: &mut [f64]| energy.evaluate_choice(x, choice, gradient);
+    let mut piece = |x: &[f64], gradient: &mut [f64]| energy.evaluate_piece(x, choice, gradient);
     lbfgs::minimise(energy.space(), &mut piece, start, settings, &mut |_, _| ())
 }
 
@@ -188,6 +188,7 @@ mod tests {
     use rand::RngExt;
 
     use super::*;
+    use crate::energy::Piecewise;
     use crate::energy::model::{LennardJones, MullerBrown};
     use crate::sample::{Task, stream};
     use crate::space::{Euclidean, Space};
@@ -226,20 +227,43 @@ mod tests {
         }
 
         fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64 {
-            let choice = self.choice(x);
-            self.evaluate_choice(x, &choice, gradient)
+            let choice = self.active_piece(x);
+            self.evaluate_piece(x, &choice, gradient)
         }
 
-        fn choice(&self, x: &[f64]) -> Vec<u32> {
+        fn piecewise(&self) -> Option<&dyn Piecewise> {
+            Some(self)
+        }
+    }
+
+    impl Piecewise for Steps {
+        fn active_piece(&self, x: &[f64]) -> Vec<u32> {
             let piece = |k: u32| (x[0] - f64::from(k)).powi(2) + 1.5 * f64::from(k);
             let best = (0..3).min_by(|a, b| piece(*a).total_cmp(&piece(*b)));
             vec![best.unwrap()]
         }
 
-        fn evaluate_choice(&self, x: &[f64], choice: &[u32], gradient: &mut [f64]) -> f64 {
+        fn evaluate_piece(&self, x: &[f64], choice: &[u32], gradient: &mut [f64]) -> f64 {
             let offset = x[0] - f64::from(choice[0]);
             gradient[0] = 2.0 * offset;
             offset * offset + 1.5 * f64::from(choice[0])
+        }
+
+        fn evaluate_below(&self, x: &[f64], gradient: &mut [f64], _cutoff: f64) -> f64 {
+            self.evaluate(x, gradient)
+        }
+
+        fn evaluate_roughly_above(
+            &self,
+            x: &[f64],
+            gradient: &mut [f64],
+            _ceiling: f64,
+        ) -> (f64, Vec<u32>) {
+            (self.evaluate(x, gradient), self.active_piece(x))
+        }
+
+        fn with_cache(&self) -> Option<Box<dyn Energy + '_>> {
+            None
         }
     }
 
@@ -250,7 +274,7 @@ mod tests {
         // The minimum of the last piece (3 at x = 2) lies above the piece before (1 + 1.5), and so on down to 0.
         assert_eq!(found.stop, StopReason::Converged);
         assert!(found.x[0].abs() < 1e-6 && found.energy < 1e-9, "{found:?}");
-        let held = quench_choice(&energy, &[2], &[7.0], &QuenchSettings::default());
+        let held = quench_piece(&energy, &[2], &[7.0], &QuenchSettings::default());
         assert!((held.x[0] - 2.0).abs() < 1e-6 && (held.energy - 3.0).abs() < 1e-9);
     }
 

@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use super::grasps::{Grasp, GraspFile, Population};
 use super::metadata::{HandMetadata, Metadata, ObjectMetadata, TextFile, content_hash};
-use crate::energy::Energy;
+use crate::energy::Piecewise;
 use crate::grasp::energy::EnergySettingsError;
 use crate::grasp::{EnergySettings, GraspEnergy, Judgement, judge};
 use crate::hand::{Hand, HandError, HandFiles};
@@ -312,7 +312,7 @@ impl Grasp {
         let norm = (self.rotation_wxyz.iter().map(|q| q * q).sum::<f64>()).sqrt();
         x[3..7].iter_mut().for_each(|q| *q /= norm);
         if self.contacts.is_empty() {
-            self.contacts = energy.choice(&x);
+            self.contacts = energy.active_piece(&x);
         }
         let terms = energy.terms_of(&x, &self.contacts);
         self.terms = terms.into_iter().map(|(_, value)| value).collect();

@@ -170,7 +170,7 @@ pub(super) fn examine(
     if !height.is_finite() {
         return (height, audit);
     }
-    let piece = Piece::plain(energy, energy.choice(x));
+    let piece = Piece::plain(energy, energy.active_piece(x));
     let Some(modes) = piece.modes(x, settings.difference) else {
         return (height, audit);
     };

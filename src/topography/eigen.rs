@@ -134,7 +134,7 @@ impl<'e> Piece<'e> {
         let energy = if self.choice.is_empty() {
             self.energy.evaluate(x, gradient)
         } else {
-            self.energy.evaluate_choice(x, &self.choice, gradient)
+            self.energy.evaluate_piece(x, &self.choice, gradient)
         };
         for (g, s) in gradient.iter_mut().zip(&self.scales) {
             *g *= s;

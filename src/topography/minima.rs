@@ -130,7 +130,7 @@ pub fn distinct(
             minima.push(Minimum {
                 coordinates: found[*row].x.clone(),
                 energy: found[*row].energy,
-                choice: energy.choice(&found[*row].x),
+                choice: energy.active_piece(&found[*row].x),
                 members: Vec::new(),
             });
             minima.len() - 1

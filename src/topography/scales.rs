@@ -103,7 +103,7 @@ fn reach(
     id: usize,
     seed: u64,
 ) -> Option<(f64, f64)> {
-    let piece = Piece::new(energy, energy.choice(bottom));
+    let piece = Piece::new(energy, energy.active_piece(bottom));
     let difference = 1e-5 * size;
     let modes = piece.modes(bottom, difference)?;
     let stiffness = modes.stiffness();

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use landscape::energy::Energy;
+use landscape::energy::{Energy, Piecewise};
 use landscape::grasp::energy::Ramp;
 use landscape::grasp::start::start_pose;
 use landscape::grasp::synthesis::ContactMoves;
@@ -229,7 +229,7 @@ fn nothing_likely_is_missing_among_completions() {
         for chain in 0..12 {
             let mut rng = stream(4, Task::Start, chain);
             let x = start_pose(energy.hand(), energy.object(), &mut rng);
-            let best = energy.choice(&x);
+            let best = energy.active_piece(&x);
             let others = &best[1..];
             let whole = |index: u32| cost(&energy, &x, &[&[index], others].concat(), RAMP);
             for temperature in [0.002, 0.02, 0.2] {

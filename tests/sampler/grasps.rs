@@ -10,7 +10,7 @@
 
 use std::sync::Arc;
 
-use landscape::energy::Energy;
+use landscape::energy::{Energy, Piecewise};
 use landscape::grasp::energy::Candidates;
 use landscape::grasp::synthesis::ContactMoves;
 use landscape::grasp::{EnergySettings, GraspEnergy, GraspKernel};
@@ -370,7 +370,7 @@ fn the_energy_depends_on_the_place_of_the_ball_and_the_angle() {
         let contacts = contacts(&energy, &candidates, &centre(&energy, &x));
         for set in sets(6, CONTACTS) {
             let indices: Vec<u32> = set.iter().map(|i| i + first).collect();
-            let whole = energy.evaluate_choice(&x, &indices, &mut unused);
+            let whole = energy.evaluate_piece(&x, &indices, &mut unused);
             let parts = contact_energy(&energy, &contacts, &set) + joint_energy(&energy, x[7]);
             // The mesh's centroid is that of the ball up to the mesh's own accuracy.
             assert!((whole - parts).abs() < 1e-5, "{whole} {parts}");

@@ -11,7 +11,7 @@ use crate::agreement::{fisher_exact, spearman};
 use crate::cli::settings_for_grasps;
 use crate::cli::types::{Named, Setting};
 use crate::cli::way::{places, route};
-use crate::energy::Energy;
+use crate::energy::Piecewise;
 use crate::evaluation::taxonomy::{Anatomy, Category, Labeller, PalmPart, Patch, Rule, Taxonomy};
 use crate::grasp::{GraspEnergy, judge};
 use crate::hand::{Hand, PosedHand};
@@ -182,7 +182,7 @@ impl<'a> Experiments<'a> {
         points.extend(images.last().map(|last| last.x.clone()));
         let passing = points
             .iter()
-            .filter(|x| judge(&self.energy, x, &self.energy.choice(x)).passes_published())
+            .filter(|x| judge(&self.energy, x, &self.energy.active_piece(x)).passes_published())
             .count();
         let gaps: Vec<f64> = points.iter().map(|x| self.palm_gap_m(x)).collect();
         let order: Vec<f64> = (0..points.len()).map(|i| i as f64).collect();
@@ -232,7 +232,7 @@ impl<'a> Experiments<'a> {
                 let label = labeller.label(&end.x);
                 let like = label.best.first().map(|best| best.number) == Some(*kind);
                 let valid =
-                    judge(&self.energy, &end.x, &self.energy.choice(&end.x)).passes_strict();
+                    judge(&self.energy, &end.x, &self.energy.active_piece(&end.x)).passes_strict();
                 counts[0] += usize::from(like);
                 counts[1] += usize::from(valid);
                 counts[2] += usize::from(like && valid);
@@ -307,7 +307,7 @@ impl<'a> Experiments<'a> {
         let wrong = poses.par_iter().filter(|x| uses_thumb(x)).count();
         let valid = poses
             .par_iter()
-            .filter(|x| judge(&energy, x, &energy.choice(x)).passes_strict())
+            .filter(|x| judge(&energy, x, &energy.active_piece(x)).passes_strict())
             .count();
         let mut guessed = Vec::new();
         for name in ["gripper_three_finger", "gripper_parallel"] {

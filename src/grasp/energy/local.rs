@@ -4,7 +4,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use super::scratch::Scratch;
 use super::{GraspEnergy, Ramp};
-use crate::energy::Energy;
+use crate::energy::{Energy, Explain, Piecewise, Wrapper};
 use crate::space::Space;
 
 /// The energy as one image of a path sees it: what is remembered stays near that image, so little must be looked at anew
@@ -31,7 +31,7 @@ impl Local<'_> {
     }
 }
 
-impl Energy for Local<'_> {
+impl Wrapper for Local<'_> {
     fn space(&self) -> &dyn Space {
         self.energy.space()
     }
@@ -40,16 +40,35 @@ impl Energy for Local<'_> {
         self.evaluate_below(x, gradient, f64::INFINITY)
     }
 
+    fn hessian(&self, x: &[f64], hessian: &mut [f64]) -> bool {
+        self.energy.hessian(x, hessian)
+    }
+
+    fn piecewise(&self) -> Option<&dyn Piecewise> {
+        Some(self)
+    }
+
+    fn explain(&self) -> Option<&dyn Explain> {
+        Some(self.energy)
+    }
+}
+
+impl Piecewise for Local<'_> {
+    fn active_piece(&self, x: &[f64]) -> Vec<u32> {
+        self.energy.best_choice(x, &mut self.scratch())
+    }
+
+    fn evaluate_piece(&self, x: &[f64], piece: &[u32], gradient: &mut [f64]) -> f64 {
+        self.energy
+            .held(x, piece, Ramp::default(), gradient, &mut self.scratch())
+    }
+
     fn evaluate_below(&self, x: &[f64], gradient: &mut [f64], cutoff: f64) -> f64 {
         self.energy
             .envelope(x, gradient, cutoff, &mut self.scratch())
     }
 
-    fn evaluate_roughly_above(&self, x: &[f64], gradient: &mut [f64], ceiling: f64) -> f64 {
-        self.choose_roughly_above(x, gradient, ceiling).0
-    }
-
-    fn choose_roughly_above(
+    fn evaluate_roughly_above(
         &self,
         x: &[f64],
         gradient: &mut [f64],
@@ -59,24 +78,7 @@ impl Energy for Local<'_> {
             .roughly(x, gradient, ceiling, &mut self.scratch())
     }
 
-    fn choice(&self, x: &[f64]) -> Vec<u32> {
-        self.energy.best_choice(x, &mut self.scratch())
-    }
-
-    fn evaluate_choice(&self, x: &[f64], choice: &[u32], gradient: &mut [f64]) -> f64 {
-        self.energy
-            .held(x, choice, Ramp::default(), gradient, &mut self.scratch())
-    }
-
-    fn local(&self) -> Option<Box<dyn Energy + '_>> {
-        self.energy.local()
-    }
-
-    fn terms(&self, x: &[f64]) -> Vec<(String, f64)> {
-        self.energy.terms(x)
-    }
-
-    fn invalid_reason(&self, x: &[f64]) -> Option<String> {
-        self.energy.invalid_reason(x)
+    fn with_cache(&self) -> Option<Box<dyn Energy + '_>> {
+        self.energy.with_cache()
     }
 }

@@ -20,7 +20,7 @@ use super::term::{
     Alignment, Distance, ForceClosure, Intrusion, JointLimits, Penetration, Prior, Rank,
     SelfPenetration, Term,
 };
-use crate::energy::Energy;
+use crate::energy::{Energy, Explain, Piecewise};
 use crate::hand::Hand;
 use crate::object::Object;
 use crate::space::{PoseMetric, PoseSpace, Space};
@@ -32,7 +32,7 @@ use crate::space::{PoseMetric, PoseSpace, Space};
 /// ```
 ///
 /// Continuous and piecewise C¹: the best contact set changes on seams. Every term is C¹ for a fixed set
-/// ([`Energy::evaluate_choice`]).
+/// ([`Piecewise::evaluate_piece`]).
 #[derive(Debug)]
 pub struct GraspEnergy {
     hand: Arc<Hand>,
@@ -358,15 +358,29 @@ impl Energy for GraspEnergy {
         self.evaluate_below(x, gradient, f64::INFINITY)
     }
 
+    fn piecewise(&self) -> Option<&dyn Piecewise> {
+        Some(self)
+    }
+
+    fn explain(&self) -> Option<&dyn Explain> {
+        Some(self)
+    }
+}
+
+impl Piecewise for GraspEnergy {
+    fn active_piece(&self, x: &[f64]) -> Vec<u32> {
+        self.with_scratch(x, |scratch| self.best_choice(x, scratch))
+    }
+
+    fn evaluate_piece(&self, x: &[f64], piece: &[u32], gradient: &mut [f64]) -> f64 {
+        self.evaluate_ramped(x, piece, Ramp::default(), gradient)
+    }
+
     fn evaluate_below(&self, x: &[f64], gradient: &mut [f64], cutoff: f64) -> f64 {
         self.with_scratch(x, |scratch| self.envelope(x, gradient, cutoff, scratch))
     }
 
-    fn evaluate_roughly_above(&self, x: &[f64], gradient: &mut [f64], ceiling: f64) -> f64 {
-        self.choose_roughly_above(x, gradient, ceiling).0
-    }
-
-    fn choose_roughly_above(
+    fn evaluate_roughly_above(
         &self,
         x: &[f64],
         gradient: &mut [f64],
@@ -375,18 +389,12 @@ impl Energy for GraspEnergy {
         self.with_scratch(x, |scratch| self.roughly(x, gradient, ceiling, scratch))
     }
 
-    fn choice(&self, x: &[f64]) -> Vec<u32> {
-        self.with_scratch(x, |scratch| self.best_choice(x, scratch))
-    }
-
-    fn evaluate_choice(&self, x: &[f64], choice: &[u32], gradient: &mut [f64]) -> f64 {
-        self.evaluate_ramped(x, choice, Ramp::default(), gradient)
-    }
-
-    fn local(&self) -> Option<Box<dyn Energy + '_>> {
+    fn with_cache(&self) -> Option<Box<dyn Energy + '_>> {
         Some(Box::new(self.with_own_memory()))
     }
+}
 
+impl Explain for GraspEnergy {
     /// At the best contact set, or at a good one where even that costs so much that none is worth finding.
     fn terms(&self, x: &[f64]) -> Vec<(String, f64)> {
         let choice = self.with_scratch(x, |scratch| {
@@ -442,7 +450,7 @@ impl GraspEnergy {
         })
     }
 
-    /// Names of the terms, in the order of [`Energy::terms`].
+    /// Names of the terms, in the order of [`Explain::terms`].
     pub fn term_names(&self) -> Vec<String> {
         self.contact_terms()
             .chain(self.depth_terms())

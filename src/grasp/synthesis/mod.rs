@@ -16,7 +16,7 @@ pub use self::start::Given;
 use super::energy::GraspEnergy;
 use super::filter::judge;
 use super::press::{PressSettings, firmness, press};
-use crate::energy::Energy;
+use crate::energy::{Energy, Piecewise};
 use crate::optimize::{self, QuenchSettings};
 use crate::sample::{Rng, State, Task, stream};
 
@@ -191,7 +191,7 @@ fn run(
 
 /// The descent from a given grasp.
 fn refine_given(energy: &GraspEnergy, refine: &QuenchSettings, given: &Given<'_>) -> Synthesized {
-    let contacts = energy.choice(given.x);
+    let contacts = energy.active_piece(given.x);
     let mut found = Synthesized {
         chain: 0,
         raw: given.x.to_vec(),
@@ -303,14 +303,14 @@ fn finish(
             close(energy, &mut found);
         }
         Refinement::Held => {
-            let quench = optimize::quench_choice(energy, &found.contacts, &found.refined, refine);
+            let quench = optimize::quench_piece(energy, &found.contacts, &found.refined, refine);
             found.evaluations += quench.evaluations as u64;
             found.refined = quench.x;
             found.energy = quench.energy;
         }
         Refinement::Noisy | Refinement::None => {
             let mut unused = vec![0.0; energy.space().tangents()];
-            found.energy = energy.evaluate_choice(&found.refined, &found.contacts, &mut unused);
+            found.energy = energy.evaluate_piece(&found.refined, &found.contacts, &mut unused);
         }
     }
     let passes = passes(&found);
@@ -327,16 +327,16 @@ fn is_grasp(energy: &GraspEnergy, refinement: Refinement, found: &Synthesized) -
 fn close(energy: &GraspEnergy, found: &mut Synthesized) {
     let settings = PressSettings::default();
     found.refined = press(energy, &found.refined, &found.contacts, &settings);
-    found.contacts = energy.choice(&found.refined);
+    found.contacts = energy.active_piece(&found.refined);
     let mut unused = vec![0.0; energy.space().tangents()];
-    found.energy = energy.evaluate_choice(&found.refined, &found.contacts, &mut unused);
+    found.energy = energy.evaluate_piece(&found.refined, &found.contacts, &mut unused);
     found.evaluations += 1;
 }
 
 fn descend(energy: &GraspEnergy, settings: &QuenchSettings, found: &mut Synthesized) {
     let quench = optimize::quench(energy, &found.refined, settings);
     found.evaluations += quench.evaluations as u64;
-    found.contacts = energy.choice(&quench.x);
+    found.contacts = energy.active_piece(&quench.x);
     found.refined = quench.x;
     found.energy = quench.energy;
 }

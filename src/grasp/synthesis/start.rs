@@ -6,7 +6,7 @@ use rand_distr::{Distribution, StandardNormal};
 use super::annealed::Schedule;
 use super::released::gaussian_pose;
 use super::{Start, SynthesisSettings};
-use crate::energy::Energy;
+use crate::energy::{Energy, Piecewise};
 use crate::grasp::energy::GraspEnergy;
 use crate::grasp::start::start_pose_facing;
 use crate::sample::{Rng, State};
@@ -43,7 +43,7 @@ pub(super) fn given_start(energy: &GraspEnergy, given: &Given<'_>, rng: &mut Rng
         space.exp(&mut coordinates, &tangent);
     }
     State {
-        discrete: energy.choice(&coordinates),
+        discrete: energy.active_piece(&coordinates),
         coordinates,
         ..State::default()
     }

@@ -94,12 +94,13 @@ impl<'e> Images<'e> {
 
     /// Appends an image at rest.
     fn push(&mut self, x: Vec<f64>) {
-        let local: Option<Arc<dyn Energy + 'e>> = self.energy.local().map(Arc::from);
+        let local: Option<Arc<dyn Energy + 'e>> = self.energy.with_cache().map(Arc::from);
         let mut gradient = vec![0.0; self.scales.len()];
         let energy = local
             .as_deref()
             .unwrap_or(self.energy)
-            .evaluate_roughly_above(&x, &mut gradient, self.manner.ceiling);
+            .evaluate_roughly_above(&x, &mut gradient, self.manner.ceiling)
+            .0;
         self.path.images.push(x);
         self.path.energies.push(energy);
         self.gradients.push(gradient);
@@ -366,7 +367,8 @@ impl<'e> Images<'e> {
             }
             let mut gradient = vec![0.0; self.scales.len()];
             let local = self.local[i].as_deref().unwrap_or(self.energy);
-            let energy = local.evaluate_roughly_above(&image, &mut gradient, self.manner.ceiling);
+            let ceiling = self.manner.ceiling;
+            let (energy, _) = local.evaluate_roughly_above(&image, &mut gradient, ceiling);
             if energy.is_finite() || !self.path.energies[i].is_finite() {
                 self.path.images[i] = image;
                 self.path.energies[i] = energy;

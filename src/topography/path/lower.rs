@@ -162,7 +162,7 @@ impl<'e> Kinked<'e> {
         let mut gradient = vec![0.0; self.space().tangents()];
         let (energy, choice) = self
             .energy
-            .choose_roughly_above(&x, &mut gradient, self.ceiling);
+            .evaluate_roughly_above(&x, &mut gradient, self.ceiling);
         Node {
             x,
             energy,
@@ -183,7 +183,8 @@ impl<'e> Kinked<'e> {
 
     /// The choice at `node`. Most nodes are never asked, and proofs far up are long.
     fn choice<'n>(&self, node: &'n Node) -> &'n [u32] {
-        node.choice.get_or_init(|| self.energy.choice(&node.x))
+        node.choice
+            .get_or_init(|| self.energy.active_piece(&node.x))
     }
 
     /// Puts nodes between those that are further apart than the spacing.
@@ -293,6 +294,7 @@ impl<'e> Kinked<'e> {
         let mut height = |s: f64| {
             self.energy
                 .evaluate_roughly_above(&point(s), &mut gradient, self.ceiling)
+                .0
         };
         let (mut low, mut middle, mut high) = (0.0, GOLDEN, 1.0);
         let mut value = height(middle);

@@ -89,7 +89,7 @@ impl Peak {
             }
         };
         // A smooth top is found from afar; a kinked one must be bracketed closely, to see which choices tie there.
-        let probes = if energy.choice(&path.images[0]).is_empty() {
+        let probes = if energy.active_piece(&path.images[0]).is_empty() {
             4
         } else {
             12
@@ -103,8 +103,9 @@ impl Peak {
             } else {
                 middle - GOLDEN * (middle - low)
             };
-            let height =
-                energy.evaluate_roughly_above(&point(probe), &mut gradient, images.manner.ceiling);
+            let height = energy
+                .evaluate_roughly_above(&point(probe), &mut gradient, images.manner.ceiling)
+                .0;
             if height > best && height.is_finite() {
                 *(if right { &mut low } else { &mut high }) = middle;
                 (middle, best) = (probe, height);
@@ -125,14 +126,14 @@ impl Peak {
     /// How far from stationary the peak is: the gradient, or the least convex combination of the gradients of the two
     /// choices that meet there.
     pub(super) fn residual(&self, energy: &dyn Energy) -> f64 {
-        let choices = [0, 1].map(|side| energy.choice(&self.sides[side]));
+        let choices = [0, 1].map(|side| energy.active_piece(&self.sides[side]));
         let mut gradients = [vec![0.0; self.tangent.len()], vec![0.0; self.tangent.len()]];
         if choices[0] == choices[1] {
             energy.evaluate(&self.x, &mut gradients[0]);
             return norm(&gradients[0]);
         }
         for (gradient, choice) in gradients.iter_mut().zip(&choices) {
-            energy.evaluate_choice(&self.x, choice, gradient);
+            energy.evaluate_piece(&self.x, choice, gradient);
         }
         least_combination(&gradients[0], &gradients[1])
     }
@@ -150,7 +151,7 @@ impl Peak {
     ) -> Option<Refined> {
         let space = energy.space();
         let mut beside = false;
-        let [before, after] = [0, 1].map(|side| energy.choice(&self.sides[side]));
+        let [before, after] = [0, 1].map(|side| energy.active_piece(&self.sides[side]));
         let seam = before != after;
         let (x, height, residual, mut normal) = if seam {
             let pieces = [Piece::new(energy, before), Piece::new(energy, after)];

@@ -44,7 +44,7 @@ pub struct PathSettings {
     /// For an energy with discrete choices whose kinks lie close: tops are lowered seam by seam instead of pass by pass.
     pub seams: Option<SeamSettings>,
     /// Height above the higher end below which images are evaluated exactly; see
-    /// [`Energy::evaluate_roughly_above`](crate::energy::Energy::evaluate_roughly_above).
+    /// [`Piecewise::evaluate_roughly_above`](crate::energy::Piecewise::evaluate_roughly_above).
     pub exact_below: f64,
     /// Differences of height below this mean nothing.
     pub energy_tolerance: f64,

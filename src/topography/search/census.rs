@@ -416,7 +416,7 @@ impl Census {
         let mut known: Vec<Option<Known>> = self.minima.into_iter().map(Some).collect();
         for minimum in order.iter().filter_map(|old| known[*old].take()) {
             minima.push(Minimum {
-                choice: energy.choice(&minimum.x),
+                choice: energy.active_piece(&minimum.x),
                 coordinates: minimum.x,
                 energy: minimum.energy,
                 members: minimum.draws,
