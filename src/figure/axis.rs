@@ -1,10 +1,10 @@
 //! Round numbers along an axis.
 
-/// Steps smaller than this share of the larger end of a range are not counted off: multiples of a step are told apart up to
-/// 2⁻⁵³ of their size, and numbers that differ so late would fill the sheet with digits.
+/// Smallest step of ticks, as a share of the larger end of a range. Doubles differ only down to 2⁻⁵³ of their size, and
+/// ticks that differ so late would need very long texts.
 const FINEST_STEP: f64 = 1e-13;
 
-/// A range of an axis. Its ends may be farther apart than the largest number, or an ulp.
+/// A range of an axis. Its width may overflow to infinity or be as small as an ulp.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Span {
     /// The lower end.
@@ -14,7 +14,7 @@ pub(super) struct Span {
 }
 
 impl Span {
-    /// Where `value` lies: 0 at the lower end, 1 at the upper end.
+    /// Relative position of `value`: 0 at the lower end, 1 at the upper end.
     pub(super) fn part(self, value: f64) -> f64 {
         let width = self.high - self.low;
         if width.is_finite() {
@@ -25,7 +25,7 @@ impl Span {
         }
     }
 
-    /// The value at a part of the range, which may lie beyond either end; finite.
+    /// The value at a relative position, which may lie beyond either end. The result is always finite.
     #[cfg(any(feature = "topography", test))]
     pub(super) fn at(self, part: f64) -> f64 {
         let width = self.high - self.low;
@@ -37,7 +37,7 @@ impl Span {
         value.clamp(f64::MIN, f64::MAX)
     }
 
-    /// The same range; one that is too narrow for its ends to be told apart on an axis is widened around them.
+    /// The same range. A range too narrow for its ends to differ on an axis is widened around them.
     #[cfg(any(feature = "topography", test))]
     pub(super) fn widened(self) -> Self {
         let Self { low, high } = self;
@@ -56,8 +56,8 @@ impl Span {
     }
 }
 
-/// Round values (1, 2 or 5 times a power of ten apart) inside [`low`, `high`], about `wanted` of them. Only `low` where there
-/// is no range, or one too narrow for numbers to be told apart in it.
+/// Round values (1, 2 or 5 times a power of ten apart) inside [`low`, `high`], about `wanted` of them. The result is only
+/// `low` if the range is empty or too narrow for distinct ticks.
 pub fn ticks(low: f64, high: f64, wanted: usize) -> Vec<f64> {
     let wanted = wanted.max(1) as f64;
     let mut raw = (high - low) / wanted;
@@ -91,7 +91,7 @@ pub fn ticks(low: f64, high: f64, wanted: usize) -> Vec<f64> {
     values
 }
 
-/// The ticks as texts, all with as many decimals as their spacing needs.
+/// Texts of the ticks, all with as many decimals as their spacing needs.
 pub fn tick_texts(values: &[f64]) -> Vec<String> {
     let spacing = values
         .windows(2)
@@ -136,15 +136,16 @@ pub fn number(value: f64) -> String {
     }
 }
 
-/// Round values inside [`low`, `high`] (both positive) for a logarithmic axis, about `wanted` of them: powers of ten, with
-/// 2 and 5 times them between where there are few, and evenly spaced ones where there are hardly any.
+/// Round values inside [`low`, `high`] (both positive) for a logarithmic axis, about `wanted` of them. They are powers of
+/// ten. If these are few, 2 and 5 times powers of ten are added; if there are fewer than three within one decade, the
+/// values are evenly spaced instead.
 pub fn log_ticks(low: f64, high: f64, wanted: usize) -> Vec<f64> {
     let [first, last] = [low, high].map(f64::log10);
     if !(last > first && first.is_finite() && last.is_finite()) {
         return vec![low];
     }
     let span = last - first;
-    // Between 1, 2, 5 and 10 times a power of ten lie about equal steps.
+    // The steps between 1, 2, 5 and 10 times a power of ten are about equal.
     let factors: &[f64] = if span < 0.34 * wanted as f64 {
         &[1.0, 2.0, 5.0]
     } else {
@@ -176,7 +177,7 @@ pub fn log_ticks(low: f64, high: f64, wanted: usize) -> Vec<f64> {
     }
 }
 
-/// Ticks of a logarithmic axis as texts: plain numbers near one, powers of ten elsewhere.
+/// Texts of the ticks of a logarithmic axis: plain numbers near one, powers of ten elsewhere.
 pub fn log_tick_texts(values: &[f64]) -> Vec<String> {
     let exponents = values.iter().map(|value| value.log10());
     let near_one = exponents.clone().all(|e| (-3.1..4.1).contains(&e));
@@ -200,7 +201,7 @@ pub fn log_tick_texts(values: &[f64]) -> Vec<String> {
         .collect()
 }
 
-/// 10^exponent, exact where that is a number.
+/// 10^exponent, correctly rounded.
 fn power_of_ten(exponent: f64) -> f64 {
     format!("1e{exponent:.0}").parse().unwrap_or(f64::NAN)
 }
@@ -216,7 +217,7 @@ fn digits_between(large: f64, small: f64) -> usize {
     (first(large) - first(small)).clamp(0.0, 17.0) as usize
 }
 
-/// With a typographic minus sign.
+/// Replaces hyphens by typographic minus signs.
 fn minus(text: &str) -> String {
     text.replace('-', "−")
 }

@@ -1,4 +1,4 @@
-//! The barrier graph: minima in the plane, near each other where the way between them is low.
+//! The barrier graph: minima in the plane, near each other if the barrier between them is low.
 
 use petgraph::unionfind::UnionFind;
 
@@ -16,7 +16,7 @@ use super::{FigureError, axis, text_width};
 use crate::topography::{Evidence, Network};
 
 const LABEL_RADIUS: f64 = 10.0;
-/// Width of the line of a typical barrier; thinnest and thickest line.
+/// Width of the line of a typical barrier. `WIDTHS` are the thinnest and the thickest line.
 const TYPICAL_WIDTH: f64 = 2.6;
 const WIDTHS: [f64; 2] = [0.7, 9.0];
 
@@ -25,9 +25,9 @@ const WIDTHS: [f64; 2] = [0.7, 9.0];
 pub struct Link {
     /// Numbers of the minima.
     pub ends: [usize; 2],
-    /// Highest energy on the way.
+    /// Highest energy on the path.
     pub height: f64,
-    /// What the height is worth; [`Evidence::None`] is not drawn.
+    /// Evidence for the height. Links with [`Evidence::None`] are not drawn.
     pub evidence: Evidence,
 }
 
@@ -36,24 +36,25 @@ pub struct Link {
 pub struct BarrierPicture {
     /// Energy of each minimum.
     pub energies: Vec<f64>,
-    /// Description of each minimum; where nothing is labelled, energy colours the circles.
+    /// Description of each minimum. Energy colours the circles if no minimum has a label.
     pub leaves: Vec<Leaf>,
     /// The connections.
     pub links: Vec<Link>,
-    /// Title, or nothing.
+    /// Title; empty for none.
     pub title: String,
     /// Name of the energy, for the colour bar.
     pub energy_label: String,
-    /// What the circles count, plural.
+    /// Plural noun for the members that the circles count.
     pub members_label: String,
-    /// Seed of the layout; it matters only where the layout is ambiguous.
+    /// Seed of the layout. It matters only if the layout is ambiguous.
     pub seed: u64,
     /// Width and height in canvas units.
     pub size: [u32; 2],
 }
 
 impl BarrierPicture {
-    /// Most minima of a picture: more circles and lines hide each other, and the layout looks at all pairs.
+    /// Largest number of minima of a picture. More circles and lines would hide each other, and the cost of the layout
+    /// grows with the number of pairs.
     pub const MOST_NODES: usize = 500;
 
     /// Picture of `network`, without labels.
@@ -86,14 +87,13 @@ impl BarrierPicture {
 
     /// Draws the picture.
     ///
-    /// Distances in the plane follow path lengths over the square roots of relative barriers (height above the higher
-    /// end); minimax heights would be an ultrametric, which the plane cannot show. Lines are the thicker the lower the
-    /// barrier, ∝ barrier^(−½), dashed where only an upper bound is known, and dark where they belong to the spanning tree
-    /// of lowest barriers.
+    /// Distances in the plane follow path lengths over the square roots of relative barriers (height above the higher end).
+    /// Minimax heights would form an ultrametric, which the plane cannot show. The width of a line is ∝ barrier^(−½). A
+    /// line is dashed if only an upper bound is known, and dark if it belongs to the spanning tree of lowest barriers.
     ///
     /// # Errors
-    /// [`FigureError::Leaves`], [`FigureError::NoSuchNode`] and [`FigureError::NotFinite`] if the fields do not fit each
-    /// other, [`FigureError::TooMany`] for more minima than [`BarrierPicture::MOST_NODES`].
+    /// [`FigureError::Leaves`], [`FigureError::NoSuchNode`] or [`FigureError::NotFinite`] if the fields are inconsistent;
+    /// [`FigureError::TooMany`] for more minima than [`BarrierPicture::MOST_NODES`].
     pub fn draw(&self) -> Result<Canvas, FigureError> {
         self.check()?;
         let drawn = |link: &&Link| link.evidence != Evidence::None && link.height.is_finite();
@@ -158,7 +158,7 @@ impl BarrierPicture {
         }
     }
 
-    /// Circles cover about a tenth of the plane.
+    /// Scale at which circles cover about a tenth of the plane.
     fn disc_scale(&self, area: f64) -> DiscScale {
         let total: usize = self.leaves.iter().map(|leaf| leaf.members.max(1)).sum();
         let most = most_members(&self.leaves);
@@ -269,7 +269,7 @@ impl BarrierPicture {
     }
 }
 
-/// The lowest link of each pair (of equal heights the one with the best evidence), without loops, sorted by ends.
+/// The lowest link of each pair, without loops, sorted by ends. Among equal heights the best evidence is kept.
 fn lowest_links(links: impl Iterator<Item = Link>) -> Vec<Link> {
     let sorted = |[a, b]: [usize; 2]| [a.min(b), a.max(b)];
     let mut links: Vec<Link> = links
@@ -294,7 +294,7 @@ fn dashed(colour: Colour, width: f64) -> Stroke {
 }
 
 fn draw_links(canvas: &mut Canvas, links: &[Link], widths: &Widths, points: &[[f64; 2]]) {
-    // Pale before dark, thin before thick.
+    // Pale lines before dark ones and thin lines before thick ones.
     let mut order: Vec<usize> = (0..links.len()).collect();
     order.sort_by(|&a, &b| {
         let by_barrier = widths.barriers[b].total_cmp(&widths.barriers[a]);
@@ -320,14 +320,14 @@ fn draw_links(canvas: &mut Canvas, links: &[Link], widths: &Widths, points: &[[f
     }
 }
 
-/// How barriers become widths and lengths.
+/// Widths and lengths of links from their barriers.
 #[derive(Debug)]
 struct Widths {
     /// Relative barrier of each link.
     barriers: Vec<f64>,
     /// Whether the link belongs to the spanning tree of lowest heights.
     in_tree: Vec<bool>,
-    /// Median over the tree: drawn with the typical width, one unit long.
+    /// Median barrier over the tree. A link of this barrier has the typical width and length 1.
     typical: f64,
 }
 
@@ -367,8 +367,8 @@ impl Widths {
         (TYPICAL_WIDTH * self.typical / barrier.max(f64::MIN_POSITIVE)).clamp(WIDTHS[0], WIDTHS[1])
     }
 
-    /// Length of a link in the layout: grows with the barrier, but no barrier is no reason to sit on top of each other,
-    /// and one huge barrier shall not shrink everything else.
+    /// Length of a link in the layout. It grows with the barrier but is never zero, so that circles do not coincide, and it
+    /// is bounded, so that one huge barrier does not shrink everything else.
     fn length(&self, barrier: f64) -> f64 {
         0.35 + 0.65 * (barrier / self.typical).sqrt().min(5.0)
     }
@@ -379,7 +379,7 @@ impl Widths {
         barriers.map(|(link, &barrier)| (link.ends, self.length(barrier)))
     }
 
-    /// Low, middle and high barriers for the legend.
+    /// Low, middle and high barriers, for the legend.
     fn typical(&self) -> Vec<f64> {
         let mut sorted = self.barriers.clone();
         sorted.sort_by(f64::total_cmp);

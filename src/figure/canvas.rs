@@ -1,7 +1,7 @@
-//! A sheet of marks (lines, polygons, circles, texts, images) and how it becomes an SVG or PNG file.
+//! A sheet of marks (lines, polygons, circles, texts, images), and its output as SVG or PNG.
 //!
-//! Pictures put marks on a [`Canvas`] in their own units, y downward; nothing is rasterised before [`Canvas::save`], so
-//! tests can ask a picture what it drew. DejaVu Sans travels inside the program: no font is needed on the machine.
+//! Pictures put marks on a [`Canvas`] in canvas units, y downward. Nothing is rasterised before [`Canvas::save`], so tests
+//! can query the marks of a picture. DejaVu Sans is embedded in the program, so no installed font is needed.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -19,9 +19,9 @@ use super::{FigureError, dash};
 use crate::atomic_file;
 use crate::printable::printable;
 
-/// SVG coordinates are whole numbers in plotters; drawing ten times as large keeps a tenth of a unit.
+/// plotters writes whole numbers as SVG coordinates. Drawing ten times as large keeps a tenth of a unit.
 const SVG_SCALE: u32 = 10;
-/// A bitmap is drawn this many times too large in each direction and averaged: smooth edges.
+/// Factor by which a bitmap is drawn too large in each direction; averaging then smooths the edges.
 const SUPERSAMPLING: u32 = 2;
 
 #[derive(Debug, Clone)]
@@ -47,13 +47,13 @@ enum Mark {
     },
     Image {
         at: [u32; 2],
-        /// Pixels of the image a unit.
+        /// Pixels of the image per canvas unit.
         density: u32,
         image: Image,
     },
 }
 
-/// A white sheet of marks, painted in the order they were put.
+/// A white sheet of marks, painted in the order in which they were added.
 #[derive(Debug, Clone)]
 pub struct Canvas {
     width: u32,
@@ -63,7 +63,7 @@ pub struct Canvas {
 }
 
 impl Canvas {
-    /// An empty sheet of the given size; a PNG gets two pixels a unit.
+    /// An empty sheet of the given size. PNG files have two pixels per unit.
     pub fn new(width: u32, height: u32) -> Self {
         Self {
             width,
@@ -73,7 +73,7 @@ impl Canvas {
         }
     }
 
-    /// With another resolution of PNG files.
+    /// Sets another resolution of PNG files.
     ///
     /// # Panics
     /// If `pixels_per_unit` is zero.
@@ -86,7 +86,7 @@ impl Canvas {
         }
     }
 
-    /// The same sheet with so many units more at its lower edge.
+    /// The same sheet, extended by `height` units at its lower edge.
     #[must_use]
     pub fn with_room_below(self, height: u32) -> Self {
         Self {
@@ -113,7 +113,7 @@ impl Canvas {
         }
     }
 
-    /// Straight lines from point to point; dashes run on around corners.
+    /// Straight lines from point to point. A dash pattern continues around corners.
     pub fn polyline(&mut self, points: &[[f64; 2]], stroke: Stroke) {
         let pattern = stroke.dash.unwrap_or([f64::INFINITY, 0.0]);
         self.solid(dash::polyline(points, pattern), stroke);
@@ -164,7 +164,7 @@ impl Canvas {
         self.circle(centre, radius, fill);
     }
 
-    /// A line of text; of characters that would command instead of being shown, replacements are.
+    /// A line of text. Characters that would act as commands are replaced by visible ones.
     pub fn text(&mut self, at: [f64; 2], text: &str, face: TextFace) {
         if !text.is_empty() {
             self.marks.push(Mark::Text {
@@ -175,17 +175,16 @@ impl Canvas {
         }
     }
 
-    /// An image with its upper left corner at `at`, one pixel a unit.
+    /// An image with its upper left corner at `at`, one pixel per unit.
     pub fn image(&mut self, at: [u32; 2], image: Image) {
         self.fine_image(at, 1, image);
     }
 
-    /// An image with its upper left corner at `at`, `density` of its pixels a unit. An SVG document holds its pixels, above
-    /// everything else that is drawn.
+    /// An image with its upper left corner at `at`, with `density` pixels per unit. In an SVG document, images are embedded
+    /// above all other marks.
     ///
     /// # Panics
-    /// If a pixel of the canvas is no whole number of pixels of the image, or the other way round: `density` divides twice
-    /// the number of pixels a unit.
+    /// If `density` does not divide twice the number of pixels per unit of the canvas.
     pub fn fine_image(&mut self, at: [u32; 2], density: u32, image: Image) {
         let finest = self.pixels_per_unit * SUPERSAMPLING;
         assert!(
@@ -195,8 +194,8 @@ impl Canvas {
         self.marks.push(Mark::Image { at, density, image });
     }
 
-    /// All texts, with the rectangle each takes (left, top, right, bottom): what a test for clipped or overlapping
-    /// labels asks.
+    /// All texts with the rectangle that each takes (left, top, right, bottom), for tests that look for clipped or
+    /// overlapping labels.
     pub fn texts(&self) -> Vec<(&str, [f64; 4])> {
         let mut texts = Vec::new();
         for mark in &self.marks {
@@ -225,7 +224,7 @@ impl Canvas {
     /// The sheet as an SVG document.
     ///
     /// # Errors
-    /// [`FigureError::Draw`] if the drawing library refuses.
+    /// [`FigureError::Draw`] if the drawing library fails.
     pub fn to_svg(&self) -> Result<String, FigureError> {
         let mut document = String::new();
         let size = (self.width * SVG_SCALE, self.height * SVG_SCALE);
@@ -278,7 +277,7 @@ impl Canvas {
     /// The sheet as pixels.
     ///
     /// # Errors
-    /// [`FigureError::Draw`] if the drawing library refuses.
+    /// [`FigureError::Draw`] if the drawing library fails.
     pub fn to_image(&self) -> Result<Image, FigureError> {
         let scale = self.pixels_per_unit * SUPERSAMPLING;
         let mut large = Image::filled(self.width * scale, self.height * scale, [255; 3]);
@@ -289,7 +288,7 @@ impl Canvas {
         Ok(large.reduced(SUPERSAMPLING))
     }
 
-    /// Writes the sheet as `.svg` or `.png`, whichever the path says. The file appears complete or not at all.
+    /// Writes the sheet as `.svg` or `.png`, according to the ending of `path`. The file appears complete or not at all.
     ///
     /// # Errors
     /// [`FigureError::Format`] for another ending, [`FigureError::Write`] if the file cannot be written.
@@ -301,10 +300,10 @@ impl Canvas {
         })
     }
 
-    /// The sheet as the bytes of an `.svg` or `.png` file, whichever the path says.
+    /// The sheet as the bytes of an `.svg` or `.png` file, according to the ending of `path`.
     ///
     /// # Errors
-    /// [`FigureError::Format`] for another ending, [`FigureError::Draw`] if the drawing library refuses.
+    /// [`FigureError::Format`] for another ending, [`FigureError::Draw`] if the drawing library fails.
     pub fn encode(&self, path: &Path) -> Result<Vec<u8>, FigureError> {
         let ending = path.extension().and_then(|ending| ending.to_str());
         match ending.map(str::to_ascii_lowercase).as_deref() {
@@ -363,7 +362,7 @@ impl Canvas {
                     } else {
                         vec![(0.0, text.clone(), *face)]
                     };
-                    // The text's downward direction is to the right where it runs upward.
+                    // For upward text, the direction below the text is to the right.
                     let lower = (BASE_LINE - setting.base_line) * face.size;
                     runs.iter().try_for_each(|(along, run, face)| {
                         let style = face.plotters(factor * setting.size_per_em);
@@ -410,7 +409,7 @@ fn undrawn(error: &impl ToString) -> FigureError {
     }
 }
 
-/// Nearest whole pixel; what lies absurdly far outside stays outside.
+/// Nearest whole pixel, clamped to ±10⁹ so that points far outside stay outside.
 #[expect(
     clippy::cast_possible_truncation,
     reason = "clamped to the range of i32 first"

@@ -1,7 +1,7 @@
-//! Dashed lines as the solid pieces they consist of.
+//! Splits dashed lines into their solid pieces.
 
-/// The dashes of a straight line with the pattern (length of a dash, length of a gap). It starts and ends with a dash:
-/// dashes and gaps shrink or grow together so that a whole number of them fits.
+/// The dashes of a straight line with the pattern (length of a dash, length of a gap). The line starts and ends with a
+/// dash: dashes and gaps are scaled so that a whole number of them fits.
 pub(super) fn line(from: [f64; 2], to: [f64; 2], [dash, gap]: [f64; 2]) -> Vec<[[f64; 2]; 2]> {
     let length = (to[0] - from[0]).hypot(to[1] - from[1]);
     let at = |distance: f64| between(from, to, (distance / length).min(1.0));
@@ -16,10 +16,10 @@ pub(super) fn line(from: [f64; 2], to: [f64; 2], [dash, gap]: [f64; 2]) -> Vec<[
     dashes
 }
 
-/// The dashes of straight lines from point to point; the pattern runs on around corners.
+/// The dashes of straight lines from point to point. The pattern continues around corners.
 pub(super) fn polyline(points: &[[f64; 2]], pattern: [f64; 2]) -> Vec<[[f64; 2]; 2]> {
     let mut dashes = Vec::new();
-    // Dashes and gaps in turn: which of the two, and how much of it is left.
+    // Whether the current piece is a gap, and its remaining length.
     let (mut gap, mut left) = (0, pattern[0]);
     for pair in points.windows(2) {
         let [from, to] = [pair[0], pair[1]];
@@ -32,7 +32,7 @@ pub(super) fn polyline(points: &[[f64; 2]], pattern: [f64; 2]) -> Vec<[[f64; 2];
             }
             left -= end - start;
             start = end;
-            // A rest that vanishes against the coordinates would never be used up.
+            // A remainder that vanishes against the coordinates would never be used up.
             if left <= 1e-6 {
                 gap = 1 - gap;
                 left = pattern[gap];

@@ -4,8 +4,8 @@ use super::chart::{Axis, BandPoint, Chart, Mark, Panel, Series};
 use super::theme::{INK, sequential, series};
 use crate::topography::{Diagram, Isotherm, Threshold};
 
-/// Three panels: between which forces chains become certain to arrive (median over pairs and directions, with quartiles), how
-/// many groups they make, and how alike the replicas' groups are. `unit` is that of the force.
+/// Chart of three panels: the forces between which chains become certain to arrive (median over pairs and directions, with
+/// quartiles), the number of groups, and the agreement between replicas. `unit` is the unit of the force.
 pub fn diagram_chart(title: &str, unit: &str, diagram: &Diagram) -> Chart {
     let force = if unit.is_empty() {
         "force F = αT".to_owned()
@@ -52,7 +52,7 @@ pub fn diagram_chart(title: &str, unit: &str, diagram: &Diagram) -> Chart {
     }
 }
 
-/// A force of a threshold.
+/// Selects one of the forces of a threshold.
 type Value = fn(&Threshold) -> Option<f64>;
 
 fn thresholds(force: &str, diagram: &Diagram) -> Panel {
@@ -62,7 +62,7 @@ fn thresholds(force: &str, diagram: &Diagram) -> Panel {
         ("all chains arrive", |threshold| threshold.always),
     ];
     for (k, (name, value)) in kinds.into_iter().enumerate() {
-        // A threshold beyond the grid is not known, but it is higher than all others.
+        // A threshold beyond the grid is unknown but higher than all others.
         let quartile = |row: &Isotherm, quarters: usize| {
             let mut values: Vec<f64> = (row.thresholds.iter())
                 .map(|threshold| value(threshold).unwrap_or(f64::INFINITY))

@@ -1,4 +1,4 @@
-//! The disconnectivity graph (Becker and Karplus 1997): which minima become connected at which energy.
+//! The disconnectivity graph (Becker and Karplus 1997): it shows at which energy minima become connected.
 
 use super::axis::Span;
 use super::canvas::Canvas;
@@ -15,7 +15,7 @@ use super::{FigureError, axis, text_width};
 use crate::topography::{Evidence, Network, Tree, support};
 
 const LABEL_RADIUS: f64 = 9.0;
-/// Least support of each mark, its fill, and what the legend calls it.
+/// Least support for each mark, the fill of the mark, and its text in the legend.
 const SUPPORT: [(f64, Colour, &str); 3] = [
     (0.95, INK, "95 % or more"),
     (0.70, PALE_LINE, "70 to 95 %"),
@@ -25,35 +25,35 @@ const SUPPORT: [(f64, Colour, &str); 3] = [
 /// A merge tree with a circle at the end of every branch.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DisconnectivityPicture {
-    /// What is drawn; heights and energies of all nodes must be finite.
+    /// The tree. Heights and energies of all nodes must be finite.
     pub tree: Tree,
     /// Description of leaf i of the tree, for every i.
     pub leaves: Vec<Leaf>,
-    /// Title, or nothing.
+    /// Title; empty for none.
     pub title: String,
     /// Name and unit of the energy axis.
     pub energy_label: String,
-    /// What the circles count, plural: heading of their legend.
+    /// Plural noun for the members that the circles count; it heads their legend.
     pub members_label: String,
-    /// Legend of trees that nothing joins.
+    /// Text in the legend about trees that are not connected to each other.
     pub apart: String,
-    /// Trees of resampled chains with the leaves of `tree`: each merge is marked by its support among them
-    /// ([`support`]). Empty for no marks.
+    /// Trees of resampled chains with the leaves of `tree`. Each merge is marked by its support among them ([`support`]).
+    /// No marks are drawn if this is empty.
     pub resampled: Vec<Tree>,
     /// Order of the branches.
     pub order: LeafOrder,
     /// Width and height of the graph in canvas units.
     pub size: [u32; 2],
-    /// Pictures of some leaves, which go below the graph in the order of the branches; the line above each has the colour of
-    /// the leaf's disc, where that is labelled.
+    /// Pictures of some leaves. They stand below the graph in the order of the branches, and the line above each has the
+    /// colour of the leaf's disc if the leaf has a label.
     pub examples: Vec<(usize, Picture)>,
 }
 
 impl DisconnectivityPicture {
-    /// Most leaves of a picture: on a sheet of the usual width they are a pixel or two of its file apart.
+    /// Largest number of leaves. On a sheet of the usual width they are then one or two pixels apart.
     pub const MOST_LEAVES: usize = 2000;
 
-    /// Picture of `tree` with the members that `network` names, without labels.
+    /// Picture of `tree` with the numbers of members in `network`, without labels.
     pub fn new(tree: Tree, network: &Network) -> Self {
         Self {
             tree,
@@ -69,12 +69,12 @@ impl DisconnectivityPicture {
         }
     }
 
-    /// Draws the picture: energy upward, leaves side by side, merges as bars. A merge that rests on something worse
-    /// than [`Evidence::Path`] is dashed and pale, down to what it joins.
+    /// Draws the picture: energy upward, leaves side by side, merges as bars. A merge with evidence worse than
+    /// [`Evidence::Path`] is dashed and pale, down to its children.
     ///
     /// # Errors
-    /// [`FigureError::Leaves`] and [`FigureError::NotFinite`] if the fields do not fit each other, [`FigureError::TooMany`]
-    /// for more leaves than [`DisconnectivityPicture::MOST_LEAVES`].
+    /// [`FigureError::Leaves`] or [`FigureError::NotFinite`] if the fields are inconsistent; [`FigureError::TooMany`] for
+    /// more leaves than [`DisconnectivityPicture::MOST_LEAVES`].
     pub fn draw(&self) -> Result<Canvas, FigureError> {
         let count = leaf_count(&self.tree);
         if self.leaves.len() != count {
@@ -130,7 +130,7 @@ impl DisconnectivityPicture {
             .map_or(0, |side| row_height(side, lines.unwrap_or(0)).ceil() as u32)
     }
 
-    /// Circles overlap a little where leaves are many; neighbours rarely have the same energy.
+    /// Scale of the circles. They overlap a little if there are many leaves, but neighbours rarely have the same energy.
     fn disc_scale(&self, layout: &TreeLayout, width: f64) -> DiscScale {
         let spacing = 0.7 * width / (layout.width + 1.0);
         let most = most_members(&self.leaves);
@@ -187,14 +187,14 @@ fn upper_bound(width: f64) -> Stroke {
     Stroke::dashed(PALE_LINE, width, 9.0, 6.0)
 }
 
-/// Where data goes on the canvas.
+/// Mapping of the data to the canvas.
 struct Plot<'a> {
     picture: &'a DisconnectivityPicture,
     layout: &'a TreeLayout,
     scale: DiscScale,
-    /// Canvas x of leaf place 0, and canvas units a leaf.
+    /// Canvas x of the first leaf, and canvas units per leaf.
     x: [f64; 2],
-    /// From the lowest to the highest node.
+    /// Range from the lowest to the highest node.
     energies: Span,
     /// Canvas y of the ends of this range.
     y: [f64; 2],
@@ -236,7 +236,7 @@ impl<'a> Plot<'a> {
         };
         let height = f64::from(picture.size[1]);
         let bottom = height - MARGIN;
-        // Room for the circles of the lowest leaves below, for the stems of the roots above.
+        // There is room for the circles of the lowest leaves below and for the stems of the roots above.
         let y = [
             bottom - largest - caption - 6.0,
             top + 0.035 * (bottom - top) + 4.0,
@@ -262,7 +262,7 @@ impl<'a> Plot<'a> {
                 [left, level(value)],
                 Stroke::solid(INK, 2.0),
             );
-            // A tick at the very end of the axis keeps its number on the sheet.
+            // The number of a tick at the very end of the axis stays on the sheet.
             let beside = level(value).min(height - 0.5 * TEXT - 4.0);
             canvas.text(
                 [left - 12.0, beside],
@@ -315,7 +315,7 @@ impl<'a> Plot<'a> {
         let mut examples: Vec<([f64; 2], Picture)> = (self.picture.examples.iter())
             .filter_map(|(leaf, picture)| {
                 let drawn = leaves.get(*leaf)?;
-                // A bar in another colour than the disc that it hangs from would look like a mistake.
+                // A bar in another colour than its leaf's disc would look like a mistake.
                 let own = drawn.label.as_ref().map(|_| fill(drawn, &colours));
                 let at = self.at(*leaf);
                 let picture = Picture {
@@ -339,7 +339,7 @@ impl<'a> Plot<'a> {
 
     fn draw_branches(&self, canvas: &mut Canvas) {
         let width = (0.3 * self.x[1]).clamp(1.0, 2.75);
-        // Uncertain merges first, so that certain ones lie on top.
+        // Uncertain merges are drawn first, so that certain ones lie on top.
         for certain in [false, true] {
             for (index, node) in self.picture.tree.nodes.iter().enumerate() {
                 if node.children.is_empty() || (node.evidence <= Evidence::Path) != certain {
@@ -358,7 +358,7 @@ impl<'a> Plot<'a> {
                     .iter()
                     .map(|end| end[0])
                     .fold(f64::NEG_INFINITY, f64::max);
-                // Half a width beyond the stems makes square corners.
+                // Extending the bar by half a line width beyond the stems makes square corners.
                 canvas.line([first - 0.5 * width, y], [last + 0.5 * width, y], stroke);
                 for end in ends {
                     canvas.line([end[0], y], end, stroke);
@@ -370,7 +370,7 @@ impl<'a> Plot<'a> {
         }
     }
 
-    /// A dot in the middle of each bar.
+    /// Draws a dot in the middle of each bar.
     fn draw_support(&self, canvas: &mut Canvas) {
         let radius = (0.2 * self.x[1]).clamp(2.4, 6.0);
         let found = support(&self.picture.tree, &self.picture.resampled);
@@ -385,7 +385,7 @@ impl<'a> Plot<'a> {
     fn draw_leaves(&self, canvas: &mut Canvas) {
         let leaves = &self.picture.leaves;
         let colours = label_colours(leaves);
-        // Large circles first: small ones stay visible.
+        // Large circles are drawn first, so that small ones stay visible.
         let mut order: Vec<usize> = (0..leaves.len()).collect();
         order.sort_by_key(|&leaf| (std::cmp::Reverse(leaves[leaf].members), leaf));
         let rim = (0.12 * self.x[1]).clamp(0.6, 1.2);

@@ -1,14 +1,15 @@
-//! Horizontal metrics of DejaVu Sans, read from the font itself.
+//! Horizontal metrics of DejaVu Sans, read from the font file.
 //!
-//! Needed because the rasteriser of plotters sets every glyph without its left side bearing (the white before the ink),
-//! which makes "tl" touch and "in" gape. Format: OpenType tables `cmap` (format 12), `hhea` and `hmtx`.
+//! The rasteriser of plotters sets every glyph without its left side bearing (the white before the ink), so "tl" would
+//! touch and "in" would gape. The metrics correct this. They come from the OpenType tables `cmap` (format 12), `hhea` and
+//! `hmtx`.
 
-/// Parts of an em.
+/// Metrics of a glyph, as parts of an em.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Metrics {
-    /// From one glyph to the next.
+    /// Distance from one glyph to the next.
     pub(super) advance: f64,
-    /// White before the ink, negative where the ink begins early.
+    /// White before the ink; negative if the ink begins before the origin.
     pub(super) bearing: f64,
 }
 
@@ -24,7 +25,7 @@ pub(super) fn font(bold: bool) -> &'static [u8] {
     }
 }
 
-/// Metrics of a character; those of the box that stands for a missing glyph where the font has none.
+/// Metrics of a character. If the font lacks it, these are the metrics of the box for a missing glyph.
 pub(super) fn metrics(character: char, bold: bool) -> Metrics {
     let font = font(bold);
     let (cmap, hhea, hmtx) = (
@@ -34,7 +35,7 @@ pub(super) fn metrics(character: char, bold: bool) -> Metrics {
     );
     let glyph = glyph(font, cmap, u32::from(character));
     let full = u32::from(u16_at(font, hhea + 34));
-    // Glyphs past the full records share the last advance and list bearings only.
+    // Glyphs beyond the full records share the last advance and have bearings only.
     let advance = u16_at(font, hmtx + 4 * index(glyph.min(full - 1)));
     let bearing = if glyph < full {
         u16_at(font, hmtx + 4 * index(glyph) + 2)
@@ -47,7 +48,7 @@ pub(super) fn metrics(character: char, bold: bool) -> Metrics {
     }
 }
 
-/// Width of a text whose em is 1.
+/// Width of a text at one unit per em.
 pub(super) fn width(text: &str, bold: bool) -> f64 {
     text.chars()
         .map(|character| metrics(character, bold).advance)

@@ -1,11 +1,11 @@
-//! Pixels.
+//! Raster images.
 
 use super::FigureError;
 
-/// What pictures say of who made them: how the program knows its own files again.
+/// Name of the program in picture files, by which it recognises its own files.
 pub const MAKER: &str = "landscape";
 
-/// Pixels, row by row from the top.
+/// A raster image, row by row from the top.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Image {
     /// Pixels in a row.
@@ -29,7 +29,7 @@ impl Image {
     /// The image as a PNG file.
     ///
     /// # Errors
-    /// As [`FigureError::Draw`]: if the image is empty or its bytes do not match its size.
+    /// [`FigureError::Draw`] if the image is empty or its bytes do not match its size.
     pub fn to_png(&self) -> Result<Vec<u8>, FigureError> {
         let refuse = |error: png::EncodingError| FigureError::Draw {
             message: error.to_string(),

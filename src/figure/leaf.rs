@@ -1,4 +1,4 @@
-//! What a picture says about a minimum (or a group of minima): how many members, which label.
+//! Description of a minimum (or a group of minima) in a picture: its number of members and its label.
 
 use super::canvas::Canvas;
 use super::legend::Legend;
@@ -9,16 +9,16 @@ use crate::topography::Network;
 /// A circle of a picture.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Leaf {
-    /// Number of input points that fell here; the area of the circle is proportional to it, 0 draws a hollow dot.
+    /// Number of members. The area of the circle is proportional to it; 0 draws a hollow dot.
     pub members: usize,
-    /// Category that colours the circle (`power`, `precision`, `intermediate` have fixed colours; others
-    /// take nine colours in turn, so keep to a dozen categories).
+    /// Category that colours the circle. `power`, `precision` and `intermediate` have fixed colours. Others take nine
+    /// colours in turn, so a picture should have at most a dozen categories.
     pub label: Option<String>,
-    /// Short text beside the circle, drawn where there is room.
+    /// Short text beside the circle, drawn if there is room.
     pub caption: Option<String>,
 }
 
-/// One unlabelled leaf a minimum, in order.
+/// One unlabelled leaf per minimum, in order.
 pub fn leaves_of(network: &Network) -> Vec<Leaf> {
     network
         .node_weights()
@@ -29,11 +29,11 @@ pub fn leaves_of(network: &Network) -> Vec<Leaf> {
         .collect()
 }
 
-/// Leaves of groups: members add up; the label is that of most labelled members (the first in the alphabet at a tie);
-/// captions stay only on groups of one.
+/// Leaves of groups. Members add up. The label is that of the most members (ties: first in the alphabet). Captions stay
+/// only on groups of one leaf.
 ///
 /// # Panics
-/// If there is not one group a leaf.
+/// If `group_of` does not have one entry per leaf.
 pub fn group(leaves: &[Leaf], group_of: &[usize]) -> Vec<Leaf> {
     assert_eq!(leaves.len(), group_of.len(), "one group a leaf");
     let count = group_of.iter().max().map_or(0, |largest| largest + 1);
@@ -69,7 +69,8 @@ pub fn group(leaves: &[Leaf], group_of: &[usize]) -> Vec<Leaf> {
         .collect()
 }
 
-/// The labels that occur, in the order of a legend: precision, intermediate, power, then the alphabet, at last the rest.
+/// The labels that occur, in the order of a legend: precision, intermediate, power, the others in alphabetical order, and
+/// finally `other` and `unlisted`.
 pub(super) fn labels<'a>(leaves: impl Iterator<Item = &'a Leaf>) -> Vec<&'a str> {
     let rank = |label: &str| {
         let place = |known: &[&str]| {
@@ -93,7 +94,7 @@ pub(super) fn label_colours(leaves: &[Leaf]) -> Vec<(&str, Colour)> {
     labels.into_iter().zip(colours).collect()
 }
 
-/// Writes a title across the top of a sheet, if there is one, and returns where the room below it begins.
+/// Writes a title across the top of a sheet, if there is one, and returns the top of the remaining room.
 pub(super) fn draw_title(canvas: &mut Canvas, title: &str) -> f64 {
     if title.is_empty() {
         return MARGIN;
@@ -105,13 +106,13 @@ pub(super) fn draw_title(canvas: &mut Canvas, title: &str) -> f64 {
     MARGIN + 1.6 * TITLE
 }
 
-/// Most members of a leaf, at least 1.
+/// Largest number of members of a leaf, at least 1.
 pub(super) fn most_members(leaves: &[Leaf]) -> f64 {
     let members = leaves.iter().map(|leaf| leaf.members);
     members.max().unwrap_or(0).max(1) as f64
 }
 
-/// Says in `legend` which label has which colour, if any occurs.
+/// Adds the colour of each label to `legend`, if any label occurs.
 pub(super) fn explain_labels(leaves: &[Leaf], radius: f64, legend: &mut Legend) {
     let colours = label_colours(leaves);
     if colours.is_empty() {
@@ -126,7 +127,7 @@ pub(super) fn explain_labels(leaves: &[Leaf], radius: f64, legend: &mut Legend) 
     }
 }
 
-/// Says in `legend` how many members a circle stands for.
+/// Adds circles for typical numbers of members to `legend`.
 pub(super) fn explain_sizes(
     leaves: &[Leaf],
     scale: DiscScale,
@@ -143,7 +144,7 @@ pub(super) fn explain_sizes(
     }
 }
 
-/// Radius of circles: area proportional to the number of members.
+/// Radius of circles whose area is proportional to the number of members.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct DiscScale {
     /// Radius of a circle of one member.
@@ -160,7 +161,7 @@ impl DiscScale {
     }
 }
 
-/// Numbers of members worth showing in a legend: the smallest, the largest and a round one between.
+/// Numbers of members for a legend: the smallest, the largest and a round one between.
 fn typical_members(leaves: &[Leaf]) -> Vec<usize> {
     let present = || {
         leaves

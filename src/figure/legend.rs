@@ -1,4 +1,4 @@
-//! The legend: samples of lines, circles and colours, each with its text, in a column or in rows.
+//! The legend: samples of lines, circles and colours with texts, in a column or in rows.
 
 use super::axis::{self, Span};
 use super::canvas::Canvas;
@@ -11,9 +11,9 @@ const SAMPLE_LINE: f64 = 52.0;
 const BAR: [f64; 2] = [26.0, 170.0];
 const PATCH: [f64; 2] = [34.0, 20.0];
 const GAP: f64 = 12.0;
-/// Between the entries of a row.
+/// Distance between the entries of a row.
 const APART: f64 = 40.0;
-/// Longest text; a longer one is set smaller.
+/// Greatest length of a text; a longer one gets a smaller font.
 const LONGEST: f64 = 270.0;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -37,7 +37,7 @@ impl Sample {
         }
     }
 
-    /// Draws what has a text at its middle, not a bar or a heading.
+    /// Draws a sample that has its text beside its middle. Bars and headings are drawn elsewhere.
     fn draw(&self, canvas: &mut Canvas, [x, y]: [f64; 2]) {
         match self {
             Self::Disc { radius, fill } => canvas.rimmed_circle([x, y], *radius, *fill, LINE, 1.0),
@@ -58,45 +58,45 @@ impl Sample {
     }
 }
 
-/// Samples, each with its text.
+/// A legend: a list of samples with texts.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Legend {
     rows: Vec<(Sample, String)>,
 }
 
 impl Legend {
-    /// A bold line of text.
+    /// Adds a bold line of text.
     pub fn heading(&mut self, text: &str) {
         self.rows.push((Sample::Heading, text.to_owned()));
     }
 
-    /// A line of text without a sample.
+    /// Adds a line of text without a sample.
     pub fn note(&mut self, text: &str) {
         self.rows.push((Sample::Nothing, text.to_owned()));
     }
 
-    /// A piece of line.
+    /// Adds a piece of line.
     pub fn line(&mut self, stroke: Stroke, text: &str) {
         self.rows.push((Sample::Line(stroke), text.to_owned()));
     }
 
-    /// A bar of the sequential colours from `low` to `high`.
+    /// Adds a bar of the sequential colours from `low` to `high`.
     pub fn bar(&mut self, low: f64, high: f64) {
         self.rows.push((Sample::Bar { low, high }, String::new()));
     }
 
-    /// A circle with a thin rim.
+    /// Adds a circle with a thin rim.
     pub fn disc(&mut self, radius: f64, fill: Colour, text: &str) {
         self.rows
             .push((Sample::Disc { radius, fill }, text.to_owned()));
     }
 
-    /// A small filled area.
+    /// Adds a small filled area.
     pub fn patch(&mut self, fill: Colour, text: &str) {
         self.rows.push((Sample::Patch(fill), text.to_owned()));
     }
 
-    /// Whether it says nothing.
+    /// Whether the legend has no entries.
     pub fn is_empty(&self) -> bool {
         self.rows.is_empty()
     }
@@ -157,8 +157,7 @@ impl Legend {
             .sum()
     }
 
-    /// Draws the column with its upper left corner at `[left, top]`; closer together if it would pass
-    /// the bottom margin.
+    /// Draws the column with its upper left corner at `[left, top]`. It is squeezed if it would pass the bottom margin.
     pub fn draw(&self, canvas: &mut Canvas, [left, top]: [f64; 2]) {
         let bottom = canvas.height() - MARGIN;
         let middle = left + 0.5 * self.sample_width();
@@ -193,8 +192,8 @@ impl Legend {
         }
     }
 
-    /// Where each entry begins, relative to the upper left corner, if they follow each other in rows at most `width` long;
-    /// bars of colours and headings have no place in rows.
+    /// Place of each entry relative to the upper left corner, in rows at most `width` long. Headings and bars of colours
+    /// are not meant for rows.
     fn flow(&self, width: f64) -> Vec<([f64; 2], &Sample, &str, TextFace)> {
         let mut entries = Vec::new();
         let [mut x, mut y] = [0.0, 0.0];
@@ -238,7 +237,7 @@ fn draw_bar(
     let level = |t: f64| bottom + t * (top - bottom);
     for band in 0..BANDS {
         let [from, to] = [band, band + 1].map(|edge| f64::from(edge) / f64::from(BANDS));
-        // Each band reaches up to the top, and the next paints over it: no seams between them.
+        // Each band reaches up to the top and the next paints over it, so that no seams show.
         canvas.rectangle(
             [left, top],
             [right, level(from)],

@@ -1,9 +1,9 @@
-//! Pictures: layout is pure geometry, painting is plotters.
+//! Pictures of landscapes, charts and grasps. Layout is pure geometry; plotters paints.
 //!
-//! A picture ([`DisconnectivityPicture`], [`BarrierPicture`], a [`Chart`](chart::Chart), with feature `grasp` a rendered
-//! [`Scene`]) is plain data; drawing it gives a [`Canvas`], and [`Canvas::save`] writes SVG or PNG. Only `canvas` and `style`
-//! name plotters; programs that need another kind of picture put lines and texts on a [`Canvas`] themselves, with [`ticks`]
-//! for axes, a [`Legend`] and [`theme`] for the look.
+//! A picture ([`DisconnectivityPicture`], [`BarrierPicture`], a [`Chart`](chart::Chart) or, with feature `grasp`, a
+//! rendered [`Scene`]) is plain data. Drawing it gives a [`Canvas`], and [`Canvas::save`] writes SVG or PNG. Only `canvas`
+//! and `style` use plotters. Programs that need another kind of picture put lines and texts on a [`Canvas`] themselves,
+//! with [`ticks`] for axes, a [`Legend`], and the colours and sizes of [`theme`].
 
 use std::path::PathBuf;
 
@@ -61,17 +61,17 @@ pub use scene::{Camera, Cone, Marker, Scene, Surface};
 #[cfg(feature = "grasp")]
 pub use sheet::{contact_sheet, contact_sheet_canvas};
 
-/// Why a picture could not be made.
+/// Reasons why a picture cannot be made.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FigureError {
     /// The ending of the file name is neither `.svg` nor `.png`.
     #[error("cannot tell the format of figure {}: let its name end in .svg or .png", path.display())]
     Format {
-        /// The file asked for.
+        /// The requested file.
         path: PathBuf,
     },
-    /// Descriptions do not match what they describe.
+    /// The number of descriptions is not the number of minima.
     #[error("{described} leaves are described, but the landscape has {present}")]
     Leaves {
         /// Number of descriptions.
@@ -79,7 +79,7 @@ pub enum FigureError {
         /// Number of minima.
         present: usize,
     },
-    /// An energy or height that has no place on an axis.
+    /// An energy or height is not finite.
     #[error("node {node} has energy {energy}, which cannot be drawn")]
     NotFinite {
         /// Number of the minimum or tree node.
@@ -87,7 +87,7 @@ pub enum FigureError {
         /// Its energy.
         energy: f64,
     },
-    /// A value that has no place on an axis of a chart.
+    /// A value has no place on an axis of a chart.
     #[error("{value} cannot be drawn on the axis \"{axis}\"")]
     OffAxis {
         /// The value: infinite, or not positive on a logarithmic axis.
@@ -95,7 +95,7 @@ pub enum FigureError {
         /// The label of the axis.
         axis: String,
     },
-    /// An axis of a chart from nowhere to nowhere.
+    /// The ends of an axis of a chart do not ascend.
     #[error("the axis \"{axis}\" cannot go from {low} to {high}")]
     Range {
         /// The label of the axis.
@@ -105,28 +105,28 @@ pub enum FigureError {
         /// Its upper end.
         high: f64,
     },
-    /// More minima than are legible.
+    /// There are more minima than are legible.
     #[error(
         "{present} minima do not fit on a picture, which shows {most} at most: draw a view of them"
     )]
     TooMany {
         /// Number of minima.
         present: usize,
-        /// The most that are drawn.
+        /// Largest number of minima that can be drawn.
         most: usize,
     },
-    /// A link names a minimum that is not there.
+    /// A link refers to a minimum that does not exist.
     #[error("a link names minimum {node}, but there are only {present}")]
     NoSuchNode {
-        /// The number named.
+        /// The number in the link.
         node: usize,
         /// Number of minima.
         present: usize,
     },
-    /// The drawing library gave up.
+    /// The drawing library failed.
     #[error("the figure could not be drawn: {message}")]
     Draw {
-        /// Its reason.
+        /// Its message.
         message: String,
     },
     /// The file could not be written.
@@ -141,7 +141,7 @@ pub enum FigureError {
 
 #[cfg(feature = "topography")]
 impl FigureError {
-    /// Refuses to draw what is not legible.
+    /// Refuses pictures that would be illegible.
     fn check_count(present: usize, most: usize) -> Result<(), Self> {
         if present > most {
             return Err(Self::TooMany { present, most });

@@ -1,14 +1,14 @@
-//! Rarefaction curves: groups found against members used.
+//! Rarefaction curves: number of groups found against number of members used.
 
 use super::chart::{Axis, BandPoint, Chart, Corner, Mark, Panel, Series};
 use super::theme::series;
 use crate::topography::{Rarefaction, Rarefied};
 
-/// Standard deviations of a 95 % band.
+/// Half-width of a 95 % band in standard deviations.
 const BAND: f64 = 1.96;
 
-/// Curves of several ways to group the same members, named, with 95 % bands; dashed beyond the members at hand, whose number
-/// a rule marks. `members` names what is drawn, plural.
+/// Named curves of several ways to group the same members, with 95 % bands. A vertical line marks the number of members at
+/// hand; the curves are dashed beyond it. `members` is the plural noun for the members.
 pub fn rarefaction_chart(title: &str, members: &str, curves: &[(&str, &Rarefaction)]) -> Chart {
     let mut marks = Vec::new();
     if let Some((_, first)) = curves.first() {

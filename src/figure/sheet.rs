@@ -8,7 +8,7 @@ use super::image::Image;
 use super::style::{Anchor, TextFace};
 use super::theme::INK;
 
-/// Writes `images` as a PNG grid of `columns` columns, each image with its caption below. Missing captions stay empty.
+/// Writes `images` as a PNG grid of `columns` columns, each image with its caption below. A missing caption is left empty.
 ///
 /// # Errors
 /// As [`Canvas::save`].
@@ -21,7 +21,7 @@ pub fn contact_sheet(
     contact_sheet_canvas(images, captions, columns).save(path)
 }
 
-/// The grid of [`contact_sheet`], not yet written.
+/// The grid of [`contact_sheet`] as a canvas.
 ///
 /// # Panics
 /// If there are 2³² images or more.
@@ -30,7 +30,7 @@ pub fn contact_sheet_canvas(images: &[Image], captions: &[String], columns: usiz
     let whole = |count: usize| u32::try_from(count).expect("a sheet has fewer than 2³² images");
     let cell_width = images.iter().map(|image| image.width).max().unwrap_or(64);
     let cell_height = images.iter().map(|image| image.height).max().unwrap_or(64);
-    // Text in proportion to the images: readable when the sheet is shrunk to a page.
+    // Text is in proportion to the images, so that it stays readable when the sheet is shrunk to a page.
     let text = (cell_width / 13).max(11);
     let caption_height = if captions.iter().any(|caption| !caption.is_empty()) {
         text * 3 / 2
@@ -45,7 +45,7 @@ pub fn contact_sheet_canvas(images: &[Image], captions: &[String], columns: usiz
         size(rows.max(1), cell_height + caption_height),
     )
     .with_pixels_per_unit(1);
-    // One size for all captions, with air between those side by side; only one that is far too long is smaller still.
+    // All captions have the same size, with a gap between neighbours. Only a caption that is far too long is smaller still.
     let width = 0.94 * f64::from(cell_width);
     let largest = TextFace::new(f64::from(text), INK).anchored(Anchor::Middle);
     let fitting = captions

@@ -5,28 +5,28 @@ use super::image::Image;
 use super::style::{Anchor, Colour, Stroke, TextFace};
 use super::theme::{INK, MARGIN, PALE_LINE, TEXT};
 
-/// Pixels of a picture a canvas unit.
+/// Pixels of a picture per canvas unit.
 pub const PICTURE_DENSITY: u32 = 2;
 const GAP: f64 = 12.0;
 /// Thickness of the line in a picture's colour.
 const BAR: f64 = 8.0;
-/// Between the graph and the pictures, where lines turn toward theirs.
+/// Height between the graph and the pictures, where lines turn toward their pictures.
 const FAN: f64 = 70.0;
 
-/// A rendered picture and what it belongs to.
+/// A rendered picture and its place in the graph.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Picture {
-    /// Its pixels, [`PICTURE_DENSITY`] a canvas unit.
+    /// Its pixels, [`PICTURE_DENSITY`] per canvas unit.
     pub image: Image,
     /// Lines of text below it.
     pub texts: Vec<String>,
-    /// Colour of a line above it.
+    /// Colour of the line above it.
     pub colour: Option<Colour>,
-    /// A point of the graph above to which a line is drawn.
+    /// Point of the graph above that a line connects it to.
     pub of: Option<[f64; 2]>,
 }
 
-/// Side of each of `count` square pictures in a row on a sheet so wide, canvas units.
+/// Side of each of `count` square pictures in a row on a sheet of the given width, canvas units.
 pub fn side_in_row(width: u32, count: usize) -> u32 {
     let count = u32::try_from(count.max(1)).unwrap_or(u32::MAX);
     #[expect(
@@ -38,7 +38,7 @@ pub fn side_in_row(width: u32, count: usize) -> u32 {
     (width.saturating_sub(2 * margin + gap * (count - 1)) / count).max(16)
 }
 
-/// Height that a row of pictures of this side takes below a graph, with `lines` of text.
+/// Height of a row of pictures of this side below a graph, with `lines` lines of text.
 pub fn row_height(side: u32, lines: usize) -> f64 {
     FAN + BAR + f64::from(side) + 1.3 * TEXT * lines as f64 + MARGIN
 }
@@ -50,7 +50,7 @@ pub fn draw_row(canvas: &mut Canvas, top: f64, pictures: &[Picture]) {
         .map(|picture| picture.image.width / PICTURE_DENSITY)
         .max()
         .unwrap_or(0);
-    // One size for all texts.
+    // All texts have the same size.
     let texts = pictures.iter().flat_map(|picture| &picture.texts);
     let face = texts.fold(
         TextFace::new(TEXT, INK).anchored(Anchor::Middle),

@@ -1,4 +1,4 @@
-//! Colours, strokes and faces of text, and how plotters is told about them.
+//! Colours, strokes and text faces, and their conversion for plotters.
 
 use std::sync::Once;
 
@@ -9,22 +9,22 @@ use plotters::style::{
 
 use super::glyph;
 
-/// Name under which DejaVu Sans is registered. It is what an SVG file asks for, so it lists the next best fonts too.
+/// Name under which DejaVu Sans is registered. SVG files request this name, so it lists fallback fonts too.
 const FONT: &str = "DejaVu Sans, Verdana, Helvetica, Arial, sans-serif";
-/// How a backend sets text.
+/// Conventions of a backend for text and images.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Setting {
-    /// What it calls the size of a font whose em is 1.
+    /// Font size, in the backend's sense, of a font whose em is 1.
     pub(super) size_per_em: f64,
-    /// Where it puts the base line of vertically centred text, em below the point.
+    /// Base line of vertically centred text, in em below the point.
     pub(super) base_line: f64,
-    /// Whether it must be told where each glyph goes.
+    /// Whether each glyph must be placed separately.
     pub(super) by_glyph: bool,
-    /// Whether it paints images; else they are put into the document.
+    /// Whether the backend paints images. Otherwise they are embedded in the document.
     pub(super) paints_images: bool,
 }
 
-/// The rasteriser's size is ascent plus descent of DejaVu Sans. It centres a box of height size / 1.24, then puts the
+/// The rasteriser's font size is ascent plus descent of DejaVu Sans. It centres a box of height size / 1.24 and puts the
 /// base line half a size below the top of that box.
 pub(super) const BITMAP: Setting = Setting {
     size_per_em: 2384.0 / 2048.0,
@@ -32,14 +32,14 @@ pub(super) const BITMAP: Setting = Setting {
     by_glyph: true,
     paints_images: true,
 };
-/// SVG shifts by half an ex; an ex of DejaVu Sans is 1120 of its 2048 units.
+/// SVG shifts text by half an ex; an ex of DejaVu Sans is 1120 of its 2048 units.
 pub(super) const SVG: Setting = Setting {
     size_per_em: 1.24,
     base_line: 0.5 * 1120.0 / 2048.0,
     by_glyph: false,
     paints_images: false,
 };
-/// Where the base line shall be: capitals and digits (1493 of 2048 units tall) are centred on the point.
+/// The wanted base line: capitals and digits (1493 of 2048 units tall) are centred on the point.
 pub(super) const BASE_LINE: f64 = 0.5 * 1493.0 / 2048.0;
 /// A colour with its opacity.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -101,7 +101,7 @@ impl Stroke {
     }
 }
 
-/// Which end of a text is at its point; vertically the point is always at half height.
+/// Which end of a text is at its point. Vertically the point is always at half height.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Anchor {
     /// The text begins at the point.
@@ -112,7 +112,7 @@ pub enum Anchor {
     End,
 }
 
-/// How a text is set.
+/// Font size, weight, colour and placement of a text.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TextFace {
     /// Height of an em, canvas units.
@@ -121,9 +121,9 @@ pub struct TextFace {
     pub bold: bool,
     /// Its colour.
     pub colour: Colour,
-    /// What its point means.
+    /// Which end of the text is at its point.
     pub anchor: Anchor,
-    /// Set bottom to top instead of left to right.
+    /// Whether the text runs from bottom to top instead of left to right.
     pub upward: bool,
 }
 
@@ -139,19 +139,19 @@ impl TextFace {
         }
     }
 
-    /// With another anchor.
+    /// Sets another anchor.
     #[must_use]
     pub const fn anchored(self, anchor: Anchor) -> Self {
         Self { anchor, ..self }
     }
 
-    /// Bold.
+    /// Makes the text bold.
     #[must_use]
     pub const fn bold(self) -> Self {
         Self { bold: true, ..self }
     }
 
-    /// Bottom to top.
+    /// Makes the text run from bottom to top.
     #[must_use]
     pub const fn upward(self) -> Self {
         Self {
@@ -160,7 +160,7 @@ impl TextFace {
         }
     }
 
-    /// Smaller if need be, so that `text` takes at most `length`.
+    /// Reduces the size if needed, so that `text` takes at most `length`.
     #[must_use]
     pub fn fitted(self, text: &str, length: f64) -> Self {
         let needed = text_width(text, self.size, self.bold);
@@ -174,7 +174,7 @@ impl TextFace {
         }
     }
 
-    /// Where the text begins, relative to its point, along the text.
+    /// Start of the text relative to its point, along the text.
     pub(super) fn start(&self, text: &str) -> f64 {
         match self.anchor {
             Anchor::Start => 0.0,
@@ -183,7 +183,7 @@ impl TextFace {
         }
     }
 
-    /// The glyphs of `text` with the distance of their ink from the text's point, along the text.
+    /// The glyphs of `text` and the distances of their ink from the text's point, along the text.
     pub(super) fn glyphs(&self, text: &str) -> Vec<(f64, String, Self)> {
         let mut pen = self.start(text);
         let mut glyphs = Vec::new();
@@ -226,12 +226,12 @@ impl TextFace {
     }
 }
 
-/// Width of `text` set at `size` per em, canvas units.
+/// Width of `text` set at `size` canvas units per em, canvas units.
 pub fn text_width(text: &str, size: f64, bold: bool) -> f64 {
     size * glyph::width(text, bold)
 }
 
-/// Makes the fonts known to plotters; without them it can set no text, not even in SVG.
+/// Registers the fonts with plotters. It cannot set text without them, not even in SVG.
 pub(super) fn register_fonts() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {

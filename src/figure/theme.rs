@@ -1,28 +1,28 @@
-//! One look for all pictures: colours that survive colour blindness and greyscale, sizes that survive a column.
+//! A common look of all pictures. Colours suit colour blindness and greyscale print; sizes suit a column of a paper.
 
 use super::style::Colour;
 
-/// Size of ordinary text. A sheet 1200 wide in a column 8.6 cm wide sets it at 5.9 pt, across the page at 12 pt.
+/// Size of ordinary text. A sheet 1200 units wide shows it at 5.9 pt in a column of 8.6 cm and at 12 pt across the page.
 pub const TEXT: f64 = 29.0;
 /// Size of titles.
 pub const TITLE: f64 = 33.0;
 /// Margin around everything.
 pub const MARGIN: f64 = 22.0;
 
-/// Text and axes.
+/// Colour of text and axes.
 pub const INK: Colour = Colour::new(0x22, 0x26, 0x2B);
-/// Lines that carry data.
+/// Colour of lines that carry data.
 pub const LINE: Colour = Colour::new(0x3F, 0x48, 0x54);
-/// Grid lines.
+/// Colour of grid lines.
 pub const FAINT: Colour = Colour::new(0xE6, 0xE9, 0xED);
-/// Lines that carry less certain data.
+/// Colour of lines that carry less certain data.
 pub const PALE_LINE: Colour = Colour::new(0x9A, 0xA4, 0xB0);
-/// The sheet.
+/// Colour of the sheet.
 pub const WHITE: Colour = Colour::new(255, 255, 255);
-/// What carries no label.
+/// Colour of items without a label.
 pub const UNLABELLED: Colour = Colour::new(0x7B, 0x8F, 0xA8);
 
-/// Okabe and Ito (2008), without the three given to the grasp categories, then darker mixtures.
+/// Colours of Okabe and Ito (2008), without the three of the grasp categories, then darker mixtures.
 const PALETTE: [Colour; 9] = [
     Colour::new(0x00, 0x72, 0xB2),
     Colour::new(0xCC, 0x79, 0xA7),
@@ -35,7 +35,7 @@ const PALETTE: [Colour; 9] = [
     Colour::new(0x4D, 0x4D, 0x4D),
 ];
 
-/// Okabe and Ito (2008), the darker ones first, then darker mixtures: for lines and areas of charts.
+/// Colours of Okabe and Ito (2008) for lines and areas of charts, the darker ones first, then darker mixtures.
 const SERIES: [Colour; 9] = [
     Colour::new(0x00, 0x72, 0xB2),
     Colour::new(0xD5, 0x5E, 0x00),
@@ -48,14 +48,14 @@ const SERIES: [Colour; 9] = [
     Colour::new(0x4D, 0x4D, 0x4D),
 ];
 
-/// Colour of series number `index` of a chart; they repeat after nine.
+/// Colour of series number `index` of a chart. The colours repeat after nine.
 pub const fn series(index: usize) -> Colour {
     SERIES[index % SERIES.len()]
 }
 
-/// Colour of each of the `labels`: the paper's green, red and yellow for precision, power and intermediate grasps (in
-/// Okabe and Ito's variants), greys for what is of no type or of none that is looked at, the palette in order of the list for
-/// any other.
+/// Colour of each of the `labels`. Precision, power and intermediate grasps have the paper's green, red and yellow (in
+/// Okabe and Ito's variants). The labels `unlisted` and `other` are grey. Any other label takes a colour of the palette in
+/// order.
 pub fn label_colours(labels: &[&str]) -> Vec<Colour> {
     let mut others = 0..;
     labels
@@ -71,7 +71,7 @@ pub fn label_colours(labels: &[&str]) -> Vec<Colour> {
         .collect()
 }
 
-/// Colour at `t` in [0, 1] of the map viridis (van der Walt and Smith 2015), which is monotone in lightness.
+/// Colour at `t` in [0, 1] of the colour map viridis (van der Walt and Smith 2015), which is monotone in lightness.
 pub fn sequential(t: f64) -> Colour {
     const ANCHORS: [[u8; 3]; 10] = [
         [0x44, 0x01, 0x54],

@@ -1,4 +1,4 @@
-//! What of a line or polygon lies inside a rectangle.
+//! Clipping of lines and polygons at a rectangle.
 
 /// A rectangle, canvas units: left, top, right, bottom.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,7 +14,7 @@ impl Frame {
         x >= self.left && x <= self.right && y >= self.top && y <= self.bottom
     }
 
-    /// The part of the segment inside (Liang and Barsky 1984), if any.
+    /// The part of the segment inside the rectangle (Liang and Barsky 1984), if any.
     fn segment(&self, from: [f64; 2], to: [f64; 2]) -> Option<[[f64; 2]; 2]> {
         let [dx, dy] = [to[0] - from[0], to[1] - from[1]];
         let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
@@ -36,14 +36,14 @@ impl Frame {
         }
         let at = |t: f64| [from[0] + t * dx, from[1] + t * dy];
         (enter <= leave).then(|| {
-            // The ends themselves stay exactly what they are, so that pieces join.
+            // Ends inside stay bitwise equal, so that pieces join.
             let start = if enter > 0.0 { at(enter) } else { from };
             let end = if leave < 1.0 { at(leave) } else { to };
             [start, end]
         })
     }
 
-    /// The pieces of a polyline inside. A coordinate that is not a number breaks it.
+    /// The pieces of a polyline inside the rectangle. A NaN coordinate breaks the line.
     pub(super) fn polyline(&self, points: &[[f64; 2]]) -> Vec<Vec<[f64; 2]>> {
         let mut pieces: Vec<Vec<[f64; 2]>> = Vec::new();
         for pair in points.windows(2) {
@@ -61,7 +61,7 @@ impl Frame {
         pieces
     }
 
-    /// The polygon inside (Sutherland and Hodgman 1974).
+    /// The part of the polygon inside the rectangle (Sutherland and Hodgman 1974).
     pub(super) fn polygon(&self, points: &[[f64; 2]]) -> Vec<[f64; 2]> {
         let sides: [(usize, f64, f64); 4] = [
             (0, self.left, 1.0),

@@ -1,17 +1,17 @@
-//! Samples summed up: densities for violins, quantiles for boxes.
+//! Summaries of samples: densities for violins, quantiles for boxes.
 
 use super::Scale;
 
-/// A density beside an axis, drawn mirrored.
+/// A density drawn on both sides of a vertical axis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Violin {
     /// Its place on the x axis.
     pub at: f64,
-    /// Half of its width where the density is largest, in units of the x axis (decades where that is logarithmic).
+    /// Half of its width at the largest density, in units of the x axis (decades on a logarithmic axis).
     pub half_width: f64,
-    /// y and density, in ascending order of y. Only ratios of densities matter.
+    /// Pairs of y and density, in ascending order of y. Only ratios of densities matter.
     pub density: Vec<[f64; 2]>,
-    /// Lower quartile, median and upper quartile, drawn inside where given.
+    /// Lower quartile, median and upper quartile, drawn inside if given.
     pub quartiles: Option<[f64; 3]>,
 }
 
@@ -20,19 +20,19 @@ pub struct Violin {
 pub struct Quantiles {
     /// Its place on the x axis.
     pub at: f64,
-    /// Half of the width of the box, in units of the x axis (decades where that is logarithmic).
+    /// Half of the width of the box, in units of the x axis (decades on a logarithmic axis).
     pub half_width: f64,
     /// End of the lower whisker, lower quartile, median, upper quartile, end of the upper whisker.
     pub values: [f64; 5],
 }
 
-/// Places at which a density is computed.
+/// Number of points at which a density is computed.
 const PLACES: usize = 256;
 
 impl Violin {
-    /// The density of `samples` by a Gaussian kernel between the least and the largest of them, with Silverman's bandwidth
-    /// 0.9 min(σ, interquartile range / 1.34) n^(−1/5) (1986, eq. 3.31), and their quartiles. On a logarithmic y axis it is the
-    /// density of the logarithm. Without samples nothing is drawn.
+    /// The density and the quartiles of `samples`. The density uses a Gaussian kernel between the smallest and the largest
+    /// sample, with Silverman's bandwidth 0.9 min(σ, interquartile range / 1.34) n^(−1/5) (1986, eq. 3.31). On a
+    /// logarithmic y axis it is the density of the logarithm. Without samples nothing is drawn.
     pub fn from_samples(at: f64, half_width: f64, samples: &[f64], y: Scale) -> Self {
         let sorted = sorted(samples.iter().map(|&sample| y.transform(sample)));
         let quartiles = [0.25, 0.5, 0.75].map(|part| quantile(&sorted, part));
@@ -45,10 +45,10 @@ impl Violin {
         }
     }
 
-    /// The density of counted bins: one more edge than counts, ascending. Without quartiles.
+    /// The density of a histogram, without quartiles. `edges` ascend and are one more than `counts`.
     ///
     /// # Panics
-    /// If there is not one more edge than counts.
+    /// If the number of edges is not the number of counts plus one.
     pub fn from_bins(at: f64, half_width: f64, edges: &[f64], counts: &[f64]) -> Self {
         assert_eq!(edges.len(), counts.len() + 1, "one more edge than bins");
         let bins = edges.windows(2).zip(counts);
@@ -85,7 +85,7 @@ fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
     sorted
 }
 
-/// Linear between order statistics; NaN of nothing.
+/// Quantile by linear interpolation between order statistics; NaN for an empty sample.
 fn quantile(sorted: &[f64], part: f64) -> f64 {
     let Some(last) = sorted.len().checked_sub(1) else {
         return f64::NAN;
@@ -96,7 +96,8 @@ fn quantile(sorted: &[f64], part: f64) -> f64 {
     sorted[below] + (place - below as f64) * (sorted[above] - sorted[below])
 }
 
-/// Samples go to the two nearest places in proportion, so that half a million of them cost no more than a thousand.
+/// Gaussian kernel density on a grid. Each sample is split between its two nearest grid points, so the cost of the kernel
+/// does not grow with the number of samples.
 fn kernel_density(sorted: &[f64], interquartile: f64) -> Vec<[f64; 2]> {
     let (Some(&low), Some(&high)) = (sorted.first(), sorted.last()) else {
         return Vec::new();
@@ -104,7 +105,7 @@ fn kernel_density(sorted: &[f64], interquartile: f64) -> Vec<[f64; 2]> {
     let count = sorted.len() as f64;
     let mean = sorted.iter().sum::<f64>() / count;
     let variance = sorted.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / count;
-    // More than half of the samples may be equal; then σ alone counts.
+    // If more than half of the samples are equal, the interquartile range is zero and only σ is used.
     let spread = match interquartile / 1.34 {
         quartiles if quartiles > 0.0 => quartiles.min(variance.sqrt()),
         _ => variance.sqrt(),
@@ -121,7 +122,7 @@ fn kernel_density(sorted: &[f64], interquartile: f64) -> Vec<[f64; 2]> {
         weights[below] += below as f64 + 1.0 - place;
         weights[below + 1] += place - below as f64;
     }
-    // A kernel narrower than the places are apart would fall between them.
+    // A kernel narrower than the grid spacing would fall between the grid points.
     let bandwidth = bandwidth.max(step);
     (0..PLACES)
         .map(|place| {

@@ -1,4 +1,4 @@
-//! Where panels, axes, titles and legends of a chart go.
+//! Layout of the panels, axes, titles and legends of a chart.
 
 use super::super::FigureError;
 use super::super::canvas::Canvas;
@@ -14,18 +14,18 @@ use super::{Chart, Corner, Mark, Panel, Series};
 const TICK_TEXT: f64 = 0.82 * TEXT;
 /// Size of the labels of axes.
 const LABEL: f64 = 0.92 * TEXT;
-/// Length of a tick, and from its end to its text.
+/// Length of a tick. `BESIDE` is the distance from its end to its text.
 const TICK: f64 = 7.0;
 const BESIDE: f64 = 6.0;
-/// Between panels.
+/// Distance between panels.
 const APART: f64 = 26.0;
-/// From the corner of a panel to the legend inside.
+/// Distance from the corner of a panel to the legend inside it.
 const INSET: f64 = 16.0;
 
 /// Ticks of an axis: values and texts.
 type Ticks = Vec<(f64, String)>;
 
-/// A panel with its axes settled.
+/// A panel with the ranges of its axes and its ticks on y.
 struct Settled<'a> {
     panel: &'a Panel,
     x: Span,
@@ -37,8 +37,8 @@ impl Chart {
     /// Draws the chart. The sheet is as large as its panels, titles and legends need.
     ///
     /// # Errors
-    /// [`FigureError::OffAxis`] for an infinite value, or one that is not positive on a logarithmic axis;
-    /// [`FigureError::Range`] for an axis whose ends are not ascending.
+    /// [`FigureError::OffAxis`] for an infinite value, or for a value that is not positive on a logarithmic axis;
+    /// [`FigureError::Range`] for an axis whose ends do not ascend.
     pub fn draw(&self) -> Result<Canvas, FigureError> {
         let settled = self
             .panels
@@ -72,7 +72,7 @@ impl Chart {
             face.fitted(&self.title, width - 2.0 * MARGIN),
         );
         for (index, one) in settled.iter().enumerate() {
-            // Panels of a column share their left margin, those of a row the upper and lower one.
+            // Panels in a column share their left margin; panels in a row share their upper and lower margins.
             let (row, column) = (index / columns, index % columns);
             let in_column = settled.iter().skip(column).step_by(columns);
             let left_margin = in_column.map(Settled::left_margin).fold(0.0, f64::max);
@@ -119,7 +119,7 @@ impl Chart {
     }
 }
 
-/// As many ticks as fit: each text takes `length` of it along an axis of `room`, and as much again stays free.
+/// As many ticks as fit on an axis of length `room`. Texts must not overlap; `length` is the length that a text needs.
 fn fitting(span: &Span, axis: &Axis, room: f64, length: impl Fn(&str) -> f64) -> Ticks {
     let mut wanted = 7;
     loop {
@@ -150,7 +150,7 @@ impl Settled<'_> {
         label + longest + TICK + BESIDE
     }
 
-    /// Half of the longest text at a tick of the x axis reaches beyond its end.
+    /// The longest overhang of a tick's text beyond the right end of the x axis.
     fn right_margin(&self) -> f64 {
         let ticks = self.x.ticks(&self.panel.x.names, 5);
         let overhang = |(value, text): &(f64, String)| {
@@ -195,7 +195,7 @@ impl Settled<'_> {
         }
     }
 
-    /// Grid, ticks and labels; `left` is where the cell of the panel begins.
+    /// Draws the grid, the ticks and the labels. `left` is the left edge of the panel's cell.
     fn draw_axes(&self, canvas: &mut Canvas, frame: Frame, left: f64) {
         let Frame {
             right, top, bottom, ..
@@ -207,7 +207,7 @@ impl Settled<'_> {
         let face = TextFace::new(TICK_TEXT, INK);
         let length = |text: &str| text_width(text, TICK_TEXT, false) + 0.8 * TICK_TEXT;
         let x_ticks = fitting(&self.x, &self.panel.x, width, length);
-        // Names that do not fit side by side are set smaller.
+        // Names that do not fit side by side get a smaller font.
         let room = width / x_ticks.len().max(1) as f64 - 0.3 * TICK_TEXT;
         let x_face = if self.panel.x.names.is_empty() {
             face
@@ -282,7 +282,7 @@ fn draw_inside(canvas: &mut Canvas, frame: Frame, corner: Corner, legend: &Legen
     legend.draw(canvas, [left, top]);
 }
 
-/// Which name has which colour.
+/// The colour of each name.
 struct Colours<'a> {
     named: Vec<(&'a str, Colour)>,
 }
@@ -320,7 +320,7 @@ impl<'a> Colours<'a> {
         colour.with_opacity(colour.opacity * series.opacity)
     }
 
-    /// The named ones among `all`, each name once, as its first series looks.
+    /// The legend of the named series among `all`. Each name occurs once, with the look of its first series.
     fn legend<'b>(&self, all: impl IntoIterator<Item = &'b Series>) -> Legend {
         let mut legend = Legend::default();
         let mut seen: Vec<&str> = Vec::new();
@@ -334,7 +334,7 @@ impl<'a> Colours<'a> {
                 Mark::Line(_) | Mark::Steps(_) | Mark::Horizontal(_) | Mark::Vertical(_) => {
                     legend.line(stroke(series, colour), &series.name);
                 }
-                // A single faint dot could not be seen.
+                // A single faint dot would be invisible in the legend.
                 Mark::Points { radius, .. } => legend.disc(
                     radius.clamp(6.0, 10.0),
                     colour.with_opacity(colour.opacity.max(0.7)),

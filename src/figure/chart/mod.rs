@@ -1,6 +1,6 @@
 //! Charts: one or several panels of lines, points, bands, violins and boxes over linear or logarithmic axes.
 //!
-//! A [`Chart`] is plain data; [`Chart::draw`] lays it out and puts it on a [`Canvas`](super::Canvas).
+//! A [`Chart`] is plain data. [`Chart::draw`] lays it out and puts it on a [`Canvas`](super::Canvas).
 //!
 //! ```
 //! use landscape::figure::chart::{Axis, Chart, Corner, Mark, Panel, Series};
@@ -35,34 +35,34 @@ use super::style::{Anchor, Colour};
 pub use distribution::{Quantiles, Violin};
 pub use scale::{Axis, Scale};
 
-/// Panels on a sheet, row by row.
+/// Panels on a sheet, in row-major order.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chart {
-    /// Title over everything, or nothing.
+    /// Title above all panels; empty for none.
     pub title: String,
     /// The panels.
     pub panels: Vec<Panel>,
-    /// Panels in a row.
+    /// Number of panels in a row.
     pub columns: usize,
-    /// Width and height of a panel with its axes and title, canvas units; [`theme::TEXT`](super::theme::TEXT) fits widths from
-    /// 600 up.
+    /// Width and height of a panel with its axes and title, canvas units. The text size [`theme::TEXT`](super::theme::TEXT)
+    /// suits widths of 600 or more.
     pub panel_size: [u32; 2],
-    /// One legend below all panels, of every named series.
+    /// Whether one legend of all named series stands below the panels.
     pub legend_below: bool,
 }
 
-/// A pair of axes and what is drawn between them.
+/// A pair of axes and the series between them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Panel {
-    /// Title, or nothing.
+    /// Title; empty for none.
     pub title: String,
     /// The horizontal axis.
     pub x: Axis,
     /// The vertical axis.
     pub y: Axis,
-    /// What is drawn, in order: later ones cover earlier ones.
+    /// The series in the order of drawing: later ones cover earlier ones.
     pub series: Vec<Series>,
-    /// Corner for a legend of this panel's named series, if wanted inside.
+    /// Corner for a legend of this panel's named series; `None` for no legend inside.
     pub legend: Option<Corner>,
 }
 
@@ -79,22 +79,21 @@ pub enum Corner {
 /// Something drawn in a panel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
-    /// What legends call it; empty for nothing. Series of one name share a colour in all panels and one line of the legend.
+    /// Name in legends; empty for none. Series of the same name share a colour in all panels and one line of the legend.
     pub name: String,
-    /// Its colour; `None` takes the next one of the palette where there is a name, ink or grey where
-    /// there is none.
+    /// Colour. With `None`, a named series takes the next colour of the palette and a nameless one takes ink or grey.
     pub colour: Option<Colour>,
-    /// 0 (invisible) to 1 (opaque), times the opacity of the colour.
+    /// Opacity from 0 (invisible) to 1 (opaque), multiplied by that of the colour.
     pub opacity: f64,
     /// Width of lines, canvas units.
     pub width: f64,
     /// Whether lines are dashed.
     pub dashed: bool,
-    /// What it looks like.
+    /// Shape and data.
     pub mark: Mark,
 }
 
-/// What a series looks like. Coordinates are [x, y]; NaN leaves a gap; what lies outside a given range is not drawn.
+/// Shape and data of a series. Coordinates are [x, y]. NaN leaves a gap. Parts outside the range of the axes are not drawn.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Mark {
@@ -124,16 +123,16 @@ pub enum Mark {
         /// Which end of the text is at the point. The text is shifted if it would leave the panel.
         anchor: Anchor,
     },
-    /// A rule across the panel at this y.
+    /// A horizontal line across the panel at this y.
     Horizontal(f64),
-    /// A rule up the panel at this x.
+    /// A vertical line across the panel at this x.
     Vertical(f64),
 }
 
-/// A place along a band.
+/// A point of a band.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BandPoint {
-    /// The place.
+    /// Its place on the x axis.
     pub x: f64,
     /// Lower end.
     pub lower: f64,
@@ -172,7 +171,7 @@ impl Panel {
 }
 
 impl Series {
-    /// A nameless, opaque, solid series; bands are translucent.
+    /// A nameless, opaque, solid series. Bands are translucent.
     pub fn new(mark: Mark) -> Self {
         let (opacity, width) = match mark {
             Mark::Band(_) => (0.25, 3.5),
@@ -199,7 +198,7 @@ impl Series {
         Self::new(Mark::Steps(points))
     }
 
-    /// Circles of ordinary size.
+    /// Circles of the usual size.
     pub fn points(points: Vec<[f64; 2]>) -> Self {
         Self::new(Mark::Points {
             points,
@@ -229,7 +228,7 @@ impl Series {
         })
     }
 
-    /// With a name for the legend.
+    /// Sets the name for the legend.
     #[must_use]
     pub fn named(self, name: &str) -> Self {
         Self {
@@ -238,7 +237,7 @@ impl Series {
         }
     }
 
-    /// With a colour of its own.
+    /// Sets the colour.
     #[must_use]
     pub fn coloured(self, colour: Colour) -> Self {
         Self {
@@ -247,7 +246,7 @@ impl Series {
         }
     }
 
-    /// With dashed lines.
+    /// Makes the lines dashed.
     #[must_use]
     pub fn dashed(self) -> Self {
         Self {

@@ -1,4 +1,4 @@
-//! Painting the series of a panel.
+//! Draws the series of a panel.
 
 use super::super::canvas::Canvas;
 use super::super::style::{Anchor, Colour, Stroke, TextFace, text_width};
@@ -9,13 +9,13 @@ use super::{BandPoint, Mark, Quantiles, Scale, Series, Violin};
 
 /// Size of texts beside points.
 const NOTE: f64 = 0.82 * TEXT;
-/// Dash and gap of dashed lines, in widths of the line, and their least lengths.
+/// Lengths of dash and gap of dashed lines, in line widths. `LEAST_DASH` are the least lengths in canvas units.
 const DASH: [f64; 2] = [4.0, 2.6];
 const LEAST_DASH: [f64; 2] = [11.0, 7.0];
-/// Cosine of the turn above which the corner of a thick line is filled.
+/// The corner of a thick line is filled if the cosine of its turn is below this.
 const SHARP: f64 = 0.95;
 
-/// How the lines of a series are drawn.
+/// Stroke of the lines of a series.
 pub(super) fn stroke(series: &Series, colour: Colour) -> Stroke {
     let dash = [0, 1].map(|k| (DASH[k] * series.width).max(LEAST_DASH[k]));
     Stroke {
@@ -26,7 +26,7 @@ pub(super) fn stroke(series: &Series, colour: Colour) -> Stroke {
 }
 
 impl Mark {
-    /// Points that must be on the axes; NaN where a coordinate does not matter.
+    /// Points that must lie within the axes. A coordinate that does not matter is NaN.
     pub(super) fn extent(&self, x_scale: Scale) -> Vec<[f64; 2]> {
         let sides = |at: f64, half_width: f64| {
             [-1.0, 1.0].map(|side| x_scale.invert(x_scale.transform(at) + side * half_width))
@@ -62,7 +62,7 @@ impl Mark {
     }
 }
 
-/// Puts series on a canvas, inside a frame.
+/// Draws series on a canvas, inside a frame.
 pub(super) struct Painter<'a> {
     pub(super) canvas: &'a mut Canvas,
     pub(super) frame: Frame,
@@ -84,7 +84,7 @@ impl Painter<'_> {
         ]
     }
 
-    /// Canvas x of a place `shift` (transformed units) beside `x`.
+    /// Canvas x of the point at distance `shift` (in transformed units) from `x`.
     fn beside(&self, x: f64, shift: f64) -> f64 {
         let place = self.x.scale.transform(x) + shift;
         self.frame.left + self.x.part_of_place(place) * (self.frame.right - self.frame.left)
@@ -131,7 +131,7 @@ impl Painter<'_> {
         self.lines(&points, stroke);
     }
 
-    /// A polyline in canvas units.
+    /// Draws a polyline given in canvas units.
     fn lines(&mut self, points: &[[f64; 2]], stroke: Stroke) {
         for piece in self.frame.polyline(points) {
             self.canvas.polyline(&piece, stroke);
@@ -227,7 +227,7 @@ impl Painter<'_> {
         );
     }
 
-    /// A text, shifted so that it stays in the panel.
+    /// Draws a text, shifted so that it stays in the panel.
     fn note(&mut self, at: [f64; 2], text: &str, anchor: Anchor, colour: Colour) {
         let [x, y] = self.at(at);
         let room = self.frame.right - self.frame.left;

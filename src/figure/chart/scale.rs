@@ -1,18 +1,18 @@
-//! Axes: what they say, where they begin and end, where a value lies.
+//! Axes of charts: labels, ranges and the mapping of values to positions.
 
 use super::super::{FigureError, axis};
 
-/// How values are spread along an axis.
+/// Mapping of values to positions along an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scale {
-    /// Evenly.
+    /// Linear.
     Linear,
-    /// By their logarithm.
+    /// Logarithmic.
     Logarithmic,
 }
 
 impl Scale {
-    /// Where `value` lies, before any shift and stretch: itself or its decadic logarithm.
+    /// Position of `value` before shift and stretch: the value itself or its decadic logarithm.
     pub(super) fn transform(self, value: f64) -> f64 {
         match self {
             Self::Linear => value,
@@ -20,7 +20,7 @@ impl Scale {
         }
     }
 
-    /// The value that lies at `place`.
+    /// The value at the position `place`.
     pub(super) fn invert(self, place: f64) -> f64 {
         match self {
             Self::Linear => place,
@@ -32,18 +32,18 @@ impl Scale {
 /// One axis of a panel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
-    /// Name and unit of what it shows.
+    /// Name and unit of the quantity.
     pub label: String,
-    /// How values are spread.
+    /// Mapping of values to positions.
     pub scale: Scale,
-    /// Its ends, ascending; `None` takes them from the data.
+    /// Its ends, ascending. `None` takes them from the data.
     pub range: Option<[f64; 2]>,
-    /// Places with names, for categories; empty for numbers.
+    /// Names at places, for categories; empty for an axis of numbers.
     pub names: Vec<(f64, String)>,
 }
 
 impl Axis {
-    /// An axis with evenly spread values.
+    /// A linear axis.
     pub fn linear(label: &str) -> Self {
         Self {
             label: label.to_owned(),
@@ -61,7 +61,7 @@ impl Axis {
         }
     }
 
-    /// An axis with the given names at 0, 1, 2, …
+    /// An axis with the given names at 0, 1, 2, ….
     pub fn named(label: &str, names: &[&str]) -> Self {
         let names: Vec<(f64, String)> = names
             .iter()
@@ -75,7 +75,7 @@ impl Axis {
         }
     }
 
-    /// From `low` to `high`.
+    /// Sets the range.
     #[must_use]
     pub fn with_range(self, low: f64, high: f64) -> Self {
         Self {
@@ -84,13 +84,13 @@ impl Axis {
         }
     }
 
-    /// With names at places instead of numbers.
+    /// Sets names at places instead of numbers.
     #[must_use]
     pub fn with_names(self, names: Vec<(f64, String)>) -> Self {
         Self { names, ..self }
     }
 
-    /// The axis from end to end, given the values that must be on it. NaN is no value.
+    /// The range of the axis, given the values that must lie on it. NaN is ignored.
     pub(super) fn span(&self, values: impl Iterator<Item = f64>) -> Result<Span, FigureError> {
         let mut ends = [f64::INFINITY, f64::NEG_INFINITY];
         for value in values.filter(|value| !value.is_nan()) {
@@ -124,7 +124,7 @@ impl Axis {
         })
     }
 
-    /// A little room at both ends, but not below zero where nothing is negative.
+    /// The range with a little room at both ends. It does not go below zero if no value is negative.
     fn padded(&self, [low, high]: [f64; 2]) -> [f64; 2] {
         if low > high {
             return [0.0, 1.0];
@@ -145,7 +145,7 @@ impl Axis {
     }
 }
 
-/// An axis from end to end, in transformed values.
+/// The range of an axis, in transformed values.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Span {
     pub(super) scale: Scale,
@@ -154,17 +154,17 @@ pub(super) struct Span {
 }
 
 impl Span {
-    /// Part of the way from the lower end to the upper one.
+    /// Relative position of `value`: 0 at the lower end, 1 at the upper end.
     pub(super) fn part(&self, value: f64) -> f64 {
         self.part_of_place(self.scale.transform(value))
     }
 
-    /// The same for a transformed value.
+    /// Relative position of a transformed value.
     pub(super) fn part_of_place(&self, place: f64) -> f64 {
         (place - self.low) / (self.high - self.low)
     }
 
-    /// Values with texts, about `wanted` of them; those with names if there are any.
+    /// Values with texts, about `wanted` of them. If there are names, the result is the names within the range.
     pub(super) fn ticks(&self, names: &[(f64, String)], wanted: usize) -> Vec<(f64, String)> {
         if !names.is_empty() {
             return names
@@ -189,7 +189,7 @@ impl Span {
         values.into_iter().zip(texts).collect()
     }
 
-    /// Values for small ticks without texts: 2, 3, … 9 times powers of ten of a logarithmic axis of few decades.
+    /// Values for small ticks without texts: 2, 3, … 9 times powers of ten, on a logarithmic axis of at most six decades.
     pub(super) fn small_ticks(&self) -> Vec<f64> {
         if self.scale == Scale::Linear || self.high - self.low > 6.0 {
             return Vec::new();

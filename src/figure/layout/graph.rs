@@ -10,24 +10,25 @@ use rand::RngExt;
 
 use crate::sample::{Task, stream};
 
-/// Stop when a sweep lowers the stress by less than this part of it,
+/// Majorisation stops if a sweep lowers the stress by less than this part of it,
 const TOLERANCE: f64 = 1e-5;
-/// or when the relative errors of distances are this small on average: rounding takes over far below.
+/// or if the average relative error of the distances is this small; rounding errors dominate far below.
 const NEGLIGIBLE: f64 = 1e-7;
-/// Sweeps at most.
+/// Largest number of sweeps.
 const SWEEPS: usize = 500;
 
-/// Points in the plane and how the stress fell.
+/// Points in the plane and the history of the stress.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct GraphLayout {
     /// Place of each node.
     pub points: Vec<[f64; 2]>,
-    /// Stress of the start and after each sweep; never rises.
+    /// Stress at the start and after each sweep; it never rises.
     pub stress: Vec<f64>,
 }
 
-/// Lengths of the shortest paths between all pairs of `count` nodes over undirected `links` (ends, length ≥ 0): row-major
-/// count × count, infinite where there is no path. Dijkstra from every node.
+/// Lengths of the shortest paths between all pairs of `count` nodes over undirected `links` (ends, length ≥ 0), as a
+/// row-major count × count matrix. The length is infinite if there is no path. The method is Dijkstra's algorithm from
+/// every node.
 pub fn shortest_paths(count: usize, links: &[([usize; 2], f64)]) -> Vec<f64> {
     let mut graph = UnGraph::<(), f64>::with_capacity(count, links.len());
     for _ in 0..count {
@@ -44,7 +45,8 @@ pub fn shortest_paths(count: usize, links: &[([usize; 2], f64)]) -> Vec<f64> {
     graph.node_indices().flat_map(row).collect()
 }
 
-/// Connected components over `links` (ends, length) as sorted lists of nodes, the largest first (then by lowest node).
+/// Connected components over `links` (ends, length), as sorted lists of nodes. The largest comes first; ties are ordered by
+/// their lowest node.
 pub fn components(count: usize, links: &[([usize; 2], f64)]) -> Vec<Vec<usize>> {
     let mut sets = UnionFind::new(count);
     for &([a, b], _) in links {
@@ -62,7 +64,7 @@ pub fn components(count: usize, links: &[([usize; 2], f64)]) -> Vec<Vec<usize>> 
 /// Weighted stress `Σ (‖p_i − p_j‖ − D_ij)² / D_ij²` over pairs `i < j` with `0 < D_ij < ∞`.
 ///
 /// # Panics
-/// If `distances` is not points × points.
+/// If `distances` has not count × count entries.
 pub fn stress(points: &[[f64; 2]], distances: &[f64]) -> f64 {
     let count = points.len();
     assert_eq!(distances.len(), count * count, "one distance a pair");
@@ -79,11 +81,11 @@ pub fn stress(points: &[[f64; 2]], distances: &[f64]) -> f64 {
     sum
 }
 
-/// Places points so that their distances follow `distances` (row-major, symmetric): stress majorisation with weights
-/// D⁻² (de Leeuw 1977; one point at a time as in Gansner, Koren and North 2005), started from classical scaling.
+/// Places points so that their distances follow `distances` (row-major, symmetric). The method is stress majorisation with
+/// weights D⁻² (de Leeuw 1977), one point at a time (Gansner, Koren and North 2005), started from classical scaling.
 ///
-/// Every move minimises a function that bounds the stress from above and touches it, so the stress never rises. `seed`
-/// only parts points that the start puts in the same place.
+/// Every move minimises a function that bounds the stress from above and touches it, so the stress never rises. `seed` only
+/// separates points that start in the same place.
 ///
 /// # Panics
 /// If `distances` is not `count` × `count`.
@@ -117,8 +119,8 @@ pub fn majorise(count: usize, distances: &[f64], seed: u64) -> GraphLayout {
     }
 }
 
-/// Minimum over `p_i` of the majorant: the weighted mean of where each other point j would have i, at distance `D_ij` in the
-/// present direction.
+/// Minimum over `p_i` of the majorant. It is the weighted mean of the places at distance `D_ij` from each other point j in
+/// the present direction.
 fn best_place(i: usize, points: &[[f64; 2]], distances: &[f64]) -> [f64; 2] {
     let (mut sum, mut total) = ([0.0; 2], 0.0);
     for (j, (&other, &target)) in points.iter().zip(distances).enumerate() {
@@ -141,7 +143,8 @@ fn best_place(i: usize, points: &[[f64; 2]], distances: &[f64]) -> [f64; 2] {
     }
 }
 
-/// Classical scaling (Torgerson 1952): the two leading eigenvectors of −½ J D² J times the roots of their eigenvalues.
+/// Classical scaling (Torgerson 1952): the two leading eigenvectors of −½ J D² J times the square roots of their
+/// eigenvalues.
 fn classical_scaling(count: usize, distances: &[f64]) -> Vec<[f64; 2]> {
     let square = |i: usize, j: usize| distances[i * count + j].powi(2);
     let finite = distances.iter().all(|distance| distance.is_finite());
@@ -163,7 +166,7 @@ fn classical_scaling(count: usize, distances: &[f64]) -> Vec<[f64; 2]> {
         let column = count - 1 - axis;
         let size = eigen.S()[column].max(0.0).sqrt();
         let vector = eigen.U().col(column);
-        // An eigenvector has no sign of its own: its largest component shall be positive.
+        // The sign of an eigenvector is arbitrary; its largest component is made positive.
         let largest = (0..count)
             .max_by(|&a, &b| vector[a].abs().total_cmp(&vector[b].abs()))
             .unwrap_or(0);
@@ -175,7 +178,7 @@ fn classical_scaling(count: usize, distances: &[f64]) -> Vec<[f64; 2]> {
     points
 }
 
-/// The start where scaling has nothing to work with.
+/// Start on a circle, for distances that do not allow classical scaling.
 fn circle(count: usize, distances: &[f64]) -> Vec<[f64; 2]> {
     let radius = 0.5
         * distances
@@ -191,8 +194,8 @@ fn circle(count: usize, distances: &[f64]) -> Vec<[f64; 2]> {
         .collect()
 }
 
-/// Moves overlapping discs apart, least first: afterwards centres are at least `r_i + r_j + gap` apart, unless the discs
-/// are too crowded for 200 rounds.
+/// Moves overlapping discs apart by the least distance. Afterwards centres are at least `r_i + r_j + gap` apart, unless 200
+/// rounds do not suffice.
 ///
 /// # Panics
 /// If there are not as many radii as points.
@@ -227,8 +230,8 @@ pub fn separate(points: &mut [[f64; 2]], radii: &[f64], gap: f64) {
     }
 }
 
-/// Places rectangles (width, height) side by side without overlap, in rows or in columns, whichever fills a sheet of
-/// the given `aspect` (width / height) better. Returns their upper left corners and the size of the whole.
+/// Places rectangles (width, height) side by side without overlap. It chooses rows or columns, whichever fills a sheet of
+/// the given `aspect` (width / height) better, and returns the upper left corners and the size of the whole.
 pub fn pack(sizes: &[[f64; 2]], aspect: f64) -> (Vec<[f64; 2]>, [f64; 2]) {
     let mut best: Option<(f64, Vec<[f64; 2]>, [f64; 2])> = None;
     for columns in [false, true] {

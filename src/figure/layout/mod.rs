@@ -1,4 +1,4 @@
-//! Where things go: pure geometry, no colours and no files.
+//! Layout of trees and graphs: pure geometry without colours or files.
 
 mod graph;
 mod sheet;

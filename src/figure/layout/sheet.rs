@@ -1,16 +1,16 @@
-//! A graph on a sheet: its components side by side, each laid out by the lengths of its links.
+//! Layout of a graph on a sheet: its components stand side by side, and lengths of links determine each component.
 
 use super::graph::{components, majorise, pack, separate, shortest_paths};
 
-/// Most canvas units of one unit of length: two nodes need not be a sheet apart.
+/// Largest number of canvas units per unit of length, so that two nodes are not a sheet apart.
 const LARGEST_UNIT: f64 = 230.0;
 
-/// Centres of discs of these `radii` inside `frame` (upper left, lower right), nodes that `links` (ends, length ≥ 0) join
-/// about as far apart as the shortest paths between them are long. `seed` only parts nodes that the layout puts in the
-/// same place.
+/// Centres of discs of these `radii` inside `frame` (upper left, lower right). Distances between nodes that `links` (ends,
+/// length ≥ 0) connect are about proportional to the shortest paths between them. `seed` only separates nodes that the
+/// layout puts in the same place.
 ///
 /// # Panics
-/// If a link names a node that has no radius.
+/// If a link refers to a node that has no radius.
 pub fn place_in(
     frame: [[f64; 2]; 2],
     radii: &[f64],
@@ -40,7 +40,7 @@ pub fn place_in(
         for (&node, point) in nodes.iter().zip(points) {
             local[node] = point;
         }
-        // A margin of half a typical link around every part.
+        // The margin around every component is half a typical link.
         boxes.push(extent.map(|side| side + 0.6));
     }
     let (corners, extent) = pack(&boxes, room[0] / room[1]);
@@ -59,7 +59,7 @@ pub fn place_in(
     points
 }
 
-/// Turns points so that their longest extent is horizontal and moves the box around them to the origin.
+/// Rotates points so that their longest extent is horizontal, and moves their bounding box to the origin.
 fn turned(points: &[[f64; 2]]) -> (Vec<[f64; 2]>, [f64; 2]) {
     let count = points.len().max(1) as f64;
     let mean = [0, 1].map(|axis| points.iter().map(|point| point[axis]).sum::<f64>() / count);
@@ -82,7 +82,7 @@ fn turned(points: &[[f64; 2]]) -> (Vec<[f64; 2]>, [f64; 2]) {
     (points, [high[0] - low[0], high[1] - low[1]])
 }
 
-/// Smallest and largest coordinates; zeros of nothing.
+/// Smallest and largest coordinates; zeros if there are no points.
 fn bounds(points: &[[f64; 2]]) -> [[f64; 2]; 2] {
     if points.is_empty() {
         return [[0.0; 2]; 2];
@@ -102,7 +102,7 @@ fn bounds(points: &[[f64; 2]]) -> [[f64; 2]; 2] {
     [[least(0), least(1)], [most(0), most(1)]]
 }
 
-/// Centres points in `frame`, each direction squeezed only if it does not fit.
+/// Centres points in `frame`. Each direction is squeezed only if it does not fit.
 fn fit_into(points: &mut [[f64; 2]], frame: [[f64; 2]; 2], margin: f64) {
     let [low, high] = bounds(points);
     for axis in 0..2 {

@@ -1,23 +1,23 @@
-//! Layout of a disconnectivity graph, and its coarsening to groups of minima.
+//! Layout of a disconnectivity graph, and its coarsening to groups.
 
 use crate::topography::{Evidence, MinimumId, Node, NodeId, Tree};
 
-/// How the branches of a merge are sorted from left to right.
+/// Order of the branches of a merge from left to right.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum LeafOrder {
-    /// The branch with most leaves in the middle, smaller ones alternating outward.
+    /// The branch with the most leaves is in the middle; smaller ones alternate outward.
     #[default]
     LargestCentred,
-    /// The branch with the lowest minimum in the middle (the global minimum is centred), others outward.
+    /// The branch with the lowest minimum is in the middle, so the global minimum is centred.
     LowestCentred,
-    /// By rising lowest minimum: the global minimum at the far left.
+    /// Branches ascend by their lowest minimum, so the global minimum is at the far left.
     Energy,
 }
 
-/// Horizontal places of a tree's nodes; leaves are one unit apart, trees of a forest farther.
+/// Horizontal places of a tree's nodes. Leaves are one unit apart, and the trees of a forest are farther apart.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct TreeLayout {
-    /// Place of each node, by node number: a parent stands midway between its outermost children.
+    /// Place of each node, by node number. A parent stands midway between its outermost children.
     pub x: Vec<f64>,
     /// Numbers of the leaves from left to right; the first is at 0.
     pub leaves: Vec<usize>,
@@ -33,7 +33,7 @@ pub fn leaf_count(tree: &Tree) -> usize {
         .count()
 }
 
-/// What the order of branches looks at.
+/// Sizes and lowest energies of the branches, for sorting them.
 struct Branches<'a> {
     tree: &'a Tree,
     order: LeafOrder,
@@ -42,7 +42,7 @@ struct Branches<'a> {
 }
 
 impl Branches<'_> {
-    /// Sort key: better branches first. The number of the node makes it total.
+    /// Sort order: better branches first. Ties are broken by the number of the node.
     fn compare(&self, a: usize, b: usize) -> std::cmp::Ordering {
         let by_size = self.leaves[b].cmp(&self.leaves[a]);
         let by_energy = self.lowest[a].total_cmp(&self.lowest[b]);
@@ -65,7 +65,7 @@ impl Branches<'_> {
 
     /// Appends the leaves under `root` from left to right.
     fn write(&self, root: usize, leaves: &mut Vec<usize>) {
-        // Branches still to be written, the next last.
+        // Stack of branches to be written; the next is last.
         let mut rest = vec![root];
         while let Some(node) = rest.pop() {
             match self.order {
@@ -88,9 +88,9 @@ impl Branches<'_> {
         }
     }
 
-    /// Walks down the spine of best branches; what leaves it goes to the side with fewer leaves so far, outermost first, so
-    /// that the end of the spine, a leaf, is in the middle. The branches on the left from left to right, the end of the
-    /// spine, and those on the right from right to left.
+    /// Walks down the spine of best branches. Every other branch goes to the side with fewer leaves so far, outermost
+    /// first, so that the leaf at the end of the spine is in the middle. Returns the branches on the left from left to
+    /// right, the end of the spine, and the branches on the right from right to left.
     fn around_spine(&self, node: usize) -> [Vec<usize>; 3] {
         let (mut left, mut right) = (Vec::new(), Vec::new());
         let mut counts = [0, 0];
@@ -117,7 +117,7 @@ impl Branches<'_> {
 
 /// Places the leaves of `tree` side by side so that no two branches cross.
 ///
-/// The trees of a forest stand next to each other, the one with most leaves first, with a gap; minima without any
+/// The trees of a forest stand next to each other with a gap, the one with the most leaves first. Minima without any
 /// connection come last, close together.
 pub fn place(tree: &Tree, order: LeafOrder) -> TreeLayout {
     let count = tree.nodes.len();
@@ -184,13 +184,13 @@ pub fn place(tree: &Tree, order: LeafOrder) -> TreeLayout {
     layout
 }
 
-/// The tree of groups of minima: leaf g stands for all leaves i with `group_of[i]` = g, at their lowest energy.
+/// The tree of groups of minima. Leaf g represents all leaves i with `group_of[i]` = g, at their lowest energy.
 ///
-/// Members of a group count as joined from the start, so two groups merge at the lowest height that joins any member of
-/// one to any member of the other. Merges inside a group vanish.
+/// Members of a group count as joined from the start. Two groups therefore merge at the lowest height that joins any member
+/// of one to any member of the other, and merges inside a group vanish.
 ///
 /// # Panics
-/// If `group_of` has not one entry a leaf.
+/// If `group_of` does not have one entry per leaf.
 pub fn collapse(tree: &Tree, group_of: &[usize]) -> Tree {
     let leaves = leaf_count(tree);
     assert_eq!(group_of.len(), leaves, "one group a leaf");
@@ -207,7 +207,7 @@ pub fn collapse(tree: &Tree, group_of: &[usize]) -> Tree {
     for (leaf, &group) in group_of.iter().enumerate() {
         nodes[group].energy = nodes[group].energy.min(tree.nodes[leaf].energy);
     }
-    // Disjoint sets of groups; `top` is the node of the new tree that a set has grown into.
+    // Disjoint sets of groups. `top` is the root of each set in the new tree.
     let mut above: Vec<usize> = (0..groups).collect();
     let mut top = above.clone();
     let find = |above: &mut [usize], mut group: usize| {
@@ -217,7 +217,7 @@ pub fn collapse(tree: &Tree, group_of: &[usize]) -> Tree {
         }
         group
     };
-    // Any group below each node of the old tree.
+    // A group below each node of the old tree.
     let mut below = group_of.to_vec();
     for node in &tree.nodes[leaves..] {
         below.push(below[node.children[0].0]);

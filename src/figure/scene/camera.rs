@@ -1,4 +1,4 @@
-//! Cameras, and viewpoints that show what matters.
+//! Cameras, and the choice of viewpoints.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -6,27 +6,27 @@ use super::{Scene, Surface};
 
 /// Side of the trial renderings that choose a viewpoint, pixels.
 const TRIAL_SIDE: u32 = 120;
-/// What it counts that a viewpoint shows markers, the first surface, the others.
+/// Weights of the visible areas of markers, the first surface and the other surfaces in the score of a viewpoint.
 const WEIGHTS: [f64; 3] = [1.0, 0.5, 1.0];
-/// Two viewpoints differ if the lines along which they look have less than this cosine, that of 60°: from the opposite side
-/// much of the outline is the same.
+/// Two viewpoints differ if the cosine between their lines of sight is below this one, that of 60°. Opposite viewpoints do
+/// not differ because their outlines are largely the same.
 const APART: f64 = 0.51;
 
 /// An orthographic camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Camera {
-    /// Point in the middle of the image, metres.
+    /// Point in the middle of the image, object frame, metres.
     pub target: Vector3<f64>,
-    /// Rows: right, up and toward the eye, unit vectors.
+    /// Rows are the unit vectors to the right, up and toward the eye.
     pub view_from_object: Matrix3<f64>,
     /// Half the shorter side of the image, metres.
     pub half_extent_m: f64,
 }
 
 impl Camera {
-    /// Camera at the far end of `toward_eye`, looking at `target`, with `up` upright in the image.
+    /// Camera at the far end of `toward_eye` that looks at `target`, with `up` upright in the image.
     ///
-    /// An `up` along the line of sight is replaced by the coordinate axis farthest from it.
+    /// If `up` is along the line of sight, the coordinate axis farthest from it is used instead.
     ///
     /// # Panics
     /// If `toward_eye` is zero.
@@ -104,13 +104,13 @@ impl Scene {
     }
 
     /// The best of the 26 directions toward faces, edges and corners of a cube: the one that shows most of the markers, of
-    /// the first surface (the hand) and of the others (the object). Each is measured by its visible area as a share of the
-    /// largest that any of the directions shows; the hand counts half, since it is seen from everywhere.
+    /// the first surface (the hand) and of the others (the object). Each visible area is divided by the largest one over
+    /// all directions. The hand has half the weight because it is visible from everywhere.
     pub fn best_camera(&self, up: Vector3<f64>) -> Camera {
         self.two_cameras(up)[0]
     }
 
-    /// [`Scene::best_camera`], and the best of the directions across it: at least 60° from it and from its opposite.
+    /// [`Scene::best_camera`], and the best of the directions at least 60° from it and from its opposite.
     pub fn two_cameras(&self, up: Vector3<f64>) -> [Camera; 2] {
         let step = |digit: u32| f64::from(digit % 3) - 1.0;
         let directions = (0..27u32)
@@ -137,7 +137,7 @@ impl Scene {
         };
         let best = |allowed: &dyn Fn(&Camera) -> bool| {
             let allowed = seen.iter().filter(|(camera, _)| allowed(camera));
-            // The first of equal ones.
+            // Of equal directions, take the first.
             allowed
                 .rev()
                 .max_by(|a, b| score(&a.1).total_cmp(&score(&b.1)))
@@ -148,7 +148,7 @@ impl Scene {
         [first, second]
     }
 
-    /// [`Scene::best_camera`], near enough that the first surface and the markers fill the image.
+    /// [`Scene::best_camera`], moved closer so that the first surface and the markers fill the image.
     pub fn closer_camera(&self, up: Vector3<f64>) -> Camera {
         let toward_eye = self.best_camera(up).toward_eye();
         let nearer = Self {
@@ -159,7 +159,7 @@ impl Scene {
         nearer.framed(toward_eye, up)
     }
 
-    /// Visible areas of markers, of the first surface and of the others, m².
+    /// Visible areas of the markers, the first surface and the other surfaces, m².
     fn shown(&self, camera: &Camera, normals: &[Vec<[Vector3<f64>; 3]>]) -> [f64; 3] {
         let raster = self.raster(camera, TRIAL_SIDE, TRIAL_SIDE, normals);
         let pixel_m2 = (2.0 * camera.half_extent_m / f64::from(TRIAL_SIDE)).powi(2);

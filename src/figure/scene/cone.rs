@@ -8,14 +8,14 @@ use crate::object::ExactMesh;
 
 use super::Scene;
 
-/// Part of a cone's colour that covers what lies behind it, and part that shines through what lies before it.
+/// Opacity of a cone before a surface. `SHINING` is the opacity of a cone that a surface covers.
 pub(super) const COVERING: f64 = 0.62;
 pub(super) const SHINING: f64 = 0.42;
 
-/// Side faces of a drawn cone.
+/// Number of side faces of a drawn cone.
 const FACES: u32 = 48;
 
-/// A cone, drawn translucent: the directions in which a contact can push without slipping.
+/// A translucent cone: the directions in which a contact can push without slipping.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cone {
     /// Tip, object frame, metres.
@@ -58,7 +58,7 @@ impl Cone {
         )
     }
 
-    /// Corners and outward normals of the triangles it is drawn with: the side, then the base.
+    /// Corners and outward normals of the drawn triangles: first the side, then the base.
     pub(super) fn triangles(&self) -> Vec<[[Vector3<f64>; 3]; 2]> {
         let (sin, cos) = self.half_angle_rad.sin_cos();
         let (middle, radius) = self.base();
@@ -98,10 +98,9 @@ impl Cone {
 }
 
 impl Scene {
-    /// Adds the friction cone of a contact at each marker, in the marker's colour: its tip is the nearest point of
-    /// `surface`, its axis the inward normal there, its half-angle atan `friction`, its side `side_m` long.
-    ///
-    /// Two or three centimetres read well beside a hand.
+    /// Adds the friction cone of a contact at each marker, in the marker's colour. Its tip is the nearest point of
+    /// `surface`, its axis is the inward normal there, its half-angle is atan `friction`, and its side has length `side_m`.
+    /// A side of two or three centimetres looks good beside a hand.
     #[must_use]
     pub fn with_friction_cones(mut self, surface: &ExactMesh, friction: f64, side_m: f64) -> Self {
         self.cones.extend(self.markers.iter().map(|marker| {

@@ -1,30 +1,30 @@
-//! A scene as a binary glTF 2.0 file, for any viewer of three-dimensional things.
+//! A scene as a binary glTF 2.0 file, for viewers of three-dimensional models.
 
 use nalgebra::Vector3;
 use serde_json::{Value, json};
 
 use super::{Marker, Scene, Surface};
 
-/// Halvings of an octahedron's edges that make a marker's ball.
+/// Number of subdivisions of an octahedron that give the ball of a marker.
 const FINENESS: u32 = 3;
-/// glTF's numbers for component types and for what buffers are.
+/// Constants of glTF for component types and buffer targets.
 const FLOAT: u32 = 5126;
 const UNSIGNED: u32 = 5125;
 const VERTICES: u32 = 34962;
 const INDICES: u32 = 34963;
 
 impl Scene {
-    /// The scene as a `.glb` file: a node for each surface and each marker, metres, under one node that turns z up into
-    /// glTF's y up. Friction cones are left out.
+    /// The scene as a `.glb` file in metres. Each surface and each marker is a node under one node that turns z up into
+    /// glTF's y up. Friction cones are omitted.
     pub fn to_glb(&self) -> Vec<u8> {
         self.written(&[], &[])
     }
 
-    /// The same, the first surface moving: its vertices are at `frames[i]` at `times_s[i]`, between two frames on the
-    /// straight line. Every frame is a morph target.
+    /// The scene with a moving first surface. Its vertices are at `frames[i]` at time `times_s[i]`, with linear
+    /// interpolation between frames. Every frame is a morph target.
     ///
     /// # Panics
-    /// If there is not one time a frame, or a frame has another number of vertices than the surface.
+    /// If there is not one time per frame, or if a frame has another number of vertices than the surface.
     pub fn to_animated_glb(&self, times_s: &[f64], frames: &[Vec<Vector3<f64>>]) -> Vec<u8> {
         assert_eq!(times_s.len(), frames.len(), "one time a frame");
         self.written(times_s, frames)
@@ -76,7 +76,7 @@ impl Scene {
     }
 }
 
-/// The ball of radius 1.
+/// A ball of radius 1.
 fn ball(colour: [u8; 3]) -> Surface {
     let (x, y, z) = (Vector3::x(), Vector3::y(), Vector3::z());
     let mut vertices = vec![x, y, z, -x, -y, -z];
@@ -121,7 +121,6 @@ struct Writer {
     animations: Vec<Value>,
 }
 
-/// glTF has 32-bit numbers.
 #[expect(clippy::cast_possible_truncation, reason = "glTF has 32-bit numbers")]
 fn narrow(x: f64) -> f32 {
     x as f32
@@ -133,7 +132,7 @@ impl Writer {
         self.nodes.len() - 1
     }
 
-    /// `target`: what a graphics card takes the bytes for; nothing for the numbers of an animation.
+    /// Adds a view of new bytes to the buffer. `target` is the buffer target; `None` for the numbers of an animation.
     fn view(&mut self, bytes: &[u8], target: Option<u32>) -> usize {
         let mut view = json!({
             "buffer": 0,
@@ -148,7 +147,7 @@ impl Writer {
         self.views.len() - 1
     }
 
-    /// Points or directions.
+    /// Adds an accessor of points or directions.
     fn vectors(&mut self, vectors: impl Iterator<Item = Vector3<f64>>) -> usize {
         let points: Vec<[f32; 3]> = vectors.map(|v| [v.x, v.y, v.z].map(narrow)).collect();
         let bytes: Vec<u8> = points
@@ -174,7 +173,7 @@ impl Writer {
         self.accessors.len() - 1
     }
 
-    /// Plain numbers, with their least and largest.
+    /// Adds an accessor of numbers with their minimum and maximum.
     fn scalars(&mut self, values: &[f32]) -> usize {
         let bytes: Vec<u8> = values.iter().flat_map(|x| x.to_le_bytes()).collect();
         let view = self.view(&bytes, None);
@@ -190,7 +189,7 @@ impl Writer {
         self.accessors.len() - 1
     }
 
-    /// Adds the shapes that a mesh can take.
+    /// Adds the frames as morph targets of a mesh.
     fn morph(&mut self, mesh: usize, rest: &[Vector3<f64>], frames: &[Vec<Vector3<f64>>]) {
         let targets: Vec<Value> = frames
             .iter()
@@ -206,7 +205,7 @@ impl Writer {
         self.meshes[mesh]["primitives"][0]["targets"] = json!(targets);
     }
 
-    /// Goes through the shapes of a node's mesh, one after the other.
+    /// Adds an animation that goes through the morph targets of a node's mesh.
     fn animate(&mut self, node: usize, times_s: &[f64]) {
         let count = times_s.len();
         let times: Vec<f32> = times_s.iter().copied().map(narrow).collect();
@@ -238,7 +237,7 @@ impl Writer {
             "count": 3 * surface.triangles.len(),
             "type": "SCALAR",
         }));
-        // Colours here are for screens; glTF wants them linear.
+        // Colours of surfaces are sRGB; glTF needs linear ones.
         let [red, green, blue] = surface
             .colour
             .map(|byte| (f64::from(byte) / 255.0).powf(2.2));

@@ -1,4 +1,4 @@
-//! A hand on an object.
+//! Scenes of a hand on an object.
 
 use crate::hand::{Hand, PosedHand, Skin};
 use crate::object::{Mesh, Object};
@@ -14,7 +14,7 @@ impl Surface {
     /// The skin of a posed hand.
     ///
     /// # Panics
-    /// If `skin` is that of another hand.
+    /// If `skin` belongs to another hand.
     pub fn of_hand(skin: &Skin, posed: &PosedHand) -> Self {
         Self {
             vertices: skin.pose(posed),
@@ -34,10 +34,10 @@ impl Surface {
 }
 
 impl Scene {
-    /// `hand` at pose `x` on `object`, a marker at each of the surface points `contacts`.
+    /// `hand` at pose `x` on `object`, with a marker at each of the surface points `contacts`.
     ///
     /// # Panics
-    /// If `skin` or `x` is that of another hand or a contact index is out of range.
+    /// If `skin` or `x` belongs to another hand, or if a contact index is out of range.
     pub fn of_grasp(
         hand: &Hand,
         skin: &Skin,
@@ -51,7 +51,7 @@ impl Scene {
     /// [`Scene::of_grasp`] on the bare mesh of an object.
     ///
     /// # Panics
-    /// If `skin` or `x` is that of another hand or a contact index is out of range.
+    /// If `skin` or `x` belongs to another hand, or if a contact index is out of range.
     pub fn of_grasp_on(hand: &Hand, skin: &Skin, mesh: &Mesh, x: &[f64], contacts: &[u32]) -> Self {
         let mut posed = PosedHand::default();
         hand.pose(x, &mut posed);

@@ -1,6 +1,6 @@
-//! Rendered grasps: triangle meshes and contact markers through a depth buffer.
+//! Rendered grasps: triangle meshes and contact markers, drawn with a depth buffer.
 //!
-//! Hand and object touch and penetrate each other, so triangles cannot be sorted; every pixel keeps what is nearest.
+//! Hand and object touch and penetrate each other, so triangles cannot be sorted. Every pixel keeps its nearest surface.
 
 use nalgebra::Vector3;
 
@@ -17,11 +17,11 @@ pub use camera::Camera;
 pub use cone::Cone;
 use raster::{Layer, Raster};
 
-/// Pixels are rendered twice as fine in both directions and averaged.
+/// Factor by which pixels are finer in each direction before averaging.
 const SUPERSAMPLING: u32 = 2;
-/// Faces that meet at a sharper angle than this keep their edge: cosine of 40°.
+/// Faces that meet at a sharper angle than this keep their edge (cosine of 40°).
 const CREASE: f64 = 0.766;
-/// Part of a marker's colour that shows through what covers it.
+/// Share of a marker's colour that shows through a surface that covers it.
 const SHINE_THROUGH: f64 = 0.45;
 /// A triangle mesh in one colour.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,7 +34,7 @@ pub struct Surface {
     pub colour: [u8; 3],
 }
 
-/// A small sphere at a contact. What covers it lets it shine through.
+/// A small sphere at a contact. It shines through surfaces that cover it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Marker {
     /// Centre, object frame, metres.
@@ -45,10 +45,10 @@ pub struct Marker {
     pub colour: [u8; 3],
 }
 
-/// What is to be seen.
+/// Objects to render.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Scene {
-    /// Meshes, the hand first: viewpoints are chosen to show much of it.
+    /// Meshes, the hand first. Viewpoints are chosen to show much of it.
     pub surfaces: Vec<Surface>,
     /// Contacts.
     pub markers: Vec<Marker>,
@@ -135,9 +135,9 @@ impl Scene {
 }
 
 impl Surface {
-    /// Unit normal at each corner of each triangle: the sum of the area vectors of the faces around the vertex, as far
-    /// as they turn less than [`CREASE`] away from the triangle's own. Vertices in the same place count as one, so that
-    /// a file that lists every triangle's corners anew is smooth as well.
+    /// Unit normal at each corner of each triangle. It is the sum of the area vectors of those faces around the vertex that
+    /// turn less than [`CREASE`] away from the triangle. Vertices in the same place count as one, so that a file that lists
+    /// the corners of every triangle separately is smooth as well.
     fn corner_normals(&self) -> Vec<[Vector3<f64>; 3]> {
         let key = |vertex: &Vector3<f64>| {
             [vertex.x, vertex.y, vertex.z].map(|value| (value + 0.0).to_bits())

@@ -1,20 +1,20 @@
-//! The depth buffer of a scene, one layer for what covers and two for what is laid over it.
+//! The depth buffer of a scene: one opaque layer of surfaces and two translucent layers of cones and markers.
 
 use nalgebra::Vector3;
 
 use super::{Camera, Marker};
 
-/// What is nearest to the eye at a pixel.
+/// The point nearest to the eye at a pixel.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Nearest {
-    /// Toward the eye, pixels; −∞ where nothing is.
+    /// Depth toward the eye in pixels; −∞ if the pixel is empty.
     pub(super) depth: f64,
     pub(super) colour: [f64; 3],
     /// Number of the surface.
     pub(super) owner: usize,
 }
 
-/// Where a triangle goes.
+/// Layer of a triangle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Layer {
     Surface,
@@ -62,7 +62,7 @@ impl Raster {
         )
     }
 
-    /// Pixels whose centres may lie between `low` and `high`.
+    /// Range of pixels whose centres may lie between `low` and `high`.
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
@@ -157,8 +157,8 @@ impl Raster {
     }
 }
 
-/// Lambert shading in view coordinates: a main light from the upper left, a weaker one from the right, some from
-/// everywhere. Back faces are lit like front faces, so that open meshes do not show holes.
+/// Lambert shading in view coordinates: a main light from the upper left, a weaker one from the right, and some ambient
+/// light. Back faces are lit like front faces, so that open meshes do not show holes.
 fn shade(colour: [f64; 3], normal: &Vector3<f64>) -> [f64; 3] {
     let normal = normal.try_normalize(0.0).unwrap_or_else(Vector3::z);
     let normal = if normal.z < 0.0 { -normal } else { normal };
