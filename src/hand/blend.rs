@@ -1,39 +1,40 @@
-//! A surface that bends with the hand, and ball joints: what MANO needs beyond rigid links.
+//! The bending surface and the ball joints of MANO.
 //!
 //! ```text
 //! p = Σₖ wₖ (Rₖ (v − Jₖ + c) + oₖ),    c = P vec(R(θ₁) − I, …),    θ = θ₀ + M q
 //! ```
 //!
-//! Linear blend skinning with pose-corrective shapes (Romero, Tzionas, Black 2017, after Loper et al. 2015). wₖ: weights of
-//! vertex v; Rₖ, oₖ: frame of link k; Jₖ: its joint at rest; P: corrections by the entries, row after row, of the joints'
-//! rotations R(θ) = exp [θ]ₓ; θ: three angles a ball joint; q: joint coordinates, the angles themselves or weights of their
-//! principal components.
+//! Linear blend skinning with pose-corrective shapes (Romero, Tzionas, Black 2017, after Loper et al. 2015). wₖ:
+//! weights of vertex v; Rₖ, oₖ: frame of link k; Jₖ: its joint at rest; P: corrections by the entries, in row-major
+//! order, of the joints' rotations R(θ) = exp [θ]ₓ; θ: three angles per ball joint; q: joint coordinates, which are
+//! the angles themselves or the weights of their principal components.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Vector3};
 
 use super::mirror::reflected;
 use super::{Hand, LinkId, PosedHand, Wrench};
 
-/// Numbers of a rotation.
+/// Number of entries of a rotation matrix.
 const ENTRIES: usize = 9;
 
-/// The bending surface of a hand, and how its coordinates turn its ball joints.
+/// The bending surface of a hand, and the map from its coordinates to the angles of its ball joints.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Blend {
-    /// θ at q = 0, three angles a ball joint, radians.
+    /// θ at q = 0, three angles per ball joint, radians.
     pub(super) offset_rad: DVector<f64>,
     /// ∂θ/∂q.
     pub(super) map: DMatrix<f64>,
-    /// In the order of [`Hand::surface`].
+    /// Vertices in the order of [`Hand::surface`].
     pub(super) vertices: Vec<BlendVertex>,
-    /// Triangles between them.
+    /// Triangles of vertex indices.
     pub(super) triangles: Vec<[u32; 3]>,
 }
 
 /// A vertex of the surface.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct BlendVertex {
-    /// What carries it: link, position in its frame at rest (metres), weight. The weights sum to 1.
+    /// For each link that carries the vertex: link, position in its frame at rest (metres), weight. The weights sum
+    /// to 1.
     pub(super) bindings: Vec<(LinkId, Vector3<f64>, f64)>,
     /// Outward unit normal at rest.
     pub(super) normal: Vector3<f64>,
@@ -66,7 +67,7 @@ fn angles_of(posed: &PosedHand, ball: usize) -> Vector3<f64> {
 }
 
 impl Blend {
-    /// Writes what points and joints will ask for into `posed`: θ, and the entries of R(θ) − I.
+    /// Writes θ and the entries of R(θ) − I into `posed`.
     pub(super) fn prepare(&self, joints_rad: &[f64], posed: &mut PosedHand) {
         posed.angles_rad.clear();
         posed
@@ -84,7 +85,8 @@ impl Blend {
         }
     }
 
-    /// The mirror image at x = 0, as [`Hand::mirrored`] has it: at the same coordinates, every point and joint is mirrored.
+    /// The mirror image at x = 0, as in [`Hand::mirrored`]: at the same coordinates, every point and joint is
+    /// mirrored.
     ///
     /// With M = diag(−1, 1, 1), M R(θ) M = R(−M θ): angles about x stay, those about y and z change their sign.
     pub(super) fn mirrored(&self) -> Self {
@@ -116,13 +118,15 @@ impl Blend {
         rotation(&angles_of(posed, ball))
     }
 
-    /// The axis, in the frame that carries ball joint `ball`, about which coordinate `joint` turns it, times its rate.
+    /// The rate of rotation of ball joint `ball` per unit of coordinate `joint`, in the frame that carries the ball
+    /// joint.
     pub(super) fn rate(&self, posed: &PosedHand, ball: usize, joint: usize) -> Vector3<f64> {
         let slopes = self.map.fixed_view::<3, 1>(3 * ball, joint);
         left_jacobian(&angles_of(posed, ball)) * slopes
     }
 
-    /// Adds what a moment on ball joint `ball`, in the frame that carries it, does to the coordinates.
+    /// Adds the gradient of the coordinates that follows from a moment on ball joint `ball`, in the frame that
+    /// carries it.
     pub(super) fn pull_back(
         &self,
         posed: &PosedHand,
@@ -146,7 +150,8 @@ impl Blend {
         parts.sum()
     }
 
-    /// Its normal, turned as its links are, in their mixture; not yet of length one.
+    /// The normal of surface point `index`: the weighted sum of the normals turned with each link, not yet of unit
+    /// length.
     fn mixed_normal(&self, posed: &PosedHand, index: usize) -> Vector3<f64> {
         let vertex = &self.vertices[index];
         let parts = (vertex.bindings.iter()).map(|(link, _, weight)| {
@@ -163,8 +168,8 @@ impl Blend {
 
     /// Turns forces on surface points, and moments on their normals, into wrenches on links.
     ///
-    /// A force on a point pulls on each link that carries it, by its weight, where that link alone would have the point; what
-    /// it does to the corrections is a moment between a joint's two links.
+    /// A force on a point acts on each link that carries it, scaled by the weight, at the place where that link alone
+    /// would put the point. Its effect on the corrections is a moment between the two links of a joint.
     pub(super) fn gather(
         &self,
         hand: &Hand,
@@ -198,7 +203,7 @@ impl Blend {
             if length < 1e-12 {
                 continue;
             }
-            // A moment n × m on a unit normal n is the derivative m by it, across it.
+            // A moment n × m on a unit normal n comes from a derivative m with respect to n; m is perpendicular to n.
             let by_normal = moment.cross(&mixed) / (length * length);
             for (link, _, weight) in &vertex.bindings {
                 let turned = posed.object_from_link[link.0].direction(&vertex.normal);
@@ -209,7 +214,8 @@ impl Blend {
             let (Some(ball), Some(parent)) = (link.ball, link.parent) else {
                 continue;
             };
-            // With ω the turn of R, dR = [ω]ₓ R, so dE = Σ (ω × column of R) · column of ∂E/∂R.
+            // With ω the rotation vector of a change of R, dR = [ω]ₓ R, so dE = Σ (ω × column of R) · column of
+            // ∂E/∂R.
             let entries = &by_entry[ENTRIES * ball..ENTRIES * (ball + 1)];
             let slopes = Matrix3::from_row_slice(entries);
             let turned = Self::ball(posed, ball);

@@ -1,4 +1,4 @@
-//! What was derived of a hand, as the side file that would say it.
+//! Writes the derived properties of a hand as a side file.
 
 use std::collections::BTreeMap;
 
@@ -6,7 +6,8 @@ use super::side_file::{CapsuleEntry, DigitEntry, MetricEntry, PalmEntry, SideFil
 use super::{Hand, HandError, HandFiles, JointKind};
 
 impl HandFiles {
-    /// The side file that says all that is derived for this hand and all that its own side file says: a text to be edited.
+    /// The side file that states all that is derived for this hand and all that its own side file states. It is a
+    /// text to edit.
     ///
     /// The hand of the same files with this side file is the same hand.
     ///
@@ -16,10 +17,10 @@ impl HandFiles {
         self.side_file_of(&Hand::from_files(self)?)
     }
 
-    /// The same where the hand of these files is at hand already.
+    /// As [`HandFiles::derived_side_file`], for a hand that has already been read from these files.
     pub(crate) fn side_file_of(&self, hand: &Hand) -> Result<String, HandError> {
         let mut side = self.side()?;
-        // Everything in a side file is about the hand before it is mirrored.
+        // A side file describes the hand before it is mirrored.
         let mirrored = side.mirror;
         let unmirrored = mirrored.then(|| hand.mirrored());
         let hand = unmirrored.as_ref().unwrap_or(hand);
@@ -34,7 +35,7 @@ impl HandFiles {
         });
         side.self_pairs.get_or_insert_with(|| hand.link_pairs());
         if self.mano().is_some() {
-            // Less is free: MANO's file says the rest.
+            // MANO's file says the rest, and its side file may not have the other entries.
             hand.fill_metric(&mut side.metric);
             return Ok(serde_json::to_string_pretty(&side)? + "\n");
         }
@@ -74,7 +75,7 @@ impl HandFiles {
 }
 
 impl Hand {
-    /// The digits and their links, one segment a link.
+    /// The digits and their links, one segment per link.
     fn digit_entries(&self) -> Vec<DigitEntry> {
         let entry = |(digit, name): (usize, &String)| DigitEntry {
             name: name.clone(),

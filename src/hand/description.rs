@@ -1,4 +1,4 @@
-//! From a description, read, to a hand.
+//! Builds a hand from its description.
 
 use nalgebra::Vector3;
 
@@ -30,7 +30,7 @@ pub(super) fn is_mjcf(text: &str) -> bool {
     }
 }
 
-/// The hand of some files, which refer to others among `others`.
+/// The hand of some files; `others` provides the files that they refer to.
 pub(super) fn read(files: &HandFiles, others: &dyn Files) -> Result<Hand, HandError> {
     let side = files.side()?;
     let hand = match files.mano() {

@@ -1,8 +1,8 @@
-//! What can be wrong with a description.
+//! Errors of descriptions of hands.
 
 use crate::limits::Beyond;
 
-/// Why a description is not a hand.
+/// Why a description cannot be read as a hand.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum HandError {
@@ -14,7 +14,7 @@ pub enum HandError {
         /// What is wrong.
         problem: String,
     },
-    /// A file of MANO that does not do.
+    /// A file of MANO that cannot be used.
     #[error("{file} {problem}")]
     Mano {
         /// The file.
@@ -25,7 +25,7 @@ pub enum HandError {
     /// No description at all.
     #[error("there is no description of a hand")]
     NoDescription,
-    /// An element of an MJCF document.
+    /// A problem with an element of an MJCF document.
     #[error("{place}: {problem}")]
     Mjcf {
         /// Element, file and line.
@@ -39,31 +39,31 @@ pub enum HandError {
         /// The name.
         name: String,
     },
-    /// The description is something else than XML: a mesh, a table.
+    /// The description is not XML but, for example, a mesh or a table.
     #[error(
         "this is no description of a hand, which is a URDF or MJCF file (XML) or a MANO file (.npz)"
     )]
     NotADescription,
-    /// The description is not XML, or not such as anybody writes.
+    /// The description is not valid XML, or its elements are nested too deeply.
     #[error("the URDF cannot be read: {0}")]
     Xml(String),
     /// The description is not a URDF document.
     #[error("the URDF cannot be read: {0}")]
     Urdf(#[from] urdf_rs::UrdfError),
-    /// The side file is not what it should be.
+    /// The side file does not have the right form.
     #[error("the side file cannot be read: {0}")]
     SideFile(#[from] serde_json::Error),
-    /// A name in the side file or a joint that the description does not have.
+    /// The side file or a joint refers to a name that the description does not have.
     #[error("{place} names {kind} \"{name}\", which the description does not have")]
     Unknown {
-        /// Where the name stands.
+        /// Where the name is used.
         place: String,
         /// `link` or `joint`.
         kind: &'static str,
         /// The name.
         name: String,
     },
-    /// Two links or two joints of one name.
+    /// Two links or two joints have the same name.
     #[error("there are two {kind}s named \"{name}\"")]
     Twice {
         /// `link` or `joint`.
@@ -71,7 +71,7 @@ pub enum HandError {
         /// The name.
         name: String,
     },
-    /// A link hangs on two joints.
+    /// A link is the child of two joints.
     #[error("link \"{link}\" is the child of two joints, \"{first}\" and \"{second}\": not a tree")]
     TwoParents {
         /// The link.
@@ -81,13 +81,13 @@ pub enum HandError {
         /// The other joint.
         second: String,
     },
-    /// No root, or several.
+    /// There is no root, or there are several.
     #[error("a hand has one link without a parent; this description has {}: {}", roots.len(), roots.join(", "))]
     Roots {
         /// Links without a parent.
         roots: Vec<String>,
     },
-    /// Links in a ring.
+    /// Links form a ring.
     #[error("link \"{link}\" is not connected to the root: its joints form a ring")]
     Ring {
         /// One of the links.
@@ -103,7 +103,7 @@ pub enum HandError {
         /// Its type.
         kind: &'static str,
     },
-    /// Joints that follow each other.
+    /// Joints follow each other in a circle.
     #[error("joint \"{joint}\" follows others in a circle")]
     Circle {
         /// One of them.
@@ -115,7 +115,7 @@ pub enum HandError {
         /// The joint.
         joint: String,
     },
-    /// Limits that leave no range.
+    /// The limits leave no range.
     #[error("joint \"{joint}\" may move from {lower} to {upper}: that is no range")]
     EmptyRange {
         /// The joint.
@@ -125,13 +125,13 @@ pub enum HandError {
         /// Upper limit, radians.
         upper: f64,
     },
-    /// A joint axis of no direction.
+    /// The axis of a joint has length zero.
     #[error("joint \"{joint}\" has an axis of length zero")]
     NoAxis {
         /// The joint.
         joint: String,
     },
-    /// Nothing moves.
+    /// No joint moves.
     #[error("the description has no movable joint")]
     NoJoints,
     /// A mesh that cannot be read.
@@ -144,10 +144,10 @@ pub enum HandError {
         /// The mesh and what is wrong with it.
         problem: String,
     },
-    /// A number that nobody means.
+    /// A number is beyond its limit.
     #[error("{place}: {beyond}")]
     Beyond {
-        /// Element and what is told of it.
+        /// The element and the quantity.
         place: String,
         /// The number and its limit.
         beyond: Beyond,
@@ -160,19 +160,19 @@ pub enum HandError {
         /// The link.
         link: String,
     },
-    /// Far more than a hand has.
+    /// The description has more items than a hand can have.
     #[error("the description has {count} {kind}, of at most {most}: {advice}")]
     TooMany {
-        /// Of what.
+        /// The kind of item.
         kind: &'static str,
-        /// How many.
+        /// Their number.
         count: usize,
-        /// How many there may be.
+        /// The largest number allowed.
         most: usize,
-        /// What to do.
+        /// Advice to the user.
         advice: &'static str,
     },
-    /// No geometry at all.
+    /// No link has geometry.
     #[error("no link has geometry: there is nothing to touch with")]
     NoGeometry,
     /// A number that is not finite.
@@ -181,13 +181,13 @@ pub enum HandError {
         /// Where.
         place: String,
     },
-    /// Directions of the side file that do not span a frame.
+    /// Directions in the side file do not span a frame.
     #[error("{place}: directions must not be zero or parallel")]
     Degenerate {
         /// Where.
         place: &'static str,
     },
-    /// An angle for a slide or a length for a hinge.
+    /// An angle is given for a slide, or a length for a hinge.
     #[error(
         "{place} names joint \"{joint}\", whose unit it is not: degrees are for hinges, millimetres for slides"
     )]
@@ -197,10 +197,10 @@ pub enum HandError {
         /// The joint.
         joint: String,
     },
-    /// A number that has to be positive.
+    /// A number has to be positive.
     #[error("{what} is {value}: a positive number is needed")]
     NotPositive {
-        /// What.
+        /// The quantity.
         what: String,
         /// The number.
         value: f64,

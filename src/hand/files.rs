@@ -1,4 +1,4 @@
-//! The files a hand is described by: the description, its side file, and what they include.
+//! The files that describe a hand: the description, its side file and the files they refer to.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -13,24 +13,25 @@ use super::{HandError, description, mano, mesh, mjcf, side_file, urdf};
 /// Largest file that is read, bytes.
 const LARGEST: u64 = 256 << 20;
 
-/// A file, by the name under which the description refers to it.
+/// A file, under the name by which the description refers to it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct HandFile {
-    /// Name: of the description and the side file without folder, of the others as referred to.
+    /// Name. The description and the side file have no folder in their names; other files are named as in the
+    /// reference.
     pub name: String,
-    /// Its text; meshes as OBJ, whatever they were.
+    /// Its text; meshes are converted to OBJ.
     pub text: String,
 }
 
-/// Everything a hand is made of: the description first, then the side file (`.json`) if there is one, then included
-/// files and meshes.
+/// All files of a hand: first the description, then the side file (`.json`) if there is one, then included files and
+/// meshes.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct HandFiles {
     /// The files.
     pub files: Vec<HandFile>,
 }
 
-/// Where a reader finds what a description refers to. Errors are half a sentence: what is wrong with the file.
+/// Finds the files that a description refers to. An error is half a sentence that says what is wrong with the file.
 pub(super) trait Files {
     /// The text of an included file.
     fn include(&self, reference: &str) -> Result<String, String>;
@@ -39,7 +40,7 @@ pub(super) trait Files {
 }
 
 impl HandFiles {
-    /// As [`HandFiles::load_within`] with the folder of `path`: what the description refers to must lie there.
+    /// As [`HandFiles::load_within`], where all files must lie in the folder of `path`.
     ///
     /// # Errors
     /// As [`HandFiles::load_within`].
@@ -47,16 +48,16 @@ impl HandFiles {
         Self::load_within(path, &folder_of(path))
     }
 
-    /// Reads the URDF or MJCF file at `path`, the JSON side file of the same stem if there is one, and every file these
-    /// refer to: meshes (OBJ, STL, MSH) and included files. References are relative to the folder of `path`;
-    /// `package://name/…` is looked for in that folder and those above it up to `within`, with and without the folder
-    /// `name`.
+    /// Reads the URDF or MJCF file at `path`, the JSON side file of the same stem if there is one, and every file
+    /// these refer to: meshes (OBJ, STL, MSH) and included files. References are relative to the folder of `path`.
+    /// `package://name/…` is looked for in that folder and in those above it up to `within`, with and without the
+    /// folder `name`.
     ///
-    /// A description of unknown origin must not say what is read of a disk: files that lie, links followed, outside the
-    /// folder `within` are refused.
+    /// Files outside the folder `within` are refused, also if a link leads to them: a description of unknown origin
+    /// must not read any file of the disk.
     ///
     /// # Errors
-    /// If a file cannot be read or is no description of a hand; the message names the file, the element and what to do.
+    /// If a file cannot be read or does not describe a hand; the message names the file, the element and what to do.
     pub fn load_within(path: &Path, within: &Path) -> Result<Self, HandError> {
         let text = if mano::is_archive(path) {
             mano::description(
@@ -107,7 +108,7 @@ impl HandFiles {
         Ok(Self { files })
     }
 
-    /// The files as they are, the description first.
+    /// Files with these names and texts, the description first.
     pub fn of_texts<'a>(files: impl IntoIterator<Item = [&'a str; 2]>) -> Self {
         let file = |[name, text]: [&str; 2]| HandFile {
             name: name.to_owned(),
@@ -118,7 +119,7 @@ impl HandFiles {
         }
     }
 
-    /// The files of the mirror image: the side file says so.
+    /// The files of the mirror image, which differ in the entry `mirror` of the side file.
     ///
     /// # Errors
     /// If the side file cannot be read.
@@ -143,7 +144,8 @@ impl HandFiles {
         Ok(files)
     }
 
-    /// What tells these files from others: their texts, but of a MANO hand not where the user's copy lies.
+    /// The texts that identify these files. For a MANO hand the hash of its file replaces the path to the user's
+    /// copy.
     pub fn identity(&self) -> Vec<String> {
         let texts = self.files.iter().map(|file| file.text.clone());
         let mut texts: Vec<String> = texts.collect();
@@ -168,7 +170,7 @@ impl HandFiles {
         )
     }
 
-    /// What the description refers to if it is one of MANO.
+    /// The reference to a MANO file, if the description is one.
     pub(super) fn mano(&self) -> Option<mano::Reference> {
         mano::reference(&self.files.first()?.text)
     }
@@ -227,23 +229,23 @@ pub(super) fn bytes(path: &Path) -> Result<Vec<u8>, String> {
     fs::read(path).map_err(|error| error.to_string())
 }
 
-/// Files relative to a folder; remembers what was asked for.
+/// Reads files relative to a folder and remembers those that were asked for.
 struct Disk {
-    /// Without links and dots.
+    /// Canonical path.
     folder: PathBuf,
-    /// Nothing outside it is read; without links and dots.
+    /// Canonical path; nothing outside it is read.
     within: PathBuf,
     found: RefCell<BTreeMap<String, String>>,
 }
 
 impl Disk {
-    /// Where a reference may lie, best guess first.
+    /// The paths that a reference may mean, best guess first.
     fn places(&self, reference: &str) -> Vec<PathBuf> {
         let Some(rest) = reference.strip_prefix("package://") else {
             let plain = reference.strip_prefix("file://").unwrap_or(reference);
             return vec![self.folder.join(plain)];
         };
-        // Within the package: no way up.
+        // A reference must not lead out of its package.
         let rest = Path::new(rest);
         if !rest
             .components()
@@ -300,7 +302,7 @@ impl Files for Disk {
     }
 }
 
-/// Nothing but the description itself.
+/// No files besides the description itself.
 pub(super) struct NoFiles;
 
 impl Files for NoFiles {

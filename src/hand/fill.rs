@@ -1,26 +1,26 @@
-//! Capsules inside a convex solid: what stands for its inside where something may run into it.
+//! Capsules that approximate a convex solid for collision.
 
 use nalgebra::Vector3;
 
 use super::hull::{Hull, directions};
 use super::{Capsule, axis_distance};
 
-/// Cells along the longest side of the grid of points that are to be covered.
+/// Cells along the longest side of the grid of points to cover.
 const CELLS: f64 = 24.0;
-/// Directions that an axis may take.
+/// Number of candidate directions of an axis.
 const DIRECTIONS: u32 = 96;
-/// An axis goes on while it lies at least so deep, as a share of the depth it began at.
+/// An axis ends where its depth falls below this share of the depth at its start.
 const LEAST_DEPTH: f64 = 0.8;
 /// A point counts as covered this far outside a capsule, as a share of its radius.
 const MARGIN: f64 = 0.3;
-/// The rest is left open where it is shallower than this share of the deepest point.
+/// Points shallower than this share of the deepest point need not be covered.
 const SHALLOW: f64 = 0.5;
-/// Most capsules of a solid.
+/// Largest number of capsules in a solid.
 const MOST: usize = 8;
 
 /// Capsules that fill a hull, largest first, none sticking out.
 ///
-/// Greedy: from the deepest point not covered yet the longest axis that stays deep; then again.
+/// Greedy: each capsule starts from the deepest point not yet covered and takes the longest axis that stays deep.
 pub(super) fn fill(hull: &Hull) -> Vec<Capsule> {
     let [low, high] = hull.bounds();
     let size = high - low;
@@ -47,7 +47,7 @@ pub(super) fn fill(hull: &Hull) -> Vec<Capsule> {
     capsules
 }
 
-/// Points inside and their depths.
+/// Grid points inside the hull, with their depths.
 fn grid(
     hull: &Hull,
     low: &Vector3<f64>,
@@ -79,7 +79,7 @@ fn grid(
 /// The longest capsule through a point of this depth.
 fn longest(hull: &Hull, start: &Vector3<f64>, depth: f64, step: f64) -> Capsule {
     let axes = (0..3).map(|axis| Vector3::ith(axis, 1.0));
-    // Half the sphere: an axis has two ends.
+    // Half of the sphere is enough, since an axis has two ends.
     let all = axes.chain(directions(2 * DIRECTIONS).take(DIRECTIONS as usize));
     let mut best = (-1.0, *start, *start);
     for direction in all {
@@ -100,7 +100,7 @@ fn longest(hull: &Hull, start: &Vector3<f64>, depth: f64, step: f64) -> Capsule 
         }
     }
     let (_, a, b) = best;
-    // A convex solid is nowhere shallower along a segment than at one of its ends.
+    // In a convex solid, the depth along a segment is least at one of its ends.
     let radius_m = hull.depth(&a).min(hull.depth(&b)).min(depth);
     Capsule {
         link: hull.link,

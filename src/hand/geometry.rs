@@ -1,4 +1,4 @@
-//! From the parts of a description to what touches, what is run into, and what is drawn.
+//! Geometry of a hand for contact, collision and drawing, from the parts of a description.
 
 use std::f64::consts::TAU;
 
@@ -11,19 +11,19 @@ use super::side_file::{CapsuleEntry, SideFile};
 use super::{Capsule, Frame, HandError, Link, LinkId};
 use crate::limits::{HAND_LENGTH, HAND_POSITION};
 
-/// Meshes of more triangles are drawn as their hulls.
+/// A mesh with more triangles than this is drawn as its convex hull.
 const DRAWN: usize = 20_000;
-/// Most parts of all links together, and most capsules: pairs of them are compared.
+/// Largest numbers of parts and of capsules of all links together; pairs of them are compared.
 const MOST_PARTS: usize = 500;
 const MOST_CAPSULES: usize = 4000;
-/// Corners of a circle.
+/// Corners of the polygon that approximates a circle.
 const CORNERS: u32 = 32;
 
 /// The geometry of all links, sorted by link.
 #[derive(Debug, Default)]
 pub(super) struct Geometry {
     pub(super) capsules: Vec<Capsule>,
-    /// For each capsule: whether it is geometry itself, rather than filling a hull.
+    /// For each capsule, whether it is geometry of the description rather than the filling of a hull.
     pub(super) exact: Vec<bool>,
     pub(super) hulls: Vec<Hull>,
     pub(super) meshes: Vec<LinkMesh>,
@@ -38,9 +38,9 @@ pub(super) struct LinkMesh {
 }
 
 impl Geometry {
-    /// Spheres and capsules as they are; of everything else the convex hull, filled with capsules.
+    /// Spheres and capsules are kept; every other form becomes its convex hull, filled with capsules.
     ///
-    /// A link's collision geometry counts, what is only to be seen where it has none.
+    /// The collision geometry of a link is used; a link without any uses its visual geometry.
     pub(super) fn of(
         model: &Model,
         side: &SideFile,
@@ -120,7 +120,7 @@ impl Geometry {
         Ok(())
     }
 
-    /// Puts what fills the hulls of the last link behind its own capsules.
+    /// Moves the capsules that fill the hulls of the last link behind the link's exact capsules.
     fn filling_last(&mut self, link: LinkId) {
         let first = self.capsules.partition_point(|capsule| capsule.link < link);
         let of_link = self.capsules.drain(first..).zip(self.exact.drain(first..));
@@ -130,7 +130,7 @@ impl Geometry {
         }
     }
 
-    /// Refuses meshes that are needed and could not be read.
+    /// Refuses meshes that are needed but could not be read.
     pub(super) fn check_meshes(model: &Model, side: &SideFile) -> Result<(), HandError> {
         let own = |body: &&Body| !side.capsules.contains_key(&body.name);
         for body in model.bodies.iter().filter(own) {
@@ -148,7 +148,7 @@ impl Geometry {
         self.exact.push(exact);
     }
 
-    /// Adds a part; whether it has a volume.
+    /// Adds a part; returns whether it has a volume.
     fn add(
         &mut self,
         link: LinkId,
@@ -195,13 +195,13 @@ impl Geometry {
     }
 }
 
-/// Parts for collisions; those only to be seen where there are no others.
+/// The collision parts of a body, or its visual parts if it has no others.
 fn used(body: &Body) -> impl Iterator<Item = &Part> {
     let solid = body.parts.iter().any(|part| part.solid);
     body.parts.iter().filter(move |part| part.solid == solid)
 }
 
-/// The mesh itself, if it can be drawn in reasonable time; else the hull.
+/// The mesh itself if it has few enough triangles, otherwise the hull.
 fn drawn(form: &Form, frame: &Frame, hull: &Hull) -> LinkMesh {
     match form {
         Form::Mesh(mesh) if (1..=DRAWN).contains(&mesh.triangles.len()) => LinkMesh {
@@ -217,7 +217,7 @@ fn drawn(form: &Form, frame: &Frame, hull: &Hull) -> LinkMesh {
     }
 }
 
-/// Points whose hull is the form, in its own frame.
+/// Points in the form's own frame whose convex hull is the form.
 fn points(form: &Form, name: &str) -> Result<Vec<Vector3<f64>>, HandError> {
     Ok(match form {
         Form::Cylinder { radius, length } => {
@@ -262,8 +262,8 @@ fn check_size(size: f64, link: &str) -> Result<(), HandError> {
 
 /// A primitive as capsules in its own frame.
 ///
-/// A cylinder becomes the capsule that reaches from cap to cap, a flat one the box around it; a box becomes a row of
-/// parallel capsules as thick as its shortest side, which rounds its edges off.
+/// A cylinder becomes the capsule that reaches from cap to cap; a flat cylinder is replaced by the box around it. A
+/// box becomes a row of parallel capsules as thick as its shortest side, which rounds its edges off.
 fn primitive(form: &Form, link: LinkId, name: &str) -> Result<Vec<Capsule>, HandError> {
     let along_z = |radius_m: f64, half: f64| {
         vec![Capsule {
@@ -301,7 +301,7 @@ fn primitive(form: &Form, link: LinkId, name: &str) -> Result<Vec<Capsule>, Hand
     }
 }
 
-/// Parallel capsules along the longest side, their axes at most a radius apart.
+/// Parallel capsules along the longest side, with axes at most a radius apart.
 fn rounded_box(size: [f64; 3], link: LinkId) -> Vec<Capsule> {
     let mut order = [0, 1, 2];
     order.sort_by(|&i, &j| size[j].total_cmp(&size[i]));

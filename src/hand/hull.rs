@@ -1,4 +1,4 @@
-//! Convex hulls: what stands for a mesh, a box or a cylinder where contacts are looked for, as in `MuJoCo`.
+//! Convex hulls, which replace meshes, boxes and cylinders as contact geometry, as in `MuJoCo`.
 
 use nalgebra::Vector3;
 use parry3d_f64::math::Vector as ParryVector;
@@ -6,25 +6,25 @@ use parry3d_f64::transformation::try_convex_hull;
 
 use super::LinkId;
 
-/// Meshes of more vertices are cut down to those that are outermost in one of so many directions: on a ball of 10 mm
-/// that loses 0.02 mm.
+/// Number of directions that reduce a mesh with more vertices: only the outermost vertex in each direction is kept.
+/// On a ball of 10 mm this loses 0.02 mm.
 const DIRECTIONS: u32 = 1024;
 
-/// A convex solid fixed to a link, link frame, metres.
+/// A convex solid fixed to a link; link frame, metres.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Hull {
     pub(super) link: LinkId,
     pub(super) vertices: Vec<Vector3<f64>>,
     /// Counter-clockwise seen from outside.
     pub(super) triangles: Vec<[u32; 3]>,
-    /// Unit outward normals n and offsets d of the planes n·p = d around it.
+    /// Unit outward normals n and offsets d of the bounding planes n·p = d.
     planes: Vec<(Vector3<f64>, f64)>,
     centre: Vector3<f64>,
     radius_m: f64,
 }
 
 impl Hull {
-    /// The hull of some points; `None` where they have no volume.
+    /// The hull of some points; `None` if they have no volume.
     pub(super) fn of(link: LinkId, points: &[Vector3<f64>]) -> Option<Self> {
         let points = outermost(points);
         let (low, high) = points.iter().fold(
@@ -39,7 +39,7 @@ impl Hull {
             return None;
         }
         let centre = low.lerp(&high, 0.5);
-        // Of the size of one, about the origin.
+        // Points scaled to size 1 and centred at the origin.
         let normed: Vec<ParryVector> = points
             .iter()
             .map(|p| (p - centre) / size)
@@ -74,7 +74,7 @@ impl Hull {
             {
                 continue;
             }
-            // As far out as the outermost vertex: a sliver's normal may be a little off.
+            // The plane touches the outermost vertex, since the normal of a sliver may be slightly off.
             let reach = vertices.iter().map(|v| normal.dot(v));
             planes.push((normal, reach.fold(f64::NEG_INFINITY, f64::max)));
         }
@@ -89,7 +89,7 @@ impl Hull {
         })
     }
 
-    /// How deep a point (link frame) lies inside: distance to the nearest plane around the hull, negative outside.
+    /// Depth of a point (link frame) inside the hull: the distance to the nearest bounding plane, negative outside.
     pub(super) fn depth(&self, point: &Vector3<f64>) -> f64 {
         let outside = (point - self.centre).norm() - self.radius_m;
         if outside > 0.0 {
@@ -113,13 +113,13 @@ impl Hull {
         triangle.map(|v| self.vertices[v as usize])
     }
 
-    /// Outward normal of a triangle, of twice its area.
+    /// Outward normal of a triangle, with twice its area as length.
     pub(super) fn doubled(&self, triangle: &[u32; 3]) -> Vector3<f64> {
         let [a, b, c] = self.corners(triangle);
         (b - a).cross(&(c - a))
     }
 
-    /// Lowest and highest corner along the axes of the link.
+    /// Lower and upper corner of the bounding box along the axes of the link.
     pub(super) fn bounds(&self) -> [Vector3<f64>; 2] {
         let first = self.vertices.first().copied().unwrap_or_default();
         self.vertices
@@ -159,7 +159,7 @@ fn outermost(points: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
     chosen.into_iter().map(|index| points[index]).collect()
 }
 
-/// The largest of some numbers, several at a time.
+/// The largest of some numbers, computed eight at a time.
 fn highest(numbers: &[f64]) -> f64 {
     let larger = |a: f64, b: f64| if b > a { b } else { a };
     let (eights, rest) = numbers.as_chunks::<8>();

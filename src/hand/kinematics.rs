@@ -35,8 +35,8 @@ impl Hand {
         }
     }
 
-    /// As [`Hand::pose`], but of the surface points none is posed ([`PosedHand::points`] is left empty): for those who
-    /// ask for a few of them ([`Hand::surface_point`]).
+    /// As [`Hand::pose`], but without surface points: [`PosedHand::points`] is left empty. For callers that need only
+    /// a few points ([`Hand::surface_point`]).
     ///
     /// # Panics
     /// If `x` does not have 7 numbers more than the hand has joints.
@@ -118,9 +118,10 @@ impl Hand {
     /// gradient = [F, Rᵀ(M − c × F)/r, ∂E/∂θⱼ/ℓⱼ]
     /// ```
     ///
-    /// `wrenches`: one [`Wrench`] a link, object frame; `joint_gradient`: hⱼ, what acts on the angles directly;
-    /// `aⱼ`, `oⱼ`: axis and origin of joint j (aⱼ·Fⱼ of a slide; joints that follow j add their share); `c`: the metric's centroid, posed; `r`, `ℓⱼ`: radius of gyration and
-    /// levers of `metric`. `posed` must be the hand at the point whose tangent is asked for.
+    /// `wrenches`: one [`Wrench`] per link, object frame; `joint_gradient`: hⱼ, the gradient with respect to the
+    /// coordinates themselves; `aⱼ`, `oⱼ`: axis and origin of joint j (a slide has aⱼ·Fⱼ; joints that follow j add
+    /// their share); `c`: the metric's centroid, posed; `r`, `ℓⱼ`: radius of gyration and levers of `metric`. `posed`
+    /// must be the hand at the point of the tangent space.
     ///
     /// # Panics
     /// If a slice has the wrong length.
@@ -192,7 +193,7 @@ fn base_frame(x: &[f64]) -> Frame {
     }
 }
 
-/// Rodrigues' formula about a unit axis.
+/// Rodrigues' formula for a unit axis.
 #[inline]
 fn rotation_about(axis: &Vector3<f64>, angle_rad: f64) -> Matrix3<f64> {
     *nalgebra::Rotation3::from_axis_angle(&Unit::new_unchecked(*axis), angle_rad).matrix()

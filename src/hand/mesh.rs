@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::formats::{Triangles, ending, msh, obj, stl};
 
-/// The mesh file `bytes` of the kind its name says, as OBJ text: vertices and triangles only, every digit kept.
+/// Converts a mesh file of the kind that its name says to OBJ text: only vertices and triangles, with every digit kept.
 pub(super) fn to_obj(name: &str, bytes: &[u8]) -> Result<String, String> {
     let mesh = match ending(Path::new(name)).as_str() {
         "obj" => triangles(bytes)?,
@@ -31,7 +31,7 @@ pub(super) fn triangles(mut text: &[u8]) -> Result<Triangles, String> {
     checked(obj::read(&mut text).map_err(|error| format!("it is no OBJ file: {error}"))?)
 }
 
-/// Refuses what is no mesh.
+/// Refuses a mesh without triangles or with invalid numbers.
 fn checked(mesh: Triangles) -> Result<Triangles, String> {
     let count = u32::try_from(mesh.vertices.len()).map_err(|error| error.to_string())?;
     if mesh.triangles.is_empty() {

@@ -1,4 +1,4 @@
-//! How far a move of the hand moves its surface.
+//! The metric of the pose space: how far a motion of the hand moves its surface.
 
 use nalgebra::Vector3;
 
@@ -7,7 +7,7 @@ use super::{Hand, HandError, JointKind, PosedHand};
 use crate::limits::METRIC_LENGTH;
 use crate::space::PoseMetric;
 
-/// A joint that moves next to nothing still needs a length, metres per radian.
+/// Least length for a joint, also if it moves almost nothing, metres per radian.
 const LEAST_LEVER_M: f64 = 1e-3;
 
 impl Hand {
@@ -18,8 +18,8 @@ impl Hand {
     /// ℓⱼ² = Σ_{moved} A d² / Σ_{all} A         reachⱼ² = Σ_{moved} A d² / Σ_{moved} A
     /// ```
     ///
-    /// d: distance of a point from the axis of joint j. The reach of a turn of the whole hand is the root-mean-square
-    /// distance of the digits' points from c, since those make most contacts. No lever is less than 1 mm.
+    /// d: distance of a point from the axis of joint j. The reach of a rotation of the whole hand is the root-mean-square
+    /// distance of the digits' points from c, since digits make most contacts. No lever is less than 1 mm.
     pub fn pose_metric(&self) -> PoseMetric {
         let mut rest = PosedHand::default();
         self.pose(&self.rest_coordinates(), &mut rest);
@@ -112,7 +112,7 @@ impl Hand {
         total
     }
 
-    /// Puts in what the side file says.
+    /// Replaces lengths by those of the side file.
     fn override_metric(&self, metric: &mut PoseMetric) {
         let given = &self.metric;
         if let Some(radius) = given.radius_of_gyration_m {
@@ -131,7 +131,7 @@ impl Hand {
         }
     }
 
-    /// Refuses a side file's lengths that are beyond their limit, or of joints that the hand does not have.
+    /// Refuses lengths of the side file that are beyond their limit or belong to joints that the hand does not have.
     pub(super) fn check_metric(&self) -> Result<(), HandError> {
         let given = &self.metric;
         let single = [given.radius_of_gyration_m, given.rotation_reach_m];

@@ -1,4 +1,4 @@
-//! Mirror images: a left hand of a right one.
+//! Mirror images of hands, for example a left hand from a right one.
 
 use std::sync::Arc;
 
@@ -7,10 +7,10 @@ use nalgebra::{Matrix3, Vector3};
 use super::solid::Parts;
 use super::{Frame, Hand, JointKind};
 
-/// What is added to the name of a mirrored hand.
+/// Suffix of the name of a mirrored hand.
 const MIRRORED: &str = "_mirrored";
 
-/// The reflection x ↦ −x of the root frame, which every link's frame follows.
+/// The reflection x ↦ −x of the root frame; the frames of all links are reflected in the same way.
 pub(super) fn reflected(v: &Vector3<f64>) -> Vector3<f64> {
     Vector3::new(-v.x, v.y, v.z)
 }
@@ -27,8 +27,8 @@ impl Hand {
     /// The mirror image at the plane x = 0 of the root frame, with the same joints and limits: at the same coordinates
     /// every link, point and capsule is the mirror image of the original's.
     ///
-    /// With M = diag(−1, 1, 1) frames become M F M, points M p, the directions of slides M a and those of turns −M a, since
-    /// a turn changes its sense in a mirror. So do the angles of ball joints about y and z.
+    /// With M = diag(−1, 1, 1), frames become M F M, points M p, directions of slides M a and axes of hinges −M a, since a
+    /// rotation changes its sense in a mirror. Angles of ball joints about y and z change their sign.
     #[must_use]
     pub fn mirrored(&self) -> Self {
         let mut hand = self.clone();

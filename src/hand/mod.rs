@@ -1,8 +1,8 @@
 //! The hand: a kinematic tree with surface points, posed in the object's frame.
 //!
 //! [`Hand::from_files`] derives everything a grasp needs from a URDF or MJCF description: contact candidates,
-//! self-collision pairs, palm and digits, rest pose, prior and metric. A side file may override any of it. [`Hand::pose`] places the hand,
-//! [`Hand::pull_back`] turns forces on its links into a gradient, [`Hand::skin`] draws it.
+//! self-collision pairs, palm and digits, rest pose, prior and metric. A side file may override any of it. [`Hand::pose`]
+//! places the hand, [`Hand::pull_back`] turns forces on its links into a gradient, and [`Hand::skin`] draws it.
 
 mod blend;
 mod derived;
@@ -51,7 +51,7 @@ pub(crate) use solid::{Part, Solid};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct LinkId(pub usize);
 
-/// A rigid placement `p ↦ R p + t`, kept as a matrix because it is applied to hundreds of points.
+/// A rigid transform `p ↦ R p + t`, kept as a matrix because it is applied to hundreds of points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Frame {
     /// Rotation R.
@@ -70,19 +70,19 @@ impl Default for Frame {
 }
 
 impl Frame {
-    /// The placement of a point.
+    /// The transformed point.
     #[inline]
     pub fn point(&self, point: &Vector3<f64>) -> Vector3<f64> {
         self.rotation * point + self.translation
     }
 
-    /// The placement of a direction.
+    /// The transformed direction.
     #[inline]
     pub fn direction(&self, direction: &Vector3<f64>) -> Vector3<f64> {
         self.rotation * direction
     }
 
-    /// The point whose placement is `point`.
+    /// The point that the transform takes to `point`.
     #[inline]
     pub fn inverse_point(&self, point: &Vector3<f64>) -> Vector3<f64> {
         self.rotation.tr_mul(&(point - self.translation))
@@ -99,33 +99,33 @@ impl Frame {
     }
 }
 
-/// A rigid body of the hand. Links stand in depth-first order: parents before children, each subtree contiguous.
+/// A rigid body of the hand. Links are in depth-first order: parents before children, each subtree contiguous.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Link {
     /// Name in the description file.
     pub name: String,
-    /// The link this one hangs on; `None` for the root only.
+    /// The parent link; `None` for the root only.
     pub parent: Option<LinkId>,
     /// Fixed transform from this link's frame at joint angle zero to the parent's frame.
     pub parent_from_link: Frame,
-    /// How a joint moves it against its parent; `None` if fixed, or on a ball joint.
+    /// How a joint moves it relative to its parent; `None` if it is fixed or on a ball joint.
     pub motion: Option<Motion>,
-    /// Name of that joint in the description file, also of one that follows another; empty where there is none.
+    /// Name of that joint in the description file, also if the joint follows another one; empty if there is none.
     pub joint_name: String,
-    /// Number of the ball joint it turns on, about the origin of its frame: MANO's joints.
+    /// Number of its ball joint (MANO), which turns about the origin of the link's frame.
     pub ball: Option<usize>,
     /// Digit this link belongs to: 0 = palm, 1.. = digits (1 = thumb, 2 = index … 5 = little on a human hand).
     pub digit: usize,
 }
 
 impl Link {
-    /// Whether it moves against its parent.
+    /// Whether it moves relative to its parent.
     pub fn moves(&self) -> bool {
         self.motion.is_some() || self.ball.is_some()
     }
 }
 
-/// What a joint does.
+/// Kind of a joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum JointKind {
     /// Turns about its axis; its coordinate is an angle in radians.
@@ -135,8 +135,8 @@ pub enum JointKind {
 }
 
 impl JointKind {
-    /// What makes coordinates of hinges and slides comparable: radians per radian, or per metre at a lever of 100 mm, the
-    /// length of a finger.
+    /// The factor that makes coordinates of hinges and slides comparable: radians per radian, or radians per metre at a
+    /// lever of 100 mm, the length of a finger.
     pub fn radians_per_unit(self) -> f64 {
         match self {
             Self::Hinge => 1.0,
@@ -145,31 +145,32 @@ impl JointKind {
     }
 }
 
-/// How a link moves against its parent: by the displacement `ratio · q + offset`, q the coordinate of joint `joint`.
+/// How a link moves relative to its parent: by the displacement `ratio · q + offset`, with q the coordinate of joint
+/// `joint`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motion {
-    /// Index into [`Hand::joints`]: the link's own joint, or the one that its joint follows.
+    /// Index into [`Hand::joints`]: the link's own joint, or the joint that it follows.
     pub joint: usize,
-    /// Turn or slide.
+    /// Hinge or slide.
     pub kind: JointKind,
-    /// Unit axis in the frame of the link that moves; a turn's passes through that frame's origin.
+    /// Unit axis in the frame of the link that moves; the axis of a hinge passes through that frame's origin.
     pub axis: Vector3<f64>,
-    /// Displacement of the link per displacement of the joint; 1 unless it follows another one.
+    /// Displacement of the link per displacement of the joint; 1 unless it follows another joint.
     pub ratio: f64,
     /// Displacement at coordinate zero, radians or metres; 0 unless the description says otherwise.
     pub offset: f64,
 }
 
-/// A joint: one coordinate of the hand. Joints that follow others are no coordinates of their own, see [`Motion`].
+/// A joint, which is one coordinate of the hand. A joint that follows another one is not a coordinate, see [`Motion`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Joint {
     /// Name in the description file.
     pub name: String,
     /// The link it moves; others may follow.
     pub link: LinkId,
-    /// Turn or slide. The unit of all that is called `rad` of a joint is the metre where it slides.
+    /// Hinge or slide. For a slide, quantities named `rad` are in metres.
     pub kind: JointKind,
-    /// Lower and upper limit, radians (metres of a slide); ±π where the joint wraps.
+    /// Lower and upper limit, radians (metres for a slide); ±π if the joint wraps.
     pub limits_rad: [f64; 2],
     /// Whether it turns without limits, so that q and q + 2π are the same pose.
     pub wraps: bool,
@@ -197,7 +198,7 @@ pub struct SurfacePoint {
     pub point: Vector3<f64>,
     /// Outward unit normal.
     pub normal: Vector3<f64>,
-    /// The area it stands for, m².
+    /// The area it represents, m².
     pub area_m2: f64,
     /// Index into [`Hand::regions`].
     pub region: usize,
@@ -210,7 +211,7 @@ pub struct PosePrior {
     pub rest_rad: Vec<f64>,
     /// Precision Λ, row-major k × k, 1/rad².
     pub precision: Vec<f64>,
-    /// Standard deviations of the single joints, √(Λ⁻¹)ᵢᵢ, radians.
+    /// Standard deviation of each joint, √(Λ⁻¹)ᵢᵢ, radians.
     pub deviations_rad: Vec<f64>,
 }
 
@@ -223,38 +224,38 @@ pub struct Hand {
     pub links: Vec<Link>,
     /// Joints, in the order of the joint coordinates (the order of the description file).
     pub joints: Vec<Joint>,
-    /// Geometry, sorted by link.
+    /// Capsules of the geometry, sorted by link.
     pub capsules: Vec<Capsule>,
     /// Pairs of capsules that may touch each other and are checked for self-penetration.
     pub self_pairs: Vec<[usize; 2]>,
     /// Surface points sorted by link.
     pub surface: Vec<SurfacePoint>,
-    /// Names of the digits: `palm`, then one name a digit, indexed by [`Link::digit`].
+    /// Names of the digits, indexed by [`Link::digit`]: `palm`, then one name per digit.
     pub digits: Vec<String>,
-    /// Names of the regions that surface points are tagged with: `palm.thenar`, `index.distal.pad`, …; the name of the
-    /// link where the hand says nothing.
+    /// Names of the regions that surface points are tagged with: `palm.thenar`, `index.distal.pad`, …; the name of the link
+    /// if the hand names no region.
     pub regions: Vec<String>,
     /// Rest pose and prior.
     pub prior: PosePrior,
-    /// Outward volar (palm) direction and centre of the palm's grasping side, root frame, for start poses.
+    /// Centre and directions of the palm's grasping side, root frame, for start poses.
     pub palm: PalmFrame,
-    /// What of the description was left out or taken otherwise, one sentence each.
+    /// What was left out of the description or changed, one sentence each.
     pub notes: Vec<String>,
-    /// Parts to be drawn as they are; without any the hand is drawn with a skin over its capsules.
+    /// Meshes to draw; a hand without any is drawn with a skin over its capsules.
     meshes: Vec<LinkMesh>,
-    /// For each capsule: whether it is geometry itself, rather than filling a mesh or a box.
+    /// For each capsule, whether it is geometry of the description rather than the filling of a mesh or a box.
     exact: Vec<bool>,
     /// For each link: whether contacts on it are forbidden.
     untouching: Vec<bool>,
-    /// The first link of the rigid body that the digits hang on. What is not below it is wrist and forearm.
+    /// The first link of the rigid body that the digits are attached to. Links not below it are wrist and forearm.
     palm_link: LinkId,
     /// What the side file says about the metric.
     metric: MetricEntry,
-    /// The bending surface and the ball joints of MANO; `None` where surface points are fixed to links.
+    /// The bending surface and the ball joints of MANO; `None` if surface points are fixed to links.
     blend: Option<Arc<Blend>>,
-    /// Joint angles at which the skin is cast, radians: fingers apart.
+    /// Joint angles at which the skin is built, radians: fingers apart.
     cast_rad: Vec<f64>,
-    /// What depths are measured on.
+    /// The solid parts for measuring depths.
     parts: Parts,
     /// For each link, one past the last link of its subtree.
     subtree_ends: Vec<usize>,
@@ -262,7 +263,7 @@ pub struct Hand {
     link_points: Vec<Range<usize>>,
 }
 
-/// Where the palm is and what it faces, in the root link's frame with the joints at rest.
+/// Position and directions of the palm, in the root link's frame with the joints at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PalmFrame {
     /// Centre of the palm's volar surface, metres.
@@ -271,12 +272,12 @@ pub struct PalmFrame {
     pub volar: Vector3<f64>,
     /// Unit vector from the palm to the fingertips, perpendicular to `volar`.
     pub distal: Vector3<f64>,
-    /// How far from the centre along `distal` the object is faced at the start of a chain, metres: under the fingers of
-    /// a hand, in front of the palm of a gripper.
+    /// Distance from the centre along `distal` to the point that faces the object at the start of a chain, metres. The
+    /// point lies under the fingers of a hand and in front of the palm of a gripper.
     pub faced_m: f64,
 }
 
-/// A hand in a pose: everything in the object's frame.
+/// A hand in a pose; everything is in the object's frame.
 #[derive(Debug, Clone, Default)]
 pub struct PosedHand {
     /// Frame of each link.
@@ -285,9 +286,9 @@ pub struct PosedHand {
     pub points: Vec<Vector3<f64>>,
     /// Ends of the axis of each capsule, metres, in the order of [`Hand::capsules`].
     pub capsules: Vec<[Vector3<f64>; 2]>,
-    /// Angles of ball joints, three each, radians.
+    /// Angles of ball joints, three per joint, radians.
     angles_rad: Vec<f64>,
-    /// Entries, row after row, of the rotations of ball joints less one.
+    /// Entries of R − I of the rotations R of ball joints, in row-major order.
     entries: Vec<f64>,
 }
 
@@ -311,8 +312,8 @@ impl Wrench {
 }
 
 impl Hand {
-    /// The hand described by a URDF or MJCF document and an optional side file (JSON, see `data/hands/README.md`), neither
-    /// of which may refer to other files.
+    /// The hand described by a URDF or MJCF document and an optional side file (JSON, see `data/hands/README.md`). Neither
+    /// may refer to other files.
     ///
     /// # Errors
     /// As [`Hand::from_files`].
@@ -323,22 +324,23 @@ impl Hand {
         description::read(&files, &files::NoFiles)
     }
 
-    /// The hand described by some files: URDF or MJCF, told by the root element, and what that refers to.
+    /// The hand described by some files: a URDF or MJCF description, recognised by its root element, and the files it
+    /// refers to.
     ///
-    /// Hinges, slides, fixed joints and joints that follow others; spheres, capsules, cylinders, boxes, ellipsoids and
-    /// meshes, for which their convex hulls stand. A link's collision geometry counts; where it has none, what is to be
-    /// seen of it. Joint coordinates follow the order in which the file lists the joints; see [`Hand::notes`] for what was
-    /// left out.
+    /// Joints may be hinges, slides, fixed, or follow others. Geometry may be spheres, capsules, cylinders, boxes,
+    /// ellipsoids and meshes; a mesh is replaced by its convex hull. The collision geometry of a link is used, or its
+    /// visual geometry if it has no other. Joint coordinates have the order of the joints in the file. [`Hand::notes`]
+    /// lists what was left out.
     ///
     /// # Errors
-    /// If a text cannot be read, the joints do not form one tree, or a joint or a link's geometry is of a kind that is not
-    /// handled; the message names it, in MJCF with its line.
+    /// If a text cannot be read, the joints do not form one tree, or a joint or a link's geometry is of an unsupported
+    /// kind. The message names it, in MJCF with its line.
     pub fn from_files(files: &HandFiles) -> Result<Self, HandError> {
         description::read(files, files)
     }
 
-    /// The same hand with every `stride`-th surface point only, each standing for more area. That of MANO, whose triangles
-    /// lie between all of them, has no skin then.
+    /// The same hand with only every `stride`-th surface point, each representing more area. A MANO hand loses its skin,
+    /// because its triangles join all points.
     ///
     /// # Panics
     /// If `stride` is 0.
@@ -361,17 +363,17 @@ impl Hand {
         hand
     }
 
-    /// Whether surface points are carried by several links (MANO): forces on them are gathered by
-    /// [`Hand::gather`] before they are pulled back.
+    /// Whether surface points are carried by several links (MANO). Forces on them must pass through [`Hand::gather`] before
+    /// they are pulled back.
     pub fn bends(&self) -> bool {
         self.blend.is_some()
     }
 
-    /// Turns gradients on surface points of a hand that [bends](Hand::bends), and moments on their normals, both by index,
-    /// into wrenches on links; nothing for other hands, whose points are fixed to links.
+    /// For a hand that [bends](Hand::bends), turns gradients on surface points and moments on their normals, both by index,
+    /// into wrenches on links. Does nothing for other hands, whose points are fixed to links.
     ///
     /// # Panics
-    /// If there is not one wrench a link, or no point of an index.
+    /// If there is not one wrench per link, or an index has no point.
     pub fn gather(
         &self,
         posed: &PosedHand,
@@ -392,14 +394,14 @@ impl Hand {
             .collect();
     }
 
-    /// Whether a link is wrist or forearm: neither on a digit nor on the body that the digits hang on, nor below that.
-    /// It keeps its capsules, which nothing may run into, but has no surface points.
+    /// Whether a link is wrist or forearm: it belongs to no digit, and it is neither the body that the digits are attached
+    /// to nor below it. Such a link keeps its capsules for collisions but has no surface points.
     pub fn is_arm(&self, link: LinkId) -> bool {
         !(self.palm_link.0..self.subtree_ends[self.palm_link.0]).contains(&link.0)
     }
 
-    /// Where the outermost body stands in a hand whose root is the world, because that body stands away from the origin of the
-    /// description; `None` where the root is the outermost body itself.
+    /// The frame of the outermost body if the root of the hand is the world, which is so if that body is displaced from the
+    /// origin of the description; `None` if the root is the outermost body.
     pub fn root_offset(&self) -> Option<Frame> {
         let [root, body, ..] = self.links.as_slice() else {
             return None;
@@ -408,10 +410,10 @@ impl Hand {
         fixed.then_some(body.parent_from_link)
     }
 
-    /// The palm's frame at these joint angles, root frame: [`Hand::palm`] unless there is a wrist.
+    /// The palm's frame at these joint angles, root frame. It differs from [`Hand::palm`] only if the hand has a wrist.
     ///
     /// # Panics
-    /// If there is not one angle a joint.
+    /// If there is not one angle per joint.
     pub fn palm_at(&self, joints_rad: &[f64]) -> PalmFrame {
         if self.palm_link.0 == 0 {
             return self.palm;
@@ -435,8 +437,8 @@ impl Hand {
         !self.untouching[point.link.0]
     }
 
-    /// Whether a surface point lies on the tip or pad of the last link of a digit; on the last link of a digit where the
-    /// hand names no pads.
+    /// Whether a surface point lies on the tip or pad of the last link of a digit, or anywhere on that link if the hand
+    /// names no pads.
     pub fn is_fingertip(&self, point: &SurfacePoint) -> bool {
         let link = point.link.0;
         let beyond = link + 1..self.subtree_ends[link];
@@ -467,7 +469,7 @@ impl Hand {
     }
 }
 
-/// Coordinates of a hand with these joint angles and its root frame at the origin.
+/// Coordinates of a hand with these joint angles and the root frame at the origin.
 fn coordinates(joints_rad: &[f64]) -> Vec<f64> {
     let mut x = vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
     x.extend_from_slice(joints_rad);

@@ -1,4 +1,4 @@
-//! What a description file says, whatever its format: a tree of bodies, their joints and their parts.
+//! The content of a description in any format: a tree of bodies, their joints and their parts.
 
 use std::sync::Arc;
 
@@ -8,10 +8,10 @@ use super::{Frame, HandError, Joint, JointKind, Link, LinkId, Motion};
 use crate::formats::Triangles;
 use crate::limits::{COUPLING_RATIO, HAND_POSITION, HINGE, Limit, SLIDE};
 
-/// Most links or joints of a description: each is compared with all others.
+/// Largest number of links or joints; each is compared with all others.
 const MOST_LINKS: usize = 1000;
 
-/// Refuses what is far too large to be a hand, before it costs minutes.
+/// Refuses a description that is far too large for a hand, before it costs minutes.
 pub(super) fn check_count(
     kind: &'static str,
     count: usize,
@@ -41,7 +41,7 @@ pub(super) fn within(
     })
 }
 
-/// What the coordinate of a joint may be.
+/// Limit of the coordinates of a joint.
 pub(super) fn coordinates_of(kind: JointKind) -> Limit {
     match kind {
         JointKind::Hinge => HINGE,
@@ -49,24 +49,24 @@ pub(super) fn coordinates_of(kind: JointKind) -> Limit {
     }
 }
 
-/// Refuses a tree that is far too large to be a hand's.
+/// Refuses a tree that is far too large for a hand.
 pub(super) fn check_tree(links: usize, joints: usize) -> Result<(), HandError> {
     let advice = "describe the hand alone, without what it is mounted on";
     check_count("links", links, MOST_LINKS, advice)?;
     check_count("joints", joints, MOST_LINKS, advice)
 }
 
-/// A description, read but not yet a hand.
+/// A description that has been read but is not yet a hand.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Model {
     pub(super) name: String,
     /// Depth first: parents before children, each subtree contiguous. The first is the root.
     pub(super) bodies: Vec<Body>,
-    /// All that move, in the order of the file.
+    /// All movable joints, in the order of the file.
     pub(super) joints: Vec<ModelJoint>,
     /// Pairs of bodies that the file says never collide.
     pub(super) apart: Vec<[String; 2]>,
-    /// What was left out or taken otherwise than it stands in the file, one sentence each.
+    /// What was left out or changed, one sentence each.
     pub(super) notes: Vec<String>,
 }
 
@@ -75,25 +75,25 @@ pub(super) struct Model {
 pub(super) struct Body {
     pub(super) name: String,
     pub(super) parent: Option<usize>,
-    /// At joint displacement zero.
+    /// Frame in the parent at joint displacement zero.
     pub(super) in_parent: Frame,
     /// Index of the joint that moves it.
     pub(super) joint: Option<usize>,
     pub(super) parts: Vec<Part>,
 }
 
-/// A joint, driven by itself or by another one.
+/// A joint, either independent or coupled to another one.
 #[derive(Debug, Clone)]
 pub(super) struct ModelJoint {
     pub(super) name: String,
     pub(super) kind: JointKind,
-    /// Unit vector in the frame of the body it moves, through that frame's origin.
+    /// Unit vector in the frame of the body it moves; the axis passes through that frame's origin.
     pub(super) axis: Vector3<f64>,
-    /// Radians or metres; `None` where it turns without limits.
+    /// Radians or metres; `None` if it turns without limits.
     pub(super) limits: Option<[f64; 2]>,
-    /// The coordinate at which nothing is displaced.
+    /// The coordinate at which the displacement is zero.
     pub(super) zero: f64,
-    /// The joint it follows: own coordinate = ratio · other + offset.
+    /// The joint that it follows: own coordinate = ratio · other + offset.
     pub(super) follows: Option<Coupling>,
 }
 
@@ -110,11 +110,11 @@ pub(super) struct Coupling {
 pub(super) struct Part {
     pub(super) in_body: Frame,
     pub(super) form: Form,
-    /// Made for collisions, not only to be seen.
+    /// Whether it is collision geometry rather than only visual geometry.
     pub(super) solid: bool,
 }
 
-/// Its form, in the frame of the part. Lengths in metres; long axes along z.
+/// A shape in the frame of the part. Lengths in metres; long axes along z.
 #[derive(Debug, Clone)]
 pub(super) enum Form {
     Sphere {
@@ -139,7 +139,7 @@ pub(super) enum Form {
     Unread(String),
 }
 
-/// Position of what is needed: leader of a joint, ratio and offset, after following the chain of couplings.
+/// The independent joint at the end of a chain of couplings, with the total ratio and offset.
 struct Drive {
     leader: usize,
     ratio: f64,
@@ -147,7 +147,7 @@ struct Drive {
 }
 
 impl Model {
-    /// Links and coordinates: joints that follow others are no coordinates of their own.
+    /// Links and coordinates. A joint that follows another one has no coordinate of its own.
     pub(super) fn tree(&self) -> Result<(Vec<Link>, Vec<Joint>), HandError> {
         check_tree(self.bodies.len(), self.joints.len())?;
         for (i, joint) in self.joints.iter().enumerate() {
@@ -221,7 +221,7 @@ impl Model {
         Ok((links, joints))
     }
 
-    /// Refuses numbers that nobody means, of whatever format they come: all that follows multiplies and squares them.
+    /// Refuses numbers beyond the limits, whatever the format, since later steps multiply and square them.
     pub(super) fn check_limits(&self) -> Result<(), HandError> {
         for joint in &self.joints {
             let place = |what: &str| format!("the {what} of joint \"{}\"", joint.name);
@@ -230,7 +230,7 @@ impl Model {
                 within(coordinates, limit, || place("limits"))?;
             }
             within(coordinates, joint.zero, || place("reference"))?;
-            // The square of a far larger axis is infinite, and the axis then zero.
+            // For a far larger axis the square is infinite, and the normalised axis is zero.
             if (joint.axis.norm() - 1.0).abs() > 1e-6 || joint.axis.iter().any(|x| x.is_nan()) {
                 return Err(HandError::NoAxis {
                     joint: joint.name.clone(),
@@ -265,7 +265,7 @@ impl Model {
         Ok(())
     }
 
-    /// Takes off links with all that hangs on them.
+    /// Removes links and all links below them.
     pub(super) fn remove(&mut self, names: &[String]) -> Result<(), HandError> {
         if names.is_empty() {
             return Ok(());
@@ -315,7 +315,7 @@ impl Model {
         self.joints.iter().position(|joint| joint.name == name)
     }
 
-    /// Follows the couplings of a joint to one that leads.
+    /// Follows the couplings of a joint to an independent joint.
     fn drive(&self, start: usize) -> Result<Drive, HandError> {
         let mut drive = Drive {
             leader: start,
@@ -342,7 +342,7 @@ impl Model {
         })
     }
 
-    /// Joint `j` as a coordinate, within the limits of all that follow it where these leave a range.
+    /// Joint `j` as a coordinate, within the limits of all joints that follow it if these leave a range.
     fn coordinate(&self, j: usize, drives: &[Drive]) -> Result<Joint, HandError> {
         let joint = &self.joints[j];
         let wraps = joint.limits.is_none();

@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use super::{Hand, HandError, HandFiles};
 
-/// Names of the hands that come with the program; `data/hands` says what they are.
+/// Names of the hands that come with the program; see `data/hands`.
 pub const HAND_NAMES: [&str; 5] = [
     "human",
     "human_left",
@@ -63,7 +63,7 @@ impl Hand {
     /// The human right hand that comes with this crate: 22 joints, 50th percentile (`data/hands/human`).
     ///
     /// # Panics
-    /// Never: the description is part of the program and read by its tests.
+    /// Never: the description is part of the program, and the tests read it.
     pub fn human() -> Self {
         static HAND: OnceLock<Hand> = OnceLock::new();
         HAND.get_or_init(|| Self::named("human").expect("the tests read this very description"))

@@ -9,10 +9,10 @@ use super::side_file::SideFile;
 use super::{HandError, Joint, JointKind, PosePrior};
 use crate::limits::{JOINT_DEVIATION, Limit, SYNERGY_WEIGHT, VARIANCE_SHARE};
 
-/// Standard deviation of a joint as a share of its range: the limits lie two standard deviations from the middle.
+/// Standard deviation of a joint as a share of its range, so that the limits are two standard deviations from the middle.
 const DEVIATION_OF_RANGE: f64 = 0.25;
 
-/// Rest pose and the pose in which the skin is cast, radians.
+/// The rest pose and the pose in which the skin is built, radians.
 pub(super) fn poses(joints: &[Joint], side: &SideFile) -> Result<(Vec<f64>, Vec<f64>), HandError> {
     let mut rest: Vec<f64> = joints.iter().map(resting).collect();
     let given = [&side.rest_deg, &side.rest_mm];
@@ -27,11 +27,11 @@ pub(super) fn poses(joints: &[Joint], side: &SideFile) -> Result<(Vec<f64>, Vec<
     Ok((rest, cast))
 }
 
-/// Share of the way from where a hinge is drawn in the description (zero, or the limit next to it) to the middle of its
-/// range at which it rests: half closed fingers would bar the way to the palm.
+/// Where a hinge rests, as a share of the way from straight (zero, or the limit nearest to zero) to the middle of its
+/// range. Half-closed fingers would block the way to the palm.
 const RESTING: f64 = 0.5;
 
-/// Where a joint rests unless the side file says otherwise. A slide rests in the middle of its range.
+/// The rest coordinate of a joint unless the side file gives one. A slide rests in the middle of its range.
 fn resting(joint: &Joint) -> f64 {
     let [lower, upper] = joint.limits_rad;
     let middle = f64::midpoint(lower, upper);
@@ -44,8 +44,8 @@ fn resting(joint: &Joint) -> f64 {
     }
 }
 
-/// Writes angles in degrees to hinges and lengths in millimetres to slides: the entries `…_deg` and `…_mm` of the side
-/// file, where each must be within its `limit`.
+/// Reads the entries `…_deg` (degrees, hinges) and `…_mm` (millimetres, slides) of the side file. Each must be within
+/// `limit`.
 fn fill_measured(
     values: &mut [f64],
     joints: &[Joint],
@@ -77,15 +77,15 @@ fn fill_measured(
     Ok(())
 }
 
-/// The prior about a rest pose.
+/// The Gaussian prior about a rest pose.
 ///
 /// ```text
 /// Λ = (D C D)⁻¹,   C = (1 − ι) k Σ vᵢ uᵢ uᵢᵀ / Σ vᵢ + ι I
 /// ```
 ///
-/// D: standard deviations, a quarter of each joint's range unless the side file says otherwise; `uᵢ`, `vᵢ`: orthonormalised synergies and their shares of
-/// variance; ι: share that is independent from joint to joint (1 without synergies). The trace of C is the number of
-/// joints k, whatever the shares.
+/// D: standard deviations, a quarter of each joint's range unless the side file says otherwise; `uᵢ`, `vᵢ`: orthonormalised
+/// synergies and their shares of variance; ι: share of variance that is independent for each joint (1 without synergies).
+/// The trace of C is the number of joints k for any shares.
 pub(super) fn gaussian(
     rest_rad: Vec<f64>,
     joints: &[Joint],

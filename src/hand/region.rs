@@ -1,4 +1,4 @@
-//! Which digit a link belongs to and which region a surface point.
+//! The digit of each link and the region of each surface point.
 
 use nalgebra::Vector3;
 
@@ -7,13 +7,13 @@ use super::side_file::{AxesEntry, PalmEntry, PalmRule, SideFile};
 use super::{Capsule, Hand, HandError, Link, LinkId, PalmFrame, PosedHand};
 use crate::limits::HAND_POSITION;
 
-// A patch of a digit is named by its outward normal n in the link's frame: tip if n·distal, back if n·pad,
-// side if n·radial passes the threshold, else pad.
+// The region of a patch of a digit follows from its outward normal n in the link's frame: tip, back or side if n·distal,
+// n·pad or n·radial passes its threshold, otherwise pad.
 const TIP: f64 = 0.45;
 const BACK: f64 = -0.5;
 const SIDE: f64 = 0.8;
 
-/// A side of a digit, told by its outward normal.
+/// A side of a digit, defined by its outward normal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum PatchSide {
     /// The pad.
@@ -29,8 +29,8 @@ pub enum PatchSide {
 }
 
 impl PatchSide {
-    /// The side on which the parts of the outward normal out of the pad, to the thumb's side and to the tip are these;
-    /// `last`: on the last bone of the digit.
+    /// The side with these components of the outward normal: out of the pad, to the thumb's side, to the tip. `last`:
+    /// whether it is on the last bone of the digit.
     pub fn of([pad, radial, distal]: [f64; 3], last: bool) -> Self {
         match () {
             () if last && distal > TIP => Self::Tip,
@@ -62,9 +62,10 @@ impl PatchSide {
 
 /// Gives each link its digit and returns the digits' names, `palm` first.
 ///
-/// Without a side file the palm is the rigid body from which most moving branches with geometry leave; each branch is a
-/// digit. A branch that forks into fingers, each of at least two moving links, is a moving part of the palm as far as the
-/// fork: a half palm that carries ring and little finger. What is neither, wrist and forearm, counts as palm here: [`Hand::is_arm`] tells it apart.
+/// Without a side file the palm is the rigid body from which the most moving branches with geometry leave, and each branch
+/// is a digit. A branch that forks into fingers, each of at least two moving links, belongs to the palm up to the fork: an
+/// example is a half palm that carries the ring and little finger. Wrist and forearm count as palm here; see
+/// [`Hand::is_arm`].
 pub(super) fn assign_digits(
     links: &mut [Link],
     capsules: &[Capsule],
@@ -86,7 +87,7 @@ pub(super) fn assign_digits(
                 link.digit = d + 1;
             }
         }
-        // Links without geometry between listed ones belong to the digit they carry.
+        // Links without geometry between listed links belong to the digit of their child.
         for l in (0..links.len()).rev() {
             let child = links
                 .iter()
@@ -101,7 +102,7 @@ pub(super) fn assign_digits(
         return Ok(names);
     }
 
-    // First link of the rigid body of each link; branches hang on bodies.
+    // First link of the rigid body of each link; branches start at rigid bodies.
     let mut body: Vec<usize> = Vec::with_capacity(links.len());
     for (l, link) in links.iter().enumerate() {
         body.push(match (link.motion, link.parent) {
@@ -160,7 +161,7 @@ pub(super) fn assign_digits(
     Ok(names)
 }
 
-/// The first link of the rigid body that all digits hang on; the root if there are no digits.
+/// The first link of the rigid body that all digits are attached to; the root if there are no digits.
 pub(super) fn palm_link(links: &[Link]) -> LinkId {
     let above = |l: usize| links[l].parent.map(|parent| parent.0);
     let lineage = |l: usize| {
@@ -254,7 +255,7 @@ fn holds(rule: &PalmRule, position: &Vector3<f64>, normal: &Vector3<f64>) -> boo
     low && high && Vector3::from(rule.normal).dot(normal) >= rule.at_least
 }
 
-/// Whether a direction has one: the square of far too large numbers is infinite, and the direction then zero.
+/// Whether normalisation succeeded: for far too large numbers the norm is infinite and the direction becomes zero.
 fn is_unit(direction: &Vector3<f64>) -> bool {
     (direction.norm() - 1.0).abs() < 1e-6
 }

@@ -1,32 +1,34 @@
-//! What the parts of a hand are for, from the shape of its tree: thumb and fingers, and what the palm faces.
+//! Thumb, fingers and the direction of the palm, derived from the shape of the hand.
 
 use nalgebra::Vector3;
 
 use super::{Hand, JointKind, LinkId, PalmFrame, PosedHand, coordinates};
 
-/// How differently from the others a digit points and closes for it to be the thumb: 0 is alike, 4 opposite in both.
+/// Least difference from the other digits in direction and closing for a thumb: 0 is alike, 4 is opposite in both.
 const OPPOSED: f64 = 0.5;
-/// By how much more than any other.
+/// The thumb's difference must exceed that of any other digit by this factor.
 const MORE: f64 = 1.3;
-/// Digits close to one side, as fingers do toward a palm, if their closing adds up to this share of its lengths.
+/// Digits close to one side, as fingers do toward a palm, if the sum of their closing vectors has at least this share of
+/// the sum of the vectors' lengths.
 const ONE_SIDED: f64 = 0.5;
-/// What lies farther out than this share of a digit's reach is its tip.
+/// Points farther out than this share of a digit's reach form its tip.
 const TIP: f64 = 0.97;
-/// Share of the fingers' length from the palm's centre at which an object is faced: that of a human hand.
+/// Distance from the palm's centre to the point that faces the object, as a share of the fingers' length: as on a human
+/// hand.
 const FACED: f64 = 0.4;
 
-/// How a digit lies and closes, root frame.
+/// Direction and closing of a digit, root frame.
 struct Reach {
     /// Origin of its first link.
     root: Vector3<f64>,
-    /// From its first link to its tip, straight.
+    /// From the origin of its first link to its tip, straight.
     out: Vector3<f64>,
-    /// The way of its tip from straight to the middle of all ranges.
+    /// Displacement of its tip from straight to the middle of all ranges.
     closing: Vector3<f64>,
 }
 
-/// Coordinates with all hinges straight (zero, or the limit next to it), slides open to the middle; and with all in the
-/// middle of their ranges, slides shut. What moves the palm is at rest in both.
+/// Two sets of coordinates. Straight: hinges at zero or the limit nearest to zero, slides in the middle. Closed: hinges in
+/// the middle of their ranges, slides at the lower limit. Joints that move the palm are at rest in both.
 fn straight_and_closed(hand: &Hand) -> [Vec<f64>; 2] {
     let of_arm = |link: LinkId| hand.is_arm(link) || link == hand.palm_link;
     let joints = || hand.joints.iter().zip(&hand.prior.rest_rad);
@@ -50,12 +52,12 @@ fn straight_and_closed(hand: &Hand) -> [Vec<f64>; 2] {
 }
 
 impl Hand {
-    /// Joint coordinates with all hinges straight: zero, or the limit next to it; slides half open.
+    /// Joint coordinates of the straight hand: hinges at zero or the limit nearest to zero, slides half open.
     pub fn straight_joints(&self) -> Vec<f64> {
         straight_and_closed(self)[0].split_off(7)
     }
 
-    /// The straight hand, root frame at the origin; without surface points.
+    /// The straight hand with its root frame at the origin, without surface points.
     pub fn straight(&self) -> PosedHand {
         let mut posed = PosedHand::default();
         self.pose_links(&coordinates(&self.straight_joints()), &mut posed);
@@ -63,7 +65,7 @@ impl Hand {
     }
 }
 
-/// Each digit's reach, palm left out.
+/// The reach of each digit, without the palm.
 fn reaches(hand: &Hand) -> Vec<Reach> {
     let [straight, closed] = straight_and_closed(hand).map(|x| {
         let mut posed = PosedHand::default();
@@ -75,7 +77,7 @@ fn reaches(hand: &Hand) -> Vec<Reach> {
             let first = hand.links.iter().position(|link| link.digit == digit);
             let root =
                 first.map_or_else(Vector3::zeros, |l| straight.object_from_link[l].translation);
-            // Links without geometry have their origins: a tip may be but a frame.
+            // Link origins count too, because a fingertip may be a link without geometry.
             let capsules: Vec<usize> = (0..hand.capsules.len())
                 .filter(|&c| hand.links[hand.capsules[c].link.0].digit == digit)
                 .collect();
@@ -91,7 +93,7 @@ fn reaches(hand: &Hand) -> Vec<Reach> {
                 .map(|place| (place - root).norm())
                 .collect();
             let farthest = distances.iter().copied().fold(0.0, f64::max);
-            // The tip: the middle of all that is nearly as far out as anything.
+            // The tip is the mean of all points that are nearly as far out as the farthest one.
             let tip = |(_, distance): &(Vector3<f64>, &f64)| **distance >= TIP * farthest;
             let middle = |posed: &PosedHand| {
                 let places = places(posed);
@@ -117,8 +119,9 @@ fn unit(v: &Vector3<f64>) -> Vector3<f64> {
 
 /// Puts the thumb first, if there is one, and names the digits: `thumb`, `finger 1`, …
 ///
-/// The thumb is the one of three or more digits that points and closes most unlike the others, if it stands out. Beside a
-/// thumb the fingers are numbered across the palm from its side on, else as the description has them.
+/// The thumb is the digit, of three or more, whose direction and closing differ most from the others, if it stands out.
+/// With a thumb the fingers are numbered across the palm from the thumb's side; otherwise they keep their order in the
+/// description.
 pub(super) fn name_digits(hand: &mut Hand) {
     let reaches = reaches(hand);
     let count = reaches.len();
@@ -162,8 +165,8 @@ pub(super) fn name_digits(hand: &mut Hand) {
 
 /// The palm's frame.
 ///
-/// Where the digits close to one side, the palm faces that side and `distal` is where they point. A gripper, whose digits
-/// close on each other, faces where they point.
+/// If the digits close to one side, the palm faces that side and `distal` is the direction in which they point. In a
+/// gripper the digits close on each other, and the palm faces the direction in which they point.
 pub(super) fn palm_frame(hand: &Hand) -> PalmFrame {
     let mut rest = PosedHand::default();
     hand.pose(&hand.rest_coordinates(), &mut rest);
@@ -196,7 +199,7 @@ pub(super) fn palm_frame(hand: &Hand) -> PalmFrame {
     let (volar, distal, faced_m) = if closing.norm() > ONE_SIDED * lengths && lengths > 1e-6 {
         (closing.normalize(), distal, FACED * length)
     } else {
-        // Between the thumb and the fingers; across is the way in which the first digit closes.
+        // The palm faces between the thumb and the fingers; `distal` is the direction in which the first digit closes.
         let opposite = if thumb == 1 {
             reaches[0].out
         } else {

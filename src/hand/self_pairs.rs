@@ -1,4 +1,4 @@
-//! Which parts of a hand may run into each other, and how near two capsules are.
+//! Pairs of parts checked for self-collision, and the nearest points of two capsules.
 
 use std::collections::BTreeSet;
 
@@ -8,15 +8,15 @@ use super::model::Model;
 use super::side_file::SideFile;
 use super::{Hand, HandError, LinkId, PosedHand};
 
-/// Parts nearer than this at rest are taken to be neighbours that always touch, metres.
+/// Parts nearer than this at rest are taken as neighbours that always touch, metres.
 const TOUCHING_M: f64 = 1e-3;
 
 /// Nearest points of two segments.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SegmentPair {
-    /// Where on the first segment: 0 = first end, 1 = second.
+    /// Position on the first segment: 0 = first end, 1 = second end.
     pub s: f64,
-    /// Where on the second segment.
+    /// Position on the second segment.
     pub t: f64,
     /// From the point on the first segment to the point on the second, metres.
     pub offset: Vector3<f64>,
@@ -24,7 +24,7 @@ pub struct SegmentPair {
 
 /// Nearest points of two segments, each given by its ends.
 ///
-/// Where the segments are parallel and many pairs are equally near, the one with the least `s` on the overlap.
+/// If the segments are parallel and many pairs are equally near, gives the pair with the least `s` on the overlap.
 /// After Ericson (2005), *Real-Time Collision Detection*, §5.1.9.
 pub fn closest_points(first: &[Vector3<f64>; 2], second: &[Vector3<f64>; 2]) -> SegmentPair {
     let (u, v) = (first[1] - first[0], second[1] - second[0]);
@@ -82,7 +82,7 @@ pub fn axis_distance(point: &Vector3<f64>, ends: &[Vector3<f64>; 2]) -> f64 {
     (from - along * t).norm()
 }
 
-/// Which pairs of links may be checked at all.
+/// Restrictions on the pairs of links that are checked.
 pub(super) struct Apart {
     /// Pairs that are never checked.
     never: BTreeSet<[usize; 2]>,
@@ -90,7 +90,7 @@ pub(super) struct Apart {
     only: Option<BTreeSet<[usize; 2]>>,
 }
 
-/// What the description and the side file say about pairs of links.
+/// The restrictions stated by the description and the side file.
 pub(super) fn apart(hand: &Hand, model: &Model, side: &SideFile) -> Result<Apart, HandError> {
     let find = |place: &str, pairs: &[[String; 2]]| -> Result<BTreeSet<[usize; 2]>, HandError> {
         let link = |name: &String| {
@@ -108,7 +108,7 @@ pub(super) fn apart(hand: &Hand, model: &Model, side: &SideFile) -> Result<Apart
         };
         pairs.iter().map(pair).collect()
     };
-    // A description may speak of bodies that are no part of the hand.
+    // A description may name bodies that are not part of the hand.
     let known = |pair: &&[String; 2]| pair.iter().all(|name| hand.link(name).is_some());
     let described: Vec<_> = model.apart.iter().filter(known).cloned().collect();
     let mut never = find("the description", &described)?;
@@ -123,7 +123,7 @@ pub(super) fn apart(hand: &Hand, model: &Model, side: &SideFile) -> Result<Apart
 
 /// Pairs of capsules that do not touch at rest and whose links are not neighbours in the tree.
 ///
-/// Links without geometry and fixed joints do not count: neighbours are links with geometry joined by nothing else.
+/// Links without geometry and fixed joints are skipped: two links are neighbours if only such links lie between them.
 pub(super) fn derive(hand: &Hand, rest: &PosedHand, apart: &Apart) -> Vec<[usize; 2]> {
     let solid: Vec<LinkId> = (0..hand.links.len())
         .map(|l| body(hand, LinkId(l)))
@@ -168,7 +168,7 @@ pub(super) fn derive(hand: &Hand, rest: &PosedHand, apart: &Apart) -> Vec<[usize
     pairs
 }
 
-/// The first link of the rigid body this link belongs to: up through fixed joints.
+/// The first link of the rigid body that a link belongs to, found through fixed joints.
 fn body(hand: &Hand, mut link: LinkId) -> LinkId {
     while let (false, Some(parent)) = (hand.links[link.0].moves(), hand.links[link.0].parent) {
         link = parent;

@@ -6,35 +6,35 @@ use serde::{Deserialize, Serialize};
 
 use super::HandError;
 
-/// Everything in it is optional; what is missing is derived from the description file.
+/// All entries are optional; missing entries are derived from the description file.
 #[derive(Debug, Clone, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct SideFile {
-    /// Says what the file is about; not read.
+    /// What the file is about; not used.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) comment: Option<String>,
     /// Name of the hand.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) name: Option<String>,
-    /// The mirror image of all that follows: a left hand of a right one.
+    /// Whether the hand is the mirror image of what this file describes, for example a left hand of a right one.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub(super) mirror: bool,
-    /// How a file of MANO is taken.
+    /// Settings for a MANO hand.
     #[serde(skip_serializing_if = "ManoEntry::is_empty")]
     pub(super) mano: ManoEntry,
-    /// Links that are taken off, with all that hangs on them.
+    /// Links that are removed, with all links below them.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(super) without: Vec<String>,
     /// Number of surface points.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) surface_points: Option<usize>,
-    /// Links on which there are no contacts.
+    /// Links that must not make contact.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(super) no_contact: Vec<String>,
-    /// Pairs of links that are never checked for running into each other.
+    /// Pairs of links that are never checked for collision.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(super) apart: Vec<[String; 2]>,
-    /// Pairs of links that are checked, in place of all that may run into each other.
+    /// Pairs of links that are checked for collision, in place of the derived ones.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) self_pairs: Option<Vec<[String; 2]>>,
     /// Lengths of the pose space's metric.
@@ -46,31 +46,31 @@ pub(super) struct SideFile {
     /// Digits by name, thumb first; links that are not listed belong to the palm.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) digits: Option<Vec<DigitEntry>>,
-    /// Directions of the listed links' frames, for naming the regions of digits.
+    /// Directions in the listed links' frames, which name the regions of digits.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) axes: Option<AxesEntry>,
-    /// Regions of the palm: the first rule that holds names the region.
+    /// Regions of the palm; the first rule that holds names the region.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(super) palm_regions: Vec<PalmRule>,
-    /// Geometry of links, in place of what the description file says.
+    /// Capsules that replace the geometry of a link in the description file.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub(super) capsules: BTreeMap<String, Vec<CapsuleEntry>>,
-    /// Capsules that fill the meshes, boxes and cylinders of links; what touches stays these themselves.
+    /// Capsules that fill the meshes, boxes and cylinders of links for collision; contact geometry is unchanged.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub(super) filling: BTreeMap<String, Vec<CapsuleEntry>>,
-    /// Angles of the rest pose, degrees, by joint.
+    /// Rest angles by joint, degrees.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub(super) rest_deg: BTreeMap<String, f64>,
-    /// The rest pose of joints that slide, millimetres.
+    /// Rest positions of slides by joint, millimetres.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub(super) rest_mm: BTreeMap<String, f64>,
-    /// Angles at which the skin is cast, degrees, by joint; the others as in the rest pose.
+    /// Angles at which the skin is built, by joint, degrees; other joints are at rest.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub(super) cast_deg: BTreeMap<String, f64>,
-    /// Standard deviations of the prior, degrees, by joint; the others a quarter of their range.
+    /// Standard deviations of the prior by joint, degrees; for other joints a quarter of the range.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub(super) deviation_deg: BTreeMap<String, f64>,
-    /// The same of joints that slide, millimetres.
+    /// Standard deviations of slides by joint, millimetres.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub(super) deviation_mm: BTreeMap<String, f64>,
     /// Postural synergies.
@@ -81,14 +81,14 @@ pub(super) struct SideFile {
     pub(super) independent_share: Option<f64>,
 }
 
-/// What the joint coordinates of a MANO hand are, and its shape.
+/// The choice of joint coordinates of a MANO hand, and its shape.
 #[derive(Debug, Clone, PartialEq, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct ManoEntry {
-    /// Coordinates are the weights of so many principal components; the 45 angles themselves without it.
+    /// Number of principal components whose weights are the coordinates; without it the coordinates are the 45 angles.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) components: Option<usize>,
-    /// Weights of the shapes; those that are missing are 0.
+    /// Weights of the shapes; missing weights are 0.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(super) betas: Vec<f64>,
 }
@@ -105,17 +105,17 @@ pub(super) struct PalmEntry {
     pub(super) centre_m: [f64; 3],
     pub(super) volar: [f64; 3],
     pub(super) distal: [f64; 3],
-    /// How far from the centre along `distal` the object is faced at the start of a chain.
+    /// Distance from the centre along `distal` to the point that faces the object at the start of a chain.
     #[serde(default = "under_the_fingers")]
     pub(super) faced_m: f64,
 }
 
-/// On a human hand, metres.
+/// Value for a human hand, metres.
 fn under_the_fingers() -> f64 {
     0.035
 }
 
-/// Lengths of the metric; those that are missing are derived.
+/// Lengths of the metric; missing lengths are derived.
 #[derive(Debug, Clone, PartialEq, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 #[expect(
@@ -123,16 +123,16 @@ fn under_the_fingers() -> f64 {
     reason = "the unit belongs in the names of the file's entries"
 )]
 pub(super) struct MetricEntry {
-    /// Metres per radian of a turn of the whole hand.
+    /// Metres per radian of a rotation of the whole hand.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) radius_of_gyration_m: Option<f64>,
-    /// How far such a turn moves the digits, metres per radian.
+    /// How far such a rotation moves the digits, metres per radian.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) rotation_reach_m: Option<f64>,
     /// Metres per unit of each joint, averaged over the hand.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub(super) levers_m: BTreeMap<String, f64>,
-    /// Metres per unit of each joint, averaged over what it moves.
+    /// Metres per unit of each joint, averaged over the parts that it moves.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub(super) reaches_m: BTreeMap<String, f64>,
 }
@@ -147,7 +147,7 @@ impl MetricEntry {
 #[serde(deny_unknown_fields)]
 pub(super) struct DigitEntry {
     pub(super) name: String,
-    /// Segment (`proximal`, `distal`, …) → links.
+    /// Links of each segment (`proximal`, `distal`, …).
     pub(super) segments: BTreeMap<String, Vec<String>>,
 }
 
@@ -162,7 +162,7 @@ pub(super) struct AxesEntry {
     pub(super) distal: [f64; 3],
 }
 
-/// Holds where `normal`·n ≥ `at_least` and min ≤ p ≤ max, all in the root frame at the rest pose.
+/// A rule that holds if `normal`·n ≥ `at_least` and min ≤ p ≤ max, all in the root frame at the rest pose.
 #[derive(Debug, Clone, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct PalmRule {

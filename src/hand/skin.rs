@@ -1,4 +1,4 @@
-//! A closed skin over the capsules, for drawing: cast once, bent with the joints.
+//! A closed skin over the capsules, for drawing: built once, then bent with the joints.
 
 use nalgebra::Vector3;
 
@@ -6,22 +6,22 @@ use super::blend::BlendVertex;
 use super::geometry::LinkMesh;
 use super::{Capsule, Frame, Hand, LinkId, PosedHand, axis_distance, coordinates};
 
-/// Cells of the grid the skin is cut from along the longest side of the hand: 2 mm for a human one.
+/// Cells of the grid along the longest side of the hand; a cell is 2 mm on a human hand.
 const CELLS: f64 = 100.0;
-/// Rounding of creases within a digit, within the palm, and where a digit leaves the palm, metres.
-/// Small on digits: what is drawn should stay within a millimetre of what makes contact.
+/// Rounding of creases within a digit, within the palm, and where a digit leaves the palm, metres. It is small on digits,
+/// where the drawn skin should stay within a millimetre of the contact geometry.
 const DIGIT_CREASE_M: f64 = 3e-3;
 const PALM_CREASE_M: f64 = 10e-3;
 const ROOT_CREASE_M: f64 = 10e-3;
-/// Where the next link is farther than this from a vertex, it no longer pulls on it, metres.
+/// A link has no weight on a vertex if it is farther away than the nearest link by more than this, metres.
 const BLEND_M: f64 = 9e-3;
-/// The same for links that are not neighbours in the tree, as the two fingers at a web.
+/// The same for links that are not neighbours in the tree, such as the two fingers at a web.
 const WEB_BLEND_M: f64 = 4e-3;
 
 /// A vertex of the skin.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SkinVertex {
-    /// Links that carry it, its position in each one's frame (metres), and their weights, which sum to 1.
+    /// Links that carry it: position in each link's frame (metres) and weight. The weights sum to 1.
     pub bindings: Vec<(LinkId, Vector3<f64>, f64)>,
 }
 
@@ -32,7 +32,7 @@ pub struct Skin {
     pub vertices: Vec<SkinVertex>,
     /// Triangles, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
-    /// Whether the vertices are the hand's surface points, which the corrections of poses move as well: the skin of MANO.
+    /// Whether the vertices are the hand's surface points, which pose corrections move as well: the skin of MANO.
     is_surface: bool,
 }
 
@@ -61,9 +61,9 @@ impl Skin {
 }
 
 impl Hand {
-    /// The skin: the zero level of a rounded union of the capsules, cut from a grid with the fingers apart by
-    /// surface nets (Gibson 1998). Takes a fraction of a second; keep it. A hand with meshes, boxes or cylinders, and that of
-    /// MANO, is drawn as it is ([`Hand::solid_skin`]).
+    /// The skin: the zero level set of a rounded union of the capsules with the fingers apart, extracted from a grid by
+    /// surface nets (Gibson 1998). It takes a fraction of a second, so keep the result. A hand with meshes, boxes or
+    /// cylinders, or of MANO, gives [`Hand::solid_skin`].
     pub fn skin(&self) -> Skin {
         if self.bends() || !self.meshes.is_empty() {
             return self.solid_skin();
@@ -84,7 +84,7 @@ impl Hand {
 }
 
 impl Hand {
-    /// The hand as it is, which depths are measured on and which is exported: its parts (meshes, hulls of boxes and
+    /// The exact surface of the hand, used for measuring depths and for export: its parts (meshes, hulls of boxes and
     /// cylinders, capsules), each fixed to its link, or the mesh of MANO.
     pub fn solid_skin(&self) -> Skin {
         if let Some(blend) = &self.blend {
@@ -103,7 +103,7 @@ impl Hand {
         Self::stiff(self.meshes.iter().cloned().chain(round))
     }
 
-    /// All capsules, each fixed to its link: what other things are kept out of.
+    /// All capsules, each fixed to its link: the collision geometry.
     pub fn capsule_skin(&self) -> Skin {
         Self::stiff(self.capsules.iter().map(capsule_mesh))
     }
@@ -128,7 +128,7 @@ impl Hand {
     }
 }
 
-/// Corners around a capsule and rings on each of its half spheres.
+/// Vertices around a capsule, and rings on each of its half spheres.
 const AROUND: u32 = 24;
 const RINGS: u32 = 6;
 
@@ -242,7 +242,7 @@ struct Grid {
 }
 
 impl Grid {
-    /// Samples the form with a margin in which it is positive, so that the skin closes.
+    /// Samples the signed distance with a positive margin, so that the skin closes.
     fn sample(form: &Form) -> Self {
         let [low, high] = form.bounds();
         let cell_m = (high - low).max() / CELLS;
@@ -280,7 +280,8 @@ impl Grid {
         self.origin + Vector3::new(at[0] as f64, at[1] as f64, at[2] as f64) * self.cell_m
     }
 
-    /// One vertex in each cell the surface passes, drawn onto it; one quadrilateral around each edge it crosses.
+    /// Places one vertex, moved onto the surface, in each cell that the surface crosses, and one quadrilateral around each
+    /// crossed edge.
     fn surface_nets(&self, form: &Form) -> (Vec<Vector3<f64>>, Vec<[u32; 3]>) {
         let mut points = Vec::new();
         let mut vertex_of_cell = vec![u32::MAX; self.values.len()];
@@ -351,7 +352,7 @@ impl Grid {
     }
 }
 
-/// Draws a point onto the surface, never farther than `reach_m`.
+/// Moves a point onto the surface, by at most `reach_m`.
 fn onto(form: &Form, start: Vector3<f64>, reach_m: f64) -> Vector3<f64> {
     let mut point = start;
     for _ in 0..3 {
@@ -380,7 +381,7 @@ fn neighbours(hand: &Hand) -> Vec<Vec<usize>> {
     neighbours
 }
 
-/// Weights fall smoothly with the distance beyond the nearest link.
+/// Binds a point to links; weights fall smoothly with the distance beyond the nearest link.
 fn bind(
     hand: &Hand,
     cast: &PosedHand,

@@ -1,4 +1,4 @@
-//! The hand as solid parts: what depths are measured on.
+//! The hand as solid parts, for measuring depths.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -12,38 +12,38 @@ use super::skin::capsule_mesh;
 use super::{Capsule, Frame, Hand, LinkId, PosedHand};
 use crate::object::{ExactMesh, Mesh, TriangleTree};
 
-/// A part of the hand, a capsule or the meshes of a link: its triangles, and its inside.
+/// A part of the hand, which is a capsule or the meshes of a link: its triangles and its interior.
 #[derive(Debug, Clone)]
 pub(crate) struct Part {
-    /// The link in whose frame it lies; `None` for the skin of a hand that bends, which lies in the object's.
+    /// The link in whose frame it lies; `None` for the skin of a hand that bends, which is in the object's frame.
     link: Option<LinkId>,
     /// Its triangles.
     pub(crate) surface: TriangleTree,
-    /// What is inside.
+    /// Its interior.
     pub(crate) solid: Solid,
-    /// A ball around it.
+    /// Centre of a ball around it.
     pub(crate) centre: Vector3<f64>,
     /// Radius of the ball, metres.
     pub(crate) radius_m: f64,
 }
 
-/// The inside of a part.
+/// The interior of a part.
 #[derive(Debug, Clone)]
 pub(crate) enum Solid {
-    /// That of capsule `number` of [`Hand::capsules`].
+    /// The interior of capsule `number` of [`Hand::capsules`].
     Capsule {
         /// Index of the capsule.
         number: usize,
         /// Its radius, metres.
         radius_m: f64,
     },
-    /// That of a closed mesh.
+    /// The interior of a closed mesh.
     Mesh(Box<ExactMesh>),
-    /// Triangles without an inside.
+    /// Triangles without an interior.
     Nothing,
 }
 
-/// The parts of a hand of rigid links, once someone has asked. They follow from its geometry: all are equal.
+/// The parts of a hand of rigid links, computed on first use. They follow from the geometry, so all values are equal.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Parts(Arc<OnceLock<Vec<Part>>>);
 
@@ -54,7 +54,7 @@ impl PartialEq for Parts {
 }
 
 impl Part {
-    /// The frame in which it lies, in the object's.
+    /// The frame in which it lies, relative to the object.
     pub(crate) fn frame(&self, posed: &PosedHand) -> Frame {
         self.link
             .map_or_else(Frame::default, |link| posed.object_from_link[link.0])
@@ -83,7 +83,7 @@ impl Part {
         }
     }
 
-    /// The meshes of one link, and the union of the solids that they bound: where two of them touch, what is deep in their
+    /// The meshes of one link and the union of the solids that they bound. Where two of them touch, a point deep in their
     /// union need not be deep in either.
     fn of_meshes(meshes: &[&LinkMesh]) -> Option<Self> {
         let link = meshes.first()?.link;
@@ -104,7 +104,7 @@ impl Part {
         Some(Self::new(Some(link), &vertices, surface, Some(solid)))
     }
 
-    /// A mesh, and the solid that it bounds.
+    /// A mesh and the solid that it bounds.
     fn of_mesh(mesh: &LinkMesh) -> Option<Self> {
         let LinkMesh {
             link,
@@ -135,13 +135,13 @@ impl Part {
     }
 }
 
-/// The solid that triangles bound, if need be after repair.
+/// The solid that triangles bound, repaired if necessary.
 fn solid(vertices: &[Vector3<f64>], triangles: &[[u32; 3]]) -> Option<Mesh> {
     let repaired = Mesh::repaired("part", vertices.to_vec(), triangles.to_vec());
     repaired.ok().map(|repaired| repaired.mesh)
 }
 
-/// The solid that a mesh bounds; where it bounds none even when repaired, that of its convex hull.
+/// The solid that a mesh bounds; if it bounds none even after repair, the solid of its convex hull.
 fn solid_or_hull(mesh: &LinkMesh) -> Option<Mesh> {
     let hull = || {
         let hull = Hull::of(mesh.link, &mesh.vertices)?;
@@ -150,7 +150,7 @@ fn solid_or_hull(mesh: &LinkMesh) -> Option<Mesh> {
     solid(&mesh.vertices, &mesh.triangles).or_else(hull)
 }
 
-/// Triangles of several meshes as those of one.
+/// Joins the triangles of several meshes into one mesh.
 fn joined<'a>(
     meshes: impl Iterator<Item = (&'a [Vector3<f64>], &'a [[u32; 3]])>,
 ) -> (Vec<Vector3<f64>>, Vec<[u32; 3]>) {
@@ -164,8 +164,8 @@ fn joined<'a>(
 }
 
 impl Hand {
-    /// The parts whose union the hand is ([`Hand::solid_skin`]). Those of rigid links are made at the first call, which may
-    /// take a second; the skin of a hand that bends at each.
+    /// The parts whose union is the hand ([`Hand::solid_skin`]). Parts of rigid links are made at the first call, which may
+    /// take a second; the skin of a hand that bends is made at each call.
     pub(crate) fn parts(&self, posed: &PosedHand) -> Cow<'_, [Part]> {
         let Some(blend) = &self.blend else {
             return Cow::Borrowed(self.rigid_parts());
@@ -189,7 +189,7 @@ impl Hand {
     fn rigid_parts(&self) -> &[Part] {
         self.parts.0.get_or_init(|| {
             let capsules = (self.capsules.iter().zip(&self.exact).enumerate())
-                // A hand that bends has no other inside where its skin bounds no solid.
+                // The capsules are the only interior of a hand that bends if its skin bounds no solid.
                 .filter(|(_, (_, exact))| **exact || self.bends())
                 .filter_map(|(number, (capsule, _))| Part::of_capsule(number, capsule));
             let mut of_links: BTreeMap<usize, Vec<&LinkMesh>> = BTreeMap::new();

@@ -1,16 +1,15 @@
-//! Surface points: spread evenly over the outside of the union of the capsules and hulls.
+//! Surface points, spread evenly over the outside of the union of the capsules and hulls.
 
 use nalgebra::Vector3;
 
 use super::hull::Hull;
 use super::{Hand, LinkId, PosedHand, SurfacePoint, axis_distance};
 
-/// How many points stand for the surface of a hand unless told otherwise: the count Liu et al. (2021) sample contacts
-/// from.
+/// Default number of surface points: the count from which Liu et al. (2021) sample contacts.
 pub(super) const POINTS: usize = 773;
-/// Most points: each is compared with all candidates.
+/// Largest number of points; each is compared with all candidates.
 pub(super) const MOST_POINTS: usize = 10_000;
-/// Candidates to choose each point from.
+/// Number of candidates per point.
 const CANDIDATES_PER_POINT: f64 = 20.0;
 /// Rounds of Lloyd's relaxation; the spacing hardly changes after the third.
 const ROUNDS: usize = 4;
@@ -23,12 +22,11 @@ struct Candidate {
     area_m2: f64,
 }
 
-/// Points of the union of capsules and hulls in the rest pose, sorted by link, each with the area nearest to it.
+/// Points on the union of capsules and hulls in the rest pose, sorted by link, each with the area nearest to it.
 ///
-/// Candidates on equal-area spirals around each capsule that is geometry itself and spread evenly over the triangles of
-/// each hull, those inside another solid dropped; then farthest-point
-/// sampling (Eldar et al. 1997) and a few rounds of Lloyd's relaxation among the candidates. Nothing is random. Wrist and
-/// forearm have no points.
+/// Candidates lie on equal-area spirals around each exact capsule and evenly over the triangles of each hull; candidates
+/// inside another solid are dropped. Farthest-point sampling (Eldar et al. 1997) and a few rounds of Lloyd's relaxation
+/// choose among the candidates. Nothing is random. Wrist and forearm have no points.
 pub(super) fn sample(
     hand: &Hand,
     rest: &PosedHand,
@@ -72,7 +70,7 @@ pub(super) fn sample(
     points
 }
 
-/// What the surface is that of.
+/// The solids whose surface is sampled.
 struct Solids<'a> {
     hand: &'a Hand,
     rest: &'a PosedHand,
@@ -116,7 +114,7 @@ impl Solids<'_> {
         let across = along.cross(&Vector3::ith(along.iamin(), 1.0)).normalize();
         let third = along.cross(&across);
         for k in 0..count {
-            // A slice of given height has the same area on a sphere as on the cylinder around it (Archimedes).
+            // A slice of given height has the same area on a sphere as on the surrounding cylinder (Archimedes).
             let height = (f64::from(k) + 0.5) / f64::from(count)
                 * (length + 2.0 * capsule.radius_m)
                 - capsule.radius_m;
@@ -137,7 +135,7 @@ impl Solids<'_> {
         }
     }
 
-    /// As many candidates on each triangle as it has shares of area, the rest carried on to the next.
+    /// Puts candidates on each triangle in proportion to its area; the remainder is carried on to the next triangle.
     fn on_hull(&self, i: usize, share: f64, candidates: &mut Vec<Candidate>) {
         let hull = &self.hulls[i];
         let frame = &self.rest.object_from_link[hull.link.0];
@@ -149,7 +147,7 @@ impl Solids<'_> {
             while left >= 1.0 {
                 left -= 1.0;
                 k += 1.0;
-                // Roberts' sequence in the unit square, folded onto the triangle.
+                // Roberts' sequence in the unit square, folded into the triangle.
                 let (mut u, mut v) = (
                     (k * 0.754_877_666_246_692_8_f64).fract(),
                     (k * 0.569_840_290_998_053_2_f64).fract(),
@@ -171,8 +169,8 @@ impl Solids<'_> {
         }
     }
 
-    /// Whether a point lies inside a capsule that is geometry itself, other than its own. Where two surfaces coincide the
-    /// first capsule keeps them.
+    /// Whether a point lies inside an exact capsule other than its own. If two surfaces coincide, the first capsule keeps
+    /// its points.
     fn in_capsule(&self, own: Option<usize>, point: &Vector3<f64>) -> bool {
         self.hand.capsules.iter().enumerate().any(|(i, capsule)| {
             let tie = if own.is_some_and(|own| i < own) {
@@ -186,7 +184,8 @@ impl Solids<'_> {
         })
     }
 
-    /// The same for hulls, after all capsules; a face that lies against another hull's is inside, too.
+    /// The same for hulls, which come after all capsules. A point of a face that lies against another hull counts as
+    /// inside.
     fn in_hull(&self, own: Option<usize>, point: &Vector3<f64>, normal: &Vector3<f64>) -> bool {
         let ahead = point + normal * AHEAD_M;
         self.hulls.iter().enumerate().any(|(i, hull)| {
@@ -202,14 +201,14 @@ impl Solids<'_> {
     }
 }
 
-/// How far in front of a face something must be free, metres.
+/// Clearance that is checked in front of a face, metres.
 const AHEAD_M: f64 = 1e-5;
 
 /// π (3 − √5), radians.
 pub(super) const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
 
-/// Squared distance along one sheet of the surface: infinite between surfaces that face each other, as on two
-/// fingers side by side.
+/// Squared distance along one sheet of the surface; infinite between surfaces that face each other, as on two fingers side
+/// by side.
 fn separation(a: &Candidate, b: &Candidate) -> f64 {
     if a.normal.dot(&b.normal) > 0.0 {
         (a.point - b.point).norm_squared()
@@ -236,7 +235,7 @@ fn farthest(candidates: &[Candidate], count: usize) -> Vec<usize> {
     chosen
 }
 
-/// For each candidate, the place in `chosen` of the nearest chosen one.
+/// For each candidate, the index in `chosen` of the nearest chosen candidate.
 fn assign(candidates: &[Candidate], chosen: &[usize]) -> Vec<usize> {
     candidates
         .iter()

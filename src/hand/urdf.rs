@@ -51,10 +51,10 @@ pub(super) fn read(text: &str, files: &dyn Files) -> Result<Model, HandError> {
     }
 }
 
-/// Deepest nesting of elements that is read.
+/// Deepest nesting of elements.
 const DEEPEST: u32 = 200;
 
-/// Refuses what is no XML, and what is nested so deeply that the reader would take minutes over it.
+/// Refuses text that is not XML or is nested so deeply that the reader would take minutes.
 fn check_nesting(text: &str) -> Result<(), HandError> {
     let begins = text.trim_start_matches('\u{feff}').trim_start();
     if !begins.starts_with('<') {
@@ -81,7 +81,7 @@ fn check_nesting(text: &str) -> Result<(), HandError> {
     Ok(())
 }
 
-/// Who hangs on whom, by place in the file.
+/// Parents and children of links, by index in the file.
 struct Tree {
     root: usize,
     parent_joint: Vec<Option<usize>>,
@@ -218,7 +218,7 @@ fn frame(pose: &Pose, place: &str) -> Result<Frame, HandError> {
     })
 }
 
-/// Collision geometry; what is to be seen only where the link has none.
+/// Collision geometry of a link, or its visual geometry if it has none.
 fn parts(link: &urdf_rs::Link, files: &dyn Files) -> Result<Vec<Part>, HandError> {
     let read = |pose: &Pose, geometry: &Geometry, solid| {
         Ok(Part {

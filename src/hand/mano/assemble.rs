@@ -1,4 +1,4 @@
-//! From MANO's arrays to a hand.
+//! Builds a hand from MANO's arrays.
 
 use std::sync::Arc;
 
@@ -17,7 +17,7 @@ use super::super::{
 use super::{ANGLES, Arrays, LINKS, PARENTS};
 use crate::limits::{HAND_POSITION, HAND_SHAPE, HINGE, MANO_NUMBER};
 
-/// Names of the links in the order of the file, and the digit of each: thumb 1 … little 5.
+/// Names of the links in the order of the file, and the digit of each link (1 = thumb … 5 = little finger).
 const NAMES: [(&str, usize); LINKS] = [
     ("palm", 0),
     ("index_proximal", 2),
@@ -37,19 +37,20 @@ const NAMES: [(&str, usize); LINKS] = [
     ("thumb_distal", 1),
 ];
 const DIGITS: [&str; 6] = ["palm", "thumb", "index", "middle", "ring", "little"];
-/// Limits lie this share of the range of the file's own poses beyond it.
+/// Margin of the limits beyond the range of the file's own poses, as a share of that range.
 const BEYOND: f64 = 0.1;
 /// Least half range of a coordinate, radians.
 const LEAST_HALF_RANGE: f64 = 0.05;
 /// Least standard deviation of a component, radians.
 const LEAST_DEVIATION: f64 = 1e-3;
-/// How far toward the fingertips an object is faced, as a share of the fingers' length: as for other hands.
+/// Distance from the palm's centre to the point that faces the object at the start, as a share of the fingers' length.
 const FACED: f64 = 0.4;
 
-/// The hand: 45 angles as coordinates, or the weights of as many principal components as the side file says.
+/// Builds the hand. Its coordinates are the 45 angles, or the weights of as many principal components as the side file
+/// says.
 ///
-/// Limits are the extremes of the file's own poses and a tenth of their range more, since MANO has none. The prior is the
-/// squared length of the weights of the principal components, each in its standard deviation over those poses.
+/// MANO has no limits: each limit is an extreme of the file's own poses plus a tenth of their range. The prior is the
+/// squared length of the weights of the principal components, each in units of its standard deviation over those poses.
 pub(in super::super) fn assemble(arrays: &Arrays, side: &SideFile) -> Result<Hand, HandError> {
     let error = |problem: String| HandError::Mano {
         file: arrays.file.clone(),
@@ -70,7 +71,7 @@ pub(in super::super) fn assemble(arrays: &Arrays, side: &SideFile) -> Result<Han
             format!("a vertex or joint of {}", arrays.file)
         })?;
     }
-    // The root's frame is that of the file; where the wrist turns is no matter to a hand that may lie anywhere.
+    // The root's frame is that of the file: the hand may lie anywhere, so the place of the wrist joint does not matter.
     origins[0] = Vector3::zeros();
     let links = links(&origins);
     let (surface, vertices, triangles) = surface(arrays, &shaped, &origins);
@@ -134,7 +135,7 @@ pub(in super::super) fn assemble(arrays: &Arrays, side: &SideFile) -> Result<Han
     Ok(hand)
 }
 
-/// An entry of the side file that has no meaning here.
+/// An entry of the side file that has no meaning for a MANO hand.
 fn foreign(side: &SideFile) -> Option<&'static str> {
     [
         ("without", !side.without.is_empty()),
@@ -156,7 +157,7 @@ fn foreign(side: &SideFile) -> Option<&'static str> {
     .find_map(|(entry, given)| given.then_some(entry))
 }
 
-/// The template with its shape.
+/// The template deformed by the shape weights.
 fn shaped(arrays: &Arrays, betas: &[f64]) -> Result<Vec<Vector3<f64>>, String> {
     let known = arrays.shape_directions.first().map_or(0, DMatrix::ncols);
     if betas.len() > known {
@@ -180,7 +181,7 @@ fn shaped(arrays: &Arrays, betas: &[f64]) -> Result<Vec<Vector3<f64>>, String> {
         .collect())
 }
 
-/// One link a joint, with frames that are not turned at rest.
+/// One link per joint; the frames are not rotated at rest.
 fn links(origins: &[Vector3<f64>]) -> Vec<Link> {
     let link = |l: usize| {
         let parent = l.checked_sub(1).map(|ball| PARENTS[ball]);
@@ -200,7 +201,7 @@ fn links(origins: &[Vector3<f64>]) -> Vec<Link> {
     (0..LINKS).map(link).collect()
 }
 
-/// All vertices, sorted by the link that carries them most.
+/// All vertices, sorted by the link with the largest weight.
 fn surface(
     arrays: &Arrays,
     shaped: &[Vector3<f64>],
@@ -263,7 +264,7 @@ fn surface(
     (points.collect(), vertices.collect(), triangles.collect())
 }
 
-/// Capsules inside the hull of what each link carries most.
+/// Capsules inside the hull of the points of each link.
 fn capsules(surface: &[SurfacePoint]) -> Option<Vec<Capsule>> {
     let of_link = |l: usize| {
         let own = surface.iter().filter(move |point| point.link.0 == l);
@@ -276,7 +277,7 @@ fn capsules(surface: &[SurfacePoint]) -> Option<Vec<Capsule>> {
     (!capsules.is_empty()).then_some(capsules)
 }
 
-/// What the coordinates are: θ = offset + map q, their limits and their prior.
+/// The choice of coordinates q with θ = offset + map q, their limits and their prior.
 struct Coordinates {
     offset_rad: DVector<f64>,
     map: DMatrix<f64>,
@@ -286,7 +287,7 @@ struct Coordinates {
 }
 
 impl Coordinates {
-    /// The 45 angles.
+    /// The 45 angles as coordinates.
     fn whole(arrays: &Arrays) -> Result<Self, String> {
         // θ = mean + Cᵀ c, so c = C⁻ᵀ (θ − mean).
         let inverse = (arrays.components.transpose().try_inverse())
@@ -314,7 +315,7 @@ impl Coordinates {
         })
     }
 
-    /// The weights of the first `count` principal components.
+    /// The weights of the first `count` principal components as coordinates.
     fn components(arrays: &Arrays, count: usize) -> Result<Self, String> {
         if !(1..=ANGLES).contains(&count) {
             return Err(format!("has 1 to {ANGLES} \"components\", not {count}"));
@@ -340,7 +341,7 @@ impl Coordinates {
         named
             .map(|(j, (name, limits))| Joint {
                 name: name.clone(),
-                // A component moves all links; the first stands for them.
+                // A component moves all links; the first link represents them.
                 link: LinkId(
                     if self.names.len() == ANGLES && self.offset_rad.amax() == 0.0 {
                         1 + j / 3
@@ -365,7 +366,7 @@ fn deviations(arrays: &Arrays) -> DVector<f64> {
     })
 }
 
-/// Limits about `middle`: the extremes of rows of poses, and somewhat more.
+/// Limits about `middle`: the extremes over the poses (rows) plus a margin.
 fn limits(poses: &DMatrix<f64>, middle: &DVector<f64>) -> Result<Vec<[f64; 2]>, String> {
     let of_coordinate = |c: usize| {
         let values = poses.column(c);
@@ -383,8 +384,8 @@ fn limits(poses: &DMatrix<f64>, middle: &DVector<f64>) -> Result<Vec<[f64; 2]>, 
     (0..poses.ncols()).map(of_coordinate).collect()
 }
 
-/// The palm's frame: it faces where the fingers of the mean pose have closed to, from straight ones; where the mean pose is
-/// straight, −y, as in MANO's files.
+/// The palm's frame. The palm faces the direction in which the fingers close from straight to the mean pose; if the mean
+/// pose is straight, it faces −y, as in MANO's files.
 fn palm(hand: &Hand) -> PalmFrame {
     let posed = |angles: &[f64]| {
         let mut posed = PosedHand::default();

@@ -1,7 +1,7 @@
-//! MANO, the hand of Romero, Tzionas and Black (2017), from a user's own copy.
+//! MANO, the hand model of Romero, Tzionas and Black (2017), read from the user's own copy.
 //!
-//! Its licence forbids passing it on, so nothing of it is written anywhere: [`HandFiles`](super::HandFiles) hold where the
-//! file lies and a hash of its bytes.
+//! Its licence forbids redistribution, so no part of it is written anywhere: [`HandFiles`](super::HandFiles) hold only the
+//! path of the file and a hash of its bytes.
 
 mod assemble;
 
@@ -18,26 +18,26 @@ use crate::limits::MANO_NUMBER;
 
 pub(super) use assemble::assemble;
 
-/// Links: the wrist and three a finger.
+/// Number of links: the wrist and three per finger.
 const LINKS: usize = 16;
-/// Angles of all joints but the wrist.
+/// Number of angles of all joints but the wrist.
 const ANGLES: usize = 45;
-/// Numbers of their rotations.
+/// Number of entries of their rotation matrices.
 const ENTRIES: usize = 135;
-/// The tree of every MANO file: wrist, then index, middle, little, ring, thumb.
+/// Parents in every MANO file; the order is wrist, index, middle, little, ring, thumb.
 const PARENTS: [usize; LINKS - 1] = [0, 1, 2, 0, 4, 5, 0, 7, 8, 0, 10, 11, 0, 13, 14];
 
-/// What a description says in place of the model itself.
+/// The text of a description in place of the model itself.
 #[derive(Debug, Clone, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Reference {
-    /// Where the file lies, as it was given: it is read again from there.
+    /// Path of the file as it was given; the file is read again from there.
     mano_file: PathBuf,
-    /// Hash of its bytes: FNV-1a, 128 bits.
+    /// FNV-1a hash of its bytes, 128 bits.
     hash: String,
 }
 
-/// Where a hand of this description stands, if it is one of MANO.
+/// The reference to a MANO file, if a description has one.
 pub(super) fn reference(text: &str) -> Option<Reference> {
     text.trim_start()
         .starts_with('{')
@@ -50,9 +50,9 @@ pub(super) fn is_archive(path: &Path) -> bool {
         .is_some_and(|kind| kind.eq_ignore_ascii_case("npz"))
 }
 
-/// What a description says of the file with these bytes.
+/// The description that refers to the file with these bytes.
 pub(super) fn description(path: &Path, bytes: &[u8]) -> Result<String, HandError> {
-    // Steps that stay where they are would make other bytes of the same path.
+    // Steps `.` are dropped, so that the same path gives the same text.
     let steps = path.components().filter(|step| *step != Component::CurDir);
     let reference = Reference {
         mano_file: steps.collect(),
@@ -77,18 +77,18 @@ pub(super) struct Arrays {
     file: String,
     template: Vec<Vector3<f64>>,
     triangles: Vec<[u32; 3]>,
-    /// 3 × shapes a vertex.
+    /// 3 × shapes, per vertex.
     shape_directions: Vec<DMatrix<f64>>,
-    /// 3 × 135 a vertex.
+    /// 3 × 135, per vertex.
     pose_directions: Vec<DMatrix<f64>>,
     /// Links × vertices.
     regressor: DMatrix<f64>,
     /// Vertices × links.
     weights: DMatrix<f64>,
-    /// Rows are principal components of the angles.
+    /// Each row is a principal component of the angles.
     components: DMatrix<f64>,
     mean_rad: DVector<f64>,
-    /// Rows are the poses that the components were found from.
+    /// Each row is one of the poses from which the components were computed.
     coefficients: DMatrix<f64>,
 }
 
@@ -119,7 +119,7 @@ impl Reference {
 }
 
 impl Arrays {
-    /// Errors are half a sentence.
+    /// An error is half a sentence.
     fn read(file: &str, bytes: &[u8]) -> Result<Self, String> {
         let mut arrays = npz::read(bytes)?;
         let vertices = numbers(&mut arrays, "v_template", &[None, Some(3)])?;
@@ -178,7 +178,7 @@ impl Arrays {
     }
 }
 
-/// As [`take`], of numbers within their limit.
+/// As [`take`], for numbers within their limit.
 fn numbers(
     arrays: &mut BTreeMap<String, Numbers>,
     name: &str,
@@ -192,7 +192,7 @@ fn numbers(
     Ok(array)
 }
 
-/// An array of this shape, `None` being any length.
+/// Takes an array of this shape; `None` means any length.
 fn take(
     arrays: &mut BTreeMap<String, Numbers>,
     name: &str,
@@ -235,7 +235,7 @@ fn corners(values: &[f64], vertices: usize) -> Result<Vec<[u32; 3]>, String> {
         .collect())
 }
 
-/// Weights that sum to 1 at each vertex.
+/// Divides the weights of each vertex by their sum, which must be nearly 1.
 fn normalised(mut weights: DMatrix<f64>) -> Result<DMatrix<f64>, String> {
     for mut row in weights.row_iter_mut() {
         let sum = row.sum();

@@ -7,10 +7,10 @@ use super::super::{Frame, HandError, JointKind};
 use super::element::Element;
 use super::{Reader, geom};
 
-/// Name of the root where the world itself is it.
+/// Name of the root if it is the world itself.
 const WORLD: &str = "world";
 
-/// Reads the world. The root of the hand is its outermost body, or the world where that body stands away from the origin.
+/// Reads the world. The root of the hand is its outermost body, or the world if that body is displaced from the origin.
 pub(super) fn read_world(reader: &mut Reader<'_>, root: &Element) -> Result<(), HandError> {
     let mut outer = Vec::new();
     for world in root.children_named("worldbody") {
@@ -44,14 +44,14 @@ pub(super) fn read_world(reader: &mut Reader<'_>, root: &Element) -> Result<(), 
     read(reader, body, &place, parent)
 }
 
-/// What an element is in: a frame and the class of its children.
+/// Where an element is: a frame and the default class of its children.
 #[derive(Debug, Clone, Default)]
 struct Place {
     frame: Frame,
     class: Option<String>,
 }
 
-/// Bodies of the world, through frames.
+/// Lists the bodies of the world, also those inside frames.
 fn list<'a>(
     reader: &mut Reader<'_>,
     element: &'a Element,
@@ -85,7 +85,7 @@ fn inside(reader: &Reader<'_>, frame: &Element, place: &Place) -> Result<Place, 
     })
 }
 
-/// Elements that make bodies in ways that are not read.
+/// Refuses elements that create bodies in ways that are not supported.
 fn refuse_unknown(element: &Element) -> Result<(), HandError> {
     if ["replicate", "attach", "composite", "flexcomp"].contains(&element.tag.as_str()) {
         return Err(element.error(format!(
@@ -96,7 +96,7 @@ fn refuse_unknown(element: &Element) -> Result<(), HandError> {
     Ok(())
 }
 
-/// How many joints a body and all in it have.
+/// Number of joints of a body and all bodies below it.
 fn joints(element: &Element) -> usize {
     let below = element
         .children
@@ -109,7 +109,7 @@ fn joints(element: &Element) -> usize {
     below.sum()
 }
 
-/// A body and all in it, depth first.
+/// Reads a body and all bodies below it, depth first.
 fn read(
     reader: &mut Reader<'_>,
     element: &Element,
@@ -138,7 +138,7 @@ fn read(
     Ok(())
 }
 
-/// What a body holds: joints with the points they turn about.
+/// Contents of a body; each joint comes with the point through which its axis passes.
 #[derive(Default)]
 struct Contents<'a> {
     joints: Vec<(ModelJoint, Vector3<f64>)>,
@@ -188,8 +188,8 @@ fn free(element: &Element) -> String {
     )
 }
 
-/// One link a joint, turning about its own origin; the last one, or one more where the last joint's point is not the
-/// body's origin, is the body.
+/// Makes one link per joint, which turns about its own origin. The last link is the body; if the last joint's point is not
+/// the body's origin, one more link is added as the body.
 fn chain(
     reader: &mut Reader<'_>,
     name: &str,
@@ -233,7 +233,7 @@ fn chain(
     bodies.len() - 1
 }
 
-/// A hinge or slide and the point it passes through; `None` if it is free, which is noted.
+/// A hinge or slide and the point through which it passes; a free joint gives `None` and a note.
 fn joint(
     reader: &mut Reader<'_>,
     element: &Element,
@@ -303,7 +303,7 @@ fn joint(
         zero,
         follows: None,
     };
-    // A slide has a direction and no place.
+    // The axis of a slide has a direction but no position.
     let point = if kind == JointKind::Slide {
         [0.0; 3]
     } else {

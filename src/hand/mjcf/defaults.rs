@@ -1,11 +1,11 @@
-//! Default classes: attributes that elements of a kind have unless they say otherwise.
+//! Default classes: attributes of elements that do not state them themselves.
 
 use std::collections::BTreeMap;
 
 use super::super::HandError;
 use super::element::Element;
 
-/// The class of everything that names none.
+/// The class of elements that name none.
 const MAIN: &str = "main";
 
 /// All classes.
@@ -64,8 +64,8 @@ impl<'a> Defaults<'a> {
         Ok(())
     }
 
-    /// Attributes of an element: its own, those of its class (`class`, else `inherited` from a body's `childclass`), those
-    /// of the classes around it.
+    /// Attributes of an element: its own, then those of its class (`class`, else `inherited` from a body's `childclass`),
+    /// then those of the enclosing classes.
     pub(super) fn resolve<'b>(
         &'b self,
         element: &'b Element,
@@ -74,7 +74,7 @@ impl<'a> Defaults<'a> {
         let own = element.attribute("class").or(inherited).or(self.main);
         let mut chain = vec![element];
         let mut class = own;
-        // Nesting is finite: a class has one parent, found before it.
+        // Nesting is finite: a class has one parent, which was read before it.
         for _ in 0..=self.classes.len() {
             let Some(name) = class else { break };
             let Some(known) = self.classes.get(name) else {
@@ -96,7 +96,7 @@ pub(super) struct Attributes<'a> {
 }
 
 impl<'a> Attributes<'a> {
-    /// The element itself, to blame.
+    /// The element itself, for error messages.
     pub(super) fn element(&self) -> &'a Element {
         self.chain[0]
     }

@@ -1,13 +1,13 @@
-//! XML elements that know their line, with included files in their places.
+//! XML elements with their lines; included files are inserted in place.
 
 use std::sync::Arc;
 
 use super::super::HandError;
 use super::super::files::Files;
 
-/// Deepest nesting of elements, and of included files, that is read.
+/// Deepest nesting of elements and of included files.
 const DEEPEST: usize = 200;
-/// Most elements of a description with all it includes.
+/// Largest number of elements of a description, included files counted.
 const MOST: usize = 1_000_000;
 
 /// An XML element.
@@ -46,7 +46,7 @@ impl Element {
         }
     }
 
-    /// A yes or no.
+    /// A true or false value.
     pub(super) fn flag(&self, name: &str, default: bool) -> Result<bool, HandError> {
         match self.attribute(name) {
             None => Ok(default),
@@ -56,7 +56,7 @@ impl Element {
         }
     }
 
-    /// Numbers of an attribute's text; `self` is whom to blame.
+    /// Numbers in an attribute's text; an error names `self`.
     pub(super) fn numbers(&self, name: &str, text: &str) -> Result<Vec<f64>, HandError> {
         let numbers: Option<Vec<f64>> = text
             .split_whitespace()
@@ -81,7 +81,7 @@ impl Element {
     }
 }
 
-/// The root element, all included files in place.
+/// The root element, with all included files inserted.
 pub(super) fn read(name: &str, text: &str, files: &dyn Files) -> Result<Element, HandError> {
     let mut reading = Reading {
         files,
@@ -96,7 +96,7 @@ pub(super) fn read(name: &str, text: &str, files: &dyn Files) -> Result<Element,
     }
 }
 
-/// A document and where its lines end: counting them anew for each element would take time like its length squared.
+/// A document and its line ends. Counting lines anew for each element would take quadratic time.
 struct Source {
     name: Arc<str>,
     breaks: Vec<usize>,
@@ -141,7 +141,7 @@ impl Reading<'_> {
         self.convert(&document.root_element(), &source, depth)
     }
 
-    /// An element; what it includes for an `<include>`.
+    /// Converts an element; an `<include>` gives the elements of its file.
     fn convert(
         &mut self,
         node: &roxmltree::Node<'_, '_>,

@@ -29,7 +29,7 @@ fn part(
 ) -> Result<(Option<Part>, Option<String>), HandError> {
     let attributes = reader.defaults.resolve(element, class)?;
     let mesh = attributes.text("mesh");
-    // A primitive with a mesh is fitted to it by MuJoCo; here the mesh itself stands.
+    // MuJoCo fits a primitive to its mesh; here the mesh itself is used.
     let kind = if mesh.is_some() {
         "mesh"
     } else {
@@ -94,7 +94,7 @@ fn primitive(
             ))
         })
     };
-    // With two ends, box and ellipsoid need one number, or two for unequal sides.
+    // With `fromto`, a box or ellipsoid needs one size, or two if its sides are unequal.
     let across = |i: usize| {
         if half.is_some() && sizes.len() <= i {
             size(0)

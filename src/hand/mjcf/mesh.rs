@@ -16,13 +16,13 @@ use super::element::Element;
 use super::orientation::quaternion;
 use crate::formats::Triangles;
 
-/// A mesh that geoms may use; read when the first one does.
+/// A mesh asset, read when the first geom uses it.
 pub(super) struct MeshAsset<'a> {
     element: &'a Element,
     form: OnceCell<Form>,
 }
 
-/// All meshes by name; those without one are called after their file.
+/// All meshes by name; a mesh without a name has that of its file.
 pub(super) fn list<'a>(
     root: &'a Element,
     defaults: &Defaults<'_>,
@@ -127,7 +127,7 @@ impl Reader<'_> {
     }
 }
 
-/// A mesh written out in the description; without faces only its hull counts.
+/// A mesh written out in the description. A mesh without faces only gives its hull.
 fn points(element: &Element, vertices: &str, faces: Option<&str>) -> Result<Triangles, HandError> {
     let numbers = element.numbers("vertex", vertices)?;
     let vertices: Vec<Vector3<f64>> = numbers

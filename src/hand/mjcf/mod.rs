@@ -1,10 +1,10 @@
-//! MJCF, the format of `MuJoCo`: bodies, joints and geoms, after its documentation ("XML reference", version 3) and checked
-//! against its kinematics.
+//! MJCF, the format of `MuJoCo`: bodies, joints and geoms. The reader follows `MuJoCo`'s documentation ("XML reference",
+//! version 3) and was checked against its kinematics.
 //!
-//! Read: nested default classes, includes, bodies and frames, hinge and slide joints, primitives and meshes, linear
-//! couplings (`equality/joint`, `equality/tendon`), pairs of bodies that never collide. What moves nothing (actuators,
-//! sensors, inertias, options) is skipped; what would change the hand and is not read is an error that names the element
-//! and its line.
+//! It reads nested default classes, includes, bodies and frames, hinge and slide joints, primitives and meshes, linear
+//! couplings (`equality/joint`, `equality/tendon`) and pairs of bodies that never collide. Elements that move nothing
+//! (actuators, sensors, inertias, options) are skipped. An unsupported element that would change the hand is an error that
+//! names the element and its line.
 
 mod body;
 mod coupling;
@@ -23,13 +23,13 @@ use defaults::Defaults;
 use element::Element;
 use mesh::MeshAsset;
 
-/// What `<compiler>` says.
+/// The settings of `<compiler>`.
 #[derive(Debug, Clone)]
 struct Compiler {
     radians: bool,
-    /// Axes of Euler angles: lower case turns with the body, upper case stays.
+    /// Axes of Euler angles: a lower-case axis turns with the body, an upper-case axis is fixed.
     euler_sequence: [char; 3],
-    /// Whether a range alone makes a joint limited.
+    /// Whether a joint with a range is limited.
     auto_limits: bool,
     mesh_folder: String,
     strip_path: bool,
@@ -48,7 +48,7 @@ impl Default for Compiler {
 }
 
 impl Compiler {
-    /// Takes over what all `<compiler>` elements say, the later ones last.
+    /// Reads all `<compiler>` elements; later ones override earlier ones.
     fn of(root: &Element) -> Result<Self, HandError> {
         let mut compiler = Self::default();
         let (mut assets, mut meshes) = (None, None);
@@ -93,7 +93,7 @@ impl Compiler {
     }
 }
 
-/// Everything the readers of the single elements share.
+/// State that the readers of all elements share.
 struct Reader<'a> {
     compiler: Compiler,
     defaults: Defaults<'a>,
@@ -103,7 +103,7 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// Notes each thing once.
+    /// Adds a note unless it is there already.
     fn note(&mut self, note: String) {
         if !self.model.notes.contains(&note) {
             self.model.notes.push(note);

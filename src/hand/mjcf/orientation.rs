@@ -1,4 +1,4 @@
-//! The five ways in which MJCF writes a rotation, and frames.
+//! The five forms of a rotation in MJCF, and frames.
 
 use nalgebra::{Matrix3, Quaternion, Rotation3, Unit, UnitQuaternion, Vector3};
 
@@ -10,7 +10,7 @@ use super::element::Element;
 const WAYS: [&str; 5] = ["quat", "euler", "axisangle", "xyaxes", "zaxis"];
 
 impl Compiler {
-    /// An angle as the file writes it, radians.
+    /// An angle in the unit of the file, converted to radians.
     pub(super) fn angle(&self, value: f64) -> f64 {
         if self.radians {
             value
@@ -39,7 +39,7 @@ impl Compiler {
         let Some((way, text)) = ways.next() else {
             return Ok(Matrix3::identity());
         };
-        // What MuJoCo does too: another way beats the quaternion.
+        // As in MuJoCo, another form takes precedence over the quaternion.
         let (way, text) = if way == "quat" {
             ways.next().unwrap_or((way, text))
         } else {
@@ -75,7 +75,7 @@ impl Compiler {
         }
     }
 
-    /// Three turns in the order of `eulerseq`: lower case about axes that turn along, upper case about fixed ones.
+    /// Three rotations in the order of `eulerseq`: about body axes if lower case, about fixed axes if upper case.
     fn euler(&self, angles: [f64; 3]) -> Matrix3<f64> {
         let mut rotation = Matrix3::identity();
         for (axis, angle) in self.euler_sequence.iter().zip(angles) {
@@ -95,14 +95,14 @@ impl Compiler {
     }
 }
 
-/// The rotation of a quaternion (w x y z) of any length but zero.
+/// The rotation of a quaternion (w x y z) of any nonzero length.
 pub(super) fn quaternion([w, x, y, z]: [f64; 4]) -> Option<Matrix3<f64>> {
     let quaternion = UnitQuaternion::try_new(Quaternion::new(w, x, y, z), 1e-14)?;
     Some(*quaternion.to_rotation_matrix().matrix())
 }
 
-/// The shortest turn that takes the third axis to the unit vector `z`; half a turn about the first where they are
-/// opposite, as in `MuJoCo`.
+/// The shortest rotation that takes the z axis to the unit vector `z`; half a turn about the x axis if they are opposite,
+/// as in `MuJoCo`.
 pub(super) fn turning_z_to(z: &Vector3<f64>) -> Matrix3<f64> {
     let axis = Vector3::z().cross(z);
     let (sine, cosine) = (axis.norm(), z.z);
