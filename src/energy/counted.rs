@@ -8,8 +8,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use super::{Energy, Explain, Piecewise, Wrapper};
 use crate::space::Space;
 
-/// Another energy plus a count of how often it was evaluated, whole or with a cut-off or one piece, on all threads
-/// together. A Hessian in closed form counts as one evaluation.
+/// Another energy with a count of its evaluations on all threads together. Evaluations with a cut-off or of one piece
+/// count, and a Hessian in closed form counts as one evaluation.
 pub struct Counted<'a> {
     energy: Wrapped<'a>,
     evaluations: Arc<AtomicU64>,
@@ -109,7 +109,7 @@ impl Piecewise for Counted<'_> {
         self.count().evaluate_roughly_above(x, gradient, ceiling)
     }
 
-    /// Counts together with this one.
+    /// A cached energy that shares this count.
     fn with_cache(&self) -> Option<Box<dyn Energy + '_>> {
         Some(Box::new(Counted {
             energy: Wrapped::Cached(self.energy.with_cache()?),

@@ -1,24 +1,24 @@
-//! Whether a gradient is the derivative of its energy.
+//! Checks whether a gradient is the derivative of its energy.
 
 use super::Energy;
 
-/// Steps tried, in units of the one asked for: the first that tells ends the trial of a component.
+/// Factors of the given step that are tried. The first step that gives a clear result ends the trial of a component.
 const STEPS: [f64; 4] = [1.0, 10.0, 0.1, 100.0];
-/// Errors that are forgiven, as shares of the component and of the whole gradient.
+/// Tolerated error, as shares of the component and of the whole gradient.
 const FORGIVEN: [f64; 2] = [1e-3, 1e-4];
-/// A difference whose own error is below this share of the gradient needs no other beside it.
+/// A difference whose estimated error is below this share of the gradient needs no other step.
 const SHARP: f64 = 1e-3;
-/// Differences with errors up to so many times the least are believed.
+/// Differences with errors up to this multiple of the least error are used.
 const BELIEVED: f64 = 10.0;
-/// Rounding of an energy in double precision, as a share of it.
+/// Relative rounding error of an energy in double precision.
 const ROUNDING: f64 = 1e-15;
-/// Standard deviations of noise that are forgiven.
+/// Tolerated noise, in standard deviations.
 const DEVIATIONS: f64 = 5.0;
-/// A change of the energy below this share of its range over the points checked means nothing.
+/// A change of the energy below this share of its range over the points checked is negligible.
 const NOTHING: f64 = 1e-3;
-/// A component that is wrong at so many points is wrong; a single one may lie at a kink.
+/// A component is wrong if it fails at this many points; a single failure may be due to a kink.
 const POINTS: usize = 2;
-/// Changes of the energy that are larger multiples of the least one do not tell its last digit.
+/// Energy changes above this multiple of the least change are not used to find its last digit.
 const MULTIPLES: f64 = 1e4;
 /// Signs and weights of the sixth difference of seven values, and its standard deviation for values of deviation 1.
 const SIXTH: ([f64; 7], f64) = (
@@ -33,17 +33,17 @@ const SIXTH: ([f64; 7], f64) = (
      of the energy give {measured} (it is wrong at {wrong} of {checked} points)"
 )]
 pub struct GradientFault {
-    /// Where it is most wrong.
+    /// Point with the greatest error.
     pub x: Vec<f64>,
     /// Number of the tangent, from 0.
     pub component: usize,
-    /// What the gradient says there, energy per length.
+    /// Value in the gradient, energy per length.
     pub told: f64,
-    /// What differences of the energy give.
+    /// Value from differences of the energy.
     pub measured: f64,
-    /// Points where this component is wrong.
+    /// Number of points where this component is wrong.
     pub wrong: usize,
-    /// Points where it could be checked.
+    /// Number of points where it could be checked.
     pub checked: usize,
 }
 
@@ -54,19 +54,19 @@ pub struct GradientFault {
 /// |told − measured| ≤ 10⁻³ max(|told|, |measured|) + 10⁻⁴ ‖g‖ + |D(2h) − D(h)| + 5 σ/h
 /// ```
 ///
-/// eₖ: the k-th tangent, ⊕: [`Space::exp`](crate::space::Space::exp), g: the gradient told, σ: the noise of the energy,
-/// measured by its sixth differences along the same lines (J. J. Moré and S. M. Wild, SIAM J. Sci. Comput. 33, 1292 (2011)).
-/// `step` (a length) is tried for h first, then ten times, a tenth and a hundred times as much, unless the errors on the right
-/// side are small and the component agrees. A component is wrong if it agrees at none of the steps with errors up to ten times
-/// the least. A hundred-thousandth of the region of interest is a good one.
+/// eₖ: the k-th tangent; ⊕: [`Space::exp`](crate::space::Space::exp); g: the given gradient; σ: the noise of the energy,
+/// measured by its sixth differences along the same lines (J. J. Moré and S. M. Wild, SIAM J. Sci. Comput. 33, 1292
+/// (2011)). h is first `step` (a length), then ten times, a tenth and a hundred times as much, until the errors on the
+/// right side are small and the component agrees. Of the steps with errors up to ten times the least, one must agree,
+/// otherwise the component is wrong. A good `step` is a hundred-thousandth of the region of interest.
 ///
-/// A component counts as wrong that is wrong at two points or more, or at the only one where it can be checked: next to a
-/// kink, or to the edge of the domain, a difference says nothing. So give several points, and some of them where the energy
-/// is low: where it is steep its smaller terms cannot be seen. Costs six evaluations for each component and point, seldom
-/// more.
+/// A fault is a component that is wrong at two points or more, or at the only one where it can be checked, since a
+/// difference means nothing next to a kink or to the edge of the domain. So give several points, some of them where the
+/// energy is low: where it is steep its smaller terms cannot be seen. The check usually takes six evaluations per component
+/// and point.
 ///
 /// # Errors
-/// The component that is wrong, if one is; that with the greatest error of several.
+/// The wrong component; of several, the one with the greatest error.
 ///
 /// # Panics
 /// If a point has the wrong length.
@@ -116,7 +116,7 @@ pub fn check_gradient(
                 continue;
             };
             checked[component] += 1;
-            // An excess that is not a number is one.
+            // An excess that is NaN counts as wrong.
             if excess <= 0.0 {
                 continue;
             }
@@ -160,16 +160,16 @@ struct Probe<'a> {
     size: f64,
 }
 
-/// What differences say of a component.
+/// Result of the differences for one component.
 struct Finding {
     measured: f64,
-    /// How much more it is off than is forgiven, as a share of the gradient; not positive where it is right.
+    /// Error beyond the tolerance, as a share of the gradient; not positive if the component is right.
     excess: f64,
-    /// Error of what is measured, as a share of the gradient.
+    /// Error of the measured value, as a share of the gradient.
     error: f64,
 }
 
-/// The best agreement among the findings of one component that are about as accurate as the most accurate one.
+/// The best agreement among those findings of one component that are about as accurate as the most accurate one.
 fn believed(findings: Vec<Finding>) -> Option<Finding> {
     let errors = findings.iter().map(|finding| finding.error);
     let least = errors.fold(f64::INFINITY, f64::min);
@@ -177,19 +177,19 @@ fn believed(findings: Vec<Finding>) -> Option<Finding> {
     accurate.min_by(|a, b| a.excess.total_cmp(&b.excess))
 }
 
-/// The largest number of which all rises of the energy are multiples: the worth of its last digit, where it has few. Of an
-/// energy with all digits it is about `rounding`, below which nothing counts.
+/// The largest number of which all changes of the energy are multiples, which is the resolution of an energy with few
+/// digits. For an energy with all digits it is about `rounding`; smaller changes are ignored.
 fn last_digit(rises: &[f64], rounding: f64) -> f64 {
     let counts = |rise: &f64| *rise > rounding;
     let least = rises.iter().copied().filter(counts).reduce(f64::min);
-    // Multiples that are far larger tell nothing: their own rounding is not small against the digit.
+    // Far larger multiples are not used, because their own rounding is not small compared with the digit.
     let near = |rise: &f64| counts(rise) && least.is_some_and(|least| *rise <= MULTIPLES * least);
     let near = rises.iter().copied().filter(near);
     near.reduce(|mut a, mut b| {
         // Euclid's algorithm.
         while b > rounding {
             (a, b) = (b, a % b);
-            // What is left of a whole multiple by rounding is nothing.
+            // A remainder within rounding of a whole multiple counts as zero.
             if a - b <= rounding {
                 b = 0.0;
             }
@@ -199,7 +199,7 @@ fn last_digit(rises: &[f64], rounding: f64) -> f64 {
     .unwrap_or(0.0)
 }
 
-/// The energies at seven places along a tangent, in the middle the point itself.
+/// The energies at seven places along a tangent; the middle one is the point itself.
 struct Line {
     component: usize,
     step: f64,
@@ -207,7 +207,7 @@ struct Line {
 }
 
 impl Probe<'_> {
-    /// Of each component; `None` where nothing can be said.
+    /// The finding for each component; `None` if it cannot be checked.
     fn components(&self, step: f64, range: f64) -> Vec<Option<Finding>> {
         let count = self.gradient.len();
         let mut findings: Vec<Vec<Finding>> = (0..count).map(|_| Vec::new()).collect();
@@ -221,7 +221,7 @@ impl Probe<'_> {
             for line in lines.iter().filter(|line| line.is_level()) {
                 level[line.component] = Some(line.step);
             }
-            // Noise does not depend on the step, but what a longer one sees of it may be little by chance.
+            // Noise does not depend on the step, but a longer step may show little of it by chance.
             noises.push((factor, lines.iter().map(Line::noise).fold(0.0, f64::max)));
             let shorter = noises.iter().filter(|(other, _)| *other <= factor);
             let noise = shorter.map(|(_, noise)| *noise).fold(0.0, f64::max);
@@ -264,7 +264,7 @@ impl Probe<'_> {
         }
     }
 
-    /// What a line says.
+    /// Compares the gradient with the differences along a line.
     fn compare(&self, line: &Line, noise: f64) -> Finding {
         let e = &line.energies;
         let near = (e[4] - e[2]) / (2.0 * line.step);
@@ -282,8 +282,8 @@ impl Probe<'_> {
         }
     }
 
-    /// What is said by an energy that does not change over `length` at all: whether the change that the gradient promises
-    /// is one that could be rounded away.
+    /// The finding for an energy that does not change over `length` at all: the component is right if the change that the
+    /// gradient predicts could be lost to rounding.
     fn compare_level(&self, component: usize, length: f64, range: f64) -> Finding {
         let promised = self.gradient[component].abs() * length;
         let forgiven = NOTHING * range + ROUNDING * self.height.abs();
@@ -310,7 +310,7 @@ impl Line {
             .all(|energy| *energy == self.energies[3])
     }
 
-    /// How much the energy changes from place to place.
+    /// Absolute changes of the energy between neighbouring places.
     fn rises(&self) -> impl Iterator<Item = f64> {
         let pairs = self.energies.windows(2);
         pairs.map(|pair| (pair[1] - pair[0]).abs())

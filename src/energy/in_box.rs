@@ -5,11 +5,12 @@ use std::fmt;
 use super::Energy;
 use crate::space::{Mirrored, Space};
 
-/// A function of x in a box: minima may lie inside, or on a face, an edge or a corner.
+/// A function of x in a box; its minima may lie inside, or on a face, an edge or a corner.
 ///
-/// The box is unrolled ([`Mirrored`]), so that searches need not know of constraints: whatever is stationary on a face is
-/// stationary. The function is never asked about a point outside the box. A saddle on a face that a step inward leaves
-/// downhill has its two ways down mirrored, into one minimum: it joins nothing, like a rearrangement of equal atoms.
+/// The box is unrolled ([`Mirrored`]), so that searches need no constraints: a constrained stationary point on a face is an
+/// ordinary stationary point. The function is never evaluated outside the box. If the energy falls from a saddle on a face
+/// inward, its two descents are mirror images and end in one minimum. Such a saddle joins nothing, like a rearrangement of
+/// equal atoms.
 ///
 /// ```
 /// use landscape::energy::{Energy, InBox};
@@ -29,8 +30,8 @@ pub struct InBox<F> {
 }
 
 impl<F: Fn(&[f64], &mut [f64]) -> f64 + Sync> InBox<F> {
-    /// `function` of x on the box from `low` to `high`: it returns its value and writes its derivative along each coordinate of x.
-    /// Infinity and NaN stand for a point outside its domain.
+    /// `function` on the box from `low` to `high`. It returns the value at x and writes the derivative along each
+    /// coordinate of x. Infinity and NaN mean a point outside its domain.
     ///
     /// # Panics
     /// If the ends differ in length, or a side is not positive and finite.
@@ -49,7 +50,7 @@ impl<F: Fn(&[f64], &mut [f64]) -> f64 + Sync> InBox<F> {
         self.space.point(coordinates)
     }
 
-    /// Least and greatest coordinates of the box: where random starts are drawn.
+    /// Least and greatest coordinates of the box, between which random starts are drawn.
     pub fn region(&self) -> (Vec<f64>, Vec<f64>) {
         self.space.copy()
     }

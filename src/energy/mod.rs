@@ -1,4 +1,4 @@
-//! Scalar fields on a [`Space`]: the only thing the topography half asks of a landscape.
+//! Scalar fields on a [`Space`], which are all that the topography modules need of a landscape.
 
 use crate::space::Space;
 
@@ -13,28 +13,28 @@ pub use external::{External, ExternalError};
 pub use gradient_check::{GradientFault, check_gradient};
 pub use in_box::InBox;
 
-/// A scalar field on a [`Space`], continuously differentiable wherever it is finite (or piecewise so, where documented).
+/// A scalar field on a [`Space`], continuously differentiable where it is finite (or piecewise so, if documented).
 ///
-/// A function of `x` alone: the same `x` gives the same bits, whatever was asked before and on whichever thread.
+/// A function of `x` alone: the same `x` gives the same bits, on any thread and after any other call.
 pub trait Energy: Sync {
-    /// The space `x` lives in: `coordinates()` numbers for a point, `tangents()` for a direction.
+    /// The space of `x`: `coordinates()` numbers for a point, `tangents()` for a direction.
     fn space(&self) -> &dyn Space;
 
     /// Energy at `x`; writes the derivative along each tangent at `x` (the vector that [`Space::exp`] takes) into
     /// `gradient`.
     ///
-    /// Outside its domain an energy returns `f64::INFINITY`, never NaN; searches read that as "step refused".
+    /// Outside its domain an energy returns `f64::INFINITY`, never NaN; searches refuse such a step.
     ///
     /// # Panics
     /// If `x` or `gradient` has the wrong length.
     fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64;
 
-    /// Second derivatives at `x`, for an energy that knows them in closed form: writes what [`Energy::evaluate`]'s gradient
-    /// changes by along each tangent, one after the other, into the n² numbers of `hessian`, and returns true. Not finite
-    /// outside the domain.
+    /// Second derivatives at `x`, for an energy that knows them in closed form. Writes the derivative of
+    /// [`Energy::evaluate`]'s gradient along each tangent, one after the other, into the n² numbers of `hessian`, and
+    /// returns true. Not finite outside the domain.
     ///
-    /// Searches take it for symmetric. By default energies do not know it, and searches difference their gradients; one
-    /// that does saves them two evaluations for each tangent and Hessian.
+    /// Searches assume that it is symmetric. By default an energy has no closed form, and searches difference its
+    /// gradients. A closed form saves two evaluations per tangent and Hessian.
     ///
     /// # Panics
     /// If `x` or `hessian` has the wrong length.
@@ -48,7 +48,7 @@ pub trait Energy: Sync {
         None
     }
 
-    /// What this energy can say about a point beside its value, if anything.
+    /// The explanations that this energy gives of a point, if any.
     fn explain(&self) -> Option<&dyn Explain> {
         None
     }
@@ -59,8 +59,8 @@ pub trait Energy: Sync {
 ///
 /// Every method panics if a slice has the wrong length, and returns the same bits for the same arguments.
 pub trait Piecewise: Energy {
-    /// The piece that is lowest at `x`: the discrete choice that it stands for, never empty. Two neighbouring points with
-    /// different pieces lie on two sides of a seam.
+    /// The lowest piece at `x`, as its discrete choice, never empty. Two neighbouring points with different pieces lie on
+    /// two sides of a seam.
     fn active_piece(&self, x: &[f64]) -> Vec<u32>;
 
     /// Value and gradient of one piece: smooth in `x`, never below [`Energy::evaluate`].
@@ -70,9 +70,9 @@ pub trait Piecewise: Energy {
     /// gradient is written only where the returned value is at most `cutoff`.
     fn evaluate_below(&self, x: &[f64], gradient: &mut [f64], cutoff: f64) -> f64;
 
-    /// The energy for a search that needs to know it well only where it is low, and the piece it belongs to: exact where the
+    /// The energy for a search that needs accuracy only where it is low, and the piece it belongs to. It is exact where the
     /// energy is at most `ceiling`, otherwise possibly an upper bound (a good piece instead of the lowest). The gradient
-    /// belongs to the value.
+    /// belongs to the returned value.
     fn evaluate_roughly_above(
         &self,
         x: &[f64],
@@ -80,23 +80,23 @@ pub trait Piecewise: Energy {
         ceiling: f64,
     ) -> (f64, Vec<u32>);
 
-    /// The same energy with a memory of its own, for a caller that keeps asking about one neighbourhood: the same bits,
-    /// cheaper. `None` for energies that remember nothing.
+    /// The same energy with its own cache, for a caller that keeps evaluating one neighbourhood: the same bits, cheaper.
+    /// `None` for energies without a cache.
     fn with_cache(&self) -> Option<Box<dyn Energy + '_>>;
 }
 
-/// What an energy can say about a point beside its value.
+/// Explanations of a point beside its energy.
 pub trait Explain: Sync {
-    /// The named, weighted terms whose sum is the energy at `x`, in a fixed order. The top of a path is named after the
-    /// term that rises most.
+    /// The named, weighted terms whose sum is the energy at `x`, in a fixed order. The term that rises most names the top
+    /// of a path.
     fn terms(&self, x: &[f64]) -> Vec<(String, f64)>;
 
-    /// Why a path through `x` should not count as relaxed although its energy is finite (the hand passes through the
-    /// object); `None` where nothing speaks against it.
+    /// Why a path through `x` should not count as relaxed although its energy is finite (for example, the hand passes
+    /// through the object); `None` if there is no reason.
     fn invalid_reason(&self, x: &[f64]) -> Option<String>;
 }
 
-/// An energy around another one: [`Energy`] without defaults, so that a wrapper must forward everything to compile.
+/// An energy around another one. Like [`Energy`] but without defaults, so that a wrapper must forward every method.
 pub trait Wrapper: Sync {
     /// See [`Energy::space`].
     fn space(&self) -> &dyn Space;
@@ -132,8 +132,8 @@ impl<W: Wrapper> Energy for W {
     }
 }
 
-/// The methods of [`Piecewise`] and [`Explain`] for any energy: a smooth one has a single piece, whose name is empty, and
-/// one that explains nothing has no terms and raises no objection.
+/// The methods of [`Piecewise`] and [`Explain`] for any energy. A smooth energy has a single piece, whose choice is empty,
+/// and an energy without explanations has no terms and no invalid points.
 impl<'e> dyn Energy + 'e {
     /// See [`Piecewise::active_piece`]; empty for smooth energies.
     pub fn active_piece(&self, x: &[f64]) -> Vec<u32> {

@@ -1,4 +1,4 @@
-//! FIRE: relaxation by forces alone, where no energy exists (a band, a string).
+//! FIRE: relaxation by forces where no energy exists (a band, a string).
 
 use crate::space::vector::{dot, norm, scale};
 
@@ -8,17 +8,17 @@ const SHRINK: f64 = 0.5;
 const MIXING: f64 = 0.25;
 const MIXING_SHRINK: f64 = 0.99;
 const DELAY: usize = 5;
-/// Length of the first step as a share of the longest.
+/// Length of the first step as a share of the longest step.
 const FIRST: f64 = 0.1;
 
-/// The fast inertial relaxation engine: turns forces into displacements, one call an iteration.
+/// The fast inertial relaxation engine, which turns forces into displacements. Each call is one iteration.
 ///
 /// ```text
 /// v ← v + f Δt,   v ← (1 − α) v + α |v| f/|f|,   Δx = v Δt (half of it back, and v = 0, when f·v ≤ 0)
 /// ```
 ///
 /// E. Bitzek et al., Phys. Rev. Lett. 97, 170201 (2006), in the semi-implicit form of J. Guénolé et al., Comput. Mater.
-/// Sci. 175, 109584 (2020). The time step starts where the first displacement is a tenth of the longest allowed, so no
+/// Sci. 175, 109584 (2020). The first time step is such that the displacement is a tenth of the longest one allowed, so no
 /// unit of time has to be chosen.
 #[derive(Debug, Clone)]
 pub struct Fire {
@@ -30,7 +30,7 @@ pub struct Fire {
 }
 
 impl Fire {
-    /// At rest, in `dimensions` dimensions, moving at most `longest` an iteration.
+    /// Starts at rest in `dimensions` dimensions, with displacements of at most `longest` per iteration.
     pub fn new(dimensions: usize, longest: f64) -> Self {
         Self {
             longest,
@@ -41,7 +41,7 @@ impl Fire {
         }
     }
 
-    /// Writes the displacement that `force` asks for.
+    /// Writes the displacement for `force`.
     ///
     /// # Panics
     /// If a slice has the wrong length.
@@ -92,7 +92,7 @@ impl Fire {
         self.time_step = Some(time_step);
     }
 
-    /// Comes to rest with a shorter time step: the last displacement was refused.
+    /// Sets the velocity to zero and shortens the time step, because the last displacement was refused.
     pub fn refuse(&mut self) {
         self.velocity.fill(0.0);
         self.uphill_free = 0;

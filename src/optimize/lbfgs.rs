@@ -6,27 +6,27 @@ use super::{Quench, QuenchSettings, StopReason};
 use crate::space::Space;
 use crate::space::vector::{add, dot, norm, scale, times};
 
-/// Sufficient decrease and curvature of the weak Wolfe conditions.
+/// Constants of sufficient decrease and of curvature in the weak Wolfe conditions.
 const DECREASE: f64 = 1e-4;
 const CURVATURE: f64 = 0.9;
-/// Energies closer than this share of their size differ by rounding only: then slopes decide.
+/// Energies closer than this, relative to their size, differ by rounding only; then slopes decide.
 const ROUNDING: f64 = 1e-14;
-/// Trials of one line search.
+/// Largest number of trials of one line search.
 const TRIALS: usize = 25;
-/// Iterations without a lower energy or a smaller gradient before the search counts as stalled.
+/// Number of iterations without a lower energy or a smaller gradient after which the search has stalled.
 const IDLE: usize = 20;
 
 /// A function value with its derivative along each tangent.
 pub(super) type Function<'f> = dyn FnMut(&[f64], &mut [f64]) -> f64 + 'f;
 
-/// One accepted step and the change of gradient it brought, both in preconditioned tangents.
+/// An accepted step and the resulting change of the gradient, both in preconditioned tangents.
 struct Pair {
     step: Vec<f64>,
     change: Vec<f64>,
     curvature: f64,
 }
 
-/// The point reached: coordinates, value, derivative (plain tangents).
+/// A point: coordinates, value, derivative (plain tangents).
 #[derive(Clone)]
 struct Point {
     x: Vec<f64>,
@@ -34,12 +34,12 @@ struct Point {
     gradient: Vec<f64>,
 }
 
-/// Minimises `function` from `start`; `watch` sees every point accepted.
+/// Minimises `function` from `start`; `watch` receives every accepted point.
 ///
-/// Works in tangents divided by the step scales of the space. The history is carried along unchanged (tangents are
-/// expressed in the moving body's frame). Steps obey the weak Wolfe conditions (A. S. Lewis and M. L. Overton, Math.
-/// Program. 141, 135 (2013)), near convergence in the slope form of W. W. Hager and H. Zhang, SIAM J. Optim. 16, 170
-/// (2005), eq. 4; +∞ refuses a step.
+/// The search uses tangents divided by the step scales of the space. The history is carried along unchanged, because
+/// tangents are expressed in the moving body's frame. Steps satisfy the weak Wolfe conditions (A. S. Lewis and M. L.
+/// Overton, Math. Program. 141, 135 (2013)), near convergence in the slope form of W. W. Hager and H. Zhang, SIAM J. Optim.
+/// 16, 170 (2005), eq. 4. A value of +∞ refuses a step.
 pub(super) fn minimise(
     space: &dyn Space,
     function: &mut Function<'_>,
@@ -83,7 +83,7 @@ pub(super) fn minimise(
         }
         let longest = settings.max_step / norm(&direction);
         let first = match stiffness_inverse {
-            // Nothing is known about the curvature yet: a short first step.
+            // The curvature is not known yet, so the first step is short.
             None => 0.1 * longest,
             Some(_) => longest.min(1.0),
         };
@@ -150,8 +150,8 @@ fn quasi_newton(history: &VecDeque<Pair>, gradient: &[f64], stiffness_inverse: f
     q
 }
 
-/// A weak Wolfe point along `direction` (plain tangents), as the fraction of it and the point; `None` where there is
-/// none within the trials.
+/// A point on `direction` (plain tangents) that satisfies the weak Wolfe conditions, with its fraction of `direction`;
+/// `None` if the trials find no such point.
 fn search(
     space: &dyn Space,
     function: &mut Function<'_>,

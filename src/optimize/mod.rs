@@ -1,5 +1,4 @@
-//! Local minimisation on a [`Space`](crate::space::Space): [`quench`] where there is an energy, [`Fire`] where there are
-//! only forces.
+//! Local minimisation on a [`Space`](crate::space::Space): [`quench`] for an energy, [`Fire`] for forces alone.
 
 mod fire;
 mod lbfgs;
@@ -16,26 +15,26 @@ use crate::space::vector::norm;
 pub enum StopReason {
     /// The tolerance was met.
     Converged,
-    /// The evaluations allowed were spent.
+    /// The allowed evaluations were spent.
     Budget,
-    /// No step improves any more (rounding, or a start outside the domain).
+    /// No step improves the energy any more (rounding, or a start outside the domain).
     Stalled,
 }
 
-/// Settings of [`quench`]. Tolerance and step have units: the defaults are for a surface whose energies and lengths are of the
-/// order of 1, others are measured (`topography::Scales`) or chosen.
+/// Settings of [`quench`]. Tolerance and step have units. The defaults suit a surface whose energies and lengths are of
+/// order 1; for other surfaces they are measured (`topography::Scales`) or chosen.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct QuenchSettings {
-    /// Converged when the norm of the gradient is at most this, energy per length.
+    /// Largest gradient norm at convergence, energy per length.
     pub gradient_tolerance: f64,
-    /// Evaluations allowed.
+    /// Largest number of evaluations.
     pub max_evaluations: usize,
     /// Longest step, a length of the space (after division by its step scales).
     pub max_step: f64,
-    /// Steps remembered by L-BFGS.
+    /// Number of steps remembered by L-BFGS.
     pub history: usize,
-    /// How often the discrete choice is made anew, for energies that have one.
+    /// Number of times that the discrete choice is made anew, for energies that have one.
     pub choice_rounds: usize,
 }
 
@@ -52,7 +51,7 @@ impl Default for QuenchSettings {
 }
 
 impl QuenchSettings {
-    /// Settings for a surface whose typical barrier is `energy` high and `length` wide.
+    /// Settings for a surface with a typical barrier of height `energy` and width `length`.
     pub fn for_scales(energy: f64, length: f64) -> Self {
         Self::default()
             .with_max_step(0.05 * length)
@@ -66,7 +65,7 @@ impl QuenchSettings {
         self
     }
 
-    /// Replaces the number of evaluations allowed.
+    /// Replaces the largest number of evaluations.
     #[must_use]
     pub fn with_max_evaluations(mut self, evaluations: usize) -> Self {
         self.max_evaluations = evaluations;
@@ -81,10 +80,10 @@ impl QuenchSettings {
     }
 }
 
-/// What a descent came to.
+/// Result of a descent.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Quench {
-    /// Where it ended.
+    /// Last point.
     pub x: Vec<f64>,
     /// The energy there (+∞ if the start was outside the domain).
     pub energy: f64,
@@ -98,9 +97,9 @@ pub struct Quench {
 
 /// Descends from `start` to a local minimum by L-BFGS, preconditioned by the step scales of the space.
 ///
-/// An energy with a discrete choice (a minimum over smooth pieces) is minimised with the choice held, then the choice is
-/// made anew, until it stays: the energy falls in every round. Its kinks are concave, so every local minimum lies inside
-/// one piece and this misses none.
+/// An energy with a discrete choice (a minimum over smooth pieces) is minimised with the choice held. Then the choice is
+/// made anew, until it no longer changes; the energy falls in every round. Kinks of such an energy are concave, so every
+/// local minimum lies inside one piece and none is missed.
 ///
 /// # Panics
 /// If `start` has the wrong length.
@@ -116,8 +115,7 @@ pub fn quench(energy: &dyn Energy, start: &[f64], settings: &QuenchSettings) -> 
     quench_traced(energy, start, settings, &mut |_, _| ())
 }
 
-/// As [`quench`], showing every point accepted on the way, with its energy, to `watch`: the energies never rise (but by
-/// rounding).
+/// As [`quench`]; `watch` receives every accepted point with its energy. The energies never rise, except by rounding.
 ///
 /// # Panics
 /// If `start` has the wrong length.
@@ -146,7 +144,7 @@ pub fn quench_traced(
         if let Some(known) = &mut best
             && round.energy >= known.energy
         {
-            // The new piece has nothing lower: the minimum of the old one stands.
+            // The new piece has no lower minimum, so the minimum of the old piece is kept.
             known.evaluations = round.evaluations;
             break;
         }
@@ -169,7 +167,7 @@ pub fn quench_traced(
     found
 }
 
-/// As [`quench`] within one piece: the discrete choice is held.
+/// As [`quench`] within one piece, with the discrete choice held.
 ///
 /// # Panics
 /// If `start` has the wrong length.

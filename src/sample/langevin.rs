@@ -1,4 +1,4 @@
-//! The Metropolis-adjusted Langevin step that every kernel shares.
+//! The Metropolis-adjusted Langevin step that all kernels share.
 
 use rand_distr::{Distribution, StandardNormal};
 
@@ -7,19 +7,19 @@ use crate::space::Space;
 use crate::space::vector::{add, norm};
 
 /// Proposes a preconditioned Langevin step from `state` under `law` and returns the logarithm of its exact
-/// Metropolis–Hastings ratio (−∞ where the energy is not finite).
+/// Metropolis–Hastings ratio (−∞ if the energy is not finite).
 ///
 /// ```text
 /// u = −½ ε² P ∇A/T + ε P^½ ξ,   x' = exp(x, u),   A = E + F d(x, x*),   P = diag(scales²),   ξ ~ N(0, I)
 /// log r = (A(x) − A(x'))/T + log q(x' → x) − log q(x → x')
 /// ```
 ///
-/// P: squares of `scales`; ε: `step`, a length. Near the target d is rounded to √(d² + ε²), whose gradient is not singular;
-/// the law sampled is that of the rounded distance, so ε must stay fixed where exact averages are wanted.
+/// P: squares of `scales`; ε: `step`, a length. Near the target d is rounded to √(d² + ε²), whose gradient is not singular.
+/// The chain samples the law of the rounded distance, so ε must stay fixed if exact averages are needed.
 ///
-/// The reverse move is −u (see [`Space::exp`]). `evaluate` gives the unaltered energy and gradient at a point; the
-/// proposal's coordinates, energy and gradient are written, its discrete part is left alone. G. O. Roberts and
-/// R. L. Tweedie, Bernoulli 2, 341 (1996).
+/// The reverse step is −u (see [`Space::exp`]). `evaluate` gives the unaltered energy and gradient at a point. The
+/// proposal's coordinates, energy and gradient are written; its discrete part is not changed. G. O. Roberts and R. L.
+/// Tweedie, Bernoulli 2, 341 (1996).
 #[expect(
     clippy::too_many_arguments,
     reason = "one formula, each argument a symbol of it"

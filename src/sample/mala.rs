@@ -1,4 +1,4 @@
-//! The Metropolis-adjusted Langevin kernel of any energy.
+//! The Metropolis-adjusted Langevin kernel for any energy.
 
 use std::fmt;
 
@@ -13,7 +13,7 @@ pub struct Mala<'a> {
 }
 
 impl<'a> Mala<'a> {
-    /// Langevin moves on `energy`.
+    /// Langevin steps on `energy`.
     pub fn new(energy: &'a dyn Energy) -> Self {
         Self {
             energy,

@@ -1,4 +1,4 @@
-//! Markov chains on a [`Space`]: the kernel contract and reproducible random streams.
+//! Markov chains on a [`Space`]: the trait of kernels and reproducible random streams.
 
 mod mala;
 
@@ -11,10 +11,10 @@ mod langevin;
 
 pub use langevin::langevin;
 
-/// The generator every chain draws from: counter-based, so that streams are cheap and independent.
+/// The random generator of every chain. It is counter-based, so that streams are cheap and independent.
 pub type Rng = rand_chacha::ChaCha8Rng;
 
-/// What a random stream is for. Together with the seed and the task's number it names the stream, so adding a task of
+/// Purpose of a random stream. The stream is named by the purpose, the seed and the number of the task, so adding a task of
 /// one kind never changes the draws of another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
@@ -42,7 +42,7 @@ pub enum Task {
     Diagram = 11,
     /// One chain that chooses temperature and force.
     Tuning = 12,
-    /// Labels permuted, cases drawn again.
+    /// Permuted labels and resampled cases.
     Permutation = 20,
 }
 
@@ -55,7 +55,7 @@ pub fn stream(seed: u64, task: Task, id: u64) -> Rng {
     Rng::from_seed(key)
 }
 
-/// A point of a chain: coordinates, an opaque discrete part, and the energy of both together.
+/// A state of a chain: coordinates, an opaque discrete part, and the energy of both together.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct State {
     /// The point of the space.
@@ -68,16 +68,16 @@ pub struct State {
     pub gradient: Vec<f64>,
 }
 
-/// A constant-size pull of `force` (energy per length) toward `target`: F = αT of attraction–diffusion.
+/// A constant force (energy per length) toward `target`: F = αT of attraction–diffusion.
 #[derive(Debug, Clone, Copy)]
 pub struct Attraction<'a> {
-    /// Coordinates that attract: the copy a chain set out for ([`Space::log_near`] leads to it).
+    /// Coordinates of the target: the copy that the chain set out for ([`Space::log_near`] leads to it).
     pub target: &'a [f64],
-    /// Size of the pull, energy per length of the space.
+    /// Magnitude of the force, energy per length of the space.
     pub force: f64,
 }
 
-/// The law a chain samples: density ∝ exp(−(E + F·d(x, x*))/T).
+/// The distribution that a chain samples: density ∝ exp(−(E + F·d(x, x*))/T).
 #[derive(Debug, Clone, Copy)]
 pub struct TargetDensity<'a> {
     /// Temperature T, in units of the energy.
@@ -86,16 +86,16 @@ pub struct TargetDensity<'a> {
     pub attraction: Option<Attraction<'a>>,
 }
 
-/// A Markov kernel. Distances between states look at coordinates only.
+/// A Markov kernel. Distances between states use the coordinates only.
 pub trait Kernel: Sync {
     /// The space of the coordinates.
     fn space(&self) -> &dyn Space;
 
-    /// The best state at coordinates `x` (chooses the discrete part).
+    /// The best state at coordinates `x`; chooses the discrete part.
     fn start(&self, x: &[f64]) -> State;
 
-    /// Writes a proposal from `state` into `proposal` and returns the logarithm of its Metropolis–Hastings acceptance
-    /// ratio under `law` (−∞ refuses), so that moves of different kinds mix correctly. `step` scales continuous moves.
+    /// Writes a proposal from `state` into `proposal` and returns the logarithm of its Metropolis–Hastings acceptance ratio
+    /// under `law` (−∞ refuses it), so that different kinds of steps mix correctly. `step` scales continuous steps.
     fn propose(
         &self,
         state: &State,

@@ -30,7 +30,7 @@ impl Assignment {
         }
     }
 
-    /// `cost`: n × n, row-major, finite.
+    /// `cost`: n × n matrix in row-major order, finite.
     pub(super) fn solve(&mut self, cost: &[f64]) {
         let n = self.column.len();
         assert_eq!(cost.len(), n * n);
@@ -48,7 +48,7 @@ impl Assignment {
         }
     }
 
-    /// The common case of almost aligned clusters: every row has its own cheapest column.
+    /// Handles the common case of almost aligned clusters: every row has its own cheapest column.
     fn nearest_is_a_permutation(&mut self, cost: &[f64]) -> bool {
         let n = self.column.len();
         self.done.fill(false);
@@ -67,7 +67,7 @@ impl Assignment {
         true
     }
 
-    /// Gives row `start` a column along the cheapest alternating path, in reduced costs.
+    /// Assigns row `start` a column along the cheapest alternating path in reduced costs.
     fn augment(&mut self, cost: &[f64], start: usize) {
         let n = self.column.len();
         self.slack.fill(f64::INFINITY);

@@ -1,4 +1,4 @@
-//! Clusters of equal atoms, whatever their place, orientation, handedness and numbering.
+//! Clusters of equal atoms, modulo position, orientation, handedness and numbering.
 
 use nalgebra::{Matrix3, Matrix4, Quaternion, UnitQuaternion, Vector3};
 
@@ -14,23 +14,24 @@ use super::rotation::any_normal;
 /// d(a, b) = min over R ∈ O(3), permutations P of ‖(a − ā) − R P (b − b̄)‖
 /// ```
 ///
-/// The rotation is optimal for given partners (Horn, J. Opt. Soc. Am. A 4, 629 (1987)), the partners for a given
-/// rotation (linear assignment); both alternate from several starts until nothing changes. The starts put one pair of
-/// atoms of either cluster on every ordered pair of the other's, in both mirror images, as far as that pair alone does
-/// not prove that nothing nearer can follow. This finds the minimum, up to 10⁻⁸ of the cluster's size, whenever the
-/// clusters are near each other compared with the distance between neighbouring atoms (so copies of one structure are
-/// always recognised); for clusters farther apart it is a heuristic and `d` an upper bound (between all Lennard-Jones
-/// minima and saddles of 7 atoms, 1 of 120 distances is not the least, by 1.6 %).
+/// The rotation is optimal for given partners (Horn, J. Opt. Soc. Am. A 4, 629 (1987)), and the partners are optimal for a
+/// given rotation (linear assignment). Both alternate from several starts until nothing changes. The starts put one pair of
+/// atoms of either cluster on every ordered pair of the other's, in both mirror images; a start is skipped if its pair
+/// alone proves that no nearer copy can follow. This finds the minimum, up to 10⁻⁸ of the cluster's size, whenever the
+/// clusters are near each other compared with the distance between neighbouring atoms, so copies of one structure are
+/// always recognised. For clusters farther apart it is a heuristic and `d` an upper bound (between all Lennard-Jones minima
+/// and saddles of 7 atoms, 1 of 120 distances is not the least, by 1.6 %).
 ///
-/// Costs microseconds between neighbours on a path and 0.2 ms between unrelated clusters of 7 atoms; at 38 atoms 0.2 s.
+/// An alignment takes microseconds between neighbours on a path, 0.2 ms between unrelated clusters of 7 atoms, and 0.2 s at
+/// 38 atoms.
 ///
-/// Straight lines between aligned configurations are the geodesics of this space: they stay aligned all along.
+/// Straight lines between aligned configurations are the geodesics of this space, and all their points are aligned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Cluster {
     atoms: usize,
 }
 
-/// Most starts per alignment: all of them up to 22 atoms, the most promising ones of bigger clusters.
+/// Largest number of starts per alignment: all starts up to 22 atoms, the most promising ones of bigger clusters.
 const STARTS: usize = 1000;
 
 impl Cluster {
@@ -70,7 +71,7 @@ impl Space for Cluster {
         squared_distance(&a, &copy).sqrt()
     }
 
-    /// The distances of the atoms from their centroid, by size.
+    /// The distances of the atoms from their centroid, sorted.
     fn landmarks(&self, x: &[f64]) -> Vec<f64> {
         assert_eq!(x.len(), 3 * self.atoms);
         let mut radii: Vec<f64> = centred(x).iter().map(Vector3::norm).collect();
@@ -78,7 +79,7 @@ impl Space for Cluster {
         radii
     }
 
-    /// Modulo translations and rotations, atoms numbered as they are.
+    /// The logarithm modulo translations and rotations only; the numbering of the atoms is kept.
     fn log_near(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64 {
         let n = 3 * self.atoms;
         assert_eq!((a.len(), b.len(), tangent.len()), (n, n, n));
@@ -94,7 +95,7 @@ impl Space for Cluster {
         squared_distance(&a, &b).sqrt()
     }
 
-    /// Three translations and three rotations; fewer rotations where all atoms lie on a line or in a point.
+    /// Three translations and three rotations; fewer rotations if all atoms lie on a line or in a point.
     fn zero_modes(&self, x: &[f64]) -> Vec<f64> {
         assert_eq!(x.len(), 3 * self.atoms);
         if self.atoms == 0 {
@@ -142,21 +143,21 @@ fn squared_distance(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
         .sum()
 }
 
-/// The copy of `b` nearest to `a` (both centred), its atoms in the order of their partners in `a`.
+/// The copy of `b` nearest to `a` (both centred), with its atoms in the order of their partners in `a`.
 fn nearest_copy(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
     let size = a.iter().chain(b).map(Vector3::norm_squared).sum::<f64>();
     if !size.is_finite() {
         return b.to_vec();
     }
     let mut search = Search::new(a, b);
-    // The numbering as it is, then the orientation as it is: along a path one of them is right.
+    // First the present numbering, then the present orientation: along a path one of them is right.
     search.visit(false, &(0..b.len()).collect::<Vec<_>>());
     search.descend(false, &UnitQuaternion::identity());
 
     let mut starts = Vec::with_capacity(2 * b.len() * b.len());
     let mut offer = |pair: [usize; 2], partners: [usize; 2]| {
         let bound = pair_bound(pair.map(|i| &a[i]), partners.map(|j| &b[j]));
-        // The bound is a difference of numbers as big as `size`.
+        // The bound is a difference of numbers as large as `size`.
         if bound < search.best + 1e-14 * size {
             starts.push((bound, pair, partners));
         }
@@ -185,7 +186,8 @@ fn nearest_copy(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
     search.copy
 }
 
-/// The pair of atoms that fixes the orientation best: the farthest from the centroid and the one farthest off its line.
+/// The pair of atoms that fixes the orientation best: the atom farthest from the centroid and the atom farthest from its
+/// line.
 fn anchors(a: &[Vector3<f64>]) -> [usize; 2] {
     let largest = |measure: &dyn Fn(&Vector3<f64>) -> f64| {
         (0..a.len())
@@ -196,7 +198,7 @@ fn anchors(a: &[Vector3<f64>]) -> [usize; 2] {
     [p, largest(&|atom| atom.cross(&a[p]).norm_squared())]
 }
 
-/// min over R ∈ O(3) of `Σ ‖a_k − R b_k‖²` for two atoms: no copy of the cluster that pairs them so can be nearer.
+/// min over R ∈ O(3) of `Σ ‖a_k − R b_k‖²` for two atoms: a lower bound for every copy of the cluster with this pairing.
 ///
 /// ```text
 /// Σ (‖a_k‖² + ‖b_k‖²) − 2 (σ₁ + σ₂),   (σ₁ + σ₂)² = ‖H‖² + 2 σ₁σ₂,   σ₁σ₂ = ‖a₁×a₂‖ ‖b₁×b₂‖,   H = Σ a_k b_kᵀ
@@ -209,9 +211,9 @@ fn pair_bound(a: [&Vector3<f64>; 2], b: [&Vector3<f64>; 2]) -> f64 {
     a1 + a2 + b1 + b2 - 2.0 * (norm + 2.0 * product).max(0.0).sqrt()
 }
 
-/// The orientation of an observer at the centroid who looks along `first` and sees `second` on a fixed side.
+/// The orientation whose first axis points along `first`, with `second` on a fixed side of it.
 fn frame(first: &Vector3<f64>, second: &Vector3<f64>) -> UnitQuaternion<f64> {
-    // An atom at the centroid or a pair on a line leaves the orientation partly free; any choice will do.
+    // An atom at the centroid or a pair on a line leaves the orientation partly free; any choice is valid.
     let ahead = first.try_normalize(0.0).unwrap_or_else(Vector3::x);
     let normal = ahead.cross(second);
     let normal = if normal.norm() > 1e-12 * second.norm() {
@@ -230,7 +232,7 @@ struct Search<'a> {
     best: f64,
     copy: Vec<Vector3<f64>>,
     trial: Vec<Vector3<f64>>,
-    /// Partner lists tried with each image, one after the other.
+    /// Lists of partners already tried with each image, concatenated.
     visited: [Vec<usize>; 2],
     cost: Vec<f64>,
     assignment: Assignment,
@@ -250,11 +252,11 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Alternates best partners and best rotation, starting with `rotation`, until it meets partners already tried.
+    /// Alternates best partners and best rotation, starting with `rotation`, until the partners have been tried before.
     fn descend(&mut self, mirrored: bool, rotation: &UnitQuaternion<f64>) {
         let mut rotation = *rotation;
         let n = self.a.len();
-        // Each round tries new partners, so it ends.
+        // The loop ends because each round tries new partners.
         loop {
             let matrix = rotation.to_rotation_matrix();
             for (j, atom) in self.b[usize::from(mirrored)].iter().enumerate() {
@@ -274,7 +276,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Best rotation for the given partners, unless they were tried before; keeps the copy if it is the nearest so far.
+    /// Computes the best rotation for new partners and keeps the copy if it is the nearest so far; `None` for partners
+    /// tried before.
     fn visit(&mut self, mirrored: bool, partners: &[usize]) -> Option<UnitQuaternion<f64>> {
         let visited = &mut self.visited[usize::from(mirrored)];
         if visited
@@ -301,7 +304,7 @@ impl<'a> Search<'a> {
     }
 }
 
-/// Rotation R with the least `Σ ‖a_i − R b_i‖²`: the eigenvector of the largest eigenvalue of Horn's 4 × 4 matrix.
+/// Rotation R that minimises `Σ ‖a_i − R b_i‖²`: the eigenvector of the largest eigenvalue of Horn's 4 × 4 matrix.
 fn best_rotation(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> UnitQuaternion<f64> {
     let s = b.iter().zip(a).fold(Matrix3::zeros(), |sum, (from, to)| {
         sum + from * to.transpose()

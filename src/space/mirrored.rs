@@ -4,15 +4,16 @@ use std::f64::consts::PI;
 
 use super::Space;
 
-/// A box in ℝⁿ, unrolled: whoever walks through a face comes back into the box, mirrored.
+/// A box in ℝⁿ, unrolled: a path that passes through a face returns into the box, mirrored.
 ///
 /// ```text
 /// x_i = m_i − h_i cos(u_i / h_i),   m = (low + high) / 2,   h = (high − low) / 2
 /// ```
 ///
-/// Coordinates are u, any real numbers: u and −u are copies of one point, and so are u and u + 2π h. In the middle of the box a
-/// step in u is a step in x; at a face x is stationary in u. So a smooth function on the box becomes a smooth
-/// function without constraints, and its constrained minima, also those on faces, edges and corners, are all its minima.
+/// Coordinates are u, any real numbers. u and −u are copies of one point, and so are u and u + 2π h. In the middle of the
+/// box a step in u is a step in x; at a face x is stationary in u. So a smooth function on the box becomes a smooth
+/// function without constraints, and its minima are exactly the constrained minima, including those on faces, edges and
+/// corners.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mirrored {
     middles: Vec<f64>,
@@ -55,7 +56,7 @@ impl Mirrored {
             .collect()
     }
 
-    /// Derivatives of x along u.
+    /// Derivatives of x with respect to u.
     ///
     /// # Panics
     /// If `u` has the wrong length.
@@ -72,7 +73,7 @@ impl Mirrored {
     }
 }
 
-/// The same place in [−π h, π h]; odd.
+/// The equivalent coordinate in [−π h, π h]; odd.
 fn wrap(u: f64, half: f64) -> f64 {
     let period = 2.0 * PI * half;
     u - period * (u / period).round()

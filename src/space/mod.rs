@@ -1,7 +1,7 @@
-//! What "move" and "towards" mean for a point of a landscape.
+//! Geometry of the space of a landscape.
 //!
-//! Every path quantity of this crate (tangent, length, projection, update) is written with the two maps of
-//! [`Space`]: [`Space::log`] (the logarithm) and [`Space::exp`] (the exponential). Nothing here knows an energy.
+//! Tangents, lengths, projections and updates of paths in this crate are all written with two maps of [`Space`]:
+//! [`Space::log`] (the logarithm) and [`Space::exp`] (the exponential). Nothing here depends on an energy.
 
 mod assignment;
 mod cluster;
@@ -23,14 +23,13 @@ pub use structure::{moments_of_inertia, point_group_order};
 pub use symmetry::Symmetry;
 pub use torus::Torus;
 
-/// A Riemannian manifold whose points are flat coordinate slices and whose tangents are orthonormal.
+/// A Riemannian manifold. Points are slices of coordinates, and tangents are given in an orthonormal basis.
 ///
-/// `coordinates()` numbers make a point, `tangents()` numbers a direction; they differ where a point carries a
-/// quaternion. Tangent components are orthonormal in the metric, so the Euclidean dot product of two tangents at one
-/// point is their inner product and the norm of a tangent is a length.
+/// A point has `coordinates()` numbers and a tangent `tangents()` numbers; they differ if a point contains a quaternion.
+/// The Euclidean dot product of two tangents at one point is their inner product, and the norm of a tangent is a length.
 ///
-/// A space with a symmetry (an object of revolution, a cluster of equal atoms) measures *modulo* it:
-/// `log(a, b)` then leads to that copy of `b` which is nearest to `a`.
+/// A space with a symmetry (an object of revolution, a cluster of equal atoms) measures *modulo* it: `log(a, b)` leads to
+/// the copy of `b` that is nearest to `a`.
 pub trait Space: Sync {
     /// How many numbers describe a point.
     fn coordinates(&self) -> usize;
@@ -40,9 +39,9 @@ pub trait Space: Sync {
 
     /// Exponential map: moves `x` along the geodesic with initial velocity `tangent` for unit time.
     ///
-    /// Gradients of an [`Energy`](crate::energy::Energy) are derivatives along this move, and are checked that way.
-    /// Moving back by the negated tangent returns to the start (frames are carried along: a rotation is a tangent in the
-    /// body's own frame), so the reverse of a Metropolis proposal is its negation.
+    /// Gradients of an [`Energy`](crate::energy::Energy) are derivatives along this motion, and are checked that way.
+    /// Moving back by the negated tangent returns to the start, because frames are carried along (a rotation is a tangent
+    /// in the body's own frame). So the reverse of a Metropolis proposal is its negation.
     ///
     /// # Panics
     /// If a slice has the wrong length.
@@ -54,12 +53,12 @@ pub trait Space: Sync {
     /// If a slice has the wrong length.
     fn log(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64;
 
-    /// The other way from `a` to the copy of `b` that [`Space::log`] leads to: its rotation the long way round, or the angle
-    /// nearest to half a turn past the other side. Writes the tangent and returns its length. `None` where there is no
-    /// second way.
+    /// The second path from `a` to the copy of `b` that [`Space::log`] leads to: its rotation goes the long way round, or
+    /// else the angle nearest to half a turn does. Writes the tangent and returns its length. `None` if there is no second
+    /// path.
     ///
-    /// Near half a turn the two ways are almost equally short; a path search that starts from straight lines should try
-    /// both when the second is not much longer.
+    /// Near half a turn the two paths have almost the same length. A path search that starts from straight lines should try
+    /// both if the second is not much longer.
     ///
     /// # Panics
     /// If a slice has the wrong length.
@@ -68,8 +67,8 @@ pub trait Space: Sync {
         None
     }
 
-    /// As [`Space::log`], for points whose coordinates are known to run on smoothly from one to the other (neighbours
-    /// on a path, a chain and the copy of its target it set out for): no search for a nearer copy is made.
+    /// As [`Space::log`], for points whose coordinates are known to be near without a search for a nearer copy (neighbours
+    /// on a path, or a chain and the copy of its target that it set out for).
     ///
     /// Spaces with a costly symmetry override this. By default the same as [`Space::log`].
     ///
@@ -87,11 +86,11 @@ pub trait Space: Sync {
         self.log(a, b, &mut vec![0.0; self.tangents()])
     }
 
-    /// Numbers that tell points apart without measuring: between two points they differ, as vectors, by no more than the
-    /// distance of the points, and they are the same for all copies of a point. Who looks for points near another measures
-    /// only those whose landmarks are near.
+    /// Numbers that bound the distance from below: the Euclidean distance of two points' landmarks is at most the distance
+    /// of the points, and all copies of a point have the same landmarks. A search for nearby points measures only those
+    /// whose landmarks are near.
     ///
-    /// None by default, by which everything may be near.
+    /// Empty by default, which excludes no point.
     ///
     /// # Panics
     /// If `x` has the wrong length.
@@ -100,17 +99,16 @@ pub trait Space: Sync {
         Vec::new()
     }
 
-    /// Typical size of a sensible move along each tangent, relative to the first one: what samplers and optimisers
-    /// multiply a step with.
+    /// Typical size of a step along each tangent, relative to the first one; samplers and optimisers multiply steps by it.
     ///
-    /// The metric is made for distance; as a mass matrix it may be badly conditioned (a fingertip joint moves its pad
+    /// The metric is made for distance, and as a mass matrix it may be badly conditioned (a fingertip joint moves its pad
     /// ten times farther than the average point of the hand). All ones by default.
     fn step_scales(&self) -> Vec<f64> {
         vec![1.0; self.tangents()]
     }
 
-    /// Directions at `x` along which nothing changes (overall translation and rotation of a cluster): `rows` of
-    /// orthonormal tangents, concatenated. Empty by default. Saddle searches project them out.
+    /// Directions at `x` along which nothing changes (overall translation and rotation of a cluster), as orthonormal
+    /// tangents, concatenated. Empty by default. Saddle searches project them out.
     fn zero_modes(&self, x: &[f64]) -> Vec<f64> {
         let _ = x;
         Vec::new()

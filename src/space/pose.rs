@@ -7,16 +7,16 @@ use super::rotation::{any_normal, axes, exp, log, other_way, read, write};
 use super::torus::wrap;
 use super::{Space, Symmetry};
 
-/// How far a move of the hand moves its surface: the numbers that turn radians into metres.
+/// Lengths that convert rotations of the hand and its joints into motion of its surface.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PoseMetric {
     /// Centroid of the surface points in the rest pose, hand (root) frame, metres.
     pub centroid: Vector3<f64>,
     /// Radius of gyration r of the surface points about the centroid, metres.
     pub radius_of_gyration_m: f64,
-    /// `ℓ_j`: root-mean-square lever of each joint over *all* surface points, metres per radian. Makes the metric.
+    /// `ℓ_j`: root-mean-square lever of each joint over *all* surface points, metres per radian. Defines the metric.
     pub joint_levers_m: Vec<f64>,
-    /// Root-mean-square lever of each joint over the points it really moves, metres per radian. Makes the step scales.
+    /// Root-mean-square lever of each joint over the points it moves, metres per radian. Defines the step scales.
     pub joint_reaches_m: Vec<f64>,
     /// The same for a rotation of the whole hand, metres per radian (about 0.08 for a human hand).
     pub rotation_reach_m: f64,
@@ -37,7 +37,7 @@ pub struct PoseMetric {
 ///
 /// Distance and direction are taken modulo the [`Symmetry`] of the object, at the global optimum. Two rotations exactly
 /// half a turn apart are joined about the axis whose first non-zero component is positive (hand frame);
-/// [`Space::log_other_way`] gives the other.
+/// [`Space::toward_other_way`] gives the other path.
 #[derive(Debug, Clone)]
 pub struct PoseSpace {
     metric: PoseMetric,
@@ -55,8 +55,8 @@ impl PoseSpace {
     /// Poses measured by `metric`, modulo `symmetry`.
     ///
     /// # Panics
-    /// If the lists of the metric differ in length, a length in it is not positive and finite, or the direction of an
-    /// axis is zero.
+    /// If the lists of the metric differ in length, a length in it is not positive and finite, or the direction of an axis
+    /// is zero.
     pub fn new(metric: PoseMetric, symmetry: Symmetry) -> Self {
         let joints = metric.joint_levers_m.len();
         assert_eq!(
@@ -113,7 +113,8 @@ impl PoseSpace {
         }
     }
 
-    /// Step of the centroid (object frame, metres) and turn (hand frame, radians) from `a` to the nearest copy of `b`.
+    /// Translation of the centroid (object frame, metres) and rotation vector (hand frame, radians) from `a` to the nearest
+    /// copy of `b`.
     fn rigid_log(&self, a: &Rigid, b: &Rigid) -> (Vector3<f64>, Vector3<f64>) {
         let radius = self.metric.radius_of_gyration_m;
         match &self.symmetry {
@@ -204,7 +205,7 @@ impl Space for PoseSpace {
         .sqrt()
     }
 
-    /// The joints, and, on an object without symmetry, place and orientation of the hand.
+    /// The joints and, if the object has no symmetry, the position and orientation of the hand.
     fn landmarks(&self, x: &[f64]) -> Vec<f64> {
         let rigid = self.rigid(x);
         let scales = self.metric.joint_levers_m.iter().zip(&self.metric.wraps);
@@ -287,14 +288,14 @@ fn finite_log(
     best
 }
 
-/// Turning b by φ about the axis gives
+/// If b is rotated by φ about the axis, the squared distance is
 ///
 /// ```text
 /// d²(φ) = const − 2K cos(φ − φ₀) + 4r² acos²(ρ cos((φ − 2β)/2))
 /// ```
 ///
-/// the first from the positions, the second from the scalar part ρ cos(φ/2 − β) of the quaternion between the two
-/// orientations. [`balance`] finds the minimum between its two centres φ₀ and 2β.
+/// The first term is that of the positions; the second contains the scalar part ρ cos(φ/2 − β) of the quaternion between
+/// the two orientations. [`balance`] finds the minimum between the centres φ₀ and 2β of the two terms.
 fn axis_log(
     a: &Rigid,
     b: &Rigid,
@@ -321,8 +322,8 @@ fn axis_log(
     plain_log(a, &copy)
 }
 
-/// Any rotation W between the hands is allowed: minimise `|v_a − W v_b|² + r² angle(W)²` over W, where v is the arm from
-/// the centre to the centroid in the hand's own frame. For a given angle the best W turns `v_b` straight toward `v_a`.
+/// Minimises `|v_a − W v_b|² + r² angle(W)²` over all rotations W between the hands, where v is the arm from the centre to
+/// the centroid in the hand's own frame. For a given angle the best W rotates `v_b` directly toward `v_a`.
 fn sphere_log(
     a: &Rigid,
     b: &Rigid,
@@ -357,8 +358,8 @@ fn sphere_log(
 /// 2ρ x/sin x = κ sin(δ − ψ)/sin(ψ/2),   cos x = ρ cos(ψ/2)
 /// ```
 ///
-/// whose left side never falls and whose right side never rises with ψ, so there is one solution and a bracketed
-/// Newton iteration finds it. With δ = π exactly, ±ψ are equally good.
+/// The left side never falls and the right side never rises with ψ, so there is one solution, and a bracketed Newton
+/// iteration finds it. With δ = π exactly, ±ψ are equally good.
 fn balance(kappa: f64, rho: f64, sigma: f64, delta: f64) -> f64 {
     if kappa == 0.0 || delta == 0.0 {
         return 0.0;
@@ -400,7 +401,7 @@ fn balance(kappa: f64, rho: f64, sigma: f64, delta: f64) -> f64 {
         };
         let step = (next - psi).abs();
         psi = next;
-        // Newton squares the error, so after a step of 1e-9 nothing is left to gain.
+        // Newton's error is squared in each step, so after a step of 1e-9 no accuracy is left to gain.
         if step <= 1e-9 * delta {
             break;
         }

@@ -10,15 +10,15 @@ use super::Space;
 /// Exp_q(u) = q exp(u/r),   Log_a(b) = r log(a⁻¹ b),   d(a, b) = r · angle(a⁻¹ b) ≤ π r
 /// ```
 ///
-/// For two rotations exactly half a turn apart both ways are equally short; the axis whose first non-zero component is
-/// positive is taken, and [`Space::log_other_way`] gives the other one.
+/// Two rotations exactly half a turn apart are joined about the axis whose first non-zero component is positive;
+/// [`Space::toward_other_way`] gives the other path, which is equally short.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rotation {
     radius: f64,
 }
 
 impl Rotation {
-    /// Rotations at which one radian counts as the length `radius`.
+    /// Rotations for which one radian has the length `radius`.
     ///
     /// # Panics
     /// If `radius` is not positive and finite.
@@ -52,7 +52,7 @@ impl Space for Rotation {
         step.norm()
     }
 
-    /// The rotated axes: a turn by an angle moves two of them by as much, at most.
+    /// The rotated axes: a rotation by an angle moves two of them by that angle at most.
     fn landmarks(&self, x: &[f64]) -> Vec<f64> {
         axes(&read(x), self.radius)
     }
@@ -64,8 +64,8 @@ impl Space for Rotation {
     }
 }
 
-/// The axes turned by a rotation, of such a length that they move by no more, together, than the rotation by its arc at
-/// `radius`.
+/// The axes turned by a rotation. Their length is such that a change of rotation moves all of them together by no more than
+/// its arc at `radius`.
 pub(super) fn axes(rotation: &UnitQuaternion<f64>, radius: f64) -> Vec<f64> {
     let matrix = rotation.to_rotation_matrix().into_inner();
     (matrix * (radius / std::f64::consts::SQRT_2))
@@ -77,7 +77,7 @@ pub(super) fn axes(rotation: &UnitQuaternion<f64>, radius: f64) -> Vec<f64> {
 pub(crate) fn exp(turn: &Vector3<f64>) -> UnitQuaternion<f64> {
     let angle = turn.norm();
     let (sine, cosine) = (0.5 * angle).sin_cos();
-    // sin(θ/2)/θ → ½ − θ²/48: below 1e-4 the next term is under the rounding of 1.
+    // sin(θ/2)/θ → ½ − θ²/48; below 1e-4 the next term is less than the rounding error of 1.
     let scale = if angle < 1e-4 {
         0.5 - angle * angle / 48.0
     } else {
@@ -86,8 +86,8 @@ pub(crate) fn exp(turn: &Vector3<f64>) -> UnitQuaternion<f64> {
     UnitQuaternion::new_unchecked(Quaternion::from_parts(cosine, turn * scale))
 }
 
-/// Shortest rotation vector (axis times angle, at most π) of `rotation`; at exactly half a turn the axis whose first
-/// non-zero component is positive.
+/// Shortest rotation vector (axis times angle, at most π) of `rotation`. At exactly half a turn its first non-zero
+/// component is positive.
 pub(crate) fn log(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
     let (w, v) = (rotation.w, rotation.imag());
     let flip = w < 0.0
@@ -96,7 +96,7 @@ pub(crate) fn log(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
                 .find(|component| **component != 0.0)
                 .is_some_and(|c| *c < 0.0));
     let sine = v.norm();
-    // atan2 keeps full accuracy at both ends, where the arc cosine loses half the digits.
+    // atan2 keeps full accuracy at both ends, where the arc cosine would lose half the digits.
     let scale = if sine == 0.0 {
         2.0
     } else {
@@ -105,7 +105,7 @@ pub(crate) fn log(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
     if flip { -v * scale } else { v * scale }
 }
 
-/// The same rotation the long way round, 2π − angle the other way; `None` for no rotation at all, which has no axis.
+/// The same rotation about the opposite axis, by 2π − angle; `None` for the identity, which has no axis.
 pub(crate) fn other_way(turn: &Vector3<f64>) -> Option<Vector3<f64>> {
     let angle = turn.norm();
     (angle > 0.0).then(|| turn * (1.0 - std::f64::consts::TAU / angle))
@@ -130,7 +130,7 @@ pub(crate) fn write(rotation: &UnitQuaternion<f64>, wxyz: &mut [f64]) {
     ]);
 }
 
-/// A unit vector at right angles to `v`.
+/// A unit vector perpendicular to `v`.
 pub(crate) fn any_normal(v: &Vector3<f64>) -> Vector3<f64> {
     let mut axis = Vector3::zeros();
     axis[v.iamin()] = 1.0;

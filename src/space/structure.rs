@@ -1,8 +1,8 @@
-//! What a cluster of equal atoms looks like, whatever its place and orientation: moments of inertia, point group.
+//! Invariants of a cluster of equal atoms under rigid motions: moments of inertia and point group.
 
 use nalgebra::{Matrix3, Vector3};
 
-/// Principal moments of inertia about the centroid by rising value, all masses 1; `positions` is `[x₁, y₁, z₁, x₂, …]`.
+/// Principal moments of inertia about the centroid, ascending, all masses 1; `positions` is `[x₁, y₁, z₁, x₂, …]`.
 ///
 /// # Panics
 /// If the number of coordinates is no multiple of three.
@@ -13,16 +13,16 @@ pub fn moments_of_inertia(positions: &[f64]) -> [f64; 3] {
     }
     let mut moments: [f64; 3] = tensor.symmetric_eigenvalues().into();
     moments.sort_by(f64::total_cmp);
-    // A line has no moment about itself, up to rounding.
+    // Rounding may make the zero moment of a line about itself negative.
     moments.map(|moment| moment.max(0.0))
 }
 
-/// Number of rotations and rotary reflections about the centroid that map every atom on an atom, equal atoms in
-/// `[x₁, y₁, z₁, x₂, …]`: the order of the point group. For points on a line, whose group has infinitely many, those that
-/// differ on the line count (1 or 2), as they do for one point (1).
+/// Order of the point group: the number of rotations and rotary reflections about the centroid that map every atom onto an
+/// atom, for equal atoms at `[x₁, y₁, z₁, x₂, …]`. The group of points on a line is infinite; then only the operations that
+/// differ on the line count (1 or 2), and a single point gives 1.
 ///
-/// Atoms meet within `tolerance` times the distance of the farthest atom from the centroid. O(n⁴) at worst for n atoms;
-/// a frame of three atoms must meet its own copy, so in practice O(n²).
+/// Atoms coincide within `tolerance` times the distance of the farthest atom from the centroid. The cost is O(n⁴) at worst
+/// for n atoms, but in practice O(n²), because a frame of three atoms must coincide with its copy.
 ///
 /// # Panics
 /// If the number of coordinates is no multiple of three.
@@ -31,7 +31,7 @@ pub fn point_group_order(positions: &[f64], tolerance: f64) -> u32 {
     let radius = atoms.iter().map(Vector3::norm).fold(0.0, f64::max);
     let near = tolerance * radius;
     let Some(frame) = Frame::of(&atoms, radius) else {
-        // On a line: only the inversion can be something else than the identity.
+        // On a line only the inversion can differ from the identity.
         let inverted =
             |atom: &Vector3<f64>| atoms.iter().any(|other| (other + atom).norm() <= near);
         return if radius > 0.0 && atoms.iter().all(inverted) {
@@ -54,7 +54,7 @@ pub fn point_group_order(positions: &[f64], tolerance: f64) -> u32 {
                 let turn = image * frame.basis.transpose();
                 let maps = |atom: &Vector3<f64>| {
                     let moved = turn * atom;
-                    // The frame itself is only met within the tolerance, and levers make that worse.
+                    // The frame itself coincides only within the tolerance, and levers increase the error.
                     atoms
                         .iter()
                         .any(|other| (other - moved).norm() <= 4.0 * near)
@@ -76,7 +76,7 @@ struct Frame {
 }
 
 impl Frame {
-    /// The farthest atom and the one that is farthest from its line.
+    /// The atom farthest from the centroid and the atom farthest from the line through it.
     fn of(atoms: &[Vector3<f64>], radius: f64) -> Option<Self> {
         let first = *(atoms.iter()).max_by(|a, b| a.norm().total_cmp(&b.norm()))?;
         let second = *(atoms.iter())
@@ -92,8 +92,8 @@ impl Frame {
     }
 }
 
-/// The orthonormal basis of which the first axis points to `first` and the second to the side of `second`; `side` −1 is
-/// its mirror image in their plane.
+/// The orthonormal basis whose first axis points to `first` and whose second points to the side of `second`; `side` = −1
+/// gives its mirror image in their plane.
 fn basis(first: &Vector3<f64>, second: &Vector3<f64>, side: f64) -> Option<Matrix3<f64>> {
     let one = first.try_normalize(0.0)?;
     let two = (second - one * one.dot(second)).try_normalize(1e-9 * second.norm())?;

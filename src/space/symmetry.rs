@@ -3,7 +3,8 @@
 use nalgebra::{Isometry3, Vector3};
 use serde::{Deserialize, Serialize};
 
-/// The rotations that map an object onto itself, in the object's frame: poses that differ by one are the same grasp.
+/// The rotations that map an object onto itself, in the object's frame. Poses that differ by one of them are the same
+/// grasp.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Symmetry {
@@ -12,7 +13,7 @@ pub enum Symmetry {
     None,
     /// Every rotation about an axis (a bottle).
     Axis {
-        /// A point of the axis, metres.
+        /// A point on the axis, metres.
         point: Vector3<f64>,
         /// Its direction, of any positive length.
         direction: Vector3<f64>,

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use super::Space;
 use super::vector::norm;
 
-/// n independent angles in radians; distances are taken the short way round.
+/// n independent angles in radians; distances are measured the shorter way around each circle.
 ///
 /// `exp` keeps each angle in [−π, π]. Two angles exactly half a turn apart are joined downwards from the lower to the
 /// higher number.
@@ -48,7 +48,7 @@ impl Space for Torus {
         norm(tangent)
     }
 
-    /// The points of the circles.
+    /// The points on the circles.
     fn landmarks(&self, x: &[f64]) -> Vec<f64> {
         assert_eq!(x.len(), self.angles);
         x.iter()
@@ -69,7 +69,7 @@ impl Space for Torus {
     }
 }
 
-/// The same angle in [−π, π]; odd, so that differences taken both ways are opposite.
+/// The equivalent angle in [−π, π]; odd, so that the differences a − b and b − a are opposite.
 pub(crate) fn wrap(angle: f64) -> f64 {
     angle - TAU * (angle / TAU).round()
 }

@@ -1,4 +1,4 @@
-//! Arithmetic on tangents: plain slices, since tangents are orthonormal.
+//! Arithmetic on tangents, which are plain slices because their basis is orthonormal.
 
 /// a · b.
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
@@ -24,7 +24,7 @@ pub(crate) fn scale(y: &mut [f64], factor: f64) {
     }
 }
 
-/// Components of a times those of b.
+/// Componentwise product of a and b.
 pub(crate) fn times(a: &[f64], b: &[f64]) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| a * b).collect()
 }

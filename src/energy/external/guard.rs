@@ -1,4 +1,4 @@
-//! Nothing that a run started outlives it.
+//! Ends the processes that a run started when the run ends.
 
 use std::io;
 #[cfg(unix)]
@@ -12,8 +12,9 @@ use std::sync::Mutex;
 #[cfg(unix)]
 use super::lock;
 
-/// A shell that knows the process groups of all programs and reads from us. When its input ends, this process is gone,
-/// however it went (a signal that cannot be caught included), and the shell ends the groups: politely, then by force.
+/// A shell that knows the process groups of all programs and reads from this process. Its input ends when this process ends
+/// for any reason, including a signal that cannot be caught. Then the shell ends the groups, first with SIGTERM, then by
+/// force.
 #[cfg(unix)]
 const SCRIPT: &str = r#"
 groups=
@@ -30,10 +31,10 @@ sleep 2
 kill -s KILL -- $groups
 "#;
 
-/// Keeps the processes of programs together, and ends them with the run.
+/// Keeps the processes of programs together and ends them with the run.
 ///
-/// On Unix each program leads a process group of its own, which is ended as a whole. Elsewhere only the program itself is,
-/// and whatever it started may stay.
+/// On Unix each program leads a process group of its own, which is ended as a whole. On other systems only the program
+/// itself is ended, and processes that it started may stay.
 pub(super) struct Guard {
     #[cfg(unix)]
     shell: Mutex<(Child, Option<ChildStdin>)>,
@@ -53,23 +54,23 @@ impl Guard {
         })
     }
 
-    /// A command that will lead a process group of its own, out of reach of the keys of the terminal.
+    /// Makes a command lead its own process group, so that keys of the terminal do not reach it.
     pub(super) fn apart(command: &mut Command) -> &mut Command {
         use std::os::unix::process::CommandExt;
         command.process_group(0)
     }
 
-    /// From now on the group of `program` ends with this process.
+    /// From now on the group of `program` is ended with this process.
     pub(super) fn watch(&self, program: &Child) {
         self.tell(&format!("start {}", program.id()));
     }
 
-    /// Ends what is left of the group of `program`, at once.
+    /// Ends the rest of the group of `program` at once.
     pub(super) fn stop(&self, program: &Child) {
         self.tell(&format!("stop {}", program.id()));
     }
 
-    /// A guard that is gone cannot help, and nothing depends on it while this process lives.
+    /// Errors are ignored: if the guard has ended, nothing depends on it while this process lives.
     fn tell(&self, line: &str) {
         if let (_, Some(input)) = &mut *lock(&self.shell) {
             let _ = writeln!(input, "{line}");
@@ -79,7 +80,7 @@ impl Guard {
 
 #[cfg(unix)]
 impl Drop for Guard {
-    /// The programs have ended by now: the guard carries out what it was told, and does no more.
+    /// The programs have ended by now. The guard finishes its commands and then ends.
     fn drop(&mut self) {
         self.tell("done");
         let (shell, input) = &mut *lock(&self.shell);

@@ -14,12 +14,12 @@ use crate::space::Space;
 mod guard;
 mod program;
 
-/// Characters of an answer that an error repeats.
+/// Number of characters of an answer that an error quotes.
 const QUOTED: usize = 80;
-/// Longest line of an answer, bytes: so many, and so many more for each number of the gradient.
+/// Longest line of an answer, bytes: a constant, and an amount for each number of the gradient.
 const LONGEST: [u64; 2] = [1 << 16, 64];
 
-/// An energy that another program computes, spoken to in lines of JSON over its standard input and output.
+/// An energy computed by another program, which exchanges lines of JSON over its standard input and output.
 ///
 /// ```text
 /// asked:     {"x": [0.5, -1.25]}
@@ -28,17 +28,17 @@ const LONGEST: [u64; 2] = [1 << 16, 64];
 ///            {"error": "what is wrong"}                      ends the run
 /// ```
 ///
-/// One question a line, one answer a line, in turn, until the input ends; the program must flush after each answer. The
-/// gradient may be left out: then it is taken by central differences, at the price of two questions a tangent. Programs
-/// are started as threads need them, at most one a thread, and must answer the same question alike.
+/// Each question and each answer is one line, in turn, until the input ends. The program must flush after each answer. If
+/// it leaves out the gradient, central differences replace it, at the cost of two questions per tangent. Programs are
+/// started as threads need them, at most one per thread, and must give the same answer to the same question.
 ///
-/// An answer may take [`External::ANSWER_LIMIT`], or what [`External::with_answer_limit`] says, and be one line of at most
-/// 64 KiB and 64 bytes a tangent. When the value is dropped, the input of its programs is closed; two seconds later they are
-/// stopped by force. On Unix each leads a process group of its own, which ends with it, and also when this process is
-/// killed, by whatever signal.
+/// An answer may take [`External::ANSWER_LIMIT`], or the limit of [`External::with_answer_limit`], and be one line of at
+/// most 64 KiB and 64 bytes per tangent. When the value is dropped, the input of its programs is closed; two seconds later
+/// they are stopped by force. On Unix each program leads its own process group, which ends with it, and also when this
+/// process is killed by any signal.
 ///
-/// An evaluation cannot fail, so the first failure is kept: from then on every energy is infinite, which ends a search
-/// soon, and [`External::check`] tells what happened.
+/// An evaluation cannot fail, so the first failure is kept: from then on every energy is infinite, which soon ends a
+/// search, and [`External::check`] returns the error.
 pub struct External {
     command: String,
     space: Box<dyn Space + Send>,
@@ -50,7 +50,7 @@ pub struct External {
     failure: Mutex<Option<ExternalError>>,
 }
 
-/// What another program did wrong.
+/// A failure of another program.
 #[derive(Debug, Clone, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExternalError {
@@ -69,7 +69,7 @@ pub enum ExternalError {
         command: String,
         /// How it ended.
         status: String,
-        /// The line it was to answer.
+        /// The question.
         question: String,
     },
     /// It did not answer in time.
@@ -81,17 +81,17 @@ pub enum ExternalError {
         command: String,
         /// How long it may take.
         seconds: f64,
-        /// The line it was to answer.
+        /// The question.
         question: String,
     },
-    /// Its answer cannot be understood.
+    /// Its answer has the wrong form.
     #[error("`{command}` answered `{answer}` to {question}: {complaint}")]
     Answer {
         /// The command.
         command: String,
         /// The beginning of its answer.
         answer: String,
-        /// The line it answered.
+        /// The question.
         question: String,
         /// What is wrong with the answer.
         complaint: String,
@@ -101,20 +101,20 @@ pub enum ExternalError {
     Reported {
         /// The command.
         command: String,
-        /// What it says.
+        /// Its message.
         message: String,
-        /// The line it was asked.
+        /// The question.
         question: String,
     },
 }
 
 impl External {
-    /// How long a program may take over an answer by default.
+    /// Default time limit of an answer.
     pub const ANSWER_LIMIT: Duration = Duration::from_mins(1);
 
-    /// Starts `command` (given to the shell) on points of `space`, and asks it nothing yet.
+    /// Starts `command` (given to the shell) on points of `space`. It asks no question yet.
     ///
-    /// `difference` is the length over which energies are differenced where the program gives no gradient.
+    /// `difference` is the step of the central differences that replace a missing gradient.
     ///
     /// # Errors
     /// If the command cannot be started.
@@ -141,27 +141,27 @@ impl External {
         })
     }
 
-    /// Replaces the time a program may take over an answer.
+    /// Replaces the time limit of an answer.
     #[must_use]
     pub fn with_answer_limit(mut self, limit: Duration) -> Self {
         self.answer_limit = limit;
         self
     }
 
-    /// Whether all answers were good so far.
+    /// Checks that no program has failed so far.
     ///
     /// # Errors
-    /// What went wrong first, if anything did.
+    /// The first failure, if there was one.
     pub fn check(&self) -> Result<(), ExternalError> {
         lock(&self.failure).clone().map_or(Ok(()), Err)
     }
 
-    /// Whether an answer came without a gradient so far, which was then taken by differences.
+    /// Whether any answer so far lacked a gradient, which differences then replaced.
     pub fn is_differenced(&self) -> bool {
         self.differenced.load(Ordering::Relaxed)
     }
 
-    /// Energy at `x`, with an idle program or a new one.
+    /// Asks an idle program or a new one for the energy at `x`.
     fn ask(&self, x: &[f64], gradient: &mut [f64]) -> Result<f64, ExternalError> {
         let idle = lock(&self.idle).pop();
         let mut program =
@@ -207,14 +207,14 @@ impl External {
             let (ahead, behind) = (side(self.difference)?.0, side(-self.difference)?.0);
             *g = (ahead - behind) / (2.0 * self.difference);
             if !g.is_finite() {
-                // Next to the edge of the domain there is no derivative to be had.
+                // Next to the edge of the domain the derivative does not exist.
                 return Ok(f64::INFINITY);
             }
         }
         Ok(energy)
     }
 
-    /// One question and its answer: the energy, and the gradient if it is given.
+    /// Asks one question and reads the answer: the energy, and the gradient if it is given.
     fn question(
         &self,
         program: &mut Program,
@@ -300,18 +300,18 @@ impl fmt::Debug for External {
     }
 }
 
-/// What is held by a lock is whole whenever it is released, whoever panicked.
+/// Locks a mutex, also after a panic: the data are always consistent when a lock is released.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Why an answer is none.
+/// Why an answer is not valid.
 enum Misunderstood {
     Reported(String),
     Complaint(String),
 }
 
-/// Energy and gradient of an answer on a space of so many tangents.
+/// Energy and gradient of an answer on a space with this number of tangents.
 fn read(answer: &str, tangents: usize) -> Result<(f64, Option<Vec<f64>>), Misunderstood> {
     let complain = |text: String| Err(Misunderstood::Complaint(text));
     let expected =

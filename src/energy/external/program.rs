@@ -1,4 +1,4 @@
-//! A running program: a line to it, a line from it, and an end in any case.
+//! A running program, with which lines are exchanged and which is always ended.
 
 use std::io::{self, BufRead, BufReader, Read, Write};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
@@ -11,24 +11,24 @@ use std::time::{Duration, Instant};
 use super::guard::Guard;
 use super::lock;
 
-/// How long a program may take to end once its input is closed.
+/// Time that a program may take to end once its input is closed.
 const PATIENCE: Duration = Duration::from_secs(2);
-/// Time between two looks at the clock.
+/// Interval of the checks for late answers.
 const TICK: Duration = Duration::from_millis(50);
 
-/// Starts programs, stops those that take too long over an answer, and ends all of them with the run.
+/// Starts programs, stops those whose answers are late, and ends all of them with the run.
 pub(super) struct Supervisor {
     guard: Arc<Guard>,
     running: Arc<Mutex<Vec<Weak<Running>>>>,
-    /// Closed when the clock is no longer needed.
+    /// Closed when the clock thread must end.
     stop: Option<Sender<()>>,
     clock: Option<JoinHandle<()>>,
 }
 
-/// What the clock sees of a program.
+/// The part of a program that the clock thread uses.
 struct Running {
     child: Mutex<Child>,
-    /// When its answer is overdue; nothing while it has none to give.
+    /// Deadline of its answer; `None` while no question is open.
     due: Mutex<Option<Instant>>,
     late: AtomicBool,
 }
@@ -45,9 +45,9 @@ pub(super) struct Program {
 pub(super) enum Silence {
     /// The program ended or closed its output.
     Ended,
-    /// It took too long.
+    /// Its answer was late.
     Late,
-    /// Its line does not end; how it begins.
+    /// Its line was too long; contains the beginning.
     Long(Vec<u8>),
 }
 
@@ -112,7 +112,7 @@ impl Drop for Supervisor {
 }
 
 impl Running {
-    /// Ends the program and whatever it started, by force.
+    /// Ends the program and all processes it started, by force.
     fn kill(&self, guard: &Guard) {
         let mut child = lock(&self.child);
         guard.stop(&child);
@@ -121,14 +121,14 @@ impl Running {
 }
 
 impl Program {
-    /// Sends a line and waits, no longer than `limit`, for one of at most `longest` bytes.
+    /// Sends a line and waits for an answer of at most `longest` bytes, no longer than `limit`.
     pub(super) fn exchange(
         &mut self,
         question: &str,
         limit: Duration,
         longest: u64,
     ) -> Result<Vec<u8>, Silence> {
-        // A limit beyond all clocks is none.
+        // A limit beyond the range of the clock means no limit.
         *lock(&self.running.due) = Instant::now().checked_add(limit);
         let answer = self.converse(question, longest);
         *lock(&self.running.due) = None;
@@ -141,13 +141,13 @@ impl Program {
                 self.running.kill(&self.guard);
                 Err(Silence::Long(line))
             }
-            // The last line of a program may lack its end.
+            // The last line of a program may lack a line end.
             Some(line) if !line.is_empty() => Ok(line),
             _ => Err(Silence::Ended),
         }
     }
 
-    /// The line that answers, or as much of it as may be read; `None` if there is nobody to talk to any more.
+    /// Reads the answer line, up to `longest` bytes; `None` if the program has gone.
     fn converse(&mut self, question: &str, longest: u64) -> Option<Vec<u8>> {
         let input = self.input.as_mut()?;
         writeln!(input, "{question}")
@@ -160,8 +160,8 @@ impl Program {
         line.ok().map(|_| answer)
     }
 
-    /// Closes the input, waits for the end, by force if need be, and tells how it came. Whatever the program started and
-    /// left behind ends too.
+    /// Closes the input, waits for the program to end, by force if need be, and returns how it ended. All processes that
+    /// the program left behind end too.
     pub(super) fn end(&mut self) -> String {
         self.input = None;
         let deadline = Instant::now() + PATIENCE;

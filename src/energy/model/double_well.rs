@@ -3,7 +3,7 @@
 use crate::energy::Energy;
 use crate::space::{Euclidean, Space};
 
-/// A sum of independent double wells: many minima whose barriers follow by algebra.
+/// A sum of independent double wells: many minima, whose barriers are known in closed form.
 ///
 /// ```text
 /// V(x) = Σ_i (x_i² − 1)² + c x_i

@@ -9,8 +9,8 @@ use crate::space::{Cluster, Space};
 /// V = 4 Σ_{i<j} (r_ij⁻¹² − r_ij⁻⁶)
 /// ```
 ///
-/// `x`: the atoms' positions one after the other, 3n numbers. Infinite where two atoms coincide. The customary test of
-/// landscape codes; global minima by D. J. Wales and J. P. K. Doye, J. Phys. Chem. A 101, 5111 (1997).
+/// `x`: the atoms' positions, concatenated, 3n numbers. Infinite if two atoms coincide. The usual test of landscape codes;
+/// global minima by D. J. Wales and J. P. K. Doye, J. Phys. Chem. A 101, 5111 (1997).
 #[derive(Debug, Clone)]
 pub struct LennardJones {
     space: Cluster,
@@ -53,7 +53,7 @@ impl Energy for LennardJones {
                 head[i + k] += 4.0 * force[k];
             }
         }
-        // Atoms on top of each other give ∞ or ∞ − ∞; just before that the slope overflows.
+        // Coincident atoms give ∞ or ∞ − ∞; at slightly lower energies the gradient overflows.
         if energy < 1e200 {
             4.0 * energy
         } else {

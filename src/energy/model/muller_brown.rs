@@ -3,7 +3,7 @@
 use crate::energy::Energy;
 use crate::space::{Euclidean, Space};
 
-/// The Müller–Brown surface, the customary test of path searches.
+/// The Müller–Brown surface, the usual test of path searches.
 ///
 /// ```text
 /// V(x, y) = Σ_{k=1..4} A_k exp(a_k (x − x_k)² + b_k (x − x_k)(y − y_k) + c_k (y − y_k)²)

@@ -4,17 +4,17 @@ use super::{DoubleWell, LennardJones, MullerBrown, Orientation, ThreeHole, Torsi
 use crate::energy::Energy;
 use crate::limits::MODEL_NUMBER;
 
-/// A surface and a box of coordinates that holds its minima.
+/// A surface and a box of coordinates that contains its minima.
 pub struct Surface {
     /// Its name with its arguments.
     pub name: String,
     /// The surface.
     pub energy: Box<dyn Energy + Send>,
-    /// What its coordinates are: `flat`, `angles`, `atoms` or `rotation`.
+    /// Kind of its coordinates: `flat`, `angles`, `atoms` or `rotation`.
     pub coordinates: &'static str,
     /// The least value of each coordinate of a random start.
     pub low: Vec<f64>,
-    /// The greatest.
+    /// The greatest value of each coordinate of a random start.
     pub high: Vec<f64>,
 }
 
@@ -29,19 +29,19 @@ impl std::fmt::Debug for Surface {
     }
 }
 
-/// A kind of surface that can be asked for by name.
+/// A kind of surface that has a name.
 #[derive(Debug, Clone, Copy)]
 pub struct Model {
     /// Its name.
     pub name: &'static str,
-    /// Its arguments as a manual writes them.
+    /// Its arguments in the notation of a manual.
     pub arguments: &'static str,
-    /// What it is, in half a sentence.
+    /// Its description, in half a sentence.
     pub about: &'static str,
     build: fn(&[f64]) -> Option<Surface>,
 }
 
-/// Every model there is: a new one is a line here.
+/// All models; a new one is an entry here.
 pub const MODELS: &[Model] = &[
     Model {
         name: "muller-brown",
@@ -139,7 +139,7 @@ pub const MODELS: &[Model] = &[
     },
 ];
 
-/// Why there is no surface of that name.
+/// Why a named surface cannot be made.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ModelError {
@@ -158,7 +158,7 @@ pub enum ModelError {
         name: &'static str,
         /// Its arguments.
         arguments: &'static str,
-        /// What it is.
+        /// Its description.
         about: &'static str,
     },
 }
@@ -168,7 +168,7 @@ fn names() -> String {
     names.join(", ")
 }
 
-/// The surface that words such as `lj 7` ask for.
+/// The surface given by words such as `lj 7`.
 ///
 /// # Errors
 /// If there is no such model, or its arguments do not fit.
@@ -208,7 +208,7 @@ fn surface(energy: impl Energy + Send + 'static, low: &[f64], high: &[f64]) -> S
     }
 }
 
-/// A number that is a whole one of this range.
+/// The number if it is an integer in this range.
 fn whole(number: f64, range: std::ops::RangeInclusive<usize>) -> Option<usize> {
     range
         .into_iter()

@@ -3,20 +3,20 @@
 use crate::energy::Energy;
 use crate::space::{Rotation, Space};
 
-/// A quartic of the quaternion: a surface on SO(3) all of whose critical points are known.
+/// A quartic of the quaternion: a surface on SO(3) whose critical points are all known.
 ///
 /// ```text
 /// V(q) = −Σ_i cᵢ qᵢ⁴,   q = (w, x, y, z) a unit quaternion, cᵢ > 0
 /// ```
 ///
-/// V(q) = V(−q), so it is a function of the rotation. On the sphere ∇V is parallel to q where cᵢ qᵢ² = 1/σ for all i in a
-/// set S of coordinates, σ = Σ_{i∈S} 1/cᵢ, and qᵢ = 0 elsewhere; there V = −1/σ. Its second derivative along the unit
-/// sphere is −12/σ + 4/σ within S and 4/σ across; a quaternion turns by half the angle, so per radian of rotation the
-/// curvatures are −2/σ (|S| − 1 times) and 1/σ (4 − |S| times): nondegenerate, of index |S| − 1. Signs up to a common one
-/// give 2^(|S|−1) rotations for each S: 4 minima at −cᵢ, 12 saddles (two for each pair of minima, the two ways round), 16
-/// points of index 2 and 8 maxima, and 4 − 12 + 16 − 8 = 0 as Morse theory asks of SO(3). Minima i and j are joined
-/// directly at −1/(1/cᵢ + 1/cⱼ), which rises as either weight falls: the two deepest merge first, and every other minimum
-/// joins at its pass to the deepest one.
+/// V(q) = V(−q), so it is a function of the rotation. On the sphere ∇V is parallel to q if cᵢ qᵢ² = 1/σ for all i in a set
+/// S of coordinates, σ = Σ_{i∈S} 1/cᵢ, and qᵢ = 0 otherwise; there V = −1/σ. Its second derivative along the unit sphere is
+/// −12/σ + 4/σ within S and 4/σ across. A quaternion turns by half the angle, so per radian of rotation the curvatures are
+/// −2/σ (|S| − 1 times) and 1/σ (4 − |S| times): the point is nondegenerate, of index |S| − 1. Signs up to a common one
+/// give 2^(|S|−1) rotations for each S: 4 minima at −cᵢ, 12 saddles (two for each pair of minima, one for each direction of
+/// rotation), 16 points of index 2 and 8 maxima. Morse theory requires 4 − 12 + 16 − 8 = 0 on SO(3). Minima i and j are
+/// joined directly at −1/(1/cᵢ + 1/cⱼ), which rises as either weight falls: the two deepest merge first, and every other
+/// minimum merges at its pass to the deepest one.
 #[derive(Debug, Clone)]
 pub struct Orientation {
     space: Rotation,
@@ -24,7 +24,7 @@ pub struct Orientation {
 }
 
 impl Orientation {
-    /// With the weights c of w, x, y and z.
+    /// The surface with the weights c of w, x, y and z.
     ///
     /// # Panics
     /// If a weight is not positive and finite.
@@ -51,7 +51,7 @@ impl Energy for Orientation {
         let [w, i, j, k] = [0, 1, 2, 3].map(|n| x[n] / norm);
         let cubes = [w, i, j, k].map(|q| q * q * q);
         let slope: [f64; 4] = std::array::from_fn(|n| -4.0 * self.weights[n] * cubes[n]);
-        // dq = ½ q ∘ (0, u) for a turn u in the body's frame.
+        // dq = ½ q ∘ (0, u) for a rotation u in the body's frame.
         let turns = [[-i, w, k, -j], [-j, -k, w, i], [-k, j, -i, w]];
         for (g, turn) in gradient.iter_mut().zip(turns) {
             *g = 0.5 * slope.iter().zip(turn).map(|(s, t)| s * t).sum::<f64>();

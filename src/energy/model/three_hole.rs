@@ -3,8 +3,8 @@
 use crate::energy::Energy;
 use crate::space::{Euclidean, Space};
 
-/// Two deep holes and a shallow one: the lowest way from deep to deep is *not* the direct saddle but leads through the
-/// shallow hole.
+/// Two deep holes and a shallow one. The lowest path between the deep holes leads *not* over the direct saddle but through
+/// the shallow hole.
 ///
 /// ```text
 /// V(x, y) = 3 e^{−x² − (y − 1/3)²} − 3 e^{−x² − (y − 5/3)²} − 5 e^{−(x − 1)² − y²} − 5 e^{−(x + 1)² − y²}

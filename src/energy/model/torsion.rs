@@ -9,8 +9,8 @@ use crate::space::{Space, Torus};
 /// V(θ) = Σ_i h_i (1 − cos k_i θ_i)
 /// ```
 ///
-/// h: heights, k: folds, θ: angles in radians. As many minima at energy 0 as the product of the folds; an angle is crossed
-/// at 2h, so merges happen at twice the heights in rising order.
+/// h: heights, k: folds, θ: angles in radians. The number of minima, all at energy 0, is the product of the folds. The pass
+/// of an angle is at 2h, so merges happen at twice the heights in ascending order.
 #[derive(Debug, Clone)]
 pub struct Torsion {
     space: Torus,

@@ -8,14 +8,14 @@ use rand_distr::{Distribution, StandardNormal};
 use crate::energy::Energy;
 use crate::space::{Space, Torus};
 
-/// A sum of random waves of angles: smooth, periodic, and with as many minima as one likes.
+/// A sum of random waves of angles: smooth, periodic, and with any desired number of minima.
 ///
 /// ```text
 /// V(θ) = Σ_k a_k cos(k · θ + φ_k),   a_k ~ N(0, 1) / |k|,   φ_k ~ U(0, 2π)
 /// ```
 ///
-/// θ: angles in radians, k: whole wave vectors other than 0, drawn evenly from those with components up to a number of modes.
-/// Nothing is known of its minima but what a fine grid tells.
+/// θ: angles in radians; k: nonzero integer wave vectors, drawn uniformly from those with components up to a number of
+/// modes. Its minima are known only from a fine grid.
 #[derive(Debug, Clone)]
 pub struct Waves {
     space: Torus,
