@@ -1,4 +1,4 @@
-//! Objects made of shapes given by formulae.
+//! Objects made of primitives.
 
 use std::path::Path;
 
@@ -8,20 +8,20 @@ use crate::space::Symmetry;
 
 use super::{Description, Mesh, ObjectError, ObjectParts, Primitive};
 
-/// Different shapes of one object; more are better given as a mesh.
+/// Largest number of different shapes in an object; larger objects should be given as meshes.
 const MOST_PARTS: usize = 500;
 
-/// A shape, or the union of several.
+/// A union of one or more primitives.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Assembly {
-    /// Name; that of the file where left out.
+    /// Name. Default: the name of the file.
     pub name: Option<String>,
-    /// Mass; from the volume at 500 kg/m³ where left out.
+    /// Mass. Default: that of the volume at 500 kg/m³.
     pub mass_kg: Option<f64>,
-    /// Motions that map the object onto itself; that of the shape where there is only one and this is left out.
+    /// Motions that map the object onto itself. Default: those of the shape if there is only one.
     pub symmetry: Option<Symmetry>,
-    /// The shapes; they may overlap. One that is named again counts once.
+    /// The shapes. They may overlap, and duplicates count once.
     pub parts: Vec<Primitive>,
 }
 
@@ -48,11 +48,11 @@ impl Assembly {
         })
     }
 
-    /// Mesh and description: of one shape the formula itself, of several the mesh of their union. `name` is what errors call
-    /// it.
+    /// Mesh and description. A single shape keeps its formula; several shapes give the mesh of their union. `name` is the
+    /// name of the object in errors.
     ///
     /// # Errors
-    /// Where there is no part, or more than 500, or one has an impossible size.
+    /// If there is no part, there are more than 500 parts, or a part has an impossible size.
     pub fn object(&self, name: &str) -> Result<(Mesh, Description), ObjectError> {
         let refuse = |problem: &'static str| ObjectError::Value {
             name: name.to_owned(),

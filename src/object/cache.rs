@@ -1,7 +1,7 @@
-//! Baked fields remembered in the user's cache folder, by content.
+//! Cache of baked fields in the user's cache folder, keyed by content.
 //!
-//! Nothing here can fail: a file that is missing, damaged, of another mesh or version is baked again, and a folder that
-//! cannot be written is left alone.
+//! The cache cannot fail. If a file is missing, damaged, or belongs to another mesh or version, the field is baked again.
+//! If the folder cannot be written, nothing is stored.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -13,11 +13,11 @@ use super::field::{Ball, Field, FieldReport, FieldSettings, Level};
 use super::spline::Spline;
 use crate::atomic_file;
 
-/// Raise it whenever baking or the file changes: old files are then no longer found.
+/// Version of the cache. Raise it whenever baking or the file format changes, so that old files are no longer found.
 const VERSION: u32 = 4;
 const MAGIC: [u8; 8] = *b"LSFIELD\n";
 
-/// The field of `mesh` from the user's cache folder, else from `bake`, then remembered.
+/// The field of `mesh` from the user's cache folder. If it is not there, `bake` makes it and the cache stores it.
 pub(super) fn load_or(
     mesh: &Mesh,
     settings: &FieldSettings,
@@ -41,19 +41,19 @@ fn load_or_in(
         return field;
     }
     let field = bake();
-    // Two processes that bake the same field write the same bytes; where nothing can be written, nothing is remembered.
+    // Two processes that bake the same field write the same bytes. If the folder cannot be written, nothing is stored.
     let _ =
         fs::create_dir_all(folder).and_then(|()| atomic_file::write(&path, &encode(&field, key)));
     field
 }
 
-/// The bytes of a regular file: to open a pipe is to wait for its writer, and a device may never end.
+/// The bytes of a regular file. Other kinds are refused: opening a pipe waits for its writer, and a device may never end.
 fn read(path: &Path) -> Option<Vec<u8>> {
     fs::metadata(path).ok().filter(fs::Metadata::is_file)?;
     fs::read(path).ok()
 }
 
-/// `landscape/fields` in the folder where this system keeps what can be made again.
+/// `landscape/fields` in the system's folder for caches.
 fn folder() -> Option<PathBuf> {
     let variable = |name| {
         std::env::var_os(name)
@@ -70,7 +70,7 @@ fn folder() -> Option<PathBuf> {
     Some(base?.join("landscape").join("fields"))
 }
 
-/// 128-bit FNV-1a hash of all that the field depends on.
+/// 128-bit FNV-1a hash of everything that the field depends on.
 fn key(mesh: &Mesh, settings: &FieldSettings) -> u128 {
     let mut hash = 0x6c62272e07bb014262b821756295c58d_u128;
     let mut feed = |bytes: &[u8]| {
@@ -88,13 +88,13 @@ fn key(mesh: &Mesh, settings: &FieldSettings) -> u128 {
         feed(&index.to_le_bytes());
     }
     if mesh.overlaps() {
-        // Baked before from distances to the single pieces.
+        // Earlier versions baked such fields from distances to the single pieces.
         feed(b"union");
     }
     hash
 }
 
-/// 64-bit FNV-1a over words, to notice damage.
+/// 64-bit FNV-1a hash over words, to detect damage.
 fn checksum(bytes: &[u8]) -> u64 {
     bytes.chunks(8).fold(0xcbf29ce484222325, |hash, chunk| {
         let mut word = [0; 8];
@@ -103,7 +103,7 @@ fn checksum(bytes: &[u8]) -> u64 {
     })
 }
 
-/// The file of a field whose [`key`] is `key`: under another name it would be taken for the field of something else.
+/// The file of a field. It contains `key`, so that a renamed file is not taken for another field.
 fn encode(field: &Field, key: u128) -> Vec<u8> {
     let mut bytes = MAGIC.to_vec();
     bytes.extend(key.to_le_bytes());
@@ -147,7 +147,7 @@ fn encode(field: &Field, key: u128) -> Vec<u8> {
     bytes
 }
 
-/// The field in a whole file whose key is `key`.
+/// The field in a complete file with the given key.
 fn decode(bytes: &[u8], key: u128) -> Option<Field> {
     let (content, sum) = bytes.split_last_chunk::<8>()?;
     if checksum(content) != u64::from_le_bytes(*sum) {

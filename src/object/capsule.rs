@@ -1,4 +1,4 @@
-//! A capsule: all points within a radius of a segment.
+//! Capsules: all points within a radius of a segment.
 
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::Shape;
 use super::direction::{outward, radial_hessian};
 
-/// A capsule: distance to the segment a–b, less r.
+/// A capsule: distance to the segment a–b, minus r.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Capsule {
@@ -19,7 +19,7 @@ pub struct Capsule {
 }
 
 impl Capsule {
-    /// Offset of `point` from the nearest point of the axis, and the directions across which that offset changes.
+    /// Offset of `point` from the nearest point of the axis, and the projection onto the directions in which it changes.
     fn offset(&self, point: &Vector3<f64>) -> (Vector3<f64>, Matrix3<f64>) {
         let axis = self.b - self.a;
         let along = (point - self.a).dot(&axis);

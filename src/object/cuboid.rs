@@ -1,4 +1,4 @@
-//! A box with rounded edges.
+//! Boxes with rounded edges.
 
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::Shape;
 use super::direction::radial_hessian;
 
-/// A box along the axes of the object frame, its edges and corners rounded by balls of radius e.
+/// A box along the axes of the object frame. Its edges and corners are rounded by balls of radius e.
 ///
 /// ```text
 /// d(p) = |max(q, 0)| + min(max qᵢ, 0) − e,   qᵢ = |pᵢ − cᵢ| − (hᵢ − e)

@@ -1,4 +1,4 @@
-//! A capped cylinder with rounded rims.
+//! Capped cylinders with rounded rims.
 
 use nalgebra::{Matrix3, Unit, Vector3};
 use serde::de::Error as _;
@@ -8,9 +8,9 @@ use super::Shape;
 use super::direction::{outward, radial_hessian};
 use crate::limits::DIRECTION;
 
-/// A capped cylinder about an axis through its centre, its rims rounded with radius e.
+/// A capped cylinder about an axis through its centre. Its rims are rounded with radius e.
 ///
-/// With ρ the distance from the axis and z the height over the centre,
+/// With ρ the distance from the axis and z the height above the centre,
 ///
 /// ```text
 /// d(p) = |max(q, 0)| + min(max(q₁, q₂), 0) − e,   q = (ρ − (r − e), |z| − (h − e))
@@ -20,7 +20,7 @@ use crate::limits::DIRECTION;
 pub struct Cylinder {
     /// Centre, metres.
     pub centre: Vector3<f64>,
-    /// Direction of the axis; of any length in files.
+    /// Direction of the axis. In files it may have any length.
     #[serde(deserialize_with = "direction")]
     pub axis: Unit<Vector3<f64>>,
     /// Radius r, metres, rounding included.
@@ -32,9 +32,9 @@ pub struct Cylinder {
     pub edge_radius_m: f64,
 }
 
-/// Reads a direction of any length that has one; of those of unit length every bit is kept.
+/// Reads a direction of any nonzero length. A unit vector keeps every bit.
 fn direction<'de, D: Deserializer<'de>>(reader: D) -> Result<Unit<Vector3<f64>>, D::Error> {
-    /// What rounding leaves of the length.
+    /// Largest rounding error of the length of a unit vector.
     const ROUNDING: f64 = 1e-12;
     let axis = Vector3::deserialize(reader)?;
     let length = axis.norm();
@@ -65,7 +65,7 @@ impl Shape for Cylinder {
         let past_side = from_axis - (self.radius_m - self.edge_radius_m);
         let past_cap = height.abs() - (self.half_height_m - self.edge_radius_m);
 
-        // Turning about the axis bends the normal by its radial part over ρ, wherever it points.
+        // A step around the axis turns the radial part of the normal, at rate 1/ρ.
         let plane = Matrix3::identity() - axis * axis.transpose();
         let turning = radial_hessian(&plane, &radial, from_axis);
         if past_side > 0.0 && past_cap > 0.0 {

@@ -1,4 +1,4 @@
-//! The object to be grasped: mesh, smooth shape, and what its description file says.
+//! Objects to be grasped: mesh, smooth shape and description file.
 
 use std::fs;
 use std::path::Path;
@@ -15,43 +15,44 @@ use super::{
 };
 use crate::limits::{DIRECTION, GRASP_POSITION, MOST_MOTIONS, OBJECT_MASS};
 
-/// Density of an object whose mass is not given, kg/m³: half that of water, as of a half-full bottle or of wood.
+/// Density of an object whose mass is not given, kg/m³: half that of water, as for wood or a half-full bottle.
 const DEFAULT_DENSITY_KG_M3: f64 = 500.0;
 
-/// A quaternion of a symmetry this far from unit length is a mistake; nearer ones are printed ones.
+/// Quaternions of symmetries that are farther than this from unit length are refused. Smaller deviations come from rounding
+/// in print.
 const UNIT_TOLERANCE: f64 = 1e-3;
 
-/// Points of the object's surface.
+/// Number of points on the object's surface.
 const SURFACE_SAMPLES: usize = 2_000;
 
-/// So many of them are held against the hand wherever they lie: on a bottle about one per square centimetre …
+/// The first samples of this number are always tested against the hand: about one per square centimetre on a bottle.
 const HELD_EVERYWHERE: usize = 384;
 
-/// … and all where the object is thinner than this, metres: a finger is about as thick, and so can swallow what lies
-/// between two points that far apart; and, pressed through such a wall, it does not come back on the side it came from.
+/// Samples are also tested where the object is thinner than this, metres. A finger is about as thick, so it could enclose a
+/// wall between two samples, and a finger pressed through such a wall does not come back on the side it came from.
 const THIN_M: f64 = 0.015;
 
-/// Shortest step of the search for the other side of the object, metres.
+/// Shortest step of the search for the opposite side of the object, metres.
 const THICKNESS_STEP_M: f64 = 2.5e-4;
 
-/// What a mesh does not tell about an object; the file beside the mesh with the ending `.json`. Everything may be left
-/// out.
+/// Properties of an object that are not in its mesh. They come from the file beside the mesh with the ending `.json`. All
+/// fields are optional.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Description {
-    /// Name; that of the mesh file where left out.
+    /// Name. Default: the name of the mesh file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// Mass; from the volume at 500 kg/m³ where left out.
+    /// Mass. Default: that of the volume at 500 kg/m³.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mass_kg: Option<f64>,
-    /// Motions that map the object onto itself; checked against the mesh.
+    /// Motions that map the object onto itself. They are checked against the mesh.
     pub symmetry: Symmetry,
-    /// A formula for the shape, to be used instead of a baked field; checked against the mesh.
+    /// A formula for the shape, used instead of a baked field. It is checked against the mesh.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub primitive: Option<Primitive>,
-    /// Formulae of the shapes whose meshes the mesh is made of, where it is a union of such: they tell what lies inside
-    /// sooner than the mesh does; checked against the mesh.
+    /// Formulae of the parts, if the mesh is a union of meshes of primitives. Inside tests are faster with them than with
+    /// the mesh. They are checked against the mesh.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub parts: Vec<Primitive>,
 }
@@ -88,11 +89,11 @@ pub struct Object {
     pub name: String,
     /// Surface.
     pub mesh: Mesh,
-    /// Exact distances to the surface: what decides.
+    /// Exact distances to the surface, used for decisions.
     pub exact: ExactMesh,
-    /// Smooth distances: what energies are made of.
+    /// Smooth distances, used in energies.
     pub shape: Arc<dyn Shape>,
-    /// Accuracy of the baked field; `None` where the shape is a formula.
+    /// Accuracy of the baked field; `None` if the shape is a formula.
     pub field_report: Option<super::FieldReport>,
     /// Centroid of the volume, metres.
     pub centroid: Vector3<f64>,
@@ -102,36 +103,37 @@ pub struct Object {
     pub symmetry: Symmetry,
     /// Mass.
     pub mass_kg: f64,
-    /// What it was made with beside the mesh.
+    /// The description that it was made with.
     pub description: Description,
-    /// Points spread evenly over the surface; each prefix is evenly spread too.
+    /// Points spread evenly over the surface. Each prefix of the list is evenly spread too.
     pub surface_samples: Vec<SurfaceSample>,
-    /// Numbers of those that are held against the hand, rising: the first few hundred, and all where the object is thin.
+    /// Ascending indices of the samples that are tested against the hand: the first few hundred, and all where the object
+    /// is thin.
     pub held_samples: Vec<u32>,
-    /// Share of the surface where the object is thinner than a finger (15 mm): 1 for a bowl, 0 for a bottle taken as solid.
+    /// Share of the surface where the object is thinner than a finger (15 mm): 1 for a bowl, 0 for a solid bottle.
     pub thin_share: f64,
-    /// What a user should know: repairs of the mesh, a doubtful size; one sentence each.
+    /// Notes for the user, such as repairs of the mesh or a doubtful size; one sentence each.
     pub notes: Vec<String>,
 }
 
-/// What an object is made from: name, mesh, what was repaired, description.
+/// The parts that an object is made from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ObjectParts {
     /// Name.
     pub name: String,
     /// Surface.
     pub mesh: Mesh,
-    /// What was changed about it, one sentence each.
+    /// Changes to the mesh, one sentence each.
     pub notes: Vec<String>,
-    /// What the mesh does not tell.
+    /// Properties that are not in the mesh.
     pub description: Description,
 }
 
 impl Object {
-    /// Reads a mesh (OBJ, STL, PLY or glTF, metres) and, where there is one, the description beside it.
+    /// Reads a mesh (OBJ, STL, PLY or glTF, metres) and the description beside it, if there is one.
     ///
     /// # Errors
-    /// Where a file cannot be read or is invalid, or the description does not fit the mesh.
+    /// If a file cannot be read or is invalid, or if the description does not fit the mesh.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, ObjectError> {
         let parts = Self::parts_of_file(path.as_ref())?;
         let mut object = Self::from_mesh(&parts.name, parts.mesh, &parts.description)?;
@@ -139,11 +141,11 @@ impl Object {
         Ok(object)
     }
 
-    /// Reads a TOML file of shapes ([`Assembly`]), or a mesh (OBJ, STL, PLY or glTF, in any unit) and, where there is one,
-    /// the description beside it; nothing is baked.
+    /// Reads a TOML file of shapes ([`Assembly`]), or a mesh (OBJ, STL, PLY or glTF, in any unit) with the description
+    /// beside it, if there is one. Nothing is baked.
     ///
     /// # Errors
-    /// Where a file cannot be read or is invalid.
+    /// If a file cannot be read or is invalid.
     pub fn parts_of_file(path: &Path) -> Result<ObjectParts, ObjectError> {
         if (path.extension()).is_some_and(|kind| kind.eq_ignore_ascii_case("toml")) {
             return Assembly::read(path);
@@ -177,10 +179,10 @@ impl Object {
         })
     }
 
-    /// Makes an object of a mesh; bakes its field or takes it from the user's cache folder.
+    /// Makes an object from a mesh. Its field is baked or comes from the user's cache folder.
     ///
     /// # Errors
-    /// Where the description has an impossible value or does not fit the mesh, or the size cannot be metres.
+    /// If the description has an impossible value or does not fit the mesh, or if the size cannot be metres.
     pub fn from_mesh(
         name: &str,
         mesh: Mesh,
@@ -231,8 +233,8 @@ impl Object {
         })
     }
 
-    /// How far the surface may be from a declared symmetry or formula, metres: 1 % of the radius, but at least half a
-    /// millimetre.
+    /// Largest accepted deviation of the surface from a declared symmetry or formula, metres. It is 1 % of the radius, but
+    /// at least half a millimetre.
     pub fn tolerance_m(&self) -> f64 {
         tolerance_m(self.radius_m)
     }
@@ -242,9 +244,9 @@ fn tolerance_m(radius_m: f64) -> f64 {
     (0.01 * radius_m).max(0.5e-3)
 }
 
-/// A doubt about the unit of a mesh.
+/// A note if the unit of a mesh is doubtful.
 fn size_note(name: &str, mesh: &Mesh) -> Option<String> {
-    /// Hands hold nothing larger, fingertips nothing smaller.
+    /// Hands hold nothing larger, and fingertips nothing smaller.
     const USUAL_M: [f64; 2] = [0.01, 0.5];
     let size_m = mesh.size_m();
     if size_m > USUAL_M[1] {
@@ -263,10 +265,10 @@ fn size_note(name: &str, mesh: &Mesh) -> Option<String> {
 }
 
 impl Description {
-    /// Reads a description; `name` is what errors call it.
+    /// Reads a description. `name` is its name in errors.
     ///
     /// # Errors
-    /// Where the text is no description.
+    /// If the text is not a description.
     pub fn from_json(name: &str, text: &str) -> Result<Self, ObjectError> {
         serde_json::from_str(text).map_err(|source| ObjectError::Description {
             name: name.to_owned(),
@@ -289,8 +291,8 @@ impl Description {
         Mesh::of_pieces(name, vertices, triangles, solids)
     }
 
-    /// Reads the mesh of an object of this description from the text of an OBJ file; all its objects and groups make one
-    /// mesh.
+    /// Reads the mesh of an object of this description from the text of an OBJ file. All objects and groups of the file
+    /// form one mesh.
     ///
     /// # Errors
     /// As [`Mesh::from_obj`].
@@ -299,13 +301,13 @@ impl Description {
         self.mesh(name, soup.vertices, soup.triangles)
     }
 
-    /// Mass of an object of this description, kilograms: as given, or from the volume at 500 kg/m³.
+    /// Mass of an object of this description, kilograms: the given one, or that of the volume at 500 kg/m³.
     pub fn mass_of(&self, mesh: &Mesh) -> f64 {
         self.mass_kg
             .unwrap_or_else(|| mesh.volume() * DEFAULT_DENSITY_KG_M3)
     }
 
-    /// The description of an object `factor` times as large, of the same density.
+    /// The description of an object scaled by `factor` at the same density.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
         let mut scaled = self.clone();
@@ -320,7 +322,7 @@ impl Description {
                 }
             }
         }
-        // Formulae would have to be scaled as well; the mesh is there in any case.
+        // The formulae would have to be scaled as well; the mesh suffices without them.
         scaled.primitive = None;
         scaled.parts.clear();
         scaled
@@ -361,7 +363,7 @@ impl Description {
     }
 }
 
-/// Numbers of the samples that are held against the hand.
+/// Indices of the samples that are tested against the hand.
 fn held(samples: &[SurfaceSample], shape: &dyn Shape) -> Vec<u32> {
     (0u32..)
         .zip(samples)
@@ -376,7 +378,7 @@ fn thin_share(samples: &[SurfaceSample], shape: &dyn Shape) -> f64 {
     thin.count() as f64 / samples.len() as f64
 }
 
-/// Whether the straight way inward from a point of the surface leaves the object before [`THIN_M`].
+/// Whether the straight line inward from a surface point leaves the object before [`THIN_M`].
 fn is_thin(sample: &SurfaceSample, shape: &dyn Shape) -> bool {
     let mut along = THICKNESS_STEP_M;
     while along < THIN_M {
@@ -389,7 +391,7 @@ fn is_thin(sample: &SurfaceSample, shape: &dyn Shape) -> bool {
     false
 }
 
-/// Compares what is declared with the mesh.
+/// Comparison of a description with the mesh.
 struct Fit<'a> {
     name: &'a str,
     mesh: &'a Mesh,
@@ -442,7 +444,7 @@ impl Fit<'_> {
         self.judge("a union of shapes", vertices.map(off).fold(0.0, f64::max))
     }
 
-    /// Turns by angles that share no divisor with the facets of a mesh.
+    /// Rotations whose angles are not multiples of the angles between a mesh's facets.
     fn turns(point: &Vector3<f64>, direction: &Vector3<f64>) -> Vec<Isometry3<f64>> {
         let axis = Unit::new_normalize(*direction);
         let turn = |angle_rad: f64| {

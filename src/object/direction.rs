@@ -1,8 +1,8 @@
-//! The derivative of a distance to a point, line or plane: what all primitive shapes share.
+//! Derivatives of the distance to a point, line or plane, shared by all primitives.
 
 use nalgebra::{Matrix3, Vector3};
 
-/// Length of `offset` and its direction; the first axis where there is none (at the centre of a ball).
+/// Length and direction of `offset`. The direction of a zero offset (at the centre of a ball) is the first axis.
 pub(super) fn outward(offset: &Vector3<f64>) -> (f64, Vector3<f64>) {
     let length = offset.norm();
     if length > 0.0 {
@@ -12,9 +12,10 @@ pub(super) fn outward(offset: &Vector3<f64>) -> (f64, Vector3<f64>) {
     }
 }
 
-/// Hessian (P − u uᵀ)/ℓ of the length ℓ of an offset seen through the projection `across` P, with u its direction.
+/// Hessian (P − u uᵀ)/ℓ of the length ℓ of an offset under the projection `across` P, where u is its direction.
 ///
-/// P is the identity for the distance to a point, I − e eᵀ for a line along e. Zero where ℓ = 0, where none exists.
+/// P is the identity for the distance to a point, and I − e eᵀ for a line along e. The result is zero at ℓ = 0, where no
+/// Hessian exists.
 pub(super) fn radial_hessian(
     across: &Matrix3<f64>,
     unit: &Vector3<f64>,

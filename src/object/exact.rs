@@ -1,6 +1,6 @@
-//! Exact signed distance to a mesh: the judge that filters, reports and the baking of fields refer to.
+//! Exact signed distance to a mesh. Filters, reports and the baking of fields use it.
 //!
-//! The only place that speaks to parry, whose vectors are not nalgebra's.
+//! Only this module uses parry, whose vectors are not nalgebra's.
 
 use nalgebra::Vector3;
 use parry3d_f64::bounding_volume::Aabb;
@@ -12,11 +12,11 @@ use parry3d_f64::shape::{Segment, TriMesh, Triangle};
 use super::Mesh;
 use super::winding::Winding;
 
-/// A mesh with search trees for the nearest point and for the side on which a point lies.
+/// A mesh with search trees for the nearest point and for inside tests.
 ///
-/// The solid is the union of its closed pieces. Where these overlap or touch, distances are those to the surface of the
-/// union. Inside is where the winding number exceeds one half: unlike pseudo-normals at the nearest point it does not
-/// mind triangles without width, which published meshes have.
+/// The solid is the union of its closed pieces. If these overlap or touch, distances are those to the surface of the union.
+/// A point is inside if its winding number exceeds one half. Unlike pseudo-normals at the nearest point, this test is
+/// robust to degenerate triangles, which published meshes contain.
 #[derive(Debug, Clone)]
 pub struct ExactMesh {
     surface: TriangleTree,
@@ -34,18 +34,19 @@ pub struct Nearest {
     pub distance_m: f64,
     /// The nearest point.
     pub point: Vector3<f64>,
-    /// Gradient of the distance: away from the surface outside, toward it inside; the triangle's normal on it.
+    /// Gradient of the distance: away from the surface outside, toward it inside. On the surface it is the triangle's
+    /// normal.
     pub normal: Vector3<f64>,
 }
 
-/// Below this distance a direction from the surface is rounding error, metres.
+/// Distance below which a direction from the surface is rounding error, metres.
 const ON_SURFACE_M: f64 = 1e-9;
 
-/// Depths are found to within this much, metres.
+/// Accuracy of depths, metres.
 pub const DEPTH_TOLERANCE_M: f64 = 8e-5;
 
 impl TriangleTree {
-    /// A tree over `triangles`, which index `vertices`; `None` where there are none.
+    /// A tree over `triangles`, which index `vertices`; `None` if there are no triangles.
     pub fn new(vertices: &[Vector3<f64>], triangles: &[[u32; 3]]) -> Option<Self> {
         let corners = vertices.iter().map(to_parry).collect();
         TriMesh::new(corners, triangles.to_vec()).ok().map(Self)
@@ -75,7 +76,7 @@ impl ExactMesh {
         self.nearest(point).distance_m
     }
 
-    /// The nearest point of the surface. Costs a few microseconds.
+    /// The nearest point of the surface. It costs a few microseconds.
     ///
     /// # Panics
     /// If `point` is not finite.
@@ -111,7 +112,7 @@ impl ExactMesh {
         })
     }
 
-    /// Distance of the surface from `point`, on either side of it, if it is less than `reach_m`.
+    /// Unsigned distance of `point` from the surface if it is less than `reach_m`.
     pub(crate) fn gap_within(&self, point: &Vector3<f64>, reach_m: f64) -> Option<f64> {
         let query = to_parry(point);
         let (projection, _) = self
@@ -121,17 +122,17 @@ impl ExactMesh {
         Some((point - from_parry(projection.point)).norm())
     }
 
-    /// Whether `point` lies in the solid.
+    /// Whether `point` lies inside the solid.
     pub(crate) fn surrounds(&self, point: &Vector3<f64>) -> bool {
         self.winding.surrounds(point)
     }
 
-    /// Depth of the deepest point of some triangles inside the solid, metres, where it exceeds `known_m`; else `known_m`.
+    /// Largest depth of a point of the triangles inside the solid, metres, if it exceeds `known_m`; otherwise `known_m`.
     ///
-    /// `place` is the rigid motion that takes the triangles to the frame of the solid. What is returned is the depth of a
-    /// point of the triangles, and no point is deeper by more than [`DEPTH_TOLERANCE_M`]. Branch and bound: the signed
-    /// distance changes no faster than a point moves, and no point of a triangle is deeper than its corners are far from
-    /// any one triangle of the surface, since the distance from that is convex.
+    /// `place` is the rigid motion that takes the triangles to the frame of the solid. The result is the depth of a point
+    /// of the triangles, and no point is deeper by more than [`DEPTH_TOLERANCE_M`]. The method is branch and bound with two
+    /// bounds: the signed distance changes no faster than a point moves, and a point of a triangle is no deeper than the
+    /// greatest distance of its corners from any one triangle of the surface, because that distance is convex.
     pub fn deepest(
         &self,
         triangles: &TriangleTree,
@@ -158,7 +159,7 @@ impl ExactMesh {
         found.map_or(known_m, |(_, cost)| -cost)
     }
 
-    /// The same for a single triangle.
+    /// [`ExactMesh::deepest`] for a single triangle.
     fn deepest_in(&self, corners: [Vector3<f64>; 3], known_m: f64) -> f64 {
         let mut best_m = known_m;
         let mut open = vec![corners];
@@ -194,11 +195,11 @@ impl ExactMesh {
         best_m
     }
 
-    /// Depth at `point`, negative outside, and the nearest triangle; `None` where no point within `radius_m` can be deeper
-    /// than `beaten_m`.
+    /// Depth at `point`, negative outside, and the nearest triangle. The result is `None` if no point within `radius_m` can
+    /// be deeper than `beaten_m`.
     fn depth_near(&self, point: &Vector3<f64>, radius_m: f64, beaten_m: f64) -> Option<(f64, u32)> {
         let query = to_parry(point);
-        // A point outside must be nearer to the surface than this.
+        // A point outside must be nearer to the surface than this to have a point deeper than `beaten_m` within `radius_m`.
         let reach_m = radius_m - beaten_m;
         let bounds = self.surface.0.bvh().root_aabb();
         let apart_m = bounds.distance_to_local_point(query, true);
@@ -225,15 +226,15 @@ impl ExactMesh {
         }
     }
 
-    /// Distance of the surface from the segment between two ends if it is less than `reach_m`, metres: exactly, 0 where they
-    /// cross. Costs a microsecond where the surface is out of reach, some more where it is not.
+    /// Exact distance of the surface from the segment between two ends, metres, if it is less than `reach_m`; 0 if they
+    /// cross. It costs a microsecond if the surface is out of reach and somewhat more otherwise.
     pub fn segment_distance_within(&self, ends: &[Vector3<f64>; 2], reach_m: f64) -> Option<f64> {
         let segment = Segment::new(to_parry(&ends[0]), to_parry(&ends[1]));
         let middle = (segment.a + segment.b) * 0.5;
         let half = (segment.b - segment.a).abs() * 0.5;
         let nearest = self.surface.0.bvh().find_best(
             reach_m,
-            // Distance of the boxes: never more than that of what is in them.
+            // The distance of two boxes is a lower bound of the distance of their contents.
             |node, _| {
                 let (low, high) = (node.mins() - half, node.maxs() + half);
                 Aabb::new(low, high).distance_to_local_point(middle, true)
@@ -251,7 +252,7 @@ impl ExactMesh {
     }
 }
 
-/// A triangle cut in two through the middle of its longest edge.
+/// Splits a triangle through the middle of its longest edge.
 fn halves(corners: [Vector3<f64>; 3]) -> [[Vector3<f64>; 3]; 2] {
     let [a, b, c] = corners;
     let turns = [[a, b, c], [b, c, a], [c, a, b]];
@@ -268,12 +269,13 @@ fn halves(corners: [Vector3<f64>; 3]) -> [[Vector3<f64>; 3]; 2] {
     [[from, middle, other], [middle, to, other]]
 }
 
-/// Distance of a segment from a triangle: that of an end, of the point where it crosses the triangle's plane, or of an edge.
+/// Distance of a segment from a triangle. It is attained at an end, at the crossing with the triangle's plane, or at an
+/// edge.
 fn triangle_distance(triangle: &Triangle, segment: &Segment) -> f64 {
     let along = segment.b - segment.a;
     let normal = (triangle.b - triangle.a).cross(triangle.c - triangle.a);
     let crossing = normal.dot(triangle.a - segment.a) / normal.dot(along);
-    // Not finite where the segment is parallel to the plane: then the other points tell.
+    // The crossing is not finite if the segment is parallel to the plane; the other points then decide.
     let crossing = if crossing.is_finite() {
         crossing.clamp(0.0, 1.0)
     } else {
@@ -290,7 +292,7 @@ fn triangle_distance(triangle: &Triangle, segment: &Segment) -> f64 {
         .fold(f64::INFINITY, f64::min)
 }
 
-/// Six times the volume that `triangles` enclose; negative where they are inside out.
+/// Six times the volume that `triangles` enclose; negative if they are inside out.
 pub(super) fn signed_volume(mesh: &Mesh, triangles: &[[u32; 3]]) -> f64 {
     let corner =
         |index: u32| mesh.vertices()[index as usize] - mesh.vertices()[triangles[0][0] as usize];

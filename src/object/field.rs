@@ -1,8 +1,8 @@
-//! The smooth signed-distance field of a mesh: nested tri-cubic B-splines, baked once.
+//! The smooth signed-distance field of a mesh: nested tri-cubic B-splines that are baked once.
 //!
-//! Torque and normal terms need curvature, and a triangle mesh has none. A fine spline covers the object and its
-//! neighbourhood, coarser ones its wider surroundings, a ball the rest of space; neighbours are blended over a shell, so
-//! the field is C² everywhere and its derivatives are its own.
+//! Torque and normal terms need curvature, which a triangle mesh does not have. A fine spline covers the object and its
+//! neighbourhood, coarser ones cover its wider surroundings, and the distance to a ball covers the rest of space.
+//! Neighbours are blended over a shell, so the field is C² everywhere and its derivatives are consistent.
 
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
@@ -12,12 +12,12 @@ use super::jet::Jet;
 use super::spline::Spline;
 use super::{ExactMesh, Mesh, Shape, cache};
 
-/// How finely a field is baked.
+/// Resolution of a field.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FieldSettings {
     /// Cell of the finest grid, metres; `None` chooses from the size of the object.
     pub cell_m: Option<f64>,
-    /// Most nodes that one grid may have; cells grow until it fits.
+    /// Largest number of nodes of one grid. Cells grow until the grid fits.
     pub most_nodes: usize,
 }
 
@@ -30,23 +30,23 @@ impl Default for FieldSettings {
     }
 }
 
-/// What was baked and how well it matches the exact distance to the mesh.
+/// Size of a baked field and its accuracy relative to the exact distance.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FieldReport {
     /// Cell of the finest grid, metres.
     pub cell_m: f64,
-    /// Nodes of all grids together.
+    /// Number of nodes of all grids.
     pub nodes: usize,
-    /// Largest error found within 2 cm of the surface and farther than two cells from the medial axis, metres.
+    /// Largest error found within 2 cm of the surface at more than two cells from the medial axis, metres.
     pub max_error_m: f64,
-    /// Largest error found within 2 cm of the surface, medial axis included, metres.
+    /// Largest error found within 2 cm of the surface, including the medial axis, metres.
     pub max_error_anywhere_m: f64,
-    /// Largest length of the gradient found outside the solid.
+    /// Largest norm of the gradient found outside the solid.
     pub lipschitz: f64,
 }
 
-/// A smooth signed-distance field. Costs about 40 ns for a value near the object, 70 ns with its
-/// gradient, 100 ns with its Hessian (plain x86-64).
+/// A smooth signed-distance field. Near the object a value costs about 40 ns, with its gradient 70 ns and with its Hessian
+/// 100 ns (plain x86-64).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Field {
     pub(super) levels: Vec<Level>,
@@ -54,7 +54,7 @@ pub struct Field {
     pub(super) report: FieldReport,
 }
 
-/// One grid, used within its box and blended with the next over a shell inside the border of the box.
+/// One grid. It is used within its box and blended with the next over a shell inside the border of the box.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Level {
     pub(super) low: Vector3<f64>,
@@ -63,28 +63,28 @@ pub(super) struct Level {
     pub(super) spline: Spline,
 }
 
-/// The field beyond all grids: distance from a centre, less a radius.
+/// The field beyond all grids: distance from a centre, minus a radius.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Ball {
     pub(super) centre: Vector3<f64>,
     pub(super) radius_m: f64,
 }
 
-/// Cell, margin around the object's bounding box and blending shell (part of the margin) of the grids, metres. The
-/// first cell is an upper limit, see [`finest_cell_m`]. Hands closing on the object live within the first margin, start
-/// poses within the second.
+/// Cell, margin around the object's bounding box, and blending shell (part of the margin) of the grids, metres. The first
+/// cell is an upper limit, see [`finest_cell_m`]. Closing hands stay within the first margin, and start poses within the
+/// second.
 const LEVELS: [[f64; 3]; 3] = [[0.002, 0.034, 0.012], [0.008, 0.2, 0.08], [0.08, 2.0, 1.0]];
 
-/// Distance from the surface within which the error is bounded and measured.
+/// Distance from the surface within which the error is measured.
 const JUDGED_BAND_M: f64 = 0.02;
 
 impl Field {
-    /// The field of `mesh`: from the user's cache folder where it was baked before, else baked now and remembered.
+    /// The field of `mesh` from the user's cache folder. A field that is not there is baked and stored.
     pub fn cached(mesh: &Mesh, exact: &ExactMesh, settings: &FieldSettings) -> Self {
         cache::load_or(mesh, settings, || Self::bake(mesh, exact, settings))
     }
 
-    /// Bakes the field of `mesh`, in seconds, on all threads of the current pool; the same bits on any number of them.
+    /// Bakes the field of `mesh` in seconds on all threads of the current pool. The result does not depend on their number.
     ///
     /// # Panics
     /// Never: there is always an outermost grid.
@@ -130,7 +130,7 @@ impl Field {
         field
     }
 
-    /// What was baked and how well it matches the exact distance.
+    /// Size of the field and its accuracy.
     pub fn report(&self) -> &FieldReport {
         &self.report
     }
@@ -160,8 +160,8 @@ impl Field {
         }
     }
 
-    /// Largest gradient outside the solid at the nodes and cell centres of all grids, and a little more for what lies
-    /// between.
+    /// Largest gradient outside the solid at the nodes and cell centres of all grids, with a small margin for the points
+    /// between them.
     fn steepest(&self) -> f64 {
         const HEADROOM: f64 = 1.01;
         let of_level = |level: &Level| {
@@ -170,7 +170,7 @@ impl Field {
                 let node = Vector3::new(i as f64 + shift, j as f64 + shift, k as f64 + shift);
                 let point = level.spline.origin + node * level.spline.cell_m;
                 let jet = self.jet::<1>(&point);
-                // Half a cell under the surface still counts: the nearest sample of a point outside may lie there.
+                // Half a cell below the surface still counts, because the nearest sample to a point outside may lie there.
                 if jet.value > -0.5 * level.spline.cell_m {
                     jet.gradient.norm_squared()
                 } else {
@@ -217,7 +217,7 @@ impl Shape for Field {
 }
 
 impl Level {
-    /// Whether `point` is deep enough in the box that nothing is blended in.
+    /// Whether `point` is so far inside the box that no other level is blended in.
     #[inline]
     fn holds_alone(&self, point: &Vector3<f64>) -> bool {
         (0..3).all(|axis| {
@@ -226,7 +226,7 @@ impl Level {
         })
     }
 
-    /// Weight of this level: one inside the shell, zero outside the box (`None`), C² between.
+    /// Weight of this level: one inside the shell, `None` (zero) outside the box, C² between.
     fn weight(&self, point: &Vector3<f64>) -> Option<Jet> {
         let mut step = [[1.0, 0.0, 0.0]; 3];
         for axis in 0..3 {
@@ -258,7 +258,7 @@ impl Level {
 }
 
 impl Ball {
-    /// The ball whose distance agrees on average with `level` at the middles of its faces, in the middle of its shell.
+    /// The ball whose distance agrees on average with `level` at the centres of its faces, in the middle of the shell.
     fn around(level: &Level) -> Self {
         let centre = (level.low + level.high) / 2.0;
         let reach = (level.high - level.low) / 2.0;
@@ -288,7 +288,7 @@ impl Ball {
     }
 }
 
-/// Two millimetres, less for slim objects and for thin walls.
+/// Two millimetres, or less for slim objects and thin walls.
 fn finest_cell_m(extents: &Vector3<f64>, thickness_m: f64) -> f64 {
     const CELLS_ACROSS: f64 = 24.0;
     const CELLS_THROUGH: f64 = 5.0;
@@ -297,8 +297,8 @@ fn finest_cell_m(extents: &Vector3<f64>, thickness_m: f64) -> f64 {
     slim.clamp(SMALLEST_M, LEVELS[0][0])
 }
 
-/// Thickness of the solid under half of its surface, but at most 2 cm: from samples inward as far as
-/// they remain the nearest point of the surface, which is half of the way through.
+/// Thickness of the solid under half of its surface, at most 2 cm. It is twice the depth to which points inward from a
+/// surface sample have the sample as their nearest surface point.
 fn thickness_m(mesh: &Mesh, exact: &ExactMesh) -> f64 {
     const SAMPLES: usize = 200;
     const HALVINGS: u32 = 7;
@@ -327,7 +327,7 @@ fn thickness_m(mesh: &Mesh, exact: &ExactMesh) -> f64 {
     2.0 * halves[SAMPLES / 2]
 }
 
-/// `cell_m`, enlarged until a grid over `extents` has at most `most_nodes`.
+/// The smallest cell from `cell_m` on with which a grid over `extents` has at most `most_nodes` nodes.
 fn fitting_cell_m(extents: &Vector3<f64>, mut cell_m: f64, most_nodes: usize) -> f64 {
     while Spline::nodes_for(extents, cell_m)
         .into_iter()
@@ -339,12 +339,12 @@ fn fitting_cell_m(extents: &Vector3<f64>, mut cell_m: f64, most_nodes: usize) ->
     cell_m
 }
 
-/// Largest errors of a field with cells of `cell_m` within the judged band: apart from the medial axis, and anywhere.
+/// Largest errors of a field with cells of `cell_m` near the surface: away from the medial axis, and anywhere.
 pub(super) fn errors(field: &dyn Shape, cell_m: f64, mesh: &Mesh, exact: &ExactMesh) -> (f64, f64) {
     const PROBES: usize = 1_000;
     const DEPTHS: usize = 9;
     let error_at = |index: usize, sample: &super::SurfaceSample| {
-        // Depths interleave between neighbouring samples, so that all of the band is met.
+        // The depths of neighbouring samples interleave, so that they cover the whole band.
         (0..DEPTHS)
             .map(|step| {
                 let share = (step as f64 + (index % 4) as f64 / 4.0) / DEPTHS as f64;
@@ -374,8 +374,8 @@ pub(super) fn errors(field: &dyn Shape, cell_m: f64, mesh: &Mesh, exact: &ExactM
     (apart.map_or(0.0, |worst| worst.1), anywhere)
 }
 
-/// Exact distances at nodes along z. The last one bounds the next, which spares most of the search; and where it is longer than
-/// the step, the surface does not pass between them, so that both lie on one side.
+/// Exact distances at nodes along z. The last distance bounds the next, which saves most of the search. If it is longer
+/// than the step, the surface does not pass between the two nodes, so both are on the same side.
 fn sample_row(exact: &ExactMesh, cell_m: f64, start: &Vector3<f64>, row: &mut [f64]) {
     let step_m = cell_m * 1.001;
     let mut last: Option<f64> = None;
@@ -394,11 +394,11 @@ fn sample_row(exact: &ExactMesh, cell_m: f64, start: &Vector3<f64>, row: &mut [f
     }
 }
 
-/// Whether the medial axis passes within `reach_m` of `point`: the nearest point of the surface leaps, or the direction
-/// to it jumps.
+/// Whether the medial axis passes within `reach_m` of `point`: the nearest point of the surface or the direction to it then
+/// jumps.
 ///
-/// Jumps below 15° do not count (the facets of a mesh make them everywhere), as in the θ-simplified medial axis of Foskey
-/// et al. (2003).
+/// Jumps of direction below 15° do not count because the facets of a mesh cause them everywhere (compare the θ-simplified
+/// medial axis of Foskey et al. 2003).
 fn near_medial_axis(exact: &ExactMesh, point: &Vector3<f64>, reach_m: f64) -> bool {
     const LEAP: f64 = 3.0;
     const JUMP_COSINE: f64 = 0.966;
@@ -414,7 +414,7 @@ fn near_medial_axis(exact: &ExactMesh, point: &Vector3<f64>, reach_m: f64) -> bo
         if (a.1.point - b.1.point).norm() > LEAP * reach_m {
             return true;
         }
-        // Close in on the largest change of direction: a bend fades, a jump stays.
+        // Bisect toward the largest change of direction: a bend fades, but a jump stays.
         for _ in 0..HALVINGS {
             if a.1.normal.dot(&b.1.normal) > JUMP_COSINE {
                 return false;

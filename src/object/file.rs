@@ -1,4 +1,4 @@
-//! Meshes on disk: OBJ, STL, PLY and glTF in, OBJ out.
+//! Mesh files: reading of OBJ, STL, PLY and glTF, writing of OBJ.
 
 use std::io::BufRead;
 use std::path::Path;
@@ -7,10 +7,10 @@ use super::{Mesh, ObjectError, Repaired};
 use crate::formats::{Triangles, bytes_of, ending, gltf, obj, ply, stl};
 
 impl Mesh {
-    /// Reads an OBJ, STL, PLY or glTF file (`.gltf`, `.glb`), in metres, repaired where that is needed and safe.
+    /// Reads an OBJ, STL, PLY or glTF file (`.gltf`, `.glb`) in metres. The mesh is repaired if that is needed and safe.
     ///
     /// # Errors
-    /// Where the file cannot be read, is of another kind, holds no valid mesh (see [`Mesh::repaired`]), or its size cannot
+    /// If the file cannot be read, is of another kind, holds no valid mesh (see [`Mesh::repaired`]), or if its size cannot
     /// be metres.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, ObjectError> {
         let path = path.as_ref();
@@ -19,11 +19,11 @@ impl Mesh {
         Ok(mesh)
     }
 
-    /// Reads an OBJ, STL, PLY or glTF file (`.gltf`, `.glb`) and multiplies its coordinates by `scale`; tells what was
-    /// repaired. Any size is accepted.
+    /// Reads an OBJ, STL, PLY or glTF file (`.gltf`, `.glb`), multiplies its coordinates by `scale`, and reports repairs.
+    /// Any size is accepted.
     ///
     /// # Errors
-    /// Where the file cannot be read, is of another kind, or holds no valid mesh (see [`Mesh::repaired`]).
+    /// If the file cannot be read, is of another kind, or holds no valid mesh (see [`Mesh::repaired`]).
     pub fn read(path: &Path, scale: f64) -> Result<Repaired, ObjectError> {
         let mut read = triangles_of(path)?;
         for vertex in &mut read.vertices {
@@ -32,17 +32,17 @@ impl Mesh {
         Self::repaired(&path.display().to_string(), read.vertices, read.triangles)
     }
 
-    /// Reads the text of an OBJ file; all its objects and groups make one mesh.
+    /// Reads the text of an OBJ file. All its objects and groups form one mesh.
     ///
     /// # Errors
-    /// Where the text is no OBJ or holds no valid mesh (see [`Mesh::new`]).
+    /// If the text is not OBJ or holds no valid mesh (see [`Mesh::new`]).
     pub fn from_obj(name: &str, reader: &mut impl BufRead) -> Result<Self, ObjectError> {
         let soup = of_obj(name, reader)?;
         Self::new(name, soup.vertices, soup.triangles)
     }
 
-    /// The mesh as OBJ text, coordinates to the micrometre, or to a millionth of its size where that is less than a metre
-    /// by far.
+    /// The mesh as OBJ text. Coordinates have a resolution of a micrometre, or of a millionth of its size if it is much
+    /// smaller than a metre.
     pub fn to_obj(&self) -> String {
         let mut decimals = 6;
         let mut size = self.size_m();

@@ -1,8 +1,8 @@
-//! A value with its first and second derivatives, and how two of them blend.
+//! A value with its first and second derivatives, and the blending of two of them.
 
 use nalgebra::{Matrix3, Vector3};
 
-/// Value, gradient and Hessian of a scalar field at a point; derivatives that were not asked for are zero.
+/// Value, gradient and Hessian of a scalar field at a point. Derivatives that were not requested are zero.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Jet {
     pub(super) value: f64,
@@ -11,7 +11,7 @@ pub(super) struct Jet {
 }
 
 impl Jet {
-    /// `far + weight·(near − far)` with all its derivatives.
+    /// `far + weight·(near − far)` and its derivatives.
     pub(super) fn blend(weight: &Self, near: &Self, far: &Self) -> Self {
         let gap = near.value - far.value;
         let gap_gradient = near.gradient - far.gradient;

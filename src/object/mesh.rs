@@ -1,4 +1,4 @@
-//! Closed triangle meshes and what they measure.
+//! Closed triangle meshes and their geometric properties.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -13,15 +13,15 @@ use super::outer::{Entangled, Outer, outer};
 use super::winding::Winding;
 use super::{ObjectError, Shape, within};
 
-/// A closed surface of triangles, counter-clockwise seen from outside.
+/// A closed surface of triangles that are counter-clockwise seen from outside.
 ///
-/// It may consist of several closed pieces; where they overlap or touch the solid is their union, and volume, centroid,
-/// area and samples are those of the union.
+/// It may consist of several closed pieces. If they overlap or touch, the solid is their union, and volume, centroid, area
+/// and samples are those of the union.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mesh {
     vertices: Vec<Vector3<f64>>,
     triangles: Vec<[u32; 3]>,
-    /// The surface of the union, where that is not the triangles themselves.
+    /// The surface of the union, if it differs from the triangles.
     outer: Option<Arc<Outer>>,
 }
 
@@ -30,20 +30,20 @@ pub struct Mesh {
 pub struct SurfaceSample {
     /// Position, metres.
     pub point: Vector3<f64>,
-    /// Outward unit normal of the triangle it lies on.
+    /// Outward unit normal of its triangle.
     pub normal: Vector3<f64>,
 }
 
 impl Mesh {
-    /// A mesh in metres. `name` is what errors call it (a file, an object).
+    /// A mesh in metres. `name` is the name of the file or object in errors.
     ///
-    /// A surface that is turned inside out as a whole is turned back; vertices that no triangle uses and
-    /// triangles with two equal corners are dropped. Coincident vertices stay apart as long as the surface is closed as
-    /// indexed, else they are merged. [`Mesh::repaired`] does more.
+    /// A surface that is inside out as a whole is turned. Vertices that no triangle uses and triangles with two equal
+    /// corners are dropped. Coincident vertices stay separate if the surface is closed as indexed; otherwise they are
+    /// merged. [`Mesh::repaired`] does more.
     ///
     /// # Errors
-    /// Where it has no triangles, an index or coordinate is invalid, it is not closed, its triangles disagree on which
-    /// side is out, it has no volume, or its closed pieces meet in more than 20 million places.
+    /// If there are no triangles, an index or coordinate is invalid, the surface is not closed, its triangles disagree on
+    /// which side is outside, it has no volume, or its closed pieces meet in more than 20 million places.
     pub fn new(
         name: &str,
         vertices: Vec<Vector3<f64>>,
@@ -52,7 +52,7 @@ impl Mesh {
         Self::of_pieces(name, vertices, triangles, None)
     }
 
-    /// As [`Mesh::new`], of pieces that are meshes of convex `solids`, where there are such.
+    /// As [`Mesh::new`], for pieces that may be meshes of convex `solids`.
     ///
     /// # Errors
     /// As [`Mesh::new`].
@@ -70,7 +70,7 @@ impl Mesh {
         Ok(mesh)
     }
 
-    /// A closed mesh with its outside out, before pieces are united.
+    /// A closed mesh whose triangles face outward, before its pieces are united.
     ///
     /// # Errors
     /// As [`Mesh::new`].
@@ -96,10 +96,10 @@ impl Mesh {
         Ok(mesh)
     }
 
-    /// A closed and consistently oriented mesh, whose pieces may be inside out.
+    /// A closed and consistently oriented mesh. Its pieces may be inside out.
     ///
     /// # Errors
-    /// As [`Mesh::new`], but for the volume.
+    /// As [`Mesh::new`], except for the volume.
     pub(super) fn closed(
         name: &str,
         vertices: Vec<Vector3<f64>>,
@@ -148,7 +148,7 @@ impl Mesh {
     /// Refuses a size that cannot be metres.
     ///
     /// # Errors
-    /// Where the longest side of the bounding box is below 2 mm or above 2 m.
+    /// If the longest side of the bounding box is below 2 mm or above 2 m.
     pub fn check_size(&self, name: &str) -> Result<(), ObjectError> {
         let size_m = self.size_m();
         if OBJECT_SIZE.holds(size_m) {
@@ -173,7 +173,8 @@ impl Mesh {
         (high - low).max()
     }
 
-    /// Vertices and triangles that bound the solid: those of the mesh, or of the union of its pieces.
+    /// Vertices and triangles that bound the solid: those of the union of the pieces if these overlap, otherwise the mesh's
+    /// own.
     pub(super) fn boundary(&self) -> (&[Vector3<f64>], &[[u32; 3]]) {
         match &self.outer {
             Some(outer) => (&outer.vertices, &outer.triangles),
@@ -181,14 +182,14 @@ impl Mesh {
         }
     }
 
-    /// Whether pieces of the mesh overlap or touch, so that some of its faces are no surface.
+    /// Whether pieces of the mesh overlap or touch, so that some faces are not part of the surface.
     pub fn overlaps(&self) -> bool {
         self.outer.is_some()
     }
 
-    /// Share of the surface that lies inside the solid itself: more than nothing where a single piece runs through itself.
+    /// Share of the surface that lies inside the solid. It is positive if a single piece intersects itself.
     pub fn buried_share(&self) -> f64 {
-        /// How far outside a triangle is looked, as a share of the mesh's size.
+        /// Distance of the test point outside a triangle, as a share of the mesh's size.
         const OUTSIDE: f64 = 1e-4;
         let (vertices, triangles) = self.boundary();
         let winding = Winding::new(vertices, triangles);
@@ -227,7 +228,7 @@ impl Mesh {
     /// The same mesh with all lengths multiplied by `factor` about the origin.
     ///
     /// # Errors
-    /// Where nothing is left of it.
+    /// If the scaled mesh has no volume.
     pub fn scaled(&self, name: &str, factor: f64) -> Result<Self, ObjectError> {
         let scaled = |vertices: &[Vector3<f64>]| vertices.iter().map(|v| v * factor).collect();
         let mut mesh = Self::solid(name, scaled(&self.vertices), self.triangles.clone())?;
@@ -253,7 +254,7 @@ impl Mesh {
             .fold([first, first], |[low, high], v| [low.inf(v), high.sup(v)])
     }
 
-    /// Volume, m³: Σ a·(b × c)/6 over the triangles.
+    /// Volume Σ a·(b × c)/6 over the triangles, m³.
     pub fn volume(&self) -> f64 {
         self.volume_and_first_moment().0
     }
@@ -278,10 +279,10 @@ impl Mesh {
         self.areas().sum()
     }
 
-    /// Points spread evenly over the surface, the same for the same `seed`.
+    /// Points spread evenly over the surface. They depend only on the mesh, `count` and `seed`.
     ///
-    /// Uniform candidates are thinned by always taking the one farthest from all taken before, so each prefix of the
-    /// list is evenly spread too. Costs `count`² steps.
+    /// Farthest-point sampling of uniform candidates: each point is the candidate farthest from all points before it, so
+    /// each prefix of the list is evenly spread too. The cost grows with `count`².
     pub fn sample_surface(&self, count: usize, seed: u64) -> Vec<SurfaceSample> {
         const CANDIDATES_PER_SAMPLE: usize = 5;
         let mut rng = stream(seed, Task::Surface, 0);
@@ -303,7 +304,7 @@ impl Mesh {
         taken
     }
 
-    /// Points drawn uniformly by area (after Osada et al. 2002, eq. 1).
+    /// Points drawn uniformly by area (as in Osada et al. 2002, eq. 1).
     fn uniform_samples(&self, count: usize, rng: &mut Rng) -> Vec<SurfaceSample> {
         let mut total = 0.0;
         let cumulative: Vec<f64> = self
@@ -331,7 +332,7 @@ impl Mesh {
         (0..count).map(draw).collect()
     }
 
-    /// Pieces that share no vertex, each as its own triangles over the common vertices.
+    /// Pieces that share no vertex, each as a list of triangles over the common vertices.
     pub(super) fn pieces(&self) -> Vec<Vec<[u32; 3]>> {
         let mut parent: Vec<u32> = (0..).take(self.vertices.len()).collect();
         for triangle in &self.triangles {
@@ -364,7 +365,7 @@ impl Mesh {
         (low + high) / 2.0
     }
 
-    /// Volume and its first moment about the middle of the box (about a far origin the sums would cancel).
+    /// Volume and its first moment about the middle of the bounding box. About a distant origin the sums would cancel.
     fn volume_and_first_moment(&self) -> (f64, Vector3<f64>) {
         let middle = self.middle();
         let (vertices, triangles) = self.boundary();
@@ -377,7 +378,7 @@ impl Mesh {
     }
 
     fn seams(&self) -> Seams {
-        // Per undirected edge: how often it is used in all, and how often upward less downward.
+        // Per undirected edge: the number of uses, and the number of upward uses minus downward uses.
         let mut uses: BTreeMap<[u32; 2], (u32, i32)> = BTreeMap::new();
         for &[a, b, c] in &self.triangles {
             for [from, to] in [[a, b], [b, c], [c, a]] {
@@ -442,14 +443,14 @@ impl Mesh {
     }
 }
 
-/// How many edges stand in the way of a closed, oriented surface.
+/// Numbers of edges that prevent a closed, oriented surface.
 #[derive(Debug, Default, PartialEq)]
 struct Seams {
     open: usize,
     flipped: usize,
 }
 
-/// Refuses corners that lie where none can.
+/// Refuses coordinates beyond their limit.
 fn check_vertices(name: &str, vertices: &[Vector3<f64>], limit: Limit) -> Result<(), ObjectError> {
     for (vertex, corner) in vertices.iter().enumerate() {
         for coordinate in corner {

@@ -1,4 +1,4 @@
-//! What is grasped: shapes as signed distances, meshes, and the [`Object`] that carries both.
+//! Objects to be grasped: signed-distance shapes, meshes, and [`Object`], which has both.
 
 use std::path::PathBuf;
 
@@ -44,20 +44,20 @@ pub use revolved::Revolved;
 pub use sphere::Sphere;
 pub use symmetric::{FoundSymmetry, find_symmetry};
 
-/// A solid, as its signed distance: metres, negative inside, in the object frame, defined everywhere.
+/// A solid given by its signed distance in metres: negative inside, in the object frame, defined everywhere.
 ///
-/// All three functions give the same bits for the same number, so that it does not matter which was asked.
+/// All three functions return the same bits for the same quantity.
 pub trait Shape: std::fmt::Debug + Send + Sync {
     /// Signed distance at `point`, metres.
     fn distance(&self, point: &Vector3<f64>) -> f64;
 
-    /// Signed distance and its gradient (the outward normal; of unit length up to the accuracy of the shape).
+    /// Signed distance and its gradient, the outward normal. Its length is one up to the accuracy of the shape.
     fn gradient(&self, point: &Vector3<f64>) -> (f64, Vector3<f64>);
 
     /// Signed distance, gradient and Hessian (1/m).
     fn hessian(&self, point: &Vector3<f64>) -> (f64, Vector3<f64>, Matrix3<f64>);
 
-    /// Largest factor by which `distance` changes faster than a point moves outside the solid (1 for an exact distance).
+    /// Lipschitz constant of `distance` outside the solid (1 for an exact distance).
     ///
     /// A point at distance d > 0 that moves by less than d/lipschitz stays outside.
     fn lipschitz(&self) -> f64 {
@@ -65,7 +65,7 @@ pub trait Shape: std::fmt::Debug + Send + Sync {
     }
 }
 
-/// Refuses numbers beyond their limit; `name` is what errors call the object, `field` where the numbers are.
+/// Refuses numbers beyond their limit. `name` is the object and `field` the place of the numbers in errors.
 fn within<'a>(
     limit: Limit,
     values: impl IntoIterator<Item = &'a f64>,
@@ -79,12 +79,12 @@ fn within<'a>(
     (values.into_iter()).try_for_each(|value| limit.check(*value).map_err(told))
 }
 
-/// A length to four digits: single precision leaves more in a file than are true.
+/// A length rounded to four digits, because single-precision files have more digits than are accurate.
 fn rounded(length_m: f64) -> f64 {
     format!("{length_m:.3e}").parse().unwrap_or(length_m)
 }
 
-/// Why an object cannot be used.
+/// Reasons why an object cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ObjectError {
@@ -93,40 +93,40 @@ pub enum ObjectError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The error of the system.
         source: std::io::Error,
     },
-    /// The name of a file ends otherwise than those of meshes.
+    /// The ending of the file name is not that of a mesh format.
     #[error("{} is none of .obj, .stl, .ply, .gltf and .glb: convert the mesh to one of these", path.display())]
     Kind {
         /// The file.
         path: PathBuf,
     },
-    /// A TOML file that does not describe shapes.
+    /// A TOML file does not describe shapes.
     #[error("{name}")]
     Shapes {
         /// The file.
         name: String,
-        /// What the reader says.
+        /// The error of the parser.
         source: toml::de::Error,
     },
-    /// An OBJ, PLY or glTF file that cannot be understood.
+    /// An OBJ, PLY or glTF file is invalid.
     #[error("{name} is not a valid {format} mesh: {problem}")]
     Format {
         /// The file.
         name: String,
         /// Name of the format.
         format: &'static str,
-        /// What is wrong with it.
+        /// The problem.
         problem: String,
     },
-    /// A mesh without triangles.
+    /// A mesh has no triangles.
     #[error("{name} has no faces: a surface of triangles is needed")]
     NoTriangles {
         /// File or object.
         name: String,
     },
-    /// A face names a vertex that does not exist.
+    /// A face refers to a vertex that does not exist.
     #[error("{name} has a face with vertex index {index}, but only {count} vertices")]
     Index {
         /// File or object.
@@ -155,20 +155,20 @@ pub enum ObjectError {
         name: String,
         /// Edges used by an odd number of triangles.
         edges: usize,
-        /// How much is missing, in brackets after a space; empty where that is unknown.
+        /// Size of the missing part, in brackets after a space; empty if unknown.
         missing: String,
     },
-    /// Neighbouring triangles face opposite sides.
+    /// Neighbouring triangles have opposite orientations.
     #[error(
         "{name} is inconsistently oriented at {edges} edges: recalculate its normals in a mesh editor"
     )]
     Orientation {
         /// File or object.
         name: String,
-        /// Edges whose two triangles run along them in the same direction.
+        /// Number of edges along which both triangles run in the same direction.
         edges: usize,
     },
-    /// A surface that crosses itself nearly everywhere.
+    /// A surface crosses itself nearly everywhere.
     #[error(
         "{percent:.0} % of the surface of {name} has no inside or no outside next to it (winding number), so it bounds no \
          solid: remesh it"
@@ -179,13 +179,13 @@ pub enum ObjectError {
         /// Share of the surface, percent.
         percent: f64,
     },
-    /// A flat mesh.
+    /// A mesh encloses no volume.
     #[error("{name} encloses no volume")]
     NoVolume {
         /// File or object.
         name: String,
     },
-    /// Its closed pieces meet in more places than can be cut.
+    /// The closed pieces intersect in too many places.
     #[error(
         "the pieces of {name} run through each other in millions of places: leave out copies in the same place, or unite them in a modelling program"
     )]
@@ -193,7 +193,7 @@ pub enum ObjectError {
         /// File or object.
         name: String,
     },
-    /// A size that cannot be metres.
+    /// The size cannot be metres.
     #[error(
         "{name} is {} m across: metres are expected; if it is in {unit}, scale it by {factor} (--scale {factor})",
         rounded(*size_m)
@@ -201,19 +201,19 @@ pub enum ObjectError {
     Size {
         /// File or object.
         name: String,
-        /// Longest edge of its bounding box if it were in metres.
+        /// Longest edge of its bounding box, read as metres.
         size_m: f64,
-        /// The unit that it may be in.
+        /// The likely unit.
         unit: &'static str,
-        /// What to multiply its coordinates with then.
+        /// Factor from that unit to metres.
         factor: f64,
     },
-    /// A description is not what it should be.
+    /// A description is invalid.
     #[error("the description of {name} is invalid: {source}")]
     Description {
         /// File or object.
         name: String,
-        /// What the reader says.
+        /// The error of the parser.
         source: serde_json::Error,
     },
     /// A description states an impossible value.
@@ -221,17 +221,17 @@ pub enum ObjectError {
     Value {
         /// File or object.
         name: String,
-        /// Where the value is.
+        /// The field with the value.
         field: &'static str,
-        /// What is wrong with it.
+        /// The problem.
         problem: &'static str,
     },
-    /// A number that nobody means.
+    /// A number is beyond its plausible limit.
     #[error("{name}: {field} = {beyond}")]
     Beyond {
         /// File or object.
         name: String,
-        /// Where the number is.
+        /// The field with the number.
         field: &'static str,
         /// The number and its limit.
         beyond: Beyond,
@@ -244,17 +244,17 @@ pub enum ObjectError {
     Deviation {
         /// File or object.
         name: String,
-        /// The claim.
+        /// The claim in the description.
         what: &'static str,
         /// Largest deviation, metres.
         deviation_m: f64,
-        /// What would be accepted, metres.
+        /// Largest accepted deviation, metres.
         tolerance_m: f64,
     },
-    /// No object of that name comes with this crate.
+    /// No built-in object has this name.
     #[error("no object is called {name}: known are {known}")]
     Unknown {
-        /// What was asked for.
+        /// The requested name.
         name: String,
         /// All known names.
         known: String,

@@ -1,8 +1,8 @@
-//! The objects that come with this crate.
+//! The built-in objects.
 
 use super::{Description, Mesh, Object, ObjectError};
 
-/// Names that [`Object::named`] knows.
+/// Names for [`Object::named`].
 pub const OBJECT_NAMES: [&str; EMBEDDED.len()] = {
     let mut names = [""; EMBEDDED.len()];
     let mut index = 0;
@@ -48,19 +48,19 @@ const EMBEDDED: [Embedded; 15] = embedded![
 ];
 
 impl Object {
-    /// An object that comes with this crate: one of [`OBJECT_NAMES`].
+    /// A built-in object: one of [`OBJECT_NAMES`].
     ///
     /// # Errors
-    /// Where there is none of that name.
+    /// If no object has this name.
     pub fn named(name: &str) -> Result<Self, ObjectError> {
         let (mesh, description) = Self::parts_of_named(name)?;
         Self::from_mesh(name, mesh, &description)
     }
 
-    /// What an object that comes with this crate is made of; nothing is baked.
+    /// Mesh and description of a built-in object. Nothing is baked.
     ///
     /// # Errors
-    /// Where there is none of that name.
+    /// If no object has this name.
     pub fn parts_of_named(name: &str) -> Result<(Mesh, Description), ObjectError> {
         let Some(embedded) = EMBEDDED.iter().find(|embedded| embedded.name == name) else {
             return Err(ObjectError::Unknown {

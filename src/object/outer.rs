@@ -1,9 +1,9 @@
-//! The surface of a union: what remains of closed pieces when the parts inside one another are cut away.
+//! The surface of a union of closed pieces, without the parts of one piece inside another.
 //!
-//! Meshes made by convex decomposition consist of pieces that overlap or share a cut. Distances to their faces would be
-//! wrong inside the solid, where those faces are no surface. So every triangle is cut along the triangles of other pieces
-//! that it meets, and of the fragments those stay that have the solid on one side only: by the winding number, or by the
-//! formulae of the pieces where there are such.
+//! Meshes from convex decomposition consist of pieces that overlap or share a cut. Some faces lie inside the solid, so
+//! distances to them would be wrong. Every triangle is therefore cut along the triangles of other pieces that it meets. The
+//! fragments with the solid on one side only are kept. The winding number decides this, or the formulae of the pieces if
+//! they are known.
 
 use std::f64::consts::FRAC_PI_4;
 use std::sync::Arc;
@@ -14,35 +14,35 @@ use rayon::prelude::*;
 use super::winding::Winding;
 use super::{Mesh, Shape};
 
-/// Triangles without common vertices: where fragments meet, corners may lie on edges.
+/// Triangles without shared vertices, because corners of fragments may lie on edges of others.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Outer {
     pub(super) vertices: Vec<Vector3<f64>>,
     pub(super) triangles: Vec<[u32; 3]>,
 }
 
-/// Nearer than this share of the object's size is on a plane: coordinates are often 32-bit numbers.
+/// Points within this share of the object's size of a plane lie on it; coordinates are often 32-bit numbers.
 const ON_PLANE: f64 = 1e-6;
-/// How far beside a fragment the solid is looked for, as a share of the object's size: gaps between pieces narrower than
-/// this are closed. Convex decompositions leave gaps of up to a ten-thousandth (bottle of `DexGraspNet`).
+/// Distance from a fragment at which the solid is tested, as a share of the object's size. Narrower gaps between pieces are
+/// closed. Convex decompositions leave gaps of up to a ten-thousandth (bottle of `DexGraspNet`).
 const BESIDE: f64 = 3e-4;
-/// Parallel faces nearer than this share of the object's size are cut along each other's edges: either may cover a part of the
-/// other.
+/// Parallel faces nearer than this share of the object's size are cut along each other's edges, because either may cover a
+/// part of the other.
 const NEAR: f64 = 2.0 * BESIDE;
-/// Fragments of one triangle beyond which it is not cut any further.
+/// A triangle with more fragments than this is not cut any further.
 const MOST_FRAGMENTS: usize = 20_000;
-/// Pairs of faces of different pieces that may meet; more is a mistake or malice, as when a file names one part thousands of
-/// times in one place.
+/// Largest number of pairs of faces of different pieces that may meet. More pairs come from a mistake or malice, for
+/// example a file that names one part thousands of times in one place.
 const MOST_MEETINGS: usize = 20_000_000;
 
 /// The faces of pieces meet in more than [`MOST_MEETINGS`] places.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Entangled;
 
-/// The corners of a convex fragment in a row.
+/// The corners of a convex fragment in order.
 type Polygon = Vec<Vector3<f64>>;
 
-/// A triangle with its box.
+/// A triangle with its bounding box.
 struct Face {
     piece: usize,
     corners: [Vector3<f64>; 3],
@@ -51,11 +51,11 @@ struct Face {
     high: Vector3<f64>,
 }
 
-/// Tells whether a point is in the solid.
+/// Test whether a point is in the solid.
 type Inside<'a> = dyn Fn(&Vector3<f64>) -> bool + Sync + 'a;
 
-/// The surface of the union; `None` where no pieces overlap or touch, so that it is the mesh itself. `solids`: the convex
-/// shapes of which the pieces are meshes, where there are such.
+/// The surface of the union; `None` if no pieces overlap or touch, so that it is the mesh itself. `solids` are the convex
+/// shapes that the pieces are meshes of, if they are known.
 ///
 /// # Errors
 /// If the pieces meet in too many places.
@@ -84,7 +84,7 @@ pub(super) fn outer(
             .map(|piece| Winding::new(mesh.vertices(), piece))
             .collect(),
     };
-    // Around a point outside its surrounding ball a closed piece does not wind.
+    // The winding number of a closed piece is zero outside its bounding ball.
     let winding = |point: &Vector3<f64>| -> f64 {
         let near = windings.iter().filter(|piece| piece.reaches(point));
         near.map(|piece| piece.at(point)).sum()
@@ -106,7 +106,7 @@ pub(super) fn outer(
     Ok(if whole { None } else { gathered(kept) })
 }
 
-/// The fragments as triangles; none where nothing is left, or more than can be numbered.
+/// The fragments as triangles; `None` if there are no fragments or too many for 32-bit indices.
 fn gathered(kept: Vec<Vec<Polygon>>) -> Option<Outer> {
     let mut outer = Outer {
         vertices: Vec::new(),
@@ -141,19 +141,19 @@ fn faces(mesh: &Mesh, pieces: &[Vec<[u32; 3]>]) -> Vec<Face> {
         faces
     };
     let mut faces: Vec<Face> = pieces.iter().enumerate().flat_map(of_piece).collect();
-    // Without area there is nothing to cut.
+    // Triangles without area cannot be cut.
     faces.retain(|face| face.normal.iter().all(|x| x.is_finite()));
     faces
 }
 
-/// Whether a face lies deeper in one of the solids than its surroundings are looked at: nothing of it bounds the union, and
-/// what it could cut off another face does not either. Distances from a convex solid are convex, so the corners tell.
+/// Whether a face lies deeper in one of the solids than the distance at which the solid is tested. Such a face neither
+/// bounds the union nor cuts other faces. Distances from a convex solid are convex, so testing the corners suffices.
 fn is_covered(face: &Face, solids: &[Arc<dyn Shape>], depth: f64) -> bool {
     let covers = |solid: &Arc<dyn Shape>| face.corners.iter().all(|p| solid.distance(p) < -depth);
     solids.iter().any(covers)
 }
 
-/// Whether the boxes of any two pieces meet.
+/// Whether the boxes of any two pieces intersect.
 fn boxes_meet(faces: &[Face], pieces: usize, slack: f64) -> bool {
     let mut boxes: Vec<Option<[Vector3<f64>; 2]>> = vec![None; pieces];
     for face in faces {
@@ -171,7 +171,7 @@ fn boxes_meet(faces: &[Face], pieces: usize, slack: f64) -> bool {
     })
 }
 
-/// For each face, the faces of other pieces whose boxes meet its box, by a sweep along x.
+/// For each face, the faces of other pieces whose boxes intersect its box, found by a sweep along x.
 fn others(faces: &[Face], slack: f64) -> Result<Vec<Vec<usize>>, Entangled> {
     let mut order: Vec<usize> = (0..faces.len()).collect();
     order.sort_by(|&a, &b| faces[a].low.x.total_cmp(&faces[b].low.x).then(a.cmp(&b)));
@@ -229,7 +229,7 @@ fn fragments(
     fragments.retain(|fragment| {
         let middle = fragment.iter().sum::<Vector3<f64>>() / fragment.len() as f64;
         let solid = |point: Vector3<f64>| {
-            // Only beside another piece can there be a gap between pieces.
+            // A gap between pieces is possible only beside another piece.
             let close = |&other: &usize| {
                 let other = &faces[other];
                 (other.corners[0] - point).dot(&other.normal).abs() < reach
@@ -239,7 +239,7 @@ fn fragments(
                 || others.iter().any(close) && in_gap(&point, &face.normal, reach, inside)
         };
         let bounds = solid(middle - beside) && !solid(middle + beside);
-        // Of two faces in one place, one.
+        // Of two faces in the same place, only one is kept.
         let twin = |other: &Face| {
             other.piece < face.piece
                 && other.normal.dot(&face.normal) > 0.999
@@ -251,13 +251,13 @@ fn fragments(
     fragments
 }
 
-/// Whether a point outside is in a gap: where the solid lies on both sides within `reach`.
+/// Whether a point outside lies in a gap: the solid is on both sides within `reach`.
 ///
-/// Beside a strip of a face that is the end of another gap, the point lies in that gap.
+/// A narrow face that closes the end of another gap has its test point in that gap.
 fn in_gap(point: &Vector3<f64>, normal: &Vector3<f64>, reach: f64, inside: &Inside<'_>) -> bool {
     let along = normal.cross(&Vector3::ith(normal.iamin(), 1.0)).normalize();
     let across = normal.cross(&along);
-    // Along the face, and halfway between that and the normal; along the normal itself lies the face.
+    // Test directions lie in the face and halfway between it and the normal. Along the normal lies the face itself.
     let directions = (0..8).flat_map(|eighth| {
         let (sin, cos) = (f64::from(eighth) * FRAC_PI_4).sin_cos();
         let level = along * cos + across * sin;
@@ -292,7 +292,7 @@ impl Plane {
     }
 }
 
-/// Planes through the edges of a face, upright on it, facing out of it.
+/// Planes through the edges of a face, perpendicular to it and facing outward.
 fn sides(face: &Face) -> [Plane; 3] {
     let [a, b, c] = face.corners;
     [[a, b], [b, c], [c, a]].map(|[from, to]| {
@@ -301,7 +301,7 @@ fn sides(face: &Face) -> [Plane; 3] {
     })
 }
 
-/// Cuts a fragment of `face` where `other` crosses it, or along the edges of `other` where both lie in one plane or nearly.
+/// Cuts a fragment of `face` where `other` crosses it. If both are nearly coplanar, it is cut along the edges of `other`.
 fn cut_by(fragment: Polygon, face: &Face, other: &Face, size: f64, cut: &mut Vec<Polygon>) {
     const PARALLEL: f64 = 0.999;
     let slack = size * ON_PLANE;
@@ -328,7 +328,7 @@ fn cut_by(fragment: Polygon, face: &Face, other: &Face, size: f64, cut: &mut Vec
     }
     let crosses = heights.iter().any(|&h| h > slack) && heights.iter().any(|&h| h < -slack);
     if crosses && reaches(&fragment, &heights, other, slack) && {
-        // And the other way: a triangle that ends before the plane of the face does not cut it.
+        // Conversely, a triangle that ends before the plane of the face does not cut it.
         let own = Plane::through(&face.corners[0], face.normal);
         let own = other.corners.map(|p| own.of(&p));
         own.iter().any(|&h| h > -slack) && own.iter().any(|&h| h < slack)
@@ -370,7 +370,7 @@ fn reaches(fragment: &Polygon, heights: &[f64], other: &Face, slack: f64) -> boo
     true
 }
 
-/// The parts of a fragment below and above a plane; slivers thinner than `slack` are dropped.
+/// The parts of a fragment below and above a plane. Slivers thinner than `slack` are dropped.
 fn split(fragment: Polygon, plane: &Plane, slack: f64) -> (Option<Polygon>, Option<Polygon>) {
     let heights: Vec<f64> = fragment.iter().map(|p| plane.of(p)).collect();
     if heights.iter().all(|&h| h <= slack) {

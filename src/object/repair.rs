@@ -1,4 +1,4 @@
-//! Surfaces made closed and oriented where that is safe, with a note of each change.
+//! Repair of surfaces that are not closed or not oriented, if it is safe, with a note of each change.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -8,50 +8,50 @@ use nalgebra::Vector3;
 use super::winding::Winding;
 use super::{Mesh, ObjectError};
 
-/// Vertices closer than this share of the object's size are one, where the surface is not closed otherwise.
+/// Vertices closer than this share of the object's size are merged if the surface is not closed otherwise.
 const WELD: f64 = 1e-5;
-/// Largest share of the surface that patches may make up.
+/// Largest share of the surface that patches may have.
 const LARGEST_PATCHES: f64 = 0.1;
-/// Samples of the surface by which its sides are checked.
+/// Number of surface samples whose sides are checked.
 const SAMPLES: usize = 400;
-/// Share of the samples without one side inside and one outside, from which on a mesh is refused.
+/// A mesh is refused if at least this share of the samples lacks an inside or an outside.
 const AMBIGUOUS: f64 = 0.2;
 
-/// A mesh, and what was done to the triangles it was made from.
+/// A mesh and the changes made to its triangles.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Repaired {
     /// The mesh.
     pub mesh: Mesh,
-    /// What was changed, in the order in which it was.
+    /// The changes, in order.
     pub repairs: Vec<Repair>,
 }
 
 /// A change to a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Repair {
-    /// Vertices almost in one place became one.
+    /// Vertices almost in the same place were merged.
     Joined {
-        /// How many were dropped.
+        /// Number of dropped vertices.
         vertices: usize,
     },
-    /// Triangles that faced the other way than their neighbours were turned.
+    /// Triangles with the opposite orientation to their neighbours were turned.
     Turned {
-        /// How many.
+        /// Their number.
         triangles: usize,
     },
-    /// Holes were closed with triangles about their middle.
+    /// Holes were closed with triangles about their centres.
     Closed {
-        /// How many holes.
+        /// Number of holes.
         holes: usize,
         /// Area of the new triangles over that of the whole surface.
         share: f64,
     },
     /// Pieces that were inside out were turned.
     InsideOut {
-        /// How many pieces.
+        /// Number of pieces.
         pieces: usize,
     },
-    /// Nothing was changed, but parts of the surface have no inside or no outside next to them: it crosses itself.
+    /// Nothing was changed, but parts of the surface lack an inside or an outside: the surface crosses itself.
     Crosses {
         /// Share of the surface.
         share: f64,
@@ -92,15 +92,15 @@ impl fmt::Display for Repair {
 }
 
 impl Mesh {
-    /// A mesh of triangles that need not be closed or oriented; `name` is what errors call it.
+    /// A mesh of triangles that need not be closed or oriented. `name` is its name in errors.
     ///
-    /// Where the surface is not closed as it is, vertices that lie together are joined, triangles are turned to agree with
-    /// their neighbours, and holes that make up at most a tenth of the surface are closed. Of several pieces those that are
-    /// inside out are turned, unless they lie within another one and so are the walls of a cavity. The winding number then
-    /// tells whether the surface has an inside on one side and an outside on the other nearly everywhere.
+    /// If the surface is not closed, vertices that lie together are merged, triangles are turned to agree with their
+    /// neighbours, and holes that make up at most a tenth of the surface are closed. Pieces that are inside out are turned
+    /// unless they lie within another piece, because they are then the walls of a cavity. Finally the winding number tests
+    /// whether the surface has an inside on one side and an outside on the other nearly everywhere.
     ///
     /// # Errors
-    /// Where that is not enough: the message says what is missing.
+    /// If this does not suffice; the message says what is missing.
     pub fn repaired(
         name: &str,
         vertices: Vec<Vector3<f64>>,
@@ -136,7 +136,7 @@ impl Mesh {
     }
 }
 
-/// Turns pieces that are inside out without lying in another one.
+/// Turns pieces that are inside out and do not lie in another one.
 fn turn_pieces(name: &str, mesh: &Mesh, repairs: &mut Vec<Repair>) -> Result<Mesh, ObjectError> {
     let mut pieces = mesh.pieces();
     let flipped: Vec<bool> = pieces
@@ -148,7 +148,7 @@ fn turn_pieces(name: &str, mesh: &Mesh, repairs: &mut Vec<Repair>) -> Result<Mes
         Mesh::new(name, vertices, triangles)
     };
     if repairs.is_empty() && flipped == [true] {
-        // A mesh that was sound but for this is turned by `Mesh::new`.
+        // `Mesh::new` turns a mesh that is sound otherwise.
         repairs.push(Repair::InsideOut { pieces: 1 });
     }
     if pieces.len() < 2 || !flipped.contains(&true) {
@@ -180,7 +180,7 @@ fn turn_pieces(name: &str, mesh: &Mesh, repairs: &mut Vec<Repair>) -> Result<Mes
     Mesh::new(name, mesh.vertices().to_vec(), triangles)
 }
 
-/// Share of the surface that does not have the solid behind it and nothing before it.
+/// Share of the surface that lacks the solid behind it or free space in front of it.
 fn ambiguous(mesh: &Mesh) -> f64 {
     const BESIDE: f64 = 1e-4;
     let (vertices, triangles) = mesh.boundary();
@@ -195,7 +195,7 @@ fn ambiguous(mesh: &Mesh) -> f64 {
     unclear.count() as f64 / SAMPLES as f64
 }
 
-/// Triangles that may not fit together.
+/// Triangles that need not fit together.
 struct Soup {
     vertices: Vec<Vector3<f64>>,
     triangles: Vec<[u32; 3]>,
@@ -211,7 +211,7 @@ impl Soup {
         (high - low).max()
     }
 
-    /// Joins vertices that lie together.
+    /// Merges vertices that lie together.
     fn weld(&mut self, repairs: &mut Vec<Repair>) {
         let reach = WELD * self.size();
         let mut order: Vec<usize> = (0..self.vertices.len()).collect();
@@ -244,7 +244,7 @@ impl Soup {
         }
     }
 
-    /// The triangles at each edge; `true` where one runs along it from the lower index to the higher.
+    /// The triangles at each edge; `true` if the triangle runs along it from the lower index to the higher.
     fn edges(&self) -> BTreeMap<[u32; 2], Vec<(usize, bool)>> {
         let mut edges: BTreeMap<[u32; 2], Vec<(usize, bool)>> = BTreeMap::new();
         for (index, &[a, b, c]) in self.triangles.iter().enumerate() {
@@ -256,7 +256,8 @@ impl Soup {
         edges
     }
 
-    /// Turns triangles until all neighbours agree, from the first of each sheet on; the smaller part of a sheet is turned.
+    /// Turns triangles until all neighbours agree, starting with the first of each sheet. The smaller part of a sheet is
+    /// turned.
     fn turn(&mut self, repairs: &mut Vec<Repair>) {
         let edges = self.edges();
         let mut neighbours: Vec<Vec<(usize, bool)>> = vec![Vec::new(); self.triangles.len()];
@@ -298,9 +299,9 @@ impl Soup {
         }
     }
 
-    /// Closes holes with triangles about the middle of their edge.
+    /// Closes holes with triangles about the centre of their edge.
     fn close(&mut self, name: &str, repairs: &mut Vec<Repair>) -> Result<(), ObjectError> {
-        // Where a triangle runs from a to b and no other runs back, a patch must.
+        // If a triangle runs from a to b and none runs back, a patch must run back.
         let mut next: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
         let mut open = 0;
         for ([low, high], at) in self.edges() {
@@ -323,7 +324,7 @@ impl Soup {
             name: name.to_owned(),
             edges: open,
             missing: percent.map_or(String::new(), |percent| {
-                // Rounded up: what is refused is more than 10 % in print, too.
+                // Rounded up, so that a refused share is printed as more than 10 %.
                 let percent = (10.0 * percent).ceil() / 10.0;
                 format!(
                     " (about {percent:.1} % of its surface is missing; up to 10 % would be closed)"

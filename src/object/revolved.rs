@@ -1,7 +1,7 @@
 //! The smooth signed-distance field of a solid of revolution: a bi-cubic B-spline over radius and height.
 //!
-//! A grid in space is not quite the same all around an axis, and neither are the facets of a mesh. Grasps that differ by a
-//! turn about the axis are one grasp, so their energies must be one number. Two coordinates are also cheaper than three.
+//! Neither a grid in space nor the facets of a mesh are exactly symmetric about an axis. Grasps that differ by a rotation
+//! about the axis are the same grasp, so their energies must be equal. Two coordinates are also cheaper than three.
 
 use nalgebra::{Matrix3, Unit, Vector3};
 use rayon::prelude::*;
@@ -10,31 +10,31 @@ use super::field::{self, FieldReport};
 use super::spline::{RIM, Weights, dot, solve_lines};
 use super::{ExactMesh, Mesh, Shape};
 
-/// Cell, margin around the object and blending shell (part of the margin) of the grids, metres; as those of
-/// [`Field`](super::Field), but finer, since two dimensions cost little.
+/// Cell, margin around the object and blending shell (part of the margin) of the grids, metres. They are like those of
+/// [`Field`](super::Field) but finer, since two dimensions cost little.
 const LEVELS: [[f64; 3]; 3] = [
     [0.75e-3, 0.034, 0.012],
     [0.004, 0.2, 0.08],
     [0.04, 2.0, 1.0],
 ];
-/// Directions about the axis over which distances to the mesh are averaged; apart by no simple share of a turn, so that
-/// they meet facets at different places.
+/// Directions about the axis over which distances to the mesh are averaged. Their differences are not simple fractions of a
+/// turn, so that they meet facets at different places.
 const TURNS_RAD: [f64; 4] = [0.1, 1.7, 3.2, 4.9];
-/// Nodes beyond the axis: there the condition at the rim of the grid is no longer felt.
+/// Number of nodes beyond the axis, enough that the boundary condition of the grid has no effect at the axis.
 const BEYOND_AXIS: usize = 16;
 
-/// A smooth signed-distance field that is the same all around an axis.
+/// A smooth signed-distance field with rotational symmetry about an axis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Revolved {
     point: Vector3<f64>,
     axis: Unit<Vector3<f64>>,
     levels: Vec<Level>,
-    /// Beyond all grids: distance from this height on the axis, less the radius.
+    /// Height of the centre on the axis, and the radius, of the ball that gives the distance beyond all grids.
     ball: [f64; 2],
     report: FieldReport,
 }
 
-/// One grid over radius and height, used up to its border and blended with the next over a shell inside it.
+/// One grid over radius and height. It is used up to its border and blended with the next over a shell inside it.
 #[derive(Debug, Clone, PartialEq)]
 struct Level {
     low: f64,
@@ -46,7 +46,7 @@ struct Level {
     origin: f64,
     /// Nodes along radius and height.
     nodes: [usize; 2],
-    /// Coefficients, height running fastest.
+    /// Coefficients, height varying fastest.
     coefficients: Vec<f32>,
 }
 
@@ -62,7 +62,7 @@ struct Profile {
 }
 
 impl Profile {
-    /// `far + weight·(near − far)` with all derivatives.
+    /// `far + weight·(near − far)` and its derivatives.
     fn blend(weight: &Self, near: &Self, far: &Self) -> Self {
         let gap = Self {
             value: near.value - far.value,
@@ -134,7 +134,7 @@ impl Revolved {
         field
     }
 
-    /// What was baked and how well it matches the exact distance.
+    /// Size of the field and its accuracy.
     pub fn report(&self) -> &FieldReport {
         &self.report
     }
@@ -190,7 +190,7 @@ impl Revolved {
         }
     }
 
-    /// Largest gradient outside the solid at nodes and cell centres, and a little more for what lies between.
+    /// Largest gradient outside the solid at nodes and cell centres, with a small margin for the points between them.
     fn steepest(&self) -> f64 {
         const HEADROOM: f64 = 1.01;
         let of_level = |level: &Level| {
@@ -233,7 +233,8 @@ impl Shape for Revolved {
     }
 
     fn hessian(&self, point: &Vector3<f64>) -> (f64, Vector3<f64>, Matrix3<f64>) {
-        /// Below this radius, metres, the slope over the radius is its limit, the curvature, to all digits that matter.
+        /// Below this radius, metres, the slope divided by the radius equals its limit, the curvature, to all relevant
+        /// digits.
         const ON_AXIS_M: f64 = 1e-7;
         let (r, z, outward) = self.place(point);
         let profile = self.profile::<2>(r, z);
@@ -280,7 +281,7 @@ impl Level {
             cells(high - low) + 2 * RIM + 1,
         ];
         let origin = low - cell_m * RIM as f64;
-        // From the axis outward; beyond the axis it is the same again.
+        // Samples from the axis outward are mirrored beyond the axis.
         let half: Vec<Vec<f64>> = (0..nodes[0] - BEYOND_AXIS)
             .into_par_iter()
             .map(|i| {
@@ -367,7 +368,7 @@ impl Level {
             && z <= self.high - self.shell_m
     }
 
-    /// Weight of this level: one inside the shell, zero outside the border (`None`), C² between.
+    /// Weight of this level: one inside the shell, `None` (zero) outside the border, C² between.
     fn weight(&self, r: f64, z: f64) -> Option<Profile> {
         let step = |inside: f64, inward: f64| {
             let t = inside / self.shell_m;

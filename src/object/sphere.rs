@@ -1,4 +1,4 @@
-//! A ball.
+//! Balls.
 
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};

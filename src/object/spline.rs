@@ -1,11 +1,11 @@
-//! A tri-cubic B-spline on a regular grid: C², and it passes through the sampled values.
+//! A tri-cubic B-spline on a regular grid. It is C² and interpolates the samples.
 
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
 use super::jet::Jet;
 
-/// Nodes beyond the box on each side, so that the condition at the rim of the grid is not felt inside.
+/// Number of nodes beyond the box on each side, enough that the boundary condition has no effect inside.
 pub(super) const RIM: usize = 3;
 
 /// A tri-cubic B-spline over a box.
@@ -13,11 +13,11 @@ pub(super) const RIM: usize = 3;
 pub(super) struct Spline {
     /// Position of node (0, 0, 0), metres.
     pub(super) origin: Vector3<f64>,
-    /// Distance of neighbouring nodes, metres.
+    /// Distance between neighbouring nodes, metres.
     pub(super) cell_m: f64,
-    /// Nodes along x, y, z.
+    /// Number of nodes along x, y, z.
     pub(super) nodes: [usize; 3],
-    /// Coefficients, z running fastest. Single precision halves the memory traffic; all arithmetic is double.
+    /// Coefficients, z varying fastest. Single precision halves the memory traffic; all arithmetic is in double precision.
     pub(super) coefficients: Vec<f32>,
 }
 
@@ -30,7 +30,7 @@ pub(super) struct Weights {
 }
 
 impl Spline {
-    /// Number of nodes that a grid over a box of these extents has.
+    /// Number of nodes along each axis of a grid over a box of these extents.
     pub(super) fn nodes_for(extents: &Vector3<f64>, cell_m: f64) -> [usize; 3] {
         #[expect(
             clippy::cast_possible_truncation,
@@ -41,7 +41,8 @@ impl Spline {
         [along(extents.x), along(extents.y), along(extents.z)]
     }
 
-    /// Interpolates what `sample_row` writes: the values along one row of nodes, from its first node in z direction.
+    /// Interpolates the samples of `sample_row`, which writes the values along one row of nodes from its first node in z
+    /// direction.
     pub(super) fn interpolate(
         low: &Vector3<f64>,
         high: &Vector3<f64>,
@@ -82,7 +83,7 @@ impl Spline {
 
     /// Value and, for `ORDER` ≥ 1, gradient and, for `ORDER` ≥ 2, Hessian at `point`, which must lie in the box.
     ///
-    /// The four coefficients of a row are four lanes that meet only at the end, which compilers turn into vectors.
+    /// The four coefficients of a row are four lanes that are summed only at the end, which compilers vectorise.
     #[inline]
     pub(super) fn jet<const ORDER: usize>(&self, point: &Vector3<f64>) -> Jet {
         let [_, ny, nz] = self.nodes;
@@ -92,7 +93,7 @@ impl Spline {
         let z = self.weights::<ORDER>(point, inverse_cell, 2);
         let base = (x.first * ny + y.first) * nz + z.first;
 
-        // Sums over x and y, a lane for each z: value and derivatives along x and y.
+        // Sums over x and y, with a lane for each z: value and derivatives along x and y.
         let [mut v, mut vx, mut vy] = [[0.0; 4]; 3];
         let [mut vxx, mut vxy, mut vyy] = [[0.0; 4]; 3];
         for i in 0..4 {
@@ -126,7 +127,7 @@ impl Spline {
         jet
     }
 
-    /// Sums over y of four rows from `start` on, a lane for each z: value, first and second derivative along y.
+    /// Sums over y of the four rows from `start` on, with a lane for each z: value, first and second derivative along y.
     #[inline]
     fn plane<const ORDER: usize>(&self, start: usize, y: &Weights) -> [[f64; 4]; 3] {
         let row = |j: usize| -> [f64; 4] {
@@ -161,7 +162,7 @@ impl Spline {
 }
 
 impl Weights {
-    /// Weights at `along` cells from the first of `nodes` nodes.
+    /// Weights at a distance of `along` cells from the first of `nodes` nodes.
     #[inline]
     pub(super) fn at<const ORDER: usize>(along: f64, nodes: usize, inverse_cell: f64) -> Self {
         const SIXTH: f64 = 1.0 / 6.0;

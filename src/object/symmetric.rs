@@ -1,4 +1,4 @@
-//! Which motions map a surface onto itself, found rather than declared.
+//! Detection of the motions that map a surface onto itself.
 
 use std::f64::consts::PI;
 
@@ -8,31 +8,31 @@ use crate::space::Symmetry;
 
 use super::{ExactMesh, Mesh};
 
-/// A symmetry and how well the surface has it.
+/// A symmetry and its accuracy.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FoundSymmetry {
     /// The motions.
     pub symmetry: Symmetry,
-    /// Farthest that one of them takes a point of the surface away from it, metres.
+    /// Largest distance from the surface to which a motion takes one of its points, metres.
     pub deviation_m: f64,
 }
 
-/// Highest order of a turn that is looked for.
+/// Highest order of a rotation that is tested.
 const ORDERS: u32 = 8;
-/// Motions of the largest finite group that is looked for: those of a cube.
+/// Order of the largest finite group that is tested: the rotations of a cube.
 const LARGEST_GROUP: usize = 24;
-/// Vertices that decide early.
+/// Number of vertices that are tested first, to reject early.
 const FEW: usize = 300;
-/// Axes closer than this are one, cosine.
+/// Cosine above which two axes are the same.
 const PARALLEL: f64 = 0.99996;
-/// Rotations closer than this are one, radians.
+/// Angle below which two rotations are the same, radians.
 const SAME_RAD: f64 = 1e-2;
 
-/// Looks for symmetry about the principal axes of the surface and the axes of its frame, through the centroid: round about a
-/// point, round about an axis, or turns by 360°/n. A motion counts if it takes no point of the surface farther than
-/// `tolerance_m` from it.
+/// Tests for symmetry about the principal axes of the surface and the axes of its frame, through the centroid: rotational
+/// symmetry about a point or an axis, or rotations by 360°/n. A motion counts if it takes no point of the surface farther
+/// than `tolerance_m` from it.
 ///
-/// Axes in other directions are not tried where principal axes are not unique.
+/// If the principal axes are not unique, axes in other directions are not tested.
 pub fn find_symmetry(mesh: &Mesh, exact: &ExactMesh, tolerance_m: f64) -> FoundSymmetry {
     let finder = Finder {
         centre: mesh.centroid(),
@@ -99,7 +99,7 @@ struct Finder<'a> {
 }
 
 impl Finder<'_> {
-    /// Farthest that turns about an axis take a point from the surface, if that is near enough.
+    /// Largest distance from the surface to which the rotations take a point, if it is within the tolerance.
     fn about(&self, axis: &Unit<Vector3<f64>>, angles: &[f64]) -> Option<f64> {
         let turns: Vec<Rotation3<f64>> = angles
             .iter()
@@ -125,7 +125,7 @@ impl Finder<'_> {
     }
 }
 
-/// Principal axes of the surface, and the axes of the frame, each direction once.
+/// Principal axes of the surface and the axes of the frame, each direction once.
 fn axes(mesh: &Mesh, centre: &Vector3<f64>) -> Vec<Unit<Vector3<f64>>> {
     let (vertices, triangles) = mesh.boundary();
     // ∫ x xᵀ dA over a triangle = A/12 (Σ vᵢ vᵢᵀ + (Σ vᵢ)(Σ vᵢ)ᵀ).
@@ -143,7 +143,7 @@ fn axes(mesh: &Mesh, centre: &Vector3<f64>) -> Vec<Unit<Vector3<f64>>> {
     let principal =
         (0..3).map(|column| Unit::new_normalize(eigen.eigenvectors.column(column).into_owned()));
     let mut axes: Vec<Unit<Vector3<f64>>> = Vec::new();
-    // The axes of the frame first: they are exact where a principal axis is only near one.
+    // The axes of the frame come first because they are exact where a principal axis is only close.
     let frame = [Vector3::x_axis(), Vector3::y_axis(), Vector3::z_axis()];
     for axis in frame.into_iter().chain(principal) {
         if axes.iter().all(|known| known.dot(&axis).abs() < PARALLEL) {
@@ -153,7 +153,7 @@ fn axes(mesh: &Mesh, centre: &Vector3<f64>) -> Vec<Unit<Vector3<f64>>> {
     axes
 }
 
-/// All products of some rotations, without the identity; empty where they are more than a cube has.
+/// All products of some rotations, without the identity; empty if there are more than in the group of a cube.
 fn group(generators: &[Rotation3<f64>]) -> Vec<Rotation3<f64>> {
     let mut members = vec![Rotation3::identity()];
     let mut next = 0;

@@ -1,4 +1,4 @@
-//! Fine meshes of shapes given by formulae.
+//! Fine meshes of primitives.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -7,18 +7,18 @@ use nalgebra::{Rotation3, Vector3};
 use super::{Capsule, Cuboid, Cylinder, Mesh, ObjectError, Primitive, Sphere, within};
 use crate::limits::{MESH_COORDINATE, MESH_SIZE};
 
-/// Corners around an axis.
+/// Number of corners around an axis.
 const AROUND: u32 = 96;
-/// Steps of a quarter circle.
+/// Number of steps of a quarter circle.
 const QUARTER: u32 = 24;
-/// Steps of the rounding of an edge.
+/// Number of steps of a rounded edge.
 const EDGE: u32 = 6;
 
 impl Primitive {
-    /// The shape as a mesh whose corners lie on it; faces are off by less than a thousandth of a radius.
+    /// The shape as a mesh whose corners lie on it. Faces deviate by less than a thousandth of a radius.
     ///
     /// # Errors
-    /// Where a size or a place is beyond its limit, or a rounding larger than the shape.
+    /// If a size or position is beyond its limit, or if a rounding is larger than the shape.
     pub fn mesh(&self, name: &str) -> Result<Mesh, ObjectError> {
         self.check(name)?;
         let (vertices, triangles) = match self {
@@ -53,7 +53,7 @@ impl Primitive {
         Mesh::new(name, vertices, triangles)
     }
 
-    /// Refuses sizes and places beyond their limits, and roundings larger than the shape; `name` is what errors call it.
+    /// Refuses sizes and positions beyond their limits, and roundings larger than the shape. `name` is its name in errors.
     pub(super) fn check(&self, name: &str) -> Result<(), ObjectError> {
         let sizes = |field, sizes: &[f64]| within(MESH_SIZE, sizes, (name, field));
         let place = |field, place: &Vector3<f64>| within(MESH_COORDINATE, place, (name, field));
@@ -109,7 +109,7 @@ fn arc([x, z]: [f64; 2], radius: f64, from: f64, to: f64, steps: u32) -> Vec<[f6
     }
 }
 
-/// A profile from the lower end of the axis to the upper, turned about it.
+/// A profile from the lower end of the axis to the upper, revolved about it.
 fn revolved(centre: &Vector3<f64>, axis: &Vector3<f64>, profile: &[[f64; 2]]) -> Parts {
     let turn = Rotation3::rotation_between(&Vector3::z(), axis)
         .unwrap_or_else(|| Rotation3::from_axis_angle(&Vector3::x_axis(), PI));
@@ -117,7 +117,7 @@ fn revolved(centre: &Vector3<f64>, axis: &Vector3<f64>, profile: &[[f64; 2]]) ->
         .iter()
         .flatten()
         .fold(0.0, |most: f64, x| most.max(x.abs()));
-    // Equal neighbours come of roundings as large as the shape.
+    // Roundings as large as the shape give equal neighbours.
     let mut rings: Vec<[f64; 2]> = Vec::new();
     for &[x, z] in profile {
         let same = |[a, b]: &[f64; 2]| (a - x).hypot(b - z) < 1e-9 * scale;
@@ -156,16 +156,16 @@ fn revolved(centre: &Vector3<f64>, axis: &Vector3<f64>, profile: &[[f64; 2]]) ->
     (vertices, triangles)
 }
 
-/// A box with rounded edges: a grid on each face, pushed out from the box without its rounding.
+/// A box with rounded edges: a grid on each face is moved outward from the box without its rounding.
 fn box_of(cuboid: &Cuboid) -> Parts {
     let edge = cuboid.edge_radius_m;
     let half = cuboid.half_extents;
     let inner = half.add_scalar(-edge);
-    // Along each axis: the rounding in even angles, the flat part in between.
+    // Coordinates along each axis: the rounding in equal angles, the flat part between them.
     let lines: [Vec<f64>; 3] = [0, 1, 2].map(|axis| {
         let steps = if edge > 0.0 { EDGE } else { 0 };
         let bend = |step: u32| {
-            // Between a face and its neighbour the direction turns by 90°, half of it on either face.
+            // Between two faces the direction turns by 90°, half of it on either face.
             inner[axis] + edge * (PI / 4.0 * f64::from(step) / f64::from(steps.max(1))).tan()
         };
         let mut line: Vec<f64> = (0..=steps).map(bend).collect();

@@ -1,24 +1,24 @@
-//! Generalised winding numbers of triangles (Jacobson, Kavan and Sorkine-Hornung 2013), by a tree of dipoles (Barill et al.
-//! 2018).
+//! Generalised winding numbers of triangles (Jacobson, Kavan and Sorkine-Hornung 2013), with a tree of dipoles (Barill et
+//! al. 2018).
 //!
-//! Of a closed surface it is how many times the surface surrounds a point: 1 inside, 0 outside, 2 where two pieces
-//! overlap. Unlike the parity of a ray it does not depend on which edges the ray meets.
+//! For a closed surface this is how many times the surface surrounds a point: 1 inside, 0 outside, 2 where two pieces
+//! overlap. Unlike the parity of a ray, it does not depend on which edges the ray meets.
 
 use std::f64::consts::PI;
 
 use nalgebra::{Matrix3, Vector3};
 
-/// Triangles of a leaf.
+/// Largest number of triangles in a leaf.
 const LEAF: usize = 8;
-/// Triangles are taken together, by the first two terms of their expansion, from this many of their radii on: all of them
-/// are off by a few hundredths then, far less than the half that decides.
+/// A node farther than this many of its radii is replaced by the first two terms of its expansion. The total error is then
+/// a few hundredths, far less than the threshold of one half.
 const FAR: f64 = 2.0;
 
 /// A tree over triangles.
 #[derive(Debug, Clone)]
 pub(super) struct Winding {
     triangles: Vec<[Vector3<f64>; 3]>,
-    /// Depth first; a node's left child comes right after it.
+    /// Nodes in depth-first order: the left child of a node follows it directly.
     nodes: Vec<Node>,
 }
 
@@ -62,7 +62,7 @@ impl Winding {
         winding
     }
 
-    /// Adds the node of the triangles `order`, which begin at `first` of all, and those below it.
+    /// Adds the node of the triangles in `order`, the first of which has number `first`, and all nodes below it.
     fn split(&mut self, order: &mut [usize], first: usize, middles: &[Vector3<f64>]) {
         let here = self.nodes.len();
         self.nodes.push(self.node(order, first));
@@ -117,7 +117,7 @@ impl Winding {
         }
     }
 
-    /// The winding number at `point`; within a few hundredths.
+    /// The winding number at `point`, with an error of a few hundredths.
     pub(super) fn at(&self, point: &Vector3<f64>) -> f64 {
         if self.nodes.is_empty() {
             return 0.0;
@@ -130,14 +130,14 @@ impl Winding {
         self.reaches(point) && self.at(point) > 0.5
     }
 
-    /// Whether `point` lies in the ball around all triangles: outside it a closed surface does not surround it.
+    /// Whether `point` lies in the ball around all triangles. A closed surface does not surround a point outside it.
     pub(super) fn reaches(&self, point: &Vector3<f64>) -> bool {
         let near = |all: &Node| (all.centre - point).norm() <= all.radius;
         self.nodes.first().is_some_and(near)
     }
 
-    /// The solid angle at which the triangles of a node are seen: from afar, d·r/r³ + (tr M − 3 r·M r/r²)/r³ with their dipole
-    /// d and moment M about the centre, at r from the point.
+    /// Solid angle of the triangles of a node. From afar it is d·r/r³ + (tr M − 3 r·M r/r²)/r³, where d is their dipole, M
+    /// their moment about the centre, and r the vector from the point to the centre.
     fn angle(&self, node: usize, point: &Vector3<f64>) -> f64 {
         let Node {
             centre,

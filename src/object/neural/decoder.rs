@@ -1,4 +1,4 @@
-//! The decoder as it was trained: weights of all layers, still open for any latent code.
+//! The trained decoder: weights of all layers, for any latent code.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -10,7 +10,7 @@ use safetensors::{Dtype, SafeTensors};
 use super::{NeuralError, Specs};
 use crate::limits::NETWORK_WEIGHT;
 
-/// Numbers in a box of any dimension, the last index running fastest.
+/// A multi-dimensional array of numbers in row-major order.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tensor {
     /// Length of each dimension.
@@ -19,12 +19,12 @@ pub struct Tensor {
     pub values: Vec<f64>,
 }
 
-/// Tensors by name, and what errors call their source.
+/// Tensors by name, and the name of their source in errors.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tensors {
     /// The source.
     pub name: String,
-    /// The tensors; names may begin with `module.`, as `DataParallel` of torch has them.
+    /// The tensors. Names may begin with `module.`, the prefix of torch's `DataParallel`.
     pub tensors: BTreeMap<String, Tensor>,
 }
 
@@ -36,8 +36,8 @@ pub struct Tensors {
 /// f = tanh(W h + b)
 /// ```
 ///
-/// Without a unit: shapes are scaled into a ball of radius 1; negative inside. Weights with normalisation are
-/// W = g v/‖v‖ by rows, computed here once.
+/// Values have no unit: shapes are scaled into a ball of radius 1, and f is negative inside. Weights with normalisation are
+/// W = g v/‖v‖ by rows; they are computed here once.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Decoder {
     pub(super) specs: Specs,
@@ -55,7 +55,7 @@ impl Tensors {
     /// Reads a `.safetensors` file.
     ///
     /// # Errors
-    /// Where the file cannot be read, is of another format, or a tensor holds anything but finite F32 or F64 numbers.
+    /// If the file cannot be read, is of another format, or if a tensor holds anything but finite F32 or F64 numbers.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, NeuralError> {
         let path = path.as_ref();
         let kind = path
@@ -73,10 +73,10 @@ impl Tensors {
         Self::from_bytes(&path.display().to_string(), &bytes)
     }
 
-    /// Reads the bytes of a `.safetensors` file; `name` is what errors call it.
+    /// Reads the bytes of a `.safetensors` file. `name` is its name in errors.
     ///
     /// # Errors
-    /// Where the bytes are of another format, or a tensor holds anything but finite F32 or F64 numbers.
+    /// If the bytes are of another format, or if a tensor holds anything but finite F32 or F64 numbers.
     pub fn from_bytes(name: &str, bytes: &[u8]) -> Result<Self, NeuralError> {
         let file = SafeTensors::deserialize(bytes).map_err(|source| NeuralError::Safetensors {
             name: name.to_owned(),
@@ -84,7 +84,7 @@ impl Tensors {
         })?;
         let mut tensors = BTreeMap::new();
         let mut views = file.tensors();
-        // In order, so that of several errors the same one is told every time.
+        // Sorted, so that the same error is reported every time if there are several.
         views.sort_by(|a, b| a.0.cmp(&b.0));
         for (tensor, view) in views {
             let data = view.data();
@@ -126,10 +126,10 @@ impl Tensors {
         })
     }
 
-    /// The latent code of shape number `index`: row of the tensor `latent_codes`, or `weight` where only codes are held.
+    /// The latent code of shape number `index`: a row of the tensor `latent_codes`, or of `weight` in a file of codes only.
     ///
     /// # Errors
-    /// Where there are no codes or not so many.
+    /// If there are no codes or not enough of them.
     pub fn code(&self, index: usize) -> Result<Vec<f64>, NeuralError> {
         let codes = ["latent_codes", "latent_codes.weight", "weight"]
             .iter()
@@ -156,7 +156,7 @@ impl Tensors {
         find(tensor).or_else(|| find(&format!("module.{tensor}")))
     }
 
-    /// The numbers of the tensor that goes by the first of these names found, which must have this shape.
+    /// The values of the first tensor found under one of these names. It must have the expected shape.
     fn values(&self, names: &[String], expected: &[usize]) -> Result<&[f64], NeuralError> {
         let found = names.iter().find_map(|name| Some((name, self.find(name)?)));
         let Some((tensor, found)) = found else {
@@ -184,7 +184,7 @@ impl Tensors {
     ) -> Result<Linear, NeuralError> {
         let named = |ending: &str| format!("lin{layer}.{ending}");
         let bias = self.values(&[named("bias")], &[rows])?;
-        // The second of two names is what later versions of torch write.
+        // The second of two names is that of later versions of torch.
         let weight = if normalised {
             [
                 named("weight_v"),
@@ -221,17 +221,17 @@ impl Tensors {
 }
 
 impl Decoder {
-    /// The decoder that `specs` describe with the weights of `tensors`.
+    /// The decoder of `specs` with the weights of `tensors`.
     ///
     /// # Errors
-    /// Where a tensor is missing or has another shape than the specs say.
+    /// If a tensor is missing or has another shape than in the specs.
     pub fn new(specs: Specs, tensors: &Tensors) -> Result<Self, NeuralError> {
         let layer = |layer| tensors.linear(layer, specs.shape(layer), specs.is_normalised(layer));
         let layers = (0..specs.layers()).map(layer).collect::<Result<_, _>>()?;
         Ok(Self { specs, layers })
     }
 
-    /// What the decoder was made with.
+    /// The specs of the decoder.
     pub fn specs(&self) -> &Specs {
         &self.specs
     }

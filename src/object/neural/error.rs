@@ -1,11 +1,11 @@
-//! What can be wrong with a network.
+//! Errors of neural networks.
 
 use std::path::PathBuf;
 
 use crate::limits::Beyond;
 use crate::object::ObjectError;
 
-/// Why a network cannot be used.
+/// Reasons why a network cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum NeuralError {
@@ -14,10 +14,10 @@ pub enum NeuralError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The error of the system.
         source: std::io::Error,
     },
-    /// A checkpoint of torch.
+    /// The file is a checkpoint of torch.
     #[error(
         "{} is a checkpoint of torch, which is a program in disguise: convert it to .safetensors (docs/neural_objects.md \
          has the ten lines)",
@@ -32,25 +32,25 @@ pub enum NeuralError {
     Safetensors {
         /// The file.
         name: String,
-        /// What the reader says.
+        /// The error of the parser.
         source: safetensors::SafeTensorError,
     },
-    /// Specs are not what they should be.
+    /// The specs file is invalid.
     #[error("{name} is not a valid specs file: {source}")]
     Specs {
         /// The file.
         name: String,
-        /// What the reader says.
+        /// The error of the parser.
         source: serde_json::Error,
     },
-    /// Specs describe something that is not a `DeepSDF` decoder.
+    /// The specs describe something other than a `DeepSDF` decoder.
     #[error("{name} has an invalid {field}: {problem}")]
     Value {
         /// The specs file.
         name: String,
-        /// Where the value is.
+        /// The field with the value.
         field: &'static str,
-        /// What is wrong with it.
+        /// The problem.
         problem: String,
     },
     /// A tensor is missing.
@@ -61,7 +61,7 @@ pub enum NeuralError {
         /// The tensor.
         tensor: String,
     },
-    /// A tensor has another shape than the specs say.
+    /// A tensor has another shape than in the specs.
     #[error("tensor {tensor} of {name} has shape {found:?}, but the specs ask for {expected:?}")]
     Shape {
         /// The file.
@@ -73,14 +73,14 @@ pub enum NeuralError {
         /// The shape that follows from the specs.
         expected: Vec<usize>,
     },
-    /// A tensor holds numbers of a kind that is not read.
+    /// A tensor holds numbers of an unsupported type.
     #[error("tensor {tensor} of {name} holds {found} numbers: F32 or F64 is needed")]
     Kind {
         /// The file.
         name: String,
         /// The tensor.
         tensor: String,
-        /// What it holds.
+        /// The type of its numbers.
         found: String,
     },
     /// A number is infinite or not a number.
@@ -93,7 +93,7 @@ pub enum NeuralError {
         /// The number and its limit.
         beyond: Beyond,
     },
-    /// A row of a direction is zero, so that it has none.
+    /// A row of normalised weights is zero and has no direction.
     #[error(
         "row {row} of tensor {tensor} of {name} is zero: weight normalisation divides by its length"
     )]
@@ -105,7 +105,7 @@ pub enum NeuralError {
         /// The row, from zero.
         row: usize,
     },
-    /// A file without latent codes.
+    /// The file has no latent codes.
     #[error(
         "{name} has no tensor latent_codes (one row a shape): name the .safetensors file of the codes as well"
     )]
@@ -113,12 +113,12 @@ pub enum NeuralError {
         /// The file.
         name: String,
     },
-    /// There is no such code.
+    /// There is no code with this index.
     #[error("there is no latent code {index}: {name} has {count}, numbered from 0")]
     Code {
         /// The file.
         name: String,
-        /// What was asked for.
+        /// The requested index.
         index: usize,
         /// Number of codes.
         count: usize,
@@ -128,19 +128,19 @@ pub enum NeuralError {
     CodeLength {
         /// Its length.
         found: usize,
-        /// The length that the specs state.
+        /// The length in the specs.
         expected: usize,
     },
-    /// A scale that is no length.
+    /// The scale is invalid.
     #[error("the scale, metres per unit of the network: {0}")]
     Scale(Beyond),
-    /// The function is positive everywhere.
+    /// The network is positive everywhere.
     #[error("{name} has no surface: the network is nowhere negative within its ball of radius 1")]
     NoSurface {
         /// The shape.
         name: String,
     },
-    /// The function is negative at the border.
+    /// The network is negative at the border.
     #[error(
         "{name} is not bounded: the network is negative outside its ball of radius 1; is it negative inside the shape, as \
          it should be?"
@@ -149,7 +149,7 @@ pub enum NeuralError {
         /// The shape.
         name: String,
     },
-    /// The surface is no valid mesh.
+    /// The surface is not a valid mesh.
     #[error(transparent)]
     Mesh(#[from] ObjectError),
 }

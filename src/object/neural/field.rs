@@ -1,4 +1,4 @@
-//! A network in metres.
+//! A neural shape in metres.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -7,19 +7,20 @@ use super::network::{Answer, Network, Real};
 use crate::limits::OBJECT_SCALE;
 use crate::object::Shape;
 
-/// The signed distance that a [`Network`] tells, in metres and everywhere.
+/// The signed distance of a [`Network`] in metres, defined everywhere.
 ///
 /// ```text
 /// d(p) = s f(p/s)                        for ‖p‖ ≤ s
 /// d(p) = s f(p/‖p‖) + ‖p‖ − s            beyond
 /// ```
 ///
-/// s: metres per unit of the network. Beyond the ball of radius 1 these networks have learnt nothing, so there the answer is
-/// continued outward: continuous, but with a kink in its slope on the sphere. Within the ball it has kinks everywhere, as
-/// networks of rectifiers have.
+/// The scale s is the number of metres per unit of the network. The networks were not trained beyond the ball of radius 1,
+/// so the distance is continued outward. The continuation is continuous, but its slope has a kink on the sphere. Inside the
+/// ball there are kinks everywhere, as in all networks of rectifiers.
 ///
-/// Many points asked at once ([`NeuralField::distances`], [`NeuralField::answers`]) cost far less than one by one, and
-/// differ from that by rounding. `f32` is as accurate as the network was trained; `f64` has derivatives without rounding noise.
+/// Evaluating many points at once ([`NeuralField::distances`], [`NeuralField::answers`]) is much cheaper than one by one;
+/// the results differ by rounding. `f32` is as accurate as the trained network; `f64` gives derivatives without rounding
+/// noise.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NeuralField<T: Real> {
     network: Network<T>,
@@ -27,16 +28,16 @@ pub struct NeuralField<T: Real> {
     lipschitz: f64,
 }
 
-/// Points along each axis at which the steepest slope is sought.
+/// Number of points along each axis at which the steepest slope is sought.
 const SLOPE_NODES: u32 = 20;
-/// What lies between those points may be steeper: there is no useful bound for a network.
+/// Safety factor, because the slope between those points may be steeper. There is no useful bound for a network.
 const HEADROOM: f64 = 1.5;
 
 impl<T: Real> NeuralField<T> {
-    /// The shape that `network` tells, `scale_m` metres per unit.
+    /// The shape of `network`, with `scale_m` metres per unit.
     ///
     /// # Errors
-    /// Where the scale is beyond its limit.
+    /// If the scale is beyond its limit.
     pub fn new(network: Network<T>, scale_m: f64) -> Result<Self, NeuralError> {
         OBJECT_SCALE.check(scale_m).map_err(NeuralError::Scale)?;
         let mut field = Self {
@@ -118,16 +119,16 @@ impl<T: Real> NeuralField<T> {
     }
 }
 
-/// Where the network is asked about a point.
+/// A query point in units of the network.
 struct Asked {
-    /// In the ball, units of the network.
+    /// The point, moved radially onto the ball if it lies beyond.
     place: Vector3<f64>,
-    /// How far beyond the ball the point lies.
+    /// Distance of the point beyond the ball.
     beyond: f64,
 }
 
 impl Asked {
-    /// Derivatives of f(u) + r by p, from those of f at u = p/r, r = ‖p‖.
+    /// Derivatives of f(u) + r by p, from those of f at u = p/r, where r = ‖p‖.
     fn continued(&self, (value, gradient, hessian): Answer) -> Answer {
         if self.beyond == 0.0 {
             return (value, gradient, hessian);
@@ -136,7 +137,7 @@ impl Asked {
         let outward = unit * unit.transpose();
         let across = Matrix3::identity() - outward;
         let radial = gradient.dot(&unit);
-        // ∂²(g·p/r)/∂p², g held.
+        // ∂²(g·p/r)/∂p² for constant g.
         let mixed = gradient * unit.transpose();
         let turning = (outward * 3.0 - Matrix3::identity()) * radial - mixed - mixed.transpose();
         (
@@ -161,7 +162,7 @@ impl<T: Real> Shape for NeuralField<T> {
         self.answers(std::slice::from_ref(point))[0]
     }
 
-    /// The largest slope found at some thousand points, and half as much again: nothing better is known of a network.
+    /// One and a half times the largest slope found at some thousand points. No rigorous bound is known.
     fn lipschitz(&self) -> f64 {
         self.lipschitz
     }

@@ -1,8 +1,8 @@
-//! Shapes as neural networks: the decoder of `DeepSDF`.
+//! Shapes given by neural networks: the decoder of `DeepSDF`.
 //!
-//! [`Tensors`] and [`Specs`] are what files hold, a [`Decoder`] is the two together, a [`Network`] a decoder for one latent
-//! code, without a unit; a [`NeuralField`] is a network in metres, a [`Shape`](super::Shape). Its surface can be taken as
-//! a mesh ([`NeuralField::surface`]), whose baked field has the curvature that the network lacks.
+//! [`Tensors`] and [`Specs`] are the contents of files, and a [`Decoder`] combines them. A [`Network`] is a decoder for one
+//! latent code, without a unit. A [`NeuralField`] is a network in metres and a [`Shape`](super::Shape). Its surface can be
+//! meshed ([`NeuralField::surface`]), and the baked field of that mesh has the curvature that the network lacks.
 
 mod decoder;
 mod error;

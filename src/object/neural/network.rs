@@ -6,24 +6,24 @@ use rayon::prelude::*;
 use super::decoder::Linear;
 use super::{Decoder, NeuralError};
 
-/// Number type of the weights and activations: `f32`, as networks are trained, or `f64`.
+/// Number type of the weights and activations: `f32`, as in training, or `f64`.
 pub trait Real: RealField + Copy {}
 impl Real for f32 {}
 impl Real for f64 {}
 
 /// A [`Decoder`] for one latent code: a function of three coordinates.
 ///
-/// All that the code contributes is part of the biases, so the wide columns that only see the code cost nothing. Points
-/// are answered in batches by matrix products, up to 16 by skipping what rectifiers hold at rest; the two ways differ by
-/// rounding. The answers to a list of points are the same bits on any number of threads, but not on every processor, since
-/// products use the widest vectors there are.
+/// The contribution of the code is part of the biases, so the columns of weights for the code cost nothing. Points are
+/// evaluated in batches by matrix products. Up to 16 points, weights of inactive rectifiers are skipped instead; the two
+/// ways differ by rounding. The results for a list of points do not depend on the number of threads. They depend on the
+/// processor, because products use its widest vectors.
 ///
-/// A network of rectifiers is linear in pieces: its gradient jumps from piece to piece, and the only curvature within a
-/// piece is that of the final tanh, H = tanh″(z) ∇z ∇zᵀ.
+/// A network of rectifiers is piecewise linear: its gradient jumps between pieces, and the only curvature within a piece is
+/// that of the final tanh, H = tanh″(z) ∇z ∇zᵀ.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Network<T: Real> {
     layers: Vec<Layer<T>>,
-    /// The last row of weights: by hidden values, by coordinates, and the bias.
+    /// The output layer: one row of weights for hidden values and coordinates, and the bias.
     last: Layer<T>,
     squashing: Squashing,
 }
@@ -33,31 +33,31 @@ pub struct Network<T: Real> {
 struct Layer<T: Real> {
     /// W; no columns in the first layer.
     hidden: DMatrix<T>,
-    /// X, where the coordinates join.
+    /// X, if the coordinates join the input of the layer.
     coordinates: Option<DMatrix<T>>,
-    /// b, with what the code adds.
+    /// b, including the contribution of the code.
     bias: DVector<T>,
 }
 
-/// How many hyperbolic tangents the output passes.
+/// Number of hyperbolic tangents on the output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Squashing(u32);
 
-/// Answer at a point: value, gradient and Hessian.
+/// Value, gradient and Hessian at a point.
 pub type Answer = (f64, Vector3<f64>, Matrix3<f64>);
 
-/// Points of one batch: enough that packing the weights for a product costs little beside it, and few enough that a
-/// hand's points keep several threads busy.
+/// Number of points in a batch. It is large enough that packing the weights for a product costs little, and small enough
+/// that the points of a hand occupy several threads.
 const BATCH: usize = 256;
-/// Up to so many points, weights are read once as they lie, without those of resting rectifiers; packing them for a product
-/// would cost more than the product.
+/// Up to this number of points, the weights are read once in place, without those of inactive rectifiers. Packing them for
+/// a product would cost more than the product.
 const FEW: usize = 16;
 
 impl<T: Real> Network<T> {
-    /// The function of the shape that `code` stands for.
+    /// The function of the shape with latent code `code`.
     ///
     /// # Errors
-    /// Where the code has another length than the specs say.
+    /// If the code has another length than in the specs.
     ///
     /// # Panics
     /// Never: specs without layers are refused.
@@ -99,7 +99,7 @@ impl<T: Real> Network<T> {
         })
     }
 
-    /// f, its gradient and its Hessian at each of `points`. Costs twice as much as the values.
+    /// f, its gradient and its Hessian at each of `points`. They cost twice as much as the values.
     pub fn answers(&self, points: &[Vector3<f64>]) -> Vec<Answer> {
         batches(points, |batch| {
             let hidden = self.forward(batch);
@@ -112,13 +112,13 @@ impl<T: Real> Network<T> {
         })
     }
 
-    /// Floating-point operations of the matrix products for a value; as many again for a gradient.
+    /// Number of floating-point operations in the matrix products for a value. A gradient needs as many again.
     pub fn operations(&self) -> usize {
         let all = self.layers.iter().chain([&self.last]);
         all.map(|layer| 2 * layer.hidden.len()).sum()
     }
 
-    /// Hidden values of each layer, one column a point.
+    /// Hidden values of each layer, one column per point.
     fn forward(&self, points: &[Vector3<f64>]) -> Vec<DMatrix<T>> {
         let mut all: Vec<DMatrix<T>> = Vec::with_capacity(self.layers.len());
         for layer in &self.layers {
@@ -133,7 +133,7 @@ impl<T: Real> Network<T> {
         all
     }
 
-    /// z at a point: what the final tanh is taken of.
+    /// z at a point: the argument of the final tanh.
     fn output(&self, hidden: &[DMatrix<T>], points: &[Vector3<f64>], point: usize) -> f64 {
         let mut z = self.last.bias[0];
         if let Some(coordinates) = &self.last.coordinates {
@@ -159,7 +159,7 @@ impl<T: Real> Network<T> {
                 }),
                 Some(by_output) => self.layers[index + 1].pull_back(&by_output, values),
             };
-            // The derivative of the rectifier; at its corner that of the flat side.
+            // The derivative of the rectifier; at its corner it is zero.
             by_value.zip_apply(values, |slope, value| {
                 if value <= T::zero() {
                     *slope = T::zero();
@@ -181,7 +181,7 @@ impl<T: Real> Layer<T> {
         }
     }
 
-    /// A layer whose last columns see the coordinates, and before those the code.
+    /// Splits a layer. The last columns of its weights belong to the coordinates and those before them to the code.
     fn joined(linear: &Linear, code: Option<&DVector<f64>>) -> Self {
         let columns = linear.weight.ncols();
         let length = code.map_or(0, DVector::len);
@@ -197,7 +197,7 @@ impl<T: Real> Layer<T> {
         }
     }
 
-    /// X x + b, one column a point.
+    /// X x + b, one column per point.
     fn offsets(&self, points: &[Vector3<f64>]) -> DMatrix<T> {
         let mut offsets = DMatrix::zeros(self.bias.len(), points.len());
         for (point, mut column) in points.iter().zip(offsets.column_iter_mut()) {
@@ -219,7 +219,7 @@ impl<T: Real> Layer<T> {
         }
         for (unit, weights) in self.hidden.column_iter().enumerate() {
             for (&value, mut sum) in before.row(unit).iter().zip(sums.column_iter_mut()) {
-                // About half of the rectifiers rest.
+                // About half of the rectifiers are inactive.
                 if value > T::zero() {
                     sum.axpy(value, &weights, T::one());
                 }
@@ -227,7 +227,7 @@ impl<T: Real> Layer<T> {
         }
     }
 
-    /// Wᵀ y for each column y; what rests by `values` may be left out.
+    /// Wᵀ y for each column y. Rows whose `values` are inactive may be left out.
     fn pull_back(&self, by_output: &DMatrix<T>, values: &DMatrix<T>) -> DMatrix<T> {
         let mut by_value = DMatrix::zeros(values.nrows(), values.ncols());
         if values.ncols() > FEW {
@@ -244,13 +244,13 @@ impl<T: Real> Layer<T> {
         by_value
     }
 
-    /// Wᵀ, without moving a number.
+    /// Wᵀ, as a view.
     fn transposed(&self) -> DMatrixView<'_, T, Dyn, Dyn> {
         let (rows, columns) = self.hidden.shape();
         DMatrixView::from_slice_with_strides(self.hidden.as_slice(), columns, rows, rows, 1)
     }
 
-    /// Adds Xᵀ y to the slope of each point, y being the column of the point.
+    /// Adds Xᵀ y to the slope of each point, where y is the column of the point.
     fn add_coordinates(&self, by_output: &DMatrix<T>, slopes: &mut [Vector3<f64>]) {
         let Some(coordinates) = &self.coordinates else {
             return;
@@ -264,7 +264,7 @@ impl<T: Real> Layer<T> {
 }
 
 impl Squashing {
-    /// Output for z, with its first and second derivative.
+    /// Output at z, with its first and second derivatives.
     fn of(self, z: f64) -> [f64; 3] {
         (0..self.0).fold([z, 1.0, 0.0], |[value, first, second], _| {
             let t = value.tanh();
@@ -278,7 +278,7 @@ impl Squashing {
     }
 }
 
-/// What `work` answers about each of `points`, in batches on all threads.
+/// Results of `work` for each of `points`, computed in batches on all threads.
 fn batches<A: Send>(
     points: &[Vector3<f64>],
     work: impl Fn(&[Vector3<f64>]) -> Vec<A> + Sync + Send,
@@ -289,7 +289,7 @@ fn batches<A: Send>(
     points.par_chunks(BATCH).flat_map_iter(work).collect()
 }
 
-/// Eight sums side by side, as wide as a vector register.
+/// Dot product with eight partial sums, as wide as a vector register.
 fn dot<T: Real>(a: &[T], b: &[T]) -> T {
     let ((a, rest_of_a), (b, rest_of_b)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
     let mut sums = [T::zero(); 8];

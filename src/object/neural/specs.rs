@@ -9,7 +9,7 @@ use serde::de::IgnoredAny;
 use super::NeuralError;
 use crate::limits::MOST_NETWORK_WIDTH;
 
-/// What a specs file says about the network; the training settings that it holds as well are skipped.
+/// The description of the network in a specs file. Training settings in the file are skipped.
 ///
 /// The names are those of `specs.json` in the authors' code.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -35,13 +35,13 @@ pub struct Specs {
 pub struct NetworkSpecs {
     /// Widths of the hidden layers.
     pub dims: Vec<usize>,
-    /// Layers whose input is joined by the network's own input (code and coordinates).
+    /// Layers whose input also contains the network's input (code and coordinates).
     #[serde(default)]
     pub latent_in: Vec<usize>,
     /// Layers with normalisation.
     #[serde(default)]
     pub norm_layers: Vec<usize>,
-    /// Whether normalisation is that of weights, w = g v/‖v‖; the other kind, of layers, is not known here.
+    /// Whether normalisation is weight normalisation, w = g v/‖v‖. Layer normalisation is not supported.
     #[serde(default)]
     pub weight_norm: bool,
     /// Whether the coordinates join the input of every layer.
@@ -50,11 +50,11 @@ pub struct NetworkSpecs {
     /// Whether a hyperbolic tangent comes *before* the final one.
     #[serde(default)]
     pub use_tanh: bool,
-    /// Whether there is a final hyperbolic tangent, as in the authors' code; some descendants left it out. Not a key of
-    /// theirs.
+    /// Whether there is a final hyperbolic tangent, as in the authors' code. Some later networks omit it. This key is not
+    /// part of the authors' format.
     #[serde(default = "NetworkSpecs::has_final_tanh")]
     pub final_tanh: bool,
-    // What follows matters in training only.
+    // The following keys matter only in training.
     #[serde(default, rename = "dropout")]
     _dropout: IgnoredAny,
     #[serde(default, rename = "dropout_prob")]
@@ -67,7 +67,7 @@ impl Specs {
     /// Reads a specs file.
     ///
     /// # Errors
-    /// Where the file cannot be read or does not describe a decoder.
+    /// If the file cannot be read or does not describe a decoder.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, NeuralError> {
         let path = path.as_ref();
         let text = fs::read_to_string(path).map_err(|source| NeuralError::Read {
@@ -77,10 +77,10 @@ impl Specs {
         Self::from_json(&path.display().to_string(), &text)
     }
 
-    /// Reads the text of a specs file; `name` is what errors call it.
+    /// Reads the text of a specs file. `name` is its name in errors.
     ///
     /// # Errors
-    /// Where the text does not describe a decoder.
+    /// If the text does not describe a decoder.
     pub fn from_json(name: &str, text: &str) -> Result<Self, NeuralError> {
         let specs: Self = serde_json::from_str(text).map_err(|source| NeuralError::Specs {
             name: name.to_owned(),
@@ -109,7 +109,7 @@ impl Specs {
         self.network.weight_norm && self.network.norm_layers.contains(&layer)
     }
 
-    /// Rows and columns of the weight of layer `layer`, as the authors' code has them.
+    /// Rows and columns of the weight of layer `layer`, as in the authors' code.
     pub(super) fn shape(&self, layer: usize) -> [usize; 2] {
         let network = &self.network;
         let width = |index: usize| match index {

@@ -1,4 +1,4 @@
-//! The zero level of a network as a mesh.
+//! Meshes of the zero level set of a network.
 
 use fast_surface_nets::ndshape::{RuntimeShape, Shape as _};
 use fast_surface_nets::{SurfaceNetsBuffer, surface_nets};
@@ -8,10 +8,11 @@ use super::{NeuralError, NeuralField, Real};
 use crate::object::exact::signed_volume;
 use crate::object::{Mesh, Shape as _};
 
-/// How finely a surface is taken.
+/// Resolution of a surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SurfaceSettings {
-    /// Cells along each axis of the cube around the network's ball; the object has about as many along its longest side.
+    /// Number of cells along each axis of the cube around the network's ball. The object has about as many along its
+    /// longest side.
     pub cells: u32,
 }
 
@@ -26,33 +27,33 @@ impl Default for SurfaceSettings {
 pub struct Surface {
     /// The mesh, metres.
     pub mesh: Mesh,
-    /// Cell of the grid that it was found in, metres.
+    /// Cell of the grid used to find it, metres.
     pub cell_m: f64,
-    /// Largest distance that the network tells at a vertex, metres.
+    /// Largest absolute distance of the network at a vertex, metres.
     pub residual_m: f64,
-    /// Islands and cavities that were left out because they have less than a hundredth of the volume: networks leave such
-    /// crumbs.
+    /// Number of islands and cavities that were left out because each has less than a hundredth of the volume. Networks
+    /// often have such small pieces.
     pub crumbs: usize,
 }
 
-/// Half the side of the cube in which the surface is sought, units of the network.
+/// Half the side of the cube that is searched for the surface, units of the network.
 const REACH: f64 = 1.1;
-/// Nodes along a side of the blocks that are answered by their middle where that is far from the surface.
+/// Nodes along a side of a block. A block far from the surface takes the value at its middle.
 const BLOCK: u32 = 4;
-/// Newton steps that bring the vertices onto the surface.
+/// Number of Newton steps that move the vertices onto the surface.
 const STEPS: usize = 6;
-/// Volume of a crumb over that of the whole.
+/// Largest volume of a crumb, as a share of the whole.
 const CRUMB: f64 = 0.01;
 
 impl<T: Real> NeuralField<T> {
-    /// The surface d = 0 as a closed mesh; `name` is what errors call the shape.
+    /// The surface d = 0 as a closed mesh. `name` is the name of the shape in errors.
     ///
-    /// By surface nets (Gibson 1998, *Constrained Elastic Surface Nets*), after which each vertex slides down the gradient
-    /// onto the surface. Only nodes near the surface are asked, on all threads of the current pool; the same bits on any
-    /// number of them.
+    /// The method is surface nets (Gibson 1998, *Constrained Elastic Surface Nets*). Each vertex is then moved along the
+    /// gradient onto the surface. Only nodes near the surface are evaluated, on all threads of the current pool. The result
+    /// does not depend on their number.
     ///
     /// # Errors
-    /// Where there is no surface, it is not closed within the ball of the network, or its size cannot be metres.
+    /// If there is no surface, it is not closed within the ball of the network, or its size cannot be metres.
     pub fn surface(&self, name: &str, settings: &SurfaceSettings) -> Result<Surface, NeuralError> {
         let blocks = settings.cells.max(BLOCK).div_ceil(BLOCK) + 1;
         let nodes = blocks * BLOCK;
@@ -94,7 +95,7 @@ impl<T: Real> NeuralField<T> {
         })
     }
 
-    /// Moves points near the surface onto it, none farther than a cell.
+    /// Moves points near the surface onto it, each by at most one cell.
     fn settle(&self, points: &mut [Vector3<f64>], cell_m: f64) {
         let starts = points.to_vec();
         for _ in 0..STEPS {
@@ -113,12 +114,12 @@ impl<T: Real> NeuralField<T> {
     }
 }
 
-/// Nodes in a cube around the origin, x running fastest.
+/// Nodes in a cube around the origin, x varying fastest.
 struct Grid {
     cell_m: f64,
     low_m: f64,
     shape: RuntimeShape<u32, 3>,
-    /// Along each axis.
+    /// Number of blocks along each axis.
     blocks: u32,
 }
 
@@ -131,7 +132,7 @@ impl Grid {
         Vector3::from(node.map(|index| self.coordinate(index.into())))
     }
 
-    /// Signed distances at the nodes, metres: exact wherever a cell can hold the surface, elsewhere of the right sign.
+    /// Signed distances at the nodes, metres: exact wherever a cell can contain the surface, elsewhere of the right sign.
     fn sample<T: Real>(&self, field: &NeuralField<T>) -> Vec<f32> {
         let corners: Vec<[u32; 3]> = (0..self.blocks.pow(3))
             .map(|block| {
@@ -149,7 +150,7 @@ impl Grid {
             .map(|&corner| self.point(corner).add_scalar(half_m))
             .collect();
         let by_middle = field.distances(&middles);
-        // From the middle of a block to its farthest node, and from there across a cell that the surface passes.
+        // The distance from the middle of a block to its farthest node, plus a diagonal of a cell that the surface crosses.
         let reach_m = field.lipschitz() * 3.0_f64.sqrt() * (half_m + self.cell_m);
         let offsets =
             || (0..BLOCK.pow(3)).map(|k| [k % BLOCK, k / BLOCK % BLOCK, k / BLOCK.pow(2)]);
@@ -192,7 +193,7 @@ fn narrow(value: f64) -> f32 {
     value as f32
 }
 
-/// The mesh without its small pieces, and how many those were.
+/// The mesh without its small pieces, and the number of these.
 fn without_crumbs(name: &str, mesh: Mesh) -> Result<(Mesh, usize), NeuralError> {
     let pieces = mesh.pieces();
     let volumes: Vec<f64> = pieces
