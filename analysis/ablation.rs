@@ -152,7 +152,7 @@ fn measure(run: &Run) -> Result<[f64; 10], Box<dyn Error>> {
         .map(|chain| {
             let refine = QuenchSettings::default();
             let end = synthesize(&energy, &run.synthesis, &refine, run.seed, chain);
-            let judgement = judge(&energy, &end.refined, &end.contacts);
+            let judgement = judge(&energy, &end.refined);
             (end, judgement)
         })
         .collect();
@@ -192,7 +192,7 @@ fn diversity(energy: &GraspEnergy, strict: &[&Synthesized]) -> Option<Diversity>
     Diversity::of(
         energy.hand(),
         &energy.object().centroid,
-        first.map(|end| (&*end.refined, &*end.contacts)),
+        first.map(|end| &end.refined),
     )
 }
 
@@ -201,7 +201,9 @@ fn height_entropy(energy: &GraspEnergy, strict: &[&Synthesized]) -> Option<f64> 
     let [low, high] = energy.object().mesh.bounds().map(|corner| corner.z);
     let mut counts = [0.0_f64; 10];
     for end in strict.get(..DIVERSE)? {
-        let height = energy.contact_centre(&end.refined, &end.contacts).z;
+        let height = energy
+            .contact_centre(&end.refined.pose, &end.refined.contacts)
+            .z;
         let above = (1..10)
             .filter(|&tenth| height > low + (high - low) * f64::from(tenth) / 10.0)
             .count();

@@ -68,10 +68,9 @@ fn measure(path: &Path, protocols: &[Protocol; 2]) -> Result<Vec<Pair>, Box<dyn 
         let (mesh, mass_kg) = population.mesh()?;
         let solid = Solid::new(&mesh, Build::Pieces);
         for grasp in &population.grasps {
-            let x = grasp.coordinates();
             let trials = protocols.map(|protocol| {
                 let started = Instant::now();
-                let outcome = simulate(&hand, &x, &grasp.contacts, &solid, mass_kg, &protocol);
+                let outcome = simulate(&hand, &grasp.grasp, &solid, mass_kg, &protocol);
                 (outcome, started.elapsed().as_secs_f64())
             });
             pairs.push(Pair {

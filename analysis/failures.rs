@@ -107,9 +107,9 @@ impl Method {
             let found = synthesize(&self.energy, &self.synthesis, &refine, SEED, chain);
             let (hand, object) = (self.energy.hand(), self.energy.object());
             let mut posed = PosedHand::default();
-            hand.pose(&found.refined, &mut posed);
+            hand.pose(&found.refined.pose, &mut posed);
             End {
-                judgement: judge(&self.energy, &found.refined, &found.contacts),
+                judgement: judge(&self.energy, &found.refined),
                 thin_part: passes_between_points(&object.exact, hand, &posed),
                 swallowed_m: object_inside_hand_m(&object.exact, hand, &posed),
                 found,
@@ -128,8 +128,11 @@ impl Method {
 
     fn picture(&self, skin: &Skin, end: &End) -> Image {
         let (hand, object) = (self.energy.hand(), self.energy.object());
-        let scene = Scene::of_grasp(hand, skin, object, &end.found.refined, &end.found.contacts)
-            .with_friction_cones(&object.exact, STRICT_FRICTION, CONE_M);
+        let scene = Scene::of_grasp(hand, skin, object, &end.found.refined).with_friction_cones(
+            &object.exact,
+            STRICT_FRICTION,
+            CONE_M,
+        );
         scene.render(&scene.best_camera(Vector3::z()), SIDE, SIDE)
     }
 

@@ -13,7 +13,7 @@ use command::landscape;
 use landscape::evaluation::taxonomy::{Labeller, Rule, UNLISTED};
 use landscape::figure::{Scene, contact_sheet};
 use landscape::hand::Hand;
-use landscape::store::{Grasp, GraspFile, Overrides};
+use landscape::store::{GraspFile, GraspRow, Overrides};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
@@ -36,16 +36,16 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (hand, object) = (population.hand()?, population.object()?);
 
     let labeller = Labeller::new(&hand, &object, Rule::standard());
-    let unlisted = |grasp: &&Grasp| grasp.label_auto.as_deref() == Some(UNLISTED);
-    let held = |grasp: &&Grasp| grasp.stable == Some(true);
-    let chosen: Vec<&Grasp> = (file.grasps.iter()).filter(unlisted).filter(held).collect();
+    let unlisted = |grasp: &&GraspRow| grasp.label_auto.as_deref() == Some(UNLISTED);
+    let held = |grasp: &&GraspRow| grasp.stable == Some(true);
+    let chosen: Vec<&GraspRow> = (file.grasps.iter()).filter(unlisted).filter(held).collect();
     let [low, high] = object.mesh.bounds();
     let neck_m = low.z + NECK * (high.z - low.z);
-    let fingers_free: Vec<&Grasp> = (file.grasps.iter())
+    let fingers_free: Vec<&GraspRow> = (file.grasps.iter())
         .filter(held)
         .filter(|grasp| {
             // Neither the palm nor ring and little finger take part.
-            let digits = labeller.label(&grasp.coordinates()).virtual_fingers;
+            let digits = labeller.label(&grasp.grasp.pose).virtual_fingers;
             !digits.contains('P') && !digits.contains('4') && !digits.contains('5')
         })
         .collect();
@@ -80,12 +80,11 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let skin = hand.skin();
     let step = chosen.len().max(1).div_ceil(SHOWN).max(1);
-    let shown: Vec<&Grasp> = chosen.into_iter().step_by(step).collect();
+    let shown: Vec<&GraspRow> = chosen.into_iter().step_by(step).collect();
     let images: Vec<_> = shown
         .par_iter()
         .map(|grasp| {
-            let scene =
-                Scene::of_grasp(&hand, &skin, &object, &grasp.coordinates(), &grasp.contacts);
+            let scene = Scene::of_grasp(&hand, &skin, &object, &grasp.grasp);
             scene.render(&scene.closer_camera(Vector3::z()), SIDE, SIDE)
         })
         .collect();
@@ -105,9 +104,13 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 /// The middle of the contacts, object frame.
-fn middle(hand: &Hand, grasp: &Grasp) -> Vector3<f64> {
+fn middle(hand: &Hand, grasp: &GraspRow) -> Vector3<f64> {
     let mut posed = landscape::hand::PosedHand::default();
-    hand.pose(&grasp.coordinates(), &mut posed);
-    let points = grasp.contacts.iter().map(|&i| posed.points[i as usize]);
-    points.sum::<Vector3<f64>>() / grasp.contacts.len().max(1) as f64
+    hand.pose(&grasp.grasp.pose, &mut posed);
+    let points = grasp
+        .grasp
+        .contacts
+        .iter()
+        .map(|&i| posed.points[i as usize]);
+    points.sum::<Vector3<f64>>() / grasp.grasp.contacts.len().max(1) as f64
 }

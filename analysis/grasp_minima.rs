@@ -29,7 +29,10 @@ impl Grasps {
             .next()
             .ok_or("the file is empty")?;
         let energy = population.energy()?;
-        let starts = population.grasps.iter().map(|grasp| grasp.coordinates());
+        let starts = population
+            .grasps
+            .iter()
+            .map(|grasp| grasp.grasp.pose.to_vec());
         Ok(Self {
             settings: settings_for_grasps(&energy),
             starts: starts.collect(),

@@ -3,7 +3,7 @@
 //! `cargo run --release --example grasp_sheet [FILE]`, by default data/grasps.parquet.
 
 use landscape::figure::{Scene, contact_sheet};
-use landscape::store::{Grasp, GraspFile, Overrides};
+use landscape::store::{GraspFile, GraspRow, Overrides};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
@@ -21,14 +21,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (hand, object) = (population.hand()?, population.object()?);
     let skin = hand.skin();
     let count = file.grasps.len().min(GRASPS);
-    let chosen: Vec<&Grasp> = (0..count)
+    let chosen: Vec<&GraspRow> = (0..count)
         .map(|i| &file.grasps[i * file.grasps.len() / count])
         .collect();
     let images: Vec<_> = chosen
         .par_iter()
         .map(|grasp| {
-            let scene =
-                Scene::of_grasp(&hand, &skin, &object, &grasp.coordinates(), &grasp.contacts);
+            let scene = Scene::of_grasp(&hand, &skin, &object, &grasp.grasp);
             scene.render(&scene.best_camera(Vector3::z()), 240, 240)
         })
         .collect();

@@ -87,7 +87,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             for (joint, degrees) in angles {
                 match hand.joint(joint) {
                     Some(j) => x[7 + j] = degrees.to_radians(),
-                    None => x[7..].fill(degrees.to_radians()),
+                    None => landscape::space::joints_of_mut(&mut x).fill(degrees.to_radians()),
                 }
             }
             let mut posed = PosedHand::default();

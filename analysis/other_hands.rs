@@ -67,7 +67,7 @@ fn grasps(energy: &GraspEnergy) -> (Vec<Synthesized>, u64) {
             .collect();
         let strict = batch
             .into_iter()
-            .filter(|end| judge(energy, &end.refined, &end.contacts).passes_strict());
+            .filter(|end| judge(energy, &end.refined).passes_strict());
         passed.extend(strict);
         chains += BATCH;
     }
@@ -80,7 +80,7 @@ fn pictures(energy: &GraspEnergy, grasps: &[Synthesized]) -> Vec<Image> {
         .par_iter()
         .map(|end| {
             let (hand, object) = (energy.hand(), energy.object());
-            let scene = Scene::of_grasp(hand, &skin, object, &end.refined, &end.contacts);
+            let scene = Scene::of_grasp(hand, &skin, object, &end.refined);
             scene.render(&scene.best_camera(Vector3::z()), SIDE, SIDE)
         })
         .collect()

@@ -19,11 +19,12 @@ use landscape::evaluation::stability::{Build, Drop, Protocol, SixDirections, Sol
 use landscape::figure::chart::{Axis, BandPoint, Chart, Panel, Series};
 use landscape::grasp::press::firmness;
 use landscape::grasp::synthesis::{Refinement, SynthesisSettings, synthesize};
-use landscape::grasp::{EnergySettings, GraspEnergy, judge};
+use landscape::grasp::{EnergySettings, Grasp, GraspEnergy, judge};
 use landscape::hand::Hand;
 use landscape::object::{Mesh, Object};
 use landscape::optimize::QuenchSettings;
 use landscape::sample::{Task, stream};
+use landscape::space::Pose;
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use rand::RngExt;
 use rayon::prelude::*;
@@ -36,11 +37,6 @@ const SHAPES_MM: [f64; 7] = [-5.0, -2.0, -1.0, 0.0, 1.0, 2.0, 5.0];
 const DRAWS: u64 = 4;
 /// Grasps of each object that go through the six directions, which cost twenty times as much as the drop.
 const PUSHED: usize = 8;
-
-struct Grasp {
-    x: Vec<f64>,
-    contacts: Vec<u32>,
-}
 
 /// A number of trials, and how many held.
 #[derive(Clone, Copy, Default)]
@@ -106,12 +102,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         });
         for curves in &mut all {
             let protocol = &curves.protocol;
-            let holds = |solid: &Solid, x: &[f64], contacts: &[u32]| {
-                simulate(&hand, x, contacts, solid, object.mass_kg, protocol).is_stable()
+            let holds = |solid: &Solid, grasp: &Grasp| {
+                simulate(&hand, grasp, solid, object.mass_kg, protocol).is_stable()
             };
             let known: Vec<&Grasp> = grasps[..grasps.len().min(curves.grasps)]
                 .par_iter()
-                .filter(|grasp| holds(&exact, &grasp.x, &grasp.contacts))
+                .filter(|grasp| holds(&exact, grasp))
                 .collect();
             for (share, error_mm) in curves.pose.iter_mut().zip(ERRORS_MM) {
                 let trials: Vec<bool> = known
@@ -120,8 +116,8 @@ fn main() -> Result<(), Box<dyn Error>> {
                     .flat_map(|(number, grasp)| {
                         let trial = |draw| {
                             let id = number as u64 * DRAWS + draw;
-                            let x = moved(&grasp.x, &object, 1e-3 * error_mm, id);
-                            holds(&exact, &x, &grasp.contacts)
+                            let pose = moved(&grasp.pose, &object, 1e-3 * error_mm, id);
+                            holds(&exact, &Grasp::new(pose, grasp.contacts.clone()))
                         };
                         (0..DRAWS).map(trial).collect::<Vec<bool>>()
                     })
@@ -130,10 +126,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             }
             for (share, solid) in curves.shape.iter_mut().zip(&shapes) {
                 let Ok(solid) = solid else { continue };
-                let trials: Vec<bool> = known
-                    .par_iter()
-                    .map(|grasp| holds(solid, &grasp.x, &grasp.contacts))
-                    .collect();
+                let trials: Vec<bool> = known.par_iter().map(|grasp| holds(solid, grasp)).collect();
                 share.add(&trials);
             }
         }
@@ -157,18 +150,15 @@ fn grasps(
             ..SynthesisSettings::default()
         };
         let end = synthesize(&energy, &synthesis, &refine, SEED, chain);
-        let passes = judge(&energy, &end.refined, &end.contacts).passes_strict()
-            && firmness(&energy, &end.refined).is_firm();
-        passes.then_some(Grasp {
-            x: end.refined,
-            contacts: end.contacts,
-        })
+        let passes = judge(&energy, &end.refined).passes_strict()
+            && firmness(&energy, &end.refined.pose).is_firm();
+        passes.then_some(end.refined)
     };
     Ok((0..chains).into_par_iter().filter_map(grasp).collect())
 }
 
 /// The hand's pose relative to an object that is elsewhere by `error_m` and turned by `error_m` over its radius.
-fn moved(x: &[f64], object: &Object, error_m: f64, id: u64) -> Vec<f64> {
+fn moved(pose: &Pose, object: &Object, error_m: f64, id: u64) -> Pose {
     let mut rng = stream(SEED, Task::Start, id);
     let mut direction = || {
         // From a cube until inside the ball: uniform directions.
@@ -183,16 +173,15 @@ fn moved(x: &[f64], object: &Object, error_m: f64, id: u64) -> Vec<f64> {
     let turn = UnitQuaternion::from_scaled_axis(direction() * (error_m / object.radius_m));
     let to_centre = Translation3::from(object.centroid);
     let object_from_moved = to_centre * Translation3::from(way) * turn * to_centre.inverse();
+    let [w, i, j, k] = pose.rotation_wxyz();
     let hand = Isometry3::from_parts(
-        Translation3::new(x[0], x[1], x[2]),
-        UnitQuaternion::from_quaternion(Quaternion::new(x[3], x[4], x[5], x[6])),
+        Vector3::from_column_slice(pose.translation_m()).into(),
+        UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k)),
     );
     let placed = object_from_moved.inverse() * hand;
     let q = placed.rotation;
-    let mut moved = placed.translation.vector.as_slice().to_vec();
-    moved.extend([q.w, q.i, q.j, q.k]);
-    moved.extend(&x[7..]);
-    moved
+    let translation_m = placed.translation.vector.into();
+    Pose::new(translation_m, [q.w, q.i, q.j, q.k], pose.joints())
 }
 
 /// The mesh with every vertex moved along its area-weighted normal.

@@ -130,7 +130,7 @@ fn measure(loaded: &Loaded, object: &'static str) -> Result<[f64; 2], Box<dyn Er
         .into_par_iter()
         .map(|chain| {
             let end = synthesize(&energy, &run.synthesis, &refine, SEED, chain);
-            let judgement = judge(&energy, &end.refined, &end.contacts);
+            let judgement = judge(&energy, &end.refined);
             (judgement.passes_strict(), end.evaluations)
         })
         .collect();

@@ -81,7 +81,7 @@ impl Change {
                 }
                 // Contacts name points of the old surface; the map finds its own.
                 for grasp in &mut file.grasps {
-                    for (place, contact) in (0..).zip(&mut grasp.contacts) {
+                    for (place, contact) in (0..).zip(&mut grasp.grasp.contacts) {
                         *contact = place;
                     }
                 }

@@ -16,7 +16,7 @@ use std::sync::Arc;
 use landscape::figure::chart::{Axis, Chart, Corner, Panel, Series};
 use landscape::grasp::energy::{Candidates, GraspEnergy};
 use landscape::grasp::synthesis::{SynthesisSettings, synthesize_observed};
-use landscape::grasp::{EnergySettings, Judgement, judge};
+use landscape::grasp::{EnergySettings, Grasp, Judgement, judge};
 use landscape::hand::Hand;
 use landscape::optimize::QuenchSettings;
 use landscape::sample::State;
@@ -316,8 +316,11 @@ fn follow(energy: &GraspEnergy, run: &Run, at: &[u32], chain: u64) -> Vec<[f64; 
             }
         },
     );
-    let raw = |state: &State| passes(&judge(energy, &state.coordinates, &state.discrete));
-    let refined = passes(&judge(energy, &end.refined, &end.contacts));
+    let raw = |state: &State| {
+        let grasp = Grasp::new(state.coordinates.clone(), state.discrete.clone());
+        passes(&judge(energy, &grasp))
+    };
+    let refined = passes(&judge(energy, &end.refined));
     let at_end = if run.synthesis.attempts > 1 {
         refined
     } else {

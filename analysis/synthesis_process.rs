@@ -13,7 +13,7 @@ use landscape::energy::{Energy, Piecewise};
 use landscape::figure::{Camera, Scene, contact_sheet};
 use landscape::grasp::filter::STRICT_FRICTION;
 use landscape::grasp::synthesis::{SynthesisSettings, Synthesized, synthesize_observed};
-use landscape::grasp::{EnergySettings, GraspEnergy, judge};
+use landscape::grasp::{EnergySettings, Grasp, GraspEnergy, judge};
 use landscape::hand::Hand;
 use landscape::object::Object;
 use landscape::optimize::QuenchSettings;
@@ -30,8 +30,7 @@ const CONE_M: f64 = 0.025;
 /// A pose to be drawn.
 struct Moment {
     caption: String,
-    x: Vec<f64>,
-    contacts: Vec<u32>,
+    grasp: Grasp,
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -52,8 +51,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let scenes: Vec<Scene> = moments
         .iter()
         .map(|moment| {
-            Scene::of_grasp(energy.hand(), &skin, &object, &moment.x, &moment.contacts)
-                .with_friction_cones(&object.exact, STRICT_FRICTION, CONE_M)
+            Scene::of_grasp(energy.hand(), &skin, &object, &moment.grasp).with_friction_cones(
+                &object.exact,
+                STRICT_FRICTION,
+                CONE_M,
+            )
         })
         .collect();
     let camera = camera(&scenes);
@@ -80,19 +82,18 @@ fn follow(
     });
     // Attempts of equal length, each showing its start and the state after every step.
     let first = seen.len() as u64 == end.steps + 1;
-    let passes = judge(energy, &end.refined, &end.contacts).passes_strict();
+    let passes = judge(energy, &end.refined).passes_strict();
     (first && passes).then_some((seen, end))
 }
 
 fn moments(energy: &GraspEnergy, seen: &[State], end: &Synthesized) -> Vec<Moment> {
     let mut unused = vec![0.0; energy.space().tangents()];
-    let mut moment = |when: String, x: &[f64], contacts: &[u32]| Moment {
+    let mut moment = |when: String, grasp: Grasp| Moment {
         caption: format!(
             "{when}:  E = {:.2}",
-            energy.evaluate_piece(x, contacts, &mut unused)
+            energy.evaluate_piece(&grasp.pose, &grasp.contacts, &mut unused)
         ),
-        x: x.to_vec(),
-        contacts: contacts.to_vec(),
+        grasp,
     };
     let steps = STEPS.map(|step| step as usize);
     let last = seen.len() - 1;
@@ -102,10 +103,11 @@ fn moments(energy: &GraspEnergy, seen: &[State], end: &Synthesized) -> Vec<Momen
         .chain([last])
         .map(|step| {
             let state = &seen[step];
-            moment(format!("step {step}"), &state.coordinates, &state.discrete)
+            let grasp = Grasp::new(state.coordinates.clone(), state.discrete.clone());
+            moment(format!("step {step}"), grasp)
         })
         .collect();
-    moments.push(moment("refined".to_owned(), &end.refined, &end.contacts));
+    moments.push(moment("refined".to_owned(), end.refined.clone()));
     moments
 }
 

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use landscape::energy::{Energy, Piecewise};
 use landscape::grasp::synthesis::{SynthesisSettings, synthesize};
-use landscape::grasp::{EnergySettings, GraspEnergy, GraspKernel, judge};
+use landscape::grasp::{EnergySettings, Grasp, GraspEnergy, GraspKernel, judge};
 use landscape::hand::{Hand, HandFiles, PosedHand};
 use landscape::object::Object;
 use landscape::optimize::QuenchSettings;
@@ -36,12 +36,12 @@ fn walk(energy: &GraspEnergy, step_m: f64) -> (Vec<u32>, Vec<Vec<f64>>) {
                 .iter()
                 .map(|scale| scale * rng.random_range(-step_m..step_m))
                 .collect();
-            let mut x = grasp.refined.clone();
+            let mut x = grasp.refined.pose.to_vec();
             energy.space().exp(&mut x, &tangent);
             x
         })
         .collect();
-    (grasp.contacts, points)
+    (grasp.refined.contacts, points)
 }
 
 fn evaluations(criterion: &mut Criterion) {
@@ -139,7 +139,7 @@ fn other_hands(criterion: &mut Criterion) {
         group.bench_function(format!("{name}, judge"), |bencher| {
             bencher.iter(|| {
                 let x = &points[next.next().unwrap_or(0)];
-                judge(&energy, black_box(x), &choice)
+                judge(&energy, black_box(&Grasp::new(x.clone(), choice.clone())))
             });
         });
     }

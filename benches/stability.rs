@@ -4,6 +4,7 @@ use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use landscape::evaluation::stability::{Build, Drop, Protocol, SixDirections, Solid, simulate};
+use landscape::grasp::Grasp;
 use landscape::hand::Hand;
 use landscape::object::Object;
 
@@ -18,6 +19,7 @@ fn stability(criterion: &mut Criterion) {
     let mass_kg = description.mass_kg.expect("the bottle has a mass");
     let grasps: Vec<(Vec<f64>, Vec<u32>)> =
         serde_json::from_str(GRASPS).expect("the file holds poses and contacts");
+    let grasps: Vec<Grasp> = (grasps.into_iter().map(|(x, set)| Grasp::new(x, set))).collect();
     for (name, protocol) in [
         ("drop", Protocol::Drop(Drop::default())),
         (
@@ -35,8 +37,8 @@ fn stability(criterion: &mut Criterion) {
         group.throughput(criterion::Throughput::Elements(grasps.len() as u64));
         group.bench_function(name, |bencher| {
             bencher.iter(|| {
-                for (x, contacts) in &grasps {
-                    black_box(simulate(&hand, x, contacts, &solid, mass_kg, &protocol));
+                for grasp in &grasps {
+                    black_box(simulate(&hand, grasp, &solid, mass_kg, &protocol));
                 }
             });
         });

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use landscape::grasp::start::start_pose;
 use landscape::grasp::synthesis::{SynthesisSettings, synthesize};
-use landscape::grasp::{EnergySettings, GraspEnergy, judge};
+use landscape::grasp::{EnergySettings, Grasp, GraspEnergy, judge};
 use landscape::hand::{HAND_NAMES, Hand, HandFiles, PosedHand, Skin};
 use landscape::object::{ExactMesh, Mesh, Object};
 use landscape::optimize::QuenchSettings;
@@ -149,7 +149,12 @@ fn poses(energy: &GraspEnergy, rng: &mut Rng) -> Vec<Vec<f64>> {
     };
     let refine = QuenchSettings::default().with_gradient_tolerance(1e-2);
     for chain in 0..2 {
-        poses.push(synthesize(energy, &settings, &refine, 3, chain).refined);
+        poses.push(
+            synthesize(energy, &settings, &refine, 3, chain)
+                .refined
+                .pose
+                .into(),
+        );
     }
     poses
 }
@@ -190,7 +195,7 @@ fn compare(hands: Vec<(String, Hand)>, objects: &[&str], count: usize) {
             for x in poses(&energy, &mut rng) {
                 let mut posed = PosedHand::default();
                 hand.pose(&x, &mut posed);
-                let told = judge(&energy, &x, &[0, 1, 2, 3]).deepest_m;
+                let told = judge(&energy, &Grasp::new(x, vec![0, 1, 2, 3])).deepest_m;
                 let found = sampled(object, of_object, &skin, &posed, &mut rng);
                 overlaps += usize::from(found > 1e-3);
                 over.push(1e3 * (told - found));

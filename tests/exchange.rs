@@ -11,7 +11,7 @@ use crate::pickled::bench;
 use landscape::hand::{Hand, HandFiles, PosedHand};
 use landscape::object::{ExactMesh, Mesh};
 use landscape::store::exchange::{Columns, JointColumns, Mapping, read, table_csv, table_json};
-use landscape::store::{Grasp, GraspFile, Overrides};
+use landscape::store::{GraspFile, GraspRow, Overrides};
 use proptest::prelude::*;
 
 /// Grasps of the parallel gripper on the ball.
@@ -51,23 +51,28 @@ fn difference(a: &GraspFile, b: &GraspFile) -> f64 {
     assert_eq!(a.grasps.len(), b.grasps.len());
     let mut worst: f64 = 0.0;
     for (one, two) in a.grasps.iter().zip(&b.grasps) {
+        let (one, two) = (&one.grasp.pose, &two.grasp.pose);
         let dot: f64 = one
-            .rotation_wxyz
+            .rotation_wxyz()
             .iter()
-            .zip(two.rotation_wxyz)
+            .zip(two.rotation_wxyz())
             .map(|(p, q)| p * q)
             .sum();
         let rotation = one
-            .rotation_wxyz
+            .rotation_wxyz()
+            .into_iter()
+            .zip(two.rotation_wxyz().map(|q| q * dot.signum()));
+        let pairs = one
+            .translation_m()
             .iter()
-            .zip(two.rotation_wxyz.map(|q| q * dot.signum()));
-        let pairs = one.translation_m.iter().copied().zip(two.translation_m);
-        let pairs = pairs.chain(rotation.map(|(p, q)| (*p, q)));
+            .copied()
+            .zip(two.translation_m().iter().copied());
+        let pairs = pairs.chain(rotation);
         let pairs = pairs.chain(
-            one.joints_rad
+            one.joints()
                 .iter()
                 .copied()
-                .zip(two.joints_rad.iter().copied()),
+                .zip(two.joints().iter().copied()),
         );
         worst = pairs.map(|(p, q)| (p - q).abs()).fold(worst, f64::max);
     }
@@ -83,7 +88,7 @@ fn tables_become_grasps_with_contacts_and_energies() {
     assert_eq!(file.grasps[0].label.as_deref(), Some("pinch, wide"));
     assert_eq!(file.grasps[1].source, "t.csv 1");
     for grasp in &file.grasps {
-        assert_eq!(grasp.contacts.len(), 4);
+        assert_eq!(grasp.grasp.contacts.len(), 4);
         assert!(
             grasp.energy > 0.0 && (grasp.terms.iter().sum::<f64>() - grasp.energy).abs() < 1e-12
         );
@@ -157,7 +162,7 @@ fn round_trips_are_exact() {
             let contacts = |file: &GraspFile| {
                 file.grasps
                     .iter()
-                    .map(|g| (g.id, g.contacts.clone(), g.label.clone()))
+                    .map(|g| (g.id, g.grasp.contacts.clone(), g.label.clone()))
                     .collect::<Vec<_>>()
             };
             assert_eq!(contacts(&before), contacts(&after), "{format}");
@@ -209,7 +214,7 @@ fn names_and_numbers_come_back_from_tables() {
     let held = runner.run(&strategy, |(id, object, label)| {
         // What surrounds a name is no part of it.
         let [object, label] = [object, label].map(|name| name.trim().to_owned());
-        let grasp = Grasp {
+        let grasp = GraspRow {
             id,
             object: object.clone(),
             label: Some(label.clone()),
@@ -233,7 +238,7 @@ fn names_and_numbers_come_back_from_tables() {
                 filled(found.label.clone().unwrap_or_default()),
                 filled(label.clone())
             );
-            prop_assert_eq!(&found.joints_rad, &known.joints_rad);
+            prop_assert_eq!(found.pose.joints(), known.grasp.pose.joints());
         }
         Ok(())
     });
@@ -245,14 +250,22 @@ fn mappings_rename_and_convert() {
     let desk = with_table();
     let before = grasps(&desk.path("t.parquet"));
     // Millimetres, the object in the hand, x y z w.
-    let entry = |grasp: &Grasp| {
-        let [w, x, y, z] = grasp.rotation_wxyz;
+    let entry = |grasp: &GraspRow| {
+        let pose = &grasp.grasp.pose;
+        let [w, x, y, z] = pose.rotation_wxyz();
         let q = nalgebra::UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(w, x, y, z))
             .inverse();
-        let t = q * -nalgebra::Vector3::from(grasp.translation_m) * 1e3;
+        let t = q * -nalgebra::Vector3::from_column_slice(pose.translation_m()) * 1e3;
         format!(
             "{{\"p\": [{}, {}, {}], \"quat\": [{}, {}, {}, {}], \"q\": [{}]}},",
-            t.x, t.y, t.z, q.i, q.j, q.k, q.w, grasp.joints_rad[0]
+            t.x,
+            t.y,
+            t.z,
+            q.i,
+            q.j,
+            q.k,
+            q.w,
+            pose.joints()[0]
         )
     };
     let text: String = before.grasps.iter().map(entry).collect();
@@ -304,10 +317,10 @@ fn mappings_rename_and_convert() {
             0.0,
             0.5f64.sqrt(),
         ];
-        for (q, e) in grasp.rotation_wxyz.iter().zip(expected) {
-            assert!((q - e).abs() < 1e-12, "{form}: {:?}", grasp.rotation_wxyz);
+        for (q, e) in grasp.pose.rotation_wxyz().iter().zip(expected) {
+            assert!((q - e).abs() < 1e-12, "{form}: {:?}", grasp.pose);
         }
-        assert!((grasp.joints_rad[0] - 1.0).abs() < 1e-12);
+        assert!((grasp.pose.joints()[0] - 1.0).abs() < 1e-12);
     }
 }
 
@@ -323,14 +336,19 @@ fn dictionaries_of_dexgraspbench_are_read() {
         let [first, second] = &read.grasps[..] else {
             panic!("two grasps")
         };
-        for (x, e) in first.translation_m.iter().zip([-0.19, 0.05, -0.3]) {
-            assert!((x - e).abs() < 1e-7, "{:?}", first.translation_m);
+        for (x, e) in first.pose.translation_m().iter().zip([-0.19, 0.05, -0.3]) {
+            assert!((x - e).abs() < 1e-7, "{:?}", first.pose);
         }
         let half = 0.5f64.sqrt();
-        for (q, e) in first.rotation_wxyz.iter().zip([half, half, 0.0, 0.0]) {
-            assert!((q.abs() - e).abs() < 1e-7, "{:?}", first.rotation_wxyz);
+        for (q, e) in first
+            .pose
+            .rotation_wxyz()
+            .iter()
+            .zip([half, half, 0.0, 0.0])
+        {
+            assert!((q.abs() - e).abs() < 1e-7, "{:?}", first.pose);
         }
-        assert!((second.joints_rad[0] - 0.015).abs() < 1e-8 && second.scale == Some(1.0));
+        assert!((second.pose.joints()[0] - 0.015).abs() < 1e-8 && second.scale == Some(1.0));
     }
     let said = succeed(
         &desk,
@@ -361,9 +379,8 @@ fn a_qpos_places_the_outermost_body() {
     let hand = Hand::from_files(&HandFiles::load(&desk.path("offset.xml")).unwrap()).unwrap();
     let palm = hand.links.iter().position(|link| link.name == "palm");
     let grasp = &grasps(&desk.path("a.parquet")).grasps[0];
-    let x = grasp.coordinates();
     let mut posed = PosedHand::default();
-    hand.pose(&x, &mut posed);
+    hand.pose(&grasp.grasp.pose, &mut posed);
     let frame = posed.object_from_link[palm.unwrap()];
     for (t, expected) in frame.translation.iter().zip(published) {
         assert!((t - expected).abs() < 1e-7, "{}", frame.translation);
@@ -371,7 +388,7 @@ fn a_qpos_places_the_outermost_body() {
     // A quarter turn about x.
     let turned = frame.rotation.column(1);
     assert!((turned[2] - 1.0).abs() < 1e-7, "{}", frame.rotation);
-    let root_m: Vec<f64> = x.iter().zip(published).map(|(x, p)| x - p).collect();
+    let root_m: Vec<f64> = (grasp.grasp.pose.iter().zip(published).map(|(x, p)| x - p)).collect();
     let away_m = root_m[..3].iter().map(|d| d * d).sum::<f64>().sqrt();
     assert!((away_m - 0.01f64.hypot(0.034)).abs() < 1e-7, "{away_m}");
     // And back.
@@ -585,11 +602,8 @@ fn published_grasps_touch_their_object() {
             .filter(|grasp| (grasp.scale.unwrap() - 0.1).abs() < 1e-6);
         let mut fourth: Vec<f64> = at_scale
             .map(|grasp| {
-                let mut x = grasp.translation_m.to_vec();
-                x.extend(grasp.rotation_wxyz);
-                x.extend(&grasp.joints_rad);
                 let mut posed = PosedHand::default();
-                hand.pose(&x, &mut posed);
+                hand.pose(&grasp.pose, &mut posed);
                 let mut gaps: Vec<f64> = posed
                     .points
                     .iter()

@@ -116,8 +116,8 @@ fn a_pen_no_longer_passes_through_a_finger() {
     let mut failures = 0;
     for chain in 0..12 {
         let end = synthesize(&paper, &SynthesisSettings::paper(), &refine, SEED, chain);
-        let posed = posed(&end.refined);
-        let judgement = judge(&paper, &end.refined, &end.contacts);
+        let posed = posed(&end.refined.pose);
+        let judgement = judge(&paper, &end.refined);
         let blind = judgement.net_wrench < 0.5 && judgement.penetration < 0.02;
         if !passes_between_points(&PEN.exact, &HAND, &posed) || !blind {
             continue;
@@ -125,7 +125,7 @@ fn a_pen_no_longer_passes_through_a_finger() {
         failures += 1;
         assert!(points_inside_object_m(&PEN.exact, &posed) < 0.002);
         assert!(judgement.deepest_m > 0.002 && !judgement.passes_strict());
-        let terms = ours.terms(&end.refined);
+        let terms = ours.terms(&end.refined.pose);
         let charge = |name| terms.iter().find(|(term, _)| term == name).unwrap().1;
         assert!(charge("intrusion") > 1.0, "{terms:?}");
     }
@@ -134,10 +134,10 @@ fn a_pen_no_longer_passes_through_a_finger() {
     let mut grasps = 0;
     for chain in 0..4 {
         let end = synthesize(&ours, &SynthesisSettings::default(), &refine, SEED, chain);
-        let judgement = judge(&ours, &end.refined, &end.contacts);
+        let judgement = judge(&ours, &end.refined);
         if judgement.passes_strict() {
             grasps += 1;
-            let depth = object_inside_hand_m(&PEN.exact, &HAND, &posed(&end.refined));
+            let depth = object_inside_hand_m(&PEN.exact, &HAND, &posed(&end.refined.pose));
             assert!(depth < 0.002, "{depth}");
             assert!(judgement.digits > 1 && !judgement.one_concavity);
             let wedged = Judgement {

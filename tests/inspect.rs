@@ -36,7 +36,7 @@ impl Desk {
         let desk = Self::empty();
         let (mut file, _) = GraspFile::read(data().as_ref(), Overrides::default()).unwrap();
         file.grasps.truncate(5);
-        file.grasps[4].translation_m[0] += 0.3;
+        file.grasps[4].grasp.pose[0] += 0.3;
         file.write(&desk.path("g.parquet")).unwrap();
         desk
     }
@@ -459,7 +459,10 @@ fn grasps_one_by_one() {
     assert_says(line(second, "strict filter"), &["refused for"]);
     // Shares of the normal force that balances.
     let table = first.split_once("contact on").unwrap().1;
-    let shares = table.lines().skip(1).take(file.grasps[1].contacts.len());
+    let shares = table
+        .lines()
+        .skip(1)
+        .take(file.grasps[1].grasp.contacts.len());
     let sum: f64 = shares
         .map(|row| row.split_whitespace().last().unwrap())
         .map(|share| share.parse::<f64>().unwrap())
@@ -479,8 +482,8 @@ fn grasps_for_machines() {
     for (found, grasp) in judged.iter().zip(&file.grasps) {
         assert_eq!(found["id"], grasp.id);
         let contacts = found["contacts"].as_array().unwrap();
-        assert_eq!(contacts.len(), grasp.contacts.len());
-        for (touch, &index) in contacts.iter().zip(&grasp.contacts) {
+        assert_eq!(contacts.len(), grasp.grasp.contacts.len());
+        for (touch, &index) in contacts.iter().zip(&grasp.grasp.contacts) {
             assert_eq!(touch["surface_point"], index);
             let gap = found["gap_m"].as_f64().unwrap();
             assert!(touch["distance_m"].as_f64().unwrap().abs() <= gap + 1e-12);

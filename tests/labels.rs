@@ -12,6 +12,7 @@ use landscape::evaluation::taxonomy::{
 };
 use landscape::hand::{Hand, HandFiles};
 use landscape::object::{Mesh, Object};
+use landscape::space::Pose;
 use landscape::store::{GraspFile, Overrides};
 
 /// Grasps of the committed population, every `step`-th.
@@ -69,7 +70,7 @@ fn a_mirrored_grasp_has_the_same_label() {
     );
     let mut texts = std::collections::BTreeSet::new();
     for grasp in &file.grasps {
-        let x = grasp.coordinates();
+        let x = grasp.grasp.pose.to_vec();
         let mut turned = x.clone();
         for coordinate in [0, 5, 6] {
             turned[coordinate] = -turned[coordinate];
@@ -156,10 +157,15 @@ fn a_hand_without_a_thumb_does_no_thumb_grasps() {
     let feix = Taxonomy::feix();
     let mut listed = 0;
     for grasp in &file.grasps {
-        let mut x = grasp.coordinates()[..7].to_vec();
-        for joint in &thumbless.joints {
-            x.push(grasp.joints_rad[human.joint(&joint.name).unwrap()]);
-        }
+        let pose = &grasp.grasp.pose;
+        let kept =
+            |joint: &landscape::hand::Joint| pose.joints()[human.joint(&joint.name).unwrap()];
+        let kept: Vec<f64> = thumbless.joints.iter().map(kept).collect();
+        let x = Pose::new(
+            std::array::from_fn(|k| pose[k]),
+            pose.rotation_wxyz(),
+            &kept,
+        );
         for best in &labeller.label(&x).best {
             assert!(
                 !feix.numbered(best.number).unwrap().uses(1),

@@ -8,7 +8,7 @@ use std::io::{Cursor, Write as _};
 use std::sync::{Arc, LazyLock};
 
 use landscape::energy::{Energy, Piecewise};
-use landscape::grasp::{EnergySettings, GraspEnergy, judge};
+use landscape::grasp::{EnergySettings, Grasp, GraspEnergy, judge};
 use landscape::hand::{Hand, HandFiles, PosedHand, Wrench};
 use landscape::object::Object;
 use landscape::sample::{Task, stream};
@@ -594,7 +594,7 @@ fn depths_are_those_of_the_drawn_skin() {
             .fold(0.0, |deepest: f64, point| {
                 deepest.max(-object.exact.distance(&point))
             });
-        let told = judge(&energy, &x, &[0, 1, 2, 3]).deepest_m;
+        let told = judge(&energy, &Grasp::new(x, vec![0, 1, 2, 3])).deepest_m;
         assert!(told > deepest - 1e-4, "{told} m of {deepest} m");
         overlaps += usize::from(deepest > 1e-3);
     }

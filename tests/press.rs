@@ -24,19 +24,18 @@ fn firm_grasps_touch_and_stay() {
     let mut firm = 0;
     for chain in 0..3 {
         let end = synthesize(&energy, &settings, &QuenchSettings::default(), 0, chain);
-        let measured = firmness(&energy, &end.refined);
+        let measured = firmness(&energy, &end.refined.pose);
         if !measured.is_firm() {
             continue;
         }
         firm += 1;
-        assert!(judge(&energy, &end.refined, &end.contacts).passes_strict());
+        assert!(judge(&energy, &end.refined).passes_strict());
         assert!(measured.touches >= 3, "{measured:?}");
         let drop = Protocol::Drop(Drop::default());
-        let (x, contacts) = (&end.refined, &end.contacts);
-        let outcome = simulate(&hand, x, contacts, &solid, object.mass_kg, &drop);
+        let outcome = simulate(&hand, &end.refined, &solid, object.mass_kg, &drop);
         assert!(outcome.is_stable(), "{outcome:?} {measured:?}");
         // Closing a closed hand again drives nothing deep into the object.
-        let again = press(&energy, x, contacts, &PressSettings::default());
+        let again = press(&energy, &end.refined, &PressSettings::default());
         let mut posed = landscape::hand::PosedHand::default();
         hand.pose(&again, &mut posed);
         let deepest = touches(&object.exact, &hand, &posed, 0.0);

@@ -6,6 +6,7 @@ use landscape::evaluation::stability::{
     Build, Combine, Drop, Friction, Part, Protocol, Reason, Rest, SixDirections, Solid, Solver,
     World, simulate,
 };
+use landscape::grasp::Grasp;
 use landscape::hand::Hand;
 use landscape::object::{Mesh, Object};
 use nalgebra::Vector3;
@@ -244,6 +245,7 @@ fn a_free_body_keeps_its_momentum() {
 fn the_end_at_rest_is_the_end_of_the_last_step() {
     let grasps: Vec<(Vec<f64>, Vec<u32>)> =
         serde_json::from_str(include_str!("../benches/stability_grasps.json")).unwrap();
+    let grasps: Vec<Grasp> = (grasps.into_iter().map(|(x, set)| Grasp::new(x, set))).collect();
     let hand = Hand::human();
     let (mesh, description) = Object::parts_of_named("bottle_round").unwrap();
     let solid = Solid::new(&mesh, Build::Pieces);
@@ -252,14 +254,14 @@ fn the_end_at_rest_is_the_end_of_the_last_step() {
         ..Rest::default()
     };
     let mut held = 0;
-    for (x, contacts) in &grasps {
+    for grasp in &grasps {
         let mass_kg = description.mass_kg.unwrap();
         let [early, late] = [Rest::default(), whole].map(|rest| {
             let drop = Protocol::Drop(Drop {
                 rest,
                 ..Drop::default()
             });
-            simulate(&hand, x, contacts, &solid, mass_kg, &drop)
+            simulate(&hand, grasp, &solid, mass_kg, &drop)
         });
         assert_eq!(early.reason, late.reason, "{early:?} {late:?}");
         let apart_m = (early.displacement_m - late.displacement_m).abs();
@@ -304,7 +306,13 @@ fn deep_overlap_is_reported_rather_than_launched() {
         Protocol::SixDirections(SixDirections::default()),
         Protocol::SixDirections(SixDirections::rigid()),
     ] {
-        let outcome = simulate(&hand, &x, &[], &ball, 0.06, &protocol);
+        let outcome = simulate(
+            &hand,
+            &Grasp::new(x.clone(), Vec::new()),
+            &ball,
+            0.06,
+            &protocol,
+        );
         assert_eq!(outcome.reason, Reason::Overlap);
         assert!(outcome.overlap_m > 0.01);
     }
@@ -317,7 +325,16 @@ fn an_object_beside_the_hand_falls_or_is_pushed_away() {
     let hand = Hand::human();
     let mut x = hand.rest_coordinates();
     x[0] = 1.0;
-    let outcome = |protocol| simulate(&hand, &x, &[], &ball, 0.06, &protocol).reason;
+    let outcome = |protocol| {
+        simulate(
+            &hand,
+            &Grasp::new(x.clone(), Vec::new()),
+            &ball,
+            0.06,
+            &protocol,
+        )
+        .reason
+    };
     assert_eq!(outcome(Protocol::Drop(Drop::default())), Reason::Fell);
     let pushed = outcome(Protocol::SixDirections(SixDirections::default()));
     assert_eq!(pushed, Reason::Moved);

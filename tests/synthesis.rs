@@ -56,7 +56,7 @@ fn attempts_end_with_the_first_grasp() {
         attempts: 4,
         ..one
     };
-    let strict = |end: &Synthesized| judge(&energy, &end.refined, &end.contacts).passes_strict();
+    let strict = |end: &Synthesized| judge(&energy, &end.refined).passes_strict();
     let (mut ended_early, mut helped) = (0, 0);
     for chain in 0..12 {
         let first = synthesize(&energy, &one, &refine(), 1, chain);
@@ -100,8 +100,8 @@ fn a_watcher_sees_every_state() {
         assert_eq!(numbers, (0..=300).collect::<Vec<u32>>());
         let (_, last) = seen.last().unwrap();
         assert_eq!(
-            (&last.coordinates, &last.discrete),
-            (&end.raw, &end.raw_contacts)
+            (&last.coordinates[..], &last.discrete),
+            (&end.raw.pose[..], &end.raw.contacts)
         );
         let distance = energy
             .space()
@@ -156,10 +156,10 @@ fn the_noisy_refinement_cools_and_keeps_the_contacts() {
     };
     for chain in 0..3 {
         let end = synthesize(&energy, &settings, &refine(), 1, chain);
-        assert_eq!(end.contacts, end.raw_contacts);
+        assert_eq!(end.refined.contacts, end.raw.contacts);
         assert_eq!(end.evaluations, 1 + 200 + 1000);
         let mut unused = vec![0.0; energy.space().tangents()];
-        let before = energy.evaluate_piece(&end.raw, &end.raw_contacts, &mut unused);
+        let before = energy.evaluate_piece(&end.raw.pose, &end.raw.contacts, &mut unused);
         assert!(end.energy < before, "{before} to {}", end.energy);
     }
     // Their start: about the object's centroid, in units of 120 mm, and turned anyhow.
@@ -185,10 +185,10 @@ fn the_refinement_of_the_paper_keeps_the_contacts() {
     };
     for chain in 0..3 {
         let end = synthesize(&energy, &settings, &refine(), 1, chain);
-        assert_eq!(end.contacts, end.raw_contacts);
+        assert_eq!(end.refined.contacts, end.raw.contacts);
         let mut unused = vec![0.0; energy.space().tangents()];
-        let before = energy.evaluate_piece(&end.raw, &end.raw_contacts, &mut unused);
-        let after = energy.evaluate_piece(&end.refined, &end.contacts, &mut unused);
+        let before = energy.evaluate_piece(&end.raw.pose, &end.raw.contacts, &mut unused);
+        let after = energy.evaluate_piece(&end.refined.pose, &end.refined.contacts, &mut unused);
         assert_eq!(after.to_bits(), end.energy.to_bits());
         assert!(after < before - 0.01, "{before} to {after}");
     }
@@ -224,7 +224,7 @@ fn contacts_can_be_restricted_to_fingertips() {
     let sets = seen
         .iter()
         .map(|(_, state)| &state.discrete)
-        .chain([&end.contacts]);
+        .chain([&end.refined.contacts]);
     for set in sets {
         assert!(set.iter().all(|index| tips.contains(index)), "{set:?}");
     }

@@ -41,10 +41,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         let all_pieces = format!("{name}.obj");
         fs::write(folder.join(&all_pieces), all)?;
-        let of_grasp = |grasp: &&landscape::store::Grasp| {
-            let x = grasp.coordinates();
+        let of_grasp = |grasp: &&landscape::store::GraspRow| {
             let mut posed = PosedHand::default();
-            hand.pose(&x, &mut posed);
+            hand.pose(&grasp.grasp.pose, &mut posed);
             let capsules: Vec<_> = hand
                 .capsules
                 .iter()
@@ -54,7 +53,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                 })
                 .collect();
             let drop = Protocol::Drop(protocol);
-            let outcome = simulate(&hand, &x, &grasp.contacts, &solid, mass_kg, &drop);
+            let outcome = simulate(&hand, &grasp.grasp, &solid, mass_kg, &drop);
             json!({ "id": grasp.id, "capsules": capsules, "outcome": outcome })
         };
         let grasps: Vec<_> = population.grasps.par_iter().map(of_grasp).collect();

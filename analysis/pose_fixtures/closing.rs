@@ -4,7 +4,7 @@ use landscape::energy::Energy;
 use landscape::hand::{Hand, PosedHand, Wrench, axis_distance, closest_points};
 use landscape::object::Shape;
 use landscape::optimize::{QuenchSettings, quench};
-use landscape::space::{PoseSpace, Space, Symmetry};
+use landscape::space::{PoseSpace, Space, Symmetry, joints_of};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::shape::{Union, points};
@@ -155,7 +155,7 @@ impl<'a> Closing<'a> {
                 .norm();
             self.hand.capsules[a].radius_m + self.hand.capsules[b].radius_m - apart
         });
-        let beyond = self.hand.joints.iter().zip(&x[7..]).map(|(joint, q)| {
+        let beyond = self.hand.joints.iter().zip(joints_of(x)).map(|(joint, q)| {
             let [low, high] = joint.limits_rad;
             (low - q).max(q - high)
         });

@@ -19,7 +19,7 @@ use std::path::PathBuf;
 use landscape::figure::contact_sheet;
 use landscape::hand::Hand;
 use landscape::sample::{Task, stream};
-use landscape::space::pose_coordinates;
+use landscape::space::{Pose, pose_coordinates};
 use rand::seq::SliceRandom;
 use rayon::prelude::*;
 
@@ -84,8 +84,8 @@ fn pose(
         start,
         (loose, rough.oppose.unwrap_or(0.0)),
     );
-    let x = closing.close();
-    let fit = closing.fit(&x);
+    let pose = Pose::from(closing.close());
+    let fit = closing.fit(&pose);
     // Millionths are finer than anything that is measured.
     let round = |value: f64| (value * 1e6).round() / 1e6;
     let names = hand.joints.iter().map(|joint| joint.name.clone());
@@ -98,10 +98,10 @@ fn pose(
             .to_owned(),
         object: shape.0.clone(),
         object_from_hand: Placement {
-            translation_m: [x[0], x[1], x[2]].map(round),
-            rotation_wxyz: [x[3], x[4], x[5], x[6]],
+            translation_m: std::array::from_fn(|k| round(pose[k])),
+            rotation_wxyz: pose.rotation_wxyz(),
         },
-        joints_rad: names.zip(x[7..].iter().map(|&q| round(q))).collect(),
+        joints_rad: names.zip(pose.joints().iter().map(|&q| round(q))).collect(),
         touching: touch,
     };
     Ok((fixture, fit))

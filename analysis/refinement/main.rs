@@ -15,7 +15,7 @@ use std::sync::Arc;
 
 use landscape::agreement::{Roc, RocError};
 use landscape::grasp::synthesis::{SynthesisSettings, synthesize};
-use landscape::grasp::{EnergySettings, GraspEnergy, Judgement, judge, measure_contacts};
+use landscape::grasp::{EnergySettings, Grasp, GraspEnergy, Judgement, judge, measure_contacts};
 use landscape::hand::Hand;
 use landscape::object::Object;
 use landscape::optimize::QuenchSettings;
@@ -36,8 +36,7 @@ struct Method {
 
 /// A sample before or after refinement.
 struct State {
-    x: Vec<f64>,
-    contacts: Vec<u32>,
+    grasp: Grasp,
     judgement: Judgement,
     /// Mean distance of the contacts from the exact mesh, metres.
     mean_distance_m: f64,
@@ -113,8 +112,8 @@ fn run(method: Method, object: &Arc<Object>, chains: u64) -> Result<Series, Box<
         let end = synthesize(&energy, &method.synthesis, &refine, SEED, chain);
         Sample {
             chain,
-            before: State::new(&energy, end.raw, end.raw_contacts),
-            after: State::new(&energy, end.refined, end.contacts),
+            before: State::new(&energy, end.raw),
+            after: State::new(&energy, end.refined),
             energy: end.energy,
         }
     };
@@ -131,14 +130,13 @@ fn run(method: Method, object: &Arc<Object>, chains: u64) -> Result<Series, Box<
 }
 
 impl State {
-    fn new(energy: &GraspEnergy, x: Vec<f64>, contacts: Vec<u32>) -> Self {
-        let measured = measure_contacts(energy, &x, &contacts);
+    fn new(energy: &GraspEnergy, grasp: Grasp) -> Self {
+        let measured = measure_contacts(energy, &grasp);
         let sum: f64 = measured.iter().map(|m| m.distance_m.abs()).sum();
         Self {
-            judgement: judge(energy, &x, &contacts),
+            judgement: judge(energy, &grasp),
             mean_distance_m: sum / measured.len() as f64,
-            x,
-            contacts,
+            grasp,
         }
     }
 

@@ -78,9 +78,8 @@ pub(crate) fn sheet(all: &[Series]) -> Canvas {
 fn render(series: &Series, sample: &Sample) -> [Image; 2] {
     let (hand, object) = (series.energy.hand(), series.energy.object());
     let skin = hand.skin();
-    let scene = |x: &[f64], contacts: &[u32]| Scene::of_grasp(hand, &skin, object, x, contacts);
-    let before = scene(&sample.before.x, &sample.before.contacts);
-    let after = scene(&sample.after.x, &sample.after.contacts);
+    let before = Scene::of_grasp(hand, &skin, object, &sample.before.grasp);
+    let after = Scene::of_grasp(hand, &skin, object, &sample.after.grasp);
     let mut both = after.clone();
     both.surfaces.extend(before.surfaces.iter().cloned());
     // From where the refined contacts are seen best.

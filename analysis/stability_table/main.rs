@@ -99,17 +99,15 @@ fn measure(population: &str, name: &str, chains: u64) -> Result<Vec<Row>, Box<dy
     let pushed = population.ends_with(PUSHED);
     let row = |chain| {
         let end = synthesize(&energy, &synthesis, &refine, SEED, chain);
-        let judgement = judge(&energy, &end.refined, &end.contacts);
-        let firmness = firmness(&energy, &end.refined);
-        let contacts = measure_contacts(&energy, &end.refined, &end.contacts);
+        let judgement = judge(&energy, &end.refined);
+        let firmness = firmness(&energy, &end.refined.pose);
+        let contacts = measure_contacts(&energy, &end.refined);
         let gaps: f64 = contacts
             .iter()
             .map(|contact| contact.distance_m.abs())
             .sum();
-        let holds = |protocol| {
-            let (x, contacts) = (&end.refined, &end.contacts);
-            simulate(&hand, x, contacts, &solid, object.mass_kg, &protocol).is_stable()
-        };
+        let holds =
+            |protocol| simulate(&hand, &end.refined, &solid, object.mass_kg, &protocol).is_stable();
         let at_once = Drop {
             settle_s: 0.0,
             ..Drop::default()

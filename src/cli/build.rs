@@ -17,7 +17,7 @@ use super::{complain, input, print};
 use crate::grasp::hover::hover_costs;
 use crate::grasp::{GraspEnergy, GraspKernel};
 use crate::limits::ENERGY_SCALE;
-use crate::store::{AtomicFolder, Grasp, GraspFile, Journal, Population, Source, content_hash};
+use crate::store::{AtomicFolder, GraspFile, GraspRow, Journal, Population, Source, content_hash};
 use crate::topography::exchange::Database;
 use crate::topography::{
     Landscape, MapSettings, Minimum, MinimumId, Run, SequentialSettings, build_landscape, distinct,
@@ -218,7 +218,10 @@ fn build(
     let folder = &unfinished.folder;
 
     let mut watch = Watch::new(common.quiet);
-    let starts: Vec<Vec<f64>> = grasps.iter().map(|grasp| grasp.coordinates()).collect();
+    let starts: Vec<Vec<f64>> = grasps
+        .iter()
+        .map(|grasp| grasp.grasp.pose.to_vec())
+        .collect();
     let run = Run {
         journal: &unfinished.journal,
         observer: &|news| watch.see(news),
@@ -353,7 +356,7 @@ fn mapped(
 }
 
 /// A row and its label: the human one, else the automatic one.
-fn row(grasp: &Grasp) -> Input {
+fn row(grasp: &GraspRow) -> Input {
     Input {
         id: grasp.id,
         label: grasp.label.clone().or_else(|| grasp.label_auto.clone()),

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::types::{Named, Setting};
 use crate::evaluation::taxonomy::{Category, Rule};
 use crate::figure::{Leaf, PICTURE_DENSITY, Picture, Scene, group, side_in_row, theme};
+use crate::grasp::Grasp;
 use crate::store::{LandscapeFiles, MinimumRow};
 use crate::topography::MinimumId;
 
@@ -92,13 +93,8 @@ impl Types {
         let skin = self.setting.hand.skin();
         let picture = |&minimum: &usize| {
             let row = &files.minima[minimum];
-            let scene = Scene::of_grasp(
-                &self.setting.hand,
-                &skin,
-                &self.setting.object,
-                &row.coordinates,
-                &row.choice,
-            );
+            let grasp = Grasp::new(row.coordinates.clone(), row.choice.clone());
+            let scene = Scene::of_grasp(&self.setting.hand, &skin, &self.setting.object, &grasp);
             let camera = scene.closer_camera(Vector3::z());
             let named = &self.names[minimum];
             let label = Colouring::Category.label(named);

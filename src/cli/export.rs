@@ -12,7 +12,7 @@ use super::{complain, input};
 use crate::figure::Scene;
 use crate::hand::{Hand, PosedHand};
 use crate::store::exchange::{QposRow, dexgraspnet_npy, qpos_csv, qpos_npy, table_csv, table_json};
-use crate::store::{FileSet, Grasp, GraspFile, HandMetadata, write_atomic};
+use crate::store::{FileSet, GraspFile, GraspRow, HandMetadata, write_atomic};
 
 /// Write grasps for other programs.
 #[derive(Debug, Args)]
@@ -87,8 +87,8 @@ pub(super) fn run(command: &Export, common: &Common) -> anyhow::Result<()> {
             command.grasps.display()
         );
     }
-    let chosen = |grasp: &&Grasp| command.grasp.is_empty() || command.grasp.contains(&grasp.id);
-    let grasps: Vec<&Grasp> = file.grasps.iter().filter(chosen).collect();
+    let chosen = |grasp: &&GraspRow| command.grasp.is_empty() || command.grasp.contains(&grasp.id);
+    let grasps: Vec<&GraspRow> = file.grasps.iter().filter(chosen).collect();
     let written = if command.format == ExportFormat::Glb {
         scenes(&file, &grasps, &output)?
     } else {
@@ -140,7 +140,7 @@ fn output(command: &Export) -> anyhow::Result<PathBuf> {
 }
 
 /// The hand that all grasps are of.
-fn one_hand<'a>(file: &'a GraspFile, grasps: &[&Grasp]) -> anyhow::Result<&'a HandMetadata> {
+fn one_hand<'a>(file: &'a GraspFile, grasps: &[&GraspRow]) -> anyhow::Result<&'a HandMetadata> {
     let names: BTreeSet<&str> = grasps.iter().map(|grasp| grasp.hand.as_str()).collect();
     ensure!(
         names.len() == 1,
@@ -158,7 +158,7 @@ fn one_hand<'a>(file: &'a GraspFile, grasps: &[&Grasp]) -> anyhow::Result<&'a Ha
 fn bytes(
     format: ExportFormat,
     file: &GraspFile,
-    grasps: &[&Grasp],
+    grasps: &[&GraspRow],
     output: &Path,
 ) -> anyhow::Result<Vec<u8>> {
     let metadata = one_hand(file, grasps)?;
@@ -183,7 +183,7 @@ fn bytes(
 }
 
 /// Names of a model's joints, depth first, and their numbers: those that follow others included.
-fn qpos(hand: &Hand, grasps: &[&Grasp]) -> (Vec<String>, Vec<QposRow>) {
+fn qpos(hand: &Hand, grasps: &[&GraspRow]) -> (Vec<String>, Vec<QposRow>) {
     let moving = || {
         hand.links
             .iter()
@@ -192,12 +192,12 @@ fn qpos(hand: &Hand, grasps: &[&Grasp]) -> (Vec<String>, Vec<QposRow>) {
     };
     let names = moving().map(|(_, link, _)| link.joint_name.clone());
     let body = usize::from(hand.root_offset().is_some());
-    let row = |grasp: &&Grasp| {
-        let x = grasp.coordinates();
+    let row = |grasp: &&GraspRow| {
+        let pose = &grasp.grasp.pose;
         let mut posed = PosedHand::default();
-        hand.pose(&x, &mut posed);
+        hand.pose(pose, &mut posed);
         let mut qpos = if body == 0 {
-            x[..7].to_vec()
+            [pose.translation_m(), &pose.rotation_wxyz()].concat()
         } else {
             let frame = posed.object_from_link[body];
             let rotation = nalgebra::Rotation3::from_matrix_unchecked(frame.rotation);
@@ -206,7 +206,7 @@ fn qpos(hand: &Hand, grasps: &[&Grasp]) -> (Vec<String>, Vec<QposRow>) {
             vec![t.x, t.y, t.z, q.w, q.i, q.j, q.k]
         };
         qpos.extend(moving().map(|(place, _, motion)| {
-            let q = x[7 + motion.joint];
+            let q = pose.joints()[motion.joint];
             // A joint's own coordinate; of one that follows, its displacement.
             if hand.joints[motion.joint].link.0 == place {
                 q
@@ -220,7 +220,7 @@ fn qpos(hand: &Hand, grasps: &[&Grasp]) -> (Vec<String>, Vec<QposRow>) {
 }
 
 /// Writes a scene for each grasp into a folder, or one into a file; returns what was written.
-fn scenes(file: &GraspFile, grasps: &[&Grasp], output: &Path) -> anyhow::Result<String> {
+fn scenes(file: &GraspFile, grasps: &[&GraspRow], output: &Path) -> anyhow::Result<String> {
     let single = is_scene(output);
     ensure!(
         !single || grasps.len() == 1,
@@ -233,7 +233,7 @@ fn scenes(file: &GraspFile, grasps: &[&Grasp], output: &Path) -> anyhow::Result<
     }
     let mut files = FileSet::default();
     for population in file.landscapes() {
-        let of_this: Vec<&&Grasp> = population
+        let of_this: Vec<&&GraspRow> = population
             .grasps
             .iter()
             .filter(|grasp| grasps.iter().any(|chosen| chosen.id == grasp.id))
@@ -246,8 +246,7 @@ fn scenes(file: &GraspFile, grasps: &[&Grasp], output: &Path) -> anyhow::Result<
         // The hand that was judged: the skin for drawing is fuller at creases.
         let skin = hand.solid_skin();
         for grasp in of_this {
-            let scene =
-                Scene::of_grasp_on(&hand, &skin, &mesh, &grasp.coordinates(), &grasp.contacts);
+            let scene = Scene::of_grasp_on(&hand, &skin, &mesh, &grasp.grasp);
             let path = if single {
                 output.to_path_buf()
             } else {

@@ -13,7 +13,7 @@ use super::output::{check_file, check_place};
 use super::{complain, input, print};
 use crate::figure::{Image, Marker, Scene, Surface, contact_sheet_canvas};
 use crate::hand::{HAND_NAMES, Hand, JointKind, LinkId, PosedHand, Skin};
-use crate::space::PoseMetric;
+use crate::space::{PoseMetric, joints_of_mut};
 use crate::store::FileSet;
 
 /// Hands.
@@ -285,7 +285,7 @@ fn sheet(hand: &Hand) -> Vec<(Image, String)> {
     let rest = hand.rest_coordinates();
     let at = |share: f64| {
         let mut x = rest.clone();
-        for (q, joint) in x[7..].iter_mut().zip(&hand.joints) {
+        for (q, joint) in joints_of_mut(&mut x).iter_mut().zip(&hand.joints) {
             let [lower, upper] = joint.limits_rad;
             *q = lower + share * (upper - lower);
         }

@@ -12,12 +12,13 @@ use super::import::Import;
 use super::output::check_file;
 use super::provenance::name_of;
 use super::{complain, input, print, progress};
-use crate::grasp::{EnergySettings, GraspEnergy, Judgement};
+use crate::grasp::{EnergySettings, Grasp, GraspEnergy, Judgement};
 use crate::hand::Hand;
 use crate::limits::OBJECT_SCALE;
+use crate::space::Pose;
 use crate::store::exchange::{Mapping, Published, read};
 use crate::store::{
-    Fault, Grasp, GraspFile, HandMetadata, Metadata, ObjectMetadata, SCHEMA_VERSION, Source,
+    Fault, GraspFile, GraspRow, HandMetadata, Metadata, ObjectMetadata, SCHEMA_VERSION, Source,
     content_hash,
 };
 
@@ -211,9 +212,10 @@ fn of_root_body(hand: &Hand, published: &mut Published) {
     let Some(offset) = hand.root_offset() else {
         return;
     };
-    let [w, x, y, z] = published.rotation_wxyz;
+    let pose = &published.pose;
+    let [w, x, y, z] = pose.rotation_wxyz();
     let body = Isometry3::from_parts(
-        Translation3::from(nalgebra::Vector3::from(published.translation_m)),
+        Translation3::from(nalgebra::Vector3::from_column_slice(pose.translation_m())),
         UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)),
     );
     let offset = Isometry3::from_parts(
@@ -221,9 +223,8 @@ fn of_root_body(hand: &Hand, published: &mut Published) {
         UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(offset.rotation)),
     );
     let root = body * offset.inverse();
-    published.translation_m = root.translation.vector.into();
-    let q = root.rotation;
-    published.rotation_wxyz = [q.w, q.i, q.j, q.k];
+    let (t, q) = (root.translation.vector, root.rotation);
+    published.pose = Pose::new(t.into(), [q.w, q.i, q.j, q.k], pose.joints());
 }
 
 /// A scale that was a 32-bit number, or nearly: the shortest decimal number near it.
@@ -305,18 +306,18 @@ fn leave_out(
 ) -> anyhow::Result<Kept> {
     let ids: Option<Vec<u64>> = rows.iter().map(|row| row.published.id).collect();
     let ids = ids.filter(|ids| ids.iter().collect::<BTreeSet<_>>().len() == ids.len());
-    let grasp = |(place, row): (usize, &Row)| Grasp {
+    let grasp = |(place, row): (usize, &Row)| GraspRow {
         id: ids.as_ref().map_or(row.number, |ids| ids[place]),
         object: file.metadata.objects[0].name.clone(),
         scale: row.scale,
         hand: file.metadata.hands[0].name.clone(),
-        translation_m: row.published.translation_m,
-        rotation_wxyz: row.published.rotation_wxyz,
-        joints_rad: row.published.joints_rad.clone(),
-        contacts: row.published.contacts.clone().unwrap_or_default(),
+        grasp: Grasp {
+            pose: row.published.pose.clone(),
+            contacts: row.published.contacts.clone().unwrap_or_default(),
+        },
         label: row.published.label.clone(),
         source: row.source.clone(),
-        ..Grasp::default()
+        ..GraspRow::default()
     };
     file.grasps = rows.iter().enumerate().map(grasp).collect();
     let faults: Vec<(usize, Fault)> = file.faults();

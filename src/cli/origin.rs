@@ -7,7 +7,7 @@ use anyhow::Context;
 use super::input;
 use super::synth::Synth;
 use crate::object::Object;
-use crate::store::{Grasp, HandMetadata, ObjectMetadata};
+use crate::store::{GraspRow, HandMetadata, ObjectMetadata};
 
 /// Hand, object and, with `--from`, the grasps to start from.
 pub(super) struct Origin {
@@ -17,7 +17,7 @@ pub(super) struct Origin {
     /// Factor on the size of the object that the metadata describe.
     pub(super) scale: f64,
     /// Grasps to start from; empty without `--from`.
-    pub(super) given: Vec<Grasp>,
+    pub(super) given: Vec<GraspRow>,
 }
 
 impl Origin {
@@ -80,7 +80,7 @@ impl Origin {
     }
 
     /// The grasp that chain number `chain` starts from.
-    pub(super) fn given(&self, chain: u64) -> Option<&Grasp> {
+    pub(super) fn given(&self, chain: u64) -> Option<&GraspRow> {
         let count = u64::try_from(self.given.len())
             .ok()
             .filter(|count| *count > 0)?;

@@ -18,7 +18,7 @@ use crate::evaluation::stability::{
     Build, Drop, Outcome, Protocol, SixDirections, Solid, simulate,
 };
 use crate::hand::Hand;
-use crate::store::{Grasp, GraspFile, Population, content_hash};
+use crate::store::{GraspFile, GraspRow, Population, content_hash};
 
 /// Simulate grasps.
 #[derive(Debug, Args)]
@@ -223,11 +223,10 @@ impl Place {
         })
     }
 
-    fn simulate(&self, grasp: &Grasp, protocol: &Protocol) -> Outcome {
+    fn simulate(&self, grasp: &GraspRow, protocol: &Protocol) -> Outcome {
         simulate(
             &self.hand,
-            &grasp.coordinates(),
-            &grasp.contacts,
+            &grasp.grasp,
             &self.solid,
             self.mass_kg,
             protocol,
@@ -235,7 +234,7 @@ impl Place {
     }
 }
 
-fn record(grasp: &mut Grasp, outcome: &Outcome) {
+fn record(grasp: &mut GraspRow, outcome: &Outcome) {
     let finite = |value: f64| value.is_finite().then_some(value);
     grasp.stable = Some(outcome.is_stable());
     grasp.stable_reason = Some(outcome.reason.name().to_owned());

@@ -22,7 +22,7 @@ use crate::grasp::synthesis::{Given, Refinement, Synthesized, synthesize, synthe
 use crate::grasp::{GraspEnergy, Judgement, judge};
 use crate::limits::{CHAINS, PERTURBATION, STEPS};
 use crate::optimize::QuenchSettings;
-use crate::store::{Grasp, GraspFile, Metadata, SCHEMA_VERSION, content_hash};
+use crate::store::{GraspFile, GraspRow, Metadata, SCHEMA_VERSION, content_hash};
 
 /// Synthesize grasps.
 #[derive(Debug, Args)]
@@ -189,7 +189,7 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
                 end
             };
             bar.inc(1);
-            let judgement = judge(&energy, &end.refined, &end.contacts);
+            let judgement = judge(&energy, &end.refined);
             Ok((end, judgement))
         })
         .collect::<anyhow::Result<_>>()?;
@@ -209,7 +209,7 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
             .iter()
             .map(|(end, _)| {
                 (
-                    energy.contact_centre(&end.refined, &end.contacts),
+                    energy.contact_centre(&end.refined.pose, &end.refined.contacts),
                     end.energy,
                 )
             })
@@ -217,7 +217,7 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
         let chosen = spread(&places, &costs, &energy.object().symmetry, limit);
         passed = chosen.into_iter().map(|i| passed[i]).collect();
     }
-    let kept: Vec<Grasp> = passed
+    let kept: Vec<GraspRow> = passed
         .iter()
         .map(|(end, judgement)| row(&energy, &metadata, command, &origin, end, judgement))
         .collect();
@@ -251,7 +251,7 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
 }
 
 fn is_firm(energy: &GraspEnergy, end: &Synthesized, judgement: &Judgement) -> bool {
-    judgement.passes_strict() && firmness(energy, &end.refined).is_firm()
+    judgement.passes_strict() && firmness(energy, &end.refined.pose).is_firm()
 }
 
 /// The settings that the flags ask for; refuses what makes no sense before any work is spent on it.
@@ -338,7 +338,7 @@ fn work(
         return synthesize(energy, settings, &refine, command.seed, chain);
     };
     let given = Given {
-        x: &given.coordinates(),
+        x: &given.grasp.pose,
         displacement_m: 1e-3 * command.perturb.unwrap_or(0.0),
     };
     synthesize_from(energy, settings, &refine, command.seed, chain, &given)
@@ -351,46 +351,25 @@ fn row(
     origin: &Origin,
     end: &Synthesized,
     judgement: &Judgement,
-) -> Grasp {
-    let x = &end.refined;
-    let terms = energy.terms_of(x, &end.contacts);
-    Grasp {
+) -> GraspRow {
+    let program = concat!("landscape ", env!("CARGO_PKG_VERSION"), " synth");
+    let mut row = GraspRow {
         id: end.chain,
         object: metadata.objects[0].name.clone(),
         scale: origin.scale,
         hand: metadata.hands[0].name.clone(),
-        translation_m: [x[0], x[1], x[2]],
-        rotation_wxyz: [x[3], x[4], x[5], x[6]],
-        joints_rad: x[7..].to_vec(),
-        contacts: end.contacts.clone(),
-        energy: end.energy,
-        terms: terms.into_iter().map(|(_, value)| value).collect(),
-        net_wrench: judgement.net_wrench,
-        distance_squared: judgement.distance_squared,
-        penetration: judgement.penetration,
-        friction: judgement.least_friction,
-        epsilon: Some(judgement.epsilon),
-        stable: None,
-        stable_reason: None,
-        stable_displacement_m: None,
-        stable_turn_rad: None,
-        label: None,
-        label_auto: None,
-        label_score: None,
-        label_best: None,
-        label_category: None,
-        label_source: None,
+        grasp: end.refined.clone(),
         source: match origin.given(end.chain) {
-            None => format!("landscape {} synth", env!("CARGO_PKG_VERSION")),
-            Some(given) => format!(
-                "landscape {} synth from {}",
-                env!("CARGO_PKG_VERSION"),
-                given.id
-            ),
+            None => program.to_owned(),
+            Some(given) => format!("{program} from {}", given.id),
         },
         chain_seed: command.seed,
         chain_step: end.steps,
-    }
+        ..GraspRow::default()
+    };
+    row.set_measures(energy, &end.refined, judgement);
+    row.energy = end.energy;
+    row
 }
 
 fn summary(
@@ -430,7 +409,7 @@ fn summary(
     let strict = chains
         .iter()
         .filter(|(_, judgement)| judgement.passes_strict())
-        .map(|(end, _)| (&*end.refined, &*end.contacts));
+        .map(|(end, _)| &end.refined);
     if let Some(diversity) = Diversity::of(energy.hand(), &energy.object().centroid, strict) {
         let [first, second, ..] = diversity.explained_variance;
         let rate = diversity.region_sets_per_hundred;

@@ -8,8 +8,9 @@ use std::collections::BTreeMap;
 use nalgebra::{DMatrix, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
+use crate::grasp::Grasp;
 use crate::hand::Hand;
-use crate::space::object_from_hand;
+use crate::space::{Pose, object_from_hand};
 
 /// Bins of the entropies, as `GraspQP` has them: a joint that takes all its range alike has the entropy ln 32 = 3.47.
 pub const BINS: usize = 32;
@@ -45,27 +46,26 @@ pub struct Diversity {
 }
 
 impl Diversity {
-    /// Measures the grasps `(x, contacts)` of `hand`: coordinates of [`PoseSpace`](crate::space::PoseSpace) and surface
-    /// points. `centroid`: of the object, metres. `None` without grasps.
+    /// Measures grasps of `hand`. `centroid`: of the object, metres. `None` without grasps.
     ///
     /// # Panics
-    /// If a pose is one of another hand or a contact index is out of range.
+    /// If a grasp is one of another hand.
     pub fn of<'a>(
         hand: &Hand,
         centroid: &Vector3<f64>,
-        grasps: impl Iterator<Item = (&'a [f64], &'a [u32])>,
+        grasps: impl Iterator<Item = &'a Grasp>,
     ) -> Option<Self> {
         let mut sets: BTreeMap<Vec<usize>, usize> = BTreeMap::new();
         let mut rows: Vec<Vec<f64>> = Vec::new();
-        for (x, contacts) in grasps {
-            let mut set: Vec<usize> = contacts
+        for grasp in grasps {
+            let mut set: Vec<usize> = (grasp.contacts)
                 .iter()
                 .map(|&index| hand.surface[index as usize].region)
                 .collect();
             set.sort_unstable();
             set.dedup();
             *sets.entry(set).or_insert(0) += 1;
-            rows.push(row(x, centroid));
+            rows.push(row(&grasp.pose, centroid));
         }
         if rows.is_empty() {
             return None;
@@ -95,7 +95,7 @@ impl Diversity {
 }
 
 /// Translation from the centroid, rotation vector, joints.
-fn row(x: &[f64], centroid: &Vector3<f64>) -> Vec<f64> {
+fn row(x: &Pose, centroid: &Vector3<f64>) -> Vec<f64> {
     let pose = object_from_hand(x);
     let rotation: UnitQuaternion<f64> = pose.rotation;
     let mut row: Vec<f64> = (pose.translation.vector - centroid)
@@ -103,7 +103,7 @@ fn row(x: &[f64], centroid: &Vector3<f64>) -> Vec<f64> {
         .copied()
         .collect();
     row.extend(rotation.scaled_axis().iter());
-    row.extend(&x[7..]);
+    row.extend(x.joints());
     row
 }
 
@@ -180,13 +180,14 @@ mod tests {
 
     use super::*;
     use crate::sample::{Task, stream};
+    use crate::space::joints_of_mut;
 
     fn poses(hand: &Hand, count: usize, spread: f64) -> Vec<Vec<f64>> {
         let mut rng = stream(1, Task::Start, 0);
         (0..count)
             .map(|_| {
                 let mut x = hand.rest_coordinates();
-                for (q, joint) in x[7..].iter_mut().zip(&hand.joints) {
+                for (q, joint) in joints_of_mut(&mut x).iter_mut().zip(&hand.joints) {
                     let [low, high] = joint.limits_rad;
                     let anywhere = rng.random_range(low..high);
                     *q += spread * (anywhere - *q);
@@ -197,8 +198,9 @@ mod tests {
     }
 
     fn measure(hand: &Hand, poses: &[Vec<f64>], contacts: &[u32]) -> Diversity {
-        let grasps = poses.iter().map(|x| (x.as_slice(), contacts));
-        Diversity::of(hand, &Vector3::zeros(), grasps).unwrap()
+        let grasp = |x: &Vec<f64>| Grasp::new(x.clone(), contacts.to_vec());
+        let grasps: Vec<Grasp> = poses.iter().map(grasp).collect();
+        Diversity::of(hand, &Vector3::zeros(), grasps.iter()).unwrap()
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
+use super::Grasp;
 use super::closure::{
     EpsilonSettings, PointContact, epsilon, is_force_closure, least_friction, net_wrench,
 };
@@ -101,14 +102,14 @@ pub struct MeasuredContact {
     pub contact: PointContact,
 }
 
-/// The contacts `contacts` of pose `x` on the exact mesh.
+/// The contacts of a grasp on the exact mesh.
 ///
 /// # Panics
-/// If `x` is a pose of another hand or a contact index is out of range.
-pub fn measure_contacts(energy: &GraspEnergy, x: &[f64], contacts: &[u32]) -> Vec<MeasuredContact> {
+/// If the grasp is one of another hand.
+pub fn measure_contacts(energy: &GraspEnergy, grasp: &Grasp) -> Vec<MeasuredContact> {
     let mut posed = PosedHand::default();
-    energy.hand().pose(x, &mut posed);
-    measure(energy, &posed, contacts)
+    energy.hand().pose(&grasp.pose, &mut posed);
+    measure(energy, &posed, &grasp.contacts)
 }
 
 fn measure(energy: &GraspEnergy, posed: &PosedHand, contacts: &[u32]) -> Vec<MeasuredContact> {
@@ -129,20 +130,20 @@ fn measure(energy: &GraspEnergy, posed: &PosedHand, contacts: &[u32]) -> Vec<Mea
     contacts.iter().map(measure).collect()
 }
 
-/// Judges pose `x` with contact set `contacts` on the exact mesh.
+/// Judges a grasp on the exact mesh.
 ///
 /// # Panics
-/// If `x` is a pose of another hand or a contact index is out of range.
-pub fn judge(energy: &GraspEnergy, x: &[f64], contacts: &[u32]) -> Judgement {
+/// If the grasp is one of another hand.
+pub fn judge(energy: &GraspEnergy, grasp: &Grasp) -> Judgement {
     let (hand, object) = (energy.hand(), energy.object());
     let mut posed = PosedHand::default();
-    hand.pose(x, &mut posed);
+    hand.pose(&grasp.pose, &mut posed);
     let mut proximity = Proximity::default();
     proximity.update_pairs(hand, &posed);
     let scene = Scene {
         hand,
         posed: &posed,
-        joints_rad: &x[7..],
+        joints_rad: grasp.pose.joints(),
         object,
         near: &[],
         proximity: &proximity,
@@ -151,7 +152,7 @@ pub fn judge(energy: &GraspEnergy, x: &[f64], contacts: &[u32]) -> Judgement {
         distance_factor: 1.0,
     };
 
-    let measured = measure(energy, &posed, contacts);
+    let measured = measure(energy, &posed, &grasp.contacts);
     let point_contacts: Vec<PointContact> = measured.iter().map(|m| m.contact).collect();
     let distances_m = || measured.iter().map(|m| m.distance_m);
     let mut digits: Vec<usize> = measured
@@ -187,14 +188,14 @@ pub fn judge(energy: &GraspEnergy, x: &[f64], contacts: &[u32]) -> Judgement {
     for_each_overlap(&scene, |_, _, _, _, depth| {
         self_penetration_m = self_penetration_m.max(depth);
     });
-    let joint_excess_rad = hand
-        .joints
-        .iter()
-        .zip(&x[7..])
-        .fold(0.0f64, |worst, (joint, &q)| {
-            let [lower, upper] = joint.limits_rad;
-            worst.max(q - upper).max(lower - q)
-        });
+    let joint_excess_rad =
+        hand.joints
+            .iter()
+            .zip(grasp.pose.joints())
+            .fold(0.0f64, |worst, (joint, &q)| {
+                let [lower, upper] = joint.limits_rad;
+                worst.max(q - upper).max(lower - q)
+            });
     let least = least_friction(&point_contacts);
     let epsilon_settings = EpsilonSettings {
         friction: STRICT_FRICTION,

@@ -24,3 +24,39 @@ pub mod term;
 pub use energy::{EnergySettings, GraspEnergy};
 pub use filter::{Judgement, MeasuredContact, judge, measure_contacts};
 pub use kernel::GraspKernel;
+
+use serde::{Deserialize, Serialize};
+
+use crate::energy::Piecewise;
+use crate::space::Pose;
+
+/// A grasp: where the hand is and with which points of its surface it holds. Which hand and which object these are, the
+/// [`GraspEnergy`] or the population it belongs to knows.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Grasp {
+    /// Pose of the hand in the object's frame.
+    pub pose: Pose,
+    /// Contact set: indices of the hand's surface points.
+    pub contacts: Vec<u32>,
+}
+
+impl Grasp {
+    /// The grasp of a pose and a contact set.
+    ///
+    /// # Panics
+    /// If coordinates of a pose are fewer than 7 numbers.
+    pub fn new(pose: impl Into<Pose>, contacts: Vec<u32>) -> Self {
+        let pose = pose.into();
+        Self { pose, contacts }
+    }
+
+    /// The grasp of a pose and its best contact set.
+    ///
+    /// # Panics
+    /// If the pose is one of another hand.
+    pub fn best(energy: &GraspEnergy, pose: impl Into<Pose>) -> Self {
+        let pose = pose.into();
+        let contacts = energy.active_piece(&pose);
+        Self { pose, contacts }
+    }
+}

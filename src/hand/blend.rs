@@ -68,12 +68,12 @@ fn angles_of(posed: &PosedHand, ball: usize) -> Vector3<f64> {
 
 impl Blend {
     /// Writes θ and the entries of R(θ) − I into `posed`.
-    pub(super) fn prepare(&self, joints_rad: &[f64], posed: &mut PosedHand) {
+    pub(super) fn prepare(&self, joints: &[f64], posed: &mut PosedHand) {
         posed.angles_rad.clear();
         posed
             .angles_rad
             .extend_from_slice(self.offset_rad.as_slice());
-        for (column, &value) in self.map.column_iter().zip(joints_rad) {
+        for (column, &value) in self.map.column_iter().zip(joints) {
             for (angle, slope) in posed.angles_rad.iter_mut().zip(column.iter()) {
                 *angle += slope * value;
             }

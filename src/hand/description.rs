@@ -8,8 +8,7 @@ use super::model::{Model, check_count};
 use super::side_file::SideFile;
 use super::solid::Parts;
 use super::{
-    Hand, HandError, Link, PalmFrame, PosedHand, coordinates, mano, prior, region, roles,
-    self_pairs, surface,
+    Hand, HandError, Link, PalmFrame, PosedHand, mano, prior, region, roles, self_pairs, surface,
 };
 
 /// Whether a text is MJCF: its first element is `<mujoco>` or `<mujocoinclude>`.
@@ -78,7 +77,7 @@ fn assemble(model: &Model, side: &SideFile) -> Result<Hand, HandError> {
         blend: None,
     };
     let mut rest = PosedHand::default();
-    hand.pose(&coordinates(&hand.prior.rest_rad), &mut rest);
+    hand.pose(&hand.rest_coordinates(), &mut rest);
     if side.digits.is_none() {
         roles::name_digits(&mut hand);
     }
@@ -94,7 +93,7 @@ fn assemble(model: &Model, side: &SideFile) -> Result<Hand, HandError> {
     check_count("surface points", points, surface::MOST_POINTS, advice)?;
     hand.surface = surface::sample(&hand, &rest, &geometry.hulls, points);
     hand.index_surface();
-    hand.pose(&coordinates(&hand.prior.rest_rad), &mut rest);
+    hand.pose(&hand.rest_coordinates(), &mut rest);
     region::tag(&mut hand, &rest, side)?;
     hand.palm = match &side.palm {
         Some(palm) => region::palm_frame(palm)?,

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Unit, Vector3};
 
 use super::blend::Blend;
 use super::{Frame, Hand, JointKind, PosedHand, Wrench};
-use crate::space::PoseMetric;
+use crate::space::{PoseMetric, joints_of, quaternion_of, translation_of};
 
 impl Hand {
     /// Poses the hand at `x = [t, q(wxyz), joints]`: `object_from_hand` of the root frame, metres and radians.
@@ -55,7 +55,7 @@ impl Hand {
             .resize(self.capsules.len(), [Vector3::zeros(); 2]);
 
         if let Some(blend) = &self.blend {
-            blend.prepare(&x[7..], posed);
+            blend.prepare(joints_of(x), posed);
         }
         for (l, link) in self.links.iter().enumerate() {
             let parent = match link.parent {
@@ -64,7 +64,7 @@ impl Hand {
             };
             let mut frame = parent.compose(&link.parent_from_link);
             if let Some(motion) = &link.motion {
-                let displacement = motion.ratio * x[7 + motion.joint] + motion.offset;
+                let displacement = motion.ratio * joints_of(x)[motion.joint] + motion.offset;
                 match motion.kind {
                     JointKind::Hinge => {
                         frame.rotation *= rotation_about(&motion.axis, displacement);
@@ -184,12 +184,13 @@ impl Hand {
 }
 
 fn base_frame(x: &[f64]) -> Frame {
-    let (w, v) = (x[3], Vector3::new(x[4], x[5], x[6]));
+    let quaternion = quaternion_of(x);
+    let (w, v) = (quaternion.w, quaternion.imag());
     let s = 2.0 / (w * w + v.norm_squared());
     let k = Matrix3::new(0.0, -v.z, v.y, v.z, 0.0, -v.x, -v.y, v.x, 0.0);
     Frame {
         rotation: Matrix3::identity() + (k * w + k * k) * s,
-        translation: Vector3::new(x[0], x[1], x[2]),
+        translation: translation_of(x),
     }
 }
 
@@ -263,7 +264,7 @@ mod tests {
         let metric = hand.pose_metric();
         let space = PoseSpace::new(metric.clone(), Symmetry::None);
         let target = Vector3::new(0.05, -0.02, 0.11);
-        let angle_energy = |x: &[f64]| 1e-4 * x[7..].iter().map(|q| q * q).sum::<f64>();
+        let angle_energy = |x: &[f64]| 1e-4 * joints_of(x).iter().map(|q| q * q).sum::<f64>();
         let energy = |x: &[f64]| {
             let mut posed = PosedHand::default();
             hand.pose(x, &mut posed);
@@ -289,7 +290,7 @@ mod tests {
         // A gradient m with respect to a normal n is a pure moment n × m.
         let normal = hand.point_normal(&posed, 700);
         wrenches[hand.surface[700].link.0].moment += normal.cross(&(Vector3::z() * 0.01));
-        let joint_gradient: Vec<f64> = x[7..].iter().map(|q| 2e-4 * q).collect();
+        let joint_gradient: Vec<f64> = joints_of(&x).iter().map(|q| 2e-4 * q).collect();
         let mut gradient = vec![0.0; space.tangents()];
         hand.pull_back(&posed, &wrenches, &joint_gradient, &metric, &mut gradient);
 

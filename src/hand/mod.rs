@@ -39,6 +39,8 @@ use geometry::LinkMesh;
 use side_file::MetricEntry;
 use solid::Parts;
 
+use crate::space::Pose;
+
 pub use error::HandError;
 pub use files::{HandFile, HandFiles};
 pub use named::HAND_NAMES;
@@ -414,13 +416,13 @@ impl Hand {
     ///
     /// # Panics
     /// If there is not one angle per joint.
-    pub fn palm_at(&self, joints_rad: &[f64]) -> PalmFrame {
+    pub fn palm_at(&self, joints: &[f64]) -> PalmFrame {
         if self.palm_link.0 == 0 {
             return self.palm;
         }
-        let [rest, moved] = [&self.prior.rest_rad, joints_rad].map(|joints_rad| {
+        let [rest, moved] = [&self.prior.rest_rad, joints].map(|joints| {
             let mut posed = PosedHand::default();
-            self.pose_links(&coordinates(joints_rad), &mut posed);
+            self.pose_links(&Pose::at_origin(joints), &mut posed);
             posed.object_from_link[self.palm_link.0]
         });
         let turned = |v: &Vector3<f64>| moved.direction(&rest.rotation.tr_mul(v));
@@ -465,13 +467,6 @@ impl Hand {
 
     /// Coordinates `[t, q(wxyz), joints]` of the rest pose with the root frame at the object's origin.
     pub fn rest_coordinates(&self) -> Vec<f64> {
-        coordinates(&self.prior.rest_rad)
+        Pose::at_origin(&self.prior.rest_rad).into()
     }
-}
-
-/// Coordinates of a hand with these joint angles and the root frame at the origin.
-fn coordinates(joints_rad: &[f64]) -> Vec<f64> {
-    let mut x = vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
-    x.extend_from_slice(joints_rad);
-    x
 }

@@ -2,7 +2,9 @@
 
 use nalgebra::Vector3;
 
-use super::{Hand, JointKind, LinkId, PalmFrame, PosedHand, coordinates};
+use crate::space::Pose;
+
+use super::{Hand, JointKind, LinkId, PalmFrame, PosedHand};
 
 /// Least difference from the other digits in direction and closing for a thumb: 0 is alike, 4 is opposite in both.
 const OPPOSED: f64 = 0.5;
@@ -48,7 +50,7 @@ fn straight_and_closed(hand: &Hand) -> [Vec<f64>; 2] {
             JointKind::Slide => lower,
         }
     });
-    [straight.collect::<Vec<_>>(), closed.collect()].map(|joints| coordinates(&joints))
+    [straight.collect::<Vec<_>>(), closed.collect()].map(|joints| Pose::at_origin(&joints).into())
 }
 
 impl Hand {
@@ -60,7 +62,7 @@ impl Hand {
     /// The straight hand with its root frame at the origin, without surface points.
     pub fn straight(&self) -> PosedHand {
         let mut posed = PosedHand::default();
-        self.pose_links(&coordinates(&self.straight_joints()), &mut posed);
+        self.pose_links(&Pose::at_origin(&self.straight_joints()), &mut posed);
         posed
     }
 }

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::blend::BlendVertex;
 use super::geometry::LinkMesh;
-use super::{Capsule, Frame, Hand, LinkId, PosedHand, axis_distance, coordinates};
+use super::{Capsule, Frame, Hand, LinkId, PosedHand, axis_distance};
 
 /// Cells of the grid along the longest side of the hand; a cell is 2 mm on a human hand.
 const CELLS: f64 = 100.0;
@@ -69,7 +69,7 @@ impl Hand {
             return self.solid_skin();
         }
         let mut cast = PosedHand::default();
-        self.pose(&coordinates(&self.cast_rad), &mut cast);
+        self.pose(&crate::space::Pose::at_origin(&self.cast_rad), &mut cast);
         let form = Form::new(self, &cast);
         let grid = Grid::sample(&form);
         let (points, triangles) = grid.surface_nets(&form);

@@ -5,6 +5,7 @@
 
 mod assignment;
 mod cluster;
+mod coordinates;
 mod euclidean;
 mod mirrored;
 mod pose;
@@ -15,9 +16,13 @@ mod torus;
 pub(crate) mod vector;
 
 pub use cluster::Cluster;
+#[cfg(test)]
+pub(crate) use coordinates::put_root;
+pub use coordinates::{Pose, joints_of, joints_of_mut, object_from_hand, pose_coordinates};
+pub(crate) use coordinates::{quaternion_of, translation_of};
 pub use euclidean::Euclidean;
 pub use mirrored::Mirrored;
-pub use pose::{PoseMetric, PoseSpace, object_from_hand, pose_coordinates};
+pub use pose::{PoseMetric, PoseSpace};
 pub use rotation::Rotation;
 pub use structure::{moments_of_inertia, point_group_order};
 pub use symmetry::Symmetry;

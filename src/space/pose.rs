@@ -1,9 +1,10 @@
 //! Hand poses: SE(3) × joints, modulo the symmetry of the object.
 
-use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Unit, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::rotation::{any_normal, axes, exp, log, other_way, read, write};
+use super::coordinates::{joints_of, joints_of_mut, put_root, rotation_of, translation_of};
+use super::rotation::{any_normal, axes, exp, log, other_way};
 use super::torus::wrap;
 use super::{Space, Symmetry};
 
@@ -98,17 +99,16 @@ impl PoseSpace {
             let (step, turn) = self.rigid_log(&from, &self.rigid(b));
             let rotation = from.rotation * exp(&turn);
             let origin = from.centroid + step - rotation * self.metric.centroid;
-            copy[..3].copy_from_slice(origin.as_slice());
-            write(&rotation, &mut copy[3..7]);
+            put_root(&mut copy, &origin, &rotation);
         }
         copy
     }
 
     fn rigid(&self, x: &[f64]) -> Rigid {
         assert_eq!(x.len(), self.coordinates(), "coordinates of a pose");
-        let rotation = read(&x[3..7]);
+        let rotation = rotation_of(x);
         Rigid {
-            centroid: Vector3::from_column_slice(&x[..3]) + rotation * self.metric.centroid,
+            centroid: translation_of(x) + rotation * self.metric.centroid,
             rotation,
         }
     }
@@ -127,7 +127,7 @@ impl PoseSpace {
 
     fn joint_steps<'a>(&'a self, a: &'a [f64], b: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
         let scales = self.metric.joint_levers_m.iter().zip(&self.metric.wraps);
-        (a[7..].iter().zip(&b[7..]))
+        (joints_of(a).iter().zip(joints_of(b)))
             .zip(scales)
             .map(|((from, to), (lever, wraps))| {
                 lever * if *wraps { wrap(to - from) } else { to - from }
@@ -172,10 +172,10 @@ impl Space for PoseSpace {
         let rotation = from.rotation * exp(&turn);
         let origin = from.centroid + Vector3::from_column_slice(&tangent[..3])
             - rotation * self.metric.centroid;
-        x[..3].copy_from_slice(origin.as_slice());
-        write(&rotation, &mut x[3..7]);
+        put_root(x, &origin, &rotation);
         let scales = self.metric.joint_levers_m.iter().zip(&self.metric.wraps);
-        for ((angle, step), (lever, wraps)) in x[7..].iter_mut().zip(&tangent[6..]).zip(scales) {
+        let joints = joints_of_mut(x).iter_mut().zip(&tangent[6..]);
+        for ((angle, step), (lever, wraps)) in joints.zip(scales) {
             *angle += step / lever;
             if *wraps {
                 *angle = wrap(*angle);
@@ -209,7 +209,7 @@ impl Space for PoseSpace {
     fn landmarks(&self, x: &[f64]) -> Vec<f64> {
         let rigid = self.rigid(x);
         let scales = self.metric.joint_levers_m.iter().zip(&self.metric.wraps);
-        let mut landmarks: Vec<f64> = (x[7..].iter().zip(scales))
+        let mut landmarks: Vec<f64> = (joints_of(x).iter().zip(scales))
             .flat_map(|(angle, (lever, wraps))| {
                 if *wraps {
                     [lever * angle.cos(), lever * angle.sin()]
@@ -238,23 +238,6 @@ impl Space for PoseSpace {
             .chain(joints.map(|(lever, reach)| lever / reach))
             .collect()
     }
-}
-
-/// The transform `object_from_hand` of pose coordinates.
-///
-/// # Panics
-/// If `x` has fewer than 7 numbers.
-pub fn object_from_hand(x: &[f64]) -> Isometry3<f64> {
-    Isometry3::from_parts(Translation3::new(x[0], x[1], x[2]), read(&x[3..7]))
-}
-
-/// Pose coordinates `[t, q wxyz (w ≥ 0), joints]` of a transform `object_from_hand` and joint angles.
-pub fn pose_coordinates(object_from_hand: &Isometry3<f64>, joints_rad: &[f64]) -> Vec<f64> {
-    let mut x = vec![0.0; 7 + joints_rad.len()];
-    x[..3].copy_from_slice(object_from_hand.translation.vector.as_slice());
-    write(&object_from_hand.rotation, &mut x[3..7]);
-    x[7..].copy_from_slice(joints_rad);
-    x
 }
 
 fn squared_length((step, turn): &(Vector3<f64>, Vector3<f64>), radius: f64) -> f64 {
@@ -413,10 +396,12 @@ fn balance(kappa: f64, rho: f64, sigma: f64, delta: f64) -> f64 {
 mod tests {
     use std::f64::consts::{PI, TAU};
 
+    use nalgebra::Translation3;
     use rand::RngExt;
 
     use super::*;
     use crate::sample::{Rng, Task, stream};
+    use crate::space::{object_from_hand, pose_coordinates};
 
     fn metric() -> PoseMetric {
         PoseMetric {
@@ -440,7 +425,7 @@ mod tests {
     }
 
     fn moved(x: &[f64], by: &Isometry3<f64>) -> Vec<f64> {
-        pose_coordinates(&(by * object_from_hand(x)), &x[7..])
+        pose_coordinates(&(by * object_from_hand(x)), joints_of(x))
     }
 
     fn turn_about(point: &Vector3<f64>, turn: &Vector3<f64>) -> Isometry3<f64> {

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use super::error::{Fault, StoreError, Warning};
-use super::grasps::{Grasp, GraspFile, term_column};
+use super::grasps::{GraspFile, GraspRow, term_column};
 use super::metadata::HandMetadata;
 use crate::limits::{GRASP_POSITION, OBJECT_SCALE};
 
@@ -46,7 +46,7 @@ impl GraspFile {
     }
 
     /// What is wrong with one grasp taken by itself.
-    fn fault(&self, grasp: &Grasp) -> Option<Fault> {
+    fn fault(&self, grasp: &GraspRow) -> Option<Fault> {
         let Some(hand) = self.hand(&grasp.hand) else {
             let known = list(self.metadata.hands.iter().map(|hand| hand.name.as_str()));
             return Some(Fault::UnknownHand {
@@ -66,35 +66,40 @@ impl GraspFile {
                 known,
             });
         }
-        wrong_length("joints_rad", grasp.joints_rad.len(), hand.joint_names.len())
-            .or_else(|| wrong_length("term_…", grasp.terms.len(), self.metadata.terms.len()))
-            .or_else(|| self.not_finite(grasp))
-            .or_else(|| {
-                let mut far = grasp.translation_m.into_iter();
-                let value = far.find(|value| !GRASP_POSITION.holds(*value))?;
-                Some(Fault::Far { value })
-            })
-            .or_else(|| {
-                let beyond = OBJECT_SCALE.check(grasp.scale).err();
-                beyond.map(Fault::Scale)
-            })
-            .or_else(|| {
-                let norm = norm(grasp.rotation_wxyz);
-                ((norm - 1.0).abs() > UNIT_TOLERANCE).then_some(Fault::NotUnit { norm })
-            })
-            .or_else(|| far_joint(grasp, hand))
-            .or_else(|| bad_contact(grasp, hand))
+        wrong_length(
+            "joints_rad",
+            grasp.grasp.pose.joints().len(),
+            hand.joint_names.len(),
+        )
+        .or_else(|| wrong_length("term_…", grasp.terms.len(), self.metadata.terms.len()))
+        .or_else(|| self.not_finite(grasp))
+        .or_else(|| {
+            let mut far = grasp.grasp.pose.translation_m().iter().copied();
+            let value = far.find(|value| !GRASP_POSITION.holds(*value))?;
+            Some(Fault::Far { value })
+        })
+        .or_else(|| {
+            let beyond = OBJECT_SCALE.check(grasp.scale).err();
+            beyond.map(Fault::Scale)
+        })
+        .or_else(|| {
+            let norm = norm(grasp.grasp.pose.rotation_wxyz());
+            ((norm - 1.0).abs() > UNIT_TOLERANCE).then_some(Fault::NotUnit { norm })
+        })
+        .or_else(|| far_joint(grasp, hand))
+        .or_else(|| bad_contact(grasp, hand))
     }
 
-    fn not_finite(&self, grasp: &Grasp) -> Option<Fault> {
+    fn not_finite(&self, grasp: &GraspRow) -> Option<Fault> {
         let fault = |column: &str, value: f64| Fault::NotFinite {
             column: column.to_owned(),
             value,
         };
+        let pose = &grasp.grasp.pose;
         let lists = [
-            ("translation_m", grasp.translation_m.as_slice()),
-            ("rotation_wxyz", grasp.rotation_wxyz.as_slice()),
-            ("joints_rad", grasp.joints_rad.as_slice()),
+            ("translation_m", pose.translation_m()),
+            ("rotation_wxyz", &pose.rotation_wxyz()),
+            ("joints_rad", pose.joints()),
         ];
         let scalars = [
             ("scale", Some(grasp.scale)),
@@ -162,34 +167,37 @@ fn wrong_length(column: &str, found: usize, expected: usize) -> Option<Fault> {
 }
 
 /// Joints beyond a limit, and by how much.
-fn excesses<'a>(grasp: &'a Grasp, hand: &'a HandMetadata) -> impl Iterator<Item = (&'a str, f64)> {
+fn excesses<'a>(
+    grasp: &'a GraspRow,
+    hand: &'a HandMetadata,
+) -> impl Iterator<Item = (&'a str, f64)> {
     let joints = hand
         .joint_names
         .iter()
         .zip(&hand.limits_rad)
-        .zip(&grasp.joints_rad);
+        .zip(grasp.grasp.pose.joints());
     joints.filter_map(|((name, [lower, upper]), angle)| {
         let excess = (lower - angle).max(angle - upper);
         (excess > 0.0).then_some((name.as_str(), excess))
     })
 }
 
-fn far_joint(grasp: &Grasp, hand: &HandMetadata) -> Option<Fault> {
+fn far_joint(grasp: &GraspRow, hand: &HandMetadata) -> Option<Fault> {
     let (name, _) = excesses(grasp, hand).find(|(_, excess)| *excess > LIMIT_TOLERANCE_RAD)?;
     let joint = hand.joint_names.iter().position(|joint| joint == name)?;
     let [lower_rad, upper_rad] = hand.limits_rad[joint];
     Some(Fault::BeyondLimit {
         joint: name.to_owned(),
-        angle_rad: grasp.joints_rad[joint],
+        angle_rad: grasp.grasp.pose.joints()[joint],
         lower_rad,
         upper_rad,
     })
 }
 
-fn bad_contact(grasp: &Grasp, hand: &HandMetadata) -> Option<Fault> {
+fn bad_contact(grasp: &GraspRow, hand: &HandMetadata) -> Option<Fault> {
     let points = hand.surface_points;
     let mut seen = BTreeSet::new();
-    grasp.contacts.iter().find_map(|&contact| {
+    grasp.grasp.contacts.iter().find_map(|&contact| {
         if usize::try_from(contact).is_ok_and(|index| index < points) {
             (!seen.insert(contact)).then_some(Fault::RepeatedContact { contact })
         } else {

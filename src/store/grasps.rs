@@ -52,10 +52,12 @@ use super::columns::Columns;
 use super::error::{Fault, StoreError, Warning};
 use super::metadata::{HandMetadata, Metadata, ObjectMetadata, SCHEMA_VERSION};
 use super::table::{FLAG, FLOAT, INDICES, Kind, TEXT, Table, VECTOR, WHOLE};
+use crate::grasp::Grasp;
+use crate::space::Pose;
 
-/// One grasp: a hand pose relative to an object, its contact set, and what is known about it.
+/// One grasp and what is known about it.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Grasp {
+pub struct GraspRow {
     /// Unique in its file.
     pub id: u64,
     /// Name of the object.
@@ -64,14 +66,8 @@ pub struct Grasp {
     pub scale: f64,
     /// Name of the hand.
     pub hand: String,
-    /// Position of the hand's root in the object's frame, metres.
-    pub translation_m: [f64; 3],
-    /// Unit quaternion, scalar first, object from hand, w ≥ 0.
-    pub rotation_wxyz: [f64; 4],
-    /// Joint angles, radians.
-    pub joints_rad: Vec<f64>,
-    /// Contact set: indices into the hand's surface points.
-    pub contacts: Vec<u32>,
+    /// Pose, its quaternion of unit length with w ≥ 0, and contact set.
+    pub grasp: Grasp,
     /// Total energy.
     pub energy: f64,
     /// Weighted energy terms, in the order of [`Metadata::terms`].
@@ -94,9 +90,9 @@ pub struct Grasp {
     pub stable_displacement_m: Option<f64>,
     /// How far the object turned in simulation, radians.
     pub stable_turn_rad: Option<f64>,
-    /// Grasp type given by a human, or `unlisted`.
+    /// GraspRow type given by a human, or `unlisted`.
     pub label: Option<String>,
-    /// Grasp type given by the rule.
+    /// GraspRow type given by the rule.
     pub label_auto: Option<String>,
     /// How well the best type fits.
     pub label_score: Option<f64>,
@@ -120,7 +116,7 @@ pub struct GraspFile {
     /// How it was made, and what rows refer to.
     pub metadata: Metadata,
     /// Rows.
-    pub grasps: Vec<Grasp>,
+    pub grasps: Vec<GraspRow>,
 }
 
 /// Hand and object given by the user: for a file that does not describe them, or to hold the poses against others than those
@@ -149,7 +145,7 @@ pub struct Population<'a> {
     /// The scale.
     pub scale: f64,
     /// The grasps, in file order.
-    pub grasps: Vec<&'a Grasp>,
+    pub grasps: Vec<&'a GraspRow>,
 }
 
 impl GraspFile {
@@ -175,7 +171,8 @@ impl GraspFile {
         }
         file.refuse_faults(path)?;
         for grasp in &mut file.grasps {
-            grasp.rotation_wxyz = canonical(grasp.rotation_wxyz);
+            let pose = &mut grasp.grasp.pose;
+            pose.set_rotation_wxyz(canonical(pose.rotation_wxyz()));
         }
         warnings.extend(file.beyond_limits());
         Ok((file, warnings))
@@ -199,7 +196,7 @@ impl GraspFile {
             }
             given.clone_into(name);
             if of_hand {
-                grasp.contacts.clear();
+                grasp.grasp.contacts.clear();
             } else if told != given && grasp.scale.to_bits() != 1.0_f64.to_bits() {
                 return Err(StoreError::Foreign {
                     path: path.to_path_buf(),
@@ -210,7 +207,7 @@ impl GraspFile {
                     ),
                 });
             }
-            *grasp = Grasp {
+            *grasp = GraspRow {
                 stable: None,
                 stable_reason: None,
                 stable_displacement_m: None,
@@ -258,7 +255,7 @@ impl GraspFile {
     /// # Panics
     /// If a row names a hand or object that the metadata do not describe; [`GraspFile::read`] refuses such files.
     pub fn landscapes(&self) -> Vec<Population<'_>> {
-        let mut groups = BTreeMap::<_, Vec<&Grasp>>::new();
+        let mut groups = BTreeMap::<_, Vec<&GraspRow>>::new();
         for grasp in &self.grasps {
             // Positive numbers sort like their bits.
             let key = (
@@ -294,7 +291,7 @@ impl GraspFile {
     fn columns(&self) -> Columns {
         let grasps = || self.grasps.iter();
         let rotations: Vec<_> = grasps()
-            .map(|grasp| canonical(grasp.rotation_wxyz))
+            .map(|grasp| canonical(grasp.grasp.pose.rotation_wxyz()))
             .collect();
         let mut columns = Columns::default();
         columns.wholes("id", grasps().map(|grasp| grasp.id));
@@ -303,14 +300,14 @@ impl GraspFile {
         columns.texts("hand", grasps().map(|grasp| grasp.hand.as_str()));
         columns.vectors(
             "translation_m",
-            grasps().map(|grasp| grasp.translation_m.as_slice()),
+            grasps().map(|grasp| grasp.grasp.pose.translation_m()),
         );
         columns.vectors("rotation_wxyz", rotations.iter().map(<[f64; 4]>::as_slice));
         columns.vectors(
             "joints_rad",
-            grasps().map(|grasp| grasp.joints_rad.as_slice()),
+            grasps().map(|grasp| grasp.grasp.pose.joints()),
         );
-        columns.indices("contacts", grasps().map(|grasp| grasp.contacts.as_slice()));
+        columns.indices("contacts", grasps().map(|grasp| &*grasp.grasp.contacts));
         columns.floats("energy", grasps().map(|grasp| grasp.energy));
         for (term, name) in self.metadata.terms.iter().enumerate() {
             columns.floats(&term_column(name), grasps().map(|grasp| grasp.terms[term]));
@@ -502,7 +499,7 @@ fn foreign(table: &Table, overrides: Overrides) -> Metadata {
     }
 }
 
-fn rows(table: &Table, metadata: &Metadata) -> Result<Vec<Grasp>, StoreError> {
+fn rows(table: &Table, metadata: &Metadata) -> Result<Vec<GraspRow>, StoreError> {
     let mut id = table
         .defaulted("id", &WHOLE, |row| Some(row as u64))?
         .into_iter();
@@ -521,7 +518,7 @@ fn rows(table: &Table, metadata: &Metadata) -> Result<Vec<Grasp>, StoreError> {
         .hands
         .iter()
         .all(|hand| hand.joint_names.is_empty());
-    let mut joints_rad = table
+    let mut joints = table
         .defaulted("joints_rad", &VECTOR, |_| jointless.then(Vec::new))?
         .into_iter();
     let mut contacts = table.required("contacts", &INDICES)?.into_iter();
@@ -556,15 +553,19 @@ fn rows(table: &Table, metadata: &Metadata) -> Result<Vec<Grasp>, StoreError> {
         .defaulted("chain_step", &WHOLE, |_| Some(0))?
         .into_iter();
     let grasp = |row: usize| {
-        Some(Grasp {
+        Some(GraspRow {
             id: id.next()?,
             object: object.next()?,
             scale: scale.next()?,
             hand: hand.next()?,
-            translation_m: translation_m.next()?,
-            rotation_wxyz: rotation_wxyz.next()?,
-            joints_rad: joints_rad.next()?,
-            contacts: contacts.next()?,
+            grasp: Grasp {
+                pose: Pose::new(
+                    translation_m.next()?,
+                    rotation_wxyz.next()?,
+                    &joints.next()?,
+                ),
+                contacts: contacts.next()?,
+            },
             energy: energy.next()?,
             terms: terms.iter().map(|term| term[row]).collect(),
             net_wrench: net_wrench.next()?,

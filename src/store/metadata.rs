@@ -43,7 +43,7 @@ pub struct Metadata {
     /// The version of the rule behind the column `label_auto` and its thresholds; null where nothing was labelled.
     #[serde(default, skip_serializing_if = "serde_json::Value::is_null")]
     pub labels: serde_json::Value,
-    /// Names of the energy terms, in the order of [`Grasp::terms`](super::Grasp::terms).
+    /// Names of the energy terms, in the order of [`GraspRow::terms`](super::GraspRow::terms).
     pub terms: Vec<String>,
 }
 

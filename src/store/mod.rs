@@ -28,7 +28,7 @@ mod table;
 
 pub use atomic::{AtomicFolder, FileSet, JOURNAL, write_atomic};
 pub use error::{Fault, StoreError, Warning};
-pub use grasps::{Grasp, GraspFile, Overrides, Population};
+pub use grasps::{GraspFile, GraspRow, Overrides, Population};
 pub use journal::Journal;
 pub use landscape::{
     Counts, EdgeRow, LandscapeFiles, Manifest, MinimumRow, PathRow, Phase, Source, Timings,

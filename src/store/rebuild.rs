@@ -6,11 +6,10 @@ use std::sync::Arc;
 use rayon::prelude::*;
 use serde_json::Value;
 
-use super::grasps::{Grasp, GraspFile, Population};
+use super::grasps::{GraspFile, GraspRow, Population};
 use super::metadata::{HandMetadata, Metadata, ObjectMetadata, TextFile, content_hash};
-use crate::energy::Piecewise;
 use crate::grasp::energy::EnergySettingsError;
-use crate::grasp::{EnergySettings, GraspEnergy, Judgement, judge};
+use crate::grasp::{EnergySettings, Grasp, GraspEnergy, Judgement, judge};
 use crate::hand::{Hand, HandError, HandFiles};
 use crate::limits::{Beyond, OBJECT_MASS};
 use crate::object::{Description, Mesh, Object, ObjectError, ObjectParts};
@@ -293,36 +292,40 @@ impl GraspFile {
     }
 }
 
-impl Grasp {
-    /// The pose as the pose space has it.
-    pub fn coordinates(&self) -> Vec<f64> {
-        let mut x = self.translation_m.to_vec();
-        x.extend(self.rotation_wxyz);
-        x.extend(&self.joints_rad);
-        x
-    }
-
+impl GraspRow {
     /// Fills in the energy and the measures, and the best contacts where there are none.
     ///
     /// # Panics
     /// If the pose is one of another hand than the energy's.
     pub fn measure(&mut self, energy: &GraspEnergy) -> Judgement {
-        let mut x = self.coordinates();
+        let mut grasp = self.grasp.clone();
         // Stored as read; measured at unit length.
-        let norm = (self.rotation_wxyz.iter().map(|q| q * q).sum::<f64>()).sqrt();
-        x[3..7].iter_mut().for_each(|q| *q /= norm);
-        if self.contacts.is_empty() {
-            self.contacts = energy.active_piece(&x);
+        let rotation = grasp.pose.rotation_wxyz();
+        let norm = rotation.iter().map(|q| q * q).sum::<f64>().sqrt();
+        grasp.pose.set_rotation_wxyz(rotation.map(|q| q / norm));
+        if grasp.contacts.is_empty() {
+            grasp = Grasp::best(energy, grasp.pose);
         }
-        let terms = energy.terms_of(&x, &self.contacts);
+        let judgement = judge(energy, &grasp);
+        self.set_measures(energy, &grasp, &judgement);
+        self.grasp.contacts = grasp.contacts;
+        judgement
+    }
+
+    /// Fills in the energy and the measures of a judged grasp.
+    pub(crate) fn set_measures(
+        &mut self,
+        energy: &GraspEnergy,
+        grasp: &Grasp,
+        judgement: &Judgement,
+    ) {
+        let terms = energy.terms_of(&grasp.pose, &grasp.contacts);
         self.terms = terms.into_iter().map(|(_, value)| value).collect();
         self.energy = self.terms.iter().sum();
-        let judgement = judge(energy, &x, &self.contacts);
         self.net_wrench = judgement.net_wrench;
         self.distance_squared = judgement.distance_squared;
         self.penetration = judgement.penetration;
         self.friction = judgement.least_friction;
         self.epsilon = Some(judgement.epsilon);
-        judgement
     }
 }

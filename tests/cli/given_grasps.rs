@@ -11,7 +11,7 @@ use landscape::grasp::{EnergySettings, GraspEnergy, judge};
 use landscape::hand::Hand;
 use landscape::object::Object;
 use landscape::space::{PoseSpace, Space, Symmetry};
-use landscape::store::{Grasp, GraspFile, LandscapeFiles, Overrides};
+use landscape::store::{GraspFile, GraspRow, LandscapeFiles, Overrides};
 
 /// Chains from given grasps: one for each row unless told otherwise, near its grasp, the same on any number of threads.
 #[test]
@@ -23,7 +23,7 @@ fn synthesis_from_given_grasps() {
             .0
     };
     let given = read("g.parquet");
-    let pose = Grasp::coordinates;
+    let pose = |row: &GraspRow| row.grasp.pose.to_vec();
     let space = PoseSpace::new(Hand::human().pose_metric(), Symmetry::None);
     let apart = |name: &str| -> Vec<f64> {
         let rows = read(name).grasps;
@@ -60,7 +60,7 @@ fn synthesis_from_given_grasps() {
     let hand = Arc::new(Hand::human());
     let ball = Arc::new(Object::named("ball").unwrap());
     let energy = GraspEnergy::new(hand, ball, EnergySettings::default()).unwrap();
-    let strict = |grasp: &Grasp| judge(&energy, &pose(grasp), &grasp.contacts).passes_strict();
+    let strict = |grasp: &GraspRow| judge(&energy, &grasp.grasp).passes_strict();
     let mut lower = 0;
     for (row, from) in near.grasps.iter().zip(&given.grasps) {
         let (before, after) = (strict(from), strict(row));

@@ -8,7 +8,7 @@ use crate::parts::Parts;
 use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, UInt32Type};
 use arrow_array::{ArrayRef, FixedSizeListArray, Float64Array, ListArray};
-use landscape::store::{Grasp, GraspFile, LandscapeFiles, Overrides};
+use landscape::store::{GraspFile, GraspRow, LandscapeFiles, Overrides};
 use serde_json::{Value, json};
 
 #[test]
@@ -274,7 +274,7 @@ fn identical_grasps() {
     let (mut file, _) = GraspFile::read(&desk.path("g.parquet"), Overrides::default()).unwrap();
     let first = file.grasps[0].clone();
     file.grasps = (0..4)
-        .map(|id| Grasp {
+        .map(|id| GraspRow {
             id,
             ..first.clone()
         })

@@ -238,10 +238,10 @@ fn experiment(bytes: &[u8], _: &Path) -> Result<(), String> {
     let short = QuenchSettings::default().with_max_evaluations(20);
     let end = synthesize(&energy, &chain, &short, 0, 0);
     let mut gradient = vec![0.0; energy.space().tangents()];
-    let value = energy.evaluate(&end.refined, &mut gradient);
+    let value = energy.evaluate(&end.refined.pose, &mut gradient);
     assert!(!value.is_nan() && !gradient.iter().any(|slope| slope.is_nan()));
     assert!(
-        end.refined.iter().all(|x| x.is_finite()),
+        end.refined.pose.iter().all(|x| x.is_finite()),
         "{:?}",
         end.refined
     );

@@ -12,14 +12,15 @@ use bytes::Bytes;
 use landscape::evaluation::stability::Protocol;
 use landscape::evaluation::taxonomy::Rule;
 use landscape::formats::toml_text;
-use landscape::grasp::EnergySettings;
 use landscape::grasp::synthesis::SynthesisSettings;
+use landscape::grasp::{EnergySettings, Grasp};
 use landscape::hand::{Hand, HandError, HandFiles, PosedHand};
 use landscape::object::neural::{Specs, Tensors};
 use landscape::object::{Assembly, Description, Mesh};
+use landscape::space::Pose;
 use landscape::store::exchange::{self, JointColumns, Mapping, QposRow, dexgraspnet_npy, qpos_npy};
 use landscape::store::{
-    AtomicFolder, EdgeRow, Grasp, GraspFile, Journal, LandscapeFiles, MinimumRow, Overrides,
+    AtomicFolder, EdgeRow, GraspFile, GraspRow, Journal, LandscapeFiles, MinimumRow, Overrides,
     PathRow, StationaryRow,
 };
 use landscape::topography::exchange::Database;
@@ -313,12 +314,14 @@ fn gltf() -> (Vec<u8>, Vec<u8>) {
 
 /// DexGraspBench's dictionaries as numpy writes them, those of DexGraspNet, and a table of numbers; all for one joint.
 fn pickles() -> Vec<Vec<u8>> {
-    let grasp = |id| Grasp {
+    let grasp = |id| GraspRow {
         id,
         scale: 1.0,
-        rotation_wxyz: [0.5, 0.5, -0.5, 0.5],
-        joints_rad: vec![0.02],
-        ..Grasp::default()
+        grasp: Grasp::new(
+            Pose::new([0.0; 3], [0.5, 0.5, -0.5, 0.5], &[0.02]),
+            Vec::new(),
+        ),
+        ..GraspRow::default()
     };
     let grasps = [grasp(0), grasp(1)];
     let rows = [0, 1].map(|id| QposRow {

@@ -2,14 +2,14 @@
 
 use std::fs;
 
-use crate::{file, grasp, hand, object, of, overrides, place, read};
+use crate::{file, grasp, hand, object, of, overrides, place, read, with_joints};
 use arrow_array::types::{Float64Type, Int32Type};
 use arrow_array::{
     DictionaryArray, Float32Array, Int32Array, Int64Array, LargeListArray, ListArray, NullArray,
 };
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use landscape::store::{Grasp, HandMetadata, ObjectMetadata, Overrides, Warning};
+use landscape::store::{GraspRow, HandMetadata, ObjectMetadata, Overrides, Warning};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 
 #[test]
@@ -17,7 +17,7 @@ fn grasps_come_back_equal() {
     let (_folder, path) = place("grasps.parquet");
     let mut written = file(5);
     let last = &mut written.grasps[4];
-    last.contacts.clear();
+    last.grasp.contacts.clear();
     (last.friction, last.epsilon, last.stable, last.label_score) = (None, None, None, None);
     (last.label, last.label_auto, last.source) = (None, Some(String::new()), "ß ∂ 手".into());
     written.write(&path).unwrap();
@@ -68,7 +68,7 @@ fn hands_without_joints_and_energies_without_terms() {
     written.metadata.hands[0].limits_rad.clear();
     written.metadata.terms.clear();
     for grasp in &mut written.grasps {
-        grasp.joints_rad.clear();
+        grasp.grasp.pose = with_joints(&grasp.grasp.pose, &[]);
         grasp.terms.clear();
     }
     written.write(&path).unwrap();
@@ -88,7 +88,8 @@ fn a_mixed_file_holds_several_landscapes() {
     mixed.grasps[1].scale = 0.5;
     mixed.grasps[3].scale = 0.5;
     mixed.grasps[4].hand = "a stick".into();
-    mixed.grasps[4].joints_rad.clear();
+    let last = &mut mixed.grasps[4].grasp.pose;
+    *last = with_joints(last, &[]);
     mixed.write(&path).unwrap();
     let (found, _) = read(&path).unwrap();
     assert_eq!(found, mixed);
@@ -139,7 +140,7 @@ fn absent_columns_have_defaults() {
         .without("chain_step")
         .read(Overrides::default())
         .unwrap();
-    let expected = Grasp {
+    let expected = GraspRow {
         friction: None,
         epsilon: None,
         stable: None,
@@ -180,7 +181,7 @@ fn columns_may_have_passed_through_other_tools() {
         .unwrap();
     assert_eq!(
         found.grasps[1],
-        Grasp {
+        GraspRow {
             label: None,
             ..grasp(1)
         }
@@ -191,24 +192,33 @@ fn columns_may_have_passed_through_other_tools() {
 fn quaternions_are_made_unit_and_canonical() {
     let (_folder, path) = place("grasps.parquet");
     let mut written = file(2);
-    written.grasps[0].rotation_wxyz = [-0.6, 0.0, 0.8004, 0.0];
-    written.grasps[1].rotation_wxyz = [0.0, -1.0, 0.0, 0.0];
+    written.grasps[0]
+        .grasp
+        .pose
+        .set_rotation_wxyz([-0.6, 0.0, 0.8004, 0.0]);
+    written.grasps[1]
+        .grasp
+        .pose
+        .set_rotation_wxyz([0.0, -1.0, 0.0, 0.0]);
     written.write(&path).unwrap();
     let (found, _) = read(&path).unwrap();
     let norm = (0.6_f64.powi(2) + 0.8004_f64.powi(2)).sqrt();
     assert_eq!(
-        found.grasps[0].rotation_wxyz,
+        found.grasps[0].grasp.pose.rotation_wxyz(),
         [0.6 / norm, 0.0, -0.8004 / norm, 0.0]
     );
-    assert_eq!(found.grasps[1].rotation_wxyz, [0.0, 1.0, 0.0, 0.0]);
+    assert_eq!(
+        found.grasps[1].grasp.pose.rotation_wxyz(),
+        [0.0, 1.0, 0.0, 0.0]
+    );
 }
 
 #[test]
 fn a_joint_slightly_beyond_its_limit_is_kept_with_a_warning() {
     let (_folder, path) = place("grasps.parquet");
     let mut written = file(3);
-    written.grasps[1].joints_rad[0] = -0.35;
-    written.grasps[2].joints_rad[0] = -0.3 - 1e-8;
+    written.grasps[1].grasp.pose.joints_mut()[0] = -0.35;
+    written.grasps[2].grasp.pose.joints_mut()[0] = -0.3 - 1e-8;
     written.write(&path).unwrap();
     let (found, warnings) = read(&path).unwrap();
     assert_eq!(found, written);
@@ -278,7 +288,10 @@ fn overrides_of_another_name() {
         given: "teapot".into(),
     };
     assert_eq!(warnings, [expected]);
-    assert_eq!(found.grasps[1].contacts, file(2).grasps[1].contacts);
+    assert_eq!(
+        found.grasps[1].grasp.contacts,
+        file(2).grasps[1].grasp.contacts
+    );
 
     let refused = only_cup(0.5).read(teapot()).unwrap_err().to_string();
     let reason = "its grasps are of `cup` at scale 0.5: how large `teapot` is to be";
@@ -311,7 +324,7 @@ fn overrides_replace_what_the_file_describes() {
     assert_eq!(warnings, expected);
 
     let row = &found.grasps[0];
-    assert!(row.contacts.is_empty(), "they are of the other hand");
+    assert!(row.grasp.contacts.is_empty(), "they are of the other hand");
     assert_eq!(
         (row.stable, &row.label, &row.label_auto),
         (None, &None, &None)

@@ -23,8 +23,10 @@ use std::path::{Path, PathBuf};
 
 use crate::folder::names;
 use crate::parts::Parts;
+use landscape::grasp::Grasp;
+use landscape::space::Pose;
 use landscape::store::{
-    Counts, EdgeRow, Grasp, GraspFile, HandMetadata, LandscapeFiles, Manifest, Metadata,
+    Counts, EdgeRow, GraspFile, GraspRow, HandMetadata, LandscapeFiles, Manifest, Metadata,
     MinimumRow, ObjectMetadata, Overrides, PathRow, SCHEMA_VERSION, Source, Step, StoreError,
     TextFile, Warning,
 };
@@ -55,17 +57,21 @@ fn object(name: &str) -> ObjectMetadata {
     }
 }
 
-fn grasp(id: u64) -> Grasp {
+fn grasp(id: u64) -> GraspRow {
     let half = 0.1 * id as f64;
-    Grasp {
+    GraspRow {
         id,
         object: "cup".into(),
         scale: 1.0,
         hand: "two fingers".into(),
-        translation_m: [0.1 * half, -1.0 / 3.0, f64::MIN_POSITIVE],
-        rotation_wxyz: [half.cos(), half.sin(), 0.0, 0.0],
-        joints_rad: vec![0.2, -7.0],
-        contacts: vec![39, 0, 7],
+        grasp: Grasp::new(
+            Pose::new(
+                [0.1 * half, -1.0 / 3.0, f64::MIN_POSITIVE],
+                [half.cos(), half.sin(), 0.0, 0.0],
+                &[0.2, -7.0],
+            ),
+            vec![39, 0, 7],
+        ),
         energy: 0.7,
         terms: vec![0.3, 0.4],
         net_wrench: 1e-300,
@@ -87,6 +93,12 @@ fn grasp(id: u64) -> Grasp {
         chain_seed: u64::MAX,
         chain_step: 9999,
     }
+}
+
+/// The pose with other joints.
+fn with_joints(pose: &Pose, joints: &[f64]) -> Pose {
+    let translation_m = std::array::from_fn(|k| pose[k]);
+    Pose::new(translation_m, pose.rotation_wxyz(), joints)
 }
 
 fn source(name: &str) -> Source {

@@ -3,15 +3,15 @@
 use std::fs;
 use std::sync::Arc;
 
-use crate::{file, flipped, names, of, place, read, sentence};
+use crate::{file, flipped, names, of, place, read, sentence, with_joints};
 use arrow_array::types::{Float64Type, Int32Type};
 use arrow_array::{ArrayRef, Float64Array, Int64Array, ListArray, StringArray};
 use base64::Engine;
-use landscape::store::{Fault, Grasp, GraspFile};
+use landscape::store::{Fault, GraspFile, GraspRow};
 use serde_json::json;
 
 /// The sentence with which a grasp is refused, by the writer.
-fn fault(spoil: impl FnOnce(&mut Grasp)) -> String {
+fn fault(spoil: impl FnOnce(&mut GraspRow)) -> String {
     let (folder, path) = place("grasps.parquet");
     let mut file = file(3);
     spoil(&mut file.grasps[2]);
@@ -29,7 +29,7 @@ fn fault(spoil: impl FnOnce(&mut Grasp)) -> String {
 
 #[test]
 fn rows_that_cannot_be_used_are_refused() {
-    type Spoil = fn(&mut Grasp);
+    type Spoil = fn(&mut GraspRow);
     let cases: [(Spoil, &str); 17] = [
         (
             |grasp| grasp.energy = f64::NAN,
@@ -44,15 +44,15 @@ fn rows_that_cannot_be_used_are_refused() {
             "column `friction` holds -inf, which is not a finite number",
         ),
         (
-            |grasp| grasp.translation_m[2] = f64::NAN,
+            |grasp| grasp.grasp.pose[2] = f64::NAN,
             "column `translation_m` holds NaN, which is not a finite number",
         ),
         (
-            |grasp| grasp.rotation_wxyz[0] = f64::NAN,
+            |grasp| grasp.grasp.pose[3] = f64::NAN,
             "column `rotation_wxyz` holds NaN, which is not a finite number",
         ),
         (
-            |grasp| grasp.joints_rad[1] = f64::INFINITY,
+            |grasp| grasp.grasp.pose.joints_mut()[1] = f64::INFINITY,
             "column `joints_rad` holds inf, which is not a finite number",
         ),
         (
@@ -60,20 +60,20 @@ fn rows_that_cannot_be_used_are_refused() {
             "scale 0 is not from 1e-6 to 1000000: meshes are made in units from the micrometre to the kilometre",
         ),
         (
-            |grasp| grasp.translation_m[1] = -2000.0,
+            |grasp| grasp.grasp.pose[1] = -2000.0,
             "translation_m has -2000: more than a kilometre from the object; lengths are in metres",
         ),
         (
-            |grasp| grasp.rotation_wxyz = [0.5; 4].map(|half| half * 1.25),
+            |grasp| (grasp.grasp.pose).set_rotation_wxyz([0.5; 4].map(|half| half * 1.25)),
             "the quaternion `rotation_wxyz` has length 1.25, expected 1",
         ),
         (
-            |grasp| grasp.joints_rad[0] = -1.5,
+            |grasp| grasp.grasp.pose.joints_mut()[0] = -1.5,
             "joint `left` at -1.5 rad lies more than 1 rad beyond its limits -0.3 to 0.3333333333333333: are these degrees, \
              or angles of other joints?",
         ),
         (
-            |grasp| grasp.joints_rad.push(0.0),
+            |grasp| grasp.grasp.pose = with_joints(&grasp.grasp.pose, &[0.2, -7.0, 0.0]),
             "column `joints_rad` holds 3 numbers, expected 2",
         ),
         (
@@ -81,11 +81,11 @@ fn rows_that_cannot_be_used_are_refused() {
             "column `term_…` holds 0 numbers, expected 2",
         ),
         (
-            |grasp| grasp.contacts = vec![3, 40],
+            |grasp| grasp.grasp.contacts = vec![3, 40],
             "contact 40 does not exist: hand `two fingers` has 40 surface points, counted from 0",
         ),
         (
-            |grasp| grasp.contacts = vec![3, 8, 3],
+            |grasp| grasp.grasp.contacts = vec![3, 8, 3],
             "contact 3 occurs twice",
         ),
         (
@@ -356,7 +356,7 @@ fn a_damaged_file_never_panics() {
 fn faults_can_be_sorted_out_before_writing() {
     let (_folder, path) = place("grasps.parquet");
     let mut file = file(4);
-    file.grasps[1].joints_rad[0] = 3.0;
+    file.grasps[1].grasp.pose.joints_mut()[0] = 3.0;
     file.grasps[3].id = 0;
     let faults = file.faults();
     assert!(matches!(

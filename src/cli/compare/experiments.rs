@@ -11,11 +11,10 @@ use crate::agreement::{fisher_exact, spearman};
 use crate::cli::settings_for_grasps;
 use crate::cli::types::{Named, Setting};
 use crate::cli::way::{places, route};
-use crate::energy::Piecewise;
 use crate::evaluation::taxonomy::{Anatomy, Category, Labeller, PalmPart, Patch, Rule, Taxonomy};
-use crate::grasp::{GraspEnergy, judge};
+use crate::grasp::{Grasp, GraspEnergy, judge};
 use crate::hand::{Hand, PosedHand};
-use crate::space::interpolate;
+use crate::space::{Pose, interpolate, joints_of_mut};
 use crate::store::LandscapeFiles;
 use crate::topography::{Evidence, MinimumId, Network, Run, Tree, quench_all};
 
@@ -182,7 +181,9 @@ impl<'a> Experiments<'a> {
         points.extend(images.last().map(|last| last.x.clone()));
         let passing = points
             .iter()
-            .filter(|x| judge(&self.energy, x, &self.energy.active_piece(x)).passes_published())
+            .filter(|x| {
+                judge(&self.energy, &Grasp::best(&self.energy, x.to_vec())).passes_published()
+            })
             .count();
         let gaps: Vec<f64> = points.iter().map(|x| self.palm_gap_m(x)).collect();
         let order: Vec<f64> = (0..points.len()).map(|i| i as f64).collect();
@@ -232,7 +233,7 @@ impl<'a> Experiments<'a> {
                 let label = labeller.label(&end.x);
                 let like = label.best.first().map(|best| best.number) == Some(*kind);
                 let valid =
-                    judge(&self.energy, &end.x, &self.energy.active_piece(&end.x)).passes_strict();
+                    judge(&self.energy, &Grasp::best(&self.energy, end.x.clone())).passes_strict();
                 counts[0] += usize::from(like);
                 counts[1] += usize::from(valid);
                 counts[2] += usize::from(like && valid);
@@ -291,9 +292,10 @@ impl<'a> Experiments<'a> {
             .minima
             .iter()
             .map(|row| {
-                let mut x = row.coordinates[..7].to_vec();
-                x.extend(joints.iter().map(|joint| row.coordinates[7 + joint]));
-                x
+                let known = Pose::from(row.coordinates.clone());
+                let kept: Vec<f64> = joints.iter().map(|&joint| known.joints()[joint]).collect();
+                let translation_m = std::array::from_fn(|k| known[k]);
+                Pose::new(translation_m, known.rotation_wxyz(), &kept).into()
             })
             .collect();
         let taxonomy = Taxonomy::feix();
@@ -307,7 +309,7 @@ impl<'a> Experiments<'a> {
         let wrong = poses.par_iter().filter(|x| uses_thumb(x)).count();
         let valid = poses
             .par_iter()
-            .filter(|x| judge(&energy, x, &energy.active_piece(x)).passes_strict())
+            .filter(|x| judge(&energy, &Grasp::best(&energy, x.to_vec())).passes_strict())
             .count();
         let mut guessed = Vec::new();
         for name in ["gripper_three_finger", "gripper_parallel"] {
@@ -347,7 +349,7 @@ fn straightened(hand: &Hand, x: &[f64], fingers: &str) -> Vec<f64> {
         });
         let digit = moves.map_or("", |link| hand.digits[link.digit].as_str());
         if fingers.split(" and ").any(|finger| finger == digit) {
-            x[7 + joint] = *angle;
+            joints_of_mut(&mut x)[joint] = *angle;
         }
     }
     x
@@ -356,6 +358,7 @@ fn straightened(hand: &Hand, x: &[f64], fingers: &str) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::space::joints_of;
 
     #[test]
     fn only_the_fingers_named_are_straightened() {
@@ -372,9 +375,13 @@ mod tests {
             let wanted = if named {
                 straight[joint]
             } else {
-                bent[7 + joint]
+                joints_of(&bent)[joint]
             };
-            assert!((lifted[7 + joint] - wanted).abs() < 1e-12, "{}", known.name);
+            assert!(
+                (joints_of(&lifted)[joint] - wanted).abs() < 1e-12,
+                "{}",
+                known.name
+            );
         }
     }
 }

@@ -14,7 +14,7 @@ use crate::cli::{input, print, progress};
 use crate::grasp::closure::{PointContact, contact_forces};
 use crate::grasp::filter::STRICT_FRICTION;
 use crate::grasp::{GraspEnergy, Judgement, MeasuredContact, judge, measure_contacts};
-use crate::store::{Grasp, GraspFile};
+use crate::store::{GraspFile, GraspRow};
 
 /// A row of the file and what was measured.
 #[derive(Debug, Serialize)]
@@ -71,14 +71,14 @@ pub(super) fn run(command: &Inspect, common: &Common) -> anyhow::Result<()> {
             "--grasp {id}: {name} has no grasp with this id"
         );
     }
-    let wanted = |grasp: &Grasp| command.grasp.is_empty() || command.grasp.contains(&grasp.id);
+    let wanted = |grasp: &GraspRow| command.grasp.is_empty() || command.grasp.contains(&grasp.id);
     let count = file.grasps.iter().filter(|grasp| wanted(grasp)).count();
     let bar = progress::bar("grasps", count as u64, common.quiet);
     let mut landscapes = Vec::new();
     let mut all = Vec::new();
     let mut text = String::new();
     for population in file.landscapes() {
-        let grasps: Vec<&Grasp> = population
+        let grasps: Vec<&GraspRow> = population
             .grasps
             .iter()
             .copied()
@@ -124,11 +124,10 @@ pub(super) fn run(command: &Inspect, common: &Common) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn judged(file: &GraspFile, energy: &GraspEnergy, grasp: &Grasp) -> Judged {
-    let x = grasp.coordinates();
-    let judgement = judge(energy, &x, &grasp.contacts);
+fn judged(file: &GraspFile, energy: &GraspEnergy, grasp: &GraspRow) -> Judged {
+    let judgement = judge(energy, &grasp.grasp);
     let hand = energy.hand();
-    let measured = measure_contacts(energy, &x, &grasp.contacts);
+    let measured = measure_contacts(energy, &grasp.grasp);
     let touch = |contact: &MeasuredContact| {
         let link = &hand.links[contact.link.0];
         Touch {

@@ -18,7 +18,7 @@ use crate::figure::chart::{Axis, Chart, Mark, Panel, Series};
 use crate::figure::{
     Canvas, PICTURE_DENSITY, Picture, Scene, Surface, draw_row, row_height, side_in_row, theme,
 };
-use crate::grasp::GraspEnergy;
+use crate::grasp::{Grasp, GraspEnergy};
 use crate::hand::PosedHand;
 use crate::limits::PICTURES;
 use crate::store::{FileSet, LandscapeFiles};
@@ -325,7 +325,8 @@ fn rendered(energy: &GraspEnergy, steps: &[Step], shown: &[usize], side: u32) ->
     let skin = hand.skin();
     let scene = |place: usize| {
         let step = &steps[place];
-        Scene::of_grasp(hand, &skin, object, &step.x, &step.choice)
+        let grasp = Grasp::new(step.x.clone(), step.choice.clone());
+        Scene::of_grasp(hand, &skin, object, &grasp)
     };
     let middle = scene(shown[shown.len() / 2]);
     let toward_eye = middle.best_camera(Vector3::z()).toward_eye();

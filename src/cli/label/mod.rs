@@ -14,7 +14,7 @@ use super::input;
 use super::output::check_file;
 use super::{complain, print, progress};
 use crate::evaluation::taxonomy::{GraspType, Label, Labeller, Rule, Taxonomy, UNLISTED, explain};
-use crate::store::{Grasp, GraspFile};
+use crate::store::{GraspFile, GraspRow};
 
 mod sheet;
 mod summary;
@@ -103,7 +103,8 @@ pub(super) fn run(command: &LabelCommand, common: &Common) -> anyhow::Result<()>
         honour(&mut file, &given, path)?;
     }
 
-    let wanted = |grasp: &Grasp| command.explain.is_empty() || command.explain.contains(&grasp.id);
+    let wanted =
+        |grasp: &GraspRow| command.explain.is_empty() || command.explain.contains(&grasp.id);
     let count = file.grasps.iter().filter(|grasp| wanted(grasp)).count();
     let bar = progress::bar("grasps", count as u64, common.quiet);
     let mut labels: BTreeMap<u64, Label> = BTreeMap::new();
@@ -111,7 +112,7 @@ pub(super) fn run(command: &LabelCommand, common: &Common) -> anyhow::Result<()>
     for population in file.landscapes() {
         let (hand, object) = (population.hand()?, population.object()?);
         let labeller = Labeller::new(&hand, &object, &rule);
-        let grasps: Vec<&Grasp> = (population
+        let grasps: Vec<&GraspRow> = (population
             .grasps
             .iter()
             .copied()
@@ -121,7 +122,7 @@ pub(super) fn run(command: &LabelCommand, common: &Common) -> anyhow::Result<()>
             .par_iter()
             .map(|grasp| {
                 bar.inc(1);
-                (grasp.id, labeller.label(&grasp.coordinates()))
+                (grasp.id, labeller.label(&grasp.grasp.pose))
             })
             .collect();
         labels.extend(of_population);
@@ -205,7 +206,7 @@ fn honour(file: &mut GraspFile, given: &[table::Given], path: &Path) -> anyhow::
 }
 
 /// Writes what the rule says into a row; the human's word stays.
-fn record(grasp: &mut Grasp, label: &Label) {
+fn record(grasp: &mut GraspRow, label: &Label) {
     grasp.label_auto = Some(label.text().to_owned());
     grasp.label_score = label.best.first().map(|best| best.score);
     grasp.label_best = (!label.best.is_empty()).then(|| label.best_text());

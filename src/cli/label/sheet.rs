@@ -15,7 +15,7 @@ use crate::evaluation::taxonomy::{Label, Taxonomy};
 use crate::figure::Scene;
 use crate::hand::Hand;
 use crate::object::Object;
-use crate::store::{Grasp, write_atomic};
+use crate::store::{GraspRow, write_atomic};
 
 /// The page; the data take the place of [`DATA`].
 const PAGE: &str = include_str!("sheet.html");
@@ -59,14 +59,14 @@ struct Choice<'a> {
 pub(super) fn cards(
     hand: &Hand,
     object: &Object,
-    grasps: &[&Grasp],
+    grasps: &[&GraspRow],
     labels: &BTreeMap<u64, Label>,
 ) -> anyhow::Result<Vec<Card>> {
     let skin = hand.skin();
     grasps
         .par_iter()
         .map(|grasp| {
-            let scene = Scene::of_grasp(hand, &skin, object, &grasp.coordinates(), &grasp.contacts);
+            let scene = Scene::of_grasp(hand, &skin, object, &grasp.grasp);
             let [first, second] = scene.two_cameras(Vector3::z());
             let picture = |camera| -> anyhow::Result<String> {
                 Ok(STANDARD.encode(scene.render(camera, SIDE, SIDE).to_png()?))

@@ -6,7 +6,7 @@ use std::fmt::Write;
 use super::super::run::tally;
 use super::human_label;
 use crate::evaluation::taxonomy::{Inapplicable, Label, Taxonomy, Verdict};
-use crate::store::{Grasp, GraspFile};
+use crate::store::{GraspFile, GraspRow};
 
 /// So many disagreements are listed one by one.
 const LISTED: usize = 20;
@@ -80,7 +80,7 @@ pub(super) fn summary(file: &GraspFile, labels: &BTreeMap<u64, Label>) -> String
 
 /// What humans say, and where the rule says otherwise.
 fn humans(file: &GraspFile, labels: &BTreeMap<u64, Label>) -> String {
-    let human = |grasp: &Grasp| {
+    let human = |grasp: &GraspRow| {
         let told = grasp.label.clone().filter(|label| !label.is_empty())?;
         let label = labels.get(&grasp.id)?;
         let agrees = match human_label(&told) {

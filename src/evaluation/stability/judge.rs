@@ -8,6 +8,7 @@ use super::settings::{Drop, Protocol, SixDirections};
 use super::solid::Solid;
 use super::squeeze::{add_hand, closing};
 use super::world::{Part, World};
+use crate::grasp::Grasp;
 use crate::hand::{Hand, PosedHand};
 
 /// Why a grasp is stable or not.
@@ -70,25 +71,23 @@ impl Outcome {
     }
 }
 
-/// Simulates the grasp of `hand` at pose `x = [t, q(wxyz), joints]` (object frame) on an object of `mass_kg`; `contacts`
-/// are its contact set, by which it is squeezed where the protocol squeezes.
+/// Simulates a grasp of `hand` on an object of `mass_kg`; by its contact set it is squeezed where the protocol squeezes.
 ///
 /// # Panics
-/// If `x` is a pose of another hand or a contact index is out of range.
+/// If the grasp is one of another hand.
 pub fn simulate(
     hand: &Hand,
-    x: &[f64],
-    contacts: &[u32],
+    grasp: &Grasp,
     solid: &Solid,
     mass_kg: f64,
     protocol: &Protocol,
 ) -> Outcome {
     let mut posed = PosedHand::default();
-    hand.pose(x, &mut posed);
+    hand.pose(&grasp.pose, &mut posed);
     match protocol {
         Protocol::Drop(drop) => fall(hand, &posed, solid, mass_kg, drop),
         Protocol::SixDirections(six) => {
-            let closing = (!six.rigid).then(|| closing(hand, &posed, contacts, solid, six));
+            let closing = (!six.rigid).then(|| closing(hand, &posed, &grasp.contacts, solid, six));
             push(hand, &posed, closing.as_deref(), solid, six)
         }
     }

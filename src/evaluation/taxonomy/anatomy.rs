@@ -401,10 +401,9 @@ mod tests {
         let hand = Hand::human();
         let anatomy = Anatomy::of(&hand).unwrap();
         let direction = |flexion_rad: f64| {
-            let mut x = vec![0.0; 7 + hand.joints.len()];
-            x[3] = 1.0;
-            let knuckle = |joint: &crate::hand::Joint| joint.name == "index_mcp_flexion";
-            x[7 + hand.joints.iter().position(knuckle).unwrap()] = flexion_rad;
+            let mut joints = vec![0.0; hand.joints.len()];
+            joints[hand.joint("index_mcp_flexion").unwrap()] = flexion_rad;
+            let x = crate::space::Pose::at_origin(&joints);
             let mut posed = PosedHand::default();
             hand.pose(&x, &mut posed);
             anatomy.direction(&posed, 2, Bone::Proximal).unwrap()

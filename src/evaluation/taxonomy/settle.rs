@@ -12,7 +12,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 
 use crate::hand::{Hand, LinkId, PosedHand, Wrench};
 use crate::object::Object;
-use crate::space::PoseMetric;
+use crate::space::{PoseMetric, joints_of_mut};
 
 /// How much is undone.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -176,7 +176,11 @@ impl Near<'_> {
     /// Moves the joints, within their limits or where they were beyond; the largest change.
     fn shift(&self, x: &mut [f64], change: &DVector<f64>) -> f64 {
         let mut largest: f64 = 0.0;
-        for ((angle, joint), change) in x[7..].iter_mut().zip(&self.hand.joints).zip(change) {
+        for ((angle, joint), change) in joints_of_mut(x)
+            .iter_mut()
+            .zip(&self.hand.joints)
+            .zip(change)
+        {
             let [lower, upper] = joint.limits_rad;
             let to = (*angle + change).clamp(lower.min(*angle), upper.max(*angle));
             largest = largest.max((to - *angle).abs());
@@ -328,8 +332,11 @@ fn left_over(normals: &[Vector3<f64>], friction: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::UnitQuaternion;
+
     use super::*;
     use crate::grasp::press::touches;
+    use crate::space::put_root;
 
     #[test]
     fn forces_balance_between_two_sides_and_not_on_one() {
@@ -347,11 +354,10 @@ mod tests {
         let mut x = hand.rest_coordinates();
         let away = hand.palm.centre + hand.palm.volar * 0.034;
         let root = ball.centroid - away;
-        x[..3].copy_from_slice(root.as_slice());
-        x[3..7].copy_from_slice(&[1.0, 0.0, 0.0, 0.0]);
+        put_root(&mut x, &root, &UnitQuaternion::identity());
         for (j, joint) in hand.joints.iter().enumerate() {
             if joint.name.ends_with("flexion") && !joint.name.starts_with("thumb") {
-                x[7 + j] = 1.2_f64.min(joint.limits_rad[1]);
+                joints_of_mut(&mut x)[j] = 1.2_f64.min(joint.limits_rad[1]);
             }
         }
         x
@@ -398,7 +404,7 @@ mod tests {
         let mut x = around_the_ball(&hand, &ball);
         for (j, joint) in hand.joints.iter().enumerate() {
             if joint.name.ends_with("flexion") && !joint.name.starts_with("thumb") {
-                x[7 + j] -= 0.35;
+                joints_of_mut(&mut x)[j] -= 0.35;
             }
         }
         let mut posed = PosedHand::default();

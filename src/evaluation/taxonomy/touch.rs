@@ -210,6 +210,7 @@ mod tests {
     use super::*;
     use crate::evaluation::taxonomy::{Bone, PalmPart};
     use crate::object::SurfaceSample;
+    use crate::space::Pose;
 
     /// The object as held at those points of its surface that `test` chooses.
     fn held_at(object: &Object, test: impl Fn(&SurfaceSample) -> bool) -> Held {
@@ -289,11 +290,11 @@ mod tests {
         let anatomy = Anatomy::of(&hand).unwrap();
         let ball = Object::named("ball").unwrap();
         // The ball in the hollow of the flat hand: the palm touches, the back of the hand does not.
-        let mut x = vec![0.0; 7 + hand.joints.len()];
+        let mut x = Pose::at_origin(&vec![0.0; hand.joints.len()]);
         let palm = hand.palm;
         let away = palm.centre + palm.volar * 0.034;
         let root = ball.centroid - away;
-        (x[0], x[1], x[2], x[3]) = (root.x, root.y, root.z, 1.0);
+        x[..3].copy_from_slice(root.as_slice());
         let mut posed = PosedHand::default();
         hand.pose(&x, &mut posed);
         let near = touches(&hand, &anatomy, &posed, &ball);

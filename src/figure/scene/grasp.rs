@@ -1,5 +1,6 @@
 //! Scenes of a hand on an object.
 
+use crate::grasp::Grasp;
 use crate::hand::{Hand, PosedHand, Skin};
 use crate::object::{Mesh, Object};
 
@@ -34,27 +35,21 @@ impl Surface {
 }
 
 impl Scene {
-    /// `hand` at pose `x` on `object`, with a marker at each of the surface points `contacts`.
+    /// A grasp of `hand` on `object`, a marker at each contact.
     ///
     /// # Panics
-    /// If `skin` or `x` belongs to another hand, or if a contact index is out of range.
-    pub fn of_grasp(
-        hand: &Hand,
-        skin: &Skin,
-        object: &Object,
-        x: &[f64],
-        contacts: &[u32],
-    ) -> Self {
-        Self::of_grasp_on(hand, skin, &object.mesh, x, contacts)
+    /// If skin or grasp is that of another hand.
+    pub fn of_grasp(hand: &Hand, skin: &Skin, object: &Object, grasp: &Grasp) -> Self {
+        Self::of_grasp_on(hand, skin, &object.mesh, grasp)
     }
 
     /// [`Scene::of_grasp`] on the bare mesh of an object.
     ///
     /// # Panics
-    /// If `skin` or `x` belongs to another hand, or if a contact index is out of range.
-    pub fn of_grasp_on(hand: &Hand, skin: &Skin, mesh: &Mesh, x: &[f64], contacts: &[u32]) -> Self {
+    /// If skin or grasp is that of another hand.
+    pub fn of_grasp_on(hand: &Hand, skin: &Skin, mesh: &Mesh, grasp: &Grasp) -> Self {
         let mut posed = PosedHand::default();
-        hand.pose(x, &mut posed);
+        hand.pose(&grasp.pose, &mut posed);
         let marker = |&contact: &u32| Marker {
             centre: posed.points[contact as usize],
             radius_m: CONTACT_RADIUS_M,
@@ -62,7 +57,7 @@ impl Scene {
         };
         Self {
             surfaces: vec![Surface::of_hand(skin, &posed), Surface::of_mesh(mesh)],
-            markers: contacts.iter().map(marker).collect(),
+            markers: grasp.contacts.iter().map(marker).collect(),
             cones: Vec::new(),
         }
     }

@@ -4,10 +4,11 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::touch::{Touch, touches};
+use crate::grasp::Grasp;
 use crate::grasp::closure::{PointContact, contact_forces};
 use crate::grasp::energy::GraspEnergy;
 use crate::hand::{Hand, LinkId, PosedHand, Wrench, closest_points};
-use crate::space::{PoseSpace, Space};
+use crate::space::{Pose, PoseSpace, Space};
 
 /// How a hand is closed until it presses.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -60,7 +61,7 @@ struct Goal {
     depth_m: f64,
 }
 
-/// Pose `x` closed until it presses; `contacts` are its contact set.
+/// The pose of a grasp whose hand is closed until it presses.
 ///
 /// ```text
 /// min Σ_goals (gap_c + p_c)² + Σ_others min(0, gap_c + p_max)² + Σ_pairs max(0, overlap − 1 mm)²,
@@ -71,21 +72,16 @@ struct Goal {
 /// asks for more; joints stay within their limits. Deterministic. Costs some tens of milliseconds.
 ///
 /// # Panics
-/// If `x` is a pose of another hand or a contact index is out of range.
-pub fn press(
-    energy: &GraspEnergy,
-    x: &[f64],
-    contacts: &[u32],
-    settings: &PressSettings,
-) -> Vec<f64> {
+/// If the grasp is one of another hand.
+pub fn press(energy: &GraspEnergy, grasp: &Grasp, settings: &PressSettings) -> Pose {
     let hand = energy.hand();
-    let mut at = Place::new(energy, x, settings);
-    let chosen = capsules_of(hand, &at.posed, contacts);
+    let mut at = Place::new(energy, grasp.pose.clone(), settings);
+    let chosen = capsules_of(hand, &at.posed, &grasp.contacts);
     for _ in 0..settings.rounds {
         let goals = goals(energy, &at, &chosen, settings);
         at = settle(energy, at, &goals, settings);
     }
-    at.x
+    at.pose
 }
 
 /// The capsules on whose surface the surface points `contacts` lie.
@@ -110,19 +106,19 @@ fn capsules_of(hand: &Hand, posed: &PosedHand, contacts: &[u32]) -> Vec<usize> {
 
 /// The hand somewhere, and what it touches there.
 struct Place {
-    x: Vec<f64>,
+    pose: Pose,
     posed: PosedHand,
     touches: Vec<Touch>,
 }
 
 impl Place {
-    fn new(energy: &GraspEnergy, x: &[f64], settings: &PressSettings) -> Self {
+    fn new(energy: &GraspEnergy, pose: Pose, settings: &PressSettings) -> Self {
         let mut posed = PosedHand::default();
-        energy.hand().pose(x, &mut posed);
+        energy.hand().pose(&pose, &mut posed);
         let reach_m = settings.free_reach_m.max(VIEW_M);
         let touches = touches(&energy.object().exact, energy.hand(), &posed, reach_m);
         Self {
-            x: x.to_vec(),
+            pose,
             posed,
             touches,
         }
@@ -275,14 +271,14 @@ fn settle(energy: &GraspEnergy, mut at: Place, goals: &[Goal], settings: &PressS
         let Some(tangent) = step(&now, damping, space.tangents()) else {
             break;
         };
-        let mut x = at.x.clone();
-        space.exp(&mut x, &tangent);
-        for (coordinate, joint) in x[7..].iter_mut().zip(&hand.joints) {
+        let mut pose = at.pose.clone();
+        space.exp(&mut pose, &tangent);
+        for (coordinate, joint) in pose.joints_mut().iter_mut().zip(&hand.joints) {
             if !joint.wraps {
                 *coordinate = coordinate.clamp(joint.limits_rad[0], joint.limits_rad[1]);
             }
         }
-        let moved = Place::new(energy, &x, settings);
+        let moved = Place::new(energy, pose, settings);
         let then = residuals(&puller, &moved, goals, settings);
         if then.cost() < now.cost() {
             (at, now) = (moved, then);
@@ -327,14 +323,14 @@ mod tests {
             free_reach_m: 0.05,
             ..PressSettings::default()
         };
-        let mut x = hand.rest_coordinates();
+        let mut x = Pose::from(hand.rest_coordinates());
         let top = energy
             .object()
             .exact
             .nearest(&Vector3::new(0.01, 0.02, 1.0));
         x[2] = top.point.z - hand.palm.centre.z + 0.03;
         let space = energy.pose_space();
-        let at = Place::new(&energy, &x, &settings);
+        let at = Place::new(&energy, x.clone(), &settings);
         assert!(at.touches.len() > 3, "{} touches", at.touches.len());
         let goals: Vec<Goal> = at
             .touches
@@ -352,7 +348,7 @@ mod tests {
         let at_shift = |tangent: &[f64]| {
             let mut moved = x.clone();
             space.exp(&mut moved, tangent);
-            let place = Place::new(&energy, &moved, &settings);
+            let place = Place::new(&energy, moved, &settings);
             residuals(&puller, &place, &goals, &settings)
         };
         let here = residuals(&puller, &at, &goals, &settings);

@@ -13,6 +13,7 @@ pub use self::settings::{
     ContactMoves, Refinement, Sampler, Start, StepScales, SynthesisSettings, SynthesisSettingsError,
 };
 pub use self::start::Given;
+use super::Grasp;
 use super::energy::GraspEnergy;
 use super::filter::judge;
 use super::press::{PressSettings, firmness, press};
@@ -25,15 +26,11 @@ use crate::sample::{Rng, State, Task, stream};
 pub struct Synthesized {
     /// Number of the chain: its random stream.
     pub chain: u64,
-    /// Pose at the end of the chain, before refinement.
-    pub raw: Vec<f64>,
-    /// Contact set at the end of the chain.
-    pub raw_contacts: Vec<u32>,
-    /// Pose after refinement on the envelope.
-    pub refined: Vec<f64>,
-    /// Best contact set of the refined pose.
-    pub contacts: Vec<u32>,
-    /// E(H, O) of the refined pose.
+    /// End of the chain, before refinement.
+    pub raw: Grasp,
+    /// After refinement on the envelope, with its best contact set.
+    pub refined: Grasp,
+    /// E(H, O) of the refined grasp.
     pub energy: f64,
     /// Steps of the chain.
     pub steps: u64,
@@ -191,13 +188,11 @@ fn run(
 
 /// The descent from a given grasp.
 fn refine_given(energy: &GraspEnergy, refine: &QuenchSettings, given: &Given<'_>) -> Synthesized {
-    let contacts = energy.active_piece(given.x);
+    let start = Grasp::best(energy, given.x.to_vec());
     let mut found = Synthesized {
         chain: 0,
-        raw: given.x.to_vec(),
-        raw_contacts: contacts.clone(),
-        refined: given.x.to_vec(),
-        contacts,
+        raw: start.clone(),
+        refined: start,
         energy: f64::NAN,
         steps: 0,
         evaluations: 0,
@@ -273,12 +268,11 @@ fn finish(
     end: End,
     only: bool,
 ) -> (Synthesized, bool) {
+    let grasp = |state: State| Grasp::new(state.coordinates, state.discrete);
     let mut found = Synthesized {
         chain: 0,
-        raw: end.raw.coordinates,
-        raw_contacts: end.raw.discrete,
-        refined: end.refined.coordinates,
-        contacts: end.refined.discrete,
+        raw: grasp(end.raw),
+        refined: grasp(end.refined),
         energy: f64::NAN,
         steps: 0,
         evaluations: end.evaluations,
@@ -303,14 +297,14 @@ fn finish(
             close(energy, &mut found);
         }
         Refinement::Held => {
-            let quench = optimize::quench_piece(energy, &found.contacts, &found.refined, refine);
+            let held = &found.refined.contacts;
+            let quench = optimize::quench_piece(energy, held, &found.refined.pose, refine);
             found.evaluations += quench.evaluations as u64;
-            found.refined = quench.x;
+            found.refined.pose = quench.x.into();
             found.energy = quench.energy;
         }
         Refinement::Noisy | Refinement::None => {
-            let mut unused = vec![0.0; energy.space().tangents()];
-            found.energy = energy.evaluate_piece(&found.refined, &found.contacts, &mut unused);
+            found.energy = energy_of(energy, &found.refined);
         }
     }
     let passes = passes(&found);
@@ -319,25 +313,29 @@ fn finish(
 
 /// Whether an end passes the strict filter and, where hands are pressed, is firm.
 fn is_grasp(energy: &GraspEnergy, refinement: Refinement, found: &Synthesized) -> bool {
-    judge(energy, &found.refined, &found.contacts).passes_strict()
-        && (refinement != Refinement::Pressed || firmness(energy, &found.refined).is_firm())
+    judge(energy, &found.refined).passes_strict()
+        && (refinement != Refinement::Pressed || firmness(energy, &found.refined.pose).is_firm())
 }
 
 /// Closes the hand until it presses.
 fn close(energy: &GraspEnergy, found: &mut Synthesized) {
     let settings = PressSettings::default();
-    found.refined = press(energy, &found.refined, &found.contacts, &settings);
-    found.contacts = energy.active_piece(&found.refined);
-    let mut unused = vec![0.0; energy.space().tangents()];
-    found.energy = energy.evaluate_piece(&found.refined, &found.contacts, &mut unused);
+    let pose = press(energy, &found.refined, &settings);
+    found.refined = Grasp::best(energy, pose);
+    found.energy = energy_of(energy, &found.refined);
     found.evaluations += 1;
 }
 
+/// The energy with the contact set of the grasp.
+fn energy_of(energy: &GraspEnergy, grasp: &Grasp) -> f64 {
+    let mut unused = vec![0.0; energy.space().tangents()];
+    energy.evaluate_piece(&grasp.pose, &grasp.contacts, &mut unused)
+}
+
 fn descend(energy: &GraspEnergy, settings: &QuenchSettings, found: &mut Synthesized) {
-    let quench = optimize::quench(energy, &found.refined, settings);
+    let quench = optimize::quench(energy, &found.refined.pose, settings);
     found.evaluations += quench.evaluations as u64;
-    found.contacts = energy.active_piece(&quench.x);
-    found.refined = quench.x;
+    found.refined = Grasp::best(energy, quench.x);
     found.energy = quench.energy;
 }
 

@@ -1,6 +1,6 @@
 //! The sampler of the authors' code (`PhysicsGuide.optimize` and `refine`), with what the paper's text leaves out.
 
-use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
+use nalgebra::{Isometry3, UnitQuaternion};
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 
@@ -10,7 +10,7 @@ use crate::grasp::energy::GraspEnergy;
 use crate::grasp::filter::AUTHORS_UNIT_M;
 use crate::grasp::kernel::GraspKernel;
 use crate::sample::{Rng, State};
-use crate::space::pose_coordinates;
+use crate::space::{joints_of, pose_coordinates, quaternion_of, translation_of};
 
 /// Temperature and step size at energy zero.
 const BASE: f64 = 0.026_007_07;
@@ -140,7 +140,7 @@ pub(super) fn gaussian_pose(energy: &GraspEnergy, rng: &mut Rng) -> Vec<f64> {
     for k in 0..3 {
         x[k] = centroid[k] + AUTHORS_UNIT_M * x[k];
     }
-    let rotation = UnitQuaternion::from_quaternion(Quaternion::new(x[3], x[4], x[5], x[6]));
-    let pose = Isometry3::from_parts(Translation3::new(x[0], x[1], x[2]), rotation);
-    pose_coordinates(&pose, &x[7..])
+    let rotation = UnitQuaternion::from_quaternion(quaternion_of(&x));
+    let pose = Isometry3::from_parts(translation_of(&x).into(), rotation);
+    pose_coordinates(&pose, joints_of(&x))
 }

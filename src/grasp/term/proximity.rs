@@ -167,6 +167,7 @@ mod tests {
 
     use super::*;
     use crate::sample::{Task, stream};
+    use crate::space::joints_of_mut;
 
     /// However far the fingers have moved since the gaps were measured.
     #[test]
@@ -179,7 +180,7 @@ mod tests {
         let (mut seen, mut listed) = (0, 0);
         for n in 0..300 {
             let share = [0.001, 0.01, 0.05, 0.3][n % 4];
-            for (q, joint) in x[7..].iter_mut().zip(&hand.joints) {
+            for (q, joint) in joints_of_mut(&mut x).iter_mut().zip(&hand.joints) {
                 let [low, high] = joint.limits_rad;
                 *q += share * (rng.random_range(low..=high) - *q);
             }

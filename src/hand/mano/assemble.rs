@@ -12,7 +12,7 @@ use super::super::side_file::SideFile;
 use super::super::solid::Parts;
 use super::super::{
     Capsule, Frame, Hand, HandError, Joint, JointKind, Link, LinkId, PalmFrame, PosePrior,
-    PosedHand, SurfacePoint, coordinates, description, region, self_pairs,
+    PosedHand, SurfacePoint, description, region, self_pairs,
 };
 use super::{ANGLES, Arrays, LINKS, PARENTS};
 use crate::limits::{HAND_POSITION, HAND_SHAPE, HINGE, MANO_NUMBER};
@@ -389,7 +389,7 @@ fn limits(poses: &DMatrix<f64>, middle: &DVector<f64>) -> Result<Vec<[f64; 2]>, 
 fn palm(hand: &Hand) -> PalmFrame {
     let posed = |angles: &[f64]| {
         let mut posed = PosedHand::default();
-        hand.pose(&coordinates(angles), &mut posed);
+        hand.pose(&crate::space::Pose::at_origin(angles), &mut posed);
         posed
     };
     let [straight, mean] = [posed(&[0.0; ANGLES]), posed(&hand.prior.rest_rad)];

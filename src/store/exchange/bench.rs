@@ -7,6 +7,7 @@ use super::mapping::Mapping;
 use super::{Published, Read, finite};
 use crate::formats::array::Numbers;
 use crate::formats::pickle::{Heap, Id, Node};
+use crate::space::Pose;
 
 /// Farthest that a quaternion may be from unit length.
 const UNIT_TOLERANCE: f64 = 1e-3;
@@ -119,15 +120,11 @@ fn grasps(
         let mut grasp = of_row(row, hand, mapping)
             .map_err(|problem| format!("`grasp_qpos` {place}: {problem}"))?;
         if let Some(object_pose) = &object_pose {
-            let hand = isometry(
-                &[&grasp.translation_m[..], &grasp.rotation_wxyz[..]].concat(),
-                "`grasp_qpos`",
-            )?;
+            let hand = isometry(&row[..7], "`grasp_qpos`")?;
             let relative = object_pose.inv_mul(&hand);
             let t = relative.translation.vector;
             let q = relative.rotation;
-            grasp.translation_m = [t.x, t.y, t.z];
-            grasp.rotation_wxyz = [q.w, q.i, q.j, q.k];
+            grasp.pose = Pose::new(t.into(), [q.w, q.i, q.j, q.k], grasp.pose.joints());
         }
         grasp.scale = scale;
         grasp.object.clone_from(&object);
@@ -157,11 +154,10 @@ fn of_row(row: &[f64], hand: &[String], mapping: &Mapping) -> Result<Published, 
     };
     let joints = partners.into_iter().map(|place| joints.get(place).copied());
     let joints: Option<Vec<f64>> = joints.collect();
+    let joints = joints.ok_or("the mapping names more joints than it has")?;
     Ok(Published {
         id: None,
-        translation_m: [pose[0], pose[1], pose[2]],
-        rotation_wxyz: [pose[3], pose[4], pose[5], pose[6]],
-        joints_rad: joints.ok_or("the mapping names more joints than it has")?,
+        pose: [pose, &joints].concat().into(),
         scale: None,
         object: None,
         label: None,

@@ -6,6 +6,7 @@ use super::joints::matched;
 use super::mapping::Mapping;
 use super::{Published, Read, finite};
 use crate::formats::pickle::{Heap, Id, Node};
+use crate::space::Pose;
 
 /// Entries that place the wrist: metres, and angles about the fixed axes x, y, z, in this order.
 pub(super) const TRANSLATION: [&str; 3] = ["WRJTx", "WRJTy", "WRJTz"];
@@ -111,9 +112,14 @@ fn grasp(heap: &Heap, item: Id, hand: &[String], mapping: &Mapping) -> Result<Pu
     }
     Ok(Published {
         id: None,
-        translation_m: complete(0, TRANSLATION)?,
-        rotation_wxyz: of_euler(complete(1, ROTATION)?),
-        joints_rad: partners.into_iter().map(|place| angles[place]).collect(),
+        pose: Pose::new(
+            complete(0, TRANSLATION)?,
+            of_euler(complete(1, ROTATION)?),
+            &partners
+                .into_iter()
+                .map(|place| angles[place])
+                .collect::<Vec<_>>(),
+        ),
         scale,
         object: None,
         label: None,

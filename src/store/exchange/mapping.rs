@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::joints::matched;
 use super::table::{Cell, Table};
 use super::{Published, Read, dexgraspnet, finite, listed};
+use crate::space::Pose;
 
 /// What the columns of a table mean. What is left out is looked for under the names that `landscape export` writes.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -387,14 +388,13 @@ impl Layout<'_> {
                 joints.len()
             ));
         }
+        let joints: Vec<f64> = places
+            .iter()
+            .map(|&place| joints[place] * mapping.joint_unit.radians())
+            .collect();
         Ok(Published {
             id: whole(row, mapping.id.as_deref().unwrap_or("id"))?,
-            translation_m,
-            rotation_wxyz,
-            joints_rad: places
-                .iter()
-                .map(|&place| joints[place] * mapping.joint_unit.radians())
-                .collect(),
+            pose: Pose::new(translation_m, rotation_wxyz, &joints),
             scale: self.scale(row)?,
             object: text(row, mapping.object.as_deref().unwrap_or("object")),
             label: text(row, mapping.label.as_deref().unwrap_or("label")),

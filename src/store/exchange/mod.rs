@@ -25,6 +25,7 @@ pub use write::{QposRow, dexgraspnet_npy, qpos_csv, qpos_npy, table_csv, table_j
 use super::error::StoreError;
 use crate::formats::pickle::Node;
 use crate::formats::{ending, npy};
+use crate::space::Pose;
 
 /// Largest file that is read, bytes.
 const LARGEST: u64 = 1 << 30;
@@ -34,12 +35,8 @@ const LARGEST: u64 = 1 << 30;
 pub struct Published {
     /// Its number, where the file gives one.
     pub id: Option<u64>,
-    /// Position of the hand's root in the object's frame, metres.
-    pub translation_m: [f64; 3],
-    /// Unit quaternion, scalar first, object from hand.
-    pub rotation_wxyz: [f64; 4],
-    /// Joint angles, radians, in the order of the hand.
-    pub joints_rad: Vec<f64>,
+    /// Its pose, the joints in the order of the hand.
+    pub pose: Pose,
     /// Factor on the size of the object's mesh; `None` where the file tells none.
     pub scale: Option<f64>,
     /// What the file calls the object.

@@ -2,10 +2,10 @@
 
 use serde_json::{Map, Value};
 
-use super::super::grasps::Grasp;
 use super::dexgraspnet::{ROTATION, TRANSLATION, to_euler};
 use crate::formats::npy;
 use crate::formats::pickle_writer::Writer;
+use crate::store::GraspRow;
 
 /// A grasp as MuJoCo's qpos: a free joint (position, quaternion w x y z), then one number for each joint of the model.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,21 +17,22 @@ pub struct QposRow {
 }
 
 /// An array of DexGraspNet's dictionaries, as `numpy.load(…, allow_pickle=True)` reads it.
-pub fn dexgraspnet_npy(grasps: &[&Grasp], joint_names: &[String]) -> Vec<u8> {
+pub fn dexgraspnet_npy(grasps: &[&GraspRow], joint_names: &[String]) -> Vec<u8> {
     let mut writer = Writer::of_objects(grasps.len());
     for grasp in grasps {
         writer.open_dictionary();
         writer.text("qpos");
         writer.open_dictionary();
-        let angles = to_euler(grasp.rotation_wxyz);
+        let angles = to_euler(grasp.grasp.pose.rotation_wxyz());
         let joints = joint_names
             .iter()
             .map(String::as_str)
-            .zip(grasp.joints_rad.iter().copied());
-        let wrist = ROTATION
-            .into_iter()
-            .zip(angles)
-            .chain(TRANSLATION.into_iter().zip(grasp.translation_m));
+            .zip(grasp.grasp.pose.joints().iter().copied());
+        let wrist = ROTATION.into_iter().zip(angles).chain(
+            TRANSLATION
+                .into_iter()
+                .zip(grasp.grasp.pose.translation_m().iter().copied()),
+        );
         for (name, value) in joints.chain(wrist) {
             writer.text(name);
             writer.number(value);
@@ -62,25 +63,30 @@ const COLUMNS: [&str; 13] = [
 ];
 
 /// A CSV table: one row a grasp, one column a joint (radians); numbers come back to the last bit.
-pub fn table_csv(grasps: &[&Grasp], joint_names: &[String]) -> Vec<u8> {
+pub fn table_csv(grasps: &[&GraspRow], joint_names: &[String]) -> Vec<u8> {
     let head = COLUMNS
         .iter()
         .map(ToString::to_string)
         .chain(joint_names.iter().cloned());
     let rows = grasps.iter().map(|grasp| {
-        let contacts: Vec<String> = grasp.contacts.iter().map(ToString::to_string).collect();
+        let contacts: Vec<String> = grasp
+            .grasp
+            .contacts
+            .iter()
+            .map(ToString::to_string)
+            .collect();
         let mut row = vec![
             grasp.id.to_string(),
             grasp.object.clone(),
             grasp.scale.to_string(),
             grasp.hand.clone(),
         ];
-        row.extend(grasp.translation_m.iter().map(f64::to_string));
-        row.extend(grasp.rotation_wxyz.iter().map(f64::to_string));
+        row.extend(grasp.grasp.pose.translation_m().iter().map(f64::to_string));
+        row.extend(grasp.grasp.pose.rotation_wxyz().iter().map(f64::to_string));
         row.push(grasp.label.clone().unwrap_or_default());
         // Brackets, so that one contact is a list as well.
         row.push(format!("[{}]", contacts.join(" ")));
-        row.extend(grasp.joints_rad.iter().map(f64::to_string));
+        row.extend(grasp.grasp.pose.joints().iter().map(f64::to_string));
         row
     });
     csv_of(std::iter::once(head.collect()).chain(rows))
@@ -96,21 +102,27 @@ fn csv_of(rows: impl Iterator<Item = Vec<String>>) -> Vec<u8> {
 }
 
 /// A JSON list of objects: as the CSV table, with lists where that has several columns.
-pub fn table_json(grasps: &[&Grasp], joint_names: &[String]) -> Vec<u8> {
-    let entry = |grasp: &&Grasp| {
+pub fn table_json(grasps: &[&GraspRow], joint_names: &[String]) -> Vec<u8> {
+    let entry = |grasp: &&GraspRow| {
         let mut entry = Map::new();
         let mut add = |name: &str, value: Value| entry.insert(name.to_owned(), value);
         add("id", grasp.id.into());
         add("object", grasp.object.clone().into());
         add("scale", grasp.scale.into());
         add("hand", grasp.hand.clone().into());
-        add("translation_m", grasp.translation_m.to_vec().into());
-        add("rotation_wxyz", grasp.rotation_wxyz.to_vec().into());
+        add(
+            "translation_m",
+            grasp.grasp.pose.translation_m().to_vec().into(),
+        );
+        add(
+            "rotation_wxyz",
+            grasp.grasp.pose.rotation_wxyz().to_vec().into(),
+        );
         if let Some(label) = &grasp.label {
             add("label", label.clone().into());
         }
-        add("contacts", grasp.contacts.clone().into());
-        for (name, angle) in joint_names.iter().zip(&grasp.joints_rad) {
+        add("contacts", grasp.grasp.contacts.clone().into());
+        for (name, angle) in joint_names.iter().zip(grasp.grasp.pose.joints()) {
             add(name, (*angle).into());
         }
         Value::Object(entry)
