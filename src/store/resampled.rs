@@ -40,15 +40,15 @@ pub fn write_resampled(trees: &[Tree], folder: &AtomicFolder) -> Result<(), Stor
 
 /// The first leaf below the first branch of each merge with that below each other branch, and the height.
 fn merges(tree: &Tree) -> Vec<([u64; 2], f64)> {
-    let mut first: Vec<u64> = Vec::with_capacity(tree.nodes.len());
     let mut merges = Vec::new();
-    for (id, node) in tree.nodes.iter().enumerate() {
-        // Children come before their parents.
-        let mut below = node.children.iter().map(|child| first[child.0]);
-        let leaf = below.next().unwrap_or(id as u64);
-        merges.extend(below.map(|other| ([leaf, other], node.energy)));
-        first.push(leaf);
-    }
+    tree.fold(|id, firsts: &[u64]| {
+        let Some((first, others)) = firsts.split_first() else {
+            return id.0 as u64;
+        };
+        let height = tree.nodes[id.0].energy;
+        merges.extend(others.iter().map(|other| ([*first, *other], height)));
+        *first
+    });
     merges
 }
 

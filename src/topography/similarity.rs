@@ -94,7 +94,7 @@ fn steps(tree: &Tree, names: &[usize]) -> Vec<Step> {
         Make(NodeId),
         Join(Option<f64>),
     }
-    let counts = leaves_below(tree);
+    let counts = tree.leaves_below();
     let mut steps = Vec::with_capacity(2 * names.len());
     let mut tasks = Vec::new();
     let push = |tasks: &mut Vec<Task>, branches: &[NodeId], height: Option<f64>| {
@@ -122,21 +122,6 @@ fn steps(tree: &Tree, names: &[usize]) -> Vec<Step> {
         }
     }
     steps
-}
-
-/// Leaves at or below each node.
-fn leaves_below(tree: &Tree) -> Vec<usize> {
-    let mut counts: Vec<usize> = Vec::with_capacity(tree.nodes.len());
-    // Children have smaller numbers than their parents.
-    for node in &tree.nodes {
-        let below = node.children.iter().map(|child| counts[child.0]);
-        counts.push(if node.minimum.is_some() {
-            1
-        } else {
-            below.sum()
-        });
-    }
-    counts
 }
 
 /// How much higher `high` joins a pair of leaves than `low` does, at most, of the pairs that both join; 0 where it joins none
@@ -227,7 +212,7 @@ type Hanging = (NodeId, Place);
 
 impl Parts {
     fn of(tree: &Tree) -> Self {
-        let counts = leaves_below(tree);
+        let counts = tree.leaves_below();
         let mut parts = vec![Part {
             above: NONE,
             side: 0,

@@ -201,22 +201,18 @@ fn places(tree: &Tree) -> Vec<usize> {
 }
 
 fn intervals(tree: &Tree, place: &[usize]) -> Vec<Interval> {
-    let mut found: Vec<Interval> = Vec::with_capacity(tree.nodes.len());
-    // Children come before their parents.
-    for (index, node) in tree.nodes.iter().enumerate() {
-        let below = node.children.iter().map(|child| found[child.0]);
-        let joined = below.reduce(|a, b| Interval {
+    tree.fold(|node, branches: &[Interval]| {
+        let joined = branches.iter().copied().reduce(|a, b| Interval {
             first: a.first.min(b.first),
             last: a.last.max(b.last),
             leaves: a.leaves + b.leaves,
         });
-        found.push(joined.unwrap_or_else(|| Interval {
-            first: place[index],
-            last: place[index],
+        joined.unwrap_or_else(|| Interval {
+            first: place[node.0],
+            last: place[node.0],
             leaves: 1,
-        }));
-    }
-    found
+        })
+    })
 }
 
 #[cfg(test)]

@@ -162,14 +162,12 @@ pub fn tree_json(
     support: &[Option<f64>],
     name: impl Fn(MinimumId) -> String,
 ) -> String {
-    let mut leaves: Vec<usize> = Vec::with_capacity(tree.nodes.len());
+    let leaves_below = tree.leaves_below();
     let nodes = (tree.nodes.iter().enumerate())
         .map(|(id, node)| {
-            let below = node.children.iter().map(|child| leaves[child.0]).sum();
             let (children, energy, evidence) = (&node.children[..], node.energy, node.evidence);
             let (minimum, parent) = (node.minimum, node.parent);
             if let Some(leaf) = minimum {
-                leaves.push(1);
                 let name = name(leaf);
                 JsonNode::Leaf {
                     children,
@@ -180,8 +178,7 @@ pub fn tree_json(
                     parent,
                 }
             } else {
-                leaves.push(below);
-                let (leaves, support) = (below, of(support, id));
+                let (leaves, support) = (leaves_below[id], of(support, id));
                 JsonNode::Merge {
                     children,
                     energy,

@@ -90,6 +90,23 @@ impl Tree {
         Self { nodes, roots }
     }
 
+    /// A value for each node, from the leaves up: `value` is given the number of the node and the values of its branches
+    /// (none for a leaf).
+    pub fn fold<T: Clone>(&self, mut value: impl FnMut(NodeId, &[T]) -> T) -> Vec<T> {
+        let mut values: Vec<T> = Vec::with_capacity(self.nodes.len());
+        for (id, node) in self.nodes.iter().enumerate() {
+            let branches = node.children.iter().map(|child| values[child.0].clone());
+            let branches: Vec<T> = branches.collect();
+            values.push(value(NodeId(id), &branches));
+        }
+        values
+    }
+
+    /// Number of leaves at or below each node.
+    pub fn leaves_below(&self) -> Vec<usize> {
+        self.fold(|_, branches| branches.iter().sum::<usize>().max(1))
+    }
+
     /// Least height at which `a` and `b` are connected: the energy of their lowest common ancestor, or of the minimum
     /// itself where they are the same; `None` where they lie in separate trees.
     ///
