@@ -1,4 +1,4 @@
-//! Files that appear under their name only when they are complete: the one place that knows temporary names.
+//! Files that appear under their name only when they are complete. Temporary names are known only here.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
@@ -7,32 +7,32 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 /// End of every temporary name.
 const ENDING: &str = ".partial";
-/// Files that this process has begun.
+/// Number of files that this process has begun.
 static WRITTEN: AtomicU64 = AtomicU64::new(0);
 
-/// Writes `bytes` to `path`. Whatever happens on the way, `path` holds either what it held before or all of `bytes`.
+/// Writes `bytes` to `path`. After any failure, `path` has either its old content or all of `bytes`.
 pub(crate) fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
     PendingFile::write(path, bytes)?.finish()
 }
 
-/// A file that is complete and on disk under a temporary name beside its own; without [`PendingFile::finish`] it is
-/// removed.
+/// A complete file on disk under a temporary name in the folder of its final name. It is removed unless
+/// [`PendingFile::finish`] is called.
 #[derive(Debug)]
 pub(crate) struct PendingFile {
     path: PathBuf,
     temporary: PathBuf,
-    /// Locked, which tells other runs that somebody is at work here.
+    /// The locked file, which shows other runs that it is in use.
     lock: Option<File>,
 }
 
 impl PendingFile {
-    /// Writes and syncs `bytes` under a temporary name, and removes what killed runs left of the same file.
+    /// Writes and syncs `bytes` under a temporary name, and removes temporary files of the same name that killed runs left.
     pub(crate) fn write(path: &Path, bytes: &[u8]) -> io::Result<Self> {
         let name = path
             .file_name()
             .ok_or_else(|| io::Error::new(io::ErrorKind::InvalidInput, "this names no file"))?;
         remove_leftovers(path);
-        // The process keeps two runs apart, the number two files of one name within a run.
+        // The process id separates two runs; the number separates two files of one name within a run.
         let number = WRITTEN.fetch_add(1, Ordering::Relaxed);
         let mut temporary = name.to_os_string();
         temporary.push(format!(".{}-{number}{ENDING}", std::process::id()));
@@ -47,16 +47,16 @@ impl PendingFile {
         written.map(|()| pending)
     }
 
-    /// The name that the file will have.
+    /// The final name of the file.
     #[cfg(feature = "cli")]
     pub(crate) fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Gives the file its name, in place of what had it before.
+    /// Gives the file its final name and replaces the file that had it.
     pub(crate) fn finish(mut self) -> io::Result<()> {
         if cfg!(windows) {
-            // An open file cannot be renamed there.
+            // Windows cannot rename an open file.
             self.lock = None;
         }
         fs::rename(&self.temporary, &self.path)?;
@@ -69,14 +69,14 @@ impl Drop for PendingFile {
     fn drop(&mut self) {
         if self.temporary != Path::new("") {
             self.lock = None;
-            // At worst the next run removes it.
+            // If this fails, the next run removes the file.
             let _ = fs::remove_file(&self.temporary);
         }
     }
 }
 
-/// Creates a file and locks it. Another run that took the file for a leftover before it was locked has removed it; then
-/// it is created again.
+/// Creates a file and locks it. Another run may take the file for a leftover and remove it before it is locked; then it is
+/// created again.
 fn create_locked(path: &Path) -> io::Result<File> {
     loop {
         let file = OpenOptions::new()
@@ -84,7 +84,7 @@ fn create_locked(path: &Path) -> io::Result<File> {
             .create(true)
             .truncate(true)
             .open(path)?;
-        // A file system without locks cannot tell leftovers from files at work, and keeps both.
+        // A file system without locks cannot distinguish leftovers from files in use, and keeps both.
         let _ = file.lock();
         if path.exists() {
             return Ok(file);
@@ -92,7 +92,7 @@ fn create_locked(path: &Path) -> io::Result<File> {
     }
 }
 
-/// Removes temporary files of `path` that no running process holds, as far as it may.
+/// Removes temporary files of `path` that no running process holds, if permitted.
 fn remove_leftovers(path: &Path) {
     let mut start = path.file_name().unwrap_or_default().to_os_string();
     start.push(".");
@@ -114,7 +114,7 @@ fn remove_leftovers(path: &Path) {
             let left = path.with_file_name(name);
             let idle = File::open(&left).is_ok_and(|file| file.try_lock().is_ok());
             if idle {
-                // Another run may have been quicker.
+                // Another run may have removed it already.
                 let _ = fs::remove_file(&left);
             }
         }
@@ -129,9 +129,9 @@ pub(crate) fn folder_of(path: &Path) -> &Path {
     }
 }
 
-/// A rename is on disk only when its folder is.
+/// Syncs a folder; a rename is on disk only after this.
 pub(crate) fn sync_folder(folder: &Path) -> io::Result<()> {
-    // Elsewhere a folder cannot be opened as a file, and renames are journalled by the file system.
+    // Other systems cannot open a folder as a file; their file systems journal renames.
     if cfg!(unix) {
         File::open(folder)?.sync_all()
     } else {

@@ -1,22 +1,22 @@
-//! Shows how diverse a population of grasps really is.
+//! Measures how diverse a population of grasps is.
 //!
-//! Two halves, one contract. [`grasp`] turns a hand and an object into an energy and samples it; [`topography`] maps *any*
-//! energy: its minima, the lowest passes between them, the tree of merges. They meet only in the traits of [`space`],
-//! [`energy`] and [`sample`].
+//! The crate has two halves. [`grasp`] turns a hand and an object into an energy and samples it. [`topography`] maps *any*
+//! energy: its minima, the lowest passes between them, and the tree of merges. The halves share only the traits of
+//! [`space`], [`energy`] and [`sample`].
 //!
 //! | to … | look at |
 //! |---|---|
-//! | say what "move" and "towards" mean | [`space::Space`] |
-//! | bring an energy of your own | [`energy::Energy`]; reference surfaces in [`energy::model`] |
+//! | define tangents and distances | [`space::Space`] |
+//! | use an energy of your own | [`energy::Energy`]; reference surfaces in [`energy::model`] |
 //! | descend to a minimum | [`optimize::quench`] |
 //! | draw samples | [`sample::Kernel`], [`sample::Mala`] |
 //! | build the energy of a hand on an object | [`grasp::GraspEnergy`], [`hand::Hand`], [`object::Object`] |
 //! | synthesize and judge grasps | [`grasp::synthesis::synthesize`], [`grasp::judge`], [`grasp::closure`], [`grasp::relaxed`] |
 //! | go from a function of your own to its disconnectivity graph | [`own_function`] |
 //! | map a landscape | [`topography::quench_all`], [`topography::distinct`], [`topography::build_landscape`] |
-//! | judge scores against what is true | [`agreement::Roc`] |
-//! | judge a tree, distances or a graph against labels | [`agreement::Dendrogram`], [`agreement::test_labels`] |
-//! | draw it | [`figure::DisconnectivityPicture`], [`figure::BarrierPicture`], [`figure::Scene`] |
+//! | compare scores with true classes | [`agreement::Roc`] |
+//! | compare a tree, distances or a graph with labels | [`agreement::Dendrogram`], [`agreement::test_labels`] |
+//! | draw a landscape | [`figure::DisconnectivityPicture`], [`figure::BarrierPicture`], [`figure::Scene`] |
 //! | plot numbers | [`figure::chart::Chart`] |
 //! | read and write files | [`store`] |
 //!

@@ -1,24 +1,24 @@
-//! What numbers of files may be: one table for all readers.
+//! Limits of the numbers in files: one table for all readers.
 //!
-//! Geometry multiplies and squares what a file says, so a number that nobody means ends in an overflow or in minutes of
-//! work. Each limit lies far outside what is real and far inside what can be computed with.
+//! Geometry multiplies and squares the numbers of a file, so an absurd number ends in an overflow or in minutes of work.
+//! Each limit lies far outside real values and far inside what can be computed.
 
 use std::fmt;
 
-/// A range of numbers that make sense.
+/// A range of meaningful numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limit {
     /// The smallest.
     pub least: f64,
     /// The largest.
     pub most: f64,
-    /// Their unit; empty where they have none.
+    /// Their unit; empty if they have none.
     pub unit: &'static str,
-    /// Why no other makes sense, or what is perhaps meant; ends the sentence of [`Beyond`].
+    /// Why other numbers make no sense, or what is perhaps meant; ends the sentence of [`Beyond`].
     pub reason: &'static str,
 }
 
-/// Where a frame, an end or a corner of a hand may lie along an axis of the frame it is told in.
+/// Coordinates of frames, ends and corners of a hand, in the frame in which they are given.
 pub const HAND_POSITION: Limit = Limit {
     least: -10.0,
     most: 10.0,
@@ -26,7 +26,7 @@ pub const HAND_POSITION: Limit = Limit {
     reason: "hands are described in metres",
 };
 
-/// Radii and lengths of a hand's parts.
+/// Radii and lengths of the parts of a hand.
 pub const HAND_LENGTH: Limit = Limit {
     least: 1e-6,
     most: 10.0,
@@ -34,7 +34,7 @@ pub const HAND_LENGTH: Limit = Limit {
     reason: "hands are described in metres",
 };
 
-/// Lengths of a hand's metric: how far a unit of a joint, perhaps one that others follow, moves the hand.
+/// Lengths of a hand's metric: how far a unit of a joint, which others may follow, moves the hand.
 pub const METRIC_LENGTH: Limit = Limit {
     least: 1e-6,
     most: 1e4,
@@ -42,7 +42,7 @@ pub const METRIC_LENGTH: Limit = Limit {
     reason: "hands are described in metres",
 };
 
-/// Limits and offsets of joints that turn: sixteen turns.
+/// Limits and offsets of hinges: sixteen turns.
 pub const HINGE: Limit = Limit {
     least: -100.0,
     most: 100.0,
@@ -50,7 +50,7 @@ pub const HINGE: Limit = Limit {
     reason: "a joint that turns without end is continuous (URDF) or has no range (MJCF)",
 };
 
-/// Limits and offsets of joints that slide.
+/// Limits and offsets of slides.
 pub const SLIDE: Limit = Limit {
     least: -10.0,
     most: 10.0,
@@ -58,7 +58,7 @@ pub const SLIDE: Limit = Limit {
     reason: "joints that slide are described in metres",
 };
 
-/// How fast a joint follows another, all couplings between them multiplied.
+/// Ratio at which a joint follows another, with all couplings between them multiplied.
 pub const COUPLING_RATIO: Limit = Limit {
     least: -1000.0,
     most: 1000.0,
@@ -66,7 +66,7 @@ pub const COUPLING_RATIO: Limit = Limit {
     reason: "no joint follows another so fast",
 };
 
-/// Where a hand may lie from the origin of its object along an axis: squares of far larger numbers are infinite.
+/// Coordinates of a hand relative to the origin of its object; squares of far larger numbers are infinite.
 pub const GRASP_POSITION: Limit = Limit {
     least: -1000.0,
     most: 1000.0,
@@ -82,7 +82,7 @@ pub const MESH_COORDINATE: Limit = Limit {
     reason: "no unit of length makes such a number of something that is held",
 };
 
-/// Sizes of meshes and shapes, in the unit of their file: volumes of far smaller and larger ones are zero or infinite.
+/// Sizes of meshes and shapes, in the unit of their file; volumes of far smaller and larger ones are zero or infinite.
 pub const MESH_SIZE: Limit = Limit {
     least: 1e-9,
     most: 1e9,
@@ -90,7 +90,7 @@ pub const MESH_SIZE: Limit = Limit {
     reason: "no unit of length makes such a number of something that is held",
 };
 
-/// Longest side of an object; outside it is surely not told in metres.
+/// Longest side of an object; an object outside this range is surely not in metres.
 pub const OBJECT_SIZE: Limit = Limit {
     least: 2e-3,
     most: 2.0,
@@ -114,7 +114,7 @@ pub const OBJECT_SCALE: Limit = Limit {
     reason: "meshes are made in units from the micrometre to the kilometre",
 };
 
-/// Lengths of the vectors that tell directions: far smaller and larger ones, squared, are zero or infinite.
+/// Lengths of direction vectors; squares of far smaller and larger ones are zero or infinite.
 pub const DIRECTION: Limit = Limit {
     least: 1e-9,
     most: 1e9,
@@ -122,7 +122,7 @@ pub const DIRECTION: Limit = Limit {
     reason: "a direction of length one is needed",
 };
 
-/// Standard deviations of a joint's coordinate: their squares are divided by.
+/// Standard deviations of a joint's coordinate; divisors are their squares.
 pub const JOINT_DEVIATION: Limit = Limit {
     least: 1e-6,
     most: 100.0,
@@ -146,7 +146,7 @@ pub const VARIANCE_SHARE: Limit = Limit {
     reason: "shares of variance are positive and at most 1",
 };
 
-/// Weights of the shapes of MANO.
+/// Weights of MANO's shapes.
 pub const HAND_SHAPE: Limit = Limit {
     least: -100.0,
     most: 100.0,
@@ -154,7 +154,7 @@ pub const HAND_SHAPE: Limit = Limit {
     reason: "weights of shapes are in standard deviations",
 };
 
-/// Numbers of MANO's arrays, whose units are metres, radians and shares.
+/// Entries of MANO's arrays, which are in metres, in radians or shares.
 pub const MANO_NUMBER: Limit = Limit {
     least: -1000.0,
     most: 1000.0,
@@ -178,7 +178,7 @@ pub const ENERGY_SETTING: Limit = Limit {
     reason: "terms are of order one, and a larger one leaves nothing of the others",
 };
 
-/// Weight of contact distances where grasps are to be made.
+/// Weight of contact distances in a synthesis.
 pub const DISTANCE_WEIGHT: Limit = Limit {
     least: 1e-6,
     most: 1e6,
@@ -194,7 +194,7 @@ pub const TEMPERATURE: Limit = Limit {
     reason: "energies are of order one",
 };
 
-/// Probabilities, rates and shares of synthesis that are divided by.
+/// Probabilities, rates and shares of a synthesis that serve as divisors.
 pub const SHARE: Limit = Limit {
     least: 1e-6,
     most: 1.0,
@@ -202,7 +202,7 @@ pub const SHARE: Limit = Limit {
     reason: "a share is above 0 and at most 1",
 };
 
-/// Steps of a chain.
+/// Number of steps of a chain.
 pub const STEPS: Limit = Limit {
     least: 0.0,
     most: 1e8,
@@ -210,7 +210,7 @@ pub const STEPS: Limit = Limit {
     reason: "such a chain takes weeks",
 };
 
-/// Attempts of a chain, and poses that are drawn for its start.
+/// Number of attempts of a chain, and of poses drawn for its start.
 pub const ATTEMPTS: Limit = Limit {
     least: 1.0,
     most: 1e6,
@@ -218,7 +218,7 @@ pub const ATTEMPTS: Limit = Limit {
     reason: "each costs at least one evaluation of the energy",
 };
 
-/// Chains of one run.
+/// Number of chains of one run.
 pub const CHAINS: Limit = Limit {
     least: 1.0,
     most: 1e6,
@@ -226,7 +226,7 @@ pub const CHAINS: Limit = Limit {
     reason: "the ends of all chains are held in memory; make more in several runs with other seeds",
 };
 
-/// How far given grasps are moved before they are refined.
+/// Perturbation of given grasps before they are refined.
 pub const PERTURBATION: Limit = Limit {
     least: 0.0,
     most: 1e4,
@@ -234,7 +234,7 @@ pub const PERTURBATION: Limit = Limit {
     reason: "a hand farther off meets no object",
 };
 
-/// Threads.
+/// Number of threads.
 pub const THREADS: Limit = Limit {
     least: 1.0,
     most: 1024.0,
@@ -242,7 +242,7 @@ pub const THREADS: Limit = Limit {
     reason: "more than a machine has cores only cost memory",
 };
 
-/// Temperatures and pulls of attraction–diffusion, and other numbers in the unit of an energy.
+/// Temperatures and forces of attraction–diffusion, and other numbers in the unit of an energy.
 pub const ENERGY_SCALE: Limit = Limit {
     least: 1e-30,
     most: 1e30,
@@ -258,7 +258,7 @@ pub const REGION: Limit = Limit {
     reason: "squares of distances must leave digits for energies: choose another unit",
 };
 
-/// Sides of that region.
+/// Lengths of the sides of that region.
 pub const REGION_SIDE: Limit = Limit {
     least: 1e-15,
     most: 2e9,
@@ -274,7 +274,7 @@ pub const MODEL_NUMBER: Limit = Limit {
     reason: "a model's shape is the same at any height",
 };
 
-/// How long a program may take over an answer.
+/// Time limit for an answer of a program.
 pub const ANSWER_TIME: Limit = Limit {
     least: 1e-3,
     most: 1e6,
@@ -282,7 +282,7 @@ pub const ANSWER_TIME: Limit = Limit {
     reason: "no search ends at such a pace, or waits for nobody",
 };
 
-/// Pictures along a way.
+/// Number of pictures along a path.
 pub const PICTURES: Limit = Limit {
     least: 2.0,
     most: 1000.0,
@@ -290,7 +290,7 @@ pub const PICTURES: Limit = Limit {
     reason: "the way has two ends, and a strip of more pictures is no picture",
 };
 
-/// Searches of a surface, and how many without anything new end it.
+/// Number of searches of a surface, and of searches without a new result that end it.
 pub const SEARCHES: Limit = Limit {
     least: 1.0,
     most: 1e9,
@@ -306,7 +306,7 @@ pub const SIMULATION: Limit = Limit {
     reason: "the unit is perhaps another one",
 };
 
-/// Numbers of a simulation that may be zero: friction, gravity along an axis, the time to settle.
+/// Numbers of a simulation that may be zero: friction, gravity along an axis, settling time.
 pub const SIMULATION_OR_ZERO: Limit = Limit {
     least: 0.0,
     most: 1e3,
@@ -314,7 +314,7 @@ pub const SIMULATION_OR_ZERO: Limit = Limit {
     reason: "the unit is perhaps another one",
 };
 
-/// Steps of a simulation, each counted as often as it is divided.
+/// Steps of a simulation, multiplied by substeps and sweeps.
 pub const SIMULATION_STEPS: Limit = Limit {
     least: 1.0,
     most: 1e8,
@@ -322,25 +322,25 @@ pub const SIMULATION_STEPS: Limit = Limit {
     reason: "such a simulation takes hours for each grasp",
 };
 
-/// Most motions that map an object onto itself: each is tried on every corner of its mesh.
+/// Largest number of motions that map an object onto itself; each is tried on every corner of its mesh.
 pub const MOST_MOTIONS: usize = 1000;
 
-/// Most numbers that a layer of a neural network takes or gives: matrices between two of them must fit into memory.
+/// Largest width of a layer of a neural network; matrices between two layers must fit into memory.
 pub const MOST_NETWORK_WIDTH: usize = 1 << 16;
 
-/// Most coordinates of a surface: curvatures are tables of their number squared.
+/// Largest number of coordinates of a surface; the size of a Hessian is its square.
 pub const MOST_COORDINATES: usize = 10_000;
 
-/// Most bare contacts of one file: the time to judge them grows faster than their number.
+/// Largest number of bare contacts in one file; the time to judge them grows faster than their number.
 pub const MOST_CONTACTS: usize = 400;
 
 impl Limit {
-    /// Whether `value` makes sense; no number that is not finite does.
+    /// Whether `value` is within the limits; NaN is not.
     pub fn holds(&self, value: f64) -> bool {
         (self.least..=self.most).contains(&value)
     }
 
-    /// The unit as it follows a number.
+    /// The unit with a space before it.
     fn spaced_unit(&self) -> String {
         if self.unit.is_empty() {
             String::new()
@@ -349,10 +349,10 @@ impl Limit {
         }
     }
 
-    /// Refuses a value that makes no sense.
+    /// Refuses a value outside the limits.
     ///
     /// # Errors
-    /// If `value` is outside the limits or not a number.
+    /// If `value` is outside the limits or NaN.
     pub fn check(self, value: f64) -> Result<(), Beyond> {
         if self.holds(value) {
             Ok(())
@@ -372,7 +372,7 @@ pub struct Beyond {
     pub limit: Limit,
 }
 
-/// A number in few letters.
+/// A number in a short notation.
 struct Short(f64);
 
 impl fmt::Display for Short {

@@ -1,14 +1,14 @@
-//! Text that came from a file, fit to be shown: a terminal, a picture or a page shall show it and never obey it.
+//! Makes text from files safe to show: a terminal, a picture or a page must show it and never execute its commands.
 
 use std::borrow::Cow;
 use std::fmt::Write;
 
-/// What stands for a character that is not passed on.
+/// Replaces a character that is not passed on.
 const REPLACEMENT: char = '\u{fffd}';
 
-/// `text` with � for every character that commands instead of being shown: control characters, those that turn the direction
-/// of writing or end lines unseen (N. Boucher and R. Anderson, Trojan Source, 2021), and code points that are no characters.
-/// Those in `kept` stay, for where line breaks are our own.
+/// `text` with � in place of control characters, characters that change the direction of writing or end lines invisibly (N.
+/// Boucher and R. Anderson, Trojan Source, 2021), and code points that are not characters. Characters in `kept` stay, for
+/// text with line breaks of our own.
 pub fn printable<'a>(text: &'a str, kept: &[char]) -> Cow<'a, str> {
     let commands = |c: char| commands(c) && !kept.contains(&c);
     if text.contains(commands) {
@@ -18,12 +18,12 @@ pub fn printable<'a>(text: &'a str, kept: &[char]) -> Cow<'a, str> {
     }
 }
 
-/// The text of a JSON document with escapes for the same characters, so that it means what it meant.
+/// The text of a JSON document with the same characters escaped, so that its meaning is unchanged.
 pub fn printable_json(document: &str) -> String {
     let mut shown = String::with_capacity(document.len());
     for c in document.chars() {
         if commands(c) && c != '\n' {
-            // All of them have at most sixteen bits.
+            // All these characters have at most sixteen bits.
             write!(shown, "\\u{:04x}", u32::from(c)).expect("text grows without fail");
         } else {
             shown.push(c);

@@ -1,4 +1,4 @@
-//! The physics engine's vectors are not nalgebra's.
+//! Conversion between the vectors of nalgebra and of the physics engine.
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use rapier3d_f64::math::{Pose, Rotation, Vector};

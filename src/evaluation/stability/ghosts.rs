@@ -1,4 +1,4 @@
-//! Contacts that the engine makes up.
+//! Removal of false contacts of the engine.
 
 use rapier3d_f64::geometry::{Collider, ContactManifold};
 use rapier3d_f64::math::Pose;
@@ -6,22 +6,22 @@ use rapier3d_f64::parry::query;
 use rapier3d_f64::parry::shape::Shape;
 use rapier3d_f64::pipeline::{ContactModificationContext, PhysicsHooks};
 
-/// A contact deeper by this than two bodies overlap is none, metres.
+/// A contact that is deeper than the overlap of its bodies by more than this is false, metres.
 const TOLERANCE_M: f64 = 1e-5;
-/// Where the nearest points are farther apart than this, no contact takes the place of one that was none, metres.
+/// A false contact is not replaced if the nearest points are farther apart than this, metres.
 const REACH_M: f64 = 1e-4;
 
-/// Takes contacts away that cannot be.
+/// Removes impossible contacts.
 ///
-/// Where a capsule meets an edge between two faces, the engine finds the normal well but takes the points of contact from
-/// one of the faces, and where that face is steep against the normal they may lie outside of it: a finger half a millimetre
-/// from a bottle then pushes as if it were millimetres or centimetres in it. On firm grasps of a bottle one overlapping
-/// contact in five hundred is such a ghost.
+/// If a capsule touches an edge between two faces, the engine finds a good normal but takes the contact points from one of
+/// the faces. If that face is steep relative to the normal, the points may lie outside of it: a finger half a millimetre
+/// from a bottle then pushes as if it were millimetres or centimetres inside. On firm grasps of a bottle one overlapping
+/// contact in five hundred is false.
 ///
-/// Along a normal n from the first body to the second no two points are nearer than
-/// min over the second of n · x − max over the first of n · x. A contact that claims to be is taken out; if no other of its
-/// manifold is left, the nearest points of the two take its place where they are close. What is not deeper than the bodies
-/// overlap, but in a wrong place, stays, and so do contacts of triangles, which have no inside.
+/// Along a normal n from the first body to the second, no two points are nearer than min over the second of n · x − max
+/// over the first of n · x. A contact below this bound is removed. If its manifold has no other contact, the nearest points
+/// of the two bodies replace it if they are close. A misplaced contact that is not deeper than the overlap stays, and so do
+/// contacts of triangles, which have no interior.
 pub(super) struct NoGhosts;
 
 impl PhysicsHooks for NoGhosts {
@@ -31,7 +31,7 @@ impl PhysicsHooks for NoGhosts {
             return;
         };
         let contacts = &mut *rigid.solver_contacts;
-        // Only what overlaps presses; what is near only limits how fast it comes nearer.
+        // Only overlapping contacts press; near ones only limit the approach speed.
         if contacts.iter().all(|contact| contact.dist >= -TOLERANCE_M) {
             return;
         }
@@ -71,7 +71,7 @@ impl PhysicsHooks for NoGhosts {
     }
 }
 
-/// One convex part of a collider, and where it is.
+/// One convex part of a collider, and its pose.
 fn part(collider: &Collider, index: u32) -> (&dyn Shape, Pose) {
     match collider.shape().as_compound() {
         Some(compound) => {

@@ -1,4 +1,4 @@
-//! One grasp through one protocol.
+//! Judges one grasp by one protocol.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -30,7 +30,7 @@ pub enum Reason {
 }
 
 impl Reason {
-    /// As it stands in files and tables.
+    /// Its name in files and tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::Held => "held",
@@ -43,15 +43,15 @@ impl Reason {
     }
 }
 
-/// What became of a grasp.
+/// Result of a simulated grasp.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
-    /// Why.
+    /// The reason for the verdict.
     pub reason: Reason,
-    /// Way of the object's centre of mass, metres: where the drop ended, at rest or failed; the farthest in any of six
-    /// directions.
+    /// Displacement of the object's centre of mass, metres: at the end of a drop (at rest or failed), or the largest in any
+    /// of the six directions.
     pub displacement_m: f64,
-    /// Turn of the object, radians; likewise.
+    /// Rotation of the object, radians, at the same time.
     pub turn_rad: f64,
     /// Overlap of hand and object at the start, metres.
     pub overlap_m: f64,
@@ -71,7 +71,7 @@ impl Outcome {
     }
 }
 
-/// Simulates a grasp of `hand` on an object of `mass_kg`; by its contact set it is squeezed where the protocol squeezes.
+/// Simulates a grasp of `hand` on an object of `mass_kg`. A protocol that squeezes derives the squeeze from the contact set.
 ///
 /// # Panics
 /// If the grasp is one of another hand.
@@ -177,7 +177,7 @@ fn push(
     outcome
 }
 
-/// Takes note of how deep hand and object overlap; whether that is too much.
+/// Records the overlap of hand and object; returns whether it is too large.
 fn overlaps(outcome: &mut Outcome, world: &World, most_m: f64) -> bool {
     outcome.overlap_m = world.overlap_m();
     if outcome.overlap_m > most_m {
@@ -186,7 +186,7 @@ fn overlaps(outcome: &mut Outcome, world: &World, most_m: f64) -> bool {
     outcome.reason != Reason::Held
 }
 
-/// Takes note of where the object is; whether that is too far.
+/// Records the motion of the object; returns whether it is too large.
 fn fails(outcome: &mut Outcome, world: &World, six: &SixDirections) -> bool {
     let (way, turn_rad) = world.motion();
     outcome.displacement_m = outcome.displacement_m.max(way.norm());
@@ -203,7 +203,7 @@ fn fails(outcome: &mut Outcome, world: &World, six: &SixDirections) -> bool {
     outcome.reason != Reason::Held
 }
 
-/// How many steps a time takes.
+/// Number of steps in a time.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,

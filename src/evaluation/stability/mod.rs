@@ -1,11 +1,11 @@
-//! Would the object stay in the hand? Rigid bodies in a physics engine.
+//! Tests by rigid-body simulation whether the object stays in the hand.
 //!
-//! [`Protocol`] says what is tested, with every number; [`simulate`] tests one grasp. The hand is its capsules, on whose
-//! surface the contact points lie, so nothing lies between what the energy and what the engine calls contact. The object
-//! is a [`Solid`] of convex pieces. [`World`] is what both are put into, and what the tests with known outcomes use.
+//! [`Protocol`] defines a test with all its numbers; [`simulate`] tests one grasp. The hand consists of its capsules, on
+//! whose surface the contact points lie, so the energy and the engine agree on contacts. The object is a [`Solid`] of
+//! convex pieces. [`World`] contains both; the tests with known outcomes use it too.
 //!
-//! Results are the same bits on any number of threads: each grasp has a world of its own, and the engine runs in its
-//! deterministic mode.
+//! Results have the same bits on any number of threads, because each grasp has a world of its own and the engine runs in
+//! its deterministic mode.
 
 mod convert;
 mod ghosts;

@@ -1,4 +1,4 @@
-//! Has the object come to rest?
+//! Detects when an object has come to rest.
 
 use nalgebra::{Isometry3, Point3};
 
@@ -6,13 +6,13 @@ use super::judge::count;
 use super::settings::Rest;
 use super::solid::Solid;
 
-/// Watches the poses of an object step by step. Speeds would not do: what is wedged shivers on the spot.
+/// Watches the poses of an object step by step. Speeds are no criterion, because a wedged object shivers in place.
 pub(super) struct Watch<'a> {
     solid: &'a Solid,
     way_m: f64,
-    /// So many steps within `way_m` are rest.
+    /// Number of steps within `way_m` that count as rest.
     steps: usize,
-    /// A pose, and for how many steps the object has stayed near it.
+    /// A reference pose; `near` counts the steps for which the object has stayed near it.
     anchor: Isometry3<f64>,
     near: usize,
 }
@@ -28,7 +28,7 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// Whether the object rests now that it has come to `pose`.
+    /// Whether the object, now at `pose`, is at rest.
     pub(super) fn rests(&mut self, pose: Isometry3<f64>) -> bool {
         let centre = Point3::from(self.solid.centre());
         let way_m = (pose * centre - self.anchor * centre).norm();

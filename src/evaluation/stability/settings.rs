@@ -1,22 +1,22 @@
-//! What a simulation assumes, and when a grasp counts as stable. Everything here is written into the file it judged.
+//! Assumptions of a simulation and criteria of stability. Every value is written into the files of judged grasps.
 
 use serde::{Deserialize, Serialize};
 
 use crate::limits::{Beyond, Limit, SIMULATION, SIMULATION_OR_ZERO, SIMULATION_STEPS};
 
-/// How two friction coefficients make one.
+/// How the friction coefficients of two bodies are combined.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Combine {
-    /// μ₁ μ₂, as Bullet.
+    /// μ₁ μ₂, as in Bullet.
     Multiply,
-    /// max(μ₁, μ₂), as `MuJoCo`.
+    /// max(μ₁, μ₂), as in `MuJoCo`.
     Maximum,
     /// min(μ₁, μ₂).
     Minimum,
-    /// (μ₁ + μ₂)/2, as `PhysX`.
+    /// (μ₁ + μ₂)/2, as in `PhysX`.
     Average,
-    /// √(μ₁ μ₂), as `Box2D`.
+    /// √(μ₁ μ₂), as in `Box2D`.
     GeometricMean,
 }
 
@@ -28,12 +28,12 @@ pub struct Friction {
     pub hand: f64,
     /// Coefficient of the object.
     pub object: f64,
-    /// The coefficient in contact, of these two.
+    /// Rule that combines the two.
     pub combine: Combine,
 }
 
 impl Friction {
-    /// The coefficient in contact.
+    /// The combined coefficient.
     pub fn effective(&self) -> f64 {
         match self.combine {
             Combine::Multiply => self.hand * self.object,
@@ -45,7 +45,7 @@ impl Friction {
     }
 }
 
-/// How the engine (Rapier) steps. Contacts are springs of very high damping, solved implicitly in substeps; friction is
+/// Settings of the engine (Rapier). Contacts are springs of very high damping, solved implicitly in substeps; friction is
 /// Coulomb's, per contact point.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -54,16 +54,16 @@ pub struct Solver {
     pub time_step_s: f64,
     /// Substeps of each step; contacts are found or updated once a step.
     pub substeps: usize,
-    /// Sweeps over all contacts in each substep: a hand that encloses an object has dozens that press against each other, and
-    /// with one sweep the object creeps out.
+    /// Sweeps over all contacts in each substep. A hand that encloses an object has dozens of contacts that press against
+    /// each other, and with one sweep the object creeps out.
     pub sweeps: usize,
     /// Natural frequency of a contact, Hz.
     pub contact_frequency_hz: f64,
     /// Damping ratio of a contact.
     pub contact_damping: f64,
-    /// Largest speed at which overlaps are pushed apart, m/s.
+    /// Largest speed at which overlaps are resolved, m/s.
     pub recovery_m_s: f64,
-    /// Surfaces closer than this are watched for contact during a step, metres.
+    /// Surfaces closer than this are checked for contact during a step, metres.
     pub prediction_m: f64,
 }
 
@@ -81,20 +81,19 @@ impl Default for Solver {
     }
 }
 
-/// When an object counts as at rest, so that the steps that are left are not simulated: it stays where it has come to rest in
-/// a hand that holds still.
+/// Criterion of rest. The steps after it are not simulated, because an object at rest stays in a hand that does not move.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Rest {
     /// No point of the object has moved farther than this, metres …
     pub way_m: f64,
-    /// … within this time, seconds. With more than the test takes every step is simulated.
+    /// … within this time, seconds. If this is longer than the test, every step is simulated.
     pub time_s: f64,
 }
 
 impl Default for Rest {
-    /// 10 µm in a quarter of a second: at that speed an object would creep by 0.7 mm in the whole drop. Of 400 grasps on
-    /// a bottle none had another outcome to the last step, and the farthest would have moved on by 1.4 mm.
+    /// 10 µm in a quarter of a second: at that speed an object would creep by 0.7 mm in the whole drop. When 400 grasps on
+    /// a bottle were simulated to the last step, none changed its outcome, and the largest further motion was 1.4 mm.
     fn default() -> Self {
         Self {
             way_m: 1e-5,
@@ -103,23 +102,23 @@ impl Default for Rest {
     }
 }
 
-/// Gravity acts on the object in a rigid hand that does not move: the test of Liu et al. (2021), Table I.
+/// Gravity acts on the object in a rigid, fixed hand: the test of Liu et al. (2021), Table I.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Drop {
     /// Gravity in the object's frame, m/s².
     pub gravity_m_s2: [f64; 3],
-    /// Time in which the object comes to rest in the hand before gravity acts, seconds; 0 lets go of it at once. What
-    /// overlaps presses like a spring, but the engine needs about 0.15 s to find the forces, in which an object falls by
-    /// a hand's breadth.
+    /// Time in which the object comes to rest in the hand before gravity acts, seconds; with 0 gravity acts at once. An
+    /// overlap presses like a spring, but the engine needs about 0.15 s to find the forces, in which an object falls by a
+    /// hand's breadth.
     pub settle_s: f64,
     /// Number of time steps under gravity.
     pub steps: usize,
-    /// The object has fallen once its centre of mass is this much lower, metres.
+    /// Distance by which the centre of mass of a fallen object has sunk, metres.
     pub fall_m: f64,
-    /// When the object holds before the last step.
+    /// Criterion by which an object at rest is held before the last step.
     pub rest: Rest,
-    /// Overlap of hand and object at the start that is not simulated any more but failed, metres.
+    /// Overlap of hand and object at the start above which a grasp fails without simulation, metres.
     pub overlap_m: f64,
     /// Friction.
     pub friction: Friction,
@@ -129,8 +128,8 @@ pub struct Drop {
 
 impl Default for Drop {
     /// Gravity 10 m/s² down the object's z axis, 1000 steps of 1/60 s, a fall of 0.3 m, and `PyBullet`'s default friction:
-    /// 0.5 for each body, which Bullet multiplies. The publication does not say how the object comes into the hand; here it
-    /// comes to rest within a second without gravity.
+    /// 0.5 for each body, which Bullet multiplies. The publication does not say how the object is put into the hand; here
+    /// it comes to rest within a second without gravity.
     fn default() -> Self {
         Self {
             gravity_m_s2: [0.0, 0.0, -10.0],
@@ -149,15 +148,15 @@ impl Default for Drop {
     }
 }
 
-/// How the hand closes before it is tested, and holds while it is.
+/// How the hand closes before the test and holds the object during it.
 ///
-/// Each joint is driven to a target by a spring with damping and limited torque. The targets are moved from the grasp's
-/// angles by Jᵀf/k: the torques of contact forces f that balance each other (`closure::contact_forces` at the protocol's
-/// friction), over the stiffness k. Where none balance, all press alike along their inward normals.
+/// A spring with damping and limited torque drives each joint to a target. The target differs from the grasp's angle by
+/// Jᵀf/k: the torques of contact forces f that balance each other (`closure::contact_forces` at the protocol's friction),
+/// divided by the stiffness k. If no forces balance, all contacts press equally along their inward normals.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Squeeze {
-    /// Mean force with which the contacts press, newtons.
+    /// Mean contact force, newtons.
     pub force_n: f64,
     /// Stiffness of the joints, N·m/rad.
     pub stiffness_n_m: f64,
@@ -165,17 +164,18 @@ pub struct Squeeze {
     pub damping_n_m_s: f64,
     /// Largest torque of a joint, N·m.
     pub torque_limit_n_m: f64,
-    /// Time in which the targets move and the hand comes to rest, seconds; a rigid hand waits as long.
+    /// Time in which the targets move and the hand comes to rest, seconds; a rigid hand waits for the same time.
     pub time_s: f64,
     /// Density of the hand, kg/m³.
     pub density_kg_m3: f64,
-    /// Inertia that each joint has of its own, kg·m²: that of its motor or tendons.
+    /// Inertia of each joint itself, kg·m², due to its motor or tendons.
     pub armature_kg_m2: f64,
 }
 
 impl Default for Squeeze {
-    /// Gains and times of `DexGraspBench`: kp = 5 with limits of ±3, 0.4 s to the squeeze pose; the armature of the Shadow
-    /// hand in `MuJoCo` Menagerie, which it uses. The force is ours: there, squeezed poses come with the grasps.
+    /// Gains and times of `DexGraspBench`: kp = 5 with limits of ±3, 0.4 s to the squeeze pose; the armature is that of the
+    /// Shadow hand in `MuJoCo` Menagerie, which it uses. The force is ours, because there the grasps include their squeezed
+    /// poses.
     fn default() -> Self {
         Self {
             force_n: 4.0,
@@ -193,23 +193,23 @@ impl Default for Squeeze {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SixDirections {
-    /// Mass that the object is given, kg.
+    /// Mass of the object, kg.
     pub mass_kg: f64,
-    /// Push at the centre of mass, newtons.
+    /// Force at the centre of mass, newtons.
     pub force_n: f64,
-    /// Time of each push, seconds.
+    /// Duration of each push, seconds.
     pub push_s: f64,
-    /// The grasp fails where the object's centre of mass moves this far, metres …
+    /// The grasp fails if the object's centre of mass moves this far, metres …
     pub displacement_m: f64,
-    /// … or it turns this much, radians.
+    /// … or the object turns this much, radians.
     pub turn_rad: f64,
-    /// When the object holds against a push before its time is over.
+    /// Criterion by which an object at rest withstands a push before its time is over.
     pub rest: Rest,
-    /// Overlap of hand and object at the start that is not simulated any more but failed, metres.
+    /// Overlap of hand and object at the start above which a grasp fails without simulation, metres.
     pub overlap_m: f64,
-    /// Whether hand and joints are rigid instead of squeezing.
+    /// Whether the hand and its joints are rigid instead of squeezing.
     pub rigid: bool,
-    /// How the hand closes and holds, unless it is rigid.
+    /// How the hand closes and holds the object, unless it is rigid.
     pub squeeze: Squeeze,
     /// Friction.
     pub friction: Friction,
@@ -218,7 +218,7 @@ pub struct SixDirections {
 }
 
 impl Default for SixDirections {
-    /// 0.1 kg, 1 N for 2 s each, less than 5 cm and 15°, friction 0.6.
+    /// 0.1 kg, 1 N for 2 s each, limits of 5 cm and 15°, friction 0.6.
     fn default() -> Self {
         Self {
             mass_kg: 0.1,
@@ -245,7 +245,7 @@ impl Default for SixDirections {
 }
 
 impl SixDirections {
-    /// The same without the squeeze: hand and joints are rigid.
+    /// The same without the squeeze: the hand and its joints are rigid.
     pub fn rigid() -> Self {
         Self {
             rigid: true,
@@ -254,7 +254,7 @@ impl SixDirections {
     }
 }
 
-/// A test of stability with all its numbers.
+/// A test of stability with all its settings.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "protocol", rename_all = "kebab-case")]
 pub enum Protocol {
@@ -265,7 +265,7 @@ pub enum Protocol {
 }
 
 impl Protocol {
-    /// One clear sentence on the first value that makes no sense.
+    /// Checks all values; the error is one clear sentence on the first invalid value.
     ///
     /// # Errors
     /// If a size, time or coefficient is out of its range.
@@ -340,7 +340,7 @@ impl Protocol {
         Ok(())
     }
 
-    /// Whether hand and joints are rigid.
+    /// Whether the hand and its joints are rigid.
     pub fn is_rigid(&self) -> bool {
         match self {
             Self::Drop(_) => true,

@@ -1,4 +1,4 @@
-//! The object as the engine sees it: convex pieces, or the mesh itself.
+//! The object in the simulation: convex pieces, or the mesh itself.
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
 use rapier3d_f64::geometry::SharedShape;
@@ -11,13 +11,13 @@ use rapier3d_f64::parry::transformation::vhacd::{VHACD, VHACDParameters};
 use super::convert::{from_vector, vector};
 use crate::object::{ExactMesh, Mesh};
 
-/// Cells of the longest side of the grid in which a mesh is cut.
+/// Cells along the longest side of the grid in which a mesh is cut.
 const RESOLUTION: u32 = 128;
-/// A piece is cut again as long as its hull holds this share of the whole hull's volume more than the piece.
+/// A piece is cut again while the volume of its hull exceeds its own by this share of the volume of the whole hull.
 const CONCAVITY: f64 = 0.002;
-/// So many pieces at most.
+/// Largest number of pieces.
 const PIECES: u32 = 64;
-/// Points of the surface by which pieces are compared with the mesh.
+/// Number of surface points for comparing pieces with the mesh.
 const SAMPLES: usize = 4_000;
 
 /// A convex piece: the hull of a part of a mesh.
@@ -29,12 +29,12 @@ pub struct Piece {
     pub triangles: Vec<[u32; 3]>,
 }
 
-/// What an object is made of in the simulation.
+/// Representation of an object in the simulation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Build {
     /// Convex pieces (VHACD; Mamou 2016), with the exact surface where it is convex.
     Pieces,
-    /// The triangles of the mesh, one-sided: exact, but only a surface without an inside.
+    /// The triangles of the mesh, one-sided: exact, but a surface without an interior.
     Triangles,
 }
 
@@ -45,9 +45,9 @@ pub struct Fit {
     pub pieces: usize,
     /// Sum of the pieces' volumes over the mesh's volume, less 1.
     pub volume_error: f64,
-    /// Deepest point of the mesh's surface inside the pieces, metres: what they fill.
+    /// Deepest point of the mesh's surface inside the pieces, metres: a cavity that they fill.
     pub filled_m: f64,
-    /// Farthest point of the mesh's surface outside the pieces, metres: what they cut off.
+    /// Farthest point of the mesh's surface outside the pieces, metres: a part that they cut off.
     pub cut_m: f64,
 }
 
@@ -72,7 +72,7 @@ impl std::fmt::Debug for Solid {
 }
 
 impl Solid {
-    /// The solid of a mesh. Takes seconds for convex pieces; nothing is random.
+    /// The solid of a mesh. Convex pieces take seconds; nothing is random.
     ///
     /// # Panics
     /// Never: a [`Mesh`] has triangles.
@@ -122,7 +122,7 @@ impl Solid {
             .into_iter()
             .zip(parts.voxel_parts())
             .map(|(mut points, part)| {
-                // Where cuts meet inside, a piece has corners that are not on the surface.
+                // Where cuts cross inside, a piece has corners that are not on the surface.
                 let inside = part.voxels().iter().filter(|voxel| !voxel.is_on_surface);
                 points.extend(inside.map(|voxel| part.get_voxel_point(voxel)));
                 points
@@ -160,7 +160,7 @@ impl Solid {
         &self.pieces
     }
 
-    /// How well they fit.
+    /// How well the pieces fit the mesh.
     pub fn fit(&self) -> &Fit {
         &self.fit
     }
@@ -175,7 +175,7 @@ impl Solid {
         self.reach_m
     }
 
-    /// Moments of inertia of the uniform body of 1 kg about its centre of mass, axes of the object's frame, m².
+    /// Moments of inertia of the uniform body of 1 kg about its centre of mass, in the axes of the object's frame, m².
     pub fn unit_inertia(&self) -> Matrix3<f64> {
         let matrix = self.unit.reconstruct_inertia_matrix();
         Matrix3::from_columns(&[
@@ -235,7 +235,7 @@ fn fit(mesh: &Mesh, pieces: &[Piece], shapes: &[(Pose, SharedShape)]) -> Fit {
     }
 }
 
-/// A pose as a displacement of `centre` (metres) and a turn (radians).
+/// A pose as a displacement of `centre` (metres) and a rotation angle (radians).
 pub(super) fn motion(from_start: &Isometry3<f64>, centre: &Vector3<f64>) -> (Vector3<f64>, f64) {
     let moved = from_start.transform_point(&(*centre).into()).coords - centre;
     (moved, from_start.rotation.angle())

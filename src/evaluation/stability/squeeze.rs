@@ -1,4 +1,4 @@
-//! A hand whose joints are driven: fingers that close on the object and give way.
+//! A hand with driven joints: fingers that close on the object and yield.
 
 use nalgebra::Vector3;
 use rapier3d_f64::dynamics::{
@@ -15,12 +15,12 @@ use super::world::{Part, World};
 use crate::grasp::closure::{PointContact, contact_forces};
 use crate::hand::{Hand, JointKind, LinkId, Motion, PosedHand};
 
-/// Mass and inertia of a link on top of what its geometry has, so that none is without: a joint of two axes is two links.
+/// Mass and inertia added to each link, since a link may have no geometry (a joint of two axes is two links).
 const LEAST_MASS_KG: f64 = 1e-3;
 const LEAST_INERTIA_KG_M2: f64 = 1e-7;
 
-/// How far the targets of the joints lie from the grasp's coordinates, radians (metres of slides): Jᵀf/k, see [`Squeeze`].
-/// The stiffness of a slide is that of a hinge at the lever of [`JointKind::radians_per_unit`].
+/// Differences of the joint targets from the grasp's coordinates, radians (metres of slides): Jᵀf/k, see [`Squeeze`]. The
+/// stiffness of a slide is that of a hinge at the lever of [`JointKind::radians_per_unit`].
 pub(super) fn closing(
     hand: &Hand,
     posed: &PosedHand,
@@ -54,7 +54,7 @@ pub(super) fn closing(
         .collect()
 }
 
-/// Forces that press with the mean force asked for and balance each other; all alike along the normals where none balance.
+/// Contact forces that have the given mean and balance each other; equal forces along the normals if none balance.
 fn pressing(
     posed: &PosedHand,
     contacts: &[u32],
@@ -83,11 +83,11 @@ fn pressing(
     }
 }
 
-/// Makes arms of order one; what balances does not depend on it.
+/// Scales the arms to order one; the balance does not depend on it.
 const TORQUE_UNIT_M: f64 = 0.05;
 
-/// Adds `hand` as a chain of bodies on a root that does not move. Joint coordinates count from the grasp; their targets are
-/// `closing` away, radians or metres.
+/// Adds `hand` as a chain of bodies on a fixed root. Joint coordinates are relative to the grasp; their targets are
+/// `closing`, radians or metres.
 pub(super) fn add_hand(
     world: &mut World,
     hand: &Hand,
@@ -136,12 +136,12 @@ pub(super) fn add_hand(
             radius_m: capsule.radius_m,
         };
         let collider = world.collider(&part).density(squeeze.density_kg_m3);
-        // The builder has placed the capsule in the object's frame; its body wants it in its own.
+        // The builder has placed the capsule in the object's frame, but its body needs it in its own frame.
         let placed = collider.position;
         let collider = collider.position(pose.inv_mul(&placed));
         world.physics.insert_collider(collider, Some(handle));
     }
-    // All joints are of one tree, which any of them finds. Its damping is that of the motors only.
+    // All joints belong to one tree, which any of them gives. Its only damping is that of the motors.
     let tree = last_joint.and_then(|joint| world.physics.multibody_joints.get_mut(joint));
     if let Some((multibody, _)) = tree {
         multibody.damping_mut().fill(0.0);

@@ -1,4 +1,4 @@
-//! A few bodies in the physics engine.
+//! A world of a few bodies in the physics engine.
 
 use nalgebra::{Isometry3, Vector3};
 use rapier3d_f64::dynamics::{
@@ -17,7 +17,7 @@ use super::settings::{Combine, Friction, Solver};
 use super::solid::{Solid, motion};
 use crate::object::Mesh;
 
-/// What holds: a part of a hand, or of a gripper.
+/// A holding part, of a hand or of a gripper.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Part {
     /// All points within `radius_m` of a segment.
@@ -40,7 +40,7 @@ pub enum Part {
     Mesh(Mesh),
 }
 
-/// One object, and what holds it.
+/// One object and the parts that hold it.
 pub struct World {
     pub(super) physics: PhysicsWorld,
     pub(super) friction: Friction,
@@ -85,7 +85,7 @@ impl World {
         }
     }
 
-    /// The same world once more, to go on in another way.
+    /// A copy of this world, which can continue differently.
     #[must_use]
     pub fn fork(&self) -> Self {
         let now = &self.physics;
@@ -106,7 +106,7 @@ impl World {
         }
     }
 
-    /// Adds a part that does not move.
+    /// Adds a fixed part.
     ///
     /// # Panics
     /// Never: a [`Mesh`] has triangles.
@@ -115,10 +115,10 @@ impl World {
         self.physics.insert_collider(collider, None);
     }
 
-    /// Adds a part that slides without turning along `force_n`, pushed by it (newtons).
+    /// Adds a part that slides along `force_n` without rotation and is pushed by that force (newtons).
     ///
     /// # Panics
-    /// Where the force is not along one of the axes.
+    /// If the force is not along one of the axes.
     pub fn push(&mut self, part: &Part, mass_kg: f64, force_n: Vector3<f64>) {
         let locked = [
             LockedAxes::TRANSLATION_LOCKED_X,
@@ -166,12 +166,12 @@ impl World {
             .collision_groups(groups(HOLDER, OBJECT))
     }
 
-    /// Gravity from now on, m/s², object's frame at the start.
+    /// Sets gravity, m/s², in the object's frame at the start.
     pub fn set_gravity(&mut self, gravity_m_s2: [f64; 3]) {
         self.physics.gravity = vector(&gravity_m_s2.into());
     }
 
-    /// Pushes the object at its centre of mass from now on, newtons.
+    /// Sets the force at the object's centre of mass, newtons.
     pub fn push_object(&mut self, force_n: &Vector3<f64>) {
         let body = &mut self.physics.bodies[self.object];
         body.reset_forces(true);
@@ -183,12 +183,12 @@ impl World {
         self.physics.step_with_events(&NoGhosts, &());
     }
 
-    /// Where the object is: from its frame at the start to now.
+    /// The transform of the object from the start to now.
     pub fn object_pose(&self) -> Isometry3<f64> {
         isometry(self.physics.bodies[self.object].position())
     }
 
-    /// Way of the object's centre of mass since the start, metres, and its turn, radians.
+    /// Displacement of the object's centre of mass since the start, metres, and its rotation angle, radians.
     pub fn motion(&self) -> (Vector3<f64>, f64) {
         motion(&self.object_pose(), &self.centre)
     }
@@ -199,8 +199,8 @@ impl World {
         [from_vector(body.linvel()), from_vector(body.angvel())]
     }
 
-    /// Deepest overlap of anything with one piece of the object now, metres; 0 where nothing overlaps. A surface of triangles
-    /// ([`Build::Triangles`](super::Build::Triangles)) has no inside: what is deep in it overlaps little or not at all.
+    /// Deepest overlap of any part with one piece of the object, metres; 0 without overlap. A surface of triangles
+    /// ([`Build::Triangles`](super::Build::Triangles)) has no interior, so parts deep in it overlap little or not at all.
     pub fn overlap_m(&self) -> f64 {
         let of_object = |collider: &Collider| collider.parent() == Some(self.object);
         let colliders = || self.physics.colliders.iter().map(|(_, collider)| collider);
@@ -236,8 +236,8 @@ fn parameters(solver: &Solver) -> IntegrationParameters {
         static_contact_softness: softness,
         normalized_max_corrective_velocity: solver.recovery_m_s,
         normalized_prediction_distance: solver.prediction_m,
-        // Merged contacts, and friction in one of the two passes only, let squeezed objects creep and shiver: a block held
-        // with a tenth more friction than needed sinks by millimetres instead of hundredths.
+        // Merged contacts, or friction in only one of the two passes, let squeezed objects creep and shiver: a block held
+        // with a tenth more friction than needed sinks by millimetres instead of hundredths of a millimetre.
         contact_clustering: false,
         friction_in_bias_pass: true,
         max_ccd_substeps: 0,
@@ -246,7 +246,7 @@ fn parameters(solver: &Solver) -> IntegrationParameters {
     }
 }
 
-/// The object, and what holds it: parts do not touch each other.
+/// Collision groups of the object and of the parts that hold it; parts do not touch each other.
 const OBJECT: Group = Group::GROUP_1;
 const HOLDER: Group = Group::GROUP_2;
 
