@@ -1,4 +1,4 @@
-//! Arrays as numpy keeps them: a type of items, a shape, and bytes.
+//! numpy arrays: a type of items, a shape, and bytes.
 
 /// The type of an array's items.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -8,7 +8,7 @@ pub(crate) enum Type {
 }
 
 impl Type {
-    /// Reads a type as numpy writes it: `<f8`, `|O`, `i4`.
+    /// Reads a type in numpy's notation: `<f8`, `|O`, `i4`.
     pub(crate) fn parse(code: &str) -> Result<Self, String> {
         let unknown = || format!("its items are of type {code}; numbers or objects are needed");
         let plain = code.trim_start_matches(['<', '>', '=', '|']);
@@ -33,7 +33,7 @@ impl Type {
         })
     }
 
-    /// The same with the byte order `<`, `>` or none.
+    /// The type with the byte order `<`, `>` or none.
     pub(crate) fn ordered(self, order: &str) -> Self {
         match self {
             Self::Number { kind, size, .. } => Self::Number {
@@ -76,7 +76,7 @@ impl Type {
     }
 }
 
-/// An array of numbers, the last index running fastest.
+/// An array of numbers in row-major order.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Numbers {
     pub(crate) shape: Vec<usize>,
@@ -101,7 +101,7 @@ impl Numbers {
         Ok(Self { shape, values })
     }
 
-    /// Rows of equal length: of a table, or one row where there is a single dimension.
+    /// Rows of equal length. A one-dimensional array is a single row.
     pub(crate) fn rows(&self) -> Option<Vec<Vec<f64>>> {
         match self.shape[..] {
             [_] => Some(vec![self.values.clone()]),
@@ -116,7 +116,7 @@ impl Numbers {
     }
 }
 
-/// From first index fastest to last index fastest.
+/// Converts from column-major to row-major order.
 fn in_c_order(shape: &[usize], values: &[f64]) -> Vec<f64> {
     let mut stride = 1;
     let sides = shape.iter().filter(|side| **side > 1).map(|&side| {

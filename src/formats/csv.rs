@@ -1,7 +1,7 @@
 //! CSV tables (RFC 4180).
 
-/// The fields of each record that is not empty, trimmed, with the number of its first line. Fields may be quoted, a quote
-/// inside is doubled; white space before a quote is skipped. Lines that begin with `comment` are left out.
+/// The trimmed fields of each non-empty record, with the number of its first line. Fields may be quoted, and a quote inside
+/// is doubled. White space before a quote is skipped, and so are lines that begin with `comment`.
 pub(crate) fn records(
     text: &str,
     delimiter: char,
@@ -44,10 +44,10 @@ pub(crate) fn records(
     Ok(records)
 }
 
-/// A table: its header and, for each other record, the line it stands on and as many fields as the header has.
+/// A table: its header and, for each other record, its line number and as many fields as in the header.
 pub(crate) type Table = (Vec<String>, Vec<(usize, Vec<String>)>);
 
-/// Reads a table whose first record names the columns. Arguments as those of [`records`].
+/// Reads a table whose first record names the columns. The arguments are those of [`records`].
 pub(crate) fn table(text: &str, delimiter: char, comment: Option<char>) -> Result<Table, String> {
     let mut records = records(text, delimiter, comment)?;
     if records.is_empty() {

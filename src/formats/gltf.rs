@@ -1,7 +1,7 @@
-//! Triangles of glTF 2.0 files, `.gltf` or `.glb`: positions, indices and the nodes that place them; everything else is
-//! skipped.
+//! Triangles of glTF 2.0 files, `.gltf` or `.glb`. Positions, indices and nodes with their transformations are read;
+//! everything else is skipped.
 //!
-//! Read by hand rather than with a library, since every length in such a file is a claim to be checked.
+//! The reader uses no glTF library, because every length in such a file must be checked.
 
 use std::borrow::Cow;
 use std::collections::BTreeSet;
@@ -17,15 +17,16 @@ use super::{Triangles, bytes_of};
 const MAGIC: &[u8] = b"glTF";
 const JSON_CHUNK: u32 = 0x4E4F534A;
 const BINARY_CHUNK: u32 = 0x004E4942;
-/// Nodes below nodes; more is a mistake.
+/// Largest depth of nested nodes; deeper files are refused.
 const DEEPEST: usize = 100;
-/// Nodes and their primitives visited in all; more is a mistake or malice, since nodes may be named by several others.
+/// Largest number of visited nodes and primitives. More come from a mistake or malice, since several nodes may name the
+/// same node.
 const MOST_NODES: usize = 100_000;
-/// Triangles in all, and vertices.
+/// Largest total number of triangles, and of vertices.
 const MOST_TRIANGLES: usize = 20_000_000;
-/// Bytes of all buffers.
+/// Largest total size of the buffers, bytes.
 const MOST_BYTES: usize = 256 << 20;
-/// Modes of primitives that are triangles.
+/// Modes of triangle primitives.
 const TRIANGLES: u32 = 4;
 const STRIP: u32 = 5;
 const FAN: u32 = 6;
@@ -106,8 +107,8 @@ struct Buffer {
     uri: Option<String>,
 }
 
-/// Reads the bytes of a `.gltf` or `.glb` file; `folder` holds the buffers it names. Errors are half a sentence: what is
-/// wrong with it.
+/// Reads the bytes of a `.gltf` or `.glb` file. `folder` contains the buffers that it names. Errors are half a sentence
+/// that states the problem.
 pub(crate) fn read(bytes: &[u8], folder: &Path) -> Result<Triangles, String> {
     let (json, binary) = chunks(bytes)?;
     let document: Document = serde_json::from_slice(json).map_err(|error| error.to_string())?;
@@ -155,7 +156,7 @@ pub(crate) fn read(bytes: &[u8], folder: &Path) -> Result<Triangles, String> {
     Ok(reader.soup)
 }
 
-/// The JSON and the binary chunk.
+/// The JSON chunk and the binary chunk.
 fn chunks(bytes: &[u8]) -> Result<(&[u8], &[u8]), String> {
     let Some(rest) = bytes.strip_prefix(MAGIC) else {
         return Ok((bytes, &[]));
@@ -178,7 +179,7 @@ fn chunks(bytes: &[u8]) -> Result<(&[u8], &[u8]), String> {
     Ok((json.ok_or("it holds no JSON")?, binary))
 }
 
-/// A buffer outside: within the text, or a file in the same folder or below.
+/// An external buffer: base64 text in the URI, or a file in the same folder or below.
 fn external(uri: &str, folder: &Path) -> Result<Vec<u8>, String> {
     if let Some(data) = uri.strip_prefix("data:") {
         let (_, data) = data
@@ -306,7 +307,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// The items of an accessor, each `size` bytes.
+    /// The items of an accessor, each of `size` bytes.
     fn items(&self, index: usize, size: usize) -> Result<impl Iterator<Item = &[u8]>, String> {
         let accessor = self
             .document
@@ -392,7 +393,7 @@ fn missing(what: &str, index: usize) -> String {
     format!("it refers to {what} {index}, which is not there")
 }
 
-/// Where a node places what is in it.
+/// Transformation of a node.
 fn placement(node: &Node) -> Matrix4<f64> {
     if let Some(matrix) = &node.matrix {
         return Matrix4::from_column_slice(matrix);

@@ -1,8 +1,8 @@
-//! The ground floor of files: bytes in, numbers, triangles and tables out.
+//! Readers and writers of file formats for numbers, triangles and tables.
 //!
-//! There is one reader for each format, and what it returns is plain data. What the data means is decided where it is used:
-//! a mesh of an object must be closed, one of a hand need not be. Errors are half a sentence that says what is wrong with
-//! the file, unless their type says otherwise.
+//! Each format has one reader, which returns plain data. The modules that use the data decide what it means: for example,
+//! the mesh of an object must be closed, but that of a hand need not be. Errors are half a sentence that states the
+//! problem, unless their type says otherwise.
 
 use std::path::Path;
 
@@ -32,10 +32,10 @@ pub(crate) mod ply;
 pub(crate) mod stl;
 pub mod toml_text;
 
-/// Largest file of triangles that is read, bytes.
+/// Largest size of a file of triangles, bytes.
 const LARGEST: u64 = 256 << 20;
 
-/// Triangles as a file has them: perhaps open, perhaps inside out, their indices unchecked.
+/// Unchecked triangles of a file. They may be open or inside out, and indices may be invalid.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Triangles {
     pub(crate) vertices: Vec<Vector3<f64>>,
@@ -43,7 +43,7 @@ pub(crate) struct Triangles {
 }
 
 impl Triangles {
-    /// Adds a polygon as a fan.
+    /// Adds a polygon as a triangle fan.
     fn polygon(&mut self, corners: &[u32]) {
         if let [first, rest @ ..] = corners {
             let fan = rest.windows(2).map(|pair| [*first, pair[0], pair[1]]);
@@ -52,16 +52,16 @@ impl Triangles {
     }
 }
 
-/// The ending of a file's name in small letters, without its dot; empty where there is none.
+/// The ending of a file's name in lower case, without its dot; empty if there is none.
 pub(crate) fn ending(path: &Path) -> String {
     let ending = path.extension().unwrap_or_default();
     ending.to_string_lossy().to_lowercase()
 }
 
-/// The bytes of a file, unless it is too large to be a mesh.
+/// The bytes of a file of triangles.
 ///
 /// # Errors
-/// Where it cannot be read, is no file, or is larger than 256 MB.
+/// If the file cannot be read, is not a regular file, or is larger than 256 MB.
 pub(crate) fn bytes_of(path: &Path) -> std::io::Result<Vec<u8>> {
     let told = std::fs::metadata(path)?;
     if !told.is_file() {

@@ -1,5 +1,5 @@
-//! `MuJoCo`'s own meshes (`.msh`): four counts (vertices, normals, texture coordinates, triangles), then these, all of four
-//! bytes, little-endian.
+//! `MuJoCo`'s mesh format (`.msh`): four counts (vertices, normals, texture coordinates, triangles), then these data. All
+//! numbers have four bytes, little-endian.
 
 use nalgebra::Vector3;
 

@@ -1,4 +1,4 @@
-//! numpy's `.npy` files (NEP 1): a header in Python's notation, then numbers or a pickle.
+//! numpy's `.npy` files (NEP 1): a header in Python notation, then numbers or a pickle.
 
 use std::borrow::Cow;
 
@@ -8,16 +8,16 @@ use super::pickle::{Heap, Id, load};
 
 const MAGIC: &[u8] = b"\x93NUMPY";
 
-/// What a file holds.
+/// Content of a file.
 #[cfg(feature = "cli")]
 #[derive(Debug)]
 pub(crate) enum Content {
     Numbers(Numbers),
-    /// A pickle's values, and which of them is the whole.
+    /// The values of a pickle, and the number of the top-level value.
     Objects(Heap, Id),
 }
 
-/// Reads the bytes of a file of numbers or of a pickle.
+/// Reads the bytes of a file of numbers or a pickle.
 #[cfg(feature = "cli")]
 pub(crate) fn read(bytes: &[u8]) -> Result<Content, String> {
     let file = File::open(bytes)?;
@@ -30,7 +30,7 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Content, String> {
     file.numbers(kind).map(Content::Numbers)
 }
 
-/// Reads the bytes of a file of numbers; `None` where its items are something else.
+/// Reads the bytes of a file of numbers; `None` if its items are not numbers.
 pub(crate) fn numbers(bytes: &[u8]) -> Result<Option<Numbers>, String> {
     let file = File::open(bytes)?;
     file.field("descr")?;
@@ -40,7 +40,7 @@ pub(crate) fn numbers(bytes: &[u8]) -> Result<Option<Numbers>, String> {
     }
 }
 
-/// A file whose header is not yet understood.
+/// A file with its header not yet parsed.
 struct File<'a> {
     header: Cow<'a, str>,
     body: &'a [u8],
@@ -66,7 +66,7 @@ impl<'a> File<'a> {
         Ok(Self { header, body })
     }
 
-    /// What follows a key of the header.
+    /// The text after a key of the header.
     fn field(&self, key: &str) -> Result<&str, String> {
         let quoted = format!("'{key}':");
         let (_, rest) =
@@ -95,7 +95,7 @@ impl<'a> File<'a> {
     }
 }
 
-/// A file of the given type and shape around its content.
+/// The bytes of a file with the given type, shape and content.
 pub(crate) fn with_header(descr: &str, shape: &str, body: &[u8]) -> Vec<u8> {
     let mut header = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}");
     let before = MAGIC.len() + 4;
@@ -115,7 +115,7 @@ pub(crate) fn with_header(descr: &str, shape: &str, body: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// A table of numbers as a file.
+/// The bytes of a file with a table of numbers.
 pub(crate) fn table(rows: &[Vec<f64>]) -> Vec<u8> {
     let columns = rows.first().map_or(0, Vec::len);
     let body: Vec<u8> = rows

@@ -7,10 +7,10 @@ use std::io::{Cursor, Read};
 use super::array::Numbers;
 use super::npy;
 
-/// Most bytes of all arrays together.
+/// Largest total size of all arrays, bytes.
 const LARGEST: u64 = 256 << 20;
 
-/// The arrays of an archive by name, those of other things than numbers left out.
+/// The arrays of an archive by name. Arrays of other items than numbers are left out.
 pub(crate) fn read(bytes: &[u8]) -> Result<BTreeMap<String, Numbers>, String> {
     let mut archive = zip::ZipArchive::new(Cursor::new(bytes))
         .map_err(|error| format!("it is no .npz archive: {error}"))?;

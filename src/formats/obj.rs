@@ -1,4 +1,4 @@
-//! OBJ files: vertices and faces, everything else skipped. Coordinates are read as 32-bit numbers.
+//! OBJ files: vertices and faces; everything else is skipped. Coordinates are read as 32-bit numbers.
 
 use std::fmt::Write as _;
 use std::io::BufRead;
@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 
 use super::Triangles;
 
-/// Reads the text of an OBJ file; all its objects and groups together, polygons as fans.
+/// Reads the text of an OBJ file. Its objects and groups are combined, and polygons become triangle fans.
 pub(crate) fn read(reader: &mut impl BufRead) -> Result<Triangles, String> {
     let options = tobj::LoadOptions {
         triangulate: true,
@@ -32,7 +32,7 @@ pub(crate) fn read(reader: &mut impl BufRead) -> Result<Triangles, String> {
     Ok(all)
 }
 
-/// Triangles as OBJ text, each vertex as `vertex` writes its three coordinates.
+/// Triangles as OBJ text. `vertex` formats the three coordinates of a vertex.
 pub(crate) fn write(
     vertices: &[Vector3<f64>],
     triangles: &[[u32; 3]],

@@ -1,21 +1,22 @@
-//! A pickle machine that only builds data: numbers, texts, lists, dictionaries and numpy's arrays.
+//! A pickle machine that only builds data: numbers, texts, lists, dictionaries and numpy arrays.
 //!
-//! A pickle is a program for a stack machine that may name any function of Python and call it. This machine knows the few
-//! names that numpy writes into its files, treats each as a word of the format, and refuses every other one: nothing is
-//! ever called. What values share may not be copied again and again: all copies together are at most a few times as long as
+//! A pickle is a program for a stack machine that can call any function of Python. This machine never calls anything. It
+//! knows the few names that numpy writes into its files, treats each as a keyword of the format, and refuses all others.
+//! Copies of shared values are limited to a few times the length of the file, so that memory stays within some dozens of
+//! times its length.
 //! the file, so that memory stays within some dozens of times its length.
 
 use super::array::{Numbers, Type};
 
-/// Most entries of a dictionary: they are searched one by one.
+/// Largest number of entries of a dictionary, because they are searched linearly.
 const ENTRIES: usize = 1024;
-/// Items and bytes that may be copied from shared values for each byte of the file.
+/// Number of items and bytes that may be copied from shared values, per byte of the file.
 const COPIES: usize = 4;
 
 /// Index of a node in [`Heap`].
 pub(crate) type Id = usize;
 
-/// What a pickle builds. Nodes refer to each other by number, as values are shared.
+/// A value of a pickle. Values refer to each other by number, because they can be shared.
 #[derive(Debug)]
 pub(crate) enum Node {
     None,
@@ -35,7 +36,7 @@ pub(crate) enum Node {
     Objects(Vec<Id>),
     /// One of the known functions, not yet applied.
     Word(Word),
-    /// An array before its content came.
+    /// An array whose content has not been read yet.
     Blank,
 }
 
@@ -66,7 +67,7 @@ const WORDS: [(&str, &str, Word); 12] = [
     ("numpy.dtypes", "Float32DType", Word::Dtype),
 ];
 
-/// Everything a pickle built.
+/// All values of a pickle.
 #[derive(Debug, Default)]
 pub(crate) struct Heap {
     nodes: Vec<Node>,
@@ -77,7 +78,7 @@ impl Heap {
         &self.nodes[id]
     }
 
-    /// The value under a text key of a dictionary.
+    /// The value of a text key in a dictionary.
     pub(crate) fn entry(&self, id: Id, key: &str) -> Option<Id> {
         let Node::Dictionary(entries) = self.node(id) else {
             return None;
@@ -89,7 +90,7 @@ impl Heap {
         found.map(|(_, value)| *value)
     }
 
-    /// The value as one number.
+    /// The value as a single number.
     pub(crate) fn number(&self, id: Id) -> Option<f64> {
         match self.node(id) {
             Node::Number(value) => Some(*value),
@@ -103,7 +104,7 @@ impl Heap {
         }
     }
 
-    /// The values of an array or list of at most `most` numbers, or one number.
+    /// The values of an array or list of at most `most` numbers, or a single number.
     pub(crate) fn few(&self, id: Id, most: usize) -> Option<Vec<f64>> {
         let length = match self.node(id) {
             Node::Numbers(numbers) => numbers.values.len(),
@@ -114,7 +115,7 @@ impl Heap {
         numbers.map(|numbers| numbers.values)
     }
 
-    /// The value as a shape and that many numbers: an array, or a list of numbers.
+    /// The value as an array of numbers: an array, or a list of numbers.
     pub(crate) fn numbers(&self, id: Id) -> Option<Numbers> {
         match self.node(id) {
             Node::Numbers(numbers) => Some(numbers.clone()),
@@ -139,7 +140,7 @@ impl Heap {
     }
 }
 
-/// Runs a pickle; returns what it built and which node is the result. Errors are half a sentence: what is wrong with it.
+/// Runs a pickle. Returns its values and the number of the result. Errors are half a sentence that states the problem.
 pub(crate) fn load(bytes: &[u8]) -> Result<(Heap, Id), String> {
     let mut machine = Machine {
         rest: bytes,
@@ -163,10 +164,10 @@ struct Machine<'a> {
     rest: &'a [u8],
     heap: Heap,
     stack: Vec<Id>,
-    /// Heights of the stack at open marks.
+    /// Heights of the stack at the open marks.
     marks: Vec<usize>,
     memo: Vec<Option<Id>>,
-    /// Items and bytes that may still be copied.
+    /// Number of items and bytes that may still be copied.
     copies: usize,
 }
 
@@ -204,7 +205,7 @@ impl<'a> Machine<'a> {
     }
 
     fn pop(&mut self) -> Result<Id, String> {
-        // What lies below a mark is not within reach.
+        // Values below a mark are not accessible.
         let floor = self.marks.last().copied().unwrap_or(0);
         if self.stack.len() <= floor {
             return Err("it takes a value that is not there".to_owned());
@@ -250,7 +251,7 @@ impl<'a> Machine<'a> {
 
     fn remember(&mut self, place: u64) -> Result<(), String> {
         let top = self.top()?;
-        // Writers count up; a far place would only cost memory.
+        // Writers count up; a far index would only cost memory.
         let place = usize::try_from(place).unwrap_or(usize::MAX);
         if place > self.heap.nodes.len() + 1024 {
             return Err("it numbers its values with gaps".to_owned());
@@ -273,7 +274,7 @@ impl<'a> Machine<'a> {
     #[expect(clippy::too_many_lines, reason = "one line an opcode")]
     fn step(&mut self, code: u8) -> Result<(), String> {
         match code {
-            // Protocol and frames.
+            // Protocol version and frames.
             0x80 => {
                 self.take::<1>()?;
             }
@@ -385,14 +386,14 @@ impl<'a> Machine<'a> {
         Ok(())
     }
 
-    /// Counts a copy of something that other values may share.
+    /// Counts a copy of a value that may be shared.
     fn copy(&mut self, length: usize) -> Result<(), String> {
         let left = self.copies.checked_sub(length);
         self.copies = left.ok_or("it makes far more of its values than it holds")?;
         Ok(())
     }
 
-    /// Counts what is made of a list, a text or bytes.
+    /// Counts a copy of a list, a text or bytes.
     fn copy_of(&mut self, id: Id) -> Result<(), String> {
         self.copy(match self.heap.node(id) {
             Node::List(items) => items.len(),
@@ -444,7 +445,7 @@ impl<'a> Machine<'a> {
         }
     }
 
-    /// The value of a call of one of the known functions.
+    /// Calls one of the known functions.
     fn apply(&mut self) -> Result<(), String> {
         let arguments = self.pop()?;
         let function = self.pop()?;
@@ -513,7 +514,7 @@ impl<'a> Machine<'a> {
         shape.ok_or_else(|| "it has an array whose shape is no list of whole numbers".to_owned())
     }
 
-    /// Fills an array, or tells a type its byte order.
+    /// Fills an array, or sets the byte order of a type.
     fn build(&mut self) -> Result<(), String> {
         let state = self.pop()?;
         let target = self.top()?;

@@ -1,13 +1,13 @@
-//! Pickles as numpy writes them, of arrays of dictionaries.
+//! Writes arrays of dictionaries as numpy's pickles.
 
-/// Writes a one-dimensional numpy array of dictionaries as numpy itself does (protocol 3).
+/// Writes a one-dimensional numpy array of dictionaries in numpy's own form (protocol 3).
 #[derive(Debug, Default)]
 pub(crate) struct Writer {
     bytes: Vec<u8>,
 }
 
 impl Writer {
-    /// Begins an array of `count` objects; each is then written, and [`Writer::finish`] ends it.
+    /// Begins an array of `count` objects. Each object is then written, and [`Writer::finish`] ends the array.
     pub(crate) fn of_objects(count: usize) -> Self {
         let mut writer = Self::default();
         writer.raw(b"\x80\x03cnumpy.core.multiarray\n_reconstruct\ncnumpy\nndarray\nK\x00\x85C\x01b\x87R(K\x01");

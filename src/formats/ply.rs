@@ -1,10 +1,10 @@
-//! PLY files (Turk 1994), text or binary: vertices and polygons, everything else skipped.
+//! PLY files (Turk 1994), text or binary: vertices and polygons; everything else is skipped.
 
 use nalgebra::Vector3;
 
 use super::Triangles;
 
-/// How numbers are written.
+/// Encoding of the numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Encoding {
     Text,
@@ -30,7 +30,7 @@ struct Element {
     properties: Vec<Property>,
 }
 
-/// Reads the bytes of a PLY file. Errors are half a sentence: what is wrong with it.
+/// Reads the bytes of a PLY file. Errors are half a sentence that states the problem.
 pub(crate) fn read(bytes: &[u8]) -> Result<Triangles, String> {
     let (encoding, elements, body) = header(bytes)?;
     let mut values = Values {
@@ -62,7 +62,7 @@ fn header(bytes: &[u8]) -> Result<(Encoding, Vec<Element>, &[u8]), String> {
         .ok_or("its header has no end_header")?;
     let text = str::from_utf8(&head[..place])
         .map_err(|error| format!("its header is not text: {error}"))?;
-    // One line end, LF or CR LF: the rest may be binary.
+    // Only one line end, LF or CR LF, is skipped, because the rest may be binary.
     let after = &bytes[place + end.len()..];
     let body = after
         .strip_prefix(b"\r\n")
@@ -143,7 +143,7 @@ struct Values<'a> {
 }
 
 impl Values<'_> {
-    /// Position and polygon of a row, as far as it has them.
+    /// The position and the polygon of a row, if it has them.
     fn row(&mut self, element: &Element) -> Result<(Vector3<f64>, Vec<u32>), String> {
         let mut point = Vector3::zeros();
         let mut polygon = Vec::new();

@@ -1,4 +1,4 @@
-//! STL files, text or binary; equal corners become one vertex.
+//! STL files, text or binary. Equal corners become one vertex.
 
 use std::io::Cursor;
 
@@ -9,7 +9,7 @@ use super::Triangles;
 /// Reads the bytes of an STL file.
 ///
 /// # Errors
-/// What the library says.
+/// The error of the library.
 pub(crate) fn read(bytes: &[u8]) -> std::io::Result<Triangles> {
     let stl = stl_io::read_stl(&mut Cursor::new(bytes))?;
     let index = |vertex: usize| u32::try_from(vertex).unwrap_or(u32::MAX);

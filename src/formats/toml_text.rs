@@ -1,19 +1,18 @@
-//! TOML that strangers wrote: objects, mappings, experiments, protocols, signatures.
+//! Untrusted TOML: objects, mappings, experiments, protocols, signatures.
 
 use serde::de::{DeserializeOwned, Error};
 use toml_parser::Source;
 use toml_parser::lexer::TokenKind;
 
-/// Longest text, bytes.
+/// Greatest length of a text, bytes.
 const LONGEST: usize = 1 << 20;
-/// Most brackets open at once; at thousands the stack of the parser would overflow, whose own bound fails where brackets are
-/// closed by others.
+/// Largest depth of nested brackets. The parser overflows its stack at thousands of mismatched nested brackets.
 const DEEPEST: usize = 500;
 
 /// Parses TOML.
 ///
 /// # Errors
-/// Where it is no TOML, does not describe a `T`, or is far longer or deeper than a description that a human wrote.
+/// If the text is not TOML, does not describe a `T`, or is far longer or deeper than a text that a human wrote.
 pub fn parse<T: DeserializeOwned>(text: &str) -> Result<T, toml::de::Error> {
     if text.len() > LONGEST {
         let problem = format!("it is longer than {} MB", LONGEST >> 20);

@@ -1,4 +1,4 @@
-//! Files and folders that appear under their name only when they are complete.
+//! Files and folders that take their final name only when they are complete.
 
 use std::ffi::{OsStr, OsString};
 use std::fs::{self, File, TryLockError};
@@ -7,36 +7,36 @@ use std::path::{Path, PathBuf};
 use super::error::StoreError;
 use crate::atomic_file::{self, PendingFile, folder_of, sync_folder};
 
-/// Name of the journal in an unfinished folder; removed when the folder is complete.
+/// Name of the journal in an unfinished folder. It is removed when the folder is complete.
 pub const JOURNAL: &str = "journal";
 
-/// Tells a folder of ours apart before it has a manifest.
+/// Marks a folder as made by this program before it has a manifest.
 const MARKER: &str = ".unfinished";
 const MARKER_TEXT: &[u8] =
     b"landscape is writing this folder; it takes its final name when it is complete.\n";
 const MANIFEST: &str = "landscape.json";
 
-/// Writes `bytes` to `path`: under a temporary name in the same folder, flushed to disk, then renamed. Whatever happens
-/// on the way, `path` holds either what it held before or all of `bytes`. What killed runs left of the same file is removed.
+/// Writes `bytes` to `path`: under a temporary name in the same folder, flushed to disk, then renamed. At every moment
+/// `path` has either its previous content or all of `bytes`. Remains of killed runs for the same file are removed.
 ///
 /// # Errors
-/// If the folder does not exist or cannot be written; the temporary file is removed.
+/// If the folder does not exist or cannot be written. The temporary file is then removed.
 pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
     named(path)?;
     atomic_file::write(path, bytes).map_err(StoreError::io("write", path))
 }
 
-/// Files that belong together: all are written under temporary names before the first one takes its own. Without
-/// [`FileSet::finish`] nothing stays of them.
+/// A set of files that belong together. All are written under temporary names before the first one takes its final name.
+/// Without [`FileSet::finish`] all are removed.
 ///
-/// Only a crash between the renames themselves, which take microseconds, can leave some of a set new and others old.
+/// Only a crash between the renames themselves, which take microseconds, can leave a mixture of new and old files.
 #[derive(Debug, Default)]
 pub struct FileSet {
     files: Vec<PendingFile>,
 }
 
 impl FileSet {
-    /// Writes one more file of the set, not yet under its name.
+    /// Writes one more file of the set under a temporary name.
     ///
     /// # Errors
     /// As [`write_atomic`], or if a folder has this name.
@@ -52,10 +52,10 @@ impl FileSet {
         Ok(())
     }
 
-    /// Gives all files their names.
+    /// Renames all files to their final names.
     ///
     /// # Errors
-    /// If a rename is refused.
+    /// If a rename fails.
     pub fn finish(self) -> Result<(), StoreError> {
         for file in self.files {
             let path = file.path().to_path_buf();
@@ -65,18 +65,18 @@ impl FileSet {
     }
 }
 
-/// Refuses what has no name, such as `/`.
+/// Refuses paths without a file name, such as `/`.
 fn named(path: &Path) -> Result<&OsStr, StoreError> {
     path.file_name().ok_or_else(|| StoreError::NoName {
         path: path.to_path_buf(),
     })
 }
 
-/// A folder that grows as `X.partial` and becomes `X` when it is complete.
+/// A folder that is written as `X.partial` and becomes `X` when it is complete.
 ///
-/// At every moment, `X` is absent, or the previous complete folder, or the new complete folder (between two renames of
-/// [`AtomicFolder::finish`] the previous one is called `X.old.partial`; the next [`AtomicFolder::open`] sets that right).
-/// The journal goes last, so that a run killed at any moment either is complete or can be resumed, or both.
+/// At every moment, `X` is absent, the previous complete folder, or the new complete folder. Between two renames of
+/// [`AtomicFolder::finish`] the previous folder is called `X.old.partial`; the next [`AtomicFolder::open`] restores it. The
+/// journal is removed last, so that a run killed at any moment is complete or can be resumed.
 #[derive(Debug)]
 pub struct AtomicFolder {
     finished: PathBuf,
@@ -84,12 +84,12 @@ pub struct AtomicFolder {
 }
 
 impl AtomicFolder {
-    /// Starts the folder that will be called `finished`, or resumes it if an earlier run was interrupted: of the
-    /// unfinished folder only its [`JOURNAL`] is kept, and with `fresh` not even that.
+    /// Starts the folder that will be called `finished`, or resumes it if an earlier run was interrupted. Only the
+    /// [`JOURNAL`] of the unfinished folder is kept; with `fresh` nothing is kept.
     ///
     /// # Errors
-    /// If something that landscape did not make has one of the names, another process is at it (it holds the journal
-    /// locked), or the place cannot be written.
+    /// If a file or folder that landscape did not make has one of the names, another process holds the lock of the journal,
+    /// or the place cannot be written.
     pub fn open(finished: &Path, fresh: bool) -> Result<Self, StoreError> {
         let folder = Self {
             finished: finished.to_path_buf(),
@@ -120,7 +120,8 @@ impl AtomicFolder {
             fs::create_dir(&folder.partial).map_err(StoreError::io("create", &folder.partial))?;
         }
         folder.write(MARKER, MARKER_TEXT)?;
-        // Killed after the renaming, before the journal was removed: the same command has its tasks back at once.
+        // The run was killed after the renaming, before the journal was removed. The journal lets the same command finish
+        // at once.
         let [kept, left] = &journals;
         if left.exists() && !kept.exists() && !fresh {
             fs::rename(left, kept).map_err(StoreError::io("rename", left))?;
@@ -130,7 +131,7 @@ impl AtomicFolder {
         Ok(folder)
     }
 
-    /// The journal that an interrupted run of the folder called `finished` left, if one did.
+    /// The journal of an interrupted run of the folder called `finished`, if there is one.
     pub fn left_journal(finished: &Path) -> Option<PathBuf> {
         let folder = Self {
             finished: finished.to_path_buf(),
@@ -140,22 +141,22 @@ impl AtomicFolder {
         journals.into_iter().find(|journal| journal.is_file())
     }
 
-    /// Where a journal can be: while the folder grows, and for a moment after its renaming.
+    /// Possible places of a journal: in the unfinished folder, and briefly in the finished one.
     fn journals(&self) -> [PathBuf; 2] {
         [self.partial.join(JOURNAL), self.finished.join(JOURNAL)]
     }
 
-    /// Where the folder grows.
+    /// Path of the unfinished folder.
     pub fn path(&self) -> &Path {
         &self.partial
     }
 
-    /// Where its journal is.
+    /// Path of its journal.
     pub fn journal(&self) -> PathBuf {
         self.partial.join(JOURNAL)
     }
 
-    /// Writes one file of the folder, complete or not at all.
+    /// Writes one file of the folder atomically.
     ///
     /// # Errors
     /// See [`write_atomic`].
@@ -163,7 +164,7 @@ impl AtomicFolder {
         write_atomic(&self.partial.join(name), bytes)
     }
 
-    /// Removes the unfinished folder: there will be nothing to finish.
+    /// Removes the unfinished folder.
     ///
     /// # Errors
     /// If it cannot be removed.
@@ -171,11 +172,11 @@ impl AtomicFolder {
         remove_ours(&self.partial)
     }
 
-    /// Gives the folder its final name and returns it; a previous folder of that name is replaced. Then removes the
-    /// journal, which until then would have brought everything back.
+    /// Renames the folder to its final name, replacing a previous folder of that name, and returns the path. The journal is
+    /// removed afterwards, because until then the run can be resumed from it.
     ///
     /// # Errors
-    /// If the folder has no manifest, or a rename is refused (a previous folder is then put back).
+    /// If the folder has no manifest, or if a rename fails. A previous folder is then restored.
     pub fn finish(self) -> Result<PathBuf, StoreError> {
         if !has_manifest(&self.partial) {
             return Err(StoreError::Unfinished { path: self.partial });
@@ -199,7 +200,7 @@ impl AtomicFolder {
         }
         let parent = folder_of(&self.finished);
         sync_folder(parent).map_err(StoreError::io("write", parent))?;
-        // Only now is the previous folder dispensable, and then the journal.
+        // Now the previous folder can be removed, and then the journal.
         remove_ours(&old)?;
         for name in [MARKER, JOURNAL] {
             remove(&self.finished.join(name))?;
@@ -236,7 +237,7 @@ fn remove(path: &Path) -> Result<(), StoreError> {
     removed.map_err(StoreError::io("remove", path))
 }
 
-/// Removes a folder of ours, what shows that it is ours last: a run killed here must not bar the way of the next.
+/// Removes a folder of this program. Its marker and manifest go last, so that a run killed here does not block the next.
 fn remove_ours(folder: &Path) -> Result<(), StoreError> {
     if !folder.exists() {
         return Ok(());
@@ -252,23 +253,23 @@ fn remove_ours(folder: &Path) -> Result<(), StoreError> {
     fs::remove_dir(folder).map_err(StoreError::io("remove", folder))
 }
 
-/// Refuses a journal that a running process holds.
+/// Refuses a journal that is locked by a running process.
 fn refuse_in_use(journal: &Path) -> Result<(), StoreError> {
     match File::open(journal).map(|file| file.try_lock()) {
         Ok(Err(TryLockError::WouldBlock)) => Err(StoreError::InUse {
             path: journal.to_path_buf(),
         }),
-        // What is wrong otherwise is told by who reads it.
+        // Other errors are reported when the journal is read.
         _ => Ok(()),
     }
 }
 
-/// Refuses anything that exists and is neither an empty folder nor one of ours.
+/// Refuses anything that exists, unless it is an empty folder or one of this program.
 fn refuse_foreign(path: &Path) -> Result<(), StoreError> {
     let foreign = match fs::symlink_metadata(path) {
         Err(_) => false,
         Ok(metadata) if metadata.is_dir() => {
-            // A run killed while it wrote the marker leaves that under its temporary name.
+            // A run that was killed while it wrote the marker leaves it under its temporary name.
             let marker = |name: &OsString| name.as_encoded_bytes().starts_with(MARKER.as_bytes());
             !(has_manifest(path) || names_in(path)?.iter().all(marker) || has_marker(path))
         }

@@ -1,4 +1,4 @@
-//! What makes a grasp unusable: the checks of [`GraspFile::read`] and [`GraspFile::write`].
+//! Checks of grasps in [`GraspFile::read`] and [`GraspFile::write`].
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -8,18 +8,20 @@ use super::grasps::{GraspFile, GraspRow, term_column};
 use super::metadata::HandMetadata;
 use crate::limits::{GRASP_POSITION, OBJECT_SCALE};
 
-/// Farthest a joint of a readable file lies beyond its limit, radians. Published grasps lie up to 0.58 rad beyond
-/// (`DexGraspNet`, whose limits are terms of the energy, too); angles in degrees and lengths in millimetres lie farther.
+/// Largest accepted excess of a joint beyond its limit, radians. Published grasps exceed limits by up to 0.58 rad
+/// (`DexGraspNet`, whose limits are also terms of the energy). Angles in degrees and lengths in millimetres exceed them by
+/// more.
 const LIMIT_TOLERANCE_RAD: f64 = 1.0;
-/// Excess that rounding to 32 bits explains, not worth a warning, radians.
+/// Excess that is explained by rounding to 32 bits and needs no warning, radians.
 const ROUNDING_RAD: f64 = 1e-6;
-/// A quaternion this far from unit length is a mistake; nearer ones are 32-bit numbers or printed ones.
+/// Quaternions that are farther than this from unit length are refused. Smaller deviations come from 32-bit or printed
+/// numbers.
 const UNIT_TOLERANCE: f64 = 1e-3;
-/// A quaternion this near to unit length is kept bit for bit.
+/// Quaternions within this distance of unit length are kept bit for bit.
 const UNIT_EXACT: f64 = 1e-12;
 
 impl GraspFile {
-    /// What is wrong with which rows, for instance to leave them out before writing.
+    /// Faults of all rows, for instance to drop those rows before writing.
     pub fn faults(&self) -> Vec<(usize, Fault)> {
         let mut first_row = BTreeMap::new();
         let mut faults = Vec::new();
@@ -45,7 +47,7 @@ impl GraspFile {
         }
     }
 
-    /// What is wrong with one grasp taken by itself.
+    /// The fault of a single grasp, without comparison to other rows.
     fn fault(&self, grasp: &GraspRow) -> Option<Fault> {
         let Some(hand) = self.hand(&grasp.hand) else {
             let known = list(self.metadata.hands.iter().map(|hand| hand.name.as_str()));
@@ -129,7 +131,7 @@ impl GraspFile {
             })
     }
 
-    /// What is worth a warning about joints beyond their limits.
+    /// A warning about joints beyond their limits.
     pub fn beyond_limits(&self) -> Option<Warning> {
         let (mut count, mut worst) = (0, (ROUNDING_RAD, 0, ""));
         for (row, grasp) in self.grasps.iter().enumerate() {
@@ -166,7 +168,7 @@ fn wrong_length(column: &str, found: usize, expected: usize) -> Option<Fault> {
     })
 }
 
-/// Joints beyond a limit, and by how much.
+/// Joints beyond a limit, and their excess.
 fn excesses<'a>(
     grasp: &'a GraspRow,
     hand: &'a HandMetadata,

@@ -1,4 +1,4 @@
-//! Plain Rust values to Parquet columns: the same bytes for the same content. Nothing here knows what a grasp is.
+//! Conversion of Rust values to Parquet columns. Equal content gives equal bytes. This module knows nothing about grasps.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -18,7 +18,7 @@ use parquet::file::properties::WriterProperties;
 use super::error::{Fault, StoreError};
 use super::sum;
 
-/// Parquet metadata key under which everything of ours is kept.
+/// Parquet metadata key for the metadata of this program.
 pub(super) const KEY: &str = "landscape";
 
 /// A table to be written.
@@ -70,8 +70,8 @@ impl Columns {
         self.push(name, true, Arc::new(values.collect::<BooleanArray>()));
     }
 
-    /// Rows of one common length make a fixed-size list, others a list; a column of empty rows is left out, for Parquet
-    /// has no list of length zero.
+    /// Rows of equal length make a fixed-size list, others a list. A column of empty rows is left out, because Parquet has
+    /// no list of length zero.
     pub(super) fn vectors<'a>(&mut self, name: &str, rows: impl Iterator<Item = &'a [f64]>) {
         let rows: Vec<&[f64]> = rows.collect();
         for (row, values) in rows.iter().enumerate() {
@@ -162,7 +162,7 @@ impl Columns {
         }
     }
 
-    /// The table as a Parquet file: the same bytes for the same content.
+    /// The table as a Parquet file. Equal content gives equal bytes.
     pub(super) fn encode(self, path: &Path, metadata: String) -> Result<Vec<u8>, StoreError> {
         if let Some((row, fault)) = self.fault {
             return Err(StoreError::Row {
@@ -176,11 +176,11 @@ impl Columns {
             .set_created_by(format!("{}{}", sum::WRITER, env!("CARGO_PKG_VERSION")))
             .set_key_value_metadata(Some(vec![
                 KeyValue::new(KEY.to_owned(), metadata.clone()),
-                // Not in the schema as well: who rewrites the table carries that along, and the sum would not fit.
+                // The checksum is not in the schema. Programs that rewrite the table would copy it, and it would not fit.
                 KeyValue::new(sum::KEY.to_owned(), sum::PLACE.to_owned()),
             ]))
             .build();
-        // Arrow's own copy of the schema carries them too: of a file that has one, pyarrow keeps no others.
+        // The metadata are also in Arrow's copy of the schema, because pyarrow keeps no others if that copy exists.
         let metadata = HashMap::from([(KEY.to_owned(), metadata)]);
         let schema = Arc::new(Schema::new(self.fields).with_metadata(metadata));
         let batch = RecordBatch::try_new(Arc::clone(&schema), self.arrays)
@@ -194,7 +194,7 @@ impl Columns {
     }
 }
 
-/// The field of a list's elements, named as the Parquet specification wants it.
+/// The field of a list's elements, with the name required by the Parquet specification.
 fn element(data_type: DataType) -> FieldRef {
     Arc::new(Field::new("element", data_type, false))
 }

@@ -1,31 +1,31 @@
-//! What can be wrong with a file, in one sentence each.
+//! Errors and warnings about files, in one sentence each.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::limits::Beyond;
 
-/// Why a file cannot be read or written.
+/// Reasons why a file cannot be read or written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum StoreError {
-    /// Nothing at that path.
+    /// There is no file at the path.
     #[error("no such file: {path}")]
     NotFound {
-        /// The file asked for.
+        /// The requested file.
         path: PathBuf,
     },
-    /// The operating system refused.
+    /// The operating system reported an error.
     #[error("cannot {action} {path}")]
     Io {
-        /// What was tried: `read`, `write`, `create` …
+        /// The attempted action: `read`, `write`, `create` ….
         action: &'static str,
         /// The file or folder.
         path: PathBuf,
-        /// Why.
+        /// The error of the system.
         source: io::Error,
     },
-    /// A file where the folder of a landscape is needed.
+    /// A file was given instead of the folder of a landscape.
     #[error(
         "{path} is a file, but a landscape is a folder: `landscape build` makes one of a file of grasps"
     )]
@@ -33,15 +33,15 @@ pub enum StoreError {
         /// The file.
         path: PathBuf,
     },
-    /// Not a Parquet file, or a damaged one.
+    /// The file is not Parquet or is damaged.
     #[error("{path} is not a Parquet file or is damaged: {reason}")]
     NotParquet {
         /// The file.
         path: PathBuf,
-        /// What the reader met.
+        /// The problem.
         reason: String,
     },
-    /// A file of ours that is not what was written.
+    /// A file of this program was damaged or altered.
     #[error(
         "{path} is not as landscape wrote it: its content does not fit its checksum, so it was damaged or altered; take a \
          copy that was not, or make it again"
@@ -50,7 +50,7 @@ pub enum StoreError {
         /// The file.
         path: PathBuf,
     },
-    /// A table that a landscape's manifest does not list, or lists with another hash.
+    /// The manifest of the landscape does not list this table, or lists it with another hash.
     #[error(
         "{path} does not belong to this landscape: {manifest} tells another checksum of it, or none, so it was altered or \
          comes from elsewhere; put the table of this landscape back, or build the landscape again"
@@ -61,7 +61,7 @@ pub enum StoreError {
         /// The manifest.
         manifest: PathBuf,
     },
-    /// A compression whose decoder is not built in.
+    /// The decoder of this compression is not built in.
     #[error(
         "{path} is compressed with {codec}, which is not supported: write it with snappy or without compression"
     )]
@@ -71,7 +71,7 @@ pub enum StoreError {
         /// Name of the compression.
         codec: String,
     },
-    /// A Parquet file that does not say which hand and object it is about.
+    /// A Parquet file does not describe its hand or object.
     #[error(
         "{path} does not describe its {missing}: it was not written by landscape, or its metadata were lost when another \
          program wrote it anew; give {flags} (columns and units are listed in the documentation of grasps.parquet)"
@@ -81,98 +81,98 @@ pub enum StoreError {
         path: PathBuf,
         /// `hand`, `object` or `hand and object`.
         missing: &'static str,
-        /// The flags that supply it.
+        /// The flags that give the missing data.
         flags: &'static str,
     },
-    /// Metadata that contradict themselves or are not what this program writes.
+    /// The metadata are contradictory or were not written by this program.
     #[error("the `landscape` metadata of {path} cannot be used: {reason}")]
     Metadata {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// The problem.
         reason: String,
     },
-    /// Written by a newer program.
+    /// A newer version of the program wrote the file.
     #[error("{path} has schema version {found}, but this program knows version {known} only")]
     SchemaVersion {
         /// The file.
         path: PathBuf,
         /// The version in the file.
         found: u64,
-        /// The version this program reads and writes.
+        /// The version supported by this program.
         known: u64,
     },
-    /// A file of another program that cannot be understood, or does not fit what it is read for.
+    /// A file of another program is invalid or unsuitable.
     #[error("{path}: {problem}")]
     Foreign {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// The problem.
         problem: String,
     },
-    /// A required column is absent.
+    /// A required column is missing.
     #[error("{path} has no column `{column}` ({expected})")]
     MissingColumn {
         /// The file.
         path: PathBuf,
         /// The column.
         column: String,
-        /// What it should hold.
+        /// The expected content.
         expected: &'static str,
     },
-    /// A column holds something else.
+    /// A column has the wrong type.
     #[error("column `{column}` of {path} holds {found}, expected {expected}")]
     ColumnType {
         /// The file.
         path: PathBuf,
         /// The column.
         column: String,
-        /// What it should hold.
+        /// The expected content.
         expected: &'static str,
-        /// What it holds.
+        /// The actual content.
         found: String,
     },
-    /// A row that cannot be used.
+    /// A row cannot be used.
     #[error("{path}, row {row} (the first is 0): {fault}")]
     Row {
         /// The file.
         path: PathBuf,
         /// Row number, counted from 0.
         row: usize,
-        /// What is wrong with it.
+        /// The problem.
         fault: Fault,
     },
-    /// No rows.
+    /// The file has no rows.
     #[error("{path} holds no grasps")]
     Empty {
         /// The file.
         path: PathBuf,
     },
-    /// Something else already has that name, and it is not ours to replace.
+    /// A file or folder of another program has that name, so it is not replaced.
     #[error("{path} exists and was not made by landscape: move it away or choose another name")]
     NotOurs {
         /// The file or folder in the way.
         path: PathBuf,
     },
-    /// A folder that takes no new files, as `/proc`.
+    /// No files can be created in the folder, such as `/proc`.
     #[error("no file can be made in {folder}: choose another place to write to")]
     NoPlace {
         /// The folder.
         folder: PathBuf,
     },
-    /// A name that cannot be a file's.
+    /// The path has no file name.
     #[error("`{path}` does not name a file")]
     NoName {
         /// The path given.
         path: PathBuf,
     },
-    /// A landscape folder without its manifest.
+    /// The folder of a landscape has no manifest.
     #[error("{path} holds no finished landscape: landscape.json is missing or not ours")]
     Unfinished {
         /// The folder.
         path: PathBuf,
     },
-    /// A journal of a run with other input or settings.
+    /// The journal belongs to a run with other input or settings.
     #[error(
         "{path} belongs to a run with other input or settings, or of another version of the program: repeat those to \
          resume it, or start over with --fresh"
@@ -181,7 +181,7 @@ pub enum StoreError {
         /// The journal.
         path: PathBuf,
     },
-    /// Not a journal.
+    /// The file is not a journal.
     #[error(
         "{path} is not a journal of this program or its head is damaged: start over with --fresh"
     )]
@@ -189,7 +189,7 @@ pub enum StoreError {
         /// The file.
         path: PathBuf,
     },
-    /// Another process writes the journal.
+    /// Another process is writing the journal.
     #[error("{path} is in use by another run")]
     InUse {
         /// The journal.
@@ -198,12 +198,12 @@ pub enum StoreError {
 }
 
 impl StoreError {
-    /// Wraps what the operating system said about `path`.
+    /// Wraps an error of the operating system about `path`.
     pub(super) fn io(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
         let path = path.to_path_buf();
         move |source| {
             let missing = source.kind() == io::ErrorKind::NotFound;
-            // A file that is to be made is not missing: the folder does not take it.
+            // If the file was to be created, the error is not a missing file: the folder accepts no files.
             let folder = path.parent().filter(|folder| folder.is_dir());
             match (action, folder) {
                 ("read", _) if missing => Self::NotFound { path },
@@ -220,7 +220,7 @@ impl StoreError {
     }
 }
 
-/// What is wrong with one row.
+/// Problems of a single row.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Fault {
@@ -230,7 +230,7 @@ pub enum Fault {
         /// The column.
         column: String,
     },
-    /// NaN or infinite.
+    /// A value is NaN or infinite.
     #[error("column `{column}` holds {value}, which is not a finite number")]
     NotFinite {
         /// The column.
@@ -238,27 +238,27 @@ pub enum Fault {
         /// The value.
         value: f64,
     },
-    /// Negative where a number or index is asked for.
+    /// A value is negative or too large for a count or an index.
     #[error("column `{column}` holds {value}, expected a whole number from 0 to {largest}")]
     NotWhole {
         /// The column.
         column: String,
         /// The value.
         value: i128,
-        /// Largest value the column can hold.
+        /// Largest value of the column.
         largest: u64,
     },
-    /// A list of the wrong length.
+    /// A list has the wrong length.
     #[error("column `{column}` holds {found} numbers, expected {expected}")]
     Length {
         /// The column.
         column: String,
-        /// How many there are.
+        /// The actual length.
         found: usize,
-        /// How many there should be.
+        /// The expected length.
         expected: usize,
     },
-    /// A hand farther from the object than any lengths in metres mean.
+    /// The hand is farther from the object than is plausible in metres.
     #[error(
         "translation_m has {value}: more than a kilometre from the object; lengths are in metres"
     )]
@@ -266,16 +266,16 @@ pub enum Fault {
         /// The first such coordinate.
         value: f64,
     },
-    /// A scale of no object that can be held.
+    /// The scale is impossible for an object in a hand.
     #[error("scale {0}")]
     Scale(Beyond),
-    /// A quaternion that is no rotation.
+    /// A quaternion does not have unit length.
     #[error("the quaternion `rotation_wxyz` has length {norm}, expected 1")]
     NotUnit {
         /// Its length.
         norm: f64,
     },
-    /// A joint so far beyond its limit that its angle must be something else.
+    /// A joint is so far beyond its limit that its value is probably not an angle in radians.
     #[error(
         "joint `{joint}` at {angle_rad} rad lies more than 1 rad beyond its limits {lower_rad} to {upper_rad}: are these \
          degrees, or angles of other joints?"
@@ -290,7 +290,7 @@ pub enum Fault {
         /// Its upper limit.
         upper_rad: f64,
     },
-    /// A contact that the hand does not have.
+    /// A contact does not exist on the hand.
     #[error(
         "contact {contact} does not exist: hand `{hand}` has {points} surface points, counted from 0"
     )]
@@ -299,73 +299,73 @@ pub enum Fault {
         contact: u32,
         /// The hand.
         hand: String,
-        /// How many surface points it has.
+        /// Number of its surface points.
         points: usize,
     },
-    /// The same contact twice in one grasp.
+    /// A contact occurs twice in one grasp.
     #[error("contact {contact} occurs twice")]
     RepeatedContact {
         /// The contact.
         contact: u32,
     },
-    /// A hand the metadata do not describe.
+    /// The metadata do not describe the hand.
     #[error("hand `{hand}` is not the one described: {known}")]
     UnknownHand {
         /// The hand of the row.
         hand: String,
-        /// The hands described.
+        /// The described hands.
         known: String,
     },
-    /// An object the metadata do not describe.
+    /// The metadata do not describe the object.
     #[error("object `{object}` is not the one described: {known}")]
     UnknownObject {
         /// The object of the row.
         object: String,
-        /// The objects described.
+        /// The described objects.
         known: String,
     },
-    /// A value that refers to nothing, or has no meaning.
+    /// A value is invalid.
     #[error("column `{column}` holds `{value}`, expected {expected}")]
     Unexpected {
         /// The column.
         column: String,
         /// The value.
         value: String,
-        /// What it should be.
+        /// The expected values.
         expected: String,
     },
-    /// Two grasps with one id.
+    /// Two grasps have the same id.
     #[error("id {id} is taken by row {first} already")]
     RepeatedId {
         /// The id.
         id: u64,
-        /// The first row that has it.
+        /// The first row with this id.
         first: usize,
     },
 }
 
-/// Something a user should know about a file that was read all the same.
+/// Warnings about a file that was nevertheless read.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Warning {
-    /// Joints beyond their limits; kept as they are. The joint-limit term of the energy brings them back.
+    /// Some joints are beyond their limits. They are kept, and the joint-limit term of the energy moves them back.
     #[error(
         "{count} of {grasps} grasps have joints beyond their limits; farthest is `{joint}` in row {row}, by {excess_rad:.4} \
          rad; they are kept as they are"
     )]
     BeyondLimit {
-        /// Grasps with such joints.
+        /// Number of grasps with such joints.
         count: usize,
-        /// All grasps.
+        /// Number of all grasps.
         grasps: usize,
-        /// Row of the farthest, counted from 0.
+        /// Row with the largest excess, counted from 0.
         row: usize,
         /// Its joint.
         joint: String,
-        /// How far beyond.
+        /// The largest excess, radians.
         excess_rad: f64,
     },
-    /// The hand given is not the one that the file describes.
+    /// The given hand is not the one that the file describes.
     #[error(
         "hand `{given}` takes the place of hand `{told}` as the file describes it: contacts, labels and outcomes of \
          simulations are dropped, and measures are those of the latter"
@@ -373,10 +373,10 @@ pub enum Warning {
     OtherHand {
         /// The name of the hand in the file.
         told: String,
-        /// The name of the hand given.
+        /// The name of the given hand.
         given: String,
     },
-    /// A landscape written before checksums were kept.
+    /// The landscape was written before checksums existed.
     #[error(
         "{path} keeps no checksums of its tables, as folders of older versions do not: whether they belong together is not \
          checked"
@@ -385,7 +385,7 @@ pub enum Warning {
         /// The manifest.
         path: PathBuf,
     },
-    /// The object given is not the one that the file describes.
+    /// The given object is not the one that the file describes.
     #[error(
         "object `{given}` takes the place of object `{told}` as the file describes it: labels and outcomes of simulations \
          are dropped, and measures are those of the latter"
@@ -393,7 +393,7 @@ pub enum Warning {
     OtherObject {
         /// The name of the object in the file.
         told: String,
-        /// The name of the object given.
+        /// The name of the given object.
         given: String,
     },
 }

@@ -1,4 +1,4 @@
-//! `grasps.parquet`: one row a grasp.
+//! `grasps.parquet`: one row per grasp.
 //!
 //! | column | type | meaning |
 //! | --- | --- | --- |
@@ -16,21 +16,21 @@
 //! | `distance_squared` | double | Σ d² of the contacts in the authors' unit (120 mm) |
 //! | `penetration` | double | penetration energy in the authors' unit |
 //! | `friction`?∅ | double | μ₀, least friction of exact force closure; null: none suffices |
-//! | `epsilon`?∅ | double | Ferrari–Canny ε at μ = 0.5, see `closure::epsilon`; ≤ 0: holds not every wrench; null: not computed |
+//! | `epsilon`?∅ | double | Ferrari–Canny ε at μ = 0.5, see `closure::epsilon`; ≤ 0: some wrench cannot be resisted; null: not computed |
 //! | `stable`?∅ | bool | held in simulation; null: not simulated |
-//! | `stable_reason`?∅ | string | why, see `grasp::stability::Reason`; null: not simulated |
-//! | `stable_displacement_m`?∅, `stable_turn_rad`?∅ | double | how far the object moved and turned in simulation |
+//! | `stable_reason`?∅ | string | reason, see `grasp::stability::Reason`; null: not simulated |
+//! | `stable_displacement_m`?∅, `stable_turn_rad`?∅ | double | displacement and rotation of the object in simulation |
 //! | `label`?∅ | string | grasp type given by a human, or `unlisted` |
-//! | `label_auto`?∅ | string | what the rule says: a grasp type, the cell of the taxonomy where two types fit as well (`power/palm/2-5/abducted`), `unlisted`, or `not_applicable` |
-//! | `label_score`?∅ | double | how well the best type fits, 0 to 1 |
+//! | `label_auto`?∅ | string | result of the rule: a grasp type, the cell of the taxonomy if two types fit equally well (`power/palm/2-5/abducted`), `unlisted`, or `not_applicable` |
+//! | `label_score`?∅ | double | score of the best type, 0 to 1 |
 //! | `label_best`?∅ | string | the three types that fit best, with their scores |
-//! | `label_category`?∅ | string | `power`, `intermediate` or `precision` by the human's label, else the rule's; null where that names no type or cell |
-//! | `label_source`?∅ | string | `human` or `rule`: whose word `label_category` is; null: not labelled |
-//! | `source`? | string | where the grasp comes from; absent: empty |
+//! | `label_category`?∅ | string | `power`, `intermediate` or `precision` from the human's label, otherwise the rule's; null if that is no type or cell |
+//! | `label_source`?∅ | string | `human` or `rule`: origin of `label_category`; null: not labelled |
+//! | `source`? | string | origin of the grasp; absent: empty |
 //! | `chain_seed`?, `chain_step`? | uint64 | the chain and step that found it; absent: 0 |
 //!
 //! `?` may be absent, `∅` may be null; other columns are ignored. Narrower numbers, lists of any kind and categorical
-//! strings are accepted, so a table may pass through other tools (polars must be told `compression="snappy"`):
+//! strings are accepted, so a table may pass through other tools (polars needs `compression="snappy"`):
 //!
 //! ```python
 //! pandas.read_parquet("grasps.parquet")
@@ -39,9 +39,9 @@
 //! about = pyarrow.parquet.read_metadata("grasps.parquet").metadata[b"landscape"]   # JSON: hand, object, settings
 //! ```
 //!
-//! pyarrow keeps the metadata when it filters a table and writes it back. pandas, polars and `DuckDB` drop them: put them back
-//! with pyarrow, `table.replace_schema_metadata({"landscape": about})`, or name hand and object again when the file is read
-//! ([`Overrides`]).
+//! pyarrow keeps the metadata when it filters a table and writes it back. pandas, polars and `DuckDB` drop them. In that
+//! case, restore them with pyarrow, `table.replace_schema_metadata({"landscape": about})`, or name hand and object again
+//! when the file is read ([`Overrides`]).
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -55,14 +55,14 @@ use super::table::{FLAG, FLOAT, INDICES, Kind, TEXT, Table, VECTOR, WHOLE};
 use crate::grasp::Grasp;
 use crate::space::Pose;
 
-/// One grasp and what is known about it.
+/// One grasp with its measures and labels.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct GraspRow {
     /// Unique in its file.
     pub id: u64,
     /// Name of the object.
     pub object: String,
-    /// Factor on the object's size.
+    /// Scale factor of the object.
     pub scale: f64,
     /// Name of the hand.
     pub hand: String,
@@ -78,31 +78,31 @@ pub struct GraspRow {
     pub distance_squared: f64,
     /// Penetration energy in the authors' unit.
     pub penetration: f64,
-    /// Least friction of exact force closure μ₀; `None` where no friction suffices.
+    /// Least friction of exact force closure μ₀; `None` if no friction suffices.
     pub friction: Option<f64>,
-    /// Ferrari–Canny ε; not positive where some wrench cannot be resisted.
+    /// Ferrari–Canny ε; zero or negative if some wrench cannot be resisted.
     pub epsilon: Option<f64>,
-    /// Whether it held in simulation.
+    /// Whether the grasp held in simulation.
     pub stable: Option<bool>,
-    /// Why, in one word.
+    /// The reason in one word.
     pub stable_reason: Option<String>,
-    /// How far the object moved in simulation, metres.
+    /// Displacement of the object in simulation, metres.
     pub stable_displacement_m: Option<f64>,
-    /// How far the object turned in simulation, radians.
+    /// Rotation of the object in simulation, radians.
     pub stable_turn_rad: Option<f64>,
-    /// GraspRow type given by a human, or `unlisted`.
+    /// Grasp type given by a human, or `unlisted`.
     pub label: Option<String>,
-    /// GraspRow type given by the rule.
+    /// Grasp type given by the rule.
     pub label_auto: Option<String>,
-    /// How well the best type fits.
+    /// Score of the best type.
     pub label_score: Option<f64>,
     /// The three types that fit best, with their scores.
     pub label_best: Option<String>,
-    /// Category by the human's label, else the rule's.
+    /// Category by the human's label, otherwise by the rule's.
     pub label_category: Option<String>,
-    /// Whose word the category is: `human` or `rule`.
+    /// Origin of the category: `human` or `rule`.
     pub label_source: Option<String>,
-    /// Where the grasp comes from.
+    /// Origin of the grasp.
     pub source: String,
     /// Seed of the chain that found it.
     pub chain_seed: u64,
@@ -110,22 +110,21 @@ pub struct GraspRow {
     pub chain_step: u64,
 }
 
-/// What `grasps.parquet` holds.
+/// Content of `grasps.parquet`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GraspFile {
-    /// How it was made, and what rows refer to.
+    /// How the file was made, and its hands and objects.
     pub metadata: Metadata,
     /// Rows.
     pub grasps: Vec<GraspRow>,
 }
 
-/// Hand and object given by the user: for a file that does not describe them, or to hold the poses against others than those
-/// that it describes.
+/// Hand and object given by the user, for a file that does not describe them or to combine its poses with others.
 ///
-/// Where the file describes some, the given one takes the place of that of its name, else of the only one. If it is another
-/// than described, [`GraspFile::read`] warns of it. A hand must have the same joints, and contacts, which are points of the
-/// old one's surface, are dropped; an object of another name is taken at its own size, so the rows must be at scale 1. Labels
-/// and outcomes of simulations are dropped. The energy and the other measures are still those of what was replaced.
+/// A given hand or object replaces the described one of the same name, or the only one. If the two differ,
+/// [`GraspFile::read`] returns a warning. A hand must have the same joints. Contacts are dropped, because they are points
+/// on the old hand's surface. An object of another name is used at its own size, so the rows must be at scale 1. Labels and
+/// outcomes of simulations are dropped. The energy and the other measures remain those of the replaced hand or object.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Overrides {
     /// The hand (`--hand`).
@@ -149,11 +148,11 @@ pub struct Population<'a> {
 }
 
 impl GraspFile {
-    /// Reads and checks `path`: what this returns refers to hands and objects it describes, has unit quaternions with
-    /// w ≥ 0, finite numbers, unique ids, existing contacts, and joints at most 1 rad beyond their limits.
+    /// Reads and checks `path`. In the result, all rows refer to described hands and objects, have unit quaternions with w
+    /// ≥ 0, finite numbers, unique ids, existing contacts, and joints at most 1 rad beyond their limits.
     ///
     /// # Errors
-    /// One sentence that names the file and, where it applies, row and column.
+    /// One sentence that names the file and, if there are any, the row and column.
     pub fn read(path: &Path, overrides: Overrides) -> Result<(Self, Vec<Warning>), StoreError> {
         let table = Table::read(path)?;
         let (metadata, mut warnings) = describe(path, &table, overrides)?;
@@ -178,7 +177,7 @@ impl GraspFile {
         Ok((file, warnings))
     }
 
-    /// Makes rows those of the hand or object that took the place of theirs, and drops what is not true of them any more.
+    /// Assigns rows to the hand or object that replaced theirs, and drops values that are no longer valid.
     fn exchange(&mut self, path: &Path, warning: &Warning) -> Result<(), StoreError> {
         let (told, given, of_hand) = match warning {
             Warning::OtherHand { told, given } => (told, given, true),
@@ -230,15 +229,15 @@ impl GraspFile {
         Ok(())
     }
 
-    /// Whether a file has what this program writes into its grasp files: metadata of its own in a Parquet footer.
+    /// Whether a file is a grasp file of this program, that is, a Parquet file whose footer has its metadata.
     pub fn is_ours(path: &Path) -> bool {
         Table::describes_itself(path)
     }
 
-    /// Writes the file: the same bytes for the same content, complete or not at all. Quaternions are stored with w ≥ 0.
+    /// Writes the file atomically. Equal content gives equal bytes. Quaternions are stored with w ≥ 0.
     ///
     /// # Errors
-    /// Whatever [`GraspFile::read`] would refuse is not written; [`GraspFile::faults`] tells beforehand.
+    /// If [`GraspFile::read`] would refuse the content; [`GraspFile::faults`] finds this beforehand.
     pub fn write(&self, path: &Path) -> Result<(), StoreError> {
         if self.grasps.is_empty() {
             return Err(StoreError::Empty {
@@ -253,11 +252,11 @@ impl GraspFile {
     /// The landscapes in this file, sorted by hand, object and scale.
     ///
     /// # Panics
-    /// If a row names a hand or object that the metadata do not describe; [`GraspFile::read`] refuses such files.
+    /// If a row refers to a hand or object that the metadata do not describe; [`GraspFile::read`] refuses such files.
     pub fn landscapes(&self) -> Vec<Population<'_>> {
         let mut groups = BTreeMap::<_, Vec<&GraspRow>>::new();
         for grasp in &self.grasps {
-            // Positive numbers sort like their bits.
+            // Positive numbers sort in the order of their bits.
             let key = (
                 grasp.hand.as_str(),
                 grasp.object.as_str(),
@@ -364,7 +363,7 @@ pub(super) fn term_column(name: &str) -> String {
 
 const TERM: &str = "term_";
 
-/// The metadata of a file, completed or corrected by what the user gave.
+/// The metadata of a file with the user's overrides.
 fn describe(
     path: &Path,
     table: &Table,
@@ -413,8 +412,8 @@ fn names_of_objects(metadata: &Metadata) -> impl Iterator<Item = &str> {
     metadata.objects.iter().map(|object| object.name.as_str())
 }
 
-/// Which of the known hands (or objects) the given one takes the place of: that of its name, else the only one; none if rows
-/// name the given one, which the file does not describe.
+/// Index of the known hand (or object) that the given one replaces: the one of the same name, or the only one. The result
+/// is `None` if rows refer to the given name, which the file does not describe.
 fn place(
     path: &Path,
     table: &Table,
@@ -442,7 +441,7 @@ fn place(
     }
 }
 
-/// Puts a hand in the place of one that the file describes, if it is another.
+/// Replaces a described hand by a given one if they differ.
 fn put_hand(
     path: &Path,
     told: &mut HandMetadata,
@@ -470,7 +469,7 @@ fn put_hand(
     Ok(Some(warning))
 }
 
-/// Puts an object in the place of one that the file describes, if it is another; else it only brings its mesh.
+/// Replaces a described object by a given one if they differ; otherwise only its mesh is taken.
 fn put_object(told: &mut ObjectMetadata, given: ObjectMetadata) -> Option<Warning> {
     if told.content_hash == given.content_hash {
         told.mesh_obj = given.mesh_obj;
@@ -484,7 +483,7 @@ fn put_object(told: &mut ObjectMetadata, given: ObjectMetadata) -> Option<Warnin
     Some(warning)
 }
 
-/// Metadata of a file that has none: only hand, object and the names of the terms are known.
+/// Metadata of a file without metadata: only hand, object and the names of the terms are known.
 fn foreign(table: &Table, overrides: Overrides) -> Metadata {
     Metadata {
         schema_version: SCHEMA_VERSION,
@@ -592,7 +591,7 @@ fn rows(table: &Table, metadata: &Metadata) -> Result<Vec<GraspRow>, StoreError>
 }
 
 impl Table {
-    /// A column that, where absent, holds `default(row)`; `None` there makes the column required.
+    /// A column that has the values `default(row)` if it is absent. The column is required if `default` returns `None`.
     fn defaulted<T>(
         &self,
         name: &str,
@@ -628,7 +627,7 @@ impl Table {
     }
 }
 
-/// The one name there is, if there is one.
+/// The name, if all names are equal.
 fn only<'a>(names: impl Iterator<Item = &'a String>) -> Option<String> {
     let names: BTreeSet<&String> = names.collect();
     if names.len() == 1 {

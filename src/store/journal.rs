@@ -1,13 +1,13 @@
-//! Finished tasks of a long run, on disk.
+//! The journal of the finished tasks of a long run, on disk.
 //!
 //! ```text
 //! head:    "landscape journal 1\n"  length u32  crc32 u32  fingerprint
 //! record:  key length u32  payload length u32  crc32 u32  key  payload      (little-endian; the sum covers all else)
 //! ```
 //!
-//! Records are only ever appended, so a run that is killed leaves at most one torn record at the end; it is dropped when
-//! the journal is opened again, and its task is simply done once more. Records may stand in any order: what a run
-//! computes depends on the set of finished tasks only.
+//! Records are only appended, so a killed run leaves at most one torn record at the end. It is dropped when the journal is
+//! opened again, and its task is done once more. Records may be in any order, because the result of a run depends only on
+//! the set of finished tasks.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -23,11 +23,12 @@ use crate::topography;
 
 const MAGIC: &[u8] = b"landscape journal 1\n";
 const RECORD_HEAD: usize = 12;
-/// What a power cut may cost: so many bytes or so long a time. (A killed process loses nothing that was put.)
+/// The journal is flushed to disk after this many bytes or this much time, which bounds the loss in a power cut. A killed
+/// process loses no record.
 const SYNC_BYTES: u64 = 1 << 20;
 const SYNC_TIME: Duration = Duration::from_secs(5);
 
-/// An append-only file of (key, payload) records for one input with one set of settings. Shared between threads.
+/// An append-only file of (key, payload) records for one input with one set of settings. Threads can share it.
 pub struct Journal {
     path: PathBuf,
     dropped_bytes: u64,
@@ -37,17 +38,17 @@ pub struct Journal {
 struct Inner {
     file: File,
     records: BTreeMap<String, Vec<u8>>,
-    /// Length of the file up to the end of the last whole record.
+    /// Length of the file up to the end of the last complete record.
     length: u64,
     synced_length: u64,
     synced_at: Instant,
-    /// A failed write may have left bytes beyond `length`.
+    /// Whether a failed write may have left bytes beyond `length`.
     torn: bool,
 }
 
 impl Journal {
-    /// Opens the journal at `path`, or creates it. `fingerprint` stands for everything the payloads depend on (a
-    /// [`content_hash`](super::content_hash) of input and settings); with `fresh`, whatever is there is discarded.
+    /// Opens the journal at `path`, or creates it. `fingerprint` identifies everything that the payloads depend on (a
+    /// [`content_hash`](super::content_hash) of input and settings). With `fresh`, existing content is discarded.
     ///
     /// # Errors
     /// If the journal was made with another fingerprint, is not a journal, is in use, or cannot be written.
@@ -120,13 +121,13 @@ impl Journal {
         self.lock().records.get(key).cloned()
     }
 
-    /// Records a finished task. A payload put twice under one key replaces the first.
+    /// Records a finished task. A second payload under the same key replaces the first.
     ///
     /// # Errors
-    /// If the disk is full or gone; what was recorded before stays good.
+    /// If the disk is full or absent. Earlier records stay valid.
     ///
     /// # Panics
-    /// If key or payload reach 4 GiB.
+    /// If the key or the payload has 4 GiB or more.
     pub fn put(&self, key: &str, payload: &[u8]) -> Result<(), StoreError> {
         let record = record(key, payload);
         let mut inner = self.lock();
@@ -142,17 +143,17 @@ impl Journal {
         Ok(())
     }
 
-    /// Number of tasks recorded.
+    /// Number of recorded tasks.
     pub fn len(&self) -> usize {
         self.lock().records.len()
     }
 
-    /// Whether nothing is recorded.
+    /// Whether no task is recorded.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// How many bytes of a torn record were dropped when the journal was opened.
+    /// Number of bytes of a torn record that were dropped when the journal was opened.
     pub fn dropped_bytes(&self) -> u64 {
         self.dropped_bytes
     }
@@ -160,14 +161,14 @@ impl Journal {
     /// Flushes everything to disk.
     ///
     /// # Errors
-    /// If the disk refuses.
+    /// If the disk reports an error.
     pub fn sync(&self) -> Result<(), StoreError> {
         self.lock()
             .sync()
             .map_err(StoreError::io("write", &self.path))
     }
 
-    /// Removes the journal from disk: its run is complete and written elsewhere.
+    /// Removes the journal from disk, when the results of its run are complete and stored elsewhere.
     ///
     /// # Errors
     /// If the file cannot be removed.
@@ -175,7 +176,7 @@ impl Journal {
         std::fs::remove_file(&self.path).map_err(StoreError::io("remove", &self.path))
     }
 
-    /// A thread that panicked while it held the lock left `torn` set or everything whole.
+    /// Locks the journal even after a panic in another thread, which leaves either `torn` set or everything consistent.
     fn lock(&self) -> MutexGuard<'_, Inner> {
         self.inner
             .lock()
@@ -205,7 +206,7 @@ impl fmt::Debug for Journal {
 }
 
 impl Inner {
-    /// Appends whole or not at all.
+    /// Appends all of `bytes` or nothing.
     fn append(&mut self, bytes: &[u8]) -> std::io::Result<()> {
         self.cut_tail()?;
         self.torn = true;
@@ -215,7 +216,7 @@ impl Inner {
         Ok(())
     }
 
-    /// Cuts off what a failed or killed write left behind the last whole record.
+    /// Cuts off the remains of a failed or killed write after the last complete record.
     fn cut_tail(&mut self) -> std::io::Result<()> {
         if self.torn {
             self.file.set_len(self.length)?;
@@ -238,9 +239,9 @@ enum Head<'a> {
         fingerprint: &'a [u8],
         length: usize,
     },
-    /// Empty, or cut off while it was written: no record can follow.
+    /// The head is empty or was cut off while it was written, so there are no records.
     Torn,
-    /// Anything else, which may be worth something to somebody.
+    /// Any other content, which may be valuable and is kept.
     Foreign,
 }
 
@@ -264,7 +265,7 @@ fn split_head<'a>(bytes: &'a [u8], expected: &str) -> Head<'a> {
             fingerprint,
             length: MAGIC.len() + 8 + fingerprint.len(),
         },
-        // A damaged length must not pass for a head cut off: that would cost all records behind it.
+        // A damaged length must not be taken for a torn head, because all records behind it would be lost.
         None if head(expected).starts_with(bytes) => Head::Torn,
         None => Head::Foreign,
     }
@@ -280,7 +281,7 @@ fn record(key: &str, payload: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// All whole records from `start` on, and where the last of them ends.
+/// All complete records from `start` on, and the end of the last one.
 fn scan(bytes: &[u8], start: usize) -> (BTreeMap<String, Vec<u8>>, usize) {
     let mut records = BTreeMap::new();
     let mut end = start;

@@ -1,5 +1,5 @@
-//! The folder `X.landscape/`: manifest, minima, edges, paths, timings. Pictures, trees and the summary are written by
-//! others into the same [`AtomicFolder`].
+//! The folder `X.landscape/`: manifest, minima, edges, paths, timings. Other modules write pictures, trees and the summary
+//! into the same [`AtomicFolder`].
 //!
 //! | table | a row is | columns |
 //! | --- | --- | --- |
@@ -7,17 +7,17 @@
 //! | `edges.parquet` | a pair that was tried | the fields of [`EdgeRow`] |
 //! | `paths.parquet` | an image of an edge's path | the fields of [`PathRow`]; its terms are the columns `term_<name>` |
 //!
-//! The folder of a searched surface also holds `stationary.parquet`, a row a minimum or saddle
+//! The folder of a searched surface also has `stationary.parquet`, with one row per minimum or saddle
 //! ([`StationaryRow`](super::StationaryRow)).
 //!
-//! A landscape whose merges have a support holds `resampled.parquet` as well: the merges of the resampled trees
+//! A landscape whose merges have a support also has `resampled.parquet`: the merges of the resampled trees
 //! ([`write_resampled`](super::write_resampled)).
 //!
 //! `landscape.json` lists under `checksums` the [`content_hash`](super::content_hash) of each table, and of itself without
-//! that list; whoever reads a table checks it. Texts and pictures are made from the tables and may be
-//! edited or drawn again. A folder whose manifest has no such list is read as it is.
+//! that list. They are checked when a table is read. Texts and pictures are made from the tables and may be edited or drawn
+//! again. If the manifest has no such list, nothing is checked.
 //!
-//! A field that is an `Option` may be null: no path was found, or the value was not computed.
+//! A field that is an `Option` may be null, because no path was found or the value was not computed.
 
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
@@ -45,19 +45,19 @@ const FORMAT: &str = "landscape";
 /// A row of `minima.parquet`.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct MinimumRow {
-    /// Number of the minimum; minima are sorted by energy.
+    /// Number of the minimum. Minima are sorted by energy.
     pub id: u64,
     /// Its energy.
     pub energy: f64,
-    /// Where it is.
+    /// Its coordinates.
     pub coordinates: Vec<f64>,
-    /// Contact set realised there.
+    /// Its contact set.
     pub choice: Vec<u32>,
-    /// Ids of the grasps that quenched into it.
+    /// Ids of the grasps that quench into it.
     pub members: Vec<u64>,
     /// Number of its group, the leaf of the collapsed tree.
     pub group: u64,
-    /// How many members carry which label.
+    /// Number of members for each label.
     pub labels: BTreeMap<String, u64>,
 }
 
@@ -68,7 +68,7 @@ pub struct EdgeRow {
     pub a: u64,
     /// The other.
     pub b: u64,
-    /// Highest energy on the way; `None` where no path was found.
+    /// Highest energy on the path; `None` if no path was found.
     pub height: Option<f64>,
     /// `height` − max(energy of a, energy of b).
     pub relative_barrier: Option<f64>,
@@ -76,7 +76,7 @@ pub struct EdgeRow {
     pub length: Option<f64>,
     /// `saddle`, `seam`, `path`, `chain` or `none`.
     pub evidence: String,
-    /// The energy term that dominates the top.
+    /// The energy term that dominates at the highest point.
     pub term: Option<String>,
     /// Lowest raw attraction–diffusion barrier height from a to b.
     pub chain_forward: Option<f64>,
@@ -86,9 +86,9 @@ pub struct EdgeRow {
     pub chains_forward: Vec<f64>,
     /// Raw barrier heights of all chains from b to a that arrived.
     pub chains_backward: Vec<f64>,
-    /// Chains run in both directions, whether they arrived or not.
+    /// Number of chains in both directions, including those that did not arrive.
     pub chain_runs: u64,
-    /// Energy evaluations spent.
+    /// Number of energy evaluations.
     pub evaluations: u64,
 }
 
@@ -101,24 +101,24 @@ pub struct PathRow {
     pub b: u64,
     /// Number of the image, from 0 at a.
     pub image: u64,
-    /// Where it is.
+    /// Its coordinates.
     pub coordinates: Vec<f64>,
     /// Its energy.
     pub energy: f64,
-    /// Contact set realised there.
+    /// Its contact set.
     pub choice: Vec<u32>,
-    /// Energy by term, at the highest image; elsewhere `None`.
+    /// Energy by term at the highest image; `None` elsewhere.
     pub terms: Option<Vec<f64>>,
 }
 
-/// `landscape.json`: what the landscape is of, how it was made, what was found.
+/// `landscape.json`: the hand and object, the way the landscape was made, and the results.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Manifest {
     /// Version of the program that wrote it.
     pub program_version: String,
-    /// The command line that remakes it.
+    /// The command line that makes it again.
     pub command: String,
-    /// Seed of every random draw.
+    /// Seed of all random draws.
     pub seed: u64,
     /// The grasps it was made from.
     pub source: Source,
@@ -126,23 +126,23 @@ pub struct Manifest {
     pub hand: Option<HandMetadata>,
     /// The object; `None` for a model surface.
     pub object: Option<ObjectMetadata>,
-    /// Factor on the object's size.
+    /// Scale factor of the object.
     pub scale: f64,
     /// Terms, weights and constants of the energy.
     pub energy: Value,
-    /// Everything else that was set.
+    /// All other settings.
     pub settings: Value,
     /// Names of the energy terms, in the order of [`PathRow::terms`].
     pub terms: Vec<String>,
-    /// Relative barrier up to which minima form one group.
+    /// Largest barrier inside a group.
     pub group_barrier: Option<f64>,
-    /// How much there is of everything.
+    /// Sizes of the landscape.
     pub counts: Counts,
-    /// How many edges rest on which evidence.
+    /// Number of edges with each kind of evidence.
     pub evidence: BTreeMap<String, u64>,
-    /// Named results that have no table: hover cost, agreement with labels …
+    /// Named results that have no table: hover cost, agreement with labels ….
     pub findings: BTreeMap<String, Value>,
-    /// What a reader should know before trusting it.
+    /// Warnings for the reader of the results.
     pub warnings: Vec<String>,
 }
 
@@ -155,40 +155,40 @@ pub struct Source {
     pub content_hash: String,
 }
 
-/// How much of everything a landscape holds.
+/// Sizes of a landscape.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Counts {
-    /// Grasps that went in.
+    /// Number of input grasps.
     pub grasps: u64,
-    /// Distinct minima they quenched into.
+    /// Number of distinct minima.
     pub minima: u64,
-    /// Groups of minima.
+    /// Number of groups of minima.
     pub groups: u64,
-    /// Pairs of minima that were tried.
+    /// Number of pairs of minima that were tried.
     pub pairs: u64,
-    /// Components that no path joins.
+    /// Number of components without a path between them.
     pub components: u64,
-    /// Energy evaluations.
+    /// Number of energy evaluations.
     pub evaluations: u64,
 }
 
-/// `timings.json`: what depends on the machine, and on nothing else in the folder.
+/// `timings.json`: the only file in the folder that depends on the machine.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Timings {
-    /// Threads used.
+    /// Number of threads.
     pub threads: usize,
-    /// Phases in the order they ran.
+    /// Phases in the order of execution.
     pub phases: Vec<Phase>,
 }
 
 /// A phase of a run.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Phase {
-    /// What was done.
+    /// Name of the phase.
     pub name: String,
     /// Wall-clock time, seconds.
     pub seconds: f64,
-    /// Energy evaluations.
+    /// Number of energy evaluations.
     pub evaluations: u64,
 }
 
@@ -206,14 +206,14 @@ pub struct LandscapeFiles {
 }
 
 impl LandscapeFiles {
-    /// Writes all four files; the same bytes for the same content. The manifest lists the checksums of all tables that
-    /// the folder has then, so other tables are written before.
+    /// Writes all four files. Equal content gives equal bytes. The manifest lists the checksums of all tables that are then
+    /// in the folder, so other tables must be written before.
     ///
     /// # Errors
     /// If a number is not finite, or the folder cannot be written or read.
     ///
     /// # Panics
-    /// If a path image has another number of terms than the manifest names.
+    /// If a path image has another number of terms than the manifest.
     pub fn write(&self, folder: &AtomicFolder) -> Result<(), StoreError> {
         for (name, columns) in [
             (MINIMA, minima_columns(&self.minima)),
@@ -236,7 +236,7 @@ impl LandscapeFiles {
     /// Reads a finished landscape.
     ///
     /// # Errors
-    /// If the folder is not one, or a file of it is missing, damaged, altered, of another landscape or of another version.
+    /// If the folder is not one, or if a file in it is missing, damaged, altered, or of another landscape or version.
     pub fn read(folder: &Path) -> Result<Self, StoreError> {
         let (manifest, _) = read_manifest(folder)?;
         Ok(Self {
@@ -247,10 +247,10 @@ impl LandscapeFiles {
         })
     }
 
-    /// What is worth a warning about a landscape that can be read.
+    /// A warning about a landscape that can be read.
     ///
     /// # Errors
-    /// If the folder is no landscape.
+    /// If the folder is not a landscape.
     pub fn warning(folder: &Path) -> Result<Option<Warning>, StoreError> {
         let (_, checksums) = read_manifest(folder)?;
         Ok(checksums.is_none().then(|| Warning::NoChecksums {
@@ -335,7 +335,7 @@ fn edge_columns(edges: &[EdgeRow]) -> Columns {
 struct Checksums(BTreeMap<String, String>);
 
 impl Checksums {
-    /// Of the tables in `folder` and its manifest, which does not yet list them.
+    /// Checksums of the tables in `folder` and of its manifest, which does not list them yet.
     fn of(folder: &Path, manifest: &Value) -> Result<Self, StoreError> {
         let mut checksums =
             BTreeMap::from([(MANIFEST.to_owned(), content_hash(&[&pretty(manifest)]))]);
@@ -363,7 +363,7 @@ impl Checksums {
     }
 }
 
-/// The manifest of a finished landscape and its checksums, which older ones do not have.
+/// The manifest of a finished landscape and its checksums, which older landscapes do not have.
 fn read_manifest(folder: &Path) -> Result<(Manifest, Option<Checksums>), StoreError> {
     let path = folder.join(MANIFEST);
     let unfinished = || StoreError::Unfinished {
@@ -397,7 +397,7 @@ fn read_manifest(folder: &Path) -> Result<(Manifest, Option<Checksums>), StoreEr
     Ok((manifest, checksums))
 }
 
-/// Whether the landscape in `folder` has this table, or says that it has.
+/// Whether the landscape in `folder` has this table or lists it.
 pub(super) fn has_table(folder: &Path, name: &str) -> Result<bool, StoreError> {
     let (_, checksums) = read_manifest(folder)?;
     Ok(

@@ -1,4 +1,4 @@
-//! What a grasp file says about itself: hand, objects, energy, settings. Enough to remake it.
+//! Metadata of a grasp file: hand, objects, energy, settings. They suffice to make the file again.
 
 use std::io::{Read, Write};
 use std::path::Path;
@@ -8,76 +8,77 @@ use serde::{Deserialize, Serialize};
 use super::error::StoreError;
 use super::landscape::Source;
 
-/// Version of the columns and metadata this program reads and writes.
+/// Version of the columns and metadata of this program.
 pub const SCHEMA_VERSION: u64 = 1;
 
-/// How a grasp file was made and what its rows refer to. Stored as JSON under the Parquet metadata key `landscape`.
+/// How a grasp file was made, and its hands and objects. It is stored as JSON under the Parquet metadata key `landscape`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Metadata {
     /// [`SCHEMA_VERSION`] of the program that wrote the file.
     pub schema_version: u64,
     /// Version of that program.
     pub program_version: String,
-    /// The command line that remakes the file, in a folder that holds the files it names; empty where none is known.
+    /// The command line that makes the file again, in a folder that has its input files; empty if unknown.
     pub command: String,
-    /// The files that the command names.
+    /// The input files of the command.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub inputs: Vec<Source>,
-    /// The commands that made the file which this one added to (labels, outcomes of simulations), the oldest first.
+    /// The commands that made the earlier versions of this file, before labels or outcomes of simulations were added; the
+    /// oldest comes first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub earlier: Vec<Step>,
-    /// Seed of every random draw.
+    /// Seed of all random draws.
     pub seed: u64,
-    /// The hands that rows name; nearly always one.
+    /// The hands of the rows; nearly always one.
     pub hands: Vec<HandMetadata>,
-    /// The objects that rows name; often one.
+    /// The objects of the rows; often one.
     pub objects: Vec<ObjectMetadata>,
     /// Terms, weights and constants of the energy.
     pub energy: serde_json::Value,
-    /// Everything else that was set.
+    /// All other settings.
     pub settings: serde_json::Value,
-    /// The protocol behind the column `stable` with all its numbers, and what the objects were made of in it; null where
-    /// nothing was simulated.
+    /// The protocol of the column `stable` with all its numbers, and the models of the objects in it; null if nothing was
+    /// simulated.
     #[serde(default, skip_serializing_if = "serde_json::Value::is_null")]
     pub stability: serde_json::Value,
-    /// The version of the rule behind the column `label_auto` and its thresholds; null where nothing was labelled.
+    /// The version and the thresholds of the rule for the column `label_auto`; null if nothing was labelled.
     #[serde(default, skip_serializing_if = "serde_json::Value::is_null")]
     pub labels: serde_json::Value,
     /// Names of the energy terms, in the order of [`GraspRow::terms`](super::GraspRow::terms).
     pub terms: Vec<String>,
 }
 
-/// A command that made a file from which another was made.
+/// A command that made an earlier version of a file.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Step {
     /// Version of the program.
     pub program_version: String,
     /// The command line.
     pub command: String,
-    /// The files that it names.
+    /// Its input files.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub inputs: Vec<Source>,
 }
 
-/// A hand, with the text it can be rebuilt from.
+/// A hand, with the text from which it can be built again.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct HandMetadata {
-    /// Name, for instance `human`; what the column `hand` holds.
+    /// Name in the column `hand`, for instance `human`.
     pub name: String,
     /// Names of the joints, in the order of the joint angles.
     pub joint_names: Vec<String>,
-    /// Lower and upper limit of each joint, radians; infinite for a joint without (null in JSON).
+    /// Lower and upper limit of each joint, radians; infinite (null in JSON) if there is none.
     #[serde(with = "limits")]
     pub limits_rad: Vec<[f64; 2]>,
-    /// Number of surface points, which contacts index.
+    /// Number of surface points. Contacts are indices of these points.
     pub surface_points: usize,
-    /// Description file and side files.
+    /// Description file and the files that belong to it.
     pub description: Vec<TextFile>,
     /// [`content_hash`] of everything the hand was built from.
     pub content_hash: String,
 }
 
-/// A text file, kept whole.
+/// A complete text file.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct TextFile {
     /// File name, without folder.
@@ -89,13 +90,13 @@ pub struct TextFile {
 /// An object at scale 1.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct ObjectMetadata {
-    /// Name, for instance `bottle`; what the column `object` holds.
+    /// Name in the column `object`, for instance `bottle`.
     pub name: String,
-    /// What a mesh does not tell (symmetry, mass, formula), as the object half writes it.
+    /// Properties that are not in the mesh (symmetry, mass, formula), as the `object` module writes them.
     pub description: serde_json::Value,
     /// Mass, kilograms.
     pub mass_kg: f64,
-    /// Its mesh as Wavefront OBJ text, metres (deflated, base64 in JSON); `None` if `content_hash` must do.
+    /// Its mesh as Wavefront OBJ text, metres (deflated, base64 in JSON); `None` if only `content_hash` is known.
     #[serde(with = "packed")]
     pub mesh_obj: Option<String>,
     /// [`content_hash`] of everything the object was built from.
@@ -103,8 +104,8 @@ pub struct ObjectMetadata {
 }
 
 impl Metadata {
-    /// From now on the file is one that this version of the program makes with `command` of `inputs`; what made it so far
-    /// becomes the last of [`Metadata::earlier`].
+    /// Records that this version of the program makes the file with `command` from `inputs`. The previous command becomes
+    /// the last of [`Metadata::earlier`].
     pub fn remade_by(&mut self, command: &str, inputs: Vec<Source>) {
         let before = Step {
             program_version: std::mem::replace(
@@ -119,13 +120,13 @@ impl Metadata {
         }
     }
 
-    /// The metadata as stored.
+    /// The metadata as JSON for the file.
     pub(super) fn to_json(&self, path: &Path) -> Result<String, StoreError> {
         self.check(path)?;
         serde_json::to_string(self).map_err(|error| bad(path, error.to_string()))
     }
 
-    /// Reads what [`Metadata::to_json`] wrote; `path` is named in errors.
+    /// Reads the output of [`Metadata::to_json`]. `path` is named in errors.
     pub(super) fn from_json(path: &Path, text: &str) -> Result<Self, StoreError> {
         let value: serde_json::Value =
             serde_json::from_str(text).map_err(|error| bad(path, error.to_string()))?;
@@ -136,7 +137,7 @@ impl Metadata {
         Ok(metadata)
     }
 
-    /// What the types alone do not promise.
+    /// Checks conditions that the types do not guarantee.
     pub(super) fn check(&self, path: &Path) -> Result<(), StoreError> {
         for hand in &self.hands {
             if hand.joint_names.len() != hand.limits_rad.len() {
@@ -185,8 +186,8 @@ fn first_repeated<'a>(names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     names.into_iter().find(|name| !seen.insert(*name))
 }
 
-/// Names content: 128-bit FNV-1a over the parts and their lengths, as 32 hexadecimal digits. Good against accidents, not
-/// against forgery.
+/// Identifies content: 128-bit FNV-1a over the parts and their lengths, as 32 hexadecimal digits. It detects accidents but
+/// not forgery.
 ///
 /// ```
 /// use landscape::store::content_hash;
@@ -211,7 +212,7 @@ fn fnv1a(hash: u128, bytes: &[u8]) -> u128 {
     })
 }
 
-/// JSON has no infinity: a missing limit is null.
+/// JSON has no infinity, so a missing limit is null.
 mod limits {
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -254,7 +255,7 @@ mod packed {
 
     use super::{Read, Write};
 
-    /// A few bytes may claim to be many, bytes.
+    /// Largest size of an unpacked text, bytes, because a few packed bytes can claim to be many.
     const LARGEST: u64 = 256 << 20;
 
     #[expect(

@@ -1,13 +1,13 @@
-//! Files on disk: Parquet tables, the manifest, the journal. The only place that names arrow and parquet.
+//! Files on disk: Parquet tables, the manifest, the journal. Only this module uses arrow and parquet.
 //!
-//! * [`GraspFile`]: `grasps.parquet`, one row a grasp; its columns are listed in [`grasps`].
+//! * [`GraspFile`]: `grasps.parquet`, one row per grasp. Its columns are listed in [`grasps`].
 //! * [`LandscapeFiles`]: the tables and the manifest of an `X.landscape/` folder.
-//! * [`exchange`]: grasps of other programs, read and written.
-//! * [`AtomicFolder`], [`write_atomic`]: a file or folder appears under its name only when it is complete.
-//! * [`Journal`]: finished tasks of a long run, safe against being killed at any moment.
+//! * [`exchange`]: reading and writing of grasps in the formats of other programs.
+//! * [`AtomicFolder`], [`write_atomic`]: a file or folder takes its final name only when it is complete.
+//! * [`Journal`]: the finished tasks of a long run. It survives a kill at any moment.
 //!
-//! Same content, same bytes: nothing here writes a time, a host name or a thread count, except [`Timings`], whose
-//! purpose that is. What a run means and which files it wants belongs to the caller.
+//! Equal content gives equal bytes: this module writes no time, host name or thread count, except in [`Timings`]. Callers
+//! decide what a run means and which files it needs.
 
 mod atomic;
 mod check;

@@ -1,4 +1,4 @@
-//! The tables of a landscape as the network they were written from.
+//! Rebuilds the network of a landscape from its tables.
 
 use std::path::Path;
 
@@ -9,11 +9,11 @@ use super::landscape::LandscapeFiles;
 use crate::topography::{Edge, Evidence, Minimum, Network};
 
 impl LandscapeFiles {
-    /// The network behind the tables: node i is row i of the minima, edge i row i of the edges. Members are the numbers of
-    /// the input points; a pair never reached has infinite height.
+    /// The network of the tables: node i is row i of the minima, and edge i is row i of the edges. Members are the numbers
+    /// of the input points. A pair without a path has infinite height.
     ///
     /// # Errors
-    /// If the rows do not fit each other; `folder` is what the error names.
+    /// If the rows are inconsistent; the error names `folder`.
     pub fn network(&self, folder: &Path) -> Result<Network, StoreError> {
         let mut network = Network::default();
         let row = |file: &str, row: usize, fault: Fault| StoreError::Row {

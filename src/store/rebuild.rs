@@ -1,4 +1,4 @@
-//! From what a file says about hands, objects and the energy to these themselves, and back.
+//! Conversion between hands, objects and energies and their metadata in files.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -14,19 +14,19 @@ use crate::hand::{Hand, HandError, HandFiles};
 use crate::limits::{Beyond, OBJECT_MASS};
 use crate::object::{Description, Mesh, Object, ObjectError, ObjectParts};
 
-/// Why a hand, an object or an energy cannot be built from what a file says about it.
+/// Reasons why a hand, an object or an energy cannot be built from metadata.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RebuildError {
-    /// The file holds the name of a hand only.
+    /// The file has only the name of a hand.
     #[error("the file does not describe hand `{0}`: name it with --hand")]
     NoHand(String),
-    /// The description of a hand is not valid.
+    /// The description of a hand is invalid.
     #[error("hand {file}")]
     Hand {
         /// The description file.
         file: String,
-        /// Why.
+        /// The error.
         source: HandError,
     },
     /// The description has other joints than the rows.
@@ -36,9 +36,9 @@ pub enum RebuildError {
     OtherJoint {
         /// The hand.
         hand: String,
-        /// The joint that the file names.
+        /// The joint in the metadata.
         told: String,
-        /// The joint that the description has.
+        /// The joint in the description.
         found: String,
     },
     /// The description has another number of joints or surface points than the rows.
@@ -50,23 +50,23 @@ pub enum RebuildError {
     OtherSize {
         /// The hand.
         hand: String,
-        /// Numbers of joints and surface points that the file names.
+        /// Numbers of joints and surface points in the metadata.
         told: [usize; 2],
-        /// Numbers of joints and surface points that the description has.
+        /// Numbers of joints and surface points in the description.
         found: [usize; 2],
     },
-    /// The file holds the name of an object only.
+    /// The file has only the name of an object.
     #[error("the file does not hold the mesh of object `{0}`: name it with --object")]
     NoMesh(String),
-    /// The description of an object is not valid.
+    /// The description of an object is invalid.
     #[error("the description of object `{object}` in the file")]
     Description {
         /// The object.
         object: String,
-        /// Why.
+        /// The error.
         source: serde_json::Error,
     },
-    /// The mesh of an object is not valid.
+    /// The mesh of an object is invalid.
     #[error(transparent)]
     Object(#[from] ObjectError),
     /// An object is heavier or lighter than the limits allow.
@@ -77,19 +77,19 @@ pub enum RebuildError {
         /// The mass and the limit.
         source: Beyond,
     },
-    /// The metadata hold an energy of another program or version.
+    /// The metadata have an energy of another program or version.
     #[error("the energy in the metadata is not one this program knows")]
     Energy(#[source] serde_json::Error),
-    /// A setting of the energy is out of its range.
+    /// A setting of the energy is out of range.
     #[error(transparent)]
     Settings(#[from] EnergySettingsError),
 }
 
 impl HandMetadata {
-    /// What a file must say about the hand of `files`.
+    /// The metadata of the hand of `files`.
     ///
     /// # Errors
-    /// Where the files do not describe a hand.
+    /// If the files do not describe a hand.
     pub fn new(name: String, files: &HandFiles) -> Result<Self, RebuildError> {
         let identity = files.identity();
         let texts: Vec<&[u8]> = identity.iter().map(String::as_bytes).collect();
@@ -113,7 +113,7 @@ impl HandMetadata {
     /// Builds the hand.
     ///
     /// # Errors
-    /// Where the description is missing or not valid.
+    /// If the description is missing or invalid.
     pub fn build(&self) -> Result<Arc<Hand>, RebuildError> {
         let Some(main) = self.description.first() else {
             return Err(RebuildError::NoHand(self.name.clone()));
@@ -130,7 +130,7 @@ impl HandMetadata {
     /// Builds the hand and checks that it has the joints and surface points that the rows of the file refer to.
     ///
     /// # Errors
-    /// Where the description is missing, not valid, or that of another hand.
+    /// If the description is missing, invalid, or that of another hand.
     pub fn build_matching(&self) -> Result<Arc<Hand>, RebuildError> {
         let hand = self.build()?;
         let joints = || hand.joints.iter().map(|joint| &joint.name);
@@ -152,10 +152,10 @@ impl HandMetadata {
 }
 
 impl ObjectMetadata {
-    /// What a file must say about an object.
+    /// The metadata of an object.
     ///
     /// # Errors
-    /// Where the description cannot be stored.
+    /// If the description cannot be stored.
     pub fn new(parts: &ObjectParts) -> Result<Self, RebuildError> {
         let obj = parts.mesh.to_obj();
         let description = serde_json::to_value(&parts.description)
@@ -169,19 +169,19 @@ impl ObjectMetadata {
         })
     }
 
-    /// Builds the object, `scale` times as large.
+    /// Builds the object, scaled by `scale`.
     ///
     /// # Errors
-    /// Where the mesh is missing, or mesh, description or size is not valid.
+    /// If the mesh is missing, or if mesh, description or size is invalid.
     pub fn build(&self, scale: f64) -> Result<Arc<Object>, RebuildError> {
         let (mesh, description) = self.parts(scale)?;
         Ok(Arc::new(Object::from_mesh(&self.name, mesh, &description)?))
     }
 
-    /// Mesh and mass (kg) of the object, `scale` times as large, without the smooth field.
+    /// Mesh and mass (kg) of the object, scaled by `scale`, without the smooth field.
     ///
     /// # Errors
-    /// Where the mesh is missing, or mesh, description, size or mass is not valid.
+    /// If the mesh is missing, or if mesh, description, size or mass is invalid.
     pub fn mesh(&self, scale: f64) -> Result<(Mesh, f64), RebuildError> {
         let (mesh, _) = self.parts(scale)?;
         mesh.check_size(&self.name)?;
@@ -217,10 +217,10 @@ fn described(object: &str, source: serde_json::Error) -> RebuildError {
 }
 
 impl Metadata {
-    /// The settings of the energy; the default ones where the file does not tell any.
+    /// The settings of the energy; the defaults if the file has none.
     ///
     /// # Errors
-    /// Where the file tells settings that this program does not know.
+    /// If the file has settings that this program does not know.
     pub fn energy_settings(&self) -> Result<EnergySettings, RebuildError> {
         match &self.energy {
             Value::Null => Ok(EnergySettings::default()),
@@ -257,7 +257,7 @@ impl Population<'_> {
     /// Builds the energy that the grasps were made with.
     ///
     /// # Errors
-    /// Where hand, object or settings are missing or not valid.
+    /// If hand, object or settings are missing or invalid.
     pub fn energy(&self) -> Result<GraspEnergy, RebuildError> {
         let settings = self.metadata.energy_settings()?;
         Ok(GraspEnergy::new(self.hand()?, self.object()?, settings)?)
@@ -265,10 +265,10 @@ impl Population<'_> {
 }
 
 impl GraspFile {
-    /// Measures all grasps with the hands and objects that the metadata describe.
+    /// Measures all grasps with the described hands and objects.
     ///
     /// # Errors
-    /// Where hand, object or settings are missing or not valid.
+    /// If hand, object or settings are missing or invalid.
     pub fn measure(&mut self) -> Result<(), RebuildError> {
         let mut measured = BTreeMap::new();
         let mut terms = Vec::new();
@@ -293,13 +293,13 @@ impl GraspFile {
 }
 
 impl GraspRow {
-    /// Fills in the energy and the measures, and the best contacts where there are none.
+    /// Computes the energy and the measures. If there are no contacts, the best ones are chosen.
     ///
     /// # Panics
-    /// If the pose is one of another hand than the energy's.
+    /// If the pose belongs to another hand than that of the energy.
     pub fn measure(&mut self, energy: &GraspEnergy) -> Judgement {
         let mut grasp = self.grasp.clone();
-        // Stored as read; measured at unit length.
+        // The quaternion is stored as read but measured at unit length.
         let rotation = grasp.pose.rotation_wxyz();
         let norm = rotation.iter().map(|q| q * q).sum::<f64>().sqrt();
         grasp.pose.set_rotation_wxyz(rotation.map(|q| q / norm));
@@ -312,7 +312,7 @@ impl GraspRow {
         judgement
     }
 
-    /// Fills in the energy and the measures of a judged grasp.
+    /// Sets the energy and the measures of a judged grasp.
     pub(crate) fn set_measures(
         &mut self,
         energy: &GraspEnergy,

@@ -1,6 +1,6 @@
-//! `resampled.parquet`: the trees of resampled chains that the support of merges rests on.
+//! `resampled.parquet`: the trees of resampled chains, from which the support of merges is computed.
 //!
-//! A row joins two minima at a height: `resampling`, `a`, `b`, `height`. The rows of one resampling make one tree.
+//! A row joins two minima at a height: `resampling`, `a`, `b`, `height`. The rows of one resampling form one tree.
 
 use std::path::Path;
 
@@ -15,7 +15,7 @@ use crate::topography::{Edge, Evidence, Network, Tree};
 
 const RESAMPLED: &str = "resampled.parquet";
 
-/// Writes the merges of `trees`, if there are any trees; the same bytes for the same trees.
+/// Writes the merges of `trees`, if there are any trees. Equal trees give equal bytes.
 ///
 /// # Errors
 /// If a height is not finite, or the folder cannot be written.
@@ -38,7 +38,7 @@ pub fn write_resampled(trees: &[Tree], folder: &AtomicFolder) -> Result<(), Stor
     folder.write(RESAMPLED, &columns.encode(&path, table_head(RESAMPLED))?)
 }
 
-/// The first leaf below the first branch of each merge with that below each other branch, and the height.
+/// For each merge, the first leaf of its first branch with the first leaf of each other branch, and the height.
 fn merges(tree: &Tree) -> Vec<([u64; 2], f64)> {
     let mut merges = Vec::new();
     tree.fold(|id, firsts: &[u64]| {
@@ -52,11 +52,11 @@ fn merges(tree: &Tree) -> Vec<([u64; 2], f64)> {
     merges
 }
 
-/// Reads the trees of a finished landscape whose minima are the nodes of `network`; none where the folder has no such
-/// table.
+/// Reads the trees of a finished landscape whose minima are the nodes of `network`. There are none if the folder has no
+/// such table.
 ///
 /// # Errors
-/// If the table is damaged, altered, of another landscape, of another version, or of other minima.
+/// If the table is damaged, altered, or of another landscape, version or set of minima.
 pub fn read_resampled(folder: &Path, network: &Network) -> Result<Vec<Tree>, StoreError> {
     let path = folder.join(RESAMPLED);
     if !has_table(folder, RESAMPLED)? {

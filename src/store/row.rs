@@ -1,10 +1,10 @@
-//! Columns of tables, each named once: a list of fields says how rows become columns and columns become rows.
+//! Columns of tables. A list of fields, each named once, defines how rows become columns and columns become rows.
 
 use super::columns::Columns;
 use super::error::StoreError;
 use super::table::{FLOAT, IDS, INDICES, TEXT, Table, VECTOR, WHOLE};
 
-/// A type of cells, and how a column of them is written and read.
+/// A type of cells, which defines how its columns are written and read.
 pub(super) trait Cell: Sized {
     fn write<'a>(columns: &mut Columns, name: &str, cells: impl Iterator<Item = &'a Self>)
     where
@@ -13,8 +13,8 @@ pub(super) trait Cell: Sized {
     fn read(table: &Table, name: &str) -> Result<Vec<Self>, StoreError>;
 }
 
-/// Implements [`Cell`]: the type, its method of [`Columns`] with what that takes of a cell, its method of [`Table`] with
-/// the kind of column that it accepts.
+/// Implements [`Cell`]. The arguments are the type, its method of [`Columns`] with the value for a cell, and its method of
+/// [`Table`] with the accepted kind of column.
 macro_rules! cell {
     ($($type:ty: $write:ident($cell:ident => $given:expr), $read:ident($kind:expr);)*) => {$(
         impl Cell for $type {
@@ -43,17 +43,17 @@ cell! {
     Vec<u64>: ids(cell => cell.as_slice()), required(IDS);
 }
 
-/// A column of a table: its name, and the field of a row that it holds.
+/// A column of a table: its name, and access to its field of a row.
 pub(super) struct Column<Row> {
     pub(super) name: &'static str,
-    /// Whether a table without it leaves the field of its rows as it is.
+    /// Whether a table may lack this column. The fields of its rows are then left as they are.
     pub(super) may_be_absent: bool,
     pub(super) write: fn(&[Row], &str, &mut Columns),
     pub(super) read: fn(&Table, &str, &mut [Row]) -> Result<(), StoreError>,
 }
 
-/// A [`Column`]: the name of a field, which is the name of the column as well, or `column = field`. Behind it stands
-/// `if present` where tables without the column are read, too.
+/// A [`Column`]: the name of a field that is also the name of the column, or `column = field`. With `if present`, tables
+/// without the column are read too.
 macro_rules! column {
     ($name:ident) => {
         crate::store::row::column!($name = $name)
@@ -98,7 +98,7 @@ pub(super) fn write<Row>(list: &[Column<Row>], rows: &[Row], columns: &mut Colum
     }
 }
 
-/// Fills the fields of `rows`, which are as many as those of the table.
+/// Fills the fields of `rows`, of which there are as many as in the table.
 pub(super) fn read<Row>(
     list: &[Column<Row>],
     table: &Table,

@@ -1,4 +1,4 @@
-//! `stationary.parquet`: every stationary point of a searched surface with its audit.
+//! `stationary.parquet`: all stationary points of a searched surface with their audits.
 
 use std::path::Path;
 
@@ -28,26 +28,26 @@ const COLUMNS: &[Column<StationaryRow>] = columns![
 pub struct StationaryRow {
     /// Number of negative curvatures: 0 for a minimum, 1 for a saddle.
     pub index: u64,
-    /// Number among those of its index, by rising energy.
+    /// Number among the points of the same index, in ascending order of energy.
     pub id: u64,
-    /// The minima it joins, the lower first (twice its own number for a minimum).
+    /// The minima that it joins, the lower first. For a minimum, its own number twice.
     pub ends: [u64; 2],
     /// Its energy.
     pub energy: f64,
-    /// Where it is.
+    /// Its coordinates.
     pub coordinates: Vec<f64>,
-    /// Norm of the gradient there, energy per length.
+    /// Norm of the gradient, energy per length.
     pub gradient_norm: f64,
-    /// Curvatures by rising value, free motions left out.
+    /// Curvatures in ascending order, without free motions.
     pub curvatures: Vec<f64>,
-    /// How many searches ended there.
+    /// Number of searches that ended there.
     pub searches: u64,
-    /// What its audit says: `sound`, or `degenerate` where it is not isolated.
+    /// Result of its audit: `sound`, or `degenerate` if the point is not isolated.
     pub verdict: String,
 }
 
 impl StationaryRow {
-    /// Writes the table; the same bytes for the same rows.
+    /// Writes the table. Equal rows give equal bytes.
     ///
     /// # Errors
     /// If a number is not finite, or the folder cannot be written.
@@ -61,7 +61,7 @@ impl StationaryRow {
     /// Reads the table of a finished landscape.
     ///
     /// # Errors
-    /// If the file is missing, damaged, altered, of another landscape or of another version.
+    /// If the file is missing, damaged, altered, or of another landscape or version.
     pub fn read(folder: &Path) -> Result<Vec<Self>, StoreError> {
         let table = read_table(folder, STATIONARY)?;
         let mut rows = vec![Self::default(); table.rows];

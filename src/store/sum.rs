@@ -1,7 +1,7 @@
-//! The checksum of a Parquet file, kept in its own footer.
+//! The checksum of a Parquet file, stored in its own footer.
 //!
-//! The parquet crate writes no checksums of pages, and those would not cover the footer, which says what the pages mean.
-//! So each file of ours holds, under [`KEY`], the [`content_hash`] of all its bytes before and after that hash.
+//! The parquet crate writes no checksums of pages, and those would not cover the footer, which describes the pages. Each
+//! file of this program therefore has, under [`KEY`], the [`content_hash`] of all its bytes before and after that hash.
 
 use parquet::file::metadata::FileMetaData;
 
@@ -9,23 +9,23 @@ use super::metadata::content_hash;
 
 /// Parquet metadata key of the checksum.
 pub(super) const KEY: &str = "landscape_checksum";
-/// What stands there until the file is complete; as long as a [`content_hash`].
+/// Placeholder until the file is complete. It is as long as a [`content_hash`].
 pub(super) const PLACE: &str = "here the checksum is to be put.|";
-/// Start of `created_by` in files of ours.
+/// Start of `created_by` in files of this program.
 pub(super) const WRITER: &str = "landscape version ";
 
-/// Puts the checksum into a complete file that holds [`PLACE`].
+/// Writes the checksum into a complete file that contains [`PLACE`].
 ///
 /// # Panics
-/// If the file does not hold it.
+/// If the file does not contain it.
 pub(super) fn fill(bytes: &mut [u8]) {
     let start = last(bytes, PLACE.as_bytes()).expect("the footer holds what was given for it");
     let sum = sum(bytes, start);
     bytes[start..start + PLACE.len()].copy_from_slice(sum.as_bytes());
 }
 
-/// Whether `bytes`, whose footer is `footer`, are as they were written. A file without a checksum is, and so is what
-/// another program wrote from ours: it may have kept our metadata, but has signed the file itself.
+/// Whether `bytes`, whose footer is `footer`, are unchanged. Files without a checksum are accepted, and so are files that
+/// another program wrote: it may have copied the metadata, but `created_by` names that program.
 pub(super) fn fits(bytes: &[u8], footer: &FileMetaData) -> bool {
     let ours = footer
         .created_by()
@@ -42,12 +42,12 @@ pub(super) fn fits(bytes: &[u8], footer: &FileMetaData) -> bool {
     }
 }
 
-/// The checksum of all bytes but those at `start`, where it stands.
+/// The checksum of all bytes except those of the checksum itself, at `start`.
 fn sum(bytes: &[u8], start: usize) -> String {
     content_hash(&[&bytes[..start], &bytes[start + PLACE.len()..]])
 }
 
-/// Where `text` occurs last: the footer is at the end, and our metadata stand before the checksum.
+/// Last occurrence of `text`. The footer is at the end, and the metadata of this program come before the checksum.
 fn last(bytes: &[u8], text: &[u8]) -> Option<usize> {
     bytes.windows(text.len()).rposition(|window| window == text)
 }

@@ -1,7 +1,7 @@
-//! Parquet columns to plain Rust values. Nothing here knows what a grasp is.
+//! Conversion of Parquet columns to Rust values. This module knows nothing about grasps.
 //!
-//! Accepts whatever pandas, polars or `DuckDB` may have made of a column: 32-bit floats, other integer widths, large or
-//! dictionary-encoded strings, lists of fixed or variable length. Numbers are finite or it is an error.
+//! It accepts columns written by pandas, polars or `DuckDB`: 32-bit floats, other integer widths, large or
+//! dictionary-encoded strings, lists of fixed or variable length. A number that is not finite is an error.
 
 use std::fmt::Display;
 use std::fs::File;
@@ -27,12 +27,12 @@ use super::columns::KEY;
 use super::error::{Fault, StoreError};
 use super::sum;
 
-/// A table that was read.
+/// A table in memory.
 pub(super) struct Table {
     path: PathBuf,
     schema: Arc<Schema>,
     batches: Vec<RecordBatch>,
-    /// What is stored under [`KEY`].
+    /// The metadata under [`KEY`].
     pub(super) metadata: Option<String>,
     pub(super) rows: usize,
 }
@@ -44,12 +44,12 @@ impl Table {
     }
 
     pub(super) fn of_bytes(path: &Path, bytes: Vec<u8>) -> Result<Self, StoreError> {
-        // The reader of the parquet crate panics on some damaged pages; for a user that is one more damaged file.
+        // The parquet crate panics on some damaged pages; this becomes an error about a damaged file.
         panic::catch_unwind(|| Self::decode(path, &bytes.into()))
             .unwrap_or_else(|_| Err(damaged(path, &"its pages contradict its footer")))
     }
 
-    /// Whether the footer of a Parquet file holds metadata of this program; nothing but the footer is read.
+    /// Whether the footer of a Parquet file has metadata of this program. Only the footer is read.
     pub(super) fn describes_itself(path: &Path) -> bool {
         let holds = || {
             let file = File::open(path).ok()?;
@@ -121,7 +121,7 @@ impl Table {
             .map(|field| field.name().as_str())
     }
 
-    /// A column that must be there, without nulls.
+    /// A required column without nulls.
     pub(super) fn required<T>(&self, name: &str, kind: &Kind<T>) -> Result<Vec<T>, StoreError> {
         if !self.has(name) {
             let (path, column) = (self.path.clone(), name.to_owned());
@@ -145,7 +145,7 @@ impl Table {
             .collect()
     }
 
-    /// A column that may be absent or hold nulls.
+    /// A column that may be absent or have nulls.
     pub(super) fn optional<T>(
         &self,
         name: &str,
@@ -214,7 +214,7 @@ fn damaged(path: &Path, reason: &dyn Display) -> StoreError {
     }
 }
 
-/// A kind of column: what it is called in errors and how it is read.
+/// A kind of column: its name in errors and its conversion.
 pub(super) struct Kind<T> {
     expected: &'static str,
     convert: fn(&ArrayRef) -> Result<Vec<Option<T>>, Misfit>,
@@ -253,7 +253,7 @@ pub(super) const TEXTS: Kind<Vec<String>> = Kind {
     convert: |array| lists(array, &texts),
 };
 
-/// Why a column does not convert.
+/// Reasons why a column cannot be converted.
 enum Misfit {
     Type,
     Empty {
@@ -304,7 +304,7 @@ fn integers(array: &ArrayRef) -> Option<Vec<Option<i128>>> {
         DataType::UInt16 => primitives::<UInt16Type, _>(array, i128::from),
         DataType::UInt32 => primitives::<UInt32Type, _>(array, i128::from),
         DataType::UInt64 => primitives::<UInt64Type, _>(array, i128::from),
-        // A column of nulls only, as pandas writes it.
+        // pandas writes a column of nulls only with this type.
         DataType::Null => vec![None; array.len()],
         _ => return None,
     })
@@ -404,7 +404,7 @@ fn indices(array: &ArrayRef) -> Converted<Vec<u32>> {
         .collect())
 }
 
-/// Converts all elements at once, then cuts them into rows.
+/// Converts all elements at once, then splits them into rows.
 fn lists<T: Clone>(
     array: &ArrayRef,
     convert: &dyn Fn(&ArrayRef) -> Converted<T>,
@@ -431,7 +431,7 @@ fn lists<T: Clone>(
         DataType::Null => return Ok(vec![None; array.len()]),
         _ => return Err(Misfit::Type),
     };
-    // A fault is found at an element; what the user knows is the row.
+    // A fault is found at an element, but errors refer to rows.
     let row_of = |element: usize| {
         rows.iter()
             .enumerate()

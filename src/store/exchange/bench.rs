@@ -1,4 +1,4 @@
-//! DexGraspBench, `BODex` and Dexonomy: `grasp_qpos` = position, quaternion w x y z, joints in the hand's order.
+//! DexGraspBench, `BODex` and Dexonomy: `grasp_qpos` is position, quaternion w x y z, and joints in the hand's order.
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
@@ -9,9 +9,9 @@ use crate::formats::array::Numbers;
 use crate::formats::pickle::{Heap, Id, Node};
 use crate::space::Pose;
 
-/// Farthest that a quaternion may be from unit length.
+/// Largest accepted deviation of a quaternion from unit length.
 const UNIT_TOLERANCE: f64 = 1e-3;
-/// Most grasps of a file: its entries may all refer to the same array.
+/// Largest number of grasps in a file. A small file could otherwise give very many, because its entries may share an array.
 const MOST: usize = 1 << 20;
 
 pub(super) fn read(
@@ -34,7 +34,7 @@ pub(super) fn read(
     Ok(read)
 }
 
-/// A bare table: one grasp a row.
+/// Reads a bare table with one grasp per row.
 pub(super) fn of_numbers(
     numbers: &Numbers,
     hand: &[String],
@@ -86,7 +86,7 @@ fn grasps(
         .ok_or_else(|| format!("its `grasp_qpos` has the shape {:?}", qpos.shape))?;
     let scale = match heap.entry(item, "obj_scale") {
         Some(scale) => {
-            // One number, or three that agree.
+            // The scale is one number, or three equal ones.
             let scales = heap
                 .few(scale, 3)
                 .ok_or("its `obj_scale` is neither one number nor three")?;
@@ -165,7 +165,7 @@ fn of_row(row: &[f64], hand: &[String], mapping: &Mapping) -> Result<Published, 
     })
 }
 
-/// Position, then quaternion w x y z.
+/// The motion given by a position and a quaternion w x y z.
 fn isometry(pose: &[f64], what: &str) -> Result<Isometry3<f64>, String> {
     finite(pose, what)?;
     let [x, y, z, qw, qx, qy, qz] = *pose else {

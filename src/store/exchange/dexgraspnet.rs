@@ -8,11 +8,11 @@ use super::{Published, Read, finite};
 use crate::formats::pickle::{Heap, Id, Node};
 use crate::space::Pose;
 
-/// Entries that place the wrist: metres, and angles about the fixed axes x, y, z, in this order.
+/// Entries for the pose of the wrist: metres, and angles about the fixed axes x, y, z, in this order.
 pub(super) const TRANSLATION: [&str; 3] = ["WRJTx", "WRJTy", "WRJTz"];
 pub(super) const ROTATION: [&str; 3] = ["WRJRx", "WRJRy", "WRJRz"];
 
-/// R = Rz(c) Ry(b) Rx(a): angles about fixed axes, as transforms3d's `sxyz`.
+/// Quaternion of R = Rz(c) Ry(b) Rx(a): angles about fixed axes, as in transforms3d's `sxyz`.
 pub(super) fn of_euler([a, b, c]: [f64; 3]) -> [f64; 4] {
     let rotation = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), c)
         * UnitQuaternion::from_axis_angle(&Vector3::y_axis(), b)
@@ -20,7 +20,7 @@ pub(super) fn of_euler([a, b, c]: [f64; 3]) -> [f64; 4] {
     [rotation.w, rotation.i, rotation.j, rotation.k]
 }
 
-/// The angles of [`of_euler`], the second within ±90°.
+/// The angles of [`of_euler`]; the second is within ±90°.
 pub(super) fn to_euler([w, x, y, z]: [f64; 4]) -> [f64; 3] {
     let rotation = Rotation3::from(UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(
         w, x, y, z,
@@ -35,7 +35,7 @@ pub(super) fn to_euler([w, x, y, z]: [f64; 4]) -> [f64; 3] {
             m[(1, 0)].atan2(m[(0, 0)]),
         ]
     } else {
-        // First and third axis coincide: all of the turn is given to the first.
+        // The first and third axes coincide, so the first angle takes the whole rotation.
         [(-m[(1, 2)]).atan2(m[(1, 1)]), second, 0.0]
     }
 }

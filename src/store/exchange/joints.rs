@@ -1,14 +1,14 @@
-//! Joints of a file matched with those of a hand, by name.
+//! Matching of a file's joints with those of a hand, by name.
 
 use std::collections::BTreeSet;
 
 use super::listed;
 
-/// For each joint of the hand, which of the file's it is.
+/// For each joint of the hand, the index of its joint in the file.
 ///
-/// Names match when they are equal, or when they are equal without what stands before a colon or slash (`robot0:FFJ3`) and
-/// without `rh_`, `lh_`, `right_` or `left_`. Every joint of both sides must have exactly one partner: a joint too many or
-/// too few may mean that the same names stand for other joints.
+/// Names match if they are equal, or if they are equal without the part before a colon or slash (`robot0:FFJ3`) and without
+/// `rh_`, `lh_`, `right_` or `left_`. Every joint of both sides must have exactly one partner, because an additional or
+/// missing joint may mean that the same names denote other joints.
 pub(super) fn matched(file: &[&str], hand: &[String]) -> Result<Vec<usize>, String> {
     let exact: Option<Vec<usize>> = hand
         .iter()
@@ -92,7 +92,7 @@ fn mismatch(file: &[&str], hand: &[String], missing: &[&str], extra: &[&str]) ->
     )
 }
 
-/// A name without the model before it and without the side.
+/// A name without its prefixes for the model and the side.
 fn bare(name: &str) -> String {
     let name = name
         .rsplit([':', '/'])
@@ -107,7 +107,7 @@ fn bare(name: &str) -> String {
     name
 }
 
-/// A name that ends in a digit, with the next digit.
+/// A name whose last digit is increased by one, if it ends in a digit.
 fn counted_up(name: &str) -> Option<String> {
     let digit = name.chars().last()?.to_digit(10)?;
     Some(format!("{}{}", &name[..name.len() - 1], digit + 1))

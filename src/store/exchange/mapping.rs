@@ -1,4 +1,4 @@
-//! Which column of a table is what.
+//! Meaning of the columns of a table.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +10,7 @@ use super::table::{Cell, Table};
 use super::{Published, Read, dexgraspnet, finite, listed};
 use crate::space::Pose;
 
-/// What the columns of a table mean. What is left out is looked for under the names that `landscape export` writes.
+/// Meaning of the columns of a table. Omitted columns are sought under the names that `landscape export` writes.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Mapping {
@@ -18,27 +18,27 @@ pub struct Mapping {
     pub translation: Option<Columns>,
     /// Unit of positions.
     pub translation_unit: LengthUnit,
-    /// Rotation: one column of lists, or as many columns as its form has numbers.
+    /// Rotation: one column of lists, or one column for each number of its form.
     pub rotation: Option<Columns>,
-    /// What the numbers of a rotation are.
+    /// Representation of rotations.
     pub rotation_form: RotationForm,
     /// Unit of Euler angles and rotation vectors.
     pub rotation_unit: AngleUnit,
-    /// What the pose maps to what.
+    /// Direction of the pose.
     pub frame: Frame,
     /// Joints: one column of lists, or a column for each joint of the hand.
     pub joints: Option<JointColumns>,
-    /// Names of the joints in a column of lists, or of a file that names them otherwise, in its order.
+    /// Names of the joints, in order: those in a column of lists, or those of a file that uses other names.
     pub joint_names: Option<Vec<String>>,
     /// Unit of joint angles.
     pub joint_unit: AngleUnit,
-    /// Factor on the size of the object: a column, or a number.
+    /// Scale factor of the object: a column, or a number.
     pub scale: Option<Scale>,
-    /// Column with the number of a grasp.
+    /// Column with the ids of grasps.
     pub id: Option<String>,
-    /// Column with the name of the object.
+    /// Column with the names of objects.
     pub object: Option<String>,
-    /// Column with a label.
+    /// Column with labels.
     pub label: Option<String>,
     /// Column with lists of contacts: indices of the hand's surface points.
     pub contacts: Option<String>,
@@ -54,21 +54,21 @@ pub enum Columns {
     Each(Vec<String>),
 }
 
-/// Where joints are.
+/// Columns of the joints.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum JointColumns {
     /// A column of lists.
     List(String),
-    /// For each joint of the hand, its column.
+    /// The column of each joint of the hand.
     Each(BTreeMap<String, String>),
 }
 
-/// Where the scale is.
+/// Source of the scale.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Scale {
-    /// The same for all.
+    /// One number for all grasps.
     Number(f64),
     /// A column.
     Column(String),
@@ -107,7 +107,7 @@ impl AngleUnit {
     }
 }
 
-/// What the numbers of a rotation are.
+/// Representations of a rotation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RotationForm {
@@ -118,9 +118,9 @@ pub enum RotationForm {
     Xyzw,
     /// Angles about the fixed axes x, y, z, in this order (DexGraspNet, URDF).
     FixedXyz,
-    /// Axis times angle.
+    /// Rotation axis times angle.
     RotationVector,
-    /// A matrix, row by row.
+    /// A matrix in row-major order.
     Matrix,
 }
 
@@ -171,23 +171,23 @@ impl RotationForm {
     }
 }
 
-/// Which way a pose goes.
+/// Directions of a pose.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Frame {
-    /// The hand in the object's frame: `p_object = R p_hand + t`.
+    /// Pose of the hand in the object's frame: `p_object = R p_hand + t`.
     #[default]
     ObjectFromHand,
-    /// The object in the hand's frame.
+    /// Pose of the object in the hand's frame.
     HandFromObject,
 }
 
-/// The columns in use, each there.
+/// The columns in use; all of them exist.
 struct Layout<'a> {
     mapping: &'a Mapping,
     translation: Vec<String>,
     rotation: Vec<String>,
-    /// Columns of joints, and for each joint of the hand its place among their numbers.
+    /// Columns of joints, and for each joint of the hand the index among their numbers.
     joints: (Vec<String>, Vec<usize>),
 }
 
@@ -252,7 +252,7 @@ fn needed(table: &Table, column: &str) -> Result<(), String> {
     ))
 }
 
-/// Columns as mapped, else under our names.
+/// The mapped columns, or those with the default names.
 fn columns(
     table: &Table,
     mapped: Option<&Columns>,
@@ -332,7 +332,7 @@ fn joint_columns(
         };
         return Ok((vec![column.to_owned()], places));
     }
-    // Columns named like joints; others are left alone.
+    // Columns with the names of joints. Other columns are ignored.
     let bare = |name: &String| table.columns.iter().find(|column| *column == name).cloned();
     let names: Option<Vec<String>> = hand.iter().map(bare).collect();
     if let Some(names) = names {
@@ -418,7 +418,7 @@ impl Layout<'_> {
     }
 }
 
-/// The numbers in some columns, one after the other.
+/// The numbers in some columns, in order.
 fn numbers(row: &BTreeMap<String, Cell>, columns: &[String]) -> Result<Vec<f64>, String> {
     let mut all = Vec::new();
     for column in columns {
@@ -448,7 +448,7 @@ fn whole(row: &BTreeMap<String, Cell>, column: &str) -> Result<Option<u64>, Stri
     let Some(cell) = row.get(column) else {
         return Ok(None);
     };
-    // All digits of a whole number count; a table may also have written 7.0.
+    // Keep all digits of a whole number. A table may also contain 7.0.
     if let Cell::Text(text) = cell
         && let Ok(number) = text.parse()
     {
@@ -466,7 +466,7 @@ fn whole(row: &BTreeMap<String, Cell>, column: &str) -> Result<Option<u64>, Stri
 }
 
 fn natural(number: f64) -> Option<u64> {
-    // Beyond 2⁵³ not every whole number is one of 64 bits.
+    // Beyond 2⁵³, floating-point numbers do not represent every whole number.
     let is = number.fract() == 0.0 && (0.0..=9.0e15).contains(&number);
     #[expect(
         clippy::cast_possible_truncation,

@@ -1,12 +1,12 @@
-//! Grasps of other programs: read into one form, and written in theirs.
+//! Reading and writing of grasps in the formats of other programs.
 //!
-//! | format | what it is |
+//! | format | content |
 //! | --- | --- |
 //! | DexGraspNet `.npy` | an array of dictionaries: `scale`, and `qpos` with an angle for each joint by name, `WRJTx…z` (metres) and `WRJRx…z` (Euler angles about fixed axes x, y, z) |
 //! | DexGraspBench, Dexonomy, `BODex` `.npy` | a dictionary: `grasp_qpos` (position, quaternion w x y z, joints), `obj_pose`, `obj_scale` |
-//! | tables | CSV, JSON (a list of objects) or Parquet, with a [`Mapping`] that says which column is what |
+//! | tables | CSV, JSON (a list of objects) or Parquet, with a [`Mapping`] that gives the meaning of the columns |
 //!
-//! Poses come out as everywhere here: `p_object = R p_hand + t`, metres, quaternion w x y z.
+//! Poses have the convention of this crate: `p_object = R p_hand + t`, metres, quaternion w x y z.
 
 mod bench;
 mod dexgraspnet;
@@ -27,19 +27,19 @@ use crate::formats::pickle::Node;
 use crate::formats::{ending, npy};
 use crate::space::Pose;
 
-/// Largest file that is read, bytes.
+/// Largest size of a file, bytes.
 const LARGEST: u64 = 1 << 30;
 
-/// A grasp as another program published it, its joints in the order of the hand that was asked for.
+/// A grasp of another program, with its joints in the order of the requested hand.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Published {
-    /// Its number, where the file gives one.
+    /// Its id, if the file has one.
     pub id: Option<u64>,
-    /// Its pose, the joints in the order of the hand.
+    /// Its pose, with the joints in the order of the hand.
     pub pose: Pose,
-    /// Factor on the size of the object's mesh; `None` where the file tells none.
+    /// Scale factor of the object's mesh; `None` if the file has none.
     pub scale: Option<f64>,
-    /// What the file calls the object.
+    /// Name of the object in the file.
     pub object: Option<String>,
     /// A label.
     pub label: Option<String>,
@@ -47,22 +47,22 @@ pub struct Published {
     pub contacts: Option<Vec<u32>>,
 }
 
-/// What a file holds.
+/// Content of a file.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Read {
     /// The grasps, in file order.
     pub grasps: Vec<Published>,
-    /// What was taken for granted or left out, one sentence each.
+    /// Assumptions and omissions, one sentence each.
     pub notes: Vec<String>,
     /// Name of the format.
     pub format: &'static str,
 }
 
-/// Reads grasps of a hand with joints `joint_names` from a file of any of the formats. `mapping` is for tables; files that
-/// are none take the names of joints and the unit of angles from it.
+/// Reads grasps of a hand with joints `joint_names` from a file of any of the formats. `mapping` describes the columns of
+/// tables. For other files only its names of joints and its unit of angles are used.
 ///
 /// # Errors
-/// One sentence that names the file, and where it applies the grasp, and what does not fit.
+/// One sentence that names the file, the grasp if there is one, and the problem.
 pub fn read(path: &Path, joint_names: &[String], mapping: &Mapping) -> Result<Read, StoreError> {
     let foreign = |problem: String| StoreError::Foreign {
         path: path.to_path_buf(),
@@ -126,7 +126,7 @@ fn bytes(path: &Path) -> Result<Vec<u8>, StoreError> {
     std::fs::read(path).map_err(StoreError::io("read", path))
 }
 
-/// Names in a sentence, at most a few.
+/// A list of at most a few names, for a sentence.
 fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
     const MOST: usize = 8;
     let names: Vec<&str> = names.into_iter().collect();

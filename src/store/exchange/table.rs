@@ -1,4 +1,4 @@
-//! Tables from CSV, JSON and Parquet: cells are numbers, lists of numbers or texts.
+//! Tables from CSV, JSON and Parquet. Cells are numbers, lists of numbers, or texts.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -9,7 +9,7 @@ use super::super::error::StoreError;
 use super::super::table::{FLOAT, TEXT, VECTOR};
 use crate::formats::csv;
 
-/// What stands in a row under a column.
+/// The value of a row in a column.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Cell {
     Number(f64),
@@ -17,7 +17,7 @@ pub(super) enum Cell {
     Text(String),
 }
 
-/// Rows of named cells; what is empty is not there.
+/// Rows of named cells. Empty cells are omitted.
 #[derive(Debug, Default)]
 pub(super) struct Table {
     pub(super) columns: Vec<String>,
@@ -25,8 +25,8 @@ pub(super) struct Table {
 }
 
 impl Cell {
-    /// The numbers it holds: a number, a list, or a text of numbers separated by spaces, semicolons or commas (brackets around
-    /// them do no harm).
+    /// The numbers of a cell: a number, a list, or a text of numbers separated by spaces, semicolons or commas. The text
+    /// may have brackets around the numbers.
     pub(super) fn numbers(&self) -> Option<Vec<f64>> {
         match self {
             Self::Number(number) => Some(vec![*number]),
@@ -48,7 +48,8 @@ pub(super) fn of_csv(bytes: &[u8]) -> Result<Table, String> {
     let (columns, records) = csv::table(text, ',', Some('#')).map_err(bad)?;
     let row = |(_, record): (usize, Vec<String>)| {
         let cells = columns.iter().cloned().zip(record);
-        // What looks like a number may be a name, or one of more digits than a number keeps.
+        // Cells stay texts: one that looks like a number may be a name, or may have more digits than a floating-point
+        // number.
         cells
             .filter(|(_, text)| !text.is_empty())
             .map(|(name, text)| (name, Cell::Text(text)))
@@ -58,7 +59,7 @@ pub(super) fn of_csv(bytes: &[u8]) -> Result<Table, String> {
     Ok(Table { columns, rows })
 }
 
-/// A list of objects, or an object whose entry `grasps` is one.
+/// Reads a list of objects, or an object whose entry `grasps` is such a list.
 pub(super) fn of_json(bytes: &[u8]) -> Result<Table, String> {
     let value: Value =
         serde_json::from_slice(bytes).map_err(|error| format!("it is no valid JSON: {error}"))?;
@@ -87,7 +88,7 @@ pub(super) fn of_json(bytes: &[u8]) -> Result<Table, String> {
 
 fn of_value(value: &Value) -> Option<Cell> {
     match value {
-        // Of more digits than a floating-point number keeps.
+        // A floating-point number would lose digits.
         Value::Number(number) if number.as_u64().is_some_and(|number| number > 1 << 53) => {
             Some(Cell::Text(number.to_string()))
         }
@@ -107,7 +108,7 @@ fn of_value(value: &Value) -> Option<Cell> {
     }
 }
 
-/// Columns of other types are left out.
+/// Reads a Parquet file. Columns of unsupported types are left out.
 pub(super) fn of_parquet(path: &Path) -> Result<Table, StoreError> {
     let stored = super::super::table::Table::read(path)?;
     let mut table = Table {

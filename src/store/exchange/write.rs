@@ -1,4 +1,4 @@
-//! Our grasps in the formats of other programs.
+//! Writes grasps in the formats of other programs.
 
 use serde_json::{Map, Value};
 
@@ -7,16 +7,16 @@ use crate::formats::npy;
 use crate::formats::pickle_writer::Writer;
 use crate::store::GraspRow;
 
-/// A grasp as MuJoCo's qpos: a free joint (position, quaternion w x y z), then one number for each joint of the model.
+/// A grasp as MuJoCo's qpos: a free joint (position, quaternion w x y z), then one number per joint of the model.
 #[derive(Debug, Clone, PartialEq)]
 pub struct QposRow {
-    /// The number of the grasp.
+    /// The id of the grasp.
     pub id: u64,
-    /// The numbers.
+    /// The qpos vector.
     pub qpos: Vec<f64>,
 }
 
-/// An array of DexGraspNet's dictionaries, as `numpy.load(…, allow_pickle=True)` reads it.
+/// An array of DexGraspNet's dictionaries for `numpy.load(…, allow_pickle=True)`.
 pub fn dexgraspnet_npy(grasps: &[&GraspRow], joint_names: &[String]) -> Vec<u8> {
     let mut writer = Writer::of_objects(grasps.len());
     for grasp in grasps {
@@ -62,7 +62,7 @@ const COLUMNS: [&str; 13] = [
     "contacts",
 ];
 
-/// A CSV table: one row a grasp, one column a joint (radians); numbers come back to the last bit.
+/// A CSV table with one row per grasp and one column per joint (radians). Numbers keep every bit.
 pub fn table_csv(grasps: &[&GraspRow], joint_names: &[String]) -> Vec<u8> {
     let head = COLUMNS
         .iter()
@@ -84,7 +84,7 @@ pub fn table_csv(grasps: &[&GraspRow], joint_names: &[String]) -> Vec<u8> {
         row.extend(grasp.grasp.pose.translation_m().iter().map(f64::to_string));
         row.extend(grasp.grasp.pose.rotation_wxyz().iter().map(f64::to_string));
         row.push(grasp.label.clone().unwrap_or_default());
-        // Brackets, so that one contact is a list as well.
+        // Brackets make a single contact a list as well.
         row.push(format!("[{}]", contacts.join(" ")));
         row.extend(grasp.grasp.pose.joints().iter().map(f64::to_string));
         row
@@ -95,13 +95,13 @@ pub fn table_csv(grasps: &[&GraspRow], joint_names: &[String]) -> Vec<u8> {
 fn csv_of(rows: impl Iterator<Item = Vec<String>>) -> Vec<u8> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     for row in rows {
-        // A Vec takes all bytes, and all rows are of one length.
+        // Writing to a Vec cannot fail, and all rows have the same length.
         let _ = writer.write_record(row);
     }
     writer.into_inner().unwrap_or_default()
 }
 
-/// A JSON list of objects: as the CSV table, with lists where that has several columns.
+/// A JSON list of objects with the content of the CSV table. Lists replace its groups of columns.
 pub fn table_json(grasps: &[&GraspRow], joint_names: &[String]) -> Vec<u8> {
     let entry = |grasp: &&GraspRow| {
         let mut entry = Map::new();
@@ -133,7 +133,7 @@ pub fn table_json(grasps: &[&GraspRow], joint_names: &[String]) -> Vec<u8> {
     text.into_bytes()
 }
 
-/// A CSV table of qpos, its columns named.
+/// A CSV table of qpos vectors, with named columns.
 pub fn qpos_csv(rows: &[QposRow], joint_names: &[String]) -> Vec<u8> {
     let pose = ["x", "y", "z", "qw", "qx", "qy", "qz"].map(str::to_owned);
     let head = std::iter::once("id".to_owned())
@@ -146,7 +146,7 @@ pub fn qpos_csv(rows: &[QposRow], joint_names: &[String]) -> Vec<u8> {
     csv_of(std::iter::once(head.collect()).chain(rows))
 }
 
-/// A numpy table of qpos, one grasp a row.
+/// A numpy table of qpos vectors, one grasp per row.
 pub fn qpos_npy(rows: &[QposRow]) -> Vec<u8> {
     let rows: Vec<Vec<f64>> = rows.iter().map(|row| row.qpos.clone()).collect();
     npy::table(&rows)
