@@ -71,7 +71,7 @@ impl Outcome {
     }
 }
 
-/// Simulates a grasp of `hand` on an object of `mass_kg`. A protocol that squeezes derives the squeeze from the contact set.
+/// Simulates a grasp of `hand` on an object of `mass_kg`. A squeezing protocol derives the squeeze from the contact set.
 ///
 /// # Panics
 /// If the grasp is one of another hand.

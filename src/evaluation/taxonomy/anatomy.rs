@@ -1,19 +1,20 @@
-//! Which part of a human hand each surface point is, for any hand built like one.
+//! The anatomical part of each surface point, for any hand built like a human one.
 
 use nalgebra::Vector3;
 
 use crate::hand::{Hand, LinkId, PatchSide, PosedHand};
 
-/// Links whose joints lie closer together than this share of the palm's breadth are one bone: the hinges of a knuckle.
+/// Links whose joints lie closer together than this share of the palm's breadth are one bone, for example the hinges of a
+/// knuckle.
 const SAME_BONE: f64 = 0.08;
-/// A patch of the palm faces the back of the hand, the thumb's side: its normal's part along these directions.
+/// A palm patch faces the back of the hand or the thumb's side if the component of its normal passes this threshold.
 const DORSUM: f64 = -0.35;
 const WEB: f64 = 0.7;
 
 /// A bone of a digit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Bone {
-    /// Of the thumb only.
+    /// First bone of the thumb only.
     Metacarpal,
     /// First phalanx.
     Proximal,
@@ -26,8 +27,8 @@ pub enum Bone {
 /// A part of the palm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum PalmPart {
-    /// What touches in a palm grasp: the ball of the thumb, the ball of the little finger, the hollow between, the heads
-    /// of the metacarpals.
+    /// The parts that touch in a palm grasp: the ball of the thumb, the ball of the little finger, the hollow between, and
+    /// the heads of the metacarpals.
     Volar,
     /// The edge between thumb and index finger.
     Web,
@@ -35,16 +36,16 @@ pub enum PalmPart {
     Dorsum,
 }
 
-/// Where on the hand a surface point is.
+/// The part of the hand at a surface point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Patch {
     /// On the palm.
     Palm(PalmPart),
-    /// On a digit: 1 thumb, 2 index, 3 middle, 4 ring, 5 little.
+    /// On a digit: 1 = thumb, 2 = index, 3 = middle, 4 = ring, 5 = little.
     Digit(usize, Bone, PatchSide),
 }
 
-/// A bone's direction to the tip, in its link's frame.
+/// The direction of a bone to the tip, in its link's frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct BoneAxis {
     pub(super) bone: Bone,
@@ -63,38 +64,39 @@ pub(super) struct PalmAxes {
     pub(super) radial: Vector3<f64>,
 }
 
-/// A hand read as a human one.
+/// A hand interpreted as a human one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Anatomy {
-    /// One a surface point; none for a point on a link that is no part of a human hand.
+    /// The patch of each surface point.
     pub(super) patches: Vec<Patch>,
     /// Bones of the digits, thumb first, each from the palm to the tip; empty for a digit that is missing.
     pub(super) digits: [Vec<BoneAxis>; 5],
     palm: LinkId,
-    /// In the frame of the link `palm`.
+    /// Directions in the frame of the link `palm`.
     axes: PalmAxes,
 }
 
-/// The digit and bone that a link is part of, and its directions out of the pad, to the radial side and to the tip, link
-/// frame.
+/// The digit and bone of a link, and three directions in the link's frame: out of the pad, to the radial side and to the
+/// tip.
 type Sides = (usize, Bone, [Vector3<f64>; 3]);
 
-/// The chain of bones of one digit of a hand, all hinges straight.
+/// The bones of one digit of a hand, all hinges straight.
 struct Chain {
     /// Links of each bone, from the palm to the tip.
     bones: Vec<Vec<usize>>,
     /// Direction of each bone, root frame.
     directions: Vec<Vector3<f64>>,
-    /// Where the finger proper begins: the joint of its proximal phalanx, root frame.
+    /// Origin of the finger: the joint of its proximal phalanx, root frame.
     base: Vector3<f64>,
 }
 
 impl Anatomy {
-    /// Reads a hand as a human one; `None` where that would be a guess.
+    /// Interprets a hand as a human one; `None` if that would be a guess.
     ///
-    /// A hand whose digits are named `thumb`, `index`, `middle`, `ring`, `little` (any of them) is taken at its word. Any
-    /// other must have a thumb, as [`Hand`] finds it, and three or four fingers, all of at least two bones; the finger nearest
-    /// to the thumb is the index finger. A finger of two bones has a proximal and a distal one. Bones are told by the joints between them, sides by the direction in which the digit closes.
+    /// Digits named `thumb`, `index`, `middle`, `ring`, `little` (any of them) are taken by their names. Any other hand
+    /// must have a thumb, as [`Hand`] finds it, and three or four fingers, all of at least two bones; the finger nearest to
+    /// the thumb is the index finger. A finger of two bones has a proximal and a distal one. Bones follow from the joints
+    /// between them, and sides from the direction in which the digit closes.
     pub fn of(hand: &Hand) -> Option<Self> {
         let straight = hand.straight();
         let reaches = hand.straight_joints();
@@ -156,7 +158,7 @@ impl Anatomy {
                     let local = [pad, side, along].map(|axis| frame.rotation.tr_mul(&axis));
                     of_link[link] = Some((digit, bone, local));
                 }
-                // The last one is turned by all hinges of the bone.
+                // All hinges of the bone turn the last link.
                 let link = links[links.len() - 1];
                 axes[digit - 1].push(BoneAxis {
                     bone,
@@ -197,7 +199,7 @@ impl Anatomy {
         })
     }
 
-    /// Where on the hand a point of its surface is.
+    /// The part of the hand at a surface point.
     ///
     /// # Panics
     /// If the hand has no such point.
@@ -205,7 +207,7 @@ impl Anatomy {
         self.patches[surface_point]
     }
 
-    /// Whether the hand has this digit: 1 thumb … 5 little.
+    /// Whether the hand has this digit (1 = thumb … 5 = little).
     pub fn has(&self, digit: usize) -> bool {
         !self.bones(digit).is_empty()
     }
@@ -231,7 +233,7 @@ impl Anatomy {
         }
     }
 
-    /// Direction of a digit's bone, object frame.
+    /// Direction of a bone, object frame.
     pub(super) fn direction(
         &self,
         posed: &PosedHand,
@@ -242,8 +244,8 @@ impl Anatomy {
         Some(posed.object_from_link[axis.link.0].direction(&axis.distal))
     }
 
-    /// The patch of a surface point of a link with this outward normal (link frame), from a point of the hand's surface
-    /// on the same link whose normal is most like it; for contacts that are annotated rather than measured.
+    /// The patch of a point on a link with this outward normal (link frame). It is taken from the surface point of the link
+    /// with the most similar normal, for contacts that are annotated rather than measured.
     pub fn patch_on(&self, hand: &Hand, link: LinkId, normal: &Vector3<f64>) -> Option<Patch> {
         let points = (0..hand.surface.len()).filter(|&i| hand.surface[i].link == link);
         let alike = |i: &usize| hand.surface[*i].normal.dot(normal);
@@ -309,7 +311,7 @@ impl Chain {
     }
 }
 
-/// The bone at this place of so many, from the palm.
+/// The bone of a digit by its place in the chain, where the digit has `count` bones.
 fn bone_of(digit: usize, place: usize, count: usize) -> Option<Bone> {
     let bones: &[Bone] = match (digit, count) {
         (1, _) => &[Bone::Distal, Bone::Proximal, Bone::Metacarpal],
@@ -319,7 +321,7 @@ fn bone_of(digit: usize, place: usize, count: usize) -> Option<Bone> {
     bones.get(count - 1 - place).copied()
 }
 
-/// The link that carries most digits.
+/// The link to which most digits are attached.
 fn palm_link(hand: &Hand) -> Option<usize> {
     let mut carried = vec![0_usize; hand.links.len()];
     for link in &hand.links {
@@ -334,7 +336,7 @@ fn palm_link(hand: &Hand) -> Option<usize> {
     carried.iter().position(|count| *count == most)
 }
 
-/// Number of the human digit (1 thumb … 5 little) that each digit of the hand is.
+/// The human digit (1 = thumb … 5 = little) of each digit of the hand.
 fn human_digits(hand: &Hand, chains: &[Chain], across: &Vector3<f64>) -> Option<Vec<usize>> {
     const NAMES: [&str; 5] = ["thumb", "index", "middle", "ring", "little"];
     let named: Option<Vec<usize>> = hand.digits[1..]
@@ -364,7 +366,7 @@ fn human_digits(hand: &Hand, chains: &[Chain], across: &Vector3<f64>) -> Option<
     Some(digits)
 }
 
-/// The patch that a region's name tells, see [`Hand::regions`].
+/// The patch named by a region, see [`Hand::regions`].
 fn tagged(region: &str) -> Option<Patch> {
     let mut parts = region.split('.');
     let digit = match parts.next()? {

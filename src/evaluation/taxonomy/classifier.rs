@@ -1,4 +1,4 @@
-//! From a grasp to the name of its type, and why.
+//! Names the type of a grasp and explains the name.
 
 use std::fmt::Write;
 
@@ -11,25 +11,25 @@ use super::touch::{Held, Touch, held, ramp, touches};
 use crate::hand::{Hand, PatchSide, PosedHand};
 use crate::object::Object;
 
-/// How many features an explanation lists on each side.
+/// Number of features that an explanation lists on each side.
 const LISTED: usize = 5;
-/// By which factor a size may miss its range until it counts for nothing.
+/// Factor by which a size outside its range loses its whole score.
 const SIZE_FACTOR: f64 = 1.8;
 
-/// What the rule says of a grasp.
+/// Result of the rule for a grasp.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Verdict {
     /// It is of this type.
     Listed(u8),
-    /// Two types fit nearly as well: the number of the best one, whose cell is what is known.
+    /// Two types fit nearly as well. The number is that of the best type, whose cell is the result.
     Ambiguous(u8),
     /// No type fits well enough.
     Unlisted,
-    /// Nothing can be said.
+    /// The rule cannot be applied.
     NotApplicable(Inapplicable),
 }
 
-/// Why the taxonomy says nothing of a grasp.
+/// Why the taxonomy does not apply to a grasp.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Inapplicable {
     /// The hand is not built like a human one, see [`Anatomy::of`].
@@ -53,7 +53,7 @@ impl Inapplicable {
     }
 }
 
-/// A type and how well it fits, 0 to 1.
+/// A type and its score, 0 to 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Candidate {
     /// Number of the type.
@@ -62,41 +62,41 @@ pub struct Candidate {
     pub score: f64,
 }
 
-/// A feature that speaks for or against a type.
+/// A feature that supports or contradicts a type.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Evidence {
     /// Name of the feature.
     pub feature: &'static str,
     /// What it measures.
     pub meaning: &'static str,
-    /// What was measured, 0 to 1.
+    /// Measured value, 0 to 1.
     pub value: f64,
-    /// What the type expects.
+    /// Value that the type expects.
     pub target: f64,
-    /// How much it speaks for (w(1 − |x − t|)) or against (w|x − t|) the type.
+    /// Weight in favour of (w(1 − |x − t|)) or against (w|x − t|) the type.
     pub pull: f64,
 }
 
-/// A label and what it rests on.
+/// A label and the evidence for it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Label {
     /// The outcome.
     pub verdict: Verdict,
-    /// The three types that fit best, best first; fewer on a hand that can do fewer.
+    /// The three types that fit best, best first; fewer if the hand allows fewer types.
     pub best: Vec<Candidate>,
     /// The degree of each opposition, 0 to 1.
     pub oppositions: Vec<(Opposition, f64)>,
-    /// What the oppositions and the depth of contact say of the category.
+    /// Category that follows from the oppositions and the depth of contact.
     pub category: Option<Category>,
-    /// Virtual fingers as they touch, `1:2-4:5`; P is the palm.
+    /// Virtual fingers in contact, `1:2-4:5`; P is the palm.
     pub virtual_fingers: String,
-    /// The object where it is held.
+    /// The form of the object where it is held.
     pub held: Option<Held>,
-    /// What was measured, by name; form and size are measured by type.
+    /// Measured features by name; form and size depend on the type.
     pub features: Vec<(&'static str, f64)>,
-    /// What spoke for the best type, most important first.
+    /// Evidence for the best type, most important first.
     pub support: Vec<Evidence>,
-    /// What spoke against it.
+    /// Evidence against it.
     pub objections: Vec<Evidence>,
 }
 
@@ -115,7 +115,7 @@ impl Label {
         }
     }
 
-    /// The type, where there is one.
+    /// The type, if there is one.
     pub fn grasp_type(&self) -> Option<&'static GraspType> {
         match self.verdict {
             Verdict::Listed(number) => Taxonomy::feix().numbered(number),
@@ -123,7 +123,7 @@ impl Label {
         }
     }
 
-    /// The category of the type, or of the cell where it is ambiguous.
+    /// The category of the type, or of the cell if the label is ambiguous.
     pub fn listed_category(&self) -> Option<Category> {
         match self.verdict {
             Verdict::Listed(number) | Verdict::Ambiguous(number) => {
@@ -133,7 +133,7 @@ impl Label {
         }
     }
 
-    /// The label as files have it: name of the type, the cell where it is ambiguous, `unlisted` or `not_applicable`.
+    /// The label in files: name of the type, the cell if it is ambiguous, `unlisted` or `not_applicable`.
     pub fn text(&self) -> &'static str {
         let entry = |number| Taxonomy::feix().numbered(number);
         match self.verdict {
@@ -144,7 +144,7 @@ impl Label {
         }
     }
 
-    /// How well the best type fits, 0 where none can.
+    /// Score of the best type; 0 if no type can fit.
     fn score(&self) -> f64 {
         self.best.first().map_or(0.0, |best| best.score)
     }
@@ -163,9 +163,9 @@ impl Label {
     }
 }
 
-/// What files say of a grasp that no type fits.
+/// Label in files of a grasp that no type fits.
 pub const UNLISTED: &str = "unlisted";
-/// What files say of a grasp of a hand to which the taxonomy does not apply.
+/// Label in files of a grasp to which the taxonomy does not apply.
 pub const NOT_APPLICABLE: &str = "not_applicable";
 
 /// Labels the grasps of one hand on one object.
@@ -178,7 +178,7 @@ pub struct Labeller<'a> {
 }
 
 impl<'a> Labeller<'a> {
-    /// Reads the hand as a human one, if it is.
+    /// Interprets the hand as a human one, if possible.
     pub fn new(hand: &'a Hand, object: &'a Object, rule: &'a Rule) -> Self {
         Self {
             hand,
@@ -188,7 +188,7 @@ impl<'a> Labeller<'a> {
         }
     }
 
-    /// Whether the taxonomy applies to the hand at all.
+    /// Whether the taxonomy applies to the hand.
     pub fn applies(&self) -> bool {
         self.anatomy.is_some()
     }
@@ -217,7 +217,7 @@ impl<'a> Labeller<'a> {
     }
 }
 
-/// Labels a grasp of which the contacts are known: `held` says what the object is like there, if that is known, too.
+/// Labels a grasp from its contacts; `held` is the form of the object there, if known.
 pub fn label_contacts(
     rule: &Rule,
     anatomy: &Anatomy,
@@ -277,7 +277,7 @@ fn strongest(oppositions: &[(Opposition, f64)]) -> Opposition {
     most.map_or(Opposition::Palm, |(kind, _)| *kind)
 }
 
-/// The category that the opposition and the depth of contact tell, without any type.
+/// The category that follows from the opposition and the depth of contact, for any type.
 fn category(opposition: Opposition, features: &Features) -> Category {
     let web = features.named("web") >= TOUCHES && features.named("middle radial") >= TOUCHES;
     match opposition {
@@ -324,7 +324,7 @@ fn virtual_fingers(opposition: Opposition, features: &Features, touches: &[Touch
     format!("{first}:{}:{}", spell(&second), spell(&third))
 }
 
-/// The value of a cue's feature for a type; form and size are judged by what the type usually holds.
+/// The value of a feature for a type; form and size are compared with those that the type usually holds.
 fn value(
     feature: usize,
     entry: &GraspType,
@@ -367,7 +367,7 @@ fn score(rule: &Rule, entry: &GraspType, features: &Features, held: Option<&Held
     }
 }
 
-/// What speaks for a type and what against, most important first.
+/// Evidence for and against a type, most important first.
 fn evidence(
     rule: &Rule,
     entry: &GraspType,

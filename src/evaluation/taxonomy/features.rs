@@ -1,4 +1,4 @@
-//! What is measured of a grasp to tell its type: numbers from 0 to 1, each a word of the signatures.
+//! Features of a grasp that determine its type: numbers from 0 to 1, named in the signatures.
 
 use nalgebra::Vector3;
 
@@ -7,19 +7,19 @@ use super::table::Opposition;
 use super::touch::{Held, Touch, ramp};
 use crate::hand::{PatchSide, PosedHand};
 
-/// Contact that makes a touch certain, mm²: less than one surface point of a human hand stands for (about 65 mm²). On the
-/// palm, which is larger, more.
+/// Contact area that makes a touch certain, mm². It is less than the area of one surface point of a human hand (about 65
+/// mm²); the palm is larger and needs more.
 const TOUCH_MM2: f64 = 25.0;
 const PALM_TOUCH_MM2: f64 = 60.0;
-/// A digit touches if it does to this degree.
+/// A digit touches from this degree on.
 pub(super) const TOUCHES: f64 = 0.5;
-/// Flexion of all three joints of a finger that is curled up, and of the last two; radians.
+/// Flexion, radians: of all three joints of a curled finger, and of the last two joints of a bent finger.
 const CURLED_RAD: f64 = 4.4;
 const BENT_RAD: f64 = 2.8;
-/// Names of the features that say whether a digit touches, thumb first.
+/// Names of the features for the touch of each digit, thumb first.
 pub(super) const DIGITS: [&str; 5] = ["thumb", "index", "middle", "ring", "little"];
 
-/// All features. What cannot be measured of a grasp (the side of the thumb where it does not touch) is missing in its list.
+/// All features. A feature that cannot be measured (for example the side of a thumb that does not touch) is missing.
 pub(super) const FEATURES: [(&str, &str); 42] = [
     ("thumb", "the thumb touches"),
     ("index", "the index finger touches"),
@@ -123,7 +123,7 @@ impl Features {
         self.values[feature]
     }
 
-    /// Those that could be measured, with their names.
+    /// The features that could be measured, with their names.
     pub(super) fn measured(&self) -> impl Iterator<Item = (&'static str, f64)> {
         let names = FEATURES.iter().map(|(name, _)| *name);
         names
@@ -233,7 +233,7 @@ impl Features {
         self.set("thumb back", share(on_side(1, PatchSide::Back), thumb));
     }
 
-    /// Which parts press against which.
+    /// Measures which parts press against each other.
     fn oppose(&mut self, anatomy: &Anatomy, posed: &PosedHand, touches: &[Touch]) {
         let sum = |test: &dyn Fn(Patch) -> bool| -> Vector3<f64> {
             touches
@@ -282,7 +282,7 @@ impl Features {
             0.0
         };
         let without_thumb = self.named("between") * (1.0 - self.named("thumb"));
-        // What a wrap does, thumb against fingers, belongs to it.
+        // Thumb against fingers is part of a wrap and does not count as an opposition of its own.
         let free = 1.0 - 0.8 * palm;
         let side_share = ramp(side_share, 0.35, 0.75);
         self.set("palm opposition", palm);
@@ -298,9 +298,9 @@ impl Features {
         self.set("parallel", parallel);
     }
 
-    /// How far bent fingers, the ulnar ones among them, reach around it: against the palm, or so far that what they press
-    /// in sum is small (`rest`, a share), as around a handle that hangs in them. Where it is thick, their tips hardly press
-    /// back toward the palm.
+    /// Degree to which bent fingers, including the ulnar ones, enclose the object: against the palm, or so far around that
+    /// their forces nearly cancel (`rest`, a share), as with a handle that hangs in them. On a thick object the tips hardly
+    /// press back toward the palm.
     fn enclosed(&self, anatomy: &Anatomy, posed: &PosedHand, rest: f64) -> f64 {
         let bends: Vec<f64> = self
             .touching()

@@ -1,8 +1,8 @@
-//! The 33 types of the GRASP taxonomy (Feix et al. 2016), and the rule that labels a grasp and explains itself.
+//! The 33 types of the GRASP taxonomy (Feix et al. 2016), and the rule that labels a grasp and explains the label.
 //!
-//! [`Taxonomy`] is the table, [`Anatomy`] reads a hand as a human one, [`touches`] is all of it that is near the object
-//! (never only the few contacts of force closure), [`Labeller`] compares what is measured of that with a signature of each
-//! type. Everything is told by directions of the hand itself, so a mirrored grasp has the same label.
+//! [`Taxonomy`] is the table, [`Anatomy`] interprets a hand as a human one, and [`touches`] gives all surface points near
+//! the object (not only the few contacts of force closure). [`Labeller`] compares features of these with a signature of
+//! each type. All features use directions of the hand itself, so a mirrored grasp has the same label.
 
 mod anatomy;
 mod classifier;

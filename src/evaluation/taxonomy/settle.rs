@@ -1,9 +1,9 @@
-//! Undoes small errors of a pose before it is named: what is a little inside the object, or a little off it, is put on it.
+//! Corrects small errors of a pose before its type is named: surfaces slightly inside or off the object are put on it.
 //!
-//! Poses that were measured, retargeted or drawn have joint angles that err by some hundredths of a radian; at a fingertip that
-//! is a centimetre, more than what tells contact from none. What may have been meant are the grasps near by that could hold:
-//! forces at what touches must be able to balance, else the digit nearest to the object is missing; and digits that hover
-//! touch or do not.
+//! Poses that were measured, retargeted or drawn have joint angles with errors of some hundredths of a radian. At a
+//! fingertip that is a centimetre, more than the difference between contact and none. The intended pose may be any grasp
+//! nearby that could hold: the contact forces must be able to balance, otherwise the digit nearest to the object is
+//! missing, and hovering digits may or may not touch.
 
 use std::cell::OnceCell;
 use std::f64::consts::TAU;
@@ -14,25 +14,24 @@ use crate::hand::{Hand, LinkId, PosedHand, Wrench};
 use crate::object::Object;
 use crate::space::{PoseMetric, joints_of_mut};
 
-/// How much is undone.
+/// Size of the corrections.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settle {
-    /// Error to be expected of a joint angle, standard deviation, radians.
+    /// Expected error of a joint angle, standard deviation, radians.
     pub joint_rad: f64,
-    /// Gap or depth to be expected of a bone that touches, standard deviation, metres.
+    /// Expected gap or depth of a bone that touches, standard deviation, metres.
     pub skin_m: f64,
-    /// A bone farther from the object than this does not touch, metres; nearer ones are drawn to it the more, the nearer they
-    /// are.
+    /// A bone farther from the object than this does not touch, metres; a nearer one is drawn to it more strongly.
     pub reach_m: f64,
-    /// A pose in which nothing is deeper than this has no bone to be put elsewhere, metres.
+    /// A pose in which nothing is deeper than this needs no correction of depths, metres.
     pub fair_m: f64,
-    /// What is nearer than this takes part in the balance of forces, metres.
+    /// Surfaces nearer than this take part in the balance of forces, metres.
     pub touching_m: f64,
-    /// Where forces cannot balance, digits up to this far off the object are closed, metres: three errors of a joint at the
+    /// If forces cannot balance, digits up to this far from the object are closed, metres: three errors of a joint at the
     /// length of a finger.
     pub missing_m: f64,
-    /// Where the pose could not hold as it was, digits up to this far off the object may have been meant to touch, too, metres:
-    /// half of that.
+    /// If the original pose could not hold, digits up to this far from the object may have been meant to touch too, metres:
+    /// half of `missing_m`.
     pub hovering_m: f64,
     /// Friction at which forces must balance.
     pub friction: f64,
@@ -53,29 +52,30 @@ impl Default for Settle {
     }
 }
 
-/// Steps of a search.
+/// Largest number of steps of a search.
 const STEPS: usize = 6;
-/// It has come to rest when no angle changes more, radians.
+/// A search ends when no angle changes by more than this, radians.
 const REST_RAD: f64 = 2e-3;
-/// A digit that has been closed touches within this, metres; and when the search for it may stop.
+/// Gap below which a closed digit touches, and gap at which the search for it may stop, metres.
 const CLOSED_M: f64 = 2e-3;
 const NEAR_ENOUGH_M: f64 = 5e-4;
-/// Edges of a friction cone, steps of the search for balance, and the left-over force, a share, that counts as none.
+/// Edges of a friction cone, steps of the search for balance, and the residual force that counts as zero, as a share.
 const EDGES: u32 = 6;
 const BALANCING: usize = 400;
 const BALANCED: f64 = 0.15;
 
-/// Places along the axis of a capsule where its distance is looked at.
+/// Number of places along the axis of a capsule where its distance is evaluated.
 const PLACES: u32 = 8;
 
-/// A capsule near the object: as near as its field tells at a few places, which is a hundred times cheaper than the mesh.
+/// A capsule near the object. Its distance comes from the object's field at a few places, a hundred times cheaper than from
+/// the mesh.
 struct Touch {
     link: LinkId,
     /// Signed distance of the capsule, metres.
     gap_m: f64,
-    /// Its place nearest to the object, object frame.
+    /// Its point nearest to the object, object frame.
     on_hand: Vector3<f64>,
-    /// Unit normal into the object there.
+    /// Unit normal into the object at that point.
     inward_normal: Vector3<f64>,
 }
 
@@ -84,21 +84,21 @@ struct Near<'a> {
     hand: &'a Hand,
     object: &'a Object,
     settle: &'a Settle,
-    /// Of the hand, once it is needed.
+    /// Metric of the hand, computed when first needed.
     metric: OnceCell<PoseMetric>,
 }
 
-/// The poses that may have been meant by `x`, at least one.
+/// The poses that `x` may mean, at least one.
 ///
 /// ```text
 /// argmin over θ of Σ_b w(r_b) r_b²/skin² + |θ − θ₀|²/joint²,   w = 1 for r < 0, (1 − r²/reach²)² up to reach, else 0
 /// ```
 ///
-/// `r_b`: signed distance of each capsule of the hand from the object; θ₀: the joint angles of `x`, whose limits are kept. The
-/// place of the palm stays. Gauss and Newton's steps with the weights of the step before (Tukey's biweight). Then, while the
-/// forces that can act where the hand touches cannot add up to nothing, the digit nearest to the object that does not touch
-/// and can be closed is closed, by the smallest change of its angles: the first reading. Each further one has one digit more
-/// closed, of those that hover. A pose with nothing inside and with forces that balance is its own only reading.
+/// `r_b`: signed distance of each capsule of the hand from the object; θ₀: the joint angles of `x`, whose limits are kept.
+/// The palm does not move. The solver is Gauss–Newton with weights from the previous step (Tukey's biweight). Then, while
+/// the contact forces cannot sum to zero, the nearest digit that does not touch but can be closed is closed, by the
+/// smallest change of its angles. The result is the first reading. Each further reading has one more of the hovering digits
+/// closed. A pose with nothing inside and with balanced forces is its own only reading.
 ///
 /// # Panics
 /// If `x` does not have 7 numbers more than the hand has joints.
@@ -159,7 +159,7 @@ impl Near<'_> {
         near.collect()
     }
 
-    /// How the distance of a touch changes with each joint angle, metres per radian.
+    /// Derivative of the distance of a touch with respect to each joint angle, metres per radian.
     fn slope(&self, posed: &PosedHand, touch: &Touch) -> DVector<f64> {
         let joints = self.hand.joints.len();
         let metric = self.metric.get_or_init(|| self.hand.pose_metric());
@@ -173,7 +173,7 @@ impl Near<'_> {
         DVector::from_iterator(joints, slopes.map(|(slope, lever)| slope * lever))
     }
 
-    /// Moves the joints, within their limits or where they were beyond; the largest change.
+    /// Changes the joints within their limits, or within their present value if it is beyond; returns the largest change.
     fn shift(&self, x: &mut [f64], change: &DVector<f64>) -> f64 {
         let mut largest: f64 = 0.0;
         for ((angle, joint), change) in joints_of_mut(x)
@@ -189,7 +189,7 @@ impl Near<'_> {
         largest
     }
 
-    /// What is inside comes out, what is nearly on comes on.
+    /// Moves capsules out of the object, and capsules near its surface onto it.
     fn put_on(&self, x: &[f64]) -> Vec<f64> {
         let joints = self.hand.joints.len();
         let settle = self.settle;
@@ -226,7 +226,7 @@ impl Near<'_> {
         near.iter().all(|touch| touch.gap_m > -self.settle.fair_m)
     }
 
-    /// Whether forces where the hand touches can add up to nothing.
+    /// Whether the contact forces can sum to zero.
     fn balanced(&self, x: &[f64], posed: &mut PosedHand) -> bool {
         let near = self.touches(x, self.settle.touching_m, posed);
         let normals: Vec<Vector3<f64>> = near.iter().map(|touch| touch.inward_normal).collect();
@@ -237,8 +237,8 @@ impl Near<'_> {
         self.fair(&self.touches(x, 0.0, posed)) && self.balanced(x, posed)
     }
 
-    /// The pose with one digit more on the object, the nearest of those up to `reach_m` off it that can be closed; none if
-    /// there is none.
+    /// The pose with one more digit on the object: the nearest of the digits up to `reach_m` away that can be closed.
+    /// `None` if there is none.
     fn completed(&self, x: &[f64], reach_m: f64) -> Option<Vec<f64>> {
         let mut posed = PosedHand::default();
         let near = self.touches(x, reach_m, &mut posed);
@@ -259,7 +259,7 @@ impl Near<'_> {
         self.hand.links[touch.link.0].digit
     }
 
-    /// The pose with this digit closed until it touches; none if it does not get there.
+    /// The pose with this digit closed until it touches; `None` if it cannot reach the object.
     fn closed(&self, x: &[f64], digit: usize, posed: &mut PosedHand) -> Option<Vec<f64>> {
         let mut closed = x.to_vec();
         for _ in 0..=STEPS {
@@ -279,9 +279,8 @@ impl Near<'_> {
     }
 }
 
-/// The least force, a share of all normal forces, that is left over by forces inside the friction cones about these normals:
-/// the distance of the origin from the hull of the cones' edges, by pairwise steps of Frank and Wolfe. All, where there are no
-/// normals.
+/// The least residual of forces inside the friction cones about these normals, as a share of all normal forces: the
+/// distance of the origin from the hull of the cones' edges, by pairwise Frank–Wolfe steps. 1 if there are no normals.
 fn left_over(normals: &[Vector3<f64>], friction: f64) -> f64 {
     if normals.is_empty() {
         return 1.0;

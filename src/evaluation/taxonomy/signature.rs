@@ -1,4 +1,4 @@
-//! What tells the types apart, `data/taxonomy/signatures.toml`.
+//! The signatures that distinguish the types, `data/taxonomy/signatures.toml`.
 
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
@@ -13,31 +13,32 @@ use super::table::{Category, GraspType, Opposition, Taxonomy, Thumb};
 /// The signatures as text.
 const SIGNATURES: &str = include_str!("../../../data/taxonomy/signatures.toml");
 
-/// What a type expects of a feature.
+/// Value of a feature that a type expects.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Cue {
     /// Number of the feature.
     pub(super) feature: usize,
-    /// Its value on a perfect grasp of the type.
+    /// Value on a perfect grasp of the type.
     pub(super) target: f64,
-    /// How much it counts.
+    /// Weight of the feature.
     pub(super) weight: f64,
-    /// Whether a miss also lowers the score as a whole.
+    /// Whether a miss also lowers the total score.
     pub(super) key: bool,
 }
 
 /// The rule that names grasps: cues of all types, and thresholds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rule {
-    /// A grasp whose best score is lower is unlisted.
+    /// A grasp with a lower best score is unlisted.
     pub unlisted_below: f64,
-    /// A grasp whose two best scores are less apart is ambiguous.
+    /// A grasp whose two best scores differ by less is ambiguous.
     pub ambiguous_within: f64,
-    /// A hash (64-bit FNV-1a) of signatures, features, the table of types and how poses are settled: a label belongs to one.
+    /// A hash (64-bit FNV-1a) of signatures, features, the table of types and the settings of [`Settle`]; each label
+    /// belongs to one.
     pub version: String,
-    /// How much a missed key feature lowers the score.
+    /// Weight with which a missed key feature lowers the score.
     pub(super) gate: f64,
-    /// Cues of each type, by number; in the order of the features.
+    /// Cues of each type, by number, in the order of the features.
     pub(super) cues: Vec<Vec<Cue>>,
 }
 
@@ -54,7 +55,7 @@ struct File {
     types: Vec<Entry>,
 }
 
-/// Weights of what the table says.
+/// Weights of the cues that follow from the table.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Base {
@@ -76,7 +77,7 @@ struct Entry {
 impl Rule {
     /// The rule that comes with the program.
     ///
-    /// # Panics
+    /// Never: the signatures are part of the program, and a test reads them.
     /// Never: a test reads it.
     pub fn standard() -> &'static Self {
         static STANDARD: LazyLock<Rule> = LazyLock::new(|| {
@@ -138,7 +139,7 @@ impl Rule {
         })
     }
 
-    /// Whether a type can be done without a digit (1 thumb … 5 little): it does not expect it to touch.
+    /// Whether a type is possible without a digit (1 = thumb … 5 = little), because it does not expect that digit to touch.
     pub(super) fn can_do_without(&self, entry: &GraspType, digit: usize) -> bool {
         let touch = feature(DIGITS[digit - 1]);
         let cues = &self.cues[usize::from(entry.number) - 1];
@@ -201,7 +202,7 @@ pub(super) fn name(feature: usize) -> &'static str {
     FEATURES[feature].0
 }
 
-/// What a feature says, in words.
+/// The meaning of a feature, in words.
 pub(super) fn meaning(feature: usize) -> &'static str {
     FEATURES[feature].1
 }

@@ -8,16 +8,16 @@ use super::TaxonomyError;
 
 /// The table as text.
 const TABLE: &str = include_str!("../../../data/taxonomy/feix.toml");
-/// Names of digits in virtual fingers: the palm, then thumb to little finger.
+/// Number of the little finger; digits in virtual fingers are 0 = palm, 1 = thumb … 5 = little.
 const LITTLE: usize = 5;
 
-/// What a hand does with an object.
+/// How a hand controls an object.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Category {
     /// Hand and object move as one.
     Power,
-    /// Between the two.
+    /// Between power and precision.
     Intermediate,
     /// The fingers can move the object.
     Precision,
@@ -35,7 +35,7 @@ pub enum Opposition {
     Side,
 }
 
-/// Where the thumb is.
+/// Position of the thumb.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Thumb {
@@ -45,7 +45,7 @@ pub enum Thumb {
     Adducted,
 }
 
-/// What an object is like where it is held.
+/// Form of an object where it is held.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Form {
@@ -80,7 +80,7 @@ pub struct GraspType {
     pub opposition: Opposition,
     /// Position of the thumb.
     pub thumb: Thumb,
-    /// The side that opposes: digits (0 palm, 1 thumb, 2 index … 5 little).
+    /// The opposing side: digits (0 = palm, 1 = thumb, 2 = index … 5 = little).
     pub vf1: Vec<usize>,
     /// The main fingers.
     pub vf2: Vec<usize>,
@@ -88,14 +88,14 @@ pub struct GraspType {
     pub vf3: Vec<usize>,
     /// Cell of the taxonomy's table: category/opposition/vf2/thumb.
     pub cell: String,
-    /// What the object usually is where it is held; empty: anything.
+    /// Usual forms of the object where it is held; empty means any.
     #[serde(rename = "object")]
     pub forms: Vec<Form>,
-    /// Its usual diameter or thickness, millimetres; any where `None`. Engineering guidance, not of the paper.
+    /// Usual diameter or thickness of the object, millimetres; `None` means any. Engineering guidance, not from the paper.
     pub size_mm: Option<[f64; 2]>,
     /// Parts of the hand that touch, in words.
     pub contacts: Vec<String>,
-    /// What tells it, in words.
+    /// Distinguishing feature, in words.
     pub cue: String,
 }
 
@@ -105,7 +105,7 @@ pub struct GraspType {
 pub struct Disagreement {
     /// Numbers of the types concerned.
     pub types: Vec<u8>,
-    /// Who says what, and what stands in the table.
+    /// The positions of the sources, and the choice in the table.
     pub about: String,
 }
 
@@ -113,9 +113,9 @@ pub struct Disagreement {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Taxonomy {
-    /// Where the table comes from.
+    /// Sources of the table.
     pub sources: Vec<String>,
-    /// Where these disagree.
+    /// Points on which the sources disagree.
     #[serde(rename = "disagreement")]
     pub disagreements: Vec<Disagreement>,
     /// The types, by number.
@@ -124,8 +124,8 @@ pub struct Taxonomy {
 }
 
 impl GraspType {
-    /// How alike two types are: 0 the same, 1 in one cell, 2 of one category and opposition, 3 of one category, 4 else. An
-    /// ultrametric: the taxonomy as a tree.
+    /// Distance of two types in the taxonomy as a tree: 0 the same, 1 in one cell, 2 of one category and opposition, 3 of
+    /// one category, 4 otherwise. It is an ultrametric.
     pub fn distance(&self, other: &Self) -> u8 {
         match () {
             () if self.number == other.number => 0,
@@ -136,7 +136,7 @@ impl GraspType {
         }
     }
 
-    /// Whether the digit (0 palm, 1 thumb …) is part of any virtual finger.
+    /// Whether the digit (0 = palm, 1 = thumb …) is part of any virtual finger.
     pub fn uses(&self, digit: usize) -> bool {
         [&self.vf1, &self.vf2, &self.vf3]
             .iter()
@@ -144,7 +144,7 @@ impl GraspType {
     }
 }
 
-/// The virtual finger as the cells name it: `2`, `2-4`, `3-5`; digits that are no neighbours with commas.
+/// The virtual finger in the notation of cells: `2`, `2-4`, `3-5`; digits that are not neighbours have commas.
 pub(super) fn spell_digits(digits: &[usize]) -> String {
     let neighbours = digits.windows(2).all(|pair| pair[1] == pair[0] + 1);
     match digits {
@@ -156,7 +156,7 @@ pub(super) fn spell_digits(digits: &[usize]) -> String {
     }
 }
 
-/// The name of an enum's value as files have it.
+/// Names of enum values in files.
 macro_rules! spelled {
     ($($kind:ident { $($value:ident => $name:literal),* })*) => {$(
         impl $kind {
@@ -178,7 +178,7 @@ impl Taxonomy {
     /// The table that comes with the program.
     ///
     /// # Panics
-    /// Never: a test reads it.
+    /// Never: the table is part of the program, and a test reads it.
     pub fn feix() -> &'static Self {
         static FEIX: LazyLock<Taxonomy> =
             LazyLock::new(|| Taxonomy::parse(TABLE).expect("the table that is built in is valid"));
@@ -188,7 +188,7 @@ impl Taxonomy {
     /// Reads a table.
     ///
     /// # Errors
-    /// If the text is not a table of that form, types are not numbered from 1, a cell is not that of its type, or two
+    /// If the text does not have the form of a table, types are not numbered from 1, a cell does not match its type, or two
     /// types share a name.
     pub fn parse(text: &str) -> Result<Self, TaxonomyError> {
         let table: Self = toml::from_str(text)?;
@@ -241,7 +241,7 @@ impl Taxonomy {
         self.types.get(usize::from(number).checked_sub(1)?)
     }
 
-    /// The type with this name, alias or number; capitals, spaces, hyphens and underscores do not matter.
+    /// The type with this name, alias or number; case, spaces, hyphens and underscores are ignored.
     ///
     /// ```
     /// let feix = landscape::evaluation::taxonomy::Taxonomy::feix();

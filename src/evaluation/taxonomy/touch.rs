@@ -1,4 +1,4 @@
-//! What of the hand touches the object, and what the object is like there.
+//! Contacts of the hand with the object, and the form of the object there.
 
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
@@ -7,38 +7,38 @@ use super::table::Form;
 use crate::hand::{Hand, LinkId, PosedHand};
 use crate::object::Object;
 
-/// Surface points nearer than this to the object belong to the contact set: what a finger's pad gives.
+/// Surface points nearer than this to the object belong to the contact set; a finger's pad yields by about this much.
 pub const NEAR_M: f64 = 0.005;
-/// Up to this gap a point counts fully.
+/// A point with at most this gap counts fully.
 const TOUCHING_M: f64 = 0.002;
 /// Points whose distance to the smooth field exceeds this are not measured exactly.
 const FAR_M: f64 = 0.01;
-/// Where a point's area is looked at: from its middle, in halves of its radius.
+/// Places where the area of a point is sampled: offsets from its middle, in halves of its radius.
 const PLACES: [[f64; 2]; 4] = [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]];
-/// The object is looked at within this share of its width from the middle of the contacts, and at least this far.
+/// The object's form is measured within this share of its width from the middle of the contacts, and at least this far.
 const AROUND_WIDTHS: f64 = 1.0;
 const AROUND_M: f64 = 0.02;
-/// Shortest step of the search for the other side of the object, metres, and the longest way looked.
+/// Step of the search for the other side of the object, and the longest distance searched, metres.
 const STEP_M: f64 = 2.5e-4;
 const WIDEST_M: f64 = 0.25;
 
-/// A patch of the hand against the object.
+/// A patch of the hand in contact with the object.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Touch {
-    /// Where on the hand.
+    /// Part of the hand.
     pub patch: Patch,
     /// The link it belongs to.
     pub link: LinkId,
-    /// Where, object frame, metres.
+    /// Position, object frame, metres.
     pub point: Vector3<f64>,
     /// Outward unit normal of the hand, object frame.
     pub normal: Vector3<f64>,
-    /// How much it counts: the area it stands for, less where it is apart from the object or does not face it, mm².
+    /// Weight: the area of the point, reduced by its gap and by its angle to the object, mm².
     pub weight_mm2: f64,
 }
 
 impl Touch {
-    /// The same contact when the hand is posed otherwise: it stays where it is on its link.
+    /// The same contact on another pose of the hand; it keeps its place on its link.
     #[must_use]
     pub fn carried(&self, from: &PosedHand, to: &PosedHand) -> Self {
         let [from, to] = [from, to].map(|posed| &posed.object_from_link[self.link.0]);
@@ -51,12 +51,12 @@ impl Touch {
     }
 }
 
-/// The object where it is held.
+/// The form of the object where it is held.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Held {
-    /// Width under the contacts: the way through the object along the normal, median over the contacts, metres.
+    /// Width under the contacts: the distance through the object along the normal, median over the contacts, metres.
     pub width_m: f64,
-    /// How much it is of each form, in the order of [`Form::ALL`], 0 to 1.
+    /// Degree of each form, in the order of [`Form::ALL`], 0 to 1.
     pub forms: [f64; 4],
     /// Long axis of a rod, axis of a disk, normal of a plate: unit vector, object frame, up to its sign.
     pub axis: Vector3<f64>,
@@ -64,11 +64,12 @@ pub struct Held {
 
 /// The proximity contact set of a posed hand: every surface point nearer than [`NEAR_M`] or inside the object.
 ///
-/// A point counts with its area, times 1 up to a gap of 2 mm falling to 0 at [`NEAR_M`], times the cosine between its normal and
-/// the object's inward normal. The area is looked at in four places around the point: a finger's pad has few points.
+/// A point counts with its area, times a factor of 1 up to a gap of 2 mm that falls to 0 at [`NEAR_M`], times the cosine
+/// between its normal and the object's inward normal. The area is sampled at four places around the point, because a
+/// finger's pad has few points.
 ///
 /// # Panics
-/// If the hand was posed without its surface points or `anatomy` is another hand's.
+/// If the hand was posed without its surface points, or `anatomy` belongs to another hand.
 pub fn touches(
     hand: &Hand,
     anatomy: &Anatomy,
@@ -108,7 +109,7 @@ pub fn touches(
     all
 }
 
-/// The object under the contacts; `None` without contacts.
+/// The form of the object under the contacts; `None` without contacts.
 pub fn held(object: &Object, touches: &[(Touch, Vector3<f64>)]) -> Option<Held> {
     let total: f64 = touches.iter().map(|(touch, _)| touch.weight_mm2).sum();
     if total <= 0.0 {
@@ -128,7 +129,7 @@ pub fn held(object: &Object, touches: &[(Touch, Vector3<f64>)]) -> Option<Held> 
         })
         .map_or(0.0, |[width, _]| *width);
 
-    // The middle of what is held: half way through under each contact.
+    // The middle of the held part: half of the width below each contact.
     let middle: Vector3<f64> = touches
         .iter()
         .map(|(touch, normal)| (touch.point - normal * (0.5 * width_m)) * touch.weight_mm2)
@@ -163,7 +164,7 @@ pub fn held(object: &Object, touches: &[(Touch, Vector3<f64>)]) -> Option<Held> 
     }
     let flat = 1.0 - ramp(short / middle, 0.45, 0.75);
     let long_share = ramp(long / middle, 1.15, 1.5);
-    // Whether the contacts press on the faces or on the rim of what is flat.
+    // Whether the contacts press on the faces or on the rim of a flat object.
     let faces = touches
         .iter()
         .map(|(touch, normal)| touch.weight_mm2 * normal.dot(&short_axis).abs())
@@ -185,7 +186,7 @@ pub fn held(object: &Object, touches: &[(Touch, Vector3<f64>)]) -> Option<Held> 
     })
 }
 
-/// The way from a point of the surface through the object along its inward normal, metres.
+/// The distance from a surface point through the object along its inward normal, metres.
 fn width(object: &Object, point: &Vector3<f64>, outward: &Vector3<f64>) -> f64 {
     let mut along = STEP_M;
     while along < WIDEST_M {
@@ -198,7 +199,7 @@ fn width(object: &Object, point: &Vector3<f64>, outward: &Vector3<f64>) -> f64 {
     along
 }
 
-/// 0 up to `low`, 1 from `high` on, straight between.
+/// 0 up to `low`, 1 from `high`, linear between.
 pub(super) fn ramp(x: f64, low: f64, high: f64) -> f64 {
     ((x - low) / (high - low)).clamp(0.0, 1.0)
 }
