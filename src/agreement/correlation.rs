@@ -1,9 +1,9 @@
-//! Do two matrices of pairs rise together?
+//! Correlations of numbers on pairs, of trees and of matrices.
 
 use super::pairs::{PairMatrix, ranks};
 use super::test::{Permutations, Tested, test_order};
 
-/// Pearson's correlation of numbers that are both known; NaN where one of them does not vary.
+/// Pearson's correlation over places where both numbers are known; NaN if one list does not vary.
 ///
 /// # Panics
 /// If the lists differ in length.
@@ -19,7 +19,7 @@ pub fn pearson(x: &[f64], y: &[f64]) -> f64 {
         of_x += (x - mean_x).powi(2);
         of_y += (y - mean_y).powi(2);
     }
-    // Nothing but rounding is no variation.
+    // Variation within rounding counts as none.
     let varies = |squares: f64, mean: f64| squares > 1e-24 * count * mean * mean && squares > 0.0;
     if varies(of_x, mean_x) && varies(of_y, mean_y) {
         (both / (of_x * of_y).sqrt()).clamp(-1.0, 1.0)
@@ -28,7 +28,7 @@ pub fn pearson(x: &[f64], y: &[f64]) -> f64 {
     }
 }
 
-/// Spearman's correlation: [`pearson`] of the ranks among numbers that are both known, tied ones sharing their mean rank.
+/// Spearman's correlation: [`pearson`] of the ranks over places where both numbers are known; ties share their mean rank.
 ///
 /// # Panics
 /// If the lists differ in length.
@@ -44,30 +44,30 @@ pub fn spearman(x: &[f64], y: &[f64]) -> f64 {
 
 /// Cophenetic correlation of two trees: [`pearson`] of the heights at which they join each pair.
 ///
-/// R. R. Sokal and F. J. Rohlf, Taxon 11, 33 (1962). Pairs that one of them never joins are left out.
+/// R. R. Sokal and F. J. Rohlf, Taxon 11, 33 (1962). Pairs that one of the trees never joins are left out.
 ///
 /// # Panics
-/// If the trees are of different cases.
+/// If the trees have different cases.
 pub fn cophenetic_correlation(first: &super::Dendrogram, second: &super::Dendrogram) -> f64 {
     pearson(first.joined().values(), second.joined().values())
 }
 
-/// Baker's gamma of two trees: [`spearman`] of the heights at which they join each pair, so only the order of merges counts.
+/// Baker's gamma of two trees: [`spearman`] of the heights at which they join each pair. Only the order of merges counts.
 ///
-/// F. B. Baker, J. Am. Stat. Assoc. 69, 440 (1974), of the stages of merging; ranks of heights are those of stages.
+/// F. B. Baker, J. Am. Stat. Assoc. 69, 440 (1974), uses the stages of merging, which have the same ranks as the heights.
 ///
 /// # Panics
-/// If the trees are of different cases.
+/// If the trees have different cases.
 pub fn bakers_gamma(first: &super::Dendrogram, second: &super::Dendrogram) -> f64 {
     spearman(first.joined().values(), second.joined().values())
 }
 
-/// Which correlation.
+/// Kind of correlation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Correlation {
-    /// Of the numbers: [`pearson`].
+    /// Of the numbers, see [`pearson`].
     Pearson,
-    /// Of their ranks, taken once of each whole matrix.
+    /// Of their ranks, taken once in each whole matrix.
     Spearman,
 }
 
@@ -80,17 +80,17 @@ impl Correlation {
     }
 }
 
-/// The Mantel test: are pairs that are far apart in one matrix so in the other?
+/// The Mantel test: whether pairs that are far apart in one matrix are far apart in the other.
 ///
 /// ```text
 /// r = correlation over pairs of B and D;  p by the same permutation of rows and columns of B, within blocks
 /// ```
 ///
-/// N. Mantel, Cancer Res. 27, 209 (1967). One-sided: large where both rise together. Pairs unknown in either are left out,
-/// in every permutation anew.
+/// N. Mantel, Cancer Res. 27, 209 (1967). One-sided: large if both rise together. Pairs unknown in either are left out,
+/// anew in every permutation.
 ///
 /// # Panics
-/// If the matrices or the blocks are of different cases.
+/// If the matrices or the blocks have different cases.
 pub fn mantel(
     first: &PairMatrix,
     second: &PairMatrix,
@@ -105,17 +105,17 @@ pub fn mantel(
     })
 }
 
-/// The partial Mantel test: [`mantel`] with what a third matrix explains taken out.
+/// The partial Mantel test: [`mantel`] without the part that a third matrix explains.
 ///
 /// ```text
 /// r = (r_BD − r_BZ r_DZ)/√((1 − r_BZ²)(1 − r_DZ²))
 /// ```
 ///
-/// P. E. Smouse, J. C. Long and R. R. Sokal, Syst. Zool. 35, 627 (1986); B is permuted. Z is what could feign an agreement:
-/// the energy gap, the distance of poses, the sizes of groups. Pairs unknown in any are left out.
+/// P. E. Smouse, J. C. Long and R. R. Sokal, Syst. Zool. 35, 627 (1986); B is permuted. Z is a possible cause of a false
+/// agreement: the energy gap, the distance of poses, the sizes of groups. Pairs unknown in any matrix are left out.
 ///
 /// # Panics
-/// If the matrices or the blocks are of different cases.
+/// If the matrices or the blocks have different cases.
 pub fn partial_mantel(
     first: &PairMatrix,
     second: &PairMatrix,

@@ -1,19 +1,19 @@
-//! Fisher's exact test of two shares.
+//! Fisher's exact test for two proportions.
 
-/// Probability that the first of two samples holds at least so many successes, were both drawn from one population.
+/// Probability that the first of two samples has at least this many successes if both are drawn from one population.
 ///
 /// ```text
 /// p = Σ C(K, k) C(N − K, n − k) / C(N, n)   over k ≥ successes[0]
 /// ```
 ///
-/// `successes`, `sizes`: of both samples; N, K: of both together; n: size of the first. 1 where a sample is empty.
+/// `successes`, `sizes`: of both samples; N, K: of both together; n: size of the first. 1 if a sample is empty.
 /// R. A. Fisher: The Design of Experiments (1935), chapter 2.
 ///
 /// # Panics
 /// If a sample has more successes than members.
 ///
 /// # Examples
-/// The lady who names three of four cups rightly:
+/// The lady who names three of four cups correctly:
 ///
 /// ```
 /// let p = landscape::agreement::fisher_exact([3, 1], [4, 4]);

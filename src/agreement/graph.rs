@@ -1,23 +1,24 @@
-//! Do neighbours on a weighted graph share their class?
+//! Statistics of classes among neighbours on a weighted graph.
 
 use super::pairs::PairMatrix;
 
-/// Known, positive weights: the edges.
+/// The edges, which are pairs with known, positive weights.
 fn edges(weights: &PairMatrix) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
     weights.pairs().filter(|pair| pair.2 > 0.0)
 }
 
-/// Moran's I: are neighbours alike?
+/// Moran's I: whether neighbours are alike.
 ///
 /// ```text
 /// I = N/W · Σᵢⱼ wᵢⱼ zᵢ zⱼ / Σ zᵢ²,   z = x − x̄,   W = Σᵢⱼ wᵢⱼ
 /// ```
 ///
-/// P. A. P. Moran, Biometrika 37, 17 (1950). −1/(N − 1) by chance. Of a class: its indicator ([`indicator`]). With
-/// wᵢⱼ = exp(−barrier/T) near means easy to reach; unknown weights are none. NaN where x does not vary or nothing is joined.
+/// P. A. P. Moran, Biometrika 37, 17 (1950). −1/(N − 1) by chance. For a class use its indicator ([`indicator`]). With wᵢⱼ
+/// = exp(−barrier/T), near means easy to reach. Unknown weights are not edges. NaN if x does not vary or there are no
+/// edges.
 ///
 /// # Panics
-/// If there is not one value a case.
+/// If there is not one value per case.
 pub fn morans_i(weights: &PairMatrix, values: &[f64]) -> f64 {
     assert_eq!(values.len(), weights.size(), "one value a case");
     let count = values.len() as f64;
@@ -48,16 +49,16 @@ pub fn indicator(labels: &[usize], class: usize) -> Vec<f64> {
 pub struct JoinCounts {
     /// Weight of edges between two cases of the class.
     pub inside: f64,
-    /// Weight of edges between one of the class and one that is not.
+    /// Weight of edges between a case of the class and a case outside it.
     pub across: f64,
     /// Weight of the other edges.
     pub outside: f64,
 }
 
-/// Weight of the edges inside, across and outside a class; A. D. Cliff and J. K. Ord, Spatial Processes (1981), sect. 1.3.
+/// Weights of the edges inside, across and outside a class; A. D. Cliff and J. K. Ord, Spatial Processes (1981), sect. 1.3.
 ///
 /// # Panics
-/// If there is not one label a case.
+/// If there is not one label per case.
 pub fn join_counts(weights: &PairMatrix, labels: &[usize], class: usize) -> JoinCounts {
     assert_eq!(labels.len(), weights.size(), "one label a case");
     let mut sums = [0.0; 3];
@@ -72,17 +73,17 @@ pub fn join_counts(weights: &PairMatrix, labels: &[usize], class: usize) -> Join
     }
 }
 
-/// Newman's assortativity of classes on a weighted graph, and what each class adds to it.
+/// Newman's assortativity of classes on a weighted graph, and the contribution of each class.
 ///
 /// ```text
 /// r = (Σ eₖₖ − Σ aₖ²)/(1 − Σ aₖ²),   eₖₗ: share of the weight between classes k and l, aₖ = Σₗ eₖₗ
 /// ```
 ///
-/// M. E. J. Newman, Phys. Rev. E 67, 026126 (2003). 1 where only cases of one class are joined, 0 by chance given the weights
-/// at each case. The terms (eₖₖ − aₖ²)/(1 − Σ aₖ²) sum to r. NaN where nothing is joined or one class has all edges.
+/// M. E. J. Newman, Phys. Rev. E 67, 026126 (2003). 1 if edges join only cases of one class, 0 by chance given the weights
+/// at each case. The terms (eₖₖ − aₖ²)/(1 − Σ aₖ²) sum to r. NaN if there are no edges or one class has all edges.
 ///
 /// # Panics
-/// If there is not one label a case.
+/// If there is not one label per case.
 pub fn assortativity(weights: &PairMatrix, labels: &[usize]) -> (f64, Vec<f64>) {
     assert_eq!(labels.len(), weights.size(), "one label a case");
     let classes = labels.iter().max().map_or(0, |most| most + 1);

@@ -1,4 +1,4 @@
-//! Are classes apart in a matrix of distances?
+//! Statistics of the separation of classes in a matrix of distances.
 
 use super::pairs::{PairMatrix, median};
 use super::test::sizes;
@@ -7,25 +7,25 @@ fn check(distances: &PairMatrix, labels: &[usize]) {
     assert_eq!(labels.len(), distances.size(), "one label a case");
 }
 
-/// R of the analysis of similarities: how much larger ranks of distances are between classes than within.
+/// R of the analysis of similarities: how much the ranks of distances between classes exceed those within.
 ///
 /// ```text
 /// R = (mean rank between − mean rank within)/(M/2),   M: number of pairs, N (N − 1)/2 where all are known
 /// ```
 ///
-/// 1 where every pair between is farther than every pair within, 0 by chance. K. R. Clarke, Aust. J. Ecol. 18, 117 (1993).
-/// Sensitive to different spreads of the classes. Unknown pairs are left out. NaN without pairs of both kinds.
+/// 1 if every pair between classes is farther apart than every pair within, 0 by chance. K. R. Clarke, Aust. J. Ecol. 18,
+/// 117 (1993). Sensitive to different spreads of the classes. Unknown pairs are left out. NaN without pairs of both kinds.
 ///
 /// # Panics
-/// If there is not one label a case.
+/// If there is not one label per case.
 pub fn anosim(distances: &PairMatrix, labels: &[usize]) -> f64 {
     anosim_of_ranks(&distances.ranks(), labels)
 }
 
-/// [`anosim`] of ranks that are known already ([`PairMatrix::ranks`]): they are the same for all permutations of the labels.
+/// [`anosim`] of given ranks ([`PairMatrix::ranks`]), which are the same for all permutations of the labels.
 ///
 /// # Panics
-/// If there is not one label a case.
+/// If there is not one label per case.
 pub fn anosim_of_ranks(ranks: &PairMatrix, labels: &[usize]) -> f64 {
     check(ranks, labels);
     let mut sums = [[0.0; 2]; 2];
@@ -45,11 +45,11 @@ pub fn anosim_of_ranks(ranks: &PairMatrix, labels: &[usize]) -> f64 {
 /// F = ((SS − SS_w)/(a − 1)) / (SS_w/(N − a)),   SS = Σ_{i<j} d²/N,   SS_w = Σ_classes Σ_{i<j in it} d²/n
 /// ```
 ///
-/// a: number of classes. M. J. Anderson, Austral Ecol. 26, 32 (2001). Also large where spreads differ: check [`permdisp`].
-/// All pairs must be known, else NaN.
+/// a: number of classes. M. J. Anderson, Austral Ecol. 26, 32 (2001). Also large if spreads differ: check [`permdisp`]. NaN
+/// unless all pairs are known.
 ///
 /// # Panics
-/// If there is not one label a case.
+/// If there is not one label per case.
 pub fn permanova(distances: &PairMatrix, labels: &[usize]) -> f64 {
     check(distances, labels);
     let sizes = sizes(labels);
@@ -66,16 +66,17 @@ pub fn permanova(distances: &PairMatrix, labels: &[usize]) -> f64 {
     ((all - within) / (classes - 1.0)) / (within / (count - classes))
 }
 
-/// Distance of each case from the centroid of its class, from distances alone.
+/// Distance of each case from the centroid of its class, computed from distances alone.
 ///
 /// ```text
 /// zᵢ² = |Σ_{j in the class} dᵢⱼ²/n − Σ_{j<k in the class} dⱼₖ²/n²|
 /// ```
 ///
-/// M. J. Anderson, Biometrics 62, 245 (2006). Exact for Euclidean distances; others can have imaginary parts, hence |·|.
+/// M. J. Anderson, Biometrics 62, 245 (2006). Exact for Euclidean distances; other distances can give negative sums, hence
+/// |·|.
 ///
 /// # Panics
-/// If there is not one label a case.
+/// If there is not one label per case.
 pub fn dispersions(distances: &PairMatrix, labels: &[usize]) -> Vec<f64> {
     check(distances, labels);
     let sizes = sizes(labels);
@@ -97,17 +98,17 @@ pub fn dispersions(distances: &PairMatrix, labels: &[usize]) -> Vec<f64> {
     centred.collect()
 }
 
-/// F of the analysis of variance of [`dispersions`]: do the classes spread differently?
+/// F of the analysis of variance of [`dispersions`]: whether the classes have different spreads.
 ///
 /// ```text
 /// F = (Σ n (z̄ₖ − z̄)²/(a − 1)) / (Σ (zᵢ − z̄ₖ)²/(N − a))
 /// ```
 ///
-/// A high F warns that [`permanova`] and [`anosim`] may have seen spread and not place. M. J. Anderson, Biometrics 62, 245
-/// (2006), centroids. NaN if a pair within a class is unknown.
+/// A high F warns that [`permanova`] and [`anosim`] may reflect spread instead of location. M. J. Anderson, Biometrics 62,
+/// 245 (2006), with centroids. NaN if a pair within a class is unknown.
 ///
 /// # Panics
-/// If there is not one label a case.
+/// If there is not one label per case.
 pub fn permdisp(distances: &PairMatrix, labels: &[usize]) -> f64 {
     let spread = dispersions(distances, labels);
     let sizes = sizes(labels);
@@ -126,17 +127,17 @@ pub fn permdisp(distances: &PairMatrix, labels: &[usize]) -> f64 {
     (between / (classes - 1.0)) / (within / (count - classes))
 }
 
-/// Silhouette of each case: how much nearer its own class is than the nearest other.
+/// Silhouette of each case: how much nearer its own class is than the nearest other class.
 ///
 /// ```text
 /// s = (b − a)/max(a, b),   a: mean distance to its class, b: least mean distance to another
 /// ```
 ///
 /// P. J. Rousseeuw, J. Comput. Appl. Math. 20, 53 (1987). 0 for a case alone in its class. Unknown pairs are left out; NaN
-/// where nothing else is known.
+/// if no other class is known.
 ///
 /// # Panics
-/// If there is not one label a case.
+/// If there is not one label per case.
 pub fn silhouette(distances: &PairMatrix, labels: &[usize]) -> Vec<f64> {
     check(distances, labels);
     let sizes = sizes(labels);
@@ -167,23 +168,23 @@ pub fn silhouette(distances: &PairMatrix, labels: &[usize]) -> Vec<f64> {
     cases.collect()
 }
 
-/// Barriers between two classes against those within them.
+/// Barriers between two classes compared with those within them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BarrierRatio {
     /// Median between the classes / median within either of them; NaN without pairs of both kinds.
     pub ratio: f64,
-    /// Cliff's delta, see [`cliffs_delta`]: of barriers between over those within.
+    /// Cliff's delta of the barriers between over those within, see [`cliffs_delta`].
     pub delta: f64,
-    /// Pairs between.
+    /// Number of pairs between.
     pub between: usize,
-    /// Pairs within.
+    /// Number of pairs within.
     pub within: usize,
 }
 
-/// How much higher barriers are between classes `a` and `b` than within them; unknown pairs are left out.
+/// Compares barriers between classes `a` and `b` with those within them; unknown pairs are left out.
 ///
 /// # Panics
-/// If there is not one label a case.
+/// If there is not one label per case.
 pub fn barrier_ratio(barriers: &PairMatrix, labels: &[usize], [a, b]: [usize; 2]) -> BarrierRatio {
     check(barriers, labels);
     let (mut between, mut within) = (Vec::new(), Vec::new());
@@ -203,7 +204,7 @@ pub fn barrier_ratio(barriers: &PairMatrix, labels: &[usize], [a, b]: [usize; 2]
     }
 }
 
-/// Cliff's delta: P(x > y) − P(x < y) of a number of each list, −1 to 1.
+/// Cliff's delta: P(x > y) − P(x < y) for one number of each list, −1 to 1.
 ///
 /// N. Cliff, Psychol. Bull. 114, 494 (1993). NaN if a list is empty.
 pub fn cliffs_delta(x: &[f64], y: &[f64]) -> f64 {

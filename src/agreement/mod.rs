@@ -1,10 +1,10 @@
-//! How well numbers agree with what is true, and trees, distances and graphs with labels: the statistics.
+//! Statistics of agreement: of scores with true classes, and of trees, distances and graphs with labels.
 //!
-//! A statistic is a function of labels: [`Dendrogram::purity`], [`anosim`], [`permanova`], [`morans_i`], … What it is worth
-//! says [`test_labels`], which permutes labels among the cases of a block; classes that are too small give
-//! [`Outcome::Insufficient`]. [`bootstrap`] draws cases again, [`test_uncertain_labels`] labels, [`holm`] weighs many
-//! hypotheses at once. Pairs that are not known (no path was found) are NaN in a [`PairMatrix`]: raise them above all others
-//! ([`PairMatrix::raised`]) and repeat with them left out.
+//! A statistic is a function of labels: [`Dendrogram::purity`], [`anosim`], [`permanova`], [`morans_i`], … Its significance
+//! comes from [`test_labels`], which permutes labels among the cases of a block; classes that are too small give
+//! [`Outcome::Insufficient`]. [`bootstrap`] resamples cases, [`test_uncertain_labels`] resamples labels, and [`holm`]
+//! corrects for many hypotheses. Pairs that are not known (no path was found) are NaN in a [`PairMatrix`]. Raise them above
+//! all others ([`PairMatrix::raised`]), and repeat the analysis with them left out.
 
 mod correlation;
 mod dendrogram;

@@ -1,9 +1,9 @@
 //! Numbers on pairs of cases.
 
-/// A symmetric matrix without its diagonal: one number a pair of cases, NaN where it is not known.
+/// A symmetric matrix without its diagonal: one number per pair of cases, NaN if it is not known.
 ///
-/// Saddle heights between basins are *ultrametric* (of any three the two largest are equal) and make a tree; relative
-/// barriers, saddle height − max(Eᵢ, Eⱼ), are not.
+/// Saddle heights between basins are *ultrametric* (of any three the two largest are equal) and form a tree. Relative
+/// barriers, saddle height − max(Eᵢ, Eⱼ), are not ultrametric.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PairMatrix {
     size: usize,
@@ -53,10 +53,11 @@ impl PairMatrix {
         self.values.iter().filter(|value| value.is_nan()).count()
     }
 
-    /// Unknown numbers as larger than all others: m + (`factor` − 1)·|m|, m the largest (`factor`·m of a positive one).
+    /// Replaces unknown numbers by one above all others: m + (`factor` − 1)·|m| with m the largest (`factor`·m if m is
+    /// positive).
     ///
-    /// A saddle height that no path was found for is censored from above: it is at least as high as what was searched.
-    /// With 1.1 such pairs are the last to be joined and no more than that; repeat with them left out (NaN).
+    /// A saddle height without a path is censored: it is at least as high as the energies searched. With a factor of 1.1
+    /// such pairs are the last to be joined. Repeat the analysis with them left out (NaN).
     #[must_use]
     pub fn raised(&self, factor: f64) -> Self {
         let known = self.values.iter().filter(|value| !value.is_nan());
@@ -69,8 +70,8 @@ impl PairMatrix {
         }
     }
 
-    /// The matrix of chosen cases, perhaps in another order or chosen more than once (a bootstrap sample); pairs of a case
-    /// with itself get `same`: 0 of distances, NaN to leave them out.
+    /// The matrix of chosen cases, which may be in another order or repeated (a bootstrap sample). Pairs of a case with
+    /// itself get `same`: 0 for distances, NaN to leave them out.
     ///
     /// # Panics
     /// If a case does not exist.
@@ -85,7 +86,7 @@ impl PairMatrix {
         })
     }
 
-    /// Each number replaced by its rank among those known, from 1; tied ones share their mean rank.
+    /// Replaces each number by its rank among the known ones, from 1; ties share their mean rank.
     #[must_use]
     pub fn ranks(&self) -> Self {
         Self {
@@ -94,7 +95,7 @@ impl PairMatrix {
         }
     }
 
-    /// Largest excess d(i, k) − max(d(i, j), d(j, k)) over triples whose pairs are all known: 0 or less of an ultrametric.
+    /// Largest excess d(i, k) − max(d(i, j), d(j, k)) over triples whose pairs are all known; at most 0 for an ultrametric.
     pub fn ultrametric_excess(&self) -> f64 {
         let mut worst = f64::NEG_INFINITY;
         for (i, k, outer) in self.pairs() {
@@ -109,10 +110,10 @@ impl PairMatrix {
     }
 }
 
-/// Ranks from 1, tied numbers sharing their mean; NaN stays NaN.
+/// Ranks from 1; ties share their mean rank, and NaN stays NaN.
 pub(super) fn ranks(values: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..values.len()).filter(|&i| !values[i].is_nan()).collect();
-    // Zeros of either sign are one number.
+    // Positive and negative zero are equal.
     order.sort_by(|&a, &b| (values[a] + 0.0).total_cmp(&(values[b] + 0.0)));
     let mut ranks = vec![f64::NAN; values.len()];
     let mut before = 0;
@@ -125,7 +126,7 @@ pub(super) fn ranks(values: &[f64]) -> Vec<f64> {
     ranks
 }
 
-/// The middle of some numbers, NaN of none; NaN among them are left out.
+/// The median of the numbers that are not NaN; NaN if there are none.
 pub(super) fn median(mut values: Vec<f64>) -> f64 {
     values.retain(|value| !value.is_nan());
     values.sort_by(f64::total_cmp);

@@ -3,7 +3,7 @@
 use super::Dendrogram;
 use super::test::sizes;
 
-/// Number of cases in class a of one and class b of another partition.
+/// Number of cases in class a of one partition and class b of the other.
 fn table(first: &[usize], second: &[usize]) -> Vec<Vec<usize>> {
     assert_eq!(
         first.len(),
@@ -28,8 +28,8 @@ fn pairs(count: usize) -> f64 {
 /// ARI = (S − E)/(½ (A + B) − E),   S = Σ C(nₐᵦ, 2),  A = Σ C(nₐ, 2),  B = Σ C(nᵦ, 2),  E = A B / C(n, 2)
 /// ```
 ///
-/// 1 where they are the same, 0 in the mean over random ones of the same sizes. L. Hubert and P. Arabie, J. Classif. 2, 193
-/// (1985). 1 where both are one cluster or both all singletons.
+/// 1 if they are the same, 0 on average over random partitions of the same sizes. L. Hubert and P. Arabie, J. Classif. 2,
+/// 193 (1985). 1 if both are one cluster or both consist of singletons.
 ///
 /// # Panics
 /// If the lists differ in length.
@@ -64,8 +64,8 @@ pub fn adjusted_rand(first: &[usize], second: &[usize]) -> f64 {
 /// E I = Σₐᵦ Σₙ n/N ln(N n / (nₐ nᵦ)) · hypergeometric(n; nₐ, nᵦ, N)
 /// ```
 ///
-/// N. X. Vinh, J. Epps and J. Bailey, J. Mach. Learn. Res. 11, 2837 (2010), with the mean of the entropies as the most that
-/// there could be. Unlike raw or normalised mutual information it does not rise with the number of clusters.
+/// N. X. Vinh, J. Epps and J. Bailey, J. Mach. Learn. Res. 11, 2837 (2010), normalised by the mean of the entropies. Unlike
+/// raw or normalised mutual information it does not rise with the number of clusters.
 ///
 /// # Panics
 /// If the lists differ in length.
@@ -93,7 +93,7 @@ pub fn adjusted_mutual_information(first: &[usize], second: &[usize]) -> f64 {
     }
     let expected = expected_information(&rows, &columns, first.len());
     let most = 0.5 * (entropy(&rows) + entropy(&columns));
-    // Where chance alone gives all there is, nothing is left to explain.
+    // If chance alone reaches the maximum, nothing is left to explain.
     let rest = most - expected;
     let rest = if rest < 0.0 {
         rest.min(-f64::EPSILON)
@@ -131,17 +131,17 @@ fn expected_information(rows: &[usize], columns: &[usize], count: usize) -> f64 
     expected
 }
 
-/// What compares two partitions: [`adjusted_rand`] or [`adjusted_mutual_information`].
+/// A comparison of two partitions: [`adjusted_rand`] or [`adjusted_mutual_information`].
 pub type Comparison = fn(&[usize], &[usize]) -> f64;
 
-/// Number of clusters and agreement with `labels` of every cut of a tree into `from` to `to` clusters.
+/// Number of clusters and agreement with `labels` for every cut of a tree into `from` to `to` clusters.
 ///
-/// A cut is at a height, so numbers of clusters that no height gives are missing. For the significance of the highest value
-/// permute the labels and take the highest again ([`highest`] inside [`test_labels`](super::test_labels)): the highest of
-/// many is high by chance.
+/// A cut is at a height, so numbers of clusters that no height gives are missing. The highest of many values is high by
+/// chance: to test it, permute the labels and take the highest value again ([`highest`] inside
+/// [`test_labels`](super::test_labels)).
 ///
 /// # Panics
-/// If there is not one label a case.
+/// If there is not one label per case.
 pub fn agreement_of_cuts(
     tree: &Dendrogram,
     labels: &[usize],
@@ -151,7 +151,7 @@ pub fn agreement_of_cuts(
     curve(&cuts_between(tree, [from, to]), labels, compare)
 }
 
-/// The cuts of a tree into `from` to `to` clusters, with their numbers of clusters: made once for many labels.
+/// The cuts of a tree into `from` to `to` clusters, with their numbers of clusters; can be used for many labels.
 pub fn cuts_between(tree: &Dendrogram, [from, to]: [usize; 2]) -> Vec<(usize, Vec<usize>)> {
     let counted = tree.cuts().into_iter().map(|cut| (sizes(&cut).len(), cut));
     counted
@@ -166,10 +166,10 @@ fn curve(cuts: &[(usize, Vec<usize>)], labels: &[usize], compare: Comparison) ->
     values.collect()
 }
 
-/// The highest agreement of any of the cuts with `labels`; NaN of none.
+/// The highest agreement of any of the cuts with `labels`; NaN without cuts.
 ///
 /// # Panics
-/// If there is not one label a case.
+/// If there is not one label per case.
 pub fn highest(cuts: &[(usize, Vec<usize>)], labels: &[usize], compare: Comparison) -> f64 {
     let values = curve(cuts, labels, compare)
         .into_iter()

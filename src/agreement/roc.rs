@@ -1,24 +1,24 @@
-//! Receiver operating characteristics: how well a score tells two classes apart.
+//! Receiver operating characteristics: how well a score separates two classes.
 
-/// Share of cases found against share of false alarms, for every threshold of a score.
+/// True positive rate against false positive rate, for every threshold of a score.
 ///
 /// ```text
 /// AUC = 1/(m n) Σᵢⱼ ψ(xᵢ, yⱼ),   ψ = 1 if x > y, ½ if x = y, 0 if x < y
 /// ```
 ///
-/// xᵢ: scores of the m positive cases; yⱼ: of the n negative ones. The AUC is the probability that a positive case has the
-/// higher score, the Mann–Whitney statistic, and the area below the curve, whose sloping pieces are ties.
+/// xᵢ: scores of the m positive cases; yⱼ: scores of the n negative cases. The AUC is the probability that a positive case
+/// has the higher score, which is the Mann–Whitney statistic, and the area below the curve. Ties are its sloping pieces.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Roc {
-    /// The curve from (0, 0) to (1, 1), by falling threshold.
+    /// The curve from (0, 0) to (1, 1), by descending threshold.
     pub points: Vec<RocPoint>,
-    /// Area below it, 0 to 1; ½ for a score that knows nothing.
+    /// Area below the curve, 0 to 1; ½ for an uninformative score.
     pub area: f64,
     /// Standard error of the area.
     ///
-    /// E. R. `DeLong`, D. M. `DeLong` and D. L. Clarke-Pearson, Biometrics 44, 837 (1988): the variances of the mean of ψ over
-    /// each case's partners, by ranks as X. Sun and W. Xu, IEEE Signal Process. Lett. 21, 1389 (2014) have it. Zero where the
-    /// classes do not overlap, and NaN where one of them has a single case.
+    /// E. R. `DeLong`, D. M. `DeLong` and D. L. Clarke-Pearson, Biometrics 44, 837 (1988): the variances of the mean of ψ
+    /// over each case's partners, computed by ranks as in X. Sun and W. Xu, IEEE Signal Process. Lett. 21, 1389 (2014).
+    /// Zero if the classes do not overlap, and NaN if one of them has a single case.
     pub standard_error: f64,
     /// Number of positive cases m.
     pub positives: usize,
@@ -26,22 +26,22 @@ pub struct Roc {
     pub negatives: usize,
 }
 
-/// A place on the curve.
+/// A point on the curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RocPoint {
     /// Cases with this score or a higher one are called positive; +∞ at the first point.
     pub threshold: f64,
-    /// Share of the negative cases that are.
+    /// Share of the negative cases called positive.
     pub false_positive_rate: f64,
-    /// Share of the positive cases that are.
+    /// Share of the positive cases called positive.
     pub true_positive_rate: f64,
 }
 
-/// Why there is no curve.
+/// Why a curve cannot be computed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RocError {
-    /// Not one class a score.
+    /// The numbers of scores and classes differ.
     #[error("{scores} scores, but {classes} classes: one of each is needed for every case")]
     Lengths {
         /// Number of scores.
@@ -66,7 +66,7 @@ pub enum RocError {
 }
 
 impl Roc {
-    /// The curve of `scores`, of which high ones speak for a positive case; infinite ones are fine.
+    /// The curve of `scores`, where high scores indicate a positive case. Infinite scores are allowed.
     ///
     /// # Errors
     /// If the lists differ in length, a class is empty or a score is NaN.
@@ -90,7 +90,7 @@ impl Roc {
             false_positive_rate: 0.0,
             true_positive_rate: 0.0,
         }];
-        // Cases above the tied ones, of each class.
+        // Number of cases above the tied ones, for each class.
         let (mut above, mut false_above) = (0.0, 0.0);
         let (mut over_positives, mut over_negatives) = (Spread::default(), Spread::default());
         cases.reverse();
@@ -117,14 +117,14 @@ impl Roc {
         })
     }
 
-    /// Interval of the area for `deviates` standard normal deviates (1.96: 95 %), symmetric on the scale of the logit so that
-    /// it stays within 0 and 1.
+    /// Interval of the area for `deviates` standard normal deviates (1.96: 95 %), symmetric on the logit scale so that it
+    /// stays within 0 and 1.
     ///
     /// ```text
     /// logit A ± z SE/(A (1 − A))
     /// ```
     ///
-    /// Where the classes do not overlap the variance is unknown: [`f64::NAN`] on the side that is not certain.
+    /// If the classes do not overlap the variance is unknown, and the uncertain side is [`f64::NAN`].
     pub fn interval(&self, deviates: f64) -> [f64; 2] {
         let area = self.area;
         if area >= 1.0 {
@@ -139,7 +139,7 @@ impl Roc {
     }
 }
 
-/// Scores by rising value, with their classes.
+/// Scores in ascending order, with their classes.
 fn sorted(scores: &[f64], positive: &[bool]) -> Result<Vec<(f64, bool)>, RocError> {
     if scores.len() != positive.len() {
         return Err(RocError::Lengths {
@@ -159,7 +159,7 @@ fn sorted(scores: &[f64], positive: &[bool]) -> Result<Vec<(f64, bool)>, RocErro
     }
     let mut cases: Vec<(f64, bool)> = scores
         .iter()
-        // Zeros of either sign are one score.
+        // Positive and negative zero are equal.
         .map(|score| score + 0.0)
         .zip(positive.iter().copied())
         .collect();
@@ -167,7 +167,7 @@ fn sorted(scores: &[f64], positive: &[bool]) -> Result<Vec<(f64, bool)>, RocErro
     Ok(cases)
 }
 
-/// Mean and variance of values with weights that count.
+/// Mean and variance of values with frequency weights.
 #[derive(Debug, Clone, Copy, Default)]
 struct Spread {
     count: f64,
@@ -176,7 +176,7 @@ struct Spread {
 }
 
 impl Spread {
-    /// Takes the same value `count` times (West's update).
+    /// Adds the same value `count` times (West's update).
     fn add(&mut self, count: f64, value: f64) {
         if count == 0.0 {
             return;
@@ -192,7 +192,7 @@ impl Spread {
         self.mean
     }
 
-    /// Unbiased; NaN of one value.
+    /// Unbiased variance; NaN for one value.
     fn variance(&self) -> f64 {
         self.squares / (self.count - 1.0)
     }

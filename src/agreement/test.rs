@@ -1,4 +1,4 @@
-//! Significance: labels permuted within blocks, many hypotheses at once, labels that are uncertain, samples drawn again.
+//! Significance tests: permutation within blocks, correction for many hypotheses, uncertain labels, and bootstrap.
 
 use rand::RngExt;
 use rand::seq::SliceRandom;
@@ -6,14 +6,14 @@ use rayon::prelude::*;
 
 use crate::sample::{Rng, Task, stream};
 
-/// Settings of tests by permutation.
+/// Settings of permutation tests.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Permutations {
     /// Number of permutations n; p is at least 1/(n + 1).
     pub count: usize,
     /// Seed; permutation i draws from stream i.
     pub seed: u64,
-    /// Cases that a class needs to be tested.
+    /// Smallest number of cases per class for a test.
     pub least_per_class: usize,
 }
 
@@ -27,37 +27,37 @@ impl Default for Permutations {
     }
 }
 
-/// A statistic and how often chance does as well.
+/// A statistic and its significance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tested {
-    /// The statistic of the labels as they are.
+    /// The statistic of the original labels.
     pub statistic: f64,
     /// p = (1 + #{permuted ≥ observed})/(1 + n), one-sided; Phipson and Smyth, Stat. Appl. Genet. Mol. Biol. 9, 39 (2010).
     pub p: f64,
-    /// Mean under permutation: what chance gives.
+    /// Mean under permutation, which is the chance level.
     pub chance: f64,
     /// Standard deviation under permutation.
     pub deviation: f64,
 }
 
-/// What came of a test.
+/// Outcome of a test.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Outcome<T> {
-    /// An answer.
+    /// A result.
     Known(T),
-    /// A class is too small to ask.
+    /// A class is too small for a test.
     Insufficient {
         /// The smallest class.
         class: usize,
-        /// Its cases.
+        /// Its number of cases.
         cases: usize,
-        /// How many are needed.
+        /// Number of cases needed.
         needed: usize,
     },
 }
 
 impl<T> Outcome<T> {
-    /// The answer, if there is one.
+    /// The result, if there is one.
     pub fn known(self) -> Option<T> {
         match self {
             Self::Known(answer) => Some(answer),
@@ -66,7 +66,7 @@ impl<T> Outcome<T> {
     }
 }
 
-/// Number of cases of each class 0 … of `labels`.
+/// Number of cases in each class 0 … of `labels`.
 pub(super) fn sizes(labels: &[usize]) -> Vec<usize> {
     let mut sizes = vec![0; labels.iter().max().map_or(0, |most| most + 1)];
     for &label in labels {
@@ -75,14 +75,14 @@ pub(super) fn sizes(labels: &[usize]) -> Vec<usize> {
     sizes
 }
 
-/// Tests a statistic that is large where labels agree with something, by permuting labels among the cases of a block.
+/// Tests a statistic that is large if labels agree with something, by permuting labels among the cases of a block.
 ///
-/// `statistic` must do all that was done to find its value, also a choice of the best of several cuts. Permuted values that
-/// equal the observed one up to rounding (10⁻¹²) count as reaching it, and so do those that are NaN. Classes that do not
-/// occur are no classes; a single class is insufficient.
+/// `statistic` must contain every step that led to its value, including a choice of the best of several cuts. Permuted
+/// values count as reaching the observed one if they equal it up to rounding (10⁻¹²) or are NaN. Classes without cases are
+/// ignored; a single class is insufficient.
 ///
 /// # Panics
-/// If there is not one block a label.
+/// If there is not one block per label.
 pub fn test_labels(
     labels: &[usize],
     blocks: &[usize],
@@ -106,10 +106,10 @@ pub fn test_labels(
     }))
 }
 
-/// As [`test_labels`] for a statistic of an order of the cases, the first being 0, 1, 2, …
+/// As [`test_labels`], for a statistic of the order of the cases. The original order is 0, 1, 2, …
 ///
 /// # Panics
-/// If there is not one block a case.
+/// If there is not one block per case.
 pub fn test_order(
     cases: usize,
     blocks: &[usize],
@@ -147,7 +147,7 @@ pub fn test_order(
     }
 }
 
-/// The cases of each block, blocks by number.
+/// The cases of each block, by the number of the block.
 fn members(blocks: &[usize]) -> Vec<Vec<usize>> {
     let mut members = vec![Vec::new(); blocks.iter().max().map_or(0, |most| most + 1)];
     for (case, &block) in blocks.iter().enumerate() {
@@ -168,14 +168,14 @@ fn permuted_within(members: &[Vec<usize>], cases: usize, rng: &mut Rng) -> Vec<u
     order
 }
 
-/// p-values of several hypotheses, each raised so that the chance of any false one among those rejected stays at the level:
-/// S. Holm, Scand. J. Stat. 6, 65 (1979).
+/// Corrects p-values of several hypotheses, so that the probability of any false rejection stays at the level: S. Holm,
+/// Scand. J. Stat. 6, 65 (1979).
 ///
 /// ```text
 /// p̃₍ᵢ₎ = maxⱼ≤ᵢ min(1, (m − j + 1) p₍ⱼ₎)
 /// ```
 ///
-/// NaN (not tested) stays NaN and does not count among the m.
+/// NaN (not tested) stays NaN and is not counted in m.
 pub fn holm(p: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..p.len()).filter(|&i| !p[i].is_nan()).collect();
     order.sort_by(|&a, &b| p[a].total_cmp(&p[b]));
@@ -191,9 +191,9 @@ pub fn holm(p: &[f64]) -> Vec<f64> {
 /// A statistic under resampling.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Resampled {
-    /// Its values, rising; those that were NaN are left out.
+    /// Its values in ascending order, without NaN.
     pub values: Vec<f64>,
-    /// How many were NaN.
+    /// Number of NaN values.
     pub undefined: usize,
 }
 
@@ -209,7 +209,7 @@ impl Resampled {
         }
     }
 
-    /// The value below which `share` of them lie, linear between neighbours; NaN of none.
+    /// The value below which `share` of the values lie, linear between neighbours; NaN without values.
     pub fn quantile(&self, share: f64) -> f64 {
         let Some(last) = self.values.len().checked_sub(1) else {
             return f64::NAN;
@@ -225,15 +225,15 @@ impl Resampled {
         self.values[low] + (place - low as f64) * (self.values[high] - self.values[low])
     }
 
-    /// The middle `share` of the values: 0.95 for the usual interval.
+    /// The interval that contains the middle `share` of the values, usually 0.95.
     pub fn interval(&self, share: f64) -> [f64; 2] {
         [0.5 - 0.5 * share, 0.5 + 0.5 * share].map(|at| self.quantile(at))
     }
 }
 
-/// Bootstrap over cases: `statistic` of `draws` lists of cases drawn with replacement, each block keeping its number.
+/// Bootstrap over cases: `statistic` of `draws` lists of cases drawn with replacement, where each block keeps its size.
 ///
-/// B. Efron, Ann. Stat. 7, 1 (1979), percentiles. Pairs of a case with itself say nothing: see
+/// B. Efron, Ann. Stat. 7, 1 (1979), percentiles. Pairs of a case with itself carry no information: see
 /// [`PairMatrix::chosen`](super::PairMatrix::chosen).
 pub fn bootstrap(
     blocks: &[usize],
@@ -243,7 +243,7 @@ pub fn bootstrap(
 ) -> Resampled {
     let members = members(blocks);
     let values = (0..draws as u64).into_par_iter().map(|i| {
-        // Tasks apart from those of permutations under the same seed.
+        // Numbers of tasks that differ from those of permutations under the same seed.
         let mut rng = stream(seed, Task::Permutation, (1 << 62) + i);
         let mut cases = Vec::with_capacity(blocks.len());
         for own in members.iter().filter(|own| !own.is_empty()) {
@@ -254,22 +254,22 @@ pub fn bootstrap(
     Resampled::new(values.collect())
 }
 
-/// Statistics and p-values over labels drawn from what is believed of them.
+/// Statistics and p-values over labels drawn from their probabilities.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UnderUncertainty {
     /// The statistic.
     pub statistic: Resampled,
     /// Its p-value.
     pub p: Resampled,
-    /// Draws in which some class was too small.
+    /// Number of draws in which a class was too small.
     pub insufficient: usize,
 }
 
-/// Draws labels `draws` times, each case's from `probabilities[case]` (class → weight, scaled to sum 1), and tests each time
-/// anew.
+/// Draws labels `draws` times and tests each draw. The label of a case comes from `probabilities[case]` (weight of each
+/// class, scaled to sum 1).
 ///
 /// # Panics
-/// If a case has no positive weight, or there is not one block a case.
+/// If a case has no positive weight, or there is not one block per case.
 pub fn test_uncertain_labels(
     probabilities: &[Vec<f64>],
     blocks: &[usize],
@@ -306,7 +306,7 @@ fn drawn(weights: &[f64], rng: &mut Rng) -> usize {
             return class;
         }
     }
-    // Rounding: the last class that can be.
+    // Rounding may leave no class; then the last possible class is taken.
     weights
         .iter()
         .rposition(|weight| *weight > 0.0)
