@@ -14,7 +14,7 @@ pub struct Limit {
     pub most: f64,
     /// Their unit; empty if they have none.
     pub unit: &'static str,
-    /// Why other numbers make no sense, or what is perhaps meant; ends the sentence of [`Beyond`].
+    /// Why other numbers make no sense, or a likely error; ends the sentence of [`Beyond`].
     pub reason: &'static str,
 }
 

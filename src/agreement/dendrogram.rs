@@ -1,4 +1,4 @@
-//! Trees of merges and how well they keep classes together.
+//! Trees of merges, and how well they keep classes together.
 
 use super::pairs::PairMatrix;
 
@@ -10,11 +10,11 @@ struct Merge {
     parts: Vec<usize>,
 }
 
-/// The tree of an ultrametric: which cases are joined below which height.
+/// The tree of an ultrametric: the cases that are joined below each height.
 ///
-/// Of a matrix that is none it is the tree of single linkage, whose heights are the minimax over paths: exactly what makes
-/// saddle heights of the edges of a network. Merges at equal heights are one merge of many, so that their order does not
-/// matter. Pairs that are not known (NaN) join nothing; what they leave apart stays so.
+/// For any other matrix it is the tree of single linkage, whose heights are minimax over paths. The same rule gives the
+/// saddle heights of a network from its edges. Merges at equal heights are one merge of several clusters, so their order
+/// does not matter. Unknown pairs (NaN) join nothing, so cases that only they connect stay apart.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dendrogram {
     cases: usize,
@@ -28,7 +28,7 @@ impl Dendrogram {
         let known = heights.pairs().filter(|(_, _, height)| !height.is_nan());
         let mut edges: Vec<(usize, usize, f64)> = known.collect();
         edges.sort_by(|a, b| a.2.total_cmp(&b.2).then((a.0, a.1).cmp(&(b.0, b.1))));
-        // The cluster each case is in now.
+        // The current cluster of each case.
         let mut cluster: Vec<usize> = (0..cases).collect();
         let mut merges: Vec<Merge> = Vec::new();
         for (i, j, height) in edges {
@@ -39,7 +39,7 @@ impl Dendrogram {
             let same = |c: usize| c >= cases && merges[c - cases].height.total_cmp(&height).is_eq();
             let parts = match (same(a), same(b)) {
                 (false, false) => vec![a, b],
-                // A merge at this very height takes the other in; the old one stays as a shell without parts.
+                // A merge at the same height takes over the parts of the other, which stays as an empty entry.
                 (true, false) => [std::mem::take(&mut merges[a - cases].parts), vec![b]].concat(),
                 (false, true) => [std::mem::take(&mut merges[b - cases].parts), vec![a]].concat(),
                 (true, true) => {
@@ -63,7 +63,7 @@ impl Dendrogram {
         self.cases
     }
 
-    /// Height at which each pair is joined, NaN where it never is.
+    /// Height at which each pair is joined, NaN if it never is.
     pub fn joined(&self) -> PairMatrix {
         let members = self.members();
         let mut heights = vec![f64::NAN; self.cases * self.cases];
@@ -96,19 +96,20 @@ impl Dendrogram {
         members
     }
 
-    /// Dendrogram purity: how much of what is joined first with a case of one's class is of that class.
+    /// Dendrogram purity: at the merge that joins a case with another of its class, the share of that class.
     ///
     /// ```text
     /// DP = Σ_{pairs i, j of one class k} wᵢ wⱼ |k below LCA(i, j)| / |all below LCA(i, j)|  /  Σ_{the same pairs} wᵢ wⱼ
     /// ```
     ///
-    /// |·|: sum of the weights of cases below the lowest merge that holds both. 1 where every class is a branch of its own;
-    /// chance depends on the tree and the sizes, so it is told by permutation. K. A. Heller and Z. Ghahramani, ICML 2005, 297,
-    /// in the mean over pairs of A. Kobren et al., KDD 2017, 255 (the first draws a case, then another of its class, which
-    /// weighs small classes more). Pairs that are never joined are left out. NaN without a pair of one class.
+    /// Here |·| is the sum of the weights of the cases below the lowest merge that contains both. DP is 1 if every class is
+    /// a branch of its own. The chance level depends on the tree and the sizes, so use permutations. K. A. Heller and Z.
+    /// Ghahramani, ICML 2005, 297, as a mean over pairs by A. Kobren et al., KDD 2017, 255 (the former draws a case, then
+    /// another of its class, which gives small classes more weight). Pairs that are never joined are left out. NaN without
+    /// a pair of one class.
     ///
     /// # Panics
-    /// If there is not one label and one weight a case.
+    /// If there is not one label and one weight per case.
     pub fn purity(&self, labels: &[usize], weights: &[f64]) -> f64 {
         assert_eq!(labels.len(), self.cases, "one label a case");
         assert_eq!(weights.len(), self.cases, "one weight a case");
@@ -142,8 +143,8 @@ impl Dendrogram {
         if pairs > 0.0 { pure / pairs } else { f64::NAN }
     }
 
-    /// All partitions that a cut at one height makes, from the fewest clusters to all cases apart: the cluster of each case,
-    /// numbered by its first case.
+    /// All partitions by cuts at one height, from the fewest clusters to single cases: the cluster of each case, numbered
+    /// by its first case.
     pub fn cuts(&self) -> Vec<Vec<usize>> {
         let members = self.members();
         let mut cuts = vec![(0..self.cases).collect::<Vec<usize>>()];

@@ -134,7 +134,7 @@ pub fn permdisp(distances: &PairMatrix, labels: &[usize]) -> f64 {
 /// ```
 ///
 /// P. J. Rousseeuw, J. Comput. Appl. Math. 20, 53 (1987). 0 for a case alone in its class. Unknown pairs are left out; NaN
-/// if no other class is known.
+/// if no distance to its own class, or none to another class, is known.
 ///
 /// # Panics
 /// If there is not one label per case.

@@ -54,11 +54,11 @@ pub struct GradientFault {
 /// |told − measured| ≤ 10⁻³ max(|told|, |measured|) + 10⁻⁴ ‖g‖ + |D(2h) − D(h)| + 5 σ/h
 /// ```
 ///
-/// eₖ: the k-th tangent; ⊕: [`Space::exp`](crate::space::Space::exp); g: the given gradient; σ: the noise of the energy,
-/// measured by its sixth differences along the same lines (J. J. Moré and S. M. Wild, SIAM J. Sci. Comput. 33, 1292
-/// (2011)). h is first `step` (a length), then ten times, a tenth and a hundred times as much, until the errors on the
-/// right side are small and the component agrees. Of the steps with errors up to ten times the least, one must agree,
-/// otherwise the component is wrong. A good `step` is a hundred-thousandth of the region of interest.
+/// eₖ: the k-th tangent; ⊕: [`Space::exp`](crate::space::Space::exp); g: the given gradient, with component `told`; σ: the
+/// noise of the energy, measured by its sixth differences along the same lines (J. J. Moré and S. M. Wild, SIAM J. Sci.
+/// Comput. 33, 1292 (2011)). h is first `step` (a length), then ten times, a tenth and a hundred times as much, until the
+/// errors on the right side are small and the component agrees. Of the steps with errors up to ten times the least, one
+/// must agree, otherwise the component is wrong. A good `step` is a hundred-thousandth of the region of interest.
 ///
 /// A fault is a component that is wrong at two points or more, or at the only one where it can be checked, since a
 /// difference means nothing next to a kink or to the edge of the domain. So give several points, some of them where the

@@ -87,7 +87,7 @@ impl Hand {
         self.digits.iter().enumerate().skip(1).map(entry).collect()
     }
 
-    /// Pairs of links of which some capsules are checked against each other.
+    /// Pairs of links with capsules that are checked against each other.
     fn link_pairs(&self) -> Vec<[String; 2]> {
         let links = self
             .self_pairs
@@ -138,7 +138,7 @@ impl Hand {
             .get_or_insert(metric.rotation_reach_m);
     }
 
-    /// A quarter of the range: what the side file's deviations replace. The prior's own deviations hold the synergies, too.
+    /// A quarter of the range, the default of the side file's deviations. The prior's own deviations include the synergies.
     fn own_deviation(&self, j: usize) -> f64 {
         let [lower, upper] = self.joints[j].limits_rad;
         (upper - lower) / 4.0

@@ -251,7 +251,7 @@ pub struct Hand {
     untouching: Vec<bool>,
     /// The first link of the rigid body that the digits are attached to. Links not below it are wrist and forearm.
     palm_link: LinkId,
-    /// What the side file says about the metric.
+    /// Entries of the side file for the metric.
     metric: MetricEntry,
     /// The bending surface and the ball joints of MANO; `None` if surface points are fixed to links.
     blend: Option<Arc<Blend>>,
@@ -270,7 +270,7 @@ pub struct Hand {
 pub struct PalmFrame {
     /// Centre of the palm's volar surface, metres.
     pub centre: Vector3<f64>,
-    /// Unit normal pointing out of the palm (toward what it grasps).
+    /// Unit normal out of the palm, toward a grasped object.
     pub volar: Vector3<f64>,
     /// Unit vector from the palm to the fingertips, perpendicular to `volar`.
     pub distal: Vector3<f64>,

@@ -1,4 +1,4 @@
-//! The optional side file: what a description file cannot say about a hand.
+//! The optional side file, with properties of a hand that a description file cannot state.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! The order of a hand's coordinates: `x = (t, q, θ)`, the only place that counts them.
+//! The layout `x = (t, q, θ)` of a hand's coordinates, which is defined only here.
 
 use std::ops::{Deref, DerefMut};
 
@@ -7,13 +7,13 @@ use serde::{Deserialize, Serialize};
 
 use super::rotation::{read, write};
 
-/// Place of the first number of the quaternion, and of the first joint.
+/// Index of the first number of the quaternion, and of the first joint.
 const ROTATION: usize = 3;
 const JOINTS: usize = 7;
 
-/// A pose of a hand, a point of [`PoseSpace`](super::PoseSpace): position t of the hand's root in the object's frame (metres),
-/// unit quaternion q (scalar first, object from hand) and joint coordinates θ (radians, metres of slides). It dereferences to
-/// the `7 + k` flat numbers that energies take.
+/// A pose of a hand, which is a point of [`PoseSpace`](super::PoseSpace): position t of the hand's root in the object's
+/// frame (metres), unit quaternion q (scalar first, object from hand) and joint coordinates θ (radians, metres of slides).
+/// It dereferences to the `7 + k` flat numbers that energies take.
 ///
 /// ```
 /// use landscape::space::Pose;
@@ -27,12 +27,12 @@ const JOINTS: usize = 7;
 pub struct Pose(Vec<f64>);
 
 impl Pose {
-    /// The pose of these parts, which are kept as they are.
+    /// The pose with these parts, which are not normalised.
     pub fn new(translation_m: [f64; 3], rotation_wxyz: [f64; 4], joints: &[f64]) -> Self {
         Self([&translation_m[..], &rotation_wxyz, joints].concat())
     }
 
-    /// The pose of a hand whose root is the object's frame.
+    /// The pose of a hand whose root frame is the object's frame.
     pub fn at_origin(joints: &[f64]) -> Self {
         Self::new([0.0; 3], [1.0, 0.0, 0.0, 0.0], joints)
     }
@@ -63,14 +63,14 @@ impl Pose {
     }
 }
 
-/// A hand without joints whose root is the object's frame.
+/// A hand without joints whose root frame is the object's frame.
 impl Default for Pose {
     fn default() -> Self {
         Self::at_origin(&[])
     }
 }
 
-/// Takes flat coordinates as they are.
+/// Takes flat coordinates without normalising them.
 ///
 /// # Panics
 /// If there are fewer than 7 numbers.
@@ -104,12 +104,12 @@ impl DerefMut for Pose {
 /// Joint coordinates θ of flat pose coordinates, radians (metres of slides).
 ///
 /// # Panics
-/// If `x` has fewer than 7 numbers; likewise the other functions of this file.
+/// If `x` has fewer than 7 numbers, as for the other functions of this file.
 pub fn joints_of(x: &[f64]) -> &[f64] {
     &x[JOINTS..]
 }
 
-/// Joint coordinates θ of flat pose coordinates, to be changed.
+/// Mutable joint coordinates θ of flat pose coordinates.
 ///
 /// # Panics
 /// If `x` has fewer than 7 numbers.
@@ -122,7 +122,7 @@ pub(crate) fn translation_of(x: &[f64]) -> Vector3<f64> {
     Vector3::from_column_slice(&x[..ROTATION])
 }
 
-/// Quaternion q of flat pose coordinates, as it stands there.
+/// Quaternion q of flat pose coordinates, not normalised.
 pub(crate) fn quaternion_of(x: &[f64]) -> Quaternion<f64> {
     Quaternion::new(x[3], x[4], x[5], x[6])
 }

@@ -152,7 +152,7 @@ pub enum ModelError {
     /// The arguments do not fit.
     #[error("`{given}` does not fit the model: write `{name} {arguments}`, {about}")]
     Arguments {
-        /// What was asked for.
+        /// The given words.
         given: String,
         /// The model.
         name: &'static str,

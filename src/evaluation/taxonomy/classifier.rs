@@ -67,7 +67,7 @@ pub struct Candidate {
 pub struct Evidence {
     /// Name of the feature.
     pub feature: &'static str,
-    /// What it measures.
+    /// Meaning of the feature.
     pub meaning: &'static str,
     /// Measured value, 0 to 1.
     pub value: f64,
@@ -193,7 +193,8 @@ impl<'a> Labeller<'a> {
         self.anatomy.is_some()
     }
 
-    /// Labels the hand at pose `x = [t, q(wxyz), joints]`, object frame, by the one of its [`readings`] that fits some type best.
+    /// Labels the hand at pose `x = [t, q(wxyz), joints]`, object frame. Of its [`readings`] it uses the one that fits a
+    /// type best.
     ///
     /// # Panics
     /// If `x` does not have 7 numbers more than the hand has joints.
