@@ -33,8 +33,7 @@ pub(super) struct Blend {
 /// A vertex of the surface.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct BlendVertex {
-    /// For each link that carries the vertex: link, position in its frame at rest (metres), weight. The weights sum
-    /// to 1.
+    /// For each link that carries the vertex: link, position in its frame at rest (metres), weight. The weights sum to 1.
     pub(super) bindings: Vec<(LinkId, Vector3<f64>, f64)>,
     /// Outward unit normal at rest.
     pub(super) normal: Vector3<f64>,
@@ -85,8 +84,7 @@ impl Blend {
         }
     }
 
-    /// The mirror image at x = 0, as in [`Hand::mirrored`]: at the same coordinates, every point and joint is
-    /// mirrored.
+    /// The mirror image at x = 0, as in [`Hand::mirrored`]: at the same coordinates, every point and joint is mirrored.
     ///
     /// With M = diag(−1, 1, 1), M R(θ) M = R(−M θ): angles about x stay, those about y and z change their sign.
     pub(super) fn mirrored(&self) -> Self {
@@ -118,15 +116,13 @@ impl Blend {
         rotation(&angles_of(posed, ball))
     }
 
-    /// The rate of rotation of ball joint `ball` per unit of coordinate `joint`, in the frame that carries the ball
-    /// joint.
+    /// The rate of rotation of ball joint `ball` per unit of coordinate `joint`, in the frame that carries the ball joint.
     pub(super) fn rate(&self, posed: &PosedHand, ball: usize, joint: usize) -> Vector3<f64> {
         let slopes = self.map.fixed_view::<3, 1>(3 * ball, joint);
         left_jacobian(&angles_of(posed, ball)) * slopes
     }
 
-    /// Adds the gradient of the coordinates that follows from a moment on ball joint `ball`, in the frame that
-    /// carries it.
+    /// Adds the gradient of the coordinates that follows from a moment on ball joint `ball`, in the frame that carries it.
     pub(super) fn pull_back(
         &self,
         posed: &PosedHand,
@@ -150,8 +146,7 @@ impl Blend {
         parts.sum()
     }
 
-    /// The normal of surface point `index`: the weighted sum of the normals turned with each link, not yet of unit
-    /// length.
+    /// The normal of surface point `index`: the weighted sum of the normals turned with each link, not yet of unit length.
     fn mixed_normal(&self, posed: &PosedHand, index: usize) -> Vector3<f64> {
         let vertex = &self.vertices[index];
         let parts = (vertex.bindings.iter()).map(|(link, _, weight)| {
@@ -214,8 +209,7 @@ impl Blend {
             let (Some(ball), Some(parent)) = (link.ball, link.parent) else {
                 continue;
             };
-            // With ω the rotation vector of a change of R, dR = [ω]ₓ R, so dE = Σ (ω × column of R) · column of
-            // ∂E/∂R.
+            // With ω the rotation vector of a change of R, dR = [ω]ₓ R, so dE = Σ (ω × column of R) · column of ∂E/∂R.
             let entries = &by_entry[ENTRIES * ball..ENTRIES * (ball + 1)];
             let slopes = Matrix3::from_row_slice(entries);
             let turned = Self::ball(posed, ball);

@@ -152,7 +152,7 @@ pub enum HandError {
         /// The number and its limit.
         beyond: Beyond,
     },
-    /// An orientation whose numbers are too large or too small to turn by.
+    /// An orientation whose numbers are too large or too small for a rotation.
     #[error(
         "link \"{link}\": an orientation is no rotation: its numbers are too large or too small"
     )]
@@ -178,13 +178,13 @@ pub enum HandError {
     /// A number that is not finite.
     #[error("{place} has a number that is not finite")]
     NotFinite {
-        /// Where.
+        /// The place.
         place: String,
     },
     /// Directions in the side file do not span a frame.
     #[error("{place}: directions must not be zero or parallel")]
     Degenerate {
-        /// Where.
+        /// The place.
         place: &'static str,
     },
     /// An angle is given for a slide, or a length for a hinge.
@@ -192,7 +192,7 @@ pub enum HandError {
         "{place} names joint \"{joint}\", whose unit it is not: degrees are for hinges, millimetres for slides"
     )]
     Unit {
-        /// Where.
+        /// The place.
         place: String,
         /// The joint.
         joint: String,

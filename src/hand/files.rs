@@ -16,8 +16,7 @@ const LARGEST: u64 = 256 << 20;
 /// A file, under the name by which the description refers to it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct HandFile {
-    /// Name. The description and the side file have no folder in their names; other files are named as in the
-    /// reference.
+    /// Name. The description and the side file have no folder in their names; other files are named as in the reference.
     pub name: String,
     /// Its text; meshes are converted to OBJ.
     pub text: String,
@@ -144,8 +143,7 @@ impl HandFiles {
         Ok(files)
     }
 
-    /// The texts that identify these files. For a MANO hand the hash of its file replaces the path to the user's
-    /// copy.
+    /// The texts that identify these files. For a MANO hand the hash of its file replaces the path to the user's copy.
     pub fn identity(&self) -> Vec<String> {
         let texts = self.files.iter().map(|file| file.text.clone());
         let mut texts: Vec<String> = texts.collect();
