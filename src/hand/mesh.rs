@@ -1,4 +1,4 @@
-//! Mesh files of hands: OBJ and STL into triangles, and back into OBJ text.
+//! Mesh files of hands: reads OBJ, STL and MSH as triangles, and writes OBJ text.
 
 use std::path::Path;
 

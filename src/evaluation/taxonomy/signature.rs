@@ -77,7 +77,8 @@ struct Entry {
 impl Rule {
     /// The rule that comes with the program.
     ///
-    /// Never: the signatures are part of the program, and a test reads them. Never: a test reads it.
+    /// # Panics
+    /// Never: the signatures are part of the program, and a test reads them.
     pub fn standard() -> &'static Self {
         static STANDARD: LazyLock<Rule> = LazyLock::new(|| {
             Rule::parse(SIGNATURES).expect("the signatures that are built in are valid")
