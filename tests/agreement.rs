@@ -1,7 +1,7 @@
-//! Statistics of agreement: planted partitions, numbers of other programs, and what chance gives.
+//! Statistics of agreement, tested on planted partitions, results of other programs, and random labels.
 //!
-//! The numbers were computed with scipy 1.17.1, scikit-learn 1.9.1, scikit-bio 0.7.4, networkx 3.6.1 and statsmodels 0.15.0 on
-//! the points and labels below.
+//! The reference numbers were computed with scipy 1.17.1, scikit-learn 1.9.1, scikit-bio 0.7.4, networkx 3.6.1 and
+//! statsmodels 0.15.0 from the points and labels below.
 
 use landscape::agreement::{
     Correlation, Dendrogram, Outcome, PairMatrix, Permutations, adjusted_mutual_information,
@@ -56,7 +56,7 @@ fn distances(points: &Points) -> PairMatrix {
     })
 }
 
-/// Without ties, so that a tree of two parts a merge is the same one.
+/// Distances without ties, so that a tree with two children per merge is unique.
 fn untied(points: &Points, [a, b, m]: [usize; 3]) -> PairMatrix {
     let plain = distances(points);
     PairMatrix::from_fn(12, |i, j| {
@@ -167,7 +167,7 @@ fn matrices_and_trees_of_other_programs() {
     }
 }
 
-/// Three classes of six: 1 apart within, 3 between.
+/// Three classes of six: distances are 1 within a class and 3 between classes.
 fn planted() -> (PairMatrix, Vec<usize>) {
     let labels: Vec<usize> = (0..18).map(|i| i / 6).collect();
     let matrix = PairMatrix::from_fn(18, |i, j| if i / 6 == j / 6 { 1.0 } else { 3.0 });

@@ -1,5 +1,5 @@
-//! Landscapes whose merge heights are known exactly, found from the outside: random starts, public functions, no
-//! knowledge of how many minima there are.
+//! Landscapes with exactly known merge heights, mapped from random starts through public functions, without knowledge of
+//! the number of minima.
 
 use landscape::energy::model::{MullerBrown, ThreeHole, Torsion};
 use landscape::energy::{Energy, Piecewise};
@@ -12,7 +12,7 @@ use landscape::topography::{
 };
 use rand::RngExt;
 
-/// Minima below `count` random points of a box.
+/// Minima reached from `count` random points of a box.
 fn minima(energy: &dyn Energy, low: &[f64], high: &[f64], count: u64) -> Vec<Minimum> {
     let start = |id| {
         let mut rng = stream(11, Task::Start, id);
@@ -83,8 +83,8 @@ fn angles_wrap() {
     }
 }
 
-/// The least of several bowls `c + ½ Σ k_d (x_d − m_d)²`: an envelope with concave kinks, like a grasp's over its
-/// contact sets. Every pass between two bowls is the lowest point of a seam.
+/// The minimum of several bowls `c + ½ Σ k_d (x_d − m_d)²`: an envelope with concave kinks, like that of a grasp energy
+/// over its contact sets. Every pass between two bowls is the lowest point of a seam.
 struct Bowls {
     space: Euclidean,
     bowls: Vec<Bowl>,
@@ -287,7 +287,7 @@ fn every_descent_ends_in_the_bottom_of_a_bowl() {
     }
 }
 
-/// Everything of a map that could differ.
+/// All properties of a map that could differ.
 fn fingerprint(found: &Landscape) -> String {
     let paths: Vec<_> = found.connections.iter().map(|c| &c.path).collect();
     format!("{}{paths:?}", found.to_json())
@@ -353,7 +353,7 @@ fn a_tree_of_paths_only_may_fall_apart() {
     assert_eq!(strict.roots.len(), found.network.node_count());
 }
 
-/// A double well cut into bowls a tenth apart: kinks everywhere, and exact heights all the same.
+/// A double well cut into bowls at distances of a tenth: it has kinks everywhere but exact heights.
 fn rugged() -> Bowls {
     let mut rng = stream(21, Task::Start, 0);
     let mut bowls = Vec::new();

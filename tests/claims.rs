@@ -1,4 +1,4 @@
-//! Every measured number in the README stands in a file under `figures/`, which its program wrote.
+//! Every measured number in the README comes from a file under `figures/` that a program wrote.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -12,8 +12,8 @@ use serde::Deserialize;
 struct Claim {
     /// The sentence, without line breaks: `firm: {96} %, with σ < 0.0005 m {98} %`.
     says: String,
-    /// Where its numbers stand, in order: file (of `figures/`, if it is a bare name), what the only line of that file with the number contains, which of the
-    /// numbers after that.
+    /// Source of each number, in order: file (of `figures/`, if it is a bare name), the text that only the number's line of
+    /// the file contains, and the index of the number after that text.
     values: Vec<(String, String, usize)>,
 }
 
@@ -22,7 +22,7 @@ fn read(path: &str) -> String {
         .unwrap_or_else(|error| panic!("{path}: {error}"))
 }
 
-/// The numbers in a text, as they are written.
+/// The numbers in a text, as written.
 fn numbers(text: &str) -> Vec<&str> {
     text.split(|c: char| !c.is_ascii_digit() && c != '.')
         .map(|word| word.trim_matches('.'))
@@ -40,7 +40,7 @@ fn rounding(number: &str) -> f64 {
     0.5 * 10f64.powi(-decimals(number))
 }
 
-/// Whether a number told is the measured one, or a hundred times it (a percentage), rounded.
+/// Whether a stated number is the measured one, or a hundred times it (a percentage), rounded.
 fn tells(told: &str, measured: &str) -> bool {
     let [told_value, value] = [told, measured].map(|number| number.parse::<f64>().unwrap());
     [1.0, 100.0].into_iter().any(|factor| {
@@ -50,7 +50,7 @@ fn tells(told: &str, measured: &str) -> bool {
     })
 }
 
-/// The number of a file that a claim names.
+/// The number in a file that a claim refers to.
 fn measured<'a>(file: &'a str, (name, fragment, index): &(String, String, usize)) -> &'a str {
     let mut lines = file.lines().filter(|line| line.contains(fragment.as_str()));
     let (Some(line), None) = (lines.next(), lines.next()) else {
@@ -105,7 +105,7 @@ fn measured_numbers_of_the_readme_stand_in_the_files_of_figures() {
     }
 }
 
-/// Whether a line tells a share, a p-value or a duration.
+/// Whether a line states a share, a p-value or a duration.
 fn has_measured(line: &str) -> bool {
     let mut before = None;
     let words = line

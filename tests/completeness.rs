@@ -1,4 +1,4 @@
-//! What a search claims of its completeness, on surfaces whose minima and saddles are counted, and on those that have no
+//! Claims of completeness, tested on surfaces with known numbers of minima and saddles, and on surfaces without a finite
 //! number of them.
 
 use landscape::energy::{Energy, InBox};
@@ -10,7 +10,7 @@ use surfaces::{Counted, Run};
 #[path = "../analysis/completeness/surfaces.rs"]
 mod surfaces;
 
-/// Of the runs that are 99 % sure, the number, and that of the complete ones among them.
+/// The number of runs that are 99 % sure, and the number of complete ones among them.
 fn claims(runs: &[Run]) -> [usize; 2] {
     let claims = || runs.iter().filter(|run| run.found.coverage.sure >= 0.99);
     [
@@ -26,7 +26,7 @@ fn runs(surface: &Counted, seeds: std::ops::Range<u64>) -> Vec<Run> {
         .collect()
 }
 
-/// Where runs claim 99 %, at least 95 of 100 are complete, and simple surfaces are claimed.
+/// Requires that of runs that claim 99 %, at least 95 of 100 are complete, and that at least `least` runs claim it.
 fn check(claims: [usize; 2], least: usize) {
     assert!(claims[0] >= least, "{} claims", claims[0]);
     assert!(100 * claims[1] >= 95 * claims[0], "{claims:?}");

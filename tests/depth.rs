@@ -1,4 +1,4 @@
-//! How deep hand and object are in each other, against dense samples of the hand as it is exported.
+//! Depth of hand and object in each other, compared with dense samples of the exported hand.
 #![cfg(feature = "grasp")]
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
@@ -17,9 +17,9 @@ use landscape::sample::{Rng, Task, stream};
 use nalgebra::Vector3;
 use rand::RngExt;
 
-/// How far the filter's depth may fall short of that of a sample, metres.
+/// Largest amount by which the filter's depth may fall below that of a sample, metres.
 const PROMISED_M: f64 = 1e-4;
-/// Hands of others, looked for in the folder `hands` of `LANDSCAPE_TEST_DATA`.
+/// Published hands in the folder `hands` of `LANDSCAPE_TEST_DATA`.
 const PUBLISHED: [&str; 13] = [
     "shadow_dexgraspnet/shadow_hand_vis.xml",
     "shadow_dexgraspnet/shadow_hand_wrist_free.xml",
@@ -36,7 +36,7 @@ const PUBLISHED: [&str; 13] = [
     "dex_urdf/shadow_hand/shadow_hand_right.urdf",
 ];
 
-/// Evenly spread over the area of the triangles, without regard to which of them are inside others.
+/// Points spread evenly over the area of the triangles, whether or not these lie inside others.
 fn spread(
     vertices: &[Vector3<f64>],
     triangles: &[[u32; 3]],
@@ -129,7 +129,7 @@ fn sampled(
     deepest
 }
 
-/// Random poses at which hand and object overlap more or less, and grasps.
+/// Grasps, and random poses with various overlaps of hand and object.
 fn poses(energy: &GraspEnergy, rng: &mut Rng) -> Vec<Vec<f64>> {
     let (hand, object) = (energy.hand(), energy.object());
     let mut poses: Vec<Vec<f64>> = (0..3)
@@ -159,7 +159,7 @@ fn poses(energy: &GraspEnergy, rng: &mut Rng) -> Vec<Vec<f64>> {
     poses
 }
 
-/// Hands of others, if `LANDSCAPE_TEST_DATA` is set.
+/// Published hands, if `LANDSCAPE_TEST_DATA` is set.
 fn published() -> Vec<(String, Hand)> {
     let Some(folder) = std::env::var_os("LANDSCAPE_TEST_DATA") else {
         return Vec::new();
@@ -173,7 +173,7 @@ fn published() -> Vec<(String, Hand)> {
         .collect()
 }
 
-/// Holds the depth by which the filters judge against `count` samples of the hand and as many of the object.
+/// Compares the depth in the filters with `count` samples of the hand and as many of the object.
 fn compare(hands: Vec<(String, Hand)>, objects: &[&str], count: usize) {
     let objects: Vec<Arc<Object>> = objects
         .iter()

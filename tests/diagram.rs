@@ -1,5 +1,5 @@
-//! The magnetisation diagram of Müller and Brown's surface, against thresholds measured independently: 20 fixed-step MALA
-//! chains each, M = 500, δ = 0.05, forces a factor 10^0.1 apart.
+//! The magnetisation diagram of Müller and Brown's surface, compared with independently measured thresholds: 20 fixed-step
+//! MALA chains each, M = 500, δ = 0.05, forces in steps of a factor 10^0.1.
 
 use landscape::energy::model::MullerBrown;
 use landscape::optimize::QuenchSettings;
@@ -9,7 +9,7 @@ use landscape::topography::{
     distinct, log_grid, quench_all,
 };
 
-/// A, B, C by rising energy.
+/// Minima A, B, C in ascending order of energy.
 fn minima() -> Vec<Minimum> {
     let starts = [vec![-0.56, 1.44], vec![0.62, 0.03], vec![-0.05, 0.47]];
     let energy = MullerBrown::new();
@@ -42,7 +42,7 @@ fn measure(settings: &DiagramSettings) -> Diagram {
     diagram(&energy, &kernel, &minima(), settings, &Run::default()).unwrap()
 }
 
-/// From and to, the force of the first success, the one from which all succeed.
+/// Start and end, the force of the first success, and the force from which all chains succeed.
 type Threshold = ((usize, usize), f64, f64);
 
 #[test]

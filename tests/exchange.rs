@@ -1,4 +1,4 @@
-//! Grasps of other programs: read, written, and every mistake with its sentence.
+//! Grasps of other programs: reading, writing, and the messages of all mistakes.
 #![cfg(feature = "cli")]
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
@@ -22,7 +22,7 @@ id,scale,translation_m_x,translation_m_y,translation_m_z,rotation_w,rotation_x,r
 11,1,0,0,-0.07,0.0,1.0,0.0,0.0,,0.0401
 ";
 
-/// DexGraspNet's angles need not be the ones we write.
+/// Tolerance, because DexGraspNet's angles need not equal ours bit for bit.
 const TURNED: f64 = 1e-12;
 
 fn with_table() -> Desk {
@@ -46,7 +46,7 @@ fn grasps(path: &Path) -> GraspFile {
     GraspFile::read(path, Overrides::default()).unwrap().0
 }
 
-/// Largest difference of poses and joints of two files; quaternions up to their sign.
+/// Largest difference of poses and joints between two files; quaternions are compared up to sign.
 fn difference(a: &GraspFile, b: &GraspFile) -> f64 {
     assert_eq!(a.grasps.len(), b.grasps.len());
     let mut worst: f64 = 0.0;
@@ -357,7 +357,7 @@ fn dictionaries_of_dexgraspbench_are_read() {
     assert_says(&said, &["6 of 6 grasps (DexGraspBench)"]);
 }
 
-/// Its palm stands away from the origin and is turned, as that of MuJoCo Menagerie's Shadow hand stands 34 mm off.
+/// A hand whose palm is moved and rotated from the origin. MuJoCo Menagerie's Shadow hand is moved by 34 mm.
 const OFFSET_HAND: &str = r#"<mujoco><compiler angle="radian"/><worldbody>
 <body name="palm" pos="0.01 0 0.034" quat="0.8 0 0.6 0"><geom type="box" size="0.03 0.01 0.03"/>
 <body name="thumb" pos="-0.02 0 0.03"><geom type="capsule" fromto="0 0 0 0 0 0.05" size="0.008"/></body>
@@ -563,7 +563,7 @@ fn mistakes_are_one_sentence() {
     assert!(!desk.path("owned").exists());
 }
 
-/// The outside test data, where it is at hand.
+/// The external test data, if available.
 fn published() -> Option<PathBuf> {
     let root = std::env::var_os("LANDSCAPE_TEST_DATA");
     if root.is_none() {
@@ -643,7 +643,7 @@ fn published_grasps_touch_their_object() {
     );
 }
 
-/// A file of one object, pickled.
+/// A file with one pickled object.
 fn npy(body: &[u8]) -> Vec<u8> {
     let mut header = b"{'descr': '|O', 'fortran_order': False, 'shape': (), }".to_vec();
     header.resize(117, b' ');

@@ -1,4 +1,4 @@
-//! The known failures of Liu et al. (2021), Fig. 11: found with the paper's preset, gone with the default.
+//! The known failures of Liu et al. (2021), Fig. 11: they occur with the paper's preset but not with the default.
 #![cfg(feature = "grasp")]
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
@@ -22,7 +22,7 @@ static HAND: LazyLock<Arc<Hand>> = LazyLock::new(|| Arc::new(Hand::human()));
 static PEN: LazyLock<Arc<Object>> = LazyLock::new(|| Arc::new(Object::named("pen").unwrap()));
 static BOWL: LazyLock<Arc<Object>> = LazyLock::new(|| Arc::new(Object::named("bowl").unwrap()));
 
-/// As in `analysis/failures.rs`.
+/// The seed of `analysis/failures.rs`.
 const SEED: u64 = 11;
 
 fn posed(x: &[f64]) -> PosedHand {

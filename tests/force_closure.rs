@@ -1,4 +1,4 @@
-//! Exact force closure, contact forces and ε against published and independently computed contact sets.
+//! Exact force closure, contact forces and ε, compared with published and independently computed contact sets.
 #![cfg(feature = "grasp")]
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
@@ -64,7 +64,7 @@ fn all() -> impl Iterator<Item = Case> {
     computed().into_iter().chain(analytic())
 }
 
-/// Contacts turned, then enlarged, then moved.
+/// Contacts after a rotation, scaling and translation.
 fn carried(
     contacts: &[PointContact],
     turn: Rotation3<f64>,
@@ -178,7 +178,7 @@ fn closure_is_balance_and_rank() {
     }
 }
 
-/// The reference hulls have the edges of their pyramids turned by the axes of the frame.
+/// The reference hulls take the edges of their pyramids from the axes of the frame.
 fn reference_wrenches(
     contacts: &[PointContact],
     centre: Vector3<f64>,
@@ -296,7 +296,7 @@ fn turning_contacts_does_not_change_closure_and_epsilon() {
     assert!(closed > 100, "{closed} are closed");
 }
 
-/// How far inside the cones the forces lie that lie least far inside, as [`contact_forces`] measures it.
+/// Smallest margin of the forces inside their cones, as defined for [`contact_forces`].
 fn margin(contacts: &[PointContact], forces: &[Vector3<f64>], friction: f64) -> f64 {
     let (sine, cosine) = friction.atan().sin_cos();
     let inside = |(contact, force): (&PointContact, &Vector3<f64>)| {

@@ -1,4 +1,4 @@
-//! Every energy of the crate: its gradient is the central difference along the tangents of its space.
+//! Every energy of the crate: its gradient equals the central difference along the tangents of its space.
 
 use landscape::energy::model::{
     DoubleWell, LennardJones, MullerBrown, Orientation, ThreeHole, Torsion, Waves,
@@ -10,7 +10,7 @@ use rand::RngExt;
 /// Draws a point at which the energy is finite and smooth.
 type Sampler = fn(&mut Rng) -> Vec<f64>;
 
-/// The one list: an energy that is not in it is not tested.
+/// The list of all tested energies.
 fn energies() -> Vec<(&'static str, Box<dyn Energy>, Sampler)> {
     vec![
         ("Müller–Brown", Box::new(MullerBrown::new()), |rng| {

@@ -1,4 +1,4 @@
-//! Hands, objects and grasps. One program for all these files: each program of tests costs a link.
+//! Hands, objects and grasps. All these files form one test program, because each program must be linked.
 
 mod depth;
 mod failures;

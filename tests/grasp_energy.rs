@@ -1,4 +1,4 @@
-//! The grasp energy: every term's gradient, the exact envelope against brute force, and no memory.
+//! The grasp energy: the gradient of every term, the exact envelope compared with brute force, and independence of history.
 #![cfg(feature = "grasp")]
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
@@ -37,7 +37,7 @@ fn none() -> EnergySettings {
 }
 
 #[expect(clippy::too_many_lines, reason = "a list")]
-/// Every term alone, and the presets. A new term is one line here.
+/// Every term alone, and the presets. A new term needs one line here.
 fn cases() -> Vec<(&'static str, EnergySettings)> {
     vec![
         ("default", EnergySettings::default()),
@@ -143,7 +143,7 @@ fn cases() -> Vec<(&'static str, EnergySettings)> {
     ]
 }
 
-/// A start pose, moved by a few millimetres and curled at random so that everything overlaps somewhere.
+/// A start pose, moved by a few millimetres and curled at random so that all parts overlap somewhere.
 fn pose(hand: &Hand, object: &Object, space: &dyn Space, rng: &mut Rng) -> Vec<f64> {
     let mut x = start_pose(hand, object, rng);
     let scales = space.step_scales();
@@ -260,7 +260,7 @@ fn softened_weights() {
     }
 }
 
-/// Contact energy of every set of `size` surface points, by brute force from public pieces only.
+/// Least contact energy over all sets of `size` surface points, by brute force with public functions only.
 fn least_contact_energy(energy: &GraspEnergy, x: &[f64], settings: &EnergySettings) -> f64 {
     let (hand, object) = (energy.hand(), energy.object());
     let mut posed = PosedHand::default();
@@ -388,10 +388,10 @@ fn envelope_is_the_minimum_over_quadruples_of_many_points() {
     compare_with_brute_force(5, 4, 20, 0.05);
 }
 
-/// How many kinds of questions [`answer`] knows.
+/// Number of kinds of questions in [`answer`].
 const QUESTIONS: usize = 11;
 
-/// The bits of what `energy` (or the `whole` energy, where only that can be asked) answers at a pose.
+/// The bits of the answer of `energy` at a pose (or of the `whole` energy, for questions that only it can answer).
 fn answer(
     question: usize,
     energy: &dyn Energy,

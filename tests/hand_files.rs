@@ -1,6 +1,6 @@
-//! Hands of others: URDF and MJCF files against `MuJoCo`'s kinematics, and what is derived of them.
+//! Published hands: URDF and MJCF files compared with `MuJoCo`'s kinematics, and the properties derived from them.
 //!
-//! The files are not part of the project: `LANDSCAPE_TEST_DATA` names the folder that holds them.
+//! The files are not part of the project: `LANDSCAPE_TEST_DATA` names the folder that contains them.
 #![cfg(feature = "grasp")]
 
 use std::fmt::Write as _;
@@ -13,7 +13,7 @@ use crate::published::{Difference, ORIGINALS, REFERENCES, numbers};
 use landscape::hand::{Hand, HandFiles, LinkId, PosedHand};
 use nalgebra::{Matrix3, Vector3};
 
-/// The folder of the published hands, if there is one here.
+/// The folder of the published hands, if available.
 fn published() -> Option<PathBuf> {
     let folder = crate::published::folder();
     if folder.is_none() {

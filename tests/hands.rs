@@ -1,4 +1,4 @@
-//! Every hand of `data/hands` is sound, and the human one has the measures and the reach of a human hand.
+//! Every hand of `data/hands` is valid, and the human hand has human dimensions and reach.
 #![cfg(feature = "grasp")]
 
 use std::collections::BTreeMap;
@@ -11,7 +11,7 @@ use landscape::hand::{
 };
 use nalgebra::{DMatrix, Vector3};
 
-/// The hands that come with the program, read anew.
+/// The built-in hands, read anew.
 fn hands() -> Vec<Hand> {
     let read = |name: &str| Hand::named(name).unwrap_or_else(|error| panic!("{name}: {error}"));
     HAND_NAMES.map(read).into()
@@ -69,7 +69,7 @@ fn flat(hand: &Hand) -> Vec<f64> {
     x
 }
 
-/// Gap between two capsules of a posed hand, metres; negative where they overlap.
+/// Gap between two capsules of a posed hand, metres; negative if they overlap.
 fn gap(hand: &Hand, posed: &PosedHand, [i, j]: [usize; 2]) -> f64 {
     let distance = closest_points(&posed.capsules[i], &posed.capsules[j])
         .offset

@@ -1,5 +1,5 @@
-//! `landscape inspect` as a user runs it: bare contacts against references, files of grasps, and every mistake with its
-//! sentence.
+//! `landscape inspect` as a user runs it: bare contacts compared with references, files of grasps, and the messages of all
+//! mistakes.
 #![cfg(feature = "cli")]
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
@@ -11,7 +11,7 @@ use nalgebra::{Rotation3, Vector3};
 use serde_json::{Value, json};
 
 impl Desk {
-    /// What a command that must succeed prints.
+    /// The output of a command that must succeed.
     fn print(&self, line: &str) -> String {
         let output = self.run(line);
         let said = String::from_utf8(output.stderr).unwrap();
@@ -19,13 +19,13 @@ impl Desk {
         String::from_utf8(output.stdout).unwrap()
     }
 
-    /// What `inspect` prints about the bare contacts of a file.
+    /// The output of `inspect` for the bare contacts of a file.
     fn text(&self, file: &Value) -> String {
         fs::write(self.path("c.json"), file.to_string()).unwrap();
         self.print("inspect c.json")
     }
 
-    /// The same as JSON.
+    /// The same output as JSON.
     fn report(&self, file: &Value) -> Value {
         fs::write(self.path("c.json"), file.to_string()).unwrap();
         serde_json::from_str(&self.print("inspect c.json --json")).unwrap()

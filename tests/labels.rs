@@ -1,4 +1,4 @@
-//! Labels of grasps: what holds for every hand and pose, and the command as a user runs it.
+//! Labels of grasps: properties for every hand and pose, and the command as a user runs it.
 #![cfg(feature = "cli")]
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
@@ -15,7 +15,7 @@ use landscape::object::{Mesh, Object};
 use landscape::space::Pose;
 use landscape::store::{GraspFile, Overrides};
 
-/// Grasps of the committed population, every `step`-th.
+/// Every `step`-th grasp of the committed population.
 fn some_grasps(step: usize) -> GraspFile {
     let (mut file, _) =
         GraspFile::read("data/grasps.parquet".as_ref(), Overrides::default()).unwrap();
@@ -308,7 +308,7 @@ fn labels_are_written_explained_and_overridden() {
     assert_says(&refused("label g.parquet -o none/x.parquet"), &["none"]);
 }
 
-/// A browser that runs without a window, if the machine has one.
+/// A browser that runs without a window, if there is one.
 fn browser() -> Option<PathBuf> {
     let folders = std::env::var_os("PATH")?;
     let names = ["chromium", "chromium-browser", "google-chrome", "chrome"];
@@ -317,7 +317,7 @@ fn browser() -> Option<PathBuf> {
         .find(|path| path.is_file())
 }
 
-/// What a person does with mouse and keyboard, as events on the page; the file that would be saved ends up in the page.
+/// Mouse and keyboard actions of a person, as events on the page. The file that would be saved is put into the page.
 const PERSON: &str = r##"<script>
 {
 const press = (target, key) => target.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true, cancelable: true }));

@@ -1,4 +1,4 @@
-//! Lennard-Jones clusters, found by basin hopping and mapped: minima and merge heights as in the literature.
+//! Lennard-Jones clusters, found by basin hopping and mapped. Minima and merge heights agree with the literature.
 
 use landscape::energy::model::LennardJones;
 use landscape::sample::{Mala, Task, stream};
@@ -43,7 +43,7 @@ fn mapped(atoms: usize) -> Landscape {
     .unwrap()
 }
 
-/// Energies and merge heights against the reference, as far as it goes.
+/// Compares energies and merge heights with the reference, as far as it goes.
 fn check(atoms: usize) -> Option<()> {
     let reference: serde_json::Value =
         serde_json::from_str(include_str!("reference/landscapes.json")).ok()?;

@@ -1,4 +1,4 @@
-//! MANO, on a made-up file with the keys and shapes of the real one, which may not be passed on.
+//! MANO, tested on a synthetic file with the keys and shapes of the real one, which may not be redistributed.
 #![cfg(feature = "grasp")]
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
@@ -22,7 +22,7 @@ const LINKS: usize = 16;
 const PARENTS: [usize; 15] = [0, 1, 2, 0, 4, 5, 0, 7, 8, 0, 10, 11, 0, 13, 14];
 const POSES: usize = 60;
 
-/// The arrays of the made-up file.
+/// The arrays of the synthetic file.
 #[derive(Debug, Clone)]
 struct Model {
     template: Vec<f64>,
@@ -36,7 +36,7 @@ struct Model {
     coefficients: Vec<f64>,
 }
 
-/// Where the joints are, and the tip each leads to: fingers along −x, side by side in z, the palm facing −y.
+/// Start and tip of each joint's bone: fingers along −x, side by side in z, the palm facing −y.
 fn bones() -> Vec<[Vector3<f64>; 2]> {
     let mut bones = vec![[Vector3::new(0.05, 0.0, 0.0), Vector3::new(-0.03, 0.0, 0.0)]];
     for (side, length) in [(0.03, 1.0), (0.01, 1.1), (-0.032, 0.8), (-0.011, 1.0)] {
@@ -57,7 +57,7 @@ fn bones() -> Vec<[Vector3<f64>; 2]> {
 }
 
 impl Model {
-    /// Tubes around bones, weights smooth along them, everything else small and random.
+    /// Tubes around bones with smooth weights along them; everything else is small and random.
     fn new() -> Self {
         let bones = bones();
         let mut rng = stream(11, Task::Start, 0);
@@ -147,7 +147,7 @@ impl Model {
         }
     }
 
-    /// The file, as `numpy.savez` writes it.
+    /// The file in the form of `numpy.savez`.
     fn npz(&self) -> Vec<u8> {
         self.packed(CompressionMethod::Stored)
     }
@@ -230,7 +230,7 @@ impl Model {
         )
     }
 
-    /// Vertices by the formula, with matrices of four rows, for angles of all joints; and the joints.
+    /// Vertices by the formula, with 4 × 4 matrices, for the angles of all joints; and the joints.
     fn vertices(&self, betas: &[f64], angles: &[f64]) -> Vec<Vector3<f64>> {
         let shaped: Vec<f64> = (self.template.iter().zip(self.shapes.chunks_exact(10)))
             .map(|(x, shapes)| x + shapes.iter().zip(betas).map(|(s, b)| s * b).sum::<f64>())
@@ -276,7 +276,7 @@ impl Model {
             .collect()
     }
 
-    /// Vertices in the order of the hand's surface points: by the link that carries them most.
+    /// Vertices in the order of the hand's surface points: grouped by the link with the greatest weight.
     fn order(&self) -> Vec<usize> {
         let strongest = |v: &usize| {
             let row = &self.weights[v * LINKS..(v + 1) * LINKS];

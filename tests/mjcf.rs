@@ -1,5 +1,5 @@
-//! MJCF by a description made to be awkward: every way to write a frame, classes, includes, couplings; and errors that say
-//! where.
+//! MJCF, tested on a description with all difficult features: every way to write a frame, classes, includes, couplings.
+//! Errors name the place.
 //!
 //! Reference: `MuJoCo` 4.0.0, `mj_kinematics`, for the files below.
 #![cfg(feature = "grasp")]
@@ -54,7 +54,7 @@ const TIP: &str = r#"<mujocoinclude>
 </mujocoinclude>
 "#;
 
-/// The awkward hand, read from files, and posed.
+/// The difficult hand, read from files and posed.
 fn knot() -> (Hand, PosedHand) {
     let folder = tempfile::tempdir().expect("a folder for two small files");
     let path = folder.path().join("knot.xml");

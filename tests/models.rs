@@ -1,4 +1,4 @@
-//! The reference surfaces at every stationary point of `tests/reference/landscapes.json`.
+//! The reference surfaces at all stationary points of `tests/reference/landscapes.json`.
 
 use landscape::energy::Energy;
 use landscape::energy::model::{LennardJones, MullerBrown, ThreeHole};
@@ -19,8 +19,8 @@ fn numbers(values: &Value) -> Vec<f64> {
     serde_json::from_value(values.clone()).expect("coordinates are a flat list of numbers")
 }
 
-/// Points solved to |∇V| < 1e-9 with exact Hessians, printed to full precision: rounding of coordinates times the
-/// largest curvature (4000) and of energies of 150 leave 1e-8.
+/// The points were solved to |∇V| < 1e-9 with exact Hessians and printed to full precision. Rounding of the coordinates
+/// times the largest curvature (4000), and rounding of energies of 150, give a tolerance of 1e-8.
 fn assert_stationary(name: &str, energy: &dyn Energy, x: &[f64], value: f64) {
     let mut gradient = vec![f64::NAN; x.len()];
     let found = energy.evaluate(x, &mut gradient);
@@ -93,7 +93,7 @@ fn clusters_are_stationary_and_distinct() {
     }
 }
 
-/// Turned, moved, mirrored, and numbered backwards.
+/// The cluster rotated, moved, mirrored, and with its atoms in reverse order.
 fn disguised(x: &[f64]) -> Vec<f64> {
     let turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.7, -1.9, 1.1));
     let atoms = x.chunks_exact(3).rev().map(Vector3::from_column_slice);

@@ -1,4 +1,4 @@
-//! Müller and Brown's surface, found from random starts: minima and merge heights as published.
+//! Müller and Brown's surface from random starts: minima and merge heights agree with published values.
 
 use landscape::energy::model::MullerBrown;
 use landscape::optimize::QuenchSettings;

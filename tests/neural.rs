@@ -1,4 +1,4 @@
-//! Neural shapes against values of an independent implementation (torch, double precision), and against themselves.
+//! Neural shapes, compared with an independent implementation (torch, double precision) and with each other.
 #![cfg(feature = "neural")]
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
@@ -122,7 +122,7 @@ fn a_trained_network_in_single_precision() {
     assert!(differences.iter().all(|&d| d <= 1e-6), "{differences:?}");
 }
 
-/// The standard network, with weights by a formula.
+/// The standard network with weights given by a formula.
 fn standard<T: Real>() -> (Network<T>, Value) {
     let reference = json("standard_formula_reference.json");
     let mut tensors = BTreeMap::new();
@@ -196,7 +196,7 @@ fn answers_do_not_depend_on_threads_and_hardly_on_company() {
     assert!(network.answers(&[]).is_empty());
 }
 
-/// Specs of a little network and tensors that fit them, by a random draw.
+/// Specs of a small network with random tensors that fit them.
 fn made_up(network: &str, shapes: &[(&str, &[usize])]) -> Decoder {
     let specs = format!("{{\"NetworkSpecs\": {network}, \"CodeLength\": 2}}");
     let mut rng = stream(0, Task::Start, 1);

@@ -1,4 +1,4 @@
-//! Objects as a user brings them: any format, unit and state of repair.
+//! Object files of users, in any format, unit and state of repair.
 #![cfg(feature = "cli")]
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
@@ -150,7 +150,7 @@ fn scales_units_and_repairs_are_told() {
     );
 }
 
-/// A tetrahedron 10 cm high, of which everything but `changed` is as it should be.
+/// A tetrahedron 10 cm high that is valid except for the fields in `changed`.
 fn tetrahedron(changed: &[(&str, serde_json::Value)]) -> String {
     let corners = [
         0.0f32, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.1,

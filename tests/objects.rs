@@ -1,4 +1,4 @@
-//! The objects of `data/objects`, and fields against exact distances.
+//! The objects of `data/objects`, and fields compared with exact distances.
 #![cfg(feature = "grasp")]
 
 use std::io::Write;
@@ -27,7 +27,7 @@ fn read(name: &str) -> (Mesh, Description) {
     )
 }
 
-/// Scans of real things, where the outside test data is at hand.
+/// Scans of real objects, if the external test data are available.
 fn scans() -> Option<PathBuf> {
     let root = std::env::var_os("LANDSCAPE_TEST_DATA");
     if root.is_none() {
@@ -130,7 +130,7 @@ fn declared_axes_hold_to_a_tenth_of_a_millimetre() {
     }
 }
 
-/// Bakes the field and checks its report, and independently its error at random points near the surface.
+/// Bakes the field and checks its report, and separately its error at random points near the surface.
 fn assert_field_is_accurate(name: &str, mesh: &Mesh) {
     let exact = ExactMesh::new(mesh);
     let field = Field::bake(mesh, &exact, &FieldSettings::default());
@@ -331,7 +331,7 @@ fn inside_of_a_union_is_inside_of_a_piece() {
     }
 }
 
-/// Each piece by itself.
+/// Each piece as a separate mesh.
 fn piecewise(mesh: &Mesh) -> Vec<ExactMesh> {
     let mut piece_of: Vec<usize> = (0..mesh.vertices().len()).collect();
     // As many sweeps as it takes for the lowest number of each piece to reach all of it.

@@ -1,5 +1,5 @@
-//! Paths between two minima: strings and bands, both ways round, modulo the symmetry of an object, between close ridges,
-//! and where something speaks against them. No chains help unless a test says so.
+//! Paths between two minima: strings and bands, both ways around a ring, modulo the symmetry of an object, between close
+//! ridges, and with objections. No chains help unless a test says so.
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 use std::f64::consts::PI;
@@ -24,7 +24,7 @@ fn reference(name: &str) -> Value {
     all[name].clone()
 }
 
-/// The minima below these points, lowest first.
+/// The minima reached from these points, lowest first.
 fn minima_below(energy: &dyn Energy, starts: &[Vec<f64>]) -> Vec<Minimum> {
     let settings = QuenchSettings::default().with_gradient_tolerance(1e-9);
     let mut minima: Vec<Minimum> = starts
@@ -43,7 +43,7 @@ fn minima_below(energy: &dyn Energy, starts: &[Vec<f64>]) -> Vec<Minimum> {
     minima
 }
 
-/// Settings of paths from straight lines alone.
+/// Settings for paths that start as straight lines only.
 fn straight_only(energy: f64, length: f64, method: PathMethod) -> MapSettings {
     let mut settings = MapSettings::for_scales(energy, length);
     settings.chain.attempts = 0;
@@ -75,7 +75,7 @@ fn connect(
     connector.connect(energy, kernel, pair)
 }
 
-/// The path along the straight line of two minima.
+/// The path from the straight line between two minima.
 fn straight(energy: &dyn Energy, ends: (&Minimum, &Minimum), settings: &MapSettings) -> Connection {
     connect(energy, &Mala::new(energy), ends, settings)
 }
@@ -226,8 +226,9 @@ fn double_nudging_changes_no_saddle() {
     assert!((found.edge.height + 72.248940112325).abs() < 1e-6);
 }
 
-/// −Σ cᵢ qᵢ⁴ + b w³x³: minima w and x are half a turn about x apart, and the term makes one of the two ways round lower,
-/// without moving them. With equal weights c its top lies at 45°, at −c/2 − |b|/8; the other at −c/2 + |b|/8.
+/// −Σ cᵢ qᵢ⁴ + b w³x³. The minima w and x differ by half a turn about x. The term with b lowers one of the two ways around
+/// without moving the minima. With equal weights c its top lies at 45°, at −c/2 − |b|/8; the other top lies at −c/2 +
+/// |b|/8.
 struct Turn {
     even: Orientation,
     twist: f64,
@@ -316,7 +317,7 @@ fn both_ways_round_are_lower_for_one_twist_each() {
     assert!(starts.contains(&Some(Start::Round)));
 }
 
-/// −Σ exp(−d²/2w²) over some centres: the same for all copies of a pose that the space takes for one.
+/// −Σ exp(−d²/2w²) over some centres. It is equal for all poses that the space identifies.
 struct Wells<S> {
     space: S,
     centres: Vec<Vec<f64>>,
@@ -345,8 +346,8 @@ impl<S: Space> Energy for Wells<S> {
     }
 }
 
-/// Two wells apart by `step`, the second given as another copy of itself: the path is as long and as high as between the
-/// nearest copies.
+/// Two wells at distance `step`, the second given as an equivalent copy. The path must have the length and height of the
+/// path between the nearest copies.
 fn check_symmetry(symmetry: Symmetry, motion: &Isometry3<f64>) {
     let metric = PoseMetric {
         centroid: Vector3::new(0.01, -0.02, 0.07),
@@ -422,7 +423,7 @@ fn copies_on_a_box_are_aligned() {
     check_symmetry(Symmetry::Finite(half_turns), &motion);
 }
 
-/// (x² − 1)² + 3 y² and a ridge across, so narrow that it fits between two images.
+/// (x² − 1)² + 3 y² with a ridge across that is so narrow that it fits between two images.
 struct Ridge(Euclidean);
 
 impl Energy for Ridge {
@@ -473,7 +474,7 @@ fn a_ridge_between_two_images_is_seen() {
     }
 }
 
-/// 5 (r² − 1)² + (y + 0.3)²: two minima on a ring, with a low way below and a high way above. Below −0.6 it objects.
+/// 5 (r² − 1)² + (y + 0.3)²: two minima on a ring, with a low path below and a high path above. Below −0.6 it objects.
 struct Ring(Euclidean);
 
 impl Ring {
@@ -511,7 +512,7 @@ impl Explain for Ring {
     }
 }
 
-/// Leads every chain over the top of the ring.
+/// Pulls every chain over the top of the ring.
 struct Guide<'a>(&'a Ring);
 
 impl Kernel for Guide<'_> {

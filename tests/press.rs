@@ -1,4 +1,4 @@
-//! Hands that are closed until they press.
+//! Hands that close until they press.
 
 use std::sync::Arc;
 

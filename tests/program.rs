@@ -1,4 +1,4 @@
-//! The whole program and its files. One program for all these files: each program of tests costs a link.
+//! The whole program and its files. All these files form one test program, because each program must be linked.
 #![cfg(feature = "cli")]
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 

@@ -1,4 +1,4 @@
-//! Savings that are exact: with them and without them the tree is the same.
+//! Exact savings: the tree is the same with and without them.
 
 use landscape::energy::model::Waves;
 use landscape::optimize::QuenchSettings;
@@ -40,7 +40,7 @@ fn difference(a: &Tree, b: &Tree, count: usize) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// Pairs that chains ran between.
+/// Number of pairs with chains.
 fn tried(found: &Landscape) -> usize {
     let connections = found.connections.iter();
     connections.filter(|c| !c.forward.is_empty()).count()

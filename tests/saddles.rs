@@ -1,5 +1,5 @@
-//! Every minimum and every saddle of surfaces whose number of them is known, from random points: the search knows no
-//! reference value, no expected number and no scale.
+//! All minima and saddles of surfaces with known numbers of them, from random points. The search knows no reference value,
+//! no expected number and no scale.
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 use landscape::energy::Energy;
@@ -34,7 +34,7 @@ fn model(words: &str) -> Surface {
     named(&words.split(' ').collect::<Vec<_>>()).unwrap()
 }
 
-/// Everything found is what it is said to be, measured again.
+/// Checks the audit of each stationary point by measuring it again.
 fn check_audits(energy: &dyn Energy, found: &Exploration) {
     let settings = AuditSettings {
         gradient_tolerance: 1e-3,
@@ -65,7 +65,7 @@ fn check_audits(energy: &dyn Energy, found: &Exploration) {
     }
 }
 
-/// Whether sorted energies are these, one by one.
+/// Compares sorted energies one by one.
 fn assert_energies(found: impl Iterator<Item = f64>, known: &[f64]) {
     let found: Vec<f64> = found.collect();
     assert_eq!(found.len(), known.len(), "{found:?}");
@@ -338,7 +338,7 @@ fn an_audit_finds_what_is_wrong() {
 
 #[test]
 fn nothing_is_found_where_there_is_nothing() {
-    /// Outside its domain everywhere.
+    /// An energy whose domain is empty.
     struct Nowhere(landscape::space::Euclidean);
     impl Energy for Nowhere {
         fn space(&self) -> &dyn Space {
@@ -396,7 +396,7 @@ fn three_valleys_meet_in_a_monkey_saddle() {
     }
 }
 
-/// A function of nothing: a space without directions.
+/// An energy on a space without directions.
 struct Constant(landscape::space::Euclidean);
 
 impl Energy for Constant {

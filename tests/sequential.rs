@@ -13,7 +13,7 @@ use landscape::topography::{
 use rand::RngExt;
 use rand::seq::SliceRandom;
 
-/// Three wells in the plane, two of them on either side of a wall that ends below the third: a straight pull leads from
+/// Three wells in the plane. Two of them are on either side of a wall that ends below the third. A straight pull leads from
 /// each of the two to the third, but not from one to the other.
 struct Wall(Euclidean);
 
@@ -202,7 +202,7 @@ fn published_surface() {
     assert!(height > -40.67 - 0.05 && height < 60.0, "{height}");
 }
 
-/// Everything of a map but the row numbers of members.
+/// All properties of a map except the row numbers of members.
 fn bits(found: &Landscape) -> String {
     let minima: Vec<_> = (found.network.node_weights())
         .map(|minimum| (minimum.energy.to_bits(), minimum.coordinates.clone()))

@@ -1,4 +1,4 @@
-//! Every shape: its gradient and Hessian are the derivatives of its distance, everywhere.
+//! Every shape: its gradient and Hessian are the derivatives of its distance everywhere.
 #![cfg(feature = "grasp")]
 
 use std::sync::LazyLock;
@@ -13,7 +13,7 @@ use landscape::sample::{Task, stream};
 use nalgebra::{Matrix3, Matrix6, Matrix6x3, Unit, Vector3};
 use proptest::prelude::*;
 
-/// A new shape is tested by one line here.
+/// The tested shapes. A new shape needs one line here.
 fn shapes() -> Vec<(&'static str, &'static dyn Shape)> {
     vec![
         ("sphere", &*SPHERE),
@@ -91,8 +91,8 @@ fn central_hessian(shape: &dyn Shape, point: &Vector3<f64>, step: f64) -> Matrix
     Matrix3::from_columns(&columns)
 }
 
-/// Whether the shape is smooth around `point`: formulas have creases (medial axis, where sphere meets side), at which
-/// no derivative exists.
+/// Whether the shape is smooth around `point`. Formulae have creases (at the medial axis, or between a sphere and a side),
+/// where no derivative exists.
 fn is_smooth(shape: &dyn Shape, point: &Vector3<f64>, step: f64) -> bool {
     let (_, slope, here) = shape.hessian(point);
     let scale = here.norm().max(1.0);
@@ -143,7 +143,7 @@ proptest! {
     }
 }
 
-/// Relaxed tests that differ in everything a derivative could miss, and how many points each is given.
+/// Relaxed tests that differ in everything that affects a derivative, with the number of points for each.
 fn relaxed_tests() -> Vec<(usize, RelaxedForceClosure)> {
     let paper = RelaxedForceClosure::paper(Vector3::new(0.005, 0.002, 0.01), 0.05);
     let rounded = RelaxedForceClosure {

@@ -1,4 +1,4 @@
-//! Every space: Log undoes Exp, moves can be taken back, and lengths obey the axioms of a distance.
+//! Every space: Log inverts Exp, moves are reversible, and lengths obey the axioms of a distance.
 
 use std::f64::consts::{PI, TAU};
 
@@ -15,7 +15,7 @@ const ROUNDING: f64 = 1e-13;
 const AXIS_POINT: [f64; 3] = [0.02, -0.01, 0.05];
 const AXIS: [f64; 3] = [0.1, -0.3, 1.0];
 
-/// A space, how to make a point of it from numbers in (−1, 1), and a length up to which Log undoes Exp.
+/// A space, its map from numbers in (−1, 1) to a point, and the length up to which Log inverts Exp.
 struct Case {
     name: &'static str,
     space: Box<dyn Space>,
@@ -23,7 +23,7 @@ struct Case {
     injectivity: f64,
 }
 
-/// The one list. Clusters are not here: their distance is exact only for near ones (see below).
+/// The list of all tested spaces except clusters, whose distance is exact only for close ones (see below).
 fn cases() -> Vec<Case> {
     let pose = |name, symmetry, injectivity| Case {
         name,

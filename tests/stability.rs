@@ -1,4 +1,4 @@
-//! The physics engine on scenes whose outcome is known.
+//! The physics engine on scenes with known outcomes.
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
@@ -22,7 +22,7 @@ fn friction(coefficient: f64) -> Friction {
     }
 }
 
-/// A box about the origin.
+/// A box centred at the origin.
 fn block(half_m: [f64; 3]) -> Solid {
     const FACES: [[u32; 3]; 12] = [
         [0, 2, 1],
@@ -47,7 +47,7 @@ fn block(half_m: [f64; 3]) -> Solid {
     Solid::new(&mesh, Build::Pieces)
 }
 
-/// A ball of 70 mm, its centre, and its radius; of few facets, since the engine asks every corner.
+/// A ball of 70 mm, its centre, and its radius. It has few facets, because the engine tests every corner.
 fn ball() -> (Solid, Vector3<f64>, f64) {
     const AROUND: u32 = 24;
     const RINGS: u32 = 11;
@@ -87,7 +87,7 @@ fn wall(centre: [f64; 3], half: [f64; 3]) -> Part {
     }
 }
 
-/// Seconds of sixty steps.
+/// Runs the world for `seconds` of sixty steps each.
 fn run(world: &mut World, seconds: usize) {
     steps(world, 60 * seconds);
 }
@@ -176,7 +176,7 @@ fn a_ball_between_two_slippery_fingers_drops() {
     assert!(drop_with(0.5) < 0.005);
 }
 
-/// How far a block of 0.1 kg sinks within two seconds between a wall and a pad that is pushed against it with 2 N.
+/// Distance that a block of 0.1 kg sinks in two seconds between a wall and a pad that is pushed against it with 2 N.
 fn sunk(coefficient: f64) -> f64 {
     let block = block([0.02, 0.02, 0.03]);
     let solver = Solver::default();

@@ -48,7 +48,7 @@ impl Desk {
         String::from_utf8(output.stdout).unwrap()
     }
 
-    /// The sentence of a mistake after which nothing is left behind.
+    /// The message of a mistake that leaves no files.
     fn mistake(&self, arguments: &[&str]) -> String {
         let before = names(self.folder.path());
         let output = self.run(arguments);
@@ -60,7 +60,7 @@ impl Desk {
     }
 }
 
-/// What must not depend on threads and interruptions.
+/// The files that must not depend on threads and interruptions.
 fn promised(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let files = names(folder)
         .into_iter()
@@ -315,7 +315,7 @@ fn programs_end_with_the_run_however_it_ends() {
     }
 }
 
-/// Whether there is a Python to test with.
+/// Whether Python is available.
 fn python() -> bool {
     let found = Command::new("python3").arg("--version").output();
     let there = found.is_ok_and(|output| output.status.success());
@@ -388,7 +388,7 @@ fn a_python_energy_without_gradient_is_mapped() {
     check_brown(&desk.path("out"));
 }
 
-/// A program in Python: the lines that make `energy` and `gradient` of `x` and `y`.
+/// A Python program with the lines that compute `energy` and `gradient` from `x` and `y`.
 fn program(desk: &Desk, name: &str, lines: &str) -> String {
     let text = format!(
         "import json, math, sys\nfor line in sys.stdin:\n    x, y = json.loads(line)['x']\n    {}\n    \

@@ -1,4 +1,4 @@
-//! Synthesis: starts, attempts, refinements, and what a watcher is shown.
+//! Synthesis: starts, attempts, refinements, and observation of states.
 #![cfg(feature = "grasp")]
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 

@@ -1,4 +1,4 @@
-//! The fixtures of the taxonomy are what they say: contacts touch, nothing goes through anything.
+//! The fixtures of the taxonomy match their descriptions: contacts touch and nothing penetrates.
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 #[path = "taxonomy/fixture.rs"]
@@ -17,9 +17,9 @@ use landscape::evaluation::taxonomy::Rule;
 use landscape::hand::{Hand, PosedHand};
 use landscape::object::Shape;
 
-/// A contact is nearer than this, metres: what a finger pad gives.
+/// Largest distance of a contact, metres; a finger pad yields by as much.
 const TOUCHING_M: f64 = 2e-3;
-/// Nothing is deeper than this, metres.
+/// Largest depth of penetration, metres.
 const DEEPEST_M: f64 = 3e-3;
 
 fn read(half: &str) -> Vec<Fixture> {
@@ -30,11 +30,11 @@ fn read(half: &str) -> Vec<Fixture> {
     judge::read(path.as_ref()).unwrap()
 }
 
-/// Standard deviation of joint angles, radians, and how often each fixture is posed with such errors.
+/// Standard deviation of joint angles, radians. `COPIES` is the number of noisy poses of each fixture.
 const NOISE_RAD: f64 = 0.1;
 const COPIES: u64 = 10;
 
-/// Joint angles with errors.
+/// Noise of the joint angles.
 fn noisy(error: Error) -> Noise {
     Noise {
         error,
@@ -44,12 +44,12 @@ fn noisy(error: Error) -> Noise {
     }
 }
 
-/// Shares the rule is to reach: category, cell and type that fit best are right, at least …
+/// Shares that the rule must reach at least: the category, the cell and the type of the best type are right.
 const RIGHT: [f64; 3] = [0.90, 0.80, 0.75];
-/// … and what is no grasp of the taxonomy is yet given a type, at most.
+/// Largest share of poses outside the taxonomy that are given a type.
 const OTHERS: f64 = 0.10;
 
-/// Holds the rule on these fixtures against what it is to reach.
+/// Compares the rule on these fixtures with its targets.
 fn reaches_targets(fixtures: &[Case], noise: Noise) {
     let outcomes = judge(fixtures, Rule::standard(), noise).unwrap();
     let [known, others] = halves(&outcomes);
@@ -71,12 +71,12 @@ fn reaches_targets(fixtures: &[Case], noise: Noise) {
 /// The files of fixtures.
 const FILES: [&str; 3] = ["development", "held_out", "second_held_out"];
 
-/// What the rule was fitted to.
+/// The fixtures used to fit the rule.
 static DEVELOPMENT: LazyLock<Vec<Case>> = LazyLock::new(|| {
     let fixtures = ["development", "held_out"].into_iter().flat_map(read);
     cases(fixtures.collect()).unwrap()
 });
-/// What was opened once, when the rule was final: no rule is to be chosen by what it shows.
+/// Fixtures that were opened once, when the rule was final. They must not be used to choose a rule.
 static HELD_OUT: LazyLock<Vec<Case>> = LazyLock::new(|| cases(read("second_held_out")).unwrap());
 
 #[test]

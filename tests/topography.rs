@@ -1,4 +1,4 @@
-//! Energies, spaces and their landscapes. One program for all these files: each program of tests costs a link.
+//! Energies, spaces and their landscapes. All these files form one test program, because each program must be linked.
 
 mod agreement;
 mod barriers;

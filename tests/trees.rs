@@ -1,5 +1,5 @@
-//! What is done with finished landscapes: drawing views, comparing two, exchanging min.data and ts.data; trees of any depth,
-//! and names of any kind.
+//! Work with finished landscapes: drawing views, comparing two, exchanging min.data and ts.data; trees of any depth and
+//! names of any kind.
 #![cfg(feature = "cli")]
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
@@ -40,7 +40,7 @@ impl Desk {
         command.current_dir(self.0.path()).output().unwrap()
     }
 
-    /// Runs a command that must succeed and returns what it printed.
+    /// Runs a command that must succeed and returns its output.
     fn succeed(&self, line: &str) -> String {
         let output = self.run(line);
         let said = String::from_utf8(output.stderr).unwrap();
@@ -48,7 +48,7 @@ impl Desk {
         String::from_utf8(output.stdout).unwrap()
     }
 
-    /// Runs a command that must fail with one sentence, which is returned.
+    /// Runs a command that must fail with one error message, and returns the message.
     fn mistake(&self, line: &str) -> String {
         let output = self.run(line);
         let said = String::from_utf8(output.stderr).unwrap();
@@ -71,7 +71,7 @@ impl Desk {
     }
 }
 
-/// Seven Lennard-Jones atoms in topsearch's columns, from the reference values.
+/// Seven Lennard-Jones atoms in topsearch's format, from the reference values.
 fn seven() -> (String, String) {
     let reference: Value = serde_json::from_str(include_str!("reference/landscapes.json")).unwrap();
     let known = &reference["LJ7"];

@@ -1,4 +1,4 @@
-//! A small landscape of grasps looked at along its ways, in the colours of the taxonomy, and beside another.
+//! Paths of a small landscape of grasps, in the colours of the taxonomy, and its comparison with another landscape.
 #![cfg(feature = "cli")]
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
@@ -10,7 +10,6 @@ use landscape::hand::Hand;
 use landscape::store::{GraspFile, LandscapeFiles, Overrides};
 use serde_json::Value;
 
-/// What a command that must succeed prints.
 fn index(value: &Value) -> usize {
     usize::try_from(value.as_u64().unwrap()).unwrap()
 }
@@ -36,14 +35,14 @@ fn landscapes() -> Desk {
     desk
 }
 
-/// The JSON of a binary glTF file.
+/// The JSON part of a binary glTF file.
 fn gltf(path: &Path) -> Value {
     let bytes = fs::read(path).unwrap();
     let length = u32::from_le_bytes(bytes[12..16].try_into().unwrap());
     serde_json::from_slice(&bytes[20..20 + length as usize]).unwrap()
 }
 
-/// Types of two landscapes side by side, and their groups at barriers of their own and at one.
+/// Types of two landscapes side by side, and their groups at separate barriers and at a common one.
 fn compared(desk: &Desk) {
     print(desk, "compare one.landscape two.landscape -o both -q");
     let both: Value = serde_json::from_slice(&fs::read(desk.path("both.json")).unwrap()).unwrap();

@@ -1,4 +1,4 @@
-//! Help, and every mistake on the command line with its sentence.
+//! Help texts, and the error message of every mistake on the command line.
 
 use std::fs;
 

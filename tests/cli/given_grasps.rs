@@ -1,4 +1,4 @@
-//! Synthesis and maps of grasps that others made.
+//! Synthesis from given grasps, and maps of them.
 
 use std::fs;
 use std::path::Path;

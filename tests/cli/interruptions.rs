@@ -1,4 +1,4 @@
-//! Threads and interruptions change nothing.
+//! Results do not depend on the number of threads or on interruptions.
 
 use std::fs;
 

@@ -1,4 +1,4 @@
-//! The whole tool as a user runs it: a tiny experiment, threads, interruptions, and every mistake with its sentence.
+//! The whole program as a user runs it: a tiny experiment, threads, interruptions, and the messages of all mistakes.
 #![cfg(feature = "cli")]
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
@@ -39,7 +39,7 @@ impl Desk {
         desk
     }
 
-    /// Runs a command that must succeed and returns what it said on standard error.
+    /// Runs a command that must succeed and returns its standard error.
     fn succeed(&self, line: &str) -> String {
         let output = self.run(line);
         let said = String::from_utf8(output.stderr).unwrap();
@@ -47,7 +47,7 @@ impl Desk {
         said
     }
 
-    /// The sentence of a mistake that is found before anything is written.
+    /// The message of a mistake that is found before anything is written.
     fn early_mistake(&self, line: &str) -> String {
         let before = contents(self.folder.path());
         let sentence = self.mistake(line);
@@ -55,7 +55,7 @@ impl Desk {
         sentence
     }
 
-    /// The sentence with which `build` refuses the grasps spoilt in this way.
+    /// The message with which `build` refuses grasps spoilt in this way.
     fn refusal(spoil: impl FnOnce(Parts) -> Parts) -> String {
         let desk = Self::with_grasps();
         spoil(Parts::of(&desk.path("g.parquet"))).write(&desk.path("spoilt.parquet"));
@@ -85,7 +85,7 @@ impl Desk {
         assert!(!child.wait().unwrap().success());
     }
 
-    /// Continues a command, which must not do again what its journal holds.
+    /// Continues a command, which must not repeat tasks in its journal.
     fn resume(&self, line: &str, journal: &str) {
         let done = records(&self.path(journal));
         // A second name keeps the journal, which is removed at the end.
@@ -105,7 +105,8 @@ const LONG_SYNTH: &str =
     "synth --object ball -n 12 --steps 2000 --keep all --seed 1 --threads 1 -q";
 const BUILD: &str = "build g.parquet --first 3 --quiet";
 
-/// Every step of the drop is simulated, so that there is time to kill it. Friction that some hold by, and some do not.
+/// A slow protocol that simulates every step of the drop, so that there is time to kill the process. At its friction some
+/// grasps hold and others do not.
 const PATIENT: &str = "protocol = \"drop\"\nrest = { time_s = 1000.0 }\n\
                        friction = { hand = 0.3, object = 0.3, combine = \"multiply\" }\n";
 const STABILITY: &str = "stability g.parquet --settings p.toml -q -o held.parquet";
@@ -153,7 +154,7 @@ fn contents(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     files
 }
 
-/// What of a landscape folder must not depend on threads and interruptions.
+/// The files of a landscape folder that must not depend on threads and interruptions.
 fn promised(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     names(folder)
         .into_iter()

@@ -1,4 +1,4 @@
-//! Objects by name and networks as objects.
+//! Named objects, and networks as objects.
 
 use std::fmt::Write;
 use std::fs;
@@ -8,7 +8,7 @@ use crate::desk::{Desk, assert_says};
 use crate::names;
 use landscape::store::{GraspFile, Overrides};
 
-/// The small network of the tests, as a user has it: weights and specs in one folder.
+/// The small test network as a user has it: weights and specs in one folder.
 fn desk_with_network() -> Desk {
     let desk = Desk::empty();
     let reference = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference/deepsdf");
@@ -169,7 +169,7 @@ fn the_objects_that_come_with_the_program() {
     assert_says(&text, &["70 × 70 × 70", "sphere", "axis", "none"]);
 }
 
-/// A box of these half sides as OBJ, without its top, or closed.
+/// A box of these half sides as OBJ, closed or without its top.
 fn cuboid([x, y, z]: [f64; 3], open: bool) -> String {
     let mut text = String::new();
     for corner in 0..8 {

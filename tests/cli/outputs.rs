@@ -1,4 +1,4 @@
-//! What is written where: nothing of the user's is overwritten, what cannot be written is told, half a set never stays.
+//! Output files: files of the user are never overwritten, write errors are reported, and no incomplete set of files stays.
 
 use std::fs;
 use std::path::Path;
@@ -12,7 +12,7 @@ const TETRAHEDRON: &str =
     "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
 const WORK: &[u8] = b"years of work";
 
-/// The landscape and its grasps, to be written beside.
+/// A folder with a landscape and its grasps.
 fn desk() -> Desk {
     let desk = Desk::with_grasps();
     let folder = desk.path("g.landscape");
@@ -291,7 +291,7 @@ fn standard_output_that_cannot_be_written_is_an_error() {
     );
 }
 
-/// Whether this process, and so whatever it starts, ignores SIGINT: what shells start in the background does.
+/// Whether this process, and so its children, ignores SIGINT, as processes do that a shell started in the background.
 #[cfg(unix)]
 fn interrupts_are_ignored() -> bool {
     let status = fs::read_to_string("/proc/self/status").unwrap_or_default();

@@ -1,4 +1,4 @@
-//! The command that a file records remakes it byte for byte: of every verb, with every flag, whatever its inputs are called.
+//! The command recorded in a file makes the file again byte for byte: for every verb, with every flag, for any input names.
 #![cfg(unix)]
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -14,7 +14,7 @@ use landscape::store::{GraspFile, LandscapeFiles, Overrides};
 use crate::desk::Desk;
 use crate::{PATIENT, contents, grasps, landscape};
 
-/// Runs of every verb that records its command, with all its flags between them. `@` stands for the folder of the inputs.
+/// Runs of every verb that records its command. Together they use all its flags. `@` stands for the folder of the inputs.
 const RUNS: [(&str, &[&str]); 14] = [
     (
         "synth",
@@ -207,7 +207,7 @@ const RUNS: [(&str, &[&str]); 14] = [
     ),
 ];
 
-/// Flags that change no byte of what these verbs write, and why.
+/// Flags that do not change the output of these verbs, with the reason.
 const WITHOUT_TRACE: [(&str, &str); 12] = [
     ("threads", "any number of threads gives the same bytes"),
     ("quiet", "tells less"),
@@ -232,7 +232,7 @@ const WITHOUT_TRACE: [(&str, &str); 12] = [
     ("print-protocol", "writes nothing"),
 ];
 
-/// A folder of files with odd names to be given to the runs.
+/// A folder of input files with unusual names.
 fn inputs() -> &'static Desk {
     static INPUTS: OnceLock<Desk> = OnceLock::new();
     INPUTS.get_or_init(|| {
@@ -297,7 +297,7 @@ for line in sys.stdin:
     print(json.dumps({"energy": energy, "gradient": [slope - math.sin(a), slope - 2 * math.sin(2 * b)]}), flush=True)
 "#;
 
-/// A folder that holds the inputs.
+/// A folder with the inputs.
 fn with_inputs() -> Desk {
     let desk = Desk::empty();
     let from = inputs().folder.path();
@@ -312,7 +312,7 @@ fn with_inputs() -> Desk {
     desk
 }
 
-/// What a run wrote, without what tells how long it took.
+/// The output of a run, without its durations.
 fn written(path: &Path) -> BTreeMap<String, Vec<u8>> {
     if path.is_file() {
         return BTreeMap::from([(String::new(), fs::read(path).unwrap())]);
@@ -337,7 +337,8 @@ fn recorded(path: &Path) -> String {
     file.metadata.command
 }
 
-/// Runs all of one verb, from one folder with whole paths, then what they record, in another by a shell.
+/// Runs all commands of one verb from one folder with absolute paths. Then a shell in another folder runs the recorded
+/// commands.
 fn remade(verb: &str) {
     let program = Path::new(env!("CARGO_BIN_EXE_landscape"));
     let path = std::env::join_paths(std::iter::once(program.parent().unwrap().to_owned()).chain(

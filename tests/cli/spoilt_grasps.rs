@@ -1,4 +1,4 @@
-//! Every mistake in a file of grasps with its sentence.
+//! The message of every mistake in a file of grasps.
 
 use std::fs;
 

@@ -1,5 +1,5 @@
-//! Runs that are really killed (SIGKILL), cut short or out of space, at many moments: what they finished is kept, and the
-//! end is the same to the last byte.
+//! Runs that are killed (SIGKILL), truncated or out of disk space at many moments. Finished tasks are kept, and the final
+//! result is identical to the last byte.
 #![cfg(all(feature = "cli", unix))]
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
@@ -22,7 +22,7 @@ mod desk;
 mod records;
 mod verbs;
 
-/// A command, and what it writes.
+/// A command and its output.
 struct Run {
     line: &'static str,
     output: &'static str,
@@ -51,7 +51,7 @@ const HEAD: usize = 20 + 8 + 32;
 /// Files by name.
 type Files = BTreeMap<String, Vec<u8>>;
 
-/// What an uninterrupted run on one thread leaves, and its journal just before it ended.
+/// The files of an uninterrupted run on one thread, and its journal just before the end.
 struct Whole {
     files: Files,
     journal: Vec<u8>,
@@ -80,7 +80,7 @@ impl Run {
         })
     }
 
-    /// A folder with what the command reads.
+    /// A folder with the inputs of the command.
     fn desk(&self) -> Desk {
         let desk = Desk::empty();
         if self.output == BUILD.output {
@@ -97,7 +97,7 @@ impl Run {
             .unwrap()
     }
 
-    /// The finished files, without the only one that tells how the run went; none if there are none under their name.
+    /// The finished files, except the only one that describes the run. There are none if they do not have their final name.
     fn files(&self, desk: &Desk) -> Files {
         let path = desk.path(self.output);
         let read = |path: PathBuf| (name(&path), fs::read(&path).unwrap());
@@ -109,8 +109,8 @@ impl Run {
         files.filter(|(name, _)| name != "timings.json").collect()
     }
 
-    /// What a kill may leave: a journal that begins with what it held before, holds nothing twice, and under the final
-    /// name nothing or everything.
+    /// Checks the remains of a kill: the journal begins with its previous content and has no duplicates. Under the final
+    /// name there is nothing or everything.
     fn check_wreck(&self, desk: &Desk, before: &[(String, usize)]) {
         let mut files = self.files(desk);
         // Of the folder's last moments.
@@ -126,7 +126,7 @@ impl Run {
         assert_eq!(keys.len(), after.len(), "a task was done twice: {after:?}");
     }
 
-    /// Puts a journal where an interrupted run would have left it.
+    /// Puts a journal at the place of one of an interrupted run.
     fn plant(&self, desk: &Desk, journal: &[u8]) {
         let path = desk.path(self.journal);
         if self.journal.ends_with("/journal") {
@@ -137,7 +137,7 @@ impl Run {
         fs::write(path, journal).unwrap();
     }
 
-    /// Lets the command end, and compares.
+    /// Runs the command to its end and compares the results.
     fn finish(&self, desk: &Desk, flags: &str) -> String {
         let output = desk.run(&format!("{} {flags}", self.line));
         let said = String::from_utf8(output.stderr).unwrap();
@@ -157,13 +157,13 @@ fn name(path: &Path) -> String {
     path.file_name().unwrap().to_string_lossy().into_owned()
 }
 
-/// Kills a process that may have ended in the meantime, and tells whether it had.
+/// Kills a process that may have ended in the meantime, and returns whether it had ended.
 fn kill(mut child: Child) -> bool {
     child.kill().unwrap();
     child.wait().unwrap().success()
 }
 
-/// Kills as soon as each record has appeared, on one thread and on two in turn.
+/// Kills the run as soon as each record has appeared, alternately on one thread and on two.
 fn killed_after_each_record(run: &Run) {
     let desk = run.desk();
     let journal = desk.path(run.journal);
@@ -199,7 +199,7 @@ fn killed_at_random(run: &Run) {
     run.finish(&desk, "-q --threads 2");
 }
 
-/// Kills while the results of a complete journal are written, the last times when a name appears or goes.
+/// Kills while the results of a complete journal are written; the last times, when a name appears or vanishes.
 fn killed_while_writing(run: &Run) {
     let whole = run.whole();
     let desk = run.desk();
@@ -236,7 +236,7 @@ fn killed_while_writing(run: &Run) {
     }
 }
 
-/// A journal cut off near the ends of its records, or damaged in the last one, gives what it held before.
+/// A journal truncated near the ends of its records, or damaged in the last one, keeps its earlier records.
 fn cut_short(run: &Run, percent: &[usize]) {
     let whole = run.whole();
     let desk = run.desk();
@@ -276,7 +276,7 @@ fn cut_short(run: &Run, percent: &[usize]) {
     }
 }
 
-/// A full disk: no file may grow beyond a limit. It is told in one sentence, and there is no half of a file.
+/// A full disk, simulated by a limit on file sizes. It gives one error message and no incomplete file.
 fn out_of_space(run: &Run) {
     let desk = run.desk();
     // Units of 512 bytes: the first file of all, a record, a result.

@@ -1,11 +1,11 @@
-//! Every command that writes files, stopped at any moment or left without a disk: at its calls of the system that change
-//! the disk (by a library that is loaded before the others, `stop.c`) and after random times.
+//! Every command that writes files, stopped at any moment or without disk space. It is stopped at system calls that change
+//! the disk (by a preloaded library, `stop.c`) and after random times.
 //!
-//! Whatever happens, inputs stay as they are, each output is absent or whole, an error is one sentence, and the same
-//! command, given again, leaves the same bytes as a run that nothing disturbed, and nothing else.
+//! In all cases inputs stay unchanged, each output is absent or complete, and an error is one sentence. The same command,
+//! given again, leaves the same bytes as an undisturbed run, and nothing else.
 //!
-//! The tests stop the quick commands a few times; `LANDSCAPE_STOPS=1000` stops all of them so often in all
-//! (`LANDSCAPE_STOPS_SEED` for other moments, `LANDSCAPE_STOPS_VERB=draw` for one command only).
+//! The tests stop the quick commands a few times. `LANDSCAPE_STOPS=1000` stops all commands this often in total.
+//! `LANDSCAPE_STOPS_SEED` chooses other moments, and `LANDSCAPE_STOPS_VERB=draw` selects one command.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -26,9 +26,9 @@ use crate::{BUILD, Files, SURFACE, SYNTH};
 struct Verb {
     name: &'static str,
     line: &'static str,
-    /// What lies in the folder when it starts.
+    /// Files in the folder at the start.
     inputs: &'static [&'static str],
-    /// Whether it takes a second or less, and so do its inputs.
+    /// Whether it and the commands for its inputs take at most a second.
     quick: bool,
 }
 
@@ -125,17 +125,17 @@ const VERBS: [Verb; 19] = [
 
 const FEW: &str = "synth --object ball -n 2 --steps 300 --keep all --seed 1 -o few.parquet";
 
-/// Where all commands keep what they may lose: no output.
+/// Folder for caches that may be lost; it is not an output.
 const CACHE: &str = "cache";
 
-/// How a command is stopped.
+/// Way to stop a command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum How {
-    /// Killed at a call, in the words of `stop.c`.
+    /// Killed at a system call, named as in `stop.c`.
     Call(&'static str),
     /// Killed after a random time.
     Time,
-    /// An error of the disk, likewise.
+    /// Disk error at a system call, named as in `stop.c`.
     Disk(&'static str),
 }
 
@@ -150,7 +150,7 @@ const WAYS: [How; 8] = [
     How::Disk("denied"),
 ];
 
-/// What a run that nothing disturbed does.
+/// Results of an undisturbed run.
 struct Whole {
     inputs: Files,
     files: Files,
@@ -205,7 +205,7 @@ impl Verb {
         }
     }
 
-    /// Stops the command once and lets it run again; whether it was stopped, or what is wrong.
+    /// Stops the command once and runs it again. Returns whether it was stopped, or the fault.
     fn stopped(
         &self,
         how: How,
@@ -240,7 +240,7 @@ impl Verb {
         Ok(!output.status.success())
     }
 
-    /// What is wrong with what a stopped run left.
+    /// Faults in the remains of a stopped run.
     fn judge(how: How, desk: &Desk, output: &Output, whole: &Whole) -> Result<(), String> {
         let said = said(output);
         let errors = said.lines().filter(|line| line.starts_with("error: "));
@@ -293,7 +293,7 @@ impl Verb {
         }
     }
 
-    /// What is wrong with the same command, given again.
+    /// Faults in the result of the same command given again.
     fn again(&self, desk: &Desk, whole: &Whole) -> Result<(), String> {
         let output = self.command(desk).output().unwrap();
         if !output.status.success() {
@@ -314,13 +314,13 @@ impl Verb {
     }
 }
 
-/// Whether it is what a landscape keeps until the very end: one that is whole but for them is finished by the next run.
+/// Whether a landscape keeps this file until the very end. A folder that is otherwise complete is finished by the next run.
 fn is_of_last_moments(name: &str) -> bool {
     let (folder, name) = name.rsplit_once('/').unwrap_or_default();
     folder.ends_with(".landscape") && matches!(name, "journal" | ".unfinished")
 }
 
-/// What appears as one: a landscape, or a file.
+/// The unit that appears at once: a landscape or a file.
 fn unit(name: &str) -> &str {
     match name.split_once('/') {
         Some((folder, _)) if folder.ends_with(".landscape") => folder,
@@ -339,7 +339,7 @@ fn said(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// All files of a desk but the only ones that tell how the run went.
+/// All files of a folder, except those that describe the run.
 fn files_in(desk: &Desk) -> Files {
     fn walk(folder: &Path, root: &Path, files: &mut Files) {
         for entry in fs::read_dir(folder).unwrap() {
@@ -365,7 +365,7 @@ fn write_all(desk: &Desk, files: &Files) {
     }
 }
 
-/// What the commands read, made by other commands.
+/// Inputs of the commands, made by other commands.
 fn materials() -> &'static Files {
     static MATERIALS: OnceLock<Files> = OnceLock::new();
     MATERIALS.get_or_init(|| {
@@ -401,13 +401,13 @@ fn materials() -> &'static Files {
 const CUBE: &str = "v 0 0 0\nv 0.05 0 0\nv 0.05 0.05 0\nv 0 0.05 0\nv 0 0 0.05\nv 0.05 0 0.05\nv 0.05 0.05 0.05\nv 0 0.05 0.05\n\
 f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
 
-/// How often commands are to be stopped in all.
+/// Requested total number of stops.
 fn budget() -> Option<usize> {
     let count = std::env::var("LANDSCAPE_STOPS").ok()?;
     Some(count.parse().expect("LANDSCAPE_STOPS is a number"))
 }
 
-/// The library of `stop.c`, absent where it cannot be built.
+/// The library of `stop.c`; `None` if it cannot be built.
 fn library(folder: &TempDir) -> Option<PathBuf> {
     let library = folder.path().join("stop.so");
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/crashes/stop.c");

@@ -1,4 +1,4 @@
-//! Trees of any depth and any shape: read, written, laid out, viewed and compared without a stack that grows with them.
+//! Trees of any depth and shape are read, written, laid out, viewed and compared with a bounded stack.
 
 use std::io::Write as _;
 
@@ -14,7 +14,7 @@ use rand::RngExt;
 
 use super::Desk;
 
-/// A network of `count` minima by rising energy.
+/// A network of `count` minima in ascending order of energy.
 fn network(count: usize, links: impl Iterator<Item = (usize, usize, f64)>) -> Network {
     let mut network = Network::with_capacity(count, 2 * count);
     for row in 0..count {
@@ -38,30 +38,30 @@ fn network(count: usize, links: impl Iterator<Item = (usize, usize, f64)>) -> Ne
     network
 }
 
-/// Every minimum joins all before it, at a height of its own.
+/// Every minimum joins all earlier ones, at its own height.
 fn comb(count: usize) -> Network {
     let step = move |k: usize| 1.0 + k as f64 / count as f64;
     network(count, (1..count).map(move |k| (k - 1, k, step(k))))
 }
 
-/// The comb whose deep branch comes first among the children: the highest numbers join first.
+/// The comb with its deep branch first among the children, because the highest numbers join first.
 fn reversed_comb(count: usize) -> Network {
     let step = move |k: usize| 2.0 - k as f64 / count as f64;
     network(count, (1..count).map(move |k| (k - 1, k, step(k))))
 }
 
-/// All join at one height.
+/// All minima join at one height.
 fn star(count: usize) -> Network {
     network(count, (1..count).map(|k| (0, k, 2.0)))
 }
 
-/// Pairs at one height, joined by another.
+/// Pairs join at one height, and the pairs at another.
 fn pairs(count: usize) -> Network {
     let height = |k: usize| if k % 2 == 1 { 2.0 } else { 3.0 };
     network(count, (1..count).map(move |k| (k - 1, k, height(k))))
 }
 
-/// Every minimum joins some earlier one, and some any other.
+/// Every minimum joins some earlier one, and some join any other.
 fn random(count: usize) -> Network {
     let mut rng = landscape::sample::stream(1, landscape::sample::Task::Start, 0);
     let mut links = Vec::new();
@@ -72,7 +72,7 @@ fn random(count: usize) -> Network {
     network(count, links.into_iter())
 }
 
-/// Everything that is done with a tree.
+/// Calls all functions that use a tree.
 fn exercise(network: &Network) {
     let count = network.node_count();
     let tree = Tree::from_network(network, Evidence::Chain);
@@ -155,7 +155,7 @@ fn exercise(network: &Network) {
     }
 }
 
-/// Runs what is to be done on a stack smaller than the depth of any tree of `exercise` would need.
+/// Runs `work` on a stack that is too small for recursion over the trees of `exercise`.
 fn on_a_small_stack(work: impl FnOnce() + Send + 'static) {
     let thread = std::thread::Builder::new().stack_size(256 << 10);
     thread.spawn(work).unwrap().join().unwrap();

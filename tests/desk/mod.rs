@@ -1,11 +1,11 @@
-//! A folder in which the whole program is run.
+//! A folder in which the whole program runs.
 
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
 use tempfile::TempDir;
 
-/// The folder; it is gone afterwards.
+/// A temporary folder.
 pub(crate) struct Desk {
     pub(crate) folder: TempDir,
 }
@@ -33,7 +33,7 @@ impl Desk {
         self.command(line).output().unwrap()
     }
 
-    /// Runs a command that must fail with exit code 1 and one `error: …`, and returns the sentence.
+    /// Runs a command that must fail with exit code 1 and one line `error: …`, and returns the message.
     pub(crate) fn mistake(&self, line: &str) -> String {
         let output = self.run(line);
         let said = String::from_utf8(output.stderr).unwrap();

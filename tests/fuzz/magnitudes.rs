@@ -1,7 +1,8 @@
-//! Numbers of any magnitude: each number of a small good file is replaced in turn, and what is then read is used as the
-//! command line uses it. The answer is a value or a sentence, which names the file where the reader knows it.
+//! Numbers of any magnitude: each number of a small valid file is replaced in turn, and the content is used as the command
+//! line uses it. The result is a value or one error message, which names the file if the reader knows it.
 //!
-//! `LANDSCAPE_FUZZ_READER=urdf` takes one reader, `LANDSCAPE_FUZZ_INPUTS` (of any value) takes every case. What takes long is told, not judged: a busy machine is slow at anything.
+//! `LANDSCAPE_FUZZ_READER=urdf` selects one reader, and `LANDSCAPE_FUZZ_INPUTS` (of any value) runs all cases. Slow cases
+//! are reported but are not failures, because a busy machine is slow at anything.
 
 use std::fs;
 use std::ops::Range;
@@ -22,7 +23,7 @@ use landscape::space::Symmetry;
 
 use super::readers::{Experiment, OBJ, Read, URDF, readers, settings, told};
 
-/// What replaces a number of a text.
+/// Replacements of a number in a text.
 const WRITTEN: [&str; 19] = [
     "0",
     "1e-300",
@@ -45,7 +46,7 @@ const WRITTEN: [&str; 19] = [
     "18446744073709551615",
 ];
 
-/// What replaces a number of single precision.
+/// Replacements of a single-precision number.
 const SINGLE: [f32; 13] = [
     0.0,
     1e-38,
@@ -62,19 +63,20 @@ const SINGLE: [f32; 13] = [
     f32::NEG_INFINITY,
 ];
 
-/// The coordinates of the binary files, but for zeros.
+/// The nonzero coordinate of the binary files.
 const COORDINATE: f32 = 0.1;
 
-/// Longer files have the same kinds of numbers over and over.
+/// Longer files only repeat the same kinds of numbers.
 const LONGEST: usize = 5000;
 
-/// Of all cases one in so many is taken: as it divides no number of values, each value meets many numbers.
+/// One case in this many is run. Since the stride does not divide the number of values, each value meets many numbers.
 const STRIDE: usize = 5;
 
-/// Cases that take longer are told of.
+/// Slower cases are reported.
 const SLOW: Duration = Duration::from_secs(2);
 
-/// What reads and uses the files of a reader, if more than the reader itself; and the name of the file in its sentences.
+/// The function that reads and uses the files of a reader, if it does more than the reader, and the name of the file in its
+/// messages.
 fn user(reader: &str) -> Option<(Read, &'static str)> {
     let user: (Read, &str) = match reader {
         "urdf" | "mjcf" => (
@@ -95,7 +97,7 @@ fn user(reader: &str) -> Option<(Read, &'static str)> {
     Some(user)
 }
 
-/// Files with numbers that those of the fuzzer do not have.
+/// Files with numbers that are missing in those of the fuzzer.
 fn more(reader: &str) -> &'static [&'static str] {
     match reader {
         "object_toml" => &[
@@ -128,7 +130,7 @@ fn string(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
-/// A hand, as `hands inspect` uses it. What is derived is a side file that can be read.
+/// A hand, used as in `hands inspect`. Its derived side file must be readable.
 fn hand(urdf: &str, side: &str) -> Result<(), String> {
     let files = HandFiles::of_texts([["hand", urdf], ["hand.json", side]]);
     let hand = Hand::from_files(&files).map_err(|error| error.to_string())?;
@@ -156,7 +158,7 @@ fn hand(urdf: &str, side: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// What is derived of a mesh and its description, as of an object, with the coarsest field there is.
+/// All derived properties of a mesh and its description, as for an object, with the coarsest field.
 fn object(name: &str, mesh: &Mesh, description: &Description) -> Result<(), String> {
     if description.primitive.is_some() {
         return told(Object::from_mesh(name, mesh.clone(), description));
@@ -206,8 +208,7 @@ fn shapes(bytes: &[u8], _: &Path) -> Result<(), String> {
     object("m.toml", &mesh, &description)
 }
 
-/// A description with the mesh of its formula; one without a formula with a mesh that no symmetry maps onto itself, so
-/// that nothing is baked.
+/// A description with the mesh of its formula. Without a formula the mesh has no symmetry, so that nothing is baked.
 fn description(bytes: &[u8], _: &Path) -> Result<(), String> {
     let read = Description::from_json("m.json", &string(bytes));
     let description = read.map_err(|error| error.to_string())?;
@@ -218,7 +219,7 @@ fn description(bytes: &[u8], _: &Path) -> Result<(), String> {
     told(Object::from_mesh("m.json", mesh, &description))
 }
 
-/// A short chain by these settings.
+/// A short chain with these settings.
 fn experiment(bytes: &[u8], _: &Path) -> Result<(), String> {
     static BODIES: OnceLock<(Arc<Hand>, Arc<Object>)> = OnceLock::new();
     let (hand, ball) = BODIES.get_or_init(|| {
@@ -248,7 +249,7 @@ fn experiment(bytes: &[u8], _: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// Where the numbers of a text are: not those in names.
+/// Places of the numbers in a text, except those in names.
 fn numbers(text: &[u8]) -> Vec<Range<usize>> {
     let of_name = |byte: &u8| byte.is_ascii_alphabetic() || b"_#$/".contains(byte);
     let mut found = Vec::new();
@@ -270,7 +271,7 @@ fn numbers(text: &[u8]) -> Vec<Range<usize>> {
     found
 }
 
-/// The file with each of its numbers replaced by each of the values, and what was done.
+/// The file with each of its numbers replaced by each value, and a description of the change.
 fn variants(seed: &[u8]) -> Vec<(String, Vec<u8>)> {
     let with = |range: Range<usize>, value: &[u8]| {
         let mut bytes = seed.to_vec();

@@ -1,11 +1,11 @@
-//! Every reader of files against broken files: whatever is read, the answer is a value or one sentence, never a panic, and
-//! memory stays bounded.
+//! Every reader of files against broken files. The result is a value or one error message, never a panic, and memory stays
+//! bounded.
 //!
-//! Each reader gets [`INPUTS`] mutations of good files, the same ones in every run. `LANDSCAPE_FUZZ_INPUTS=10000 cargo test
-//! --release --test fuzz` takes more of them, `LANDSCAPE_FUZZ_SECONDS=300` goes on for that many seconds a reader
-//! (`LANDSCAPE_FUZZ_READER=urdf` for one of them); what makes a reader fail is left in `target/fuzz/<reader>`, and the file
-//! that is being read lies there as `<reader>.reading` (a stack overflow cannot be caught). A finding becomes a test beside
-//! its reader. The fuzzer that is led by coverage, in `guided`, takes the same list.
+//! Each reader gets [`INPUTS`] mutations of valid files, the same ones in every run. `LANDSCAPE_FUZZ_INPUTS=10000 cargo
+//! test --release --test fuzz` runs more of them, `LANDSCAPE_FUZZ_SECONDS=300` runs for that many seconds per reader, and
+//! `LANDSCAPE_FUZZ_READER=urdf` selects one reader. Inputs that make a reader fail are left in `target/fuzz/<reader>`. The
+//! file being read is stored there as `<reader>.reading`, because a stack overflow cannot be caught. A finding becomes a
+//! test beside its reader. The coverage-guided fuzzer in `guided` uses the same list.
 #![cfg(feature = "cli")]
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
@@ -22,16 +22,16 @@ use landscape::sample::{Rng, Task, stream};
 use rand::RngExt;
 use readers::{Read, readers};
 
-/// Where the readers find good files.
+/// Root folder of the valid files.
 const PROJECT: &str = env!("CARGO_MANIFEST_DIR");
-/// Mutations of each reader's files in a run of the tests.
+/// Mutations of each reader's files in a normal run of the tests.
 const INPUTS: u64 = 150;
-/// Nothing that is read may take longer.
+/// Largest time for one input.
 const SLOWEST: Duration = Duration::from_secs(20);
-/// Nothing that is read, at most a megabyte, may take more memory, kilobytes.
+/// Largest memory for one input of at most a megabyte, kilobytes.
 const LARGEST_KB: u64 = 1_500_000;
 
-/// The most memory this process ever had, kilobytes; 0 where the system does not say.
+/// Peak memory of this process, kilobytes; 0 if the system does not report it.
 fn peak_kb() -> u64 {
     let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
@@ -39,7 +39,7 @@ fn peak_kb() -> u64 {
     number.unwrap_or(0)
 }
 
-/// What is wrong with how a reader took some bytes.
+/// The fault of a reader on some bytes, if there is one.
 fn fault(read: Read, bytes: &[u8], folder: &Path) -> Option<String> {
     let (started, before) = (Instant::now(), peak_kb());
     let Ok(result) = catch_unwind(AssertUnwindSafe(|| read(bytes, folder))) else {

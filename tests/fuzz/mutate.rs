@@ -1,12 +1,12 @@
-//! Breaking files: the mutations of the usual fuzzers, for text and for bytes.
+//! Mutations of text and binary files, as in common fuzzers.
 
 use landscape::sample::Rng;
 use rand::RngExt;
 
-/// Longest input, bytes.
+/// Greatest length of an input, bytes.
 const LONGEST: usize = 1 << 20;
 
-/// What replaces a number in a text.
+/// Replacements of a number in a text.
 const NUMBERS: [&str; 16] = [
     "0",
     "-1",
@@ -26,7 +26,7 @@ const NUMBERS: [&str; 16] = [
     "",
 ];
 
-/// What replaces a word of a binary file.
+/// Replacements of a word in a binary file.
 const WORDS: [u64; 10] = [
     0,
     1,
@@ -40,7 +40,7 @@ const WORDS: [u64; 10] = [
     0xffff_ffff_ffff_ffff,
 ];
 
-/// One to six mutations of `seed`; pieces may come from `other`.
+/// Applies one to six mutations to `seed`; pieces may come from `other`.
 pub(crate) fn mutated(seed: &[u8], other: &[u8], rng: &mut Rng) -> Vec<u8> {
     let mut bytes = seed.to_vec();
     for _ in 0..rng.random_range(1..=6) {
@@ -50,7 +50,7 @@ pub(crate) fn mutated(seed: &[u8], other: &[u8], rng: &mut Rng) -> Vec<u8> {
     bytes
 }
 
-/// A piece of some bytes, mostly short.
+/// A random piece of some bytes, usually short.
 fn piece(bytes: &[u8], rng: &mut Rng) -> std::ops::Range<usize> {
     if bytes.is_empty() {
         return 0..0;
@@ -97,7 +97,7 @@ fn mutate(bytes: &mut Vec<u8>, other: &[u8], rng: &mut Rng) {
     }
 }
 
-/// Another number in place of the next one of a text.
+/// Replaces the next number of a text.
 fn number(bytes: &mut Vec<u8>, from: usize, rng: &mut Rng) {
     let digit = |byte: &u8| byte.is_ascii_digit();
     let Some(first) = bytes[from..].iter().position(digit) else {
@@ -111,7 +111,7 @@ fn number(bytes: &mut Vec<u8>, from: usize, rng: &mut Rng) {
     bytes.splice(first..first + length, new.bytes());
 }
 
-/// The element, tag or list that begins next, once more inside itself, perhaps many times.
+/// Nests the next element, tag or list inside itself, perhaps many times.
 fn element(bytes: &mut Vec<u8>, from: usize, rng: &mut Rng) {
     let opening = |byte: &u8| b"<[{(".contains(byte);
     let Some(first) = bytes[from..].iter().position(opening) else {
@@ -127,7 +127,7 @@ fn element(bytes: &mut Vec<u8>, from: usize, rng: &mut Rng) {
     bytes.splice(first..first, copy.repeat(times));
 }
 
-/// An awkward word, as long as it pleases, in either order of bytes.
+/// Writes an extreme value of random length in either byte order.
 fn word(bytes: &mut [u8], at: usize, rng: &mut Rng) {
     let value = WORDS[rng.random_range(0..WORDS.len())];
     let length = [1, 2, 4, 8][rng.random_range(0..4)];

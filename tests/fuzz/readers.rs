@@ -1,5 +1,4 @@
-//! Every reader of files, with good files to start from: for the mutations of `main.rs` and for the coverage-guided fuzzer
-//! in `guided`.
+//! All readers of files with valid files, for the mutations of `main.rs` and for the coverage-guided fuzzer in `guided`.
 
 use std::fs::{self, File};
 use std::io::{Cursor, Write};
@@ -38,10 +37,10 @@ use zip::CompressionMethod;
 #[path = "../pickled/mod.rs"]
 mod pickled;
 
-/// A reader: what it made of some bytes, if it was an error. The folder is its own, for readers of files.
+/// A reader: it returns its error on some bytes, if there is one. The folder is for readers of files.
 pub(crate) type Read = fn(&[u8], &Path) -> Result<(), String>;
 
-/// Name, good files, reader. A new reader is a line here.
+/// Names, valid files and readers. A new reader needs one line here.
 #[expect(clippy::too_many_lines, reason = "it is a table")]
 pub(crate) fn readers() -> Vec<(&'static str, Vec<Vec<u8>>, Read)> {
     vec![
@@ -229,7 +228,7 @@ facet normal 1 1 1\nouter loop\nvertex 0.1 0 0\nvertex 0 0.1 0\nvertex 0 0 0.1\n
 const PLY: &str = "ply\nformat ascii 1.0\ncomment a\nelement vertex 4\nproperty float x\nproperty float y\nproperty double z\nproperty uchar red\n\
 element face 4\nproperty list uchar int vertex_indices\nend_header\n0 0 0 1\n0.1 0 0 1\n0 0.1 0 1\n0 0 0.1 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
 
-/// One mesh, placed twice, that names a file of its folder.
+/// One mesh that is placed twice and refers to a file of its folder.
 const GLTF: &str = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"children":[1,2],"scale":[0.5,0.5,0.5]},
 {"mesh":0,"translation":[1,0,0],"rotation":[0,0,0.7071,0.7071]},{"mesh":0,"matrix":[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1]}],
 "meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1,"mode":4}]}],
@@ -245,7 +244,7 @@ const TABLE: &str = "id,scale,translation_m_x,translation_m_y,translation_m_z,ro
 const ROWS: &str = r#"[{"id":1,"object":"ball","scale":1,"translation_m":[0.1,0.2,0.3],"rotation_wxyz":[1,0,0,0],"jaw":0.01,"contacts":[1,2],"label":null},
 {"id":2,"object":"ball","scale":1,"translation_m":[0.1,0.2,0.3],"rotation_wxyz":[0.5,0.5,0.5,0.5],"jaw":0.02,"contacts":[1,2],"label":"b"}]"#;
 
-/// For [`TABLE`].
+/// The mapping for [`TABLE`].
 const MAPPING: &str = "translation = [\"translation_m_x\", \"translation_m_y\", \"translation_m_z\"]\ntranslation_unit = \"cm\"\n\
 rotation = [\"rotation_w\", \"rotation_x\", \"rotation_y\", \"rotation_z\"]\nrotation_form = \"xyzw\"\nrotation_unit = \"deg\"\nframe = \"hand_from_object\"\n\
 joints = { jaw = \"jaw\" }\njoint_unit = \"deg\"\nscale = \"scale\"\nid = \"id\"\nlabel = \"label\"\ncontacts = \"contacts\"\n";
@@ -291,7 +290,7 @@ fn binary_ply() -> Vec<u8> {
     bytes
 }
 
-/// [`GLTF`] with its buffer within, as text and as binary file.
+/// [`GLTF`] with an embedded buffer, as text and as binary file.
 fn gltf() -> (Vec<u8>, Vec<u8>) {
     let corners = CORNERS.iter().flatten().flat_map(|x| x.to_le_bytes());
     let faces = FACES.iter().flatten().flat_map(|index| index.to_le_bytes());
@@ -312,7 +311,7 @@ fn gltf() -> (Vec<u8>, Vec<u8>) {
     (within, binary)
 }
 
-/// DexGraspBench's dictionaries as numpy writes them, those of DexGraspNet, and a table of numbers; all for one joint.
+/// DexGraspBench's dictionaries in numpy's form, those of DexGraspNet, and a table of numbers, all for one joint.
 fn pickles() -> Vec<Vec<u8>> {
     let grasp = |id| GraspRow {
         id,
@@ -338,7 +337,7 @@ fn joints() -> [String; 1] {
     ["jaw".to_owned()]
 }
 
-/// What torch writes: an archive with a pickle. It is not read; a file with the name of one that is may hold it.
+/// A checkpoint of torch: an archive with a pickle. It is refused, but a file with another ending may contain it.
 fn checkpoint() -> Vec<u8> {
     let mut archive = zip::ZipWriter::new(Cursor::new(Vec::new()));
     let options = zip::write::SimpleFileOptions::default();
@@ -356,7 +355,7 @@ fn msh() -> Vec<u8> {
     counts.chain(corners).chain(faces).collect()
 }
 
-/// An archive of arrays with the names of MANO's, too small to be one.
+/// An archive of arrays with MANO's names, too small to be valid.
 fn npz(method: CompressionMethod) -> Vec<u8> {
     let mut archive = zip::ZipWriter::new(Cursor::new(Vec::new()));
     let options = zip::write::SimpleFileOptions::default().compression_method(method);
@@ -391,7 +390,7 @@ fn parquet() -> Vec<u8> {
     without_checksum(fs::read(path).unwrap())
 }
 
-/// A table whose checksum is under a name that nobody asks for: with it, no reader would see what the bytes mean.
+/// A table whose checksum has an unused name. With the checksum, no reader would interpret mutated bytes.
 fn without_checksum(mut table: Vec<u8>) -> Vec<u8> {
     let key = b"landscape_checksum";
     let at = table.windows(key.len()).rposition(|window| window == key);
@@ -399,14 +398,14 @@ fn without_checksum(mut table: Vec<u8>) -> Vec<u8> {
     table
 }
 
-/// A hand that was read is posed, too.
+/// Poses a hand that was read.
 fn posed(hand: Result<Hand, HandError>) -> Result<(), String> {
     let hand = hand.map_err(|error| error.to_string())?;
     hand.pose(&hand.rest_coordinates(), &mut PosedHand::default());
     Ok(())
 }
 
-/// URDF or MJCF; few surface points, since they cost the most time.
+/// URDF or MJCF with few surface points, because these cost the most time.
 fn hand(bytes: &[u8], _: &Path) -> Result<(), String> {
     let text = String::from_utf8_lossy(bytes);
     posed(Hand::from_urdf(&text, Some(r#"{"surface_points": 20}"#)))
@@ -430,7 +429,7 @@ fn hand_mesh(kind: &str, bytes: &[u8], folder: &Path) -> Result<(), String> {
     posed(HandFiles::load(&path).and_then(|files| Hand::from_files(&files)))
 }
 
-/// Good files are refused, too: they hold a few of MANO's arrays only.
+/// Valid files are refused too, because they have only a few of MANO's arrays.
 fn mano(bytes: &[u8], folder: &Path) -> Result<(), String> {
     let path = folder.join("m.npz");
     fs::write(&path, bytes).unwrap();
@@ -467,7 +466,7 @@ fn grasps(bytes: &[u8], folder: &Path) -> Result<(), String> {
     told(GraspFile::read(&path, Overrides::default()))
 }
 
-/// The JSON in a Parquet file of grasps that says what it is of.
+/// The JSON metadata in a Parquet file of grasps.
 fn described() -> Vec<u8> {
     let file = SerializedFileReader::new(Bytes::from(parquet())).unwrap();
     let pairs = file.metadata().file_metadata().key_value_metadata();
@@ -477,7 +476,7 @@ fn described() -> Vec<u8> {
         .into_bytes()
 }
 
-/// What the program's own tables keep their metadata under.
+/// Metadata key of the program's own tables.
 const OWN_KEY: &str = "landscape";
 
 /// The same grasps with these metadata.
@@ -502,7 +501,7 @@ fn landscape(name: &str) -> Vec<u8> {
     fs::read(landscape_folder().join(name)).unwrap()
 }
 
-/// A landscape with two minima, written once in each process.
+/// A landscape with two minima, written once per process.
 fn landscape_folder() -> &'static Path {
     static FOLDER: OnceLock<(TempDir, PathBuf)> = OnceLock::new();
     let minimum = |id: u64| MinimumRow {
@@ -562,7 +561,7 @@ fn landscape_folder() -> &'static Path {
     path
 }
 
-/// A landscape one of whose files is not its own.
+/// A landscape with one replaced file.
 fn landscape_with(name: &str, bytes: &[u8], folder: &Path) -> Result<(), String> {
     for file in fs::read_dir(landscape_folder()).unwrap() {
         let file = file.unwrap();
@@ -589,7 +588,7 @@ fn journal() -> Vec<u8> {
     fs::read(path).unwrap()
 }
 
-/// What was whole is read, the rest is cut off, and the journal goes on.
+/// Complete records are read, the rest is cut off, and the journal can be continued.
 fn read_journal(bytes: &[u8], folder: &Path) -> Result<(), String> {
     let path = folder.join("journal");
     fs::write(&path, bytes).unwrap();
@@ -612,7 +611,7 @@ fn read_journal(bytes: &[u8], folder: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// The two files are one, broken at its middle. The tree that the program makes of them is made, too.
+/// The two files are one text, split at its middle. The tree is built as well.
 fn minima(bytes: &[u8], _: &Path) -> Result<(), String> {
     let text = String::from_utf8_lossy(bytes);
     let lines: Vec<&str> = text.lines().collect();

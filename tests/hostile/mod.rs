@@ -1,4 +1,4 @@
-//! Text from files is text: names of any kind come back from every format, and command no terminal and no parser.
+//! Text from files stays text: any name is preserved in every format and cannot control a terminal or a parser.
 
 use landscape::figure::{BarrierPicture, DisconnectivityPicture};
 use landscape::topography::{
@@ -81,7 +81,7 @@ fn any_name() -> impl Strategy<Value = String> {
     ]
 }
 
-/// The quoted labels of a Newick text in their order, by its rule that a doubled quote is one.
+/// The quoted labels of a Newick text in order, where a doubled quote means one quote.
 fn newick_labels(text: &str) -> Vec<String> {
     let (mut labels, mut letters) = (Vec::new(), text.chars().peekable());
     while let Some(letter) = letters.next() {
@@ -105,7 +105,7 @@ fn newick_labels(text: &str) -> Vec<String> {
     labels
 }
 
-/// The values of the attribute `label` of a DOT text, by the rules of its quoted strings.
+/// The values of the attribute `label` in a DOT text, by the rules of its quoted strings.
 fn dot_labels(text: &str) -> Vec<String> {
     let starts = text
         .match_indices("[label=\"")
@@ -127,7 +127,7 @@ fn dot_labels(text: &str) -> Vec<String> {
         .collect()
 }
 
-/// What an XML 1.0 document can hold of a name.
+/// The part of a name that an XML 1.0 document can contain.
 fn in_xml(name: &str) -> String {
     name.replace(
         |c: char| {

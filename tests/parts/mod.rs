@@ -1,4 +1,4 @@
-//! The columns of a valid Parquet file of grasps, to be spoilt.
+//! The columns of a valid Parquet file of grasps, as a basis for invalid files.
 
 use std::fs;
 use std::path::Path;
@@ -15,7 +15,7 @@ use parquet::file::properties::WriterProperties;
 pub(crate) struct Parts {
     pub(crate) columns: Vec<(String, ArrayRef)>,
     pub(crate) metadata: Option<String>,
-    /// Kept as other programs may keep it, although it no longer fits.
+    /// The checksum as another program may keep it, although it no longer fits.
     checksum: Option<String>,
 }
 

@@ -1,10 +1,10 @@
-//! Files of numpy that hold pickles.
+//! numpy files that contain pickles.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
-/// `numpy.save` of the dictionary of DexGraspBench for a hand with one joint, two grasps; as numpy 2 writes it, and with
-/// protocols 5 and 3.
+/// `numpy.save` of the dictionary of DexGraspBench for a hand with one joint and two grasps: by numpy 2, and with protocols
+/// 5 and 3.
 const BENCH: [&str; 3] = [
     "\
     k05VTVBZAQB2AHsnZGVzY3InOiAnfE8nLCAnZm9ydHJhbl9vcmRlcic6IEZhbHNlLCAnc2hhcGUnOiAoKSwgfSAgICAgICAgICAgICAgICAgIC\

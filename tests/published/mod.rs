@@ -1,4 +1,4 @@
-//! Published hands, and what `MuJoCo` says of them. They are no part of the project.
+//! Published hands and `MuJoCo`'s results for them. They are not part of the project.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ pub(crate) fn folder() -> Option<PathBuf> {
     Some(Path::new(&std::env::var_os("LANDSCAPE_TEST_DATA")?).join("hands"))
 }
 
-/// Every hand that has a reference: description and what `MuJoCo` says of it.
+/// All hands with a reference: the description and `MuJoCo`'s results.
 pub(crate) const REFERENCES: [[&str; 2]; 8] = [
     [
         "shadow_dexgraspnet/shadow_hand_vis.xml",
@@ -45,7 +45,7 @@ pub(crate) const REFERENCES: [[&str; 2]; 8] = [
     ],
 ];
 
-/// The same files as they were published: `MuJoCo` refuses some, and some refer to meshes that are not there.
+/// The same files in their published form. `MuJoCo` refuses some, and some refer to missing meshes.
 pub(crate) const ORIGINALS: [&str; 7] = [
     "shadow_dexgraspnet/original/shadow_hand_wrist_free.xml",
     "shadow_dexgraspnet/original/shadow_hand_vis.xml",
@@ -67,19 +67,19 @@ pub(crate) fn numbers(value: &Value) -> Vec<f64> {
     numbers.filter_map(Value::as_f64).collect()
 }
 
-/// How far link frames are from those of a reference.
+/// Largest differences of link frames from those of a reference.
 #[derive(Debug, Default)]
 pub(crate) struct Difference {
-    /// Frames compared.
+    /// Number of compared frames.
     pub(crate) frames: usize,
-    /// The farthest origin, metres.
+    /// Largest distance of origins, metres.
     pub(crate) metres: f64,
-    /// The farthest turn, radians.
+    /// Largest rotation, radians.
     pub(crate) radians: f64,
 }
 
 impl Difference {
-    /// Over all bodies at all configurations; bodies of the reference that the hand lacks make it infinite.
+    /// Maximum over all bodies and configurations; infinite if the hand lacks bodies of the reference.
     pub(crate) fn of(hand: &Hand, reference: &Value) -> Self {
         let mut worst = Self::default();
         let mut posed = PosedHand::default();

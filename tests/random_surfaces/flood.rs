@@ -1,4 +1,4 @@
-//! The exact merge tree of a surface on a grid, by flooding it: 0-dimensional persistence by union-find.
+//! The exact merge tree of a surface on a grid by flooding, that is, 0-dimensional persistence by union-find.
 //!
 //! The torus is cut into right triangles with legs h = 2π/n, and the surface replaced by its linear interpolant L. The
 //! sublevel sets of L are connected exactly as the graph of vertices and triangle sides below the level, so flooding the
@@ -22,17 +22,17 @@ use crate::surface::Surface;
 pub(crate) struct Flood {
     n: usize,
     heights: Vec<f64>,
-    /// Vertices by rising height.
+    /// Vertices in ascending order of height.
     order: Vec<usize>,
-    /// |V − L| nowhere exceeds it.
+    /// Upper bound of |V − L|.
     pub(crate) error: f64,
 }
 
-/// What flooding says of some places.
+/// Results of a flood for given places.
 pub(crate) struct Merges {
-    /// Height of L at which the vertices next to two places become connected; the height of the vertex on the diagonal.
+    /// Height of L at which the vertices next to two places become connected. On the diagonal, the height of the vertex.
     pub(crate) minimax: Vec<Vec<f64>>,
-    /// Greatest height above its lowest vertex that a component reaches, before it merges, without any of the places.
+    /// Greatest height that a component without any of the places reaches above its lowest vertex before it merges.
     pub(crate) missed: f64,
 }
 
@@ -62,7 +62,7 @@ impl Flood {
         i * self.n + j
     }
 
-    /// Neighbours in the triangulation whose diagonals join (i, j) with (i + 1, j + 1).
+    /// Neighbours in the triangulation with diagonals from (i, j) to (i + 1, j + 1).
     fn neighbours(&self, vertex: usize) -> [usize; 6] {
         let n = self.n;
         let (i, j) = (vertex / n, vertex % n);

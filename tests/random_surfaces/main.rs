@@ -1,9 +1,9 @@
-//! On random smooth periodic surfaces the merge tree that searches find is the one that flooding a fine grid gives.
+//! On random smooth periodic surfaces, searches find the merge tree that flooding of a fine grid gives.
 //!
-//! Searches start from random points and know nothing of the grid; the grid knows nothing of gradients. `e` is the grid's
-//! own error ([`flood`]). A place within h/√2 of a minimum is at most e above it, so heights between minima and between
-//! their vertices differ by 2 e at most; and every component of the flood without a minimum found must end within 3 e of
-//! its lowest vertex, or a minimum was missed.
+//! Searches start from random points and do not use the grid, and the grid does not use gradients. `e` is the error of the
+//! grid ([`flood`]). A place within h/√2 of a minimum is at most e above it, so heights between minima and between their
+//! vertices differ by at most 2 e. Every component of the flood without a found minimum must end within 3 e of its lowest
+//! vertex; otherwise a minimum was missed.
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
@@ -61,7 +61,7 @@ fn difference(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
     pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
-/// A surface, what a search found on it, and the flood of the minima found with its error e.
+/// A surface, the result of a search on it, and the flood of the found minima with its error e.
 struct Case {
     id: u64,
     surface: Surface,
@@ -90,7 +90,7 @@ impl Case {
     }
 }
 
-/// All tests look at the same searches.
+/// Searches shared by all tests.
 fn cases() -> &'static [Case] {
     static CASES: OnceLock<Vec<Case>> = OnceLock::new();
     CASES.get_or_init(|| {
@@ -99,7 +99,7 @@ fn cases() -> &'static [Case] {
     })
 }
 
-/// Compares what searches found with floods; each complaint names the surface.
+/// Compares the results of searches with floods. Each complaint names the surface.
 fn complaints(cases: &[Case]) -> Vec<String> {
     cases
         .iter()
@@ -134,10 +134,10 @@ fn a_saddle_beside_its_minimum_is_not_crossed_again() {
     assert!(complaints.is_empty(), "{}", complaints.join("\n"));
 }
 
-/// Longest step a chain makes.
+/// A kernel that records the longest step of a chain.
 struct Watched<'a> {
     kernel: Mala<'a>,
-    /// The last proposal, how far it is from its state, and the longest step made so far.
+    /// The last proposal, its distance from the state, and the longest step so far.
     seen: Mutex<(Vec<f64>, f64, f64)>,
 }
 
@@ -149,7 +149,7 @@ impl<'a> Watched<'a> {
         }
     }
 
-    /// The longest step so far; the last proposal may have been made.
+    /// The longest step so far. The last proposal is included because it may have been accepted.
     fn longest(&self) -> f64 {
         let (_, last, longest) = *self.seen.lock().unwrap();
         last.max(longest)
@@ -184,7 +184,7 @@ impl Kernel for Watched<'_> {
     }
 }
 
-/// How far the energy may rise between two points this far apart above the higher of them.
+/// Bound of the rise of the energy between two points at this distance, above the higher of them.
 fn between(surface: &Surface, length: f64) -> f64 {
     surface.curvature_bound() * length * length / 8.0
 }
@@ -258,7 +258,7 @@ fn paths_never_pass_below_the_floods() {
     }
 }
 
-/// One map; whether its tree equals the flood, and the evaluations it took.
+/// Checks one map. Returns whether its tree equals the flood, and its evaluations.
 fn check_map(case: &Case, method: PathMethod) -> [usize; 3] {
     let Case {
         id,

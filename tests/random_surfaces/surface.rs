@@ -51,7 +51,7 @@ impl Surface {
         }
     }
 
-    /// The same surface turned by a quarter (θ₀, θ₁) → (−θ₁, θ₀) and then moved: V'(Rθ + shift) = V(θ).
+    /// The same surface rotated by a quarter turn (θ₀, θ₁) → (−θ₁, θ₀) and then moved: V'(Rθ + shift) = V(θ).
     pub(crate) fn moved(&self, shift: [f64; 2]) -> Self {
         let turn = |wave: &Wave| {
             let k = [-wave.k[1], wave.k[0]];
@@ -75,7 +75,7 @@ impl Surface {
             .sum()
     }
 
-    /// The energies at (2π i / n, 2π j / n), row by row. On the grid every wave takes n values only.
+    /// The energies at (2π i / n, 2π j / n) in row-major order. On the grid every wave takes only n values.
     pub(crate) fn on_grid(&self, n: usize) -> Vec<f64> {
         let mut heights = vec![0.0; n * n];
         for wave in &self.waves {
@@ -117,7 +117,7 @@ impl Energy for Surface {
     }
 }
 
-/// The whole number that a number is.
+/// Converts a whole number to an integer.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,

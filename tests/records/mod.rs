@@ -1,9 +1,9 @@
-//! What a journal holds, read without opening it: a running process may be writing it.
+//! The records of a journal, read without opening it, because a running process may be writing it.
 
 use std::fs;
 use std::path::Path;
 
-/// Key and end of each whole record (the format is told in `store::Journal`), none if there is no journal yet.
+/// Key and end of each complete record (see `store::Journal` for the format); none if there is no journal yet.
 pub(crate) fn records(journal: &Path) -> Vec<(String, usize)> {
     let bytes = fs::read(journal).unwrap_or_default();
     let number = |at: usize| {

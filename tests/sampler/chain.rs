@@ -1,44 +1,44 @@
-//! Chains and the means of their batches.
+//! Chains and their batch means.
 
 use landscape::sample::{Kernel, State, TargetDensity, Task, stream};
 use rand::RngExt;
 use rayon::prelude::*;
 
-/// How a proposal is decided on.
+/// Rule for the decision about a proposal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Rule {
-    /// By the ratio that the kernel returns.
+    /// Uses the ratio that the kernel returns.
     Exact,
-    /// By the energies alone, as if the proposal were as likely backward as forward.
+    /// Uses the energies only, as if proposals were symmetric.
     Plain,
-    /// Every proposal is accepted.
+    /// Accepts every proposal.
     Always,
 }
 
-/// How long chains run.
+/// Length of the chains.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Run {
     pub(crate) rule: Rule,
     pub(crate) temperature: f64,
     pub(crate) step: f64,
-    /// Independent chains.
+    /// Number of independent chains.
     pub(crate) chains: u64,
-    /// Batches of each chain, after one that is thrown away.
+    /// Number of batches of each chain, after a discarded first one.
     pub(crate) batches: u32,
-    /// Steps of a batch: many more than the chain needs to forget.
+    /// Number of steps in a batch, much greater than the correlation time of the chain.
     pub(crate) length: u32,
 }
 
-/// What chains have seen.
+/// Observations of chains.
 #[derive(Debug)]
 pub(crate) struct Seen {
     /// Means of the observables, batch by batch.
     pub(crate) batches: Vec<Vec<f64>>,
-    /// Share of the proposals that were accepted.
+    /// Share of accepted proposals.
     pub(crate) acceptance: f64,
 }
 
-/// Runs chains of `kernel` from `start`; `observe` adds what it sees of a state to as many sums as `observables`.
+/// Runs chains of `kernel` from `start`. `observe` adds the observables of a state to `observables` sums.
 pub(crate) fn run(
     kernel: &dyn Kernel,
     start: &[f64],

@@ -1,4 +1,4 @@
-//! Contact sets of a hand that stands still: all sets can be listed, and with them the law.
+//! Contact sets of a hand that does not move. All sets can be enumerated, so their distribution is known.
 
 use std::sync::Arc;
 
@@ -59,7 +59,7 @@ pub(crate) fn propose_contact(
     }
 }
 
-/// All sets of `size` of the numbers below `count`.
+/// All sets of `size` numbers below `count`.
 pub(crate) fn sets(count: u32, size: usize) -> Vec<Vec<u32>> {
     let mut sets = vec![vec![]];
     for _ in 0..size {
@@ -80,7 +80,7 @@ fn energy(stride: usize, settings: EnergySettings) -> GraspEnergy {
     GraspEnergy::new(hand, object, settings).unwrap()
 }
 
-/// With a rank condition that matters and hands that should face the object.
+/// Settings with an active rank condition and hands that should face the object.
 fn with_more_terms() -> EnergySettings {
     EnergySettings {
         rank_weight: 1.0,
@@ -100,10 +100,10 @@ const RAMP: Ramp = Ramp {
     distance: 0.4,
     depth: 1.0,
 };
-/// Groups of sets of about the same probability.
+/// Number of groups of sets with about the same probability.
 const GROUPS: usize = 12;
 
-/// Deviate of the shares of groups of sets and of single points.
+/// Deviation of the shares of groups of sets and of single points.
 fn deviate(settings: EnergySettings, moves: ContactMoves, rule: Rule) -> f64 {
     let energy = energy(60, settings);
     let points = u32::try_from(energy.hand().surface.len()).unwrap();

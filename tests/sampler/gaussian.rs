@@ -9,22 +9,22 @@ use crate::chain::{Rule, Run, run};
 use crate::statistics::{count, deviation, quantiles};
 use crate::{CHANCE, WRONG};
 
-/// Tangents of a hand with two joints.
+/// Number of tangents of a hand with two joints.
 const SIZE: usize = 8;
 const TEMPERATURE: f64 = 0.7;
-/// Radians; half a turn is five of them, so next to nothing lies beyond.
+/// Standard deviation of the rotation, radians. Half a turn is five of them, so the probability beyond is negligible.
 const ROTATION: f64 = 0.6;
 
 type Tangent = SVector<f64, SIZE>;
 type Square = SMatrix<f64, SIZE, SIZE>;
 
-/// The energy at whose temperature the logarithm u of a pose, seen from `centre`, is normal with covariance Σ.
+/// The energy whose Boltzmann law makes the logarithm u of a pose, relative to `centre`, normal with covariance Σ.
 ///
 /// ```text
 /// E = T (½ uᵀ Σ⁻¹ u + ln J(ω)),   J = (sin ½θ / ½θ)²,   θ = |ω|
 /// ```
 ///
-/// J: volume of rotations (Haar) per volume of rotation vectors ω, by which the law of the pose is to be divided.
+/// J is the volume of rotations (Haar) per volume of rotation vectors ω. The density of the pose must be divided by it.
 struct Gaussian {
     space: PoseSpace,
     centre: Vec<f64>,
@@ -116,13 +116,13 @@ fn chi_squared(squared: f64) -> f64 {
 const MOMENTS: usize = SIZE + SIZE * (SIZE + 1) / 2;
 const BINS: usize = 10;
 
-/// What is seen of a chain.
+/// Deviations of a chain from its law.
 struct Deviates {
-    /// Of the first and second moments of u.
+    /// For the first and second moments of u.
     moments: f64,
-    /// Of the distribution of uᵀ Σ⁻¹ u.
+    /// For the distribution of uᵀ Σ⁻¹ u.
     lengths: f64,
-    /// Of the mean square of the angle.
+    /// For the mean square of the angle.
     angle: f64,
     acceptance: f64,
 }

@@ -1,8 +1,9 @@
-//! A hand that moves and its contact sets together, in a case whose law can be summed.
+//! A hand that moves together with its contact sets, in a case whose distribution can be summed.
 //!
-//! All contact candidates lie on one rigid link and the object is a ball, so of the pose only the place v of the ball's
-//! centre in that link's frame counts, and the angle of the joint that carries the link. Every pose with the same v and
-//! angle is equally likely, and so are equal volumes of v (the measures of translations and rotations are invariant):
+//! All contact candidates lie on one rigid link and the object is a ball. The pose therefore matters only through the
+//! position v of the ball's centre in that link's frame and the angle of the joint that carries the link. Poses with the
+//! same v and angle have equal probability, and equal volumes of v do too (the measures of translations and rotations are
+//! invariant):
 //!
 //! ```text
 //! p(S, v, q) ∝ exp(−E(S, v)/T) exp(−E(q)/T),   S: three of six points
@@ -32,7 +33,7 @@ const CONTACTS: usize = 3;
 const SETS: usize = 20;
 const BALL_M: f64 = 0.035;
 const ROUNDING_M: f64 = 0.004;
-/// Farther off on any axis the ball never is: three contacts would cost twenty temperatures.
+/// Half the side of the cube of positions v, metres. Farther away three contacts would cost twenty temperatures.
 const HALF_M: f64 = 0.16;
 
 /// A palm and one thick finger; six contact candidates spread over the finger.
@@ -109,7 +110,7 @@ fn candidates(energy: &GraspEnergy) -> Vec<Vector3<f64>> {
         .collect()
 }
 
-/// Where the ball's centre is, in the frame of the finger.
+/// Position of the ball's centre in the frame of the finger.
 fn centre(energy: &GraspEnergy, x: &[f64]) -> Vector3<f64> {
     let mut posed = PosedHand::default();
     energy.hand().pose(x, &mut posed);
@@ -117,7 +118,7 @@ fn centre(energy: &GraspEnergy, x: &[f64]) -> Vector3<f64> {
     posed.object_from_link[finger.0].inverse_point(&energy.object().centroid)
 }
 
-/// Own costs and inward normals of the candidates with the ball at `v`.
+/// Costs and inward normals of the single candidates with the ball at `v`.
 fn contacts(
     energy: &GraspEnergy,
     candidates: &[Vector3<f64>],
@@ -133,7 +134,7 @@ fn contacts(
     candidates.iter().map(contact).collect()
 }
 
-/// E(S, v): distances and ‖Gc‖; normals pass through the centre, so there is no torque.
+/// E(S, v): distances and ‖Gc‖. Normals pass through the centre, so there is no torque.
 fn contact_energy(energy: &GraspEnergy, contacts: &[(f64, Vector3<f64>)], set: &[u32]) -> f64 {
     let members = || set.iter().map(|&i| contacts[i as usize]);
     let own: f64 = members().map(|(cost, _)| cost).sum();
@@ -142,8 +143,8 @@ fn contact_energy(energy: &GraspEnergy, contacts: &[(f64, Vector3<f64>)], set: &
     own + energy.settings().force_closure_weight * (net.norm().hypot(rounding) - rounding)
 }
 
-/// What is observed of (S, v): the shares of all sets but one, mean and second moments of v (all in units of a
-/// centimetre), and the energy in temperatures.
+/// Number of observables of (S, v): the shares of all sets but one, mean and second moments of v (in units of a
+/// centimetre), and the energy in units of the temperature.
 const OBSERVABLES: usize = SETS - 1 + 3 + 6 + 1;
 
 fn observables(set: usize, v: &Vector3<f64>, energy: f64) -> [f64; OBSERVABLES] {
@@ -171,7 +172,7 @@ fn observables(set: usize, v: &Vector3<f64>, energy: f64) -> [f64; OBSERVABLES] 
     values
 }
 
-/// Expectations, by the sum over all sets and a grid of v with so many steps to either side of the middle of the points.
+/// Expectations by summation over all sets and a grid of v with `steps` steps to either side of the centre of the points.
 fn expectations(energy: &GraspEnergy, steps: i32) -> [f64; OBSERVABLES] {
     let candidates = candidates(energy);
     let sets = sets(6, CONTACTS);
@@ -291,7 +292,7 @@ fn chains(energy: &GraspEnergy, kernel: &dyn Kernel, rule: Rule) -> Seen {
     )
 }
 
-/// Deviates of what is observed of contact sets and ball, and of the distribution of the joint's angle; acceptance.
+/// Deviations for contact sets and ball, and for the distribution of the joint's angle; and the acceptance.
 fn deviates(energy: &GraspEnergy, expected: &[f64], kernel: &dyn Kernel, rule: Rule) -> [f64; 3] {
     let seen = chains(energy, kernel, rule);
     let part = |from: usize, to: usize| -> Vec<Vec<f64>> {

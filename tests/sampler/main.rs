@@ -1,5 +1,5 @@
 //! With the exact acceptance ratio the kernels sample known densities: a Gaussian in tangent coordinates of poses, matrix
-//! Fisher laws of rotations, and contact sets of a posed hand and of a hand that moves. Wrong ratios are told apart.
+//! Fisher distributions of rotations, and contact sets of a fixed hand and of a moving one. Wrong ratios are detected.
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 mod chain;
@@ -11,7 +11,7 @@ mod grasps;
 mod rotations;
 mod statistics;
 
-/// Standard deviations that chance may reach: once in 10⁵ for one number, and each test looks at a few.
+/// Deviation that chance may reach, in standard deviations: once in 10⁵ per number, and each test examines a few.
 pub(crate) const CHANCE: f64 = 4.5;
-/// Standard deviations that a wrong law must reach.
+/// Deviation that a wrong distribution must reach, in standard deviations.
 pub(crate) const WRONG: f64 = 8.0;

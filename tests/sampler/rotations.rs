@@ -1,4 +1,4 @@
-//! Matrix Fisher laws on the group of rotations.
+//! Matrix Fisher distributions on the rotation group.
 
 use landscape::energy::Energy;
 use landscape::sample::{Mala, State};
@@ -68,8 +68,8 @@ fn bessel(z: f64) -> f64 {
 
 /// Mean of the diagonal of Uᵀ R V for F = U diag(s) Vᵀ.
 ///
-/// The normalising constant is ∫ I₀(½(sᵢ − sⱼ)(1 − u)) I₀(½(sᵢ + sⱼ)(1 + u)) exp(sₖ u) du over [−1, 1], for any order i, j, k
-/// (T. Lee, IEEE Trans. Autom. Control 63, 3377 (2018), Eq. 10); its derivative by sₖ has a factor u more.
+/// The normalising constant is ∫ I₀(½(sᵢ − sⱼ)(1 − u)) I₀(½(sᵢ + sⱼ)(1 + u)) exp(sₖ u) du over [−1, 1], for any order i, j,
+/// k (T. Lee, IEEE Trans. Autom. Control 63, 3377 (2018), Eq. 10). Its derivative by sₖ has an additional factor u.
 fn mean_diagonal(s: [f64; 3]) -> Vector3<f64> {
     Vector3::from_fn(|k, _| {
         let [i, j] = [(k + 1) % 3, (k + 2) % 3];
@@ -108,7 +108,7 @@ fn chains(
     )
 }
 
-/// Singular values s (one negative) in frames that no axis is aligned with.
+/// Singular values s (one negative) in frames that are not aligned with any axis.
 fn skewed() -> (Fisher, Matrix3<f64>) {
     let turn = |a, b, c| Rotation3::from_euler_angles(a, b, c).into_inner();
     let (u, v) = (turn(0.4, -0.9, 1.3), turn(-1.1, 0.3, 0.8));

@@ -1,14 +1,13 @@
-//! How far the means of correlated samples are from what they should be, in standard deviations.
+//! Deviation of the means of correlated samples from their expectation, in standard deviations.
 
 use nalgebra::{DMatrix, DVector};
 
-/// Hotelling's T² of the batch means against `expected`, as a standard normal deviate: all observables at once, with the
-/// covariance that the batches show, so that the autocorrelation of the chain is accounted for (multivariate batch means,
-/// D. Vats, J. M. Flegal and G. L. Jones, Biometrika 106, 321 (2019)).
+/// Hotelling's T² of the batch means against `expected`, as a standard normal deviate. It tests all observables at once
+/// with the covariance of the batches, which accounts for the autocorrelation of the chain (multivariate batch means, D.
+/// Vats, J. M. Flegal and G. L. Jones, Biometrika 106, 321 (2019)).
 ///
-/// `T² = B (m − μ)ᵀ S⁻¹ (m − μ)`; `(B − p)/(p (B − 1)) T²` has the F distribution with p and B − p degrees of freedom, which
-/// E. Paulson's cube root (Ann. Math. Stat. 13, 233 (1942)) makes normal. Observables must not depend on each other
-/// linearly.
+/// `T² = B (m − μ)ᵀ S⁻¹ (m − μ)`; `(B − p)/(p (B − 1)) T²` has the F distribution with p and B − p degrees of freedom,
+/// which E. Paulson's cube root (Ann. Math. Stat. 13, 233 (1942)) makes normal. Observables must be linearly independent.
 pub(crate) fn deviation(batches: &[Vec<f64>], expected: &[f64]) -> f64 {
     let (count, size) = (batches.len(), expected.len());
     assert!(count > 4 * size, "{count} batches for {size} observables");
@@ -37,7 +36,7 @@ pub(crate) fn deviation(batches: &[Vec<f64>], expected: &[f64]) -> f64 {
         / (variance_b * cube_root * cube_root + variance_a).sqrt()
 }
 
-/// Adds 1 to the bin that `value` falls into, between rising `edges`. What lies above all of them is not counted, as it
+/// Adds 1 to the bin of `value` between the ascending `edges`. Values above all edges are not counted, because their number
 /// follows from the others.
 pub(crate) fn count(value: f64, edges: &[f64], bins: &mut [f64]) {
     if let Some(bin) = edges.iter().position(|edge| value < *edge) {
@@ -45,7 +44,7 @@ pub(crate) fn count(value: f64, edges: &[f64], bins: &mut [f64]) {
     }
 }
 
-/// Where a density on [low, high] (not normalised) has gathered each of so many equal parts of its mass, but the last.
+/// Points that divide the mass of a density on [low, high] (not normalised) into `parts` equal parts.
 pub(crate) fn quantiles(low: f64, high: f64, parts: u32, density: impl Fn(f64) -> f64) -> Vec<f64> {
     const CELLS: u32 = 20_000;
     let width = (high - low) / f64::from(CELLS);

@@ -1,4 +1,4 @@
-//! Files of grasps come back equal, with the same bytes, and as other tools leave them.
+//! Files of grasps are restored exactly and written with the same bytes. Versions changed by other tools are read.
 
 use std::fs;
 

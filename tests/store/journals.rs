@@ -1,4 +1,4 @@
-//! Journals remember, whatever is cut off or spoilt.
+//! Journals keep their complete records after any truncation or damage.
 
 use std::fs;
 use std::path::Path;
@@ -84,7 +84,7 @@ fn a_journal_of_other_input_is_refused() {
     assert!(Journal::open(&path.join("x"), "input 1", false).is_err());
 }
 
-/// A journal with three records, and where each part of it ends: head, first, second, third.
+/// A journal with three records, and the ends of its parts: head, first, second, third.
 fn three_records(path: &Path) -> (Vec<u8>, [usize; 4]) {
     let journal = Journal::open(path, "input", true).unwrap();
     let mut ends = [length(path); 4];

@@ -1,4 +1,4 @@
-//! Folders of landscapes come back equal and with the same bytes.
+//! Folders of landscapes are restored exactly and written with the same bytes.
 
 use std::fs;
 

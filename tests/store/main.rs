@@ -1,4 +1,4 @@
-//! Files: round trips, equal bytes, every refusal with its sentence, and being killed at any moment.
+//! Files: round trips, equal bytes, the message of every refusal, and kills at any moment.
 #![cfg(feature = "cli")]
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 #![expect(
@@ -152,7 +152,7 @@ fn overrides() -> Overrides {
     }
 }
 
-/// The columns of a valid file, to be spoilt.
+/// The columns of a valid file, as a basis for invalid ones.
 fn of(file: &GraspFile) -> Parts {
     let (_folder, path) = place("grasps.parquet");
     file.write(&path).unwrap();
@@ -166,7 +166,7 @@ impl Parts {
         GraspFile::read(&path, overrides)
     }
 
-    /// The sentence with which the file is refused, its folder left out.
+    /// The message with which the file is refused, without its folder.
     fn refusal(self) -> String {
         let (folder, path) = place("grasps.parquet");
         self.write(&path);

@@ -1,4 +1,4 @@
-//! Every refusal of a file of grasps with its sentence.
+//! The message of every refusal of a file of grasps.
 
 use std::fs;
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use base64::Engine;
 use landscape::store::{Fault, GraspFile, GraspRow};
 use serde_json::json;
 
-/// The sentence with which a grasp is refused, by the writer.
+/// The message with which the writer refuses a grasp.
 fn fault(spoil: impl FnOnce(&mut GraspRow)) -> String {
     let (folder, path) = place("grasps.parquet");
     let mut file = file(3);

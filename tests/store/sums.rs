@@ -1,4 +1,4 @@
-//! Checksums: what was damaged, altered or put in from elsewhere is refused, never read as other numbers.
+//! Checksums: damaged, altered or foreign files are refused and never read as other numbers.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -25,7 +25,7 @@ fn edit(path: &Path, change: impl FnOnce(&mut Value)) {
     fs::write(manifest, value.to_string()).unwrap();
 }
 
-/// Bytes from one mutant to the next.
+/// Distance between the bytes that are changed.
 const EVERY: usize = 11;
 
 #[test]

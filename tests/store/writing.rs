@@ -1,4 +1,4 @@
-//! Files and folders are written whole or not at all, also when killed.
+//! Files and folders are written completely or not at all, even if the process is killed.
 
 use std::fs;
 use std::path::Path;

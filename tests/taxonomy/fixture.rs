@@ -1,4 +1,4 @@
-//! Fixtures of the taxonomy: a hand posed on primitives, with what it depicts.
+//! Fixtures of the taxonomy: a hand posed on primitives, and a description of the scene.
 
 use std::collections::BTreeMap;
 
@@ -10,22 +10,22 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Fixture {
-    /// Unique, for instance `14-c`: the type and a letter, `none-` and a number for what is no grasp of the taxonomy.
+    /// Unique id, for instance `14-c`: the type and a letter, or `none-` and a number for poses outside the taxonomy.
     pub(crate) id: String,
-    /// Number of the type, 1 to 33; `None` for what is none of them.
+    /// Number of the type, 1 to 33; `None` outside the taxonomy.
     #[serde(rename = "type")]
     pub(crate) kind: Option<u8>,
-    /// Name of the type; `none` for what is none of them.
+    /// Name of the type; `none` outside the taxonomy.
     pub(crate) name: String,
-    /// What is to be seen, a sentence.
+    /// The scene in one sentence.
     pub(crate) depicts: String,
     /// Solids, object frame, metres; the object is their union.
     pub(crate) object: Vec<Primitive>,
-    /// Where the hand's root frame lies.
+    /// Pose of the hand's root frame.
     pub(crate) object_from_hand: Placement,
     /// Joint angles by name, radians.
     pub(crate) joints_rad: BTreeMap<String, f64>,
-    /// Regions (or the starts of their names) that touch by the description.
+    /// Regions (or the starts of their names) that touch according to the description.
     pub(crate) touching: Vec<String>,
 }
 

@@ -1,4 +1,4 @@
-//! What the rule says of fixtures, and how often it is right.
+//! Labels of the rule on fixtures, and how often they are right.
 
 use std::path::Path;
 
@@ -15,37 +15,37 @@ use super::fixture::Fixture;
 
 type Failure = Box<dyn std::error::Error + Send + Sync>;
 
-/// What is true and what the rule says.
+/// The true type and the rule's label.
 pub(crate) struct Outcome {
-    /// Which fixture.
+    /// Id of the fixture.
     pub(crate) id: String,
-    /// Number of the type; `None` for what is no grasp of the taxonomy.
+    /// Number of the type; `None` outside the taxonomy.
     pub(crate) truth: Option<u8>,
     pub(crate) label: Label,
 }
 
-/// What an error of a joint angle means.
+/// Meaning of an error of a joint angle.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Error {
-    /// The hand is really posed so: what touched may be apart or inside, what was apart may touch.
+    /// The hand really has this pose. Touching parts may then be apart or penetrate, and others may touch.
     Moved,
-    /// The angle is measured wrong: what touches is known as it is.
+    /// The angle is measured wrongly, but the contacts are known.
     Misread,
 }
 
-/// Errors of the joint angles: each has a normal one of its own, cut off at its limits.
+/// Errors of the joint angles: independent normal errors, clamped at the limits.
 #[derive(Clone, Copy)]
 pub(crate) struct Noise {
     pub(crate) error: Error,
     /// Standard deviation.
     pub(crate) joints_rad: f64,
-    /// How often each fixture is posed.
+    /// Number of noisy poses of each fixture.
     pub(crate) copies: u64,
     pub(crate) seed: u64,
 }
 
 impl Noise {
-    /// Fixtures as they are.
+    /// Fixtures without errors.
     pub(crate) const NONE: Self = Self {
         error: Error::Moved,
         joints_rad: 0.0,
@@ -55,12 +55,12 @@ impl Noise {
 }
 
 impl Outcome {
-    /// The type that fits best, whatever the thresholds say.
+    /// The best type, regardless of the thresholds.
     pub(crate) fn found(&self) -> Option<u8> {
         self.label.best.first().map(|best| best.number)
     }
 
-    /// Whether the rule gives it a type or a cell.
+    /// Whether the rule assigns a type or a cell.
     pub(crate) fn accepted(&self) -> bool {
         matches!(
             self.label.verdict,
@@ -68,8 +68,8 @@ impl Outcome {
         )
     }
 
-    /// Whether the best type is at most so far from the true one, see `GraspType::distance`: 3 the category is right, 1
-    /// the cell, 0 the type.
+    /// Whether the distance of the best type from the true one is at most `within` (see `GraspType::distance`): 3 means
+    /// that the category is right, 1 the cell, 0 the type.
     pub(crate) fn right(&self, within: u8) -> bool {
         let entry = |number: Option<u8>| Taxonomy::feix().numbered(number?);
         let pair = entry(self.truth).zip(entry(self.found()));
@@ -88,7 +88,7 @@ pub(crate) fn read(path: &Path) -> Result<Vec<Fixture>, Failure> {
     Ok(serde_json::from_str(&std::fs::read_to_string(path)?)?)
 }
 
-/// Fixtures with their objects, which take a second each to prepare.
+/// Fixtures with their objects. Each takes a second to prepare.
 pub(crate) fn cases(fixtures: Vec<Fixture>) -> Result<Vec<Case>, Failure> {
     let case = |fixture: Fixture| -> Result<Case, Failure> {
         let assembly = Assembly {
@@ -102,7 +102,7 @@ pub(crate) fn cases(fixtures: Vec<Fixture>) -> Result<Vec<Case>, Failure> {
     fixtures.into_par_iter().map(case).collect()
 }
 
-/// Labels of all copies of all fixtures, in their order.
+/// Labels of all copies of all fixtures, in order.
 pub(crate) fn judge(cases: &[Case], rule: &Rule, noise: Noise) -> Result<Vec<Outcome>, Failure> {
     let hand = Hand::human();
     let anatomy = Anatomy::of(&hand).ok_or("the human hand is not read as one")?;
@@ -151,13 +151,13 @@ pub(crate) fn judge(cases: &[Case], rule: &Rule, noise: Noise) -> Result<Vec<Out
     Ok(outcomes.into_iter().flatten().collect())
 }
 
-/// The share of those outcomes that pass a test; `None` where there are none.
+/// The share of the outcomes that pass a test; `None` if there are none.
 pub(crate) fn share(outcomes: &[&Outcome], test: impl Fn(&Outcome) -> bool) -> Option<f64> {
     let passing = outcomes.iter().filter(|outcome| test(outcome)).count();
     (!outcomes.is_empty()).then(|| passing as f64 / outcomes.len() as f64)
 }
 
-/// Outcomes of grasps of the taxonomy, and of what is none.
+/// Outcomes of grasps of the taxonomy, and of other poses.
 pub(crate) fn halves(outcomes: &[Outcome]) -> [Vec<&Outcome>; 2] {
     let (grasps, others) = outcomes.iter().partition(|outcome| outcome.truth.is_some());
     [grasps, others]

@@ -1,4 +1,4 @@
-//! The solids of a fixture, and where on the hand its description says that they touch.
+//! The solids of a fixture, and the places on the hand where they touch by its description.
 
 use landscape::hand::Hand;
 use landscape::object::{Primitive, Shape};
@@ -13,9 +13,9 @@ impl Fixture {
     }
 }
 
-/// The union of some solids: the nearest counts.
+/// The union of some solids; the distance is that of the nearest.
 ///
-/// The distance is exact outside and a bound inside, where solids overlap.
+/// The distance is exact outside. Inside it is a bound where solids overlap.
 #[derive(Debug, Clone)]
 pub(crate) struct Union(pub(crate) Vec<Primitive>);
 
@@ -51,9 +51,9 @@ impl Shape for Union {
     }
 }
 
-/// Surface points of a region: those whose region's name starts so, but for `digit.segment.patch` those whose normal
-/// points toward the patch, `palm` without its back. On the last segment the pad reaches round toward the tip, as a
-/// finger's does.
+/// Surface points of a region: those whose region's name starts with `region`. For `digit.segment.patch`, the points whose
+/// normal points toward the patch are taken, and for `palm` its back is excluded. On the last segment the pad extends
+/// toward the tip, as on a finger.
 pub(crate) fn points(hand: &Hand, region: &str) -> Vec<usize> {
     let parts: Vec<&str> = region.split('.').collect();
     let (axis, least) = match parts.last() {

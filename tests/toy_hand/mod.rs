@@ -1,8 +1,8 @@
-//! A small hand as URDF: a thumb and four fingers of two phalanges each, all boxes.
+//! A small hand in URDF: a thumb and four fingers of two phalanges each, all boxes.
 
 use std::fmt::Write;
 
-/// The fingers, from the thumb's side on, and how far to that side they stand, metres.
+/// The fingers in order from the thumb, and their offset toward it, metres.
 const FINGERS: [(&str, f64); 4] = [
     ("index", 0.03),
     ("middle", 0.01),
@@ -10,8 +10,8 @@ const FINGERS: [(&str, f64); 4] = [
     ("little", -0.03),
 ];
 
-/// The description. With a half palm, ring and little finger hang on a part of the palm that moves, which comes first in
-/// the file, as in the Schunk SVH hand.
+/// The URDF text. With a half palm, ring and little finger are on a movable part of the palm that comes first in the file,
+/// as in the Schunk SVH hand.
 pub(crate) fn toy_hand(half_palm: bool) -> String {
     let mut text = String::from("<robot name=\"toy\">\n");
     // The half palm takes its half of the palm.

@@ -1,5 +1,5 @@
-//! Results do not depend on units: every reference surface, its lengths multiplied by 10⁻³ to 10³ and its energies by 10⁻⁶
-//! to 10⁶, has the same points, the same tree and the same claims.
+//! Results do not depend on units. Every reference surface, with lengths multiplied by 10⁻³ to 10³ and energies by 10⁻⁶ to
+//! 10⁶, has the same points, the same tree and the same claims.
 #![cfg(feature = "topography")]
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
@@ -21,16 +21,16 @@ const AS_IT_IS: Units = Units {
     energy: 1.0,
 };
 
-/// What was found, in the units of the surface as it was.
+/// Results in the original units of the surface.
 struct Found {
     /// Energies and coordinates.
     minima: Vec<(f64, Vec<f64>)>,
     saddles: Vec<(f64, Vec<f64>)>,
-    /// Heights of the merges, rising.
+    /// Heights of the merges, ascending.
     merges: Vec<f64>,
-    /// What is claimed of it.
+    /// The claim of completeness.
     claims: String,
-    /// How it was found.
+    /// Details of the search.
     details: String,
 }
 
@@ -60,7 +60,7 @@ impl Found {
         }
     }
 
-    /// The short path of the front page.
+    /// The short program of the front page.
     fn of_starts(surface: &Surface, units: Units) -> Self {
         let energy = Scaled::new(surface, units);
         let draw = in_box(&surface.low, &surface.high);
@@ -110,7 +110,7 @@ impl Found {
         assert_eq!(self.details, other.details, "{what}");
     }
 
-    /// Up to what rounding does: points are as exact as their tolerances, and symmetric copies come in any order.
+    /// Compares up to rounding: points are as exact as their tolerances, and symmetric copies may have any order.
     fn assert_equal(&self, other: &Self, what: &str) {
         let energies = |points: &[(f64, Vec<f64>)]| points.iter().map(|point| point.0).collect();
         let pairs: [(Vec<f64>, Vec<f64>); 3] = [

@@ -4,22 +4,22 @@ use landscape::energy::Energy;
 use landscape::energy::model::{MODELS, Surface, named};
 use landscape::space::Space;
 
-/// What a surface is multiplied with.
+/// Factors of lengths and energies.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Units {
     pub(crate) length: f64,
     pub(crate) energy: f64,
 }
 
-/// The same surface, its lengths and energies multiplied. Flat coordinates are lengths; those of angles and rotations are
-/// not, and their metric is multiplied instead.
+/// The same surface with scaled lengths and energies. Flat coordinates are lengths. Angles and rotations are not; their
+/// metric is scaled instead.
 pub(crate) struct Scaled<'a> {
     surface: &'a Surface,
     units: Units,
     space: Metric<'a>,
 }
 
-/// What coordinates are multiplied with: flat ones are lengths, angles and quaternions are not.
+/// Factor of the coordinates: flat ones are lengths, angles and quaternions are not.
 pub(crate) fn stretch(surface: &Surface, units: Units) -> f64 {
     match surface.coordinates {
         "flat" | "atoms" => units.length,
@@ -27,7 +27,7 @@ pub(crate) fn stretch(surface: &Surface, units: Units) -> f64 {
     }
 }
 
-/// A space, its metric multiplied unless its coordinates are.
+/// A space with a scaled metric, unless its coordinates are scaled.
 struct Metric<'a> {
     space: &'a dyn Space,
     length: f64,
@@ -45,13 +45,13 @@ impl<'a> Scaled<'a> {
         }
     }
 
-    /// The point of the surface as it was.
+    /// The point in the original units.
     pub(crate) fn unscaled(&self, x: &[f64]) -> Vec<f64> {
         let stretch = stretch(self.surface, self.units);
         x.iter().map(|x| x / stretch).collect()
     }
 
-    /// A point of the surface as it was, scaled.
+    /// A point of the original surface, scaled.
     pub(crate) fn scaled(&self, x: &[f64]) -> Vec<f64> {
         let stretch = stretch(self.surface, self.units);
         x.iter().map(|x| x * stretch).collect()
@@ -127,7 +127,7 @@ impl Space for Metric<'_> {
     }
 }
 
-/// One surface of every model.
+/// One surface of each model.
 pub(crate) fn surfaces() -> Vec<Surface> {
     let words = [
         "muller-brown",
@@ -150,7 +150,7 @@ pub(crate) fn decimal() -> Vec<Units> {
     corners(1e3, 1e6)
 }
 
-/// The same in powers of two: then nothing is rounded otherwise.
+/// The same corners in powers of two, which do not change any rounding.
 pub(crate) fn binary() -> Vec<Units> {
     corners(2f64.powi(10), 2f64.powi(20))
 }

@@ -1,4 +1,4 @@
-//! The same through `landscape surface`: a program computes the surface in other units.
+//! The same comparison through `landscape surface`, with a program that computes the surface in other units.
 
 use std::path::Path;
 use std::process::Command;
@@ -9,7 +9,7 @@ use landscape::store::{Counts, LandscapeFiles, StationaryRow};
 use super::AS_IT_IS;
 use super::scaled::{Units, binary, decimal, stretch, surfaces};
 
-/// Whether there is a Python to test with.
+/// Whether Python is available.
 fn python() -> bool {
     let found = Command::new("python3").arg("--version").output();
     let there = found.is_ok_and(|output| output.status.success());
@@ -19,7 +19,7 @@ fn python() -> bool {
     there
 }
 
-/// Points and findings of a run, in the units of the surface as it was.
+/// Points and findings of a run in the original units of the surface.
 fn mapped(surface: &Surface, units: Units) -> (Vec<StationaryRow>, String) {
     let folder = tempfile::TempDir::new().unwrap();
     let program = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/units/shell.py");

@@ -1,4 +1,4 @@
-//! A surface with one more direction, a million times as stiff as its own, along none of the axes.
+//! A surface with an additional direction that is a million times as stiff and not aligned with any axis.
 
 use landscape::energy::Energy;
 use landscape::energy::model::Surface;
@@ -9,14 +9,14 @@ use landscape::topography::{
 };
 use rand::RngExt;
 
-/// E(x) + ½ k u² of a surface in the plane, (x, u) turned.
+/// E(x) + ½ k u² for a surface in the plane, with (x, u) rotated.
 struct Stiff<'a> {
     surface: &'a Surface,
     stiffness: f64,
     space: Euclidean,
 }
 
-/// Orthonormal: the quaternion (1, 2, 3, 4) as a rotation.
+/// An orthonormal matrix: the quaternion (1, 2, 3, 4) as a rotation.
 const TURN: [[f64; 3]; 3] = [
     [-20.0 / 30.0, 4.0 / 30.0, 22.0 / 30.0],
     [20.0 / 30.0, -10.0 / 30.0, 20.0 / 30.0],

@@ -1,7 +1,7 @@
-//! The coverage-guided fuzzer of every reader of files (libFuzzer). `.ci/nightly` builds it and tells how it is run.
+//! The coverage-guided fuzzer of all readers of files (libFuzzer). `.ci/nightly` builds it and documents its use.
 //!
-//! `LANDSCAPE_FUZZ_READER` names the reader; without it the names of all are printed. Good files are added to the folder
-//! `LANDSCAPE_FUZZ_SEEDS`, if it is given.
+//! `LANDSCAPE_FUZZ_READER` names the reader; without it the names of all readers are printed. Valid files are added to the
+//! folder `LANDSCAPE_FUZZ_SEEDS`, if it is given.
 #![no_main]
 
 use std::path::PathBuf;
@@ -14,10 +14,10 @@ use tempfile::TempDir;
 #[path = "../readers.rs"]
 mod readers;
 
-/// Where the readers find good files.
+/// Root folder of the valid files.
 const PROJECT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../..");
 
-/// The reader, and a folder of its own.
+/// The reader and its folder.
 static CHOSEN: OnceLock<(Read, TempDir)> = OnceLock::new();
 
 fn choose() {
