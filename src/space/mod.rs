@@ -72,8 +72,8 @@ pub trait Space: Sync {
         None
     }
 
-    /// As [`Space::log`], for points whose coordinates are known to be near without a search for a nearer copy (neighbours
-    /// on a path, or a chain and the copy of its target that it set out for).
+    /// As [`Space::log`] without a search for a nearer copy, for points whose coordinates vary smoothly from one to the
+    /// other (neighbours on a path, or a chain and the copy of its target that it set out for).
     ///
     /// Spaces with a costly symmetry override this. By default the same as [`Space::log`].
     ///

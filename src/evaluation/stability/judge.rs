@@ -51,7 +51,7 @@ pub struct Outcome {
     /// Displacement of the object's centre of mass, metres: at the end of a drop (at rest or failed), or the largest in any
     /// of the six directions.
     pub displacement_m: f64,
-    /// Rotation of the object, radians, at the same time.
+    /// Rotation of the object, radians: at the end of a drop, or the largest in any of the six directions.
     pub turn_rad: f64,
     /// Overlap of hand and object at the start, metres.
     pub overlap_m: f64,
