@@ -3,11 +3,11 @@
 use std::error::Error;
 use std::path::Path;
 
-use landscape::cli::settings_for_grasps;
 use landscape::energy::Energy;
 use landscape::grasp::GraspEnergy;
 use landscape::sample::{Task, stream};
 use landscape::store::{GraspFile, Overrides};
+use landscape::study::settings_for_grasps;
 use landscape::topography::{JournalError, MapSettings, Minimum, Run, distinct, quench_all};
 use rand::seq::SliceRandom;
 

@@ -19,6 +19,7 @@
 //! | draw a landscape | [`figure::DisconnectivityPicture`], [`figure::BarrierPicture`], [`figure::Scene`] |
 //! | plot numbers | [`figure::chart::Chart`] |
 //! | read and write files | [`store`] |
+//! | go from a file of grasps to a landscape with tables and pictures | [`study::map_population`] |
 //!
 //! # Example
 //! The Müller–Brown surface from four starting points: three minima, and the pass at −40.66 between the two lowest.
@@ -82,3 +83,5 @@ pub mod own_function {}
 pub mod cli;
 #[cfg(feature = "cli")]
 pub mod store;
+#[cfg(feature = "cli")]
+pub mod study;

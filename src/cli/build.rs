@@ -6,23 +6,15 @@ use anyhow::Context;
 use clap::Args;
 
 use super::args::{Again, Common, GroupBarrier, HandAndObject, Paths};
-use super::grasp_map::settings_for_grasps;
-use super::landscape::{Input, Mapped};
-use super::magnetisation::{self, Choice};
+use super::input;
 use super::output::{check_inputs, check_place};
-use super::report::{Report, letting_go, summary, tables};
+use super::provenance::name_of;
 use super::run::{Unfinished, Watch, check_resumable};
-use super::uncertainty::Unseen;
-use super::{complain, input, print};
-use crate::grasp::hover::hover_costs;
-use crate::grasp::{GraspEnergy, GraspKernel};
+use crate::grasp::GraspEnergy;
 use crate::limits::ENERGY_SCALE;
-use crate::store::{AtomicFolder, GraspFile, GraspRow, Journal, Population, Source, content_hash};
-use crate::topography::exchange::Database;
-use crate::topography::{
-    Landscape, MapSettings, Minimum, MinimumId, Run, SequentialSettings, build_landscape, distinct,
-    quench_all, sequential,
-};
+use crate::store::{GraspFile, Population, Source, content_hash};
+use crate::study::{GraspMapSettings, GraspReport, StudyError, StudyRun, map_population};
+use crate::topography::Run;
 
 /// Map a landscape.
 #[derive(Debug, Args)]
@@ -168,15 +160,20 @@ fn folder(command: &Build, population: &Population<'_>, several: bool) -> anyhow
 }
 
 /// The usual settings with what the flags say.
-fn map_settings(command: &Build, energy: &GraspEnergy) -> MapSettings {
-    let mut settings = settings_for_grasps(energy).with_seed(command.seed);
-    settings.neighbours = command.neighbours.unwrap_or(settings.neighbours);
-    let chain = &mut settings.chain;
-    chain.temperature = command.temperature.unwrap_or(chain.temperature);
-    chain.force = command.pull.unwrap_or(chain.force);
-    settings.path.method = command.paths.into();
-    settings.groups.barrier = command.groups.group_barrier;
-    settings
+fn settings(command: &Build, energy: &GraspEnergy) -> GraspMapSettings {
+    let mut settings = GraspMapSettings::new(energy);
+    let map = &mut settings.map;
+    map.seed = command.seed;
+    map.neighbours = command.neighbours.unwrap_or(map.neighbours);
+    map.path.method = command.paths.into();
+    map.groups.barrier = command.groups.group_barrier;
+    GraspMapSettings {
+        temperature: command.temperature,
+        force: command.pull,
+        diagram: command.diagram,
+        sequential: command.sequential,
+        ..settings
+    }
 }
 
 fn build(
@@ -184,198 +181,59 @@ fn build(
     common: &Common,
     population: &Population<'_>,
     output: &Path,
-    mut warnings: Vec<String>,
+    warnings: Vec<String>,
 ) -> anyhow::Result<()> {
-    let grasps: Vec<_> = population
+    let mut population = population.clone();
+    population
         .grasps
-        .iter()
-        .copied()
-        .take(command.first.unwrap_or(usize::MAX))
-        .collect();
+        .truncate(command.first.unwrap_or(usize::MAX));
     anyhow::ensure!(
-        grasps.len() > 1,
+        population.grasps.len() > 1,
         "only one grasp of the {} hand on {}: a landscape lies between at least two",
         population.hand.name,
         population.object.name
     );
     let energy = population.energy()?;
-    let kernel = GraspKernel::new(&energy);
-    let mut settings = map_settings(command, &energy);
-
+    let settings = settings(command, &energy);
     let bytes = std::fs::read(&command.grasps)?;
     let fingerprint = content_hash(&[
         &bytes,
-        serde_json::to_string(&settings)?.as_bytes(),
+        serde_json::to_string(&settings.map_settings())?.as_bytes(),
         // With what the flags --hand and --object say of them.
         serde_json::to_string(population.object)?.as_bytes(),
         serde_json::to_string(population.hand)?.as_bytes(),
         &population.scale.to_le_bytes(),
-        &(grasps.len() as u64).to_le_bytes(),
+        &(population.grasps.len() as u64).to_le_bytes(),
         &[u8::from(command.sequential), u8::from(command.diagram)],
         env!("CARGO_PKG_VERSION").as_bytes(),
     ]);
     let unfinished = Unfinished::open(output, &fingerprint, &command.again, common.quiet)?;
-    let folder = &unfinished.folder;
-
-    let mut watch = Watch::new(common.quiet);
-    let starts: Vec<Vec<f64>> = grasps
-        .iter()
-        .map(|grasp| grasp.grasp.pose.to_vec())
-        .collect();
-    let run = Run {
-        journal: &unfinished.journal,
-        observer: &|news| watch.see(news),
-    };
-    let quenches = quench_all(&energy, &starts, &settings.quench, &run)?;
-    let quench_evaluations: usize = quenches.iter().map(|quench| quench.evaluations).sum();
-    let (minima, _) = distinct(&energy, &quenches, &settings.sameness, f64::INFINITY);
-    watch.lap("quench", quench_evaluations);
-    if minima.len() < 2 {
-        unfinished.discard()?;
-        anyhow::bail!(
-            "all {} grasps lie in one minimum: there is nothing to connect",
-            grasps.len()
-        );
-    }
-    let hover = hover_costs(&energy, &probes(&minima))?;
-    watch.lap("hover", 0);
-    settings.groups.highest = letting_go(&hover);
-    let surface = (&energy, &kernel);
-    let found = mapped(
-        command,
-        surface,
-        minima,
-        &mut settings,
-        (&unfinished.journal, &mut watch),
-    )?;
-    let landscape = &found.landscape;
-    if !landscape.rejected.is_empty() {
-        warnings.push(format!(
-            "{} minima are left out: the descents that led there ended on a slope",
-            landscape.rejected.len()
-        ));
-    }
-
-    let report = Report {
-        mapped: Mapped {
-            landscape,
-            energy: &energy,
-            inputs: grasps.iter().map(|grasp| row(grasp)).collect(),
-            choices_below: settings.path.exact_below,
+    let watch = Watch::new(common.quiet);
+    let run = StudyRun {
+        run: Run {
+            journal: &unfinished.journal,
+            observer: &|news| watch.see(news),
         },
-        unseen: Unseen::of(landscape, "grasps"),
+        stage_ended: &|name, evaluations| watch.lap(name, evaluations),
+    };
+    let found = match map_population(&population, &energy, &settings, &run) {
+        Err(error @ StudyError::OneMinimum { .. }) => {
+            unfinished.discard()?;
+            return Err(error.into());
+        }
+        found => found?,
+    };
+    let report = GraspReport {
+        found: &found,
         energy: &energy,
-        population,
-        settings: &settings,
-        arrivals: found.arrivals.as_deref(),
-        choice: &found.choice,
-        hover: &hover,
-        source: source(command, &bytes),
+        population: &population,
+        source: Source {
+            name: name_of(&command.grasps),
+            content_hash: content_hash(&[&bytes]),
+        },
         command: common.provenance.command.clone(),
-        seed: command.seed,
-        quench_evaluations,
         warnings,
     };
-    let text = write(&report, folder)?;
-    watch.lap("write", 0);
-    watch.timings().write(folder)?;
-    let finished = unfinished.finish()?;
-    if !common.quiet {
-        print(&text);
-        complain(&format!("wrote {}", finished.display()));
-    }
-    Ok(())
-}
-
-/// Writes tables, pictures and the summary, and returns it.
-fn write(report: &Report<'_>, folder: &AtomicFolder) -> anyhow::Result<String> {
-    let files = tables(report)?;
-    let titles = report.titles();
-    let database = Database::from_network(&report.mapped.landscape.network);
-    report.mapped.draw(&titles, &database, folder)?;
-    report.unseen.draw(&titles.title, folder)?;
-    if let Some(diagram) = &report.choice.diagram {
-        magnetisation::write(diagram, &titles.title, folder)?;
-    }
-    // It lists the checksums of all tables, so it comes after them.
-    files.write(folder)?;
-    let text = super::shown(&summary(report, &files));
-    folder.write("summary.md", text.as_bytes())?;
-    Ok(text)
-}
-
-/// What came of the minima.
-struct Found {
-    landscape: Landscape,
-    /// Minima in their order of arrival, for sequential ADELM.
-    arrivals: Option<Vec<MinimumId>>,
-    choice: Choice,
-}
-
-/// Maps the minima, at the temperature and force given or chosen; sequential ADELM takes them in the order of the grasps
-/// that fell into them.
-fn mapped(
-    command: &Build,
-    (energy, kernel): (&GraspEnergy, &GraspKernel<'_>),
-    mut minima: Vec<Minimum>,
-    settings: &mut MapSettings,
-    (journal, watch): (&Journal, &mut Watch),
-) -> anyhow::Result<Found> {
-    let choice = Choice::make(
-        command,
-        (energy, kernel),
-        &minima,
-        settings,
-        (journal, watch),
-    )?;
-    let run = Run {
-        journal,
-        observer: &|news| watch.see(news),
-    };
-    let (landscape, arrivals) = if command.sequential {
-        minima.sort_by_key(|minimum| minimum.members.first().copied());
-        let settings = SequentialSettings {
-            chain: settings.chain.clone(),
-            quench: settings.quench.clone(),
-            sameness: settings.sameness,
-            pruned: settings.pruned,
-            seed: settings.seed,
-        };
-        let found = sequential(energy, kernel, &minima, &settings, &run)?;
-        (found.landscape, Some(found.arrivals))
-    } else {
-        let found = build_landscape(energy, kernel, minima, settings, &run)?;
-        (found, None)
-    };
-    watch.lap("connect", landscape.evaluations);
-    Ok(Found {
-        landscape,
-        arrivals,
-        choice,
-    })
-}
-
-/// A row and its label: the human one, else the automatic one.
-fn row(grasp: &GraspRow) -> Input {
-    Input {
-        id: grasp.id,
-        label: grasp.label.clone().or_else(|| grasp.label_auto.clone()),
-    }
-}
-
-/// What the manifest says of the input.
-fn source(command: &Build, bytes: &[u8]) -> Source {
-    let name = command.grasps.file_name().unwrap_or_default();
-    Source {
-        name: name.to_string_lossy().into_owned(),
-        content_hash: content_hash(&[bytes]),
-    }
-}
-
-/// Minima from all heights of the landscape: as many as a second pays for.
-fn probes(minima: &[Minimum]) -> Vec<&[f64]> {
-    let count = minima.len().min(32);
-    (0..count)
-        .map(|i| minima[i * minima.len() / count].coordinates.as_slice())
-        .collect()
+    let text = report.write(&unfinished.folder)?;
+    unfinished.conclude(watch, &text)
 }

@@ -7,14 +7,13 @@ use clap::{Args, ValueEnum};
 use serde_json::json;
 
 use super::args::Common;
-use super::digits::Digits;
 use super::input::open_landscape;
-use super::landscape::median;
 use super::surface::{self, Coordinates};
 use super::{print, print_json};
 use crate::object::Description;
 use crate::space::{PoseSpace, Space, Symmetry};
 use crate::store::Manifest;
+use crate::study::{Digits, median};
 use crate::topography::{Evidence, Match, MergeChange, Minimum, MinimumId, Tree, TreeDifference};
 
 /// Compare two landscapes.

@@ -4,17 +4,15 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 use super::args::{Common, GroupBarrier};
 use super::complain;
-use super::draw_types::{Colouring, Types};
-use super::drawing::{Drawing, PICTURE_WIDTH, Views, is_written};
 use super::input::open_landscape;
-use super::landscape::{Titles, group_of};
 use super::output::check_folder;
 use crate::figure::Leaf;
-use crate::store::{FileSet, GraspFile, LandscapeFiles, MinimumRow, Overrides, read_resampled};
+use crate::store::{FileSet, GraspFile, MinimumRow, Overrides, read_resampled};
+use crate::study::{Colouring, Drawing, MinimumNames, Titles, Views, group_of};
 use crate::topography::{Evidence, MinimumId, Tree};
 
 /// Draw a landscape again.
@@ -44,7 +42,7 @@ pub(super) struct Draw {
     stability: Option<PathBuf>,
     /// Colour minima by their grasp type, as `landscape label` names it (labels that the landscape was built with win).
     #[arg(long, value_name = "DIFFERENCES", conflicts_with = "stability")]
-    colour: Option<Colouring>,
+    colour: Option<Differences>,
     /// Put N rendered grasps with the names of their types below the disconnectivity graph of the groups.
     #[arg(long, value_name = "N")]
     examples: Option<usize>,
@@ -56,6 +54,27 @@ pub(super) struct Draw {
     /// Seed of the layout; by default that of the landscape.
     #[arg(long)]
     seed: Option<u64>,
+}
+
+/// Which differences between grasp types colours show.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Differences {
+    /// Power, intermediate, precision.
+    Category,
+    /// Power grasps of spheres, disks and cylinders beside precision grasps.
+    Power,
+    /// Sphere grasps beside tripods and quadpods.
+    Spheres,
+}
+
+impl From<Differences> for Colouring {
+    fn from(differences: Differences) -> Self {
+        match differences {
+            Differences::Category => Self::Category,
+            Differences::Power => Self::Power,
+            Differences::Spheres => Self::Spheres,
+        }
+    }
 }
 
 pub(super) const EXAMPLES: &str = "\
@@ -97,15 +116,15 @@ pub(super) fn run(command: &Draw, common: &Common) -> anyhow::Result<()> {
     };
     let mut inputs = vec![command.landscape.as_path()];
     inputs.extend(command.stability.as_deref());
-    check_folder(&output, &inputs, is_written, common)?;
-    let titles = titles(&files, command.seed);
+    check_folder(&output, &inputs, Drawing::writes, common)?;
+    let titles = Titles::of_manifest(&files.manifest, command.seed);
     let stability = command.stability.as_deref().map(held).transpose()?;
     let types = (command.colour.is_some() || command.examples.is_some())
-        .then(|| Types::of(&files, &command.landscape.display().to_string()))
+        .then(|| MinimumNames::of(&files, &command.landscape.display().to_string()))
         .transpose()?;
     let labels = command
         .colour
-        .and_then(|colouring| Some(types.as_ref()?.labels(colouring)));
+        .and_then(|differences| Some(types.as_ref()?.labels(differences.into())));
     let leaf = |(number, minimum): (usize, &MinimumRow)| match (&stability, &labels) {
         (Some(held), _) => Leaf {
             label: Some(mark(&minimum.members, held).to_owned()),
@@ -120,9 +139,7 @@ pub(super) fn run(command: &Draw, common: &Common) -> anyhow::Result<()> {
     let group_of = group_of(&files, &network, group_barrier);
     let leaves: Vec<Leaf> = files.minima.iter().enumerate().map(leaf).collect();
     let examples = match (&types, command.examples) {
-        (Some(types), Some(count)) => {
-            types.examples(&files, (&group_of, &leaves), count, PICTURE_WIDTH)
-        }
+        (Some(types), Some(count)) => types.examples(&files, (&group_of, &leaves), count),
         _ => Vec::new(),
     };
     let drawing = Drawing {
@@ -211,29 +228,6 @@ fn mark(members: &[u64], held: &BTreeMap<u64, bool>) -> &'static str {
         0 => "not simulated",
         all if 2 * stable >= all => "stable",
         _ => "unstable",
-    }
-}
-
-/// As `landscape build`, `surface` and `import` title their pictures.
-fn titles(files: &LandscapeFiles, seed: Option<u64>) -> Titles<'static> {
-    let manifest = &files.manifest;
-    let seed = seed.unwrap_or(manifest.seed);
-    match (&manifest.hand, &manifest.object) {
-        (Some(hand), Some(object)) => Titles {
-            title: format!(
-                "{} grasps, {} hand on {}",
-                manifest.counts.grasps, hand.name, object.name
-            ),
-            energy: "energy E(H, O)",
-            members: "grasps",
-            seed,
-        },
-        _ => Titles {
-            title: manifest.source.name.clone(),
-            energy: "energy",
-            members: "members",
-            seed,
-        },
     }
 }
 

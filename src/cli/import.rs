@@ -1,26 +1,18 @@
 //! `landscape import`: `min.data` and `ts.data` of PATHSAMPLE or topsearch as a landscape; grasps elsewhere.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
 use clap::{Args, ValueHint};
-use petgraph::visit::EdgeRef;
-use serde_json::{Value, json};
 
 use super::args::{Common, GroupBarrier};
-use super::digits::Digits;
-use super::drawing::{Drawing, Views, not_drawn};
-use super::landscape::{Titles, write_database};
 use super::output::{check_inputs, check_place};
 use super::provenance::name_of;
 use super::{complain, import_grasps, print};
-use crate::figure::leaves_of;
-use crate::store::{
-    AtomicFolder, Counts, EdgeRow, LandscapeFiles, Manifest, MinimumRow, Source, content_hash,
-};
-use crate::topography::exchange::{Database, Layout};
-use crate::topography::{Evidence, GroupSettings, Groups, Network, Tree};
+use crate::store::{AtomicFolder, Source, content_hash};
+use crate::study::ImportedLandscape;
+use crate::topography::GroupSettings;
+use crate::topography::exchange::Database;
 
 /// Read the files of other programs.
 #[derive(Debug, Args)]
@@ -115,29 +107,18 @@ pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
     };
     check_place(&output)?;
     check_inputs(&output, &[&command.path])?;
-    let network = database.network();
     let groups = GroupSettings {
         barrier: group_barrier,
         ..GroupSettings::default()
     };
-    let imported = Imported {
-        tree: Tree::from_network(&network, Evidence::Chain),
-        groups: Groups::new(&network, &groups),
-        network,
-        layout,
-        database: &database,
-        source: Source {
-            name: name_of(&command.path),
-            content_hash: content_hash(&[minima.as_bytes(), states.as_bytes()]),
-        },
-        command: &common.provenance.command,
+    let source = Source {
+        name: name_of(&command.path),
+        content_hash: content_hash(&[minima.as_bytes(), states.as_bytes()]),
     };
+    let made_by = &common.provenance.command;
+    let imported = ImportedLandscape::new(&database, layout, &groups, source, made_by);
     let folder = AtomicFolder::open(&output, true)?;
-    imported.files()?.write(&folder)?;
-    write_database(&database, &folder)?;
-    imported.draw(&folder)?;
-    let text = super::shown(&imported.summary());
-    folder.write("summary.md", text.as_bytes())?;
+    let text = imported.write(&folder)?;
     let finished = folder.finish()?;
     if !common.quiet {
         print(&text);
@@ -166,141 +147,4 @@ fn named_after(folder: &Path) -> anyhow::Result<PathBuf> {
         folder.display()
     );
     Ok(PathBuf::from(format!("{name}.landscape")))
-}
-
-/// What was read and what it comes to.
-struct Imported<'a> {
-    database: &'a Database,
-    layout: Layout,
-    network: Network,
-    tree: Tree,
-    groups: Groups,
-    source: Source,
-    command: &'a str,
-}
-
-impl Imported<'_> {
-    fn loops(&self) -> usize {
-        let states = self.database.transition_states.iter();
-        states
-            .filter(|state| state.ends[0] == state.ends[1])
-            .count()
-    }
-
-    fn files(&self) -> anyhow::Result<LandscapeFiles> {
-        let rows = self
-            .network
-            .node_weights()
-            .zip(self.groups.group_of())
-            .enumerate();
-        let minima: Vec<MinimumRow> = rows
-            .map(|(id, (minimum, group))| MinimumRow {
-                id: id as u64,
-                energy: minimum.energy,
-                coordinates: Vec::new(),
-                choice: Vec::new(),
-                members: minimum.members.iter().map(|row| *row as u64).collect(),
-                group: group as u64,
-                labels: BTreeMap::new(),
-            })
-            .collect();
-        let edges: Vec<EdgeRow> = (self.network.edge_references())
-            .map(|edge| {
-                let ends = [edge.source(), edge.target()];
-                let [one, other] = ends.map(|end| self.network[end].energy);
-                let height = edge.weight().height;
-                EdgeRow {
-                    a: ends[0].index() as u64,
-                    b: ends[1].index() as u64,
-                    height: Some(height),
-                    relative_barrier: Some(height - one.max(other)),
-                    evidence: edge.weight().evidence.name().to_owned(),
-                    ..EdgeRow::default()
-                }
-            })
-            .collect();
-        let findings = [
-            (
-                "transition_states",
-                json!(self.database.transition_states.len()),
-            ),
-            ("degenerate_rearrangements", json!(self.loops())),
-            ("group_scan", serde_json::to_value(&self.groups.scan)?),
-        ];
-        let manifest = Manifest {
-            program_version: env!("CARGO_PKG_VERSION").to_owned(),
-            command: self.command.to_owned(),
-            seed: 0,
-            source: self.source.clone(),
-            hand: None,
-            object: None,
-            scale: 1.0,
-            energy: json!({ "imported": self.layout.name() }),
-            settings: Value::Null,
-            terms: Vec::new(),
-            group_barrier: Some(self.groups.barrier),
-            counts: Counts {
-                grasps: 0,
-                minima: minima.len() as u64,
-                groups: self.groups.members.len() as u64,
-                pairs: edges.len() as u64,
-                components: self.tree.roots.len() as u64,
-                evaluations: 0,
-            },
-            evidence: BTreeMap::from([("saddle".to_owned(), edges.len() as u64)]),
-            findings: findings
-                .map(|(name, value)| (name.to_owned(), value))
-                .into(),
-            warnings: vec![
-                "transition states are taken at the word of the files: nothing was verified"
-                    .to_owned(),
-            ],
-        };
-        Ok(LandscapeFiles {
-            manifest,
-            minima,
-            edges,
-            paths: Vec::new(),
-        })
-    }
-
-    fn draw(&self, folder: &AtomicFolder) -> anyhow::Result<()> {
-        let drawing = Drawing {
-            network: &self.network,
-            tree: &self.tree,
-            resampled: &[],
-            leaves: leaves_of(&self.network),
-            group_of: self.groups.group_of(),
-            titles: &Titles {
-                title: self.source.name.clone(),
-                energy: "energy",
-                members: "members",
-                seed: 0,
-            },
-            views: Views::default(),
-            examples: Vec::new(),
-        };
-        drawing.write(&mut |name, bytes| folder.write(name, bytes))
-    }
-
-    fn summary(&self) -> String {
-        let mut text = format!(
-            "# {}\n\n- **{} minima** and **{} transition states** in the layout of {}, {} of which join two copies of \
-             one minimum; {} component(s)\n- {} pairs of minima are joined directly\n- {} groups (relative barrier up to \
-             {})\n- transition states are taken at the word of the files: nothing was verified\n",
-            self.source.name,
-            self.database.minima.len(),
-            self.database.transition_states.len(),
-            self.layout.name(),
-            self.loops(),
-            self.tree.roots.len(),
-            self.network.edge_count(),
-            self.groups.members.len(),
-            Digits::of([self.groups.barrier]).show(self.groups.barrier)
-        );
-        if let Some(sentence) = not_drawn(self.database.minima.len()) {
-            text.extend(["- ", &sentence, "\n"]);
-        }
-        text
-    }
 }

@@ -18,13 +18,9 @@ mod args;
 mod build;
 mod compare;
 mod diff;
-mod digits;
 mod draw;
-mod draw_types;
-mod drawing;
 mod experiment;
 mod export;
-mod grasp_map;
 mod hands;
 mod import;
 mod import_grasps;
@@ -32,27 +28,19 @@ mod input;
 mod inspect;
 mod interruption;
 mod label;
-mod landscape;
-mod magnetisation;
 mod object_inspect;
 mod objects;
 mod origin;
 mod output;
 mod progress;
 mod provenance;
-mod report;
 mod run;
 mod stability;
 mod surface;
 mod synth;
-mod types;
-mod uncertainty;
-mod way;
 
 use args::{Arguments, Command};
 use provenance::Provenance;
-
-pub use grasp_map::settings_for_grasps;
 
 /// Runs the command line of this process.
 pub fn run() -> ExitCode {

@@ -1,12 +1,11 @@
 //! What every long run needs: a journal on disk, a progress bar, a stopwatch.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use super::args::Again;
-use super::{complain, interruption, progress};
+use super::{complain, interruption, print, progress};
 use crate::store::{AtomicFolder, Journal, Phase as Timing, StoreError, Timings};
 use crate::topography::{Phase, Progress};
 
@@ -31,8 +30,21 @@ impl Unfinished {
         Ok(Self { folder, journal })
     }
 
+    /// Writes how long everything took, gives the folder its name, and shows the summary.
+    pub(super) fn conclude(self, watch: Watch, summary: &str) -> anyhow::Result<()> {
+        watch.lap("write", 0);
+        let quiet = watch.quiet;
+        watch.timings().write(&self.folder)?;
+        let finished = self.finish()?;
+        if !quiet {
+            print(summary);
+            complain(&format!("wrote {}", finished.display()));
+        }
+        Ok(())
+    }
+
     /// Gives the folder its name.
-    pub(super) fn finish(self) -> Result<PathBuf, StoreError> {
+    fn finish(self) -> Result<PathBuf, StoreError> {
         // The lock keeps others out to the very end; where an open file keeps its folder from being renamed, it goes first.
         let lock = (!cfg!(windows)).then_some(self.journal);
         let finished = self.folder.finish()?;
@@ -104,7 +116,7 @@ pub(super) struct Watch {
     quiet: bool,
     bar: Mutex<Option<(Phase, progress::Bar)>>,
     started: Instant,
-    phases: Vec<Timing>,
+    phases: Mutex<Vec<Timing>>,
 }
 
 impl Watch {
@@ -113,7 +125,7 @@ impl Watch {
             quiet,
             bar: Mutex::new(None),
             started: Instant::now(),
-            phases: Vec::new(),
+            phases: Mutex::default(),
         }
     }
 
@@ -145,17 +157,15 @@ impl Watch {
         }
     }
 
-    pub(super) fn lap(&mut self, name: &str, evaluations: usize) {
-        if let Some((_, bar)) = self
-            .bar
-            .get_mut()
-            .unwrap_or_else(PoisonError::into_inner)
-            .take()
-        {
+    /// Ends a stage.
+    pub(super) fn lap(&self, name: &str, evaluations: usize) {
+        let mut bar = self.bar.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, bar)) = bar.take() {
             bar.finish_and_clear();
         }
-        let before: f64 = self.phases.iter().map(|phase| phase.seconds).sum();
-        self.phases.push(Timing {
+        let mut phases = self.phases.lock().unwrap_or_else(PoisonError::into_inner);
+        let before: f64 = phases.iter().map(|phase| phase.seconds).sum();
+        phases.push(Timing {
             name: name.to_owned(),
             seconds: self.started.elapsed().as_secs_f64() - before,
             evaluations: evaluations as u64,
@@ -165,18 +175,7 @@ impl Watch {
     pub(super) fn timings(self) -> Timings {
         Timings {
             threads: rayon::current_num_threads(),
-            phases: self.phases,
+            phases: (self.phases.into_inner()).unwrap_or_else(PoisonError::into_inner),
         }
     }
-}
-
-/// How often each name occurs, most frequent first.
-pub(super) fn tally<'a>(names: impl Iterator<Item = &'a str>) -> Vec<(String, usize)> {
-    let mut counts = BTreeMap::new();
-    for name in names {
-        *counts.entry(name.to_owned()).or_insert(0) += 1;
-    }
-    let mut counts: Vec<_> = counts.into_iter().collect();
-    counts.sort_by(|a, b| b.1.cmp(&a.1).then(a.0.cmp(&b.0)));
-    counts
 }

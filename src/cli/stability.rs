@@ -12,13 +12,14 @@ use serde_json::json;
 use super::args::{Again, Common, HandAndObject};
 use super::input;
 use super::output::check_file;
-use super::run::{open_journal, tally};
+use super::run::open_journal;
 use super::{complain, print, progress};
 use crate::evaluation::stability::{
     Build, Drop, Outcome, Protocol, SixDirections, Solid, simulate,
 };
 use crate::hand::Hand;
 use crate::store::{GraspFile, GraspRow, Population, content_hash};
+use crate::study::tally;
 
 /// Simulate grasps.
 #[derive(Debug, Args)]

@@ -5,7 +5,7 @@
 //! | --- | --- | --- |
 //! | `minima.parquet` | a minimum | the fields of [`MinimumRow`]; its labels are the lists `labels` and `label_counts` |
 //! | `edges.parquet` | a pair that was tried | the fields of [`EdgeRow`] |
-//! | `paths.parquet` | an image of an edge's path | the fields of [`PathRow`]; its terms are the columns `term_<name>` |
+//! | `paths.parquet` | an image of an edge's path | the fields of [`PathPoint`]; its terms are the columns `term_<name>` |
 //!
 //! The folder of a searched surface also has `stationary.parquet`, with one row per minimum or saddle
 //! ([`StationaryRow`](super::StationaryRow)).
@@ -92,9 +92,9 @@ pub struct EdgeRow {
     pub evaluations: u64,
 }
 
-/// A row of `paths.parquet`: one image of the path of one edge.
+/// A row of `paths.parquet`: one point of the path of one edge.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct PathRow {
+pub struct PathPoint {
     /// The minimum where the path starts.
     pub a: u64,
     /// The minimum where it ends.
@@ -132,7 +132,7 @@ pub struct Manifest {
     pub energy: Value,
     /// All other settings.
     pub settings: Value,
-    /// Names of the energy terms, in the order of [`PathRow::terms`].
+    /// Names of the energy terms, in the order of [`PathPoint::terms`].
     pub terms: Vec<String>,
     /// Largest barrier inside a group.
     pub group_barrier: Option<f64>,
@@ -202,7 +202,7 @@ pub struct LandscapeFiles {
     /// `edges.parquet`.
     pub edges: Vec<EdgeRow>,
     /// `paths.parquet`.
-    pub paths: Vec<PathRow>,
+    pub paths: Vec<PathPoint>,
 }
 
 impl LandscapeFiles {
@@ -262,7 +262,7 @@ impl LandscapeFiles {
         let mut columns = Columns::default();
         row::write(PATH, &self.paths, &mut columns);
         for (term, name) in self.manifest.terms.iter().enumerate() {
-            let value = |row: &PathRow| row.terms.as_ref().map(|terms| terms[term]);
+            let value = |row: &PathPoint| row.terms.as_ref().map(|terms| terms[term]);
             columns.optional_floats(&format!("term_{name}"), self.paths.iter().map(value));
         }
         columns
@@ -308,7 +308,7 @@ const EDGE: &[Column<EdgeRow>] = columns![
     evaluations,
 ];
 
-const PATH: &[Column<PathRow>] = columns![a, b, image, coordinates if present, energy, choice];
+const PATH: &[Column<PathPoint>] = columns![a, b, image, coordinates if present, energy, choice];
 
 fn minima_columns(minima: &[MinimumRow]) -> Columns {
     let mut columns = Columns::default();
@@ -446,8 +446,8 @@ fn read_edges(table: &Table) -> Result<Vec<EdgeRow>, StoreError> {
     Ok(rows)
 }
 
-fn read_paths(table: &Table, terms: &[String]) -> Result<Vec<PathRow>, StoreError> {
-    let mut rows = vec![PathRow::default(); table.rows];
+fn read_paths(table: &Table, terms: &[String]) -> Result<Vec<PathPoint>, StoreError> {
+    let mut rows = vec![PathPoint::default(); table.rows];
     row::read(PATH, table, &mut rows)?;
     let columns = terms
         .iter()

@@ -31,7 +31,7 @@ pub use error::{Fault, StoreError, Warning};
 pub use grasps::{GraspFile, GraspRow, Overrides, Population};
 pub use journal::Journal;
 pub use landscape::{
-    Counts, EdgeRow, LandscapeFiles, Manifest, MinimumRow, PathRow, Phase, Source, Timings,
+    Counts, EdgeRow, LandscapeFiles, Manifest, MinimumRow, PathPoint, Phase, Source, Timings,
 };
 pub use metadata::{
     HandMetadata, Metadata, ObjectMetadata, SCHEMA_VERSION, Step, TextFile, content_hash,

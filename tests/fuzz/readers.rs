@@ -20,7 +20,7 @@ use landscape::space::Pose;
 use landscape::store::exchange::{self, JointColumns, Mapping, QposRow, dexgraspnet_npy, qpos_npy};
 use landscape::store::{
     AtomicFolder, EdgeRow, GraspFile, GraspRow, Journal, LandscapeFiles, MinimumRow, Overrides,
-    PathRow, StationaryRow,
+    PathPoint, StationaryRow,
 };
 use landscape::topography::exchange::Database;
 use landscape::topography::{Evidence, Tree};
@@ -525,11 +525,11 @@ fn landscape_folder() -> &'static Path {
                 chains_forward: vec![0.9, 0.8],
                 ..EdgeRow::default()
             }],
-            paths: vec![PathRow {
+            paths: vec![PathPoint {
                 b: 1,
                 coordinates: vec![0.1, 0.5],
                 energy: 0.5,
-                ..PathRow::default()
+                ..PathPoint::default()
             }],
             ..LandscapeFiles::default()
         };

@@ -27,7 +27,7 @@ use landscape::grasp::Grasp;
 use landscape::space::Pose;
 use landscape::store::{
     Counts, EdgeRow, GraspFile, GraspRow, HandMetadata, LandscapeFiles, Manifest, Metadata,
-    MinimumRow, ObjectMetadata, Overrides, PathRow, SCHEMA_VERSION, Source, Step, StoreError,
+    MinimumRow, ObjectMetadata, Overrides, PathPoint, SCHEMA_VERSION, Source, Step, StoreError,
     TextFile, Warning,
 };
 use serde_json::json;
@@ -218,7 +218,7 @@ fn landscape() -> LandscapeFiles {
         evaluations: 99,
         ..EdgeRow::default()
     };
-    let image = |image: u64| PathRow {
+    let image = |image: u64| PathPoint {
         a: 0,
         b: 1,
         image,

@@ -8,12 +8,11 @@ use rayon::prelude::*;
 
 use crate::agreement::PairMatrix;
 use crate::cli::input::open_landscape;
-use crate::cli::landscape::group_of;
-use crate::cli::types::{Named, Setting};
 use crate::evaluation::taxonomy::{Anatomy, Candidate, Patch, Rule, Taxonomy, touches};
 use crate::hand::PosedHand;
 use crate::space::{PoseSpace, Space, Symmetry};
 use crate::store::MinimumRow;
+use crate::study::{GraspSetting, MinimumName, group_of};
 use crate::topography::{Ancestors, Evidence, MinimumId, Tree};
 
 /// A minimum and its label.
@@ -61,7 +60,7 @@ impl Basins {
         let files = open_landscape(folder)?;
         let name = folder.display().to_string();
         let manifest = &files.manifest;
-        let setting = Setting::of(&files, &name)?;
+        let setting = GraspSetting::of(&files, &name)?;
         let (hand, object) = (&setting.hand, &setting.object);
         let network = files.network(folder)?;
         let tree = Tree::from_network(&network, Evidence::Chain);
@@ -131,7 +130,7 @@ impl Basins {
     }
 }
 
-fn basin(row: &MinimumRow, named: Named) -> Basin {
+fn basin(row: &MinimumRow, named: MinimumName) -> Basin {
     let best = named.rule.best.first();
     let unfiltered = best.and_then(|best| Taxonomy::feix().numbered(best.number));
     Basin {

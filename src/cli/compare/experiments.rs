@@ -8,14 +8,12 @@ use serde::{Deserialize, Serialize};
 
 use super::hypotheses::{Finding, Verdict, insufficient};
 use crate::agreement::{fisher_exact, spearman};
-use crate::cli::settings_for_grasps;
-use crate::cli::types::{Named, Setting};
-use crate::cli::way::{places, route};
 use crate::evaluation::taxonomy::{Anatomy, Category, Labeller, PalmPart, Patch, Rule, Taxonomy};
 use crate::grasp::{Grasp, GraspEnergy, judge};
 use crate::hand::{Hand, PosedHand};
 use crate::space::{Pose, interpolate, joints_of_mut};
 use crate::store::LandscapeFiles;
+use crate::study::{GraspSetting, MinimaxPath, MinimumName, Waypoint, settings_for_grasps};
 use crate::topography::{Evidence, MinimumId, Network, Run, Tree, quench_all};
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -52,7 +50,7 @@ pub(super) struct Experiments<'a> {
     files: LandscapeFiles,
     network: Network,
     tree: Tree,
-    names: Vec<Named>,
+    names: Vec<MinimumName>,
     energy: GraspEnergy,
     rule: &'a Rule,
     least_per_class: usize,
@@ -74,7 +72,7 @@ impl<'a> Experiments<'a> {
     ) -> anyhow::Result<Self> {
         let files = LandscapeFiles::read(folder)?;
         let name = folder.display().to_string();
-        let setting = Setting::of(&files, &name)?;
+        let setting = GraspSetting::of(&files, &name)?;
         let network = files.network(folder)?;
         Ok(Self {
             tree: Tree::from_network(&network, Evidence::Chain),
@@ -87,7 +85,7 @@ impl<'a> Experiments<'a> {
         })
     }
 
-    fn minima(&self, keep: impl Fn(&Named) -> bool) -> Vec<usize> {
+    fn minima(&self, keep: impl Fn(&MinimumName) -> bool) -> Vec<usize> {
         let numbered = self.names.iter().enumerate();
         numbered
             .filter(|(_, named)| keep(named))
@@ -165,20 +163,21 @@ impl<'a> Experiments<'a> {
     }
 
     fn way(&self, asked: &Smooth, a: MinimumId, b: MinimumId) -> anyhow::Result<Option<Way>> {
-        let Some(route) = route(&self.network, a, b) else {
+        let space = self.energy.pose_space();
+        let path = MinimaxPath::between(&self.files, &self.network, space, [a, b])?;
+        let Some(MinimaxPath { points: images, .. }) = path else {
             return Ok(None);
         };
-        let space = self.energy.pose_space();
-        let images = places(&self.files, space, &route)?;
         let between = asked.least_points.div_ceil(images.len().max(2) - 1).max(1);
+        let x = |image: &Waypoint| image.point.coordinates.clone();
         let mut points: Vec<Vec<f64>> = Vec::new();
         for pair in images.windows(2) {
             for part in 0..between {
                 let t = part as f64 / between as f64;
-                points.push(interpolate(space, &pair[0].x, &pair[1].x, t));
+                points.push(interpolate(space, &x(&pair[0]), &x(&pair[1]), t));
             }
         }
-        points.extend(images.last().map(|last| last.x.clone()));
+        points.extend(images.last().map(x));
         let passing = points
             .iter()
             .filter(|x| {

@@ -11,8 +11,6 @@ use super::{Inspect, number, table};
 use crate::cli::args::Common;
 use crate::cli::input::{open_landscape, within};
 use crate::cli::output::{check_file, is_scene};
-use crate::cli::types::Setting;
-use crate::cli::way::{Place, places, route};
 use crate::cli::{complain, print, print_json};
 use crate::figure::chart::{Axis, Chart, Mark, Panel, Series};
 use crate::figure::{
@@ -22,6 +20,7 @@ use crate::grasp::{Grasp, GraspEnergy};
 use crate::hand::PosedHand;
 use crate::limits::PICTURES;
 use crate::store::{FileSet, LandscapeFiles};
+use crate::study::{GraspSetting, MinimaxPath, Waypoint};
 use crate::topography::MinimumId;
 
 /// Endings of the files of a way.
@@ -33,17 +32,6 @@ const LEAST_SHARE: f64 = 0.02;
 /// How long the animation takes, seconds a centimetre, and at least.
 const SECONDS_PER_CM: f64 = 0.25;
 const LEAST_SECONDS: f64 = 3.0;
-
-/// A point of the way.
-struct Step {
-    x: Vec<f64>,
-    choice: Vec<u32>,
-    /// Metres from the start.
-    place_m: f64,
-    energy: f64,
-    /// In the order of the energy's terms.
-    terms: Vec<f64>,
-}
 
 pub(super) fn run(command: &Inspect, ends: &[String], common: &Common) -> anyhow::Result<()> {
     let folder = &command.file;
@@ -60,12 +48,13 @@ pub(super) fn run(command: &Inspect, ends: &[String], common: &Common) -> anyhow
     for ending in ENDINGS {
         check_file(&with_ending(&output, ending), &[folder], common)?;
     }
-    let setting = Setting::of(&files, &name)?;
+    let setting = GraspSetting::of(&files, &name)?;
     let energy = setting.energy(&files, &name)?;
     let network = files.network(folder)?;
-    let route = route(&network, from, to)
+    let path = MinimaxPath::between(&files, &network, energy.pose_space(), [from, to])?
         .with_context(|| format!("no way leads from m{} to m{} in {name}", from.0, to.0))?;
-    let steps = steps(&files, &energy, &route)?;
+    let (points, route) = (path.points.par_iter(), path.minima);
+    let steps: Vec<Waypoint> = points.map(|point| point.explained(&energy)).collect();
 
     let text = text(&files, &energy, &route, &steps);
     if command.json {
@@ -124,38 +113,15 @@ fn minimum(files: &LandscapeFiles, name: &str) -> anyhow::Result<MinimumId> {
     }
 }
 
-/// The points along a route, with the energy by term.
-fn steps(
-    files: &LandscapeFiles,
-    energy: &GraspEnergy,
-    route: &[MinimumId],
-) -> anyhow::Result<Vec<Step>> {
-    let step = |place: &Place| {
-        let choice = place.contacts(energy);
-        let terms: Vec<f64> = (energy.terms_of(&place.x, &choice).into_iter())
-            .map(|(_, value)| value)
-            .collect();
-        Step {
-            x: place.x.clone(),
-            choice,
-            place_m: place.along_m,
-            energy: terms.iter().sum(),
-            terms,
-        }
-    };
-    let places = places(files, energy.pose_space(), route)?;
-    Ok(places.par_iter().map(step).collect())
-}
-
-fn top(steps: &[Step]) -> usize {
+fn top(steps: &[Waypoint]) -> usize {
     let places = 0..steps.len();
     places
-        .max_by(|a, b| steps[*a].energy.total_cmp(&steps[*b].energy))
+        .max_by(|a, b| steps[*a].point.energy.total_cmp(&steps[*b].point.energy))
         .unwrap_or(0)
 }
 
-fn millimetres(step: &Step) -> f64 {
-    1e3 * step.place_m
+fn millimetres(step: &Waypoint) -> f64 {
+    1e3 * step.along_m
 }
 
 /// What the barrier is made of: terms at the start, at the top and at the end.
@@ -163,7 +129,7 @@ fn text(
     files: &LandscapeFiles,
     energy: &GraspEnergy,
     route: &[MinimumId],
-    steps: &[Step],
+    steps: &[Waypoint],
 ) -> String {
     let top = top(steps);
     let minima: Vec<String> = route.iter().map(|id| format!("m{}", id.0)).collect();
@@ -177,20 +143,20 @@ fn text(
             .to_vec(),
     ];
     let (first, last) = (0, steps.len() - 1);
-    let higher = if steps[first].energy > steps[last].energy {
+    let higher = if steps[first].point.energy > steps[last].point.energy {
         first
     } else {
         last
     };
-    let mut row = |name: &str, of: &dyn Fn(&Step) -> f64| {
+    let mut row = |name: &str, of: &dyn Fn(&Waypoint) -> f64| {
         let mut cells = vec![name.to_owned()];
         cells.extend([first, top, last].map(|place| number(of(&steps[place]))));
         cells.push(number(of(&steps[top]) - of(&steps[higher])));
         rows.push(cells);
     };
-    row("energy", &|step| step.energy);
+    row("energy", &|step| step.point.energy);
     for (term, name) in energy.term_names().iter().enumerate() {
-        row(&format!("  {name}"), &|step| step.terms[term]);
+        row(&format!("  {name}"), &|step| step.terms()[term]);
     }
     format!(
         "way {} (groups {})\n{} points, {:.1} mm; the top is after {:.1} mm\n\n{}",
@@ -203,16 +169,16 @@ fn text(
     )
 }
 
-fn value(energy: &GraspEnergy, route: &[MinimumId], steps: &[Step]) -> serde_json::Value {
+fn value(energy: &GraspEnergy, route: &[MinimumId], steps: &[Waypoint]) -> serde_json::Value {
     let steps: Vec<serde_json::Value> = steps
         .iter()
         .map(|step| {
             json!({
-                "place_m": step.place_m,
-                "energy": step.energy,
-                "terms": step.terms,
-                "contacts": step.choice,
-                "coordinates": step.x,
+                "place_m": step.along_m,
+                "energy": step.point.energy,
+                "terms": step.terms(),
+                "contacts": step.point.choice,
+                "coordinates": step.point.coordinates,
             })
         })
         .collect();
@@ -221,16 +187,19 @@ fn value(energy: &GraspEnergy, route: &[MinimumId], steps: &[Step]) -> serde_jso
 }
 
 /// Energy by term over the way, and rendered points of it below.
-fn strip(energy: &GraspEnergy, steps: &[Step], pictures: usize) -> anyhow::Result<Canvas> {
+fn strip(energy: &GraspEnergy, steps: &[Waypoint], pictures: usize) -> anyhow::Result<Canvas> {
     let shown = shown(steps, pictures);
     let names = energy.term_names();
-    let lines = |of: &dyn Fn(&Step) -> f64| -> Vec<[f64; 2]> {
+    let lines = |of: &dyn Fn(&Waypoint) -> f64| -> Vec<[f64; 2]> {
         steps
             .iter()
             .map(|step| [millimetres(step), of(step)])
             .collect()
     };
-    let most = steps.iter().map(|step| step.energy).fold(0.0, f64::max);
+    let most = steps
+        .iter()
+        .map(|step| step.point.energy)
+        .fold(0.0, f64::max);
     let mut series: Vec<Series> = shown
         .iter()
         .map(|&place| {
@@ -241,22 +210,22 @@ fn strip(energy: &GraspEnergy, steps: &[Step], pictures: usize) -> anyhow::Resul
     for (term, name) in names.iter().enumerate() {
         let highest = steps
             .iter()
-            .map(|step| step.terms[term])
+            .map(|step| step.terms()[term])
             .fold(0.0, f64::max);
         if highest >= LEAST_SHARE * most {
-            let line = Series::line(lines(&|step| step.terms[term]));
+            let line = Series::line(lines(&|step| step.terms()[term]));
             series.push(line.named(name).coloured(theme::series(colour)));
             colour += 1;
         }
     }
-    let total = Series::line(lines(&|step| step.energy));
+    let total = Series::line(lines(&|step| step.point.energy));
     series.push(Series {
         width: 5.0,
         ..total.named("energy").coloured(theme::INK)
     });
     for (number, &place) in shown.iter().enumerate() {
         let step = &steps[place];
-        let points = vec![[millimetres(step), step.energy]];
+        let points = vec![[millimetres(step), step.point.energy]];
         series.push(Series::points(points).coloured(theme::INK));
         series.push(Series::new(Mark::Text {
             // Above all curves.
@@ -297,10 +266,10 @@ fn strip(energy: &GraspEnergy, steps: &[Step], pictures: usize) -> anyhow::Resul
 }
 
 /// Points evenly along the way, the top among them.
-fn shown(steps: &[Step], count: usize) -> Vec<usize> {
-    let length = steps.last().map_or(0.0, |step| step.place_m);
+fn shown(steps: &[Waypoint], count: usize) -> Vec<usize> {
+    let length = steps.last().map_or(0.0, |step| step.along_m);
     let nearest = |place: f64| {
-        let apart = |i: &usize| (steps[*i].place_m - place).abs();
+        let apart = |i: &usize| (steps[*i].along_m - place).abs();
         (0..steps.len())
             .min_by(|a, b| apart(a).total_cmp(&apart(b)))
             .unwrap_or(0)
@@ -320,12 +289,12 @@ fn shown(steps: &[Step], count: usize) -> Vec<usize> {
 }
 
 /// All from one side, so that what moves is the hand.
-fn rendered(energy: &GraspEnergy, steps: &[Step], shown: &[usize], side: u32) -> Vec<Picture> {
+fn rendered(energy: &GraspEnergy, steps: &[Waypoint], shown: &[usize], side: u32) -> Vec<Picture> {
     let (hand, object) = (energy.hand(), energy.object());
     let skin = hand.skin();
     let scene = |place: usize| {
         let step = &steps[place];
-        let grasp = Grasp::new(step.x.clone(), step.choice.clone());
+        let grasp = Grasp::new(step.point.coordinates.clone(), step.point.choice.clone());
         Scene::of_grasp(hand, &skin, object, &grasp)
     };
     let middle = scene(shown[shown.len() / 2]);
@@ -346,7 +315,7 @@ fn rendered(energy: &GraspEnergy, steps: &[Step], shown: &[usize], side: u32) ->
             image: scene(place).render(&camera, side * PICTURE_DENSITY, side * PICTURE_DENSITY),
             texts: vec![
                 format!("{}", number + 1),
-                format!("{said}E {:.2}", step.energy),
+                format!("{said}E {:.2}", step.point.energy),
             ],
             colour: None,
             of: None,
@@ -356,18 +325,18 @@ fn rendered(energy: &GraspEnergy, steps: &[Step], shown: &[usize], side: u32) ->
 }
 
 /// The hand's skin moving along the way over the resting object.
-fn animation(energy: &GraspEnergy, steps: &[Step]) -> Vec<u8> {
+fn animation(energy: &GraspEnergy, steps: &[Waypoint]) -> Vec<u8> {
     let hand = energy.hand();
     let skin = hand.skin();
     let mut posed = PosedHand::default();
     let frames: Vec<Vec<Vector3<f64>>> = steps
         .iter()
         .map(|step| {
-            hand.pose(&step.x, &mut posed);
+            hand.pose(&step.point.coordinates, &mut posed);
             skin.pose(&posed)
         })
         .collect();
-    hand.pose(&steps[0].x, &mut posed);
+    hand.pose(&steps[0].point.coordinates, &mut posed);
     let scene = Scene {
         surfaces: vec![
             Surface::of_hand(&skin, &posed),
@@ -375,11 +344,11 @@ fn animation(energy: &GraspEnergy, steps: &[Step]) -> Vec<u8> {
         ],
         ..Scene::default()
     };
-    let length = steps.last().map_or(0.0, |step| step.place_m);
+    let length = steps.last().map_or(0.0, |step| step.along_m);
     let seconds = (1e2 * length * SECONDS_PER_CM).max(LEAST_SECONDS);
     let times: Vec<f64> = steps
         .iter()
-        .map(|step| seconds * step.place_m / length.max(f64::MIN_POSITIVE))
+        .map(|step| seconds * step.along_m / length.max(f64::MIN_POSITIVE))
         .collect();
     scene.to_animated_glb(&times, &frames)
 }

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use super::super::run::tally;
 use super::human_label;
 use crate::evaluation::taxonomy::{Inapplicable, Label, Taxonomy, Verdict};
 use crate::store::{GraspFile, GraspRow};
+use crate::study::tally;
 
 /// So many disagreements are listed one by one.
 const LISTED: usize = 20;

@@ -1,31 +1,26 @@
 //! `landscape surface`: every minimum and saddle of a model, or of an energy that another program computes.
 
 mod program;
-mod report;
 
 use std::error::Error;
 use std::path::PathBuf;
 
-use anyhow::{Context, bail, ensure};
+use anyhow::{Context, ensure};
 use clap::{Args, ValueEnum};
 use program::{Region, command_hash, region};
-use report::{KINKS, Report, fates, kinks, spell};
 
 pub(super) use program::space;
 
 use super::args::{Again, Common, GroupBarrier, Paths};
 use super::input::within;
-use super::landscape::{Input, Mapped};
 use super::output::check_place;
 use super::run::{Unfinished, Watch, check_resumable};
-use super::uncertainty::Unseen;
-use super::{complain, print};
 use crate::energy::model::MODELS;
-use crate::energy::{Counted, Energy, External, model};
+use crate::energy::{Counted, External, model};
 use crate::limits::SEARCHES;
-use crate::store::{Journal, Source, StationaryRow, content_hash};
-use crate::topography::exchange::Database;
-use crate::topography::{self, GroupSettings, JournalError, Run, SearchSettings, explore, in_box};
+use crate::store::{Journal, Source, content_hash};
+use crate::study::{StudyError, StudyRun, Subject, SurfaceReport, search_surface};
+use crate::topography::{self, GroupSettings, JournalError, Run, SearchSettings, in_box};
 
 /// Map a surface.
 #[derive(Debug, Args)]
@@ -120,20 +115,8 @@ Writes what `landscape build` writes, and stationary.parquet: all minima and sad
 min.data and ts.data, too. An interrupted run continues where it stopped when the same command is given again; with --resume
 it must, with --fresh it begins anew."#;
 
-/// What is to be mapped.
-struct Subject<'a> {
-    name: &'a str,
-    energy: &'a dyn Energy,
-    /// What its coordinates are, as `--coordinates` names it.
-    coordinates: String,
-    /// Where random starts are drawn.
-    low: Vec<f64>,
-    high: Vec<f64>,
-    /// What made the energy: the model, or the program and the files its command names.
-    source: Source,
-    /// What went wrong with the energy, if anything did.
-    check: &'a (dyn Fn() -> anyhow::Result<()> + Sync),
-}
+/// Tells what went wrong with the energy, if anything did.
+type Check<'a> = dyn Fn() -> anyhow::Result<()> + Sync + 'a;
 
 pub(super) fn run(command: &Surface, common: &Common) -> anyhow::Result<()> {
     for (flag, value) in [
@@ -178,9 +161,8 @@ fn run_model(command: &Surface, common: &Common, region: Option<Region>) -> anyh
             name: surface.name.clone(),
             content_hash: content_hash(&[surface.name.as_bytes()]),
         },
-        check: &|| Ok(()),
     };
-    map(command, common, &subject)
+    map(command, common, &subject, &|| Ok(()))
 }
 
 fn run_program(
@@ -202,17 +184,21 @@ fn run_program(
             name: program.to_owned(),
             content_hash: command_hash(program),
         },
-        check: &|| program::check(&external),
     };
-    map(command, common, &subject)
+    map(command, common, &subject, &|| program::check(&external))
 }
 
 /// Searches the surface and writes its folder.
-fn map(command: &Surface, common: &Common, subject: &Subject<'_>) -> anyhow::Result<()> {
+fn map(
+    command: &Surface,
+    common: &Common,
+    subject: &Subject<'_>,
+    check: &Check<'_>,
+) -> anyhow::Result<()> {
     let draw = in_box(&subject.low, &subject.high);
     let measuring = Counted::new(subject.energy);
     let mut settings = SearchSettings::measured(&measuring, &draw, command.seed);
-    (subject.check)()?;
+    check()?;
     settings.patience = command.patience.unwrap_or(settings.patience);
     settings.max_searches = command.searches.unwrap_or(settings.max_searches);
     settings.paths = command.paths.into();
@@ -230,77 +216,47 @@ fn map(command: &Surface, common: &Common, subject: &Subject<'_>) -> anyhow::Res
     ]);
     check_resumable(&command.again, std::slice::from_ref(&output))?;
     let unfinished = Unfinished::open(&output, &fingerprint, &command.again, common.quiet)?;
-    let folder = &unfinished.folder;
     let journal = Guarded {
         journal: &unfinished.journal,
-        check: subject.check,
+        check,
     };
-    let mut watch = Watch::new(common.quiet);
-    let run = Run {
-        journal: &journal,
-        observer: &|news| watch.see(news),
+    let watch = Watch::new(common.quiet);
+    let run = StudyRun {
+        run: Run {
+            journal: &journal,
+            observer: &|news| watch.see(news),
+        },
+        stage_ended: &|name, evaluations| watch.lap(name, evaluations),
     };
-    let found = explore(subject.energy, &draw, &settings, &run)?;
-    watch.lap("search", found.evaluations);
-    (subject.check)()?;
-    if found.minima.is_empty() {
-        unfinished.discard()?;
-        let kinks = match kinks(&found) {
-            0 => String::new(),
-            kinks => format!("; {kinks} {KINKS}"),
-        };
-        bail!(
-            "{}: {} searches from random points of the region found no minimum ({}){kinks}",
-            subject.name,
-            found.coverage.searches,
-            spell(&fates(&found))
-        );
-    }
     let groups = GroupSettings {
         barrier: command.groups.group_barrier,
         ..GroupSettings::default()
     };
-    let landscape = found.landscape(subject.energy, &groups);
-    let report = Report {
-        mapped: Mapped {
-            landscape: &landscape,
-            energy: subject.energy,
-            inputs: (0..found.coverage.searches as u64)
-                .map(|id| Input { id, label: None })
-                .collect(),
-            choices_below: f64::INFINITY,
-        },
-        unseen: Unseen::of(&landscape, "random starts"),
-        found: &found,
+    let (found, landscape) = match search_surface(subject, &settings, &groups, &run) {
+        Err(error @ StudyError::NoMinimum { .. }) => {
+            check()?;
+            unfinished.discard()?;
+            return Err(error.into());
+        }
+        found => found?,
+    };
+    check()?;
+    let report = SurfaceReport {
         subject,
+        found: &found,
+        landscape: &landscape,
         settings: &settings,
         command: common.provenance.command.clone(),
         measuring: measuring.evaluations(),
     };
-    let files = report.tables()?;
-    StationaryRow::write(&report.stationary(), folder)?;
-    let database = Database::from_exploration(&found, subject.coordinates == "atoms");
-    let titles = report.titles();
-    report.mapped.draw(&titles, &database, folder)?;
-    report.unseen.draw(&titles.title, folder)?;
-    // It lists the checksums of all tables, so it comes after them.
-    files.write(folder)?;
-    let text = super::shown(&report.summary());
-    folder.write("summary.md", text.as_bytes())?;
-    watch.lap("write", 0);
-    watch.timings().write(folder)?;
-    let finished = unfinished.finish()?;
-    if !common.quiet {
-        print(&text);
-        complain(&format!("wrote {}", finished.display()));
-    }
-    Ok(())
+    let text = report.write(&unfinished.folder)?;
+    unfinished.conclude(watch, &text)
 }
 
 /// A journal that ends the search once the energy failed: what was found since is worth nothing.
 struct Guarded<'a> {
     journal: &'a Journal,
-    check: &'a (dyn Fn() -> anyhow::Result<()> + Sync),
+    check: &'a Check<'a>,
 }
 
 impl topography::Journal for Guarded<'_> {

@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::landscape::median;
+use super::error::StudyError;
+use super::{json, median};
 use crate::figure::rarefaction_chart;
 use crate::store::AtomicFolder;
-use crate::topography::{Evidence, LEAST_MEMBERS, Landscape, Rarefaction, support};
+use crate::topography::{Evidence, LEAST_MEMBERS, Landscape, Node, Rarefaction, support};
 
 /// Points of a rarefaction curve up to the sample at hand.
 const POINTS: usize = 50;
@@ -29,27 +30,19 @@ pub(super) struct MergeRow {
 pub(super) fn merges(landscape: &Landscape) -> Vec<MergeRow> {
     let tree = &landscape.tree;
     let support = support(tree, &landscape.resampled);
-    // Lowest minimum and number of minima below each node; minima are numbered by energy.
-    let mut below: Vec<(usize, usize)> = Vec::with_capacity(tree.nodes.len());
-    let mut rows = Vec::new();
-    for (id, node) in tree.nodes.iter().enumerate() {
-        let children = || node.children.iter().map(|child| below[child.0]);
-        let here = (
-            children().map(|(lowest, _)| lowest).min().unwrap_or(id),
-            children().map(|(_, minima)| minima).sum::<usize>().max(1),
-        );
-        if !node.children.is_empty() {
-            rows.push(MergeRow {
-                height: node.energy,
-                minima: here.1,
-                lowest: children().map(|(lowest, _)| lowest).collect(),
-                evidence: node.evidence,
-                support: support[id],
-            });
-        }
-        below.push(here);
-    }
-    rows
+    let leaves = tree.leaves_below();
+    // Minima are numbered by rising energy.
+    let lowest =
+        tree.fold(|node, branches: &[usize]| branches.iter().copied().min().unwrap_or(node.0));
+    let merges = (tree.nodes.iter().enumerate()).filter(|(_, node)| !node.children.is_empty());
+    let row = |(id, node): (usize, &Node)| MergeRow {
+        height: node.energy,
+        minima: leaves[id],
+        lowest: node.children.iter().map(|child| lowest[child.0]).collect(),
+        evidence: node.evidence,
+        support: support[id],
+    };
+    merges.map(row).collect()
 }
 
 /// How far raw barriers scatter.
@@ -160,9 +153,11 @@ impl Unseen {
     }
 
     /// What the manifest says of it.
-    pub(super) fn to_json(&self) -> serde_json::Result<serde_json::Value> {
-        let both = BTreeMap::from([("groups", &self.groups), ("minima", &self.minima)]);
-        serde_json::to_value(both)
+    pub(super) fn to_json(&self) -> serde_json::Value {
+        json(BTreeMap::from([
+            ("groups", &self.groups),
+            ("minima", &self.minima),
+        ]))
     }
 
     /// A line of the summary.
@@ -185,7 +180,7 @@ impl Unseen {
     }
 
     /// `rarefaction.svg` and `.png`.
-    pub(super) fn draw(&self, title: &str, folder: &AtomicFolder) -> anyhow::Result<()> {
+    pub(super) fn draw(&self, title: &str, folder: &AtomicFolder) -> Result<(), StudyError> {
         let curves = [("groups", &self.groups), ("minima", &self.minima)];
         let canvas = rarefaction_chart(title, self.inputs, &curves).draw()?;
         for name in ["rarefaction.svg", "rarefaction.png"] {

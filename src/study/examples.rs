@@ -3,7 +3,9 @@
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use super::types::{Named, Setting};
+use super::drawing::Drawing;
+use super::error::StudyError;
+use super::names::{GraspSetting, MinimumName};
 use crate::evaluation::taxonomy::{Category, Rule};
 use crate::figure::{Leaf, PICTURE_DENSITY, Picture, Scene, group, side_in_row, theme};
 use crate::grasp::Grasp;
@@ -11,8 +13,8 @@ use crate::store::{LandscapeFiles, MinimumRow};
 use crate::topography::MinimumId;
 
 /// Which differences between grasp types colours show.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub(super) enum Colouring {
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Colouring {
     /// Power, intermediate, precision.
     Category,
     /// Power grasps of spheres, disks and cylinders beside precision grasps.
@@ -30,7 +32,7 @@ const TRIPODS: [u8; 2] = [14, 27];
 
 impl Colouring {
     /// What a legend calls a grasp of this name.
-    fn label(self, named: &Named) -> &'static str {
+    fn label(self, named: &MinimumName) -> &'static str {
         let is = |types: &[u8]| named.number.is_some_and(|number| types.contains(&number));
         match (self, named.category) {
             (_, None) => "unlisted",
@@ -57,39 +59,47 @@ fn in_two(name: &str) -> Vec<String> {
     }
 }
 
-/// The names of a landscape's minima.
-pub(super) struct Types {
-    setting: Setting,
-    names: Vec<Named>,
+/// The names of a landscape's minima, for its pictures.
+#[derive(Debug)]
+pub struct MinimumNames {
+    setting: GraspSetting,
+    names: Vec<MinimumName>,
 }
 
-impl Types {
-    pub(super) fn of(files: &LandscapeFiles, name: &str) -> anyhow::Result<Self> {
-        let setting = Setting::of(files, name)?;
+impl MinimumNames {
+    /// Names the minima by the standard rule; labels that the landscape was built with win. `name` is what errors call the
+    /// landscape.
+    ///
+    /// # Errors
+    /// As [`GraspSetting::of`].
+    pub fn of(files: &LandscapeFiles, name: &str) -> Result<Self, StudyError> {
+        let setting = GraspSetting::of(files, name)?;
         let names = setting.names(files, Rule::standard());
         Ok(Self { setting, names })
     }
 
     /// What the legend calls each minimum.
-    pub(super) fn labels(&self, colouring: Colouring) -> Vec<String> {
+    pub fn labels(&self, colouring: Colouring) -> Vec<String> {
         let label = |named| colouring.label(named).to_owned();
         self.names.iter().map(label).collect()
     }
 
     /// Rendered minima, so many at most: of each type the one in the group with most grasps, at least one of each category
     /// that occurs, then those of the largest groups; no two of one group, and each labelled as its group is drawn.
-    pub(super) fn examples(
+    ///
+    /// # Panics
+    /// If there is not one group and one leaf a minimum.
+    pub fn examples(
         &self,
         files: &LandscapeFiles,
         (group_of, leaves): (&[usize], &[Leaf]),
         count: usize,
-        width: u32,
     ) -> Vec<(MinimumId, Picture)> {
         let mut order = order(&files.minima, group_of);
         let drawn = group(leaves, group_of);
         order.retain(|&minimum| leaves[minimum].label == drawn[group_of[minimum]].label);
         let chosen = self.chosen(&order, group_of, count);
-        let side = side_in_row(width, chosen.len()) * PICTURE_DENSITY;
+        let side = side_in_row(Drawing::WIDTH, chosen.len()) * PICTURE_DENSITY;
         let skin = self.setting.hand.skin();
         let picture = |&minimum: &usize| {
             let row = &files.minima[minimum];
@@ -112,7 +122,7 @@ impl Types {
     /// The first `count` of `order`, of each category first, then of each type, then any; no two of one group.
     fn chosen(&self, order: &[usize], group_of: &[usize], count: usize) -> Vec<usize> {
         let mut chosen: Vec<usize> = Vec::new();
-        let categories: [fn(&Named, &Named) -> bool; 3] = [
+        let categories: [fn(&MinimumName, &MinimumName) -> bool; 3] = [
             |a, b| a.category == b.category,
             |a, b| a.text() == b.text(),
             |_, _| false,

@@ -3,7 +3,7 @@
 /// How numbers that belong together are written: with six decimals where they differ by about one, as powers of ten in
 /// units that are far larger or smaller than that.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Digits {
+pub(crate) struct Digits {
     /// Digits behind the first one, of powers of ten.
     powers: Option<usize>,
 }
@@ -19,7 +19,7 @@ impl Digits {
         clippy::cast_sign_loss,
         reason = "between 0 and 10"
     )]
-    pub(super) fn of(values: impl IntoIterator<Item = f64>) -> Self {
+    pub(crate) fn of(values: impl IntoIterator<Item = f64>) -> Self {
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         for value in values.into_iter().filter(|value| value.is_finite()) {
             (low, high) = (low.min(value), high.max(value));
@@ -33,7 +33,7 @@ impl Digits {
         }
     }
 
-    pub(super) fn show(self, value: f64) -> String {
+    pub(crate) fn show(self, value: f64) -> String {
         match self.powers {
             None => format!("{value:.*}", Self::DECIMALS),
             Some(digits) => format!("{value:.digits$e}"),
@@ -41,7 +41,7 @@ impl Digits {
     }
 
     /// A change, with its sign; none is no negative one.
-    pub(super) fn change(self, change: f64) -> String {
+    pub(crate) fn change(self, change: f64) -> String {
         let decimals = Self::DECIMALS;
         if self.powers.is_some() {
             return format!("{:+.decimals$e}", change + 0.0);

@@ -2,12 +2,10 @@
 
 use std::fmt::Write as _;
 
-use anyhow::Context;
-
-use super::landscape::Titles;
+use super::error::StudyError;
 use crate::figure::layout::collapse;
 use crate::figure::{BarrierPicture, DisconnectivityPicture, Leaf, Picture, group};
-use crate::store::StoreError;
+use crate::store::{Manifest, StoreError};
 use crate::topography::view::{Levels, View, bottoms, grouped, restricted};
 use crate::topography::{
     self, Ancestors, Evidence, MinimumId, Network, Tree, spanning_forest, support,
@@ -16,37 +14,92 @@ use crate::topography::{
 /// Names of the pictures, without what tells groups from minima and without their format.
 const PICTURES: [&str; 2] = ["disconnectivity", "barriers"];
 
-/// Width of a disconnectivity graph, canvas units.
-pub(super) const PICTURE_WIDTH: u32 = 1600;
-
 /// Takes the name and the bytes of a file.
-pub(super) type Put<'a> = &'a mut dyn FnMut(&str, &[u8]) -> Result<(), StoreError>;
+pub type Put<'a> = &'a mut dyn FnMut(&str, &[u8]) -> Result<(), StoreError>;
 
-/// What is to be drawn.
-pub(super) struct Drawing<'a> {
-    pub(super) network: &'a Network,
-    pub(super) tree: &'a Tree,
-    /// Trees of resampled chains, which tell the support of merges; none where it is not known.
-    pub(super) resampled: &'a [Tree],
-    /// One a minimum.
-    pub(super) leaves: Vec<Leaf>,
-    /// The group of each minimum.
-    pub(super) group_of: Vec<usize>,
-    pub(super) titles: &'a Titles<'a>,
-    pub(super) views: Views,
-    /// Pictures of some minima, for below the disconnectivity graph of the groups.
-    pub(super) examples: Vec<(MinimumId, Picture)>,
+/// What pictures say.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Titles {
+    /// What the landscape is of.
+    pub title: String,
+    /// Name and unit of the energy.
+    pub energy: String,
+    /// What the members of minima are, plural.
+    pub members: String,
+    /// Seed of the layout.
+    pub seed: u64,
 }
 
-/// What is shown of it; by default everything.
+impl Titles {
+    /// Of so many grasps of a hand on an object, named in this order.
+    pub(super) fn of_grasps(grasps: usize, [hand, object]: [&str; 2], seed: u64) -> Self {
+        Self {
+            title: format!("{grasps} grasps, {hand} hand on {object}"),
+            energy: "energy E(H, O)".to_owned(),
+            members: "grasps".to_owned(),
+            seed,
+        }
+    }
+
+    /// Of a surface.
+    pub(super) fn of_surface(title: String, members: &str, seed: u64) -> Self {
+        Self {
+            title,
+            energy: "energy".to_owned(),
+            members: members.to_owned(),
+            seed,
+        }
+    }
+
+    /// Those that a finished landscape was drawn with; with another seed, if one is given.
+    pub fn of_manifest(manifest: &Manifest, seed: Option<u64>) -> Self {
+        let seed = seed.unwrap_or(manifest.seed);
+        match (&manifest.hand, &manifest.object) {
+            (Some(hand), Some(object)) => {
+                let names = [hand.name.as_str(), object.name.as_str()];
+                // As many as there are in the file.
+                let grasps = usize::try_from(manifest.counts.grasps).unwrap_or(usize::MAX);
+                Self::of_grasps(grasps, names, seed)
+            }
+            _ => Self::of_surface(manifest.source.name.clone(), "members", seed),
+        }
+    }
+}
+
+/// What is to be drawn.
+#[derive(Debug)]
+pub struct Drawing<'a> {
+    /// Minima and connections.
+    pub network: &'a Network,
+    /// Its tree of merges.
+    pub tree: &'a Tree,
+    /// Trees of resampled chains, which tell the support of merges; none where it is not known.
+    pub resampled: &'a [Tree],
+    /// One a minimum.
+    pub leaves: Vec<Leaf>,
+    /// The group of each minimum, numbered without gaps.
+    pub group_of: Vec<usize>,
+    /// What the pictures say.
+    pub titles: &'a Titles,
+    /// What is shown.
+    pub views: Views,
+    /// Pictures of some minima, for below the disconnectivity graph of the groups.
+    pub examples: Vec<(MinimumId, Picture)>,
+}
+
+/// What is shown of a landscape; by default everything.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub(super) struct Views {
-    pub(super) lowest: Option<usize>,
-    pub(super) members: Option<usize>,
-    pub(super) monotonic: bool,
-    pub(super) levels: Option<usize>,
+pub struct Views {
+    /// So many minima of the lowest energy.
+    pub lowest: Option<usize>,
+    /// Minima with at least so many members.
+    pub members: Option<usize>,
+    /// Only the bottoms of monotonic sequences: minima that no connection joins to a lower one.
+    pub monotonic: bool,
+    /// Raise every merge to the next of so many even levels.
+    pub levels: Option<usize>,
     /// Minima named; no names, no choice.
-    pub(super) picked: Vec<MinimumId>,
+    pub picked: Vec<MinimumId>,
 }
 
 impl Views {
@@ -97,14 +150,6 @@ impl Views {
     }
 }
 
-/// Whether [`Drawing::write`] writes a file of this name.
-pub(super) fn is_written(name: &str) -> bool {
-    let texts = ["tree.nwk", "tree.dot", "tree.json", "barriers.graphml"];
-    let picture = name.strip_suffix(".svg").or(name.strip_suffix(".png"));
-    let picture = picture.map(|stem| stem.strip_suffix("_minima").unwrap_or(stem));
-    texts.contains(&name) || picture.is_some_and(|stem| PICTURES.contains(&stem))
-}
-
 /// Groups are named in the pictures, as `inspect --path g0 g4` asks for them, up to so many: more names would cover what they
 /// name.
 const MOST_NAMED: usize = 60;
@@ -120,9 +165,26 @@ struct Shown<'a> {
 }
 
 impl Drawing<'_> {
-    /// Writes the tree (Newick, DOT, JSON) and the network (GraphML) of the minima as they are shown, and the pictures of
-    /// minima and of groups.
-    pub(super) fn write(&self, put: Put<'_>) -> anyhow::Result<()> {
+    /// Width of a disconnectivity graph, canvas units.
+    pub const WIDTH: u32 = 1600;
+
+    /// Whether [`Drawing::write`] writes a file of this name.
+    pub fn writes(name: &str) -> bool {
+        let texts = ["tree.nwk", "tree.dot", "tree.json", "barriers.graphml"];
+        let picture = name.strip_suffix(".svg").or(name.strip_suffix(".png"));
+        let picture = picture.map(|stem| stem.strip_suffix("_minima").unwrap_or(stem));
+        texts.contains(&name) || picture.is_some_and(|stem| PICTURES.contains(&stem))
+    }
+
+    /// Gives `put` the tree (Newick, DOT, JSON) and the network (GraphML) of the minima as they are shown, and the pictures
+    /// of minima and of groups (SVG and PNG).
+    ///
+    /// # Errors
+    /// The first error of `put`, or of a picture that cannot be drawn.
+    ///
+    /// # Panics
+    /// If there is not one leaf and one group a minimum.
+    pub fn write(&self, put: Put<'_>) -> Result<(), StudyError> {
         let (view, levels) = (self.views).of(self.network, self.tree, &self.views.picked);
         let name = |id: MinimumId| format!("m{}", view.minima[id.0].0);
         let known = support(&view.tree, &shown_of(self.resampled, &view, levels));
@@ -181,7 +243,7 @@ impl Drawing<'_> {
     }
 
     /// The disconnectivity graph and the barrier graph, as SVG and PNG.
-    fn pictures(&self, shown: &Shown<'_>, ending: &str, put: Put<'_>) -> anyhow::Result<()> {
+    fn pictures(&self, shown: &Shown<'_>, ending: &str, put: Put<'_>) -> Result<(), StudyError> {
         let (view, levels) = (self.views).of(shown.network, &shown.tree, &shown.picked);
         let legible = at_most(&view, DisconnectivityPicture::MOST_LEAVES);
         let tree = self.tree_picture(
@@ -195,7 +257,7 @@ impl Drawing<'_> {
         for (name, canvas) in PICTURES.into_iter().zip([tree.draw()?, graph.draw()?]) {
             for format in ["svg", "png"] {
                 let name = format!("{name}{ending}.{format}");
-                put(&name, &canvas.encode(name.as_ref()).context("cannot draw")?)?;
+                put(&name, &canvas.encode(name.as_ref())?)?;
             }
         }
         Ok(())
@@ -248,7 +310,7 @@ impl Drawing<'_> {
             Some((leaf, picture.clone()))
         });
         tree.examples = visible_examples.collect();
-        tree.size = [PICTURE_WIDTH, 900];
+        tree.size = [Self::WIDTH, 900];
         self.titles.energy.clone_into(&mut tree.energy_label);
         self.titles.members.clone_into(&mut tree.members_label);
         tree

@@ -1,78 +1,72 @@
-//! Temperature and force of `landscape build`: from a few chains, or from a magnetisation diagram (`--diagram`).
+//! Temperature and force of the chains of a grasp map: from a few chains, or from a magnetisation diagram.
 
-use super::build::Build;
-use super::grasp_map::contact_slope;
-use super::run::Watch;
+use super::build::{GraspMapSettings, StudyRun};
+use super::error::StudyError;
+use super::settings::contact_slope;
 use crate::figure::diagram_chart;
 use crate::grasp::{GraspEnergy, GraspKernel};
-use crate::store::{AtomicFolder, Journal};
+use crate::store::AtomicFolder;
 use crate::topography::{
-    Diagram, DiagramSettings, JournalError, MapSettings, Minimum, Run, Tuning, TuningSettings,
-    diagram, log_grid, tune,
+    ChainSettings, Diagram, DiagramSettings, JournalError, MapSettings, Minimum, Run, Tuning,
+    TuningSettings, diagram, log_grid, tune,
 };
 
-/// How temperature and force came about.
+/// How temperature and force of the chains came about.
 #[derive(Debug, Default)]
-pub(super) struct Choice {
+pub struct ChainChoice {
     /// The magnetisation diagram, if it was asked for.
-    pub(super) diagram: Option<Diagram>,
+    pub diagram: Option<Diagram>,
     /// The few chains that chose instead, unless both values were given.
-    pub(super) tuning: Option<Tuning>,
+    pub tuning: Option<Tuning>,
     /// Whether both were given.
     given: bool,
 }
 
-impl Choice {
-    /// Chooses what is not given, and sets it.
+impl ChainChoice {
+    /// Chooses what is not given, and sets it in `map`.
     pub(super) fn make(
-        command: &Build,
+        settings: &GraspMapSettings,
         surface: (&GraspEnergy, &GraspKernel<'_>),
         minima: &[Minimum],
-        settings: &mut MapSettings,
-        (journal, watch): (&Journal, &mut Watch),
+        map: &mut MapSettings,
+        run: &StudyRun<'_>,
     ) -> Result<Self, JournalError> {
         let mut choice = Self {
-            given: command.temperature.is_some() && command.pull.is_some(),
+            given: settings.temperature.is_some() && settings.force.is_some(),
             ..Self::default()
         };
         let mut best = None;
-        if command.diagram {
-            let run = Run {
-                journal,
-                observer: &|news| watch.see(news),
-            };
-            let found = measure(surface, minima, settings, &run)?;
-            watch.lap("diagram", found.evaluations);
+        if settings.diagram {
+            let found = measure(surface, minima, map, &run.run)?;
+            (run.stage_ended)("diagram", found.evaluations);
             let recommended = found.recommended.as_ref();
             best = recommended.map(|best| (best.temperature, best.force));
             choice.diagram = Some(found);
         } else if !choice.given {
-            let run = Run {
-                journal,
-                observer: &|news| watch.see(news),
-            };
-            let found = try_few(command, surface, minima, settings, &run)?;
-            watch.lap("choose", found.evaluations);
-            best = found
-                .recommended()
-                .map(|best| (best.temperature, best.force));
+            let found = try_few(settings, surface, minima, map, &run.run)?;
+            (run.stage_ended)("choose", found.evaluations);
+            let recommended = found.recommended();
+            best = recommended.map(|best| (best.temperature, best.force));
             choice.tuning = Some(found);
         }
         if let Some((temperature, force)) = best {
-            settings.chain.temperature = command.temperature.unwrap_or(temperature);
-            settings.chain.force = command.pull.unwrap_or(force);
+            map.chain = ChainSettings {
+                temperature: settings.temperature.unwrap_or(temperature),
+                force: settings.force.unwrap_or(force),
+                ..map.chain.clone()
+            };
         }
         Ok(choice)
     }
 
     /// Evaluations spent on it.
-    pub(super) fn evaluations(&self) -> usize {
+    pub fn evaluations(&self) -> usize {
         let diagram = self.diagram.as_ref().map_or(0, |found| found.evaluations);
         diagram + self.tuning.as_ref().map_or(0, |found| found.evaluations)
     }
 
-    /// How T and F were chosen, for the summary.
-    pub(super) fn spell(&self) -> String {
+    /// How temperature and force were chosen, in words.
+    pub fn spell(&self) -> String {
         let measured = self.diagram.as_ref().map(|found| {
             let best = found.recommended.as_ref();
             best.map(|best| format!("by its magnetisation diagram: {}", best.reason))
@@ -93,26 +87,25 @@ impl Choice {
 
 /// A few chains at few temperatures and forces about those that suit a hand, or at the one that is given.
 fn try_few(
-    command: &Build,
+    settings: &GraspMapSettings,
     (energy, kernel): (&GraspEnergy, &GraspKernel<'_>),
     minima: &[Minimum],
-    settings: &MapSettings,
+    map: &MapSettings,
     run: &Run<'_>,
 ) -> Result<Tuning, JournalError> {
     let slope = contact_slope(energy);
+    let tried = |given: Option<f64>, [low, high]: [f64; 2], count| {
+        given.map_or_else(|| log_grid(low, high, count), |given| vec![given])
+    };
     let settings = TuningSettings {
-        temperatures: command
-            .temperature
-            .map_or_else(|| log_grid(0.0025, 0.04, 3), |given| vec![given]),
-        forces: command
-            .pull
-            .map_or_else(|| log_grid(slope, 32.0 * slope, 11), |given| vec![given]),
+        temperatures: tried(settings.temperature, [0.0025, 0.04], 3),
+        forces: tried(settings.force, [slope, 32.0 * slope], 11),
         pairs: 12,
-        neighbours: settings.neighbours,
-        chain: settings.chain.clone(),
-        quench: settings.quench.clone(),
-        sameness: settings.sameness,
-        seed: settings.seed,
+        neighbours: map.neighbours,
+        chain: map.chain.clone(),
+        quench: map.quench.clone(),
+        sameness: map.sameness,
+        seed: map.seed,
     };
     tune(energy, kernel, minima, &settings, run)
 }
@@ -140,8 +133,8 @@ fn measure(
 }
 
 /// `diagram.json` and the picture.
-pub(super) fn write(found: &Diagram, title: &str, folder: &AtomicFolder) -> anyhow::Result<()> {
-    let text = format!("{:#}\n", serde_json::to_value(found)?);
+pub(super) fn write(found: &Diagram, title: &str, folder: &AtomicFolder) -> Result<(), StudyError> {
+    let text = format!("{:#}\n", super::json(found));
     folder.write("diagram.json", text.as_bytes())?;
     let canvas = diagram_chart(title, "1/m", found).draw()?;
     for name in ["diagram.svg", "diagram.png"] {

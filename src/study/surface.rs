@@ -4,66 +4,151 @@ use std::collections::BTreeMap;
 
 use serde_json::json;
 
-use super::Subject;
-use crate::cli::digits::Digits;
-use crate::cli::drawing::not_drawn;
-use crate::cli::landscape::{Mapped, Merge, Titles};
-use crate::cli::run::tally;
-use crate::cli::uncertainty::Unseen;
-use crate::store::{Counts, LandscapeFiles, Manifest, StationaryRow};
+use super::build::StudyRun;
+use super::drawing::{Titles, not_drawn};
+use super::error::StudyError;
+use super::tables::{Input, Mapped};
+use super::uncertainty::Unseen;
+use super::{Digits, json as value, tally};
+use crate::energy::Energy;
+use crate::printable::printable;
+use crate::store::{AtomicFolder, Counts, LandscapeFiles, Manifest, Source, StationaryRow};
+use crate::topography::exchange::Database;
 use crate::topography::{
-    Audit, Coverage, Doubt, Exploration, SearchSettings, TransitionState, Verdict,
+    Audit, Coverage, Doubt, Exploration, GroupSettings, Landscape, Merge, SearchSettings,
+    TransitionState, Verdict, explore, in_box,
 };
 
 /// Rows of a table of the summary.
 const SHOWN: usize = 20;
 
 /// What is said of descents that ended at kinks.
-pub(super) const KINKS: &str = "descents ended at the bottom of a kink: the gradient jumps there and does not vanish, so that \
+const KINKS: &str = "descents ended at the bottom of a kink: the gradient jumps there and does not vanish, so that \
                                 it is no minimum of a smooth surface (round the kink off)";
 
-/// What was found and everything that describes it.
-pub(super) struct Report<'a> {
-    pub(super) mapped: Mapped<'a>,
-    pub(super) unseen: Unseen,
-    pub(super) found: &'a Exploration,
-    pub(super) subject: &'a Subject<'a>,
-    pub(super) settings: &'a SearchSettings,
-    pub(super) command: String,
-    pub(super) measuring: u64,
+/// What was searched.
+#[derive(Clone)]
+pub struct Subject<'a> {
+    /// The model, or the program that computes the energy.
+    pub name: &'a str,
+    /// The surface.
+    pub energy: &'a dyn Energy,
+    /// What its coordinates are: `flat`, `angles`, `atoms` or `rotation`.
+    pub coordinates: String,
+    /// Lower ends of the box in which random starts were drawn.
+    pub low: Vec<f64>,
+    /// Upper ends of it.
+    pub high: Vec<f64>,
+    /// What made the energy: the model, or the program and the files its command names.
+    pub source: Source,
 }
 
-impl Report<'_> {
-    pub(super) fn titles(&self) -> Titles<'static> {
-        Titles {
-            title: format!(
-                "{}: {} minima, {} saddles",
-                self.subject.name,
-                self.found.minima.len(),
-                self.found.saddles.len()
-            ),
-            energy: "energy",
-            members: "random starts",
-            seed: self.settings.seed,
+/// A searched surface and everything that describes it.
+pub struct SurfaceReport<'a> {
+    /// What was searched.
+    pub subject: &'a Subject<'a>,
+    /// What was found; at least one minimum.
+    pub found: &'a Exploration,
+    /// Its landscape.
+    pub landscape: &'a Landscape,
+    /// The settings of the search.
+    pub settings: &'a SearchSettings,
+    /// The command line that remakes it.
+    pub command: String,
+    /// Energy evaluations that were spent on measuring the scales of the surface.
+    pub measuring: u64,
+}
+
+impl std::fmt::Debug for Subject<'_> {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        (formatter.debug_struct("Subject").field("name", &self.name)).finish_non_exhaustive()
+    }
+}
+
+impl std::fmt::Debug for SurfaceReport<'_> {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let mut told = formatter.debug_struct("SurfaceReport");
+        told.field("subject", &self.subject).finish_non_exhaustive()
+    }
+}
+
+/// Searches a surface for its minima and saddles, and makes a landscape of what was found.
+///
+/// # Errors
+/// [`StudyError::NoMinimum`] if nothing was found, [`StudyError::Journal`] if a finished task cannot be kept.
+pub fn search_surface(
+    subject: &Subject<'_>,
+    settings: &SearchSettings,
+    groups: &GroupSettings,
+    run: &StudyRun<'_>,
+) -> Result<(Exploration, Landscape), StudyError> {
+    let draw = in_box(&subject.low, &subject.high);
+    let found = explore(subject.energy, &draw, settings, &run.run)?;
+    (run.stage_ended)("search", found.evaluations);
+    if found.minima.is_empty() {
+        let kinks = match kinks(&found) {
+            0 => String::new(),
+            kinks => format!("; {kinks} {KINKS}"),
+        };
+        return Err(StudyError::NoMinimum {
+            surface: subject.name.to_owned(),
+            searches: found.coverage.searches,
+            ends: format!("({}){kinks}", spell(&ends_of_searches(&found))),
+        });
+    }
+    let landscape = found.landscape(subject.energy, groups);
+    Ok((found, landscape))
+}
+
+impl SurfaceReport<'_> {
+    fn mapped(&self) -> Mapped<'_> {
+        Mapped {
+            landscape: self.landscape,
+            energy: self.subject.energy,
+            inputs: (0..self.found.coverage.searches as u64)
+                .map(|id| Input { id, label: None })
+                .collect(),
+            choices_below: f64::INFINITY,
         }
     }
 
-    pub(super) fn tables(&self) -> anyhow::Result<LandscapeFiles> {
-        let landscape = self.mapped.landscape;
-        let edges = self.mapped.edges();
-        let merges = self.mapped.merges();
-        let mut findings: BTreeMap<_, _> = self.mapped.findings(&merges)?.into_iter().collect();
-        findings.insert("saddles".to_owned(), json!(self.found.saddles.len()));
-        findings.insert(
-            "coverage".to_owned(),
-            serde_json::to_value(self.found.coverage)?,
+    /// Writes the tables, the pictures, the texts and the summary of `landscape surface` into `folder`. Returns the summary.
+    ///
+    /// # Errors
+    /// If the folder cannot be written, or a number is not finite.
+    pub fn write(&self, folder: &AtomicFolder) -> Result<String, StudyError> {
+        let mapped = self.mapped();
+        let merges = mapped.landscape.merges();
+        let unseen = Unseen::of(self.landscape, "random starts");
+        let files = self.files(&mapped, &merges, &unseen);
+        StationaryRow::write(&self.stationary(), folder)?;
+        let database = Database::from_exploration(self.found, self.subject.coordinates == "atoms");
+        let title = format!(
+            "{}: {} minima, {} saddles",
+            self.subject.name,
+            self.found.minima.len(),
+            self.found.saddles.len()
         );
-        findings.insert("ends_of_searches".to_owned(), json!(fates(self.found)));
-        findings.insert(
-            "refused".to_owned(),
-            serde_json::to_value(&self.found.refused)?,
-        );
-        findings.insert("rarefaction".to_owned(), self.unseen.to_json()?);
+        let titles = Titles::of_surface(title, "random starts", self.settings.seed);
+        mapped.draw(&titles, &database, folder)?;
+        unseen.draw(&titles.title, folder)?;
+        // It lists the checksums of all tables, so it comes after them.
+        files.write(folder)?;
+        let text = printable(&self.summary(&merges), &['\n', '\t']).into_owned();
+        folder.write("summary.md", text.as_bytes())?;
+        Ok(text)
+    }
+
+    fn files(&self, mapped: &Mapped<'_>, merges: &[Merge], unseen: &Unseen) -> LandscapeFiles {
+        let landscape = self.landscape;
+        let edges = mapped.edges();
+        let mut findings: BTreeMap<_, _> = mapped.findings(merges).into_iter().collect();
+        let mut tell = |name: &str, value| findings.insert(name.to_owned(), value);
+        tell("saddles", json!(self.found.saddles.len()));
+        tell("coverage", value(self.found.coverage));
+        tell("ends_of_searches", json!(ends_of_searches(self.found)));
+        tell("refused", value(&self.found.refused));
+        tell("rarefaction", unseen.to_json());
         let manifest = Manifest {
             program_version: env!("CARGO_PKG_VERSION").to_owned(),
             command: self.command.clone(),
@@ -78,7 +163,7 @@ impl Report<'_> {
                 "low": self.subject.low,
                 "high": self.subject.high,
             }),
-            settings: serde_json::to_value(self.settings)?,
+            settings: value(self.settings),
             terms: self.terms(),
             group_barrier: Some(landscape.groups.barrier),
             counts: Counts {
@@ -89,18 +174,16 @@ impl Report<'_> {
                 components: landscape.tree.roots.len() as u64,
                 evaluations: self.found.evaluations as u64 + self.measuring,
             },
-            evidence: (landscape.tally().into_iter())
-                .map(|(evidence, count)| (evidence.name().to_owned(), count as u64))
-                .collect(),
+            evidence: mapped.evidence(),
             findings,
             warnings: self.warnings(),
         };
-        Ok(LandscapeFiles {
+        LandscapeFiles {
             manifest,
-            minima: self.mapped.minima(),
+            minima: mapped.minima(),
             edges,
-            paths: self.mapped.paths(),
-        })
+            paths: mapped.paths(),
+        }
     }
 
     fn terms(&self) -> Vec<String> {
@@ -109,7 +192,7 @@ impl Report<'_> {
     }
 
     /// Minima, then saddles, by rising energy.
-    pub(super) fn stationary(&self) -> Vec<StationaryRow> {
+    fn stationary(&self) -> Vec<StationaryRow> {
         let minima = self.found.minima.iter().zip(&self.found.audits).enumerate();
         let minima = minima.map(|(id, (minimum, audit))| StationaryRow {
             index: 0,
@@ -138,7 +221,7 @@ impl Report<'_> {
     }
 
     fn warnings(&self) -> Vec<String> {
-        let (coverage, components) = (&self.found.coverage, self.mapped.landscape.tree.roots.len());
+        let (coverage, components) = (&self.found.coverage, self.landscape.tree.roots.len());
         let mut warnings = Vec::new();
         let stopped = coverage.searches >= self.settings.max_searches;
         if stopped {
@@ -178,7 +261,7 @@ impl Report<'_> {
         warnings
     }
 
-    pub(super) fn summary(&self) -> String {
+    fn summary(&self, merges: &[Merge]) -> String {
         let (found, coverage) = (self.found, &self.found.coverage);
         let loops = found
             .saddles
@@ -191,7 +274,7 @@ impl Report<'_> {
                 found.minima.len(),
                 found.saddles.len(),
                 loops.count(),
-                self.mapped.landscape.tree.roots.len()
+                self.landscape.tree.roots.len()
             ),
             format!(
                 "- every one passed its audit: gradient below {:.1e}, index of the Hessian, descents on both sides of \
@@ -227,7 +310,7 @@ impl Report<'_> {
                 100.0 * coverage.chance_of_news_below
             ),
             format!("- completeness: {}", completeness(coverage)),
-            format!("- ends of searches: {}", spell(&fates(found))),
+            format!("- ends of searches: {}", spell(&ends_of_searches(found))),
         ];
         lines.extend(not_drawn(found.minima.len()).map(|sentence| format!("- {sentence}")));
         let verdicts = tally(
@@ -251,7 +334,7 @@ impl Report<'_> {
                 .iter()
                 .map(|warning| format!("Note: {warning}.\n")),
         );
-        lines.extend(self.minima_table());
+        lines.extend(self.minima_table(merges));
         lines.extend(self.saddle_table());
         lines.push(format!(
             "\nMade by `{}`, landscape {}.\n",
@@ -278,8 +361,8 @@ impl Report<'_> {
         Digits::of(minima.chain(self.found.saddles.iter().map(|saddle| saddle.energy)))
     }
 
-    fn minima_table(&self) -> Vec<String> {
-        let merges = joined_at(&self.mapped.merges(), self.found);
+    fn minima_table(&self, merges: &[Merge]) -> Vec<String> {
+        let merges = joined_at(merges, self.found);
         let digits = self.digits();
         let softest = |audit: &Audit| audit.curvatures.first().copied();
         let curvatures = Digits::of(self.found.audits.iter().filter_map(softest));
@@ -337,7 +420,7 @@ fn joined_at(merges: &[Merge], found: &Exploration) -> Vec<Option<f64>> {
     // Minima come by rising energy, so the deepest of a set has the lowest number.
     let mut deepest: Vec<usize> = (0..count).collect();
     for merge in merges {
-        let [a, b] = merge.ends.map(|end| deepest[end]);
+        let [a, b] = merge.ends.map(|end| deepest[end.0]);
         joined[a.max(b)] = Some(merge.height);
         for place in &mut deepest {
             if *place == a.max(b) {
@@ -349,7 +432,7 @@ fn joined_at(merges: &[Merge], found: &Exploration) -> Vec<Option<f64>> {
 }
 
 /// Descents and climbs that ended at kinks.
-pub(super) fn kinks(found: &Exploration) -> usize {
+fn kinks(found: &Exploration) -> usize {
     let refused = found.refused.iter();
     refused
         .filter(|refused| refused.audit.verdict == Verdict::Kink)
@@ -392,7 +475,7 @@ fn completeness(coverage: &Coverage) -> String {
     }
 }
 
-pub(super) fn fates(found: &Exploration) -> Vec<(String, usize)> {
+fn ends_of_searches(found: &Exploration) -> Vec<(String, usize)> {
     let fates = found.fates.iter();
     fates
         .map(|(fate, count)| (fate.name().to_owned(), *count))

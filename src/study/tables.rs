@@ -1,19 +1,21 @@
-//! What `landscape build` and `landscape surface` write alike: tables, trees, pictures.
+//! The rows of the tables of a landscape, and the pictures that belong to it.
+
+use std::collections::BTreeMap;
 
 use petgraph::visit::EdgeRef;
 use rayon::prelude::*;
 use serde_json::Value;
 
-use super::drawing::{Drawing, Views};
-use super::run::tally;
-use super::uncertainty;
+use super::drawing::{Drawing, Titles, Views};
+use super::error::StudyError;
+use super::{json, median, tally, uncertainty};
 use crate::energy::Energy;
 use crate::figure::Leaf;
-use crate::store::{AtomicFolder, EdgeRow, LandscapeFiles, MinimumRow, PathRow, write_resampled};
-use crate::topography::exchange::{Database, Layout};
-use crate::topography::{
-    self, Evidence, GroupSettings, Groups, Landscape, Network, spanning_forest,
+use crate::store::{
+    AtomicFolder, EdgeRow, LandscapeFiles, MinimumRow, PathPoint, StoreError, write_resampled,
 };
+use crate::topography::exchange::{Database, Layout};
+use crate::topography::{self, Evidence, GroupSettings, Groups, Landscape, Merge, Network};
 
 /// A map, and what its minima are made of.
 pub(super) struct Mapped<'a> {
@@ -32,25 +34,6 @@ pub(super) struct Input {
     pub(super) label: Option<String>,
 }
 
-/// What the pictures say.
-pub(super) struct Titles<'a> {
-    pub(super) title: String,
-    pub(super) energy: &'a str,
-    pub(super) members: &'a str,
-    /// Seed of the layout.
-    pub(super) seed: u64,
-}
-
-/// A merge of the tree: the edge that makes it.
-pub(super) struct Merge {
-    pub(super) ends: [usize; 2],
-    pub(super) height: f64,
-    pub(super) evidence: Evidence,
-    pub(super) term: Option<String>,
-    /// Height above the lowest minimum of the shallower of the two sides.
-    pub(super) depth: f64,
-}
-
 impl Mapped<'_> {
     /// Label of most labelled members of a minimum.
     pub(super) fn label(&self, members: &[usize]) -> Option<String> {
@@ -58,43 +41,6 @@ impl Mapped<'_> {
             .iter()
             .filter_map(|&row| self.inputs[row].label.as_deref());
         tally(labels).into_iter().next().map(|(label, _)| label)
-    }
-
-    /// The edges that make the tree, by rising height.
-    pub(super) fn merges(&self) -> Vec<Merge> {
-        let network = &self.landscape.network;
-        let energies: Vec<f64> = network
-            .node_weights()
-            .map(|minimum| minimum.energy)
-            .collect();
-        let mut bottom = energies.clone();
-        let mut sets = petgraph::unionfind::UnionFind::new(energies.len());
-        let mut edges: Vec<_> = spanning_forest(network, Evidence::Chain);
-        edges.sort_by(|a, b| {
-            network[*a]
-                .height
-                .total_cmp(&network[*b].height)
-                .then(a.cmp(b))
-        });
-        let mut merges = Vec::new();
-        for edge in edges {
-            let Some((a, b)) = network.edge_endpoints(edge) else {
-                continue;
-            };
-            let (one, two) = (sets.find(a.index()), sets.find(b.index()));
-            let (low, high) = (bottom[one].min(bottom[two]), bottom[one].max(bottom[two]));
-            sets.union(one, two);
-            bottom[sets.find(one)] = low;
-            let weight = &network[edge];
-            merges.push(Merge {
-                ends: [a.index(), b.index()],
-                height: weight.height,
-                evidence: weight.evidence,
-                term: weight.term.clone(),
-                depth: weight.height - high,
-            });
-        }
-        merges
     }
 
     pub(super) fn minima(&self) -> Vec<MinimumRow> {
@@ -152,8 +98,8 @@ impl Mapped<'_> {
             .collect()
     }
 
-    pub(super) fn paths(&self) -> Vec<PathRow> {
-        let paths: Vec<Vec<PathRow>> = self
+    pub(super) fn paths(&self) -> Vec<PathPoint> {
+        let paths: Vec<Vec<PathPoint>> = self
             .landscape
             .connections
             .par_iter()
@@ -162,7 +108,7 @@ impl Mapped<'_> {
                 let images = connection.path.images.iter().zip(&connection.path.energies);
                 images
                     .enumerate()
-                    .map(|(image, (x, energy))| PathRow {
+                    .map(|(image, (x, energy))| PathPoint {
                         a: connection.from.0 as u64,
                         b: connection.to.0 as u64,
                         image: image as u64,
@@ -183,39 +129,38 @@ impl Mapped<'_> {
     }
 
     /// What the manifest says of the merges and of the groups.
-    pub(super) fn findings(&self, merges: &[Merge]) -> serde_json::Result<Vec<(String, Value)>> {
+    pub(super) fn findings(&self, merges: &[Merge]) -> Vec<(String, Value)> {
         let evidence = tally(merges.iter().map(|merge| merge.evidence.name()));
         let terms = tally(merges.iter().filter_map(|merge| merge.term.as_deref()));
         let depth = median(merges.iter().map(|merge| merge.depth).collect());
         let findings = [
-            ("median_merge_depth", serde_json::to_value(depth)?),
-            ("evidence_of_merges", serde_json::to_value(evidence)?),
-            ("dominating_terms_of_merges", serde_json::to_value(terms)?),
-            (
-                "group_scan",
-                serde_json::to_value(&self.landscape.groups.scan)?,
-            ),
-            (
-                "merges",
-                serde_json::to_value(uncertainty::merges(self.landscape))?,
-            ),
-            (
-                "chains",
-                serde_json::to_value(uncertainty::spread(self.landscape))?,
-            ),
+            ("median_merge_depth", json(depth)),
+            ("evidence_of_merges", json(evidence)),
+            ("dominating_terms_of_merges", json(terms)),
+            ("group_scan", json(&self.landscape.groups.scan)),
+            ("merges", json(uncertainty::merges(self.landscape))),
+            ("chains", json(uncertainty::spread(self.landscape))),
         ];
-        Ok(findings
+        findings
             .map(|(name, value)| (name.to_owned(), value))
-            .to_vec())
+            .into()
+    }
+
+    /// How many edges rest on which evidence.
+    pub(super) fn evidence(&self) -> BTreeMap<String, u64> {
+        let counts = self.landscape.tally().into_iter();
+        counts
+            .map(|(evidence, count)| (evidence.name().to_owned(), count as u64))
+            .collect()
     }
 
     /// Writes trees and graphs as text and pictures, and the minima and passes as `min.data` and `ts.data`.
     pub(super) fn draw(
         &self,
-        titles: &Titles<'_>,
+        titles: &Titles,
         database: &Database,
         folder: &AtomicFolder,
-    ) -> anyhow::Result<()> {
+    ) -> Result<(), StudyError> {
         let network = &self.landscape.network;
         let leaves = network.node_weights().map(|minimum| Leaf {
             members: minimum.members.len(),
@@ -239,7 +184,7 @@ impl Mapped<'_> {
 }
 
 /// The group of each minimum of a finished landscape, numbered without gaps: those of the file, or those at another barrier.
-pub(super) fn group_of(
+pub(crate) fn group_of(
     files: &LandscapeFiles,
     network: &Network,
     barrier: Option<f64>,
@@ -258,17 +203,11 @@ pub(super) fn group_of(
 }
 
 /// Writes `min.data` and `ts.data` as PATHSAMPLE reads them.
-pub(super) fn write_database(database: &Database, folder: &AtomicFolder) -> anyhow::Result<()> {
+pub(super) fn write_database(database: &Database, folder: &AtomicFolder) -> Result<(), StoreError> {
     let minima = database.min_data(Layout::Pathsample);
     folder.write("min.data", minima.as_bytes())?;
     let states = database.ts_data(Layout::Pathsample);
-    Ok(folder.write("ts.data", states.as_bytes())?)
-}
-
-/// The middle of some values, the upper one of two.
-pub(super) fn median(mut values: Vec<f64>) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
+    folder.write("ts.data", states.as_bytes())
 }
 
 /// The merges that rest on an upper bound, as a table.
@@ -279,8 +218,8 @@ pub(super) fn upper_bounds(merges: &[Merge]) -> Vec<String> {
         .map(|merge| {
             format!(
                 "| m{}, m{} | {:.3} | {} |",
-                merge.ends[0],
-                merge.ends[1],
+                merge.ends[0].0,
+                merge.ends[1].0,
                 merge.height,
                 merge.term.as_deref().unwrap_or("")
             )

@@ -1,8 +1,10 @@
 //! What the minima of a landscape are called.
 
-use anyhow::Context;
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
+use super::error::StudyError;
 use crate::evaluation::taxonomy::{Category, Label, Labeller, Rule, Taxonomy};
 use crate::grasp::{EnergySettings, GraspEnergy};
 use crate::hand::Hand;
@@ -10,66 +12,85 @@ use crate::object::Object;
 use crate::store::{LandscapeFiles, MinimumRow};
 
 /// Hand and object of a landscape of grasps.
-pub(super) struct Setting {
-    pub(super) hand: std::sync::Arc<Hand>,
-    pub(super) object: std::sync::Arc<Object>,
+#[derive(Debug)]
+pub struct GraspSetting {
+    /// The hand.
+    pub hand: Arc<Hand>,
+    /// The object, at its scale.
+    pub object: Arc<Object>,
 }
 
-/// The name of a minimum.
-pub(super) struct Named {
+/// What the taxonomy calls a minimum.
+#[derive(Debug)]
+pub struct MinimumName {
     /// Number of the type, where the label is one.
-    pub(super) number: Option<u8>,
-    /// Where the label is a type or a cell.
-    pub(super) category: Option<Category>,
-    pub(super) cell: Option<String>,
+    pub number: Option<u8>,
+    /// The category, where the label is a type or a cell.
+    pub category: Option<Category>,
+    /// The cell of the taxonomy's table, likewise.
+    pub cell: Option<String>,
     /// What the rule says.
-    pub(super) rule: Label,
+    pub rule: Label,
 }
 
-impl Setting {
-    pub(super) fn of(files: &LandscapeFiles, name: &str) -> anyhow::Result<Self> {
+impl GraspSetting {
+    /// Builds hand and object of a landscape; `name` is what errors call it.
+    ///
+    /// # Errors
+    /// If it is not of grasps, its minima are not poses of its hand, or hand or object cannot be built.
+    pub fn of(files: &LandscapeFiles, name: &str) -> Result<Self, StudyError> {
         let manifest = &files.manifest;
         let (Some(hand), Some(object)) = (&manifest.hand, &manifest.object) else {
-            anyhow::bail!(
-                "{name} is not a landscape of grasps: there is nothing the taxonomy could name"
-            );
+            return Err(StudyError::NotOfGrasps(name.to_owned()));
         };
         let hand = hand.build()?;
-        let wanted = 7 + hand.joints.len();
-        for row in &files.minima {
-            anyhow::ensure!(
-                row.coordinates.len() == wanted,
-                "{name}: minimum {} has {} coordinates, the hand {wanted}",
-                row.id,
-                row.coordinates.len()
-            );
+        let expected = 7 + hand.joints.len();
+        let wrong = |row: &&MinimumRow| row.coordinates.len() != expected;
+        if let Some(row) = files.minima.iter().find(wrong) {
+            return Err(StudyError::Coordinates {
+                landscape: name.to_owned(),
+                minimum: row.id,
+                found: row.coordinates.len(),
+                expected,
+            });
         }
-        let object = object
-            .build(manifest.scale)
-            .with_context(|| format!("the object of {name}"))?;
+        let object = object.build(manifest.scale);
+        let object = object.map_err(|source| StudyError::Object {
+            landscape: name.to_owned(),
+            source,
+        })?;
         Ok(Self { hand, object })
     }
 
     /// The energy whose landscape it is.
-    pub(super) fn energy(&self, files: &LandscapeFiles, name: &str) -> anyhow::Result<GraspEnergy> {
-        let settings: EnergySettings = serde_json::from_value(files.manifest.energy.clone())
-            .with_context(|| format!("the energy of {name} is not one this program knows"))?;
-        let energy = GraspEnergy::new(self.hand.clone(), self.object.clone(), settings)?;
-        Ok(energy)
+    ///
+    /// # Errors
+    /// If the settings in the manifest are not valid.
+    pub fn energy(&self, files: &LandscapeFiles, name: &str) -> Result<GraspEnergy, StudyError> {
+        let settings = serde_json::from_value(files.manifest.energy.clone());
+        let settings: EnergySettings = settings.map_err(|source| StudyError::Energy {
+            landscape: name.to_owned(),
+            source,
+        })?;
+        Ok(GraspEnergy::new(
+            self.hand.clone(),
+            self.object.clone(),
+            settings,
+        )?)
     }
 
     /// Names of all minima: labels that the landscape was built with win over the rule's.
-    pub(super) fn names(&self, files: &LandscapeFiles, rule: &Rule) -> Vec<Named> {
+    pub fn names(&self, files: &LandscapeFiles, rule: &Rule) -> Vec<MinimumName> {
         let labeller = Labeller::new(&self.hand, &self.object, rule);
         files
             .minima
             .par_iter()
-            .map(|row| Named::new(row, labeller.label(&row.coordinates)))
+            .map(|row| MinimumName::new(row, labeller.label(&row.coordinates)))
             .collect()
     }
 }
 
-impl Named {
+impl MinimumName {
     fn new(row: &MinimumRow, label: Label) -> Self {
         let taxonomy = Taxonomy::feix();
         let given = row
@@ -103,7 +124,7 @@ impl Named {
     }
 
     /// The type, else the cell, else `unlisted`.
-    pub(super) fn text(&self) -> &str {
+    pub fn text(&self) -> &str {
         let entry = self
             .number
             .and_then(|number| Taxonomy::feix().numbered(number));

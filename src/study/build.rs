@@ -1,0 +1,198 @@
+//! From the grasps of one hand on one object to their landscape.
+
+use super::chain_choice::ChainChoice;
+use super::error::StudyError;
+use super::settings::settings_for_grasps;
+use crate::grasp::hover::{HoverCost, hover_costs};
+use crate::grasp::{GraspEnergy, GraspKernel};
+use crate::store::Population;
+use crate::topography::{
+    Landscape, MapSettings, Minimum, MinimumId, Run, SequentialSettings, build_landscape, distinct,
+    quench_all, sequential,
+};
+
+/// Settings of [`map_population`].
+#[derive(Debug, Clone)]
+pub struct GraspMapSettings {
+    /// Neighbours, descents, paths, groups and seed; its temperature and force where nothing better is found.
+    pub map: MapSettings,
+    /// Temperature T of attraction–diffusion; `None` chooses the best of a few that are tried on a dozen pairs.
+    pub temperature: Option<f64>,
+    /// Pull F = αT of attraction–diffusion, energy per metre; chosen likewise.
+    pub force: Option<f64>,
+    /// Choose by a magnetisation diagram instead of by a few chains.
+    pub diagram: bool,
+    /// Map by sequential ADELM as published: every barrier is an upper bound, and the result depends on the order.
+    pub sequential: bool,
+}
+
+impl GraspMapSettings {
+    /// Those of `landscape build` without flags: [`settings_for_grasps`], temperature and force chosen.
+    pub fn new(energy: &GraspEnergy) -> Self {
+        Self {
+            map: settings_for_grasps(energy),
+            temperature: None,
+            force: None,
+            diagram: false,
+            sequential: false,
+        }
+    }
+
+    /// The settings of the map, with the temperature and the force that are given.
+    pub fn map_settings(&self) -> MapSettings {
+        let mut map = self.map.clone();
+        map.chain.temperature = self.temperature.unwrap_or(map.chain.temperature);
+        map.chain.force = self.force.unwrap_or(map.chain.force);
+        map
+    }
+}
+
+/// What a study shares with its caller: the journal and the watcher of its tasks, and who is told that a stage has ended.
+#[derive(Clone, Copy)]
+pub struct StudyRun<'a> {
+    /// Finished tasks and progress.
+    pub run: Run<'a>,
+    /// Called with the name of each stage (`quench`, `hover`, `diagram` or `choose`, `connect`) when it has ended, and with
+    /// the number of energy evaluations that it took, as far as they were counted.
+    pub stage_ended: &'a dyn Fn(&str, usize),
+}
+
+impl Default for StudyRun<'_> {
+    fn default() -> Self {
+        Self {
+            run: Run::default(),
+            stage_ended: &|_, _| (),
+        }
+    }
+}
+
+impl std::fmt::Debug for StudyRun<'_> {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.debug_struct("StudyRun").finish_non_exhaustive()
+    }
+}
+
+/// A landscape of grasps and how it was made.
+#[derive(Debug)]
+pub struct GraspLandscape {
+    /// Minima, connections, tree and groups.
+    pub landscape: Landscape,
+    /// The settings it was made with, chosen ones included.
+    pub settings: MapSettings,
+    /// Minima in their order of arrival, where the order mattered: sequential ADELM.
+    pub arrivals: Option<Vec<MinimumId>>,
+    /// How temperature and force were chosen.
+    pub choice: ChainChoice,
+    /// What hovering off the object costs.
+    pub hover: Vec<HoverCost>,
+    /// Energy evaluations of all stages; those of the hover costs are not counted.
+    pub evaluations: usize,
+}
+
+/// Maps the landscape between the grasps of one hand on one object: descends from every grasp, merges equal results into
+/// minima, measures what hovering costs, chooses temperature and force, and connects the minima.
+///
+/// Groups are made at most at the relative barrier that hovering 2 mm off the object costs: a higher one is crossed by
+/// letting go, so that it tells no grasps apart. The result depends on the grasps, the energy and the settings only, not on
+/// threads and interruptions.
+///
+/// # Errors
+/// [`StudyError::OneMinimum`] if all grasps lie in one minimum, [`StudyError::Journal`] if a finished task cannot be kept.
+///
+/// # Panics
+/// If the energy is that of another hand than the population's.
+///
+/// # Examples
+/// From a file of grasps to the folder that `landscape build` writes. A real population takes hours.
+///
+/// ```no_run
+/// use std::path::Path;
+///
+/// use landscape::store::{AtomicFolder, GraspFile, Overrides, Source, content_hash};
+/// use landscape::study::{GraspMapSettings, GraspReport, StudyRun, map_population};
+///
+/// let path = Path::new("grasps.parquet");
+/// let (file, _) = GraspFile::read(path, Overrides::default())?;
+/// for population in file.landscapes() {
+///     let energy = population.energy()?;
+///     let settings = GraspMapSettings::new(&energy);
+///     let found = map_population(&population, &energy, &settings, &StudyRun::default())?;
+///     let report = GraspReport {
+///         found: &found,
+///         energy: &energy,
+///         population: &population,
+///         source: Source {
+///             name: "grasps.parquet".to_owned(),
+///             content_hash: content_hash(&[&std::fs::read(path)?]),
+///         },
+///         command: String::new(),
+///         warnings: Vec::new(),
+///     };
+///     let folder = AtomicFolder::open(&path.with_extension("landscape"), true)?;
+///     println!("{}", report.write(&folder)?);
+///     folder.finish()?;
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn map_population(
+    population: &Population<'_>,
+    energy: &GraspEnergy,
+    settings: &GraspMapSettings,
+    run: &StudyRun<'_>,
+) -> Result<GraspLandscape, StudyError> {
+    let kernel = GraspKernel::new(energy);
+    let mut map = settings.map_settings();
+    let grasps = population.grasps.iter();
+    let starts: Vec<Vec<f64>> = grasps.map(|row| row.grasp.pose.to_vec()).collect();
+    let quenches = quench_all(energy, &starts, &map.quench, &run.run)?;
+    let evaluations: usize = quenches.iter().map(|quench| quench.evaluations).sum();
+    let (mut minima, _) = distinct(energy, &quenches, &map.sameness, f64::INFINITY);
+    (run.stage_ended)("quench", evaluations);
+    if minima.len() < 2 {
+        let grasps = starts.len();
+        return Err(StudyError::OneMinimum { grasps });
+    }
+    let hover = hover_costs(energy, &probes(&minima))?;
+    (run.stage_ended)("hover", 0);
+    map.groups.highest = letting_go(&hover);
+    let choice = ChainChoice::make(settings, (energy, &kernel), &minima, &mut map, run)?;
+    let (landscape, arrivals) = if settings.sequential {
+        // In the order of the grasps that fell into them.
+        minima.sort_by_key(|minimum| minimum.members.first().copied());
+        let settings = SequentialSettings {
+            chain: map.chain.clone(),
+            quench: map.quench.clone(),
+            sameness: map.sameness,
+            pruned: map.pruned,
+            seed: map.seed,
+        };
+        let found = sequential(energy, &kernel, &minima, &settings, &run.run)?;
+        (found.landscape, Some(found.arrivals))
+    } else {
+        let found = build_landscape(energy, &kernel, minima, &map, &run.run)?;
+        (found, None)
+    };
+    (run.stage_ended)("connect", landscape.evaluations);
+    Ok(GraspLandscape {
+        evaluations: evaluations + choice.evaluations() + landscape.evaluations,
+        settings: map,
+        landscape,
+        arrivals,
+        choice,
+        hover,
+    })
+}
+
+/// The cost of a hand that touches nothing any more by the strict filter's own measure, 2 mm off the object.
+pub(super) fn letting_go(hover: &[HoverCost]) -> Option<f64> {
+    let cost = hover.first()?.quartiles[1];
+    Some(cost.max(0.0)).filter(|_| !cost.is_nan())
+}
+
+/// Minima from all heights of the landscape: as many as a second pays for.
+fn probes(minima: &[Minimum]) -> Vec<&[f64]> {
+    let count = minima.len().min(32);
+    (0..count)
+        .map(|i| minima[i * minima.len() / count].coordinates.as_slice())
+        .collect()
+}

@@ -1,0 +1,84 @@
+//! Why a study could not be made.
+
+use crate::figure::FigureError;
+use crate::grasp::energy::EnergySettingsError;
+use crate::store::{RebuildError, StoreError};
+use crate::topography::JournalError;
+
+/// Why a landscape could not be mapped, described or drawn.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum StudyError {
+    /// A landscape lies between at least two minima.
+    #[error("all {grasps} grasps lie in one minimum: there is nothing to connect")]
+    OneMinimum {
+        /// Number of grasps.
+        grasps: usize,
+    },
+    /// A search found nothing.
+    #[error(
+        "{surface}: {searches} searches from random points of the region found no minimum {ends}"
+    )]
+    NoMinimum {
+        /// The surface.
+        surface: String,
+        /// Number of searches.
+        searches: usize,
+        /// How they ended, in words.
+        ends: String,
+    },
+    /// The landscape is of a surface, which has no hand.
+    #[error("{0} is not a landscape of grasps: there is nothing the taxonomy could name")]
+    NotOfGrasps(String),
+    /// The minima are not poses of the hand.
+    #[error("{landscape}: minimum {minimum} has {found} coordinates, the hand {expected}")]
+    Coordinates {
+        /// The landscape.
+        landscape: String,
+        /// The minimum.
+        minimum: u64,
+        /// Its number of coordinates.
+        found: usize,
+        /// The number of coordinates of a pose.
+        expected: usize,
+    },
+    /// The object of a landscape cannot be built.
+    #[error("the object of {landscape}")]
+    Object {
+        /// The landscape.
+        landscape: String,
+        /// Why.
+        source: RebuildError,
+    },
+    /// The energy of a landscape is of another program or version.
+    #[error("the energy of {landscape} is not one this program knows")]
+    Energy {
+        /// The landscape.
+        landscape: String,
+        /// Why.
+        source: serde_json::Error,
+    },
+    /// The tables hold no points of the path between two minima.
+    #[error("the landscape holds no path from m{a} to m{b}")]
+    NoPath {
+        /// One minimum.
+        a: u64,
+        /// The other.
+        b: u64,
+    },
+    /// A hand or its energy cannot be built.
+    #[error(transparent)]
+    Rebuild(#[from] RebuildError),
+    /// A setting of the energy is out of its range.
+    #[error(transparent)]
+    Settings(#[from] EnergySettingsError),
+    /// A finished task cannot be kept.
+    #[error(transparent)]
+    Journal(#[from] JournalError),
+    /// A file cannot be written.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// A picture cannot be laid out.
+    #[error(transparent)]
+    Figure(#[from] FigureError),
+}

@@ -1,0 +1,182 @@
+//! Landscapes of other programs: `min.data` and `ts.data` as a landscape folder.
+
+use std::collections::BTreeMap;
+
+use petgraph::visit::EdgeRef;
+use serde_json::{Value, json};
+
+use super::Digits;
+use super::drawing::{Drawing, Titles, Views, not_drawn};
+use super::error::StudyError;
+use super::tables::write_database;
+use crate::figure::leaves_of;
+use crate::printable::printable;
+use crate::store::{AtomicFolder, Counts, EdgeRow, LandscapeFiles, Manifest, MinimumRow, Source};
+use crate::topography::exchange::{Database, Layout};
+use crate::topography::{Evidence, GroupSettings, Groups, Network, Tree};
+
+/// A landscape of another program: `min.data` and `ts.data` of PATHSAMPLE or topsearch.
+#[derive(Debug)]
+pub struct ImportedLandscape<'a> {
+    database: &'a Database,
+    layout: Layout,
+    network: Network,
+    tree: Tree,
+    groups: Groups,
+    source: Source,
+    command: &'a str,
+}
+
+impl<'a> ImportedLandscape<'a> {
+    /// The tree and the groups of what was read; `source` names the folder, `command` is the command line that remakes it.
+    pub fn new(
+        database: &'a Database,
+        layout: Layout,
+        groups: &GroupSettings,
+        source: Source,
+        command: &'a str,
+    ) -> Self {
+        let network = database.network();
+        Self {
+            tree: Tree::from_network(&network, Evidence::Chain),
+            groups: Groups::new(&network, groups),
+            network,
+            database,
+            layout,
+            source,
+            command,
+        }
+    }
+
+    /// Writes the tables, the pictures, the texts and the summary of `landscape import` into `folder`. Returns the summary.
+    ///
+    /// # Errors
+    /// If the folder cannot be written, or a number is not finite.
+    pub fn write(&self, folder: &AtomicFolder) -> Result<String, StudyError> {
+        self.files().write(folder)?;
+        write_database(self.database, folder)?;
+        self.draw(folder)?;
+        let text = printable(&self.summary(), &['\n', '\t']).into_owned();
+        folder.write("summary.md", text.as_bytes())?;
+        Ok(text)
+    }
+
+    fn loops(&self) -> usize {
+        let states = self.database.transition_states.iter();
+        states
+            .filter(|state| state.ends[0] == state.ends[1])
+            .count()
+    }
+
+    fn files(&self) -> LandscapeFiles {
+        let rows = self
+            .network
+            .node_weights()
+            .zip(self.groups.group_of())
+            .enumerate();
+        let minima: Vec<MinimumRow> = rows
+            .map(|(id, (minimum, group))| MinimumRow {
+                id: id as u64,
+                energy: minimum.energy,
+                coordinates: Vec::new(),
+                choice: Vec::new(),
+                members: minimum.members.iter().map(|row| *row as u64).collect(),
+                group: group as u64,
+                labels: BTreeMap::new(),
+            })
+            .collect();
+        let edges: Vec<EdgeRow> = (self.network.edge_references())
+            .map(|edge| {
+                let ends = [edge.source(), edge.target()];
+                let [one, other] = ends.map(|end| self.network[end].energy);
+                let height = edge.weight().height;
+                EdgeRow {
+                    a: ends[0].index() as u64,
+                    b: ends[1].index() as u64,
+                    height: Some(height),
+                    relative_barrier: Some(height - one.max(other)),
+                    evidence: edge.weight().evidence.name().to_owned(),
+                    ..EdgeRow::default()
+                }
+            })
+            .collect();
+        let findings = [
+            (
+                "transition_states",
+                json!(self.database.transition_states.len()),
+            ),
+            ("degenerate_rearrangements", json!(self.loops())),
+            ("group_scan", super::json(&self.groups.scan)),
+        ];
+        let manifest = Manifest {
+            program_version: env!("CARGO_PKG_VERSION").to_owned(),
+            command: self.command.to_owned(),
+            seed: 0,
+            source: self.source.clone(),
+            hand: None,
+            object: None,
+            scale: 1.0,
+            energy: json!({ "imported": self.layout.name() }),
+            settings: Value::Null,
+            terms: Vec::new(),
+            group_barrier: Some(self.groups.barrier),
+            counts: Counts {
+                grasps: 0,
+                minima: minima.len() as u64,
+                groups: self.groups.members.len() as u64,
+                pairs: edges.len() as u64,
+                components: self.tree.roots.len() as u64,
+                evaluations: 0,
+            },
+            evidence: BTreeMap::from([("saddle".to_owned(), edges.len() as u64)]),
+            findings: findings
+                .map(|(name, value)| (name.to_owned(), value))
+                .into(),
+            warnings: vec![
+                "transition states are taken at the word of the files: nothing was verified"
+                    .to_owned(),
+            ],
+        };
+        LandscapeFiles {
+            manifest,
+            minima,
+            edges,
+            paths: Vec::new(),
+        }
+    }
+
+    fn draw(&self, folder: &AtomicFolder) -> Result<(), StudyError> {
+        let drawing = Drawing {
+            network: &self.network,
+            tree: &self.tree,
+            resampled: &[],
+            leaves: leaves_of(&self.network),
+            group_of: self.groups.group_of(),
+            titles: &Titles::of_surface(self.source.name.clone(), "members", 0),
+            views: Views::default(),
+            examples: Vec::new(),
+        };
+        drawing.write(&mut |name, bytes| folder.write(name, bytes))
+    }
+
+    fn summary(&self) -> String {
+        let mut text = format!(
+            "# {}\n\n- **{} minima** and **{} transition states** in the layout of {}, {} of which join two copies of \
+             one minimum; {} component(s)\n- {} pairs of minima are joined directly\n- {} groups (relative barrier up to \
+             {})\n- transition states are taken at the word of the files: nothing was verified\n",
+            self.source.name,
+            self.database.minima.len(),
+            self.database.transition_states.len(),
+            self.layout.name(),
+            self.loops(),
+            self.tree.roots.len(),
+            self.network.edge_count(),
+            self.groups.members.len(),
+            Digits::of([self.groups.barrier]).show(self.groups.barrier)
+        );
+        if let Some(sentence) = not_drawn(self.database.minima.len()) {
+            text.extend(["- ", &sentence, "\n"]);
+        }
+        text
+    }
+}

@@ -1,0 +1,331 @@
+//! What is said of a landscape of grasps: the tables, the manifest and the summary.
+
+use std::collections::BTreeMap;
+
+use petgraph::graph::NodeIndex;
+
+use super::build::{GraspLandscape, letting_go};
+use super::chain_choice;
+use super::drawing::{Titles, not_drawn};
+use super::error::StudyError;
+use super::tables::{Input, Mapped, upper_bounds};
+use super::uncertainty::{self, Unseen};
+use super::{json, median, spell, tally};
+use crate::grasp::GraspEnergy;
+use crate::printable::printable;
+use crate::store::{AtomicFolder, Counts, GraspRow, LandscapeFiles, Manifest, Population, Source};
+use crate::topography::exchange::Database;
+use crate::topography::{Evidence, Merge, MinimumId};
+
+/// A mapped population and everything that describes it.
+#[derive(Debug)]
+pub struct GraspReport<'a> {
+    /// The landscape.
+    pub found: &'a GraspLandscape,
+    /// The energy that was mapped.
+    pub energy: &'a GraspEnergy,
+    /// The grasps it was made from.
+    pub population: &'a Population<'a>,
+    /// The file of the grasps.
+    pub source: Source,
+    /// The command line that remakes it.
+    pub command: String,
+    /// What a reader should know of the grasps.
+    pub warnings: Vec<String>,
+}
+
+impl GraspReport<'_> {
+    fn mapped(&self) -> Mapped<'_> {
+        Mapped {
+            landscape: &self.found.landscape,
+            energy: self.energy,
+            inputs: self
+                .population
+                .grasps
+                .iter()
+                .map(|grasp| input(grasp))
+                .collect(),
+            choices_below: self.found.settings.path.exact_below,
+        }
+    }
+
+    fn titles(&self) -> Titles {
+        Titles::of_grasps(
+            self.population.grasps.len(),
+            [&self.population.hand.name, &self.population.object.name],
+            self.found.settings.seed,
+        )
+    }
+
+    /// Writes the tables, the pictures, the texts and the summary of `landscape build` into `folder`. Returns the summary.
+    ///
+    /// # Errors
+    /// If the folder cannot be written, or a number is not finite.
+    pub fn write(&self, folder: &AtomicFolder) -> Result<String, StudyError> {
+        let (mapped, titles) = (self.mapped(), self.titles());
+        let merges = mapped.landscape.merges();
+        let unseen = Unseen::of(mapped.landscape, "grasps");
+        let files = self.files(&mapped, &merges, &unseen);
+        let database = Database::from_network(&mapped.landscape.network);
+        mapped.draw(&titles, &database, folder)?;
+        unseen.draw(&titles.title, folder)?;
+        if let Some(diagram) = &self.found.choice.diagram {
+            chain_choice::write(diagram, &titles.title, folder)?;
+        }
+        // It lists the checksums of all tables, so it comes after them.
+        files.write(folder)?;
+        let text = self.summary(&mapped, &merges, &unseen, &files);
+        let text = printable(&text, &['\n', '\t']).into_owned();
+        folder.write("summary.md", text.as_bytes())?;
+        Ok(text)
+    }
+
+    fn files(&self, mapped: &Mapped<'_>, merges: &[Merge], unseen: &Unseen) -> LandscapeFiles {
+        let (found, landscape) = (self.found, mapped.landscape);
+        let edges = mapped.edges();
+        let mut findings: BTreeMap<_, _> = mapped.findings(merges).into_iter().collect();
+        let mut tell = |name: &str, value| findings.insert(name.to_owned(), value);
+        tell("hover_cost", json(&found.hover));
+        let method = match found.arrivals {
+            Some(_) => "sequential ADELM",
+            None => "relaxed connections",
+        };
+        tell("method", method.into());
+        if let Some(arrivals) = &found.arrivals {
+            tell("arrivals", json(arrivals));
+        }
+        tell("chosen", found.choice.spell().into());
+        if let Some(diagram) = &found.choice.diagram {
+            tell("recommended", json(&diagram.recommended));
+        }
+        if let Some(tuning) = &found.choice.tuning {
+            tell("tuning", json(tuning));
+        }
+        tell("rarefaction", unseen.to_json());
+        let manifest = Manifest {
+            program_version: env!("CARGO_PKG_VERSION").to_owned(),
+            command: self.command.clone(),
+            seed: found.settings.seed,
+            source: self.source.clone(),
+            hand: Some(self.population.hand.clone()),
+            object: Some(self.population.object.clone()),
+            scale: self.population.scale,
+            energy: json(self.energy.settings()),
+            settings: json(&found.settings),
+            terms: self.energy.term_names(),
+            group_barrier: Some(landscape.groups.barrier),
+            counts: Counts {
+                grasps: self.population.grasps.len() as u64,
+                minima: landscape.network.node_count() as u64,
+                groups: landscape.groups.members.len() as u64,
+                pairs: edges.len() as u64,
+                components: landscape.tree.roots.len() as u64,
+                evaluations: found.evaluations as u64,
+            },
+            evidence: mapped.evidence(),
+            findings,
+            warnings: self.warnings(merges),
+        };
+        LandscapeFiles {
+            manifest,
+            minima: mapped.minima(),
+            edges,
+            paths: mapped.paths(),
+        }
+    }
+
+    /// What a reader should know before trusting the landscape.
+    fn warnings(&self, merges: &[Merge]) -> Vec<String> {
+        let found = self.found;
+        let mut warnings = self.warnings.clone();
+        let rejected = found.landscape.rejected.len();
+        if rejected > 0 {
+            warnings.push(format!(
+                "{rejected} minima are left out: the descents that led there ended on a slope"
+            ));
+        }
+        let depth = median(merges.iter().map(|merge| merge.depth).collect());
+        if let (Some(depth), Some(hover)) = (depth, found.hover.get(1))
+            && hover.quartiles[1] < depth
+        {
+            warnings.push(format!(
+            "hovering {:.0} mm off the object costs {:.3}, less than the median merge depth {depth:.3}: barriers \
+             measure letting go, not force closure",
+            hover.clearance_m * 1e3,
+            hover.quartiles[1]
+        ));
+        }
+        let barrier = found.landscape.groups.barrier;
+        if let Some(cost) = letting_go(&found.hover).filter(|cost| barrier > *cost) {
+            warnings.push(format!(
+            "groups join minima over relative barriers up to {barrier:.3}, but hovering {:.0} mm off the object costs only \
+             {cost:.3}: a group is whatever can be reached by letting go",
+            found.hover[0].clearance_m * 1e3
+        ));
+        }
+        let unrelaxed = merges
+            .iter()
+            .filter(|merge| merge.evidence > Evidence::Path)
+            .count();
+        if unrelaxed > 0 {
+            warnings.push(format!(
+            "{unrelaxed} of {} merges rest on an upper bound (evidence `chain`): drawn dashed, listed in summary.md",
+            merges.len()
+        ));
+        }
+        warnings
+    }
+
+    /// `summary.md`.
+    fn summary(
+        &self,
+        mapped: &Mapped<'_>,
+        merges: &[Merge],
+        unseen: &Unseen,
+        files: &LandscapeFiles,
+    ) -> String {
+        let manifest = &files.manifest;
+        let mut lines = self.overview(files, merges, unseen);
+        let notes = manifest.warnings.iter().cloned();
+        let notes = notes.chain(not_drawn(files.minima.len()));
+        lines.extend(notes.map(|note| format!("Note: {note}.\n")));
+        lines.extend(largest_groups(mapped));
+        lines.extend(upper_bounds(merges));
+        lines.push(format!(
+            "\nMade by `{}`, landscape {}.\n",
+            manifest.command, manifest.program_version
+        ));
+        lines.join("\n")
+    }
+
+    fn overview(&self, files: &LandscapeFiles, merges: &[Merge], unseen: &Unseen) -> Vec<String> {
+        let found = self.found;
+        let counts = &files.manifest.counts;
+        let barrier = found.landscape.groups.barrier;
+        let rule = if found.arrivals.is_some() {
+            format!(
+                "assigned one by one, in the order of the grasps, by sequential ADELM; greatest relative raw barrier {barrier:.3}"
+            )
+        } else {
+            let groups = &found.settings.groups;
+            let why = match (groups.barrier, groups.highest) {
+                (Some(_), _) => "as given with --group-barrier".to_owned(),
+                (None, None) => "chosen".to_owned(),
+                (None, Some(highest)) => {
+                    format!(
+                        "chosen, at most {highest:.3}, the cost of hovering 2 mm off the object"
+                    )
+                }
+            };
+            format!(
+                "minima joined by relaxed connections with relative barrier up to {barrier:.3}: {why}"
+            )
+        };
+        let chain = &found.settings.chain;
+        let mut lines = vec![
+            format!(
+                "# {} grasps of the {} hand on {}\n",
+                counts.grasps, self.population.hand.name, self.population.object.name
+            ),
+            format!(
+                "- **{} minima** in **{} groups** ({rule})",
+                counts.minima, counts.groups
+            ),
+            format!(
+                "- attraction–diffusion at T = {:.4}, F = αT = {:.0}/m (α = {:.0}/m): {}",
+                chain.temperature,
+                chain.force,
+                chain.alpha(),
+                found.choice.spell()
+            ),
+            format!(
+                "- {} pairs connected; no path joins {} component(s) to the rest",
+                counts.pairs,
+                counts.components - 1
+            ),
+            format!(
+                "- evidence of connections: {}",
+                spell(&tally(
+                    files.edges.iter().map(|edge| edge.evidence.as_str())
+                ))
+            ),
+            format!(
+                "- evidence of merges: {}",
+                spell(&tally(merges.iter().map(|merge| merge.evidence.name())))
+            ),
+            format!(
+                "- what dominates the tops of merges: {}",
+                spell(&tally(
+                    merges.iter().filter_map(|merge| merge.term.as_deref())
+                ))
+            ),
+        ];
+        if let Some(depth) = median(merges.iter().map(|merge| merge.depth).collect()) {
+            lines.push(format!("- median merge depth: {depth:.3}"));
+        }
+        lines.push(unseen.line());
+        lines.extend(uncertainty::lines(&found.landscape));
+        lines.extend(found.hover.iter().map(|hover| {
+        format!(
+            "- hovering {:.0} mm off the object costs {:.3} (quartiles {:.3} to {:.3}; {:.1} mm reached)",
+            hover.clearance_m * 1e3,
+            hover.quartiles[1],
+            hover.quartiles[0],
+            hover.quartiles[2],
+            hover.reached_m * 1e3
+        )
+    }));
+        lines.push(format!("- {} energy evaluations\n", counts.evaluations));
+        lines
+    }
+}
+
+/// A row and its label: the human one, else the automatic one.
+fn input(grasp: &GraspRow) -> Input {
+    Input {
+        id: grasp.id,
+        label: grasp.label.clone().or_else(|| grasp.label_auto.clone()),
+    }
+}
+
+fn largest_groups(mapped: &Mapped<'_>) -> Vec<String> {
+    let minimum = |id: &MinimumId| &mapped.landscape.network[NodeIndex::new(id.0)];
+    let mut groups: Vec<(usize, usize, Vec<usize>, f64)> = mapped
+        .landscape
+        .groups
+        .members
+        .iter()
+        .enumerate()
+        .map(|(group, members)| {
+            let rows = members
+                .iter()
+                .flat_map(|id| minimum(id).members.clone())
+                .collect();
+            let energies = members.iter().map(|id| minimum(id).energy);
+            (
+                group,
+                members.len(),
+                rows,
+                energies.fold(f64::INFINITY, f64::min),
+            )
+        })
+        .collect();
+    groups.sort_by_key(|(group, _, rows, _)| (std::cmp::Reverse(rows.len()), *group));
+    let mut lines = vec![
+        "## Largest groups\n".to_owned(),
+        "| group | minima | grasps | lowest energy | label |\n|---|---|---|---|---|".to_owned(),
+    ];
+    lines.extend(
+        groups
+            .into_iter()
+            .take(12)
+            .map(|(group, minima, rows, lowest)| {
+                format!(
+                    "| {group} | {minima} | {} | {lowest:.3} | {} |",
+                    rows.len(),
+                    mapped.label(&rows).unwrap_or_default()
+                )
+            }),
+    );
+    lines
+}
