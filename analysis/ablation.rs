@@ -1,7 +1,8 @@
-//! What each setting of the default synthesis is worth with three contacts → `figures/ablation.md`, `figures/ablation.csv`
+//! Effect of each setting of the default synthesis with three contacts → `figures/ablation.md`, `figures/ablation.csv`
 //!
-//! Tuned on `bottle_round`, `bottle_square` and `ball` with seed 1; confirmed on all bottles and the ball with another seed.
-//! Runs that the .csv holds already are not made again: delete it to begin anew. `--quick`: 8 chains, into `target/`.
+//! The settings were tuned on `bottle_round`, `bottle_square` and `ball` with seed 1, and confirmed on all bottles and the
+//! ball with another seed. Runs in the .csv are not repeated; delete it to start again. `--quick`: 8 chains, into
+//! `target/`.
 
 #[path = "yields/mod.rs"]
 mod yields;
@@ -36,16 +37,16 @@ const FRESH: (&[&str], u64) = (
     ],
     2001,
 );
-/// Diversity is compared between equally many grasps of an object.
+/// Diversity is compared between this number of grasps of an object.
 const DIVERSE: usize = 16;
-/// Steps after which an early yield is read off.
+/// Number of steps after which an early yield is measured.
 const EARLY: u64 = 2000;
 
 const COLUMNS: &str = "published,strict,early,median_energy,evaluations,region_sets,first_component,joint_entropy,pose_entropy,height_entropy";
 
-/// Chains of the variants that are read object by object, and of the others.
+/// Numbers of chains: for the variants reported per object, and for the others.
 const CHAINS: [u64; 2] = [64, 24];
-/// Those variants; only they are run on what was tuned on.
+/// Those variants. Only they run on the objects used for tuning.
 const WHOLE: [&str; 2] = ["default", FOUR];
 const ANYWHERE: &str = "start anywhere on the surface";
 const FOUR: &str = "default with four contacts";
@@ -70,7 +71,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The default, and the default with one thing changed.
+/// The default, and variants of it with one change each.
 fn variants() -> Vec<(&'static str, EnergySettings, SynthesisSettings)> {
     let energy = EnergySettings {
         contacts: 3,
@@ -186,7 +187,7 @@ fn measure(run: &Run) -> Result<[f64; 10], Box<dyn Error>> {
     ])
 }
 
-/// Of the first [`DIVERSE`] grasps, if there are as many.
+/// Diversity of the first [`DIVERSE`] grasps, if there are as many.
 fn diversity(energy: &GraspEnergy, strict: &[&Synthesized]) -> Option<Diversity> {
     let first = strict.get(..DIVERSE)?.iter().copied();
     Diversity::of(

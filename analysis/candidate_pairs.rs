@@ -1,12 +1,13 @@
-//! What it costs to connect near minima only, instead of all pairs → `figures/candidate_pairs.png`, `.md`, `.csv`
+//! Cost and accuracy of connecting only near minima instead of all pairs → `figures/candidate_pairs.png`, `.md`, `.csv`
 //!
-//! Every landscape is mapped with all pairs, none skipped; then with the k nearest minima of each, the minimum spanning
-//! tree of distances, and links between components left apart, as `map` does. For each merge of the first map: how much
-//! higher do the others join the same two minima? On random surfaces, and on 100 grasps of data/grasps.parquet.
+//! Every landscape is mapped with all pairs and no skipping. It is then mapped with the k nearest minima of each, the
+//! minimum spanning tree of distances, and links between separate components, as in `map`. For each merge of the first map,
+//! the program measures how much higher the other maps join the same two minima. The landscapes are random surfaces and 100
+//! grasps of data/grasps.parquet.
 //!
-//! `cargo run --release --example candidate_pairs [JOURNAL]`. Some four hours of CPU, nearly all of it for all pairs of the grasps. What is
-//! finished is kept in JOURNAL (by default `target/candidate_pairs.journal`), so that an interrupted run goes on where
-//! it stopped; landscapes that the .csv holds already are not mapped again.
+//! `cargo run --release --example candidate_pairs [JOURNAL]` takes some four hours of CPU, nearly all of it for all pairs
+//! of the grasps. Finished work is kept in JOURNAL (by default `target/candidate_pairs.journal`), so that an interrupted
+//! run can continue. Landscapes in the .csv are not mapped again.
 
 mod grasp_minima;
 
@@ -28,9 +29,9 @@ use landscape::topography::{
 };
 
 const SEED: u64 = 7;
-/// Nearest minima of each.
+/// Numbers of nearest minima per minimum.
 const NEIGHBOURS: [usize; 7] = [1, 2, 3, 4, 6, 8, 12];
-/// Random surfaces of a kind, and how many minima of each are taken.
+/// Number of random surfaces of each kind, and of minima on each.
 const SURFACES: u64 = 20;
 const MINIMA: usize = 40;
 const GRASPS: usize = 100;
@@ -40,7 +41,7 @@ const ON_GRASPS: &str = "100 grasps";
 const TABLE: &str = "figures/candidate_pairs.csv";
 const COLUMNS: &str = "landscape,id,rule,minima,pairs,evaluations,merges,height,tolerance,excess";
 
-/// Keeps connections without their paths, which nothing here looks at.
+/// Keeps connections without their paths, which are not used here.
 struct WithoutPaths<'a>(&'a Journal);
 
 impl topography::Journal for WithoutPaths<'_> {
@@ -73,9 +74,9 @@ struct Row {
     evaluations: usize,
     /// Median height of the merges of the first map above the higher of the two minima.
     height: f64,
-    /// Energy below which two minima may be one.
+    /// Energy difference below which two minima may be the same.
     tolerance: f64,
-    /// For each merge of the first map, how much higher the same minima are joined here.
+    /// For each merge of the first map, how much higher the same minima are joined in this map.
     excess: Vec<f64>,
 }
 
@@ -132,7 +133,7 @@ impl Row {
     }
 }
 
-/// Pairs that chains ran between.
+/// Number of pairs with chains.
 fn tried(found: &Landscape) -> usize {
     let connections = found.connections.iter();
     connections
@@ -152,7 +153,7 @@ fn compare(
         let settings = MapSettings {
             neighbours,
             pruned,
-            // Repeated chains are for the support of merges.
+            // Repeated chains serve the support of merges only.
             decisive_replicas: 0,
             ..settings.clone()
         };
@@ -287,11 +288,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         rows.extend(found);
         write_table(&rows)?;
     }
-    // As the table rounds them, so that a run that finds all of them there says the same.
+    // Report the rounded numbers of the table, so that a run that finds all of them there gives the same report.
     report(&table())
 }
 
-/// What was finished before.
+/// Rows that were finished before.
 fn table() -> Vec<Row> {
     let text = fs::read_to_string(TABLE).unwrap_or_default();
     text.lines().filter_map(Row::parse).collect()
@@ -302,7 +303,7 @@ fn write_table(rows: &[Row]) -> std::io::Result<()> {
     fs::write(TABLE, format!("{COLUMNS}\n{}\n", lines.join("\n")))
 }
 
-/// All maps by one rule of the landscapes of one kind.
+/// All maps with one rule of the landscapes of one kind.
 struct Summary {
     rule: String,
     minima: f64,
@@ -310,7 +311,7 @@ struct Summary {
     /// Share of the evaluations of all pairs.
     cost: f64,
     merges: usize,
-    /// Merges more than the tolerance higher or lower.
+    /// Number of merges that are more than the tolerance higher or lower.
     raised: usize,
     lowered: usize,
     /// Excess of each merge in units of the median height of merges.
@@ -363,7 +364,7 @@ impl Summary {
         rules.into_iter().map(summary).collect()
     }
 
-    /// Largest excess of a share of the merges.
+    /// Quantile of the excess.
     fn quantile(&self, share: f64) -> f64 {
         let count = self.excess.len();
         let place = (1..=count).position(|k| k as f64 >= share * count as f64);

@@ -1,8 +1,8 @@
-//! Figure 3 of Liu et al. (2021): contact points by minimising Eq. 7 → `figures/contact_points.png`, `.md`
+//! Figure 3 of Liu et al. (2021): contact points that minimise Eq. 7 → `figures/contact_points.png`, `.md`
 //!
-//! A ball and everyday objects, three, four and five contacts, 200 searches each: by descent alone, after annealing, and
-//! with up to eight annealed attempts. The picture shows the first search of the last kind that the exact test confirms
-//! at μ = 0.5, with its friction cones, and the share of searches that it confirms.
+//! The objects are a ball and everyday objects, with three, four and five contacts and 200 searches each: by descent alone,
+//! after annealing, and with up to eight annealed attempts. The picture shows, for the last method, the first search that
+//! the exact test confirms at μ = 0.5, with its friction cones, and the share of confirmed searches.
 
 #[path = "yields/interval.rs"]
 mod interval;
@@ -39,7 +39,7 @@ const CONTACTS: [usize; 3] = [3, 4, 5];
 const SIDE: u32 = 190;
 const CONTACT: [u8; 3] = [213, 40, 20];
 
-/// Descent alone, annealing before it, and several attempts.
+/// Methods: descent alone, descent after annealing, and several attempts.
 fn methods(contacts: usize) -> [ContactPointSettings; 3] {
     let attempts = ContactPointSettings {
         contacts,
@@ -86,7 +86,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         "figures/contact_points.md",
         text(&shares, &lacks, &totals[0]),
     )?;
-    // Searches were made object by object; a row of the sheet is a number of contacts.
+    // Searches were made object by object, but a row of the sheet has one number of contacts.
     let order = (0..images.len()).map(|k| k % OBJECTS.len() * CONTACTS.len() + k / OBJECTS.len());
     let (images, captions): (Vec<Image>, Vec<String>) = order
         .map(|k| (images[k].clone(), captions[k].clone()))
@@ -107,19 +107,19 @@ fn search(object: &Object, settings: &ContactPointSettings) -> Vec<ContactPoints
         .collect()
 }
 
-/// What the exact test says about searches, and what is left of them after the relaxed test.
+/// Results of the exact test for searches, and the number that remains after the relaxed test.
 #[derive(Clone, Default)]
 struct Tally {
     confirmed: f64,
     relaxed: f64,
     relaxed_confirmed: f64,
     objections: BTreeMap<Objection, u32>,
-    /// Of those with a point off the mesh, how many have one where the distance has no clear gradient.
+    /// Of the searches with a point off the mesh, the number with a point where the distance has no clear gradient.
     medial: u32,
     searches: f64,
 }
 
-/// Below this length of its gradient a smoothed distance is taken at the medial axis.
+/// A point whose smoothed distance has a gradient shorter than this counts as near the medial axis.
 const MEDIAL: f64 = 0.9;
 
 impl Tally {
@@ -161,7 +161,7 @@ impl Tally {
         self.confirmed / self.searches
     }
 
-    /// What the exact test misses in those that it does not confirm.
+    /// The failed conditions of searches that the exact test does not confirm.
     fn lacks(&self) -> String {
         let parts = self.objections.iter();
         let parts: Vec<String> = parts

@@ -1,13 +1,14 @@
-//! How the cost of a map grows with the number of minima → `figures/cost_growth.png`, `.md`, `.csv`
+//! Growth of the cost of a map with the number of minima → `figures/cost_growth.png`, `.md`, `.csv`
 //!
-//! Energy evaluations of [`map`] for n minima drawn at random from many of one landscape: grasps, and a rugged surface.
+//! The cost is the number of energy evaluations of [`map`] for n random minima of a landscape with many: grasps, and a
+//! rugged surface.
 //!
 //! ```text
 //! landscape synth --object bottle_round -n 1280 --seed 8 -o target/many.parquet
 //! cargo run --release --example cost_growth target/many.parquet
 //! ```
 //!
-//! About half an hour of CPU, nearly all of it for the grasps. Maps that the .csv holds already are not made again.
+//! It takes about half an hour of CPU, nearly all of it for the grasps. Maps in the .csv are not repeated.
 
 #[path = "grasp_minima.rs"]
 mod grasp_minima;
@@ -31,10 +32,10 @@ use line::Line;
 
 const SEED: u64 = 9;
 const SIZES: [usize; 5] = [50, 100, 200, 371, 800];
-/// Samples of each size: those of grasps are dear.
+/// Number of samples of each size; grasps are expensive.
 const RUGGED_SAMPLES: [u64; 5] = [4, 4, 4, 4, 4];
 const GRASP_SAMPLES: [u64; 5] = [2, 2, 1, 1, 1];
-/// Nearest minima of each: fewer than `landscape build` takes, to save time.
+/// Number of nearest minima per minimum, fewer than in `landscape build` to save time.
 const NEIGHBOURS: usize = 3;
 const ANGLES: usize = 7;
 const TABLE: &str = "figures/cost_growth.csv";
@@ -79,7 +80,7 @@ impl Row {
     }
 }
 
-/// Makes the maps that the table lacks, smallest first. `minima` gives those of a sample, in random order.
+/// Makes the maps that are missing in the table, smallest first. `minima` gives the minima of a sample in random order.
 fn measure(
     rows: &mut Vec<Row>,
     name: &str,
@@ -98,7 +99,7 @@ fn measure(
             if rows.iter().any(same) {
                 continue;
             }
-            // Samples begin at different places of the random order.
+            // Samples start at different places of the random order.
             let first = usize::try_from(sample)? * minima.len() / 4;
             let taken = minima.iter().cycle().skip(first).take(size).cloned();
             let found = build_landscape(
@@ -123,7 +124,7 @@ fn measure(
     Ok(())
 }
 
-/// What all maps have in common.
+/// Settings of all maps.
 fn lighter(settings: MapSettings) -> MapSettings {
     MapSettings {
         neighbours: NEIGHBOURS,
@@ -149,7 +150,7 @@ fn rugged(rows: &mut Vec<Row>) -> Result<(), Box<dyn Error>> {
     };
     let minima = shuffled(&energy, &starts, &settings, 1e-6, SEED)?;
     eprintln!("{RUGGED}: {} minima", minima.len());
-    // One scale for all sizes: that of the smallest.
+    // The same scale for all sizes, that of the smallest.
     let settings = lighter(MapSettings::for_minima(&energy, &minima[..SIZES[0]]));
     let kernel = Mala::new(&energy);
     measure(
@@ -211,7 +212,7 @@ struct Growth {
     exponent: [f64; 3],
 }
 
-/// 97.5 % points of Student's t with 1, 2, … degrees of freedom (R. A. Fisher, Statistical Methods for Research Workers,
+/// 97.5 % quantiles of Student's t with 1, 2, … degrees of freedom (R. A. Fisher, Statistical Methods for Research Workers,
 /// table IV).
 const STUDENT: [f64; 18] = [
     12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228, 2.201, 2.179, 2.160,
@@ -219,7 +220,7 @@ const STUDENT: [f64; 18] = [
 ];
 
 impl Growth {
-    /// Least squares in the logarithms; the interval is that of the normal linear model, at 95 %.
+    /// Least squares of the logarithms. The interval is the 95 % interval of the normal linear model.
     fn of(rows: &[&Row]) -> Option<Self> {
         let points: Vec<[f64; 2]> = rows
             .iter()
@@ -290,7 +291,7 @@ fn report(rows: &[Row]) -> Result<(), Box<dyn Error>> {
             write!(label, ": n^{exponent:.2}")?;
             let fitted = [45.0, 900.0].map(|n: f64| [n, growth.line.at(n.ln()).exp()]);
             series.push(Series::line(fitted.to_vec()).coloured(colour));
-            // From the middle of the smallest maps.
+            // The line starts in the middle of the smallest maps.
             let start = growth.line.at(50_f64.ln()).exp();
             let steep = [50.0, 900.0].map(|n: f64| [n, start * (n / 50.0).powi(2)]);
             let steep = Series::line(steep.to_vec())

@@ -1,7 +1,7 @@
-//! Does ending a simulation as soon as the object rests change what becomes of it? → `target/early_ending.md`
+//! Does ending a simulation as soon as the object rests change its outcome? → `target/early_ending.md`
 //!
-//! `early_ending [--six-directions] GRASPS.parquet …` simulates every grasp twice, to the last step and with an early end, and
-//! compares outcomes and times. The two take turns, so that whatever else the machine does slows both.
+//! `early_ending [--six-directions] GRASPS.parquet …` simulates every grasp twice, to the last step and with an early end,
+//! and compares outcomes and times. The two alternate, so that other load on the machine slows both.
 
 use std::error::Error;
 use std::fmt::Write;
@@ -14,13 +14,13 @@ use landscape::evaluation::stability::{
 };
 use landscape::store::{GraspFile, Overrides};
 
-/// Longer than any test.
+/// A rest criterion that is never met.
 const NEVER: Rest = Rest {
     way_m: 1e-9,
     time_s: 1e3,
 };
 
-/// Both outcomes of one grasp, to the last step first, and their times, seconds.
+/// Both outcomes of one grasp, that of the last step first, and their times, seconds.
 struct Pair {
     name: String,
     outcomes: [Outcome; 2],

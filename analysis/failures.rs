@@ -1,8 +1,9 @@
 //! Figure 11 of Liu et al. (2021): known failures → `figures/failures.png`, `.md`
 //!
-//! Contacts that all lie in one concavity, and thin parts of the object that pass between the hand's surface points. The
-//! upper row shows, for each, the first chain of the preset `paper` with ‖Gc‖ < 0.5 that fails so; the lower row the
-//! first grasp of the default on the same object. The table counts both among the first chains of both.
+//! The failures are contacts that all lie in one concavity, and thin parts of the object that pass between the hand's
+//! surface points. For each, the upper row shows the first chain of the preset `paper` with ‖Gc‖ < 0.5 that fails in this
+//! way. The lower row shows the first grasp of the default on the same object. The table counts both failures among the
+//! first chains of both presets.
 
 use std::error::Error;
 use std::fmt::Write;
@@ -23,15 +24,15 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 const SEED: u64 = 11;
-/// Chains that are counted …
+/// Number of counted chains.
 const CHAINS: u64 = 64;
-/// … and searched for an example at most, so many at a time.
+/// Largest number of chains searched for an example. `AT_ONCE` chains run at a time.
 const SEARCHED: u64 = 2_048;
 const AT_ONCE: u64 = 64;
 const SIDE: u32 = 330;
 const CONE_M: f64 = 0.025;
 
-/// What is shown: an object and how the hand fails on it.
+/// Shown cases: an object and the failure of the hand on it.
 const SHOWN: [(&str, Failure); 3] = [
     ("mug", Failure::OneConcavity),
     ("pen", Failure::ThinPart),
@@ -52,7 +53,7 @@ struct Method {
     synthesis: SynthesisSettings,
 }
 
-/// The end of a chain and what is to be said about it.
+/// The end of a chain and its properties.
 struct End {
     found: Synthesized,
     judgement: Judgement,
@@ -70,7 +71,7 @@ impl End {
             }
     }
 
-    /// The relaxed test, which alone does not see these failures.
+    /// The relaxed test, which does not detect these failures alone.
     fn balances(&self) -> bool {
         self.judgement.net_wrench < 0.5
     }
@@ -118,7 +119,7 @@ impl Method {
         chains.into_par_iter().map(run).collect()
     }
 
-    /// The first chain that is as wanted.
+    /// The first chain whose end satisfies a condition.
     fn first(&self, wanted: impl Fn(&End) -> bool) -> Option<End> {
         (0..SEARCHED / AT_ONCE).find_map(|batch| {
             let ends = self.run(batch * AT_ONCE..(batch + 1) * AT_ONCE);

@@ -1,8 +1,8 @@
 //! Figure 9: valid grasps that no type of the taxonomy fits → `figures/fig09_unlisted.png`, `.svg` and `.md`
 //!
-//! `cargo run --release --example fig09_unlisted`: labels the committed grasps, drops them in simulation, and shows those that
-//! hold and are unlisted. Counts what the paper names besides: some fingers hold while others are free, on the neck (twisting
-//! a bottle open) or anywhere, with the palm free (holding a second thing in it).
+//! `cargo run --release --example fig09_unlisted` labels the committed grasps, drops them in simulation, and shows those
+//! that hold and are unlisted. It also counts special cases named in the paper: some fingers hold while others are free, on
+//! the neck (to twist a bottle open) or anywhere, with the palm free (to hold a second object in it).
 
 mod command;
 
@@ -23,7 +23,7 @@ const DROPPED: &str = "target/fig09.stability.parquet";
 const SHOWN: usize = 15;
 const COLUMNS: usize = 5;
 const SIDE: u32 = 380;
-/// The neck of the bottle begins here, share of its height.
+/// Height at which the neck of the bottle begins, as a share of its height.
 const NECK: f64 = 0.7;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -44,7 +44,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let fingers_free: Vec<&GraspRow> = (file.grasps.iter())
         .filter(held)
         .filter(|grasp| {
-            // Neither the palm nor ring and little finger take part.
+            // The palm, the ring finger and the little finger are not used.
             let digits = labeller.label(&grasp.grasp.pose).virtual_fingers;
             !digits.contains('P') && !digits.contains('4') && !digits.contains('5')
         })
@@ -103,7 +103,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The middle of the contacts, object frame.
+/// Mean of the contact points, object frame.
 fn middle(hand: &Hand, grasp: &GraspRow) -> Vector3<f64> {
     let mut posed = landscape::hand::PosedHand::default();
     hand.pose(&grasp.grasp.pose, &mut posed);

@@ -1,4 +1,4 @@
-//! The map of the committed grasps, made where it is missing, and pictures that `landscape draw` makes of it.
+//! The map of the committed grasps, made if it is missing, and pictures of it by `landscape draw`.
 
 #[path = "command.rs"]
 mod command;
@@ -13,7 +13,7 @@ use command::landscape;
 const GRASPS: &str = "data/grasps.parquet";
 const MAP: &str = "data/grasps.landscape";
 
-/// Draws the map into a folder of its own and copies one picture of it, as SVG and PNG.
+/// Draws the map into a temporary folder and copies one picture of it as SVG and PNG.
 pub(crate) fn draw(options: &[&str], picture: &str, stem: &str) -> Result<(), Box<dyn Error>> {
     if !Path::new(MAP).exists() {
         landscape(&["build", GRASPS])?;

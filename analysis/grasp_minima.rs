@@ -1,4 +1,4 @@
-//! What the programs about maps share: the minima of a file of grasps, with their energy and the usual settings.
+//! Shared by the programs about maps: the minima of a file of grasps, with their energy and the usual settings.
 
 use std::error::Error;
 use std::path::Path;
@@ -11,11 +11,11 @@ use landscape::study::settings_for_grasps;
 use landscape::topography::{JournalError, MapSettings, Minimum, Run, distinct, quench_all};
 use rand::seq::SliceRandom;
 
-/// The first hand on the first object of a file.
+/// The first hand with the first object of a file.
 pub(crate) struct Grasps {
     pub(crate) energy: GraspEnergy,
     pub(crate) settings: MapSettings,
-    /// Where descents from the grasps end, row by row.
+    /// Ends of descents from the grasps, in the order of rows.
     starts: Vec<Vec<f64>>,
 }
 
@@ -40,7 +40,7 @@ impl Grasps {
         })
     }
 
-    /// The minima of all grasps in an order drawn with `seed`, so that the first n of them are n at random.
+    /// The minima of all grasps in a random order given by `seed`, so that the first n are a random sample.
     pub(crate) fn minima(&self, seed: u64) -> Result<Vec<Minimum>, JournalError> {
         shuffled(
             &self.energy,
@@ -52,7 +52,7 @@ impl Grasps {
     }
 }
 
-/// The distinct minima that descents from `starts` reach, in an order drawn with `seed`.
+/// The distinct minima that descents from `starts` reach, in a random order given by `seed`.
 pub(crate) fn shuffled(
     energy: &dyn Energy,
     starts: &[Vec<f64>],

@@ -1,4 +1,4 @@
-//! Sixty grasps of a file, evenly taken → `figures/grasp_sheet.png`
+//! Sixty evenly selected grasps of a file → `figures/grasp_sheet.png`
 //!
 //! `cargo run --release --example grasp_sheet [FILE]`, by default data/grasps.parquet.
 

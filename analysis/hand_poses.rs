@@ -2,7 +2,7 @@
 
 use landscape::figure::{Scene, Surface, contact_sheet};
 use landscape::hand::{Hand, PosedHand};
-/// Joint angles in degrees that differ from the rest pose; `*` stands for all others.
+/// Joint angles in degrees that differ from the rest pose; `*` means all others.
 const POSES: [(&str, &[(&str, f64)]); 5] = [
     (
         "open",
@@ -96,7 +96,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 surfaces: vec![Surface::of_hand(&skin, &posed)],
                 ..Scene::default()
             };
-            // A little from above, so that depth is seen.
+            // The view is slightly from above, to show depth.
             let camera = scene.framed(toward_eye + distal * 0.25, distal);
             images.push(scene.render(&camera, 420, 460));
             captions.push(format!("{name}, {side}"));

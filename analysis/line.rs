@@ -1,6 +1,6 @@
 //! Straight lines through points.
 
-/// y = slope · x + offset with the share of the variance that it explains.
+/// The line y = slope · x + offset, and its share of explained variance.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Line {
     pub(crate) slope: f64,

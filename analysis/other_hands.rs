@@ -1,8 +1,8 @@
-//! Other hands than the human one: nine strict grasps each → `figures/other_hands.png`
+//! Nine strict grasps of each of two other hands → `figures/other_hands.png`
 //!
-//! The thumbless human hand (first row) and the gripper with three fingers (second row) on the round bottle, with the
-//! default settings: the first nine chains of seed 0 whose ends pass the strict filter. Under each picture the chain and
-//! its energy. Prints how many chains that took.
+//! The thumbless human hand (first row) and the gripper with three fingers (second row) grasp the round bottle with the
+//! default settings: the first nine chains of seed 0 whose ends pass the strict filter. The chain and its energy are below
+//! each picture. The program prints the number of chains.
 
 use std::error::Error;
 use std::path::Path;
@@ -20,7 +20,7 @@ use rayon::prelude::*;
 const HANDS: [&str; 2] = ["human_thumbless", "gripper_three_finger"];
 const OBJECT: &str = "bottle_round";
 const GRASPS: usize = 9;
-/// Chains run at a time, and at most.
+/// Number of chains at a time. `MOST` is the limit.
 const BATCH: u64 = 8;
 const MOST: u64 = 256;
 const SIDE: u32 = 240;
@@ -56,7 +56,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Strict grasps by number of chain, until there are enough, and the number of chains run.
+/// Strict grasps in the order of chains, until there are enough, and the number of chains.
 fn grasps(energy: &GraspEnergy) -> (Vec<Synthesized>, u64) {
     let (settings, refine) = (SynthesisSettings::default(), QuenchSettings::default());
     let (mut passed, mut chains) = (Vec::new(), 0);

@@ -1,9 +1,9 @@
-//! Perfect knowledge is a stated limitation of Liu et al. (2021): how many grasps hold if the object is not where, or not
-//! as large as, the synthesis believed? → `figures/pose_error.md`, `.png`
+//! Number of grasps that hold if the pose or the size of the object differs from the assumed one. Liu et al. (2021) state
+//! perfect knowledge as a limitation. → `figures/pose_error.md`, `.png`
 //!
-//! Firm grasps that pass a test without error are simulated again with the object moved by d in a
-//! random direction and turned by d over its radius about a random axis through its centroid, and with its surface moved
-//! outward (+) or inward (−) by d. `--quick`: few, into `target/`.
+//! Firm grasps that pass a test without error are simulated again. Either the object is moved by d in a random direction
+//! and rotated by d over its radius about a random axis through its centroid, or its surface is moved outward (+) or inward
+//! (−) by d. `--quick`: few grasps, into `target/`.
 
 #[path = "yields/interval.rs"]
 mod interval;
@@ -33,12 +33,12 @@ const SEED: u64 = 6;
 const OBJECTS: [&str; 2] = ["bottle_round", "bottle_flask"];
 const ERRORS_MM: [f64; 4] = [0.0, 1.0, 2.0, 5.0];
 const SHAPES_MM: [f64; 7] = [-5.0, -2.0, -1.0, 0.0, 1.0, 2.0, 5.0];
-/// Random errors of each size that each grasp is tried with.
+/// Number of random errors of each size per grasp.
 const DRAWS: u64 = 4;
-/// Grasps of each object that go through the six directions, which cost twenty times as much as the drop.
+/// Number of grasps of each object for the six directions, which cost twenty times as much as the drop.
 const PUSHED: usize = 8;
 
-/// A number of trials, and how many held.
+/// Numbers of trials and of grasps that held.
 #[derive(Clone, Copy, Default)]
 struct Share {
     held: f64,
@@ -61,11 +61,11 @@ impl Share {
     }
 }
 
-/// Outcomes of one protocol: by pose error, by shape error.
+/// Outcomes of one protocol for pose errors and for shape errors.
 struct Curves {
     name: &'static str,
     protocol: Protocol,
-    /// Grasps of each object at most.
+    /// Largest number of grasps of each object.
     grasps: usize,
     pose: Vec<Share>,
     shape: Vec<Share>,
@@ -157,11 +157,11 @@ fn grasps(
     Ok((0..chains).into_par_iter().filter_map(grasp).collect())
 }
 
-/// The hand's pose relative to an object that is elsewhere by `error_m` and turned by `error_m` over its radius.
+/// The hand's pose relative to an object that is moved by `error_m` and rotated by `error_m` over its radius.
 fn moved(pose: &Pose, object: &Object, error_m: f64, id: u64) -> Pose {
     let mut rng = stream(SEED, Task::Start, id);
     let mut direction = || {
-        // From a cube until inside the ball: uniform directions.
+        // Uniform directions: draw from a cube until the point is inside the ball.
         loop {
             let v = Vector3::from_fn(|_, _| 2.0 * rng.random::<f64>() - 1.0);
             if (0.01..=1.0).contains(&v.norm()) {

@@ -1,9 +1,9 @@
-//! Hands of others and our own: do they load, how far are they from `MuJoCo`'s kinematics, and how many of their chains
-//! end in a grasp → `figures/published_hands.md`, `.csv`
+//! Published hands and the built-in ones: do they load, how far are they from `MuJoCo`'s kinematics, and how many of their
+//! chains end in a grasp? → `figures/published_hands.md`, `.csv`
 //!
-//! Published hands are looked for in the folder `hands` of `LANDSCAPE_TEST_DATA`; the paths of other descriptions may be
-//! given. 32 chains each on the round bottle and the ball with the default settings. Runs that the .csv holds already
-//! are not made again, unless what is derived of the hand has changed. Times go to the terminal.
+//! Published hands are sought in the folder `hands` of `LANDSCAPE_TEST_DATA`; paths of other descriptions may be given.
+//! Each hand has 32 chains on the round bottle and on the ball with the default settings. Runs in the .csv are not
+//! repeated, unless the derived properties of the hand have changed. Times are printed to the terminal.
 
 #[path = "../tests/published/mod.rs"]
 mod published;
@@ -35,7 +35,7 @@ const COLUMNS: &str = "strict,evaluations";
 struct Loaded {
     name: String,
     hand: Arc<Hand>,
-    /// Tells what was derived of it.
+    /// Identifies the derived properties of the hand.
     derived: String,
     difference: Option<Difference>,
 }

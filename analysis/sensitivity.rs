@@ -1,8 +1,9 @@
-//! How far the map of the committed grasps depends on our choices → `figures/sensitivity.md`
+//! Dependence of the map of the committed grasps on our choices → `figures/sensitivity.md`
 //!
-//! `cargo run --release --example sensitivity [GRASPS]`: maps GRASPS grasps (100), taken in turn from each category and those
-//! of none, again with each weight of the energy halved and raised by half, with other points on the hand's surface, and of
-//! those grasps only that balance at a lower friction. Every map is compared with the taxonomy; numbers that move little rest
+//! `cargo run --release --example sensitivity [GRASPS]` maps GRASPS grasps (100), taken in turn from each category and from
+//! those without one. They are mapped again with each weight of the energy halved and raised by half, with other points on
+//! the hand's surface, and with only the grasps that balance at a lower friction. Every map is compared with the taxonomy.
+//! Numbers that change little depend little on the choice. Finished maps are kept below `target/sensitivity`.
 //! little on the choice. Finished maps are kept below `target/sensitivity`.
 
 mod command;
@@ -28,11 +29,11 @@ const WEIGHTS: [&str; 6] = [
     "prior_weight",
 ];
 const FACTORS: [f64; 2] = [0.5, 1.5];
-/// Numbers of surface points other than 773: their places are spread anew (nothing about them is random).
+/// Numbers of surface points other than 773. Their places are then spread anew, without randomness.
 const POINTS: [usize; 2] = [700, 850];
-/// Friction at which grasps must balance; all do at 0.5.
+/// Friction at which grasps must balance. All balance at 0.5.
 const FRICTION: [f64; 2] = [0.25, 0.35];
-/// Statistics of `landscape compare` that are shown.
+/// Statistics of `landscape compare` in the report.
 const STATISTICS: [&str; 4] = [
     "dendrogram purity",
     "ANOSIM R",
@@ -40,7 +41,7 @@ const STATISTICS: [&str; 4] = [
     "barrier ratio power–precision",
 ];
 
-/// A choice made otherwise.
+/// A changed choice.
 enum Change {
     None,
     Weight(&'static str, f64),
@@ -58,7 +59,7 @@ impl Change {
         }
     }
 
-    /// The chosen grasps with this change, in a file of their own.
+    /// Writes the chosen grasps with this change into a file.
     fn write(&self, mut file: GraspFile, path: &Path) -> Result<(), Box<dyn Error>> {
         match self {
             Self::None => {}
@@ -79,7 +80,7 @@ impl Change {
                     side.text = told.to_string();
                     hand.surface_points = *count;
                 }
-                // Contacts name points of the old surface; the map finds its own.
+                // Contacts refer to points of the old surface; the map finds its own.
                 for grasp in &mut file.grasps {
                     for (place, contact) in (0..).zip(&mut grasp.grasp.contacts) {
                         *contact = place;
@@ -96,15 +97,15 @@ impl Change {
     }
 }
 
-/// What is told of one map.
+/// Results of one map.
 struct Row {
     name: String,
     cells: Vec<String>,
-    /// What became of each hypothesis.
+    /// Verdict on each hypothesis.
     verdicts: Vec<[String; 2]>,
 }
 
-/// The first `count` grasps, taken in turn from each category and those of none: so that every category has some.
+/// The first `count` grasps, taken in turn from each category and from those without one, so that every category occurs.
 fn chosen(count: usize) -> Result<GraspFile, Box<dyn Error>> {
     let labelled = format!("{FOLDER}/labelled.parquet");
     landscape(&["label", GRASPS, "-q", "-o", &labelled])?;
@@ -151,7 +152,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Maps and compares, unless that has been done.
+/// Maps and compares, unless this was done before.
 fn row(change: &Change, chosen: &GraspFile, stem: &str) -> Result<Row, Box<dyn Error>> {
     let [grasps, map, comparison] =
         ["parquet", "landscape", "comparison"].map(|ending| format!("{stem}.{ending}"));
@@ -204,7 +205,7 @@ fn report(count: usize, rows: &[Row]) -> String {
         "---|".repeat(STATISTICS.len())
     );
     for (number, row) in rows.iter().enumerate() {
-        // The first row tells all, the others what differs.
+        // The first row lists all verdicts, and the others list the differences.
         let differs = |verdict: &&[String; 2]| number == 0 || !rows[0].verdicts.contains(verdict);
         let told = row.verdicts.iter().filter(differs);
         let told: Vec<String> = told.map(|verdict| verdict.join(" ")).collect();

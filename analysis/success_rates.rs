@@ -1,8 +1,8 @@
 //! Figure 5 of Liu et al. (2021): successes against steps → `figures/success_rates.png`, `.md`, `.csv`
 //!
-//! 512 chains of 10,000 steps of the printed energy, of the released code, and of ours: fingertips against all surface
-//! points as candidates, three, five and eight contacts, ball against bottle. Runs that the .csv holds already are not
-//! made again: delete it to begin anew. `--quick`: 16 chains of 500 steps, into `target/`.
+//! The runs have 512 chains of 10,000 steps of the printed energy, of the released code, and of our default. They compare
+//! fingertips with all surface points as candidates, three, five and eight contacts, and ball with bottle. Runs in the .csv
+//! are not repeated; delete it to start again. `--quick`: 16 chains of 500 steps, into `target/`.
 
 #[path = "yields/mod.rs"]
 mod yields;
@@ -24,20 +24,20 @@ use rayon::prelude::*;
 use yields::{Run, Table, interval};
 
 const SEED: u64 = 5;
-/// Step 0 stands for the ends after refinement.
+/// Step 0 means the ends after refinement.
 const COLUMNS: &str = "step,printed,coded,strict";
 
-/// Columns.
+/// Indices of columns.
 const PRINTED: usize = 1;
 const CODED: usize = 2;
 const STRICT: usize = 3;
 
-/// How a chain is run, and what it calls a success.
+/// A method of running a chain, and its criterion of success.
 struct Method {
     name: &'static str,
     energy: EnergySettings,
     synthesis: SynthesisSettings,
-    /// Which reading of Eq. 11 it is held to: a column.
+    /// The applied reading of Eq. 11: a column.
     reading: usize,
 }
 
@@ -63,7 +63,7 @@ const fn line(
     }
 }
 
-/// The panels: what they show, and their lines.
+/// The panels: their titles and lines.
 const PANELS: [(&str, &[Line]); 3] = [
     (
         "ball, 3 contacts",
@@ -112,7 +112,7 @@ fn methods() -> [Method; 3] {
     ]
 }
 
-/// How long the runs are.
+/// Number and length of the chains.
 #[derive(Clone, Copy)]
 struct Size {
     chains: u64,
@@ -134,7 +134,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             steps: 10_000,
         }
     };
-    // A line that stands in several panels is one run.
+    // A line in several panels is one run.
     let mut runs: Vec<(String, Run)> = Vec::new();
     for method in &methods() {
         for line in PANELS.iter().flat_map(|(_, lines)| *lines) {
@@ -256,7 +256,7 @@ fn row(text: &mut String, run: &Run, rows: &[Vec<f64>]) {
     let _ = writeln!(text, " | {first} |");
 }
 
-/// Numbers of steps at which chains are judged: six a decade.
+/// Numbers of steps at which chains are judged, six per decade.
 fn checkpoints(steps: u32) -> Vec<u32> {
     #[expect(
         clippy::cast_possible_truncation,
@@ -269,7 +269,7 @@ fn checkpoints(steps: u32) -> Vec<u32> {
     steps_at
 }
 
-/// Which tests a grasp passes: Eq. 11 as printed, as coded, strict.
+/// Whether a grasp passes each test: Eq. 11 as printed, as coded, strict.
 fn passes(judgement: &Judgement) -> [bool; 3] {
     [
         judgement.passes_published(),
@@ -278,7 +278,7 @@ fn passes(judgement: &Judgement) -> [bool; 3] {
     ]
 }
 
-/// Rows of [`COLUMNS`]: how many chains pass each test at each checkpoint. A chain that has ended counts with its end.
+/// Rows of [`COLUMNS`]: the number of chains that pass each test at each checkpoint. A finished chain counts with its end.
 fn measure(run: &Run) -> Result<Vec<[f64; 4]>, Box<dyn Error>> {
     let energy = run.energy(Arc::new(Hand::human()))?;
     let at = checkpoints(run.synthesis.steps);

@@ -1,9 +1,9 @@
 //! Figure 1 of Liu et al. (2021): from a random start to a grasp → `figures/synthesis_process.png`
 //!
-//! One chain of the default sampler on the round bottle: the first of seed 1 whose first attempt passes the strict
-//! filter. Red cones are the friction cones, μ = 0.5, of its contacts, each with its tip at the nearest point of the
-//! bottle; under each picture the steps so far and the energy with all weights at their full value (while the chain runs,
-//! contact and depth still count less).
+//! One chain of the default sampler on the round bottle: the first of seed 1 whose first attempt passes the strict filter.
+//! Red cones are the friction cones, μ = 0.5, of its contacts, with their tips at the nearest points of the bottle. Below
+//! each picture are the steps so far and the energy with all weights at their full value. (While the chain runs, contact
+//! and depth have lower weights.)
 
 use std::error::Error;
 use std::path::Path;
@@ -21,7 +21,7 @@ use landscape::sample::State;
 use nalgebra::Vector3;
 
 const SEED: u64 = 1;
-/// Shown between the start and the end of the attempt.
+/// Steps shown between the start and the end of the attempt.
 const STEPS: [u32; 5] = [20, 80, 160, 260, 380];
 const COLUMNS: usize = 4;
 const SIDE: u32 = 330;
@@ -69,7 +69,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The states of a chain by number of steps, if its first attempt ends in a grasp.
+/// The states of a chain after each number of steps, if its first attempt ends in a grasp.
 fn follow(
     energy: &GraspEnergy,
     settings: &SynthesisSettings,
@@ -80,7 +80,7 @@ fn follow(
     let end = synthesize_observed(energy, settings, &refine, SEED, chain, &mut |_, state| {
         seen.push(state.clone());
     });
-    // Attempts of equal length, each showing its start and the state after every step.
+    // Attempts have equal length, and each shows its start and the state after every step.
     let first = seen.len() as u64 == end.steps + 1;
     let passes = judge(energy, &end.refined).passes_strict();
     (first && passes).then_some((seen, end))
@@ -111,7 +111,7 @@ fn moments(energy: &GraspEnergy, seen: &[State], end: &Synthesized) -> Vec<Momen
     moments
 }
 
-/// One viewpoint for all: the best one for the last scene, far enough to show every one whole.
+/// One viewpoint for all scenes: the best one for the last scene, far enough away to show every scene completely.
 fn camera(scenes: &[Scene]) -> Camera {
     let last = scenes.last().expect("there is at least one scene");
     let toward_eye = last.best_camera(Vector3::z()).toward_eye();

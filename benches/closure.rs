@@ -17,7 +17,7 @@ const BALL: Sphere = Sphere {
     radius_m: 0.04,
 };
 
-/// Sets of contacts on the ball, all over it.
+/// Sets of contacts all over the ball.
 fn sets(contacts: usize) -> Vec<Vec<Vector3<f64>>> {
     let mut rng = stream(0, Task::Start, 0);
     let mut point = || loop {

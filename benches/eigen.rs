@@ -1,5 +1,5 @@
-//! Eigenvectors of symmetric matrices by nalgebra and by faer, side by side on one core: Hessians have 6 to some 60 rows,
-//! the matrix of a layout as many as there are minima.
+//! Eigenvectors of symmetric matrices by nalgebra and by faer on one core. Hessians have 6 to some 60 rows; the matrix of a
+//! layout has as many rows as there are minima.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -9,7 +9,7 @@ use landscape::sample::{Task, stream};
 use nalgebra::{DMatrix, SymmetricEigen};
 use rand::RngExt;
 
-/// Fastest of five turns, seconds for each call.
+/// Time of the fastest of five turns, seconds per call.
 fn fastest(calls: usize, mut call: impl FnMut()) -> f64 {
     let turn = |_| {
         let start = Instant::now();

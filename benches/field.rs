@@ -1,4 +1,4 @@
-//! Cost of one answer of a baked field, near the object and around it.
+//! Cost of one evaluation of a baked field, near the object and around it.
 
 use std::hint::black_box;
 
@@ -10,7 +10,7 @@ fn answers(criterion: &mut Criterion) {
     let object = Object::named("bottle_round").expect("the bottle comes with the crate");
     let shape: &dyn Shape = &*object.shape;
     for (place, reach_m) in [("near", 0.02), ("around", 0.1)] {
-        // As many points as a hand has, each a little off the surface.
+        // As many points as on a hand, each slightly off the surface.
         let points: Vec<Vector3<f64>> = object.surface_samples[..773]
             .iter()
             .enumerate()

@@ -24,7 +24,7 @@ fn energy(hand: Hand, contacts: usize) -> GraspEnergy {
         .expect("the default settings make sense")
 }
 
-/// A walk of small steps about a synthesized grasp: what a descent or a chain asks for.
+/// A walk of small steps around a synthesized grasp, as in a descent or a chain.
 fn walk(energy: &GraspEnergy, step_m: f64) -> (Vec<u32>, Vec<Vec<f64>>) {
     let settings = SynthesisSettings::default();
     let grasp = synthesize(energy, &settings, &QuenchSettings::default(), 1, 0);
@@ -87,8 +87,8 @@ fn evaluations(criterion: &mut Criterion) {
     });
 }
 
-/// Other hands beside the human one: its cost for each surface point is what theirs is measured by. Published hands are
-/// looked for in `LANDSCAPE_TEST_DATA`.
+/// Other hands beside the human one, whose cost per surface point is the reference. Published hands are sought in
+/// `LANDSCAPE_TEST_DATA`.
 fn other_hands(criterion: &mut Criterion) {
     let mut hands = vec![
         ("human".to_owned(), Hand::human()),

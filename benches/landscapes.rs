@@ -1,5 +1,5 @@
-//! Time and evaluations to find every minimum and saddle of the reference surfaces, from random points, on one core, to
-//! where the search stops by itself.
+//! Time and evaluations to find all minima and saddles of the reference surfaces from random points on one core, until the
+//! search stops by itself.
 //!
 //! `cargo bench --bench landscapes -- lj9` runs the surfaces whose name contains `lj9`.
 

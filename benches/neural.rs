@@ -1,6 +1,6 @@
-//! Cost of a neural shape, and how far it is from what the machine can do: the standard `DeepSDF` network (eight layers of
-//! 512, code of 256, made-up weights) at as many points as a hand has, on one thread, beside a large square product of the
-//! same library.
+//! Cost of a neural shape compared with the limit of the machine: the standard `DeepSDF` network (eight layers of 512, code
+//! of 256, random weights) at as many points as on a hand, on one thread, beside a large square product of the same
+//! library.
 //!
 //! ```text
 //! cargo bench --bench neural
@@ -19,11 +19,11 @@ use rand::RngExt;
 mod network;
 
 const POINTS: usize = 773;
-/// Side of the square matrices: large enough that nothing but the arithmetic counts.
+/// Side of the square matrices, so large that only the arithmetic counts.
 const SIDE: usize = 1536;
 
 fn benches(criterion: &mut Criterion) {
-    // The one pool of the process: batches larger than the network's own are handed to it, smaller ones run right here.
+    // The only pool of the process. Batches larger than the network's own go to it, and smaller ones run in this thread.
     rayon::ThreadPoolBuilder::new()
         .num_threads(1)
         .build_global()

@@ -8,7 +8,7 @@ use landscape::grasp::Grasp;
 use landscape::hand::Hand;
 use landscape::object::Object;
 
-/// Pose and contacts of grasps on `bottle_round`, as `landscape synth --object bottle_round --seed 6` finds them.
+/// Poses and contacts of grasps on `bottle_round`, found by `landscape synth --object bottle_round --seed 6`.
 const GRASPS: &str = include_str!("stability_grasps.json");
 
 fn stability(criterion: &mut Criterion) {
@@ -33,7 +33,7 @@ fn stability(criterion: &mut Criterion) {
     ] {
         let mut group = criterion.benchmark_group("stability");
         group.sample_size(10);
-        // Per round: all of the grasps.
+        // Each round simulates all grasps.
         group.throughput(criterion::Throughput::Elements(grasps.len() as u64));
         group.bench_function(name, |bencher| {
             bencher.iter(|| {

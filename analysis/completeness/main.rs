@@ -1,8 +1,8 @@
-//! How often claims of completeness hold, on surfaces whose minima and saddles are counted → `figures/completeness.md`
+//! Accuracy of claims of completeness on surfaces with known numbers of minima and saddles → `figures/completeness.md`
 //!
-//! Each run is a search as `landscape surface` makes it, of another seed (of random surfaces also another surface). A run is
-//! complete if it found every minimum and every saddle; what it claims is `Coverage::sure`. With names of surfaces (`"lj 7"`,
-//! `random`) it only prints their rows.
+//! Each run is a search as in `landscape surface`, with another seed (and another random surface). A run is complete if it
+//! found every minimum and every saddle. Its claim is `Coverage::sure`. With names of surfaces (`"lj 7"`, `random`) the
+//! program only prints their rows.
 
 use std::error::Error;
 use std::fmt::Write;
@@ -12,8 +12,8 @@ use surfaces::Counted;
 
 mod surfaces;
 
-/// Named models, their minima and saddles, and runs. Of larger clusters, where nothing is claimed, `tests/completeness.rs` has
-/// one.
+/// Named models, their numbers of minima and saddles, and the number of runs. `tests/completeness.rs` has a larger cluster,
+/// for which nothing is claimed.
 const MODELS: [(&str, [usize; 2], u64); 14] = [
     ("muller-brown", [3, 2], 100),
     ("three-hole", [3, 3], 100),
@@ -33,13 +33,13 @@ const MODELS: [(&str, [usize; 2], u64); 14] = [
 /// Random surfaces, one run each.
 const RANDOM: u64 = 400;
 
-/// What is kept of a run.
+/// Properties of a run that are kept.
 struct Judged {
     complete: bool,
     sure: f64,
-    /// Saddles missing.
+    /// Number of missed saddles.
     missed: usize,
-    /// Greatest number it says are missing, if it knows one.
+    /// The claimed upper bound of the number of missing saddles, if there is one.
     bound: Option<usize>,
 }
 

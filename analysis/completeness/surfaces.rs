@@ -1,4 +1,4 @@
-//! Surfaces whose minima and saddles are counted, by other means than the search that is judged.
+//! Surfaces whose minima and saddles are counted by other means than the tested search.
 
 use landscape::energy::Energy;
 use landscape::energy::model::{Waves, named};
@@ -9,7 +9,7 @@ use landscape::topography::{
     self, Exploration, MatchTolerance, SearchSettings, distinct, explore, in_box,
 };
 
-/// A surface, where searches on it start, and how many minima and saddles it has.
+/// A surface, the box of start points, and its numbers of minima and saddles.
 pub(crate) struct Counted {
     energy: Box<dyn Energy + Send>,
     low: Vec<f64>,
@@ -17,16 +17,16 @@ pub(crate) struct Counted {
     known: [usize; 2],
 }
 
-/// What a search found.
+/// Result of a search.
 pub(crate) struct Run {
     pub(crate) found: Exploration,
     pub(crate) complete: bool,
-    /// Saddles that it lacks.
+    /// Number of missed saddles.
     pub(crate) missed: usize,
 }
 
 impl Counted {
-    /// A named model with so many minima and saddles.
+    /// A named model with known numbers of minima and saddles.
     pub(crate) fn named(words: &str, known: [usize; 2]) -> Self {
         let surface = named(&words.split(' ').collect::<Vec<_>>()).expect("it is a model");
         Self {
@@ -37,8 +37,8 @@ impl Counted {
         }
     }
 
-    /// Random waves of two angles. On a torus there are as many saddles as minima and maxima together (Morse), and these
-    /// are counted by descents from a grid, and from one on the surface turned upside down.
+    /// Random waves of two angles. On a torus there are as many saddles as minima and maxima together (Morse). Minima and
+    /// maxima are counted by descents from a grid on the surface and on the inverted surface.
     pub(crate) fn random(id: u64) -> Self {
         let modes = if id.is_multiple_of(2) { 2 } else { 3 };
         let waves = Waves::random(2, modes, 16, &mut stream(2, Task::Surface, id));
@@ -68,7 +68,7 @@ impl Counted {
     }
 }
 
-/// A surface, or the same upside down.
+/// A surface or its inverse.
 struct Signed<'a>(&'a Waves, f64);
 
 impl Energy for Signed<'_> {

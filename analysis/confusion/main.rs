@@ -1,14 +1,14 @@
-//! What the rule says of grasps whose type is known → `figures/taxonomy_confusion.md` and `.png`
+//! Labels of the rule for grasps of known type → `figures/taxonomy_confusion.md` and `.png`
 //!
-//! `cargo run --release --example confusion -- [--fixtures development|held_out|second_held_out …] [--noise RAD] [--copies N]
-//! [--seed N] [--rule SIGNATURES.toml] [--shadow EXAMPLES.json --hand HAND.xml] [--explain] [--features FILE.jsonl] [--output
-//! STEM]`
+//! `cargo run --release --example confusion -- [--fixtures development|held_out|second_held_out …] [--noise RAD] [--copies
+//! N] [--seed N] [--rule SIGNATURES.toml] [--shadow EXAMPLES.json --hand HAND.xml] [--explain] [--features FILE.jsonl]
+//! [--output STEM]`
 //!
-//! Fixtures are those of `tests/taxonomy/fixtures`, all files unless told otherwise. The rule was made with the first two; no
-//! rule is to be chosen by `second_held_out`. The examples on the Shadow hand (`--shadow`) are poses and contacts without an
-//! object, of which the program's own files hold none. `--explain` also prints why each fixture that is taken for another type
-//! is. `--features` writes what was measured of hands whose joints were moved, one line each, for `fit_signatures.py` beside
-//! this file, and judges nothing.
+//! The fixtures are those of `tests/taxonomy/fixtures`, by default all files. The rule was made with the first two files;
+//! `second_held_out` must not be used to choose a rule. The examples on the Shadow hand (`--shadow`) are poses and contacts
+//! without an object, which the program's own files do not have. `--explain` also prints the reasons for each fixture with
+//! a wrong type. `--features` writes the measured features of hands with moved joints, one line each, for
+//! `fit_signatures.py` beside this file; it reports no labels.
 
 #[path = "../../tests/taxonomy/fixture.rs"]
 mod fixture;
@@ -112,14 +112,14 @@ fn main() -> Result<(), Failure> {
     let report = report::report(&conditions, &rule);
     println!("{report}");
     std::fs::write(output.with_extension("md"), &report)?;
-    // The hardest condition of the last set.
+    // The hardest condition of the last set of fixtures.
     if let Some(condition) = conditions.get(3 * sets.len() - 2) {
         picture::picture(condition).save(&output.with_extension("png"))?;
     }
     Ok(())
 }
 
-/// What was measured of a grasp, as JSON.
+/// The measured features of a grasp, as JSON.
 fn line(outcome: &Outcome) -> Value {
     let held = outcome.label.held.as_ref();
     let features: Map<String, Value> = (outcome.label.features.iter())

@@ -1,4 +1,5 @@
-//! Matrices of types, cells and categories: rows are true, columns found, colours the share of the row.
+//! Confusion matrices of types, cells and categories. Rows are true classes, columns are found classes, and colours show
+//! the share of the row.
 
 use landscape::evaluation::taxonomy::{Category, GraspType, Taxonomy};
 use landscape::figure::{Anchor, Canvas, TextFace, theme};
@@ -12,7 +13,7 @@ const TITLE: TextFace = TextFace::new(29.0, theme::INK);
 /// A matrix to be drawn.
 struct Matrix<'a> {
     title: &'a str,
-    /// Names of rows, and what stands above their columns.
+    /// Names of the rows, and headings of the columns.
     names: Vec<[String; 2]>,
     /// Row of a type.
     row: &'a dyn Fn(&GraspType) -> Option<usize>,
@@ -20,7 +21,7 @@ struct Matrix<'a> {
     corner: [f64; 2],
     /// Side of a cell.
     cell: f64,
-    /// Whether shares are written into the cells.
+    /// Whether the cells contain their shares as text.
     written: bool,
 }
 
@@ -81,7 +82,7 @@ pub(crate) fn picture(condition: &Condition) -> Canvas {
     canvas
 }
 
-/// Colour of a share of a row; none is a colour of its own.
+/// Colour of a share of a row. Zero has its own colour.
 fn fill(share: f64) -> landscape::figure::Colour {
     if share > 0.0 {
         theme::sequential(1.0 - share)

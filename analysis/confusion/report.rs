@@ -1,4 +1,4 @@
-//! Tables of what was right and what was taken for what.
+//! Tables of right labels and of confusions.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -81,7 +81,7 @@ fn spell(entry: &GraspType) -> String {
     format!("{} {}", entry.number, entry.name)
 }
 
-/// What each class is taken for.
+/// Labels given to each class.
 fn taken_for(
     condition: &Condition,
     head: &str,
@@ -116,7 +116,7 @@ fn taken_for(
     text
 }
 
-/// What is no grasp of the taxonomy and yet given a type.
+/// Poses outside the taxonomy that are given a type.
 fn accepted_others(condition: &Condition) -> String {
     let [_, others] = halves(&condition.outcomes);
     let mut taken: BTreeMap<(&str, &str), usize> = BTreeMap::new();

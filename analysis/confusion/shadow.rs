@@ -10,7 +10,7 @@ use serde::Deserialize;
 use crate::Failure;
 use crate::judge::Outcome;
 
-/// An annotated contact counts as so much area, mm²: certain.
+/// Area that an annotated contact counts as, mm²: enough to be certain.
 const ANNOTATED_MM2: f64 = 60.0;
 
 #[derive(Deserialize)]
@@ -33,7 +33,7 @@ struct Annotated {
     point_body: [f64; 3],
 }
 
-/// Labels of all examples of a file, on the hand of another.
+/// Labels of all examples of a file, on the hand of another file.
 pub(crate) fn outcomes(path: &Path, hand: &Path, rule: &Rule) -> Result<Vec<Outcome>, Failure> {
     let examples: Examples = serde_json::from_str(&std::fs::read_to_string(path)?)?;
     let hand = Hand::from_files(&HandFiles::load(hand)?)?;

@@ -1,7 +1,8 @@
-//! What another engine needs to repeat the drop test: `crosscheck_export GRASPS.parquet FOLDER`
+//! Exports the data with which another engine repeats the drop test: `crosscheck_export GRASPS.parquet FOLDER`
 //!
-//! Writes the convex pieces of each object (`<object>_<piece>.obj`, and `<object>.obj` with all of them; metres, object
-//! frame) and `grasps.json`: mass properties, and for each grasp the posed capsules of the hand and what became of it here.
+//! The program writes the convex pieces of each object (`<object>_<piece>.obj`, and `<object>.obj` with all of them;
+//! metres, object frame) and `grasps.json`: mass properties, and for each grasp the posed capsules of the hand and the
+//! outcome of our simulation.
 
 use std::error::Error;
 use std::fmt::Write;
@@ -72,7 +73,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// `before`: how many vertices the file has already.
+/// `before`: number of vertices that are already in the file.
 fn obj_text(piece: &Piece, before: u32) -> String {
     let mut text = String::new();
     for v in &piece.vertices {

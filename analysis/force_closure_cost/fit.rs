@@ -1,4 +1,4 @@
-//! Straight lines through costs.
+//! Straight lines fitted to costs.
 
 use crate::line::Line;
 

@@ -1,6 +1,7 @@
-//! Figure 4: what force-closure tests cost → `figures/force_closure_cost.png`, `figures/force_closure_cost.md`
+//! Figure 4: the cost of force-closure tests → `figures/force_closure_cost.png`, `figures/force_closure_cost.md`
 //!
-//! `cargo run --release --example force_closure_cost [-- --quick]`, a minute or two; nothing else should run meanwhile.
+//! `cargo run --release --example force_closure_cost [-- --quick]` takes a minute or two. Nothing else should run
+//! meanwhile.
 
 use landscape::grasp::closure::{is_force_closure, least_friction};
 use landscape::grasp::relaxed::{RelaxedForceClosure, Touch};
@@ -24,7 +25,7 @@ const CONTACTS: [usize; 6] = [3, 5, 10, 20, 100, 1000];
 /// Friction of the exact test.
 const FRICTION: f64 = 0.5;
 const RADIUS_M: f64 = 0.04;
-/// Bottles and what kind of field they have.
+/// Bottles and the kinds of their fields.
 const BOTTLES: [(&str, &str); 2] = [
     ("bottle_round", "round bottle (field in a plane)"),
     ("bottle_square", "square bottle (field in space)"),
@@ -33,12 +34,12 @@ const BOTTLES: [(&str, &str); 2] = [
 /// Seconds, one number for each of [`CONTACTS`].
 type Costs = Vec<f64>;
 
-/// What the relaxed test costs on one shape.
+/// Costs of the relaxed test on one shape.
 struct Relaxed {
     shape: &'static str,
     /// FC alone.
     value: Costs,
-    /// FC and its derivative by every contact point.
+    /// FC and its derivative with respect to all contact points.
     forces: Costs,
     /// Distances, normals and curvature alone: part of `forces`.
     answers: Costs,
@@ -49,8 +50,8 @@ struct Relaxed {
 }
 
 impl Relaxed {
-    /// From turns, for each of [`CONTACTS`], of: value, forces, what tells all about the shape, what tells distances and
-    /// normals (which may be the third again).
+    /// From the turns of these works, for each of [`CONTACTS`]: value, forces, complete answers of the shape, and distances
+    /// and normals (which may be the third work again).
     fn of(shape: &'static str, turns: &[Turns], normals: usize) -> Self {
         Self {
             shape,
@@ -63,7 +64,7 @@ impl Relaxed {
     }
 }
 
-/// What one of the works cost.
+/// Costs of one of the works.
 fn costs(turns: &[Turns], work: usize) -> Costs {
     turns.iter().map(|turns| turns.least(work)).collect()
 }
@@ -71,16 +72,16 @@ fn costs(turns: &[Turns], work: usize) -> Costs {
 /// Everything measured.
 struct Measured {
     relaxed: Vec<Relaxed>,
-    /// On the sphere, with ε so large that the rank condition is active: FC and its derivative.
+    /// FC and its derivative on the sphere, with ε so large that the rank condition is active.
     lacking_rank: Costs,
-    /// On the sphere, of `forces`: the sums over contacts and the rank check.
+    /// The part of `forces` on the sphere for the sums over contacts and the rank check.
     sums: Costs,
     force_closure: Costs,
     least_friction: Costs,
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    // A network would use all cores.
+    // A network would otherwise use all cores.
     rayon::ThreadPoolBuilder::new()
         .num_threads(1)
         .build_global()?;
@@ -109,7 +110,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         clock,
         &[
             &|_, touches| lacking.value_and_forces(&ball, touches),
-            // On the ball a point is its own gradient, so that this measures no shape.
+            // On the ball a point equals its gradient, so this measures no shape.
             &|points, _| test.value_of(points.iter().map(|&point| (point, 0.0, point))),
         ],
     );
@@ -149,7 +150,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// Contacts all over the ball; several sets, so that no cost is that of a lucky one.
+/// Contacts all over the ball. Several sets are used, so that no cost depends on a single set.
 fn contacts_on_ball(count: usize) -> Vec<Set> {
     let mut rng = stream(0, Task::Start, 0);
     let mut point = || loop {
@@ -179,7 +180,7 @@ fn sets(contacts: usize) -> usize {
     (2000 / contacts).clamp(4, 64)
 }
 
-/// Turns of the relaxed test, its parts as [`Relaxed::of`] wants them with normals fourth, and `others`.
+/// Turns of the relaxed test: its parts in the order of [`Relaxed::of`], with normals fourth, and `others`.
 fn relaxed_on<S: Shape + ?Sized>(
     name: &str,
     shape: &S,
@@ -204,14 +205,15 @@ fn relaxed_on<S: Shape + ?Sized>(
     sets.iter().map(|sets| clock.over(sets, &works)).collect()
 }
 
-/// The relaxed test on a neural signed distance of the standard size. Its weights are made up, which changes no cost.
+/// The relaxed test on a neural signed distance of the standard size. Its weights are random, which does not change the
+/// cost.
 fn relaxed_on_network(
     test: &RelaxedForceClosure,
     sets: &[Vec<Set>],
     clock: Clock,
 ) -> Result<Relaxed, Box<dyn std::error::Error>> {
     let field = network::field(RADIUS_M)?;
-    // All contacts of a set in one batch.
+    // All contacts of a set are evaluated in one batch.
     let measure = |touches: &mut [Touch]| {
         let points: Vec<Vector3<f64>> = touches.iter().map(|touch| touch.point).collect();
         for (touch, answer) in touches.iter_mut().zip(field.answers(&points)) {
@@ -240,9 +242,9 @@ fn relaxed_on_network(
     ];
     let turns: Vec<Turns> = sets
         .iter()
-        // Where the points lie changes no cost.
+        // The places of the points do not change the cost.
         .map(|sets| clock.over(&sets[..4], &works))
         .collect();
-    // A network tells gradient and curvature at once.
+    // A network gives gradient and curvature at once.
     Ok(Relaxed::of("neural SDF (8 × 512, f32)", &turns, 2))
 }

@@ -1,4 +1,4 @@
-//! A network of the standard size of `DeepSDF` (eight layers of 512, code of 256) with made-up weights.
+//! A network of the standard size of `DeepSDF` (eight layers of 512, code of 256) with random weights.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! The picture.
+//! The picture of the costs.
 
 use landscape::figure::chart::{Axis, BandPoint, Chart, Mark, Panel, Series};
 use landscape::figure::{Canvas, Colour, FigureError, theme};
@@ -20,7 +20,7 @@ fn relaxed_name(relaxed: &Relaxed) -> String {
     format!("relaxed with derivative, {}", relaxed.shape)
 }
 
-/// A line with its points, under one name.
+/// A line and its points under one name.
 fn drawn(name: &str, points: Vec<[f64; 2]>, colour: Colour) -> [Series; 2] {
     [Series::line(points.clone()), Series::points(points)]
         .map(|series| series.named(name).coloured(colour))

@@ -1,4 +1,4 @@
-//! The numbers behind the picture.
+//! The tables of the costs.
 
 use std::fmt::Write as _;
 
@@ -7,15 +7,15 @@ use super::line::Line;
 use super::timing::Share;
 use super::{CONTACTS, Costs, Measured};
 
-/// The authors' code in torch on one CPU thread, patched only for device and eigen-solver: value and derivative on the
+/// The authors' code in torch on one CPU thread, changed only for device and eigenvalue solver: value and derivative on the
 /// analytic sphere, one grasp at a time. CPU seconds, measured by us on another day.
 pub(crate) const OFFICIAL_S: [f64; 6] =
     [0.537e-3, 0.545e-3, 0.551e-3, 0.550e-3, 0.587e-3, 0.902e-3];
-/// The same for each grasp of a batch of 1024.
+/// The same per grasp in a batch of 1024.
 pub(crate) const OFFICIAL_BATCH_S: [f64; 6] = [6.94e-6, 7.36e-6, 8.77e-6, 12.3e-6, 33.2e-6, 441e-6];
-/// Additions, multiplications, divisions and square roots for a contact on the sphere.
+/// Number of additions, multiplications, divisions and square roots for a contact on the sphere.
 const OPERATIONS: f64 = 190.0;
-/// What is asked of three to five contacts on an analytic shape, value and derivative.
+/// Target for three to five contacts on an analytic shape, value and derivative, seconds.
 const TARGET_S: f64 = 1.5e-6;
 
 /// The line through the published costs on an RTX 3090, Liu et al. (2021), Fig. 4, seconds.

@@ -1,4 +1,4 @@
-//! Stop watch.
+//! Measurement of times.
 
 use std::hint::black_box;
 use std::time::{Duration, Instant};
@@ -6,29 +6,29 @@ use std::time::{Duration, Instant};
 use landscape::grasp::relaxed::Touch;
 use nalgebra::Vector3;
 
-/// Least length of a batch: long against the clock's own cost.
+/// Least duration of a batch, long compared with the cost of the clock.
 const BATCH: Duration = Duration::from_millis(4);
-/// Turns with something slow may end earlier.
+/// After this time, turns with slow works end early.
 const PATIENCE: Duration = Duration::from_secs(8);
 
 /// Contact points.
 pub(crate) type Set = Vec<Vector3<f64>>;
-/// What is measured on a set: given its points, bare and with room for answers.
+/// Work that is measured on a set. Its arguments are the points, alone and with room for answers.
 pub(crate) type Work<'a> = &'a dyn Fn(&[Vector3<f64>], &mut [Touch]) -> f64;
 
-/// How often something is measured.
+/// Amount of repetition.
 #[derive(Clone, Copy)]
 pub(crate) struct Clock {
     pub(crate) turns: usize,
 }
 
-/// What several works cost, timed one after the other again and again, so that each turn finds the machine in one state.
+/// Costs of several works. They are timed alternately, so that in each turn the machine is in the same state for all.
 pub(crate) struct Turns {
-    /// Seconds on one set, of each work in each turn.
+    /// Seconds on one set, for each work and each turn.
     seconds: Vec<Vec<f64>>,
 }
 
-/// Part of a whole: quartiles over the turns of the ratio of what both took in the same turn.
+/// Share of a whole: quartiles over the turns of the ratio of both times in the same turn.
 #[derive(Clone, Copy)]
 pub(crate) struct Share {
     pub(crate) lower: f64,
@@ -37,7 +37,7 @@ pub(crate) struct Share {
 }
 
 impl Clock {
-    /// Times `works` on `sets` in turns; every other turn goes backwards, so that drift favours none.
+    /// Times `works` on `sets` in turns. Every other turn is in reverse order, so that drift favours none.
     pub(crate) fn over(self, sets: &[Set], works: &[Work<'_>]) -> Turns {
         let mut touches: Vec<Vec<Touch>> = sets
             .iter()
@@ -53,7 +53,7 @@ impl Clock {
             begin.elapsed().as_secs_f64() / rounds as f64
         };
         let begin = Instant::now();
-        // The first round is a warm-up and tells how many make a batch.
+        // The first round is a warm-up and determines the size of a batch.
         let rounds: Vec<usize> = works
             .iter()
             .map(|work| {
@@ -83,7 +83,7 @@ impl Clock {
 }
 
 impl Turns {
-    /// Seconds that a work takes on one set: the fastest turn. Whatever else the machine does only adds.
+    /// Seconds of a work on one set in the fastest turn, because other load on the machine only adds time.
     pub(crate) fn least(&self, work: usize) -> f64 {
         self.seconds[work]
             .iter()

@@ -1,4 +1,4 @@
-//! Contact sets on the unit sphere on their way down Eq. 7.
+//! Descents of contact sets on the unit sphere along Eq. 7.
 
 use landscape::energy::Energy;
 use landscape::grasp::relaxed::{RelaxedForceClosure, Touch};
@@ -10,10 +10,10 @@ use rayon::prelude::*;
 
 use crate::sets::{Verdict, contacts, points};
 
-/// Longest step of all contacts together, radii.
+/// Longest step of all contacts together, in radii.
 pub(crate) const STEP: f64 = 0.1;
 
-/// Eq. 7 of the points yᵢ/‖yᵢ‖, which cannot leave the sphere.
+/// Eq. 7 for the points yᵢ/‖yᵢ‖, which cannot leave the sphere.
 struct OnSphere {
     space: Euclidean,
     test: RelaxedForceClosure,
@@ -49,7 +49,7 @@ impl Energy for OnSphere {
         let value = self.test.value_and_forces(&self.ball, &mut touches);
         let slots = x.chunks_exact(3).zip(gradient.chunks_exact_mut(3));
         for (touch, (y, slot)) in touches.iter().zip(slots) {
-            // Of the force only what is tangential moves y/‖y‖: dp = (I − ppᵀ) dy / ‖y‖.
+            // Only the tangential part of the force moves y/‖y‖: dp = (I − ppᵀ) dy / ‖y‖.
             let tangential = touch.force - touch.point * touch.point.dot(&touch.force);
             let length = Vector3::from_column_slice(y).norm();
             slot.copy_from_slice((tangential / length).as_slice());
@@ -58,11 +58,11 @@ impl Energy for OnSphere {
     }
 }
 
-/// What is said of `count` random sets after each of the `steps`, and at the end.
+/// Verdicts on `count` random sets after each of the `steps` and at the end.
 pub(crate) struct Descents {
     pub(crate) contacts: usize,
     pub(crate) steps: Vec<usize>,
-    /// For each of `steps`, for each set.
+    /// For each of `steps` and each set.
     pub(crate) verdicts: Vec<Vec<Verdict>>,
     pub(crate) end: Vec<Verdict>,
 }
@@ -84,7 +84,7 @@ impl Descents {
     }
 }
 
-/// Verdicts after `steps` accepted steps, and at the end. A set that is down already stays where it is.
+/// Verdicts after `steps` accepted steps and at the end. A set that has converged stays where it is.
 fn descend(energy: &OnSphere, count: usize, id: u64, steps: &[usize]) -> (Vec<Verdict>, Verdict) {
     let start: Vec<f64> = points(count, id).iter().flatten().copied().collect();
     let settings = QuenchSettings::default()

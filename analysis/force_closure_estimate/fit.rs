@@ -1,4 +1,4 @@
-//! ‖Gc‖ as a function of μ₀.
+//! Fits of ‖Gc‖ as a function of μ₀.
 
 use super::line::Line;
 use super::sets::Set;
@@ -15,13 +15,13 @@ pub(crate) struct Fit {
     pub(crate) correlation: f64,
 }
 
-/// Those of `sets`, which are in order of μ₀, with μ₀ ≤ `limit`.
+/// The sets with μ₀ ≤ `limit`. `sets` must be in ascending order of μ₀.
 fn up_to(sets: &[Set], limit: f64) -> &[Set] {
     &sets[..sets.partition_point(|set| set.least_friction <= limit)]
 }
 
 impl Fit {
-    /// Of the sets, in order of μ₀, with μ₀ ≤ `limit`.
+    /// Fits to the sets with μ₀ ≤ `limit`. `sets` must be in ascending order of μ₀.
     pub(crate) fn up_to(sets: &[Set], limit: f64) -> Self {
         let points: Vec<[f64; 2]> = up_to(sets, limit)
             .iter()
@@ -42,7 +42,7 @@ fn slope_through_origin(points: &[[f64; 2]]) -> f64 {
     sum(|[x, y]| x * y) / sum(|[x, _]| x * x)
 }
 
-/// The limit of μ₀, between the given two, up to which the slope through the origin is `slope`; it falls with the limit.
+/// The limit of μ₀ between the given two at which the slope through the origin is `slope`. The slope falls with the limit.
 pub(crate) fn limit_with_slope(sets: &[Set], slope: f64, between: [f64; 2]) -> f64 {
     let [mut low, mut high] = between;
     while high - low > 1e-6 {

@@ -1,7 +1,7 @@
-//! Figure 2: what the relaxed force-closure test tells about the exact one → `figures/force_closure_estimate.png`,
+//! Figure 2: the relaxed force-closure test compared with the exact one → `figures/force_closure_estimate.png`,
 //! `figures/force_closure_estimate.md`
 //!
-//! `cargo run --release --example force_closure_estimate`, well under a minute on two cores.
+//! `cargo run --release --example force_closure_estimate` takes well under a minute on two cores.
 
 use descent::Descents;
 
@@ -14,13 +14,13 @@ mod quality;
 mod report;
 mod sets;
 
-/// Random sets of three contacts, as many as in the paper.
+/// Number of random sets of three contacts, as in the paper.
 const SETS: u64 = 500_000;
-/// Sets that are optimised.
+/// Number of optimised sets.
 const DESCENTS: u64 = 20_000;
-/// The same for more than three contacts, whose exact test is a cone programme.
+/// Number of optimised sets of more than three contacts, whose exact test is a cone programme.
 const LARGER_DESCENTS: u64 = 2000;
-/// Steps looked at: all of the first ones, so that the picture has a line.
+/// Number of steps that are recorded; the picture shows all of them as a line.
 const STEPS: usize = 40;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -1,4 +1,4 @@
-//! The picture.
+//! The picture of the comparison.
 
 use landscape::figure::chart::{Axis, Chart, Corner, Mark, Panel, Scale, Series, Violin};
 use landscape::figure::{Canvas, FigureError, theme};
@@ -8,15 +8,15 @@ use super::fit::Fit;
 use super::quality::{Quality, THRESHOLDS};
 use super::sets::{FRICTIONS, Set};
 
-/// Liu et al. (2021), Fig. 2.
+/// Slope in Fig. 2 of Liu et al. (2021).
 pub(crate) const PUBLISHED_SLOPE: f64 = 4.035;
-/// Width of the bins of μ₀ and how many there are.
+/// Width of the bins of μ₀. `BINS` is their number.
 const BIN: f64 = 0.1;
 const BINS: u32 = 15;
-/// Where the line with an offset is fitted and drawn.
+/// Largest μ₀ at which the line with an offset is fitted and drawn.
 const AFFINE_LIMIT: f64 = 0.5;
 
-/// ‖Gc‖ is never less on the sphere: that of the equilateral triangle with this μ₀.
+/// Least ‖Gc‖ on the sphere at this μ₀: that of the equilateral triangle.
 fn least_net_wrench(friction: f64) -> f64 {
     3.0 * friction / 1.0_f64.hypot(friction)
 }
@@ -27,7 +27,7 @@ pub(crate) fn draw(sets: &[Set], limit: f64, descents: &Descents) -> Result<Canv
         panel_size: [800, 680],
         ..Chart::new("", vec![violins(sets), slopes(sets, limit), kept(descents)])
     };
-    // 350 pixels an inch across a page.
+    // 350 pixels per inch across a page.
     Ok(chart.draw()?.with_pixels_per_unit(1))
 }
 
@@ -122,7 +122,7 @@ fn kept(descents: &Descents) -> Panel {
     };
     let mut series = Vec::new();
     for friction in 0..FRICTIONS.len() {
-        // One name for both frictions: the second is dashed.
+        // Both frictions have the same name; the second is dashed.
         let line = |points, name: &str, colour: usize| {
             let line = Series::line(points).coloured(theme::series(colour));
             if friction == 0 {

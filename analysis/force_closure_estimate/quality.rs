@@ -1,24 +1,24 @@
-//! How well the relaxed test tells what the exact one says.
+//! Precision and recall of the relaxed test with respect to the exact one.
 
 use crate::sets::Verdict;
 
 /// Thresholds of ‖Gc‖: the paper's, and that of the released code, which compares the square.
 pub(crate) const THRESHOLDS: [f64; 2] = [0.5, std::f64::consts::FRAC_1_SQRT_2];
 
-/// Counts of one threshold at one friction.
+/// Counts for one threshold and one friction.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Quality {
     pub(crate) sets: usize,
-    /// Pass the relaxed test.
+    /// Number of sets that pass the relaxed test.
     pub(crate) pass: usize,
-    /// Are force-closed.
+    /// Number of sets with force closure.
     pub(crate) closed: usize,
-    /// Both.
+    /// Number of sets with both.
     pub(crate) both: usize,
 }
 
 impl Quality {
-    /// Of ‖Gc‖ < `threshold` for force closure at the friction number `friction`.
+    /// Counts of ‖Gc‖ < `threshold` and of force closure at the friction with index `friction`.
     pub(crate) fn of<'a>(
         verdicts: impl IntoIterator<Item = &'a Verdict>,
         threshold: f64,
@@ -36,17 +36,17 @@ impl Quality {
         quality
     }
 
-    /// Share of those that pass that are force-closed.
+    /// Share of force closure among the sets that pass.
     pub(crate) fn precision(&self) -> f64 {
         self.both as f64 / self.pass as f64
     }
 
-    /// Share of the force-closed that pass.
+    /// Share of passing sets among those with force closure.
     pub(crate) fn recall(&self) -> f64 {
         self.both as f64 / self.closed as f64
     }
 
-    /// Share that is force-closed.
+    /// Share of sets with force closure.
     pub(crate) fn share_closed(&self) -> f64 {
         self.closed as f64 / self.sets as f64
     }

@@ -1,4 +1,4 @@
-//! The numbers behind the picture.
+//! The tables of the comparison.
 
 use std::fmt::Write as _;
 
@@ -8,7 +8,7 @@ use super::picture::PUBLISHED_SLOPE;
 use super::quality::{Quality, THRESHOLDS};
 use super::sets::{FRICTIONS, Set, Verdict};
 
-/// Ranges of μ₀ that are fitted.
+/// Upper limits of μ₀ for the fits.
 const LIMITS: [f64; 11] = [
     0.1,
     0.2,
@@ -22,7 +22,7 @@ const LIMITS: [f64; 11] = [
     2.0,
     f64::INFINITY,
 ];
-/// Steps of the descent that are tabled.
+/// Steps of the descent in the table.
 const STEPS: [usize; 9] = [0, 2, 4, 6, 8, 10, 15, 20, 40];
 
 pub(crate) fn text(sets: &[Set], limit: f64, descents: &[Descents]) -> String {
@@ -73,7 +73,7 @@ fn fits(text: &mut String, sets: &[Set], limit: f64) {
     );
 }
 
-/// A row of precision and recall for both thresholds and both frictions.
+/// A table row of precision and recall for both thresholds and both frictions.
 fn row<'a>(text: &mut String, name: &str, verdicts: &(impl Iterator<Item = &'a Verdict> + Clone)) {
     let percent = |share: f64| {
         if share.is_nan() {

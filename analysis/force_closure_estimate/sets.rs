@@ -1,4 +1,4 @@
-//! Random contact sets on the unit sphere, and what both tests say about them.
+//! Random contact sets on the unit sphere, and the results of both tests for them.
 
 use landscape::grasp::closure::{PointContact, is_force_closure, least_friction, net_wrench};
 use landscape::sample::{Task, stream};
@@ -6,10 +6,10 @@ use nalgebra::Vector3;
 use rand_distr::{Distribution, UnitSphere};
 use rayon::prelude::*;
 
-/// Frictions at which the exact test is asked.
+/// Frictions of the exact test.
 pub(crate) const FRICTIONS: [f64; 2] = [0.5, 1.0];
 
-/// What is known about three contacts.
+/// Results for three contacts.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Set {
     /// μ₀.
@@ -17,7 +17,7 @@ pub(crate) struct Set {
     pub(crate) verdict: Verdict,
 }
 
-/// What both tests say about contacts.
+/// Results of both tests for some contacts.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Verdict {
     /// ‖Gc‖.
@@ -26,7 +26,7 @@ pub(crate) struct Verdict {
     pub(crate) closed: [bool; 2],
 }
 
-/// Contacts of set number `id`, independent and uniform.
+/// The contact points of set number `id`, independent and uniform.
 pub(crate) fn points(contacts: usize, id: u64) -> Vec<Vector3<f64>> {
     let mut rng = stream(contacts as u64, Task::Start, id);
     (0..contacts)
@@ -54,7 +54,7 @@ impl Verdict {
     }
 }
 
-/// `count` sets of three, by least friction.
+/// `count` sets of three, in ascending order of least friction.
 pub(crate) fn threes(count: u64) -> Vec<Set> {
     let set = |id: u64| {
         let contacts = contacts(&points(3, id));

@@ -4,7 +4,7 @@ use landscape::object::{Description, Mesh, Primitive, Sphere};
 use landscape::space::Symmetry;
 use nalgebra::Vector3;
 
-/// A ball from an icosahedron divided four times.
+/// A ball: an icosahedron subdivided four times.
 pub(super) fn ball() -> Result<(&'static str, Mesh, Description), Box<dyn std::error::Error>> {
     const RADIUS_M: f64 = 0.035;
     let centre = Vector3::z() * RADIUS_M;
@@ -22,7 +22,7 @@ pub(super) fn ball() -> Result<(&'static str, Mesh, Description), Box<dyn std::e
             Vector3::new(b, 0.0, a),
         ]);
     }
-    // Faces are the triples of mutual neighbours, which lie two apart.
+    // Faces are the triples of mutual neighbours, which have distance two.
     let near = |i: usize, j: usize| (vertices[i] - vertices[j]).norm() < 2.1;
     let mut faces: Vec<[Vector3<f64>; 3]> = Vec::new();
     for (i, j, k) in

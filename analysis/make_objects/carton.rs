@@ -10,15 +10,15 @@ const NAME: &str = "box";
 const MASS_KG: f64 = 0.12;
 const HALF_MM: [f64; 3] = [31.0, 19.0, 48.0];
 const ROUNDING_MM: f64 = 2.5;
-/// Quadrangles across half of a rounded edge, and longest side of those on the flat.
+/// Number of quadrangles across half of a rounded edge. `STEP_MM` is the longest side of those on the flat part.
 const ARC_STEPS: u32 = 3;
 const STEP_MM: f64 = 6.0;
 
 pub(super) fn carton() -> Result<(&'static str, Mesh, Description), Box<dyn std::error::Error>> {
     let half = Vector3::from(HALF_MM);
     let core = half.add_scalar(-ROUNDING_MM);
-    // Points of the box are pushed from the box onto the rounded one; edges of neighbouring faces coincide to the last
-    // bit and are merged by `Mesh::new`.
+    // Points of the box are moved onto the rounded box. Edges of neighbouring faces coincide to the last bit and are merged
+    // by `Mesh::new`.
     let rounded = |point: Vector3<f64>| {
         let inner = point.zip_map(&core, |x, limit| x.clamp(-limit, limit));
         inner + (point - inner).normalize() * ROUNDING_MM + Vector3::z() * half.z
@@ -63,7 +63,7 @@ pub(super) fn carton() -> Result<(&'static str, Mesh, Description), Box<dyn std:
     Ok((NAME, Mesh::new(NAME, corners, triangles)?, description))
 }
 
-/// Places of grid lines along an edge of length 2 · `half`: closely over the rounding, evenly over the flat.
+/// Grid lines along an edge of length 2 · `half`: dense over the rounding, even over the flat part.
 fn places(half: f64) -> Vec<f64> {
     let flat = half - ROUNDING_MM;
     let arc = |step: u32| {

@@ -1,4 +1,4 @@
-//! The hammer: a steel head with a round face and a wedge-shaped peen, and a wooden handle grown out of its underside.
+//! The hammer: a steel head with a round face and a wedge-shaped peen, and a wooden handle that grows out of its underside.
 
 use std::f64::consts::TAU;
 
@@ -13,7 +13,7 @@ const NAME: &str = "hammer";
 const MASS_KG: f64 = 0.42;
 /// Height of the middle line of the head above the end of the handle.
 const HEAD_MM: f64 = 272.0;
-/// The head from peen to face: place along it, half-width, half-height, exponent of the cross-section.
+/// The head from peen to face: position along it, half-width, half-height, exponent of the cross-section.
 const HEAD: [[f64; 4]; 12] = [
     [-54.0, 9.5, 1.2, 3.0],
     [-53.0, 10.5, 2.0, 3.0],
@@ -28,10 +28,10 @@ const HEAD: [[f64; 4]; 12] = [
     [50.0, 13.4, 13.4, 2.0],
     [50.6, 11.8, 11.8, 2.0],
 ];
-/// Places between these are divided into steps of this length.
+/// Length of the steps into which the intervals between these positions are divided.
 const STEP_MM: f64 = 3.0;
 const SECTORS: usize = 36;
-/// The handle grows out of these many sectors of the underside, between these places along the head.
+/// Number of sectors of the underside from which the handle grows. `ROOT_MM` are the ends of this root along the head.
 const ROOT_SECTORS: usize = 8;
 const ROOT_MM: [f64; 2] = [-12.0, 12.0];
 /// The handle from the end of its fillet down: height, half-widths across and along the head.
@@ -108,7 +108,7 @@ pub(super) fn hammer() -> Result<(&'static str, Mesh, Description), Box<dyn std:
     Ok((NAME, parts.into_mesh(NAME)?, description))
 }
 
-/// The rows, and between them straight interpolations wherever the first entry changes by more than `step`.
+/// The rows, with linear interpolations wherever the first entry changes by more than `step`.
 fn divided<const N: usize>(rows: &[[f64; N]], step: f64) -> Vec<[f64; N]> {
     let mut all = vec![rows[0]];
     for pair in rows.windows(2) {

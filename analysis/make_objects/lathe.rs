@@ -1,6 +1,5 @@
-//! Objects turned on a lathe: a profile (radius over height, corners rounded) swept about the z axis; with a
-//! profile that comes down again inside, vessels. Below its shoulder
-//! the cross-section may be an oval or a rounded square.
+//! Turned objects: a profile (radius over height, corners rounded) is swept about the z axis. A profile that comes down
+//! again inside gives a vessel. Below the shoulder the cross-section may be an oval or a rounded square.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -20,7 +19,7 @@ pub(super) struct Turned {
     pub(super) section: Section,
 }
 
-/// Cross-section |x/a|ⁿ + |y/b|ⁿ = rⁿ below the shoulder, a circle above it.
+/// Cross-section |x/a|ⁿ + |y/b|ⁿ = rⁿ below the shoulder, and a circle above it.
 pub(super) struct Section {
     pub(super) depth: f64,
     pub(super) exponent: f64,
@@ -34,14 +33,14 @@ pub(super) const ROUND: Section = Section {
 };
 
 impl Turned {
-    /// The whole surface and its rings from the bottom up (on a vessel: up the outer wall and down the inner one).
+    /// The whole surface and its rings from the bottom up (for a vessel: up the outer wall and down the inner one).
     pub(super) fn surface(&self) -> (Parts, Vec<Vec<u32>>) {
         let profile = rounded(self.profile);
         let mut parts = Parts::default();
         let mut rings: Vec<Vec<u32>> = Vec::new();
         let bottom = parts.point(Vector3::zeros());
         for point in &profile {
-            // Neighbouring rings differ by one halving at most.
+            // Numbers of vertices of neighbouring rings differ by a factor of two at most.
             let wanted = segments(point.x);
             let count = match rings.last() {
                 None => wanted,
@@ -100,7 +99,8 @@ impl Section {
     }
 }
 
-/// Fewest segments of a ring that stay within 0.05 mm of the circle; steps of two so that rings can be stitched.
+/// Least number of segments with which a ring stays within 0.05 mm of the circle. It is even, so that rings can be
+/// stitched.
 fn segments(radius_mm: f64) -> usize {
     let sagitta = |count: usize| radius_mm * (1.0 - (PI / count as f64).cos());
     [9, 18, 36]
@@ -109,7 +109,7 @@ fn segments(radius_mm: f64) -> usize {
         .unwrap_or(72)
 }
 
-/// The profile from the axis at the bottom to the axis at the top, corners replaced by arcs, evenly divided.
+/// The profile from the axis at the bottom to the axis at the top, evenly divided, with arcs at the corners.
 fn rounded(corners: &[Corner]) -> Vec<Vector2<f64>> {
     const STEP_MM: f64 = 8.0;
     const ARC_STEP: f64 = PI / 10.0;

@@ -1,7 +1,6 @@
-//! The objects that come with this crate → `data/objects/*.obj` and `*.json`, and a picture of them all →
-//! `figures/objects.png`.
+//! Makes the built-in objects → `data/objects/*.obj` and `*.json`, and a picture of them → `figures/objects.png`.
 //!
-//! Most are turned: a profile swept about the z axis. Every object stands on z = 0, in metres.
+//! Most objects are turned: a profile is swept about the z axis. Every object stands on z = 0. Lengths are in metres.
 
 use std::fs;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! The mug: a turned body with a handle grown out of its wall.
+//! The mug: a turned body with a handle that grows out of its wall.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -22,15 +22,15 @@ const BODY: Turned = Turned {
     ],
     section: ROUND,
 };
-/// Heights of the middles of the handle's roots, lower and upper.
+/// Heights of the centres of the handle's roots, lower and upper.
 const ROOTS_MM: [f64; 2] = [22.0, 74.0];
-/// Sectors and rings of the wall that a root takes.
+/// Numbers of sectors and rings of the wall in a root.
 const ROOT: [usize; 2] = [6, 3];
-/// Where the fillets end and the handle's arch begins: distance from the axis.
+/// Distance from the axis at which the fillets end and the handle's arch begins.
 const ARCH_MM: f64 = 47.0;
-/// How far the middle line of the arch goes out from there.
+/// Distance from there to the outermost point of the arch's middle line.
 const REACH_MM: f64 = 25.0;
-/// Exponent of the arch: between an ellipse (2) and a rectangle.
+/// Exponent of the arch, between an ellipse (2) and a rectangle.
 const ARCH_EXPONENT: f64 = 2.6;
 /// Half-widths of the handle's cross-section: across the arch and in its plane.
 const HALF_MM: [f64; 2] = [6.5, 4.5];
@@ -73,7 +73,7 @@ pub(super) fn mug() -> Result<(&'static str, Mesh, Description), Box<dyn std::er
     for station in &stations[1..stations.len() - 1] {
         tube.push(parts.section(station, &angles));
     }
-    // The handle comes back upside down.
+    // The handle arrives upside down.
     let turned = |index: usize| (2 * sectors + height + lower.len() - index) % lower.len();
     let root: Vec<u32> = (0..lower.len()).map(|index| lower[turned(index)]).collect();
     let mut end = parts.fillet(&root, &outward, &stations[stations.len() - 1], &angles);

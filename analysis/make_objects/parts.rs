@@ -1,4 +1,4 @@
-//! A surface under construction: points, rings of points, and the triangles between them. Millimetres.
+//! A surface under construction: points, rings of points, and the triangles between them, in millimetres.
 
 use std::collections::BTreeSet;
 
@@ -22,26 +22,26 @@ impl Parts {
         self.vertices[index as usize]
     }
 
-    /// Points around a direction of growth, counter-clockwise seen against it.
+    /// Adds a ring of points around a direction of growth, counter-clockwise seen against it.
     pub(super) fn ring(&mut self, points: impl IntoIterator<Item = Vector3<f64>>) -> Vec<u32> {
         points.into_iter().map(|point| self.point(point)).collect()
     }
 
-    /// Closes a ring with a fan around `pole`, which lies on the side the ring grows from.
+    /// Closes a ring with a fan around `pole`, on the side from which the ring grows.
     pub(super) fn close_below(&mut self, pole: u32, ring: &[u32]) {
         let count = ring.len();
         self.triangles
             .extend((0..count).map(|i| [pole, ring[(i + 1) % count], ring[i]]));
     }
 
-    /// Closes a ring with a fan around `pole`, which lies on the side the ring grows to.
+    /// Closes a ring with a fan around `pole`, on the side toward which the ring grows.
     pub(super) fn close_above(&mut self, pole: u32, ring: &[u32]) {
         let count = ring.len();
         self.triangles
             .extend((0..count).map(|i| [pole, ring[i], ring[(i + 1) % count]]));
     }
 
-    /// Triangles between two rings, the upper of which has as many, half or twice as many vertices.
+    /// Adds triangles between two rings. The upper ring has as many, half or twice as many vertices.
     pub(super) fn stitch(&mut self, below: &[u32], above: &[u32]) {
         let (few, many) = (below.len().min(above.len()), below.len().max(above.len()));
         if few == many {
@@ -76,8 +76,8 @@ impl Parts {
         }
     }
 
-    /// Cuts a hole of whole quadrangles into neighbouring rings of the same size, `sectors` wide from sector `first` on,
-    /// and returns its border, counter-clockwise seen from outside, from the lower left corner on.
+    /// Cuts a hole of whole quadrangles into neighbouring rings of the same size, `sectors` wide from sector `first` on.
+    /// Returns its border from the lower left corner on, counter-clockwise seen from outside.
     pub(super) fn open(&mut self, rings: &[Vec<u32>], first: usize, sectors: usize) -> Vec<u32> {
         let corner = |ring: usize, sector: usize| {
             let ring = &rings[ring];

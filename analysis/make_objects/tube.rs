@@ -1,4 +1,4 @@
-//! Tubes along a path, from stations whose cross-sections are superellipses, and how a tube grows out of a wall.
+//! Tubes along a path through stations with superelliptic cross-sections, and fillets between a tube and a wall.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -28,11 +28,11 @@ impl Station {
     }
 }
 
-/// Rings of a fillet between a wall and a tube.
+/// Number of rings of a fillet between a wall and a tube.
 const FILLET_RINGS: u32 = 4;
 
-/// The angle of each point of a hole's border in the cross-section of a tube that covers it, for a hole `sectors` wide
-/// and `rings` high (see [`Parts::open`]).
+/// The angle of each point of a hole's border in the cross-section of a tube that covers the hole, for a hole `sectors`
+/// wide and `rings` high (see [`Parts::open`]).
 pub(super) fn border_angles(sectors: usize, rings: usize) -> Vec<f64> {
     let (w, h) = (sectors, rings);
     (0..2 * (w + h))
@@ -50,13 +50,13 @@ pub(super) fn border_angles(sectors: usize, rings: usize) -> Vec<f64> {
 }
 
 impl Parts {
-    /// A ring of points of `station` at `angles`.
+    /// Adds the ring of points of `station` at `angles`.
     pub(super) fn section(&mut self, station: &Station, angles: &[f64]) -> Vec<u32> {
         self.ring(angles.iter().map(|&angle| station.point(angle)))
     }
 
-    /// Rings that lead from the border of a hole to a tube in a rounded corner: along the wall at first, then along
-    /// `outward`. The last one is the section of `station`.
+    /// Adds rings of a fillet from the border of a hole to a tube: along the wall at first, then along `outward`. The last
+    /// one is the section of `station`.
     pub(super) fn fillet(
         &mut self,
         border: &[u32],

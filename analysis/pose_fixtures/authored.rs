@@ -1,4 +1,4 @@
-//! What a person writes down of a fixture: object, rough posture and placement, and what touches.
+//! The authored part of a fixture: object, rough posture and placement, and contacts.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -10,7 +10,7 @@ use serde::Deserialize;
 
 use crate::shape::points;
 
-/// A type of grasp in some variants, or one thing that is none.
+/// A type of grasp in some variants, or a pose outside the taxonomy.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Authored {
@@ -24,29 +24,29 @@ pub(crate) struct Authored {
     pub(crate) variants: Vec<Variant>,
 }
 
-/// One fixture of a type: what differs from the others.
+/// One fixture of a type: the differences from the others.
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Variant {
-    /// Added to what the type depicts.
+    /// Text added to the description of the type.
     pub(crate) with: String,
     #[serde(flatten)]
     pub(crate) pose: Rough,
 }
 
-/// A rough pose. What a variant leaves out is that of the type.
+/// A rough pose. Missing fields of a variant come from the type.
 #[derive(Debug, Clone, Default, Deserialize)]
 pub(crate) struct Rough {
-    /// Degrees, joints of each digit in the order of the description.
+    /// Joint angles of each digit in the order of the description, degrees.
     #[serde(default)]
     pub(crate) deg: BTreeMap<String, Vec<f64>>,
     /// Parts in a frame whose z axis is the long one.
     #[serde(default)]
     pub(crate) object: Option<Vec<Part>>,
-    /// Origin of the object, hand frame, millimetres; on top of `between`.
+    /// Origin of the object, hand frame, millimetres; added to `between`.
     #[serde(default)]
     pub(crate) at_mm: Option<[f64; 3]>,
-    /// Regions in whose middle the object lies in the rough posture.
+    /// Regions around whose mean the object lies in the rough posture.
     #[serde(default)]
     pub(crate) between: Option<Vec<String>>,
     /// The object's z axis, hand frame.
@@ -64,15 +64,15 @@ pub(crate) struct Rough {
     /// Regions that stay clear of the object.
     #[serde(default)]
     pub(crate) free: Option<Vec<String>>,
-    /// What it costs that the normal under the thumb and the mean of those under the fingers do not cancel.
+    /// Cost if the normal under the thumb and the mean of those under the fingers do not cancel.
     #[serde(default)]
     pub(crate) oppose: Option<f64>,
-    /// How far the object may be moved on the way: factor on 8 mm and 0.2 rad.
+    /// Allowed motion of the object during closing, as a factor of 8 mm and 0.2 rad.
     #[serde(default)]
     pub(crate) loose: Option<f64>,
 }
 
-/// A solid, sizes in millimetres.
+/// A solid with sizes in millimetres.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Part {
@@ -84,9 +84,9 @@ pub(crate) enum Part {
     Box([f64; 3], [f64; 3]),
     /// Diameter and the ends of the axis.
     Pill(f64, [f64; 3], [f64; 3]),
-    /// Diameter, thickness and centre, its axis along x.
+    /// Diameter, thickness and centre, with the axis along x.
     Disc(f64, f64, [f64; 3]),
-    /// Diameters of the middle line and of the tube, centre; about x.
+    /// Diameters of the middle line and of the tube, and centre; about x.
     Loop(f64, f64, [f64; 3]),
 }
 
@@ -145,7 +145,7 @@ impl Part {
 }
 
 impl Rough {
-    /// This one over `base`.
+    /// This pose, with missing fields from `base`.
     pub(crate) fn over(&self, base: &Self) -> Self {
         let mut deg = base.deg.clone();
         deg.extend(self.deg.clone());
@@ -186,7 +186,7 @@ impl Rough {
         Ok(joints)
     }
 
-    /// Placement of the object in the hand's frame before anything is closed.
+    /// Pose of the object in the hand's frame before closing.
     pub(crate) fn hand_from_object(&self, hand: &Hand) -> Result<Isometry3<f64>, String> {
         let joints = self.joints_rad(hand)?;
         let mut coordinates = vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
@@ -215,7 +215,7 @@ impl Rough {
             (None, Some(x)) => Vector3::from(x),
             (None, None) => Vector3::ith(z.iamin(), 1.0),
         };
-        // Where the x axis is given by regions it is kept and z turned, else the other way round.
+        // If regions give the x axis, it is kept and z is rotated; otherwise the reverse.
         let (x, z) = if self.x_between.is_some() {
             let x = x.normalize();
             (x, (z - x * x.dot(&z)).normalize())

@@ -1,4 +1,4 @@
-//! Closes a hand in a rough pose onto an object: what is to touch touches, nothing goes through anything.
+//! Closes a hand from a rough pose onto an object, so that the chosen regions touch and nothing penetrates.
 
 use landscape::energy::Energy;
 use landscape::hand::{Hand, PosedHand, Wrench, axis_distance, closest_points};
@@ -9,19 +9,19 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::shape::{Union, points};
 
-/// Everything is counted in squares of this, metres.
+/// Unit of all squared terms, metres.
 const UNIT_M: f64 = 1e-3;
-/// What a normal that does not oppose the object's costs: (1 + n·m) times this, squares of the unit.
+/// Cost of a normal that does not oppose the object's: (1 + n·m) times this, in squares of the unit.
 const ALIGNMENT: f64 = 6.0;
-/// Deviations that cost as much as a millimetre: of joints of digits that touch and of the others, radians …
+/// Deviations that cost as much as a millimetre: joints of digits that touch and of the others, radians,
 const TOUCHING_RAD: f64 = 0.22;
 const IDLE_RAD: f64 = 0.05;
-/// … and of the placement, metres and radians.
+/// and the placement, metres and radians.
 const SHIFT_M: f64 = 8e-3;
 const TURN_RAD: f64 = 0.2;
-/// How far what stays clear stays away, metres.
+/// Distance that free regions keep, metres.
 const CLEARANCE_M: f64 = 5e-3;
-/// Depth that is a contact, not a penetration, metres.
+/// Depth that counts as contact and not as penetration, metres.
 const PRESSED_M: f64 = 3e-4;
 
 /// The sum of squares that is minimised.
@@ -34,31 +34,32 @@ pub(crate) struct Closing<'a> {
     pub(crate) touching: Vec<Vec<usize>>,
     /// Surface points that stay clear.
     pub(crate) free: Vec<usize>,
-    /// The rough pose and what leaving it costs.
+    /// The rough pose, and the factor on the cost of leaving it.
     pub(crate) rough: Vec<f64>,
     pub(crate) looseness: f64,
     pub(crate) oppose: f64,
     pub(crate) idle: Vec<bool>,
-    /// Factors: of contacts and of penetration.
+    /// Factors of contacts and of penetration.
     pub(crate) pull: f64,
     pub(crate) push: f64,
     pub(crate) space: PoseSpace,
 }
 
-/// How well a pose keeps what was asked.
+/// Accuracy of a pose with respect to the requirements.
 #[derive(Debug, Clone)]
 pub(crate) struct Fit {
     /// Distance of each region that touches, metres.
     pub(crate) gaps_m: Vec<f64>,
-    /// Depth of the hand's points in the object, of the object's points in the hand's capsules, of capsules in each other.
+    /// Depths of the hand's points in the object, of the object's points in the hand's capsules, and of capsules in each
+    /// other.
     pub(crate) depth_m: f64,
     pub(crate) intrusion_m: f64,
     pub(crate) overlap_m: f64,
-    /// Joints out of their limits by at most this, radians.
+    /// Largest excess of a joint beyond its limits, radians.
     pub(crate) beyond_rad: f64,
 }
 
-/// Digit, link, point, the object's normal there and how it turns.
+/// Digit, link, point, the object's normal there and the derivative of the normal.
 type Contact = (usize, usize, Vector3<f64>, Vector3<f64>, Matrix3<f64>);
 
 struct Sum {
@@ -67,7 +68,7 @@ struct Sum {
 }
 
 impl Sum {
-    /// Adds `factor · value²/unit²` of a length whose derivative by a point of a link is `slope`.
+    /// Adds `factor · value²/unit²` for a length whose derivative with respect to a point of a link is `slope`.
     fn square(
         &mut self,
         factor: f64,
@@ -113,7 +114,7 @@ impl<'a> Closing<'a> {
         }
     }
 
-    /// The pose closed in stages of growing strictness.
+    /// The pose after closing in stages of growing strictness.
     pub(crate) fn close(&mut self) -> Vec<f64> {
         let mut x = self.rough.clone();
         for (pull, push, evaluations) in [(0.3, 0.3, 300), (2.0, 3.0, 400), (20.0, 60.0, 900)] {
@@ -122,7 +123,7 @@ impl<'a> Closing<'a> {
                 .with_max_step(0.01)
                 .with_gradient_tolerance(1.0)
                 .with_max_evaluations(evaluations);
-            // What touches is chosen anew a few times: the choice makes kinks that stop a descent.
+            // The touching points are chosen anew a few times, because the choice has kinks that stop a descent.
             for _ in 0..3 {
                 x = quench(self, &x, &settings).x;
             }
@@ -199,7 +200,7 @@ impl<'a> Closing<'a> {
         }
     }
 
-    /// The thumb presses against the fingers: |n(thumb) + mean n(fingers)|² of the object's normals.
+    /// Cost of the thumb not opposing the fingers: |n(thumb) + mean n(fingers)|² of the object's normals.
     fn face(&self, contacts: &[Contact], sum: &mut Sum) {
         let count = |thumb: bool| {
             contacts
@@ -242,7 +243,7 @@ impl<'a> Closing<'a> {
                 let offset = p - (ends[0] + axis * along);
                 let depth = capsule.radius_m - offset.norm() - PRESSED_M;
                 if depth > 0.0 {
-                    // The link moves, so the capsule's nearest point comes closer as it moves along the offset.
+                    // The link moves, so the capsule's nearest point approaches when it moves along the offset.
                     let slope = offset / offset.norm().max(1e-9);
                     sum.square(self.push, depth, capsule.link.0, p, &slope);
                 }
@@ -304,7 +305,7 @@ impl Energy for Closing<'_> {
             self.space.metric(),
             gradient,
         );
-        // The placement: three points of the palm are tied to where they were.
+        // For the placement, three points of the palm are tied to their rough positions.
         let mut rough = PosedHand::default();
         self.hand.pose_links(&self.rough, &mut rough);
         let mut tied = vec![Wrench::default(); self.hand.links.len()];

@@ -1,8 +1,8 @@
-//! Poses the fixtures of the taxonomy: in `tests/taxonomy/fixtures`, `authored.json` → `development.json`, `held_out.json`, and
-//! `second_authored.json` → `second_held_out.json`.
+//! Poses the fixtures of the taxonomy in `tests/taxonomy/fixtures`: `authored.json` → `development.json` and
+//! `held_out.json`, and `second_authored.json` → `second_held_out.json`.
 //!
-//! `cargo run --release --example pose_fixtures [FOLDER [ID …]]`: with a folder also pictures into it, of the fixtures
-//! whose id starts with one of `ID`. Files are written when everything is posed.
+//! `cargo run --release --example pose_fixtures [FOLDER [ID …]]`: with a folder, it also draws the fixtures whose id starts
+//! with one of `ID` into it. Files are written when all fixtures are posed.
 
 #[path = "../../tests/taxonomy/fixture.rs"]
 mod fixture;
@@ -29,15 +29,15 @@ use fixture::{Fixture, Placement};
 use shape::Union;
 
 const FOLDER: &str = "tests/taxonomy/fixtures";
-/// What was written, first and later, and the fixtures that come of it: all, or two halves.
+/// The authored files, first and later, and the files of fixtures made from them: one, or two halves.
 const SETS: [(&str, &[&str]); 2] = [
     ("authored", &["development", "held_out"]),
     ("second_authored", &["second_held_out"]),
 ];
-/// Decides which half a fixture belongs to; fixed before the first one was posed.
+/// Seed of the split into halves, fixed before the first fixture was posed.
 const SPLIT_SEED: u64 = 33;
 
-/// Which fixtures are for development: of each type, and of what is none, the first half of a shuffled list.
+/// Which fixtures are for development: the first half of a shuffled list of each type, and of poses outside the taxonomy.
 fn development(count: usize, kind: Option<u8>) -> Vec<bool> {
     let mut order: Vec<usize> = (0..count).collect();
     let mut rng = stream(SPLIT_SEED, Task::Resampling, u64::from(kind.unwrap_or(0)));
@@ -86,7 +86,7 @@ fn pose(
     );
     let pose = Pose::from(closing.close());
     let fit = closing.fit(&pose);
-    // Millionths are finer than anything that is measured.
+    // Millionths are finer than all measured quantities.
     let round = |value: f64| (value * 1e6).round() / 1e6;
     let names = hand.joints.iter().map(|joint| joint.name.clone());
     let fixture = Fixture {
@@ -198,7 +198,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// Writes the fixtures of a set, in as many files as it has.
+/// Writes the fixtures of a set into its files.
 fn write_set(fixtures: &[&Fixture], names: &[&str]) -> Result<(), Box<dyn std::error::Error>> {
     let mut files = vec![Vec::new(); names.len()];
     for own in fixtures.chunk_by(|one, next| one.kind == next.kind) {

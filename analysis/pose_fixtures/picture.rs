@@ -68,7 +68,7 @@ fn straight(from: [f64; 2], to: [f64; 2]) -> Vec<[f64; 2]> {
         .collect()
 }
 
-/// The surface of revolution of a profile (radius, height) that falls in height.
+/// The surface of revolution of a profile (radius, height) with descending height.
 fn lathe(centre: Vector3<f64>, axis: Vector3<f64>, profile: &[[f64; 2]]) -> Surface {
     let side = axis.cross(&Vector3::ith(axis.iamin(), 1.0)).normalize();
     let other = axis.cross(&side);
@@ -152,7 +152,7 @@ pub(crate) fn samples(shape: &Union) -> Vec<Vector3<f64>> {
     all.filter(|p| shape.distance(p) > -1e-3).collect()
 }
 
-/// Two views of a fixture in the hand's frame: the best, and from the thumb's side.
+/// Two views of a fixture in the hand's frame: the best one, and one from the thumb's side.
 pub(crate) fn views(hand: &Hand, skin: &Skin, fixture: &Fixture, side: u32) -> Option<[Image; 2]> {
     let x = fixture.coordinates(hand)?;
     let shape = fixture.shape();

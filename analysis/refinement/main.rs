@@ -1,8 +1,8 @@
-//! Figure 6 of Liu et al. (2021): the same samples before and after refinement, and whether a high ‖Gc‖ tells those that
-//! are trapped → `figures/refinement.png`, `figures/refinement_roc.png`, `figures/refinement.md`
+//! Figure 6 of Liu et al. (2021): the same samples before and after refinement, and whether a high ‖Gc‖ detects trapped
+//! samples → `figures/refinement.png`, `figures/refinement_roc.png`, `figures/refinement.md`
 //!
-//! Four hundred chains of each method on the round bottle. A sample is trapped if its contacts are no force closure at
-//! μ = 0.5 by the exact test, with the normals of the exact mesh. The pictures show the samples at five quantiles of ‖Gc‖
+//! Each method has four hundred chains on the round bottle. A sample is trapped if its contacts have no force closure at μ
+//! = 0.5 by the exact test with the normals of the exact mesh. The pictures show the samples at five quantiles of ‖Gc‖
 //! after refinement. `cargo run --release --example refinement`; `-- --quick`: 12 short chains, into `target/`.
 
 mod picture;
@@ -25,10 +25,10 @@ const OBJECT: &str = "bottle_round";
 const SEED: u64 = 6;
 const CHAINS: u64 = 400;
 
-/// How samples are made.
+/// A method of sampling.
 struct Method {
     name: &'static str,
-    /// How the sample is refined.
+    /// Name of the refinement.
     refinement: &'static str,
     energy: EnergySettings,
     synthesis: SynthesisSettings,
@@ -50,7 +50,7 @@ struct Sample {
     energy: f64,
 }
 
-/// All samples of a method, by rising ‖Gc‖ after refinement.
+/// All samples of a method, in ascending order of ‖Gc‖ after refinement.
 struct Series {
     method: Method,
     energy: GraspEnergy,
@@ -91,7 +91,7 @@ fn methods() -> [Method; 3] {
             energy: EnergySettings::released(),
             synthesis: SynthesisSettings::released(),
         },
-        // What the strict filter would send back stays, or there were nothing to tell apart.
+        // Samples that the strict filter would reject are kept; otherwise there would be no trapped ones.
         Method {
             name: "ours, first attempt",
             refinement: "descent",
@@ -149,12 +149,12 @@ impl State {
     }
 }
 
-/// What is true of a refined sample.
+/// Properties of a refined sample that a score should detect.
 #[derive(Clone, Copy, PartialEq)]
 enum Truth {
-    /// No force closure at μ = 0.5.
+    /// There is no force closure at μ = 0.5.
     NoForceClosure,
-    /// No force closure, or a contact more than 2 mm off the mesh.
+    /// There is no force closure, or a contact is more than 2 mm off the mesh.
     NoGrasp,
 }
 
@@ -174,7 +174,7 @@ impl Truth {
     }
 }
 
-/// What is to tell it.
+/// Score that should detect it.
 #[derive(Clone, Copy)]
 enum Score {
     NetWrench,
@@ -209,7 +209,7 @@ impl Series {
         Roc::new(&scores, &trapped)
     }
 
-    /// How many refined samples are trapped.
+    /// Number of trapped refined samples.
     fn trapped(&self, truth: Truth) -> usize {
         let states = self.samples.iter().map(|sample| &sample.after);
         states.filter(|state| truth.of(state)).count()
@@ -222,7 +222,7 @@ impl Series {
     }
 }
 
-/// An area with its 95 % interval, where there is one.
+/// An area with its 95 % interval, if there is one.
 fn area(roc: &Roc) -> String {
     let [low, high] = roc.interval(1.96);
     if low.is_nan() || high.is_nan() {

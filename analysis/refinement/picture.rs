@@ -12,13 +12,13 @@ const SIDE: u32 = 140;
 const GAP: u32 = 10;
 const CAPTION: u32 = 22;
 const TITLE: u32 = 34;
-/// Of the words before and after.
+/// Width of the column with the words "before" and "after".
 const LEFT: u32 = 26;
 
 const TRAPPED: Colour = Colour::new(0xB0, 0x3A, 0x00);
 const HOLDS: Colour = Colour::new(0x00, 0x6B, 0x4E);
 
-/// Samples of each method, above each other before and after refinement, seen from the same place.
+/// Samples of each method, before refinement above after refinement, from the same viewpoint.
 pub(crate) fn sheet(all: &[Series]) -> Canvas {
     let columns = u32::try_from(QUANTILES).unwrap_or(u32::MAX);
     let row = SIDE + CAPTION;
@@ -82,16 +82,16 @@ fn render(series: &Series, sample: &Sample) -> [Image; 2] {
     let after = Scene::of_grasp(hand, &skin, object, &sample.after.grasp);
     let mut both = after.clone();
     both.surfaces.extend(before.surfaces.iter().cloned());
-    // From where the refined contacts are seen best.
+    // The viewpoint that shows the refined contacts best.
     let toward_eye = after.best_camera(Vector3::z()).toward_eye();
     let camera = both.framed(toward_eye, Vector3::z());
     [before, after].map(|scene| scene.render(&camera, SIDE, SIDE))
 }
 
-/// Cases of either class below which a curve says nothing.
+/// Least number of cases in each class for a meaningful curve.
 const FEWEST: usize = 3;
 
-/// The curves: how many of the trapped samples a threshold finds, against how many others it takes for trapped.
+/// The curves: share of trapped samples above a threshold against share of other samples above it.
 pub(crate) fn curves(all: &[Series]) -> Chart {
     let both = |truth: &Truth| {
         all.iter()

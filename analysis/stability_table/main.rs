@@ -1,8 +1,8 @@
 //! Table I of Liu et al. (2021): how many grasps hold in simulation → `figures/stability.md`, `.png`, `.csv`
 //!
-//! Three populations: `weak`, the ends of single short attempts, nearly unfiltered, on which filters and scores can be
-//! compared; `strict`, the default synthesis; `firm`, hands that are closed at the end until they press. Every end is
-//! simulated. What is finished is kept in the `.csv`; a run goes on after it. `--quick`: few chains, into `target/`.
+//! There are three populations: `weak`, the nearly unfiltered ends of single short attempts, for comparing filters and
+//! scores; `strict`, the default synthesis; `firm`, hands that close at the end until they press. Every end is simulated.
+//! Finished work is kept in the `.csv`, and a run continues after it. `--quick`: few chains, into `target/`.
 
 #[path = "../yields/interval.rs"]
 mod interval;
@@ -33,9 +33,9 @@ const BOTTLES: [&str; 6] = [
     "bottle_squeeze",
     "bottle_water",
 ];
-/// Simple shapes, as published evaluations have them among their objects.
+/// Simple shapes, which are common in published evaluations.
 const SIMPLE: [&str; 3] = ["ball", "box", "can"];
-/// Populations: name, chains on each bottle, chains on each simple shape. Those whose name ends so go through the six
+/// Populations: name, chains on each bottle, chains on each simple shape. Those whose name ends with `PUSHED` use the six
 /// directions instead of the drop, which cost twenty times as much.
 const POPULATIONS: [(&str, u64, u64); 5] = [
     ("firm", 320, 50),
@@ -63,7 +63,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                 rows.extend(measure(population, name, chains)?);
                 row::write(&csv, &rows)?;
             }
-            // After each object, so that a run that is cut short leaves a report of what it has.
+            // Written after each object, so that an interrupted run leaves a report.
             fs::write(folder.join("stability.md"), report::text(&rows))?;
             let picture = report::chart(&rows).draw()?;
             picture.save(&folder.join("stability.png"))?;
@@ -117,7 +117,7 @@ fn measure(population: &str, name: &str, chains: u64) -> Result<Vec<Row>, Box<dy
             object: name.to_owned(),
             chain,
             net_wrench: judgement.net_wrench,
-            // No friction suffices: more than any that does.
+            // No friction suffices, so a greater value than any that does.
             friction: judgement.least_friction.unwrap_or(1e3),
             epsilon: judgement.epsilon,
             sigma_m: gaps / contacts.len() as f64,

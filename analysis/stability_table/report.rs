@@ -1,4 +1,4 @@
-//! The table and the picture.
+//! The table and the picture of the results.
 
 use std::fmt::Write;
 
@@ -10,7 +10,7 @@ use super::interval::interval;
 use super::row::Row;
 use super::{BOTTLES, POPULATIONS, PUSHED, SEED, SIMPLE};
 
-/// Whether a grasp held in one of the tests; none where it was not simulated.
+/// Whether a grasp held in one of the tests; `None` if it was not simulated.
 type Held = fn(&Row) -> Option<bool>;
 
 const OUTCOMES: [(&str, Held); 4] = [
@@ -31,7 +31,7 @@ const FILTERS: [Test; 4] = [
     ("strict filter", |row| row.strict),
 ];
 
-/// Published: Table I, static stability, per cent.
+/// Published static stability of Table I, per cent.
 const PUBLISHED: [(&str, f64); 4] = [
     ("union of balls (Liu et al.)", 72.53),
     ("visuo-haptic (Liu et al.)", 85.00),
@@ -41,7 +41,7 @@ const PUBLISHED: [(&str, f64); 4] = [
 
 type Score = (&'static str, fn(&Row) -> f64);
 
-/// The higher, the likelier to hold.
+/// Scores: a higher one should mean that a grasp is more likely to hold.
 const SCORES: [Score; 6] = [
     ("−‖Gc‖", |row| -row.net_wrench),
     ("−μ₀", |row| -row.friction),
@@ -61,7 +61,7 @@ fn of<'a>(rows: &'a [Row], population: &str, keep: impl Fn(&Row) -> bool) -> Vec
         .collect()
 }
 
-/// `87.0 % [83.9, 89.6] of 531`.
+/// A share such as `87.0 % [83.9, 89.6] of 531`.
 fn share(rows: &[&Row], held: Held) -> String {
     let known: Vec<bool> = rows.iter().filter_map(|row| held(row)).collect();
     if known.is_empty() {

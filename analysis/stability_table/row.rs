@@ -1,15 +1,15 @@
-//! What is known of one grasp: a line of the `.csv`.
+//! Results for one grasp: a line of the `.csv`.
 
 use std::error::Error;
 use std::fs;
 use std::io::ErrorKind;
 use std::path::Path;
 
-/// Outcomes: 1 held, 0 not, −1 not simulated.
+/// Columns. Outcomes are 1 (held), 0 (not) or −1 (not simulated).
 const COLUMNS: &str = "population,object,chain,net_wrench,friction,epsilon,sigma_m,force_closure,published,strict,firm,\
                        touch_friction,touch_epsilon,drop,at_once,six,rigid";
 
-/// A chain's end: what is measured, and what became of it.
+/// A chain's end: its measures and its outcomes.
 #[expect(clippy::struct_excessive_bools, reason = "columns of a table")]
 pub(crate) struct Row {
     pub(crate) population: String,

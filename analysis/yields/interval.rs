@@ -1,6 +1,6 @@
-//! How sure a share is.
+//! Confidence intervals of shares.
 
-/// Wilson's 95 % interval of a share of `of`.
+/// Wilson's 95 % interval of the share `count` / `of`.
 pub(crate) fn interval(count: f64, of: f64) -> [f64; 2] {
     const Z: f64 = 1.959_964;
     let share = count / of;

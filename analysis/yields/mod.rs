@@ -1,4 +1,4 @@
-//! What the programs about yields share: runs of many chains, and a table of their numbers that grows run by run.
+//! Shared by the programs about yields: runs of many chains, and a table of their numbers that grows with each run.
 
 mod interval;
 
@@ -14,7 +14,7 @@ use landscape::object::Object;
 
 pub(crate) use interval::interval;
 
-/// What is run: many chains of one method on one object.
+/// A run: many chains of one method on one object.
 #[derive(Debug, Clone)]
 pub(crate) struct Run {
     /// Name of the row or line.
@@ -27,10 +27,10 @@ pub(crate) struct Run {
 }
 
 impl Run {
-    /// Tells this run from all others, settings included.
+    /// Identifies this run, including its settings.
     pub(crate) fn key(&self) -> Result<String, serde_json::Error> {
         let settings = serde_json::to_string(&(self.energy, self.synthesis))?;
-        // FNV-1a: a name, not a secret.
+        // FNV-1a is sufficient for a name.
         let hash = settings
             .bytes()
             .fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
@@ -52,7 +52,7 @@ impl Run {
     }
 }
 
-/// A comma-separated table whose first five columns are a run's key. Runs that are in it are not made again.
+/// A comma-separated table whose first five columns are the key of a run. Runs in it are not repeated.
 #[derive(Debug)]
 pub(crate) struct Table {
     header: String,
@@ -95,7 +95,7 @@ impl Table {
         self.rows.push(row);
     }
 
-    /// Writes the rows of these runs, in this order; others are forgotten.
+    /// Writes the rows of these runs in this order; other rows are dropped.
     pub(crate) fn write(&self, path: &Path, keys: &[String]) -> io::Result<()> {
         let mut text = format!("{}\n", self.header);
         for key in keys {
