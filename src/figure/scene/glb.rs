@@ -325,7 +325,7 @@ mod tests {
             "{}",
             read.mesh.volume()
         );
-        // What was up along z is up along y.
+        // The direction up was z and is now y.
         let [low, high] = read.mesh.bounds();
         assert!(
             (high - Vector3::new(3.5, 4.5, 1.0)).norm() < 1e-6 && (low.z + 1.0).abs() < 1e-6,

@@ -1,4 +1,4 @@
-//! What tests of pictures share: synthetic landscapes, what every picture must keep, where to look at it.
+//! Shared by the tests of pictures: synthetic landscapes, checks of every picture, and a gallery to look at.
 
 use super::canvas::Canvas;
 
@@ -8,7 +8,7 @@ mod networks;
 #[cfg(feature = "topography")]
 pub(super) use networks::{forest, random_links, random_network, random_tree};
 
-/// Every text lies on the sheet and none touches another.
+/// Asserts that every text lies on the sheet and that no two texts touch.
 pub(super) fn assert_legible(canvas: &Canvas) {
     let texts = canvas.texts();
     for (index, (text, [left, top, right, bottom])) in texts.iter().enumerate() {
@@ -26,8 +26,8 @@ pub(super) fn assert_legible(canvas: &Canvas) {
     }
 }
 
-/// Writes the picture as SVG and PNG into the folder named by `LANDSCAPE_GALLERY`, to be looked at; where that is unset,
-/// into a folder that vanishes.
+/// Writes the picture as SVG and PNG into the folder named by `LANDSCAPE_GALLERY`, to be looked at. If it is unset, only an
+/// SVG is written, into a temporary folder.
 pub(super) fn gallery(canvas: &Canvas, name: &str) {
     let vanishing = tempfile::tempdir().expect("a folder");
     let wanted = std::env::var_os("LANDSCAPE_GALLERY").map(std::path::PathBuf::from);

@@ -5,7 +5,7 @@ use rand::RngExt;
 use crate::sample::{Task, stream};
 use crate::topography::{Edge, Evidence, Minimum, MinimumId, Network, Node, NodeId, Tree};
 
-/// Random minima in a plane on an uneven floor, joined to near neighbours within each of `parts` parts.
+/// Random minima in a plane on an uneven floor. They are joined to near neighbours within each of `parts` parts.
 pub(in crate::figure) fn random_network(seed: u64, count: usize, parts: usize) -> Network {
     let mut rng = stream(seed, Task::Start, 0);
     let mut minima: Vec<Minimum> = (0..count)
@@ -30,7 +30,7 @@ pub(in crate::figure) fn random_network(seed: u64, count: usize, parts: usize) -
     for minimum in minima.clone() {
         network.add_node(minimum);
     }
-    // The last parts are single minima, the others share the rest.
+    // The last parts are single minima, and the others share the rest.
     let part = |index: usize| {
         if index + parts > count.max(parts) {
             index
@@ -72,7 +72,7 @@ pub(in crate::figure) fn random_network(seed: u64, count: usize, parts: usize) -
     network
 }
 
-/// Kruskal's algorithm, two branches a merge.
+/// The tree by Kruskal's algorithm, with two branches per merge.
 fn tree_of(network: &Network) -> Tree {
     let mut nodes: Vec<Node> = network
         .node_weights()
@@ -116,7 +116,7 @@ pub(in crate::figure) fn random_tree(seed: u64, leaves: usize, parts: usize) -> 
     tree_of(&random_network(seed, leaves, parts))
 }
 
-/// Leaves of given energies and merges (height, numbers of the branches).
+/// A forest of leaves with given energies and merges (height, numbers of the branches).
 pub(in crate::figure) fn forest(energies: &[f64], merges: &[(f64, &[usize])]) -> Tree {
     let mut nodes: Vec<Node> = energies
         .iter()
