@@ -15,6 +15,19 @@ struct Merge {
 /// For any other matrix it is the tree of single linkage, whose heights are minimax over paths. The same rule gives the
 /// saddle heights of a network from its edges. Merges at equal heights are one merge of several clusters, so their order
 /// does not matter. Unknown pairs (NaN) join nothing, so cases that only they connect stay apart.
+///
+/// # Examples
+/// Two pairs that lie low, joined by a high saddle: the classes of the pairs are pure branches.
+///
+/// ```
+/// use landscape::agreement::{Dendrogram, PairMatrix};
+///
+/// let heights = PairMatrix::from_fn(4, |i, j| if i / 2 == j / 2 { 1.0 } else { 5.0 });
+/// let tree = Dendrogram::new(&heights);
+/// assert_eq!(tree.joined().get(0, 3), 5.0);
+/// assert_eq!(tree.purity(&[0, 0, 1, 1], &[1.0; 4]), 1.0);
+/// assert!(tree.purity(&[0, 1, 0, 1], &[1.0; 4]) < 1.0);
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dendrogram {
     cases: usize,

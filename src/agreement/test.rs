@@ -83,6 +83,21 @@ pub(super) fn sizes(labels: &[usize]) -> Vec<usize> {
 ///
 /// # Panics
 /// If there is not one block per label.
+///
+/// # Examples
+/// Whether labels go with heights: ANOSIM's R with its p-value by permutation.
+///
+/// ```
+/// use landscape::agreement::{PairMatrix, Permutations, anosim, test_labels};
+///
+/// let heights = PairMatrix::from_fn(12, |i, j| if i / 6 == j / 6 { 1.0 } else { 2.0 });
+/// let labels: Vec<usize> = (0..12).map(|case| case / 6).collect();
+/// let settings = Permutations { count: 999, ..Permutations::default() };
+/// let tested = test_labels(&labels, &[0; 12], &settings, |labels| anosim(&heights, labels));
+/// let tested = tested.known().ok_or("a class is too small")?;
+/// assert!(tested.statistic > 0.99 && tested.p < 0.01);
+/// # Ok::<(), &str>(())
+/// ```
 pub fn test_labels(
     labels: &[usize],
     blocks: &[usize],

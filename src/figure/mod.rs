@@ -4,6 +4,25 @@
 //! rendered [`Scene`]) is plain data. Drawing it gives a [`Canvas`], and [`Canvas::save`] writes SVG or PNG. Only `canvas`
 //! and `style` use plotters. Programs that need another kind of picture put lines and texts on a [`Canvas`] themselves,
 //! with [`ticks`] for axes, a [`Legend`], and the colours and sizes of [`theme`].
+//!
+//! # Examples
+//! The disconnectivity graph of two minima and the saddle between them, from the texts of `min.data` and `ts.data`.
+//!
+//! ```
+//! # #[cfg(feature = "topography")] {
+//! use landscape::figure::DisconnectivityPicture;
+//! use landscape::topography::exchange::Database;
+//! use landscape::topography::{Evidence, Tree};
+//!
+//! let minima = "-2.0 0.0 1 1.0 1.0 1.0\n-1.0 0.0 1 1.0 1.0 1.0\n";
+//! let (database, _) = Database::parse(minima, "0.5 0.0 1 1 2 1.0 1.0 1.0\n")?;
+//! let network = database.network();
+//! let tree = Tree::from_network(&network, Evidence::Chain);
+//! let svg = DisconnectivityPicture::new(tree, &network).draw()?.to_svg()?;
+//! assert!(svg.starts_with("<svg") && svg.contains("energy"));
+//! # }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 use std::path::PathBuf;
 

@@ -218,6 +218,18 @@ pub struct PosePrior {
 }
 
 /// A kinematic tree with limits, geometry, surface points and a rest pose.
+///
+/// # Examples
+/// The human hand in its rest pose.
+///
+/// ```
+/// use landscape::hand::{Hand, PosedHand};
+///
+/// let hand = Hand::human();
+/// let mut posed = PosedHand::default();
+/// hand.pose(&hand.rest_coordinates(), &mut posed);
+/// assert_eq!((hand.joints.len(), posed.points.len()), (22, 773));
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hand {
     /// Name, for instance `human`.

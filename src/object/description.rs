@@ -83,6 +83,19 @@ impl Primitive {
 }
 
 /// A rigid object to be grasped. Its frame is that of its mesh.
+///
+/// # Examples
+/// An object that comes with the program, and the distance of a point from its surface.
+///
+/// ```
+/// use landscape::object::Object;
+/// use nalgebra::Vector3;
+///
+/// let ball = Object::named("ball")?;
+/// let distance_m = ball.shape.distance(&(ball.centroid + Vector3::new(0.1, 0.0, 0.0)));
+/// assert!((distance_m - 0.065).abs() < 1e-6);
+/// # Ok::<(), landscape::object::ObjectError>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Object {
     /// Name.

@@ -7,6 +7,23 @@ use crate::energy::Energy;
 use crate::space::Space;
 
 /// Preconditioned Langevin steps with the exact Metropolis–Hastings correction: see [`langevin`].
+///
+/// # Examples
+/// A proposal from a minimum of the Müller–Brown surface.
+///
+/// ```
+/// use landscape::energy::model::MullerBrown;
+/// use landscape::sample::{Kernel, Mala, TargetDensity, Task, stream};
+///
+/// let energy = MullerBrown::new();
+/// let kernel = Mala::new(&energy);
+/// let density = TargetDensity { temperature: 10.0, attraction: None };
+/// let state = kernel.start(&[-0.558, 1.442]);
+/// let mut proposal = state.clone();
+/// let mut rng = stream(0, Task::Start, 0);
+/// let acceptance = kernel.propose(&state, &density, 0.01, &mut rng, &mut proposal).exp();
+/// assert!(acceptance > 0.0 && proposal.coordinates != state.coordinates);
+/// ```
 pub struct Mala<'a> {
     energy: &'a dyn Energy,
     scales: Vec<f64>,

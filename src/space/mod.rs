@@ -35,6 +35,21 @@ pub use torus::Torus;
 ///
 /// A space with a symmetry (an object of revolution, a cluster of equal atoms) measures *modulo* it: `log(a, b)` leads to
 /// the copy of `b` that is nearest to `a`.
+///
+/// # Examples
+/// On a torus the short way from 3 to −3 radians leads past half a turn.
+///
+/// ```
+/// use landscape::space::{Space, Torus};
+///
+/// let torus = Torus::new(1);
+/// let mut tangent = [0.0];
+/// let distance = torus.log(&[3.0], &[-3.0], &mut tangent);
+/// assert!((distance - 0.283).abs() < 1e-3 && tangent[0] > 0.0);
+/// let mut x = [3.0];
+/// torus.exp(&mut x, &tangent);
+/// assert!((x[0] + 3.0).abs() < 1e-12);
+/// ```
 pub trait Space: Sync {
     /// How many numbers describe a point.
     fn coordinates(&self) -> usize;
@@ -67,7 +82,7 @@ pub trait Space: Sync {
     ///
     /// # Panics
     /// If a slice has the wrong length.
-    fn toward_other_way(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> Option<f64> {
+    fn log_other_way(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> Option<f64> {
         let _ = (a, b, tangent);
         None
     }

@@ -38,7 +38,7 @@ pub struct PoseMetric {
 ///
 /// Distance and direction are taken modulo the [`Symmetry`] of the object, at the global optimum. Two rotations exactly
 /// half a turn apart are joined about the axis whose first non-zero component is positive (hand frame);
-/// [`Space::toward_other_way`] gives the other path.
+/// [`Space::log_other_way`] gives the other path.
 #[derive(Debug, Clone)]
 pub struct PoseSpace {
     metric: PoseMetric,
@@ -188,7 +188,7 @@ impl Space for PoseSpace {
         self.write_tangent(a, b, &step, &turn, tangent)
     }
 
-    fn toward_other_way(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> Option<f64> {
+    fn log_other_way(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> Option<f64> {
         let (step, turn) = self.rigid_log(&self.rigid(a), &self.rigid(b));
         let turn = other_way(&turn)?;
         Some(self.write_tangent(a, b, &step, &turn, tangent))

@@ -11,7 +11,7 @@ use super::Space;
 /// ```
 ///
 /// Two rotations exactly half a turn apart are joined about the axis whose first non-zero component is positive;
-/// [`Space::toward_other_way`] gives the other path, which is equally short.
+/// [`Space::log_other_way`] gives the other path, which is equally short.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rotation {
     radius: f64,
@@ -57,7 +57,7 @@ impl Space for Rotation {
         axes(&read(x), self.radius)
     }
 
-    fn toward_other_way(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> Option<f64> {
+    fn log_other_way(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> Option<f64> {
         let step = other_way(&log(&(read(a).inverse() * read(b))))? * self.radius;
         tangent.copy_from_slice(step.as_slice());
         Some(step.norm())
@@ -173,7 +173,7 @@ mod tests {
                 epsilon = 1e-14
             );
             let length = space
-                .toward_other_way(&[1.0, 0.0, 0.0, 0.0], &end, &mut long)
+                .log_other_way(&[1.0, 0.0, 0.0, 0.0], &end, &mut long)
                 .unwrap();
             approx::assert_abs_diff_eq!(
                 long.as_slice(),
@@ -185,7 +185,7 @@ mod tests {
         let mut tangent = [0.0; 3];
         assert!(
             space
-                .toward_other_way(&[1.0, 0.0, 0.0, 0.0], &[1.0, 0.0, 0.0, 0.0], &mut tangent)
+                .log_other_way(&[1.0, 0.0, 0.0, 0.0], &[1.0, 0.0, 0.0, 0.0], &mut tangent)
                 .is_none()
         );
     }

@@ -108,8 +108,8 @@ impl Space for Metric<'_> {
         self.multiply(tangent, length)
     }
 
-    fn toward_other_way(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> Option<f64> {
-        let length = self.space.toward_other_way(a, b, tangent)?;
+    fn log_other_way(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> Option<f64> {
+        let length = self.space.log_other_way(a, b, tangent)?;
         Some(self.multiply(tangent, length))
     }
 

@@ -9,6 +9,23 @@
 //! | which forces balance | [`contact_forces`] |
 //! | how hard must it press to hold against a given wrench | [`least_pressing`] |
 //! | how well does it hold against the worst wrench | [`epsilon()`] |
+//!
+//! # Examples
+//! Three fingers around a ball, a third of a turn apart: their normals balance, so no friction is needed for balance, but
+//! some is needed for force closure.
+//!
+//! ```
+//! use landscape::grasp::closure::{PointContact, is_force_closure, least_friction, net_wrench};
+//! use nalgebra::Vector3;
+//!
+//! let contacts = [0.0_f64, 1.0, 2.0].map(|third| {
+//!     let (sine, cosine) = (third * std::f64::consts::TAU / 3.0).sin_cos();
+//!     let arm = Vector3::new(cosine, sine, 0.0);
+//!     PointContact { arm, inward_normal: -arm }
+//! });
+//! assert!(net_wrench(&contacts) < 1e-12 && least_friction(&contacts) < 1e-9);
+//! assert!(is_force_closure(&contacts, 0.5) && !is_force_closure(&contacts, 0.0));
+//! ```
 
 use std::borrow::Cow;
 

@@ -134,7 +134,7 @@ pub(super) fn geodesics(
     };
     let length = space.log(from, to, &mut tangent);
     let mut ways = vec![along(&tangent, 1)];
-    let other = space.toward_other_way(from, to, &mut tangent);
+    let other = space.log_other_way(from, to, &mut tangent);
     if other.is_some_and(|other| other <= detour * length) {
         // More than half a turn: only its parts are shortest ways between their ends.
         ways.push(along(&tangent, 4));
