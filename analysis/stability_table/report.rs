@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use landscape::agreement::Roc;
 use landscape::figure::chart::{Axis, Chart, Corner, Panel, Series};
-use landscape::grasp::filter::AUTHORS_UNIT_M;
+use landscape::grasp::energy::AUTHORS_UNIT_M;
 
 use super::interval::interval;
 use super::row::Row;

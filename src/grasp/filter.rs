@@ -8,13 +8,10 @@ use super::closure::{
     EpsilonSettings, PointContact, epsilon, is_force_closure, least_friction, net_wrench,
 };
 use super::depth::deepest_m;
-use super::energy::GraspEnergy;
+use super::energy::{AUTHORS_UNIT_M, GraspEnergy};
 use super::failure::in_one_concavity;
 use super::term::{Proximity, Scene, for_each_overlap};
 use crate::hand::{LinkId, PosedHand};
-
-/// The length unit of the authors of Liu et al. (2021), in which Eq. 11 is stated.
-pub const AUTHORS_UNIT_M: f64 = 0.12;
 
 /// Friction at which the strict filter asks for force closure.
 pub const STRICT_FRICTION: f64 = 0.5;

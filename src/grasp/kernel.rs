@@ -1,12 +1,22 @@
 //! The Markov kernel of grasps: Langevin moves of the pose, heat-bath moves of the contact set.
 
 use rand::RngExt;
+use serde::{Deserialize, Serialize};
 
 use super::energy::{GraspEnergy, Ramp};
-use super::synthesis::StepScales;
 use crate::energy::{Energy, Piecewise};
 use crate::sample::{Kernel, Rng, State, TargetDensity, langevin};
 use crate::space::Space;
+
+/// What the noise of a pose move is scaled with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum StepScales {
+    /// How far each joint moves the points that hang on it.
+    Levers,
+    /// The metric of the pose space: how far each joint moves the average point of the hand.
+    Metric,
+}
 
 /// Moves (pose, contact set) together: with probability `contact_probability` one contact is redrawn from its
 /// conditional law (heat bath), otherwise the pose makes a Metropolis-adjusted Langevin step.

@@ -11,24 +11,6 @@ use super::{
     Hand, HandError, Link, PalmFrame, PosedHand, mano, prior, region, roles, self_pairs, surface,
 };
 
-/// Whether a text is MJCF: its first element is `<mujoco>` or `<mujocoinclude>`.
-pub(super) fn is_mjcf(text: &str) -> bool {
-    let mut rest = text.trim_start_matches('\u{feff}').trim_start();
-    loop {
-        let after = if rest.starts_with("<!--") {
-            "-->"
-        } else if rest.starts_with("<?") {
-            "?>"
-        } else {
-            return rest.starts_with("<mujoco");
-        };
-        let Some(end) = rest.find(after) else {
-            return false;
-        };
-        rest = rest[end + after.len()..].trim_start();
-    }
-}
-
 /// The hand of some files; `others` provides the files that they refer to.
 pub(super) fn read(files: &HandFiles, others: &dyn Files) -> Result<Hand, HandError> {
     let side = files.side()?;

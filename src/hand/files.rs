@@ -8,7 +8,7 @@ use std::path::{Component, Path, PathBuf};
 use super::geometry::Geometry;
 use super::model::Model;
 use super::side_file::SideFile;
-use super::{HandError, description, mano, mesh, mjcf, side_file, urdf};
+use super::{HandError, mano, mesh, mjcf, side_file, urdf};
 
 /// Largest file that is read, bytes.
 const LARGEST: u64 = 256 << 20;
@@ -175,7 +175,7 @@ impl HandFiles {
 
     pub(super) fn model(&self, files: &dyn Files) -> Result<Model, HandError> {
         let main = self.files.first().ok_or(HandError::NoDescription)?;
-        let mut model = if description::is_mjcf(&main.text) {
+        let mut model = if mjcf::is_mjcf(&main.text) {
             mjcf::read(&main.name, &main.text, files)?
         } else {
             urdf::read(&main.text, files)?

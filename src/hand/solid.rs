@@ -8,7 +8,6 @@ use nalgebra::Vector3;
 
 use super::geometry::LinkMesh;
 use super::hull::Hull;
-use super::skin::capsule_mesh;
 use super::{Capsule, Frame, Hand, LinkId, PosedHand};
 use crate::object::{ExactMesh, Mesh, TriangleTree};
 
@@ -205,5 +204,51 @@ impl Hand {
             });
             meshes.chain(capsules).collect()
         })
+    }
+}
+
+/// Corners around a capsule and rings on each of its half spheres.
+const AROUND: u32 = 24;
+const RINGS: u32 = 6;
+
+pub(super) fn capsule_mesh(capsule: &Capsule) -> LinkMesh {
+    let along = (capsule.b - capsule.a)
+        .try_normalize(1e-12)
+        .unwrap_or_else(Vector3::z);
+    let across = along.cross(&Vector3::ith(along.iamin(), 1.0)).normalize();
+    let third = along.cross(&across);
+    let mut vertices = vec![capsule.a - along * capsule.radius_m];
+    let latitudes = (1..=RINGS).map(|ring| (capsule.a, f64::from(ring) / f64::from(RINGS) - 1.0));
+    let upper = (0..RINGS).map(|ring| (capsule.b, f64::from(ring) / f64::from(RINGS)));
+    for (centre, latitude) in latitudes.chain(upper) {
+        let (sin, cos) = (latitude * std::f64::consts::FRAC_PI_2).sin_cos();
+        for corner in 0..AROUND {
+            let angle = std::f64::consts::TAU * f64::from(corner) / f64::from(AROUND);
+            let out = across * angle.cos() + third * angle.sin();
+            vertices.push(centre + (along * sin + out * cos) * capsule.radius_m);
+        }
+    }
+    vertices.push(capsule.b + along * capsule.radius_m);
+    let last = 1 + 2 * RINGS * AROUND;
+    let at = |ring: u32, corner: u32| 1 + ring * AROUND + corner % AROUND;
+    let mut triangles = Vec::new();
+    for corner in 0..AROUND {
+        triangles.push([0, at(0, corner + 1), at(0, corner)]);
+        triangles.push([
+            last,
+            at(2 * RINGS - 1, corner),
+            at(2 * RINGS - 1, corner + 1),
+        ]);
+        for ring in 0..2 * RINGS - 1 {
+            let [a, b] = [at(ring, corner), at(ring, corner + 1)];
+            let [c, d] = [at(ring + 1, corner), at(ring + 1, corner + 1)];
+            triangles.push([a, b, d]);
+            triangles.push([a, d, c]);
+        }
+    }
+    LinkMesh {
+        link: capsule.link,
+        vertices,
+        triangles,
     }
 }

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::rest::Watch;
-use super::settings::{Drop, Protocol, SixDirections};
+use super::settings::{Drop, Protocol, SixDirections, count};
 use super::solid::Solid;
 use super::squeeze::{add_hand, closing};
 use super::world::{Part, World};
@@ -201,14 +201,4 @@ fn fails(outcome: &mut Outcome, world: &World, six: &SixDirections) -> bool {
         Reason::Held
     };
     outcome.reason != Reason::Held
-}
-
-/// Number of steps in a time.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "a time over a time step, both checked to be positive"
-)]
-pub(super) fn count(time_s: f64, step_s: f64) -> usize {
-    (time_s / step_s).round() as usize
 }

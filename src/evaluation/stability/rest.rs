@@ -2,8 +2,8 @@
 
 use nalgebra::{Isometry3, Point3};
 
-use super::judge::count;
 use super::settings::Rest;
+use super::settings::count;
 use super::solid::Solid;
 
 /// Watches the poses of an object step by step. Speeds are no criterion, because a wedged object shivers in place.

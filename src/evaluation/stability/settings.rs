@@ -356,3 +356,13 @@ pub struct ProtocolError {
     name: &'static str,
     beyond: Beyond,
 }
+
+/// How many steps a time takes.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a time over a time step, both checked to be positive"
+)]
+pub(super) fn count(time_s: f64, step_s: f64) -> usize {
+    (time_s / step_s).round() as usize
+}

@@ -14,7 +14,7 @@ use std::sync::{Arc, Mutex};
 pub use probe::THROUGH_M;
 pub use scratch::Ramp;
 use scratch::Scratch;
-pub use settings::{Candidates, EnergySettings, EnergySettingsError, Unit};
+pub use settings::{AUTHORS_UNIT_M, Candidates, EnergySettings, EnergySettingsError, Unit};
 
 use super::term::{
     Alignment, Distance, ForceClosure, Intrusion, JointLimits, Penetration, Prior, Rank,

@@ -2,10 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::grasp::filter::AUTHORS_UNIT_M;
 use crate::grasp::term::{NormForm, PriorForm, RankForm};
 use crate::hand::Hand;
 use crate::limits::{Beyond, DISTANCE_WEIGHT, ENERGY_SETTING, OBJECT_SIZE};
+
+/// The length unit of the authors of Liu et al. (2021), in which Eq. 11 is stated.
+pub const AUTHORS_UNIT_M: f64 = 0.12;
 
 /// The length that divides arms, distances and depths, and so makes the energy dimensionless.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -10,12 +10,13 @@ use serde::{Deserialize, Serialize};
 
 use self::annealed::{Schedule, anneal};
 pub use self::settings::{
-    ContactMoves, Refinement, Sampler, Start, StepScales, SynthesisSettings, SynthesisSettingsError,
+    ContactMoves, Refinement, Sampler, Start, SynthesisSettings, SynthesisSettingsError,
 };
 pub use self::start::Given;
 use super::Grasp;
 use super::energy::GraspEnergy;
 use super::filter::judge;
+pub use super::kernel::StepScales;
 use super::press::{PressSettings, firmness, press};
 use crate::energy::{Energy, Piecewise};
 use crate::optimize::{self, QuenchSettings};

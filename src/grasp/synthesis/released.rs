@@ -6,8 +6,8 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::{Observe, SynthesisSettings, accept};
 use crate::energy::Energy;
+use crate::grasp::energy::AUTHORS_UNIT_M;
 use crate::grasp::energy::GraspEnergy;
-use crate::grasp::filter::AUTHORS_UNIT_M;
 use crate::grasp::kernel::GraspKernel;
 use crate::sample::{Rng, State};
 use crate::space::{joints_of, pose_coordinates, quaternion_of, translation_of};

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::grasp::kernel::StepScales;
 use crate::limits::{ATTEMPTS, Beyond, SHARE, STEPS, TEMPERATURE};
 
 /// How a chain moves.
@@ -37,16 +38,6 @@ pub enum ContactMoves {
     HeatBath,
     /// Any surface point with equal probability, accepted by Metropolis.
     Uniform,
-}
-
-/// What the noise of a pose move is scaled with.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum StepScales {
-    /// How far each joint moves the points that hang on it.
-    Levers,
-    /// The metric of the pose space: how far each joint moves the average point of the hand.
-    Metric,
 }
 
 /// What follows a chain.

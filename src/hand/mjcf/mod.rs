@@ -130,3 +130,21 @@ pub(super) fn read(name: &str, text: &str, files: &dyn Files) -> Result<Model, H
     coupling::read(&mut reader, &root)?;
     Ok(reader.model)
 }
+
+/// Whether a text is MJCF: its first element is `<mujoco>` or `<mujocoinclude>`.
+pub(super) fn is_mjcf(text: &str) -> bool {
+    let mut rest = text.trim_start_matches('\u{feff}').trim_start();
+    loop {
+        let after = if rest.starts_with("<!--") {
+            "-->"
+        } else if rest.starts_with("<?") {
+            "?>"
+        } else {
+            return rest.starts_with("<mujoco");
+        };
+        let Some(end) = rest.find(after) else {
+            return false;
+        };
+        rest = rest[end + after.len()..].trim_start();
+    }
+}
