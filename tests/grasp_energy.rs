@@ -428,7 +428,7 @@ fn answer(
         }
         n => {
             let (allowance, factor) = if n == 9 { (0.05, 1.0) } else { (3.0, 0.2) };
-            let costs = whole.completions(x, &held[1..], factor, allowance);
+            let costs = whole.heat_bath_costs(x, &held[1..], factor, allowance);
             gradient = costs
                 .into_iter()
                 .flat_map(|(index, cost)| [f64::from(index), cost])

@@ -135,7 +135,7 @@ fn starts_are_even_and_chosen() {
             // The palm's centre lies 35 mm proximal of the faced point and up to 40 mm off, give or take its tilt.
             let off_m = (palm.coords - faced.point).norm();
             assert!(off_m < 0.06, "chain {chain}: palm {off_m} m from its point");
-            let promise = energy.promise(x, ramp).0;
+            let promise = energy.start_score(x, ramp).0;
             *(if candidates == 1 {
                 &mut any
             } else {

@@ -96,7 +96,7 @@ impl<'a> GraspKernel<'a> {
     /// acceptance ratio.
     ///
     /// Without a rank condition that is 0 up to rounding: the proposal *is* the conditional law. The rank condition is not
-    /// part of the proposal ([`GraspEnergy::completions`]) and decides on acceptance.
+    /// part of the proposal ([`GraspEnergy::heat_bath_costs`]) and decides on acceptance.
     pub fn move_contact(
         &self,
         state: &State,
@@ -111,7 +111,7 @@ impl<'a> GraspKernel<'a> {
         let slot = rng.random_range(0..state.discrete.len());
         let mut others = state.discrete.clone();
         others.remove(slot);
-        let options = self.energy.completions(
+        let options = self.energy.heat_bath_costs(
             &state.coordinates,
             &others,
             self.ramp.distance,

@@ -243,7 +243,7 @@ fn nothing_likely_is_missing_among_completions() {
                 let likely: Vec<u32> = free
                     .filter(|&i| all[i as usize] <= least + allowance)
                     .collect();
-                let options = energy.completions(&x, others, RAMP.distance, allowance);
+                let options = energy.heat_bath_costs(&x, others, RAMP.distance, allowance);
                 let indices: Vec<u32> = options.iter().map(|(index, _)| *index).collect();
                 assert_eq!(indices, likely, "chain {chain} at {temperature}");
                 let cheapest = options

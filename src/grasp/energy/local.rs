@@ -1,8 +1,8 @@
 //! A grasp energy with a memory of its own.
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, PoisonError};
 
-use super::scratch::Scratch;
+use super::evaluation::{Evaluation, Memory};
 use super::{GraspEnergy, Ramp};
 use crate::energy::{Energy, Explain, Piecewise, Wrapper};
 use crate::space::Space;
@@ -12,7 +12,7 @@ use crate::space::Space;
 #[derive(Debug)]
 pub(super) struct Local<'a> {
     energy: &'a GraspEnergy,
-    scratch: Mutex<Scratch>,
+    memory: Mutex<Memory>,
 }
 
 impl GraspEnergy {
@@ -20,14 +20,15 @@ impl GraspEnergy {
     pub(super) fn with_own_memory(&self) -> Local<'_> {
         Local {
             energy: self,
-            scratch: Mutex::new(self.copy_of_scratch()),
+            memory: Mutex::new(self.copy_of_memory()),
         }
     }
 }
 
 impl Local<'_> {
-    fn scratch(&self) -> MutexGuard<'_, Scratch> {
-        self.scratch.lock().unwrap_or_else(PoisonError::into_inner)
+    fn at<R>(&self, x: &[f64], work: impl FnOnce(&mut Evaluation<'_>) -> R) -> R {
+        let mut memory = self.memory.lock().unwrap_or_else(PoisonError::into_inner);
+        work(&mut Evaluation::new(self.energy, x, &mut memory))
     }
 }
 
@@ -55,17 +56,17 @@ impl Wrapper for Local<'_> {
 
 impl Piecewise for Local<'_> {
     fn active_piece(&self, x: &[f64]) -> Vec<u32> {
-        self.energy.best_choice(x, &mut self.scratch())
+        self.at(x, |evaluation| evaluation.best_choice())
     }
 
     fn evaluate_piece(&self, x: &[f64], piece: &[u32], gradient: &mut [f64]) -> f64 {
-        self.energy
-            .held(x, piece, Ramp::default(), gradient, &mut self.scratch())
+        self.at(x, |evaluation| {
+            evaluation.held(piece, Ramp::default(), gradient)
+        })
     }
 
     fn evaluate_below(&self, x: &[f64], gradient: &mut [f64], cutoff: f64) -> f64 {
-        self.energy
-            .envelope(x, gradient, cutoff, &mut self.scratch())
+        self.at(x, |evaluation| evaluation.envelope(gradient, cutoff))
     }
 
     fn evaluate_roughly_above(
@@ -74,8 +75,7 @@ impl Piecewise for Local<'_> {
         gradient: &mut [f64],
         ceiling: f64,
     ) -> (f64, Vec<u32>) {
-        self.energy
-            .roughly(x, gradient, ceiling, &mut self.scratch())
+        self.at(x, |evaluation| evaluation.roughly(gradient, ceiling))
     }
 
     fn with_cache(&self) -> Option<Box<dyn Energy + '_>> {

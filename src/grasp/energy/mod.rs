@@ -1,25 +1,22 @@
 //! The grasp energy E(H, x, O) of a pose and a contact set, and its envelope E(H, O) = min over x.
 
-mod completions;
+mod evaluation;
+mod heat_bath;
 mod local;
 mod near;
-mod probe;
-mod promise;
-mod scratch;
+mod queries;
 mod search;
 mod settings;
+mod start_score;
 
 use std::sync::{Arc, Mutex};
 
-pub use probe::THROUGH_M;
-pub use scratch::Ramp;
-use scratch::Scratch;
+use evaluation::Memory;
+pub use evaluation::Ramp;
+pub use queries::THROUGH_M;
 pub use settings::{AUTHORS_UNIT_M, Candidates, EnergySettings, EnergySettingsError, Unit};
 
-use super::term::{
-    Alignment, Distance, ForceClosure, Intrusion, JointLimits, Penetration, Prior, Rank,
-    SelfPenetration, Term,
-};
+use super::term::{Alignment, Distance, Term};
 use crate::energy::{Energy, Explain, Piecewise};
 use crate::hand::Hand;
 use crate::object::Object;
@@ -41,18 +38,17 @@ pub struct GraspEnergy {
     metric: PoseMetric,
     settings: EnergySettings,
     unit_m: f64,
-    force_closure: ForceClosure,
-    rank: Rank,
+    /// The terms that the search for the best contact set asks.
     distance: Distance,
     alignment: Alignment,
-    penetration: Penetration,
-    intrusion: Intrusion,
-    self_penetration: SelfPenetration,
-    pose_terms: Vec<Box<dyn Term>>,
+    /// Distance that every surface point keeps from the object, metres.
+    clearance_m: f64,
+    /// The terms whose weight is not zero, by stage.
+    terms: Vec<Box<dyn Term>>,
     /// Whether each surface point may be a contact, and the list of those that may.
     may_touch: Vec<bool>,
     contact_candidates: Vec<u32>,
-    scratch: Mutex<Vec<Scratch>>,
+    memories: Mutex<Vec<Memory>>,
 }
 
 /// Surface points within this distance are candidates at first; the search widens the band by itself where needed.
@@ -89,59 +85,20 @@ impl GraspEnergy {
                 contacts: settings.contacts,
             });
         }
-        let pose_terms: Vec<Box<dyn Term>> = vec![
-            Box::new(JointLimits {
-                weight: settings.joint_limits_weight,
-                rounding_rad: settings.joint_limits_rounding_rad,
-            }),
-            Box::new(Prior {
-                weight: settings.prior_weight,
-                form: settings.prior_form,
-            }),
-        ];
         Ok(Self {
             space,
             metric,
-            settings,
             unit_m,
-            force_closure: ForceClosure {
-                weight: settings.force_closure_weight,
-                form: settings.force_closure_form,
-                rounding: settings.force_closure_rounding,
-            },
-            rank: Rank {
-                weight: settings.rank_weight,
-                form: settings.rank_form,
-                epsilon: settings.rank_epsilon,
-            },
-            distance: Distance {
-                weight: settings.distance_weight,
-                form: settings.distance_form,
-                rounding_m: settings.distance_rounding_m,
-            },
-            alignment: Alignment {
-                weight: settings.alignment_weight,
-            },
-            penetration: Penetration {
-                weight: settings.penetration_weight,
-                rounding_m: settings.depth_rounding_m,
-                clearance_m: 0.0,
-            },
-            intrusion: Intrusion {
-                weight: settings.intrusion_weight,
-                free_m: settings.intrusion_free_m,
-                rounding_m: settings.depth_rounding_m,
-            },
-            self_penetration: SelfPenetration {
-                weight: settings.self_penetration_weight,
-                rounding_m: settings.depth_rounding_m,
-            },
-            pose_terms,
+            distance: settings.distance(),
+            alignment: settings.alignment(),
+            clearance_m: 0.0,
+            terms: settings.terms(0.0),
+            settings,
             may_touch,
             contact_candidates,
             hand,
             object,
-            scratch: Mutex::new(Vec::new()),
+            memories: Mutex::new(Vec::new()),
         })
     }
 
@@ -149,8 +106,9 @@ impl GraspEnergy {
     /// minima tell what hovering costs.
     #[must_use]
     pub fn with_clearance(mut self, clearance_m: f64, weight: f64) -> Self {
-        self.penetration.clearance_m = clearance_m;
-        self.penetration.weight = weight;
+        self.clearance_m = clearance_m;
+        self.settings.penetration_weight = weight;
+        self.terms = self.settings.terms(clearance_m);
         self
     }
 
@@ -183,170 +141,6 @@ impl GraspEnergy {
     pub fn unit_m(&self) -> f64 {
         self.unit_m
     }
-
-    /// The terms about depths, in a fixed order.
-    fn depth_terms(&self) -> impl Iterator<Item = &dyn Term> {
-        let terms: [(&dyn Term, f64); 3] = [
-            (&self.penetration, self.penetration.weight),
-            (&self.intrusion, self.intrusion.weight),
-            (&self.self_penetration, self.self_penetration.weight),
-        ];
-        active(terms)
-    }
-
-    /// The terms of the hand alone.
-    fn pose_terms(&self) -> impl Iterator<Item = &dyn Term> {
-        let weights = [
-            self.settings.joint_limits_weight,
-            self.settings.prior_weight,
-        ];
-        active(self.pose_terms.iter().map(|t| &**t).zip(weights))
-    }
-
-    /// The terms of a contact set.
-    fn contact_terms(&self) -> impl Iterator<Item = &dyn Term> {
-        let terms: [(&dyn Term, f64); 4] = [
-            (&self.force_closure, self.force_closure.weight),
-            (&self.rank, self.rank.weight),
-            (&self.distance, self.distance.weight),
-            (&self.alignment, self.alignment.weight),
-        ];
-        active(terms)
-    }
-
-    fn add_terms<'a>(
-        &'a self,
-        terms: impl Iterator<Item = &'a dyn Term>,
-        x: &[f64],
-        scratch: &mut Scratch,
-    ) -> f64 {
-        let mut forces = std::mem::take(&mut scratch.forces);
-        let scene = self.scene(x, scratch);
-        let energy = terms.map(|term| term.add(&scene, &mut forces)).sum();
-        scratch.forces = forces;
-        energy
-    }
-
-    /// Energy and forces of the terms that need no contacts, into `scratch.forces`.
-    fn contact_free(&self, x: &[f64], scratch: &mut Scratch) -> f64 {
-        if let Some(known) = &scratch.contact_free
-            && known.depth_factor.to_bits() == scratch.ramp.depth.to_bits()
-        {
-            scratch.forces.clone_from(&known.forces);
-            return known.energy;
-        }
-        let clearance_m = self.penetration.clearance_m;
-        if scratch.band_m.is_nan() || scratch.band_m < clearance_m {
-            self.measure(clearance_m, clearance_m, scratch);
-        }
-        self.update_proximity(scratch);
-        scratch.forces.reset(&self.hand);
-        let mut energy = self.add_terms(self.depth_terms(), x, scratch);
-        let factor = scratch.ramp.depth;
-        if scratch.ramp != Ramp::default() {
-            energy *= factor;
-            scratch.forces.scale(factor);
-        }
-        energy += self.add_terms(self.pose_terms(), x, scratch);
-        let known = scratch.contact_free.get_or_insert_default();
-        known.depth_factor = factor;
-        known.energy = energy;
-        known.forces.clone_from(&scratch.forces);
-        energy
-    }
-
-    /// What may overlap, as far as a term asks.
-    fn update_proximity(&self, scratch: &mut Scratch) {
-        let (hand, posed) = (&self.hand, &scratch.posed);
-        if self.intrusion.weight > 0.0 {
-            scratch
-                .proximity
-                .update_intruders(hand, posed, &self.object);
-        }
-        if self.self_penetration.weight > 0.0 {
-            scratch.proximity.update_pairs(hand, posed);
-        }
-    }
-
-    /// Adds the terms of `choice` and writes the gradient; `scratch` holds the posed hand and the contact-free forces.
-    fn finish(
-        &self,
-        x: &[f64],
-        choice: &[u32],
-        scratch: &mut Scratch,
-        gradient: &mut [f64],
-    ) -> f64 {
-        self.measure_contacts(choice, scratch);
-        let energy = self.add_terms(self.contact_terms(), x, scratch);
-        scratch.forces.gather(&self.hand, &scratch.posed);
-        self.hand.pull_back(
-            &scratch.posed,
-            &scratch.forces.wrenches,
-            &scratch.forces.joints,
-            &self.metric,
-            gradient,
-        );
-        energy
-    }
-
-    /// The envelope at `x`, leaving early above `cutoff`.
-    fn envelope(&self, x: &[f64], gradient: &mut [f64], cutoff: f64, scratch: &mut Scratch) -> f64 {
-        self.pose(x, scratch);
-        self.measure_candidates(scratch);
-        let free = self.contact_free(x, scratch);
-        // The search counts the alignment from its least value.
-        let base = free - self.alignment.weight;
-        if base > cutoff {
-            return base;
-        }
-        let rest = cutoff - base;
-        let contact_part = self.search(rest, scratch);
-        if contact_part > rest || scratch.search.best().len() < self.settings.contacts {
-            return (base + contact_part).max(cutoff.next_up());
-        }
-        let choice = scratch.search.best().to_vec();
-        free + self.finish(x, &choice, scratch, gradient)
-    }
-
-    /// The envelope at `x`, or the energy of a good contact set above `ceiling`.
-    fn roughly(
-        &self,
-        x: &[f64],
-        gradient: &mut [f64],
-        ceiling: f64,
-        scratch: &mut Scratch,
-    ) -> (f64, Vec<u32>) {
-        self.pose(x, scratch);
-        self.measure_candidates(scratch);
-        let base = self.contact_free(x, scratch);
-        self.search_roughly_above(ceiling - base + self.alignment.weight, scratch);
-        let choice = scratch.search.best().to_vec();
-        let energy = base + self.finish(x, &choice, scratch, gradient);
-        (energy, choice)
-    }
-
-    fn best_choice(&self, x: &[f64], scratch: &mut Scratch) -> Vec<u32> {
-        self.pose(x, scratch);
-        self.measure_candidates(scratch);
-        self.search(f64::INFINITY, scratch);
-        scratch.search.best().to_vec()
-    }
-
-    fn held(
-        &self,
-        x: &[f64],
-        choice: &[u32],
-        ramp: Ramp,
-        gradient: &mut [f64],
-        scratch: &mut Scratch,
-    ) -> f64 {
-        self.pose(x, scratch);
-        scratch.ramp = ramp;
-        let base = self.contact_free(x, scratch);
-        let energy = base + self.finish(x, choice, scratch, gradient);
-        scratch.ramp = Ramp::default();
-        energy
-    }
 }
 
 impl Energy for GraspEnergy {
@@ -369,7 +163,7 @@ impl Energy for GraspEnergy {
 
 impl Piecewise for GraspEnergy {
     fn active_piece(&self, x: &[f64]) -> Vec<u32> {
-        self.with_scratch(x, |scratch| self.best_choice(x, scratch))
+        self.at(x, |evaluation| evaluation.best_choice())
     }
 
     fn evaluate_piece(&self, x: &[f64], piece: &[u32], gradient: &mut [f64]) -> f64 {
@@ -377,7 +171,7 @@ impl Piecewise for GraspEnergy {
     }
 
     fn evaluate_below(&self, x: &[f64], gradient: &mut [f64], cutoff: f64) -> f64 {
-        self.with_scratch(x, |scratch| self.envelope(x, gradient, cutoff, scratch))
+        self.at(x, |evaluation| evaluation.envelope(gradient, cutoff))
     }
 
     fn evaluate_roughly_above(
@@ -386,7 +180,7 @@ impl Piecewise for GraspEnergy {
         gradient: &mut [f64],
         ceiling: f64,
     ) -> (f64, Vec<u32>) {
-        self.with_scratch(x, |scratch| self.roughly(x, gradient, ceiling, scratch))
+        self.at(x, |evaluation| evaluation.roughly(gradient, ceiling))
     }
 
     fn with_cache(&self) -> Option<Box<dyn Energy + '_>> {
@@ -397,13 +191,12 @@ impl Piecewise for GraspEnergy {
 impl Explain for GraspEnergy {
     /// At the best contact set, or at a good one where even that costs so much that none is worth finding.
     fn terms(&self, x: &[f64]) -> Vec<(String, f64)> {
-        let choice = self.with_scratch(x, |scratch| {
-            self.pose(x, scratch);
-            self.measure_candidates(scratch);
-            self.search_roughly_above(HOPELESS, scratch);
-            scratch.search.best().to_vec()
-        });
-        self.terms_of(x, &choice)
+        self.at(x, |evaluation| {
+            evaluation.measure_candidates();
+            evaluation.choose_contacts_roughly_above(HOPELESS);
+            let choice = evaluation.memory.search.best().to_vec();
+            evaluation.terms(&choice)
+        })
     }
 
     fn invalid_reason(&self, x: &[f64]) -> Option<String> {
@@ -425,47 +218,17 @@ impl GraspEnergy {
         ramp: Ramp,
         gradient: &mut [f64],
     ) -> f64 {
-        self.with_scratch(x, |scratch| self.held(x, choice, ramp, gradient, scratch))
+        self.at(x, |evaluation| evaluation.held(choice, ramp, gradient))
     }
 
     /// The named, weighted terms of E(H, x, O), in a fixed order.
     pub fn terms_of(&self, x: &[f64], choice: &[u32]) -> Vec<(String, f64)> {
-        self.with_scratch(x, |scratch| {
-            self.pose(x, scratch);
-            let clearance_m = self.penetration.clearance_m;
-            self.measure(clearance_m, clearance_m, scratch);
-            self.update_proximity(scratch);
-            self.measure_contacts(choice, scratch);
-            let mut forces = std::mem::take(&mut scratch.forces);
-            forces.reset(&self.hand);
-            let scene = self.scene(x, scratch);
-            let terms = self
-                .contact_terms()
-                .chain(self.depth_terms())
-                .chain(self.pose_terms())
-                .map(|term| (term.name().to_owned(), term.add(&scene, &mut forces)))
-                .collect();
-            scratch.forces = forces;
-            terms
-        })
+        self.at(x, |evaluation| evaluation.terms(choice))
     }
 
     /// Names of the terms, in the order of [`Explain::terms`].
     pub fn term_names(&self) -> Vec<String> {
-        self.contact_terms()
-            .chain(self.depth_terms())
-            .chain(self.pose_terms())
-            .map(|term| term.name().to_owned())
-            .collect()
+        let names = self.terms.iter().map(|term| term.name().to_owned());
+        names.collect()
     }
-}
-
-/// The terms whose weight is not zero.
-fn active<'a>(
-    terms: impl IntoIterator<Item = (&'a dyn Term, f64)>,
-) -> impl Iterator<Item = &'a dyn Term> {
-    terms
-        .into_iter()
-        .filter(|(_, weight)| *weight > 0.0)
-        .map(|(term, _)| term)
 }

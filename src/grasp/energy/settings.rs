@@ -2,7 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::grasp::term::{NormForm, PriorForm, RankForm};
+use crate::grasp::term::{
+    Alignment, Distance, ForceClosure, HandInObject, JointLimits, NormForm, ObjectInHand, Prior,
+    PriorForm, Rank, RankForm, SelfPenetration, Term,
+};
 use crate::hand::Hand;
 use crate::limits::{Beyond, DISTANCE_WEIGHT, ENERGY_SETTING, OBJECT_SIZE};
 
@@ -165,6 +168,67 @@ impl EnergySettings {
             prior_form: PriorForm::StandardScores,
             ..Self::paper()
         }
+    }
+
+    pub(super) fn force_closure(&self) -> ForceClosure {
+        ForceClosure {
+            weight: self.force_closure_weight,
+            form: self.force_closure_form,
+            rounding: self.force_closure_rounding,
+        }
+    }
+
+    pub(super) fn distance(&self) -> Distance {
+        Distance {
+            weight: self.distance_weight,
+            form: self.distance_form,
+            rounding_m: self.distance_rounding_m,
+        }
+    }
+
+    pub(super) fn alignment(&self) -> Alignment {
+        Alignment {
+            weight: self.alignment_weight,
+        }
+    }
+
+    /// The terms whose weight is not zero, in the order of their [`Stage`](crate::grasp::term::Stage). Every surface point
+    /// of the hand is kept `clearance_m` off the object.
+    pub(super) fn terms(&self, clearance_m: f64) -> Vec<Box<dyn Term>> {
+        let mut terms: Vec<Box<dyn Term>> = vec![
+            Box::new(self.force_closure()),
+            Box::new(Rank {
+                weight: self.rank_weight,
+                form: self.rank_form,
+                epsilon: self.rank_epsilon,
+            }),
+            Box::new(self.distance()),
+            Box::new(self.alignment()),
+            Box::new(HandInObject {
+                weight: self.penetration_weight,
+                rounding_m: self.depth_rounding_m,
+                clearance_m,
+            }),
+            Box::new(ObjectInHand {
+                weight: self.intrusion_weight,
+                free_m: self.intrusion_free_m,
+                rounding_m: self.depth_rounding_m,
+            }),
+            Box::new(SelfPenetration {
+                weight: self.self_penetration_weight,
+                rounding_m: self.depth_rounding_m,
+            }),
+            Box::new(JointLimits {
+                weight: self.joint_limits_weight,
+                rounding_rad: self.joint_limits_rounding_rad,
+            }),
+            Box::new(Prior {
+                weight: self.prior_weight,
+                form: self.prior_form,
+            }),
+        ];
+        terms.retain(|term| term.weight() > 0.0);
+        terms
     }
 
     /// Refuses settings by which nothing brings contacts to the surface; single terms may be looked at without.

@@ -68,7 +68,7 @@ pub struct SynthesisSettings {
     /// Where it starts.
     pub start: Start,
     /// So many poses are drawn for the start, all facing the same point of the object; the most promising one is taken
-    /// ([`GraspEnergy::promise`](crate::grasp::GraspEnergy::promise)).
+    /// ([`GraspEnergy::start_score`](crate::grasp::GraspEnergy::start_score)).
     pub start_candidates: u32,
     /// Steps of a chain; one energy evaluation each.
     pub steps: u32,

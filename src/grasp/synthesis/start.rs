@@ -82,7 +82,7 @@ pub(super) fn start(
     let mut best: Option<(f64, State)> = None;
     for _ in 0..settings.start_candidates {
         let coordinates = pose(rng);
-        let (promise, discrete) = energy.promise(&coordinates, ramp);
+        let (promise, discrete) = energy.start_score(&coordinates, ramp);
         if best.as_ref().is_none_or(|(least, _)| promise < *least) {
             let state = State {
                 coordinates,

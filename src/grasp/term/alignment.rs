@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::force_closure::push;
-use super::{Forces, Scene, Term, point_contact};
+use super::{Forces, Scene, Stage, Term, point_contact};
 
 /// Mean agreement of the hand's outward normals nᵢ with the object's inward normals cᵢ at the contacts.
 ///
@@ -34,6 +34,14 @@ impl Alignment {
 impl Term for Alignment {
     fn name(&self) -> &'static str {
         "alignment"
+    }
+
+    fn weight(&self) -> f64 {
+        self.weight
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Contacts
     }
 
     fn add(&self, scene: &Scene<'_>, forces: &mut Forces) -> f64 {

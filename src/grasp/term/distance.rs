@@ -1,6 +1,6 @@
 //! Contacts lie on the object's surface.
 
-use super::{Forces, NormForm, Scene, Term};
+use super::{Forces, NormForm, Scene, Stage, Term};
 
 /// Distance of the contacts from the surface, on either side.
 ///
@@ -49,6 +49,14 @@ impl Distance {
 impl Term for Distance {
     fn name(&self) -> &'static str {
         "distance"
+    }
+
+    fn weight(&self) -> f64 {
+        self.weight
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Contacts
     }
 
     fn add(&self, scene: &Scene<'_>, forces: &mut Forces) -> f64 {

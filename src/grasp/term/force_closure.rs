@@ -3,7 +3,7 @@
 use nalgebra::{Matrix6, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 
-use super::{Contact, Forces, NormForm, Scene, Term};
+use super::{Contact, Forces, NormForm, Scene, Stage, Term};
 use crate::grasp::closure::PointContact;
 
 /// The wrench left over when every contact pushes with a unit force along the object's inward normal.
@@ -65,6 +65,14 @@ impl Term for ForceClosure {
         "force_closure"
     }
 
+    fn weight(&self) -> f64 {
+        self.weight
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Contacts
+    }
+
     fn add(&self, scene: &Scene<'_>, forces: &mut Forces) -> f64 {
         let contacts = || {
             scene
@@ -123,6 +131,14 @@ pub struct Rank {
 impl Term for Rank {
     fn name(&self) -> &'static str {
         "rank"
+    }
+
+    fn weight(&self) -> f64 {
+        self.weight
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Contacts
     }
 
     fn add(&self, scene: &Scene<'_>, forces: &mut Forces) -> f64 {

@@ -1,6 +1,6 @@
 //! Joints stay within their limits.
 
-use super::{Forces, Scene, Term, rounded_hinge};
+use super::{Forces, Scene, Stage, Term, rounded_hinge};
 
 /// Excess of joint angles over their limits.
 ///
@@ -22,6 +22,14 @@ pub struct JointLimits {
 impl Term for JointLimits {
     fn name(&self) -> &'static str {
         "joint_limits"
+    }
+
+    fn weight(&self) -> f64 {
+        self.weight
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Pose
     }
 
     fn add(&self, scene: &Scene<'_>, forces: &mut Forces) -> f64 {

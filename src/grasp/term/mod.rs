@@ -12,9 +12,9 @@ use crate::object::Object;
 mod alignment;
 mod distance;
 mod force_closure;
-mod intrusion;
+mod hand_in_object;
 mod joint_limits;
-mod penetration;
+mod object_in_hand;
 mod prior;
 mod proximity;
 mod self_penetration;
@@ -23,9 +23,9 @@ pub use alignment::Alignment;
 pub use distance::Distance;
 pub(crate) use force_closure::point_contact;
 pub use force_closure::{ForceClosure, Rank, RankForm};
-pub use intrusion::Intrusion;
+pub use hand_in_object::HandInObject;
 pub use joint_limits::JointLimits;
-pub use penetration::Penetration;
+pub use object_in_hand::ObjectInHand;
 pub use prior::{Prior, PriorForm};
 pub use proximity::Proximity;
 pub use self_penetration::SelfPenetration;
@@ -163,10 +163,27 @@ impl Forces {
     }
 }
 
+/// What a term is about, in the order in which terms are listed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stage {
+    /// The contact set.
+    Contacts,
+    /// Depths of the hand in the object, of the object in the hand, and of the hand in itself.
+    Depths,
+    /// The hand alone.
+    Pose,
+}
+
 /// One weighted, named part of the grasp energy.
 pub trait Term: std::fmt::Debug + Send + Sync {
     /// Name in files and figures.
     fn name(&self) -> &'static str;
+
+    /// Weight; a term of weight 0 is left out.
+    fn weight(&self) -> f64;
+
+    /// What it is about.
+    fn stage(&self) -> Stage;
 
     /// Energy of this term; adds its derivative to `forces`.
     fn add(&self, scene: &Scene<'_>, forces: &mut Forces) -> f64;

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Forces, Scene, Term};
+use super::{Forces, Scene, Stage, Term};
 use crate::hand::PosePrior;
 
 /// How the prior's quadratic form becomes an energy.
@@ -29,6 +29,14 @@ pub struct Prior {
 impl Term for Prior {
     fn name(&self) -> &'static str {
         "prior"
+    }
+
+    fn weight(&self) -> f64 {
+        self.weight
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Pose
     }
 
     fn add(&self, scene: &Scene<'_>, forces: &mut Forces) -> f64 {

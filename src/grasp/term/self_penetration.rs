@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::{Forces, Scene, Term, rounded_hinge};
+use super::{Forces, Scene, Stage, Term, rounded_hinge};
 use crate::hand::{Capsule, closest_points};
 
 /// Overlap of the hand's capsules.
@@ -40,6 +40,14 @@ pub(crate) fn for_each_overlap(
 impl Term for SelfPenetration {
     fn name(&self) -> &'static str {
         "self_penetration"
+    }
+
+    fn weight(&self) -> f64 {
+        self.weight
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Depths
     }
 
     fn add(&self, scene: &Scene<'_>, forces: &mut Forces) -> f64 {

@@ -1,5 +1,6 @@
-//! What a pose promises before it is anywhere near a grasp: the measure by which starts are chosen.
+//! The score by which starts are chosen: what a pose promises before it is anywhere near a grasp.
 
+use super::evaluation::Evaluation;
 use super::{GraspEnergy, Ramp};
 use crate::grasp::term::NearPoint;
 
@@ -12,12 +13,12 @@ impl GraspEnergy {
     ///
     /// An upper bound of the softened energy's minimum over contact sets (without the rank condition), found by coordinate
     /// descents among some two hundred surface points.
-    pub fn promise(&self, x: &[f64], ramp: Ramp) -> (f64, Vec<u32>) {
+    pub fn start_score(&self, x: &[f64], ramp: Ramp) -> (f64, Vec<u32>) {
         let size = self.settings.contacts;
         let stride = (self.contact_candidates.len() / POINTS.max(size)).max(1);
-        self.with_scratch(x, |scratch| {
-            self.pose(x, scratch);
-            let posed = &scratch.posed;
+        self.at(x, |evaluation| {
+            let memory = &mut *evaluation.memory;
+            let posed = &memory.posed;
             let indices = self.contact_candidates.iter().step_by(stride);
             let candidates = indices.filter_map(|&index| {
                 let point = self.hand.surface_point(posed, index as usize);
@@ -32,13 +33,11 @@ impl GraspEnergy {
                 candidate.cost *= ramp.distance;
                 Some(candidate)
             });
-            scratch.search.begin(candidates);
+            memory.search.begin(candidates);
             let cost = self.wrench_cost();
-            let contacts = scratch.search.descend_cold(size, &cost, 0.0);
-            let set = scratch.search.best().to_vec();
-            scratch.ramp = ramp;
-            let free = self.contact_free(x, scratch);
-            scratch.ramp = Ramp::default();
+            let contacts = memory.search.descend_cold(size, &cost, 0.0);
+            let set = memory.search.best().to_vec();
+            let free = evaluation.ramped(ramp, Evaluation::contact_free);
             (free + contacts, set)
         })
     }

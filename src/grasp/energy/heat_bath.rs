@@ -1,8 +1,8 @@
-//! What each surface point would cost as the last contact of a set: the law that heat-bath moves draw from.
+//! Costs of surface points as the last contact of a set: the weights from which heat-bath moves draw.
 
 use nalgebra::Vector6;
 
-use super::scratch::Scratch;
+use super::evaluation::Evaluation;
 use super::{FIRST_BAND_M, GraspEnergy};
 use crate::grasp::term::point_contact;
 
@@ -10,17 +10,17 @@ impl GraspEnergy {
     /// Costs of surface points as the contact that completes `others` at pose `x`: own cost (distance times
     /// `distance_factor`, alignment counted from its least value) plus force closure of the whole set, without the rank
     /// condition. Every point is listed that costs at most `allowance` more than the cheapest one.
-    pub fn completions(
+    pub fn heat_bath_costs(
         &self,
         x: &[f64],
         others: &[u32],
         distance_factor: f64,
         allowance: f64,
     ) -> Vec<(u32, f64)> {
-        self.with_scratch(x, |scratch| {
-            self.pose(x, scratch);
-            self.measure_contacts(others, scratch);
-            let rest: Vector6<f64> = scratch
+        self.at(x, |evaluation| {
+            evaluation.measure_contacts(others);
+            let rest: Vector6<f64> = evaluation
+                .memory
                 .contacts
                 .iter()
                 .map(|c| point_contact(c, &self.object.centroid, self.unit_m).wrench())
@@ -28,9 +28,10 @@ impl GraspEnergy {
             let reach_m = |cost: f64| self.distance.reach_m(cost / distance_factor, self.unit_m);
             // At least this far points count, so their gradients will be asked for.
             let surely_m = reach_m(allowance);
-            self.measure(FIRST_BAND_M, surely_m.min(FIRST_BAND_M), scratch);
+            evaluation.measure(FIRST_BAND_M, surely_m.min(FIRST_BAND_M));
             let nearest_m = loop {
-                let free = scratch
+                let free = evaluation
+                    .memory
                     .near
                     .iter()
                     .filter(|near| self.may_touch(near) && !others.contains(&near.index));
@@ -40,44 +41,46 @@ impl GraspEnergy {
                 {
                     break least;
                 }
-                if scratch.near.len() == self.hand.surface.len() {
+                if evaluation.memory.near.len() == self.hand.surface.len() {
                     return Vec::new();
                 }
-                self.measure(2.0 * scratch.band_m, 0.0, scratch);
+                evaluation.measure(2.0 * evaluation.memory.band_m, 0.0);
             };
             // Some point costs no more than the cheapest one found here; nothing but the distance is sure to cost
             // something, so only points beyond the reach of that total are surely dearer.
             let cheapest = distance_factor * self.distance.cost(nearest_m, self.unit_m);
             let near_m = reach_m(cheapest + allowance);
-            self.measure(near_m, near_m, scratch);
-            let mut options = self.options(others, &rest, distance_factor, scratch);
+            evaluation.measure(near_m, near_m);
+            let mut options = evaluation.options(others, &rest, distance_factor);
             let needed_m = reach_m(least_of(&options) + allowance);
             if needed_m > near_m {
-                self.measure(needed_m, needed_m, scratch);
-                options = self.options(others, &rest, distance_factor, scratch);
+                evaluation.measure(needed_m, needed_m);
+                options = evaluation.options(others, &rest, distance_factor);
             }
             let most = least_of(&options) + allowance;
             options.retain(|(_, cost)| *cost <= most);
             options
         })
     }
+}
 
+impl Evaluation<'_> {
     /// Costs of the measured points that may complete `others`, whose wrench is `rest`.
     fn options(
         &self,
         others: &[u32],
         rest: &Vector6<f64>,
         distance_factor: f64,
-        scratch: &Scratch,
     ) -> Vec<(u32, f64)> {
-        let wrench_cost = self.wrench_cost();
-        scratch
+        let (energy, memory) = (self.energy, &*self.memory);
+        let wrench_cost = energy.wrench_cost();
+        memory
             .near
             .iter()
-            .filter(|near| self.may_touch(near) && !others.contains(&near.index))
+            .filter(|near| energy.may_touch(near) && !others.contains(&near.index))
             .filter_map(|near| {
-                let contact = self.contact_at(near)?;
-                let own = self.own_cost(near, &contact, distance_factor, &scratch.posed);
+                let contact = energy.contact_at(near)?;
+                let own = energy.own_cost(near, &contact, distance_factor, &memory.posed);
                 let net = rest + contact.wrench();
                 Some((near.index, own + wrench_cost.of_squared(net.norm_squared())))
             })

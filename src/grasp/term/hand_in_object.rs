@@ -1,6 +1,6 @@
 //! Surface points of the hand stay out of the object.
 
-use super::{Forces, Scene, Term, rounded_hinge};
+use super::{Forces, Scene, Stage, Term, rounded_hinge};
 
 /// Depth of the hand's surface points inside the object.
 ///
@@ -11,7 +11,7 @@ use super::{Forces, Scene, Term, rounded_hinge};
 /// with h a hinge rounded off over the first `rounding_m`. Liu et al. (2021), Eq. 9 (there a plain hinge). A positive
 /// clearance keeps the whole hand off the object, which is how hover costs are measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Penetration {
+pub struct HandInObject {
     /// Weight w per unit length.
     pub weight: f64,
     /// Rounding of the hinge, metres.
@@ -20,9 +20,17 @@ pub struct Penetration {
     pub clearance_m: f64,
 }
 
-impl Term for Penetration {
+impl Term for HandInObject {
     fn name(&self) -> &'static str {
         "penetration"
+    }
+
+    fn weight(&self) -> f64 {
+        self.weight
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Depths
     }
 
     fn add(&self, scene: &Scene<'_>, forces: &mut Forces) -> f64 {

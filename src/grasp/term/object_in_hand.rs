@@ -1,6 +1,6 @@
 //! Surface points of the object stay out of the hand.
 
-use super::{Forces, Scene, Term, rounded_hinge};
+use super::{Forces, Scene, Stage, Term, rounded_hinge};
 use crate::hand::Capsule;
 use nalgebra::Vector3;
 
@@ -15,7 +15,7 @@ use nalgebra::Vector3;
 /// Catches what the hand's own points miss: a thin neck or an edge between two surface points. After the penetration
 /// energy of Wang et al. (`DexGraspNet`, 2023), which also looks from the object into the hand.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Intrusion {
+pub struct ObjectInHand {
     /// Weight w per unit length.
     pub weight: f64,
     /// Depth that costs nothing, metres.
@@ -53,9 +53,17 @@ fn for_each_intruder(
     }
 }
 
-impl Term for Intrusion {
+impl Term for ObjectInHand {
     fn name(&self) -> &'static str {
         "intrusion"
+    }
+
+    fn weight(&self) -> f64 {
+        self.weight
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Depths
     }
 
     fn add(&self, scene: &Scene<'_>, forces: &mut Forces) -> f64 {

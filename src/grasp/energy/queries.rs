@@ -14,12 +14,10 @@ pub const THROUGH_M: f64 = 0.002;
 impl GraspEnergy {
     /// The contacts of `choice` at pose `x` as the force-closure tests see them, arms divided by the unit.
     pub fn point_contacts(&self, x: &[f64], choice: &[u32]) -> Vec<PointContact> {
-        self.with_scratch(x, |scratch| {
-            self.pose(x, scratch);
-            self.measure_contacts(choice, scratch);
-            scratch
-                .contacts
-                .iter()
+        self.at(x, |evaluation| {
+            evaluation.measure_contacts(choice);
+            let contacts = evaluation.memory.contacts.iter();
+            contacts
                 .map(|c| point_contact(c, &self.object.centroid, self.unit_m))
                 .collect()
         })
@@ -35,10 +33,10 @@ impl GraspEnergy {
 
     /// Least signed distance of a surface point of the hand from the object at pose `x`, metres.
     pub fn clearance_m(&self, x: &[f64]) -> f64 {
-        self.with_scratch(x, |scratch| {
-            self.pose(x, scratch);
-            let points = (0..self.hand.surface.len())
-                .map(|index| self.hand.surface_point(&scratch.posed, index));
+        self.at(x, |evaluation| {
+            let posed = &evaluation.memory.posed;
+            let points =
+                (0..self.hand.surface.len()).map(|index| self.hand.surface_point(posed, index));
             let distances = points.map(|p| self.object.shape.distance(&p));
             distances.fold(f64::INFINITY, f64::min)
         })
@@ -46,11 +44,11 @@ impl GraspEnergy {
 
     /// Mean of the contact points of `choice` at pose `x`, object frame, metres.
     pub fn contact_centre(&self, x: &[f64], choice: &[u32]) -> Vector3<f64> {
-        self.with_scratch(x, |scratch| {
-            self.pose(x, scratch);
+        self.at(x, |evaluation| {
+            let posed = &evaluation.memory.posed;
             let points = choice
                 .iter()
-                .map(|&index| self.hand.surface_point(&scratch.posed, index as usize));
+                .map(|&index| self.hand.surface_point(posed, index as usize));
             points.sum::<Vector3<f64>>() / choice.len().max(1) as f64
         })
     }

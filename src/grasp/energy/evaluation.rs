@@ -1,0 +1,295 @@
+//! One evaluation at a pose: the posed hand, what is measured of it, and the energy of its terms.
+
+use std::sync::PoisonError;
+
+use super::GraspEnergy;
+use super::near::NearSearch;
+use crate::grasp::contact::ContactSearch;
+use crate::grasp::term::{Contact, Forces, NearPoint, Proximity, Scene, Stage};
+use crate::hand::PosedHand;
+use crate::space::Space;
+
+/// Buffers of an evaluation, and what is remembered to make the next one cheaper (never to change its result).
+#[derive(Debug, Clone, Default)]
+pub(super) struct Memory {
+    /// The pose that `posed` holds.
+    x: Vec<f64>,
+    pub(super) posed: PosedHand,
+    surface: NearSearch,
+    /// Points within `band_m` at the current pose, by rising index.
+    pub(super) near: Vec<NearPoint>,
+    pub(super) band_m: f64,
+    proximity: Proximity,
+    forces: Forces,
+    /// Energy and forces of the contact-free terms, if they were computed at the current pose.
+    contact_free: Option<ContactFree>,
+    pub(super) contacts: Vec<Contact>,
+    pub(super) search: ContactSearch,
+    /// The best contact set of the last search.
+    pub(super) warm: Vec<u32>,
+    ramp: Ramp,
+}
+
+/// Energy and forces of the terms that need no contacts.
+#[derive(Debug, Clone, Default)]
+struct ContactFree {
+    /// The factor on depths they were computed with.
+    depth_factor: f64,
+    energy: f64,
+    forces: Forces,
+}
+
+/// Factors on weights while a synthesis begins softly.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ramp {
+    /// On the weight of contact distances.
+    pub distance: f64,
+    /// On the weights of depths: hand in object, object in hand, hand in hand.
+    pub depth: f64,
+}
+
+impl Default for Ramp {
+    /// The energy as it is.
+    fn default() -> Self {
+        Self {
+            distance: 1.0,
+            depth: 1.0,
+        }
+    }
+}
+
+/// An energy at a pose. Its hand is posed; the rest is measured when it is asked for.
+pub(super) struct Evaluation<'a> {
+    pub(super) energy: &'a GraspEnergy,
+    x: &'a [f64],
+    pub(super) memory: &'a mut Memory,
+}
+
+impl GraspEnergy {
+    /// Evaluates at `x` with the memory that is nearest; threads that work elsewhere do not take each other's.
+    pub(super) fn at<R>(&self, x: &[f64], work: impl FnOnce(&mut Evaluation<'_>) -> R) -> R {
+        let pool = || self.memories.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut memory = take_nearest(&mut pool(), x).unwrap_or_default();
+        let result = work(&mut Evaluation::new(self, x, &mut memory));
+        pool().push(memory);
+        result
+    }
+
+    /// A memory that knows what the last one used knows.
+    pub(super) fn copy_of_memory(&self) -> Memory {
+        let pool = self.memories.lock().unwrap_or_else(PoisonError::into_inner);
+        pool.last().cloned().unwrap_or_default()
+    }
+}
+
+impl<'a> Evaluation<'a> {
+    /// Poses the links of the hand, unless they are there already.
+    pub(super) fn new(energy: &'a GraspEnergy, x: &'a [f64], memory: &'a mut Memory) -> Self {
+        let coordinates = energy.space.coordinates();
+        assert_eq!(x.len(), coordinates, "a pose of another hand");
+        let bits = |x: &f64| x.to_bits();
+        if !memory.x.iter().map(bits).eq(x.iter().map(bits)) {
+            energy.hand.pose_links(x, &mut memory.posed);
+            memory.x.clear();
+            memory.x.extend_from_slice(x);
+            memory.band_m = f64::NAN;
+            memory.contact_free = None;
+        }
+        Self { energy, x, memory }
+    }
+
+    /// Fills `near` with every surface point whose signed distance is at most `band_m`; with gradients of those at most
+    /// at `graded_m`.
+    pub(super) fn measure(&mut self, band_m: f64, graded_m: f64) {
+        let memory = &mut *self.memory;
+        memory.band_m = band_m;
+        memory.surface.find(
+            &self.energy.hand,
+            &memory.posed,
+            &*self.energy.object.shape,
+            (band_m, graded_m),
+            &mut memory.near,
+        );
+    }
+
+    /// Asks the object for its answers at the contacts of `choice`.
+    pub(super) fn measure_contacts(&mut self, choice: &[u32]) {
+        let (energy, memory) = (self.energy, &mut *self.memory);
+        memory.contacts.clear();
+        for &index in choice {
+            let point = energy.hand.surface_point(&memory.posed, index as usize);
+            let (distance_m, gradient, hessian) = energy.object.shape.hessian(&point);
+            memory.contacts.push(Contact {
+                index,
+                link: energy.hand.surface[index as usize].link,
+                point,
+                distance_m,
+                gradient,
+                hessian,
+            });
+        }
+    }
+
+    /// Does `work` with weights softened by `ramp`.
+    pub(super) fn ramped<R>(&mut self, ramp: Ramp, work: impl FnOnce(&mut Self) -> R) -> R {
+        self.memory.ramp = ramp;
+        let result = work(self);
+        self.memory.ramp = Ramp::default();
+        result
+    }
+
+    /// What terms look at, and the forces they add to.
+    fn scene(&mut self) -> (Scene<'_>, &mut Forces) {
+        let (energy, memory) = (self.energy, &mut *self.memory);
+        let scene = Scene {
+            hand: &energy.hand,
+            posed: &memory.posed,
+            joints_rad: &self.x[7..],
+            object: &energy.object,
+            near: &memory.near,
+            proximity: &memory.proximity,
+            contacts: &memory.contacts,
+            unit_m: energy.unit_m,
+            distance_factor: memory.ramp.distance,
+        };
+        (scene, &mut memory.forces)
+    }
+
+    fn add_terms(&mut self, stage: Stage) -> f64 {
+        let terms = self.energy.terms.iter();
+        let (scene, forces) = self.scene();
+        let terms = terms.filter(|term| term.stage() == stage);
+        terms.map(|term| term.add(&scene, forces)).sum()
+    }
+
+    /// What may overlap, as far as a term asks.
+    fn update_proximity(&mut self) {
+        let (energy, memory) = (self.energy, &mut *self.memory);
+        let (hand, posed) = (&energy.hand, &memory.posed);
+        if energy.settings.intrusion_weight > 0.0 {
+            let object = &energy.object;
+            memory.proximity.update_intruders(hand, posed, object);
+        }
+        if energy.settings.self_penetration_weight > 0.0 {
+            memory.proximity.update_pairs(hand, posed);
+        }
+    }
+
+    /// Energy and forces of the terms that need no contacts.
+    pub(super) fn contact_free(&mut self) -> f64 {
+        let (hand, clearance_m) = (&self.energy.hand, self.energy.clearance_m);
+        let memory = &mut *self.memory;
+        let ramp = memory.ramp;
+        if let Some(known) = &memory.contact_free
+            && known.depth_factor.to_bits() == ramp.depth.to_bits()
+        {
+            memory.forces.clone_from(&known.forces);
+            return known.energy;
+        }
+        if memory.band_m.is_nan() || memory.band_m < clearance_m {
+            self.measure(clearance_m, clearance_m);
+        }
+        self.update_proximity();
+        self.memory.forces.reset(hand);
+        let mut energy = self.add_terms(Stage::Depths);
+        if ramp != Ramp::default() {
+            energy *= ramp.depth;
+            self.memory.forces.scale(ramp.depth);
+        }
+        energy += self.add_terms(Stage::Pose);
+        let memory = &mut *self.memory;
+        let known = memory.contact_free.get_or_insert_default();
+        known.depth_factor = ramp.depth;
+        known.energy = energy;
+        known.forces.clone_from(&memory.forces);
+        energy
+    }
+
+    /// Adds the terms of `choice` to the contact-free ones, and pulls the forces of all back to the gradient.
+    fn pull_back(&mut self, choice: &[u32], gradient: &mut [f64]) -> f64 {
+        self.measure_contacts(choice);
+        let contact_energy = self.add_terms(Stage::Contacts);
+        let (energy, memory) = (self.energy, &mut *self.memory);
+        memory.forces.gather(&energy.hand, &memory.posed);
+        energy.hand.pull_back(
+            &memory.posed,
+            &memory.forces.wrenches,
+            &memory.forces.joints,
+            &energy.metric,
+            gradient,
+        );
+        contact_energy
+    }
+
+    /// The envelope, leaving early above `cutoff`.
+    pub(super) fn envelope(&mut self, gradient: &mut [f64], cutoff: f64) -> f64 {
+        self.measure_candidates();
+        let free = self.contact_free();
+        // The search counts the alignment from its least value.
+        let base = free - self.energy.alignment.weight;
+        if base > cutoff {
+            return base;
+        }
+        let rest = cutoff - base;
+        let contact_part = self.choose_contacts(rest);
+        let best = self.memory.search.best();
+        if contact_part > rest || best.len() < self.energy.settings.contacts {
+            return (base + contact_part).max(cutoff.next_up());
+        }
+        let choice = best.to_vec();
+        free + self.pull_back(&choice, gradient)
+    }
+
+    /// The envelope, or the energy of a good contact set above `ceiling`.
+    pub(super) fn roughly(&mut self, gradient: &mut [f64], ceiling: f64) -> (f64, Vec<u32>) {
+        self.measure_candidates();
+        let base = self.contact_free();
+        self.choose_contacts_roughly_above(ceiling - base + self.energy.alignment.weight);
+        let choice = self.memory.search.best().to_vec();
+        let energy = base + self.pull_back(&choice, gradient);
+        (energy, choice)
+    }
+
+    /// The best contact set.
+    pub(super) fn best_choice(&mut self) -> Vec<u32> {
+        self.measure_candidates();
+        self.choose_contacts(f64::INFINITY);
+        self.memory.search.best().to_vec()
+    }
+
+    /// The energy with the contact set held at `choice`.
+    pub(super) fn held(&mut self, choice: &[u32], ramp: Ramp, gradient: &mut [f64]) -> f64 {
+        self.ramped(ramp, |evaluation| {
+            let base = evaluation.contact_free();
+            base + evaluation.pull_back(choice, gradient)
+        })
+    }
+
+    /// The named terms of `choice`.
+    pub(super) fn terms(&mut self, choice: &[u32]) -> Vec<(String, f64)> {
+        let energy = self.energy;
+        self.measure(energy.clearance_m, energy.clearance_m);
+        self.update_proximity();
+        self.measure_contacts(choice);
+        self.memory.forces.reset(&energy.hand);
+        let (scene, forces) = self.scene();
+        let terms = energy.terms.iter();
+        terms
+            .map(|term| (term.name().to_owned(), term.add(&scene, forces)))
+            .collect()
+    }
+}
+
+fn take_nearest(pool: &mut Vec<Memory>, x: &[f64]) -> Option<Memory> {
+    if pool.len() < 2 {
+        return pool.pop();
+    }
+    // Any measure will do; a radian moves fingers by centimetres.
+    let weight = |coordinate: usize| if coordinate < 3 { 1.0 } else { 0.05 };
+    let away = |memory: &Memory| -> f64 {
+        let steps = memory.x.iter().zip(x).enumerate();
+        steps.map(|(k, (a, b))| (weight(k) * (a - b)).powi(2)).sum()
+    };
+    let nearest = (0..pool.len()).min_by(|a, b| away(&pool[*a]).total_cmp(&away(&pool[*b])))?;
+    Some(pool.swap_remove(nearest))
+}
