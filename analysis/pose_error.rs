@@ -21,7 +21,8 @@ use landscape::grasp::press::firmness;
 use landscape::grasp::synthesis::{Refinement, SynthesisSettings, synthesize};
 use landscape::grasp::{EnergySettings, Grasp, GraspEnergy, judge};
 use landscape::hand::Hand;
-use landscape::object::{Mesh, Object};
+use landscape::mesh::Mesh;
+use landscape::object::Object;
 use landscape::optimize::QuenchSettings;
 use landscape::sample::{Task, stream};
 use landscape::space::Pose;
@@ -185,7 +186,7 @@ fn moved(pose: &Pose, object: &Object, error_m: f64, id: u64) -> Pose {
 }
 
 /// The mesh with every vertex moved along its area-weighted normal.
-fn offset(name: &str, mesh: &Mesh, by_m: f64) -> Result<Mesh, landscape::object::ObjectError> {
+fn offset(name: &str, mesh: &Mesh, by_m: f64) -> Result<Mesh, landscape::mesh::MeshError> {
     let mut normals = vec![Vector3::zeros(); mesh.vertices().len()];
     for (index, triangle) in mesh.triangles().iter().enumerate() {
         let [a, b, c] = mesh.corners(index);

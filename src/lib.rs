@@ -11,6 +11,7 @@
 //! | descend to a minimum | [`optimize::quench`] |
 //! | draw samples | [`sample::Kernel`], [`sample::Mala`] |
 //! | build the energy of a hand on an object | [`grasp::GraspEnergy`], [`hand::Hand`], [`object::Object`] |
+//! | measure distances to a mesh | [`mesh::Mesh`], [`mesh::ExactMesh`] |
 //! | synthesize and judge grasps | [`grasp::synthesis::synthesize`], [`grasp::judge`], [`grasp::closure`], [`grasp::relaxed`] |
 //! | go from a function of your own to its disconnectivity graph | [`own_function`] |
 //! | map a landscape | [`topography::quench_all`], [`topography::distinct`], [`topography::build_landscape`] |
@@ -70,6 +71,8 @@ pub mod formats;
 pub mod grasp;
 #[cfg(feature = "grasp")]
 pub mod hand;
+#[cfg(feature = "grasp")]
+pub mod mesh;
 #[cfg(feature = "grasp")]
 pub mod object;
 #[cfg(feature = "topography")]

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use crate::desk::{Desk, assert_says};
 use crate::pickled::bench;
 use landscape::hand::{Hand, HandFiles, PosedHand};
-use landscape::object::{ExactMesh, Mesh};
+use landscape::mesh::{ExactMesh, Mesh};
 use landscape::store::exchange::{Columns, JointColumns, Mapping, read, table_csv, table_json};
 use landscape::store::{GraspFile, GraspRow, Overrides};
 use proptest::prelude::*;

@@ -11,7 +11,8 @@ use landscape::evaluation::taxonomy::{
     Anatomy, Bone, Labeller, NOT_APPLICABLE, Patch, Rule, Taxonomy, explain,
 };
 use landscape::hand::{Hand, HandFiles};
-use landscape::object::{Mesh, Object};
+use landscape::mesh::Mesh;
+use landscape::object::Object;
 use landscape::space::Pose;
 use landscape::store::{GraspFile, Overrides};
 

@@ -6,11 +6,12 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::LazyLock;
 
+use landscape::mesh::ExactMesh;
 use landscape::object::neural::{
     Answer, Decoder, Network, NeuralError, NeuralField, Real, Specs, SurfaceSettings, Tensor,
     Tensors,
 };
-use landscape::object::{ExactMesh, Field, FieldSettings, Shape};
+use landscape::object::{Field, FieldSettings, Shape};
 use landscape::sample::{Task, stream};
 use nalgebra::{Matrix3, Vector3};
 use rand::RngExt;

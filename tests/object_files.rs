@@ -8,7 +8,8 @@ use std::fs;
 use crate::desk::{Desk, assert_says};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use landscape::object::{Mesh, Object};
+use landscape::mesh::Mesh;
+use landscape::object::Object;
 use serde_json::json;
 
 const DUMBBELL: &str = "\

@@ -4,8 +4,9 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use landscape::mesh::{ExactMesh, Mesh};
 use landscape::object::{
-    Description, ExactMesh, Field, FieldSettings, Mesh, OBJECT_NAMES, Object, ObjectError, Shape,
+    Description, Field, FieldSettings, OBJECT_NAMES, Object, ObjectError, Shape,
 };
 use landscape::sample::{Task, stream};
 use landscape::space::Symmetry;

@@ -5,9 +5,9 @@ use std::sync::LazyLock;
 
 use landscape::grasp::closure::{PointContact, net_wrench};
 use landscape::grasp::relaxed::{RelaxedForceClosure, Touch};
+use landscape::mesh::{ExactMesh, Mesh};
 use landscape::object::{
-    Capsule, Cuboid, Cylinder, ExactMesh, Field, FieldSettings, Mesh, Object, Revolved, Shape,
-    Sphere,
+    Capsule, Cuboid, Cylinder, Field, FieldSettings, Object, Revolved, Shape, Sphere,
 };
 use landscape::sample::{Task, stream};
 use nalgebra::{Matrix3, Matrix6, Matrix6x3, Unit, Vector3};

@@ -8,7 +8,8 @@ use landscape::evaluation::stability::{
 };
 use landscape::grasp::Grasp;
 use landscape::hand::Hand;
-use landscape::object::{Mesh, Object};
+use landscape::mesh::Mesh;
+use landscape::object::Object;
 use nalgebra::Vector3;
 
 const GRAVITY_M_S2: f64 = 10.0;

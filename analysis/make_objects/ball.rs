@@ -1,6 +1,7 @@
 //! The ball.
 
-use landscape::object::{Description, Mesh, Primitive, Sphere};
+use landscape::mesh::Mesh;
+use landscape::object::{Description, Primitive, Sphere};
 use landscape::space::Symmetry;
 use nalgebra::Vector3;
 

@@ -2,7 +2,8 @@
 
 use std::f64::consts::{FRAC_PI_4, PI};
 
-use landscape::object::{Description, Mesh};
+use landscape::mesh::Mesh;
+use landscape::object::Description;
 use landscape::space::Symmetry;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 

@@ -3,7 +3,8 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use landscape::object::{Description, Mesh, ObjectError};
+use landscape::mesh::{Mesh, MeshError};
+use landscape::object::Description;
 use landscape::space::Symmetry;
 use nalgebra::{Isometry3, Vector2, Vector3};
 
@@ -60,7 +61,7 @@ impl Turned {
         (parts, rings)
     }
 
-    pub(super) fn mesh(&self) -> Result<Mesh, ObjectError> {
+    pub(super) fn mesh(&self) -> Result<Mesh, MeshError> {
         self.surface().0.into_mesh(self.name)
     }
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use landscape::object::{Mesh, ObjectError};
+use landscape::mesh::{Mesh, MeshError};
 use nalgebra::Vector3;
 
 #[derive(Default)]
@@ -101,7 +101,7 @@ impl Parts {
             .collect()
     }
 
-    pub(super) fn into_mesh(self, name: &str) -> Result<Mesh, ObjectError> {
+    pub(super) fn into_mesh(self, name: &str) -> Result<Mesh, MeshError> {
         let metres = self.vertices.into_iter().map(|v| v * 1e-3).collect();
         Mesh::new(name, metres, self.triangles)
     }

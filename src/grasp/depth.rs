@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::hand::{Hand, Part, PosedHand, Solid};
-use crate::object::ExactMesh;
+use crate::mesh::ExactMesh;
 
 /// Depth of the deepest point of one of hand and object inside the other, metres; 0 where they do not overlap.
 ///
@@ -14,7 +14,7 @@ use crate::object::ExactMesh;
 /// ∂H are the triangles of the hand as it is exported ([`Hand::solid_skin`]): of its parts (meshes, hulls of boxes and
 /// cylinders, capsules), or the skin of MANO. The skin that is drawn over a hand of capsules alone is fuller at creases and
 /// does not count. A part is a capsule, or all meshes of one link: inside it is inside the union of the solids that they
-/// bound, if need be after repair, else of their convex hulls. Within [`DEPTH_TOLERANCE_M`](crate::object::DEPTH_TOLERANCE_M) from
+/// bound, if need be after repair, else of their convex hulls. Within [`DEPTH_TOLERANCE_M`](crate::mesh::DEPTH_TOLERANCE_M) from
 /// below.
 ///
 /// # Panics
@@ -94,7 +94,7 @@ const ON_AXIS_M: f64 = 1e-9;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::object::Mesh;
+    use crate::mesh::Mesh;
 
     /// A plate, 1 mm thick, 8 mm deep in what lies around the origin below 1 cm.
     const PLATE: &str = "v -0.0005 -0.005 0.002\nv 0.0005 -0.005 0.002\nv 0.0005 0.005 0.002\nv -0.0005 0.005 0.002\n\

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 
 use super::depth::object_inside_hand_m;
 use crate::hand::{Hand, PosedHand};
-use crate::object::ExactMesh;
+use crate::mesh::ExactMesh;
 
 /// A part of the object deeper than this inside the hand passes through it, metres.
 pub const SWALLOWED_M: f64 = 0.004;

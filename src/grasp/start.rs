@@ -5,7 +5,8 @@ use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 
 use crate::hand::Hand;
-use crate::object::{Object, SurfaceSample};
+use crate::mesh::SurfaceSample;
+use crate::object::Object;
 use crate::sample::Rng;
 use crate::space::pose_coordinates;
 

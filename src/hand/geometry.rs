@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::Vector3;
 
-use super::fill::fill;
+use super::capsule_decomposition::capsules_in;
 use super::hull::{Hull, directions};
 use super::model::{Body, Form, Model, Part, check_count, within};
 use super::side_file::{CapsuleEntry, SideFile};
@@ -178,7 +178,7 @@ impl Geometry {
         if filled {
             match &part.form {
                 Form::Mesh(_) | Form::Ellipsoid { .. } => {
-                    for capsule in fill(&hull) {
+                    for capsule in capsules_in(&hull) {
                         self.push(capsule, false);
                     }
                 }

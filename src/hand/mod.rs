@@ -5,11 +5,11 @@
 //! places the hand, [`Hand::pull_back`] turns forces on its links into a gradient, and [`Hand::skin`] draws it.
 
 mod blend;
+mod capsule_decomposition;
 mod derived;
 mod description;
 mod error;
 mod files;
-mod fill;
 mod geometry;
 mod hull;
 mod kinematics;

@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 use super::geometry::LinkMesh;
 use super::hull::Hull;
 use super::{Capsule, Frame, Hand, LinkId, PosedHand};
-use crate::object::{ExactMesh, Mesh, TriangleTree};
+use crate::mesh::{ExactMesh, Mesh, TriangleTree};
 
 /// A part of the hand, which is a capsule or the meshes of a link: its triangles and its interior.
 #[derive(Debug, Clone)]

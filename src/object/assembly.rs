@@ -6,7 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::space::Symmetry;
 
-use super::{Description, Mesh, ObjectError, ObjectParts, Primitive};
+use super::{Description, ObjectError, ObjectParts, Primitive};
+use crate::mesh::Mesh;
 
 /// Largest number of different shapes in an object; larger objects should be given as meshes.
 const MOST_PARTS: usize = 500;

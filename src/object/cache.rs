@@ -8,10 +8,10 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::Vector3;
 
-use super::Mesh;
 use super::field::{Ball, Field, FieldReport, FieldSettings, Level};
 use super::spline::Spline;
 use crate::atomic_file;
+use crate::mesh::Mesh;
 
 /// Version of the cache. Raise it whenever baking or the file format changes, so that old files are no longer found.
 const VERSION: u32 = 4;
@@ -234,7 +234,7 @@ impl<'a> Reader<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::object::ExactMesh;
+    use crate::mesh::ExactMesh;
 
     fn tetrahedron(size_m: f64) -> Mesh {
         let corners = [

@@ -10,10 +10,11 @@ use serde::{Deserialize, Serialize};
 use crate::space::Symmetry;
 
 use super::{
-    Assembly, Capsule, Cuboid, Cylinder, ExactMesh, Field, FieldSettings, Mesh, ObjectError,
-    Revolved, Shape, Sphere, SurfaceSample, within,
+    Assembly, Capsule, Cuboid, Cylinder, Field, FieldSettings, ObjectError, Revolved, Shape,
+    Sphere, within,
 };
 use crate::limits::{DIRECTION, GRASP_POSITION, MOST_MOTIONS, OBJECT_MASS};
+use crate::mesh::{ExactMesh, Mesh, SignedDistance, SurfaceSample};
 
 /// Density of an object whose mass is not given, kg/m³: half that of water, as for wood or a half-full bottle.
 const DEFAULT_DENSITY_KG_M3: f64 = 500.0;
@@ -183,7 +184,7 @@ impl Object {
             .name
             .clone()
             .unwrap_or_else(|| stem.into_owned());
-        let note = |repair: &super::Repair| format!("{}: {repair}", path.display());
+        let note = |repair: &crate::mesh::Repair| format!("{}: {repair}", path.display());
         Ok(ObjectParts {
             name,
             notes: repaired.repairs.iter().map(note).collect(),
@@ -300,8 +301,13 @@ impl Description {
         triangles: Vec<[u32; 3]>,
     ) -> Result<Mesh, ObjectError> {
         let shapes: Vec<Arc<dyn Shape>> = self.parts.iter().map(|part| part.shape()).collect();
-        let solids = (!shapes.is_empty()).then_some(shapes.as_slice());
-        Mesh::of_pieces(name, vertices, triangles, solids)
+        let distance = |shape| -> SignedDistance<'_> {
+            let shape: &Arc<dyn Shape> = shape;
+            Box::new(|point| shape.distance(point))
+        };
+        let solids: Vec<SignedDistance<'_>> = shapes.iter().map(distance).collect();
+        let solids = (!solids.is_empty()).then_some(solids.as_slice());
+        Ok(Mesh::of_pieces(name, vertices, triangles, solids)?)
     }
 
     /// Reads the mesh of an object of this description from the text of an OBJ file. All objects and groups of the file
@@ -310,8 +316,8 @@ impl Description {
     /// # Errors
     /// As [`Mesh::from_obj`].
     pub fn mesh_of_obj(&self, name: &str, obj: &str) -> Result<Mesh, ObjectError> {
-        let soup = super::file::of_obj(name, &mut obj.as_bytes())?;
-        self.mesh(name, soup.vertices, soup.triangles)
+        let read = crate::mesh::of_obj(name, &mut obj.as_bytes())?;
+        self.mesh(name, read.vertices, read.triangles)
     }
 
     /// Mass of an object of this description, kilograms: the given one, or that of the volume at 500 kg/m³.

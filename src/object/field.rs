@@ -10,7 +10,8 @@ use serde::{Deserialize, Serialize};
 
 use super::jet::Jet;
 use super::spline::Spline;
-use super::{ExactMesh, Mesh, Shape, cache};
+use super::{Shape, cache};
+use crate::mesh::{ExactMesh, Mesh};
 
 /// Resolution of a field.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -304,7 +305,7 @@ fn thickness_m(mesh: &Mesh, exact: &ExactMesh) -> f64 {
     const HALVINGS: u32 = 7;
     const DEEPEST_M: f64 = 0.01;
     const STILL_NEAREST: f64 = 0.98;
-    let half = |sample: &super::SurfaceSample| {
+    let half = |sample: &crate::mesh::SurfaceSample| {
         let reaches = |depth_m: f64| {
             -exact.distance(&(sample.point - sample.normal * depth_m)) > STILL_NEAREST * depth_m
         };
@@ -343,7 +344,7 @@ fn fitting_cell_m(extents: &Vector3<f64>, mut cell_m: f64, most_nodes: usize) ->
 pub(super) fn errors(field: &dyn Shape, cell_m: f64, mesh: &Mesh, exact: &ExactMesh) -> (f64, f64) {
     const PROBES: usize = 1_000;
     const DEPTHS: usize = 9;
-    let error_at = |index: usize, sample: &super::SurfaceSample| {
+    let error_at = |index: usize, sample: &crate::mesh::SurfaceSample| {
         // The depths of neighbouring samples interleave, so that they cover the whole band.
         (0..DEPTHS)
             .map(|step| {

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::limits::{Beyond, Limit};
+use crate::mesh::MeshError;
 
 mod assembly;
 mod cache;
@@ -13,33 +14,24 @@ mod cuboid;
 mod cylinder;
 mod description;
 mod direction;
-mod exact;
 mod field;
-mod file;
 mod jet;
-mod mesh;
 mod named;
 #[cfg(feature = "neural")]
 pub mod neural;
-mod outer;
-mod repair;
 mod revolved;
 mod sphere;
 mod spline;
 mod symmetric;
 mod tessellate;
-mod winding;
 
 pub use assembly::Assembly;
 pub use capsule::Capsule;
 pub use cuboid::Cuboid;
 pub use cylinder::Cylinder;
 pub use description::{Description, Object, ObjectParts, Primitive};
-pub use exact::{DEPTH_TOLERANCE_M, ExactMesh, Nearest, TriangleTree};
 pub use field::{Field, FieldReport, FieldSettings};
-pub use mesh::{Mesh, SurfaceSample};
 pub use named::OBJECT_NAMES;
-pub use repair::{Repair, Repaired};
 pub use revolved::Revolved;
 pub use sphere::Sphere;
 pub use symmetric::{FoundSymmetry, find_symmetry};
@@ -79,15 +71,13 @@ fn within<'a>(
     (values.into_iter()).try_for_each(|value| limit.check(*value).map_err(told))
 }
 
-/// A length rounded to four digits, because single-precision files have more digits than are accurate.
-fn rounded(length_m: f64) -> f64 {
-    format!("{length_m:.3e}").parse().unwrap_or(length_m)
-}
-
 /// Reasons why an object cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ObjectError {
+    /// The mesh is not valid.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
     /// A file cannot be opened or read.
     #[error("cannot read {}: {source}", path.display())]
     Read {
@@ -96,12 +86,6 @@ pub enum ObjectError {
         /// The error of the system.
         source: std::io::Error,
     },
-    /// The ending of the file name is not that of a mesh format.
-    #[error("{} is none of .obj, .stl, .ply, .gltf and .glb: convert the mesh to one of these", path.display())]
-    Kind {
-        /// The file.
-        path: PathBuf,
-    },
     /// A TOML file does not describe shapes.
     #[error("{name}")]
     Shapes {
@@ -109,104 +93,6 @@ pub enum ObjectError {
         name: String,
         /// The error of the parser.
         source: toml::de::Error,
-    },
-    /// An OBJ, PLY or glTF file is invalid.
-    #[error("{name} is not a valid {format} mesh: {problem}")]
-    Format {
-        /// The file.
-        name: String,
-        /// Name of the format.
-        format: &'static str,
-        /// The problem.
-        problem: String,
-    },
-    /// A mesh has no triangles.
-    #[error("{name} has no faces: a surface of triangles is needed")]
-    NoTriangles {
-        /// File or object.
-        name: String,
-    },
-    /// A face refers to a vertex that does not exist.
-    #[error("{name} has a face with vertex index {index}, but only {count} vertices")]
-    Index {
-        /// File or object.
-        name: String,
-        /// The index, from zero.
-        index: u32,
-        /// Number of vertices.
-        count: u32,
-    },
-    /// A coordinate is infinite or not a number.
-    #[error("vertex {vertex} of {name}: {beyond}")]
-    Coordinate {
-        /// File or object.
-        name: String,
-        /// Number of the vertex, from zero.
-        vertex: usize,
-        /// Its coordinate and the limit.
-        beyond: Beyond,
-    },
-    /// The surface has holes.
-    #[error(
-        "{name} is not closed: {edges} edges border a hole, so it has no inside{missing}; close it in a mesh editor"
-    )]
-    Open {
-        /// File or object.
-        name: String,
-        /// Edges used by an odd number of triangles.
-        edges: usize,
-        /// Size of the missing part, in brackets after a space; empty if unknown.
-        missing: String,
-    },
-    /// Neighbouring triangles have opposite orientations.
-    #[error(
-        "{name} is inconsistently oriented at {edges} edges: recalculate its normals in a mesh editor"
-    )]
-    Orientation {
-        /// File or object.
-        name: String,
-        /// Number of edges along which both triangles run in the same direction.
-        edges: usize,
-    },
-    /// A surface crosses itself nearly everywhere.
-    #[error(
-        "{percent:.0} % of the surface of {name} has no inside or no outside next to it (winding number), so it bounds no \
-         solid: remesh it"
-    )]
-    Sides {
-        /// File or object.
-        name: String,
-        /// Share of the surface, percent.
-        percent: f64,
-    },
-    /// A mesh encloses no volume.
-    #[error("{name} encloses no volume")]
-    NoVolume {
-        /// File or object.
-        name: String,
-    },
-    /// The closed pieces intersect in too many places.
-    #[error(
-        "the pieces of {name} run through each other in millions of places: leave out copies in the same place, or unite them in a modelling program"
-    )]
-    Entangled {
-        /// File or object.
-        name: String,
-    },
-    /// The size cannot be metres.
-    #[error(
-        "{name} is {} m across: metres are expected; if it is in {unit}, scale it by {factor} (--scale {factor})",
-        rounded(*size_m)
-    )]
-    Size {
-        /// File or object.
-        name: String,
-        /// Longest edge of its bounding box, read as metres.
-        size_m: f64,
-        /// The likely unit.
-        unit: &'static str,
-        /// Factor from that unit to metres.
-        factor: f64,
     },
     /// A description is invalid.
     #[error("the description of {name} is invalid: {source}")]

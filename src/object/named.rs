@@ -1,6 +1,7 @@
 //! The built-in objects.
 
-use super::{Description, Mesh, Object, ObjectError};
+use super::{Description, Object, ObjectError};
+use crate::mesh::Mesh;
 
 /// Names for [`Object::named`].
 pub const OBJECT_NAMES: [&str; EMBEDDED.len()] = {

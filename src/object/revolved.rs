@@ -6,9 +6,10 @@
 use nalgebra::{Matrix3, Unit, Vector3};
 use rayon::prelude::*;
 
+use super::Shape;
 use super::field::{self, FieldReport};
 use super::spline::{RIM, Weights, dot, solve_lines};
-use super::{ExactMesh, Mesh, Shape};
+use crate::mesh::{ExactMesh, Mesh};
 
 /// Cell, margin around the object and blending shell (part of the margin) of the grids, metres. They are like those of
 /// [`Field`](super::Field) but finer, since two dimensions cost little.

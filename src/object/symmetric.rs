@@ -6,7 +6,7 @@ use nalgebra::{Isometry3, Matrix3, Rotation3, SymmetricEigen, Unit, Vector3};
 
 use crate::space::Symmetry;
 
-use super::{ExactMesh, Mesh};
+use crate::mesh::{ExactMesh, Mesh};
 
 /// A symmetry and its accuracy.
 #[derive(Debug, Clone, PartialEq)]

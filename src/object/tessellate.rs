@@ -4,8 +4,9 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use nalgebra::{Rotation3, Vector3};
 
-use super::{Capsule, Cuboid, Cylinder, Mesh, ObjectError, Primitive, Sphere, within};
+use super::{Capsule, Cuboid, Cylinder, ObjectError, Primitive, Sphere, within};
 use crate::limits::{MESH_COORDINATE, MESH_SIZE};
+use crate::mesh::Mesh;
 
 /// Number of corners around an axis.
 const AROUND: u32 = 96;
@@ -50,7 +51,7 @@ impl Primitive {
             }
             Self::Cuboid(cuboid) => box_of(cuboid),
         };
-        Mesh::new(name, vertices, triangles)
+        Ok(Mesh::new(name, vertices, triangles)?)
     }
 
     /// Refuses sizes and positions beyond their limits, and roundings larger than the shape. `name` is its name in errors.

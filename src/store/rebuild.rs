@@ -12,7 +12,8 @@ use crate::grasp::energy::EnergySettingsError;
 use crate::grasp::{EnergySettings, Grasp, GraspEnergy, Judgement, judge};
 use crate::hand::{Hand, HandError, HandFiles};
 use crate::limits::{Beyond, OBJECT_MASS};
-use crate::object::{Description, Mesh, Object, ObjectError, ObjectParts};
+use crate::mesh::Mesh;
+use crate::object::{Description, Object, ObjectError, ObjectParts};
 
 /// Reasons why a hand, an object or an energy cannot be built from metadata.
 #[derive(Debug, thiserror::Error)]
@@ -184,7 +185,7 @@ impl ObjectMetadata {
     /// If the mesh is missing, or if mesh, description, size or mass is invalid.
     pub fn mesh(&self, scale: f64) -> Result<(Mesh, f64), RebuildError> {
         let (mesh, _) = self.parts(scale)?;
-        mesh.check_size(&self.name)?;
+        mesh.check_size(&self.name).map_err(ObjectError::from)?;
         let mass_kg = self.mass_kg * scale.powi(3);
         OBJECT_MASS
             .check(mass_kg)
@@ -206,7 +207,8 @@ impl ObjectMetadata {
         Ok(if (scale - 1.0).abs() < f64::EPSILON {
             (mesh, description)
         } else {
-            (mesh.scaled(name, scale)?, description.scaled(scale))
+            let mesh = mesh.scaled(name, scale).map_err(ObjectError::from)?;
+            (mesh, description.scaled(scale))
         })
     }
 }

@@ -15,8 +15,9 @@ use landscape::energy::Energy;
 use landscape::grasp::GraspEnergy;
 use landscape::grasp::synthesis::synthesize;
 use landscape::hand::{Hand, HandFiles, PosedHand};
+use landscape::mesh::{ExactMesh, Mesh};
 use landscape::object::{
-    Assembly, Description, ExactMesh, Field, FieldSettings, Mesh, Object, Revolved, find_symmetry,
+    Assembly, Description, Field, FieldSettings, Object, Revolved, find_symmetry,
 };
 use landscape::optimize::QuenchSettings;
 use landscape::space::Symmetry;

@@ -14,8 +14,9 @@ use landscape::formats::toml_text;
 use landscape::grasp::synthesis::SynthesisSettings;
 use landscape::grasp::{EnergySettings, Grasp};
 use landscape::hand::{Hand, HandError, HandFiles, PosedHand};
+use landscape::mesh::Mesh;
 use landscape::object::neural::{Specs, Tensors};
-use landscape::object::{Assembly, Description, Mesh};
+use landscape::object::{Assembly, Description};
 use landscape::space::Pose;
 use landscape::store::exchange::{self, JointColumns, Mapping, QposRow, dexgraspnet_npy, qpos_npy};
 use landscape::store::{

@@ -9,7 +9,7 @@ use rapier3d_f64::parry::transformation::convex_hull;
 use rapier3d_f64::parry::transformation::vhacd::{VHACD, VHACDParameters};
 
 use super::convert::{from_vector, vector};
-use crate::object::{ExactMesh, Mesh};
+use crate::mesh::{ExactMesh, Mesh};
 
 /// Cells along the longest side of the grid in which a mesh is cut.
 const RESOLUTION: u32 = 128;

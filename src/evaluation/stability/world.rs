@@ -15,7 +15,7 @@ use super::convert::{from_vector, isometry, vector};
 use super::ghosts::NoGhosts;
 use super::settings::{Combine, Friction, Solver};
 use super::solid::{Solid, motion};
-use crate::object::Mesh;
+use crate::mesh::Mesh;
 
 /// A holding part, of a hand or of a gripper.
 #[derive(Debug, Clone, PartialEq)]

@@ -210,7 +210,7 @@ mod tests {
 
     use super::*;
     use crate::evaluation::taxonomy::{Bone, PalmPart};
-    use crate::object::SurfaceSample;
+    use crate::mesh::SurfaceSample;
     use crate::space::Pose;
 
     /// The object as held at those points of its surface that `test` chooses.
@@ -272,7 +272,7 @@ mod tests {
             writeln!(obj, "v {} {} {}", at(0), at(1), at(2)).unwrap();
         }
         obj += "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
-        let mesh = crate::object::Mesh::from_obj("slab", &mut obj.as_bytes()).unwrap();
+        let mesh = crate::mesh::Mesh::from_obj("slab", &mut obj.as_bytes()).unwrap();
         let slab = Object::from_mesh("slab", mesh, &crate::object::Description::default()).unwrap();
         let faces = held_at(&slab, |sample| sample.normal.z.abs() > 0.9);
         assert!(faces.forms[Form::Plate as usize] > 0.9, "{faces:?}");

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::object::ExactMesh;
+use crate::mesh::ExactMesh;
 
 use super::Scene;
 

@@ -291,7 +291,7 @@ impl Writer {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::object::Mesh;
+    use crate::mesh::Mesh;
 
     #[test]
     fn what_is_written_is_read_again() {

@@ -2,7 +2,8 @@
 
 use crate::grasp::Grasp;
 use crate::hand::{Hand, PosedHand, Skin};
-use crate::object::{Mesh, Object};
+use crate::mesh::Mesh;
+use crate::object::Object;
 
 use super::{Marker, Scene, Surface};
 

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use crate::grasp::closure::PointContact;
 use crate::hand::{Hand, LinkId, PosedHand};
-use crate::object::ExactMesh;
+use crate::mesh::ExactMesh;
 
 /// Places along an axis that are tried first; between the best one's neighbours the search goes on.
 const PLACES: usize = 9;

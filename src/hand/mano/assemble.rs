@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use super::super::blend::{Blend, BlendVertex};
-use super::super::fill::fill;
+use super::super::capsule_decomposition::capsules_in;
 use super::super::hull::Hull;
 use super::super::model::within;
 use super::super::side_file::SideFile;
@@ -270,7 +270,7 @@ fn capsules(surface: &[SurfacePoint]) -> Option<Vec<Capsule>> {
         let own = surface.iter().filter(move |point| point.link.0 == l);
         let points: Vec<Vector3<f64>> = own.map(|point| point.point).collect();
         Hull::of(LinkId(l), &points)
-            .map(|hull| fill(&hull))
+            .map(|hull| capsules_in(&hull))
             .unwrap_or_default()
     };
     let capsules: Vec<Capsule> = (0..LINKS).flat_map(of_link).collect();

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::limits::Beyond;
-use crate::object::ObjectError;
+use crate::mesh::MeshError;
 
 /// Reasons why a network cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -151,5 +151,5 @@ pub enum NeuralError {
     },
     /// The surface is not a valid mesh.
     #[error(transparent)]
-    Mesh(#[from] ObjectError),
+    Mesh(#[from] MeshError),
 }

@@ -5,8 +5,9 @@ use fast_surface_nets::{SurfaceNetsBuffer, surface_nets};
 use nalgebra::Vector3;
 
 use super::{NeuralError, NeuralField, Real};
-use crate::object::exact::signed_volume;
-use crate::object::{Mesh, Shape as _};
+use crate::mesh::Mesh;
+use crate::mesh::signed_volume;
+use crate::object::Shape as _;
 
 /// Resolution of a surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

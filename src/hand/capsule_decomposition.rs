@@ -21,7 +21,7 @@ const MOST: usize = 8;
 /// Capsules that fill a hull, largest first, none sticking out.
 ///
 /// Greedy: each capsule starts from the deepest point not yet covered and takes the longest axis that stays deep.
-pub(super) fn fill(hull: &Hull) -> Vec<Capsule> {
+pub(super) fn capsules_in(hull: &Hull) -> Vec<Capsule> {
     let [low, high] = hull.bounds();
     let size = high - low;
     let cell = size.max() / CELLS;
@@ -131,7 +131,7 @@ mod tests {
             ([0.03; 3], 1),
         ] {
             let hull = cuboid(size);
-            let capsules = fill(&hull);
+            let capsules = capsules_in(&hull);
             assert!(
                 (1..=most).contains(&capsules.len()),
                 "{size:?}: {}",

@@ -6,20 +6,13 @@
 //! they are known.
 
 use std::f64::consts::FRAC_PI_4;
-use std::sync::Arc;
 
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
+use super::Mesh;
 use super::winding::Winding;
-use super::{Mesh, Shape};
-
-/// Triangles without shared vertices, because corners of fragments may lie on edges of others.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Outer {
-    pub(super) vertices: Vec<Vector3<f64>>,
-    pub(super) triangles: Vec<[u32; 3]>,
-}
+use crate::formats::Triangles;
 
 /// Points within this share of the object's size of a plane lie on it; coordinates are often 32-bit numbers.
 const ON_PLANE: f64 = 1e-6;
@@ -51,18 +44,22 @@ struct Face {
     high: Vector3<f64>,
 }
 
+/// Signed distance of a point to a convex solid, metres, negative inside.
+pub(crate) type SignedDistance<'a> = Box<dyn Fn(&Vector3<f64>) -> f64 + Sync + 'a>;
+
 /// Test whether a point is in the solid.
 type Inside<'a> = dyn Fn(&Vector3<f64>) -> bool + Sync + 'a;
 
-/// The surface of the union; `None` if no pieces overlap or touch, so that it is the mesh itself. `solids` are the convex
-/// shapes that the pieces are meshes of, if they are known.
+/// The surface of the union, as triangles without shared vertices, because corners of fragments may lie on edges of others.
+/// `None` if no pieces overlap or touch, so that it is the mesh itself. `solids` are the signed distances of the convex shapes
+/// that the pieces are meshes of, if they are known.
 ///
 /// # Errors
 /// If the pieces meet in too many places.
-pub(super) fn outer(
+pub(super) fn united(
     mesh: &Mesh,
-    solids: Option<&[Arc<dyn Shape>]>,
-) -> Result<Option<Outer>, Entangled> {
+    solids: Option<&[SignedDistance<'_>]>,
+) -> Result<Option<Triangles>, Entangled> {
     let pieces = mesh.pieces();
     if pieces.len() < 2 {
         return Ok(None);
@@ -90,7 +87,7 @@ pub(super) fn outer(
         near.map(|piece| piece.at(point)).sum()
     };
     let inside = |point: &Vector3<f64>| match solids {
-        Some(solids) => solids.iter().any(|solid| solid.distance(point) < 0.0),
+        Some(solids) => solids.iter().any(|solid| solid(point) < 0.0),
         None => winding(point) > 0.5,
     };
     let kept: Vec<Vec<Polygon>> = faces
@@ -107,19 +104,16 @@ pub(super) fn outer(
 }
 
 /// The fragments as triangles; `None` if there are no fragments or too many for 32-bit indices.
-fn gathered(kept: Vec<Vec<Polygon>>) -> Option<Outer> {
-    let mut outer = Outer {
-        vertices: Vec::new(),
-        triangles: Vec::new(),
-    };
+fn gathered(kept: Vec<Vec<Polygon>>) -> Option<Triangles> {
+    let mut union = Triangles::default();
     for polygon in kept.into_iter().flatten() {
-        let first = u32::try_from(outer.vertices.len()).ok()?;
+        let first = u32::try_from(union.vertices.len()).ok()?;
         let count = u32::try_from(polygon.len()).ok()?;
-        outer.vertices.extend(polygon);
+        union.vertices.extend(polygon);
         let fan = (1..count - 1).map(|i| [first, first + i, first + i + 1]);
-        outer.triangles.extend(fan);
+        union.triangles.extend(fan);
     }
-    (!outer.triangles.is_empty()).then_some(outer)
+    (!union.triangles.is_empty()).then_some(union)
 }
 
 fn faces(mesh: &Mesh, pieces: &[Vec<[u32; 3]>]) -> Vec<Face> {
@@ -148,8 +142,8 @@ fn faces(mesh: &Mesh, pieces: &[Vec<[u32; 3]>]) -> Vec<Face> {
 
 /// Whether a face lies deeper in one of the solids than the distance at which the solid is tested. Such a face neither
 /// bounds the union nor cuts other faces. Distances from a convex solid are convex, so testing the corners suffices.
-fn is_covered(face: &Face, solids: &[Arc<dyn Shape>], depth: f64) -> bool {
-    let covers = |solid: &Arc<dyn Shape>| face.corners.iter().all(|p| solid.distance(p) < -depth);
+fn is_covered(face: &Face, solids: &[SignedDistance<'_>], depth: f64) -> bool {
+    let covers = |solid: &SignedDistance<'_>| face.corners.iter().all(|p| solid(p) < -depth);
     solids.iter().any(covers)
 }
 
@@ -419,7 +413,7 @@ fn is_sliver(polygon: &Polygon, slack: f64) -> bool {
 mod tests {
     use super::super::exact::tests::box_mesh;
     use super::*;
-    use crate::object::ExactMesh;
+    use crate::mesh::ExactMesh;
 
     /// Distance of the boundary of a union of boxes from a point, by the complement: from a fine grid it would be rough, so
     /// the shapes are such that it is known.
@@ -549,8 +543,8 @@ mod tests {
     #[test]
     fn pieces_apart_stay_as_they_are() {
         let (mesh, _) = of(&[([0.0; 3], [0.03; 3], false), ([0.05; 3], [0.1; 3], false)]);
-        assert_eq!(outer(&mesh, None), Ok(None));
+        assert_eq!(united(&mesh, None), Ok(None));
         let (cavity, _) = of(&[([0.0; 3], [0.1; 3], false), ([0.02; 3], [0.08; 3], true)]);
-        assert_eq!(outer(&cavity, None), Ok(None));
+        assert_eq!(united(&cavity, None), Ok(None));
     }
 }

@@ -3,7 +3,7 @@
 use std::io::BufRead;
 use std::path::Path;
 
-use super::{Mesh, ObjectError, Repaired};
+use super::{Mesh, MeshError, Repaired};
 use crate::formats::{Triangles, bytes_of, ending, gltf, obj, ply, stl};
 
 impl Mesh {
@@ -12,7 +12,7 @@ impl Mesh {
     /// # Errors
     /// If the file cannot be read, is of another kind, holds no valid mesh (see [`Mesh::repaired`]), or if its size cannot
     /// be metres.
-    pub fn load(path: impl AsRef<Path>) -> Result<Self, ObjectError> {
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, MeshError> {
         let path = path.as_ref();
         let mesh = Self::read(path, 1.0)?.mesh;
         mesh.check_size(&path.display().to_string())?;
@@ -24,7 +24,7 @@ impl Mesh {
     ///
     /// # Errors
     /// If the file cannot be read, is of another kind, or holds no valid mesh (see [`Mesh::repaired`]).
-    pub fn read(path: &Path, scale: f64) -> Result<Repaired, ObjectError> {
+    pub fn read(path: &Path, scale: f64) -> Result<Repaired, MeshError> {
         let mut read = triangles_of(path)?;
         for vertex in &mut read.vertices {
             *vertex *= scale;
@@ -36,7 +36,7 @@ impl Mesh {
     ///
     /// # Errors
     /// If the text is not OBJ or holds no valid mesh (see [`Mesh::new`]).
-    pub fn from_obj(name: &str, reader: &mut impl BufRead) -> Result<Self, ObjectError> {
+    pub fn from_obj(name: &str, reader: &mut impl BufRead) -> Result<Self, MeshError> {
         let soup = of_obj(name, reader)?;
         Self::new(name, soup.vertices, soup.triangles)
     }
@@ -57,15 +57,15 @@ impl Mesh {
 }
 
 /// The triangles of a file.
-fn triangles_of(path: &Path) -> Result<Triangles, ObjectError> {
+fn triangles_of(path: &Path) -> Result<Triangles, MeshError> {
     let name = path.display().to_string();
     let kind = ending(path);
     if !["obj", "stl", "ply", "gltf", "glb"].contains(&kind.as_str()) {
-        return Err(ObjectError::Kind {
+        return Err(MeshError::Kind {
             path: path.to_owned(),
         });
     }
-    let cannot = |source| ObjectError::Read {
+    let cannot = |source| MeshError::Read {
         path: path.to_owned(),
         source,
     };
@@ -81,14 +81,14 @@ fn triangles_of(path: &Path) -> Result<Triangles, ObjectError> {
     }
 }
 
-/// The triangles of the text of an OBJ file.
-pub(super) fn of_obj(name: &str, reader: &mut impl BufRead) -> Result<Triangles, ObjectError> {
+/// The triangles of the text of an OBJ file; `name` is what errors call it.
+pub(crate) fn of_obj(name: &str, reader: &mut impl BufRead) -> Result<Triangles, MeshError> {
     obj::read(reader).map_err(invalid(name, "OBJ"))
 }
 
-fn invalid(name: &str, format: &'static str) -> impl FnOnce(String) -> ObjectError {
+fn invalid(name: &str, format: &'static str) -> impl FnOnce(String) -> MeshError {
     let name = name.to_owned();
-    move |problem| ObjectError::Format {
+    move |problem| MeshError::Format {
         name,
         format,
         problem,

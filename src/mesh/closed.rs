@@ -9,9 +9,10 @@ use rand::RngExt;
 use crate::limits::{GRASP_POSITION, Limit, MESH_COORDINATE, MESH_SIZE, OBJECT_SIZE};
 use crate::sample::{Rng, Task, stream};
 
-use super::outer::{Entangled, Outer, outer};
+use super::MeshError;
+use super::mesh_union::{Entangled, SignedDistance, united};
 use super::winding::Winding;
-use super::{ObjectError, Shape, within};
+use crate::formats::Triangles;
 
 /// A closed surface of triangles that are counter-clockwise seen from outside.
 ///
@@ -22,7 +23,7 @@ pub struct Mesh {
     vertices: Vec<Vector3<f64>>,
     triangles: Vec<[u32; 3]>,
     /// The surface of the union, if it differs from the triangles.
-    outer: Option<Arc<Outer>>,
+    union: Option<Arc<Triangles>>,
 }
 
 /// A point of the surface.
@@ -48,25 +49,25 @@ impl Mesh {
         name: &str,
         vertices: Vec<Vector3<f64>>,
         triangles: Vec<[u32; 3]>,
-    ) -> Result<Self, ObjectError> {
+    ) -> Result<Self, MeshError> {
         Self::of_pieces(name, vertices, triangles, None)
     }
 
-    /// As [`Mesh::new`], for pieces that may be meshes of convex `solids`.
+    /// As [`Mesh::new`], for pieces that may be meshes of convex solids with the signed distances `solids`.
     ///
     /// # Errors
     /// As [`Mesh::new`].
-    pub(super) fn of_pieces(
+    pub(crate) fn of_pieces(
         name: &str,
         vertices: Vec<Vector3<f64>>,
         triangles: Vec<[u32; 3]>,
-        solids: Option<&[Arc<dyn Shape>]>,
-    ) -> Result<Self, ObjectError> {
+        solids: Option<&[SignedDistance<'_>]>,
+    ) -> Result<Self, MeshError> {
         let mut mesh = Self::solid(name, vertices, triangles)?;
-        let entangled = |Entangled| ObjectError::Entangled {
+        let entangled = |Entangled| MeshError::Entangled {
             name: name.to_owned(),
         };
-        mesh.outer = outer(&mesh, solids).map_err(entangled)?.map(Arc::new);
+        mesh.union = united(&mesh, solids).map_err(entangled)?.map(Arc::new);
         Ok(mesh)
     }
 
@@ -78,13 +79,18 @@ impl Mesh {
         name: &str,
         vertices: Vec<Vector3<f64>>,
         triangles: Vec<[u32; 3]>,
-    ) -> Result<Self, ObjectError> {
+    ) -> Result<Self, MeshError> {
         let mut mesh = Self::closed(name, vertices, triangles)?;
         let size_m = mesh.size_m();
-        within(MESH_SIZE, [&size_m], (name, "its longest side"))?;
+        MESH_SIZE
+            .check(size_m)
+            .map_err(|beyond| MeshError::Longest {
+                name: name.to_owned(),
+                beyond,
+            })?;
         let volume = mesh.volume();
         if volume.abs() < 1e-9 * size_m.powi(3) {
-            return Err(ObjectError::NoVolume {
+            return Err(MeshError::NoVolume {
                 name: name.to_owned(),
             });
         }
@@ -104,11 +110,11 @@ impl Mesh {
         name: &str,
         vertices: Vec<Vector3<f64>>,
         triangles: Vec<[u32; 3]>,
-    ) -> Result<Self, ObjectError> {
+    ) -> Result<Self, MeshError> {
         let name = || name.to_owned();
         let count = u32::try_from(vertices.len()).unwrap_or(u32::MAX);
         if let Some(&index) = triangles.iter().flatten().find(|&&index| index >= count) {
-            return Err(ObjectError::Index {
+            return Err(MeshError::Index {
                 name: name(),
                 index,
                 count,
@@ -118,25 +124,25 @@ impl Mesh {
         let mut mesh = Self {
             vertices,
             triangles,
-            outer: None,
+            union: None,
         };
         mesh.drop_degenerate();
         if mesh.seams() != Seams::default() {
             mesh.merge_coincident();
         }
         if mesh.triangles.is_empty() {
-            return Err(ObjectError::NoTriangles { name: name() });
+            return Err(MeshError::NoTriangles { name: name() });
         }
         let seams = mesh.seams();
         if seams.open > 0 {
-            return Err(ObjectError::Open {
+            return Err(MeshError::Open {
                 name: name(),
                 edges: seams.open,
                 missing: String::new(),
             });
         }
         if seams.flipped > 0 {
-            return Err(ObjectError::Orientation {
+            return Err(MeshError::Orientation {
                 name: name(),
                 edges: seams.flipped,
             });
@@ -149,7 +155,7 @@ impl Mesh {
     ///
     /// # Errors
     /// If the longest side of the bounding box is below 2 mm or above 2 m.
-    pub fn check_size(&self, name: &str) -> Result<(), ObjectError> {
+    pub fn check_size(&self, name: &str) -> Result<(), MeshError> {
         let size_m = self.size_m();
         if OBJECT_SIZE.holds(size_m) {
             return check_vertices(name, &self.vertices, GRASP_POSITION);
@@ -159,7 +165,7 @@ impl Mesh {
         } else {
             ("kilometres", 1e3)
         };
-        Err(ObjectError::Size {
+        Err(MeshError::Size {
             name: name.to_owned(),
             size_m,
             unit,
@@ -175,16 +181,16 @@ impl Mesh {
 
     /// Vertices and triangles that bound the solid: those of the union of the pieces if these overlap, otherwise the mesh's
     /// own.
-    pub(super) fn boundary(&self) -> (&[Vector3<f64>], &[[u32; 3]]) {
-        match &self.outer {
-            Some(outer) => (&outer.vertices, &outer.triangles),
+    pub(crate) fn boundary(&self) -> (&[Vector3<f64>], &[[u32; 3]]) {
+        match &self.union {
+            Some(union) => (&union.vertices, &union.triangles),
             None => (&self.vertices, &self.triangles),
         }
     }
 
     /// Whether pieces of the mesh overlap or touch, so that some faces are not part of the surface.
     pub fn overlaps(&self) -> bool {
-        self.outer.is_some()
+        self.union.is_some()
     }
 
     /// Share of the surface that lies inside the solid. It is positive if a single piece intersects itself.
@@ -229,13 +235,13 @@ impl Mesh {
     ///
     /// # Errors
     /// If the scaled mesh has no volume.
-    pub fn scaled(&self, name: &str, factor: f64) -> Result<Self, ObjectError> {
+    pub fn scaled(&self, name: &str, factor: f64) -> Result<Self, MeshError> {
         let scaled = |vertices: &[Vector3<f64>]| vertices.iter().map(|v| v * factor).collect();
         let mut mesh = Self::solid(name, scaled(&self.vertices), self.triangles.clone())?;
-        mesh.outer = self.outer.as_ref().map(|outer| {
-            Arc::new(Outer {
-                vertices: scaled(&outer.vertices),
-                triangles: outer.triangles.clone(),
+        mesh.union = self.union.as_ref().map(|union| {
+            Arc::new(Triangles {
+                vertices: scaled(&union.vertices),
+                triangles: union.triangles.clone(),
             })
         });
         Ok(mesh)
@@ -333,7 +339,7 @@ impl Mesh {
     }
 
     /// Pieces that share no vertex, each as a list of triangles over the common vertices.
-    pub(super) fn pieces(&self) -> Vec<Vec<[u32; 3]>> {
+    pub(crate) fn pieces(&self) -> Vec<Vec<[u32; 3]>> {
         let mut parent: Vec<u32> = (0..).take(self.vertices.len()).collect();
         for triangle in &self.triangles {
             let root = find_root(&mut parent, triangle[0]);
@@ -451,12 +457,12 @@ struct Seams {
 }
 
 /// Refuses coordinates beyond their limit.
-fn check_vertices(name: &str, vertices: &[Vector3<f64>], limit: Limit) -> Result<(), ObjectError> {
+fn check_vertices(name: &str, vertices: &[Vector3<f64>], limit: Limit) -> Result<(), MeshError> {
     for (vertex, corner) in vertices.iter().enumerate() {
         for coordinate in corner {
             limit
                 .check(*coordinate)
-                .map_err(|beyond| ObjectError::Coordinate {
+                .map_err(|beyond| MeshError::Coordinate {
                     name: name.to_owned(),
                     vertex,
                     beyond,
@@ -544,24 +550,21 @@ mod tests {
     fn what_is_no_solid_is_refused() {
         let refuse = |vertices, triangles| Mesh::new("thing", vertices, triangles).unwrap_err();
         let error = refuse(corners(0.1), CUBE[1..].to_vec());
-        assert!(
-            matches!(error, ObjectError::Open { edges: 3, .. }),
-            "{error}"
-        );
+        assert!(matches!(error, MeshError::Open { edges: 3, .. }), "{error}");
         let mut flipped = CUBE.to_vec();
         flipped[4].swap(0, 1);
         let error = refuse(corners(0.1), flipped);
         assert!(
-            matches!(error, ObjectError::Orientation { edges: 3, .. }),
+            matches!(error, MeshError::Orientation { edges: 3, .. }),
             "{error}"
         );
         let error = refuse(corners(0.1), vec![]);
-        assert!(matches!(error, ObjectError::NoTriangles { .. }), "{error}");
+        assert!(matches!(error, MeshError::NoTriangles { .. }), "{error}");
         let error = refuse(corners(0.1), vec![[0, 1, 8]]);
         assert!(
             matches!(
                 error,
-                ObjectError::Index {
+                MeshError::Index {
                     index: 8,
                     count: 8,
                     ..
@@ -573,13 +576,13 @@ mod tests {
         infinite[2].y = f64::NAN;
         let error = refuse(infinite, CUBE.to_vec());
         assert!(
-            matches!(error, ObjectError::Coordinate { vertex: 2, .. }),
+            matches!(error, MeshError::Coordinate { vertex: 2, .. }),
             "{error}"
         );
         // A square sheet with two sides.
         let sheet = vec![[0, 1, 2], [1, 3, 2], [0, 2, 1], [1, 2, 3]];
         let error = refuse(corners(0.1), sheet);
-        assert!(matches!(error, ObjectError::NoVolume { .. }), "{error}");
+        assert!(matches!(error, MeshError::NoVolume { .. }), "{error}");
     }
 
     #[test]

@@ -6,7 +6,8 @@ use std::fmt;
 use nalgebra::Vector3;
 
 use super::winding::Winding;
-use super::{Mesh, ObjectError};
+use super::{Mesh, MeshError};
+use crate::formats::Triangles;
 
 /// Vertices closer than this share of the object's size are merged if the surface is not closed otherwise.
 const WELD: f64 = 1e-5;
@@ -105,12 +106,12 @@ impl Mesh {
         name: &str,
         vertices: Vec<Vector3<f64>>,
         triangles: Vec<[u32; 3]>,
-    ) -> Result<Repaired, ObjectError> {
+    ) -> Result<Repaired, MeshError> {
         let mut repairs = Vec::new();
         let strict = Self::closed(name, vertices.clone(), triangles.clone());
         let mesh = match strict {
-            Err(ObjectError::Open { .. } | ObjectError::Orientation { .. }) => {
-                let mut soup = Soup {
+            Err(MeshError::Open { .. } | MeshError::Orientation { .. }) => {
+                let mut soup = Triangles {
                     vertices,
                     triangles,
                 };
@@ -124,7 +125,7 @@ impl Mesh {
         let mesh = turn_pieces(name, &mesh, &mut repairs)?;
         let share = ambiguous(&mesh);
         if share > AMBIGUOUS {
-            return Err(ObjectError::Sides {
+            return Err(MeshError::Sides {
                 name: name.to_owned(),
                 percent: 100.0 * share,
             });
@@ -137,7 +138,7 @@ impl Mesh {
 }
 
 /// Turns pieces that are inside out and do not lie in another one.
-fn turn_pieces(name: &str, mesh: &Mesh, repairs: &mut Vec<Repair>) -> Result<Mesh, ObjectError> {
+fn turn_pieces(name: &str, mesh: &Mesh, repairs: &mut Vec<Repair>) -> Result<Mesh, MeshError> {
     let mut pieces = mesh.pieces();
     let flipped: Vec<bool> = pieces
         .iter()
@@ -195,13 +196,7 @@ fn ambiguous(mesh: &Mesh) -> f64 {
     unclear.count() as f64 / SAMPLES as f64
 }
 
-/// Triangles that need not fit together.
-struct Soup {
-    vertices: Vec<Vector3<f64>>,
-    triangles: Vec<[u32; 3]>,
-}
-
-impl Soup {
+impl Triangles {
     fn size(&self) -> f64 {
         let first = self.vertices.first().copied().unwrap_or_default();
         let (low, high) = self
@@ -300,7 +295,7 @@ impl Soup {
     }
 
     /// Closes holes with triangles about the centre of their edge.
-    fn close(&mut self, name: &str, repairs: &mut Vec<Repair>) -> Result<(), ObjectError> {
+    fn close(&mut self, name: &str, repairs: &mut Vec<Repair>) -> Result<(), MeshError> {
         // If a triangle runs from a to b and none runs back, a patch must run back.
         let mut next: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
         let mut open = 0;
@@ -320,7 +315,7 @@ impl Soup {
         if open == 0 {
             return Ok(());
         }
-        let refused = |percent: Option<f64>| ObjectError::Open {
+        let refused = |percent: Option<f64>| MeshError::Open {
             name: name.to_owned(),
             edges: open,
             missing: percent.map_or(String::new(), |percent| {

@@ -293,7 +293,7 @@ fn triangle_distance(triangle: &Triangle, segment: &Segment) -> f64 {
 }
 
 /// Six times the volume that `triangles` enclose; negative if they are inside out.
-pub(super) fn signed_volume(mesh: &Mesh, triangles: &[[u32; 3]]) -> f64 {
+pub(crate) fn signed_volume(mesh: &Mesh, triangles: &[[u32; 3]]) -> f64 {
     let corner =
         |index: u32| mesh.vertices()[index as usize] - mesh.vertices()[triangles[0][0] as usize];
     triangles

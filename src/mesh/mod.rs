@@ -1,0 +1,153 @@
+//! Triangle meshes: reading, repairing and uniting them, and exact distances to them.
+//!
+//! A [`Mesh`] is closed and oriented; [`Mesh::repaired`] makes one of triangles that are not. [`ExactMesh`] answers queries
+//! of distance and of the side on which a point lies, [`TriangleTree`] those to triangles that may be open.
+
+use std::path::PathBuf;
+
+use crate::limits::Beyond;
+
+mod closed;
+mod exact;
+mod file;
+mod mesh_union;
+mod repair;
+mod winding;
+
+pub use closed::{Mesh, SurfaceSample};
+pub(crate) use exact::signed_volume;
+pub use exact::{DEPTH_TOLERANCE_M, ExactMesh, Nearest, TriangleTree};
+pub(crate) use file::of_obj;
+pub(crate) use mesh_union::SignedDistance;
+pub use repair::{Repair, Repaired};
+
+/// A length rounded to four digits, because single-precision files have more digits than are accurate.
+fn rounded(length_m: f64) -> f64 {
+    format!("{length_m:.3e}").parse().unwrap_or(length_m)
+}
+
+/// Reasons why triangles do not make a mesh.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum MeshError {
+    /// A file cannot be opened or read.
+    #[error("cannot read {}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// The ending of the file name is not that of a mesh format.
+    #[error("{} is none of .obj, .stl, .ply, .gltf and .glb: convert the mesh to one of these", path.display())]
+    Kind {
+        /// The file.
+        path: PathBuf,
+    },
+    /// An OBJ, PLY or glTF file is invalid.
+    #[error("{name} is not a valid {format} mesh: {problem}")]
+    Format {
+        /// The file.
+        name: String,
+        /// Name of the format.
+        format: &'static str,
+        /// The problem.
+        problem: String,
+    },
+    /// A mesh has no triangles.
+    #[error("{name} has no faces: a surface of triangles is needed")]
+    NoTriangles {
+        /// File or object.
+        name: String,
+    },
+    /// A face refers to a vertex that does not exist.
+    #[error("{name} has a face with vertex index {index}, but only {count} vertices")]
+    Index {
+        /// File or object.
+        name: String,
+        /// The index, from zero.
+        index: u32,
+        /// Number of vertices.
+        count: u32,
+    },
+    /// A coordinate is infinite or not a number.
+    #[error("vertex {vertex} of {name}: {beyond}")]
+    Coordinate {
+        /// File or object.
+        name: String,
+        /// Number of the vertex, from zero.
+        vertex: usize,
+        /// Its coordinate and the limit.
+        beyond: Beyond,
+    },
+    /// The surface has holes.
+    #[error(
+        "{name} is not closed: {edges} edges border a hole, so it has no inside{missing}; close it in a mesh editor"
+    )]
+    Open {
+        /// File or object.
+        name: String,
+        /// Edges used by an odd number of triangles.
+        edges: usize,
+        /// Size of the missing part, in brackets after a space; empty if unknown.
+        missing: String,
+    },
+    /// Neighbouring triangles have opposite orientations.
+    #[error(
+        "{name} is inconsistently oriented at {edges} edges: recalculate its normals in a mesh editor"
+    )]
+    Orientation {
+        /// File or object.
+        name: String,
+        /// Number of edges along which both triangles run in the same direction.
+        edges: usize,
+    },
+    /// A surface crosses itself nearly everywhere.
+    #[error(
+        "{percent:.0} % of the surface of {name} has no inside or no outside next to it (winding number), so it bounds no \
+         solid: remesh it"
+    )]
+    Sides {
+        /// File or object.
+        name: String,
+        /// Share of the surface, percent.
+        percent: f64,
+    },
+    /// A mesh encloses no volume.
+    #[error("{name} encloses no volume")]
+    NoVolume {
+        /// File or object.
+        name: String,
+    },
+    /// The closed pieces intersect in too many places.
+    #[error(
+        "the pieces of {name} run through each other in millions of places: leave out copies in the same place, or unite them in a modelling program"
+    )]
+    Entangled {
+        /// File or object.
+        name: String,
+    },
+    /// A size beyond its limit.
+    #[error("{name}: its longest side = {beyond}")]
+    Longest {
+        /// File or object.
+        name: String,
+        /// The size and its limit.
+        beyond: Beyond,
+    },
+    /// The size cannot be metres.
+    #[error(
+        "{name} is {} m across: metres are expected; if it is in {unit}, scale it by {factor} (--scale {factor})",
+        rounded(*size_m)
+    )]
+    Size {
+        /// File or object.
+        name: String,
+        /// Longest edge of its bounding box, read as metres.
+        size_m: f64,
+        /// The likely unit.
+        unit: &'static str,
+        /// Factor from that unit to metres.
+        factor: f64,
+    },
+}
