@@ -14,7 +14,7 @@ use nalgebra::Vector3;
 )]
 pub(crate) mod array;
 #[cfg(feature = "cli")]
-pub(crate) mod csv;
+pub(crate) mod csv_text;
 pub(crate) mod gltf;
 pub(crate) mod msh;
 #[cfg_attr(

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::{canonical, human_label};
 use crate::evaluation::taxonomy::Taxonomy;
-use crate::formats::csv;
+use crate::formats::csv_text;
 use anyhow::Context;
 
 /// A label of a human.
@@ -29,7 +29,7 @@ fn parse(text: &str) -> anyhow::Result<Vec<Given>> {
     // Spreadsheets of some countries write semicolons.
     let header = text.lines().next().unwrap_or_default();
     let delimiter = if header.contains(';') { ';' } else { ',' };
-    let (header, records) = csv::table(text, delimiter, None).map_err(anyhow::Error::msg)?;
+    let (header, records) = csv_text::table(text, delimiter, None).map_err(anyhow::Error::msg)?;
     let column = |name: &str| {
         header
             .iter()

@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use super::super::error::StoreError;
 use super::super::table::{FLOAT, TEXT, VECTOR};
-use crate::formats::csv;
+use crate::formats::csv_text;
 
 /// The value of a row in a column.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,7 +45,7 @@ impl Cell {
 pub(super) fn of_csv(bytes: &[u8]) -> Result<Table, String> {
     let bad = |problem| format!("it is no valid CSV table: {problem}");
     let text = str::from_utf8(bytes).map_err(|error| bad(error.to_string()))?;
-    let (columns, records) = csv::table(text, ',', Some('#')).map_err(bad)?;
+    let (columns, records) = csv_text::table(text, ',', Some('#')).map_err(bad)?;
     let row = |(_, record): (usize, Vec<String>)| {
         let cells = columns.iter().cloned().zip(record);
         // Cells stay texts: one that looks like a number may be a name, or may have more digits than a floating-point

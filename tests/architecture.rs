@@ -1,0 +1,236 @@
+//! The table "Rooms: who may use whom" of docs/ARCHITECTURE.md is true of the sources.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::Path;
+
+/// What the table says of a room.
+struct Room {
+    row: u32,
+    crates: BTreeSet<String>,
+}
+
+/// The rooms of the table, by name.
+fn rooms(document: &str) -> BTreeMap<String, Room> {
+    let quoted = |cell: &str| -> Vec<String> {
+        let parts = cell.split('`').skip(1).step_by(2);
+        parts.map(str::to_owned).collect()
+    };
+    let rows = document.lines().filter_map(|line| {
+        let cells: Vec<&str> = line.split('|').map(str::trim).collect();
+        let [_, row, name, _, crates, _] = cells[..] else {
+            return None;
+        };
+        let name = quoted(name).pop()?;
+        let crates = quoted(crates).into_iter().collect();
+        Some((
+            name,
+            Room {
+                row: row.parse().ok()?,
+                crates,
+            },
+        ))
+    });
+    rows.collect()
+}
+
+/// The code of a file as rustfmt writes it, without comments and without what only tests compile; the names of modules in
+/// other files that only tests compile are added to `tests`.
+fn code(text: &str, tests: &mut Vec<String>) -> String {
+    let mut code = String::new();
+    let mut left_out = None;
+    for line in text.lines() {
+        let line = line.split("//").next().unwrap_or_default().trim_end();
+        let word = line.trim_start();
+        let indent = line.len() - word.len();
+        if let Some(outer) = left_out {
+            if let Some(name) = word.strip_prefix("mod ").and_then(|w| w.strip_suffix(';')) {
+                tests.push(name.to_owned());
+            }
+            let ends = word.starts_with('}') || word.ends_with(';');
+            if indent == outer && ends {
+                left_out = None;
+            }
+        } else if word.starts_with("#[cfg(test)]") || word.starts_with("#[cfg(all(test") {
+            left_out = Some(indent);
+        } else {
+            code.push_str(line);
+            code.push('\n');
+        }
+    }
+    code
+}
+
+/// The name that a text begins with.
+fn name(text: &str) -> &str {
+    let end = text.find(|c: char| !c.is_alphanumeric() && c != '_');
+    &text[..end.unwrap_or(text.len())]
+}
+
+/// The first names of what follows a path: one, or those of a group in braces.
+fn heads(rest: &str) -> Vec<&str> {
+    let Some(group) = rest.strip_prefix('{') else {
+        return vec![name(rest)];
+    };
+    let (mut depth, mut start, mut names) = (0, 0, Vec::new());
+    for (place, letter) in group.char_indices() {
+        match letter {
+            '{' => depth += 1,
+            '}' if depth > 0 => depth -= 1,
+            ',' | '}' if depth == 0 => {
+                names.push(name(group[start..place].trim_start()));
+                start = place + 1;
+                if letter == '}' {
+                    break;
+                }
+            }
+            _ => {}
+        }
+    }
+    names
+}
+
+/// Places where `path::` begins, and what follows.
+fn named<'a>(code: &'a str, path: &str) -> Vec<&'a str> {
+    let begins = |place: usize| {
+        let before = code[..place].chars().next_back();
+        !before.is_some_and(|c| c.is_alphanumeric() || matches!(c, '_' | ':'))
+    };
+    let places = code.match_indices(path).filter(|(place, _)| begins(*place));
+    places
+        .map(|(place, _)| &code[place + path.len()..])
+        .collect()
+}
+
+/// The rooms that a file names; `depth` is the number of modules that it lies in, its own included.
+fn used(code: &str, depth: usize) -> BTreeSet<&str> {
+    let mut used: BTreeSet<&str> = named(code, "crate::").into_iter().flat_map(heads).collect();
+    let from_root = named(code, &"super::".repeat(depth));
+    used.extend(from_root.into_iter().flat_map(heads));
+    used
+}
+
+/// What in `files` (paths below `src`, and texts) the table does not allow.
+fn faults(document: &str, manifest: &str, files: &BTreeMap<String, String>) -> Vec<String> {
+    let rooms = rooms(document);
+    let dependencies = manifest
+        .split("[dev-dependencies]")
+        .next()
+        .unwrap_or_default();
+    let dependencies: Vec<String> = (dependencies.lines())
+        .filter_map(|line| line.split_once(" = {").or_else(|| line.split_once(" = \"")))
+        .map(|(name, _)| name.to_owned())
+        .collect();
+    let mut faults = Vec::new();
+    let mut tests = Vec::new();
+    let mut codes = BTreeMap::new();
+    for (path, text) in files {
+        let folder = path.strip_suffix("mod.rs").map_or_else(
+            || format!("{}/", path.trim_end_matches(".rs")),
+            str::to_owned,
+        );
+        let mut modules = Vec::new();
+        codes.insert(path, code(text, &mut modules));
+        tests.extend(modules.into_iter().map(|name| folder.clone() + &name));
+    }
+    let in_tests = |path: &str| {
+        let below = |test: &String| path.strip_prefix(test.as_str());
+        (tests.iter().filter_map(below)).any(|rest| rest == ".rs" || rest.starts_with('/'))
+    };
+    let mut present = BTreeSet::new();
+    for (path, code) in codes {
+        let module = path.trim_end_matches(".rs").trim_end_matches("/mod");
+        let name = module.split('/').next().unwrap_or_default();
+        if in_tests(path) || matches!(name, "lib" | "main") {
+            continue;
+        }
+        let Some(room) = rooms.get(name) else {
+            faults.push(format!("{path}: `{name}` has no row"));
+            continue;
+        };
+        present.insert(name.to_owned());
+        for other in used(&code, module.split('/').count()) {
+            let above = rooms.get(other).is_some_and(|other| other.row < room.row);
+            if other != name && !above {
+                faults.push(format!("{path}: `{name}` may not use `{other}`"));
+            }
+        }
+        for dependency in &dependencies {
+            let listed = rooms.values().any(|room| room.crates.contains(dependency));
+            let path_of = format!("{}::", dependency.replace('-', "_"));
+            if listed && !room.crates.contains(dependency) && !named(&code, &path_of).is_empty() {
+                faults.push(format!("{path}: `{name}` may not name {dependency}"));
+            }
+        }
+    }
+    for (name, room) in &rooms {
+        if !present.contains(name) {
+            faults.push(format!("`{name}` has a row and no file"));
+        }
+        let unknown = room
+            .crates
+            .iter()
+            .filter(|name| !dependencies.contains(name));
+        faults.extend(unknown.map(|known| format!("`{name}`: {known} is no dependency")));
+    }
+    faults
+}
+
+fn add_files(folder: &Path, below: &str, files: &mut BTreeMap<String, String>) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let name = format!("{below}{}", path.file_name().unwrap().to_str().unwrap());
+        if path.is_dir() {
+            add_files(&path, &format!("{name}/"), files);
+        } else {
+            files.insert(name, fs::read_to_string(&path).unwrap());
+        }
+    }
+}
+
+#[test]
+fn rooms_use_only_rooms_above_and_crates_of_their_own() {
+    let project = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let text = |name: &str| fs::read_to_string(project.join(name)).unwrap();
+    let mut files = BTreeMap::new();
+    add_files(&project.join("src"), "", &mut files);
+    let found = faults(&text("docs/ARCHITECTURE.md"), &text("Cargo.toml"), &files);
+    assert!(found.is_empty(), "{}", found.join("\n"));
+}
+
+#[test]
+fn wrong_uses_are_found() {
+    let table = "| 1 | `low` | | `png` |\n| 1 | `side` | | |\n| 2 | `high` | | |\n| 3 | `none` | | `nix` |\n";
+    let manifest = "[dependencies]\npng = \"1\"\n\n[dev-dependencies]\nnix = \"1\"\n";
+    let files = [
+        ("lib.rs", "use crate::high::Any;"),
+        (
+            "low/mod.rs",
+            "mod deep;\n#[cfg(test)]\nmod tests;\nuse super::side::B;",
+        ),
+        ("low/tests.rs", "use crate::high::A;"),
+        (
+            "low/deep.rs",
+            "use super::A;\nuse super::super::{low::B, high::{a, b}};\npub fn a() {\n    png::read()\n}\n\
+             #[cfg(test)]\nmod tests {\n    use crate::side::A;\n}\n",
+        ),
+        ("side.rs", "//! crate::high\nuse crate::side::A;"),
+        (
+            "high.rs",
+            "use crate::{low, side::{A, B}, new};\nfn b() {\n    low::png::read() + png::write()\n}",
+        ),
+        ("new.rs", ""),
+    ];
+    let files = files.map(|(path, text)| (path.to_owned(), text.to_owned()));
+    let found = faults(table, manifest, &BTreeMap::from(files));
+    let expected = [
+        "high.rs: `high` may not use `new`",
+        "high.rs: `high` may not name png",
+        "low/deep.rs: `low` may not use `high`",
+        "low/mod.rs: `low` may not use `side`",
+        "new.rs: `new` has no row",
+        "`none` has a row and no file",
+        "`none`: nix is no dependency",
+    ];
+    assert_eq!(found, expected);
+}
