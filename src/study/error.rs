@@ -2,6 +2,7 @@
 
 use crate::figure::FigureError;
 use crate::grasp::energy::EnergySettingsError;
+use crate::hand::HandError;
 use crate::store::{RebuildError, StoreError};
 use crate::topography::JournalError;
 
@@ -66,6 +67,12 @@ pub enum StudyError {
         /// The other.
         b: u64,
     },
+    /// The manifest of a landscape has no group barrier.
+    #[error("the landscape does not tell its group barrier")]
+    NoGroupBarrier,
+    /// A hand that comes with the program cannot be read.
+    #[error(transparent)]
+    Hand(#[from] HandError),
     /// A hand or its energy cannot be built.
     #[error(transparent)]
     Rebuild(#[from] RebuildError),

@@ -10,11 +10,14 @@
 //! | a landscape | pictures of a part of it | [`Drawing::write`] with [`Views`] |
 //! | two minima of a landscape | the path between them that rises least | [`MinimaxPath::between`] |
 //! | the minima of a landscape | their types in the GRASP taxonomy | [`GraspSetting::names`] |
+//! | named minima | statistics of heights against types, and a paper's claims | [`compare_with_taxonomy`] with [`ClaimSettings`] |
+//! | two landscapes | the types that each of them holds | [`compare_types`] |
 //!
 //! [`store`](crate::store) reads and writes the files; nothing here reads arguments or prints.
 
 mod build;
 mod chain_choice;
+mod claims;
 mod digits;
 mod drawing;
 mod error;
@@ -24,6 +27,7 @@ mod minimax_path;
 mod names;
 mod report;
 mod settings;
+mod statistics;
 mod surface;
 mod tables;
 mod uncertainty;
@@ -35,6 +39,7 @@ use serde_json::Value;
 
 pub use build::{GraspLandscape, GraspMapSettings, StudyRun, map_population};
 pub use chain_choice::ChainChoice;
+pub use claims::{ClaimSettings, Finding, TaxonomyComparison, Verdict, compare_with_taxonomy};
 pub(crate) use digits::Digits;
 pub use drawing::{Drawing, Put, Titles, Views};
 pub use error::StudyError;
@@ -44,6 +49,7 @@ pub use minimax_path::{MinimaxPath, Waypoint};
 pub use names::{GraspSetting, MinimumName};
 pub use report::GraspReport;
 pub use settings::settings_for_grasps;
+pub use statistics::{NamedLandscape, StatisticsSettings, TypeComparison, compare_types};
 use surface::spell;
 pub use surface::{Subject, SurfaceReport, search_surface};
 pub(crate) use tables::group_of;

@@ -1,261 +1,29 @@
-//! The hypotheses on landscape and taxonomy, with the thresholds that were written down before (`data/taxonomy/hypotheses.toml`).
+//! Claims H1 to H6 and H8, which ask heights and labels only.
 
-use anyhow::Context;
-use serde::{Deserialize, Serialize};
-
-use super::basins::{Basin, Basins};
-use super::experiments::{Experiments, Lifted, Smooth, Thumbless};
+use super::{ClaimSettings, Finding, Verdict, insufficient};
 use crate::agreement::{
-    Correlation, Dendrogram, Outcome, PairMatrix, Permutations, Tested, anosim_of_ranks,
-    barrier_ratio, bootstrap, cliffs_delta, holm, indicator, mantel, morans_i, partial_mantel,
-    test_labels, test_uncertain_labels,
+    Correlation, Dendrogram, Outcome, Permutations, Tested, anosim_of_ranks, barrier_ratio,
+    bootstrap, cliffs_delta, indicator, mantel, morans_i, partial_mantel, test_labels,
+    test_uncertain_labels,
 };
 use crate::evaluation::taxonomy::{Category, Rule, Taxonomy};
+use crate::study::statistics::{Basin, Basins, Part, StatisticsSettings};
 
-const TEXT: &str = include_str!("../../../data/taxonomy/hypotheses.toml");
 const POWER: usize = Category::Power as usize;
 const INTERMEDIATE: usize = Category::Intermediate as usize;
 const PRECISION: usize = Category::Precision as usize;
 
-#[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Settings {
-    pub(super) permutations: usize,
-    pub(super) bootstrap_draws: usize,
-    pub(super) least_per_class: usize,
-    pub(super) level: f64,
-    pub(super) cuts: [usize; 2],
-    pub(super) censored_factor: f64,
-    pub(super) label_draws: usize,
-    pub(super) label_temperature: f64,
-    pub(super) label_permutations: usize,
-    #[serde(rename = "H1")]
-    alike: Alike,
-    #[serde(rename = "H2")]
-    all: All,
-    #[serde(rename = "H3")]
-    apart: Apart,
-    #[serde(rename = "H4")]
-    scattered: Scattered,
-    #[serde(rename = "H5")]
-    unlisted: Unlisted,
-    #[serde(rename = "H6")]
-    nearest: Nearest,
-    #[serde(rename = "H8")]
-    tripods: Tripods,
-    #[serde(rename = "H7")]
-    smooth: Smooth,
-    #[serde(rename = "H9")]
-    lifted: Lifted,
-    #[serde(rename = "H10")]
-    thumbless: Thumbless,
-}
-
-#[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Alike {
-    claim: String,
-    least_correlation: f64,
-    level: f64,
-}
-
-#[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct All {
-    claim: String,
-    least_share: f64,
-    least_minima: usize,
-}
-
-#[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Apart {
-    claim: String,
-    least_ratio: f64,
-    least_anosim: f64,
-    level: f64,
-    purity_level: f64,
-}
-
-#[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Scattered {
-    claim: String,
-    level: f64,
-    least_minima: usize,
-}
-
-#[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Unlisted {
-    claim: String,
-    share: [f64; 2],
-    other_thresholds: [f64; 2],
-}
-
-#[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Nearest {
-    claim: String,
-    spheres: Vec<u8>,
-    others: Vec<u8>,
-    most_delta: f64,
-    level: f64,
-}
-
-#[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Tripods {
-    claim: String,
-    spheres: Vec<u8>,
-    near: Vec<u8>,
-    most_ratio: f64,
-    level: f64,
-}
-
-impl Settings {
-    pub(super) fn standard() -> anyhow::Result<Self> {
-        toml::from_str(TEXT).context("data/taxonomy/hypotheses.toml")
-    }
-
-    pub(super) fn permutations(&self, seed: u64) -> Permutations {
-        Permutations {
-            count: self.permutations,
-            seed,
-            least_per_class: self.least_per_class,
-        }
-    }
-}
-
-/// What came of a hypothesis.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub(super) enum Verdict {
-    Holds,
-    Fails,
-    Insufficient,
-    NotTested,
-}
-
-impl Verdict {
-    pub(super) fn of(holds: bool) -> Self {
-        if holds { Self::Holds } else { Self::Fails }
-    }
-
-    pub(super) fn words(&self) -> &'static str {
-        match self {
-            Self::Holds => "holds",
-            Self::Fails => "does not hold",
-            Self::Insufficient => "insufficient data",
-            Self::NotTested => "not tested",
-        }
-    }
-}
-
-/// A hypothesis and what was found.
-#[derive(Debug, Clone, Serialize)]
-pub(super) struct Finding {
-    pub(super) id: &'static str,
-    pub(super) claim: String,
-    pub(super) verdict: Verdict,
-    /// p, of one test, before and after Holm's correction over all tested.
-    pub(super) p: Option<f64>,
-    pub(super) p_holm: Option<f64>,
-    /// What was measured, in words.
-    pub(super) measured: String,
-}
-
-impl Finding {
-    pub(super) fn new(
-        id: &'static str,
-        claim: &str,
-        verdict: Verdict,
-        p: Option<f64>,
-        measured: String,
-    ) -> Self {
-        Self {
-            id,
-            claim: claim.to_owned(),
-            verdict,
-            p,
-            p_holm: None,
-            measured,
-        }
-    }
-}
-
-/// Labels of some of the minima, and everything between those.
-pub(super) struct Part {
-    pub(super) cases: Vec<usize>,
-    pub(super) labels: Vec<usize>,
-    pub(super) blocks: Vec<usize>,
-    pub(super) saddles: PairMatrix,
-    pub(super) barriers: PairMatrix,
-    pub(super) weights: Vec<f64>,
-}
-
-impl Part {
-    /// The minima that `label` gives a class; unknown heights are above all others.
-    pub(super) fn new(
-        basins: &Basins,
-        settings: &Settings,
-        label: impl Fn(&Basin) -> Option<usize>,
-    ) -> Self {
-        let cases = basins.cases(|basin| label(basin).is_some());
-        let chosen = |matrix: &PairMatrix| {
-            matrix
-                .chosen(&cases, f64::NAN)
-                .raised(settings.censored_factor)
-        };
-        Self {
-            labels: cases
-                .iter()
-                .filter_map(|&i| label(&basins.minima[i]))
-                .collect(),
-            blocks: vec![0; cases.len()],
-            saddles: chosen(&basins.saddles),
-            barriers: chosen(&basins.barriers),
-            weights: cases.iter().map(|&i| basins.minima[i].grasps).collect(),
-            cases,
-        }
-    }
-
-    /// Weights of the barrier graph: exp(−relative barrier / b).
-    pub(super) fn graph(&self, group_barrier: f64) -> PairMatrix {
-        let scale = group_barrier.max(f64::MIN_POSITIVE);
-        PairMatrix::from_fn(self.cases.len(), |i, j| {
-            (-self.barriers.get(i, j).max(0.0) / scale).exp()
-        })
-    }
-}
-
-/// All hypotheses, Holm's correction included.
+/// The findings, in any order.
 pub(super) fn examine(
     basins: &Basins,
-    experiments: &Experiments<'_>,
-    settings: &Settings,
+    claims: &ClaimSettings,
     rule: &Rule,
     seed: u64,
-) -> anyhow::Result<Vec<Finding>> {
-    let mut findings = of_labels(basins, settings, rule, seed);
-    findings.push(experiments.smooth(&settings.smooth)?);
-    findings.push(experiments.lifted(&settings.lifted)?);
-    findings.push(experiments.thumbless(&settings.thumbless)?);
-    findings.sort_by_key(|finding| finding.id[1..].parse::<u32>().unwrap_or(u32::MAX));
-    let p: Vec<f64> = findings
-        .iter()
-        .map(|finding| finding.p.unwrap_or(f64::NAN))
-        .collect();
-    for (finding, p) in findings.iter_mut().zip(holm(&p)) {
-        finding.p_holm = (!p.is_nan()).then_some(p);
-    }
-    Ok(findings)
-}
-
-/// Those that ask heights and labels only.
-fn of_labels(basins: &Basins, settings: &Settings, rule: &Rule, seed: u64) -> Vec<Finding> {
+) -> Vec<Finding> {
+    let settings = &claims.statistics;
     let asked = Asked {
         basins,
+        claims,
         settings,
         permutations: settings.permutations(seed),
         seed,
@@ -273,14 +41,15 @@ fn of_labels(basins: &Basins, settings: &Settings, rule: &Rule, seed: u64) -> Ve
 
 struct Asked<'a> {
     basins: &'a Basins,
-    settings: &'a Settings,
+    claims: &'a ClaimSettings,
+    settings: &'a StatisticsSettings,
     permutations: Permutations,
     seed: u64,
 }
 
 impl Asked<'_> {
     fn alike(&self) -> Finding {
-        let asked = &self.settings.alike;
+        let asked = &self.claims.alike;
         let heights = self.basins.saddles.raised(self.settings.censored_factor);
         let blocks = vec![0; self.basins.minima.len()];
         if !self.basins.applicable || blocks.len() < self.settings.least_per_class {
@@ -328,7 +97,7 @@ impl Asked<'_> {
     }
 
     fn all(&self) -> Finding {
-        let asked = &self.settings.all;
+        let asked = &self.claims.all;
         let total: f64 = self.basins.minima.iter().map(|basin| basin.grasps).sum();
         let mut holds = self.basins.applicable;
         let mut parts = Vec::new();
@@ -370,7 +139,7 @@ impl Asked<'_> {
     }
 
     fn apart(&self) -> Finding {
-        let asked = &self.settings.apart;
+        let asked = &self.claims.apart;
         let label = |basin: &Basin| match basin.category {
             Some(POWER) => Some(0),
             Some(PRECISION) => Some(1),
@@ -459,7 +228,7 @@ impl Asked<'_> {
     }
 
     fn scattered(&self) -> Finding {
-        let asked = &self.settings.scattered;
+        let asked = &self.claims.scattered;
         let part = Part::new(self.basins, self.settings, |basin| basin.category);
         let graph = part.graph(self.basins.group_barrier);
         let counts = [POWER, INTERMEDIATE, PRECISION]
@@ -509,7 +278,7 @@ impl Asked<'_> {
     }
 
     fn unlisted(&self, rule: &Rule) -> Finding {
-        let asked = &self.settings.unlisted;
+        let asked = &self.claims.unlisted;
         let total: f64 = self.basins.minima.iter().map(|basin| basin.grasps).sum();
         let share = |threshold: f64| {
             let own = self
@@ -546,7 +315,7 @@ impl Asked<'_> {
     }
 
     fn nearest(&self) -> Finding {
-        let asked = &self.settings.nearest;
+        let asked = &self.claims.nearest;
         let precision = self.basins.cases(|basin| basin.category == Some(PRECISION));
         let part = Part::new(self.basins, self.settings, |basin| {
             let number = basin.grasp_type?;
@@ -607,7 +376,7 @@ impl Asked<'_> {
     }
 
     fn tripods(&self) -> Finding {
-        let asked = &self.settings.tripods;
+        let asked = &self.claims.tripods;
         let part = Part::new(self.basins, self.settings, |basin| {
             let number = basin.grasp_type?;
             Some(match () {
@@ -661,10 +430,6 @@ fn part_label(part: &Part, case: usize) -> usize {
         .map_or(0, |place| part.labels[place])
 }
 
-pub(super) fn insufficient(id: &'static str, claim: &str, why: &str) -> Finding {
-    Finding::new(id, claim, Verdict::Insufficient, None, why.to_owned())
-}
-
 /// How many cases each class has.
 fn few(labels: &[usize], names: &[&str]) -> String {
     let count = |(class, name): (usize, &&str)| {
@@ -687,6 +452,7 @@ fn few(labels: &[usize], names: &[&str]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::agreement::PairMatrix;
     use crate::evaluation::taxonomy::Candidate;
 
     /// Minima of these types, two thirds of a unit apart within a category and `between` apart across.
@@ -726,11 +492,11 @@ mod tests {
     }
 
     fn verdicts(basins: &Basins) -> Vec<(&'static str, Verdict)> {
-        let mut settings = Settings::standard().unwrap();
-        settings.permutations = 199;
-        settings.bootstrap_draws = 50;
-        settings.label_draws = 5;
-        let found = of_labels(basins, &settings, Rule::standard(), 3);
+        let mut settings = ClaimSettings::standard();
+        settings.statistics.permutations = 199;
+        settings.statistics.bootstrap_draws = 50;
+        settings.statistics.label_draws = 5;
+        let found = examine(basins, &settings, Rule::standard(), 3);
         found
             .into_iter()
             .map(|finding| (finding.id, finding.verdict))

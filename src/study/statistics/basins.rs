@@ -3,68 +3,113 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use anyhow::Context;
 use rayon::prelude::*;
 
+use super::StatisticsSettings;
 use crate::agreement::PairMatrix;
-use crate::cli::input::open_landscape;
 use crate::evaluation::taxonomy::{Anatomy, Candidate, Patch, Rule, Taxonomy, touches};
 use crate::hand::PosedHand;
 use crate::space::{PoseSpace, Space, Symmetry};
-use crate::store::MinimumRow;
-use crate::study::{GraspSetting, MinimumName, group_of};
-use crate::topography::{Ancestors, Evidence, MinimumId, Tree};
+use crate::store::{LandscapeFiles, MinimumRow};
+use crate::study::error::StudyError;
+use crate::study::tables::group_of;
+use crate::study::{GraspSetting, MinimumName};
+use crate::topography::{Ancestors, Evidence, MinimumId, Network, Tree};
+
+/// A landscape of grasps whose minima have names.
+#[derive(Debug)]
+pub struct NamedLandscape<'a> {
+    /// What texts call it.
+    pub name: String,
+    /// Its files.
+    pub files: &'a LandscapeFiles,
+    /// Hand and object.
+    pub setting: GraspSetting,
+    /// Its network.
+    pub network: Network,
+    /// The tree of merges.
+    pub tree: Tree,
+    /// What the taxonomy calls each minimum: labels that the landscape was built with win over the rule's.
+    pub names: Vec<MinimumName>,
+    /// The rule.
+    pub rule: &'a Rule,
+}
+
+impl<'a> NamedLandscape<'a> {
+    /// Names the minima of the landscape in `folder`.
+    ///
+    /// # Errors
+    /// If it is not of grasps, or its rows do not fit each other, its hand or its object.
+    pub fn of(
+        files: &'a LandscapeFiles,
+        folder: &Path,
+        rule: &'a Rule,
+    ) -> Result<Self, StudyError> {
+        let name = folder.display().to_string();
+        let setting = GraspSetting::of(files, &name)?;
+        let network = files.network(folder)?;
+        Ok(Self {
+            tree: Tree::from_network(&network, Evidence::Chain),
+            names: setting.names(files, rule),
+            name,
+            files,
+            setting,
+            network,
+            rule,
+        })
+    }
+}
 
 /// A minimum and its label.
-pub(super) struct Basin {
-    pub(super) grasps: f64,
+#[derive(Debug)]
+pub(in crate::study) struct Basin {
+    pub(in crate::study) grasps: f64,
     /// Number of the type, where the label is one.
-    pub(super) grasp_type: Option<u8>,
+    pub(in crate::study) grasp_type: Option<u8>,
     /// Power, intermediate or precision as a number, where the label is a type or a cell.
-    pub(super) category: Option<usize>,
-    pub(super) cell: Option<String>,
+    pub(in crate::study) category: Option<usize>,
+    pub(in crate::study) cell: Option<String>,
     /// The category of the type that fits best, however badly.
-    pub(super) unfiltered: Option<usize>,
+    pub(in crate::study) unfiltered: Option<usize>,
     /// Types that fit best.
-    pub(super) best: Vec<Candidate>,
+    pub(in crate::study) best: Vec<Candidate>,
 }
 
 /// What a landscape is compared by.
-pub(super) struct Basins {
-    pub(super) name: String,
-    pub(super) minima: Vec<Basin>,
+#[derive(Debug)]
+pub(in crate::study) struct Basins {
+    pub(in crate::study) name: String,
+    pub(in crate::study) minima: Vec<Basin>,
     /// Whether the taxonomy says anything of the hand.
-    pub(super) applicable: bool,
+    pub(in crate::study) applicable: bool,
     /// Minima whose label is a human's or was written into the file.
-    pub(super) labelled_in_file: usize,
+    pub(in crate::study) labelled_in_file: usize,
     /// Relative barrier up to which minima form one group, and the number of groups.
-    pub(super) group_barrier: f64,
-    pub(super) groups: usize,
+    pub(in crate::study) group_barrier: f64,
+    pub(in crate::study) groups: usize,
     /// Lowest height at which two minima are joined; NaN where nothing joins them.
-    pub(super) saddles: PairMatrix,
+    pub(in crate::study) saddles: PairMatrix,
     /// That above the higher of the two.
-    pub(super) barriers: PairMatrix,
-    pub(super) energy_gaps: PairMatrix,
+    pub(in crate::study) barriers: PairMatrix,
+    pub(in crate::study) energy_gaps: PairMatrix,
     /// 1 − Σ min / Σ max over the areas in touch, patch by patch.
-    pub(super) contact_distances: PairMatrix,
-    pub(super) pose_distances: PairMatrix,
+    pub(in crate::study) contact_distances: PairMatrix,
+    pub(in crate::study) pose_distances: PairMatrix,
 }
 
 impl Basins {
-    /// Reads a landscape; with another barrier of groups, if one is given.
-    pub(super) fn read(
-        folder: &Path,
-        rule: &Rule,
+    /// Of a landscape; with another barrier of groups, if one is given.
+    pub(in crate::study) fn of(
+        landscape: &NamedLandscape<'_>,
         group_barrier: Option<f64>,
-    ) -> anyhow::Result<Self> {
-        let files = open_landscape(folder)?;
-        let name = folder.display().to_string();
-        let manifest = &files.manifest;
-        let setting = GraspSetting::of(&files, &name)?;
-        let (hand, object) = (&setting.hand, &setting.object);
-        let network = files.network(folder)?;
-        let tree = Tree::from_network(&network, Evidence::Chain);
-        let names = setting.names(&files, rule);
+    ) -> Result<Self, StudyError> {
+        let NamedLandscape {
+            files,
+            network,
+            tree,
+            ..
+        } = landscape;
+        let (hand, object) = (&landscape.setting.hand, &landscape.setting.object);
         let anatomy = Anatomy::of(hand);
         let areas: Vec<BTreeMap<Patch, f64>> = match &anatomy {
             None => vec![BTreeMap::new(); files.minima.len()],
@@ -86,7 +131,7 @@ impl Basins {
         );
         let rows = &files.minima;
         let size = rows.len();
-        let ancestors = Ancestors::of(&tree);
+        let ancestors = Ancestors::of(tree);
         let minimax = |i: usize, j: usize| {
             (ancestors.joint(MinimumId(i), MinimumId(j)))
                 .map(|node| tree.nodes[node.0].energy)
@@ -97,11 +142,11 @@ impl Basins {
         Ok(Self {
             applicable: anatomy.is_some(),
             labelled_in_file: rows.iter().filter(|row| !row.labels.is_empty()).count(),
-            groups: (group_of(&files, &network, group_barrier).iter().max())
+            groups: (group_of(files, network, group_barrier).iter().max())
                 .map_or(0, |last| last + 1),
             group_barrier: group_barrier
-                .or(manifest.group_barrier)
-                .context("the landscape does not tell its group barrier")?,
+                .or(files.manifest.group_barrier)
+                .ok_or(StudyError::NoGroupBarrier)?,
             barriers: PairMatrix::from_fn(size, |i, j| {
                 saddles.get(i, j) - rows[i].energy.max(rows[j].energy)
             }),
@@ -112,16 +157,16 @@ impl Basins {
             }),
             minima: rows
                 .iter()
-                .zip(names)
+                .zip(&landscape.names)
                 .map(|(row, named)| basin(row, named))
                 .collect(),
             saddles,
-            name,
+            name: landscape.name.clone(),
         })
     }
 
     /// The landscape of some of its minima only.
-    pub(super) fn cases(&self, keep: impl Fn(&Basin) -> bool) -> Vec<usize> {
+    pub(in crate::study) fn cases(&self, keep: impl Fn(&Basin) -> bool) -> Vec<usize> {
         let numbered = self.minima.iter().enumerate();
         numbered
             .filter(|(_, basin)| keep(basin))
@@ -130,16 +175,61 @@ impl Basins {
     }
 }
 
-fn basin(row: &MinimumRow, named: MinimumName) -> Basin {
+/// Labels of some of the minima, and everything between those.
+pub(in crate::study) struct Part {
+    pub(in crate::study) cases: Vec<usize>,
+    pub(in crate::study) labels: Vec<usize>,
+    pub(in crate::study) blocks: Vec<usize>,
+    pub(in crate::study) saddles: PairMatrix,
+    pub(in crate::study) barriers: PairMatrix,
+    pub(in crate::study) weights: Vec<f64>,
+}
+
+impl Part {
+    /// The minima that `label` gives a class; unknown heights are above all others.
+    pub(in crate::study) fn new(
+        basins: &Basins,
+        settings: &StatisticsSettings,
+        label: impl Fn(&Basin) -> Option<usize>,
+    ) -> Self {
+        let cases = basins.cases(|basin| label(basin).is_some());
+        let chosen = |matrix: &PairMatrix| {
+            matrix
+                .chosen(&cases, f64::NAN)
+                .raised(settings.censored_factor)
+        };
+        Self {
+            labels: cases
+                .iter()
+                .filter_map(|&i| label(&basins.minima[i]))
+                .collect(),
+            blocks: vec![0; cases.len()],
+            saddles: chosen(&basins.saddles),
+            barriers: chosen(&basins.barriers),
+            weights: cases.iter().map(|&i| basins.minima[i].grasps).collect(),
+            cases,
+        }
+    }
+
+    /// Weights of the barrier graph: exp(−relative barrier / b).
+    pub(in crate::study) fn graph(&self, group_barrier: f64) -> PairMatrix {
+        let scale = group_barrier.max(f64::MIN_POSITIVE);
+        PairMatrix::from_fn(self.cases.len(), |i, j| {
+            (-self.barriers.get(i, j).max(0.0) / scale).exp()
+        })
+    }
+}
+
+fn basin(row: &MinimumRow, named: &MinimumName) -> Basin {
     let best = named.rule.best.first();
     let unfiltered = best.and_then(|best| Taxonomy::feix().numbered(best.number));
     Basin {
         grasps: row.members.len().max(1) as f64,
         grasp_type: named.number,
         category: named.category.map(|category| category as usize),
-        cell: named.cell,
+        cell: named.cell.clone(),
         unfiltered: unfiltered.map(|entry| entry.category as usize),
-        best: named.rule.best,
+        best: named.rule.best.clone(),
     }
 }
 

@@ -1,27 +1,20 @@
 //! `landscape compare`: a landscape beside the taxonomy of grasps, with statistics; or two landscapes' types beside each other.
 
-mod basins;
-mod experiments;
-mod hypotheses;
-mod report;
-mod statistics;
-
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-use basins::Basins;
 use clap::Args;
-use experiments::Experiments;
-use hypotheses::Settings;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::args::{Common, GroupBarrier};
+use super::input::open_landscape;
 use super::output::check_file;
 use super::{complain, print};
 use crate::evaluation::taxonomy::Rule;
 use crate::figure::MAKER;
 use crate::figure::chart::Chart;
 use crate::store::FileSet;
+use crate::study::{ClaimSettings, NamedLandscape, compare_types, compare_with_taxonomy};
 
 /// Hold a landscape against the taxonomy.
 #[derive(Debug, Args)]
@@ -55,7 +48,6 @@ along the ways between spheres, after fingers have been lifted, and on hands wit
 
 pub(super) fn run(command: &Compare, common: &Common) -> anyhow::Result<()> {
     let rule = Rule::standard();
-    let settings = Settings::standard()?;
     let output = match &command.output {
         Some(output) => output.clone(),
         None => beside(command)?,
@@ -66,29 +58,30 @@ pub(super) fn run(command: &Compare, common: &Common) -> anyhow::Result<()> {
         check_file(&named(&output, ending), &inputs, common)?;
     }
     let group_barrier = command.groups.checked()?;
-    let first = Basins::read(&command.landscape, rule, group_barrier)?;
-    if let Some(other) = &command.other {
-        let other = Basins::read(other, rule, group_barrier)?;
-        let (text, value) = report::coverage(&first, &other);
-        return finish(&output, &super::shown(&text), &value, None, common);
+    let files = open_landscape(&command.landscape)?;
+    let landscape = NamedLandscape::of(&files, &command.landscape, rule)?;
+    if let Some(folder) = &command.other {
+        let files = open_landscape(folder)?;
+        let other = NamedLandscape::of(&files, folder, rule)?;
+        let found = compare_types(&landscape, &other, group_barrier)?;
+        return finish(
+            &output,
+            &super::shown(&found.text),
+            &found.value,
+            None,
+            common,
+        );
     }
-    let table = statistics::table(&first, &settings, command.seed);
-    let experiments = Experiments::new(&command.landscape, rule, settings.least_per_class)?;
-    let findings = hypotheses::examine(&first, &experiments, &settings, rule, command.seed)?;
-    let text = super::shown(&report::markdown(&first, &table, &findings, rule));
-    let value = json!({
-        "made_by": MAKER,
-        "landscape": first.name,
-        "rule": rule.version,
-        "settings": settings,
-        "seed": command.seed,
-        "group_barrier": first.group_barrier,
-        "groups": first.groups,
-        "statistics": table.rows,
-        "cuts": table.cuts,
-        "hypotheses": findings,
-    });
-    finish(&output, &text, &value, Some(report::chart(&table)), common)
+    let settings = ClaimSettings::standard();
+    let found = compare_with_taxonomy(&landscape, &settings, group_barrier, command.seed)?;
+    let text = super::shown(&found.markdown());
+    finish(
+        &output,
+        &text,
+        &found.to_json(),
+        Some(found.chart()),
+        common,
+    )
 }
 
 /// `NAME.comparison` beside the landscape.

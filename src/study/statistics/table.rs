@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::basins::Basins;
-use super::hypotheses::{Part, Settings};
+use super::StatisticsSettings;
+use super::basins::{Basins, Part};
 use crate::agreement::{
     Correlation, Dendrogram, Outcome, PairMatrix, Permutations, Tested,
     adjusted_mutual_information, adjusted_rand, agreement_of_cuts, anosim_of_ranks, assortativity,
@@ -11,28 +11,62 @@ use crate::agreement::{
     permdisp, silhouette, test_labels,
 };
 use crate::evaluation::taxonomy::{Category, Taxonomy};
+use crate::figure::chart::{Axis, Chart, Corner, Panel, Series};
+use crate::figure::theme;
 
 /// A statistic of the table.
 #[derive(Debug, Clone, Serialize)]
-pub(super) struct Row {
-    pub(super) name: String,
+pub(in crate::study) struct Row {
+    pub(in crate::study) name: String,
     /// What it says and of which minima.
-    pub(super) about: &'static str,
-    pub(super) statistic: Option<f64>,
+    pub(in crate::study) about: &'static str,
+    pub(in crate::study) statistic: Option<f64>,
     /// What chance gives.
-    pub(super) chance: Option<f64>,
-    pub(super) p: Option<f64>,
+    pub(in crate::study) chance: Option<f64>,
+    pub(in crate::study) p: Option<f64>,
     /// 95 % over resampled minima.
-    pub(super) interval: Option<[f64; 2]>,
+    pub(in crate::study) interval: Option<[f64; 2]>,
     /// Why there is no number.
-    pub(super) missing: Option<String>,
+    pub(in crate::study) missing: Option<String>,
 }
 
 /// All statistics.
-pub(super) struct Table {
-    pub(super) rows: Vec<Row>,
+#[derive(Debug)]
+pub(in crate::study) struct Table {
+    pub(in crate::study) rows: Vec<Row>,
     /// Adjusted Rand index and mutual information of each cut with the categories: clusters, value.
-    pub(super) cuts: [(&'static str, Vec<(usize, f64)>); 2],
+    pub(in crate::study) cuts: [(&'static str, Vec<(usize, f64)>); 2],
+}
+
+impl Table {
+    /// Agreement of cuts of the tree with the categories.
+    pub(in crate::study) fn chart(&self) -> Chart {
+        let series = self.cuts.iter().enumerate().map(|(index, (name, curve))| {
+            let points = curve
+                .iter()
+                .map(|(clusters, value)| [*clusters as f64, *value])
+                .collect();
+            Series::line(points)
+                .named(name)
+                .coloured(theme::series(index))
+        });
+        let values = self.cuts.iter().flat_map(|(_, curve)| curve);
+        let lowest = values.map(|(_, value)| *value).fold(-0.1, f64::min);
+        let panel = Panel {
+            legend: Some(Corner::UpperLeft),
+            ..Panel::new(
+                "",
+                Axis::linear("clusters of the tree"),
+                // All of it: 0 is chance, 1 is agreement.
+                Axis::linear("adjusted agreement (0 chance, 1 full)").with_range(lowest, 1.0),
+                series.collect(),
+            )
+        };
+        Chart {
+            panel_size: [900, 560],
+            ..Chart::new("", vec![panel])
+        }
+    }
 }
 
 const CATEGORIES: [Category; 3] = [Category::Power, Category::Intermediate, Category::Precision];
@@ -40,7 +74,7 @@ const CATEGORIES: [Category; 3] = [Category::Power, Category::Intermediate, Cate
 /// What is asked of the categories.
 struct Asked<'a> {
     part: Part,
-    settings: &'a Settings,
+    settings: &'a StatisticsSettings,
     permutations: Permutations,
 }
 
@@ -82,7 +116,7 @@ impl Asked<'_> {
 }
 
 /// Statistics of the categories, then of the types.
-pub(super) fn table(basins: &Basins, settings: &Settings, seed: u64) -> Table {
+pub(in crate::study) fn table(basins: &Basins, settings: &StatisticsSettings, seed: u64) -> Table {
     let part = Part::new(basins, settings, |basin| basin.category);
     let tree = Dendrogram::new(&part.saddles);
     let ranks = part.saddles.ranks();
@@ -190,12 +224,12 @@ fn ratios(asked: &Asked<'_>) -> Vec<Row> {
 }
 
 /// Numbers of types as labels.
-fn typed(basins: &Basins, settings: &Settings) -> Part {
+fn typed(basins: &Basins, settings: &StatisticsSettings) -> Part {
     Part::new(basins, settings, |basin| basin.grasp_type.map(usize::from))
 }
 
 /// The tree of heights against the taxonomy's own tree of types.
-fn of_types(basins: &Basins, settings: &Settings, seed: u64) -> Row {
+fn of_types(basins: &Basins, settings: &StatisticsSettings, seed: u64) -> Row {
     let part = typed(basins, settings);
     let about = "Spearman, saddle heights against the taxonomy's tree of types";
     let row = Row::named("Baker's gamma", about);
@@ -231,7 +265,7 @@ fn of_types(basins: &Basins, settings: &Settings, seed: u64) -> Row {
 }
 
 /// The main statistic again without the pairs that no path joins, if there are any.
-fn censored(basins: &Basins, settings: &Settings, seed: u64) -> Option<Row> {
+fn censored(basins: &Basins, settings: &StatisticsSettings, seed: u64) -> Option<Row> {
     if basins.saddles.unknown() == 0 {
         return None;
     }

@@ -1,20 +1,20 @@
-//! Hypotheses that ask the energy: along paths, after a finger has been lifted, on other hands.
+//! Claims H7, H9 and H10, which ask the energy: along paths, after a finger has been lifted, on other hands.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::hypotheses::{Finding, Verdict, insufficient};
+use super::{Finding, Verdict, insufficient};
 use crate::agreement::{fisher_exact, spearman};
-use crate::evaluation::taxonomy::{Anatomy, Category, Labeller, PalmPart, Patch, Rule, Taxonomy};
+use crate::evaluation::taxonomy::{Anatomy, Category, Labeller, PalmPart, Patch, Taxonomy};
 use crate::grasp::{Grasp, GraspEnergy, judge};
 use crate::hand::{Hand, PosedHand};
 use crate::space::{Pose, interpolate, joints_of_mut};
-use crate::store::LandscapeFiles;
-use crate::study::{GraspSetting, MinimaxPath, MinimumName, Waypoint, settings_for_grasps};
-use crate::topography::{Evidence, MinimumId, Network, Run, Tree, quench_all};
+use crate::study::error::StudyError;
+use crate::study::statistics::NamedLandscape;
+use crate::study::{MinimaxPath, MinimumName, Waypoint, settings_for_grasps};
+use crate::topography::{MinimumId, Run, quench_all};
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -47,12 +47,8 @@ pub(super) struct Thumbless {
 
 /// A landscape whose energy can be asked.
 pub(super) struct Experiments<'a> {
-    files: LandscapeFiles,
-    network: Network,
-    tree: Tree,
-    names: Vec<MinimumName>,
+    landscape: &'a NamedLandscape<'a>,
     energy: GraspEnergy,
-    rule: &'a Rule,
     least_per_class: usize,
 }
 
@@ -66,27 +62,19 @@ struct Way {
 
 impl<'a> Experiments<'a> {
     pub(super) fn new(
-        folder: &Path,
-        rule: &'a Rule,
+        landscape: &'a NamedLandscape<'a>,
         least_per_class: usize,
-    ) -> anyhow::Result<Self> {
-        let files = LandscapeFiles::read(folder)?;
-        let name = folder.display().to_string();
-        let setting = GraspSetting::of(&files, &name)?;
-        let network = files.network(folder)?;
+    ) -> Result<Self, StudyError> {
+        let energy = (landscape.setting).energy(landscape.files, &landscape.name)?;
         Ok(Self {
-            tree: Tree::from_network(&network, Evidence::Chain),
-            names: setting.names(&files, rule),
-            energy: setting.energy(&files, &name)?,
-            network,
-            files,
-            rule,
+            landscape,
+            energy,
             least_per_class,
         })
     }
 
     fn minima(&self, keep: impl Fn(&MinimumName) -> bool) -> Vec<usize> {
-        let numbered = self.names.iter().enumerate();
+        let numbered = self.landscape.names.iter().enumerate();
         numbered
             .filter(|(_, named)| keep(named))
             .map(|(i, _)| i)
@@ -98,7 +86,7 @@ impl<'a> Experiments<'a> {
     }
 
     /// H7: ways between precision and power spheres, against those between precision grasps and cylinders.
-    pub(super) fn smooth(&self, asked: &Smooth) -> anyhow::Result<Finding> {
+    pub(super) fn smooth(&self, asked: &Smooth) -> Result<Finding, StudyError> {
         let spheres = [&asked.precision, &asked.power].map(|types| self.of_types(types));
         let cylinders = self.of_types(&asked.others);
         let precision = self.minima(|named| named.category == Some(Category::Precision));
@@ -142,13 +130,15 @@ impl<'a> Experiments<'a> {
     }
 
     /// The lowest ways from any of one list to any of another.
-    fn ways(&self, asked: &Smooth, from: &[usize], to: &[usize]) -> anyhow::Result<Vec<Way>> {
-        let height = |a: usize, b: usize| self.tree.minimax(MinimumId(a), MinimumId(b));
+    fn ways(&self, asked: &Smooth, from: &[usize], to: &[usize]) -> Result<Vec<Way>, StudyError> {
+        let height = |a: usize, b: usize| self.landscape.tree.minimax(MinimumId(a), MinimumId(b));
         let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
         for &a in from {
             for &b in to {
                 if let Some(height) = height(a, b).filter(|h| a != b && h.is_finite()) {
-                    let floor = self.files.minima[a].energy.max(self.files.minima[b].energy);
+                    let floor = self.landscape.files.minima[a]
+                        .energy
+                        .max(self.landscape.files.minima[b].energy);
                     pairs.push((height - floor, a, b));
                 }
             }
@@ -158,13 +148,14 @@ impl<'a> Experiments<'a> {
         let found: Vec<Option<Way>> = pairs
             .par_iter()
             .map(|&(_, a, b)| self.way(asked, MinimumId(a), MinimumId(b)))
-            .collect::<anyhow::Result<_>>()?;
+            .collect::<Result<_, StudyError>>()?;
         Ok(found.into_iter().flatten().collect())
     }
 
-    fn way(&self, asked: &Smooth, a: MinimumId, b: MinimumId) -> anyhow::Result<Option<Way>> {
+    fn way(&self, asked: &Smooth, a: MinimumId, b: MinimumId) -> Result<Option<Way>, StudyError> {
         let space = self.energy.pose_space();
-        let path = MinimaxPath::between(&self.files, &self.network, space, [a, b])?;
+        let path =
+            MinimaxPath::between(self.landscape.files, &self.landscape.network, space, [a, b])?;
         let Some(MinimaxPath { points: images, .. }) = path else {
             return Ok(None);
         };
@@ -207,7 +198,7 @@ impl<'a> Experiments<'a> {
     }
 
     /// H9: what sphere grasps become when fingers are lifted off.
-    pub(super) fn lifted(&self, asked: &Lifted) -> anyhow::Result<Finding> {
+    pub(super) fn lifted(&self, asked: &Lifted) -> Result<Finding, StudyError> {
         let spheres = self.of_types(&asked.spheres);
         if spheres.len() < self.least_per_class {
             return Ok(insufficient(
@@ -218,13 +209,13 @@ impl<'a> Experiments<'a> {
         }
         let hand = self.energy.hand();
         let quench = settings_for_grasps(&self.energy).quench;
-        let labeller = Labeller::new(hand, self.energy.object(), self.rule);
+        let labeller = Labeller::new(hand, self.energy.object(), self.landscape.rule);
         let mut became = vec![false; spheres.len()];
         let mut told = Vec::new();
         for (fingers, kind) in &asked.becomes {
             let starts: Vec<Vec<f64>> = spheres
                 .iter()
-                .map(|&i| straightened(hand, &self.files.minima[i].coordinates, fingers))
+                .map(|&i| straightened(hand, &self.landscape.files.minima[i].coordinates, fingers))
                 .collect();
             let ends = quench_all(&self.energy, &starts, &quench, &Run::default())?;
             let mut counts = [0, 0, 0];
@@ -263,7 +254,7 @@ impl<'a> Experiments<'a> {
     }
 
     /// H10: the same poses on a hand without a thumb, and what the rule says of grippers.
-    pub(super) fn thumbless(&self, asked: &Thumbless) -> anyhow::Result<Finding> {
+    pub(super) fn thumbless(&self, asked: &Thumbless) -> Result<Finding, StudyError> {
         let hand = self.energy.hand();
         let other = Hand::named("human_thumbless")?;
         let joints: Option<Vec<usize>> = other
@@ -285,8 +276,9 @@ impl<'a> Experiments<'a> {
             self.energy.object().clone(),
             *self.energy.settings(),
         )?;
-        let labeller = Labeller::new(energy.hand(), energy.object(), self.rule);
+        let labeller = Labeller::new(energy.hand(), energy.object(), self.landscape.rule);
         let poses: Vec<Vec<f64>> = self
+            .landscape
             .files
             .minima
             .iter()
@@ -313,7 +305,7 @@ impl<'a> Experiments<'a> {
         let mut guessed = Vec::new();
         for name in ["gripper_three_finger", "gripper_parallel"] {
             let gripper = Hand::named(name)?;
-            if Labeller::new(&gripper, self.energy.object(), self.rule).applies() {
+            if Labeller::new(&gripper, self.energy.object(), self.landscape.rule).applies() {
                 guessed.push(name);
             }
         }
