@@ -1,4 +1,5 @@
-//! Attraction–diffusion: a chain drawn from one minimum to another, whose highest energy bounds the barrier from above.
+//! Attraction–diffusion: a chain is attracted from one minimum to another; its highest energy bounds the barrier from
+//! above.
 //!
 //! M. Hill, E. Nijkamp and S.-C. Zhu, *Building a telescope to look into high-dimensional image spaces*, Quarterly of
 //! Applied Mathematics 77, 269 (2019), arXiv:1803.01043.
@@ -14,36 +15,35 @@ use crate::optimize::{QuenchSettings, quench};
 use crate::sample::{Attraction, Kernel, Rng, State, TargetDensity};
 use crate::space::vector::dot;
 
-/// Acceptance rate the step length is steered to: optimal for Langevin moves (Roberts and Rosenthal, 1998).
+/// Target acceptance rate of the step-length adaptation: optimal for Langevin moves (Roberts and Rosenthal, 1998).
 const ACCEPTANCE: f64 = 0.574;
 
-/// Settings of [`chain`]. Energies, lengths and forces are in the units of the surface;
-/// [`ChainSettings::for_scales`] sets all of them from one energy and one length.
+/// Settings of [`chain`]. [`ChainSettings::for_scales`] sets all that have units from one energy and one length.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ChainSettings {
     /// Temperature T. A tenth of the typical barrier explores; half of it melts the landscape.
     pub temperature: f64,
-    /// Size F = αT of the pull, energy per length: what must beat the steepest slope on the way. The α of the altered law
-    /// exp(−(E/T + α d)) is [`ChainSettings::alpha`].
+    /// Attracting force F = αT, energy per length. It must exceed the steepest slope on the way. The α of the altered
+    /// distribution exp(−(E/T + α d)) is [`ChainSettings::alpha`].
     pub force: f64,
     /// Factor on the force after a failure.
     pub escalation: f64,
-    /// Forces tried before a direction counts as unreached.
+    /// Number of forces tried before a direction counts as not reached.
     pub attempts: usize,
-    /// Independent chains in each direction.
+    /// Number of independent chains in each direction.
     pub replicas: usize,
     /// Length ε of the first step.
     pub step: f64,
-    /// Whether later steps are steered to the best acceptance rate; else all have the length of the first, as published.
+    /// Whether the step length adapts to the target acceptance rate. Otherwise it stays constant, as published.
     pub steered: bool,
-    /// Distance δ from the target at which the chain is quenched, to see whether it has arrived.
+    /// Distance δ from the target at which the chain is quenched to test whether it has arrived.
     pub arrival: f64,
-    /// M: the chain gives up after this many steps in a row without a new least distance.
+    /// M: the chain stops after this many consecutive steps without a new least distance.
     pub patience: usize,
-    /// Most steps of a chain.
+    /// Greatest number of steps of a chain.
     pub max_steps: usize,
-    /// Least distance between two points of the path kept; smaller loops are cut off.
+    /// Least distance between two stored points of the path. Smaller loops are cut off.
     pub spacing: f64,
 }
 
@@ -54,8 +54,7 @@ impl Default for ChainSettings {
 }
 
 impl ChainSettings {
-    /// Settings for a surface whose typical barrier is `energy` high and `length` wide (the distance between
-    /// neighbouring minima).
+    /// Settings for a surface with typical barriers of height `energy` and minima about `length` apart.
     pub fn for_scales(energy: f64, length: f64) -> Self {
         Self {
             temperature: 0.05 * energy,
@@ -72,34 +71,34 @@ impl ChainSettings {
         }
     }
 
-    /// α = F/T of the published law exp(−(E/T + α d)), per length.
+    /// α = F/T of the published distribution exp(−(E/T + α d)), per length.
     pub fn alpha(&self) -> f64 {
         self.force / self.temperature
     }
 }
 
-/// What one chain came to.
+/// Outcome of one chain.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chain {
     /// Whether it reached the target's own minimum.
     pub arrived: bool,
-    /// Highest unaltered energy met: an upper bound of the barrier if it arrived. Between two states the energy is that of
-    /// the cubic through their values and slopes, so that a step across a ridge is not taken for a pass below it; the
-    /// bound holds up to the fourth power of the length of a step.
+    /// Highest energy met (without the attraction), an upper bound of the barrier if the chain arrived. Between two states
+    /// the energy is taken from the cubic through their values and slopes, so that a step across a ridge is not mistaken
+    /// for a pass below it. The bound holds up to the fourth power of the step length.
     pub barrier: f64,
-    /// The points of the way kept, from start to target, with their energies (of the chain's own discrete part).
+    /// The stored points of the path from start to target, with energies (of the chain's own discrete part).
     pub path: Path,
     /// Steps made.
     pub steps: usize,
-    /// Evaluations spent, quenches included.
+    /// Evaluations spent, including quenches.
     pub evaluations: usize,
 }
 
-/// Runs one chain from the minimum `from` toward the minimum `to`, at `force`.
+/// Runs one chain from the minimum `from` toward the minimum `to` with the attracting `force`.
 ///
-/// It moves under exp(−(E + F d(x, x*))/T) until it is within δ of the target and a descent from there ends in the
-/// target's own minimum (else δ is halved), or until M steps in a row bring no new least distance (then a last descent
-/// decides), or until its highest energy exceeds `bound`.
+/// The chain samples exp(−(E + F d(x, x*))/T). It ends when it is within δ of the target and a descent from there ends in
+/// that minimum (otherwise δ is halved); or when M consecutive steps bring no new least distance (a last descent then
+/// decides); or when its highest energy exceeds `bound`.
 #[expect(
     clippy::too_many_arguments,
     reason = "a chain is named by two minima, two laws and three ways to stop"
@@ -117,7 +116,7 @@ pub fn chain(
     let space = kernel.space();
     let mut toward = vec![0.0; space.tangents()];
     let mut nearest = space.log(&from.coordinates, &to.coordinates, &mut toward);
-    // The copy of the target the chain sets out for.
+    // The copy of the target that the chain starts toward.
     let mut target = from.coordinates.clone();
     space.exp(&mut target, &toward);
     let law = TargetDensity {
@@ -161,14 +160,14 @@ pub fn chain(
     }
     let Walk { state, steps, .. } = walk;
     if !arrived && barrier <= bound {
-        // In many dimensions the thermal cloud about the target is wider than δ: the descent decides.
+        // In many dimensions the thermal cloud around the target is wider than δ, so a descent decides.
         let end = quench(energy, &state.coordinates, descent);
         quenching += end.evaluations;
         arrived = sameness.holds(space, &end.x, end.energy, to);
     }
     barrier = barrier.max(to.energy);
     if arrived {
-        // The descent may have led to another copy of the target than the chain set out for.
+        // The descent may have led to another copy of the target.
         space.log(&state.coordinates, &to.coordinates, &mut toward);
         let mut end = state.coordinates;
         space.exp(&mut end, &toward);
@@ -184,8 +183,7 @@ pub fn chain(
     }
 }
 
-/// Whether a chain without any pull is still in the minimum `from` after as many steps as its patience allows (a descent
-/// decides), and the evaluations that took.
+/// Whether a free chain is still in the minimum `from` when its patience ends (by a descent), and the evaluations spent.
 pub(super) fn stays(
     energy: &dyn Energy,
     kernel: &dyn Kernel,
@@ -207,7 +205,6 @@ pub(super) fn stays(
     (stayed, 1 + walk.steps + end.evaluations)
 }
 
-/// A chain on its way.
 struct Walk<'a> {
     kernel: &'a dyn Kernel,
     state: State,
@@ -229,15 +226,15 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// One step; the highest energy on it, if the proposal was accepted.
+    /// Makes one step. Returns its highest energy if the proposal was accepted.
     fn advance(&mut self, law: &TargetDensity<'_>, rng: &mut Rng) -> Option<f64> {
         self.steps += 1;
         let ratio = self
             .kernel
             .propose(&self.state, law, self.step, rng, &mut self.proposal);
         let accepted = rng.random::<f64>().ln() < ratio;
-        // Fading steering (Robbins and Monro): early steps find the scale, late ones leave the law alone. Moves of the
-        // discrete part have no length, and say nothing about it.
+        // The adaptation fades (Robbins and Monro): early steps find the scale, and late ones hardly change the
+        // distribution. Moves of the discrete part have no length, so they are excluded.
         if self.steered && self.proposal.coordinates != self.state.coordinates {
             let chance = ratio.exp().min(1.0);
             self.step *= ((chance - ACCEPTANCE) / (self.steps as f64).powf(0.6)).exp();
@@ -249,14 +246,14 @@ impl<'a> Walk<'a> {
         Some(self.top_of_step())
     }
 
-    /// Highest energy between the state before, now in `proposal`, and the state.
+    /// Highest energy between the previous state, now in `proposal`, and the current one.
     fn top_of_step(&self) -> f64 {
         let (before, here) = (&self.proposal, &self.state);
         let ends = before.energy.max(here.energy);
         if before.discrete != here.discrete || before.coordinates == here.coordinates {
             return ends;
         }
-        // The way back is the negated tangent, so one tangent gives the slopes at both ends.
+        // One tangent gives the slopes at both ends, because the way back is its negative.
         let mut tangent = vec![0.0; here.gradient.len()];
         let space = self.kernel.space();
         space.log_near(&before.coordinates, &here.coordinates, &mut tangent);
@@ -265,7 +262,7 @@ impl<'a> Walk<'a> {
     }
 }
 
-/// Greatest value on [0, 1] of the cubic with these values and slopes at its ends.
+/// Maximum on [0, 1] of the cubic with the given values and slopes at its ends.
 fn cubic_top([start, end]: [f64; 2], [out, back]: [f64; 2]) -> f64 {
     let rise = end - start;
     let (square, cube) = (3.0 * rise - 2.0 * out - back, out + back - 2.0 * rise);
@@ -280,8 +277,8 @@ fn cubic_top([start, end]: [f64; 2], [out, back]: [f64; 2]) -> f64 {
         .fold(start.max(end), f64::max)
 }
 
-/// Appends the state if it is far enough from the last point kept. If it has come back to an earlier point, the loop in
-/// between is cut off: the shortcut is no longer than a spacing.
+/// Appends the state if it is far enough from the last stored point. If it is back at an earlier point, the loop in between
+/// is cut off; the shortcut is at most one spacing long.
 fn keep(path: &mut Path, state: &State, energy: &dyn Energy, spacing: f64) {
     let distance = |image: &Vec<f64>| near(energy.space(), image, &state.coordinates);
     if path
@@ -312,11 +309,11 @@ mod tests {
     fn tops_of_cubics() {
         // 4 t (1 − t): slope 4 at 0, −4 at 1.
         assert!((cubic_top([0.0, 0.0], [4.0, -4.0]) - 1.0).abs() < 1e-12);
-        // t (1 − t)²: top 4/27 at 1/3.
+        // t (1 − t)²: maximum 4/27 at 1/3.
         assert!((cubic_top([0.0, 0.0], [1.0, 0.0]) - 4.0 / 27.0).abs() < 1e-12);
-        // t² (1 − t): top 4/27 at 2/3.
+        // t² (1 − t): maximum 4/27 at 2/3.
         assert!((cubic_top([0.0, 0.0], [0.0, -1.0]) - 4.0 / 27.0).abs() < 1e-12);
-        // Straight lines and valleys are highest at an end.
+        // Straight lines and valleys have their maximum at an end.
         assert!((cubic_top([1.0, 3.0], [2.0, 2.0]) - 3.0).abs() < 1e-12);
         assert!((cubic_top([1.0, 1.0], [-4.0, 4.0]) - 1.0).abs() < 1e-12);
         assert!((cubic_top([2.0, 2.0], [0.0, 0.0]) - 2.0).abs() < 1e-12);

@@ -1,4 +1,4 @@
-//! What a stationary point is worth: gradient, index of the Hessian, duplicate, evaporated.
+//! Audit of stationary points: gradient, index of the Hessian, duplicates, evaporation.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,42 +9,42 @@ use crate::energy::Energy;
 use crate::optimize::{QuenchSettings, quench};
 use crate::space::vector::{dot, norm, scale};
 
-/// How much tighter the tolerance of the descent is that tells a minimum from a point that is still drifting.
+/// Factor on the gradient tolerance for the descent that tells a minimum from a drifting point.
 const TIGHTER: f64 = 1e-3;
-/// How far along a soft direction another point of its set is sought, in units of the distance at which two points are one.
+/// Length of the step along a soft direction that tests for degeneracy, in units of the distance tolerance.
 const REACH: f64 = 10.0;
-/// Directions in which it is sought: those of curvatures below this share of the greatest, and those in which the energy stays
-/// the same all that way, as from the edge of a plateau inwards, where the curvature of the other side says nothing. A
-/// direction that is merely soft leads back.
+/// Directions of lower curvature than this fraction of the greatest are tested. Directions along which the energy is
+/// constant over the whole step are tested too: at the edge of a plateau the curvature of the other side tells nothing. A
+/// direction that is merely soft leads back to the same point.
 const SOFT: f64 = 1e-6;
-/// Steps of a search for it.
+/// Greatest number of steps of this test.
 const STEPS: usize = 50;
 
-/// What an audit says of a point that was taken for a stationary one.
+/// Verdict of the audit of a supposed stationary point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
-    /// It is what it was taken for.
+    /// The point is what it was taken for.
     Sound,
-    /// It is, but not isolated: along a direction that the space does not name as a symmetry the surface stays as high and as
-    /// level. Rings, troughs and plateaus consist of such points.
+    /// Correct, but not isolated: along a direction that is not a declared symmetry of the space, energy and gradient stay
+    /// the same. Rings, troughs and plateaus consist of such points.
     Degenerate,
-    /// The gradient does not vanish, or is not small enough for its curvatures: by them the stationary point is elsewhere.
+    /// The gradient is too large, in itself or for the curvatures (a Newton step would leave the point).
     Moving,
-    /// The gradient does not vanish, but jumps, and the energy rises on both sides: the bottom of a kink.
+    /// The gradient jumps across zero and the energy rises on both sides: the bottom of a kink.
     Kink,
-    /// It is stationary, but with another index.
+    /// The point is stationary, but has another index.
     Index,
-    /// The gradient nearly vanishes, but the point drifts on and on: part of it left for infinity.
+    /// The gradient nearly vanishes, but the point keeps drifting: a fragment moved off to infinity.
     Evaporated,
-    /// The same as an earlier one.
+    /// The point is the same as an earlier one.
     Duplicate,
-    /// The energy or its curvature is not finite around it.
+    /// The energy or its curvature is not finite around the point.
     Outside,
 }
 
 impl Verdict {
-    /// Whether it is a stationary point of the index it was taken for, isolated or not.
+    /// Whether the point is stationary with the expected index, isolated or not.
     pub const fn is_stationary(self) -> bool {
         matches!(self, Self::Sound | Self::Degenerate)
     }
@@ -67,19 +67,17 @@ impl Verdict {
 /// The audit of one point. Curvatures are those of the smooth piece of the energy that is lowest there.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Audit {
-    /// What comes of it.
+    /// The result of the audit.
     pub verdict: Verdict,
     /// The earlier point it duplicates.
     pub duplicate_of: Option<usize>,
     /// Norm of the gradient, energy per length.
     pub gradient_norm: f64,
-    /// Eigenvalues of the Hessian by rising value, the free motions of the space projected out; energy per length
-    /// squared.
+    /// Eigenvalues of the Hessian, ascending, energy per length squared, with the free motions of the space projected out.
     pub curvatures: Vec<f64>,
-    /// Number of negative ones: 0 for a minimum, 1 for a saddle.
+    /// Number of negative eigenvalues: 0 for a minimum, 1 for a saddle.
     pub index: usize,
-    /// Number of those that are zero within the accuracy of the Hessian: symmetries the space does not name, or a loose
-    /// part.
+    /// Number of zero eigenvalues, within the accuracy of the Hessian (undeclared symmetries or loose fragments).
     pub flat: usize,
 }
 
@@ -89,11 +87,11 @@ pub struct Audit {
 pub struct AuditSettings {
     /// Greatest norm of the gradient, energy per length.
     pub gradient_tolerance: f64,
-    /// Distance over which gradients are differenced, a length of the space.
+    /// Step of the finite differences of gradients, a length of the space.
     pub difference: f64,
-    /// When two points are one.
+    /// Tolerance within which two points are the same.
     pub sameness: MatchTolerance,
-    /// The descent that shows whether a point with flat directions drifts.
+    /// Settings of the descent that shows whether a point with flat directions drifts.
     pub quench: QuenchSettings,
 }
 
@@ -101,7 +99,7 @@ impl AuditSettings {
     /// Settings for the ends of descents on a surface whose curvature changes over `length`.
     pub fn for_descents(quench: &QuenchSettings, sameness: &MatchTolerance, length: f64) -> Self {
         Self {
-            // Where rounding ends a descent a little early the point is as good.
+            // A descent that rounding ended a little early is still good.
             gradient_tolerance: 10.0 * quench.gradient_tolerance,
             difference: 1e-4 * length,
             sameness: *sameness,
@@ -121,7 +119,7 @@ impl Default for AuditSettings {
     }
 }
 
-/// Audits points that were taken for stationary ones of index `index` (0: minima, 1: saddles), in their order.
+/// Audits supposed stationary points of index `index` (0: minima, 1: saddles), in order.
 pub fn audit(
     energy: &dyn Energy,
     points: &[Vec<f64>],
@@ -150,7 +148,6 @@ pub fn audit(
     audits
 }
 
-/// Energy and audit of one point by itself.
 pub(super) fn examine(
     energy: &dyn Energy,
     x: &[f64],
@@ -176,7 +173,7 @@ pub(super) fn examine(
     };
     (audit.index, audit.flat) = modes.index();
     audit.curvatures.clone_from(&modes.curvatures);
-    // A gradient that is not a number is no small one.
+    // A NaN gradient is not small.
     let resting = audit.gradient_norm <= settings.gradient_tolerance
         && modes.newton_step(&gradient) <= settings.sameness.distance;
     audit.verdict = if !resting {
@@ -199,8 +196,7 @@ pub(super) fn examine(
     (height, audit)
 }
 
-/// Whether a much stricter descent leads away from `x`: where the surface levels off a gradient may be as small as one
-/// likes and still mean something.
+/// Whether a much stricter descent leads away from `x`. The gradient may be very small far from a minimum.
 fn drifts(energy: &dyn Energy, x: &[f64], settings: &AuditSettings) -> bool {
     let stricter = settings
         .quench
@@ -211,8 +207,8 @@ fn drifts(energy: &dyn Energy, x: &[f64], settings: &AuditSettings) -> bool {
     space.distance(x, &end.x) > settings.sameness.distance
 }
 
-/// Whether a stationary point of index 0 or 1 has another of its energy, to which a step along a soft direction leads. The
-/// bottom of x⁴, which has no curvature either, is found again from there.
+/// Whether a step along a soft direction from a stationary point of index 0 or 1 leads to another one of the same energy.
+/// The bottom of x⁴, which has zero curvature too, is found again instead.
 fn is_level(
     piece: &Piece<'_>,
     (x, height): (&[f64], f64),
@@ -259,8 +255,8 @@ fn is_level(
     })
 }
 
-/// Whether the slope along the gradient jumps from falling to rising at `x`, or so near that descents end here: it changes by
-/// as much over a tenth of a distance as over all of it, where that of a smooth surface changes by a tenth.
+/// Whether the slope along the gradient jumps from negative to positive at or very near `x`. At a kink the slope changes
+/// over a tenth of a distance by as much as over the whole; on a smooth surface it changes by a tenth of that.
 fn is_kink(energy: &dyn Energy, x: &[f64], gradient: &[f64], settings: &AuditSettings) -> bool {
     let space = energy.space();
     let size = norm(gradient);

@@ -1,5 +1,4 @@
-//! Connecting one pair of minima: chains in both directions, then relaxation of the best of them and of the straight
-//! ways.
+//! Connects one pair of minima: runs chains in both directions, then relaxes the best chain and the geodesics.
 
 use serde::{Deserialize, Serialize};
 
@@ -12,7 +11,7 @@ use crate::energy::{Counted, Energy};
 use crate::optimize::QuenchSettings;
 use crate::sample::{Kernel, Task, stream};
 
-/// Where the lowest path of a connection started.
+/// Origin of the lowest path of a connection.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Start {
@@ -20,19 +19,19 @@ pub enum Start {
     Chain {
         /// Whether it ran from the higher minimum to the lower.
         backward: bool,
-        /// Its number among those of its try and direction.
+        /// Its number among the replicas of its trial and direction.
         replica: usize,
     },
     /// The geodesic between the two minima.
     Straight,
-    /// The geodesic the other way round: a rotation of more than half a turn, or the far side of a torus.
+    /// The geodesic the other way round, such as a rotation of more than half a turn or the far side of a torus.
     Round,
 }
 
 /// A pass found while a pair was connected.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Crossing {
-    /// Number of the pass on the path.
+    /// Index of the pass in the path.
     pub pass: usize,
     /// [`Evidence::Saddle`] or [`Evidence::Seam`].
     pub evidence: Evidence,
@@ -40,39 +39,38 @@ pub struct Crossing {
     pub path: Path,
 }
 
-/// What connecting one pair came to. Numbers in a file keep all their bits.
+/// The result of connecting one pair. Numbers are stored bit for bit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Connection {
-    /// The lower minimum; the path starts here.
+    /// The lower minimum, where the path starts.
     pub from: MinimumId,
     /// The higher minimum.
     pub to: MinimumId,
-    /// Height and its worth.
+    /// Height, evidence, term and length.
     #[serde(with = "edge")]
     pub edge: Edge,
-    /// The lowest path found; empty where there is none.
+    /// The lowest path found; empty if there is none.
     pub path: Path,
-    /// Barriers of the raw chains from `from` to `to`, one a replica; `None` where no force tried arrived.
+    /// Barriers of the raw chains from `from` to `to`, one for each replica; `None` if no force arrived.
     #[serde(with = "bits::options")]
     pub forward: Vec<Option<f64>>,
     /// The same from `to` to `from`.
     #[serde(with = "bits::options")]
     pub backward: Vec<Option<f64>>,
-    /// Where the path came from.
+    /// The origin of the path.
     pub start: Option<Start>,
-    /// Height of the geodesic between the two minima, roughly relaxed; infinite where it leaves the domain or the energy
-    /// objects to its top.
+    /// Height of the roughly relaxed geodesic; infinite if it leaves the domain or its top is invalid.
     #[serde(with = "bits::number")]
     pub straight: f64,
-    /// What the energy has against the top of the path.
+    /// Why the energy declares the top of the path invalid, if it does.
     pub invalid_reason: Option<String>,
-    /// Every pass met.
+    /// All passes found.
     pub crossings: Vec<Crossing>,
     /// Evaluations spent.
     pub evaluations: usize,
 }
 
-/// An [`Edge`] to the last bit.
+/// Stores an [`Edge`] bit for bit.
 mod edge {
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -99,10 +97,10 @@ mod edge {
     }
 }
 
-/// How hard to try.
+/// The random streams and the effort of one trial.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Effort {
-    /// Number of the try, from 0: chains draw from new streams, strings relax longer.
+    /// Number of the trial, from 0. Each trial has new random streams, and later ones relax strings for longer.
     pub attempt: usize,
     /// Seed of the run.
     pub seed: u64,
@@ -111,15 +109,15 @@ pub struct Effort {
 /// Two minima to be connected.
 #[derive(Debug, Clone, Copy)]
 pub struct Pair<'a> {
-    /// Their numbers, the lower first.
+    /// Their numbers, the lower minimum first.
     pub ids: (MinimumId, MinimumId),
     /// The minima.
     pub minima: (&'a Minimum, &'a Minimum),
-    /// How hard to try.
+    /// The effort of this trial.
     pub effort: Effort,
 }
 
-/// Everything a connection needs but the pair.
+/// The inputs that all pairs share.
 #[derive(Debug, Clone, Copy)]
 pub struct Connector<'a> {
     /// Settings of the chains.
@@ -128,16 +126,16 @@ pub struct Connector<'a> {
     pub path: &'a PathSettings,
     /// Settings of every descent.
     pub quench: &'a QuenchSettings,
-    /// When two stationary points are one.
+    /// Tolerance within which two stationary points are the same.
     pub sameness: &'a MatchTolerance,
 }
 
 impl Connector<'_> {
     /// Connects a pair.
     ///
-    /// Chains run in both directions (with growing force until one arrives, `replicas` times); the best of them, the straight
-    /// line and the other way round, where that is not much longer, are relaxed and the lowest path is kept. The outcome depends on the two minima, their numbers, the
-    /// settings and the effort only.
+    /// Chains run in both directions `replicas` times, each with growing force until one arrives. The best chain, the
+    /// straight line and, unless much longer, the other way round are relaxed, and the lowest path is kept. The outcome
+    /// depends only on the two minima, their numbers, the settings and the effort.
     pub fn connect(&self, energy: &dyn Energy, kernel: &dyn Kernel, pair: Pair<'_>) -> Connection {
         let (from, to) = (&pair.minima.0.coordinates, &pair.minima.1.coordinates);
         let chains = self.chains(
@@ -155,8 +153,7 @@ impl Connector<'_> {
         self.relaxed(energy, pair, chains, &starts)
     }
 
-    /// Runs `replicas` more chains in either direction; the best of them is relaxed if it came lower than `known`. Else the
-    /// connection has no path.
+    /// Runs `replicas` more chains in each direction and relaxes the best one if it is lower than `known`.
     pub fn replicate(
         &self,
         energy: &dyn Energy,
@@ -171,7 +168,7 @@ impl Connector<'_> {
         self.relaxed(energy, pair, chains, &starts)
     }
 
-    /// The connection over the lowest of the paths that `starts` relax to.
+    /// The connection over the lowest of the paths relaxed from `starts`.
     fn relaxed(
         &self,
         energy: &dyn Energy,
@@ -243,7 +240,6 @@ impl Connector<'_> {
         connection
     }
 
-    /// Runs the chains of both directions.
     fn chains(
         &self,
         energy: &dyn Energy,
@@ -311,7 +307,6 @@ impl Connector<'_> {
     }
 }
 
-/// What the chains of one pair came to.
 #[derive(Default)]
 struct Chains {
     forward: Vec<Option<f64>>,
@@ -320,7 +315,6 @@ struct Chains {
     evaluations: usize,
 }
 
-/// The chain of the lowest barrier.
 struct Best {
     barrier: f64,
     /// Its path, from the lower minimum.
@@ -329,13 +323,12 @@ struct Best {
 }
 
 impl Best {
-    /// What a string starts from.
     fn start(&self) -> (Start, Vec<Vec<f64>>) {
         (self.start, self.path.images.clone())
     }
 }
 
-/// Points kept of each descent from a pass.
+/// Number of points kept of each descent from a pass.
 const KEPT: usize = 8;
 
 impl From<Pass> for Crossing {
@@ -357,7 +350,7 @@ impl From<Pass> for Crossing {
     }
 }
 
-/// A number of its own for every chain of a run, for up to 2²⁰ minima and 2⁸ replicas.
+/// A unique number for every chain of a run, for up to 2²⁰ minima and 2⁸ replicas.
 fn stream_number(
     (from, to): (MinimumId, MinimumId),
     [attempt, direction, replica, escalation]: [usize; 4],

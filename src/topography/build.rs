@@ -1,4 +1,4 @@
-//! Builds a landscape: which pairs are connected, in which order, and how often.
+//! Builds a landscape: selects the pairs to connect and connects them.
 
 use std::collections::BTreeMap;
 
@@ -26,34 +26,34 @@ use crate::sample::Kernel;
 use crate::space::interpolate;
 use crate::space::vector::norm;
 
-/// Settings of [`build_landscape`]. [`MapSettings::for_scales`] sets everything that has a unit from one energy and one length.
+/// Settings of [`build_landscape`]. [`MapSettings::for_scales`] sets all that have units from one energy and one length.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MapSettings {
-    /// Nearest minima each minimum is connected with; the minimum spanning tree of the distances is always added.
+    /// Number of nearest minima to connect each minimum with. The minimum spanning tree of the distances is always added.
     pub neighbours: usize,
-    /// Pairs connected before the skipping rule is asked again. Part of the result, so it must not depend on threads.
+    /// Pairs connected between two updates of the skipping rule. It affects the result, so it must not depend on threads.
     pub batch: usize,
-    /// Whether pairs are skipped that passes already known join at the energy of their higher minimum: no path could lie
-    /// lower (by more than the energy at which two minima are one).
+    /// Whether to skip pairs that known passes already join at the energy of the higher minimum, since no path can be
+    /// lower.
     pub pruned: bool,
-    /// Rounds that join components left apart, each by its shortest untried link.
+    /// Rounds that join separate components, each by its shortest untried link.
     pub join_rounds: usize,
-    /// Rounds that try the connections that decide the tree again, if they are worth no more than a chain.
+    /// Rounds that retry the connections that decide the tree if their evidence is a chain or worse.
     pub retry_rounds: usize,
-    /// Chains in each direction, at least, of the connections that decide the tree: what the support of merges rests on.
+    /// Least number of chains in each direction for the connections that decide the tree. Support is based on them.
     pub decisive_replicas: usize,
-    /// Chains.
+    /// Settings of the chains.
     pub chain: ChainSettings,
-    /// Paths.
+    /// Settings of the paths.
     pub path: PathSettings,
-    /// Descents.
+    /// Settings of the descents.
     pub quench: QuenchSettings,
-    /// When two stationary points are one.
+    /// Tolerance within which two stationary points are the same.
     pub sameness: MatchTolerance,
-    /// Groups.
+    /// Settings of the groups.
     pub groups: GroupSettings,
-    /// Resamplings of the chains for the support of merges.
+    /// Number of bootstrap resamplings for the support of merges.
     pub resamplings: usize,
     /// Seed of all chains.
     pub seed: u64,
@@ -85,18 +85,18 @@ impl MapSettings {
         }
     }
 
-    /// Settings from the minima themselves: the length is the median distance to the nearest other minimum, the energy
-    /// the median of the barriers along the straight lines to it (as far as they are finite). Where there is no other
-    /// minimum or no such barrier, the [`Scales`] of the surface around the minima have to do.
+    /// Settings measured on the minima. The length is the median distance to the nearest other minimum, and the energy is
+    /// the median of the finite barriers along the straight lines to it. If there is no other minimum or no such barrier,
+    /// the [`Scales`] of the surface around the minima are used.
     ///
-    /// One or two minima leave little to measure; surfaces with walls (contact) deserve chosen scales.
+    /// One or two minima are too few to measure, and surfaces with walls (contact) need scales chosen by hand.
     pub fn for_minima(energy: &dyn Energy, minima: &[Minimum]) -> Self {
         let space = energy.space();
         let all = distances(space, minima);
         let (mut lengths, mut heights) = (Vec::new(), Vec::new());
         let mut gradient = vec![0.0; space.tangents()];
         for (i, row) in all.iter().enumerate() {
-            // Copies of a minimum, and points that are none, say nothing of distances.
+            // Distances to copies (0) and to invalid points (not finite) are ignored.
             let others = (0..minima.len()).filter(|j| row[*j] > 0.0 && row[*j].is_finite());
             let Some(j) = others.min_by(|a, b| row[*a].total_cmp(&row[*b])) else {
                 continue;
@@ -129,7 +129,7 @@ impl MapSettings {
         )
     }
 
-    /// Replaces the number of nearest minima each one is connected with.
+    /// Replaces the number of nearest minima to connect each minimum with.
     #[must_use]
     pub fn with_neighbours(mut self, neighbours: usize) -> Self {
         self.neighbours = neighbours;
@@ -146,16 +146,15 @@ impl MapSettings {
 
 /// Maps the surface between `minima`.
 ///
-/// Connects near pairs, joins what is left apart, and tries again what decides the tree and is worth no more than a
-/// chain. Every pass met on the way is a connection of the two minima that descents from it reach, whichever pair was
-/// asked for. A pair is skipped if passes already known join it at the energy of its higher minimum. The result does not
-/// depend on the order of `minima` (they are sorted), the number of threads, or interruptions.
+/// Connects near pairs, joins separate components, and retries the connections that decide the tree if their evidence is a
+/// chain or worse. Every pass found on the way becomes a connection of the two minima that its descents reach. A pair is
+/// skipped if known passes already join it at the energy of its higher minimum. The result does not depend on the order of
+/// `minima` (they are sorted), the number of threads, or interruptions.
 ///
-/// Of `minima` those that are the same count as one, with the members of all; what is no minimum is left out and told
-/// ([`Landscape::rejected`]).
+/// Equal minima are merged with their members. Points that are no minima are listed in [`Landscape::rejected`].
 ///
 /// # Errors
-/// If the journal of `run` does not take a record.
+/// If the journal of `run` cannot store a record.
 pub fn build_landscape(
     energy: &dyn Energy,
     kernel: &dyn Kernel,
@@ -188,7 +187,7 @@ pub fn build_landscape(
             tally.tick();
         }
         builder.connect(&open, &tally)?;
-        // The tree costs as much as all connections known, so it is made again only where there is news, and use.
+        // Building the tree goes through all connections, so it is rebuilt only when it has changed and is needed.
         if settings.pruned && !open.is_empty() {
             known = Tree::from_network(&builder.network(), Evidence::Path);
         }
@@ -246,7 +245,7 @@ pub fn build_landscape(
     })
 }
 
-/// Those of `minima` that are minima, by rising energy and each once, and the others.
+/// The distinct points of `minima` that are minima, sorted by energy, and the rejected points.
 fn at_rest(
     energy: &dyn Energy,
     minima: Vec<Minimum>,
@@ -282,7 +281,7 @@ fn at_rest(
     (distinct, rejected)
 }
 
-/// Why the minimum given in `row` is none, if it is none.
+/// The rejection of the point in `row`, if it is not a minimum.
 fn moving(
     energy: &dyn Energy,
     minimum: &Minimum,
@@ -298,13 +297,12 @@ fn moving(
     let mut gradient = vec![0.0; space.tangents()];
     let height = energy.evaluate(x, &mut gradient);
     let gradient_norm = norm(&gradient);
-    // What is not a number passes neither.
+    // NaN values fail these comparisons too.
     let rests = (height - minimum.energy).abs() <= sameness.energy
         && gradient_norm * sameness.distance <= sameness.energy;
     (!rests).then_some(NoMinimum { row, gradient_norm })
 }
 
-/// The order of minima in a network: by energy, then by coordinates.
 pub(super) fn by_energy(a: &Minimum, b: &Minimum) -> std::cmp::Ordering {
     a.energy.total_cmp(&b.energy).then_with(|| {
         let coordinates = a.coordinates.iter().zip(&b.coordinates);
@@ -313,7 +311,6 @@ pub(super) fn by_energy(a: &Minimum, b: &Minimum) -> std::cmp::Ordering {
     })
 }
 
-/// A map in the making.
 struct LandscapeBuilder<'a> {
     energy: &'a dyn Energy,
     kernel: &'a dyn Kernel,
@@ -321,19 +318,16 @@ struct LandscapeBuilder<'a> {
     run: &'a Run<'a>,
     distances: Vec<Vec<f64>>,
     minima: Vec<Minimum>,
-    /// The best connection of each pair.
     best: BTreeMap<(usize, usize), Connection>,
-    /// How often each pair was tried.
     tried: BTreeMap<(usize, usize), usize>,
-    /// Ends of descents that are no minimum known.
+    /// Ends of descents that are not known minima.
     unlisted_minima: Vec<Quench>,
-    /// Every try of each pair.
     trials: BTreeMap<(usize, usize), Trial>,
     evaluations: usize,
 }
 
 impl LandscapeBuilder<'_> {
-    /// Connects `pairs` in parallel, then takes in the outcomes in their order.
+    /// Connects `pairs` in parallel and adds the outcomes in order.
     fn connect(&mut self, pairs: &[(usize, usize)], tally: &Tally<'_>) -> Result<(), JournalError> {
         let found = self.each(pairs, tally, "pair", &|connector, pair| {
             connector.connect(self.energy, self.kernel, pair)
@@ -345,8 +339,7 @@ impl LandscapeBuilder<'_> {
         Ok(())
     }
 
-    /// Runs more chains between the pairs that decide the tree. Those chains are relaxed only where they came lower than
-    /// what is known.
+    /// Runs more chains between the pairs that decide the tree. A chain is relaxed only if it is lower than the known path.
     fn replicate(&mut self) -> Result<(), JournalError> {
         let network = self.network();
         let ends = spanning_forest(&network, Evidence::Chain).into_iter();
@@ -369,13 +362,13 @@ impl LandscapeBuilder<'_> {
         Ok(())
     }
 
-    /// Chains still to be run in each direction of a decisive pair.
+    /// Number of chains still to run in each direction of a decisive pair.
     fn missing_replicas(&self, pair: (usize, usize)) -> usize {
         let known = self.trials.get(&pair).map_or(0, Trial::replicas);
         self.settings.decisive_replicas.saturating_sub(known)
     }
 
-    /// What `work` finds for each of `pairs`, in parallel and remembered as `kind`.
+    /// Runs `work` for each of `pairs` in parallel. The journal stores the results under `kind`.
     fn each(
         &self,
         pairs: &[(usize, usize)],
@@ -405,11 +398,11 @@ impl LandscapeBuilder<'_> {
             tally.tick();
             connection
         };
-        // Each pair is a task of its own: pairs take unlike times, and of a longer task none can be handed over.
+        // One task for each pair, because pairs take different times and threads cannot share a task.
         pairs.par_iter().with_max_len(1).map(one).collect()
     }
 
-    /// Takes in connections and the passes met on their ways, in order.
+    /// Adds connections and the passes found on their paths, in order.
     fn take_all(&mut self, found: Vec<Connection>) {
         let side_connections: Vec<Vec<Connection>> = found
             .par_iter()
@@ -495,7 +488,6 @@ impl LandscapeBuilder<'_> {
         }
     }
 
-    /// The known minimum at `x`.
     fn find(&self, x: &[f64], energy: f64) -> Option<usize> {
         let tolerance = self.settings.sameness.energy;
         let first = self
@@ -510,7 +502,7 @@ impl LandscapeBuilder<'_> {
             })
     }
 
-    /// Keeps the better of this connection and the one known, and the raw barriers of both.
+    /// Keeps the better of this connection and the known one, with the raw barriers of both.
     fn take(&mut self, new: Connection) {
         let pair = (new.from.0, new.to.0);
         let Some(known) = self.best.get_mut(&pair) else {
@@ -525,7 +517,7 @@ impl LandscapeBuilder<'_> {
         } else {
             (known.clone(), new)
         };
-        // Raw barriers are a record of the chains run, whichever path was kept.
+        // Raw barriers record all chains, whichever path was kept.
         better.forward.append(&mut other.forward);
         better.backward.append(&mut other.backward);
         better.evaluations += other.evaluations;
@@ -557,7 +549,7 @@ impl LandscapeBuilder<'_> {
         sets.into_labeling()
     }
 
-    /// Whether passes already known join a pair at the energy of its higher minimum: nothing can lie lower.
+    /// Whether known passes already join a pair at the energy of its higher minimum, so that no path can be lower.
     fn joined_at_the_bottom(&self, known: &Tree, (i, j): (usize, usize)) -> bool {
         let bottom = self.minima[i].energy.max(self.minima[j].energy);
         known

@@ -1,4 +1,4 @@
-//! The magnetisation diagram: at which temperature and pull chains get through, and what follows for the map.
+//! The magnetisation diagram: the temperatures and forces at which chains arrive, and the settings it recommends.
 //!
 //! M. Hill, E. Nijkamp and S.-C. Zhu, Quarterly of Applied Mathematics 77, 269 (2019); M. Hill's thesis, section 4.3.3.
 
@@ -16,7 +16,7 @@ use crate::energy::Energy;
 use crate::optimize::QuenchSettings;
 use crate::sample::{Kernel, Task, stream};
 
-/// Share of free chains that must come back to their minimum below the melting temperature.
+/// Fraction of free chains that must return to their minimum at temperatures below melting.
 pub(super) const FROZEN: f64 = 0.9;
 
 /// Settings of [`diagram`].
@@ -27,17 +27,17 @@ pub struct DiagramSettings {
     pub temperatures: Vec<f64>,
     /// Forces F = αT, energy per length, ascending.
     pub forces: Vec<f64>,
-    /// Chains of each pair and direction at each T and F.
+    /// Number of chains for each pair and direction at each T and F.
     pub replicas: usize,
-    /// Minima looked at, at most: a few of all heights, and the nearest ones of each.
+    /// Greatest number of minima in the sample: a few at all energies, and the nearest ones of each.
     pub minima: usize,
-    /// Pairs of each of them: with its nearest ones in the sample, and along a minimum spanning tree of distances.
+    /// Nearest neighbours in the sample that each minimum is paired with, besides the edges of a minimum spanning tree.
     pub neighbours: usize,
-    /// Chains; their temperature, force, attempts and replicas are not used.
+    /// Settings of the chains. Their temperature, force, attempts and replicas are not used.
     pub chain: ChainSettings,
     /// Descents at the ends of chains.
     pub quench: QuenchSettings,
-    /// When two minima are one.
+    /// Tolerance within which two minima are the same.
     pub sameness: MatchTolerance,
     /// Seed of all chains.
     pub seed: u64,
@@ -66,22 +66,22 @@ impl DiagramSettings {
     }
 }
 
-/// `count` values from `low` to `high` with equal ratios.
+/// Returns `count` values from `low` to `high` with equal ratios.
 pub fn log_grid(low: f64, high: f64, count: usize) -> Vec<f64> {
     let ratio = (high / low).ln() / count.saturating_sub(1).max(1) as f64;
     (0..count).map(|k| low * (ratio * k as f64).exp()).collect()
 }
 
-/// What was measured, and what it recommends.
+/// The measured diagram and its recommendation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Diagram {
-    /// Numbers of the minima looked at.
+    /// Indices of the minima in the sample.
     pub minima: Vec<usize>,
     /// Pairs of them that chains ran between, both ways.
     pub pairs: Vec<(usize, usize)>,
     /// One row of the diagram for each temperature.
     pub isotherms: Vec<Isotherm>,
-    /// The temperature, force and relative barrier to use; `None` where no force joined most pairs.
+    /// The recommended temperature, force and relative barrier; `None` if no force joined most pairs.
     pub recommended: Option<Recommendation>,
     /// Evaluations spent.
     pub evaluations: usize,
@@ -92,24 +92,24 @@ pub struct Diagram {
 pub struct Isotherm {
     /// T.
     pub temperature: f64,
-    /// Share of chains without any pull that are still in their minimum after as many steps as a chain's patience.
+    /// Fraction of free chains (without force) that are still in their minimum after as many steps as a chain's patience.
     pub retention: f64,
-    /// Of each pair from its first to its second minimum, then of each back.
+    /// Thresholds of all pairs from the first to the second minimum, then of all pairs backward.
     pub thresholds: Vec<Threshold>,
-    /// What the whole sample does at each force, ascending.
+    /// Statistics of the whole sample at each force, ascending.
     pub levels: Vec<ForceLevel>,
 }
 
-/// Between which forces a chain becomes certain to arrive.
+/// The forces between which a chain becomes certain to arrive.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Threshold {
-    /// Where the chains start.
+    /// The minimum at which the chains start.
     pub from: usize,
-    /// The minimum that pulls.
+    /// The minimum that attracts.
     pub to: usize,
     /// Least force at which any chain arrived.
     pub first: Option<f64>,
-    /// Least force at and above which all arrived.
+    /// Least force from which on all chains arrived.
     pub always: Option<f64>,
     /// Lowest raw barrier met at any force.
     pub lowest_barrier: Option<f64>,
@@ -117,24 +117,24 @@ pub struct Threshold {
     pub lowest_at: Option<f64>,
 }
 
-/// All pairs at one temperature and force.
+/// Statistics of all pairs at one temperature and force.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ForceLevel {
     /// F.
     pub force: f64,
-    /// Share of the chains that arrived.
+    /// Fraction of the chains that arrived.
     pub arrived: f64,
-    /// Share of the pairs that some chain joined.
+    /// Fraction of the pairs that some chain joined.
     pub joined: f64,
-    /// Groups of minima joined by chains, mean over replicas.
+    /// Number of groups of minima joined by chains, mean over replicas.
     pub groups: f64,
     /// Mean adjusted Rand index between the groups of two replicas.
     pub stability: f64,
-    /// Median over all pairs of the lowest relative raw barrier; `None` where half of them are not joined.
+    /// Median over all pairs of the lowest relative raw barrier; `None` if half of the pairs are not joined.
     pub median_barrier: Option<f64>,
 }
 
-/// What to use.
+/// The recommended settings.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Recommendation {
     /// T.
@@ -143,13 +143,13 @@ pub struct Recommendation {
     pub force: f64,
     /// Relative raw barrier b at which replicas agree best on the groups.
     pub barrier: f64,
-    /// Their mean adjusted Rand index there.
+    /// Mean adjusted Rand index of the replicas at this barrier.
     pub stability: f64,
-    /// Why these.
+    /// A sentence with the reason.
     pub reason: String,
 }
 
-/// Raw barriers of the replicas at each force, ascending; empty at the forces left out because all failed at a higher one.
+/// Raw barriers of the replicas at each force, ascending. An entry is empty if all replicas failed at a higher force.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Scan {
     levels: Vec<Replicas>,
@@ -164,14 +164,13 @@ struct Replicas {
 
 /// Measures the magnetisation diagram between some of `minima` (sorted by energy).
 ///
-/// For each pair, direction and temperature chains run at the highest force first, then at lower and lower ones until all
-/// replicas fail. The recommended temperature is the highest at which the landscape is still frozen: free chains stay in
-/// their minimum. The recommended force is the one whose chains meet the lowest barriers, among those that join nine pairs of
-/// ten. b is the relative barrier at which the replicas' partitions are most alike. The outcome depends neither on threads
-/// nor on interruptions.
+/// For each pair, direction and temperature, chains run at the highest force first and then at lower ones until all
+/// replicas fail. The recommended temperature is the highest at which free chains stay in their minimum. The recommended
+/// force has the lowest barriers among those that join nine pairs of ten. The recommended barrier b is the relative barrier
+/// at which the partitions of the replicas are most alike. The outcome depends neither on threads nor on interruptions.
 ///
 /// # Errors
-/// If the journal of `run` does not take a record.
+/// If the journal of `run` cannot store a record.
 pub fn diagram(
     energy: &dyn Energy,
     kernel: &dyn Kernel,
@@ -253,7 +252,7 @@ pub fn diagram(
     })
 }
 
-/// Numbers of at most `count` minima: quarters of them evenly by energy, each with its three nearest others.
+/// Indices of at most `count` minima: a quarter spread evenly by energy, each with its three nearest others.
 fn sample(distances: &[Vec<f64>], count: usize) -> Vec<usize> {
     let n = distances.len();
     if n <= count {
@@ -272,7 +271,6 @@ fn sample(distances: &[Vec<f64>], count: usize) -> Vec<usize> {
     chosen
 }
 
-/// Numbers of the recommended temperature and force.
 fn choose(isotherms: &[Isotherm]) -> Option<(usize, usize)> {
     let usable = |isotherm: &Isotherm| {
         let levels = isotherm.levels.iter().enumerate();
@@ -322,7 +320,7 @@ fn recommendation(
     }
 }
 
-/// Three significant digits.
+/// Formats a number with three significant digits.
 pub(super) fn short(value: f64) -> String {
     let decimals = (0..12).find(|k| value.abs() * 10_f64.powi(*k) >= 99.5);
     let decimals = usize::try_from(decimals.unwrap_or(0)).unwrap_or(0);
@@ -345,7 +343,7 @@ impl Measurement<'_> {
         }
     }
 
-    /// Chains from the highest force down to the first at which all fail.
+    /// Runs chains from the highest force down to the first force at which all fail.
     fn scan(&self, t: usize, (a, b): (usize, usize), backward: bool) -> Result<Scan, JournalError> {
         let (from, to) = if backward { (b, a) } else { (a, b) };
         self.run.remember(&format!("diagram/{t}/{from}-{to}"), || {
@@ -357,7 +355,7 @@ impl Measurement<'_> {
             for (f, force) in self.settings.forces.iter().enumerate().rev() {
                 let barriers: Vec<Option<f64>> = (0..self.settings.replicas)
                     .map(|replica| {
-                        // Room for 2²⁰ minima, 2⁸ temperatures, forces and replicas each.
+                        // The stream number has 20 bits for a minimum and 8 bits for each other index.
                         let parts = [(to, 20), (t, 8), (f, 8), (replica, 8)];
                         let id = parts
                             .into_iter()
@@ -387,7 +385,7 @@ impl Measurement<'_> {
         })
     }
 
-    /// How many free chains stay in minimum `i`, and the evaluations that took.
+    /// Number of free chains that stay in minimum `i`, and the evaluations spent.
     fn stays(&self, t: usize, i: usize) -> Result<(usize, usize), JournalError> {
         self.run.remember(&format!("diagram/{t}/{i}"), || {
             let settings = self.chain_settings(t);
@@ -441,7 +439,7 @@ impl Measurement<'_> {
         rows.iter().enumerate().map(threshold).collect()
     }
 
-    /// Lowest relative barrier of each pair at force number `f`, by replica.
+    /// Lowest relative barrier of each pair at force `f` (an index), for each replica.
     fn barriers(&self, pairs: &[(usize, usize)], rows: &[Scan], f: usize) -> Vec<Vec<f64>> {
         let barrier = |(k, (a, b)): (usize, &(usize, usize)), replica: usize| {
             let floor = self.minima[*a].energy.max(self.minima[*b].energy);
@@ -490,7 +488,7 @@ impl Measurement<'_> {
         }
     }
 
-    /// The relative barrier on which the replicas at force number `f` agree best.
+    /// The relative barrier at which the replicas at force `f` (an index) agree best.
     fn barrier_level(
         &self,
         chosen: &[usize],
@@ -512,8 +510,8 @@ impl Measurement<'_> {
     }
 }
 
-/// The level at which pairs with relative barriers up to `barrier` are joined (groups and largest: of the first replica; its
-/// stability: mean adjusted Rand index of two replicas), and the mean number of groups.
+/// The level at which pairs with relative barriers up to `barrier` are joined, and the mean number of groups. The groups
+/// and the largest group are those of the first replica; the stability is the mean adjusted Rand index of two replicas.
 fn agreement(
     chosen: &[usize],
     pairs: &[(usize, usize)],
@@ -576,7 +574,7 @@ mod tests {
         let distances: Vec<Vec<f64>> = (0..40).map(row).collect();
         let chosen = sample(&distances, 8);
         assert_eq!(chosen.len(), 8);
-        // Seeds 0 and 20; their nearest are even.
+        // The sample has the seeds 0 and 20, whose nearest neighbours are even.
         assert!(chosen.iter().all(|i| i % 2 == 0), "{chosen:?}");
         assert_eq!(sample(&distances, 40).len(), 40);
     }

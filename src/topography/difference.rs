@@ -1,5 +1,4 @@
-//! What moved between two landscapes of one space: built with another temperature, other weights, another object of the
-//! same hand.
+//! Differences between two landscapes of one space, for example with another temperature, other weights or another object.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -13,31 +12,31 @@ use super::tree::{Ancestors, NodeId, Tree};
 use super::view::View;
 use crate::space::Space;
 
-/// Two minima that are one.
+/// A minimum that both landscapes have.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Match {
     /// In the first landscape.
     pub before: MinimumId,
     /// In the second.
     pub after: MinimumId,
-    /// How far they are apart in the space.
+    /// Distance between the two in the space.
     pub distance: f64,
     /// Energies in the first and in the second.
     pub energies: [f64; 2],
 }
 
-/// A merge of the first tree, of matched minima only, and what became of it.
+/// A merge of the first tree, restricted to matched minima, and its height in the second.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct MergeChange {
-    /// The lowest matched minima of the two branches that merge, as the first landscape numbers them.
+    /// The lowest matched minima of the two merging branches, as numbered in the first landscape.
     pub ends: [MinimumId; 2],
     /// Height in the first.
     pub before: f64,
-    /// Height at which the same two minima merge in the second; `None` where nothing joins them.
+    /// Height at which the same two minima merge in the second; `None` if nothing joins them.
     pub after: Option<f64>,
 }
 
-/// More pairs of minima than this lie within the reach of each other, so that it tells none from another.
+/// Too many pairs of minima lie within the reach for it to tell minima apart.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error(
     "more than {MOST_PAIRS} pairs of minima lie within {reach} of each other: take a shorter length for how near two must be to \
@@ -48,39 +47,41 @@ pub struct TooNear {
     pub reach: f64,
 }
 
-/// Pairs within reach that are kept at a time: some gigabytes.
+/// Greatest number of pairs within reach that are kept at a time (some gigabytes).
 const MOST_PAIRS: usize = 50_000_000;
 
-/// What differs between two landscapes.
+/// The differences between two landscapes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TreeDifference {
-    /// Minima found in both, by their number in the first.
+    /// Minima found in both, ordered by their number in the first.
     pub matches: Vec<Match>,
     /// Minima of the first that the second does not have.
     pub vanished: Vec<MinimumId>,
     /// Minima of the second that the first does not have.
     pub appeared: Vec<MinimumId>,
-    /// The merges of the matched minima, by their height in the first.
+    /// The merges of the matched minima, ordered by their height in the first.
     pub merges: Vec<MergeChange>,
-    /// All pairs at once.
+    /// Similarity of the two trees over all pairs of matched minima.
     pub likeness: TreeSimilarity,
 }
 
 impl TreeDifference {
     /// Compares the merge trees of two lists of minima of one space, each with its tree.
     ///
-    /// Minima correspond if they are within `reach` of each other, modulo the symmetry of the space: the nearest pair
-    /// first, each minimum once (at equal distances the lower numbers). Merges are those of the first tree restricted to
-    /// the minima that have a partner; minima of one landscape alone still join the others ([`View`]).
+    /// Two minima correspond if they are within `reach` of each other, modulo the symmetry of the space. The nearest pair
+    /// is matched first, and each minimum is matched once (at equal distances the lower numbers first). The merges are
+    /// those of the first tree restricted to the matched minima. Unmatched minima still join the others ([`View`]).
     ///
-    /// The likeness of two trees over common leaves is measured as in numerical taxonomy: R. R. Sokal and F. J. Rohlf,
-    /// Taxon 11, 33 (1962) (correlation); G. Cardona et al., BMC Bioinformatics 14, 3 (2013) (distances; with the energies
-    /// of the leaves on the diagonal, and ℓ^∞, an interleaving distance: E. Munch and A. Stefanou, 2019).
+    /// The similarity of two trees over common leaves is measured as in numerical taxonomy: R. R. Sokal and F. J. Rohlf,
+    /// Taxon 11, 33 (1962) (correlation); G. Cardona et al., BMC Bioinformatics 14, 3 (2013) (distances). With the energies
+    /// of the leaves on the diagonal, the ℓ^∞ distance is an interleaving distance: E. Munch and A. Stefanou, 2019.
+    ///
+    /// Distances are computed only for pairs whose [`Space::landmarks`] are near. Everything else is O(n log² n).
     ///
     /// Distances are measured of those pairs only whose [`Space::landmarks`] are near; everything else is O(n log² n).
     ///
     /// # Errors
-    /// If so many pairs lie within `reach` that there is no room for them.
+    /// If more pairs lie within `reach` than fit into memory.
     ///
     /// # Panics
     /// If a tree does not belong to its minima, or a coordinate does not belong to the space.
@@ -101,7 +102,7 @@ impl TreeDifference {
             let numbered = met.enumerate().filter(|(_, met)| !met);
             numbered.map(|(number, _)| MinimumId(number)).collect()
         };
-        // Trees of the matched minima alone; minima of one landscape alone still join the others.
+        // The trees are restricted to the matched minima; the others still join them.
         let one = View::whole(before).keep(|_, minimum| partner[minimum.0].is_some());
         let other = View::whole(after).keep(|_, minimum| met[minimum.0]);
         let mut place = vec![0; minima_after.len()];
@@ -122,7 +123,7 @@ impl TreeDifference {
     }
 }
 
-/// Pairs within `reach`, nearest first, each minimum once; returned by the number of the first.
+/// Matches pairs within `reach`, nearest first, each minimum once; sorted by the number in the first landscape.
 fn partners(
     space: &dyn Space,
     before: &[Minimum],
@@ -173,9 +174,9 @@ fn partners(
     Ok(pairs)
 }
 
-/// The merges of the first tree, of which `view` shows the minima with a partner.
+/// The merges of the first tree, restricted by `view` to the matched minima.
 fn merges(view: &View, after: &Tree, partner: &[Option<MinimumId>]) -> Vec<MergeChange> {
-    // The lowest minimum below each node; leaves come first and children before their parents.
+    // The lowest minimum below each node. Leaves come first, and children come before their parents.
     let mut lowest: Vec<usize> = Vec::with_capacity(view.tree.nodes.len());
     let ancestors = Ancestors::of(after);
     let mut changes = Vec::new();
@@ -220,7 +221,7 @@ mod tests {
     use crate::topography::tree::tests::{any_network, network};
     use proptest::prelude::*;
 
-    /// Minima at their energies on a line, as the helper places them.
+    /// Minima on a line, placed at their energies.
     fn sides(network: &Network) -> (Vec<Minimum>, Tree) {
         let minima = network.node_weights().cloned().collect();
         (minima, Tree::from_network(network, Evidence::Chain))
@@ -297,7 +298,7 @@ mod tests {
             chosen in any::<u64>(),
         ) {
             let counts = [&before, &after].map(Network::node_count);
-            // Minima k of both are one, as far as both have it and it is chosen; all others are far from each other.
+            // Minimum k of both is the same if both have it and it is chosen. All others are far apart.
             let [one, other] = [(&before, 0.5), (&after, 0.25)].map(|(side, away)| {
                 let mut placed = side.clone();
                 for (k, minimum) in placed.node_weights_mut().enumerate() {

@@ -6,39 +6,37 @@ use crate::energy::Energy;
 use crate::space::Space;
 use crate::space::vector::{add, dot, norm, scale, times};
 
-/// Curvatures smaller than this share of the largest, outlying ones left out, have no sign.
+/// Fraction of the largest curvature (outliers excluded) below which a curvature has no sign.
 const FLAT: f64 = 1e-6;
-/// Errors of curvatures, as a share of the largest of all: a direction on a circle, say, is straight for the differences.
+/// Error of curvatures relative to the largest of all. Finite differences take a circle, for example, for a straight line.
 const NOISE: f64 = 1e-8;
-/// A curvature is outlying when it is this many times as large as the median.
+/// A curvature above this multiple of the median is an outlier.
 const OUTLYING: f64 = 30.0;
 
-/// Sweeps of the eigenvalue iteration for each row, far more than it ever takes.
+/// Sweeps of the eigenvalue iteration for each row, far more than needed.
 const SWEEPS: usize = 100;
 
-/// One smooth piece of an energy: its discrete choice held, in tangents divided by the step scales.
+/// One smooth piece of an energy with a fixed discrete choice, in tangents divided by the step scales.
 pub(super) struct Piece<'e> {
     energy: &'e dyn Energy,
     choice: Vec<u32>,
     pub(super) scales: Vec<f64>,
 }
 
-/// Curvatures and the scaled tangents along which they are taken, lowest first, the free directions left out.
+/// Curvatures and their scaled tangents, lowest first, without the free directions.
 pub(super) struct Modes {
     pub(super) curvatures: Vec<f64>,
     pub(super) tangents: Vec<Vec<f64>>,
 }
 
 impl Modes {
-    /// Greatest curvature of either sign.
     pub(super) fn stiffest(&self) -> f64 {
         self.curvatures
             .iter()
             .fold(0.0, |most, c| most.max(c.abs()))
     }
 
-    /// Greatest curvature of either sign that is not [`OUTLYING`], or what outlying ones count: a few stiff directions must
-    /// not say what is small in all others.
+    /// Greatest absolute curvature, cut to [`OUTLYING`] times the median: a few stiff directions must not set the scale.
     pub(super) fn stiffness(&self) -> f64 {
         let stiffest = self.stiffest();
         let sizes = self.curvatures.iter().map(|curvature| curvature.abs());
@@ -48,13 +46,12 @@ impl Modes {
         median.map_or(stiffest, |median| stiffest.min(OUTLYING * median))
     }
 
-    /// Curvatures smaller than this have no sign.
+    /// Curvatures of smaller size have no sign.
     pub(super) fn flat(&self) -> f64 {
         (FLAT * self.stiffness()).max(NOISE * self.stiffest())
     }
 
-    /// `hessian` by scaled tangents with the outlying directions shortened, until they are no stiffer than
-    /// [`Modes::stiffness`].
+    /// `hessian` in scaled tangents, with outlying directions shortened to the stiffness [`Modes::stiffness`].
     pub(super) fn tempered(&self, mut hessian: DMatrix<f64>) -> DMatrix<f64> {
         let most = self.stiffness();
         for (curvature, tangent) in self.curvatures.iter().zip(&self.tangents) {
@@ -70,8 +67,8 @@ impl Modes {
         hessian
     }
 
-    /// The longest of Newton's steps along the modes that are not flat, for a gradient by scaled tangents: how far away the
-    /// curvatures expect the stationary point, at least.
+    /// The longest Newton step along any mode that is not flat, for a gradient in scaled tangents. It is a lower bound of
+    /// the predicted distance to the stationary point.
     pub(super) fn newton_step(&self, gradient: &[f64]) -> f64 {
         let flat = self.flat();
         let modes = self.curvatures.iter().zip(&self.tangents);
@@ -81,7 +78,7 @@ impl Modes {
             .fold(0.0, f64::max)
     }
 
-    /// The mode with the greatest overlap with `tangent`, the lowest of those that tie.
+    /// The mode with the greatest overlap with `tangent`; the lowest of equal ones.
     pub(super) fn most_like(&self, tangent: &[f64]) -> usize {
         let overlaps: Vec<f64> = self
             .tangents
@@ -93,7 +90,7 @@ impl Modes {
             .unwrap_or(0)
     }
 
-    /// Numbers of negative curvatures and of those that have no sign.
+    /// Numbers of negative curvatures and of curvatures without sign.
     pub(super) fn index(&self) -> (usize, usize) {
         let flat = self.flat();
         let count =
@@ -112,7 +109,7 @@ impl<'e> Piece<'e> {
         }
     }
 
-    /// The piece with `choice` in plain tangents: its curvatures are those of the surface.
+    /// The piece with `choice` in plain tangents, so that its curvatures are those of the surface.
     pub(super) fn plain(energy: &'e dyn Energy, choice: Vec<u32>) -> Self {
         Self {
             energy,
@@ -129,7 +126,7 @@ impl<'e> Piece<'e> {
         self.energy.space()
     }
 
-    /// Energy, and the gradient by scaled tangents.
+    /// Energy, and the gradient in scaled tangents.
     pub(super) fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64 {
         let energy = if self.choice.is_empty() {
             self.energy.evaluate(x, gradient)
@@ -142,20 +139,18 @@ impl<'e> Piece<'e> {
         energy
     }
 
-    /// `x` moved by a scaled tangent.
     pub(super) fn moved(&self, x: &[f64], step: &[f64]) -> Vec<f64> {
         let mut x = x.to_vec();
         self.space().exp(&mut x, &times(step, &self.scales));
         x
     }
 
-    /// Norm of a gradient by scaled tangents, in the metric.
+    /// Norm, in the metric, of a gradient in scaled tangents.
     pub(super) fn size(&self, gradient: &[f64]) -> f64 {
         let plain = gradient.iter().zip(&self.scales).map(|(g, s)| g / s);
         plain.map(|g| g * g).sum::<f64>().sqrt()
     }
 
-    /// A plain tangent, scaled.
     pub(super) fn scaled(&self, tangent: &[f64]) -> Vec<f64> {
         tangent
             .iter()
@@ -164,7 +159,7 @@ impl<'e> Piece<'e> {
             .collect()
     }
 
-    /// Orthonormal scaled tangents along which nothing changes.
+    /// Orthonormal scaled tangents of the free directions, along which the energy is constant.
     fn free(&self, x: &[f64]) -> Vec<Vec<f64>> {
         let mut free: Vec<Vec<f64>> = Vec::new();
         for mode in self
@@ -184,11 +179,11 @@ impl<'e> Piece<'e> {
         free
     }
 
-    /// Orthonormal scaled tangents at right angles to the free ones, as columns.
+    /// Orthonormal scaled tangents perpendicular to the free ones, as columns.
     fn across(&self, x: &[f64]) -> DMatrix<f64> {
         let (n, mut mirrors) = (self.scales.len(), self.free(x));
         let free = mirrors.len();
-        // Reflections that turn the free directions into the first axes, one after the other …
+        // Reflections map the free directions to the first axes, one after the other.
         for k in 0..free {
             let (mirror, later) = mirrors[k..].split_first_mut().expect("k is one of them");
             mirror[..k].fill(0.0);
@@ -199,9 +194,9 @@ impl<'e> Piece<'e> {
                 reflect(direction, mirror);
             }
         }
-        // … and the other axes out of what is at right angles to them.
+        // They map the other axes to the perpendicular directions.
         let mut across = DMatrix::zeros(n, n - free);
-        // A space without directions has none to divide among columns.
+        // In a space of dimension 0, chunks of size 0 are avoided.
         let columns = across.as_mut_slice().chunks_exact_mut(n.max(1));
         for (j, column) in columns.enumerate() {
             column[free + j] = 1.0;
@@ -212,7 +207,7 @@ impl<'e> Piece<'e> {
         across
     }
 
-    /// Hessian between the columns of `axes`, scaled tangents, symmetrised: the energy's own, or by central differences of
+    /// Symmetrised Hessian between the columns of `axes` (scaled tangents), from the energy or by central differences of
     /// the gradient. `None` next to the edge of the domain.
     fn hessian_between(
         &self,
@@ -230,13 +225,12 @@ impl<'e> Piece<'e> {
         finite.then_some(between)
     }
 
-    /// Hessian by scaled tangents.
     pub(super) fn hessian(&self, x: &[f64], difference: f64) -> Option<DMatrix<f64>> {
         let n = self.scales.len();
         self.hessian_between(&DMatrix::identity(n, n), x, difference)
     }
 
-    /// The energy's own Hessian by scaled tangents, if it knows it.
+    /// The energy's own Hessian in scaled tangents, if it has one.
     fn known_hessian(&self, x: &[f64]) -> Option<DMatrix<f64>> {
         let n = self.scales.len();
         let mut hessian = DMatrix::zeros(n, n);
@@ -252,7 +246,7 @@ impl<'e> Piece<'e> {
         Some(hessian)
     }
 
-    /// What the gradient changes by along each column of `axes`, by central differences.
+    /// Change of the gradient along each column of `axes`, by central differences.
     fn differences(&self, axes: &DMatrix<f64>, x: &[f64], difference: f64) -> Option<DMatrix<f64>> {
         let mut changes = DMatrix::zeros(axes.nrows(), axes.ncols());
         let (mut there, mut step) = (x.to_vec(), vec![0.0; self.scales.len()]);
@@ -278,12 +272,11 @@ impl<'e> Piece<'e> {
         Some(changes)
     }
 
-    /// Eigenvalues and eigenvectors of the Hessian between the directions that are not free; `None` where that is not
-    /// finite.
+    /// Eigenvalues and eigenvectors of the Hessian without the free directions; `None` if the Hessian is not finite.
     pub(super) fn modes(&self, x: &[f64], difference: f64) -> Option<Modes> {
         let axes = self.across(x);
         if axes.ncols() == 0 {
-            // All of nothing, or of a lone atom, is free.
+            // For an empty space or a single atom, all directions are free.
             return Some(Modes {
                 curvatures: Vec::new(),
                 tangents: Vec::new(),
@@ -306,10 +299,10 @@ impl<'e> Piece<'e> {
     }
 }
 
-/// A B, column by column: the same bits on every processor, where products in blocks would depend on its instructions.
+/// The product A B, column by column: bitwise equal on every processor, unlike blocked products.
 fn product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
     let mut product = DMatrix::zeros(a.nrows(), b.ncols());
-    // No rows make no columns either; chunks of none are not allowed.
+    // Chunks of size 0 are not allowed.
     let (rows, inner) = (a.nrows().max(1), b.nrows().max(1));
     let columns = product.as_mut_slice().chunks_exact_mut(rows);
     for (column, factors) in columns.zip(b.as_slice().chunks_exact(inner)) {
@@ -323,7 +316,7 @@ fn product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
 /// (1 − 2 m mᵀ) v for a unit vector m.
 fn reflect(vector: &mut [f64], mirror: &[f64]) {
     let n = vector.len();
-    // Eight sums side by side: one after the other they would wait for each other.
+    // This dot product uses eight independent sums, which is faster than one.
     let share = DVectorView::from_slice(vector, n).dot(&DVectorView::from_slice(mirror, n));
     add(vector, -2.0 * share, mirror);
 }
@@ -335,7 +328,7 @@ mod tests {
 
     #[test]
     fn curvatures_are_those_of_the_whole_hessian_but_for_the_free_ones() {
-        // A regular tetrahedron of atoms, away from any axis.
+        // A regular tetrahedron of atoms, not aligned with any axis.
         let energy = LennardJones::new(4);
         let piece = Piece::new(&energy, Vec::new());
         let half = 0.5 * 2.0_f64.powf(1.0 / 6.0) / 2.0_f64.sqrt();
@@ -366,7 +359,7 @@ mod tests {
         }
     }
 
-    /// The same surface with its second derivatives kept to itself.
+    /// The same surface without its second derivatives.
     struct Silent(LennardJones);
 
     impl Energy for Silent {
@@ -402,7 +395,7 @@ mod tests {
 
     #[test]
     fn free_motions_do_not_count() {
-        // A pair of atoms has one mode besides five free motions: V″ = 36 · 4^⅓ along r, twice that for both atoms.
+        // A pair of atoms has one mode and five free motions. V″ = 36 · 4^⅓ along r; the mode of both atoms has twice that.
         let energy = LennardJones::new(2);
         let piece = Piece::new(&energy, Vec::new());
         let x = [0.0, 0.0, 0.0, 2.0_f64.powf(1.0 / 6.0), 0.0, 0.0];

@@ -1,46 +1,45 @@
-//! Eigenvector following: uphill along one mode and downhill along all others, to a stationary point of index 1.
+//! Eigenvector following: a search that goes uphill along one mode and downhill along all others to a saddle of index 1.
 
 use super::eigen::{Modes, Piece};
 use crate::space::vector::{add, dot, norm, scale, times};
 
-/// Steps between two Hessians; in between the last one stands. Correcting it (Bofill's update) saves a fifth of the
-/// evaluations of a cluster of 7 or 8 atoms and costs six tenths more time, for its modes.
+/// Steps between two Hessians; the last one is used in between. Correcting it with Bofill's update saves a fifth of the
+/// evaluations for a cluster of 7 or 8 atoms, but takes 60 % more time because of the extra diagonalisations.
 const REFRESH: usize = 3;
-/// Errors of the predicted change of energy, as shares of its parts: above the first a step is taken back, above the
-/// second the next one is shorter, below the third it may be longer.
+/// Limits of the error of the predicted energy change, relative to the sum of its parts. Above the first limit a step is
+/// rejected, above the second the next one is shorter, and below the third the next one may be longer.
 const ERRORS: [f64; 3] = [1.0, 0.5, 0.2];
-/// Shortest trust radius, as a share of the longest: a step is never taken back below.
+/// Shortest trust radius, relative to the longest. Steps below it are never rejected.
 const SHORTEST: f64 = 1e-3;
-/// Energies closer than this share of their size differ by rounding only.
+/// Relative energy difference attributed to rounding.
 const ROUNDING: f64 = 1e-13;
-/// Length of a step off a point of higher index, as a share of the longest.
+/// Length of the step away from a point of higher index, relative to the longest step.
 const KICK: f64 = 0.3;
 
-/// How to follow.
+/// Settings of [`Piece::follow`].
 #[derive(Clone, Copy)]
 pub(super) struct Following<'a> {
     /// Converged when the norm of the gradient is at most this, energy per length.
     pub(super) tolerance: f64,
-    /// Longest step, by scaled tangents.
+    /// Longest step, in scaled tangents.
     pub(super) longest: f64,
-    /// Length at which the step along one mode levels off, by scaled tangents.
+    /// Length at which the step along one mode saturates, in scaled tangents.
     pub(super) saturation: f64,
-    /// Distance over which gradients are differenced, by scaled tangents.
+    /// Step of the finite differences of gradients, in scaled tangents.
     pub(super) difference: f64,
-    /// Steps allowed.
     pub(super) steps: usize,
-    /// How often to go on, along its second mode, from a point of higher index.
+    /// How often the search may continue from a point of higher index, along its second mode.
     pub(super) kicks: usize,
-    /// Energy above which nothing is sought; a search that starts higher must not rise.
+    /// Greatest energy of interest. A search that starts higher must not rise.
     pub(super) ceiling: f64,
-    /// The number of the known saddle at a point of this energy: a search that comes to one has nothing more to measure.
+    /// Returns the number of the known saddle at a point of this energy. A search that reaches a known saddle stops.
     pub(super) known: &'a dyn Fn(&[f64], f64) -> Option<usize>,
 }
 
-/// Why a search brings no saddle.
+/// Reason why a search found no saddle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Lost {
-    /// It came to a known one.
+    /// It reached a known saddle.
     Known(usize),
     /// It left the domain.
     Outside,
@@ -50,42 +49,41 @@ pub(super) enum Lost {
     Steps,
     /// It converged to a point of another index.
     Index,
-    /// It came to where the way up has no curvature: part of it left for infinity.
+    /// The curvature of the uphill mode vanished: a fragment moved off to infinity.
     Flat,
 }
 
-/// An index-1 stationary point of a piece.
+/// An index-1 stationary point of one smooth piece of the energy.
 pub(super) struct Saddle {
     pub(super) x: Vec<f64>,
     pub(super) energy: f64,
-    /// Norm of the gradient, energy per length.
     pub(super) residual: f64,
-    /// Curvatures by scaled tangents, lowest first: only the first is negative.
+    /// Curvatures in scaled tangents, lowest first. Only the first is negative.
     pub(super) curvatures: Vec<f64>,
-    /// Plain unit tangents along which they are taken.
+    /// Plain unit tangents of the modes.
     pub(super) modes: Vec<Vec<f64>>,
-    /// Whether the search met a point of higher index first.
+    /// Whether the search passed a point of higher index.
     pub(super) kicked: bool,
 }
 
-/// Where a search is, and what is known of the surface there.
 struct Here {
     x: Vec<f64>,
     energy: f64,
     gradient: Vec<f64>,
-    /// Whether the modes were measured here.
+    /// Whether the modes were measured at this point.
     exact: bool,
 }
 
 impl Piece<'_> {
-    /// Follows the mode most like `hint` (a plain tangent; the lowest mode if none) uphill and all others downhill, to a
-    /// stationary point of index 1. Once the followed mode is the only one of negative curvature it is the lowest, and
-    /// stays so; while there are others it is kept to, since a search that changes between them can go to and fro for ever.
+    /// Follows the mode most similar to `hint` (a plain tangent; without it, the lowest mode) uphill and all others
+    /// downhill to a stationary point of index 1. Once the followed mode is the only one with negative curvature, the
+    /// lowest mode is followed. Before that the search keeps to its mode, because one that switches between modes can
+    /// oscillate for ever.
     ///
-    /// Steps after D. J. Wales, J. Chem. Phys. 101, 3750 (1994): along each mode 2g / (|λ| (1 + √(1 + 4 g²/(λ² s²)))),
-    /// which is g/|λ| where that is short and levels off at the length s (1 in the paper, whatever the unit), within a
-    /// trust radius that follows the error of the predicted energy; the Hessian by central differences, every third step
-    /// and at the end.
+    /// The steps follow D. J. Wales, J. Chem. Phys. 101, 3750 (1994): along each mode 2g / (|λ| (1 + √(1 + 4 g²/(λ² s²)))).
+    /// This is g/|λ| for short steps and saturates at the length s (1 in the paper, whatever the unit). The trust radius
+    /// adapts to the error of the predicted energy. The Hessian comes from central differences, at every third step and at
+    /// the end.
     pub(super) fn follow(
         &self,
         start: &[f64],
@@ -146,7 +144,7 @@ impl Piece<'_> {
             let energy = self.evaluate(&x, &mut gradient);
             let error = (energy - here.energy - step.rise).abs()
                 / (step.parts + ROUNDING * here.energy.abs());
-            // An error that is not a number refuses as well.
+            // A step whose error is NaN is rejected too.
             if (error.is_nan() || error > ERRORS[0]) && step.length > SHORTEST * settings.longest {
                 trust = 0.25 * step.length;
                 if !here.exact {
@@ -167,7 +165,6 @@ impl Piece<'_> {
         Err(Lost::Steps)
     }
 
-    /// Measures the Hessian, and its modes.
     fn measure(&self, here: &mut Here, difference: f64) -> Result<Modes, Lost> {
         here.exact = true;
         self.modes(&here.x, difference).ok_or(Lost::Outside)
@@ -191,18 +188,18 @@ impl Piece<'_> {
     }
 }
 
-/// A step by scaled tangents and what the quadratic model expects of it.
+/// A step in scaled tangents with the prediction of the quadratic model.
 struct Step {
     tangent: Vec<f64>,
     length: f64,
-    /// Expected change of energy.
+    /// Predicted change of energy.
     rise: f64,
-    /// Sum of the sizes of its parts along the modes.
+    /// Sum of the absolute contributions of the modes to the change.
     parts: f64,
 }
 
 impl Step {
-    /// Up along mode `uphill`, down along all others, at most `trust` long.
+    /// A step up along mode `uphill` and down along all others, of length at most `trust`.
     fn new(
         modes: &Modes,
         gradient: &[f64],
@@ -219,7 +216,7 @@ impl Step {
         let mut along: Vec<f64> = (modes.curvatures.iter().zip(&slopes).enumerate())
             .map(|(m, (curvature, slope))| {
                 if curvature.abs() < flat && slope.abs() <= settings.tolerance {
-                    // A symmetry the space does not name: a step along it would be noise over noise.
+                    // This is a symmetry that the space does not declare. A step along it would be noise divided by noise.
                     return 0.0;
                 }
                 let stiffness = curvature.abs().max(f64::MIN_POSITIVE);

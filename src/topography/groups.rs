@@ -1,4 +1,4 @@
-//! Groups: minima joined by low relative barriers, at the level at which the partition is most stable.
+//! Groups: minima joined by low relative barriers, at the level with the most stable partition.
 
 use petgraph::unionfind::UnionFind;
 use petgraph::visit::EdgeRef;
@@ -9,21 +9,21 @@ use serde::{Deserialize, Serialize};
 use super::network::{Evidence, MinimumId, Network};
 use crate::sample::{Task, stream};
 
-/// Barriers that differ by this share are equal: two refinements of one pass differ by rounding only.
+/// Relative difference below which barriers are equal: two refinements of one pass differ by rounding only.
 const TIE: f64 = 1e-7;
 
 /// Settings of [`Groups::new`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct GroupSettings {
-    /// The relative barrier b that joins two minima, instead of the one at which the partition is most stable: groups of
-    /// two landscapes can be compared only at the same b.
+    /// Relative barrier b that joins two minima. By default it is the one with the most stable partition. Groups of two
+    /// landscapes are comparable only at the same b.
     pub barrier: Option<f64>,
-    /// Greatest b that may be chosen where `barrier` gives none.
+    /// Greatest b that may be chosen if `barrier` is `None`.
     pub highest: Option<f64>,
-    /// Relative barriers b to try at most: quantiles of those of the network.
+    /// Greatest number of relative barriers b to try; they are quantiles of those of the network.
     pub levels: usize,
-    /// Resamplings of the connections.
+    /// Number of resamplings of the connections.
     pub resamplings: usize,
     /// Worst evidence that joins two minima.
     pub worst: Evidence,
@@ -53,7 +53,7 @@ pub struct Level {
     pub stability: f64,
     /// Number of groups.
     pub groups: usize,
-    /// Size of the largest.
+    /// Size of the largest group.
     pub largest: usize,
 }
 
@@ -62,14 +62,14 @@ pub struct Level {
 pub struct Groups {
     /// Greatest relative barrier `B − max(E_i, E_j)` that joins two minima.
     pub barrier: f64,
-    /// The members of each group by rising energy; groups by their lowest member.
+    /// The members of each group, sorted by energy. The groups are sorted by their lowest member.
     pub members: Vec<Vec<MinimumId>>,
-    /// All levels tried, by rising barrier.
+    /// All levels tried, by ascending barrier.
     pub scan: Vec<Level>,
 }
 
 impl Groups {
-    /// Components of minima joined by connections of evidence `worst` or better with relative barrier at most `barrier`.
+    /// Components of minima joined by connections with evidence `worst` or better and relative barrier at most `barrier`.
     pub fn below(network: &Network, barrier: f64, worst: Evidence) -> Self {
         let links = links(network, worst);
         let labels = partition(network.node_count(), &links, barrier, |_| true);
@@ -80,7 +80,7 @@ impl Groups {
         }
     }
 
-    /// The number of the group of each minimum.
+    /// The group number of each minimum.
     pub fn group_of(&self) -> Vec<usize> {
         let mut group_of = vec![0; self.members.iter().map(Vec::len).sum()];
         for (group, members) in self.members.iter().enumerate() {
@@ -91,14 +91,14 @@ impl Groups {
         group_of
     }
 
-    /// The partition at the level b that the settings give, else at the one at which it is most stable.
+    /// The partition at the level b of the settings, or else at the level where it is most stable.
     ///
-    /// The connections are resampled with replacement; the stability of a level is the mean adjusted Rand index (L.
-    /// Hubert and P. Arabie, J. Classif. 2, 193 (1985)) between its partition and the resampled ones. Levels where all
-    /// minima are apart or all are one say nothing; levels where one group holds more than half of them have percolated
-    /// and count only if there are no others, as do levels with more groups than half the minima, where grouping has
-    /// hardly begun. Levels above the highest allowed are measured, but never chosen. The lowest of equally stable levels
-    /// wins; with no level left every minimum is a group of its own.
+    /// The stability of a level is the mean adjusted Rand index (L. Hubert and P. Arabie, J. Classif. 2, 193 (1985))
+    /// between its partition and those of connections resampled with replacement. Levels at which all minima are separate
+    /// or all are one group are ignored. Two other kinds count only if there is nothing else: levels at which one group
+    /// holds more than half of the minima (it has percolated), and levels with more groups than half the minima (grouping
+    /// has hardly begun). Levels above the highest allowed are measured but never chosen. Of equally stable levels the
+    /// lowest wins. If no level is left, every minimum is a group of its own.
     pub fn new(network: &Network, settings: &GroupSettings) -> Self {
         if let Some(barrier) = settings.barrier {
             return Self::below(network, barrier, settings.worst);
@@ -113,12 +113,12 @@ impl Groups {
             .map(|k| barriers[k * barriers.len() / count - 1])
             .collect();
         let highest = settings.highest.unwrap_or(f64::INFINITY);
-        // Where all quantiles lie too high, the highest barrier that is allowed is still a level.
+        // If all quantiles are too high, the highest allowed barrier becomes a level.
         if grid.first().is_some_and(|first| *first > highest) {
             let allowed = barriers.iter().rev().find(|barrier| **barrier <= highest);
             grid.splice(0..0, allowed.copied());
         }
-        // The links by the first level that takes them in, those above all levels left out.
+        // The links sorted by the first level that includes them, without those above all levels.
         let mut rising: Vec<(usize, usize)> = (links.iter().enumerate())
             .map(|(k, link)| (grid.partition_point(|b| b + TIE * b < link.2), k))
             .filter(|(level, _)| *level < grid.len())
@@ -159,8 +159,7 @@ impl Groups {
     }
 }
 
-/// The level that joins all `links` (both ends and the relative barrier) up to `barrier`, its stability set to 1, and the
-/// labels of the minima.
+/// The level that joins all `links` (ends and relative barrier) up to `barrier`, with stability 1, and the group labels.
 pub(super) fn level(n: usize, links: &[(usize, usize, f64)], barrier: f64) -> (Level, Vec<usize>) {
     let labels = partition(n, links, barrier, |_| true);
     let sizes: Vec<usize> = members(&labels).iter().map(Vec::len).collect();
@@ -173,7 +172,7 @@ pub(super) fn level(n: usize, links: &[(usize, usize, f64)], barrier: f64) -> (L
     (level, labels)
 }
 
-/// The most stable level of `n` minima that says something, by the rules of [`Groups::new`].
+/// The most stable informative level of `n` minima, by the rules of [`Groups::new`].
 pub(super) fn most_stable(scan: &[Level], n: usize) -> Option<Level> {
     let telling = |level: &&Level| level.groups > 1 && level.groups < n;
     let best = |levels: &mut dyn Iterator<Item = &Level>| {
@@ -189,7 +188,6 @@ pub(super) fn most_stable(scan: &[Level], n: usize) -> Option<Level> {
         .or_else(|| best(&mut scan.iter().filter(telling)))
 }
 
-/// Usable connections: both ends and the relative barrier.
 fn links(network: &Network, worst: Evidence) -> Vec<(usize, usize, f64)> {
     let usable = network.edge_references().filter(|edge| {
         edge.weight().evidence <= worst
@@ -222,19 +220,16 @@ fn partition(
     sets.into_labeling()
 }
 
-/// What a partition comes to.
+/// Statistics of a partition.
 #[derive(Clone, Copy)]
 struct Joined {
-    /// Number of groups.
     groups: usize,
-    /// Size of the largest.
     largest: usize,
-    /// Pairs of minima in one group.
+    /// Number of pairs of minima in the same group.
     pairs: f64,
 }
 
-/// The partitions at all levels, of the `rising` links (level and number) that are kept: each level only joins groups of the
-/// one before, so one pass makes all.
+/// The partitions at all levels by those `rising` links (level and index) that are kept, in one pass over the levels.
 fn joined(
     n: usize,
     links: &[(usize, usize, f64)],
@@ -280,7 +275,7 @@ fn members(labels: &[usize]) -> Vec<Vec<MinimumId>> {
     members
 }
 
-/// Agreement of two partitions beyond chance: 1 for equal ones, about 0 for unrelated ones. O(n) for labels below n.
+/// Adjusted Rand index of two partitions: 1 for equal ones, about 0 for unrelated ones. O(n) for labels below n.
 pub(super) fn adjusted_rand_index(a: &[usize], b: &[usize]) -> f64 {
     let pairs = |count: usize| (count * count.saturating_sub(1)) as f64 / 2.0;
     let sizes = |labels: &[usize]| {
@@ -291,7 +286,7 @@ pub(super) fn adjusted_rand_index(a: &[usize], b: &[usize]) -> f64 {
         sizes
     };
     let (first, second): (Vec<usize>, Vec<usize>) = (sizes(a), sizes(b));
-    // The labels of `b`, those of one label of `a` side by side.
+    // The labels of `b`, grouped by the labels of `a`.
     let (mut next, mut end) = (Vec::with_capacity(first.len()), 0);
     for size in &first {
         next.push(end);
@@ -319,20 +314,20 @@ pub(super) fn adjusted_rand_index(a: &[usize], b: &[usize]) -> f64 {
     beyond_chance(joint, [sum(&first), sum(&second)], pairs(a.len()))
 }
 
-/// The adjusted Rand index of a partition of `n` and of one that only divides its groups: what is together in that one is
-/// together in both, so the numbers of pairs in groups of the `whole` and of the `part` tell it.
+/// The adjusted Rand index of a partition of `n` and a refinement of it. Pairs that are together in the refinement are
+/// together in both, so the numbers of pairs in the groups of the `whole` and the `part` determine the index.
 fn agreement_with_part(n: usize, whole: f64, part: f64) -> f64 {
     beyond_chance(part, [whole, part], (n * n.saturating_sub(1)) as f64 / 2.0)
 }
 
-/// The index from the pairs together in both partitions, those together in either, and all.
+/// The index from the numbers of pairs together in both partitions, in each, and in total.
 fn beyond_chance(joint: f64, [first, second]: [f64; 2], total: f64) -> f64 {
     if total == 0.0 {
         return 1.0;
     }
     let chance = first * second / total;
     let most = f64::midpoint(first, second);
-    // Both partitions are trivial, and equally so.
+    // Both partitions are trivial in the same way.
     if most - chance == 0.0 {
         return 1.0;
     }
@@ -397,7 +392,7 @@ mod tests {
         assert!((0.1..1.0).contains(&groups.barrier));
     }
 
-    /// Three pairs whose members lie 0.1 apart, one above the other, 1.0 and more apart.
+    /// Three pairs whose members are 0.1 apart, while different pairs are 1.0 or more apart.
     fn three_pairs() -> Network {
         let near = |a: usize| (a, a + 1, 0.1 + 0.001 * a as f64, Evidence::Saddle);
         let far = |a: usize, b: usize| (a, b, 1.0 + 0.01 * (a + b) as f64, Evidence::Path);

@@ -1,4 +1,4 @@
-//! What a long run remembers, so that an interrupted one continues where it stopped.
+//! The journal of a long run, with which an interrupted run continues where it stopped.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -9,26 +9,26 @@ use serde::de::DeserializeOwned;
 
 use super::{Observer, Phase, Tally};
 
-/// Finished tasks by name. Storage lives elsewhere; the records are opaque, exact to the last bit, and valid only for the
-/// energy, the settings and the input that made them.
+/// Stores finished tasks by name. Records are opaque bytes that reproduce results bit for bit. They are valid only for the
+/// energy, settings and input that made them.
 pub trait Journal: Sync {
     /// The record of task `key`, if it was finished before.
     fn get(&self, key: &str) -> Option<Vec<u8>>;
 
-    /// Keeps the record of a finished task.
+    /// Stores the record of a finished task.
     ///
     /// # Errors
-    /// If the record cannot be kept, or should not be. The run ends with this error.
+    /// If the record cannot or should not be stored. The run ends with this error.
     fn put(&self, key: &str, record: &[u8]) -> Result<(), JournalError>;
 }
 
-/// Why a run ended early: its journal did not take a record (a full disk, say).
+/// A run ended early because its journal could not store a record (for example on a full disk).
 #[derive(Debug, thiserror::Error)]
 #[error(transparent)]
 pub struct JournalError(#[from] Box<dyn Error + Send + Sync>);
 
-/// What the long functions of this module share: where finished tasks are kept, and who is told of progress. The default
-/// keeps nothing and tells nobody. Tasks run on the threads of rayon's current pool; seeds are settings.
+/// Journal and progress observer of the long-running functions of this module. The default stores and reports nothing.
+/// Tasks run on rayon's current thread pool; seeds belong to the settings.
 ///
 /// ```
 /// use landscape::topography::{MemoryJournal, Run};
@@ -39,7 +39,7 @@ pub struct JournalError(#[from] Box<dyn Error + Send + Sync>);
 /// ```
 #[derive(Clone, Copy)]
 pub struct Run<'a> {
-    /// Finished tasks, which are not done again.
+    /// Journal with the finished tasks, which are not done again.
     pub journal: &'a dyn Journal,
     /// Called after every task, from any thread.
     pub observer: &'a Observer<'a>,
@@ -61,13 +61,12 @@ impl std::fmt::Debug for Run<'_> {
 }
 
 impl Run<'_> {
-    /// Counts the `total` tasks of a phase.
     pub(super) fn tally(&self, phase: Phase, total: usize) -> Tally<'_> {
         Tally::after(phase, 0, total, self.observer)
     }
 
-    /// The remembered outcome of task `key`, or that of `work`, which is then remembered. An unreadable record counts as
-    /// absent.
+    /// Returns the stored outcome of task `key`, or else runs `work` and stores its outcome. Unreadable records are
+    /// ignored.
     pub(super) fn remember<T: Serialize + DeserializeOwned>(
         &self,
         key: &str,
@@ -78,7 +77,7 @@ impl Run<'_> {
             return Ok(value);
         }
         let value = work();
-        // The records of this module are plain structs of numbers, text and lists, which always have a JSON form.
+        // The records of this module are plain structs of numbers, text and lists, which can always be written as JSON.
         if let Ok(record) = serde_json::to_vec(&value) {
             self.journal.put(key, &record)?;
         }
@@ -86,7 +85,7 @@ impl Run<'_> {
     }
 }
 
-/// Remembers nothing.
+/// A journal that stores nothing.
 struct Forgetful;
 
 impl Journal for Forgetful {
@@ -99,25 +98,25 @@ impl Journal for Forgetful {
     }
 }
 
-/// Remembers as long as it lives.
+/// A journal in memory.
 #[derive(Debug, Default)]
 pub struct MemoryJournal {
     records: Mutex<BTreeMap<String, Vec<u8>>>,
 }
 
 impl MemoryJournal {
-    /// Number of tasks remembered.
+    /// Number of stored tasks.
     pub fn len(&self) -> usize {
         self.lock().len()
     }
 
-    /// Whether nothing is remembered.
+    /// Whether the journal is empty.
     pub fn is_empty(&self) -> bool {
         self.lock().is_empty()
     }
 
     fn lock(&self) -> std::sync::MutexGuard<'_, BTreeMap<String, Vec<u8>>> {
-        // A record is put in whole or not at all, so a panic elsewhere leaves the map sound.
+        // Inserts are atomic, so the map stays valid even if another thread panics.
         self.records.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -133,9 +132,8 @@ impl Journal for MemoryJournal {
     }
 }
 
-/// Numbers as the integers of their bits, since JSON knows no infinity and readers round.
+/// Stores numbers as integers with the same bits, because JSON has no infinity and readers may round.
 pub(super) mod bits {
-    /// One number.
     pub(crate) mod number {
         use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -157,7 +155,6 @@ pub(super) mod bits {
         }
     }
 
-    /// A list of numbers.
     pub(crate) mod list {
         use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -177,7 +174,6 @@ pub(super) mod bits {
         }
     }
 
-    /// A list of points.
     pub(crate) mod points {
         use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -199,7 +195,6 @@ pub(super) mod bits {
         }
     }
 
-    /// A list of numbers some of which are missing.
     pub(crate) mod options {
         use serde::{Deserialize, Deserializer, Serialize, Serializer};
 

@@ -9,41 +9,40 @@ use super::groups::Groups;
 use super::network::{Evidence, Minimum, MinimumId, Network};
 use super::tree::Tree;
 
-/// What was given to [`build_landscape`](super::build_landscape) as a minimum and is none: not finite, not of the energy that the surface has there, or on a
-/// slope that changes the energy, over the distance within which two points are one, by more than two minima that are one may
-/// differ.
+/// A point that was given to [`build_landscape`](super::build_landscape) as a minimum but is none. Either it is not finite,
+/// or its energy is not that of the surface, or the gradient times the distance tolerance exceeds the energy tolerance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NoMinimum {
-    /// Its row among the minima given.
+    /// Its row among the given minima.
     pub row: usize,
-    /// Norm of the gradient there, energy per length (NaN of a point that is not finite).
+    /// Norm of the gradient there, energy per length (NaN if the point is not finite).
     pub gradient_norm: f64,
 }
 
 /// A mapped landscape.
 #[derive(Debug, Clone)]
 pub struct Landscape {
-    /// Minima (lowest first) and the best connection known of each pair.
+    /// Minima (lowest first) and the best known connection of each pair.
     pub network: Network,
-    /// What those connections rest on; entry i belongs to edge i of the network.
+    /// Details of those connections; entry i belongs to edge i of the network.
     pub connections: Vec<Connection>,
     /// Merge tree over every finite connection.
     pub tree: Tree,
     /// Groups, see [`Groups::new`].
     pub groups: Groups,
-    /// What was given as a minimum and is none: it has no part in the map.
+    /// Given points that are no minima; they are not in the map.
     pub rejected: Vec<NoMinimum>,
-    /// Minima that descents from passes found but the map was not given, lowest first, without members. Add them and map
-    /// again for a finer map; merge heights are right without them.
+    /// Minima found by descents from passes but not given, lowest first, without members. Merge heights are right without
+    /// them.
     pub unlisted_minima: Vec<Minimum>,
-    /// Trees of resampled chains: see [`support`](super::support()). Empty where no pair has two chains in one direction.
+    /// Trees of resampled chains (see [`support`](super::support())). Empty if no pair has two chains in one direction.
     pub resampled: Vec<Tree>,
     /// Evaluations spent on connections.
     pub evaluations: usize,
 }
 
 impl Landscape {
-    /// The connection behind a pair of minima, if there is one.
+    /// The connection between two minima, if there is one.
     pub fn connection(&self, a: MinimumId, b: MinimumId) -> Option<&Connection> {
         let edge = self
             .network
@@ -51,7 +50,7 @@ impl Landscape {
         self.connections.get(edge.index())
     }
 
-    /// Number of connections of each evidence, best first.
+    /// Number of connections with each kind of evidence, best first.
     pub fn tally(&self) -> BTreeMap<Evidence, usize> {
         let mut tally = BTreeMap::new();
         for edge in self.network.edge_references() {

@@ -1,4 +1,4 @@
-//! Which connections make the merges of a landscape's tree, and the path between two minima that rises least.
+//! The connections that make the merges of a tree, and the minimax path between two minima.
 
 use std::collections::BTreeSet;
 
@@ -11,7 +11,7 @@ use super::landscape::Landscape;
 use super::network::{Evidence, MinimumId, Network};
 use super::tree::spanning_forest;
 
-/// A merge of two branches of a tree, and the connection that makes it. A node with n branches is n − 1 merges.
+/// A merge of two branches of a tree, and the connection that makes it. A node with n branches counts as n − 1 merges.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Merge {
     /// The minima that the connection joins.
@@ -22,14 +22,14 @@ pub struct Merge {
     pub height: f64,
     /// Height above the lowest minimum of the shallower branch.
     pub depth: f64,
-    /// What the connection rests on.
+    /// Evidence of the connection.
     pub evidence: Evidence,
-    /// The term that rises most on it.
+    /// The energy term that rises most along the connection.
     pub term: Option<String>,
 }
 
 impl Landscape {
-    /// The merges of the tree by rising height. Minima are numbered by rising energy.
+    /// The merges of the tree, sorted by height. Minima are numbered by energy.
     pub fn merges(&self) -> Vec<Merge> {
         let network = &self.network;
         let mut edges = spanning_forest(network, Evidence::Chain);
@@ -58,8 +58,7 @@ impl Landscape {
     }
 }
 
-/// The minima along the path between two minima whose highest point is lowest: it leads along the connections that make
-/// the tree. `None` where nothing joins the two.
+/// The minima along the path with the lowest highest point between two minima; `None` if nothing joins the two.
 ///
 /// # Panics
 /// If a minimum is not in the network.

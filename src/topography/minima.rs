@@ -1,4 +1,4 @@
-//! Minima: descend, merge duplicates, and (where no population is given) hop about for more.
+//! Minima: descents, removal of duplicates, and basin hopping if no population is given.
 
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
@@ -13,8 +13,8 @@ use crate::optimize::{Quench, QuenchSettings, StopReason, quench};
 use crate::sample::{Rng, Task, stream};
 use crate::space::Space;
 
-/// When two stationary points are one. Both tolerances have units: the defaults are for a surface whose energies and lengths
-/// are of the order of 1, those of any other are measured ([`Scales`](super::Scales)) or chosen.
+/// Tolerance within which two stationary points are the same. Both values have units. The defaults suit a surface whose
+/// energies and lengths are of order 1; for any other surface measure them ([`Scales`](super::Scales)) or choose them.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MatchTolerance {
@@ -44,7 +44,7 @@ impl Default for MatchTolerance {
 }
 
 impl MatchTolerance {
-    /// Whether `quench` ended in `minimum`.
+    /// Whether the point `x` with this energy is `minimum`.
     pub fn holds(&self, space: &dyn Space, x: &[f64], energy: f64, minimum: &Minimum) -> bool {
         (energy - minimum.energy).abs() <= self.energy
             && space.distance(x, &minimum.coordinates) <= self.distance
@@ -54,7 +54,7 @@ impl MatchTolerance {
 /// A start that led to no minimum.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Rejected {
-    /// Row of the start.
+    /// Row number of the start.
     pub row: usize,
     /// Norm of the gradient where the descent ended, energy per length.
     pub gradient_norm: f64,
@@ -62,10 +62,10 @@ pub struct Rejected {
     pub stop: StopReason,
 }
 
-/// Descends from every start, in parallel; row i of the result belongs to start i.
+/// Descends from every start in parallel. Row i of the result belongs to start i.
 ///
 /// # Errors
-/// If the journal of `run` does not take a record.
+/// If the journal of `run` cannot store a record.
 pub fn quench_all(
     energy: &dyn Energy,
     starts: &[Vec<f64>],
@@ -84,11 +84,10 @@ pub fn quench_all(
     starts.enumerate().map(row).collect()
 }
 
-/// The distinct minima among `found`, lowest first, and the rows that are none: those whose gradient exceeds
-/// `max_gradient` (energy per length).
+/// Returns the distinct minima among `found`, lowest first, and the rejected rows, with gradients above `max_gradient`.
 ///
-/// Duplicates are chained: points belong together when a sequence of pairs that are the same joins them. A minimum is
-/// represented by its lowest member. The result depends on the order of the input only through the row numbers.
+/// Sameness is transitive here: two points belong together if a sequence of pairs that match joins them. A minimum is
+/// represented by its lowest member. The order of the input affects only the row numbers.
 pub fn distinct(
     energy: &dyn Energy,
     found: &[Quench],
@@ -98,7 +97,7 @@ pub fn distinct(
     let space = energy.space();
     let (mut sorted, mut rejected) = (Vec::new(), Vec::new());
     for (row, quench) in found.iter().enumerate() {
-        // A gradient that is not a number must not pass.
+        // A NaN gradient must be rejected.
         if quench.energy.is_finite() && quench.gradient_norm <= max_gradient {
             sorted.push(row);
         } else {
@@ -125,7 +124,7 @@ pub fn distinct(
     let mut minima: Vec<Minimum> = Vec::new();
     let mut number = vec![None; sorted.len()];
     for (i, row) in sorted.iter().enumerate() {
-        // Rows come by rising energy: the first of a set is its lowest.
+        // Rows are sorted by energy, so the first row of a set is its lowest.
         let place = *number[sets.find(i)].get_or_insert_with(|| {
             minima.push(Minimum {
                 coordinates: found[*row].x.clone(),
@@ -143,7 +142,7 @@ pub fn distinct(
     (minima, rejected)
 }
 
-/// By energy, then by coordinates: an order that does not know row numbers.
+/// Orders by energy and then by coordinates, independently of row numbers.
 fn order(a: &Quench, b: &Quench) -> std::cmp::Ordering {
     a.energy.total_cmp(&b.energy).then_with(|| {
         let pairs = a.x.iter().zip(&b.x);
@@ -158,17 +157,17 @@ fn order(a: &Quench, b: &Quench) -> std::cmp::Ordering {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct HoppingSettings {
-    /// Descents.
+    /// Settings of the descents.
     pub quench: QuenchSettings,
-    /// When two minima are one.
+    /// Tolerance within which two minima are the same.
     pub sameness: MatchTolerance,
-    /// Root-mean-square length of a kick.
+    /// Root-mean-square length of a random displacement.
     pub kick: f64,
-    /// Temperature at which a hop uphill is accepted, in units of the energy.
+    /// Temperature of the Metropolis rule, in units of the energy.
     pub temperature: f64,
-    /// The walk ends when this many hops, of all walkers together and for every minimum found, brought nothing new.
+    /// The run ends when (hops since the last new minimum) reaches this number times (minima found), over all walkers.
     pub patience: usize,
-    /// Most hops of a walker.
+    /// Greatest number of hops of a walker.
     pub max_hops: usize,
     /// Seed of the walkers.
     pub seed: u64,
@@ -188,13 +187,13 @@ impl Default for HoppingSettings {
     }
 }
 
-/// Basin hopping: walkers from `starts`, each kicking its minimum, descending and accepting by Metropolis' rule, until all
-/// of them together have found nothing new for long, measured by what they have found. Returns the distinct minima; their
-/// members are the walkers that saw them.
+/// Basin hopping with one walker from each of `starts`. A walker displaces its minimum at random, descends, and accepts the
+/// result by the Metropolis rule. The walkers stop when they have together found nothing new for long, relative to the
+/// number of minima found. Returns the distinct minima; their members are the walkers that found them.
 ///
-/// D. J. Wales and J. P. K. Doye, J. Phys. Chem. A 101, 5111 (1997). Every second walker accepts every hop: the Metropolis
-/// rule keeps a walker among low minima, and high ones are rarely seen by it. No expected number enters anywhere. Descents
-/// that do not converge (evaporated clusters) are not minima and not counted as new. The journal of `run` is not used.
+/// D. J. Wales and J. P. K. Doye, J. Phys. Chem. A 101, 5111 (1997). Every second walker accepts every hop, because the
+/// Metropolis rule keeps a walker among low minima and it rarely finds high ones. Descents that do not converge (evaporated
+/// clusters) are ignored. No expected number of minima is used. The journal of `run` is not used.
 pub fn hop(
     energy: &dyn Energy,
     starts: &[Vec<f64>],
@@ -254,10 +253,9 @@ pub fn hop(
     minima
 }
 
-/// Hops of every walker between two looks at what all have found.
+/// Hops of every walker between two comparisons of all results.
 const ROUND: usize = 8;
 
-/// A point that hops from minimum to minimum.
 struct Walker {
     here: Quench,
     rng: Rng,
@@ -280,7 +278,7 @@ impl Walker {
         }
     }
 
-    /// One hop; returns where it ended, whether accepted or not. The first is the descent from the start.
+    /// Makes one hop and returns its end, whether accepted or not. The first call returns the descent from the start.
     fn hop(&mut self, energy: &dyn Energy, settings: &HoppingSettings) -> Quench {
         if std::mem::take(&mut self.first) {
             return self.here.clone();
@@ -313,7 +311,7 @@ impl Walker {
     }
 }
 
-/// A [`Quench`] to the last bit.
+/// A [`Quench`] that is stored bit for bit.
 #[derive(Serialize, Deserialize)]
 pub(super) struct QuenchRecord {
     #[serde(with = "bits::list")]

@@ -1,4 +1,4 @@
-//! Half two: maps any energy. Minima, paths between them, barriers, the tree.
+//! Maps any energy: minima, paths between them, barriers and the tree.
 
 mod adelm;
 mod audit;

@@ -10,40 +10,39 @@ pub struct MinimumId(pub usize);
 /// A local minimum and the input points that fell into it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Minimum {
-    /// Where it is.
+    /// Coordinates of the minimum.
     pub coordinates: Vec<f64>,
-    /// Its energy.
     pub energy: f64,
-    /// The discrete choice realised there (a contact set); empty for smooth energies.
+    /// The discrete choice at the minimum (a contact set); empty for smooth energies.
     pub choice: Vec<u32>,
-    /// Input points (row numbers) that quenched into it.
+    /// Row numbers of the input points whose quench ended in it.
     pub members: Vec<usize>,
 }
 
-/// What a connection is worth, from best to worst.
+/// Evidence for a connection, from best to worst.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Evidence {
-    /// Index-1 stationary point, verified; both descents land on the named minima.
+    /// Verified stationary point of index 1. Both descents from it end in the two minima.
     Saddle,
-    /// Lowest point of a tie between two discrete choices; descents on both sides verified.
+    /// Lowest point of a seam between two discrete choices, verified by descents on both sides.
     Seam,
-    /// Relaxed path: perpendicular force below tolerance and height stable under doubling of its images.
+    /// Relaxed path: its perpendicular force is below the tolerance, and doubling the images does not change its height.
     Path,
-    /// Attraction–diffusion upper bound, or a band that would not relax.
+    /// Upper bound from attraction–diffusion, or from a band that did not relax.
     Chain,
-    /// Never reached with the budget spent.
+    /// The minima were not connected within the budget.
     None,
 }
 
 /// A connection of two minima.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Edge {
-    /// Highest energy met on the way; `f64::INFINITY` where `evidence` is [`Evidence::None`].
+    /// Highest energy of the path; `f64::INFINITY` if `evidence` is [`Evidence::None`].
     pub height: f64,
-    /// What the height is worth.
+    /// Evidence for the height.
     pub evidence: Evidence,
-    /// Name of the energy term that dominates the top, where the energy has terms.
+    /// Name of the energy term that dominates at the highest point, if the energy has terms.
     pub term: Option<String>,
     /// Length of the path in the metric of the space.
     pub length: f64,
@@ -52,18 +51,18 @@ pub struct Edge {
 /// Minima as nodes (node index = [`MinimumId`]), connections as edges.
 pub type Network = UnGraph<Minimum, Edge>;
 
-/// What decides between two paths of one pair.
+/// Properties that decide which of two paths between the same minima is better.
 #[derive(Clone, Copy)]
 pub(super) struct Claim {
-    /// Whether the energy objects to the top.
+    /// Whether the energy declares the highest point invalid.
     pub(super) invalid: bool,
     pub(super) height: f64,
     pub(super) evidence: Evidence,
 }
 
 impl Claim {
-    /// Legal paths first, then low ones. Heights within `tie` are equal and the better evidence wins; so they are within
-    /// `slack` of a lower chain, whose true top may lie between its samples.
+    /// Whether this path is better. Valid paths come first, then lower ones. If the heights differ by at most `tie` (or
+    /// `slack`, if the lower path is a chain, whose true maximum may lie between samples), the better evidence wins.
     pub(super) fn beats(self, other: Self, tie: f64, slack: f64) -> bool {
         if self.height.is_finite() && other.height.is_finite() && self.invalid != other.invalid {
             return other.invalid;

@@ -1,4 +1,4 @@
-//! Which pairs of minima are worth connecting.
+//! Selects the pairs of minima to connect.
 
 use std::collections::BTreeSet;
 
@@ -7,7 +7,6 @@ use rayon::prelude::*;
 use super::network::Minimum;
 use crate::space::Space;
 
-/// Distances between all minima, row by row.
 pub(super) fn distances(space: &dyn Space, minima: &[Minimum]) -> Vec<Vec<f64>> {
     let half: Vec<Vec<f64>> = minima
         .par_iter()
@@ -29,8 +28,8 @@ pub(super) fn distances(space: &dyn Space, minima: &[Minimum]) -> Vec<Vec<f64>> 
         .collect()
 }
 
-/// Each minimum with its `neighbours` nearest, and the minimum spanning tree of all distances, so that the pairs join
-/// everything. Pairs (i, j) with i < j, nearest first.
+/// Pairs of each minimum with its `neighbours` nearest minima, and the edges of the minimum spanning tree, so that the
+/// pairs connect all minima. Pairs (i, j) have i < j and come nearest first.
 pub(super) fn candidates(distances: &[Vec<f64>], neighbours: usize) -> Vec<(usize, usize)> {
     let n = distances.len();
     let mut pairs = BTreeSet::new();
@@ -48,7 +47,7 @@ pub(super) fn candidates(distances: &[Vec<f64>], neighbours: usize) -> Vec<(usiz
     sorted(pairs, distances)
 }
 
-/// For every component (`component[i]` names that of minimum i) the shortest pair to another one, `tried` pairs left out.
+/// The shortest untried pair from every component to another one; `component[i]` is that of minimum i.
 pub(super) fn bridges(
     distances: &[Vec<f64>],
     component: &[usize],

@@ -1,33 +1,32 @@
-//! Which of many points lie near another, without measuring the distance of each.
+//! Finds points near a given point without computing all distances.
 
 use crate::space::vector::add;
 
-/// Points in a box that is halved across its longest side until few are left (J. L. Bentley, Commun. ACM 18, 509 (1975)).
+/// Points in a tree of boxes, each halved across its longest side (J. L. Bentley, Commun. ACM 18, 509 (1975)).
 pub(super) struct Places {
     points: Vec<Vec<f64>>,
-    /// Numbers of points, those of one box side by side.
+    /// Point numbers, ordered so that the points of each box are contiguous.
     order: Vec<usize>,
     boxes: Vec<Bounds>,
 }
 
-/// A box around some points.
 struct Bounds {
     low: Vec<f64>,
     high: Vec<f64>,
-    /// Where its points stand in the order.
+    /// Range of its points in `order`.
     from: usize,
     to: usize,
-    /// The number of the first of its two halves, which follow each other; none where few points are left.
+    /// Index of the first of its two consecutive halves; `None` for a leaf.
     halves: Option<usize>,
 }
 
-/// Points of a box that is not halved.
+/// Greatest number of points in a leaf.
 const FEW: usize = 8;
-/// What rounding may make of a distance, as a share of the coordinates it is the difference of.
+/// Rounding error of a distance, relative to the coordinates.
 const ROUNDED: f64 = 1e-12;
 
 impl Places {
-    /// Of points with equally many coordinates.
+    /// Builds the tree for points with equally many coordinates.
     pub(super) fn new(points: Vec<Vec<f64>>) -> Self {
         let mut order: Vec<usize> = (0..points.len()).collect();
         let mut boxes = vec![Bounds::around(&points, &order, 0, points.len())];
@@ -56,11 +55,11 @@ impl Places {
         }
     }
 
-    /// The numbers of the points within `reach` of `place`, rising, with some that rounding alone puts outside.
+    /// Numbers of the points within `reach` of `place` (up to rounding), ascending.
     pub(super) fn within(&self, reach: f64, place: &[f64]) -> Vec<usize> {
         let largest = place.iter().fold(reach, |most, c| most.max(c.abs()));
         let wide = reach + ROUNDED * largest;
-        // What is not a number is not far from anything.
+        // NaN counts as near.
         let far = |squared: f64| squared > wide * wide;
         let mut found = Vec::new();
         let mut rest = vec![0];
@@ -121,7 +120,7 @@ mod tests {
     fn those_within_reach_are_found() {
         let mut rng = stream(1, Task::Start, 0);
         for sides in [0_usize, 1, 3] {
-            // On a coarse grid, so that many lie in one place or exactly as far as the reach.
+            // A coarse grid makes many points coincide or lie exactly at the reach.
             let mut point = || -> Vec<f64> {
                 (0..sides)
                     .map(|_| f64::from(rng.random_range(0..9_u8)))

@@ -1,4 +1,4 @@
-//! What a watcher of a long run is told.
+//! Progress reports of a long run.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -6,19 +6,19 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[non_exhaustive]
 pub enum Phase {
-    /// Descending from the starts.
+    /// Descending from the start points.
     Quench,
     /// Basin hopping.
     Hop,
-    /// Searching saddles; the total is what the search would take if nothing new turned up.
+    /// Searching for saddles. The total assumes that nothing new is found.
     Search,
     /// Choosing pairs.
     Pairs,
     /// Connecting near pairs.
     Connect,
-    /// Joining what is still apart.
+    /// Joining components that are still separate.
     Join,
-    /// Trying the connections that decide the tree again.
+    /// Trying again the connections that decide the tree.
     Retry,
     /// Measuring the magnetisation diagram.
     Diagram,
@@ -28,10 +28,10 @@ pub enum Phase {
     Replicate,
 }
 
-/// Tasks done of those of a phase.
+/// How many tasks of a phase are finished.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Progress {
-    /// What is being done.
+    /// The current phase.
     pub phase: Phase,
     /// Tasks finished, in whatever order.
     pub done: usize,
@@ -39,10 +39,9 @@ pub struct Progress {
     pub total: usize,
 }
 
-/// A watcher, called from any thread.
+/// Receives progress reports, from any thread.
 pub type Observer<'a> = dyn Fn(Progress) + Sync + 'a;
 
-/// Counts the tasks of one phase.
 pub(super) struct Tally<'a> {
     phase: Phase,
     done: AtomicUsize,
@@ -51,7 +50,6 @@ pub(super) struct Tally<'a> {
 }
 
 impl<'a> Tally<'a> {
-    /// With `done` tasks already finished.
     pub(super) fn after(
         phase: Phase,
         done: usize,

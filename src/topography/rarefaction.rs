@@ -5,67 +5,66 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Members below which nothing is estimated of groups unseen: of so few, how many groups were met once and twice is left to
-/// chance, and a partition into two groups has no singletons whatever the truth.
+/// Least number of members for an estimate of unseen groups. With fewer members the numbers of groups met once and twice
+/// depend on chance; a partition into two groups, for example, may have no singletons whatever the truth.
 pub const LEAST_MEMBERS: usize = 30;
 
 /// Standard deviations of a 95 % interval.
 const QUANTILE: f64 = 1.959_963_984_540_054;
 
-/// What a sample of so many members would hold.
+/// Expected content of a sample of a given size.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Rarefied {
     /// Size of the sample.
     pub members: usize,
     /// Expected number of groups in it.
     pub groups: f64,
-    /// Its standard deviation; `None` beyond the sample at hand.
+    /// Standard deviation of that number; `None` beyond the sample at hand.
     pub deviation: Option<f64>,
 }
 
-/// How complete a list of groups is, judged from how many members each has.
+/// How complete a list of groups is, estimated from the number of members of each.
 ///
-/// It holds for members drawn independently from one law. Where they were chosen to be unlike, singletons are too many, and
-/// the number unseen is overestimated.
+/// The estimate holds for members drawn independently from one distribution. Members that were chosen to be different
+/// contain too many singletons, and the number of unseen groups is then overestimated.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Rarefaction {
-    /// Members N of all groups.
+    /// Total number of members, N.
     pub members: usize,
-    /// Groups found, S.
+    /// Number of groups found, S.
     pub groups: usize,
-    /// Groups with one member, f₁.
+    /// Number of groups with one member, f₁.
     pub once: usize,
-    /// Groups with two, f₂.
+    /// Number of groups with two members, f₂.
     pub twice: usize,
-    /// What is unseen; `None` for fewer members than [`LEAST_MEMBERS`].
+    /// Estimate of what is unseen; `None` for fewer members than [`LEAST_MEMBERS`].
     #[serde(flatten)]
     pub estimate: Option<Completeness>,
-    /// Expected groups at sample sizes up to N, then beyond where there is an estimate.
+    /// Expected number of groups at sample sizes up to N, and beyond N if there is an estimate.
     pub curve: Vec<Rarefied>,
 }
 
 /// An estimate of what a sample has not shown.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Completeness {
-    /// Chao's estimate of the number of groups unseen, a lower bound, in its bias-corrected form:
-    /// (N − 1)/N · f₁ (f₁ − 1)/(2 (f₂ + 1)).
+    /// Chao's bias-corrected lower bound of the number of unseen groups: (N − 1)/N · f₁ (f₁ − 1)/(2 (f₂ + 1)).
     pub unseen: f64,
     /// Its 95 % interval.
     pub unseen_interval: [f64; 2],
-    /// Estimated chance that one more member falls into a group already found (sample coverage, Chao and Jost's Eq. 4a):
-    /// 1 − f₁/N · (N − 1) f₁/((N − 1) f₁ + 2 f₂).
+    /// Estimated probability that one more member falls into a group already found (sample coverage, Chao and Jost's Eq.
+    /// 4a): 1 − f₁/N · (N − 1) f₁/((N − 1) f₁ + 2 f₂).
     pub coverage: f64,
 }
 
-/// The bias-corrected estimate "Chao1" of the number of kinds unseen in a sample of `members`, `once` of whose kinds were
-/// met once and `twice` twice: (N − 1)/N · f₁ (f₁ − 1)/(2 (f₂ + 1)).
+/// Bias-corrected "Chao1" estimate of the number of unseen kinds in a sample of `members`, in which `once` kinds were met
+/// once and `twice` kinds twice: (N − 1)/N · f₁ (f₁ − 1)/(2 (f₂ + 1)).
 pub(super) fn unseen(members: usize, once: usize, twice: usize) -> f64 {
     let share = members.saturating_sub(1) as f64 / members.max(1) as f64;
     share * (once * once.saturating_sub(1)) as f64 / (2 * (twice + 1)) as f64
 }
 
 impl Rarefaction {
-    /// Of groups with these many members; the curve has about `points` points up to N, and half as many from there to 2 N.
+    /// Rarefaction of groups of the given sizes. The curve has about `points` points up to N, and half as many up to 2 N.
     ///
     /// ```text
     /// E[S_n] = Σ_i (1 − α_i),  α_i = C(N − N_i, n)/C(N, n)                    (Heck et al., Eq. 2)
@@ -73,7 +72,7 @@ impl Rarefaction {
     /// S_{N+m} = S + f̂₀ (1 − (1 − f₁/(N f̂₀))^m)                               (C12, Eq. 9)
     /// ```
     ///
-    /// f̂₀: the number unseen. Groups without members are not counted.
+    /// f̂₀ is the estimated number of unseen groups. Empty groups are not counted.
     pub fn new(sizes: &[usize], points: usize) -> Self {
         Self::with_least(LEAST_MEMBERS, sizes, points)
     }
@@ -88,7 +87,7 @@ impl Rarefaction {
         let missing = if once == 0 {
             0.0
         } else {
-            // A lone member has no f₂ beside it, and its next of kin are all unseen.
+            // For a lone member f₂ is 0 and the coverage is 0.
             let weight = (n - 1.0) * f1;
             let share = if weight + 2.0 * f2 > 0.0 {
                 weight / (weight + 2.0 * f2)
@@ -117,9 +116,10 @@ impl Rarefaction {
         found
     }
 
-    /// The 95 % interval of the number unseen: that of a log-normal law of f̂₀ with the variance of the estimate (A. Chao,
-    /// Biometrics 43, 783 (1987), Eq. 13; variances: R. K. Colwell, `EstimateS` 9.1 User's Guide, Appendix B, Eqs. 6 and 7).
-    /// Where the estimate is 0, of S/(1 − P) with P = `Σ exp(−N_i)/S` (ibid., Eqs. 8 and 14).
+    /// The 95 % interval of the number of unseen groups, for a log-normal distribution of f̂₀ with the variance of the
+    /// estimate (A. Chao, Biometrics 43, 783 (1987), Eq. 13; variances: R. K. Colwell, `EstimateS` 9.1 User's Guide,
+    /// Appendix B, Eqs. 6 and 7). If the estimate is 0: the interval of S/(1 − P) with P = `Σ exp(−N_i)/S` (ibid., Eqs. 8
+    /// and 14).
     fn interval(&self, sizes: &[usize], unseen: f64) -> [f64; 2] {
         let (f1, f2) = (self.once as f64, self.twice as f64);
         let (n, found) = (self.members as f64, self.groups as f64);
@@ -156,7 +156,7 @@ impl Rarefaction {
 
     fn curve(&self, sizes: &[usize], unseen: f64, points: usize) -> Vec<Rarefied> {
         let total = self.members;
-        // Groups of one size share their α.
+        // Groups of equal size share their α.
         let mut kinds: Vec<(usize, f64, f64)> = Vec::new();
         let mut sorted = sizes.to_vec();
         sorted.sort_unstable();
@@ -226,7 +226,7 @@ mod tests {
         found.estimate.unwrap()
     }
 
-    /// Eight grasps in two groups of four say nothing: with Chao's formula none would be unseen, with certainty.
+    /// Two groups of four grasps allow no estimate: Chao's formula would give zero unseen groups with certainty.
     #[test]
     fn too_few_for_an_estimate() {
         let few = Rarefaction::new(&[4, 4], 8);
@@ -250,7 +250,8 @@ mod tests {
         assert!((told(&found).unseen - 1.3125).abs() < 1e-12);
         // 1 − 3/8 · 21/23.
         assert!((told(&found).coverage - (1.0 - 63.0 / 184.0)).abs() < 1e-12);
-        // Two of eight: C(5,2)/C(8,2) = 10/28 miss the group of three, 15/28 that of two, 21/28 each of the others.
+        // A sample of two misses the group of three with probability C(5,2)/C(8,2) = 10/28, that of two 15/28, others
+        // 21/28.
         let two = at(&found, 2);
         assert!((two.groups - (18.0 + 13.0 + 3.0 * 7.0) / 28.0).abs() < 1e-12);
         let squares = (18.0 * 18.0 + 13.0 * 13.0 + 3.0 * 49.0) / 784.0;

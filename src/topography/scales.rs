@@ -1,4 +1,4 @@
-//! The energy and the length of a surface, by which everything that has a unit is set.
+//! Scales of energy and length of a surface. Tolerances and steps are set in these units.
 
 use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
@@ -12,28 +12,27 @@ use crate::optimize::{QuenchSettings, quench};
 use crate::sample::{Rng, Task, stream};
 use crate::space::vector::{norm, scale};
 
-/// Starts from which the scales of a surface are measured.
+/// Descents from which the scales of a surface are measured.
 pub(super) const PROBES: usize = 5;
-/// Share by which the Hessian changes over the length of the surface.
+/// Relative change of the Hessian that defines the length of the surface.
 const CHANGE: f64 = 0.5;
 
 /// The two scales of a surface. Tolerances and steps made of them mean the same in any unit of length and energy.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Scales {
-    /// Energy of the surface's curvature over its length. Directions that are far stiffer than most do not count.
+    /// Largest curvature times the squared length. Directions far stiffer than most do not count.
     pub energy: f64,
     /// Distance over which the surface's curvature changes.
     pub length: f64,
 }
 
 impl Scales {
-    /// The scales of the surface below `points`: the length over which its Hessian changes by half, and the energy of its
-    /// largest curvature over that length (medians over the ends of descents from at most five points, spread evenly
-    /// over the list). A direction that is more than thirty times stiffer than most counts as thirty times: it holds the
-    /// surface together, and its energies are not those of barriers.
+    /// Measures the scales of the surface below `points`: the length over which its Hessian changes by half, and the energy
+    /// of its largest curvature over that length. Both are medians over the ends of descents from at most five points,
+    /// spread evenly over the list. A curvature above thirty times the typical one is cut to that value: such a direction
+    /// holds the surface together, and its energies are not those of barriers.
     ///
-    /// Where no descent ends in a finite energy the energy is 1, and the length is a twentieth of the distance between
-    /// the points.
+    /// If no descent ends at a finite energy, `energy` is 1 and `length` is a twentieth of the distance between the points.
     pub fn measured(energy: &dyn Energy, points: &[Vec<f64>]) -> Self {
         let count = points.len().min(PROBES);
         let probes: Vec<_> = (0..count)
@@ -42,7 +41,7 @@ impl Scales {
         Self::below(energy, &probes, 0)
     }
 
-    /// As [`Scales::measured`], below all of `points`, with directions drawn under `seed`.
+    /// Like [`Scales::measured`], but below all of `points` and with random directions drawn from `seed`.
     pub(super) fn below(energy: &dyn Energy, points: &[Vec<f64>], seed: u64) -> Self {
         let space = energy.space();
         let pairs = points
@@ -71,31 +70,32 @@ impl Scales {
         }
     }
 
-    /// Settings of descents on such a surface.
+    /// Settings of descents on this surface.
     pub fn quench(&self) -> QuenchSettings {
         QuenchSettings::default()
             .with_max_step(self.length)
             .with_gradient_tolerance(1e-8 * self.energy / self.length)
     }
 
-    /// When two stationary points of such a surface are one.
+    /// Tolerance within which two stationary points of this surface are the same.
     pub fn sameness(&self) -> MatchTolerance {
         MatchTolerance::for_scales(self.energy, self.length)
     }
 
-    /// Greatest norm of the gradient of a minimum, energy per length: that of [`Scales::audit`].
+    /// Greatest gradient norm of a minimum, in energy per length (from [`Scales::audit`]).
     pub fn gradient_tolerance(&self) -> f64 {
         self.audit().gradient_tolerance
     }
 
-    /// How points found by [`Scales::quench`] are audited.
+    /// Settings of the audit of points found with [`Scales::quench`].
     pub fn audit(&self) -> AuditSettings {
         AuditSettings::for_descents(&self.quench(), &self.sameness(), self.length)
     }
 }
 
-/// How far from `bottom`, in a random direction, the Hessian has changed by [`CHANGE`] (at most `size`), and the largest
-/// curvature at `bottom`. Outlying curvatures count, in both, no more than [`Modes::stiffness`](super::eigen::Modes).
+/// Returns the distance from `bottom`, in a random direction, at which the Hessian has changed by [`CHANGE`] (at most
+/// `size`), and the largest curvature at `bottom`. Outlying curvatures are cut to
+/// [`Modes::stiffness`](super::eigen::Modes).
 fn reach(
     energy: &dyn Energy,
     bottom: &[f64],
@@ -124,7 +124,7 @@ fn reach(
     (stiffness > 0.0).then_some((length, stiffness))
 }
 
-/// A tangent of this length in a random direction.
+/// Draws a tangent of the given length in a random direction.
 pub(super) fn random_tangent(dimensions: usize, length: f64, rng: &mut Rng) -> Vec<f64> {
     let mut tangent: Vec<f64> = (0..dimensions)
         .map(|_| StandardNormal.sample(rng))

@@ -1,4 +1,4 @@
-//! Sequential ADELM as published: minima are assigned one by one, in order of arrival.
+//! Sequential ADELM as published, which assigns minima one by one in order of arrival.
 //!
 //! M. Hill, E. Nijkamp and S.-C. Zhu, *Building a telescope to look into high-dimensional image spaces*, Quarterly of
 //! Applied Mathematics 77, 269 (2019), arXiv:1803.01043.
@@ -29,16 +29,17 @@ use crate::space::Space;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SequentialSettings {
-    /// Chains. Assignment uses the one temperature and force given here: they are the zoom of the map. Barriers between
-    /// representatives use `attempts` forces, each `escalation` times the one before, `replicas` chains each.
+    /// Settings of the chains. Assignment uses the one temperature and force given here, which set the resolution of the
+    /// map. Barriers between representatives use `attempts` forces, each `escalation` times the last, with `replicas`
+    /// chains each.
     pub chain: ChainSettings,
-    /// Descents at the ends of chains.
+    /// Settings of the descents at the ends of chains.
     pub quench: QuenchSettings,
-    /// When two minima are one.
+    /// Tolerance within which two minima are the same.
     pub sameness: MatchTolerance,
-    /// Whether chains stop, and pairs are skipped, that can change neither groups nor tree: a chain of the tree stage once its
-    /// highest energy exceeds the lowest way known between its ends, any chain once it exceeds the lowest of its pair,
-    /// and a pair that is joined already at the energy of its higher minimum. Such chains count as not arrived.
+    /// Whether to stop chains and skip pairs that can change neither groups nor tree. A chain of the tree stage stops above
+    /// the lowest known path between its ends, and any chain stops above the lowest chain of its pair. A pair is skipped if
+    /// it is already joined at the energy of its higher minimum. Stopped chains count as not arrived.
     pub pruned: bool,
     /// Seed of all chains.
     pub seed: u64,
@@ -66,8 +67,8 @@ impl SequentialSettings {
 /// The outcome of [`sequential`].
 #[derive(Debug, Clone)]
 pub struct Sequential {
-    /// Minima by rising energy. Edges are those the method rests on: each minimum to the representative it was assigned to
-    /// (as it was then), and representatives to each other. All are raw chains ([`Evidence::Chain`]).
+    /// Minima sorted by energy. The edges join each minimum to the representative it was assigned to (at that time) and
+    /// representatives to each other. All are raw chains ([`Evidence::Chain`]).
     pub landscape: Landscape,
     /// Lowest member of each group, in the order of `landscape.groups`.
     pub representatives: Vec<MinimumId>,
@@ -77,17 +78,17 @@ pub struct Sequential {
 
 /// Maps `minima`, given in order of arrival, by sequential ADELM.
 ///
-/// *Burn-in.* Every new minimum sends one chain to the representative of each group, and each of them sends one back. The
-/// minimum joins the group with the lowest barrier among those so reached, and becomes its representative if it lies lower;
-/// where nothing arrives it founds a group of its own. *Tree stage.* Every pair of representatives is joined by the lowest
-/// barrier of all chains of a schedule of forces, in both directions.
+/// *Burn-in.* Every new minimum exchanges one chain in each direction with the representative of each group. It joins the
+/// group with the lowest barrier reached, and becomes its representative if it is lower. If no chain arrives, it founds a
+/// new group. *Tree stage.* Every pair of representatives is joined by the lowest barrier of all chains of a schedule of
+/// forces, in both directions.
 ///
-/// The groups depend on the order of arrival, on T and F, and on the seed, and barriers are upper bounds of what chains met:
-/// [`build_landscape`](super::build_landscape) has none of these properties and is the better tool. This is for comparison with published maps.
-/// 2 L chains are run for each minimum, for L groups, and up to L (L − 1) times the schedule in the end.
+/// The groups depend on the order of arrival, on T and F, and on the seed, and barriers are only upper bounds.
+/// [`build_landscape`](super::build_landscape) has none of these drawbacks; this function is for comparison with published
+/// maps. It runs 2 L chains for each minimum, for L groups, and up to L (L − 1) times the schedule at the end.
 ///
 /// # Errors
-/// If the journal of `run` does not take a record.
+/// If the journal of `run` cannot store a record.
 pub fn sequential(
     energy: &dyn Energy,
     kernel: &dyn Kernel,
@@ -122,7 +123,7 @@ pub fn sequential(
             .iter()
             .enumerate()
             .filter(|(_, found)| found.reached());
-        // The first of equal barriers: the older group.
+        // Of equal barriers the first one, which is the older group.
         let nearest = reached.min_by(|a, b| a.1.barrier.total_cmp(&b.1.barrier));
         if let Some((group, contact)) = nearest {
             let (representative, members) = &mut groups[group];
@@ -149,7 +150,7 @@ pub fn sequential(
     Ok(builder.outcome(&groups, known, evaluations))
 }
 
-/// Near pairs are joined over low passes, so with them first more of the others can be skipped.
+/// Sorts pairs by distance. Near pairs have low passes, so joining them first lets more of the others be skipped.
 fn nearest_first(
     space: &dyn Space,
     minima: &[Minimum],
@@ -166,26 +167,24 @@ fn nearest_first(
     pairs.into_iter().map(|(_, pair)| pair).collect()
 }
 
-/// Pairs of the tree stage between two looks at what is known. Part of the result, so it must not depend on threads.
+/// Pairs of the tree stage between two updates of the bounds. It affects the result, so it must not depend on threads.
 const BATCH: usize = 8;
 
-/// What the chains are for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Stage {
     BurnIn,
     Tree,
 }
 
-/// What the chains between two minima came to.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Contact {
-    /// Lowest barrier; infinite where none arrived.
+    /// Lowest barrier; infinite if no chain arrived.
     #[serde(with = "bits::number")]
     barrier: f64,
-    /// The way of that chain, from the first minimum.
+    /// Path of that chain, from the first minimum.
     path: Path,
     start: Option<Start>,
-    /// Barriers of the chains from the first to the second, then back.
+    /// Barriers of the chains from the first minimum to the second.
     #[serde(with = "bits::options")]
     forward: Vec<Option<f64>>,
     #[serde(with = "bits::options")]
@@ -208,7 +207,7 @@ struct SequentialBuilder<'a> {
 }
 
 impl SequentialBuilder<'_> {
-    /// Joins `pairs`, batch by batch; returns the evaluations spent.
+    /// Joins `pairs` batch by batch and returns the evaluations spent.
     fn tree_stage(
         &self,
         pairs: &[(usize, usize)],
@@ -236,7 +235,7 @@ impl SequentialBuilder<'_> {
         Ok(evaluations)
     }
 
-    /// For each pair the height above which nothing between its ends matters any more; `None` where nothing matters at all.
+    /// For each pair, the height above which a path between its ends is irrelevant; `None` if every path is.
     fn bounds(
         &self,
         pairs: &[(usize, usize)],
@@ -268,7 +267,7 @@ impl SequentialBuilder<'_> {
         pairs.iter().map(bound).collect()
     }
 
-    /// Chains in both directions between two minima, named by their arrival; those that rise above `bound` do not matter.
+    /// Runs chains in both directions between two minima (by arrival). They stop above `bound`.
     fn contact(
         &self,
         stage: Stage,
@@ -320,7 +319,7 @@ impl SequentialBuilder<'_> {
         (number, force): (usize, f64),
         bound: f64,
     ) -> Chain {
-        // Room for 2²⁴ minima, and 2¹⁴ chains each way.
+        // The stream number has 24 bits for a minimum and 14 bits for a chain in each direction.
         let id = [
             b,
             usize::from(stage == Stage::Tree),
@@ -344,7 +343,7 @@ impl SequentialBuilder<'_> {
         )
     }
 
-    /// The network of the contacts, by rising energy.
+    /// The network of the contacts, sorted by energy.
     fn outcome(
         &self,
         groups: &[(usize, Vec<usize>)],
@@ -375,7 +374,7 @@ impl SequentialBuilder<'_> {
             let (from, to) = (connection.from.0, connection.to.0);
             let edge = connection.edge.clone();
             if group_of[from] == group_of[to] {
-                // Minima are numbered by rising energy, so `to` is the higher one.
+                // Minima are sorted by energy, so `to` is the higher one.
                 let above = network[NodeIndex::new(to)].energy;
                 barrier = barrier.max(edge.height - above);
             }

@@ -1,4 +1,4 @@
-//! How alike two merge trees of the same minima are, over all pairs of minima, without a step for each pair.
+//! Similarity of two merge trees of the same minima over all pairs, without a loop over pairs.
 
 use std::collections::BTreeMap;
 
@@ -7,32 +7,31 @@ use serde::{Deserialize, Serialize};
 use super::network::MinimumId;
 use super::tree::{Ancestors, NodeId, Tree};
 
-/// How alike two trees are, over all pairs of matched minima.
+/// Similarity of two trees over all pairs of matched minima.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TreeSimilarity {
-    /// Pairs joined in both.
+    /// Number of pairs joined in both trees.
     pub pairs: usize,
-    /// Pairs joined in one of them only.
+    /// Number of pairs joined in only one of them.
     pub joined_in_one: usize,
     /// Mean change of the minimax height (second minus first).
     pub mean_change: f64,
-    /// Root mean square change of the minimax height: the ℓ² cophenetic distance over the root of the number of pairs.
+    /// Root mean square change of the minimax height: the ℓ² cophenetic distance divided by √pairs.
     pub rms_change: f64,
     /// Largest change of a minimax height or of an energy: the ℓ^∞ cophenetic distance.
     pub largest_change: f64,
-    /// Cophenetic correlation: Pearson's between the heights of both; 1 where all moved alike. `None` where the heights
-    /// of one are all equal, or pairs are fewer than two.
+    /// Cophenetic correlation: Pearson's correlation between the heights in both trees (1 if all changed alike). `None` if
+    /// the heights of one tree are all equal, or for fewer than two pairs.
     pub correlation: Option<f64>,
 }
 
-/// Heights that vary by no more than rounding are equal: the square of a share of their mean.
+/// Greatest relative variance of heights that is due to rounding (the square of a relative error).
 const ROUNDED: f64 = 1e-30;
 
 impl TreeSimilarity {
-    /// Of two trees with the same number of leaves; leaf k of the first is leaf `same[k]` of the second.
+    /// Compares two trees with the same number of leaves; leaf k of the first is leaf `same[k]` of the second.
     ///
-    /// O(n log² n). Sums are rounded to about 10⁻⁸ of the spread of heights where the changes are far smaller than that;
-    /// the largest change is exact.
+    /// O(n log² n). Sums are accurate to about 10⁻⁸ of the spread of heights; the largest change is exact.
     pub(super) fn of(before: &Tree, after: &Tree, same: &[usize]) -> Self {
         let mut back = vec![0; same.len()];
         for (first, second) in same.iter().enumerate() {
@@ -48,7 +47,7 @@ impl TreeSimilarity {
         let first = sums(&parts, &steps, [0.0; 2]);
         let count = first.pairs.max(1.0);
         let means = first.heights.map(|sum| sum / count);
-        // Around their means sums lose no digits; what rounding leaves of the means themselves is taken off as well.
+        // Sums around the means lose no digits. The rounding error of the means is subtracted as well.
         let sums = sums(&parts, &steps, means);
         let rest = sums.heights.map(|sum| sum / count);
         let square = |k: usize| sums.squares[k] - count * rest[k] * rest[k];
@@ -61,7 +60,7 @@ impl TreeSimilarity {
         Self {
             pairs: whole(sums.pairs),
             joined_in_one: whole(sums.joined_in_one),
-            // Rounding must not make a change where there is none.
+            // Rounding must not cause a change where there is none.
             mean_change: mean_change.clamp(-of_heights, of_heights) + 0.0,
             rms_change: rms_change.min(of_heights),
             largest_change: of_energies.max(of_heights),
@@ -80,15 +79,14 @@ fn whole(count: f64) -> usize {
     count as usize
 }
 
-/// What makes a tree, one after the other: a leaf is put on a stack, or the two sets of leaves on top of it are joined.
+/// A step in building a tree with a stack: a leaf is pushed, or the two topmost sets of leaves are joined.
 enum Step {
-    /// The number of the leaf.
     Leaf(usize),
-    /// The height; `None` where the trees of a forest come together.
+    /// The height; `None` to combine the trees of a forest.
     Join(Option<f64>),
 }
 
-/// The steps that make `tree`, whose leaf k is called `names[k]`. The largest branch comes first, so that few leaves wait.
+/// The steps that build `tree`, whose leaf k is called `names[k]`. Largest branches come first to keep the stack small.
 fn steps(tree: &Tree, names: &[usize]) -> Vec<Step> {
     enum Task {
         Make(NodeId),
@@ -124,13 +122,13 @@ fn steps(tree: &Tree, names: &[usize]) -> Vec<Step> {
     steps
 }
 
-/// How much higher `high` joins a pair of leaves than `low` does, at most, of the pairs that both join; 0 where it joins none
-/// higher. Leaf k of `low` is leaf `names[k]` of `high`.
+/// The greatest excess of the joining height in `high` over that in `low`, among pairs that both trees join; at least 0.
+/// Leaf k of `low` is leaf `names[k]` of `high`.
 ///
-/// Of all pairs below a merge of `low` the one that `high` joins highest is not joined higher by `low`, and the height at which
-/// `high` joins all of a set is the greatest at which it joins any of them to the first.
+/// A merge of `low` joins every pair below it at its own height or lower, so the pair below it that `high` joins highest
+/// decides. `high` joins a whole set at the greatest height at which it joins any member to the first.
 fn excess(high: &Tree, low: &Tree, names: &[usize]) -> f64 {
-    // The root above each node of the other tree: parents have larger numbers than their children.
+    // The root above each node of `high`. Parents have larger numbers than their children.
     let mut roots: Vec<usize> = (0..high.nodes.len()).collect();
     for number in (0..high.nodes.len()).rev() {
         if let Some(parent) = high.nodes[number].parent {
@@ -139,7 +137,7 @@ fn excess(high: &Tree, low: &Tree, names: &[usize]) -> f64 {
     }
     let ancestors = Ancestors::of(high);
     let mut most: f64 = 0.0;
-    // Of each set the leaves under each root: one of them, and the height that joins them all.
+    // For each set and root: one of the leaves below the root, and the height that joins them all.
     let mut sets: Vec<BTreeMap<usize, (usize, f64)>> = Vec::new();
     for step in steps(low, names) {
         match step {
@@ -172,38 +170,38 @@ fn excess(high: &Tree, low: &Tree, names: &[usize]) -> f64 {
     most
 }
 
-/// No part, or no twig.
+/// Marks a missing part or twig.
 const NONE: usize = usize::MAX;
 
-/// A tree divided into halves again and again, to a depth of the order of log n however deep it is.
+/// A tree that is recursively halved, to a depth of order log n however deep the tree is.
 ///
-/// From each root the way along the largest branches is a line on which the other branches hang; the line is halved by its
-/// leaves, and every branch on it in turn. Two leaves that hang on a line at different places are joined at the upper place, so
-/// the height at which the upper half of a line meets a leaf of the lower half depends on the leaves of the upper half alone.
+/// From each root the path along the largest branches is a line, and the other branches hang on it. The line is halved by
+/// number of leaves, and so is every branch on it. Two leaves that hang on a line at different places are joined at the
+/// upper place, so the height at which the upper half meets a leaf of the lower half depends only on the leaves of the
+/// upper half.
 struct Parts {
     parts: Vec<Part>,
-    /// The part that is each leaf.
+    /// The part of each leaf.
     leaves: Vec<usize>,
 }
 
-/// A stretch of a line, a whole branch, or a leaf.
+/// A section of a line, a whole branch, or a leaf.
 struct Part {
-    /// The part this is a half of.
+    /// The part of which this is a half.
     above: usize,
-    /// Which half: 0 the upper, 1 the lower.
+    /// Which half it is: 0 for the upper, 1 for the lower.
     side: usize,
-    /// Where on its line it hangs, if it is a branch that does.
+    /// Where on its line it hangs, if it is a branch.
     place: Place,
 }
 
-/// A place on a line.
 #[derive(Clone, Copy)]
 enum Place {
-    /// None of its own: a stretch of the line.
+    /// No place of its own: a section of a line.
     Stretch,
     /// At this height.
     At(f64),
-    /// One that joins nothing: the end of a line, or the trees of a forest.
+    /// A place that joins nothing: the end of a line, or the root of a tree in a forest.
     Apart,
 }
 
@@ -219,7 +217,7 @@ impl Parts {
             place: Place::Stretch,
         }];
         let mut leaves = vec![NONE; tree.nodes.len()];
-        // Branches on their line, and the part that the line is.
+        // The branches of each line, and the part that the line is.
         let mut lines: Vec<(usize, Vec<Hanging>)> = Vec::new();
         if !tree.roots.is_empty() {
             lines.push((
@@ -243,7 +241,7 @@ impl Parts {
                     if tree.nodes[branch.0].minimum.is_some() {
                         leaves[branch.0] = part;
                     } else {
-                        // A part of its own, for what it is to its line and what it is inside are two things.
+                        // The branch gets a second part, because its place on the line and its inside are separate.
                         parts.push(Part {
                             above: part,
                             side: 0,
@@ -270,8 +268,7 @@ impl Parts {
     }
 }
 
-/// What hangs on the way from `branch` along the largest branches, from above, each with the height of its place; the leaf
-/// at its end comes last.
+/// The branches along the path from `branch` by largest branches, from above, with heights. The final leaf comes last.
 fn line_from(tree: &Tree, counts: &[usize], branch: NodeId) -> Vec<Hanging> {
     let (mut line, mut at) = (Vec::new(), branch);
     loop {
@@ -288,17 +285,17 @@ fn line_from(tree: &Tree, counts: &[usize], branch: NodeId) -> Vec<Hanging> {
     }
 }
 
-/// A set of leaves, or what of it lies in one part.
+/// A set of leaves, restricted to one part.
 #[derive(Clone, Copy)]
 struct Twig {
     halves: [usize; 2],
     count: f64,
-    /// Sums over the leaves of the height of their place on the line of this part: its powers 0 (for places that join), 1
-    /// and 2.
+    /// Sums over the leaves of the powers 0, 1, 2 of the height of their place on this line. Power 0 counts places that
+    /// join.
     places: [f64; 3],
 }
 
-/// Sets of leaves that share nothing.
+/// Storage of disjoint sets of leaves.
 #[derive(Default)]
 struct Twigs {
     twigs: Vec<Twig>,
@@ -306,7 +303,7 @@ struct Twigs {
 }
 
 impl Twigs {
-    /// The set of one leaf; heights are told from `origin`.
+    /// The set of one leaf. Heights are relative to `origin`.
     fn leaf(&mut self, parts: &Parts, leaf: usize, origin: f64) -> usize {
         let (mut part, mut twig) = (parts.leaves[leaf], NONE);
         let (mut places, mut side) = ([0.0; 3], 0);
@@ -338,8 +335,7 @@ impl Twigs {
         twig
     }
 
-    /// Makes one set of two, and adds to `cross` the powers of the heights of all pairs with a leaf in each. It calls itself
-    /// as deep as parts are, which is some multiple of log n.
+    /// Unites two sets and adds to `cross` the powers of the heights of all pairs between them. Recursion depth O(log n).
     fn join(&mut self, one: usize, other: usize, cross: &mut [f64; 3]) -> usize {
         if one == NONE || other == NONE {
             return one.min(other);
@@ -363,24 +359,22 @@ impl Twigs {
         one
     }
 
-    /// Leaves of a set.
     fn count(&self, twig: usize) -> f64 {
         self.twigs[twig].count
     }
 }
 
-/// Sums over pairs of leaves.
 #[derive(Default)]
 struct Sums {
     pairs: f64,
     joined_in_one: f64,
-    /// Of the heights in both trees.
+    /// Sums of the heights in both trees.
     heights: [f64; 2],
     squares: [f64; 2],
     product: f64,
 }
 
-/// Over all pairs of leaves of the tree divided into `parts` and of that made by `steps`; heights are told from `origins`.
+/// Sums over all leaf pairs of the tree in `parts` and the tree built by `steps`. Heights are relative to `origins`.
 fn sums(parts: &Parts, steps: &[Step], origins: [f64; 2]) -> Sums {
     let mut sums = Sums::default();
     let (mut twigs, mut sets) = (Twigs::default(), Vec::new());

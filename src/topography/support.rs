@@ -1,4 +1,4 @@
-//! How sure a merge is: a bootstrap over the chains that the map rests on.
+//! Support of merges: a bootstrap over the chains of the map.
 
 use std::collections::BTreeMap;
 
@@ -10,31 +10,30 @@ use super::network::{Edge, Evidence, Minimum, Network};
 use super::tree::Tree;
 use crate::sample::{Task, stream};
 
-/// First stream of the bootstrap; those of the groups come before.
+/// First random stream of the bootstrap. The groups use the streams before it.
 const FIRST_STREAM: u64 = 1 << 32;
 
-/// All tries of one pair: their chains, and the heights they gave.
+/// All trials of one pair: their chains and the heights found.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Trial {
-    /// Raw barriers of the chains in either direction.
+    /// Raw barriers of the chains in each direction.
     chains: [Vec<Option<f64>>; 2],
-    /// Least height of the straight line, roughly relaxed.
+    /// Least height of the roughly relaxed straight line.
     straight: Option<f64>,
-    /// What each path was relaxed from (numbers of chains run on through all tries), its height and those of the passes met
-    /// on the way, with the minima they join.
+    /// For each relaxed path its start (chains numbered through all trials), and the heights of the passes with their
+    /// minima.
     found: Vec<(Start, Vec<Found>)>,
 }
 
-/// Two minima and the height of a way between them.
+/// Two minima and the height of a path between them.
 type Found = ((usize, usize), f64);
 
 impl Trial {
-    /// Chains in each direction.
     pub(super) fn replicas(&self) -> usize {
         self.chains[0].len().min(self.chains[1].len())
     }
 
-    /// Adds the try that gave `connection` and, on the way, `side_connections`.
+    /// Adds the trial that gave `connection` and the passes `side_connections` on its paths.
     pub(super) fn add(&mut self, connection: &Connection, side_connections: &[Connection]) {
         let before = [self.chains[0].len(), self.chains[1].len()];
         self.chains[0].extend(&connection.forward);
@@ -59,7 +58,7 @@ impl Trial {
         self.found.push((start, heights.collect()));
     }
 
-    /// Heights known of the pair `ends` and of others if only the `drawn` chains had been run.
+    /// The heights of the pair `ends` and of other pairs that would be known if only the `drawn` chains had been run.
     fn heights(&self, ends: (usize, usize), drawn: &[Vec<bool>; 2]) -> Vec<Found> {
         let raw = self.chains.iter().zip(drawn).flat_map(|(chains, drawn)| {
             let pairs = chains.iter().zip(drawn).filter(|(_, drawn)| **drawn);
@@ -80,14 +79,14 @@ impl Trial {
     }
 }
 
-/// Merge trees of `count` resamplings of the chains; none where no pair has two chains in one direction, for then nothing
-/// is known of their spread.
+/// Merge trees of `count` resamplings of the chains. The list is empty if no pair has two chains in one direction, because
+/// nothing is then known about their spread.
 ///
-/// Each direction of each pair draws as many of its chains, with replacement, as it has. A pair is then as high as the lowest
-/// of what is left: raw barriers of the chains drawn, the straight line, and relaxed paths with the passes met on them,
-/// where the chain they were relaxed from is drawn or they came from the straight line. It is never lower than in the map
-/// itself, whose height is the best that is known. A relaxed path whose chain is not drawn counts as lost, although another
-/// chain might well have relaxed to the same: the bootstrap errs toward doubt.
+/// In each direction of each pair as many chains are drawn, with replacement, as there are. The height of a pair is then
+/// the lowest of the raw barriers of the chains drawn, the straight line, and the relaxed paths (with the passes on them)
+/// that started from a chain drawn or from the straight line. It is never lower than in the map itself, which has the best
+/// known height. A relaxed path whose chain is not drawn is lost, although another chain might have relaxed to the same
+/// path. The bootstrap therefore underestimates the support.
 pub(super) fn resample(
     network: &Network,
     trials: &BTreeMap<(usize, usize), Trial>,
@@ -138,11 +137,11 @@ pub(super) fn resample(
     (0..count).map(resampling).collect()
 }
 
-/// Support of each node of `tree`: the share of the `resampled` trees in which some node has exactly the leaves below it.
-/// `None` for leaves, and where nothing was resampled.
+/// Support of each node of `tree`: the fraction of `resampled` trees in which some node has exactly the same leaves below
+/// it. It is `None` for leaves, and if nothing was resampled.
 ///
-/// J. Felsenstein, Evolution 39, 783 (1985); clusters are compared by W. H. E. Day's intervals, J. Classif. 2, 7 (1985),
-/// in O(leaves) a tree. Leaf i must be the same in all trees.
+/// J. Felsenstein, Evolution 39, 783 (1985). Clusters are compared by W. H. E. Day's intervals, J. Classif. 2, 7 (1985), in
+/// O(leaves) for each tree. Leaf i must be the same in all trees.
 ///
 /// # Panics
 /// If a resampled tree has other leaves.
@@ -175,7 +174,7 @@ pub fn support(tree: &Tree, resampled: &[Tree]) -> Vec<Option<f64>> {
     hits.into_iter().zip(&tree.nodes).map(share).collect()
 }
 
-/// The leaves below a node: their least and greatest place, and how many they are.
+/// The leaves below a node: least and greatest place, and number.
 #[derive(Clone, Copy)]
 struct Interval {
     first: usize,
@@ -183,7 +182,7 @@ struct Interval {
     leaves: usize,
 }
 
-/// A place for each leaf, so that the leaves below any node lie side by side.
+/// A numbering of the leaves in which the leaves below any node are contiguous.
 fn places(tree: &Tree) -> Vec<usize> {
     let leaves = tree.nodes.iter().filter(|node| node.children.is_empty());
     let mut place = vec![0; leaves.count()];
@@ -230,7 +229,7 @@ mod tests {
 
     #[test]
     fn clusters_are_counted() {
-        // ((0 1) 2) and (3 4); the second tree has (1 2) instead of (0 1), the third lacks what joins 2.
+        // The first tree is ((0 1) 2) and (3 4). The second has (1 2) instead of (0 1), and the third does not join 2.
         let reference = tree(&[(0, 1, 1.0), (1, 2, 2.0), (3, 4, 1.5), (2, 3, 3.0)]);
         let second = tree(&[(1, 2, 1.0), (0, 1, 2.0), (3, 4, 1.5), (2, 3, 3.0)]);
         let third = tree(&[(0, 1, 1.0), (3, 4, 1.5)]);

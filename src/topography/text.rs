@@ -1,4 +1,4 @@
-//! The map as text that other programs read: Newick, DOT and JSON (trees), GraphML (graphs), JSON (everything).
+//! The map in text formats: Newick, DOT and JSON for trees, GraphML for graphs, JSON for everything.
 
 use std::fmt::{Display, Write};
 
@@ -23,7 +23,7 @@ impl Evidence {
         }
     }
 
-    /// The evidence of that name.
+    /// The evidence with the given name.
     pub fn named(name: &str) -> Option<Self> {
         let all = [
             Self::Saddle,
@@ -36,15 +36,15 @@ impl Evidence {
     }
 }
 
-/// The tree in Newick form, every root ended by `;` and a new line: leaves by `name` (which may hold anything), branches as
-/// long as the rise in energy.
+/// Writes the tree in Newick form, one line ended by `;` for each root. Leaves are labelled by `name` (any text), and the
+/// length of a branch is its rise in energy.
 ///
-/// Without `support` (none, or as many entries as nodes: [`support`](super::support())) merges are labelled by their height.
-/// With it they are labelled by their support in percent, as programs that draw trees expect it, and the height is in a
-/// comment, `[&energy=…]`.
+/// If `support` is empty, merges are labelled by their height. Otherwise it has one entry for each node
+/// ([`support`](super::support())), merges are labelled by their support in percent, as programs that draw trees expect,
+/// and the height is in a comment, `[&energy=…]`.
 pub fn newick(tree: &Tree, support: &[Option<f64>], name: impl Fn(MinimumId) -> String) -> String {
     let mut text = String::new();
-    // What is still to be written, the next last: trees may be deeper than any stack of calls.
+    // An explicit stack, next item last, because trees may be deeper than the call stack allows.
     let mut rest: Vec<Piece> = Vec::new();
     for root in &tree.roots {
         rest.push(Piece::Separator(";\n"));
@@ -68,11 +68,10 @@ pub fn newick(tree: &Tree, support: &[Option<f64>], name: impl Fn(MinimumId) -> 
     text
 }
 
-/// A piece of Newick text.
 enum Piece {
     Separator(&'static str),
     Subtree(NodeId),
-    /// What stands behind a subtree: its label and the length of its branch.
+    /// The label of a subtree and the length of its branch.
     Label(NodeId),
 }
 
@@ -85,7 +84,7 @@ fn write_label(
 ) {
     let node = &tree.nodes[id.0];
     if let Some(minimum) = node.minimum {
-        // A quoted label may hold anything; a quote in it is doubled.
+        // A quoted label may hold any text. Quotes in it are doubled.
         let label = name(minimum).replace('\'', "''");
         write!(text, "'{label}'")
     } else if let Some(share) = of(support, id.0) {
@@ -104,14 +103,14 @@ fn of(support: &[Option<f64>], node: usize) -> Option<f64> {
     support.get(node).copied().flatten()
 }
 
-/// Tenths of a percent are more than resamplings tell.
+/// Support in percent, rounded to tenths since resampling is no more precise.
 fn percent(share: f64) -> f64 {
     (1000.0 * share).round() / 10.0
 }
 
-/// The tree in the DOT language of Graphviz, leaves by `name` and merges by their height; each node has its `energy` as an
-/// attribute, each merge its `evidence` and, where it is known, its `support` (a share; none, or as many entries as nodes).
-/// Merges that rest on something worse than [`Evidence::Path`] are dashed.
+/// Writes the tree in the DOT language of Graphviz. Leaves are labelled by `name` and merges by their height. Each node has
+/// its `energy` as an attribute; each merge has its `evidence` and, if known, its `support` (a fraction; `support` is empty
+/// or has one entry for each node). Merges with weaker evidence than [`Evidence::Path`] are dashed.
 pub fn dot(tree: &Tree, support: &[Option<f64>], name: impl Fn(MinimumId) -> String) -> String {
     let mut text = String::from("graph disconnectivity {\n  node [fontname=\"sans-serif\"];\n");
     for (id, node) in tree.nodes.iter().enumerate() {
@@ -143,8 +142,8 @@ pub fn dot(tree: &Tree, support: &[Option<f64>], name: impl Fn(MinimumId) -> Str
     text
 }
 
-/// A quoted DOT label. Quotes, backslashes and line breaks have escapes; other control characters have none, and Graphviz
-/// ends a text at a zero, so � stands for them.
+/// A quoted DOT label. Quotes, backslashes and line breaks are escaped. Other control characters have no escape, and
+/// Graphviz ends a text at a zero byte, so they are replaced by �.
 fn quoted(text: &str) -> String {
     let text = text
         .replace('\\', "\\\\")
@@ -153,10 +152,10 @@ fn quoted(text: &str) -> String {
     format!("\"{}\"", printable(&text, &[]))
 }
 
-/// The tree as the text of a JSON file: `roots`, and `nodes` of which each has `energy`, `minimum` (its number, `null` for a
-/// merge), `children` and `parent` (numbers of nodes) and `evidence`; leaves also have a `name`, merges the number of `leaves`
-/// below and their `support` (a share, `null` where it is not known; given none, or as many entries as nodes). It is read
-/// back as a [`Tree`] by serde. Flat, for nested trees of many minima are too deep for most parsers.
+/// Writes the tree as the text of a JSON file with `roots` and `nodes`. Each node has `energy`, `minimum` (its number,
+/// `null` for a merge), `children` and `parent` (node numbers) and `evidence`. Leaves also have a `name`; merges have the
+/// number of `leaves` below and their `support` (a fraction, or `null` if unknown; `support` is empty or has one entry for
+/// each node). Serde can read it back as a [`Tree`]. The list is flat, because deeply nested trees overflow most parsers.
 pub fn tree_json(
     tree: &Tree,
     support: &[Option<f64>],
@@ -207,7 +206,7 @@ struct JsonTree<'a> {
     roots: &'a [NodeId],
 }
 
-/// Fields in the order of the alphabet.
+/// The fields are in alphabetical order.
 #[derive(Serialize)]
 #[serde(untagged)]
 enum JsonNode<'a> {
@@ -230,9 +229,9 @@ enum JsonNode<'a> {
     },
 }
 
-/// The network as GraphML: energy and number of members on nodes; height, relative barrier, evidence, term and length on
-/// edges, and on those that make the tree the support of their merge (`support`: none, or one entry an edge). Pairs
-/// never reached are left out: no edge means nothing.
+/// Writes the network as GraphML. Nodes have energy and number of members. Edges have height, relative barrier, evidence,
+/// term and length, and edges of the tree have the support of their merge (`support` is empty or has one entry for each
+/// edge). Pairs that were never connected are left out.
 pub fn graphml(
     network: &Network,
     support: &[Option<f64>],
@@ -299,8 +298,8 @@ fn data(key: &str, value: &dyn Display) -> String {
     format!("<data key=\"{key}\">{}</data>", escaped(&value.to_string()))
 }
 
-/// Text of an XML element. XML 1.0 cannot hold most control characters at all: � stands for them. Parsers take a carriage
-/// return for a new line where it is not escaped.
+/// Escapes text of an XML element. XML 1.0 cannot hold most control characters, so they are replaced by �. Parsers read a
+/// carriage return as a new line unless it is escaped.
 fn escaped(text: &str) -> String {
     let held = |c: char| !matches!(c, '\0'..='\u{8}' | '\u{b}' | '\u{c}' | '\u{e}'..='\u{1f}' | '\u{fffe}' | '\u{ffff}');
     text.replace(|c| !held(c), "\u{fffd}")
@@ -312,7 +311,7 @@ fn escaped(text: &str) -> String {
 }
 
 impl Landscape {
-    /// Minima, connections (without their paths), tree and groups as JSON; a height never found is `null`.
+    /// Minima, connections (without paths), tree and groups as JSON. An unknown height is `null`.
     pub fn to_json(&self) -> Value {
         let minima: Vec<Value> = self
             .network

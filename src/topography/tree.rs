@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::network::{Evidence, MinimumId, Network};
 
-/// Heights closer than this share of the largest energy tie: two refinements of one saddle differ by rounding only.
+/// Relative height difference below which heights tie: two refinements of one saddle differ by rounding only.
 const TIE: f64 = 1e-8;
 
 /// Number of a node in [`Tree::nodes`].
@@ -31,8 +31,8 @@ pub struct Node {
     pub evidence: Evidence,
 }
 
-/// A forest: one root per connected component. Leaves come first, node i being minimum i; merges follow by rising
-/// height, so a parent always has a larger number than its children.
+/// A forest with one root for each connected component. Leaves come first (node i is minimum i), and merges follow by
+/// height, so a parent has a larger number than its children.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Tree {
     /// Leaves, then merges.
@@ -42,10 +42,9 @@ pub struct Tree {
 }
 
 impl Tree {
-    /// Merge tree of the connections whose evidence is at least `worst` and whose height is finite: Kruskal's spanning
-    /// forest read from the bottom, merges at (nearly) the same height being one node with several children.
-    ///
-    /// Among connections that tie the best evidence decides. O(E log E) for E connections.
+    /// Merge tree of the finite connections with evidence `worst` or better: Kruskal's spanning forest, in which merges at
+    /// (nearly) the same height form one node with several children. Among connections that tie, the one with the best
+    /// evidence decides. O(E log E) for E connections.
     pub fn from_network(network: &Network, worst: Evidence) -> Self {
         let mut nodes: Vec<Node> = network
             .node_references()
@@ -59,9 +58,9 @@ impl Tree {
             .collect();
         let leaves = nodes.len();
         let mut sets = UnionFind::new(leaves);
-        // Subtree at the top of each set, by the set's representative.
+        // For each set (by its representative), the subtree at its top.
         let mut top: Vec<usize> = (0..leaves).collect();
-        // Which subtrees belong together: once joined, a subtree has a parent and is never at the top of a set again.
+        // Which subtrees belong together. Once joined, a subtree has a parent and is never again at the top of a set.
         let mut families = UnionFind::new(2 * leaves);
         for level in levels(network, worst) {
             let mut used = Vec::new();
@@ -90,8 +89,7 @@ impl Tree {
         Self { nodes, roots }
     }
 
-    /// A value for each node, from the leaves up: `value` is given the number of the node and the values of its branches
-    /// (none for a leaf).
+    /// Computes a value for each node from the leaves up, from the values of its branches (none for a leaf).
     pub fn fold<T: Clone>(&self, mut value: impl FnMut(NodeId, &[T]) -> T) -> Vec<T> {
         let mut values: Vec<T> = Vec::with_capacity(self.nodes.len());
         for (id, node) in self.nodes.iter().enumerate() {
@@ -107,8 +105,8 @@ impl Tree {
         self.fold(|_, branches| branches.iter().sum::<usize>().max(1))
     }
 
-    /// Least height at which `a` and `b` are connected: the energy of their lowest common ancestor, or of the minimum
-    /// itself where they are the same; `None` where they lie in separate trees.
+    /// Lowest height at which `a` and `b` are connected: the energy of their lowest common ancestor, or of the minimum if
+    /// they are the same; `None` if they are in separate trees.
     ///
     /// # Panics
     /// If a minimum is not in the tree.
@@ -116,15 +114,14 @@ impl Tree {
         self.joint(a, b).map(|node| self.nodes[node.0].energy)
     }
 
-    /// The lowest node above both `a` and `b`; `None` where they lie in separate trees. It walks up the tree; for many pairs
-    /// see [`Ancestors`].
+    /// The lowest common ancestor of two minima, by walking up; `None` in separate trees. For many pairs see [`Ancestors`].
     ///
     /// # Panics
     /// If a minimum is not in the tree.
     pub fn joint(&self, a: MinimumId, b: MinimumId) -> Option<NodeId> {
         let (mut a, mut b) = (a.0, b.0);
         while a != b {
-            // Parents have larger numbers than their children, so the smaller one cannot be the ancestor.
+            // Parents have larger numbers than children, so the smaller number cannot be the ancestor.
             if a < b {
                 a = self.nodes[a].parent?.0;
             } else {
@@ -135,22 +132,22 @@ impl Tree {
     }
 }
 
-/// Lowest common ancestors in a tree, each found in O(log n) steps however deep the tree is, after O(n).
+/// Lowest common ancestors in a tree, in O(log n) steps each whatever the depth, after O(n) preparation.
 ///
-/// Every node has a second pointer that jumps far up, its length given by the skew-binary digits of the depth (E. W. Myers,
-/// Inf. Process. Lett. 17, 241 (1983)).
+/// Every node has a second pointer that jumps far up. Its length is given by the skew-binary digits of the depth (E. W.
+/// Myers, Inf. Process. Lett. 17, 241 (1983)).
 #[derive(Debug, Clone)]
 pub struct Ancestors {
-    /// The parent of each node; a root is its own.
+    /// The parent of each node; a root is its own parent.
     above: Vec<usize>,
-    /// The ancestor that each node's jump leads to.
+    /// The ancestor to which each node's jump leads.
     jump: Vec<usize>,
-    /// Steps to the root.
+    /// Number of steps from each node to its root.
     depth: Vec<usize>,
 }
 
 impl Ancestors {
-    /// Of all nodes of `tree`.
+    /// Prepares all nodes of `tree`.
     pub fn of(tree: &Tree) -> Self {
         let count = tree.nodes.len();
         let parents = tree.nodes.iter().enumerate();
@@ -158,7 +155,6 @@ impl Ancestors {
             .map(|(number, node)| node.parent.map_or(number, |parent| parent.0))
             .collect();
         let (mut jump, mut depth) = (above.clone(), vec![0; count]);
-        // Parents have larger numbers than their children.
         for node in (0..count).rev() {
             let parent = above[node];
             if parent == node {
@@ -173,7 +169,7 @@ impl Ancestors {
         Self { above, jump, depth }
     }
 
-    /// The lowest node above both `a` and `b`, as [`Tree::joint`] finds it.
+    /// The lowest common ancestor of `a` and `b`, as in [`Tree::joint`].
     ///
     /// # Panics
     /// If a minimum is not in the tree.
@@ -195,7 +191,7 @@ impl Ancestors {
             if self.depth[a] == 0 {
                 return None;
             }
-            // At equal depths jumps are equally long.
+            // At equal depths the jumps have equal lengths.
             let up = if self.jump[a] == self.jump[b] {
                 &self.above
             } else {
@@ -207,7 +203,6 @@ impl Ancestors {
     }
 }
 
-/// A usable connection.
 #[derive(Clone, Copy)]
 struct Link {
     edge: EdgeIndex,
@@ -216,8 +211,8 @@ struct Link {
     evidence: Evidence,
 }
 
-/// The merges that the connections of one level make, lowest first, each with a minimum below it. `used` names, of each
-/// connection that joins anything, the two subtrees it joins, and `families` which of those belong together.
+/// The merges that the connections of one level make, lowest first, each with a minimum below it. `used` gives the two
+/// subtrees that each connection joins, and `families` tells which subtrees belong together.
 fn merges_of(used: &[([usize; 2], Link)], families: &UnionFind<usize>) -> Vec<(usize, Node)> {
     let mut members: Vec<(usize, usize)> = (used.iter().flat_map(|(ends, _)| ends))
         .map(|subtree| (families.find(*subtree), *subtree))
@@ -252,8 +247,7 @@ fn merges_of(used: &[([usize; 2], Link)], families: &UnionFind<usize>) -> Vec<(u
     merges
 }
 
-/// Connections of evidence `worst` or better by rising height, those that tie together; within a tie the best evidence
-/// first.
+/// Connections with evidence `worst` or better by height, grouped by ties. In a tie the best evidence comes first.
 fn levels(network: &Network, worst: Evidence) -> Vec<Vec<Link>> {
     let mut links: Vec<Link> = network
         .edge_references()
@@ -264,7 +258,7 @@ fn levels(network: &Network, worst: Evidence) -> Vec<Vec<Link>> {
             Link {
                 edge: edge.id(),
                 ends: [from.index(), to.index()],
-                // A pass is not below the minima it joins.
+                // A pass cannot be below the minima it joins.
                 height: (edge.weight().height)
                     .max(network[from].energy)
                     .max(network[to].energy),
@@ -351,7 +345,7 @@ pub(super) mod tests {
         let tree = Tree::from_network(&network, Chain);
         assert_eq!(tree.nodes.len(), 6);
         assert_eq!(tree.nodes[4].children, [NodeId(0), NodeId(1), NodeId(2)]);
-        // Two saddles do; the path is not needed.
+        // The two saddles suffice; the path is not needed.
         assert_eq!(tree.nodes[4].evidence, Saddle);
         assert_eq!(tree.nodes[5].evidence, Chain);
         assert_eq!(tree.roots, [NodeId(5)]);
@@ -375,7 +369,7 @@ pub(super) mod tests {
         assert_eq!(tree.nodes[4].children, [NodeId(0), NodeId(3)]);
     }
 
-    /// Least maximum over all paths, by relaxing until nothing changes (Floyd and Warshall).
+    /// Least maximum over all paths, by the algorithm of Floyd and Warshall.
     fn brute_force(network: &Network) -> Vec<Vec<f64>> {
         let n = network.node_count();
         let mut best = vec![vec![f64::INFINITY; n]; n];
@@ -465,7 +459,7 @@ pub(super) mod tests {
             for old in &keys {
                 renamed.add_node(network[NodeIndex::new(*old)].clone());
             }
-            // Connections come in reverse order and with their ends exchanged, too.
+            // The connections are also reversed, in order and direction.
             for edge in network.raw_edges().iter().rev() {
                 let [a, b] = [edge.source(), edge.target()].map(|end| NodeIndex::new(order[end.index()]));
                 renamed.add_edge(b, a, edge.weight.clone());

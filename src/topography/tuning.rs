@@ -1,4 +1,4 @@
-//! Temperature and force of attraction–diffusion, chosen by a few chains: a small magnetisation diagram.
+//! Chooses the temperature and force of attraction–diffusion with a few chains (a small magnetisation diagram).
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -14,7 +14,7 @@ use crate::energy::Energy;
 use crate::optimize::QuenchSettings;
 use crate::sample::{Kernel, Task, stream};
 
-/// Share of the pairs that the force is to join, of those that any force joins.
+/// Fraction of the joinable pairs that the chosen force should join.
 const JOINED: f64 = 0.9;
 
 /// Settings of [`tune`].
@@ -25,15 +25,15 @@ pub struct TuningSettings {
     pub temperatures: Vec<f64>,
     /// Forces F = αT to choose from, energy per length, ascending.
     pub forces: Vec<f64>,
-    /// Pairs that chains run between, at most.
+    /// Greatest number of pairs between which chains run.
     pub pairs: usize,
-    /// The pairs are taken evenly by distance from those of each minimum with so many nearest ones.
+    /// Number of nearest neighbours of each minimum that form the candidate pairs; the pairs used are spread by distance.
     pub neighbours: usize,
-    /// Chains; their temperature, force, attempts and replicas are not used.
+    /// Settings of the chains. Their temperature, force, attempts and replicas are not used.
     pub chain: ChainSettings,
     /// Descents at the ends of chains.
     pub quench: QuenchSettings,
-    /// When two minima are one.
+    /// Tolerance within which two minima are the same.
     pub sameness: MatchTolerance,
     /// Seed of all chains.
     pub seed: u64,
@@ -61,14 +61,14 @@ impl TuningSettings {
     }
 }
 
-/// What was tried, and what it recommends.
+/// The trials and the recommended one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Tuning {
     /// Pairs that chains ran between, both ways.
     pub pairs: Vec<(usize, usize)>,
-    /// Temperatures and forces that were tried on all of them.
+    /// Results for each temperature and force that was tried on all pairs.
     pub trials: Vec<TuningTrial>,
-    /// The trial to follow; `None` where none joined half of the pairs.
+    /// Index of the recommended trial; `None` if no trial joined half of the pairs.
     pub best: Option<usize>,
     /// Evaluations spent.
     pub evaluations: usize,
@@ -81,25 +81,25 @@ pub struct TuningTrial {
     pub temperature: f64,
     /// F = αT.
     pub force: f64,
-    /// Share of chains without any pull that are still in their minimum after as many steps as a chain's patience.
+    /// Fraction of free chains (without force) that are still in their minimum after as many steps as a chain's patience.
     pub retention: f64,
-    /// Share of the chains that arrived.
+    /// Fraction of the chains that arrived.
     pub arrived: f64,
-    /// Share of the pairs that some chain joined.
+    /// Fraction of the pairs that some chain joined.
     pub joined: f64,
-    /// Median over all pairs of the lower raw barrier, above the higher minimum; `None` where half of them are not joined.
+    /// Median over all pairs of the lower raw barrier above the higher minimum; `None` if half of the pairs are not joined.
     pub median_barrier: Option<f64>,
     /// Evaluations of these chains.
     pub evaluations: usize,
 }
 
 impl Tuning {
-    /// The trial to follow.
+    /// The recommended trial.
     pub fn recommended(&self) -> Option<&TuningTrial> {
         self.trials.get(self.best?)
     }
 
-    /// What it recommends and why.
+    /// A sentence that states the recommendation and its reason.
     pub fn reason(&self) -> Option<String> {
         let best = self.recommended()?;
         Some(format!(
@@ -116,7 +116,7 @@ impl Tuning {
     }
 }
 
-/// What one chain came to, for the journal.
+/// Outcome of one chain, for the journal.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Outcome {
     #[serde(with = "bits::options")]
@@ -124,18 +124,18 @@ struct Outcome {
     evaluations: usize,
 }
 
-/// Chooses temperature and force by chains between a few pairs of `minima` (sorted by energy).
+/// Chooses temperature and force with chains between a few pairs of `minima` (sorted by energy).
 ///
-/// At each temperature bisection finds the least force at which a chain gets from each minimum of a pair to the other, as if
-/// what a force can do every stronger one could. Two forces are then tried on all pairs: the least that should join nine pairs of ten,
-/// and the next one that is at least twice as strong. The trial whose chains meet the lowest barriers is recommended,
-/// among temperatures at which free chains stay in their minimum, if there are any.
+/// At each temperature, bisection finds the least force at which a chain gets from each minimum of a pair to the other. It
+/// assumes that every stronger force succeeds as well. Two forces are then tried on all pairs: the least one that should
+/// join nine pairs of ten, and the next one that is at least twice as strong. The recommended trial is the one whose chains
+/// meet the lowest barriers, among temperatures at which free chains stay in their minimum if there are any.
 ///
-/// For P pairs and G forces at most P (2 log₂ G + 6) chains run at each temperature: a hundredth of what
-/// [`diagram`](super::diagram()) costs. The outcome depends neither on threads nor on interruptions.
+/// For P pairs and G forces, at most P (2 log₂ G + 6) chains run at each temperature. This costs a hundredth of
+/// [`diagram`](super::diagram()). The outcome depends neither on threads nor on interruptions.
 ///
 /// # Errors
-/// If the journal of `run` does not take a record.
+/// If the journal of `run` cannot store a record.
 pub fn tune(
     energy: &dyn Energy,
     kernel: &dyn Kernel,
@@ -154,7 +154,7 @@ pub fn tune(
         pairs: (0..count).map(|k| all[k * all.len() / count]).collect(),
     };
     let temperatures = settings.temperatures.len();
-    // A scan, a free chain and two trials for each direction of each pair.
+    // Each direction of each pair needs a scan, a free chain and two trials.
     let tally = run.tally(Phase::Diagram, 8 * temperatures * count);
     let mut evaluations = 0;
     let mut trials = Vec::new();
@@ -175,7 +175,7 @@ pub fn tune(
     })
 }
 
-/// The trial with the lowest barriers, the cheaper of equal ones.
+/// Index of the trial with the lowest barriers; the cheaper one of equal trials.
 fn best(trials: &[TuningTrial]) -> Option<usize> {
     let joined = trials.iter().enumerate().filter_map(|(k, trial)| {
         let frozen = trial.retention >= FROZEN;
@@ -199,7 +199,6 @@ struct Tuner<'a> {
 }
 
 impl Tuner<'_> {
-    /// Both directions of all pairs: first those there, then those back.
     fn ways(&self) -> Vec<(usize, usize)> {
         let back = self.pairs.iter().map(|(a, b)| (*b, *a));
         self.pairs.iter().copied().chain(back).collect()
@@ -212,14 +211,14 @@ impl Tuner<'_> {
         }
     }
 
-    /// Barrier of one chain at temperature number `t` and force number `f`, if it arrives, and the evaluations.
+    /// Runs one chain at temperature `t` and force `f` (indices). Returns its barrier if it arrives, and the evaluations.
     fn chain(
         &self,
         (from, to): (usize, usize),
         (t, f): (usize, usize),
         replica: usize,
     ) -> (Option<f64>, usize) {
-        // Room for 2²⁰ minima, and 2⁸ of everything else.
+        // The stream number has 20 bits for a minimum and 8 bits for each other index.
         let parts = [(to, 20), (t, 8), (f, 8), (replica, 8)];
         let id = parts
             .into_iter()
@@ -237,8 +236,8 @@ impl Tuner<'_> {
         (found.arrived.then_some(found.barrier), found.evaluations)
     }
 
-    /// For each pair the number of the least force that joins it either way (the number of forces where none does), the
-    /// share of free chains that stay in their minimum, and the evaluations spent.
+    /// Returns for each pair the index of the least force that joins it in either direction (the number of forces if none
+    /// does), the fraction of free chains that stay in their minimum, and the evaluations spent.
     fn scan(&self, t: usize, tally: &Tally<'_>) -> Result<(Vec<usize>, f64, usize), JournalError> {
         let ways = self.ways();
         let found: Vec<(usize, bool, usize)> = ways
@@ -265,7 +264,7 @@ impl Tuner<'_> {
         ))
     }
 
-    /// Number of the least force that brings a chain there, by bisection, and the evaluations.
+    /// Finds by bisection the index of the least force at which a chain arrives. Also returns the evaluations.
     fn threshold(&self, t: usize, way: (usize, usize)) -> (usize, usize) {
         let (mut fails, mut arrives, mut spent) = (0, self.settings.forces.len(), 0);
         while fails < arrives {
@@ -281,7 +280,7 @@ impl Tuner<'_> {
         (arrives, spent)
     }
 
-    /// Whether a free chain stays in the first minimum, and the evaluations.
+    /// Returns whether a free chain stays in the first minimum, and the evaluations.
     fn stays(&self, t: usize, (from, to): (usize, usize)) -> (bool, usize) {
         let id = (((from as u64) << 20 | to as u64) << 8 | t as u64) | 1 << 63;
         stays(
@@ -294,7 +293,7 @@ impl Tuner<'_> {
         )
     }
 
-    /// Numbers of the forces to be tried on all pairs.
+    /// Indices of the forces to try on all pairs.
     fn worth_trying(&self, thresholds: &[usize]) -> Vec<usize> {
         let forces = &self.settings.forces;
         let mut reached: Vec<usize> = (thresholds.iter().copied())
@@ -311,7 +310,6 @@ impl Tuner<'_> {
         std::iter::once(least).chain(double).collect()
     }
 
-    /// Chains between all pairs, both ways.
     fn trial(
         &self,
         (t, f): (usize, usize),
@@ -385,7 +383,7 @@ mod tests {
             trial(1.0, None, 1),
         ];
         assert_eq!(best(&trials), Some(2));
-        // Where everything melts the lowest has to do.
+        // If free chains leave their minimum at every temperature, the lowest barrier decides.
         assert_eq!(best(&trials[3..]), Some(0));
         assert_eq!(best(&trials[4..]), None);
     }

@@ -1,4 +1,4 @@
-//! `min.data` and `ts.data`: the text files in which landscapes are exchanged.
+//! The exchange formats `min.data` and `ts.data` for landscapes.
 //!
 //! Two programs write files of these names, with different columns:
 //!
@@ -12,8 +12,8 @@
 //! * *a*, *b*: the minima joined, counted from 1 by PATHSAMPLE, by their numbers in topsearch (from 0);
 //! * *I*: the three principal moments of inertia by rising value.
 //!
-//! A reader tells them apart by the number of columns, 6 and 8 or 2 and 3. What a surface does not have is written as a
-//! placeholder: ln-product 0 (no Hessian), order 1, moments 0 (no atoms). Numbers keep all their bits.
+//! A reader tells the layouts apart by the number of columns: 6 and 8, or 2 and 3. Unknown values are written as
+//! placeholders: ln-product 0 (no Hessian), order 1, moments 0 (no atoms). Numbers are written without loss.
 
 mod read;
 mod write;
@@ -28,15 +28,14 @@ use super::network::{Edge, Evidence, Minimum, Network};
 use super::search::Exploration;
 use crate::space::{moments_of_inertia, point_group_order};
 
-/// What PATHSAMPLE's files say of a stationary point besides its energy.
+/// What PATHSAMPLE's files contain for a stationary point besides its energy.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Vibrations {
-    /// Σ ln λ over the positive eigenvalues λ of the Hessian, energies per length squared (all masses 1 when written by
-    /// us).
+    /// Σ ln λ over the positive Hessian eigenvalues λ, energy per length squared (with masses of 1 in files written here).
     pub log_product: f64,
-    /// Operations of the point group that map the structure on itself, mirror images included.
+    /// Number of operations of the point group that map the structure onto itself, including improper ones.
     pub point_group_order: u32,
-    /// Principal moments of inertia by rising value.
+    /// Principal moments of inertia, ascending.
     pub moments_of_inertia: [f64; 3],
 }
 
@@ -56,7 +55,7 @@ impl Default for Vibrations {
 pub struct MinimumEntry {
     /// Its energy.
     pub energy: f64,
-    /// What else is known.
+    /// Vibrational data, if known.
     pub vibrations: Option<Vibrations>,
 }
 
@@ -65,9 +64,9 @@ pub struct MinimumEntry {
 pub struct TransitionStateEntry {
     /// Its energy.
     pub energy: f64,
-    /// Rows of the minima it joins; twice the same for a degenerate rearrangement.
+    /// Rows of the minima it joins; both are the same for a degenerate rearrangement.
     pub ends: [usize; 2],
-    /// What else is known.
+    /// Vibrational data, if known.
     pub vibrations: Option<Vibrations>,
 }
 
@@ -80,12 +79,12 @@ pub struct Database {
     pub transition_states: Vec<TransitionStateEntry>,
 }
 
-/// Distance up to which two atoms count as being in one place, as a share of the distance to the farthest atom from the
-/// centre: stationary points are found to about 10⁻⁸, structures that are merely nearly symmetric differ by more.
+/// Distance within which two atoms coincide, relative to the distance of the farthest atom from the centre. Stationary
+/// points are accurate to about 10⁻⁸, and structures that are only nearly symmetric differ by more than this.
 const SAME_PLACE: f64 = 1e-3;
 
 impl Database {
-    /// The minima and finite connections of a network; nothing is known of their curvatures.
+    /// The minima and finite connections of a network, without vibrational data.
     pub fn from_network(network: &Network) -> Self {
         let minima = network.node_weights().map(|minimum| MinimumEntry {
             energy: minimum.energy,
@@ -105,8 +104,8 @@ impl Database {
         }
     }
 
-    /// All minima and saddles of a search with their curvatures; with `atoms`, coordinates are positions of equal atoms
-    /// of mass 1 and give the point groups and moments of inertia, too.
+    /// All minima and saddles of a search with their curvatures. With `atoms`, the coordinates are positions of equal atoms
+    /// of mass 1, which also give point groups and moments of inertia.
     pub fn from_exploration(found: &Exploration, atoms: bool) -> Self {
         let vibrations = |coordinates: &[f64], curvatures: &[f64]| {
             let positive = curvatures.iter().filter(|curvature| **curvature > 0.0);
@@ -141,8 +140,8 @@ impl Database {
         }
     }
 
-    /// The network: minima by rising energy (`members` names the row of each), of each pair the lowest transition state.
-    /// Degenerate rearrangements join nothing and are left out; coordinates and lengths are not known (none, 0).
+    /// The network of the minima, sorted by energy (`members` holds the row of each), with the lowest transition state of
+    /// each pair. Degenerate rearrangements are left out. Coordinates and lengths are unknown (empty and 0).
     pub fn network(&self) -> Network {
         let mut rows: Vec<usize> = (0..self.minima.len()).collect();
         rows.sort_by(|a, b| {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::{Database, MinimumEntry, TransitionStateEntry, Vibrations};
 
-/// Who wrote the files.
+/// The program whose layout the files have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Layout {
     /// Six and eight columns.
@@ -23,11 +23,11 @@ impl Layout {
     }
 }
 
-/// Why a `min.data` or `ts.data` cannot be read. Lines and fields count from 1.
+/// An error in a `min.data` or `ts.data`. Lines and fields are counted from 1.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExchangeError {
-    /// A line has no layout's number of columns.
+    /// A line has a number of columns that no layout has.
     #[error(
         "{file}, line {line}: {found} fields, but a line has {} (PATHSAMPLE) or {} (topsearch)",
         .expected[0],
@@ -38,12 +38,12 @@ pub enum ExchangeError {
         file: &'static str,
         /// Number of the line.
         line: usize,
-        /// Fields on it.
+        /// Number of fields on it.
         found: usize,
-        /// Fields of PATHSAMPLE and of topsearch.
+        /// Number of fields in the layouts of PATHSAMPLE and topsearch.
         expected: [usize; 2],
     },
-    /// A line is of another layout than the first of `min.data`.
+    /// A line has another layout than the first line of `min.data`.
     #[error(
         "{file}, line {line}: the layout of {} ({found} fields), but min.data begins in that of {}",
         .layout.name(),
@@ -54,14 +54,14 @@ pub enum ExchangeError {
         file: &'static str,
         /// Number of the line.
         line: usize,
-        /// Fields on it.
+        /// Number of fields on it.
         found: usize,
-        /// Whose layout that is.
+        /// Layout of this line.
         layout: Layout,
-        /// Whose layout `min.data` begins in.
+        /// Layout of the first line of `min.data`.
         first: Layout,
     },
-    /// A field is not what it should be.
+    /// A field has an invalid value.
     #[error("{file}, line {line}, field {field}: `{text}` is not {expected}")]
     Field {
         /// `min.data` or `ts.data`.
@@ -70,12 +70,12 @@ pub enum ExchangeError {
         line: usize,
         /// Number of the field.
         field: usize,
-        /// What it holds.
+        /// Text of the field.
         text: String,
-        /// What it should be.
+        /// Description of a valid value.
         expected: &'static str,
     },
-    /// A number of a minimum that occurs twice.
+    /// The number of a minimum occurs twice.
     #[error("{file}, line {line}, field {field}: minimum {number} is already on line {first}")]
     Twice {
         /// `min.data`.
@@ -86,10 +86,10 @@ pub enum ExchangeError {
         field: usize,
         /// The number of the minimum.
         number: usize,
-        /// Where it occurred first.
+        /// Line of the first occurrence.
         first: usize,
     },
-    /// A transition state of a minimum that is not there.
+    /// A transition state joins a minimum that does not exist.
     #[error(
         "{file}, line {line}, field {field}: there is no minimum {number} in min.data, which holds {count} counted from {from}"
     )]
@@ -102,12 +102,12 @@ pub enum ExchangeError {
         field: usize,
         /// The number of the minimum.
         number: usize,
-        /// Minima in `min.data`.
+        /// Number of minima in `min.data`.
         count: usize,
-        /// Number of the first.
+        /// Number of the first minimum.
         from: usize,
     },
-    /// A transition state lies lower than a minimum that it joins.
+    /// A transition state is lower than a minimum that it joins.
     #[error(
         "{file}, line {line}, field {field}: the energy {energy} lies below that of minimum {number} ({minimum}, line \
          {minimum_line} of min.data), which this transition state joins"
@@ -128,7 +128,7 @@ pub enum ExchangeError {
         /// Number of its line.
         minimum_line: usize,
     },
-    /// There is nothing to read.
+    /// The file holds no minima.
     #[error("{file} holds no minima")]
     Empty {
         /// `min.data`.
@@ -140,15 +140,14 @@ const MINIMA: &str = "min.data";
 const STATES: &str = "ts.data";
 
 impl Database {
-    /// Reads the text of a `min.data` and of its `ts.data`, of either layout. Empty lines are skipped; numbers may have
-    /// Fortran's exponents (`1.5D-3`).
+    /// Reads `min.data` and its `ts.data` in either layout. Empty lines are skipped. Fortran exponents (`1.5D-3`) are
+    /// allowed.
     ///
     /// # Errors
-    /// If a line or a field does not fit: which, of which file, and what would. If a transition state lies below a minimum
-    /// that it joins: no surface has one.
+    /// If a line or field is invalid, or if a transition state is lower than a minimum that it joins.
     pub fn parse(min_data: &str, ts_data: &str) -> Result<(Self, Layout), ExchangeError> {
         let mut database = Self::default();
-        // Row of each minimum by its number in the file, and the line where it stands.
+        // Row of each minimum by its number in the file, and its line.
         let mut rows: BTreeMap<usize, (usize, usize)> = BTreeMap::new();
         let mut first = None;
         for (row, line) in lines(min_data, MINIMA).enumerate() {
@@ -218,14 +217,12 @@ impl Database {
     }
 }
 
-/// A line that is not empty.
 struct Line<'a> {
     file: &'static str,
     number: usize,
     fields: Vec<&'a str>,
 }
 
-/// The lines of a file that are not empty.
 fn lines<'a>(text: &'a str, file: &'static str) -> impl Iterator<Item = Line<'a>> {
     let lines = text.lines().enumerate().map(move |(row, text)| Line {
         file,
@@ -236,7 +233,7 @@ fn lines<'a>(text: &'a str, file: &'static str) -> impl Iterator<Item = Line<'a>
 }
 
 impl Line<'_> {
-    /// The layout of a line with as many fields as PATHSAMPLE's or topsearch's, which must be that of the `first` line.
+    /// The layout of a line by its number of fields. It must be the layout of the `first` line.
     fn layout(
         &self,
         expected: [usize; 2],
@@ -290,7 +287,7 @@ impl Line<'_> {
         number.ok_or_else(|| self.wrong(field, "the number of a minimum"))
     }
 
-    /// Numbers of the fields of the ln-product, of the order and of the first moment.
+    /// Reads the vibrational data. The arguments are the fields of the ln-product, the order and the first moment.
     fn vibrations(
         &self,
         [product, order, moments]: [usize; 3],

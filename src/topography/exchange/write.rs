@@ -3,7 +3,7 @@
 use super::{Database, Layout, Vibrations};
 
 impl Database {
-    /// The text of `min.data`. Numbers are written with all their bits, in columns of fixed width.
+    /// The text of `min.data`. Numbers are written without loss in columns of fixed width.
     pub fn min_data(&self, layout: Layout) -> String {
         let minima = self.minima.iter().enumerate();
         minima
@@ -39,7 +39,7 @@ impl Database {
     }
 }
 
-/// ln-product and order, and the moments of inertia.
+/// The columns of ln-product and order, and those of the moments of inertia.
 fn columns(vibrations: Option<Vibrations>) -> (String, String) {
     let vibrations = vibrations.unwrap_or_default();
     let before = format!(
@@ -50,7 +50,7 @@ fn columns(vibrations: Option<Vibrations>) -> (String, String) {
     (before, vibrations.moments_of_inertia.map(number).join(" "))
 }
 
-/// The shortest text that gives the same number back, right-aligned.
+/// The shortest text that is read back as the same number, right-aligned.
 fn number(value: f64) -> String {
     let plain = value == 0.0 || (1e-5..1e15).contains(&value.abs());
     if plain {

@@ -1,10 +1,10 @@
 //! Images along a path that relax together, as a string or as an elastic band.
 //!
-//! Both move every image by the force across the path. They differ in what keeps the images apart: those of a string
-//! (W. E, W. Ren and E. Vanden-Eijnden, J. Chem. Phys. 126, 164103 (2007)) are put back at even distances, those of a band
-//! are held by springs along the path (H. Jónsson, G. Mills and K. W. Jacobsen, *Nudged elastic band method* (1998)), and
-//! its highest image climbs (G. Henkelman, B. P. Uberuaga and H. Jónsson, J. Chem. Phys. 113, 9901 (2000)). The tangent is
-//! the upwind one of G. Henkelman and H. Jónsson, J. Chem. Phys. 113, 9978 (2000), for both.
+//! Both methods move every image by the force across the path. The images of a string are redistributed at even distances
+//! (W. E, W. Ren and E. Vanden-Eijnden, J. Chem. Phys. 126, 164103 (2007)). Those of a band are held by springs (H.
+//! Jónsson, G. Mills and K. W. Jacobsen, *Nudged elastic band method* (1998)), and its highest image climbs (G. Henkelman,
+//! B. P. Uberuaga and H. Jónsson, J. Chem. Phys. 113, 9901 (2000)). Both use the upwind tangent of G. Henkelman and H.
+//! Jónsson, J. Chem. Phys. 113, 9978 (2000).
 
 use std::sync::Arc;
 
@@ -14,36 +14,34 @@ use crate::energy::Energy;
 use crate::optimize::Fire;
 use crate::space::vector::{add, dot, norm, scale, times};
 
-/// Segments may differ in length by this factor, after their shares, before a string makes them even again or a band
-/// stiffens.
+/// Ratio of segment lengths (relative to their shares) above which a string is redistributed or a band stiffens.
 const UNEVEN: f64 = 1.5;
-/// Iterations of a band between two looks at its springs, the factor by which they become stiffer or softer, and the factor
-/// that they may change by at most.
+/// Iterations between two adaptations of the springs, the factor of an adaptation, and the greatest total factor.
 const LOOK: usize = 5;
 const STIFFER: f64 = 1.2;
 const STIFFEST: f64 = 10.0;
-/// Farthest an image of a band moves in an iteration, as a share of the shorter of its segments: it never passes another.
+/// Longest step of a band image, relative to the shorter of its segments, so that it never passes another image.
 const STRIDE: f64 = 0.4;
 
-/// How images relax.
+/// Settings of the relaxation.
 #[derive(Clone, Copy)]
 pub(super) struct Manner {
     pub(super) method: PathMethod,
     pub(super) band: BandSettings,
-    /// Farthest an image moves in an iteration.
+    /// Longest step of an image in an iteration.
     pub(super) longest: f64,
-    /// Energy above which images need not be known exactly.
+    /// Energy above which images need not be evaluated exactly.
     pub(super) ceiling: f64,
 }
 
-/// Images joined by geodesics; the ends and the pinned images stay where they are.
+/// Images joined by geodesics. The ends and the pinned images are fixed.
 ///
-/// One FIRE an image: with the tangent given, the forces across the path of different images know nothing of each other, so
-/// a stiff image does not slow the others. No energy of the whole exists; forces alone say when it has come to rest.
+/// Each image has its own FIRE optimiser. Given the tangents, the forces on different images are independent, so a stiff
+/// image does not slow the others. There is no total energy; only the forces show convergence.
 #[derive(Clone)]
 pub(super) struct Images<'e> {
     energy: &'e dyn Energy,
-    /// The energy as each image sees it, where it has a memory.
+    /// The energy with a cache for each image, if it supports one.
     local: Vec<Option<Arc<dyn Energy + 'e>>>,
     scales: Vec<f64>,
     pub(super) manner: Manner,
@@ -55,12 +53,12 @@ pub(super) struct Images<'e> {
     fire: Vec<Fire>,
     climbs: bool,
     iterations: usize,
-    /// Stiffness of the springs now, in units of that at first.
+    /// Current stiffness of the springs, relative to the initial one.
     stiffness: f64,
 }
 
 impl<'e> Images<'e> {
-    /// Images at the ends of `segments` equal segments of the polygon through `points`.
+    /// Places images at the ends of `segments` equal segments of the polygon through `points`.
     pub(super) fn new(
         energy: &'e dyn Energy,
         points: &[Vec<f64>],
@@ -92,7 +90,6 @@ impl<'e> Images<'e> {
         images
     }
 
-    /// Appends an image at rest.
     fn push(&mut self, x: Vec<f64>) {
         let local: Option<Arc<dyn Energy + 'e>> = self.energy.with_cache().map(Arc::from);
         let mut gradient = vec![0.0; self.scales.len()];
@@ -110,22 +107,21 @@ impl<'e> Images<'e> {
             .push(Fire::new(self.scales.len(), self.manner.longest));
     }
 
-    /// From now on the highest image climbs, if this is a band that should; whether it is.
+    /// Makes the highest image climb from now on if this is a climbing band. Returns whether it is.
     pub(super) fn climb(&mut self) -> bool {
         self.climbs = self.manner.method == PathMethod::Band && self.manner.band.climbing;
         self.climbs
     }
 
-    /// The same path with an image in the middle of every segment.
+    /// The same path with an image added in the middle of every segment.
     pub(super) fn doubled(self) -> Self {
         self.split(&mut |_, _| true)
     }
 
-    /// The same path with an image in the middle of the segments where the surface departs from what the images say of it:
-    /// from the cubic through the energies and slopes at both ends, by more than `tolerance`. `None` where it does so
-    /// nowhere.
+    /// The same path with an image added in the middle of each segment where the surface differs by more than `tolerance`
+    /// from the cubic through the energies and slopes at both ends. `None` if there is no such segment.
     ///
-    /// As images are inserted by F. Draxler et al. (2018), arXiv:1803.00885, with the cubic in place of the straight line.
+    /// F. Draxler et al. (2018), arXiv:1803.00885, insert images in this way, with a straight line instead of the cubic.
     pub(super) fn inserted(&self, tolerance: f64) -> Option<Self> {
         let space = self.energy.space();
         let mut tangent = vec![0.0; self.scales.len()];
@@ -144,7 +140,7 @@ impl<'e> Images<'e> {
         (finer.shares.len() > self.shares.len()).then_some(finer)
     }
 
-    /// The gradient at an image; pinned images are stationary.
+    /// The gradient at an image; zero for pinned images.
     fn slope(&self, i: usize) -> Vec<f64> {
         if self.pinned[i] {
             vec![0.0; self.scales.len()]
@@ -153,7 +149,7 @@ impl<'e> Images<'e> {
         }
     }
 
-    /// The same path with an image in the middle of the segments for which `wanted(segment, energy there)`.
+    /// The same path with an image added in the middle of the segments for which `wanted(segment, energy there)` holds.
     fn split(self, wanted: &mut dyn FnMut(usize, f64) -> bool) -> Self {
         let space = self.energy.space();
         let mut tangent = vec![0.0; self.scales.len()];
@@ -211,7 +207,6 @@ impl<'e> Images<'e> {
         self.fire.pop();
     }
 
-    /// Holds image `i` at `x` from now on.
     pub(super) fn pin(&mut self, i: usize, x: &[f64], energy: f64) {
         self.path.images[i] = x.to_vec();
         self.path.energies[i] = energy;
@@ -219,8 +214,8 @@ impl<'e> Images<'e> {
         self.pinned[i] = true;
     }
 
-    /// Relaxes until the greatest force across the path is at most `tolerance`, or for `iterations`; returns that force.
-    /// Of a climbing image its whole force counts; springs do not, which only decide where along the path the images lie.
+    /// Relaxes until the greatest force across the path is at most `tolerance`, or for `iterations`, and returns that
+    /// force. The whole force on a climbing image counts. Spring forces do not; they only place the images along the path.
     pub(super) fn relax(&mut self, iterations: usize, tolerance: f64) -> f64 {
         let mut left = iterations;
         loop {
@@ -242,7 +237,7 @@ impl<'e> Images<'e> {
             .fold(0.0, f64::max)
     }
 
-    /// The tangents at an inner image to the one after and from the one before.
+    /// The tangents at an inner image to the next image and from the previous one.
     fn neighbours(&self, i: usize) -> [Vec<f64>; 2] {
         let space = self.energy.space();
         let images = &self.path.images;
@@ -254,7 +249,7 @@ impl<'e> Images<'e> {
         [ahead, behind]
     }
 
-    /// Unit tangent at an inner image, toward rising energy.
+    /// Unit tangent at an inner image, by the upwind rule.
     pub(super) fn tangent(&self, i: usize) -> Vec<f64> {
         let energies = &self.path.energies;
         let [mut ahead, behind] = self.neighbours(i);
@@ -280,8 +275,8 @@ impl<'e> Images<'e> {
         ahead
     }
 
-    /// The surface's force across the path at image `i`; upwards along it too where that image climbs. Zero at pinned
-    /// images and outside the domain.
+    /// The force of the surface across the path at image `i`. A climbing image is also pushed up along the path. The force
+    /// is zero at pinned images and outside the domain.
     fn force_across(&self, i: usize) -> Vec<f64> {
         let mut force = vec![0.0; self.scales.len()];
         if !self.pinned[i] && self.path.energies[i].is_finite() {
@@ -294,7 +289,7 @@ impl<'e> Images<'e> {
         force
     }
 
-    /// Whether a free image climbs: the highest, if it is higher than both its neighbours.
+    /// Whether a free image climbs: it is the highest and is higher than both neighbours.
     fn is_climbing(&self, i: usize) -> bool {
         let energies = &self.path.energies;
         self.climbs
@@ -303,13 +298,13 @@ impl<'e> Images<'e> {
             && (energies.iter().zip(&self.pinned)).all(|(e, pin)| *pin || *e <= energies[i])
     }
 
-    /// Adds the force of the springs on a free image that does not climb: along the path, and what double nudging leaves of
+    /// Adds the spring force on a free image that does not climb: the part along the path, and with double nudging some of
     /// the rest. An image outside the domain follows its neighbours.
     fn add_springs(&self, i: usize, force: &mut [f64]) {
         let settings = &self.manner.band;
         let spring = settings.spring * self.stiffness;
         let [mut pull, behind] = self.neighbours(i);
-        // A segment is stretched when it is longer than its share; no spring is stiffer than between equal shares.
+        // A segment is stretched if it is longer than its share. No spring is stiffer than between equal shares.
         let least = self.shares[i].min(self.shares[i - 1]);
         let [ahead_factor, behind_factor] = [i, i - 1].map(|k| least / self.shares[k]);
         let stretch = norm(&pull) * ahead_factor - norm(&behind) * behind_factor;
@@ -380,13 +375,13 @@ impl<'e> Images<'e> {
         self.iterations += 1;
     }
 
-    /// The stretches between pinned images, as the numbers of both ends.
+    /// The ranges between pinned images, as the indices of both ends.
     fn stretches(&self) -> Vec<(usize, usize)> {
         let pins: Vec<usize> = (0..self.pinned.len()).filter(|i| self.pinned[*i]).collect();
         pins.windows(2).map(|ends| (ends[0], ends[1])).collect()
     }
 
-    /// Whether the segments of a stretch differ much in length from their shares of it.
+    /// Whether the segment lengths of a range differ much from their shares.
     fn is_uneven(&self, images: &[Vec<f64>], (first, last): (usize, usize)) -> bool {
         let space = self.energy.space();
         let (mut shortest, mut longest) = (f64::INFINITY, 0.0_f64);
@@ -398,7 +393,7 @@ impl<'e> Images<'e> {
         longest > UNEVEN * shortest
     }
 
-    /// Makes the segments between two pinned images as long as their shares say, where they differ much.
+    /// Redistributes the images between pinned images by their shares, if the lengths differ much.
     fn even_out(&self, images: &mut [Vec<f64>]) {
         for (first, last) in self.stretches() {
             if self.is_uneven(images, (first, last)) {
@@ -412,7 +407,7 @@ impl<'e> Images<'e> {
         }
     }
 
-    /// Stiffens the springs while images are spread unevenly, and softens them while they are not.
+    /// Stiffens the springs if the images are spread unevenly, and softens them otherwise.
     fn adapt_springs(&mut self, images: &[Vec<f64>]) {
         if self.iterations % LOOK == LOOK - 1 {
             let stretches = self.stretches();
@@ -457,7 +452,7 @@ mod tests {
                 !images.is_uneven(&images.path.images, (0, 12)),
                 "{method:?}"
             );
-            // The true top may lie between two images.
+            // The true maximum may lie between two images.
             let height = images.path.height();
             assert!(
                 (PASS - 3.0..PASS + 0.1).contains(&height),
@@ -500,7 +495,7 @@ mod tests {
             );
         }
         assert!(images.inserted(f64::INFINITY).is_none());
-        // A cubic knows a smooth path to a hundredth of its barrier, and not to a billionth.
+        // A cubic describes a smooth path to within a hundredth of its barrier, but not to a billionth.
         assert!(images.inserted(1.0).is_none());
         assert!(images.inserted(1e-7).is_some());
     }

@@ -1,11 +1,11 @@
-//! Lowering the top of a path over a kinked energy, seam by seam.
+//! Lowers the top of a path over a kinked energy, seam by seam.
 //!
-//! On an envelope E = min over pieces whose kinks lie close, a string never comes to rest: its images flip from piece to
-//! piece. But such a path is a sequence of pieces, and what it costs is where it changes from one to the next. Along the
-//! seam of two pieces its crossing descends by itself, whatever the rest of the path does, since between two crossings a
-//! straight line through one smooth piece costs little more than its ends. So the highest crossing is moved down its
-//! seam, until it comes to rest there or a third piece undercuts both. Then the path goes through that one, and its top
-//! is one of the two new seams. A move counts only if the highest point of the path falls.
+//! If the kinks of an envelope E = min over pieces are close together, a string never converges, because its images switch
+//! from piece to piece. Such a path is a sequence of pieces, and its height is decided where it changes from one piece to
+//! the next: between two crossings, a straight line through one smooth piece rises little above its ends. The crossing of
+//! two pieces can descend along their seam independently of the rest of the path. So the highest crossing is moved down its
+//! seam until it converges or a third piece is lower than both. The path then goes through that piece, and its top is one
+//! of the two new seams. A move counts only if the highest point of the path falls.
 
 use std::cell::OnceCell;
 
@@ -17,28 +17,25 @@ use crate::space::Space;
 use crate::space::vector::{dot, norm, scale};
 use crate::topography::eigen::Piece;
 
-/// Golden section.
 const GOLDEN: f64 = 0.381_966_011_250_105;
-/// Probes of the golden section between two nodes.
+/// Golden-section probes between two nodes.
 const PROBES: usize = 10;
-/// Segments searched for the top, besides those with a node above it.
+/// Greatest number of segments searched for the top, besides those with a node above it.
 const SEARCHED: usize = 8;
-/// Lengths of a move that are tried, each this share of the one before.
+/// Number of move lengths tried; each is `SHORTER` times the previous one.
 const TRIALS: usize = 4;
 const SHORTER: f64 = 0.4;
-/// Width over which the neighbours of the top follow it, in lengths of its move.
+/// Distance over which the neighbours of the top follow it, in lengths of its move.
 const WIDTH: f64 = 4.0;
-/// Share of the difference in energy that means nothing by which a third piece must undercut a seam, by which two pieces
-/// may differ on it, and by which a top must fall.
+/// Thresholds, as fractions of the energy tolerance: by how much a third piece must undercut a seam, by how much two pieces
+/// may differ on it, and by how much a top must fall.
 const UNDERCUT: f64 = 0.05;
 const TIE: f64 = 1e-3;
 const GAIN: f64 = 1e-3;
-/// Height above the ends from which on no choice is proven to be the best, in units of that at which evaluations become
-/// rough: without proofs right above that one a few tops stay higher than they must, and with proofs everywhere a map takes
-/// half as long again.
+/// Height above the ends from which choices are not proven optimal, in units of the height at which evaluations become
+/// rough. Without proofs just above that, a few tops stay too high; with proofs everywhere, a map takes 50 % longer.
 const HOPELESS: f64 = 4.0;
 
-/// A point of the path.
 #[derive(Clone)]
 struct Node {
     x: Vec<f64>,
@@ -51,35 +48,34 @@ struct Node {
 struct Kinked<'e> {
     energy: &'e dyn Energy,
     settings: &'e PathSettings,
-    /// Energy from which on evaluations are rough.
+    /// Energy above which evaluations are rough.
     ceiling: f64,
-    /// Energy from which on choices are, too.
+    /// Energy above which choices are not proven optimal.
     hopeless: f64,
-    /// Nodes are at most this far apart.
+    /// Greatest distance between nodes.
     spacing: f64,
-    /// Falls of the top below this do not count.
+    /// Smallest fall of the top that counts.
     gain: f64,
     nodes: Vec<Node>,
 }
 
-/// The highest point of a polygon, between two of its nodes.
 struct Top {
     segment: usize,
     energy: f64,
     x: Vec<f64>,
-    /// Points of the path close before and behind.
+    /// Nearby points of the path before and after it.
     sides: [Vec<f64>; 2],
 }
 
-/// A path whose top was lowered as far as it would go.
+/// A path whose top was lowered as far as possible.
 pub(super) struct Lowered {
     pub(super) path: Path,
     pub(super) peak: Peak,
-    /// Whether no move lowers the top any more *and* halving the distance of its nodes hardly changed its height.
+    /// Whether no move lowers the top any more *and* halving the node distance hardly changed its height.
     pub(super) relaxed: bool,
 }
 
-/// Lowers the top of the polygon through `images`. `None` if no point between its ends is finite.
+/// Lowers the top of the polygon through `images`. Returns `None` if no point between its ends is finite.
 pub(super) fn lower(
     energy: &dyn Energy,
     images: &[Vec<f64>],
@@ -132,7 +128,7 @@ impl<'e> Kinked<'e> {
         path
     }
 
-    /// The ends, the top and as much between them as shows the way: images half the longest step apart.
+    /// A thinned path: the ends, the top, and images between them at half the longest step.
     fn path(&self, top: &Top) -> Path {
         let mut path = Path::default();
         let mut keep = |x: &[f64], energy: f64, always: bool| {
@@ -175,19 +171,19 @@ impl<'e> Kinked<'e> {
         }
     }
 
-    /// Whether the choice that came with this energy is the one to take: above the ceiling it need not be the best one, and
-    /// far above it its proof would take longer than all the rest.
+    /// Whether to use the choice that came with this energy. Above the ceiling it may not be the best one, but far above it
+    /// the proof would take longer than everything else.
     fn settled(&self, energy: f64) -> bool {
         !(energy > self.ceiling && energy < self.hopeless)
     }
 
-    /// The choice at `node`. Most nodes are never asked, and proofs far up are long.
+    /// The choice at `node`, computed on demand because proofs at high energies are slow.
     fn choice<'n>(&self, node: &'n Node) -> &'n [u32] {
         node.choice
             .get_or_init(|| self.energy.active_piece(&node.x))
     }
 
-    /// Puts nodes between those that are further apart than the spacing.
+    /// Adds nodes between those farther apart than the spacing.
     fn refine(&mut self) {
         let mut nodes = Vec::new();
         for node in std::mem::take(&mut self.nodes) {
@@ -200,7 +196,7 @@ impl<'e> Kinked<'e> {
         self.nodes = nodes;
     }
 
-    /// Points on the straight way between two nodes that divide it into parts no longer than the spacing.
+    /// Points that divide the straight line between two nodes into parts no longer than the spacing.
     fn between_ends(
         &self,
         from: &Node,
@@ -225,9 +221,9 @@ impl<'e> Kinked<'e> {
         })
     }
 
-    /// The highest point of the path. It may lie between nodes far below it: between two nodes the path rises from one and
-    /// falls to the other, and where it is concave it lies below both tangents. Segments are searched in the order of that
-    /// bound, until none can be higher. `None` if no point is finite, or as soon as one is as high as `limit`.
+    /// The highest point of the path, which may lie between nodes far below it. Where the path is concave between two nodes
+    /// it lies below both tangents. Segments are searched in the order of this bound, until none can be higher. `None` if
+    /// no point is finite, or as soon as a point reaches `limit`.
     fn top(&self, limit: f64) -> Option<Top> {
         let space = self.space();
         let mut tangent = vec![0.0; space.tangents()];
@@ -260,7 +256,7 @@ impl<'e> Kinked<'e> {
             if best.as_ref().is_some_and(|best| best.energy >= bound) {
                 break;
             }
-            // A node that was met counts, however many bounds lie above it.
+            // A known node counts, however many bounds lie above it.
             let met = self.nodes[i].energy.max(self.nodes[i + 1].energy);
             if searched >= SEARCHED && best.as_ref().is_some_and(|best| best.energy >= met) {
                 continue;
@@ -276,8 +272,7 @@ impl<'e> Kinked<'e> {
         best
     }
 
-    /// The highest point between nodes `i` and `i + 1`, by golden section, both nodes included; or the first point met that
-    /// is as high as `limit`.
+    /// The highest point of segment `i` (with its ends) by golden section, or the first point found that reaches `limit`.
     fn between(&self, i: usize, limit: f64) -> Top {
         let space = self.space();
         let (from, to) = (&self.nodes[i], &self.nodes[i + 1]);
@@ -317,7 +312,7 @@ impl<'e> Kinked<'e> {
             }
         }
         let (mut x, mut sides) = (point(middle), [point(low), point(high)]);
-        // The path may be highest at a node, which has another segment beyond it.
+        // If the path is highest at a node, the point after it lies on another segment.
         let reach = (high - low) * length;
         let last = self.nodes.len() - 1;
         if from.energy > value && i > 0 {
@@ -335,7 +330,7 @@ impl<'e> Kinked<'e> {
         }
     }
 
-    /// The point `reach` from node `at` toward node `log`.
+    /// The point at distance `reach` from node `at` toward node `toward`.
     fn beside(&self, at: usize, toward: usize, reach: f64) -> Vec<f64> {
         let space = self.space();
         let mut step = vec![0.0; space.tangents()];
@@ -346,7 +341,7 @@ impl<'e> Kinked<'e> {
         x
     }
 
-    /// Where the crossing at `top` comes to rest on its seam, where a third piece undercuts both, or how far it may go.
+    /// The end of a slide from `top` along its seam: converged, at a lower third piece, or at its greatest length.
     fn slid(&self, top: &Top, choices: &[Vec<u32>; 2]) -> Vec<f64> {
         let reach = 2.0 * self.settings.max_step;
         let pieces = [0, 1].map(|side: usize| Piece::new(self.energy, choices[side].clone()));
@@ -375,8 +370,7 @@ impl<'e> Kinked<'e> {
         found.x
     }
 
-    /// The path with its stretch through the two pieces that meet at `top` replaced by one through `tip`; `None` if that
-    /// rises as high as `limit`.
+    /// The path with its section through the two pieces at `top` rerouted over `tip`; `None` if it reaches `limit`.
     fn through_seam(
         &self,
         top: &Top,
@@ -397,7 +391,7 @@ impl<'e> Kinked<'e> {
         if !low(&self.nodes[first]) || !low(&self.nodes[end]) {
             return None;
         }
-        // From the tip down: what is too high is next to it.
+        // From the tip down, because points that are too high are next to it.
         let below = |x| Some(self.node(x)).filter(low);
         let down = self.between_ends(&self.nodes[first], tip).rev();
         let down: Vec<Node> = down.map(below).collect::<Option<_>>()?;
@@ -415,8 +409,8 @@ impl<'e> Kinked<'e> {
         Self { nodes, ..*self }
     }
 
-    /// The path with its top moved to `tip`, by the tangent `move_by`, and the nodes within `width` of it by a share that
-    /// falls to zero there; `None` if one rises as high as `limit`.
+    /// The path with its top moved to `tip` by the tangent `move_by`. Nodes within `width` follow by a fraction that falls
+    /// to zero at that distance. `None` if a node reaches `limit`.
     fn dragged(
         &self,
         top: &Top,
@@ -454,7 +448,7 @@ impl<'e> Kinked<'e> {
         Some(self.with(nodes))
     }
 
-    /// Lowers its `top` for at most `moves` moves. Returns whether no move lowers it any more.
+    /// Lowers its `top` by at most `moves` moves. Returns whether no move lowers it any more.
     fn lower(&mut self, top: &mut Top, moves: usize) -> bool {
         for _ in 0..moves {
             let Some((lower, next)) = self.lowered(top) else {
@@ -468,8 +462,8 @@ impl<'e> Kinked<'e> {
 
     /// The path with its top moved down, by the longest of several moves that lowers it.
     ///
-    /// Either the stretch through the two pieces goes straight to where the crossing slid, or its neighbours follow it by
-    /// a share of its move.
+    /// Either the section through the two pieces is rerouted over the new crossing, or its neighbours follow part of the
+    /// move.
     fn lowered(&self, top: &Top) -> Option<(Self, Top)> {
         let space = self.space();
         let choices = [0, 1].map(|side: usize| {
@@ -484,7 +478,7 @@ impl<'e> Kinked<'e> {
             space.exp(&mut x, &move_by);
             let limit = top.energy - self.gain;
             let tip = self.node(x);
-            // Most trials fail, and one point that is too high says so.
+            // Most trials fail, and a single high point is enough to reject one.
             if tip.energy < limit {
                 let straight = self
                     .through_seam(top, &choices, &tip, limit)
@@ -503,7 +497,6 @@ impl<'e> Kinked<'e> {
         None
     }
 
-    /// The top as a peak that can be refined to a pass.
     fn peak(&self, top: &Top) -> Peak {
         let space = self.space();
         let mut tangent = vec![0.0; space.tangents()];

@@ -1,7 +1,7 @@
-//! Minimum-energy paths, written with the Log and Exp of the space only.
+//! Minimum-energy paths, computed only with Log and Exp of the space.
 //!
-//! A path is relaxed as a string or as an elastic band ([`images`]), its highest point is refined to a pass ([`pass`]),
-//! and what that pass is worth is decided by descents from it ([`relax`]).
+//! A path is relaxed as a string or as an elastic band ([`images`]), and its highest point is refined to a pass ([`pass`]).
+//! Descents from the pass decide the evidence ([`relax`]).
 
 mod images;
 mod lower;
@@ -21,10 +21,10 @@ use crate::energy::Energy;
 use crate::space::Space;
 use crate::space::vector::scale;
 
-/// A sequence of points and their energies. Numbers in a file keep all their bits.
+/// A sequence of points and their energies, stored bit for bit.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Path {
-    /// Points, coordinates of the space.
+    /// Points, as coordinates of the space.
     #[serde(with = "bits::points")]
     pub images: Vec<Vec<f64>>,
     /// Energy of each point.
@@ -33,7 +33,7 @@ pub struct Path {
 }
 
 impl Path {
-    /// Highest energy (−∞ of an empty path).
+    /// Highest energy (−∞ for an empty path).
     pub fn height(&self) -> f64 {
         self.energies
             .iter()
@@ -41,13 +41,13 @@ impl Path {
             .fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// Number of the highest point, the first if several tie.
+    /// Index of the highest point, the first of equal ones.
     pub fn top(&self) -> usize {
         let height = self.height();
         self.energies.iter().position(|e| *e >= height).unwrap_or(0)
     }
 
-    /// Sum of the distances of neighbours, whose coordinates run on smoothly.
+    /// Sum of the distances between neighbours, whose coordinates must be continuous.
     pub fn length(&self, space: &dyn Space) -> f64 {
         self.images
             .windows(2)
@@ -55,7 +55,7 @@ impl Path {
             .sum()
     }
 
-    /// The same way in the other direction.
+    /// The reversed path.
     #[must_use]
     pub fn reversed(mut self) -> Self {
         self.images.reverse();
@@ -63,7 +63,7 @@ impl Path {
         self
     }
 
-    /// At most `count` of the points, first and last among them.
+    /// At most `count` of the points, including the first and the last.
     pub(super) fn thinned(self, count: usize) -> Self {
         let last = self.images.len().saturating_sub(1);
         if last < count {
@@ -76,7 +76,6 @@ impl Path {
         }
     }
 
-    /// Evaluates `energy` at `images`.
     pub(super) fn through(energy: &dyn Energy, images: Vec<Vec<f64>>) -> Self {
         let mut gradient = vec![0.0; energy.space().tangents()];
         let energies = images
@@ -86,7 +85,7 @@ impl Path {
         Self { images, energies }
     }
 
-    /// Replaces every point by the copy nearest to the one before, so that the coordinates themselves run smoothly.
+    /// Replaces every point by its copy nearest to the previous point, so that the coordinates are continuous.
     pub(super) fn unfold(&mut self, space: &dyn Space) {
         let mut tangent = vec![0.0; space.tangents()];
         for i in 1..self.images.len() {
@@ -98,12 +97,11 @@ impl Path {
     }
 }
 
-/// Distance of points whose coordinates run on smoothly.
 pub(super) fn near(space: &dyn Space, a: &[f64], b: &[f64]) -> f64 {
     space.log_near(a, b, &mut vec![0.0; space.tangents()])
 }
 
-/// The point a fraction `t` of the way from `a` to `b`.
+/// The point at the fraction `t` of the way from `a` to `b`.
 fn between(space: &dyn Space, a: &[f64], b: &[f64], t: f64, tangent: &mut [f64]) -> Vec<f64> {
     space.log_near(a, b, tangent);
     scale(tangent, t);
@@ -112,8 +110,7 @@ fn between(space: &dyn Space, a: &[f64], b: &[f64], t: f64, tangent: &mut [f64])
     x
 }
 
-/// Points of the straight way between two points: the nearest copy of `to`; and of the other way round, if there is one
-/// at most `detour` times as long.
+/// Points of the geodesic to the nearest copy of `to`, and of the other way round if at most `detour` times as long.
 pub(super) fn geodesics(
     space: &dyn Space,
     from: &[f64],
@@ -136,7 +133,7 @@ pub(super) fn geodesics(
     let mut ways = vec![along(&tangent, 1)];
     let other = space.log_other_way(from, to, &mut tangent);
     if other.is_some_and(|other| other <= detour * length) {
-        // More than half a turn: only its parts are shortest ways between their ends.
+        // This geodesic is longer than half a turn, so only its parts are shortest paths between their ends.
         ways.push(along(&tangent, 4));
     }
     ways
@@ -147,7 +144,7 @@ fn spread(space: &dyn Space, points: &[Vec<f64>], segments: usize) -> Vec<Vec<f6
     spread_by(space, points, &vec![1.0; segments])
 }
 
-/// Points along the polygon through `points` whose distances along it are as these shares; both ends are kept.
+/// Points along the polygon through `points`, spaced in proportion to `shares`; both ends are kept.
 fn spread_by(space: &dyn Space, points: &[Vec<f64>], shares: &[f64]) -> Vec<Vec<f64>> {
     let lengths: Vec<f64> = points
         .windows(2)

@@ -1,4 +1,4 @@
-//! From the highest point of a path to a pass, and down both sides of it.
+//! Refines the highest point of a path to a pass and descends on both sides.
 
 use serde::{Deserialize, Serialize};
 
@@ -12,47 +12,44 @@ use crate::topography::eigen::Piece;
 use crate::topography::follow::Following;
 use crate::topography::minima::MatchTolerance;
 
-/// Golden section.
 const GOLDEN: f64 = 0.381_966_011_250_105;
-/// How far the true top of a path may lie above its highest sample, as a share of the barrier.
+/// How far the true top of a path may lie above its highest sample, relative to the barrier.
 const SAMPLING: f64 = 0.1;
-/// Points at the beginning of a descent that should still lie on the side where it started.
+/// Number of first points of a descent that must stay on their side of the pass.
 const EARLY: usize = 3;
-/// Evaluations of a descent whose steps are no longer than the push off the pass.
+/// Evaluations of a descent with steps no longer than the displacement off the pass.
 const CAREFUL: usize = 20;
 
-/// A stationary point at which a path may pass from one basin to another: an index-1 saddle, or the lowest point of a
-/// seam.
+/// A stationary point where a path may cross from one basin to another: an index-1 saddle, or the lowest point of a seam.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Pass {
-    /// Where it is.
+    /// Coordinates of the pass.
     pub x: Vec<f64>,
     /// Its energy.
     pub energy: f64,
-    /// Whether two discrete choices tie there.
+    /// Whether it is on a seam, where two discrete choices have the same energy.
     pub seam: bool,
-    /// Norm of the gradient (of the least convex combination of both gradients on a seam), energy per length.
+    /// Gradient norm (on a seam: of the least convex combination of both gradients), energy per length.
     pub residual: f64,
-    /// The descents on both sides, from the pass to where they end.
+    /// The descents on both sides, from the pass to their ends.
     pub descents: [Path; 2],
 }
 
-/// The highest point of a path between two images.
+/// The highest point of a path, between images.
 pub(super) struct Peak {
-    /// The free image it is next to.
+    /// The nearest free image.
     pub(super) image: usize,
     pub(super) x: Vec<f64>,
     pub(super) energy: f64,
-    /// Points of the path close before and behind.
+    /// Nearby points of the path before and after it.
     pub(super) sides: [Vec<f64>; 2],
-    /// Unit tangent of the path.
     pub(super) tangent: Vec<f64>,
 }
 
-/// The pass that a peak was refined to.
+/// The pass found by refining a peak.
 pub(super) struct Refined {
     pub(super) pass: Pass,
-    /// Whether a point of higher index was met first: the path lay on a ridge beside it.
+    /// Whether a point of higher index was found first, so that the path lay on a ridge beside the pass.
     pub(super) beside: bool,
 }
 
@@ -88,7 +85,7 @@ impl Peak {
                 )
             }
         };
-        // A smooth top is found from afar; a kinked one must be bracketed closely, to see which choices tie there.
+        // A smooth maximum is easy to find. One at a kink must be bracketed closely, to see which choices meet there.
         let probes = if energy.active_piece(&path.images[0]).is_empty() {
             4
         } else {
@@ -123,8 +120,8 @@ impl Peak {
         })
     }
 
-    /// How far from stationary the peak is: the gradient, or the least convex combination of the gradients of the two
-    /// choices that meet there.
+    /// Distance of the peak from stationarity: the norm of the gradient, or of the least convex combination of the
+    /// gradients of the two choices that meet there.
     pub(super) fn residual(&self, energy: &dyn Energy) -> f64 {
         let choices = [0, 1].map(|side| energy.active_piece(&self.sides[side]));
         let mut gradients = [vec![0.0; self.tangent.len()], vec![0.0; self.tangent.len()]];
@@ -138,9 +135,9 @@ impl Peak {
         least_combination(&gradients[0], &gradients[1])
     }
 
-    /// Refines the peak to a pass hardly higher than itself, and descends on both sides.
+    /// Refines the peak to a pass that is hardly higher, and descends on both sides.
     ///
-    /// A path cannot stay below every pass, but its highest sample can, by a share of its height above `floor`.
+    /// A path cannot stay below every pass, but its highest sample can, by a fraction of its height above `floor`.
     pub(super) fn refine(
         &self,
         energy: &dyn Energy,
@@ -164,7 +161,7 @@ impl Peak {
                 &mut |_, _| false,
             )
             .crossing?;
-            // Scaled to plain tangents; toward the first piece's side.
+            // In plain tangents, toward the side of the first piece.
             let scales = space.step_scales();
             let normal: Vec<f64> = found
                 .normal
@@ -180,7 +177,7 @@ impl Peak {
                 saturation: settings.saturation,
                 difference: 1e-4 * settings.max_step,
                 steps: settings.refinement_steps,
-                // A path along a mirror plane of the surface may top out at a point of higher index; a pass lies beside it.
+                // A path along a mirror plane of the surface may peak at a point of higher index, with a pass beside it.
                 kicks: 1,
                 ceiling: f64::INFINITY,
                 known: &|_, _| None,
@@ -194,7 +191,7 @@ impl Peak {
         };
         let mut gradient = vec![0.0; space.tangents()];
         let actual = energy.evaluate(&x, &mut gradient);
-        // Another choice may lie below: then this is no point of the envelope.
+        // If another choice is lower, the point is not on the envelope.
         let highest = self.energy + SAMPLING * (self.energy - floor) + sameness.energy;
         if (actual - height).abs() > sameness.energy || height > highest {
             return None;
@@ -213,8 +210,7 @@ impl Peak {
     }
 }
 
-/// Descents on both sides of a pass, after a step of length `push` along its unit tangent `mode`; `None` where such a
-/// step leads no lower.
+/// Descents on both sides of a pass after a step of `push` along its unit tangent `mode`; `None` if one does not lead down.
 pub(in crate::topography) fn descend(
     energy: &dyn Energy,
     pass: (&[f64], f64),
@@ -226,9 +222,8 @@ pub(in crate::topography) fn descend(
     Some([side(push)?, side(-push)?])
 }
 
-/// The descent from a pass (and its height) after a step of length `push` (backward, if negative) along the unit tangent
-/// `mode`; `None` where such a step leads no lower. A descent that crosses the pass at once is begun again with shorter
-/// steps.
+/// The descent from a pass (point and height) after a step of length `push` (negative for backward) along the unit tangent
+/// `mode`; `None` if the step does not lead down. A descent that crosses the pass at once is repeated with shorter steps.
 pub(in crate::topography) fn descend_one_way(
     energy: &dyn Energy,
     (pass, height): (&[f64], f64),
@@ -252,7 +247,7 @@ pub(in crate::topography) fn descend_one_way(
         dot(&toward, &step) < 0.0
     });
     if crossed {
-        // A long first step leads back over the pass where a minimum lies close beside it: shorter ones first.
+        // If a minimum is close to the pass, a long first step leads back over the pass.
         let careful = settings
             .clone()
             .with_max_step(push.abs())

@@ -1,15 +1,15 @@
-//! From rough paths between two minima to the lowest one and what its height is worth.
+//! Relaxes rough paths between two minima to the lowest path, and determines its evidence.
 //!
-//! **When is a path relaxed?** Its height is decided at its top alone; elsewhere it only has to be lower. So a path
-//! counts as relaxed ([`Evidence::Path`]) when its top is stationary (the gradient below the force tolerance; at a kink,
-//! where the perpendicular force of no image ever vanishes, the least convex combination of the gradients of the two
-//! choices that tie there: see `seam`) *and* doubling its images moves the height by less than a hundredth of the
-//! barrier. Tops are refined to passes and pinned; the rest of the string goes on relaxing below them, and whatever then
-//! sticks out is refined in turn. If descents from the highest pass reach both minima it is better than a path:
+//! **When is a path relaxed?** Only the top of a path decides its height; elsewhere it only has to be lower. A path counts
+//! as relaxed ([`Evidence::Path`]) if its top is stationary *and* doubling its images changes the height by less than a
+//! hundredth of the barrier. Stationary means that the gradient is below the force tolerance. At a kink the perpendicular
+//! force of no image ever vanishes, and the least convex combination of the gradients of the two choices that meet there
+//! counts instead (see `seam`). Tops are refined to passes and pinned, the rest of the string relaxes further, and any new
+//! top is refined in turn. If descents from the highest pass reach both minima, the evidence is better:
 //! [`Evidence::Saddle`] or [`Evidence::Seam`].
 //!
-//! Where kinks lie close ([`PathSettings::seams`]) a path counts as relaxed when no move along a seam lowers its top any more
-//! *and* halving the distance of its points hardly changes its height: see `lower`.
+//! If kinks are close together ([`PathSettings::seams`]), a path counts as relaxed when no move along a seam lowers its top
+//! *and* halving the distance of its points hardly changes its height (see `lower`).
 
 use super::images::{Images, Manner};
 use super::lower::{Lowered, lower};
@@ -21,19 +21,16 @@ use crate::optimize::QuenchSettings;
 use crate::topography::minima::MatchTolerance;
 use crate::topography::network::{Claim, Evidence, Minimum};
 
-/// The lowest path found.
 pub(in crate::topography) struct Outcome {
     pub(in crate::topography) path: Path,
     pub(in crate::topography) height: f64,
-    /// The highest point itself.
     pub(in crate::topography) top: Vec<f64>,
     pub(in crate::topography) evidence: Evidence,
     pub(in crate::topography) invalid_reason: Option<String>,
-    /// Every pass found on the way.
     pub(in crate::topography) passes: Vec<Pass>,
-    /// Which start it came from.
+    /// Index of the start that gave the path.
     pub(in crate::topography) start: usize,
-    /// Rough height of the first start, unless it leaves the domain or the energy objects to its top.
+    /// Rough height of the first start, unless it leaves the domain or the energy declares its top invalid.
     pub(in crate::topography) first: Option<f64>,
 }
 
@@ -47,8 +44,8 @@ impl Outcome {
     }
 }
 
-/// Relaxes the polygons `starts` from `ends.0` to `ends.1`: all of them roughly, then the lowest, and the others too
-/// where it will not relax or they are rivals. `None` where every start stays outside the domain.
+/// Relaxes the polygons `starts` from `ends.0` to `ends.1`: all of them roughly, then the lowest, and the others if that
+/// one does not relax or they come close. `None` if every start is outside the domain.
 pub(in crate::topography) fn relax(
     energy: &dyn Energy,
     ends: (&Minimum, &Minimum),
@@ -137,7 +134,7 @@ struct Relaxation<'a> {
 }
 
 impl Relaxation<'_> {
-    /// [`Relaxation::finish`] for a kinked energy: the top is lowered, then refined if it can be.
+    /// Like [`Relaxation::finish`], for a kinked energy: the top is lowered, then refined if possible.
     fn finish_kinked(&self, images: Images<'_>, floor: f64, seams: &SeamSettings) -> Outcome {
         let found = lower(
             self.energy,
@@ -192,7 +189,7 @@ impl Relaxation<'_> {
         self.insert(&mut images, floor);
         let reach = 2.0 * images.path.length(space) / (images.path.images.len() - 1) as f64;
         let (mut passes, mut doubled) = (Vec::new(), false);
-        // The highest pinned point and its energy, and that of the last peak that would not refine.
+        // The highest pinned energy and its point, and the last peak that could not be refined.
         let mut pinned = (floor, self.higher_end().to_vec());
         let mut loose: Option<Peak> = None;
         let mut round = 0;
@@ -238,7 +235,7 @@ impl Relaxation<'_> {
             );
             let direct = (found.as_ref())
                 .and_then(|found| self.direct(&found.pass, images.path.images.len()));
-            // One that joins other minima is a pass of this path only if it is near it, or the path lay on a higher ridge.
+            // A pass that joins other minima belongs to this path only if it is near, or if the path lay on a higher ridge.
             let found = found.filter(|found| {
                 direct.is_some() || found.beside || near(space, &found.pass.x, &peak.x) <= reach
             });
@@ -266,7 +263,7 @@ impl Relaxation<'_> {
         {
             (height, top) = (peak.energy, peak.x);
         }
-        // What is reported is never below what was met.
+        // The reported height is never below the highest energy found.
         if images.path.height() > height {
             height = images.path.height();
             top.clone_from(&images.path.images[images.path.top()]);
@@ -279,7 +276,7 @@ impl Relaxation<'_> {
         self.verdict(images.path, height, top, evidence, passes)
     }
 
-    /// Splits segments until what their ends say of them is true.
+    /// Splits segments on which the surface differs too much from the cubic through the ends.
     fn insert(&self, images: &mut Images<'_>, floor: f64) {
         for _ in 0..self.settings.insertions {
             let barrier = (images.path.height() - floor).max(0.0);
@@ -292,7 +289,7 @@ impl Relaxation<'_> {
         }
     }
 
-    /// Whether a peak that would not refine to a pass is stationary all the same, and as high as before.
+    /// Whether a peak that could not be refined to a pass is nevertheless stationary, with unchanged height.
     fn settled(&self, peak: Option<&Peak>, before: Option<f64>, floor: f64) -> bool {
         peak.zip(before).is_some_and(|(peak, before)| {
             let slack = self.settings.height_tolerance * (peak.energy - floor);
@@ -309,7 +306,7 @@ impl Relaxation<'_> {
         }
     }
 
-    /// The path down both sides of a pass that joins the two minima directly.
+    /// The path down both sides of a pass, if it joins the two minima directly.
     fn direct(&self, pass: &Pass, images: usize) -> Option<Path> {
         let space = self.energy.space();
         let lands = |side: usize, minimum: &Minimum| {

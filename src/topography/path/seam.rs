@@ -1,30 +1,29 @@
-//! The lowest point of a seam, where two smooth pieces of an energy tie.
+//! The lowest point of a seam, where two smooth pieces of an energy are equal.
 //!
-//! An energy E = min over pieces has concave kinks only. At a pass the sublevel set below falls apart locally; where
-//! pieces with gradients g₁, g₂, … tie that set is the union of the half-spaces gᵢ·u < 0, which is connected unless
-//! there are exactly two and they are opposite. So a pass is either a saddle of one piece or a point where two pieces tie
-//! and a convex combination of their gradients vanishes: the minimum of max(E₁, E₂) along the seam.
+//! An energy E = min over pieces has concave kinks only. At a pass the sublevel set is locally disconnected. Where pieces
+//! with gradients g₁, g₂, … meet, that set is the union of the half-spaces gᵢ·u < 0, which is connected unless there are
+//! exactly two and they are opposite. So a pass is either a saddle of one piece, or a point where two pieces are equal and
+//! a convex combination of their gradients vanishes: the minimum of max(E₁, E₂) along the seam.
 
 use nalgebra::{DMatrix, DVector};
 
 use crate::space::vector::{add, dot, norm, scale};
 use crate::topography::eigen::Piece;
 
-/// The lowest point of a seam.
 pub(super) struct Crossing {
     pub(super) x: Vec<f64>,
     pub(super) energy: f64,
     /// Norm of the least convex combination of both gradients, energy per length.
     pub(super) residual: f64,
-    /// Scaled tangent from the first piece's side to the second's, unit length.
+    /// Scaled unit tangent from the first piece's side to the second's.
     pub(super) normal: Vec<f64>,
 }
 
-/// What a descent stays on.
+/// The surface on which a descent stays.
 pub(super) enum Sheet<'p> {
-    /// The seam where two pieces tie.
+    /// The seam where two pieces are equal.
     Seam([&'p Piece<'p>; 2]),
-    /// What lies across a path through one piece, whose scaled tangent is given.
+    /// The hyperplane across a path through one piece, whose scaled tangent is given.
     Across(&'p Piece<'p>, &'p [f64]),
 }
 
@@ -36,7 +35,7 @@ impl<'p> Sheet<'p> {
     }
 }
 
-/// Both pieces at a point.
+/// Energies and gradients of both pieces at a point.
 struct Pair {
     x: Vec<f64>,
     energies: [f64; 2],
@@ -89,12 +88,10 @@ impl Pair {
     }
 }
 
-/// Norm of the shortest convex combination of `a` and `b`.
 pub(super) fn least_combination(a: &[f64], b: &[f64]) -> f64 {
     norm(&shortest_combination(a, b))
 }
 
-/// The shortest convex combination of `a` and `b`.
 pub(super) fn shortest_combination(a: &[f64], b: &[f64]) -> Vec<f64> {
     let mut across = a.to_vec();
     add(&mut across, -1.0, b);
@@ -109,19 +106,17 @@ pub(super) fn shortest_combination(a: &[f64], b: &[f64]) -> Vec<f64> {
     least
 }
 
-/// How far a descent along a seam came.
+/// Result of a descent along a seam.
 pub(super) struct Slide {
-    /// Where it ended.
     pub(super) x: Vec<f64>,
-    /// The lowest point of the seam, if that is where it ended.
+    /// The lowest point of the seam, if the descent converged to it.
     pub(super) crossing: Option<Crossing>,
 }
 
-/// Descends along the seam of two pieces from near it, for at most `steps` steps or until `leave` says so of a point and
-/// its energy.
+/// Descends along the seam of two pieces from a point near it, for at most `steps` steps or until `leave(point, energy)`.
 ///
-/// A Newton step onto the seam plus a BFGS step along it, as in the search for crossing points of J. N. Harvey et al.,
-/// Theor. Chem. Acc. 99, 95 (1998). No crossing is found if it does not converge, or both pieces fall on one side.
+/// Each step is a Newton step onto the seam plus a BFGS step along it, as in J. N. Harvey et al., Theor. Chem. Acc. 99, 95
+/// (1998). There is no crossing if it does not converge or if both pieces fall on one side.
 pub(super) fn slide(
     sheet: &Sheet<'_>,
     start: &[f64],

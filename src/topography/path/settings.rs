@@ -2,63 +2,60 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Settings of path relaxation. Lengths and forces are in the units of the surface; [`PathSettings::for_scales`] sets
-/// all of them from one energy and one length.
+/// Settings of path relaxation. [`PathSettings::for_scales`] sets all that have units from one energy and one length.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PathSettings {
-    /// What keeps the images of a path apart.
+    /// How the images of a path are kept apart.
     pub method: PathMethod,
-    /// Springs, for a band.
+    /// Settings of the springs of a band.
     pub band: BandSettings,
-    /// Segments of a path before any is split.
+    /// Number of segments before any is split.
     pub segments: usize,
-    /// The way round between two points that is not the shortest is tried as well if it is at most this many times as long.
+    /// The longer way round between two points is tried too if it is at most this many times as long.
     pub detour: f64,
-    /// Looks, before a top is refined, for segments along which the surface departs from what their ends say of it; those
-    /// are split.
+    /// Rounds, before a top is refined, that split segments where the surface differs from the cubic through their ends.
     pub insertions: usize,
-    /// What departs: a share of the barrier.
+    /// Difference above which a segment is split, relative to the barrier.
     pub departure: f64,
     /// Iterations before the lowest of several starts is chosen.
     pub coarse_iterations: usize,
-    /// A rough path is a rival, and relaxed as well, if it would win by sinking this share of its barrier.
+    /// A rough path is relaxed too if it would win by sinking by this fraction of its barrier.
     pub rivalry: f64,
     /// Iterations after each pass found, and after doubling.
     pub iterations: usize,
-    /// Passes refined at most.
+    /// Greatest number of passes refined.
     pub rounds: usize,
-    /// Farthest an image moves in an iteration, a length of the space.
+    /// Longest step of an image in an iteration, a length of the space.
     pub max_step: f64,
     /// Greatest force at the top of a relaxed path, energy per length.
     pub force_tolerance: f64,
-    /// Greatest change of the height under doubling, as a share of the barrier.
+    /// Greatest change of the height under doubling, relative to the barrier.
     pub height_tolerance: f64,
-    /// Steps of the refinement of one pass.
+    /// Greatest number of steps in the refinement of one pass.
     pub refinement_steps: usize,
-    /// Length at which such a step along one mode of the surface levels off, however far away Newton's method expects the
-    /// pass along it.
+    /// Length at which such a step along one mode saturates, however far Newton's method would go.
     pub saturation: f64,
     /// Length of the first step down from a pass.
     pub push: f64,
-    /// For an energy with discrete choices whose kinks lie close: tops are lowered seam by seam instead of pass by pass.
+    /// For an energy with discrete choices and close kinks: tops are lowered seam by seam instead of pass by pass.
     pub seams: Option<SeamSettings>,
     /// Height above the higher end below which images are evaluated exactly; see
     /// [`Piecewise::evaluate_roughly_above`](crate::energy::Piecewise::evaluate_roughly_above).
     pub exact_below: f64,
-    /// Differences of height below this mean nothing.
+    /// Differences of height below this are ignored.
     pub energy_tolerance: f64,
 }
 
-/// How the tops of paths over a kinked energy are lowered.
+/// Settings for lowering the tops of paths over a kinked energy.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SeamSettings {
-    /// Greatest distance of neighbouring points of such a path, a length of the space: less than that of neighbouring kinks.
+    /// Greatest distance between neighbouring points of the path; it must be less than the distance between kinks.
     pub spacing: f64,
-    /// Moves of the top at most, before each halving and after.
+    /// Greatest number of moves of the top before and after each halving.
     pub moves: usize,
-    /// How often the distance of its points is halved at most, to see whether the height holds.
+    /// Greatest number of halvings of the point distance, which test whether the height is converged.
     pub halvings: usize,
 }
 
@@ -96,7 +93,7 @@ impl PathSettings {
 }
 
 impl PathSettings {
-    /// Change of height that counts as none for a barrier of this height.
+    /// Change of height that is ignored for a barrier of this height.
     pub(super) fn slack(&self, barrier: f64) -> f64 {
         self.height_tolerance * barrier + self.energy_tolerance
     }
@@ -106,10 +103,10 @@ impl PathSettings {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum PathMethod {
-    /// The string method: images are put back at even distances.
+    /// The string method: images are redistributed at even distances.
     #[default]
     String,
-    /// The nudged elastic band: springs hold them.
+    /// The nudged elastic band: images are held by springs.
     Band,
 }
 
@@ -117,13 +114,12 @@ pub enum PathMethod {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BandSettings {
-    /// Stiffness of the springs at first, energy per length squared. It grows while the images are spread unevenly and
-    /// falls while they are not.
+    /// Initial spring stiffness, energy per length squared. It grows while images are spread unevenly and falls otherwise.
     pub spring: f64,
     /// Whether the highest image climbs to the top once the band is roughly relaxed.
     pub climbing: bool,
-    /// Whether the part of the springs' force across the path that does not work against the surface acts too (S. A.
-    /// Trygubenko and D. J. Wales, J. Chem. Phys. 120, 2082 (2004)): no kinks, and a little off the true path.
+    /// Whether the part of the spring force across the path that does not oppose the surface acts too (S. A. Trygubenko and
+    /// D. J. Wales, J. Chem. Phys. 120, 2082 (2004)). It avoids kinks but deviates slightly from the true path.
     pub doubly_nudged: bool,
 }
 

@@ -1,4 +1,4 @@
-//! What is known so far: distinct minima and saddles, and how often each saddle was met.
+//! The distinct minima and saddles found so far, and how often each saddle was met.
 
 use super::coverage::{Counts, Coverage, Doubt};
 use super::task::{Outcome, SearchEnd};
@@ -19,37 +19,35 @@ use std::collections::BTreeMap;
 /// A verified saddle: index 1, and descents on both sides end in known minima.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TransitionState {
-    /// Where it is.
+    /// Coordinates of the saddle.
     pub coordinates: Vec<f64>,
     /// Its energy.
     pub energy: f64,
-    /// The minima it joins, the lower first; the same twice where it joins two copies of one (a degenerate
-    /// rearrangement).
+    /// The minima it joins, lower first; both are equal for a degenerate rearrangement, which joins two copies of one.
     pub ends: [MinimumId; 2],
-    /// From the first end over the saddle to the second.
+    /// The path from the first end over the saddle to the second.
     pub path: Path,
-    /// Number of the saddle on the path.
+    /// Index of the saddle in the path.
     pub top: usize,
-    /// How many searches ended here; none where only a path between two minima led over it.
+    /// Number of searches that ended here; 0 if it was found only on a path between two minima.
     pub hits: usize,
     /// Its audit.
     pub audit: Audit,
 }
 
-/// The end of a descent or of a climb that did not pass its audit.
+/// A stationary point of a descent or a climb that failed its audit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Refused {
     /// Number of the search.
     pub search: usize,
-    /// The index it should have: 0 of a minimum, 1 of a saddle.
+    /// The index it should have: 0 for a minimum, 1 for a saddle.
     pub expected_index: usize,
     /// Its energy.
     pub energy: f64,
-    /// What is wrong with it.
+    /// The audit it failed.
     pub audit: Audit,
 }
 
-/// A minimum of the census.
 pub(super) struct Known {
     pub(super) x: Vec<f64>,
     energy: f64,
@@ -59,19 +57,19 @@ pub(super) struct Known {
     draws: Vec<usize>,
 }
 
-/// Where a saddle comes from.
+/// How a saddle was found.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Source {
     /// A search ended at it.
     Search,
-    /// A path between two minima leads over it.
+    /// It is on a path between two minima.
     Path,
 }
 
-/// How far above all stationary points a search may rise, in units of their range and the surface's energy.
+/// How far a search may rise above all stationary points, in units of their range and of the surface's energy.
 const FAR: f64 = 10.0;
 
-/// Numbers of things by rising energy.
+/// Indices sorted by energy.
 #[derive(Default)]
 struct Shelf(Vec<(f64, usize)>);
 
@@ -91,7 +89,7 @@ impl Shelf {
 pub(super) struct Census {
     pub(super) minima: Vec<Known>,
     pub(super) saddles: Vec<Found>,
-    /// Median distance from a saddle to the minima it joins.
+    /// Median distance between saddles and the minima they join.
     pub(super) reach: Option<f64>,
     by_energy: [Shelf; 2],
     sameness: MatchTolerance,
@@ -103,12 +101,11 @@ pub(super) struct Census {
     evaluations: usize,
 }
 
-/// A saddle of the census.
 pub(super) struct Found {
     pub(super) x: Vec<f64>,
     pub(super) energy: f64,
     ends: [usize; 2],
-    /// Number of the first saddle at this point.
+    /// Index of the first saddle found at this point.
     place: usize,
     crossing: Crossing,
     hits: usize,
@@ -133,20 +130,18 @@ impl Census {
         }
     }
 
-    /// Stationary points found.
     pub(super) fn found(&self) -> usize {
         self.minima.len() + self.saddles.len()
     }
 
-    /// The known saddle at `x`.
     pub(super) fn saddle(&self, space: &dyn Space, x: &[f64], energy: f64) -> Option<usize> {
         self.by_energy[1]
             .near(energy, self.sameness.energy)
             .find(|k| space.distance(&self.saddles[*k].x, x) <= self.sameness.distance)
     }
 
-    /// The known minimum at `x`, which is taken in if it is new and passes its audit. Points of a ring, a trough or a plateau
-    /// are one: that of their energy that was found first.
+    /// The known minimum at `x`; a new one that passes its audit is added. All points of a ring, trough or plateau with the
+    /// same energy are represented by the one found first.
     fn minimum(&mut self, energy: &dyn Energy, x: &[f64], height: f64) -> Option<usize> {
         let space = energy.space();
         let known = self.by_energy[0]
@@ -181,7 +176,7 @@ impl Census {
         Some(self.minima.len() - 1)
     }
 
-    /// The audit of a point, if it passes.
+    /// The audit of the point if it passes; otherwise the point is recorded as refused.
     fn passed(&mut self, energy: &dyn Energy, x: &[f64], expected_index: usize) -> Option<Audit> {
         let (height, audit) = examine(energy, x, expected_index, &self.audit);
         if audit.verdict.is_stationary() {
@@ -196,7 +191,6 @@ impl Census {
         None
     }
 
-    /// Takes in what the next search brought.
     pub(super) fn take(&mut self, energy: &dyn Energy, outcome: Outcome) {
         self.searches += 1;
         self.evaluations += outcome.evaluations;
@@ -222,7 +216,7 @@ impl Census {
         *self.fates.entry(fate).or_insert(0) += 1;
     }
 
-    /// The minima as the path search knows them.
+    /// The minima in the form that the path search needs.
     pub(super) fn as_minima(&self) -> Vec<Minimum> {
         let minimum = |known: &Known| Minimum {
             coordinates: known.x.clone(),
@@ -233,12 +227,11 @@ impl Census {
         self.minima.iter().map(minimum).collect()
     }
 
-    /// What relaxing paths cost.
     pub(super) fn spend(&mut self, evaluations: usize) {
         self.evaluations += evaluations;
     }
 
-    /// Takes in a saddle that was not known when its search began.
+    /// Adds a saddle that was unknown when its search began.
     pub(super) fn meet(
         &mut self,
         energy: &dyn Energy,
@@ -256,7 +249,7 @@ impl Census {
         self.admit(energy, crossing, hits, self.saddles.len())
     }
 
-    /// Counts searches that came to a saddle, which is listed as often as the minima it joins ask for.
+    /// Adds hits to a saddle, including all its entries at the same place.
     fn hit(&mut self, known: usize, hits: usize) {
         let place = self.saddles[known].place;
         for saddle in self
@@ -268,7 +261,7 @@ impl Census {
         }
     }
 
-    /// Takes in a saddle that is not known, or another way over the one that was the first in its `place`.
+    /// Adds an unknown saddle, or a further branch of the saddle whose first entry is `place`.
     fn admit(
         &mut self,
         energy: &dyn Energy,
@@ -319,7 +312,7 @@ impl Census {
         SearchEnd::Arrived
     }
 
-    /// Energy above which no saddle is expected: far above all stationary points known.
+    /// Energy far above all known stationary points, above which no saddle is expected.
     pub(super) fn ceiling(&self, scale: f64) -> f64 {
         let ends = self
             .by_energy
@@ -335,7 +328,7 @@ impl Census {
         high + FAR * (high - low + scale)
     }
 
-    /// Component of each minimum in the network of saddles.
+    /// Connected component of each minimum in the network of saddles.
     pub(super) fn components(&self) -> Vec<usize> {
         let mut sets = petgraph::unionfind::UnionFind::new(self.minima.len());
         for saddle in &self.saddles {
@@ -344,7 +337,7 @@ impl Census {
         sets.into_labeling()
     }
 
-    /// Why completeness cannot be claimed, if so.
+    /// The reason, if any, why completeness cannot be claimed.
     fn doubt(&self, stopped: bool) -> Option<Doubt> {
         let audits = (self.minima.iter().map(|known| &known.audit))
             .chain(self.saddles.iter().map(|found| &found.audit));
@@ -370,7 +363,7 @@ impl Census {
         }
     }
 
-    /// Everything found, by rising energy. `stopped`: whether the search had not ended by itself.
+    /// All results, sorted by energy. `stopped` tells that the search had not ended by itself.
     pub(super) fn finish(self, energy: &dyn Energy, spent: usize, stopped: bool) -> Exploration {
         let hits: Vec<usize> = self.saddles.iter().map(|saddle| saddle.hits).collect();
         let draws: Vec<usize> = self.minima.iter().map(|known| known.draws.len()).collect();

@@ -1,96 +1,93 @@
-//! How complete a search is: what may be claimed from how often each saddle was met.
+//! Completeness of a search, estimated from how often each saddle was met.
 
 use serde::{Deserialize, Serialize};
 
 use crate::topography::rarefaction::unseen;
 
-/// Why nothing is claimed of a search.
+/// Reason why completeness cannot be claimed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Doubt {
-    /// It was stopped before it ended by itself.
+    /// The search was stopped early.
     Stopped,
-    /// No saddle joins some of its minima to the others, so saddles are missing, unless the region falls apart.
+    /// No saddle joins some minima to the others. Saddles are missing, unless the region is disconnected.
     Apart,
-    /// Points that are not isolated were found: rings, troughs or plateaus, which have no number.
+    /// Some points are not isolated (rings, troughs or plateaus), so they cannot be counted.
     Degenerate,
-    /// Descents ended at kinks, where there is no smooth minimum.
+    /// Descents ended at kinks, which are not smooth minima.
     Kinks,
 }
 
-/// How complete the minima and saddles of a search are, judged from how often each saddle was met.
+/// Completeness of the minima and saddles of a search, estimated from how often each saddle was met.
 ///
-/// Every minimum that is joined to a known one lies behind a saddle, so what is said of saddles covers minima, too.
+/// Every minimum joined to a known one lies behind a saddle, so statements about saddles cover minima too.
 ///
-/// `sure` and `unseen_below` rest on the law of the rates at which saddles are met, whose low tail is taken for a power law
-/// and measured on the half of the saddles that were met least:
+/// `sure` and `unseen_below` assume a distribution of the rates at which saddles are met. Its lower tail is a power law,
+/// fitted to the half of the saddles met least often:
 ///
 /// ```text
 /// N(λ) = k (λ/n₍ₖ₊₁₎)ᵃ,   E[unseen | a] = ∫ exp(−λ) dN = k Γ(1 + a) n₍ₖ₊₁₎⁻ᵃ
 /// p(a | n) ∝ a^(k + 2) exp(−a (2 + Σ_{i ≤ k} ln(n₍ₖ₊₁₎/n₍ᵢ₎)))
 /// ```
 ///
-/// N(λ): number of saddles that are met less than λ times on average, n₍ᵢ₎: how often the i-th rarest was met, k: half the
-/// number of saddles. The likelihood is that of B. M. Hill, Ann. Statist. 3, 1163 (1975); the prior of a, a Γ law of mean 3/2,
-/// says that saddles may be as unlike as those of Lennard-Jones clusters, where a is about 1 to 1½. The number unseen is then
-/// Poisson's for each a. How often such claims hold on surfaces whose saddles are known is measured by
-/// `analysis/completeness`. A saddle much harder to meet than this law lets expect stays unseen, and no count of hits can tell.
+/// N(λ) is the number of saddles that are met less than λ times on average, n₍ᵢ₎ the number of times the i-th rarest was
+/// met, and k half the number of saddles. The likelihood is that of B. M. Hill, Ann. Statist. 3, 1163 (1975). The prior of
+/// a is a Γ distribution of mean 3/2; in Lennard-Jones clusters, a is about 1 to 1½. Given a, the number unseen has a
+/// Poisson distribution. `analysis/completeness` measures how often such claims hold on surfaces with known saddles. A
+/// saddle that is much rarer than this model expects stays unseen, and no count of hits can reveal it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Coverage {
-    /// Searches made.
+    /// Number of searches.
     pub searches: usize,
-    /// Those that ended at a saddle.
+    /// Searches that ended at a saddle.
     pub arrived: usize,
-    /// The search that met the last new stationary point.
+    /// Number of the search that found the last new stationary point.
     pub last_new: usize,
     /// Saddles met once.
     pub once: usize,
     /// Saddles met twice.
     pub twice: usize,
-    /// Saddles that no search met, only a path between two minima.
+    /// Saddles found only on a path between two minima.
     pub joined: usize,
     /// Descents from random points that ended in a minimum.
     pub draws: usize,
-    /// Minima in which none of them ended, known from descents from saddles only.
+    /// Minima in which no such descent ended; they were found by descents from saddles.
     pub undrawn: usize,
-    /// Good and Turing's estimate of the chance that the next search that ends at a saddle ends at a new one:
-    /// once / arrived.
+    /// Good and Turing's estimate of the probability that the next saddle found is new: once / arrived.
     pub chance_of_news: f64,
-    /// Its upper 95 % limit, the number met once being Poisson's: 3 / arrived where none was met once; at most 1.
+    /// Its upper 95 % limit, at most 1, with a Poisson distribution of the number met once (3 / arrived if that is 0).
     pub chance_of_news_below: f64,
-    /// Chao's estimate (a lower bound) of the number of saddles these searches could still meet, as in
+    /// Chao's estimate (a lower bound) of the number of unseen saddles, as in
     /// [`Rarefaction`](crate::topography::Rarefaction).
     pub unseen: f64,
-    /// The number of saddles unseen is at most this, at 95 %; nothing where so little was met that there is no telling.
+    /// Upper 95 % limit of the number of unseen saddles; `None` if the data are too few.
     pub unseen_below: Option<usize>,
-    /// Probability that no saddle is unseen, and so no minimum; 0 where there is a doubt.
+    /// Probability that no saddle, and so no minimum, is unseen; 0 if there is a doubt.
     pub sure: f64,
-    /// Why nothing is claimed, if so.
+    /// Reason why completeness cannot be claimed, if any.
     pub doubt: Option<Doubt>,
 }
 
-/// What is counted by a search.
 pub(super) struct Counts<'a> {
     pub(super) searches: usize,
     pub(super) last_new: usize,
-    /// How often each saddle was met.
     pub(super) hits: &'a [usize],
-    /// How often each minimum was the end of a descent from a random point.
+    /// Number of descents from random points that ended in each minimum.
     pub(super) draws: &'a [usize],
     pub(super) doubt: Option<Doubt>,
 }
 
-/// Level of bounds.
+/// Confidence level of bounds.
 const LEVEL: f64 = 0.95;
-/// The prior of the exponent: shape and rate of a Γ law.
+/// Prior of the exponent: shape and rate of a Γ distribution.
 const PRIOR: [f64; 2] = [3.0, 2.0];
-/// Exponents that are summed over: their number and the greatest, beyond which nothing is left unseen.
+/// Grid of the exponents: number of points, and the greatest exponent, at which nothing is left unseen.
 const EXPONENTS: (usize, f64) = (2000, 40.0);
-/// A bound of the number unseen is not sought beyond.
+/// Greatest bound of the number unseen that is reported.
 const MOST_UNSEEN: usize = 1 << 20;
-/// Mean beyond which a Poisson law is taken for its mean: it is narrow beside the law of the means.
+/// Poisson distributions with a greater mean are replaced by their mean; the spread of the means is much larger.
 const NARROW: f64 = 500.0;
-/// How often a saddle that was never met is taken to have been.
+/// Number of hits assumed for a saddle that was never met.
 const NEVER: f64 = 0.5;
 
 impl Coverage {
@@ -98,7 +95,7 @@ impl Coverage {
         let count = |hits: usize| counts.hits.iter().filter(|h| **h == hits).count();
         let (joined, once, twice) = (count(0), count(1), count(2));
         let arrived: usize = counts.hits.iter().sum();
-        // A lone minimum without saddles is judged by the draws that ended in it.
+        // For a single minimum without saddles, the draws that ended in it are used instead.
         let law = if counts.hits.is_empty() {
             Law::new(counts.draws)
         } else {
@@ -124,7 +121,7 @@ impl Coverage {
     }
 }
 
-/// The greatest mean of a Poisson law under which so few are as likely as 5 %.
+/// The greatest mean of a Poisson distribution for which at most `count` events have a probability of 5 %.
 fn poisson_limit(count: usize) -> f64 {
     let (mut low, mut high) = (count as f64, 2.0 * count as f64 + 10.0);
     for _ in 0..60 {
@@ -138,11 +135,11 @@ fn poisson_limit(count: usize) -> f64 {
     high
 }
 
-/// The number unseen: Poisson laws with these weights and means, one for each exponent.
+/// Distribution of the number unseen: a mixture of Poisson distributions, as (weight, mean) for each exponent.
 struct Law(Vec<(f64, f64)>);
 
 impl Law {
-    /// From how often each was met.
+    /// The mixture for the given numbers of hits.
     fn new(hits: &[usize]) -> Self {
         let mut hits: Vec<f64> = hits.iter().map(|h| (*h as f64).max(NEVER)).collect();
         hits.sort_by(f64::total_cmp);
@@ -153,12 +150,12 @@ impl Law {
         };
         let spread: f64 = hits[..rarest].iter().map(|h| (least / h).ln()).sum();
         let (shape, rate) = (PRIOR[0] + rarest as f64, PRIOR[1] + spread);
-        // One alone stands for itself.
+        // A single kind counts as the rarest.
         let kinds = rarest.max(1) as f64;
         let (count, greatest) = EXPONENTS;
         let step = greatest / count as f64;
         let exponents = (0..count).map(|k| (k as f64 + 0.5) * step);
-        // The greatest weight is 1, near the top of the law.
+        // The weights are scaled so that the greatest is about 1.
         let top = (shape - 1.0) / rate;
         let highest = (shape - 1.0) * top.ln() - rate * top;
         let laws = exponents.map(|a| {
@@ -173,7 +170,6 @@ impl Law {
         Self(laws.into_iter().map(|(w, mean)| (w / sum, mean)).collect())
     }
 
-    /// Probability that none is unseen.
     fn none(&self) -> f64 {
         self.0
             .iter()
@@ -181,7 +177,7 @@ impl Law {
             .sum()
     }
 
-    /// The number unseen is at most this, at the level.
+    /// Upper bound of the number unseen at the confidence level.
     fn bound(&self) -> Option<usize> {
         let enough = |unseen: usize| {
             let laws = self.0.iter();
@@ -211,7 +207,7 @@ impl Law {
     }
 }
 
-/// Probability of at most `count` under a Poisson law.
+/// Probability of at most `count` events under a Poisson distribution.
 fn at_most(count: usize, mean: f64) -> f64 {
     if mean > NARROW {
         return f64::from(u8::from(count as f64 >= mean));
@@ -227,7 +223,7 @@ fn at_most(count: usize, mean: f64) -> f64 {
     sum
 }
 
-/// ln Γ(1 + a) for a ≥ 0, by Stirling's series eight steps further up.
+/// ln Γ(1 + a) for a ≥ 0, by Stirling's series at a + 8 and the recurrence.
 fn log_gamma_of_successor(a: f64) -> f64 {
     let steps: f64 = (1..8).map(|j| (a + f64::from(j)).ln()).sum();
     let z = a + 8.0;
@@ -271,7 +267,7 @@ mod tests {
 
     #[test]
     fn the_sum_is_the_integral() {
-        // Of one kind met n times the exponent has its prior, and the mean of n^−a is (2/(2 + ln n))³.
+        // With one kind met n times, the exponent has its prior, and the mean of n^−a is (2/(2 + ln n))³.
         let law = Law::new(&[1_000_000]);
         let mean: f64 = law.0.iter().map(|(weight, mean)| weight * mean).sum();
         let logarithm = 1e6_f64.ln();
@@ -292,12 +288,12 @@ mod tests {
         assert_eq!((even.arrived, even.draws, even.undrawn), (480, 120, 1));
         assert!(even.chance_of_news.abs() < 1e-15);
         assert!((even.chance_of_news_below - 2.9957 / 480.0).abs() < 1e-5);
-        // One that is rarer by far says that there may be more of its kind.
+        // One much rarer saddle suggests that there are more like it.
         let mut uneven = [40; 12];
         uneven[3] = 2;
         let uneven = coverage(&uneven);
         assert!(uneven.sure < even.sure - 0.02, "{uneven:?}");
-        // The more hits the surer, whatever their spread.
+        // More hits give more certainty, whatever their spread.
         let sure =
             |factor: usize| coverage(&[4 * factor, 16 * factor, 20 * factor, 30 * factor]).sure;
         assert!((1..50).all(|factor| sure(factor + 1) > sure(factor)));
@@ -313,9 +309,9 @@ mod tests {
             (500..2000).contains(&many.unseen_below.unwrap()),
             "{many:?}"
         );
-        // Where everything was met once there is no telling.
+        // If every saddle was met once, no bound can be given.
         assert_eq!(coverage(&[1; 2000]).unseen_below, None);
-        // Nor is a saddle that no search met.
+        // A saddle that no search met lowers the certainty.
         let joined = coverage(&[40, 40, 40, 0]);
         assert_eq!(joined.joined, 1);
         assert!(joined.sure < 0.95, "{joined:?}");

@@ -1,4 +1,4 @@
-//! Joining minima that no saddle joins, by relaxing paths between them.
+//! Joins separate components of minima by relaxing paths between them.
 
 use std::collections::BTreeSet;
 
@@ -15,14 +15,12 @@ use crate::topography::network::Minimum;
 use crate::topography::pairs::{bridges, distances};
 use crate::topography::path::{PathSettings, geodesics, relax};
 
-/// The pairs tried so far.
 #[derive(Default)]
 pub(super) struct Joiner {
     rounds: usize,
     tried: BTreeSet<(usize, usize)>,
 }
 
-/// What relaxing one path came to.
 #[derive(Serialize, Deserialize)]
 struct Relaxed {
     crossings: Vec<Crossing>,
@@ -30,8 +28,7 @@ struct Relaxed {
 }
 
 impl Joiner {
-    /// Relaxes the straight line from every component to its nearest neighbour and takes in the passes met; whether that
-    /// brought anything new.
+    /// Relaxes the straight line from every component to its nearest neighbour. Returns whether anything new was found.
     pub(super) fn join(
         &mut self,
         searcher: &Searcher<'_>,
@@ -77,7 +74,7 @@ impl Joiner {
 }
 
 impl Searcher<'_> {
-    /// The passes on the straight line between two minima (and on the other way round), relaxed.
+    /// The relaxed passes on the straight line between two minima, and on the other way round.
     fn relax(&self, ends: (&Minimum, &Minimum), distance: f64) -> Relaxed {
         let counted = Counted::new(self.energy);
         let space = self.energy.space();

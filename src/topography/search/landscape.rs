@@ -1,4 +1,4 @@
-//! What a search found as a network and its tree.
+//! Converts the result of a search into a network and its tree.
 
 use std::collections::BTreeMap;
 
@@ -13,8 +13,8 @@ use crate::topography::network::{Edge, Evidence, MinimumId, Network};
 use crate::topography::tree::Tree;
 
 impl Exploration {
-    /// Minima and *all* saddles: several edges where several saddles join one pair, loops for degenerate rearrangements.
-    /// Edge i is saddle i.
+    /// The network of minima and *all* saddles; edge i is saddle i. Several saddles between one pair give several edges,
+    /// and a degenerate rearrangement gives a loop.
     pub fn network(&self, energy: &dyn Energy) -> Network {
         let mut network = self.nodes();
         for saddle in &self.saddles {
@@ -24,7 +24,7 @@ impl Exploration {
         network
     }
 
-    /// The map: of each pair its lowest saddle, the merge tree, and groups.
+    /// The landscape with the lowest saddle of each pair, the merge tree, and groups.
     pub fn landscape(&self, energy: &dyn Energy, groups: &GroupSettings) -> Landscape {
         let mut pairs: BTreeMap<[MinimumId; 2], Vec<&TransitionState>> = BTreeMap::new();
         for saddle in self
@@ -37,7 +37,7 @@ impl Exploration {
         let mut network = self.nodes();
         let mut connections = Vec::with_capacity(pairs.len());
         for ([from, to], saddles) in pairs {
-            // Saddles come by rising energy.
+            // Saddles are sorted by energy.
             let lowest = saddles[0];
             let edge = self.edge(energy, lowest);
             network.add_edge(NodeIndex::new(from.0), NodeIndex::new(to.0), edge.clone());

@@ -1,8 +1,8 @@
-//! Every stationary point that can be found: minima, the saddles between them, and how much may still be missing.
+//! Search for all stationary points: minima, saddles, and an estimate of how many are missing.
 //!
-//! Random starts give the first minima; single-ended searches climb from minima, from saddles and from anywhere to
-//! stationary points of index 1; descents on both sides of those give the minima they join, and more
-//! places to climb from. The search ends when it has found nothing new for long, measured by what it has found.
+//! Random starts give the first minima. Single-ended searches climb from minima, from saddles and from random points to
+//! stationary points of index 1. Descents on both sides of those give the minima they join and new starting points. The
+//! search ends when it has found nothing new for long, relative to what it has found.
 
 mod census;
 mod coverage;
@@ -35,19 +35,19 @@ use crate::sample::Rng;
 /// Draws a random point of the region of interest.
 pub type Draw<'a> = dyn Fn(&mut Rng) -> Vec<f64> + Sync + 'a;
 
-/// What a search found. Everything in it passed its audit.
+/// The result of a search. All its points passed their audit.
 #[derive(Debug, Clone)]
 pub struct Exploration {
-    /// Distinct minima, lowest first; members are the numbers of the searches whose random draw quenched into it.
+    /// Distinct minima, lowest first. Members are the numbers of the searches whose random draw quenched into the minimum.
     pub minima: Vec<Minimum>,
     /// The audit of each minimum.
     pub audits: Vec<Audit>,
-    /// Distinct saddles, lowest first. One in which n > 2 valleys meet is listed n − 1 times: so many ordinary saddles would
-    /// join their minima.
+    /// Distinct saddles, lowest first. A saddle where n > 2 valleys meet is listed n − 1 times, each with another pair of
+    /// ends.
     pub saddles: Vec<TransitionState>,
-    /// What was taken for a stationary point and did not pass its audit.
+    /// Points that failed their audit.
     pub refused: Vec<Refused>,
-    /// How the searches ended.
+    /// Number of searches by the way they ended.
     pub fates: BTreeMap<SearchEnd, usize>,
     /// How complete the minima and saddles are.
     pub coverage: Coverage,
@@ -55,22 +55,21 @@ pub struct Exploration {
     pub evaluations: usize,
 }
 
-/// Explores a smooth surface from nothing but its energy and random points.
+/// Explores a smooth surface, given only its energy and random points.
 ///
-/// Single-ended searches (eigenvector following) climb along every mode of every minimum, both ways, and then from random
-/// places: around minima and saddles, and, most often, part of the way down from random points. Each distinct saddle gets
-/// descents on both sides; their ends, if new, are searched from in turn. Points are distinct by energy and distance, so
-/// modulo the symmetry of the space. The search ends when `patience` searches for every point found brought nothing new;
-/// minima that no saddle joins are then joined by relaxed paths, if they can be, and the search goes on from what those
-/// find. No expected number enters anywhere. Points of rings, troughs and plateaus, which are not isolated, stand for one
-/// point: the first that is found of each energy.
+/// Single-ended searches (eigenvector following) climb along every mode of every minimum in both directions, and then from
+/// random places: around minima and saddles and, most often, part of the way down from random points. From each distinct
+/// saddle two descents lead to minima; new minima are searched from in turn. Points are distinguished by energy and by
+/// distance modulo the symmetry of the space. The search ends when `patience` searches for every point found brought
+/// nothing new. Minima that no saddle joins are then joined by relaxed paths if possible, and the search continues from
+/// what those find. No expected number of points is used. Rings, troughs and plateaus consist of points that are not
+/// isolated; they are represented by the first point found at each energy.
 ///
 /// The result depends on the settings and the seed, not on the number of threads or interruptions. An energy with discrete
-/// choices has passes on seams, which this does not look for: see
-/// [`build_landscape`](super::build_landscape).
+/// choices has passes on seams, which this search does not find: see [`build_landscape`](super::build_landscape).
 ///
 /// # Errors
-/// If the journal of `run` does not take a record.
+/// If the journal of `run` cannot store a record.
 pub fn explore(
     energy: &dyn Energy,
     draw: &Draw<'_>,

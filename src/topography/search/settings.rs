@@ -1,4 +1,4 @@
-//! Settings of the search, and how they are measured.
+//! Settings of the search.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,34 +11,33 @@ use crate::topography::minima::MatchTolerance;
 use crate::topography::path::PathMethod;
 use crate::topography::scales::{PROBES, Scales};
 
-/// Settings of [`explore`](super::explore). [`SearchSettings::measured`] sets everything that has a unit from the surface
-/// itself.
+/// Settings of [`explore`](super::explore). [`SearchSettings::measured`] takes all units from the surface.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SearchSettings {
-    /// Distance over which the surface's curvature changes: the longest step of a search.
+    /// Distance over which the curvature of the surface changes: the longest step of a search.
     pub length: f64,
-    /// Energy of its largest curvatures over that distance, outlying ones left out: see [`Scales`].
+    /// Energy of the largest curvatures over that distance, without outliers (see [`Scales`]).
     pub energy: f64,
-    /// Descents.
+    /// Settings of the descents.
     pub quench: QuenchSettings,
-    /// When two stationary points are one.
+    /// Tolerance within which two stationary points are the same.
     pub sameness: MatchTolerance,
-    /// Steps of one search.
+    /// Greatest number of steps of a search.
     pub steps: usize,
-    /// Modes followed from each minimum, both ways; the softest first.
+    /// Number of modes followed from each minimum in both directions, softest first.
     pub modes: usize,
-    /// Searches between two looks at what is known. Part of the result, so it must not depend on threads.
+    /// Searches between two updates of the census. It affects the result, so it must not depend on the number of threads.
     pub batch: usize,
-    /// The search ends after this many searches without anything new for every stationary point found.
+    /// The search ends when (searches since the last new point) reaches this number times (stationary points found).
     pub patience: usize,
-    /// Most searches.
+    /// Greatest number of searches.
     pub max_searches: usize,
-    /// Rounds that join minima which no saddle joins, by relaxing paths.
+    /// Rounds that join separate components by relaxing paths.
     pub join_rounds: usize,
-    /// What keeps the images of those paths apart.
+    /// How the images of those paths are kept apart.
     pub paths: PathMethod,
-    /// Seed of every draw.
+    /// Seed of all random draws.
     pub seed: u64,
 }
 
@@ -49,7 +48,7 @@ impl Default for SearchSettings {
 }
 
 impl SearchSettings {
-    /// Settings for a surface whose curvature changes over `length` and that rises by about `energy` over it.
+    /// Settings for a surface whose curvature changes over `length` and whose energy rises by about `energy` over it.
     pub fn for_scales(energy: f64, length: f64) -> Self {
         let scales = Scales { energy, length };
         Self {
@@ -68,7 +67,7 @@ impl SearchSettings {
         }
     }
 
-    /// Settings from the surface: its [`Scales`] below a few random points.
+    /// Settings measured on the surface: its [`Scales`] below a few random points.
     pub fn measured(energy: &dyn Energy, draw: &Draw<'_>, seed: u64) -> Self {
         let points: Vec<Vec<f64>> = (0..PROBES as u64)
             .map(|id| draw(&mut stream(seed, Task::Start, u64::MAX - id)))
@@ -84,14 +83,14 @@ impl SearchSettings {
         self
     }
 
-    /// Replaces the number of idle searches for every stationary point found.
+    /// Replaces the patience.
     #[must_use]
     pub fn with_patience(mut self, patience: usize) -> Self {
         self.patience = patience;
         self
     }
 
-    /// How the points found are audited.
+    /// Settings of the audit of the points found.
     pub fn audit(&self) -> AuditSettings {
         AuditSettings::for_descents(&self.quench, &self.sameness, self.length)
     }

@@ -1,4 +1,4 @@
-//! Where a search starts.
+//! The starting points of searches.
 
 use rand::RngExt;
 
@@ -9,13 +9,13 @@ use crate::sample::{Rng, Task, stream};
 use crate::space::vector::{scale, times};
 use crate::topography::scales::random_tangent;
 
-/// Logarithms to base two of the longest step of a search from a random place, in units of the length of the surface.
+/// Range of log₂ of the longest step of a search from a random place, in units of the length of the surface.
 const BOLDNESS: std::ops::Range<f64> = -2.0..3.0;
 
-/// Draws points evenly from a box of coordinates.
+/// Draws points uniformly from a box of coordinates.
 ///
 /// # Panics
-/// When it draws: if a bound is not below its counterpart.
+/// The returned function panics if a lower bound is not below its upper bound.
 pub fn in_box<'a>(low: &'a [f64], high: &'a [f64]) -> impl Fn(&mut Rng) -> Vec<f64> + Sync + 'a {
     move |rng: &mut Rng| {
         let sides = low.iter().zip(high);
@@ -25,21 +25,20 @@ pub fn in_box<'a>(low: &'a [f64], high: &'a [f64]) -> impl Fn(&mut Rng) -> Vec<f
     }
 }
 
-/// What a search is to start from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Start {
-    /// A step from minimum `minimum` along its mode `mode`.
+    /// A step from a minimum along one of its modes.
     Mode {
         minimum: usize,
         mode: usize,
         forward: bool,
         gait: Gait,
     },
-    /// Somewhere, drawn by the search itself.
+    /// A random place, drawn by the search itself.
     Random,
 }
 
-/// How long the steps are. Careful ones stay with the mode they follow; bold ones end elsewhere, and sooner.
+/// Step length of a search. Careful searches stay with the mode they follow; bold ones leave it and end sooner.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Gait {
     /// A fifth of the length of the surface.
@@ -58,14 +57,13 @@ impl Gait {
     }
 }
 
-/// Where a search starts, and which way is up.
 pub(super) struct Place {
     pub(super) x: Vec<f64>,
     /// Longest step of the search.
     pub(super) longest: f64,
-    /// Plain tangent of the mode to follow; none for the lowest.
+    /// Plain tangent of the mode to follow; `None` for the lowest mode.
     pub(super) hint: Option<Vec<f64>>,
-    /// The descent that led there, where it began at a random point.
+    /// The descent that led there, if it began at a random point.
     pub(super) drawn: Option<Quench>,
 }
 
@@ -81,7 +79,7 @@ impl Place {
 }
 
 impl Searcher<'_> {
-    /// Carries out `start` for search number `id`.
+    /// Finds the starting point of search number `id`.
     pub(super) fn place(&self, id: u64, start: Start, census: &Census) -> Place {
         let mut rng = stream(self.settings.seed, Task::Saddle, id);
         match start {
@@ -93,7 +91,7 @@ impl Searcher<'_> {
             } => {
                 let length = gait.stride() * self.settings.length;
                 let sign = if forward { 1.0 } else { -1.0 };
-                // Bold steps do not start boldly: all of them would leave the well on the same side.
+                // The first step is short even for bold searches. Longer ones would all leave the well on the same side.
                 let first = sign * length.min(2.0 * self.settings.length);
                 let known = &census.minima[minimum];
                 let step: Vec<f64> = known.modes[mode].iter().map(|m| first * m).collect();
@@ -118,7 +116,7 @@ impl Searcher<'_> {
         }
         let minimum = &census.minima[rng.random_range(0..census.minima.len())];
         match rng.random_range(0..8) {
-            // Saddles that are rarely met are met from here the most.
+            // Most of the rarely met saddles are found from here.
             0..=4 => self.anywhere(id, rng),
             5 | 6 if !minimum.modes.is_empty() => {
                 let mut step = minimum.modes[rng.random_range(0..minimum.modes.len())].clone();
@@ -137,7 +135,7 @@ impl Searcher<'_> {
         }
     }
 
-    /// Less than half of the way down from a random point, counted in steps.
+    /// A point in the first half of the steps of a descent from a random point.
     fn anywhere(&self, id: u64, rng: &mut Rng) -> Place {
         let start = (self.draw)(&mut stream(self.settings.seed, Task::Start, id));
         let mut trace = vec![start.clone()];
@@ -151,12 +149,12 @@ impl Searcher<'_> {
         }
     }
 
-    /// How far it is from a minimum to a saddle.
+    /// Typical distance from a minimum to a saddle.
     fn reach(&self, census: &Census) -> f64 {
         census.reach.unwrap_or(5.0 * self.settings.length)
     }
 
-    /// A random tangent up to half as long again as the way from a minimum to a saddle.
+    /// A random tangent of up to 1.5 times that distance.
     fn kick(&self, census: &Census, rng: &mut Rng) -> Vec<f64> {
         self.random_tangent(self.reach(census) * rng.random_range(0.1..1.5), rng)
     }

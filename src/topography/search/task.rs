@@ -1,4 +1,4 @@
-//! One search: from a start to a saddle, and down both sides of it.
+//! One search: a climb to a saddle and the descents on both sides.
 
 use serde::{Deserialize, Serialize};
 
@@ -14,20 +14,19 @@ use crate::topography::follow::{Following, Lost, Saddle};
 use crate::topography::minima::QuenchRecord;
 use crate::topography::path::{Pass, Path, descend, descend_one_way};
 
-/// Push off a saddle, as a share of the length of the surface.
+/// Displacement off a saddle, relative to the length of the surface.
 pub(super) const PUSH: f64 = 0.1;
-/// Where the step along one mode levels off, in units of the length of the surface: far beyond the place where its Hessian
-/// can be trusted, so that soft modes are not pushed as far as they ask.
+/// Length at which the step along one mode saturates, in units of the length of the surface. It is far beyond the range in
+/// which the Hessian can be trusted, so it limits only the steps along very soft modes.
 const SATURATION: f64 = 10.0;
-/// Distance over which gradients are differenced, as a share of the longest step.
+/// Step of the finite differences of gradients, relative to the longest step.
 const DIFFERENCE: f64 = 1e-4;
-/// How often that is halved before both sides lead down.
+/// Number of times the displacement is halved until both sides lead down.
 const HALVINGS: i32 = 8;
 
-/// Curvatures of a saddle below this share of the surface's are degenerate: other saddles would be so near that they could
-/// not be told from it, and more than two valleys may meet there.
+/// Relative curvature below which a mode of a saddle is degenerate, so that more than two valleys may meet.
 const DEGENERATE: f64 = 1e-3;
-/// Degenerate modes that are looked into, at most, and directions in the plane of two of them.
+/// Greatest number of degenerate modes examined, and of directions in the plane of two of them.
 const MODES: usize = 4;
 const DIRECTIONS: u32 = 12;
 
@@ -35,17 +34,17 @@ const DIRECTIONS: u32 = 12;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum SearchEnd {
-    /// At a saddle whose descents reach minima.
+    /// At a saddle whose descents reached minima.
     Arrived,
-    /// At a saddle from which a descent reaches no minimum.
+    /// At a saddle from which a descent reached no minimum.
     Evaporated,
     /// At a stationary point of another index.
     Index,
-    /// Where the way up has no curvature: part of it left for infinity.
+    /// The curvature of the uphill mode vanished: a fragment moved off to infinity.
     Flat,
-    /// Far above everything known.
+    /// Far above all known stationary points.
     High,
-    /// Nowhere within the steps allowed.
+    /// It did not converge within the steps allowed.
     Steps,
     /// Outside the domain.
     Outside,
@@ -66,22 +65,21 @@ impl SearchEnd {
     }
 }
 
-/// What a search brings home.
 #[derive(Serialize, Deserialize)]
 pub(super) struct Outcome {
     pub(super) fate: SearchEnd,
-    /// The saddle it met, if it was known when the search began.
+    /// The saddle it reached, if already known when the search began.
     pub(super) known: Option<usize>,
-    /// The saddle it met, if it was not.
+    /// The saddle it reached, if not.
     pub(super) found: Option<Crossing>,
-    /// The ways from that saddle to further minima, where more than two valleys meet.
+    /// Paths from that saddle to further minima, if more than two valleys meet there.
     pub(super) branches: Vec<Crossing>,
     /// The end of the descent from a random point.
     pub(super) drawn: Option<QuenchRecord>,
     pub(super) evaluations: usize,
 }
 
-/// Everything a search needs but what is known so far.
+/// The fixed inputs of all searches.
 pub(super) struct Searcher<'a> {
     pub(super) energy: &'a dyn Energy,
     pub(super) draw: &'a Draw<'a>,
@@ -89,7 +87,7 @@ pub(super) struct Searcher<'a> {
 }
 
 impl Searcher<'_> {
-    /// Search number `id`. The outcome depends on its number, its start and the census only.
+    /// Runs search number `id`. The outcome depends only on the number, the start and the census.
     pub(super) fn run(&self, id: u64, start: Start, census: &Census) -> Outcome {
         let counted = Counted::new(self.energy);
         let counting = Searcher {
@@ -121,7 +119,7 @@ impl Searcher<'_> {
             tolerance: self.settings.quench.gradient_tolerance,
             longest: place.longest,
             saturation: SATURATION * self.settings.length,
-            // Bold steps cross places where the curvature changes; differences must not.
+            // Bold steps may cross regions where the curvature changes, but finite differences must not.
             difference: DIFFERENCE * place.longest.min(self.settings.length),
             steps: self.settings.steps,
             kicks: 1,
@@ -146,7 +144,7 @@ impl Searcher<'_> {
                 return outcome;
             }
         };
-        // Behind a saddle that lies next to its minimum a push of the usual length ends above the saddle again.
+        // If a saddle is very close to its minimum, a displacement of the usual length can end above the saddle again.
         let descents = (0..HALVINGS).find_map(|halvings| {
             descend(
                 self.energy,
@@ -176,8 +174,8 @@ impl Searcher<'_> {
         outcome
     }
 
-    /// Adds to the descents from a degenerate saddle (three valleys meet at a monkey saddle, say) those to other minima. None
-    /// for a saddle whose curvatures tell its two ways down.
+    /// Adds to the descents from a degenerate saddle those to other minima (at a monkey saddle, for example, three valleys
+    /// meet). It adds nothing if at most one mode is degenerate.
     fn branch(&self, saddle: &Saddle, ways: &mut Vec<Path>) {
         let settings = self.settings;
         let degenerate = DEGENERATE * settings.energy / (settings.length * settings.length);

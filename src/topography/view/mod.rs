@@ -1,10 +1,10 @@
-//! Views of a merge tree: what is shown of it, chosen after the analysis.
+//! Views of a merge tree: which part of it is shown, chosen after the analysis.
 //!
-//! A view hides minima or coarsens heights; it never analyses again. A hidden minimum still connects those that are kept,
-//! so no filter changes the height at which two kept minima merge, and only [`View::swept`] changes heights at all, in a
-//! documented way. Filters follow each other in any order: `View::whole(&tree).lowest(50).with_members(&counts, 2)`.
+//! A view hides minima or coarsens heights without repeating the analysis. Hidden minima still connect those that are kept,
+//! so no filter changes the height at which two kept minima merge; only [`View::swept`] changes heights. Filters can be
+//! chained in any order: `View::whole(&tree).lowest(50).with_members(&counts, 2)`.
 //!
-//! Pruning after the analysis is the rule of disconnectionDPS (D. J. Wales, keywords `LOWEST`, `PICK`, `MONOTONIC`).
+//! The program disconnectionDPS (D. J. Wales, keywords `LOWEST`, `PICK`, `MONOTONIC`) prunes in the same way.
 
 mod network;
 
@@ -18,30 +18,29 @@ use super::tree::{Node, NodeId, Tree};
 /// Part of a merge tree.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct View {
-    /// The tree that is shown; its leaf i stands for `minima[i]`.
+    /// The visible tree. Its leaf i is minimum `minima[i]`.
     pub tree: Tree,
-    /// The minima kept, as the whole tree numbers them, in its order.
+    /// The visible minima, numbered and ordered as in the whole tree.
     pub minima: Vec<MinimumId>,
 }
 
-/// Levels of a superbasin analysis: `first`, `first + step`, … , `count` of them, upward.
+/// Energy levels of a superbasin analysis: `count` levels `first`, `first + step`, …
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Levels {
     /// The lowest level.
     pub first: f64,
-    /// Distance of two levels, positive.
+    /// Distance between two levels, positive.
     pub step: f64,
-    /// How many there are.
+    /// Number of levels.
     pub count: usize,
 }
 
-/// Share of a step by which a height may exceed a level and still count as on it: levels that were made from the heights
-/// themselves meet them up to rounding.
+/// Fraction of a step by which a height may exceed a level and still be on it, to allow for rounding.
 const ON_LEVEL: f64 = 1e-9;
 
 impl Levels {
-    /// `count` levels spread evenly from the lowest merge of `tree` (the first level) to the highest (the last); one
-    /// level, the highest merge, if `count` is 1. `None` for a tree without merges, or no levels.
+    /// `count` evenly spaced levels from the lowest merge of `tree` to the highest; only the highest if `count` is 1.
+    /// `None` for a tree without merges, or if `count` is 0.
     pub fn spanning(tree: &Tree, count: usize) -> Option<Self> {
         let merges = tree.nodes.iter().filter(|node| node.minimum.is_none());
         let (low, high) = merges.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), node| {
@@ -66,9 +65,9 @@ impl Levels {
         self.first + k as f64 * self.step
     }
 
-    /// The lowest level at which a pass of this height is open; `None` above the last.
+    /// Index of the lowest level at which a pass of this height is open; `None` above the last.
     pub fn of(&self, height: f64) -> Option<usize> {
-        // A negative number of steps is level 0.
+        // A negative number of steps gives level 0.
         let steps = ((height - self.first) / self.step - ON_LEVEL)
             .ceil()
             .max(0.0);
@@ -91,7 +90,7 @@ impl View {
         }
     }
 
-    /// The `count` lowest minima (at equal energies those of lower number): `LOWEST` of disconnectionDPS.
+    /// Keeps the `count` lowest minima (of equal energies the lower numbers), like `LOWEST` of disconnectionDPS.
     #[must_use]
     pub fn lowest(&self, count: usize) -> Self {
         let mut leaves: Vec<usize> = (0..self.minima.len()).collect();
@@ -104,14 +103,14 @@ impl View {
         self.keep(|leaf, _| kept.contains(&leaf))
     }
 
-    /// The named minima: `PICK` of disconnectionDPS. Names that are not in the view say nothing.
+    /// Keeps the named minima, like `PICK` of disconnectionDPS. Names that are not in the view are ignored.
     #[must_use]
     pub fn picked(&self, names: &[MinimumId]) -> Self {
         let names: BTreeSet<MinimumId> = names.iter().copied().collect();
         self.keep(|_, minimum| names.contains(&minimum))
     }
 
-    /// Minima with at least `least` members; `members[i]` counts those of minimum i of the whole tree.
+    /// Keeps minima with at least `least` members; `members[i]` is the number of members of minimum i of the whole tree.
     ///
     /// # Panics
     /// If a minimum of the view has no count.
@@ -120,12 +119,11 @@ impl View {
         self.keep(|_, minimum| members[minimum.0] >= least)
     }
 
-    /// Only minima for which `keep` holds of the number of the leaf and of the minimum; merges of two or more branches
-    /// that hold any stay at their height, others vanish.
+    /// Keeps only minima with `keep(leaf number, minimum)`. A merge stays if two or more of its branches hold kept minima.
     #[must_use]
     pub fn keep(&self, keep: impl Fn(usize, MinimumId) -> bool) -> Self {
         let (mut nodes, mut minima) = (Vec::new(), Vec::new());
-        // What stands for each old node: nothing, or a node of the new tree.
+        // The node of the new tree, if any, that represents each old node.
         let mut image: Vec<Option<NodeId>> = Vec::with_capacity(self.tree.nodes.len());
         for (number, node) in self.tree.nodes.iter().enumerate() {
             let new = NodeId(nodes.len());
@@ -156,11 +154,11 @@ impl View {
         }
     }
 
-    /// Without the merges above `height`: what they joined stands apart.
+    /// Removes the merges above `height`, so that their branches become separate trees.
     #[must_use]
     pub fn below(&self, height: f64) -> Self {
         let mut nodes = self.tree.nodes.clone();
-        // Merges come by rising height, so the ones left out are the last.
+        // Merges are sorted by height, so the removed ones come last.
         nodes.retain(|node| node.minimum.is_some() || node.energy <= height);
         let count = nodes.len();
         for node in &mut nodes {
@@ -172,12 +170,11 @@ impl View {
         }
     }
 
-    /// The superbasin analysis of O. M. Becker and M. Karplus, J. Chem. Phys. 106, 1495 (1997), at `levels`: at each level
-    /// a superbasin is a set of minima joined by passes no higher than it.
+    /// The superbasin analysis of O. M. Becker and M. Karplus, J. Chem. Phys. 106, 1495 (1997), at `levels`. A superbasin
+    /// of a level is a set of minima joined by passes no higher than it.
     ///
-    /// Every merge is raised to the lowest level at which its pass is open (a pass exactly on a level is open there), and
-    /// merges that land on one level within one another become one. Passes above the last level join nothing. Two minima
-    /// merge at the level of their minimax height.
+    /// Every merge is raised to the lowest level at which its pass is open (including a pass exactly on the level) and
+    /// united with its parent if that is on the same level. Passes above the last level join nothing.
     #[must_use]
     pub fn swept(&self, levels: &Levels) -> Self {
         let mut nodes: Vec<Node> = (self.tree.nodes.iter())
@@ -185,7 +182,7 @@ impl View {
             .enumerate()
             .map(|(number, node)| leaf(number, node.energy))
             .collect();
-        // What stands for each old node: itself, or its children where the merge above is on the same level.
+        // The new nodes of each old node: itself, or its children if the merge above is on the same level.
         let mut images: Vec<(Vec<NodeId>, Evidence)> = (0..nodes.len())
             .map(|number| (vec![NodeId(number)], Evidence::Saddle))
             .collect();
@@ -201,8 +198,8 @@ impl View {
                 if below.len() > 1 {
                     evidence = evidence.max(*worst);
                 }
-                // Only its one parent asks what stands for a child. The longer list takes in the shorter one, so that no
-                // shape of the tree costs more than n log n.
+                // The list of a child is used only by its parent, so it can be moved. The longer list takes in the shorter
+                // one, which bounds the cost by n log n for any tree.
                 if below.len() > children.len() {
                     std::mem::swap(&mut children, below);
                 }
@@ -211,7 +208,7 @@ impl View {
             let above = node.parent.map(|parent| self.tree.nodes[parent.0].energy);
             if above.is_none_or(|height| levels.of(height) != Some(level)) {
                 let new = NodeId(nodes.len());
-                // A pass on a level may be above it by rounding.
+                // Rounding may put a pass on a level slightly above it.
                 let energy = levels.energy(level).max(node.energy);
                 merge(&mut nodes, energy, evidence, children);
                 images.push((vec![new], evidence));

@@ -1,4 +1,4 @@
-//! Views of the network behind a tree: monotonic sequences, and connections through hidden minima.
+//! Views of a network: monotonic sequences, and connections through hidden minima.
 
 use std::collections::BTreeMap;
 
@@ -8,11 +8,11 @@ use petgraph::visit::EdgeRef;
 use crate::topography::network::{Edge, Evidence, Minimum, MinimumId, Network};
 use crate::topography::tree::spanning_forest;
 
-/// The minima at the bottoms of monotonic sequences: those from which no connection of evidence `worst` or better leads
-/// to a lower minimum (at equal energies to one of lower number). `MONOTONIC` of disconnectionDPS keeps these.
+/// The minima at the bottom of monotonic sequences: no connection with evidence `worst` or better leads from them to a
+/// lower minimum (at equal energy, to a lower number). `MONOTONIC` of disconnectionDPS keeps these.
 ///
-/// A monotonic sequence goes from minimum to minimum with falling energy; every minimum is on one that ends in a bottom.
-/// R. S. Berry and R. Breitengraser-Kunz, Phys. Rev. Lett. 74, 3951 (1995).
+/// A monotonic sequence goes from minimum to minimum with falling energy. Every minimum is on one. R. S. Berry and R.
+/// Breitengraser-Kunz, Phys. Rev. Lett. 74, 3951 (1995).
 pub fn bottoms(network: &Network, worst: Evidence) -> Vec<MinimumId> {
     let mut bottom = vec![true; network.node_count()];
     for edge in network.edge_references() {
@@ -34,12 +34,12 @@ pub fn bottoms(network: &Network, worst: Evidence) -> Vec<MinimumId> {
         .collect()
 }
 
-/// The network of the minima `kept`, node i being `kept[i]`: their own connections, and one for each merge that leads
-/// through hidden minima, so that the merge tree of the result is that of the whole restricted to `kept`.
+/// The network of the minima `kept`, where node i is `kept[i]`. It has their own connections and one for each merge through
+/// hidden minima, so its merge tree is that of the whole restricted to `kept`.
 ///
-/// A connection through hidden minima joins, of either side, the kept minimum that is nearest along the spanning tree of
-/// lowest passes; height, evidence and term are those of the pass that decides, the length that of the whole way. Where
-/// two kept minima have both, the lower one stays. Connections of evidence worse than `worst` join nothing.
+/// A connection through hidden minima joins the kept minima that are nearest on either side along the spanning tree of
+/// lowest passes. Its height, evidence and term are those of the deciding pass, and its length is that of the whole way. If
+/// two kept minima have both, the lower one is used. Connections with weaker evidence than `worst` are ignored.
 ///
 /// # Panics
 /// If `kept` names a minimum twice, or one that is not in the network.
@@ -99,11 +99,10 @@ pub fn restricted(network: &Network, kept: &[MinimumId], worst: Evidence) -> Net
     shown
 }
 
-/// A spanning forest that grows by the lowest pass.
 struct Forest<'a> {
     kept: &'a [Option<NodeIndex>],
     neighbours: Vec<Vec<(usize, f64)>>,
-    /// The kept minimum nearest to each minimum along its tree and its distance; of equally near ones that of lower number.
+    /// The nearest kept minimum along the tree of each minimum, with its distance; the lower number if equally near.
     nearest: Vec<Option<(f64, usize)>>,
 }
 
@@ -119,7 +118,7 @@ impl<'a> Forest<'a> {
         }
     }
 
-    /// Joins two trees by an edge; the kept minima nearest to its ends, with their distances, if both trees hold any.
+    /// Joins two trees by an edge. Returns the kept minima nearest to its ends, with distances, if both trees have one.
     fn join(&mut self, a: usize, b: usize, length: f64) -> Option<[(usize, f64); 2]> {
         let found = [a, b].map(|node| self.nearest[node]);
         self.neighbours[a].push((b, length));
@@ -133,8 +132,8 @@ impl<'a> Forest<'a> {
         }
     }
 
-    /// Tells `start`, and whom it may concern beyond it, of a kept minimum at a distance. Whatever lies behind a minimum
-    /// that is kept itself, or that knows a nearer one, is no nearer to this one.
+    /// Offers a kept minimum at a given distance to `start` and the nodes beyond it. The search stops at nodes that know a
+    /// nearer one, because it cannot be the nearest beyond them.
     fn offer(&mut self, start: usize, candidate: Option<(f64, usize)>) {
         let Some((distance, found)) = candidate else {
             return;
@@ -157,12 +156,11 @@ impl<'a> Forest<'a> {
     }
 }
 
-/// Groups of minima as the minima of a network: minimum i goes to group `group_of[i]`, groups count from 0. A group has
-/// the energy and the coordinates of its lowest minimum and the members of all; of the connections between two groups the
-/// lowest stays (at equal heights the one of best evidence).
+/// The network of groups: minimum i is in group `group_of[i]`, counted from 0. A group has the energy and coordinates of
+/// its lowest minimum and the members of all. Between two groups the lowest connection is kept (then the best evidence).
 ///
 /// # Panics
-/// If `group_of` has not one entry a minimum, or a group has none.
+/// If `group_of` does not have one entry for each minimum, or a group is empty.
 pub fn grouped(network: &Network, group_of: &[usize]) -> Network {
     assert_eq!(group_of.len(), network.node_count(), "one group a minimum");
     let count = group_of.iter().max().map_or(0, |largest| largest + 1);
@@ -172,7 +170,7 @@ pub fn grouped(network: &Network, group_of: &[usize]) -> Network {
     }
     let mut groups = Network::default();
     for minima in minima {
-        // Of equally low ones the first.
+        // Of equally low minima the first is used.
         let lowest = minima.iter().min_by(|a, b| a.energy.total_cmp(&b.energy));
         let lowest = *lowest.expect("no group is empty");
         let mut members: Vec<usize> = minima

@@ -22,7 +22,7 @@ fn well_formed(view: &View) {
     }
 }
 
-/// Every pair of kept minima merges as in the whole tree.
+/// Checks that every pair of kept minima merges as in the whole tree.
 fn unchanged(view: &View, whole: &Tree) {
     well_formed(view);
     for (i, a) in view.minima.iter().enumerate() {
@@ -32,7 +32,7 @@ fn unchanged(view: &View, whole: &Tree) {
     }
 }
 
-/// 0 and 1 join at 1, 2 and 3 at 2, all at 3; 4 stays apart.
+/// Minima 0 and 1 join at 1, 2 and 3 at 2, and all at 3; 4 stays separate.
 fn example() -> Network {
     use Evidence::{Chain, Path, Saddle};
     network(
@@ -49,7 +49,7 @@ fn filters_hide_and_keep_heights() {
     assert_eq!(whole.tree, tree);
     let lowest = whole.lowest(3);
     assert_eq!(lowest.minima, [0, 1, 2].map(MinimumId));
-    // The one of 2 and 3 is gone, for 3 is; both still join through it.
+    // The merge of 2 and 3 is gone because 3 is hidden, but both still join through it.
     assert_eq!(lowest.tree.nodes.len(), 5);
     assert_eq!(height(&lowest.tree, 1, 2), Some(3.0));
     assert_eq!(lowest.tree.nodes[4].evidence, Evidence::Chain);
@@ -59,7 +59,7 @@ fn filters_hide_and_keep_heights() {
     assert_eq!(height(&picked.tree, 0, 2), None);
     let members = whole.with_members(&[5, 1, 2, 0, 2], 2);
     assert_eq!(members.minima, picked.minima);
-    // Chained: numbers stay those of the whole.
+    // In a chain of filters, numbers remain those of the whole tree.
     assert_eq!(picked.lowest(2).minima, [0, 2].map(MinimumId));
     assert_eq!(whole.lowest(0).tree, Tree::default());
     let below = whole.below(2.0);
@@ -70,7 +70,7 @@ fn filters_hide_and_keep_heights() {
 #[test]
 fn monotonic_sequences_end_in_bottoms() {
     let network = example();
-    // 1 falls to 0, 3 to 2 and to 1; 4 has nowhere to go.
+    // 1 leads to 0, and 3 leads to 2 and to 1; 4 is isolated.
     assert_eq!(bottoms(&network, Evidence::Chain), [0, 2, 4].map(MinimumId));
     assert_eq!(
         bottoms(&network, Evidence::Saddle),
@@ -90,7 +90,7 @@ fn a_pass_on_a_level_is_open_there() {
         count: 3,
     };
     assert_eq!(View::whole(&tree).swept(&levels).tree, tree);
-    // Levels at 1.5 and 3.5: the upper two merges are one.
+    // With levels at 1.5 and 3.5 the upper two merges are united.
     let coarse = View::whole(&tree).swept(&Levels {
         first: 1.5,
         step: 2.0,
@@ -105,7 +105,7 @@ fn a_pass_on_a_level_is_open_there() {
         .collect();
     assert_eq!(children, [0, 0, 0, 0, 0, 2, 3]);
     assert_eq!(coarse.tree.nodes[6].evidence, Evidence::Chain);
-    // A last level below the highest pass leaves its sides apart.
+    // If the last level is below the highest pass, its two sides stay separate.
     let cut = View::whole(&tree).swept(&Levels {
         first: 1.0,
         step: 1.0,
@@ -185,14 +185,14 @@ proptest! {
                 }
             }
         }
-        // Sweeping again at the same levels changes nothing, and sweeping and hiding commute (but for evidence, since a
-        // merge of several passes is worth the worst of them).
+        // Sweeping again at the same levels changes nothing. Sweeping and hiding commute, except for the evidence, because
+        // a merge of several passes has the worst evidence of them.
         prop_assert_eq!(&swept.swept(&levels), &swept);
         let [one, other] = [swept.lowest(3), View::whole(&tree).lowest(3).swept(&levels)];
         prop_assert_eq!(&one.minima, &other.minima);
         for i in 0..one.minima.len() {
             for j in 0..one.minima.len() {
-                // The same levels counted from elsewhere: equal but for the last digit.
+                // The same levels with another first level are equal up to rounding.
                 match (height(&one.tree, i, j), height(&other.tree, i, j)) {
                     (Some(one), Some(other)) => prop_assert!((one - other).abs() < 1e-9, "{one} {other}"),
                     (one, other) => prop_assert_eq!(one, other),
