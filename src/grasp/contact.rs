@@ -1,25 +1,24 @@
-//! Which contact set is best for a posed hand: the exact minimum over all sets of n candidates.
+//! The best contact set of a posed hand: the exact minimum over all sets of n candidates.
 //!
 //! The contact part of the energy is Σ aᵢ + w·h(‖Σ wᵢ‖) with non-negative own costs aᵢ, candidate wrenches wᵢ and an
-//! increasing h. Candidates are tried in order of own cost; a branch is cut when its own costs (each further member
-//! costs at least as much as the last one) exceed the best known total, or when unit forces can no longer cancel what is
-//! left over. Nothing else is cut, so the result is the minimum; ties go to the lexicographically first set.
+//! increasing h. Candidates are tried in order of own cost. A branch is cut if its own costs (each further member costs at
+//! least as much as the last) exceed the best known total, or if unit forces can no longer cancel the remaining wrench.
+//! Nothing else is cut, so the result is the minimum; of equal sets the lexicographically first wins.
 
 use super::term::NormForm;
 
-/// How the left-over wrench is turned into an energy: `weight · (√(‖Gc‖² + rounding²) − rounding)` or `weight · ‖Gc‖²`.
+/// Energy of a net wrench: `weight · (√(‖Gc‖² + rounding²) − rounding)` or `weight · ‖Gc‖²`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WrenchCost {
     /// Energy per unit of ‖Gc‖ far from zero.
     pub weight: f64,
-    /// Norm or square.
     pub form: NormForm,
-    /// Radius within which the norm is rounded off (0: the plain norm).
+    /// Radius of the rounding of the norm near zero (0 for the plain norm).
     pub rounding: f64,
 }
 
 impl WrenchCost {
-    /// Energy of a left-over wrench of this norm squared.
+    /// Energy of a net wrench whose squared norm is given.
     pub fn of_squared(&self, norm_squared: f64) -> f64 {
         self.weight
             * match self.form {
@@ -30,7 +29,7 @@ impl WrenchCost {
             }
     }
 
-    /// What a left-over wrench may be.
+    /// The inverse of this cost.
     fn reach(&self) -> Reach {
         let (linear, quadratic) = match self.form {
             NormForm::Norm => (2.0 * self.rounding, 1.0),
@@ -44,7 +43,7 @@ impl WrenchCost {
     }
 }
 
-/// The inverse of a [`WrenchCost`]: a norm squared by its energy, without a root and alike for both forms.
+/// The inverse of a [`WrenchCost`]: the squared norm for a given energy, without a root and in one form.
 #[derive(Debug, Clone, Copy, Default)]
 struct Reach {
     per_energy: f64,
@@ -55,7 +54,7 @@ struct Reach {
 impl Reach {
     /// Largest norm squared that costs at most `energy`.
     fn squared(&self, energy: f64) -> f64 {
-        // Where wrenches cost nothing everything is within reach, and still a number.
+        // If wrenches cost nothing, the clamp keeps the unlimited reach finite.
         let e = (energy * self.per_energy).clamp(0.0, 1e100);
         e * (self.linear + self.quadratic * e)
     }
@@ -68,28 +67,27 @@ pub struct Candidate {
     pub index: u32,
     /// Its own cost aᵢ ≥ 0.
     pub cost: f64,
-    /// Unit force and torque (arms scaled) of its contact.
+    /// Unit force and torque (with scaled arms) of its contact.
     pub wrench: [f64; 6],
 }
 
-/// Slack for sums taken in another order; far below any energy of interest.
+/// Tolerance for sums taken in another order, far below any energy of interest.
 const SLACK: f64 = 1e-12;
 
-/// Searches the best sets among `candidates`; keeps its buffers between calls.
+/// Searches for the best set among `candidates`. Buffers are kept between calls.
 #[derive(Debug, Clone, Default)]
 pub struct ContactSearch {
-    /// By rising cost.
     candidates: Vec<Candidate>,
-    /// The same, side by side.
+    /// The same in groups for vector instructions.
     lanes: Vec<Lanes>,
-    /// The same as they came, and their costs in order with the places they came at.
+    /// The same in input order, and the sort keys.
     unsorted: Vec<Candidate>,
     order: Vec<(i64, u32, usize)>,
-    /// Members of the branch, or of the descent.
+    /// Members of the current branch or descent.
     chosen: Vec<usize>,
     best: Vec<u32>,
     best_total: f64,
-    /// Sets that cost more are of no interest, were they better than the best known.
+    /// Greatest cost of interest, even if it is below the best known.
     limit: f64,
     reach: Reach,
     directions: Directions,
@@ -116,18 +114,15 @@ impl ContactSearch {
         self.best_total = f64::INFINITY;
     }
 
-    /// Number of candidates.
     pub fn len(&self) -> usize {
         self.candidates.len()
     }
 
-    /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.candidates.is_empty()
     }
 
-    /// Total of a given set of positions in the candidate list, summed in index order so that it does not depend on the
-    /// way the set was found.
+    /// Total of a set of positions, summed in index order, so that it does not depend on how the set was found.
     fn total(&self, positions: &mut [usize], cost: &WrenchCost) -> f64 {
         positions.sort_unstable_by_key(|&p| self.candidates[p].index);
         let mut own = 0.0;
@@ -139,7 +134,7 @@ impl ContactSearch {
         own + cost.of_squared(norm_squared(&wrench))
     }
 
-    /// Takes a set for the best if it is; returns its total.
+    /// Offers a set as the best one and returns its total.
     fn offer(&mut self, positions: &mut [usize], cost: &WrenchCost) -> f64 {
         let total = self.total(positions, cost);
         if total > self.best_total {
@@ -154,10 +149,9 @@ impl ContactSearch {
         total
     }
 
-    /// A good set that depends on the candidates alone: the best of coordinate descents from the cheapest candidates and
-    /// from opposed pairs along the axes. Otherwise as [`ContactSearch::descend`].
-    ///
-    /// Leaves early with the first set that costs at most `enough`.
+    /// A good set that depends only on the candidates: the best of coordinate descents from the cheapest candidates and
+    /// from opposed pairs along the axes. It stops at the first set that costs at most `enough`. Otherwise like
+    /// [`ContactSearch::descend`].
     pub fn descend_cold(&mut self, size: usize, cost: &WrenchCost, enough: f64) -> f64 {
         self.descend(size, &[], cost);
         for axes in [[0, 1], [0, 2], [1, 2]] {
@@ -186,11 +180,11 @@ impl ContactSearch {
         self.best_total
     }
 
-    /// A good set by coordinate descent from `start` (positions are looked up by index; missing ones are replaced by the
-    /// cheapest candidates). Never worse than `start` where all of it is among the candidates, nor than what earlier
-    /// descents of this search found.
+    /// A good set by coordinate descent from `start` (surface-point indices; missing ones are replaced by the cheapest
+    /// candidates). It is never worse than `start` if all of it is among the candidates, nor than earlier descents of this
+    /// search.
     ///
-    /// Returns its total, or infinity with fewer than `size` candidates; the set is read with [`ContactSearch::best`].
+    /// Returns its total, or infinity for fewer than `size` candidates; the set itself is [`ContactSearch::best`].
     pub fn descend(&mut self, size: usize, start: &[u32], cost: &WrenchCost) -> f64 {
         if self.candidates.len() < size || size == 0 {
             return self.best_total;
@@ -226,7 +220,7 @@ impl ContactSearch {
         self.best_total
     }
 
-    /// The candidate that goes best with the other members of `set`.
+    /// The best candidate for `slot` with the other members of `set`.
     fn best_in_slot(&self, set: &[usize], slot: usize, cost: &WrenchCost) -> usize {
         let mut others = [0.0; 6];
         let mut own = 0.0;
@@ -254,15 +248,15 @@ impl ContactSearch {
         choice
     }
 
-    /// Proves or improves the set left by [`ContactSearch::descend`] until it is the exact minimum over all sets of
-    /// `size` candidates, and returns its total; or any bound above `limit` if that one costs more.
+    /// Proves or improves the set of [`ContactSearch::descend`] until it is the exact minimum over all sets of `size`
+    /// candidates, and returns its total. If that exceeds `limit`, any bound above `limit` may be returned.
     pub fn prove(&mut self, size: usize, cost: &WrenchCost, limit: f64) -> f64 {
         if self.candidates.len() < size || size == 0 {
             return self.best_total;
         }
         self.limit = limit;
         self.reach = cost.reach();
-        // Members beyond this position cannot occur: the others cost at least as much as the cheapest ones.
+        // Later positions cannot occur, because the other members cost at least as much as the cheapest ones.
         let floor = self.floor(size - 1);
         let usable = self
             .candidates
@@ -278,12 +272,11 @@ impl ContactSearch {
         self.best_total
     }
 
-    /// Most that a set may cost to be of interest.
     fn worst(&self) -> f64 {
         self.best_total.min(self.limit) + SLACK
     }
 
-    /// Tries every further member of the branch `chosen`, after its last one.
+    /// Tries every further member after the last one of the branch `chosen`.
     fn extend(
         &mut self,
         chosen: &mut Vec<usize>,
@@ -320,7 +313,7 @@ impl ContactSearch {
         }
     }
 
-    /// [`ContactSearch::extend`] by the last member but one: after it the forces must be about a unit force.
+    /// [`ContactSearch::extend`] for the last but one member, after which the net force must be close to a unit force.
     fn extend_by_two(
         &mut self,
         chosen: &mut Vec<usize>,
@@ -337,7 +330,7 @@ impl ContactSearch {
                 return;
             }
             let spare = self.lanes[block].spare(wrench, self.worst() - own, &self.reach);
-            // The last candidate of all has none after it.
+            // The last candidate has no successor.
             for p in from.max(first)..(usable - 1).min(first + LANES) {
                 if spare[p - first] >= 0.0 {
                     let candidate = &self.candidates[p];
@@ -352,7 +345,7 @@ impl ContactSearch {
         }
     }
 
-    /// Tries every last member whose force lies within reach of cancelling `wrench`.
+    /// Tries every last member whose force comes close enough to cancelling `wrench`.
     fn close(
         &mut self,
         chosen: &[usize],
@@ -390,7 +383,7 @@ impl ContactSearch {
         }
     }
 
-    /// Least own cost of any `count` candidates together; infinite with fewer.
+    /// The least own cost of any `count` candidates; infinite with fewer.
     pub fn floor(&self, count: usize) -> f64 {
         if self.candidates.len() < count {
             return f64::INFINITY;
@@ -398,8 +391,7 @@ impl ContactSearch {
         self.candidates[..count].iter().map(|c| c.cost).sum()
     }
 
-    /// Least own cost of any `count` points together, of which those that are not among the candidates cost at least
-    /// `outside` each.
+    /// The least own cost of any `count` points, if points that are not candidates cost at least `outside` each.
     pub fn floor_with(&self, count: usize, outside: f64) -> f64 {
         let known = self.candidates.iter().map(|c| c.cost.min(outside));
         known.chain(std::iter::repeat(outside)).take(count).sum()
@@ -411,10 +403,9 @@ impl ContactSearch {
     }
 }
 
-/// Candidates in a row of lanes.
 const LANES: usize = 8;
 
-/// Neighbouring candidates side by side, for sums that compilers turn into vectors. Missing ones cost infinitely much.
+/// A group of neighbouring candidates, laid out for vectorised sums. Missing ones have infinite cost.
 #[derive(Debug, Clone)]
 struct Lanes {
     cost: [f64; LANES],
@@ -436,7 +427,7 @@ impl Lanes {
         lanes
     }
 
-    /// Totals of the sets that each candidate completes: others that cost `own` and leave `wrench`.
+    /// Totals of the sets that each candidate completes, where the other members cost `own` and have the net `wrench`.
     fn totals(&self, own: f64, wrench: &[f64; 6], cost: &WrenchCost) -> [f64; LANES] {
         let mut squares = [0.0; LANES];
         for (row, component) in self.wrench.iter().zip(wrench) {
@@ -447,10 +438,10 @@ impl Lanes {
         std::array::from_fn(|lane| own + self.cost[lane] + cost.of_squared(squares[lane]))
     }
 
-    /// For each candidate and one that costs as much: not negative where a unit force may cancel well enough what they
-    /// leave of `wrench`, with `left` to pay for all.
+    /// Tests, for each candidate and a last one that costs as much, whether a unit force can cancel their remaining force
+    /// closely enough at a budget of `left`; negative if not.
     ///
-    /// The force F that is left may have a length of 1 − r to 1 + r for a reach of r: F² + 1 − r² ≤ 2 F, squared.
+    /// The remaining force F may have a length from 1 − r to 1 + r for a reach r: F² + 1 − r² ≤ 2 F, squared.
     fn spare(&self, wrench: &[f64; 6], left: f64, reach: &Reach) -> [f64; LANES] {
         let [x, y, z, ..] = &self.wrench;
         std::array::from_fn(|lane| {
@@ -466,19 +457,19 @@ impl Lanes {
     }
 }
 
-/// Which candidates push in which directions: sets of bits, so that three lookups give all that oppose a force.
+/// Bit sets of the candidates that push in given directions. Three lookups give all that oppose a force.
 #[derive(Debug, Clone, Default)]
 struct Directions {
     blocks: Vec<Block>,
 }
 
-/// Candidates in a block: the bits of a word.
+/// Number of candidates in a block, one for each bit of a word.
 const BLOCK: usize = 64;
 
 /// Cells per axis of the grid over force directions.
 const CELLS: usize = 16;
 
-/// For each axis, the candidates whose force lies in the cells from one to another.
+/// For each axis, the candidates whose force lies in a given range of cells.
 #[derive(Debug, Clone)]
 struct Block {
     ranges: [[[u64; CELLS]; CELLS]; 3],
@@ -508,7 +499,7 @@ impl Directions {
 }
 
 impl Block {
-    /// Candidates whose force is within `reach` of the opposite of this one, along every axis (and some others).
+    /// Candidates whose force is within `reach` of the opposite force along every axis (and some others).
     fn opposed(&self, wrench: &[f64; 6], reach: f64) -> u64 {
         let axes = self.ranges.iter().zip(wrench);
         axes.fold(u64::MAX, |set, (range, component)| {
@@ -517,7 +508,7 @@ impl Block {
     }
 }
 
-/// Orders costs as `total_cmp` does.
+/// Integer key that orders costs like `total_cmp`.
 fn rank(cost: f64) -> i64 {
     let bits = cost.to_bits().cast_signed();
     bits ^ ((bits >> 63).cast_unsigned() >> 1).cast_signed()
@@ -537,7 +528,7 @@ fn sum_norm_squared(a: &[f64; 6], b: &[f64; 6]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a + b) * (a + b)).sum()
 }
 
-/// Cell of one component of a unit vector; components beyond ±1 fall into the outermost cells.
+/// Cell of a component of a unit vector. Components beyond ±1 are in the outermost cells.
 fn cell_of(component: f64) -> usize {
     let scaled = ((component + 1.0) * 0.5 * CELLS as f64).clamp(0.0, (CELLS - 1) as f64);
     #[expect(

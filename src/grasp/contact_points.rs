@@ -1,5 +1,4 @@
-//! Contact points on an object without a hand: relaxed force closure as an energy of the points, and the search for its
-//! minima.
+//! Contact points on an object without a hand: their relaxed force closure as an energy, and a search for its minima.
 
 use nalgebra::Vector3;
 use rand::RngExt;
@@ -16,10 +15,8 @@ use crate::optimize::{QuenchSettings, quench};
 use crate::sample::{Kernel, Mala, Rng, State, TargetDensity, Task, stream};
 use crate::space::{Euclidean, Space};
 
-/// Relaxed force closure of n points, as an energy on ℝ³ⁿ: coordinates are those of the points one after the other,
-/// metres.
-///
-/// See [`RelaxedForceClosure`]; Liu et al. (2021), Eq. 7.
+/// Relaxed force closure of n points as an energy on ℝ³ⁿ (the coordinates of all points in sequence, metres). See
+/// [`RelaxedForceClosure`] and Liu et al. (2021), Eq. 7.
 #[derive(Debug, Clone)]
 pub struct PointsEnergy<'a> {
     test: RelaxedForceClosure,
@@ -28,7 +25,7 @@ pub struct PointsEnergy<'a> {
 }
 
 impl<'a> PointsEnergy<'a> {
-    /// The energy of `contacts` points on `shape` by `test`.
+    /// The energy of `contacts` points on `shape`.
     pub fn new(test: RelaxedForceClosure, shape: &'a dyn Shape, contacts: usize) -> Self {
         Self {
             test,
@@ -58,12 +55,11 @@ impl Energy for PointsEnergy<'_> {
     }
 }
 
-/// The points that coordinates stand for.
 fn points(x: &[f64]) -> impl Iterator<Item = Vector3<f64>> + '_ {
     x.chunks_exact(3).map(Vector3::from_column_slice)
 }
 
-/// How contact points are searched for.
+/// Settings of the search for contact points.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ContactPointSettings {
@@ -71,16 +67,16 @@ pub struct ContactPointSettings {
     pub contacts: usize,
     /// Weight w of distances from the surface, see [`RelaxedForceClosure`].
     pub distance_weight: f64,
-    /// Langevin steps before the descent; none: descent alone.
+    /// Langevin steps before the descent; with 0 there is only the descent.
     pub steps: u32,
     /// Temperature of the first step.
     pub temperature_start: f64,
     /// Temperature of the last step.
     pub temperature_end: f64,
-    /// Acceptance rate that the step size is adapted to.
+    /// Target acceptance rate of the step-length adaptation.
     pub acceptance: f64,
-    /// Attempts from new starts. The first whose points lie on the mesh (within [`LARGEST_GAP_M`]) with ‖Gc‖ at most
-    /// [`good_net_wrench`](Self::good_net_wrench) ends the search; if none does, the one of least energy counts.
+    /// Number of attempts from new starts. The first whose points lie on the mesh (within [`LARGEST_GAP_M`]) with ‖Gc‖ at
+    /// most [`good_net_wrench`](Self::good_net_wrench) ends the search; if there is none, the one of least energy counts.
     pub attempts: u32,
     /// ‖Gc‖ on the mesh at which an attempt is good enough.
     pub good_net_wrench: f64,
@@ -101,36 +97,36 @@ impl Default for ContactPointSettings {
     }
 }
 
-/// Contact points found, as the exact mesh sees them.
+/// Contact points found, measured on the exact mesh.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactPoints {
-    /// Number of the search: its random stream.
+    /// Number of the search, which selects its random stream.
     pub number: u64,
-    /// Where the search ended, metres.
+    /// Final positions, metres.
     pub points: Vec<Vector3<f64>>,
     /// Relaxed force closure there ([`RelaxedForceClosure`] with the roundings of the search).
     pub energy: f64,
     /// The nearest points of the mesh, metres.
     pub on_mesh: Vec<Vector3<f64>>,
-    /// The contacts at those: arm from the centroid divided by the object's radius, inward normal.
+    /// The contacts there: arm from the centroid divided by the object's radius, and inward normal.
     pub contacts: Vec<PointContact>,
     /// Largest distance of a point from the mesh, metres.
     pub gap_m: f64,
 }
 
-/// Points farther than this from the mesh are no contacts, metres: as in the strict filter of grasps.
+/// Greatest distance of a contact from the mesh, metres, as in the strict filter of grasps.
 pub const LARGEST_GAP_M: f64 = 0.002;
 
-/// Why contact points are not in force closure.
+/// Reason why contact points are not in force closure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Objection {
     /// A point is farther than [`LARGEST_GAP_M`] from the mesh.
     Distance,
     /// The contacts do not span all wrenches.
     Rank,
-    /// No forces in the friction cones balance; most of what equal forces leave over is a force.
+    /// No forces in the friction cones balance; the net wrench of equal forces is mostly a force.
     Force,
-    /// No forces in the friction cones balance; most of what equal forces leave over is a torque.
+    /// No forces in the friction cones balance; the net wrench of equal forces is mostly a torque.
     Torque,
 }
 
@@ -140,13 +136,12 @@ impl ContactPoints {
         net_wrench(&self.contacts)
     }
 
-    /// The relaxed test: points on the mesh (within [`LARGEST_GAP_M`]) with ‖Gc‖ below `net_wrench`; 0.5 in Liu et al.
-    /// (2021), Eq. 11.
+    /// Whether all points are within [`LARGEST_GAP_M`] with ‖Gc‖ below `net_wrench` (0.5 in Liu et al. 2021, Eq. 11).
     pub fn passes_relaxed(&self, net_wrench: f64) -> bool {
         self.gap_m <= LARGEST_GAP_M && self.net_wrench() < net_wrench
     }
 
-    /// What the exact test at `friction` objects to; `None` if it confirms force closure.
+    /// The objection of the exact test at `friction`; `None` in force closure.
     ///
     /// # Panics
     /// If `friction` is negative or not finite.
@@ -170,20 +165,19 @@ impl ContactPoints {
     }
 }
 
-/// Rounding of ‖Gc‖ …
+/// Rounding of ‖Gc‖.
 const ROUNDING: f64 = 0.01;
-/// … and of distances, metres, so that a descent converges at the minimum, where Eq. 7 has a kink.
+/// Rounding of distances, metres. It lets a descent converge at the minimum, where Eq. 7 has a kink.
 const DISTANCE_ROUNDING_M: f64 = 1e-4;
-/// Length of the first Langevin step, as a share of the object's radius; it adapts.
+/// Length of the first Langevin step, relative to the object's radius; it adapts.
 const FIRST_STEP: f64 = 0.03;
 
-/// Search number `number` under `seed` for contact points on `object`: points drawn uniformly from the ball about its
-/// centroid that holds it, moved by annealed Langevin steps and brought to a minimum of relaxed force closure.
-///
-/// The energy is Eq. 7 of Liu et al. (2021), with its norms rounded off near zero. Searches are independent.
+/// Runs search number `number` with the given seed: points drawn uniformly from the ball around the centroid that contains
+/// the object are moved by annealed Langevin steps and then to a minimum of relaxed force closure. The energy is Eq. 7 of
+/// Liu et al. (2021), with its norms rounded near zero. Searches are independent.
 ///
 /// # Panics
-/// If the settings ask for no attempt.
+/// If `settings` has no attempts.
 ///
 /// # Examples
 /// ```
@@ -231,7 +225,7 @@ pub fn find_contact_points(
     best.expect("there is at least one attempt")
 }
 
-/// A point drawn uniformly from the ball about the centroid that holds the object.
+/// A point drawn uniformly from the ball around the centroid that contains the object.
 fn in_ball(object: &Object, rng: &mut Rng) -> [f64; 3] {
     let direction: [f64; 3] = UnitSphere.sample(rng);
     let radius = object.radius_m * rng.random::<f64>().cbrt();
@@ -307,7 +301,7 @@ mod tests {
             };
             let energy = PointsEnergy::new(test, &block, contacts);
             let mut rng = stream(1, Task::Start, contacts as u64);
-            // Outside the edges, where normals turn.
+            // The points are outside the edges, where normals vary.
             let x: Vec<f64> = (0..3 * contacts)
                 .map(|_| 0.06 * if rng.random() { 1.0 } else { -1.0 } * rng.random_range(0.8..1.2))
                 .collect();

@@ -1,24 +1,24 @@
-//! How deep hand and object lie in each other: on the hand as it is exported and on the exact mesh of the object.
+//! Penetration depth of hand and object, with the exported hand and the exact mesh of the object.
 
 use nalgebra::Vector3;
 
 use crate::hand::{Hand, Part, PosedHand, Solid};
 use crate::mesh::ExactMesh;
 
-/// Depth of the deepest point of one of hand and object inside the other, metres; 0 where they do not overlap.
+/// Greatest depth of a point of the hand in the object or of the object in the hand, metres; 0 without overlap.
 ///
 /// ```text
 /// max { −d(p, O) : p ∈ ∂H } ∪ { −d(p, P) : p ∈ ∂O, P part of H },   d: signed distance
 /// ```
 ///
-/// ∂H are the triangles of the hand as it is exported ([`Hand::solid_skin`]): of its parts (meshes, hulls of boxes and
-/// cylinders, capsules), or the skin of MANO. The skin that is drawn over a hand of capsules alone is fuller at creases and
-/// does not count. A part is a capsule, or all meshes of one link: inside it is inside the union of the solids that they
-/// bound, if need be after repair, else of their convex hulls. Within [`DEPTH_TOLERANCE_M`](crate::mesh::DEPTH_TOLERANCE_M) from
-/// below.
+/// ∂H are the triangles of the exported hand ([`Hand::solid_skin`]): those of its parts (meshes, hulls of boxes and
+/// cylinders, capsules), or the skin of MANO. The skin drawn over a hand of capsules does not count, as it is thicker at
+/// creases. A part is a capsule, or all meshes of one link: its inside is the union of the solids that they bound (after
+/// repair if necessary), or else of their convex hulls. The result is at most
+/// [`DEPTH_TOLERANCE_M`](crate::mesh::DEPTH_TOLERANCE_M) too small.
 ///
 /// # Panics
-/// If `posed` is another hand.
+/// If `posed` belongs to another hand.
 pub fn deepest_m(exact: &ExactMesh, hand: &Hand, posed: &PosedHand) -> f64 {
     fold_parts(exact, hand, posed, |deepest_m, part| {
         let deepest_m = part.holds(exact, posed, deepest_m);
@@ -26,21 +26,19 @@ pub fn deepest_m(exact: &ExactMesh, hand: &Hand, posed: &PosedHand) -> f64 {
     })
 }
 
-/// Depth of the deepest point of the object's surface inside a part of the hand, metres; 0 if none is inside. The second
-/// half of [`deepest_m`].
-///
-/// A part within a thick object and farther from its surface than it is thick counts nothing: there the hand's own
-/// surface is inside the object.
+/// Greatest depth of a point of the object's surface inside a part of the hand, metres; 0 if none is inside. It is the
+/// second half of [`deepest_m`]. A part deep inside a thick object counts as zero, since only the hand's surface is then
+/// inside the object.
 ///
 /// # Panics
-/// If `posed` is another hand.
+/// If `posed` belongs to another hand.
 pub fn object_inside_hand_m(exact: &ExactMesh, hand: &Hand, posed: &PosedHand) -> f64 {
     fold_parts(exact, hand, posed, |deepest_m, part| {
         part.holds(exact, posed, deepest_m)
     })
 }
 
-/// Runs through the parts that may touch the object.
+/// Folds over the parts that may touch the object.
 fn fold_parts(
     exact: &ExactMesh,
     hand: &Hand,
@@ -57,7 +55,7 @@ fn fold_parts(
 }
 
 impl Part {
-    /// Depth of the deepest point of the object's surface inside this part, if it is more than `known_m`.
+    /// Greatest depth of the object's surface inside this part, if more than `known_m`.
     fn holds(&self, exact: &ExactMesh, posed: &PosedHand, known_m: f64) -> f64 {
         match &self.solid {
             Solid::Capsule { number, radius_m } => exact
@@ -72,13 +70,12 @@ impl Part {
         }
     }
 
-    /// Depth of the deepest point of this part's surface inside the object, if it is more than `known_m`, which is at least
-    /// [`Part::holds`].
+    /// Greatest depth of this part's surface inside the object, if more than `known_m`, which is at least [`Part::holds`].
     fn is_in(&self, exact: &ExactMesh, posed: &PosedHand, known_m: f64) -> f64 {
         if let Solid::Capsule { number, .. } = self.solid {
             let axis = &posed.capsules[number];
             let crossed = exact.segment_distance_within(axis, ON_AXIS_M).is_some();
-            // While the axis stays outside, the surface comes no deeper into the object than that into the capsule.
+            // If the axis is outside, the surface is no deeper in the object than the object is in the capsule.
             if !crossed && !exact.surrounds(&axis[0]) {
                 return known_m;
             }
@@ -88,7 +85,7 @@ impl Part {
     }
 }
 
-/// An axis closer to the surface than this crosses it, metres.
+/// Distance from the surface below which an axis crosses it, metres.
 const ON_AXIS_M: f64 = 1e-9;
 
 #[cfg(test)]
@@ -96,12 +93,12 @@ mod tests {
     use super::*;
     use crate::mesh::Mesh;
 
-    /// A plate, 1 mm thick, 8 mm deep in what lies around the origin below 1 cm.
+    /// A plate 1 mm thick that is 8 mm deep in anything around the origin below 1 cm.
     const PLATE: &str = "v -0.0005 -0.005 0.002\nv 0.0005 -0.005 0.002\nv 0.0005 0.005 0.002\nv -0.0005 0.005 0.002\n\
 v -0.0005 -0.005 0.03\nv 0.0005 -0.005 0.03\nv 0.0005 0.005 0.03\nv -0.0005 0.005 0.03\n\
 f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
 
-    /// A palm of boxes, each by the middle and the length of its side along x, and a fingertip far off.
+    /// A palm of boxes, given by centre and length along x, and a distant fingertip.
     fn palm(boxes: &[[f64; 2]]) -> Hand {
         let boxes: Vec<String> = (boxes.iter())
             .map(|[middle, length]| {

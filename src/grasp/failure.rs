@@ -1,5 +1,5 @@
-//! Two known failures of relaxed force closure with penetration measured at points (Liu et al. 2021, Fig. 11): contacts
-//! that all lie in one concavity, and thin parts of the object that pass between the hand's surface points.
+//! Two known failures of relaxed force closure with penetration measured at points (Liu et al. 2021, Fig. 11): all contacts
+//! lie in one concavity, or thin parts of the object pass between the hand's surface points.
 
 use nalgebra::Vector3;
 
@@ -7,21 +7,21 @@ use super::depth::object_inside_hand_m;
 use crate::hand::{Hand, PosedHand};
 use crate::mesh::ExactMesh;
 
-/// A part of the object deeper than this inside the hand passes through it, metres.
+/// Depth above which a part of the object inside the hand passes through it, metres.
 pub const SWALLOWED_M: f64 = 0.004;
 
-/// Depth of a surface point of the hand that the strict filter does not object to, metres.
+/// Greatest depth of a surface point of the hand that the strict filter accepts, metres.
 const UNSEEN_M: f64 = 0.002;
 
-/// A line of sight that comes no deeper into the solid than this is free, metres.
+/// Greatest depth in the solid of a line of sight that counts as free, metres.
 const GRAZING_M: f64 = 1e-4;
-/// Least and longest step along a line of sight, metres.
+/// Least and greatest step along a line of sight, metres.
 const STEP_M: [f64; 2] = [2.5e-4, 5e-3];
 
-/// Whether every two of these points of the surface see each other past the solid.
+/// Whether all pairs of these surface points can see each other outside the solid.
 ///
-/// On a convex solid no two points do, but for neighbours closer than the eye can tell; points that see each other *and*
-/// push against each other lie in one concavity: the inside of a bowl, of a mug, of its handle.
+/// On a convex solid no two points can, except very close neighbours. Points that see each other *and* push against each
+/// other lie in one concavity, such as the inside of a bowl, a mug or a handle.
 pub fn in_one_concavity(exact: &ExactMesh, points: &[Vector3<f64>]) -> bool {
     points.iter().enumerate().all(|(index, point)| {
         points[..index]
@@ -40,7 +40,7 @@ pub fn sees(exact: &ExactMesh, from: &Vector3<f64>, to: &Vector3<f64>) -> bool {
         if distance < -GRAZING_M {
             return false;
         }
-        // A solid this far away is not met before that.
+        // The signed distance is a safe step.
         along += distance.clamp(STEP_M[0], STEP_M[1]);
     }
     true
@@ -53,11 +53,10 @@ pub fn points_inside_object_m(exact: &ExactMesh, posed: &PosedHand) -> f64 {
     })
 }
 
-/// Whether a part of the object passes through the posed hand although each of the hand's surface points keeps within 2 mm
-/// of the outside.
+/// Whether a part of the object passes through the hand although all surface points of the hand are at most 2 mm deep.
 ///
 /// # Panics
-/// If `posed` is another hand.
+/// If `posed` belongs to another hand.
 pub fn passes_between_points(exact: &ExactMesh, hand: &Hand, posed: &PosedHand) -> bool {
     object_inside_hand_m(exact, hand, posed) > SWALLOWED_M
         && points_inside_object_m(exact, posed) < UNSEEN_M

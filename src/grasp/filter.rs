@@ -1,4 +1,4 @@
-//! Is it a grasp? The published filter and a strict one, measured on the exact mesh.
+//! Filters that decide whether a pose is a grasp: the published one and a strict one, measured on the exact mesh.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -13,38 +13,36 @@ use super::failure::in_one_concavity;
 use super::term::{Proximity, Scene, for_each_overlap};
 use crate::hand::{LinkId, PosedHand};
 
-/// Friction at which the strict filter asks for force closure.
+/// Friction coefficient of the force-closure test in the strict filter.
 pub const STRICT_FRICTION: f64 = 0.5;
 
-/// What the filters look at. Contact distances, normals and depths are those of the exact mesh.
+/// Quantities that the filters test. Contact distances, normals and depths are those of the exact mesh.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Judgement {
-    /// ‖Gc‖ with arms divided by the energy's unit.
+    /// ‖Gc‖ with arms divided by the unit of the energy.
     pub net_wrench: f64,
     /// Σ d² of the contacts, in the authors' unit of 120 mm.
     pub distance_squared: f64,
-    /// Σ of depths of the hand's surface points inside the object, in the authors' unit.
+    /// Sum of the depths of the hand's surface points inside the object, in the authors' unit.
     pub penetration: f64,
     /// Largest distance of a contact from the surface, metres.
     pub gap_m: f64,
-    /// Deepest point of the hand, as it is exported, inside the object, or of the object's surface inside the hand, metres
-    /// ([`deepest_m`]).
+    /// Greatest depth of a point of the exported hand in the object, or of the object in the hand, metres ([`deepest_m`]).
     pub deepest_m: f64,
-    /// Deepest overlap of the hand with itself, metres: of its capsules, which fill meshes and boxes without reaching into
-    /// all corners, so that of such hands a little more may overlap.
+    /// Greatest overlap of the hand with itself, metres. It is measured on the capsules, which do not fill all corners of
+    /// meshes and boxes, so such hands may overlap slightly more.
     pub self_penetration_m: f64,
     /// Largest excess of a joint over its limits, radians.
     pub joint_excess_rad: f64,
-    /// On how many of palm, thumb and fingers the contacts lie.
+    /// Number of digits (palm, thumb and fingers) with contacts.
     pub digits: usize,
-    /// Whether the contacts all lie in one concavity ([`in_one_concavity`]), pushing apart instead of together.
+    /// Whether all contacts lie in one concavity ([`in_one_concavity`]) and push apart instead of together.
     pub one_concavity: bool,
-    /// Least friction at which the contact forces balance; `None` where none suffices.
+    /// Least friction at which the contact forces balance; `None` if none suffices.
     pub least_friction: Option<f64>,
     /// Exact force closure at [`STRICT_FRICTION`].
     pub force_closure: bool,
-    /// Ferrari–Canny ε at [`STRICT_FRICTION`], otherwise by the default [`EpsilonSettings`]: not positive where some wrench
-    /// cannot be resisted.
+    /// Ferrari–Canny ε at [`STRICT_FRICTION`]; not positive if some wrench cannot be resisted.
     pub epsilon: f64,
 }
 
@@ -61,7 +59,7 @@ impl Judgement {
             && 10.0 * self.penetration < 0.02
     }
 
-    /// First reason why it is not a grasp a person could hold; `None` if it passes the strict filter.
+    /// The first condition of the strict filter that fails; `None` if the grasp passes.
     pub fn strict_objection(&self) -> Option<&'static str> {
         let checks = [
             (self.net_wrench < 0.5, "net wrench"),
@@ -78,20 +76,20 @@ impl Judgement {
             .find_map(|(passes, reason)| (!passes).then_some(reason))
     }
 
-    /// The strict filter: ‖Gc‖ < 0.5, contacts within 2 mm, nothing deeper than 2 mm, self-penetration under 3 mm, joint
-    /// limits kept, at least two of palm, thumb and fingers, contacts not all in one concavity, exact force closure at
-    /// μ = 0.5.
+    /// The strict filter: ‖Gc‖ < 0.5, contacts within 2 mm, nothing deeper than 2 mm, self-penetration below 3 mm, joint
+    /// limits, at least two digits (of palm, thumb and fingers), contacts not in one concavity, and force closure at μ =
+    /// 0.5.
     pub fn passes_strict(&self) -> bool {
         self.strict_objection().is_none()
     }
 }
 
-/// A contact as the exact mesh sees it.
+/// A contact measured on the exact mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeasuredContact {
     /// Index of the hand's surface point.
     pub surface_point: u32,
-    /// The link it lies on.
+    /// The link of the point.
     pub link: LinkId,
     /// Signed distance from the mesh, metres; negative inside.
     pub distance_m: f64,
@@ -102,7 +100,7 @@ pub struct MeasuredContact {
 /// The contacts of a grasp on the exact mesh.
 ///
 /// # Panics
-/// If the grasp is one of another hand.
+/// If the grasp belongs to another hand.
 pub fn measure_contacts(energy: &GraspEnergy, grasp: &Grasp) -> Vec<MeasuredContact> {
     let mut posed = PosedHand::default();
     energy.hand().pose(&grasp.pose, &mut posed);
@@ -130,7 +128,7 @@ fn measure(energy: &GraspEnergy, posed: &PosedHand, contacts: &[u32]) -> Vec<Mea
 /// Judges a grasp on the exact mesh.
 ///
 /// # Panics
-/// If the grasp is one of another hand.
+/// If the grasp belongs to another hand.
 pub fn judge(energy: &GraspEnergy, grasp: &Grasp) -> Judgement {
     let (hand, object) = (energy.hand(), energy.object());
     let mut posed = PosedHand::default();
@@ -172,7 +170,7 @@ pub fn judge(energy: &GraspEnergy, grasp: &Grasp) -> Judgement {
     let mut penetration = 0.0;
     let lipschitz = object.shape.lipschitz();
     for point in &posed.points {
-        // The smooth shape says where the exact distance is worth its price.
+        // The smooth shape shows where the slow exact distance is needed.
         if object.shape.distance(point) > 0.003 * lipschitz {
             continue;
         }

@@ -1,7 +1,7 @@
-//! What hovering costs: the check that barriers mean force closure.
+//! The hovering cost, which tests whether barriers measure force closure.
 //!
-//! With a small distance weight a hand that floats off the object has nearly the energy of one that holds it; every path
-//! is then a release and regrasp, and barriers say nothing about force closure.
+//! With a small distance weight, a hand that floats off the object has nearly the energy of one that holds it. Every path
+//! is then a release and a regrasp, and barriers say nothing about force closure.
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -10,28 +10,28 @@ use super::energy::{EnergySettingsError, GraspEnergy};
 use crate::energy::Energy;
 use crate::optimize::{QuenchSettings, quench};
 
-/// Clearances that are reported, metres.
+/// Clearances of the report, metres.
 pub const CLEARANCES_M: [f64; 3] = [0.002, 0.005, 0.010];
 
-/// Stiffness of the penalty that keeps the hand off, as a multiple of the distance weight.
+/// Stiffness of the penalty that keeps the hand away, as a multiple of the distance weight.
 const STIFFNESS: f64 = 30.0;
 
-/// Energy of the whole hand held off the object.
+/// Energy of a hand held off the object.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct HoverCost {
-    /// Clearance asked for, metres.
+    /// Required clearance, metres.
     pub clearance_m: f64,
-    /// Median clearance reached, metres.
+    /// Median of the clearance reached, metres.
     pub reached_m: f64,
-    /// Quartiles of E(hovering) − E(minimum) over the grasps looked at.
+    /// Quartiles over the grasps of E(hovering) − E(minimum).
     pub quartiles: [f64; 3],
 }
 
-/// The least energy near each of `minima` with every surface point of the hand at least a clearance off the object, above
-/// the energy of the minimum, for each of [`CLEARANCES_M`].
+/// For each of [`CLEARANCES_M`], the least energy near each of `minima` with every surface point of the hand at least that
+/// far off the object, relative to the energy of the minimum.
 ///
 /// # Errors
-/// Never for an energy that exists: its settings have been checked.
+/// Never for an existing energy, whose settings are valid.
 pub fn hover_costs(
     energy: &GraspEnergy,
     minima: &[&[f64]],

@@ -1,9 +1,9 @@
-//! Half one: hand + object → energy → grasps.
+//! Grasp synthesis: from a hand and an object to an energy and grasps.
 //!
-//! [`term`] holds the terms of the energy, [`energy`] their sum and its envelope over contact sets. [`kernel`] proposes moves,
-//! and [`synthesis`] runs the search. [`filter`] and [`closure`] judge a grasp; [`depth`] measures how deep hand and object
-//! lie in each other, and [`failure`] finds what relaxed force closure alone does not see. [`relaxed`] is the relaxed test of
-//! bare points, and [`contact_points`] searches for its minima. [`press`] closes a hand until it presses.
+//! [`term`] contains the terms of the energy; [`energy`] is their sum and its envelope over contact sets. [`kernel`]
+//! proposes moves, and [`synthesis`] runs the search. [`filter`] and [`closure`] judge a grasp, [`depth`] measures
+//! penetration, and [`failure`] finds failures of relaxed force closure. [`relaxed`] is the relaxed test of points without
+//! a hand, and [`contact_points`] searches for its minima. [`press`] closes a hand until it presses.
 
 pub mod closure;
 pub mod contact;
@@ -30,8 +30,8 @@ use serde::{Deserialize, Serialize};
 use crate::energy::Piecewise;
 use crate::space::Pose;
 
-/// A grasp: where the hand is and with which points of its surface it holds. Which hand and which object these are, the
-/// [`GraspEnergy`] or the population it belongs to knows.
+/// A grasp: the pose of the hand and the surface points with which it holds. The hand and the object are those of its
+/// [`GraspEnergy`] or population.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Grasp {
     /// Pose of the hand in the object's frame.
@@ -44,7 +44,7 @@ impl Grasp {
     /// The grasp of a pose and a contact set.
     ///
     /// # Panics
-    /// If coordinates of a pose are fewer than 7 numbers.
+    /// If the coordinates have fewer than 7 numbers.
     pub fn new(pose: impl Into<Pose>, contacts: Vec<u32>) -> Self {
         let pose = pose.into();
         Self { pose, contacts }
@@ -53,7 +53,7 @@ impl Grasp {
     /// The grasp of a pose and its best contact set.
     ///
     /// # Panics
-    /// If the pose is one of another hand.
+    /// If the pose belongs to another hand.
     pub fn best(energy: &GraspEnergy, pose: impl Into<Pose>) -> Self {
         let pose = pose.into();
         let contacts = energy.active_piece(&pose);

@@ -1,4 +1,4 @@
-//! Relaxed force closure of bare contact points on a shape, with its derivative: any number of points, no hand.
+//! Relaxed force closure of any number of contact points on a shape, with its derivative, without a hand.
 
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
@@ -12,9 +12,9 @@ use crate::object::{Object, Shape};
 /// cᵢ = −∇d/‖∇d‖ at pᵢ,   aᵢ = (pᵢ − centroid) / unit,   Gc = Σᵢ (cᵢ, aᵢ × cᵢ),   G = [I … I; [a₁]ₓ … [aₙ]ₓ]
 /// ```
 ///
-/// Dimensionless; zero exactly for points on the surface whose normals balance and that span all wrenches. Liu et al.
-/// (2021), Eq. 7, is `r = r_d = 0` and `w_rank = w = 1`. A set whose FC without the distance term is small needs little
-/// friction, see [`least_friction`](super::closure::least_friction).
+/// Dimensionless; zero exactly if the points are on the surface, their normals balance, and they span all wrenches. Liu et
+/// al. (2021), Eq. 7, has `r = r_d = 0` and `w_rank = w = 1`. A set whose FC without the distance term is small needs
+/// little friction (see [`least_friction`](super::closure::least_friction)).
 ///
 /// ```
 /// use landscape::object::Sphere;
@@ -35,23 +35,23 @@ use crate::object::{Object, Shape};
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RelaxedForceClosure {
-    /// Point about which torques are taken, metres: the object's centroid.
+    /// Centre of torques, metres: the object's centroid.
     pub centroid: Vector3<f64>,
-    /// Length that makes arms and distances dimensionless, metres: the object's radius.
+    /// Length unit of arms and distances, metres: the object's radius.
     pub unit_m: f64,
     /// Weight of the rank condition.
     pub rank_weight: f64,
-    /// Its threshold ε.
+    /// Threshold ε of the rank condition.
     pub rank_epsilon: f64,
     /// Rounding r of the net wrench.
     pub rounding: f64,
     /// Weight w of distances from the surface.
     pub distance_weight: f64,
-    /// Their rounding `r_d`, metres.
+    /// Rounding `r_d` of distances, metres.
     pub distance_rounding_m: f64,
 }
 
-/// A contact point, the shape's answers at it, and the derivative of FC by its place.
+/// A contact point with the shape's distance and derivatives there, and the derivative of FC.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Touch {
     /// Position, metres.
@@ -67,7 +67,7 @@ pub struct Touch {
 }
 
 impl Touch {
-    /// A point whose answers are not known yet.
+    /// A point that is not measured yet.
     pub fn at(point: Vector3<f64>) -> Self {
         Self {
             point,
@@ -78,7 +78,7 @@ impl Touch {
         }
     }
 
-    /// Asks `shape` for all it knows about the point.
+    /// Computes distance, gradient and Hessian of `shape` at the point.
     pub fn measure<S: Shape + ?Sized>(&mut self, shape: &S) {
         (self.distance_m, self.gradient, self.hessian) = shape.hessian(&self.point);
     }
@@ -103,7 +103,7 @@ impl RelaxedForceClosure {
         Self::paper(object.centroid, object.radius_m)
     }
 
-    /// FC of `points`; needs no curvature.
+    /// FC of `points`, without curvature.
     pub fn value<S: Shape + ?Sized>(&self, shape: &S, points: &[Vector3<f64>]) -> f64 {
         let answers = points.iter().map(|point| {
             let (distance_m, gradient) = shape.gradient(point);
@@ -125,7 +125,7 @@ impl RelaxedForceClosure {
         self.total(&sums, rank.as_ref())
     }
 
-    /// FC of `touches`, after asking `shape` about each; writes the answers and the derivatives into them.
+    /// Measures `touches` on `shape`, returns their FC, and stores the derivatives in them.
     pub fn value_and_forces<S: Shape + ?Sized>(&self, shape: &S, touches: &mut [Touch]) -> f64 {
         for touch in &mut *touches {
             touch.measure(shape);
@@ -133,9 +133,7 @@ impl RelaxedForceClosure {
         self.forces(touches)
     }
 
-    /// FC of `touches` whose answers are known; writes the derivatives into them.
-    ///
-    /// Normals turn as points move, so the derivative contains the shape's curvature.
+    /// FC of measured `touches`; stores the derivatives in them, which contain the curvature as it turns the normals.
     pub fn forces(&self, touches: &mut [Touch]) -> f64 {
         let mut sums = Sums::default();
         for touch in &*touches {
@@ -143,7 +141,7 @@ impl RelaxedForceClosure {
         }
         let rank = sums.moments.lack_of_rank(self.rank_epsilon);
         let root = hypotenuse(sums.net_wrench_squared(), self.rounding);
-        // Where the contacts balance and nothing is rounded, zero is one of the slopes.
+        // If the contacts balance without rounding, zero is a subgradient.
         let slope = if root > 0.0 { 1.0 / root } else { 0.0 };
         let [by_force, by_torque] = [sums.force * slope, sums.torque * slope];
         let per_metre = 1.0 / self.unit_m;
@@ -167,7 +165,7 @@ impl RelaxedForceClosure {
         self.total(&sums, rank.as_ref())
     }
 
-    /// The contact at a point with the given gradient of the signed distance, as the force-closure tests see it.
+    /// The contact at a point with the given gradient of the signed distance.
     pub fn contact(&self, point: &Vector3<f64>, gradient: &Vector3<f64>) -> PointContact {
         PointContact {
             arm: (point - self.centroid) * (1.0 / self.unit_m),
@@ -191,7 +189,6 @@ impl RelaxedForceClosure {
     }
 }
 
-/// What a set of contacts adds up to.
 #[derive(Debug, Clone, Copy, Default)]
 struct Sums {
     force: Vector3<f64>,
@@ -211,7 +208,7 @@ fn hypotenuse(squared: f64, rounding: f64) -> f64 {
     (squared + rounding * rounding).sqrt()
 }
 
-/// −g/‖g‖; zero where the gradient is.
+/// −g/‖g‖, or zero if the gradient is zero.
 fn inward_normal(gradient: &Vector3<f64>) -> Vector3<f64> {
     let length = gradient.norm();
     if length > 0.0 {
@@ -221,9 +218,7 @@ fn inward_normal(gradient: &Vector3<f64>) -> Vector3<f64> {
     }
 }
 
-/// ∂E/∂p of an E that knows the point only by its inward normal c, from ∂E/∂c.
-///
-/// c = −g/‖g‖, so dc = −(I − ccᵀ) H dp / ‖g‖.
+/// ∂E/∂p from ∂E/∂c for an E that depends on the point only by its inward normal c = −g/‖g‖, so dc = −(I − ccᵀ) H dp / ‖g‖.
 fn by_turning(
     gradient: &Vector3<f64>,
     hessian: &Matrix3<f64>,
@@ -239,7 +234,7 @@ fn by_turning(
     hessian * tangential * -per_length
 }
 
-/// Number, sum and second moments of arms: all that `GGᵀ` depends on.
+/// Number, sum and second moments of arms, which determine `GGᵀ`.
 #[derive(Debug, Clone, Copy, Default)]
 struct Moments {
     count: f64,
@@ -261,8 +256,8 @@ impl Moments {
         Matrix3::from_diagonal_element(self.second.trace()) - self.second
     }
 
-    /// Whether `GGᵀ` − εI is positive definite: its upper left block (n − ε)I is, and so is what that leaves of the lower
-    /// right one, Σ [a]ₓ[a]ₓᵀ − εI − [Σa]ₓ[Σa]ₓᵀ / (n − ε).
+    /// Whether `GGᵀ` − εI is positive definite. Its upper left block (n − ε)I is, and the Schur complement must be: Σ
+    /// [a]ₓ[a]ₓᵀ − εI − [Σa]ₓ[Σa]ₓᵀ / (n − ε).
     fn exceed(&self, epsilon: f64) -> bool {
         let upper = self.count - epsilon;
         if upper <= 0.0 {
@@ -274,9 +269,9 @@ impl Moments {
         complement.cholesky().is_some()
     }
 
-    /// How far the least eigenvalue of `GGᵀ` is below ε; `None` where it is above.
+    /// How far the least eigenvalue of `GGᵀ` is below ε; `None` if it is above.
     fn lack_of_rank(&self, epsilon: f64) -> Option<LackOfRank> {
-        // By far the cheaper question, and nearly always all there is to ask.
+        // This test is much cheaper and nearly always sufficient.
         if self.exceed(epsilon) {
             return None;
         }
@@ -298,18 +293,18 @@ impl Moments {
     }
 }
 
-/// A direction of wrenches that the contacts hardly reach.
+/// A direction of wrenches that the contacts hardly span.
 #[derive(Debug, Clone, Copy)]
 struct LackOfRank {
     /// ε − `λ_min(GGᵀ)`, not negative.
     value: f64,
-    /// The eigenvector.
+    /// The eigenvector (force and torque).
     force: Vector3<f64>,
     torque: Vector3<f64>,
 }
 
 impl LackOfRank {
-    /// Derivative of the value by a contact's arm.
+    /// Derivative of the value with respect to a contact's arm.
     fn by_arm(&self, arm: &Vector3<f64>) -> Vector3<f64> {
         // λ = Σᵢ ‖u + v×aᵢ‖² for the eigenvector (u, v), so ∂λ/∂aᵢ = 2 (u + v×aᵢ) × v.
         (self.force + self.torque.cross(arm)).cross(&self.torque) * -2.0

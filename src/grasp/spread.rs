@@ -1,14 +1,13 @@
-//! Thins a population so that grasps are spread over the object instead of crowded where it is easy to hold.
+//! Thins a population so that its grasps are spread over the object and not crowded where it is easy to hold.
 
 use nalgebra::Vector3;
 
 use crate::space::Symmetry;
 
-/// Chooses `keep` of the points so that they are spread evenly: again and again one of the closest pair is dropped, the
-/// one with the larger cost. Returns indices in rising order.
+/// Chooses `keep` evenly spread points by repeatedly dropping the costlier of the closest pair. Returns ascending indices.
 ///
-/// `points`: where on the object each grasp holds it (the mean of its contacts), metres, object frame; compared modulo
-/// the object's symmetry.
+/// `points` are the places where each grasp holds the object (the mean of its contacts), in metres in the object frame.
+/// They are compared modulo the symmetry of the object.
 ///
 /// # Panics
 /// If `points` and `costs` have different lengths.
@@ -50,7 +49,7 @@ pub fn spread(
     left
 }
 
-/// A representative of `point` under the symmetry: its orbit as a point.
+/// The representative of `point` under the symmetry.
 fn place(point: &Vector3<f64>, symmetry: &Symmetry) -> Vector3<f64> {
     match symmetry {
         Symmetry::Axis {

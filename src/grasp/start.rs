@@ -1,4 +1,4 @@
-//! Object-aware start poses.
+//! Start poses that depend on the object.
 
 use nalgebra::{Isometry3, Rotation3, Unit, UnitQuaternion, Vector3};
 use rand::RngExt;
@@ -10,24 +10,24 @@ use crate::object::Object;
 use crate::sample::Rng;
 use crate::space::pose_coordinates;
 
-/// Distance of the palm from the surface point it faces, metres.
+/// Range of distances between the palm and the surface point it faces, metres.
 const GAP_M: std::ops::Range<f64> = 0.002..0.040;
 /// Standard deviation of the palm's tilt, radians.
 const TILT_RAD: f64 = 0.35;
-/// Standard deviation of a joint about its rest angle, as a share of its range.
+/// Standard deviation of a joint from its rest angle, relative to its range.
 const JOINT_SHARE: f64 = 0.15;
 
-/// A random pose with the palm facing a random point of the object, fingers near rest: coordinates of
+/// A random pose with the palm facing a random point of the object and the fingers near rest, as coordinates of
 /// [`PoseSpace`](crate::space::PoseSpace).
 ///
-/// After the initialisation of `DexGraspNet` (Wang et al. 2023), without its convex hull: the surface point is one of the
-/// object's evenly spread samples, so that starts are spread over the whole object.
+/// It follows the initialisation of `DexGraspNet` (Wang et al. 2023), without the convex hull: the surface point is one of
+/// the object's evenly spread samples.
 pub fn start_pose(hand: &Hand, object: &Object, rng: &mut Rng) -> Vec<f64> {
     let samples = &object.surface_samples;
     draw(hand, rng, |rng| samples[rng.random_range(0..samples.len())])
 }
 
-/// A random pose with the palm facing `faced`, fingers near rest.
+/// A random pose with the palm facing `faced` and the fingers near rest.
 pub fn start_pose_facing(hand: &Hand, faced: &SurfaceSample, rng: &mut Rng) -> Vec<f64> {
     draw(hand, rng, |_| *faced)
 }
@@ -49,7 +49,7 @@ fn draw(hand: &Hand, rng: &mut Rng, faced: impl FnOnce(&mut Rng) -> SurfaceSampl
     let roll = rng.random_range(0.0..std::f64::consts::TAU);
     let gap_m = rng.random_range(GAP_M);
 
-    // A frame whose third axis is the outward normal, one for the palm with its volar direction as minus the third.
+    // The third axis of one frame is the outward normal; that of the palm's frame is the negative volar direction.
     let object_from_surface =
         frame(&outward) * Rotation3::from_axis_angle(&Vector3::z_axis(), roll);
     let tilted = Rotation3::from_euler_angles(tilt[0], tilt[1], 0.0);
@@ -67,7 +67,6 @@ fn draw(hand: &Hand, rng: &mut Rng, faced: impl FnOnce(&mut Rng) -> SurfaceSampl
     )
 }
 
-/// Some rotation whose third column is `z`.
 fn frame(z: &Unit<Vector3<f64>>) -> Rotation3<f64> {
     let mut helper = Vector3::zeros();
     helper[z.iamin()] = 1.0;

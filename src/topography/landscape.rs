@@ -33,7 +33,7 @@ pub struct Landscape {
     /// Given points that are no minima; they are not in the map.
     pub rejected: Vec<NoMinimum>,
     /// Minima found by descents from passes but not given, lowest first, without members. Merge heights are right without
-    /// them.
+    /// them; mapping again with them gives a finer map.
     pub unlisted_minima: Vec<Minimum>,
     /// Trees of resampled chains (see [`support`](super::support())). Empty if no pair has two chains in one direction.
     pub resampled: Vec<Tree>,

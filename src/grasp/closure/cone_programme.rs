@@ -1,4 +1,4 @@
-//! Balance of any number of contacts as a second-order cone programme.
+//! Balance of any number of contacts by second-order cone programming.
 
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{
@@ -9,27 +9,25 @@ use nalgebra::{SMatrix, SVector, Vector3, Vector6};
 
 use super::{PointContact, tangents_of, with_moderate_arms};
 
-/// Balanced forces as far inside the friction cones as possible.
+/// Balanced forces with the greatest margin to the friction cones.
 pub(super) struct WidestMargin {
-    /// Largest s for which balanced forces with ‖fₜ‖ cos θ ≤ fₙ sin θ − s exist.
+    /// The greatest s for which balanced forces with ‖fₜ‖ cos θ ≤ fₙ sin θ − s exist.
     pub(super) margin: f64,
     /// ds/dθ.
     pub(super) slope: f64,
     /// Whether the solver reached its tolerances.
     solved: bool,
-    /// The forces.
     forces: Vec<Vector3<f64>>,
 }
 
-/// Normal forces add up to one. Cones may be violated by this much: what the solver cannot tell from zero where it
-/// reaches its tolerances …
+/// Tolerated violation of the cones (normal forces add up to one) if the solver reached its tolerances.
 const SOLVED_TOLERANCE: f64 = 1e-10;
 
-/// … and where it stalls before.
+/// The same if the solver stalled.
 pub(super) const BALANCE_TOLERANCE: f64 = 1e-8;
 
 impl WidestMargin {
-    /// Whether the forces lie in the cones, as far as the solver can tell.
+    /// Whether the forces lie in the cones within the accuracy of the solver.
     pub(super) fn balances(&self) -> bool {
         self.margin
             >= if self.solved {
@@ -39,14 +37,13 @@ impl WidestMargin {
             }
     }
 
-    /// Whether they lie inside: a margin of zero may also mean that a contact is not needed.
+    /// Whether the forces lie strictly inside. A margin of zero may also mean that a contact is not needed.
     pub(super) fn is_open(&self) -> bool {
         self.margin > BALANCE_TOLERANCE
     }
 }
 
-/// The forces that balance (Gf = 0, Σ fₙ = 1, fₙ ≥ 0) farthest inside cones of half-angle θ; `None` where no forces
-/// balance, whatever the cones, or where a contact is not finite.
+/// Balanced forces (Gf = 0, Σ fₙ = 1, fₙ ≥ 0) farthest inside cones of half-angle θ; `None` if there are none in any cones.
 pub(super) fn widest_margin(contacts: &[PointContact], half_angle: f64) -> Option<WidestMargin> {
     let contacts = &with_moderate_arms(contacts);
     if contacts.iter().any(|contact| !contact.is_finite()) {
@@ -112,28 +109,26 @@ pub(super) fn widest_margin(contacts: &[PointContact], half_angle: f64) -> Optio
     })
 }
 
-/// Forces of point contacts that balance.
+/// Balanced forces of point contacts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactForces {
-    /// One force for each contact, in the frame of the contacts; the components along the inward normals add up to one.
+    /// One force for each contact, in the frame of the contacts; the normal components add up to one.
     pub forces: Vec<Vector3<f64>>,
-    /// ‖Gf‖₂, the wrench left over: round-off.
+    /// ‖Gf‖₂, the remaining wrench due to rounding.
     pub residual: f64,
-    /// By how much the worst force lies outside its cone: max over contacts of ‖fₜ‖ − μ fₙ and −fₙ; negative inside.
+    /// Greatest violation of a friction cone: max over contacts of ‖fₜ‖ − μ fₙ and −fₙ; negative inside the cones.
     pub violation: f64,
 }
 
-/// Contact forces that balance at friction `friction`, as far inside the friction cones as possible; `None` where there
-/// are none.
+/// Contact forces that balance at friction `friction`, as far inside the friction cones as possible, if any.
 ///
 /// ```text
 /// max s   with   ‖fₜ,i‖ cos θ ≤ fₙ,i sin θ − s,   fₙ,i ≥ 0,   Σ fₙ,i = 1,   Gf = 0,   tan θ = μ
 /// ```
 ///
-/// Solved as a second-order cone programme, then projected onto Gf = 0, Σ fₙ = 1, so that ‖Gf‖ ≤ 10⁻⁹ (usually
-/// 10⁻¹⁶); the cones hold to about 10⁻⁸. With [`least_friction`](super::least_friction) as `friction` the forces are
-/// those that need the least friction, and lie on the cones. Arms above 10⁶ are all scaled down to order one first, so that
-/// ‖Gf‖ is then that of the scaled ones.
+/// Solved as a second-order cone programme, then projected onto Gf = 0, Σ fₙ = 1, so that ‖Gf‖ ≤ 10⁻⁹ (usually 10⁻¹⁶). The
+/// cones hold to about 10⁻⁸. If `friction` is [`least_friction`](super::least_friction), the forces lie on the cones. Arms
+/// above 10⁶ are first scaled down together to order one, and ‖Gf‖ then refers to the scaled arms.
 ///
 /// # Panics
 /// If `friction` is negative or not finite.
@@ -170,14 +165,14 @@ pub fn contact_forces(contacts: &[PointContact], friction: f64) -> Option<Contac
     })
 }
 
-/// The least sum of normal forces with which contacts at friction `friction` hold against `wrench` (force, torque; arms in
-/// the unit of the contacts'); `None` where no forces do, or a number is not finite.
+/// The least sum of normal forces with which contacts at friction `friction` resist `wrench` (force, torque; same arm unit
+/// as the contacts); `None` if no forces resist it, or if a number is not finite.
 ///
 /// ```text
 /// min Σ fₙ,i   with   ‖fₜ,i‖ ≤ μ fₙ,i,   Gf + w = 0
 /// ```
 ///
-/// In the unit of the wrench's force. A second-order cone programme, solved to about 10⁻⁸ of the result.
+/// The result is in the force unit of the wrench, accurate to about 10⁻⁸ (a second-order cone programme).
 ///
 /// # Panics
 /// If `friction` is negative or not finite.
@@ -218,7 +213,7 @@ pub fn least_pressing(
     cones.extend((0..n).map(|_| SecondOrderConeT(3)));
     let (x, _, _) = solve(&linear, &columns.matrix(rows), &bounds, &cones)?;
     let pressing: f64 = x.chunks_exact(3).map(|force| force[0]).sum();
-    // Where the solver stalls, the forces it has need not balance.
+    // If the solver stalls, its forces may not balance.
     let mut left = wrench / size;
     for (contact, force) in contacts.iter().zip(x.chunks_exact(3)) {
         let [first, second] = tangents_of(&contact.inward_normal);
@@ -228,7 +223,6 @@ pub fn least_pressing(
     (left.norm() < 1e-6).then_some(pressing * size)
 }
 
-/// The nearest forces with Gf = 0 and Σ fₙ = 1.
 fn balanced(contacts: &[PointContact], mut forces: Vec<Vector3<f64>>) -> Vec<Vector3<f64>> {
     let rows: Vec<_> = contacts
         .iter()
@@ -243,7 +237,7 @@ fn balanced(contacts: &[PointContact], mut forces: Vec<Vector3<f64>>) -> Vec<Vec
         })
         .collect();
     let gram: SMatrix<f64, 7, 7> = rows.iter().map(|rows| rows * rows.transpose()).sum();
-    // Contacts on a line leave directions that no force can correct, nor needs to.
+    // Contacts on a line leave singular directions, which no force can correct and which need no correction.
     let eigen = gram.symmetric_eigen();
     let threshold = 1e-10 * eigen.eigenvalues.max();
     let inverse = eigen.eigenvalues.map(|value| {
@@ -253,7 +247,7 @@ fn balanced(contacts: &[PointContact], mut forces: Vec<Vector3<f64>>) -> Vec<Vec
             0.0
         }
     });
-    // The second round removes the round-off of the first.
+    // The second round removes rounding errors.
     for _ in 0..2 {
         let mut missing: SVector<f64, 7> = -rows
             .iter()
@@ -270,8 +264,7 @@ fn balanced(contacts: &[PointContact], mut forces: Vec<Vector3<f64>>) -> Vec<Vec
     forces
 }
 
-/// Shortest vector of the convex hull of `points`, which must not be empty and at most of order one; `None` where the solver
-/// does not find it.
+/// The shortest vector of the convex hull of `points` (not empty, of order one at most); `None` if the solver fails.
 pub(super) fn shortest_in_hull(points: &[Vector6<f64>]) -> Option<Vector6<f64>> {
     // min t with ‖Σ λ p‖ ≤ t, Σ λ = 1, λ ≥ 0.
     let n = points.len();
@@ -300,8 +293,7 @@ pub(super) fn shortest_in_hull(points: &[Vector6<f64>]) -> Option<Vector6<f64>> 
     Some(shortest)
 }
 
-/// min cᵀx with b − Ax in the cones: the solution, its dual, and whether both reached the tolerances; `None` where there
-/// is no such x.
+/// Minimises cᵀx with b − Ax in the cones: the solution, its dual, and whether both converged; `None` if infeasible.
 fn solve(
     linear: &[f64],
     matrix: &CscMatrix<f64>,
@@ -329,7 +321,6 @@ fn solve(
     Some((solver.solution.x, solver.solution.z, solved))
 }
 
-/// A sparse matrix, column by column.
 #[derive(Default)]
 struct Columns {
     starts: Vec<usize>,
@@ -342,7 +333,7 @@ impl Columns {
         self.starts.push(self.rows.len());
     }
 
-    /// Rows of a column must rise.
+    /// The rows of a column must be ascending.
     fn push(&mut self, row: usize, value: f64) {
         self.rows.push(row);
         self.values.push(value);
@@ -380,7 +371,7 @@ mod tests {
 
     #[test]
     fn a_push_sideways_is_borne_by_the_pad_behind() {
-        // With hardly any friction by the pad behind alone.
+        // With hardly any friction only the pad behind can resist.
         let push = Vector6::new(1.0, 0.0, 0.0, 0.0, 0.0, 0.0);
         let bare = least_pressing(&pads(), &push, 1e-3).unwrap();
         assert!((bare - 1.0).abs() < 1e-3, "{bare}");

@@ -1,4 +1,4 @@
-//! The Ferrari–Canny ε: how well a grasp resists the wrench it resists worst.
+//! The Ferrari–Canny ε: how well a grasp resists the wrench that it resists least.
 
 use std::f64::consts::TAU;
 
@@ -9,32 +9,31 @@ use super::cone_programme::shortest_in_hull;
 use super::expanding::nearest_facet;
 use super::{PointContact, excess, tangents_of};
 
-/// What is limited when contacts push: the ε of Ferrari and Canny (1992) depends on it.
+/// Limit on the normal forces, on which the ε of Ferrari and Canny (1992) depends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum WrenchLimit {
-    /// The sum of all normal forces is one: wrenches fill the convex hull of the union of all cones (L₁).
+    /// The sum of all normal forces is one; the wrenches form the convex hull of the union of all cones (L₁).
     Sum,
-    /// Every normal force is at most one: wrenches fill the Minkowski sum of the cones (L∞).
+    /// Every normal force is at most one; the wrenches form the Minkowski sum of the cones (L∞).
     Each,
 }
 
-/// How the Ferrari–Canny ε is measured.
+/// Settings of the Ferrari–Canny ε.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct EpsilonSettings {
     /// Friction coefficient μ.
     pub friction: f64,
-    /// Edges of the pyramid inscribed in each friction cone; at least three.
+    /// Number of edges of the pyramid inscribed in each friction cone; at least three.
     pub cone_edges: usize,
-    /// Factor on torques, on top of the length that the arms were divided by.
+    /// Factor on torques, in addition to the length by which the arms were divided.
     pub torque_scale: f64,
-    /// What is limited.
+    /// Limit on the normal forces.
     pub limit: WrenchLimit,
 }
 
 impl Default for EpsilonSettings {
-    /// μ = 0.5, eight edges, arms as they are, the sum of normal forces limited.
     fn default() -> Self {
         Self {
             friction: 0.5,
@@ -48,10 +47,10 @@ impl Default for EpsilonSettings {
 /// The Ferrari–Canny ε and the wrench that attains it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Epsilon {
-    /// ε: positive if any wrench can be resisted; zero if some wrench cannot be resisted at all although the contacts can
-    /// balance; negative if they cannot balance either.
+    /// ε. It is positive if every wrench can be resisted, zero if the contacts balance but some wrench cannot be resisted at
+    /// all, and negative if the contacts cannot balance.
     pub value: f64,
-    /// The unit wrench (force, torque) in whose direction the contacts can push only ε.
+    /// The unit wrench (force, torque) in whose direction the contacts exert only ε.
     pub weakest: Vector6<f64>,
 }
 
@@ -63,17 +62,17 @@ pub struct Epsilon {
 /// Wᵢ = { (f, σ xᵢ × f) : f = cᵢ + μ (cos(2πk/m) t₁ + sin(2πk/m) t₂), k = 0 … m−1 }
 /// ```
 ///
-/// xᵢ: arms, cᵢ: inward unit normals, m: `cone_edges`, σ: `torque_scale`. Wrenches of unit *normal* force, L₂ distance
-/// of (force, torque); dimensionless. The first edge points to the contact that lies farthest off the normal, so that ε does
-/// not depend on the frame. Where the origin lies outside W (only with [`WrenchLimit::Sum`]) the same formula gives
-/// minus its distance from W; where W is flat and holds the origin, and without contacts, ε is zero.
+/// xᵢ: arms, cᵢ: inward unit normals, m: `cone_edges`, σ: `torque_scale`. The wrenches are those of unit *normal* forces,
+/// and the distance is L₂ over (force, torque), dimensionless. The first edge points to the contact farthest off the
+/// normal, so that ε does not depend on the frame. If the origin is outside W (only with [`WrenchLimit::Sum`]), the formula
+/// gives minus its distance from W. If W is flat and contains the origin, or without contacts, ε is zero.
 ///
-/// Exact to about 10⁻¹⁰ of the largest wrench for the pyramids; what is thinner than 10⁻⁹ of it counts as flat. They are
-/// inscribed, so ε is at most that of the round cones. Cost: about 1 ms for four contacts with eight edges. Ferrari
-/// and Canny (1992), "Planning optimal grasps".
+/// For the pyramids the result is exact to about 10⁻¹⁰ of the largest wrench; bodies thinner than 10⁻⁹ of it count as flat.
+/// The pyramids are inscribed, so ε is at most that of the round cones. It takes about 1 ms for four contacts with eight
+/// edges. Ferrari and Canny (1992), "Planning optimal grasps".
 ///
 /// # Panics
-/// With fewer than three edges, if a setting is negative or not finite, or if a wrench along an edge is not finite.
+/// If there are fewer than three edges, if a setting is negative or not finite, or if a wrench along an edge is not finite.
 pub fn epsilon(contacts: &[PointContact], settings: &EpsilonSettings) -> Epsilon {
     let (friction, torque_scale) = (settings.friction, settings.torque_scale);
     assert!(
@@ -85,7 +84,6 @@ pub fn epsilon(contacts: &[PointContact], settings: &EpsilonSettings) -> Epsilon
     epsilon_of_wrenches(&pyramids(contacts, settings), settings.limit)
 }
 
-/// The wrenches along the edges of each contact's pyramid.
 fn pyramids(contacts: &[PointContact], settings: &EpsilonSettings) -> Vec<Vec<Vector6<f64>>> {
     contacts
         .iter()
@@ -107,7 +105,7 @@ fn pyramids(contacts: &[PointContact], settings: &EpsilonSettings) -> Vec<Vec<Ve
         .collect()
 }
 
-/// As [`epsilon()`] for given extreme wrenches of each contact, of any finite size; infinite where ε exceeds `f64`.
+/// Like [`epsilon()`], for given extreme wrenches of each contact, of any finite size; infinite if ε exceeds `f64`.
 ///
 /// # Panics
 /// If a wrench is not finite.
@@ -118,7 +116,7 @@ pub fn epsilon_of_wrenches(contacts: &[Vec<Vector6<f64>>], limit: WrenchLimit) -
             .flatten()
             .all(|wrench| wrench.iter().all(|w| w.is_finite()))
     );
-    // Squares of the largest and smallest numbers are infinite or zero.
+    // Scaling prevents squares from overflowing or underflowing.
     let excess = excess(
         contacts
             .iter()
@@ -136,7 +134,7 @@ pub fn epsilon_of_wrenches(contacts: &[Vec<Vector6<f64>>], limit: WrenchLimit) -
     }
 }
 
-/// As [`epsilon_of_wrenches`] for wrenches of which the largest is of order one.
+/// Like [`epsilon_of_wrenches`], for wrenches whose largest is of order one.
 fn epsilon_of_moderate(contacts: &[Vec<Vector6<f64>>], limit: WrenchLimit) -> Epsilon {
     let all: Vec<Vector6<f64>> = contacts.iter().flatten().copied().collect();
     let size = all.iter().map(Vector6::norm).fold(0.0, f64::max);
@@ -157,7 +155,7 @@ fn epsilon_of_moderate(contacts: &[Vec<Vector6<f64>>], limit: WrenchLimit) -> Ep
         }),
     };
     if nearest.offset <= 0.0 && limit == WrenchLimit::Sum {
-        // Where the solver gives up, all wrenches lie at least as far beyond the plane that was found.
+        // If the solver fails, the supporting plane gives a lower bound of the distance.
         let shortest = shortest_in_hull(&all).unwrap_or_else(|| nearest.normal * nearest.offset);
         let distance = shortest.norm();
         if distance > OUTSIDE * size {
@@ -173,7 +171,7 @@ fn epsilon_of_moderate(contacts: &[Vec<Vector6<f64>>], limit: WrenchLimit) -> Ep
     }
 }
 
-/// Distances below this, relative to the largest wrench, are what a conic solver cannot tell from zero.
+/// Distance, relative to the largest wrench, below which the conic solver returns zero.
 const OUTSIDE: f64 = 1e-8;
 
 fn farthest(wrenches: &[Vector6<f64>], direction: &Vector6<f64>) -> Vector6<f64> {
@@ -184,7 +182,7 @@ fn farthest(wrenches: &[Vector6<f64>], direction: &Vector6<f64>) -> Vector6<f64>
         .unwrap_or_default()
 }
 
-/// Tangents that turn with the contacts: the first points to the contact that lies farthest off the normal.
+/// Tangents that rotate with the contacts: the first points to the contact farthest off the normal.
 fn tangents_toward_others(contact: &PointContact, others: &[PointContact]) -> [Vector3<f64>; 2] {
     let normal = contact.inward_normal;
     let excess = excess(others.iter().flat_map(|other| other.arm.iter().copied()));
@@ -192,7 +190,7 @@ fn tangents_toward_others(contact: &PointContact, others: &[PointContact]) -> [V
     for other in others {
         let line = other.arm / excess - contact.arm / excess;
         let sideways = line - normal * normal.dot(&line);
-        // A tie goes to the earlier contact, whatever the round-off.
+        // Ties go to the earlier contact, despite rounding.
         if sideways.norm() > (first.norm() * (1.0 + 1e-9)).max(1e-9 * line.norm()) {
             first = sideways;
         }
@@ -232,7 +230,7 @@ mod tests {
         let axes: Vec<Vector6<f64>> = (0..6).map(|k| Vector6::ith(k, 1.0)).collect();
         let cross: Vec<_> = axes.iter().flat_map(|a| [*a, -a]).collect();
         assert!((gauge(&cross) - 6f64.sqrt().recip()).abs() < 1e-12);
-        // 64 corners, 32 of them on each of the twelve facets.
+        // The cube has 64 corners, 32 of them on each of its twelve facets.
         let cube: Vec<_> = (0..64u32)
             .map(|bits| Vector6::from_fn(|k, _| f64::from(bits >> k & 1) * 2.0 - 1.0))
             .collect();
@@ -241,19 +239,19 @@ mod tests {
         let segments: Vec<Vec<_>> = axes.iter().map(|a| vec![*a, -a]).collect();
         let sum = epsilon_of_wrenches(&segments, WrenchLimit::Each);
         assert!((sum.value - 1.0).abs() < 1e-12);
-        // Off centre, and outside.
+        // The cube is moved off centre and beyond the origin.
         let moved = |by: f64| -> Vec<_> { cube.iter().map(|p| p + Vector6::x() * by).collect() };
         assert!((gauge(&moved(0.75)) - 0.25).abs() < 1e-12);
         assert!(gauge(&moved(1.0)).abs() < 1e-12);
         assert!((gauge(&moved(3.0)) + 2.0).abs() < 1e-8);
-        // Flat, with and without the origin.
+        // A flat body, with and without the origin.
         let flat: Vec<_> = cube.iter().map(|p| p - Vector6::x() * p.x).collect();
         assert!(gauge(&flat).abs() < 1e-12);
         let apart: Vec<_> = flat.iter().map(|p| p + Vector6::x() * 0.5).collect();
         assert!((gauge(&apart) + 0.5).abs() < 1e-8);
     }
 
-    /// ε grows with the wrenches, from the smallest to the largest numbers that there are.
+    /// ε is proportional to the wrenches, from the smallest to the largest numbers.
     #[test]
     fn wrenches_of_any_size() {
         let axes: Vec<Vector6<f64>> = (0..6).map(|k| Vector6::ith(k, 1.0)).collect();
@@ -278,7 +276,7 @@ mod tests {
                 }
             }
         }
-        // Some enormous, some tiny: no more than a finite answer can be asked.
+        // With both huge and tiny wrenches, ε only has to be finite.
         let mixed: Vec<_> = apart
             .iter()
             .enumerate()
@@ -288,7 +286,7 @@ mod tests {
         assert!(gauge(&[Vector6::zeros()]).abs() < 1e-12);
     }
 
-    /// Torques scaled beyond all forces: that is the same as arms which are that long.
+    /// A large torque scale is equivalent to long arms.
     #[test]
     fn arms_of_any_length() {
         for set in 0..10 {
@@ -314,7 +312,7 @@ mod tests {
         }
     }
 
-    /// Contacts anywhere, or (`lattice`) with components −1, 0, 1: symmetric, flat and coincident ones are frequent.
+    /// Random contacts; with `lattice` their components are −1, 0, 1, so that many are symmetric, flat or coincident.
     fn grasp(set: u64, n: usize, lattice: bool) -> Vec<PointContact> {
         let mut rng = stream(set, Task::Start, 1);
         let mut vector = || loop {
@@ -335,13 +333,13 @@ mod tests {
             .collect()
     }
 
-    /// The least distance from the origin of the hull's facets, looking at every six points; negative if it lies outside.
+    /// The least distance of the hull's facets, by trying all sets of six points; negative if the origin is outside.
     fn by_every_facet(points: &[Vector6<f64>]) -> f64 {
         let mut least = f64::INFINITY;
         let mut chosen: Vec<usize> = (0..6).collect();
         loop {
             let rows = Matrix6::from_fn(|r, c| points[chosen[r]][c]);
-            // The plane u·w = 1 through six points; on the hull if all others lie on one side.
+            // The plane u·w = 1 through six points is a facet if all other points lie on one side.
             if rows.determinant().abs() > 1e-9
                 && let Some(inverse) = rows.try_inverse()
             {
@@ -381,7 +379,7 @@ mod tests {
                     let difference = (found - least).abs();
                     assert!(difference < 1e-10, "{lattice}, {set}: {found} for {least}");
                 } else if found < -1e-8 {
-                    // Infinite: flat, without facets.
+                    // Infinite means flat, without facets.
                     assert!(
                         least < 0.0 || least.is_infinite(),
                         "{lattice}, {set}: {found} for {least}"
@@ -392,8 +390,8 @@ mod tests {
         }
     }
 
-    /// Bounds from both sides, for many wrenches at once: every wrench of length ε can be resisted, says a cone programme,
-    /// and slightly longer ones in the weakest direction cannot.
+    /// Bounds from both sides for many wrenches: by a cone programme every wrench of length ε can be resisted, and slightly
+    /// longer ones in the weakest direction cannot.
     #[test]
     fn wrenches_up_to_epsilon_can_be_resisted() {
         let mut rng = stream(0, Task::Start, 2);
@@ -423,8 +421,8 @@ mod tests {
         assert!(positive > 10, "{positive} positive");
     }
 
-    /// Twelve contacts without friction: pushes along ±x with arms ±d along y, and so on round the axes. In each of three
-    /// planes (force, torque) they span a rectangle of half sides 1 and σd.
+    /// Twelve contacts without friction push along ±x with arms ±d along y, and so on for the other axes. In each of the
+    /// three (force, torque) planes they span a rectangle with half sides 1 and σd.
     #[test]
     fn pushes_along_three_axes() {
         let arm = 0.7;
@@ -445,16 +443,16 @@ mod tests {
                 limit,
             };
             let d = torque_scale * arm;
-            // Shared equally between the planes, each by its shorter half side.
+            // The sum is shared equally between the planes, each by its shorter half side.
             let sum = epsilon(&contacts, &with(WrenchLimit::Sum)).value;
             assert!((sum - d.min(1.0) / 3f64.sqrt()).abs() < 1e-12, "{sum}");
-            // A sum of rectangles turned by 45°, in one plane.
+            // In one plane the sum of rectangles is rotated by 45°.
             let each = epsilon(&contacts, &with(WrenchLimit::Each)).value;
             assert!((each - 2.0 * d / 1f64.hypot(d)).abs() < 1e-12, "{each}");
         }
     }
 
-    /// With a larger limit the same contacts resist more, and without forces nothing.
+    /// With a larger limit the same contacts resist more; without forces they resist nothing.
     #[test]
     fn limits() {
         for set in 0..20 {

@@ -1,34 +1,31 @@
-//! The ball about the origin that just fits into a convex body in ℝ⁶, by an expanding polytope.
+//! The largest ball around the origin inside a convex body in ℝ⁶, by an expanding polytope.
 //!
-//! The body is known through its support points only: the farthest in a given direction. A simplex of support points
-//! grows by the support point beyond its facet nearest to the origin, until that facet lies on the body. All other facets
-//! lie inside the body and farther out, so the ball is exact although most of the body was never looked at (van den
-//! Bergen 2001 did this in ℝ³ for penetration depths).
+//! The body is given only by its support points, the farthest points in given directions. A simplex of support points is
+//! extended by the support point beyond its nearest facet until that facet lies on the body. All other facets are inside
+//! the body and farther away, so the ball is exact without examining most of the body (van den Bergen 2001, in ℝ³).
 
 use nalgebra::{Matrix6, Vector6};
 
-/// Points closer than this to a facet, relative to the size of the body, lie on it. Much more than round-off, so that no
-/// facet degenerates.
+/// Points closer than this to a facet, relative to the body, lie on it; far above rounding, so that no facet degenerates.
 const THICKNESS: f64 = 1e-11;
 
-/// If round-off breaks a polytope nevertheless, it is built again with facets a hundred times thicker, up to this.
+/// If rounding breaks a polytope, it is rebuilt with facets a hundred times thicker, up to this thickness.
 const THICKEST: f64 = 1e-7;
 
-/// A body thinner than this, relative to its size, is flat.
+/// A body thinner than this, relative to its size, counts as flat.
 const FLATNESS: f64 = 1e-9;
 
-/// A facet of the body: all of the body lies at `normal · w ≤ offset`.
+/// A facet of the body, for which `normal · w ≤ offset` holds on the whole body.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct NearestFacet {
     pub(super) normal: Vector6<f64>,
     pub(super) offset: f64,
 }
 
-/// The facet of least signed distance from the origin (negative where the origin lies beyond it) of the body with
-/// this support function.
+/// The facet with the least signed distance from the origin (negative if it is beyond) for this support function.
 ///
-/// If the distance is positive it is the radius of the largest ball about the origin inside the body. If it is negative the
-/// origin lies outside, and the facet is one that it lies beyond. A flat body is its own facet, at no positive distance.
+/// A positive distance is the radius of the largest ball around the origin inside the body. If it is negative, the origin
+/// is outside and beyond this facet. A flat body is its own facet, at a distance of zero or less.
 pub(super) fn nearest_facet(support: impl Fn(&Vector6<f64>) -> Vector6<f64>) -> NearestFacet {
     let mut thickness = THICKNESS;
     loop {
@@ -40,8 +37,7 @@ pub(super) fn nearest_facet(support: impl Fn(&Vector6<f64>) -> Vector6<f64>) -> 
     }
 }
 
-/// As [`nearest_facet`] with facets of this thickness; where round-off breaks the polytope, the supporting plane that
-/// came nearest to the origin until then.
+/// Like [`nearest_facet`], for a given thickness; if rounding breaks the polytope, the error is the best bound so far.
 fn expand(
     support: impl Fn(&Vector6<f64>) -> Vector6<f64>,
     thickness: f64,
@@ -74,7 +70,7 @@ fn expand(
 
 struct Facet {
     corners: [usize; 6],
-    /// Facet across the ridge opposite to each corner.
+    /// The facet across the ridge opposite to each corner.
     neighbours: [usize; 6],
     normal: Vector6<f64>,
     offset: f64,
@@ -95,7 +91,7 @@ impl Polytope {
         thickness: f64,
     ) -> Result<Self, NearestFacet> {
         let mut points = vec![support(&Vector6::x())];
-        // Columns: directions of the simplex so far.
+        // The columns are the directions of the simplex so far.
         let mut directions = Matrix6::zeros();
         let mut size = points[0].norm();
         for found in 0..6 {
@@ -132,7 +128,7 @@ impl Polytope {
         for left_out in 0..7 {
             let others = |own: usize| std::array::from_fn(|k| if k < own { k } else { k + 1 });
             let corners: [usize; 6] = others(left_out);
-            // Facet k leaves out corner k, so it lies opposite to it.
+            // Facet k lies opposite to corner k, which it omits.
             polytope.add(corners, corners);
         }
         Ok(polytope)
@@ -144,7 +140,7 @@ impl Polytope {
         for (k, corner) in corners[1..].iter().enumerate() {
             edges.set_column(k, &(self.points[*corner] - first));
         }
-        // Householder's Q is orthogonal however flat the facet is; its last column is what five edges leave over.
+        // Householder's Q is orthogonal even for a flat facet; its last column is perpendicular to the five edges.
         let mut normal: Vector6<f64> = edges.qr().q().column(5).into();
         if normal.dot(&(first - self.inside)) < 0.0 {
             normal = -normal;
@@ -174,8 +170,8 @@ impl Polytope {
             .expect("a polytope has facets")
     }
 
-    /// Adds a point beyond facet `seen_from`: the facets it sees give way to a cone over their rim. `None` where
-    /// round-off lets it see what cannot be seen at once.
+    /// Adds a point beyond facet `seen_from` and replaces all facets visible from it by a cone over their rim. `None` if
+    /// rounding makes the visible set inconsistent.
     fn grow(&mut self, seen_from: usize, point: Vector6<f64>) -> Option<()> {
         if self.points.contains(&point) {
             return None;
@@ -201,7 +197,7 @@ impl Polytope {
                 }
             }
         }
-        // Two new facets meet in each four corners that two ridges of the rim share.
+        // Two new facets meet along the four corners that two ridges of the rim share.
         let mut meetings = Vec::with_capacity(5 * rim.len());
         let first_new = self.facets.len();
         for (index, &(facet, k, across)) in rim.iter().enumerate() {
@@ -242,7 +238,7 @@ impl Polytope {
 mod tests {
     use super::*;
 
-    /// The facets of a 24-gon times a 24-gon times a 24-gon, each shared by hundreds of corners, without any thickness.
+    /// The facets of the product of three 24-gons, without any thickness; each is shared by hundreds of corners.
     #[test]
     fn round_off_ends_in_a_bound() {
         let support = |u: &Vector6<f64>| {

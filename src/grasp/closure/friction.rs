@@ -1,4 +1,4 @@
-//! How much friction balance needs.
+//! The least friction at which contacts balance.
 
 use super::cone_programme::{BALANCE_TOLERANCE, widest_margin};
 use super::triangle::Triangle;
@@ -7,22 +7,20 @@ use super::{PointContact, RANK_EPSILON, grasp_matrix_rank_margin, with_moderate_
 /// Friction coefficients above this are reported as infinite.
 pub const LARGEST_FRICTION: f64 = 1e3;
 
-/// How far apart frictions must be, relative to their size above one, to be told apart in closed forms …
+/// Resolution of friction coefficients in closed forms, relative to their size above one.
 const CLOSED_FORM_RESOLUTION: f64 = 1e-12;
 
-/// … and by cone programmes.
+/// The same for cone programmes.
 const PROGRAMME_RESOLUTION: f64 = 5e-8;
 
-/// Up to this many contacts the closed forms of all threes cost less than one cone programme.
+/// Up to this number of contacts, the closed forms of all triples cost less than one cone programme.
 const FEW_CONTACTS: usize = 10;
 
-/// Exact force closure with point contacts and Coulomb friction `friction`: forces inside the friction cones balance
-/// (Σ fₙ = 1, fₙ ≥ 0, Gf = 0) *and* the contacts span all wrenches (`GGᵀ` ≻ εI).
+/// Exact force closure with point contacts and Coulomb friction `friction`: forces inside the friction cones balance (Σ fₙ
+/// = 1, fₙ ≥ 0, Gf = 0) *and* the contacts span all wrenches (`GGᵀ` ≻ εI). Arms above 10⁶ are first scaled down together to
+/// order one; contacts that are not finite are never in force closure.
 ///
-/// Arms above 10⁶ are all scaled down to order one first; contacts that are not finite never close.
-///
-/// Liu et al. (2021), Eqs. 1–3. Cost: about a microsecond for three contacts (closed form), one small conic programme
-/// for more, about 0.15 ms for four.
+/// Liu et al. (2021), Eqs. 1–3. It takes about a microsecond for three contacts, and about 0.15 ms for four.
 ///
 /// # Panics
 /// If `friction` is negative or not finite.
@@ -47,18 +45,18 @@ pub fn is_force_closure(contacts: &[PointContact], friction: f64) -> bool {
     }
 }
 
-/// Least friction coefficient μ₀ for which contact forces in the cones balance; `f64::INFINITY` where none up to
-/// [`LARGEST_FRICTION`] suffices or a contact is not finite. Does not look at the rank condition.
+/// The least friction coefficient μ₀ for which contact forces in the cones balance; `f64::INFINITY` if it exceeds
+/// [`LARGEST_FRICTION`] or a contact is not finite. The rank condition is not tested.
 ///
 /// ```text
 /// μ₀ = inf { μ : ∃ f, ‖fₜ,i‖ ≤ μ fₙ,i, fₙ,i ≥ 0, Σ fₙ,i = 1, Gf = 0 }
 /// ```
 ///
 /// * Two contacts: the forces lie on the connecting line, μ₀ = max tan ∠(normal, line).
-/// * Three: the least of the three pairs, or all three together in the plane of their triangle. Balance in the plane is
-///   decided in closed form for a given μ; the μ₀ of all three together is closed too if one contact that can barely
-///   push in the plane decides (μ₀ = max |s|/r; on a sphere always this or a pair). Otherwise three edges of cones meet
-///   in a point, an equation without a useful closed solution, and μ₀ is bisected to 10⁻¹².
+/// * Three: the least of the three pairs, or all three together in the plane of their triangle. For a given μ, balance in
+///   the plane is decided in closed form. The μ₀ of all three has a closed form too if it is decided by one contact that
+///   can barely push in the plane (μ₀ = max |s|/r; on a sphere it is always this or a pair). Otherwise three edges of cones
+///   meet in a point, an equation without a useful closed solution, and μ₀ is found by bisection to 10⁻¹².
 /// * More, or three on one line: a root search over second-order cone programmes, to 10⁻⁸.
 pub fn least_friction(contacts: &[PointContact]) -> f64 {
     let contacts = &*with_moderate_arms(contacts);
@@ -101,7 +99,7 @@ fn least_friction_of_pair(first: &PointContact, second: &PointContact) -> f64 {
         let spread = needed(first, -1.0).max(needed(second, 1.0));
         squeeze.min(spread)
     } else if first.inward_normal.dot(&second.inward_normal) < 0.0 {
-        // At one point any two opposite forces balance: best halfway between one normal and the opposite other.
+        // At a common point any two opposite forces balance. The best is halfway between one normal and the negative other.
         let between = first.inward_normal - second.inward_normal;
         first.inward_normal.cross(&between).norm() / first.inward_normal.dot(&between)
     } else {
@@ -109,7 +107,7 @@ fn least_friction_of_pair(first: &PointContact, second: &PointContact) -> f64 {
     }
 }
 
-/// `None` where the points lie on a line, and forces need not lie in a plane.
+/// The least friction of three contacts; `None` if they lie on a line, since the forces then need not be coplanar.
 fn least_friction_of_three(contacts: &[PointContact; 3]) -> Option<f64> {
     let triangle = Triangle::of(contacts)?;
     let by_pair = least_friction_of_pairs(contacts);
@@ -119,7 +117,7 @@ fn least_friction_of_three(contacts: &[PointContact; 3]) -> Option<f64> {
         return Some(by_pair);
     }
     let above = |friction: f64, distance: f64| friction + distance * friction.max(1.0);
-    // Just above, the wedges are so narrow that special positions may pass for balance: larger frictions must, too.
+    // Just above `to_push` the wedges are so narrow that rounding can fake a balance, so larger frictions must balance too.
     let lower = [1e-4, 1e-8, CLOSED_FORM_RESOLUTION]
         .map(|distance| above(to_push, distance))
         .into_iter()
@@ -133,7 +131,7 @@ fn least_friction_of_three(contacts: &[PointContact; 3]) -> Option<f64> {
     if excess < 0.0 {
         return Some(by_pair);
     }
-    // Regula falsi; an end that stays counts for half (Illinois), and every third step bisects.
+    // Regula falsi with the Illinois modification; every third step bisects.
     for step in 1.. {
         if high <= above(low, CLOSED_FORM_RESOLUTION) {
             break;
@@ -154,7 +152,6 @@ fn least_friction_of_three(contacts: &[PointContact; 3]) -> Option<f64> {
     Some(high)
 }
 
-/// The least of all pairs.
 fn least_friction_of_pairs(contacts: &[PointContact]) -> f64 {
     let mut least = f64::INFINITY;
     for (i, one) in contacts.iter().enumerate() {
@@ -165,7 +162,7 @@ fn least_friction_of_pairs(contacts: &[PointContact]) -> f64 {
     least
 }
 
-/// The least of all threes: some of the contacts may stay idle.
+/// The least friction of all triples; other contacts may stay idle.
 fn least_friction_of_threes(contacts: &[PointContact]) -> f64 {
     let mut least = least_friction_of_pairs(contacts);
     for (i, a) in contacts.iter().enumerate() {
@@ -180,15 +177,14 @@ fn least_friction_of_threes(contacts: &[PointContact]) -> f64 {
 
 /// Root search over the half-angle of the cones, from a friction that is known to suffice.
 ///
-/// The margin is negative below the root; above, it stays at zero where a contact is not needed, and says nothing. So
-/// Newton's method leads up from below, and growing steps lead down from an angle that suffices; each narrows the
-/// bracket.
+/// The margin is negative below the root. Above it the margin is zero if a contact is not needed, which gives no slope. So
+/// Newton's method leads up from below, and growing steps lead down from above; each narrows the bracket.
 fn least_friction_by_programmes(contacts: &[PointContact], known: f64) -> f64 {
     let widest_angle = LARGEST_FRICTION.atan();
     let (mut low, mut high) = (0.0, known.atan());
     let mut least = known;
     let mut angle = 0.5f64.atan();
-    // In units of the resolution.
+    // The step is in units of the resolution.
     let mut step_down = f64::INFINITY;
     if known <= LARGEST_FRICTION {
         step_down = 0.9;
@@ -196,7 +192,7 @@ fn least_friction_by_programmes(contacts: &[PointContact], known: f64) -> f64 {
     }
     loop {
         let Some(widest) = widest_margin(contacts, angle) else {
-            // No forces balance, whatever the cones.
+            // No forces balance in any cones.
             return f64::INFINITY;
         };
         let balances = widest.balances();
@@ -254,7 +250,7 @@ mod tests {
         }
     }
 
-    /// A vector of −1, 0, 1, not all zero: sets of these are often symmetric, on a line, or coincident.
+    /// A nonzero vector of −1, 0, 1. Sets of these are often symmetric, collinear or coincident.
     fn lattice(rng: &mut Rng) -> Vector3<f64> {
         loop {
             let v = Vector3::from_fn(|_, _| f64::from(rng.random_range(-1..=1)));
@@ -264,7 +260,7 @@ mod tests {
         }
     }
 
-    /// Three contacts of the `kind`: anywhere; on a sphere; normals within the plane; a flat triangle; on a lattice.
+    /// Three contacts: random, on a sphere, with normals in the plane, in a flat triangle, or on a lattice.
     fn three(kind: u64, rng: &mut Rng) -> [PointContact; 3] {
         let flat = Vector3::new(0.02, 1.0, 1.0);
         std::array::from_fn(|_| {
@@ -288,8 +284,8 @@ mod tests {
         })
     }
 
-    /// The programmes know balance to about 10⁻¹⁰ of the forces. Where two ways to balance end at about the same friction
-    /// violations grow with the square of what is missing, and friction is only known to the root of that.
+    /// The programmes determine balance to about 10⁻¹⁰ of the forces. If two ways to balance end at almost the same
+    /// friction, the violation is quadratic in the missing friction, which is then known only to the root of 10⁻¹⁰.
     #[test]
     fn closed_forms_agree_with_programmes() {
         for kind in 0..5 {
@@ -322,7 +318,7 @@ mod tests {
         }
     }
 
-    /// Programmes that start from nothing find what those find that start from the closed forms of all threes.
+    /// Programmes without a start value agree with those that start from the closed forms of all triples.
     #[test]
     fn idle_contacts_change_nothing() {
         for set in 0..100 {
@@ -410,7 +406,7 @@ mod tests {
         assert!((least_friction(&pair) - missing.tan()).abs() < 1e-12);
         let apart = [contact(0.0), contact(1.5)];
         assert!(least_friction(&apart).is_infinite());
-        // The third, elsewhere, cannot help: its force would be balanced on the line to the other two only.
+        // The third contact cannot help: its force would have to act along the line to the other two.
         let far = PointContact {
             arm: Vector3::new(1.0, 0.2, 0.3),
             inward_normal: Vector3::y(),
@@ -419,7 +415,7 @@ mod tests {
         assert!((three - missing.tan()).abs() < 1e-6, "{three}");
     }
 
-    /// Beam on three supports in a row: sideways forces need not lie in one given plane.
+    /// A beam on three supports in a row, where sideways forces need not be coplanar.
     #[test]
     fn three_contacts_on_a_line() {
         let at = |x: f64, normal: Vector3<f64>| PointContact {
@@ -434,7 +430,7 @@ mod tests {
         assert!(least_friction(&bent) < 1e-7);
         let turned = at(0.5, Vector3::new(0.6, 0.0, -0.8));
         let twisted = [bent[0], turned, bent[2]];
-        // The ends push up with 1/3 and 2/3 of what the middle pushes down, all three lean by the same tangent.
+        // The ends push up with 1/3 and 2/3 of the force in the middle, and all three forces lean by the same tangent.
         let friction = least_friction(&twisted);
         let lean = friction.atan();
         assert!((2.0 * lean - 0.75f64.atan()).abs() < 1e-6, "{friction}");

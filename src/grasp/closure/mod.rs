@@ -1,17 +1,16 @@
-//! Judges of bare contacts: the relaxed and the exact force-closure test, contact forces, and the Ferrari–Canny ε. They
-//! know neither hand nor object.
+//! Tests of contacts without hand or object: relaxed and exact force closure, contact forces, and the Ferrari–Canny ε.
 //!
 //! | question | function |
 //! |---|---|
-//! | what is left over when all push equally along their normals | [`net_wrench`] |
+//! | what wrench remains when all push equally along their normals | [`net_wrench`] |
 //! | how much friction is needed for balance | [`least_friction`] |
-//! | does it hold against any wrench at friction μ | [`is_force_closure`] |
+//! | do the contacts resist any wrench at friction μ | [`is_force_closure`] |
 //! | which forces balance | [`contact_forces`] |
-//! | how hard must it press to hold against a given wrench | [`least_pressing`] |
-//! | how well does it hold against the worst wrench | [`epsilon()`] |
+//! | how hard must they press to resist a given wrench | [`least_pressing`] |
+//! | how well do they resist the worst wrench | [`epsilon()`] |
 //!
 //! # Examples
-//! Three fingers around a ball, a third of a turn apart: their normals balance, so balance needs no friction.
+//! Three fingers around a ball at 120° from each other: their normals balance, so they need no friction.
 //!
 //! ```
 //! use landscape::grasp::closure::{PointContact, is_force_closure, least_friction, net_wrench};
@@ -40,10 +39,10 @@ pub use cone_programme::{ContactForces, contact_forces, least_pressing};
 pub use epsilon::{Epsilon, EpsilonSettings, WrenchLimit, epsilon, epsilon_of_wrenches};
 pub use friction::{LARGEST_FRICTION, is_force_closure, least_friction};
 
-/// A point contact: where it pushes and in which direction.
+/// A point contact: its position and direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PointContact {
-    /// Arm from the torque centre, divided by the length that makes torques comparable to forces.
+    /// Arm from the torque centre, divided by the length unit of torques.
     pub arm: Vector3<f64>,
     /// Inward unit normal: the direction in which the contact pushes the object.
     pub inward_normal: Vector3<f64>,
@@ -55,7 +54,6 @@ impl PointContact {
         self.wrench_of(&self.inward_normal)
     }
 
-    /// Whether arm and normal are finite.
     fn is_finite(&self) -> bool {
         self.arm
             .iter()
@@ -70,7 +68,7 @@ impl PointContact {
     }
 }
 
-/// ‖Gc‖₂, the wrench left over when every contact pushes with a unit force along its normal.
+/// ‖Gc‖₂, the net wrench when every contact pushes with a unit force along its normal.
 ///
 /// ```text
 /// G = [I … I; [x₁]ₓ … [xₙ]ₓ]  (6 × 3n),   c = (c₁, …, cₙ)
@@ -85,9 +83,8 @@ pub fn net_wrench(contacts: &[PointContact]) -> f64 {
         .norm()
 }
 
-/// Smallest eigenvalue of `GGᵀ`: positive when the contacts' forces span all six wrench directions.
-///
-/// Two point contacts always give zero: no force turns the object about the line through them.
+/// Smallest eigenvalue of `GGᵀ`, which is positive if the contacts' forces span all six wrench directions. For two point
+/// contacts it is zero, because no force turns the object about the line through them.
 pub fn grasp_matrix_rank_margin(contacts: &[PointContact]) -> f64 {
     let mut moment = Matrix3::zeros();
     let mut inertia = Matrix3::zeros();
@@ -106,7 +103,7 @@ pub fn grasp_matrix_rank_margin(contacts: &[PointContact]) -> f64 {
     gram.symmetric_eigenvalues().min()
 }
 
-/// The rank condition of force closure, `GGᵀ` ≻ εI, uses this ε (Liu et al. 2021, Eq. 3, with arms of order one).
+/// The ε of the rank condition `GGᵀ` ≻ εI of force closure (Liu et al. 2021, Eq. 3, with arms of order one).
 pub const RANK_EPSILON: f64 = 1e-4;
 
 /// Two unit vectors perpendicular to a unit vector and to each other.
@@ -117,18 +114,15 @@ fn tangents_of(normal: &Vector3<f64>) -> [Vector3<f64>; 2] {
     [first, normal.cross(&first)]
 }
 
-/// Numbers whose largest lies within this factor of one are left as they are: nothing over- or underflows, and solvers scale
-/// them themselves.
+/// Numbers are not scaled if the largest is within this factor of one, since solvers scale them.
 const MODERATE: f64 = 1e6;
 
-/// What numbers must be divided by to become of order one: a power of two, so that division does not round; one where
-/// the largest is moderate already, zero, or not finite.
+/// Divisor that brings numbers to order one: an exact power of two, or one if they are moderate, zero, or not finite.
 fn excess(numbers: impl Iterator<Item = f64>) -> f64 {
     let largest = numbers.fold(0.0, |largest: f64, number| largest.max(number.abs()));
     if largest == 0.0 || (MODERATE.recip()..=MODERATE).contains(&largest) {
         return 1.0;
     }
-    // The exponent alone.
     let power = f64::from_bits(largest.to_bits() & f64::INFINITY.to_bits());
     if power.is_finite() {
         power.max(f64::MIN_POSITIVE)
@@ -137,8 +131,7 @@ fn excess(numbers: impl Iterator<Item = f64>) -> f64 {
     }
 }
 
-/// The contacts with arms above 10⁶ brought down to order one, all by the same factor. The same forces balance: Gf = 0
-/// does not depend on the unit of torque.
+/// The contacts with arms above 10⁶ scaled to order one. Gf = 0 does not depend on the unit of torque.
 fn with_moderate_arms(contacts: &[PointContact]) -> Cow<'_, [PointContact]> {
     let excess = excess(
         contacts

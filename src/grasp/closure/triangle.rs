@@ -1,15 +1,15 @@
-//! Three contacts at the corners of a triangle: balance is a planar problem.
+//! Three contacts at the corners of a triangle, for which balance is a planar problem.
 //!
-//! The torque about each side of the triangle must vanish, and only the third corner's force component across the plane
-//! has one. So balanced forces lie in the plane of the triangle, and are concurrent or parallel. In that plane a
+//! The torque about each side of the triangle must vanish, and only the force of the third corner across the plane has such
+//! a torque. So balanced forces lie in the plane of the triangle, and they are concurrent or parallel. In that plane a
 //! contact with inward normal c = r p̂ + s n̂ (p̂ in the plane, n̂ across it, r² + s² = 1) may push with p̂ + t p̂⊥, where
 //!
 //! ```text
 //! |t| ≤ √(r²μ² − s²),   not at all if rμ < |s|
 //! ```
 //!
-//! The two edges of each of the three wedges are six planar wrenches in ℝ³. Balance with all three contacts is possible
-//! unless a half-space holds all six: a plane through two of them, with the other four on one side of it.
+//! The two edges of each of the three wedges are six planar wrenches in ℝ³. The three contacts can balance unless a
+//! half-space contains all six, that is, a plane through two of them has the other four on one side.
 
 use std::array::from_fn;
 
@@ -17,10 +17,10 @@ use nalgebra::{Vector2, Vector3};
 
 use super::PointContact;
 
-/// Triangles whose height is less than this share of their longest side are lines: their forces need not lie in a plane.
+/// Relative height below which a triangle counts as a line, for which forces need not be coplanar.
 const FLATNESS: f64 = 1e-9;
 
-/// Depths below this, of unit forces, are round-off.
+/// Depths (of unit forces) below this are rounding errors.
 const ROUND_OFF: f64 = 4e-16;
 
 pub(super) struct Triangle {
@@ -30,7 +30,7 @@ pub(super) struct Triangle {
 #[derive(Clone, Copy)]
 struct Corner {
     position: Vector2<f64>,
-    /// p̂; zero if the inward normal stands across the plane.
+    /// p̂; zero if the inward normal is perpendicular to the plane.
     push: Vector2<f64>,
     /// r.
     in_plane: f64,
@@ -39,14 +39,13 @@ struct Corner {
 }
 
 impl Triangle {
-    /// `None` where the three points lie on a line.
+    /// The triangle; `None` if the three points lie on a line.
     pub(super) fn of(contacts: &[PointContact; 3]) -> Option<Self> {
         let sides: [Vector3<f64>; 3] =
             from_fn(|i| contacts[(i + 2) % 3].arm - contacts[(i + 1) % 3].arm);
         let longest =
             (0..3).max_by(|&a, &b| sides[a].norm_squared().total_cmp(&sides[b].norm_squared()))?;
         let length = sides[longest].norm();
-        // The two shorter sides meet at the corner opposite to the longest one.
         let double_area = sides[(longest + 1) % 3].cross(&sides[(longest + 2) % 3]);
         if double_area.norm() <= FLATNESS * length * length {
             return None;
@@ -69,15 +68,14 @@ impl Triangle {
         Some(Self { corners })
     }
 
-    /// Least friction at which every contact can push in the plane at all, max |s|/r.
+    /// The least friction at which every contact can push in the plane, max |s|/r.
     pub(super) fn friction_to_push(&self) -> f64 {
         self.corners.iter().fold(0.0, |worst: f64, corner| {
             worst.max(corner.across / corner.in_plane)
         })
     }
 
-    /// Positive where forces of a friction at which every contact can push do not balance, negative where they do;
-    /// continuous in the friction.
+    /// For a friction at which all contacts can push: positive if forces do not balance, negative if they do; continuous.
     pub(super) fn imbalance(&self, friction: f64) -> f64 {
         let mut wrenches = [Vector3::zeros(); 6];
         for (corner, edges) in self.corners.iter().zip(wrenches.chunks_exact_mut(2)) {
@@ -94,8 +92,7 @@ impl Triangle {
     }
 }
 
-/// How deep inside a half-space the shallowest of the vectors lies, at best, of half-spaces bounded by a plane through
-/// two others; negative if none holds all.
+/// The greatest depth of all six vectors in a half-space bounded by a plane through two of them; negative outside all.
 fn depth_in_a_half_space(vectors: &[Vector3<f64>; 6]) -> f64 {
     let mut deepest = f64::NEG_INFINITY;
     for i in 0..6 {

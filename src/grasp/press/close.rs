@@ -1,4 +1,4 @@
-//! Damped least squares over pose and joints.
+//! Closes a hand by damped least squares over pose and joints.
 
 use nalgebra::{DMatrix, DVector, Vector3};
 use serde::{Deserialize, Serialize};
@@ -10,21 +10,21 @@ use crate::grasp::energy::GraspEnergy;
 use crate::hand::{Hand, LinkId, PosedHand, Wrench, closest_points};
 use crate::space::{Pose, PoseSpace, Space};
 
-/// How a hand is closed until it presses.
+/// Settings of the closing of a hand.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PressSettings {
-    /// Depth to which the capsule that presses hardest is pressed into the object, metres.
+    /// Depth to which the hardest-pressing capsule is pressed into the object, metres.
     pub depth_m: f64,
-    /// Capsules closer than this to the surface, and those of the contacts, are pressed, metres.
+    /// Distance from the surface within which capsules are pressed, metres. Those of the contacts are always pressed.
     pub reach_m: f64,
-    /// Digits without a touch but closer than this are closed until they touch, metres.
+    /// Digits that do not touch but are closer than this are closed until they touch, metres.
     pub free_reach_m: f64,
-    /// Friction at which the contact forces that share out depths balance.
+    /// Friction at which the contact forces that determine the depths balance.
     pub friction: f64,
-    /// How often depths are shared out anew.
+    /// Number of times the depths are determined anew.
     pub rounds: usize,
-    /// Steps of least squares in each round.
+    /// Least-squares steps in each round.
     pub steps: usize,
 }
 
@@ -41,38 +41,37 @@ impl Default for PressSettings {
     }
 }
 
-/// An error of this size counts one, metres.
+/// Error that counts as one, metres.
 const TOLERANCE_M: f64 = 5e-5;
-/// No capsule is to be deeper than the deepest wanted by more than this, metres.
+/// Tolerated depth of other capsules beyond the greatest goal depth, metres.
 const SLACK_M: f64 = 1e-4;
-/// Overlap of the hand with itself that is left alone, metres.
+/// Tolerated overlap of the hand with itself, metres.
 const SELF_OVERLAP_M: f64 = 1e-3;
-/// A step is no longer than this, metres.
+/// Longest step, metres.
 const LONGEST_STEP_M: f64 = 5e-3;
-/// Surfaces closer than this are kept in view, metres.
+/// Distance below which surfaces are considered, metres.
 const VIEW_M: f64 = 6e-3;
-/// The digit that has no touch is pressed no deeper than this, metres.
+/// Greatest depth of a digit that did not touch before, metres.
 const LIGHT_M: f64 = 1e-4;
 
-/// A touch that is wanted.
 #[derive(Debug, Clone, Copy)]
 struct Goal {
     capsule: usize,
     depth_m: f64,
 }
 
-/// The pose of a grasp whose hand is closed until it presses.
+/// The pose of a grasp after its hand was closed until it presses.
 ///
 /// ```text
 /// min Σ_goals (gap_c + p_c)² + Σ_others min(0, gap_c + p_max)² + Σ_pairs max(0, overlap − 1 mm)²,
 /// p_c = p f_c / max f,    f: balanced contact forces, as far inside the friction cones as possible
 /// ```
 ///
-/// Gaps are signed distances of capsules from the mesh. Steps are Levenberg and Marquardt's, which are short where nothing
-/// asks for more; joints stay within their limits. Deterministic. Costs some tens of milliseconds.
+/// Gaps are signed distances of capsules from the mesh. Levenberg–Marquardt steps keep the movement small, and joints stay
+/// within their limits. The result is deterministic and takes some tens of milliseconds.
 ///
 /// # Panics
-/// If the grasp is one of another hand.
+/// If the grasp belongs to another hand.
 pub fn press(energy: &GraspEnergy, grasp: &Grasp, settings: &PressSettings) -> Pose {
     let hand = energy.hand();
     let mut at = Place::new(energy, grasp.pose.clone(), settings);
@@ -84,7 +83,7 @@ pub fn press(energy: &GraspEnergy, grasp: &Grasp, settings: &PressSettings) -> P
     at.pose
 }
 
-/// The capsules on whose surface the surface points `contacts` lie.
+/// The capsules on whose surface the points `contacts` lie.
 fn capsules_of(hand: &Hand, posed: &PosedHand, contacts: &[u32]) -> Vec<usize> {
     let off_surface = |index: u32, capsule: usize| {
         let pair = closest_points(&[posed.points[index as usize]; 2], &posed.capsules[capsule]);
@@ -104,7 +103,6 @@ fn capsules_of(hand: &Hand, posed: &PosedHand, contacts: &[u32]) -> Vec<usize> {
     found
 }
 
-/// The hand somewhere, and what it touches there.
 struct Place {
     pose: Pose,
     posed: PosedHand,
@@ -142,7 +140,7 @@ fn goals(
         .iter()
         .map(|touch| touch.contact(&object.centroid, energy.unit_m()))
         .collect();
-    // Where nothing balances yet, all press alike.
+    // If no forces balance yet, all capsules press equally.
     let forces = contact_forces(&contacts, settings.friction).map_or_else(
         || vec![1.0; contacts.len()],
         |balanced| {
@@ -190,7 +188,7 @@ impl Residuals {
     }
 }
 
-/// Pulls back the derivative of a distance that grows as points of links move along directions.
+/// Computes the derivative of a distance that grows as points of links move along given directions.
 struct Puller<'a> {
     hand: &'a Hand,
     space: &'a PoseSpace,
@@ -253,7 +251,7 @@ fn residuals(
     Residuals { values, rows }
 }
 
-/// Levenberg and Marquardt toward the goals.
+/// Levenberg–Marquardt steps toward the goals.
 fn settle(energy: &GraspEnergy, mut at: Place, goals: &[Goal], settings: &PressSettings) -> Place {
     let (hand, space) = (&**energy.hand(), energy.pose_space());
     let puller = Puller {
@@ -262,7 +260,7 @@ fn settle(energy: &GraspEnergy, mut at: Place, goals: &[Goal], settings: &PressS
         no_joint: vec![0.0; hand.joints.len()],
     };
     let mut now = residuals(&puller, &at, goals, settings);
-    // Slopes are one over the tolerance: this damps moves that change no gap by more than a hundredth of their length.
+    // Slopes are 1 / tolerance, so this damps moves that change no gap by more than a hundredth of their length.
     let mut damping = (0.01 / TOLERANCE_M).powi(2);
     for _ in 0..settings.steps {
         if now.cost() < 1e-3 {
@@ -290,7 +288,7 @@ fn settle(energy: &GraspEnergy, mut at: Place, goals: &[Goal], settings: &PressS
     at
 }
 
-/// −(`JᵀJ` + λI)⁻¹`Jᵀr`, cut off at the longest step.
+/// −(`JᵀJ` + λI)⁻¹`Jᵀr`, limited to the longest step.
 fn step(residuals: &Residuals, damping: f64, tangents: usize) -> Option<Vec<f64>> {
     let count = residuals.values.len();
     let jacobian = DMatrix::from_fn(count, tangents, |row, column| residuals.rows[row][column]);
@@ -312,14 +310,14 @@ mod tests {
     use crate::grasp::EnergySettings;
     use crate::object::Object;
 
-    /// Slopes of all residuals against central differences, with the palm at the surface of a box.
+    /// Compares the slopes of all residuals with central differences, for a palm at the surface of a box.
     #[test]
     fn rows_are_the_derivatives_of_the_residuals() {
         let hand = Arc::new(Hand::human());
         let object = Arc::new(Object::named("box").unwrap());
         let energy = GraspEnergy::new(hand.clone(), object, EnergySettings::default()).unwrap();
         let settings = PressSettings {
-            // Nothing comes into view or leaves it.
+            // With this reach nothing enters or leaves the considered set.
             free_reach_m: 0.05,
             ..PressSettings::default()
         };
@@ -363,7 +361,7 @@ mod tests {
             let (ahead, behind) = (along(step), along(-step));
             for (k, row) in here.rows.iter().enumerate() {
                 let difference = (ahead[k] - behind[k]) / (2.0 * step);
-                // At an edge of the mesh there is no derivative.
+                // There is no derivative at an edge of the mesh.
                 let bend = (ahead[k] - 2.0 * here.values[k] + behind[k]).abs() / step;
                 if bend > 1e-3 / TOLERANCE_M {
                     kinks += 1;

@@ -1,4 +1,4 @@
-//! Is a closed hand firm: do the places where it presses hold, all of them and with a margin?
+//! Firmness of a closed hand: whether all that touches has force closure with a margin.
 
 use nalgebra::Vector6;
 use serde::{Deserialize, Serialize};
@@ -10,36 +10,36 @@ use crate::grasp::closure::{
 use crate::grasp::energy::GraspEnergy;
 use crate::hand::PosedHand;
 
-/// Friction at which a grasp is to hold: what two bodies of 0.5 have in engines that multiply.
+/// Friction at which a firm grasp holds: two bodies of friction 0.5 in engines that multiply the coefficients.
 pub const FIRM_FRICTION: f64 = 0.25;
 
-/// Least ε and largest least friction of a firm grasp.
+/// Least ε and greatest least friction of a firm grasp.
 const LEAST_EPSILON: f64 = 0.025;
 const MOST_FRICTION: f64 = 0.15;
-/// Deepest overlap of a hand that closed as it should, metres.
+/// Greatest overlap with the object for a firm grasp, metres.
 const DEEPEST_M: f64 = 0.001;
 
-/// All that touches, rather than a contact set of chosen size.
+/// Properties of all touches, rather than of a contact set of fixed size.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Firmness {
     /// Number of capsules that overlap with the object.
     pub touches: usize,
-    /// Their least friction; `None` where none suffices.
+    /// Least friction of the touches; `None` if none suffices.
     pub least_friction: Option<f64>,
     /// Their Ferrari–Canny ε at [`FIRM_FRICTION`].
     pub epsilon: f64,
-    /// The sum of normal forces that it takes to resist a push of one at the object's centroid at [`FIRM_FRICTION`], for
-    /// the worst of ±x, ±y, ±z; `None` where it cannot be resisted.
+    /// The sum of normal forces that resists a unit push at the object's centroid at [`FIRM_FRICTION`], for the worst of
+    /// ±x, ±y, ±z; `None` if a push cannot be resisted.
     pub pressing: Option<f64>,
     /// Deepest overlap, metres.
     pub deepest_m: f64,
 }
 
 impl Firmness {
-    /// Whether ε ≥ 0.025, least friction ≤ 0.15 and nothing is deeper than 1 mm. The bound of ε is a choice between how many
-    /// hold and how many are found: in the drop test of 1,360 grasps of six bottles with ε ≥ 0.02 held 94.1 %, of the 1,038
-    /// of them with ε ≥ 0.025 95.9 %, of the 765 with ε ≥ 0.03 97.3 %. Of 796 grasps with ε ≥ 0.025 that had no part in the
-    /// choice 96.0 % hold.
+    /// Whether ε ≥ 0.025, the least friction is ≤ 0.15 and nothing is deeper than 1 mm. The limit of ε is a compromise
+    /// between reliability and yield. In the drop test of grasps of six bottles, 94.1 % of 1,360 grasps with ε ≥ 0.02 held,
+    /// 95.9 % of the 1,038 with ε ≥ 0.025, and 97.3 % of the 765 with ε ≥ 0.03. Of 796 other grasps with ε ≥ 0.025, 96.0 %
+    /// hold.
     pub fn is_firm(&self) -> bool {
         self.epsilon >= LEAST_EPSILON
             && self
@@ -49,10 +49,10 @@ impl Firmness {
     }
 }
 
-/// Measures all that touches in pose `x` on the exact mesh.
+/// Measures all touches in pose `x` on the exact mesh.
 ///
 /// # Panics
-/// If `x` is a pose of another hand.
+/// If `x` belongs to another hand.
 pub fn firmness(energy: &GraspEnergy, x: &[f64]) -> Firmness {
     let (hand, object) = (energy.hand(), energy.object());
     let mut posed = PosedHand::default();

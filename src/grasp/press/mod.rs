@@ -1,9 +1,9 @@
-//! Closing a hand until it presses: the last step from a minimum of the energy to a hand that holds.
+//! Closes a hand until it presses: the last step from a minimum of the energy to a hand that holds.
 //!
-//! The energy has its contacts within a millimetre or two of the surface, some off it and some in it, and cares for no
-//! others. A hand that is to hold must touch, and touch so that what it presses balances. [`press`] moves pose and joints
-//! by a millimetre or so until every capsule that nearly touches is as deep in the object as its share of balanced contact
-//! forces asks for, as if its skin were a spring, and until free digits within reach touch, too.
+//! The contacts of the energy are within a millimetre or two of the surface, inside or outside, and it ignores all other
+//! points. A hand that holds must touch, and the forces of its touches must balance. [`press`] moves pose and joints by a
+//! millimetre or so until every capsule that nearly touches is as deep in the object as its share of balanced contact
+//! forces requires, as if the skin were a spring. Free digits within reach are closed until they touch.
 
 mod close;
 mod firm;

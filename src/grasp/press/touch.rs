@@ -1,4 +1,4 @@
-//! Where the hand's capsules meet an object, exactly.
+//! Exact contacts between the hand's capsules and an object.
 
 use nalgebra::Vector3;
 
@@ -6,30 +6,30 @@ use crate::grasp::closure::PointContact;
 use crate::hand::{Hand, LinkId, PosedHand};
 use crate::mesh::ExactMesh;
 
-/// Places along an axis that are tried first; between the best one's neighbours the search goes on.
+/// Places along an axis tried first. The search continues between the neighbours of the best one.
 const PLACES: usize = 9;
-/// Halvings of that interval by the golden section: to a millionth of it.
+/// Golden-section steps in that interval, which reduce it to a millionth.
 const SECTIONS: usize = 28;
 
-/// The place where a capsule comes nearest to the surface of an object.
+/// The place where a capsule is nearest to the surface of an object.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Touch {
     /// Index into [`Hand::capsules`].
     pub capsule: usize,
-    /// The link it is fixed to.
+    /// The link of the capsule.
     pub link: LinkId,
-    /// Signed distance of the capsule from the mesh, metres; negative where they overlap.
+    /// Signed distance of the capsule from the mesh, metres; negative if they overlap.
     pub gap_m: f64,
     /// The nearest point of the object's surface, metres.
     pub on_object: Vector3<f64>,
-    /// The point of the capsule's surface that is nearest to the object, or deepest in it, metres.
+    /// The point of the capsule's surface that is nearest to the object or deepest in it, metres.
     pub on_hand: Vector3<f64>,
-    /// Unit normal into the object: the direction in which the capsule pushes.
+    /// Unit normal into the object, in which the capsule pushes.
     pub inward_normal: Vector3<f64>,
 }
 
 impl Touch {
-    /// As the judges of contacts see it: arm from `centre` in units of `unit_m`.
+    /// The contact for the tests of [`closure`](crate::grasp::closure): arm from `centre` in units of `unit_m`.
     pub fn contact(&self, centre: &Vector3<f64>, unit_m: f64) -> PointContact {
         PointContact {
             arm: (self.on_object - centre) / unit_m,
@@ -38,10 +38,10 @@ impl Touch {
     }
 }
 
-/// Every capsule of the posed hand closer to the mesh than `reach_m`, one touch each, in the order of the capsules.
+/// The touches of all capsules of the posed hand within `reach_m` of the mesh, in the order of the capsules.
 ///
 /// # Panics
-/// If `posed` is another hand.
+/// If `posed` belongs to another hand.
 pub fn touches(exact: &ExactMesh, hand: &Hand, posed: &PosedHand, reach_m: f64) -> Vec<Touch> {
     let capsules = hand.capsules.iter().zip(&posed.capsules).enumerate();
     capsules
@@ -90,7 +90,7 @@ fn nearest_place(exact: &ExactMesh, [a, b]: &[Vector3<f64>; 2]) -> Vector3<f64> 
             values = [values[1], distance(inner[1])];
         }
     }
-    // An end may be lower still than the inside of the last interval.
+    // An end may be lower than the inside of the last interval.
     let found = 0.5 * (low + high);
     let candidates = [at(best), found];
     let found = if distance(found) <= tried[best] {

@@ -7,13 +7,13 @@ use crate::grasp::energy::{GraspEnergy, Ramp};
 use crate::grasp::kernel::GraspKernel;
 use crate::sample::{Rng, State, TargetDensity};
 
-/// Steps between two changes of the weights; each change costs one more evaluation.
+/// Steps between two changes of the weights. Each change costs one more evaluation.
 const RAMP_EVERY: u32 = 50;
 
-/// Length of the first step; it adapts within a hundred or two.
+/// Length of the first step. It adapts within 100 to 200 steps.
 const FIRST_STEP_M: f64 = 0.003;
 
-/// What changes along a chain: temperature and weights.
+/// Temperature and weights along a chain.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Schedule {
     pub(super) steps: u32,
@@ -36,7 +36,7 @@ impl Schedule {
         }
     }
 
-    /// For a chain that starts from a given grasp: no hotter than that, and nothing is softened.
+    /// The schedule of a chain that starts from a given grasp: limited temperature, full weights.
     pub(super) fn from_given(settings: &SynthesisSettings, steps: u32) -> Self {
         Self {
             temperature_start: settings.given_temperature,
@@ -102,7 +102,7 @@ pub(super) fn anneal(
         } else {
             let log_ratio = kernel.move_pose(&state, &law, log_step.exp(), rng, &mut proposal);
             let accepted = accept(&mut state, &mut proposal, log_ratio, rng);
-            // Robbins–Monro toward the wanted acceptance, slow enough to follow the cooling without chasing noise.
+            // Robbins–Monro adaptation, slow enough to follow the cooling without following noise.
             let error = f64::from(u8::from(accepted)) - settings.acceptance;
             log_step += 0.05 * error;
         }

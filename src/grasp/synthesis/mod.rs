@@ -1,4 +1,4 @@
-//! Synthesis: one chain from a start pose to a grasp.
+//! Grasp synthesis: one chain from a start pose to a grasp.
 
 mod annealed;
 mod released;
@@ -22,32 +22,32 @@ use crate::energy::{Energy, Piecewise};
 use crate::optimize::{self, QuenchSettings};
 use crate::sample::{Rng, State, Task, stream};
 
-/// What a chain ended with.
+/// The result of a chain.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Synthesized {
-    /// Number of the chain: its random stream.
+    /// Number of the chain, which selects its random stream.
     pub chain: u64,
-    /// End of the chain, before refinement.
+    /// The end of the chain, before refinement.
     pub raw: Grasp,
-    /// After refinement on the envelope, with its best contact set.
+    /// The grasp after refinement on the envelope, with its best contact set.
     pub refined: Grasp,
     /// E(H, O) of the refined grasp.
     pub energy: f64,
     /// Steps of the chain.
     pub steps: u64,
-    /// Energy evaluations spent, refinement included.
+    /// Energy evaluations spent, including refinement.
     pub evaluations: u64,
 }
 
-/// What is shown every state of a chain: the number of steps so far and the state.
+/// Callback for every state of a chain, with the number of steps so far.
 type Observe<'a> = &'a mut dyn FnMut(u32, &State);
 
-/// Runs chain number `chain` under `seed` and refines its end.
+/// Runs chain number `chain` with the given seed and refines its end.
 ///
-/// Chains are independent: the result depends on the energy, the settings, the seed and the number only.
+/// Chains are independent: the result depends only on the energy, the settings, the seed and the number.
 ///
 /// # Panics
-/// If the settings ask for no attempt.
+/// If `settings` has no attempts.
 pub fn synthesize(
     energy: &GraspEnergy,
     settings: &SynthesisSettings,
@@ -58,15 +58,15 @@ pub fn synthesize(
     synthesize_observed(energy, settings, refine, seed, chain, &mut |_, _| ())
 }
 
-/// As [`synthesize`], but the chain starts from a given grasp: each attempt at the same pose, moved anew in a random
-/// direction, no hotter than [`SynthesisSettings::given_temperature`], with nothing softened.
+/// Like [`synthesize`], but the chain starts from a given grasp. Each attempt starts at the same pose with a new random
+/// displacement, at most at [`SynthesisSettings::given_temperature`], and with full weights.
 ///
-/// A grasp that is not moved at first is refined: where the chain ends, a descent from the very pose counts instead if it
-/// alone passes the strict filter, or if both or neither do and its energy is lower; likewise with [`Refinement::Pressed`]
-/// and firmness. With another refinement it is always the chain's end.
+/// If the displacement is zero, a direct descent from the pose may replace the end of the chain. It does so if it alone
+/// passes the strict filter, or if both or neither pass and its energy is lower. With [`Refinement::Pressed`] passing
+/// includes firmness. With other refinements than [`Refinement::Quench`] and this one, the end of the chain always counts.
 ///
 /// # Panics
-/// If the pose is one of another hand.
+/// If the pose belongs to another hand.
 pub fn synthesize_from(
     energy: &GraspEnergy,
     settings: &SynthesisSettings,
@@ -85,14 +85,14 @@ pub fn synthesize_from(
     )
 }
 
-/// As [`synthesize`], and shows `observe` every state of the chain: the start as number 0, the state after step n as
+/// Like [`synthesize`], and shows `observe` every state of the chain: the start as number 0, and the state after step n as
 /// number n. A further attempt shows its start with the number of steps before it.
 ///
-/// A state's energy is what the chain sees: while the annealed sampler ramps weights, it is E(H, x, O) with the weights of
-/// that step ([`GraspEnergy::evaluate_ramped`]).
+/// The energy of a state is the one that the chain uses. While the annealed sampler changes weights, it is E(H, x, O) with
+/// the weights of that step ([`GraspEnergy::evaluate_ramped`]).
 ///
 /// # Panics
-/// If the settings ask for no attempt.
+/// If `settings` has no attempts.
 pub fn synthesize_observed(
     energy: &GraspEnergy,
     settings: &SynthesisSettings,
@@ -121,7 +121,7 @@ fn run(
     let (mut steps, mut evaluations) = (0, 0);
     let attempts = settings.attempts.min(settings.steps.max(1));
     for attempt in 0..attempts {
-        // Divided as evenly as whole numbers allow.
+        // Divides the steps as evenly as possible.
         let share = settings.steps / attempts + u32::from(attempt < settings.steps % attempts);
         let (start, schedule) = match given {
             None => {
@@ -187,7 +187,6 @@ fn run(
     }
 }
 
-/// The descent from a given grasp.
 fn refine_given(energy: &GraspEnergy, refine: &QuenchSettings, given: &Given<'_>) -> Synthesized {
     let start = Grasp::best(energy, given.x.to_vec());
     let mut found = Synthesized {
@@ -202,7 +201,7 @@ fn refine_given(energy: &GraspEnergy, refine: &QuenchSettings, given: &Given<'_>
     found
 }
 
-/// Ends of a walk: its last state and, where the sampler refines by itself, the refined one.
+/// End of a walk: its last state, and the refined one if the sampler refines by itself.
 struct End {
     raw: State,
     refined: State,
@@ -243,11 +242,10 @@ fn walk(
     }
 }
 
-/// Share of thin walls from which on the weights of depths are never softened: a hand that has passed through a wall stays
-/// in it.
+/// Fraction of thin walls above which depth weights are never reduced, since a hand in a wall stays there.
 const MOSTLY_THIN: f64 = 0.5;
 
-/// A descent that only tells whether an attempt came to a grasp.
+/// Settings of a rough descent that only tells whether an attempt found a grasp.
 fn trial_settings(refine: &QuenchSettings) -> QuenchSettings {
     refine
         .clone()
@@ -255,13 +253,12 @@ fn trial_settings(refine: &QuenchSettings) -> QuenchSettings {
         .with_max_evaluations(TRIAL_EVALUATIONS.min(refine.max_evaluations))
 }
 
-/// Energy per metre: over the millimetres that are left, far less than what tells grasps apart.
+/// Energy per metre. Over the last millimetres this is far less than the differences between grasps.
 const TRIAL_TOLERANCE: f64 = 1e-2;
 const TRIAL_EVALUATIONS: usize = 300;
 
-/// Refines the end of a walk and tells whether it passes the strict filter (not asked of the only attempt).
-///
-/// Of several attempts, one that fails after a rough descent is not refined any further.
+/// Refines the end of a walk and returns whether it passes the strict filter (not tested for the only attempt). Of several
+/// attempts, one that fails after a rough descent is not refined further.
 fn finish(
     energy: &GraspEnergy,
     settings: &SynthesisSettings,
@@ -290,7 +287,7 @@ fn finish(
             descend(energy, refine, &mut found);
         }
         Refinement::Pressed => {
-            // What follows moves the hand farther than the last digits of a descent.
+            // Pressing moves the hand farther than the last digits of a descent.
             descend(energy, &trial_settings(refine), &mut found);
             if !only && !is_grasp(energy, Refinement::Quench, &found) {
                 return (found, false);
@@ -312,13 +309,12 @@ fn finish(
     (found, passes)
 }
 
-/// Whether an end passes the strict filter and, where hands are pressed, is firm.
+/// Whether an end passes the strict filter and, if hands are pressed, is firm.
 fn is_grasp(energy: &GraspEnergy, refinement: Refinement, found: &Synthesized) -> bool {
     judge(energy, &found.refined).passes_strict()
         && (refinement != Refinement::Pressed || firmness(energy, &found.refined.pose).is_firm())
 }
 
-/// Closes the hand until it presses.
 fn close(energy: &GraspEnergy, found: &mut Synthesized) {
     let settings = PressSettings::default();
     let pose = press(energy, &found.refined, &settings);
@@ -327,7 +323,7 @@ fn close(energy: &GraspEnergy, found: &mut Synthesized) {
     found.evaluations += 1;
 }
 
-/// The energy with the contact set of the grasp.
+/// The energy for the contact set of the grasp.
 fn energy_of(energy: &GraspEnergy, grasp: &Grasp) -> f64 {
     let mut unused = vec![0.0; energy.space().tangents()];
     energy.evaluate_piece(&grasp.pose, &grasp.contacts, &mut unused)

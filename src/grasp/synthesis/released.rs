@@ -1,4 +1,4 @@
-//! The sampler of the authors' code (`PhysicsGuide.optimize` and `refine`), with what the paper's text leaves out.
+//! The sampler of the authors' code (`PhysicsGuide.optimize` and `refine`), with details missing in the paper.
 
 use nalgebra::{Isometry3, UnitQuaternion};
 use rand::RngExt;
@@ -14,23 +14,22 @@ use crate::space::{joints_of, pose_coordinates, quaternion_of, translation_of};
 
 /// Temperature and step size at energy zero.
 const BASE: f64 = 0.026_007_07;
-/// How temperature and step size rise with the energy.
+/// Increase of temperature and step size with the energy.
 const TEMPERATURE_SLOPE: f64 = 0.039_503_57;
 const STEP_SLOPE: f64 = 3.95e-5;
-/// Noise as a share of the step size.
+/// Noise relative to the step size.
 const NOISE: f64 = 0.1;
 /// Weight of the *new* gradient in the running mean of its magnitude.
 const MEAN_WEIGHT: f64 = 0.98;
-/// Rejections in a row after which a contact is replaced.
+/// Consecutive rejections after which a contact is replaced.
 const PATIENCE: u32 = 2;
 
-/// Refinement: steps, temperature and step size.
+/// Steps, temperature and step size of the refinement.
 const REFINEMENT_STEPS: u32 = 1000;
 const REFINEMENT_TEMPERATURE: f64 = 1e-3;
 const REFINEMENT_STEP: f64 = 0.1;
 
-/// A chain of the authors' sampler; its preconditioner is its own (theirs is shared by the whole batch, which couples the
-/// chains).
+/// A chain of the authors' sampler with its own preconditioner (theirs is shared by a batch, which couples the chains).
 pub(super) struct Chain<'a> {
     energy: &'a GraspEnergy,
     kernel: GraspKernel<'a>,
@@ -55,7 +54,7 @@ impl<'a> Chain<'a> {
         }
     }
 
-    /// The main loop; replaced contacts are drawn from all candidates alike.
+    /// The main loop. Replacement contacts are drawn uniformly from all candidates.
     pub(super) fn run(
         &mut self,
         settings: &SynthesisSettings,
@@ -84,7 +83,7 @@ impl<'a> Chain<'a> {
         }
     }
 
-    /// The refinement as coded: the same noisy steps, cold and four times as long, with the contact set held.
+    /// The refinement as coded: noisy steps of four times the length at a low temperature, with a fixed contact set.
     pub(super) fn refine(&mut self, rng: &mut Rng) -> u32 {
         for _ in 0..REFINEMENT_STEPS {
             self.propose_pose(REFINEMENT_STEP, rng);
@@ -112,7 +111,7 @@ impl<'a> Chain<'a> {
             .exp(&mut self.proposal.coordinates, &tangent);
     }
 
-    /// Plain Metropolis at `temperature`: no correction for the drift, nor for a temperature that depends on the state.
+    /// Plain Metropolis at `temperature`, without correction for the drift or for a state-dependent temperature.
     fn decide(&mut self, temperature: f64, rng: &mut Rng) -> bool {
         self.kernel.evaluate(&mut self.proposal);
         let log_ratio = (self.state.energy - self.proposal.energy) / temperature;
@@ -120,7 +119,7 @@ impl<'a> Chain<'a> {
     }
 }
 
-/// Tangent length of one natural unit along each tangent: 120 mm, 1 rad, 1 rad per joint.
+/// Length of the natural unit of each tangent: 120 mm, 1 rad, and 1 rad for each joint.
 fn natural_scales(energy: &GraspEnergy) -> Vec<f64> {
     let metric = energy.pose_space().metric();
     let mut scales = vec![AUTHORS_UNIT_M; 3];
@@ -129,9 +128,9 @@ fn natural_scales(energy: &GraspEnergy) -> Vec<f64> {
     scales
 }
 
-/// The authors' start: every coordinate a standard normal, whatever the object: the hand's origin about the object's
-/// centroid in units of 120 mm, joint angles in radians. Their six numbers of a rotation, orthonormalised, give every
-/// rotation with equal probability; so do the four of a quaternion.
+/// The authors' start, independent of the object: every coordinate is a standard normal. The unit of the hand's origin
+/// about the object's centroid is 120 mm, and joint angles are in radians. The authors' six numbers of a rotation,
+/// orthonormalised, are uniform over rotations; so are the four of a quaternion.
 pub(super) fn gaussian_pose(energy: &GraspEnergy, rng: &mut Rng) -> Vec<f64> {
     let mut x: Vec<f64> = (0..energy.space().coordinates())
         .map(|_| StandardNormal.sample(rng))

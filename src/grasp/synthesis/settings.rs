@@ -5,28 +5,28 @@ use serde::{Deserialize, Serialize};
 use crate::grasp::kernel::StepScales;
 use crate::limits::{ATTEMPTS, Beyond, SHARE, STEPS, TEMPERATURE};
 
-/// How a chain moves.
+/// Sampling method of a chain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Sampler {
-    /// Metropolis-adjusted Langevin steps with an adaptive step per chain, preconditioned by what each joint really
-    /// moves; geometric cooling; the distance weight rises while the chain cools; heat-bath contact moves.
+    /// Metropolis-adjusted Langevin steps with an adaptive step for each chain, preconditioned by the actual motion of each
+    /// joint; geometric cooling; a distance weight that rises during cooling; heat-bath contact moves.
     Annealed,
-    /// The sampler of the authors of Liu et al. (2021) as their code has it: temperature and step size are functions of
-    /// the energy, the gradient is divided by a running mean of its magnitude, plain Metropolis acceptance, uniform
-    /// contact moves, and two rejections in a row force a contact move.
+    /// The sampler of the code of Liu et al. (2021): temperature and step size depend on the energy, the gradient is
+    /// divided by a running mean of its magnitude, acceptance is plain Metropolis, and contact moves are uniform and forced
+    /// by two rejections.
     Released,
 }
 
-/// Where a chain starts.
+/// Start pose of a chain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Start {
-    /// Every natural coordinate (120 mm, radians) a standard normal, whatever the object: the authors' start.
+    /// Every natural coordinate (120 mm, radians) is a standard normal, independent of the object: the authors' start.
     Gaussian,
-    /// The palm faces a point drawn uniformly from the object's surface.
+    /// The palm faces a uniformly drawn point of the object's surface.
     Surface,
-    /// The palm faces point number `chain` of a sequence that fills the object's surface evenly.
+    /// The palm faces point number `chain` of an even sequence over the object's surface.
     EvenSurface,
 }
 
@@ -34,28 +34,27 @@ pub enum Start {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ContactMoves {
-    /// Drawn from its law given the pose and the other contacts.
+    /// Drawn from its distribution given the pose and the other contacts.
     HeatBath,
-    /// Any surface point with equal probability, accepted by Metropolis.
+    /// Drawn uniformly from all surface points and accepted by Metropolis.
     Uniform,
 }
 
-/// What follows a chain.
+/// Refinement of the end of a chain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Refinement {
     /// Descent to a local minimum of the envelope.
     Quench,
-    /// Descent to a local minimum with the contact set held: what the text of the paper says.
+    /// Descent to a local minimum with a fixed contact set, as in the text of the paper.
     Held,
-    /// A thousand noisy steps of the chain at temperature 0.001 with the contact set held, as the authors' code has it
-    /// (their text says gradient descent).
+    /// A thousand noisy steps at temperature 0.001 with a fixed contact set, as in the authors' code.
     Noisy,
-    /// Descent to a local minimum of the envelope, then the hand is closed until it presses
-    /// ([`press`](crate::grasp::press::press)). An attempt then counts as a grasp where it is
-    /// [firm](crate::grasp::press::Firmness::is_firm), too.
+    /// Descent to a local minimum of the envelope, after which the hand is closed until it presses
+    /// ([`press`](crate::grasp::press::press)). An attempt then must also be [firm](crate::grasp::press::Firmness::is_firm)
+    /// to count as a grasp.
     Pressed,
-    /// Nothing.
+    /// No refinement.
     None,
 }
 
@@ -63,42 +62,43 @@ pub enum Refinement {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SynthesisSettings {
-    /// How a chain moves.
+    /// Sampling method.
     pub sampler: Sampler,
-    /// Where it starts.
+    /// Start pose.
     pub start: Start,
-    /// So many poses are drawn for the start, all facing the same point of the object; the most promising one is taken
-    /// ([`GraspEnergy::start_score`](crate::grasp::GraspEnergy::start_score)).
+    /// Number of poses drawn for the start, all facing the same point of the object. The one with the best
+    /// [`GraspEnergy::start_score`](crate::grasp::GraspEnergy::start_score) is used.
     pub start_candidates: u32,
-    /// Steps of a chain; one energy evaluation each.
+    /// Number of steps of a chain, with one energy evaluation each.
     pub steps: u32,
-    /// The steps are divided among so many attempts from new starts (with [`Start::EvenSurface`], at the same point of the
-    /// object). The first whose refined end passes the strict filter ends the chain; if none does, the end of least energy counts.
+    /// Number of attempts from new starts (with [`Start::EvenSurface`], at the same point of the object) that share the
+    /// steps. The first whose refined end passes the strict filter ends the chain; otherwise the end of least energy
+    /// counts.
     pub attempts: u32,
     /// Temperature of the first step (annealed sampler).
     pub temperature_start: f64,
-    /// Temperature of the first step of a chain that starts from a given grasp: enough to leave a shallow minimum, not to
-    /// forget the grasp (annealed sampler).
+    /// Temperature of the first step of a chain that starts from a given grasp (annealed sampler). It should leave a
+    /// shallow minimum without losing the grasp.
     pub given_temperature: f64,
     /// Temperature of the last step (annealed sampler).
     pub temperature_end: f64,
-    /// Share of the distance weight at the first step (annealed sampler): force closure first, contact later.
+    /// Fraction of the distance weight at the first step (annealed sampler): force closure first, contact later.
     pub ramp_start: f64,
-    /// Share of the steps after which the full weight is reached.
+    /// Fraction of the steps after which the full weight is reached.
     pub ramp_share: f64,
-    /// Whether the weights of depths rise with the distance weight, so that the hand may first pass through the object. Not
-    /// on objects most of whose surface is that of a thin wall, in which a hand would stay
+    /// Whether the weights of depths rise with the distance weight, so that the hand may first pass through the object. It
+    /// is ignored for objects that consist mostly of thin walls, in which a hand would stay
     /// ([`Object::thin_share`](crate::object::Object::thin_share)).
     pub ramp_depths: bool,
     /// Probability of a contact move: 1 − ρ.
     pub contact_probability: f64,
-    /// How contacts move (annealed sampler).
+    /// Kind of contact moves (annealed sampler).
     pub contact_moves: ContactMoves,
-    /// What the noise of pose moves is scaled with (annealed sampler).
+    /// Scaling of the noise of pose moves (annealed sampler).
     pub step_scales: StepScales,
-    /// Acceptance rate of pose moves that the step size is adapted to (annealed sampler).
+    /// Target acceptance rate of pose moves for the step-size adaptation (annealed sampler).
     pub acceptance: f64,
-    /// What follows.
+    /// Refinement of the end.
     pub refinement: Refinement,
 }
 
@@ -126,7 +126,7 @@ impl Default for SynthesisSettings {
 }
 
 impl SynthesisSettings {
-    /// The paper's Algorithm 1 with ρ = 0.85 and what its text leaves out.
+    /// The paper's Algorithm 1 with ρ = 0.85 and with details that its text leaves out.
     pub fn paper() -> Self {
         Self {
             sampler: Sampler::Released,
@@ -139,7 +139,7 @@ impl SynthesisSettings {
         }
     }
 
-    /// What the authors' code does, refinement included.
+    /// The authors' code, including refinement.
     pub fn released() -> Self {
         Self {
             refinement: Refinement::Noisy,
@@ -147,10 +147,10 @@ impl SynthesisSettings {
         }
     }
 
-    /// One clear sentence on the first value that makes no sense.
+    /// Describes the first invalid value in one sentence.
     ///
     /// # Errors
-    /// If a probability, share or temperature is out of its range, or there is no attempt.
+    /// If a probability, fraction or temperature is out of its range, or there are no attempts.
     pub fn validate(&self) -> Result<(), SynthesisSettingsError> {
         let settings = [
             ("temperature_start", TEMPERATURE, self.temperature_start),
@@ -172,7 +172,7 @@ impl SynthesisSettings {
     }
 }
 
-/// A synthesis setting out of its range.
+/// A synthesis setting is out of its range.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{name} = {beyond}")]
 pub struct SynthesisSettingsError {

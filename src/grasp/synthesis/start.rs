@@ -12,18 +12,17 @@ use crate::grasp::start::start_pose_facing;
 use crate::sample::{Rng, State};
 use crate::space::vector::norm;
 
-/// A grasp to start from instead of a random pose.
+/// A grasp from which a chain starts instead of a random pose.
 #[derive(Debug, Clone, Copy)]
 pub struct Given<'a> {
     /// Its pose: coordinates of [`PoseSpace`](crate::space::PoseSpace).
     pub x: &'a [f64],
-    /// How far it is moved at first, in a random direction: a distance of that space, metres.
+    /// Length of its initial displacement in a random direction, in metres of that space.
     pub displacement_m: f64,
 }
 
-/// The given pose, moved, with its best contact set.
-///
-/// The direction is drawn with the step scales of the space, so that no joint turns much farther than others move.
+/// The displaced given pose with its best contact set. The direction is drawn with the step scales of the space, so that no
+/// joint turns much farther than others move.
 pub(super) fn given_start(energy: &GraspEnergy, given: &Given<'_>, rng: &mut Rng) -> State {
     let space = energy.space();
     let mut coordinates = given.x.to_vec();
