@@ -41,7 +41,7 @@ SIZE_FACTOR = 1.8
 FORMS = ["sphere", "rod", "disk", "plate"]
 DIGITS = ["thumb", "index", "middle", "ring", "little"]
 
-source = (ROOT / "src/grasp/taxonomy/features.rs").read_text()
+source = (ROOT / "src/evaluation/taxonomy/features.rs").read_text()
 listed = source[source.index("const FEATURES") :]
 FEATURES = re.findall(r'\(\s*"([^"]+)",\s*"[^"]+",?\s*\)', listed[: listed.index("\n];")])
 NOT_ADDED = {*DIGITS, "digits", "ring of thumb and index"}

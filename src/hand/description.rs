@@ -2,13 +2,14 @@
 
 use nalgebra::Vector3;
 
-use super::files::{Files, HandFiles};
+use super::files::HandFiles;
 use super::geometry::Geometry;
-use super::model::{Model, check_count};
-use super::side_file::SideFile;
+use super::model::{Model, check_count, subtree_ends};
+use super::side_file::{SideFile, untouching};
 use super::solid::Parts;
+use super::sources::Files;
 use super::{
-    Hand, HandError, Link, PalmFrame, PosedHand, mano, prior, region, roles, self_pairs, surface,
+    Hand, HandError, PalmFrame, PosedHand, mano, prior, region, roles, self_pairs, surface,
 };
 
 /// The hand of some files; `others` provides the files that they refer to.
@@ -83,31 +84,4 @@ fn assemble(model: &Model, side: &SideFile) -> Result<Hand, HandError> {
     };
     hand.check_metric()?;
     Ok(hand)
-}
-
-/// For depth-first links: one past the last link of each subtree.
-pub(super) fn subtree_ends(links: &[Link]) -> Vec<usize> {
-    let mut ends: Vec<usize> = (1..=links.len()).collect();
-    for l in (1..links.len()).rev() {
-        if let Some(parent) = links[l].parent {
-            ends[parent.0] = ends[parent.0].max(ends[l]);
-        }
-    }
-    ends
-}
-
-/// For each link, whether the side file forbids contacts on it.
-pub(super) fn untouching(links: &[Link], side: &SideFile) -> Result<Vec<bool>, HandError> {
-    let known = |name: &String| links.iter().any(|link| &link.name == name);
-    if let Some(name) = side.no_contact.iter().find(|&name| !known(name)) {
-        return Err(HandError::Unknown {
-            place: "\"no_contact\" of the side file".to_owned(),
-            kind: "link",
-            name: name.clone(),
-        });
-    }
-    Ok(links
-        .iter()
-        .map(|link| side.no_contact.contains(&link.name))
-        .collect())
 }

@@ -6,6 +6,9 @@ use parry3d_f64::transformation::try_convex_hull;
 
 use super::LinkId;
 
+/// π (3 − √5), radians.
+pub(super) const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
+
 /// Number of directions that reduce a mesh with more vertices: only the outermost vertex in each direction is kept.
 /// On a ball of 10 mm this loses 0.02 mm.
 const DIRECTIONS: u32 = 1024;
@@ -132,7 +135,7 @@ impl Hull {
 pub(super) fn directions(count: u32) -> impl Iterator<Item = Vector3<f64>> {
     (0..count).map(move |k| {
         let height = 1.0 - (2.0 * f64::from(k) + 1.0) / f64::from(count);
-        let (sin, cos) = (f64::from(k) * super::surface::GOLDEN_ANGLE).sin_cos();
+        let (sin, cos) = (f64::from(k) * GOLDEN_ANGLE).sin_cos();
         let across = (1.0 - height * height).sqrt();
         Vector3::new(across * cos, across * sin, height)
     })

@@ -27,6 +27,7 @@ mod self_pairs;
 mod side_file;
 mod skin;
 mod solid;
+mod sources;
 mod surface;
 mod urdf;
 
@@ -335,7 +336,7 @@ impl Hand {
         let main = Some(["hand", text]);
         let side = side_file.map(|text| ["hand.json", text]);
         let files = HandFiles::of_texts(main.into_iter().chain(side));
-        description::read(&files, &files::NoFiles)
+        description::read(&files, &sources::NoFiles)
     }
 
     /// The hand described by some files: a URDF or MJCF description, recognised by its root element, and the files it

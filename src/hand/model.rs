@@ -383,3 +383,14 @@ impl Model {
         })
     }
 }
+
+/// For depth-first links: one past the last link of each subtree.
+pub(super) fn subtree_ends(links: &[Link]) -> Vec<usize> {
+    let mut ends: Vec<usize> = (1..=links.len()).collect();
+    for l in (1..links.len()).rev() {
+        if let Some(parent) = links[l].parent {
+            ends[parent.0] = ends[parent.0].max(ends[l]);
+        }
+    }
+    ends
+}

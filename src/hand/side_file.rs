@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::HandError;
+use super::{HandError, Link};
 
 /// All entries are optional; missing entries are derived from the description file.
 #[derive(Debug, Clone, Default, Deserialize, Serialize)]
@@ -201,4 +201,20 @@ pub(super) fn parse(text: Option<&str>) -> Result<SideFile, HandError> {
         || Ok(SideFile::default()),
         |text| Ok(serde_json::from_str(text)?),
     )
+}
+
+/// For each link, whether the side file forbids contacts on it.
+pub(super) fn untouching(links: &[Link], side: &SideFile) -> Result<Vec<bool>, HandError> {
+    let known = |name: &String| links.iter().any(|link| &link.name == name);
+    if let Some(name) = side.no_contact.iter().find(|&name| !known(name)) {
+        return Err(HandError::Unknown {
+            place: "\"no_contact\" of the side file".to_owned(),
+            kind: "link",
+            name: name.clone(),
+        });
+    }
+    Ok(links
+        .iter()
+        .map(|link| side.no_contact.contains(&link.name))
+        .collect())
 }

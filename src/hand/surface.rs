@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::hull::Hull;
+use super::hull::{GOLDEN_ANGLE, Hull};
 use super::{Hand, LinkId, PosedHand, SurfacePoint, axis_distance};
 
 /// Default number of surface points: the count from which Liu et al. (2021) sample contacts.
@@ -203,9 +203,6 @@ impl Solids<'_> {
 
 /// Clearance that is checked in front of a face, metres.
 const AHEAD_M: f64 = 1e-5;
-
-/// π (3 − √5), radians.
-pub(super) const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
 
 /// Squared distance along one sheet of the surface; infinite between surfaces that face each other, as on two fingers side
 /// by side.

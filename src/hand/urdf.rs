@@ -5,9 +5,9 @@ use std::sync::Arc;
 use nalgebra::{Rotation3, Vector3};
 use urdf_rs::{Geometry, JointType, Pose, Robot};
 
-use super::files::Files;
 use super::mesh::triangles;
 use super::model::{Body, Coupling, Form, Model, ModelJoint, Part, check_tree};
+use super::sources::Files;
 use super::{Frame, HandError, JointKind};
 
 pub(super) fn read(text: &str, files: &dyn Files) -> Result<Model, HandError> {

@@ -11,19 +11,19 @@ use nalgebra::Vector3;
 use super::field::{Ball, Field, FieldReport, FieldSettings, Level};
 use super::spline::Spline;
 use crate::atomic_file;
-use crate::mesh::Mesh;
+use crate::mesh::{ExactMesh, Mesh};
 
 /// Version of the cache. Raise it whenever baking or the file format changes, so that old files are no longer found.
 const VERSION: u32 = 4;
 const MAGIC: [u8; 8] = *b"LSFIELD\n";
 
-/// The field of `mesh` from the user's cache folder. If it is not there, `bake` makes it and the cache stores it.
-pub(super) fn load_or(
-    mesh: &Mesh,
-    settings: &FieldSettings,
-    bake: impl FnOnce() -> Field,
-) -> Field {
-    load_or_in(folder().as_deref(), mesh, settings, bake)
+impl Field {
+    /// The field of `mesh` from the user's cache folder. A field that is not there is baked and stored.
+    pub fn cached(mesh: &Mesh, exact: &ExactMesh, settings: &FieldSettings) -> Self {
+        load_or_in(folder().as_deref(), mesh, settings, || {
+            Self::bake(mesh, exact, settings)
+        })
+    }
 }
 
 fn load_or_in(

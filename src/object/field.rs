@@ -8,9 +8,9 @@ use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::Shape;
 use super::jet::Jet;
 use super::spline::Spline;
-use super::{Shape, cache};
 use crate::mesh::{ExactMesh, Mesh};
 
 /// Resolution of a field.
@@ -80,11 +80,6 @@ const LEVELS: [[f64; 3]; 3] = [[0.002, 0.034, 0.012], [0.008, 0.2, 0.08], [0.08,
 const JUDGED_BAND_M: f64 = 0.02;
 
 impl Field {
-    /// The field of `mesh` from the user's cache folder. A field that is not there is baked and stored.
-    pub fn cached(mesh: &Mesh, exact: &ExactMesh, settings: &FieldSettings) -> Self {
-        cache::load_or(mesh, settings, || Self::bake(mesh, exact, settings))
-    }
-
     /// Bakes the field of `mesh` in seconds on all threads of the current pool. The result does not depend on their number.
     ///
     /// # Panics

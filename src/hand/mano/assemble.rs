@@ -7,12 +7,12 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use super::super::blend::{Blend, BlendVertex};
 use super::super::capsule_decomposition::capsules_in;
 use super::super::hull::Hull;
-use super::super::model::within;
-use super::super::side_file::SideFile;
+use super::super::model::{subtree_ends, within};
+use super::super::side_file::{SideFile, untouching};
 use super::super::solid::Parts;
 use super::super::{
     Capsule, Frame, Hand, HandError, Joint, JointKind, Link, LinkId, PalmFrame, PosePrior,
-    PosedHand, SurfacePoint, description, region, self_pairs,
+    PosedHand, SurfacePoint, region, self_pairs,
 };
 use super::{ANGLES, Arrays, LINKS, PARENTS};
 use crate::limits::{HAND_POSITION, HAND_SHAPE, HINGE, MANO_NUMBER};
@@ -89,9 +89,9 @@ pub(in super::super) fn assemble(arrays: &Arrays, side: &SideFile) -> Result<Han
     };
     let mut hand = Hand {
         name: side.name.clone().unwrap_or_else(|| "mano".to_owned()),
-        subtree_ends: description::subtree_ends(&links),
+        subtree_ends: subtree_ends(&links),
         link_points: vec![0..0; links.len()],
-        untouching: description::untouching(&links, side)?,
+        untouching: untouching(&links, side)?,
         palm_link: LinkId(0),
         joints: whole.joints(),
         cast_rad: whole.prior.rest_rad.clone(),

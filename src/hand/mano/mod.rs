@@ -100,7 +100,7 @@ impl Reference {
 
     /// Reads the file.
     pub(super) fn read(&self) -> Result<Arrays, HandError> {
-        let bytes = super::files::bytes(&self.mano_file).map_err(|problem| HandError::Mano {
+        let bytes = super::sources::bytes(&self.mano_file).map_err(|problem| HandError::Mano {
             file: self.mano_file.display().to_string(),
             problem: format!(
                 "cannot be read ({problem}); MANO's licence forbids that files of grasps hold it: name your copy with --hand"

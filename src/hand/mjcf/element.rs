@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::super::HandError;
-use super::super::files::Files;
+use super::super::sources::Files;
 
 /// Deepest nesting of elements and of included files.
 const DEEPEST: usize = 200;

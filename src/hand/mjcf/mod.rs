@@ -17,8 +17,8 @@ mod orientation;
 use std::collections::BTreeMap;
 
 use super::HandError;
-use super::files::Files;
 use super::model::Model;
+use super::sources::Files;
 use defaults::Defaults;
 use element::Element;
 use mesh::MeshAsset;
