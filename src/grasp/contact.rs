@@ -12,6 +12,7 @@ use super::term::NormForm;
 pub struct WrenchCost {
     /// Energy per unit of ‖Gc‖ far from zero.
     pub weight: f64,
+    /// Shape of the norm.
     pub form: NormForm,
     /// Radius of the rounding of the norm near zero (0 for the plain norm).
     pub rounding: f64,
@@ -114,10 +115,12 @@ impl ContactSearch {
         self.best_total = f64::INFINITY;
     }
 
+    /// Number of candidates.
     pub fn len(&self) -> usize {
         self.candidates.len()
     }
 
+    /// Whether there are no candidates.
     pub fn is_empty(&self) -> bool {
         self.candidates.is_empty()
     }

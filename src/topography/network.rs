@@ -12,6 +12,7 @@ pub struct MinimumId(pub usize);
 pub struct Minimum {
     /// Coordinates of the minimum.
     pub coordinates: Vec<f64>,
+    /// Energy of the minimum.
     pub energy: f64,
     /// The discrete choice at the minimum (a contact set); empty for smooth energies.
     pub choice: Vec<u32>,
