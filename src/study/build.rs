@@ -1,4 +1,4 @@
-//! From the grasps of one hand on one object to their landscape.
+//! Builds the landscape of the grasps of one hand on one object.
 
 use super::chain_choice::ChainChoice;
 use super::error::StudyError;
@@ -14,20 +14,20 @@ use crate::topography::{
 /// Settings of [`map_population`].
 #[derive(Debug, Clone)]
 pub struct GraspMapSettings {
-    /// Neighbours, descents, paths, groups and seed; its temperature and force where nothing better is found.
+    /// Neighbours, descents, paths, groups and seed. Its temperature and force are used only if no better ones are found.
     pub map: MapSettings,
-    /// Temperature T of attraction–diffusion; `None` chooses the best of a few that are tried on a dozen pairs.
+    /// Temperature T of attraction–diffusion. `None` chooses the best of a few that are tried on a dozen pairs.
     pub temperature: Option<f64>,
-    /// Pull F = αT of attraction–diffusion, energy per metre; chosen likewise.
+    /// Force F = αT of attraction–diffusion, energy per metre. `None` chooses it in the same way.
     pub force: Option<f64>,
-    /// Choose by a magnetisation diagram instead of by a few chains.
+    /// Whether to choose by a magnetisation diagram instead of a few chains.
     pub diagram: bool,
-    /// Map by sequential ADELM as published: every barrier is an upper bound, and the result depends on the order.
+    /// Whether to map by sequential ADELM as published. Every barrier is then an upper bound, and the order matters.
     pub sequential: bool,
 }
 
 impl GraspMapSettings {
-    /// Those of `landscape build` without flags: [`settings_for_grasps`], temperature and force chosen.
+    /// Settings of `landscape build` without flags: [`settings_for_grasps`], with temperature and force chosen.
     pub fn new(energy: &GraspEnergy) -> Self {
         Self {
             map: settings_for_grasps(energy),
@@ -38,7 +38,7 @@ impl GraspMapSettings {
         }
     }
 
-    /// The settings of the map, with the temperature and the force that are given.
+    /// The settings of the map with the given temperature and force.
     pub fn map_settings(&self) -> MapSettings {
         let mut map = self.map.clone();
         map.chain.temperature = self.temperature.unwrap_or(map.chain.temperature);
@@ -47,13 +47,13 @@ impl GraspMapSettings {
     }
 }
 
-/// What a study shares with its caller: the journal and the watcher of its tasks, and who is told that a stage has ended.
+/// Journal, progress observer and stage callback of a study.
 #[derive(Clone, Copy)]
 pub struct StudyRun<'a> {
-    /// Finished tasks and progress.
+    /// Journal and progress observer.
     pub run: Run<'a>,
-    /// Called with the name of each stage (`quench`, `hover`, `diagram` or `choose`, `connect`) when it has ended, and with
-    /// the number of energy evaluations that it took, as far as they were counted.
+    /// Called after each stage with its name (`quench`, `hover`, `diagram` or `choose`, `connect`) and its number of energy
+    /// evaluations, as far as they were counted.
     pub stage_ended: &'a dyn Fn(&str, usize),
 }
 
@@ -77,33 +77,34 @@ impl std::fmt::Debug for StudyRun<'_> {
 pub struct GraspLandscape {
     /// Minima, connections, tree and groups.
     pub landscape: Landscape,
-    /// The settings it was made with, chosen ones included.
+    /// The settings, including chosen ones.
     pub settings: MapSettings,
-    /// Minima in their order of arrival, where the order mattered: sequential ADELM.
+    /// Minima in order of arrival, if the order mattered (sequential ADELM).
     pub arrivals: Option<Vec<MinimumId>>,
     /// How temperature and force were chosen.
     pub choice: ChainChoice,
-    /// What hovering off the object costs.
+    /// The hovering costs.
     pub hover: Vec<HoverCost>,
-    /// Energy evaluations of all stages; those of the hover costs are not counted.
+    /// Energy evaluations of all stages except the hovering costs.
     pub evaluations: usize,
 }
 
-/// Maps the landscape between the grasps of one hand on one object: descends from every grasp, merges equal results into
-/// minima, measures what hovering costs, chooses temperature and force, and connects the minima.
+/// Maps the landscape between the grasps of one hand on one object: descends from every grasp, merges equal minima,
+/// measures the hovering cost, chooses temperature and force, and connects the minima.
 ///
-/// Groups are made at most at the relative barrier that hovering 2 mm off the object costs: a higher one is crossed by
-/// letting go, so that it tells no grasps apart. The result depends on the grasps, the energy and the settings only, not on
-/// threads and interruptions.
+/// The relative barrier of groups is at most the cost of hovering 2 mm off the object. Higher barriers are crossed by
+/// letting go, so they do not distinguish grasps. The result depends only on the grasps, the energy and the settings, not
+/// on threads and interruptions.
 ///
 /// # Errors
-/// [`StudyError::OneMinimum`] if all grasps lie in one minimum, [`StudyError::Journal`] if a finished task cannot be kept.
+/// [`StudyError::OneMinimum`] if all grasps lie in one minimum, [`StudyError::Journal`] if a finished task cannot be
+/// stored.
 ///
 /// # Panics
-/// If the energy is that of another hand than the population's.
+/// If the energy belongs to another hand than the population's.
 ///
 /// # Examples
-/// From a file of grasps to the folder that `landscape build` writes. A real population takes hours.
+/// From a file of grasps to the folder that `landscape build` writes. A large population takes hours.
 ///
 /// ```no_run
 /// use std::path::Path;
@@ -157,7 +158,7 @@ pub fn map_population(
     map.groups.highest = letting_go(&hover);
     let choice = ChainChoice::make(settings, (energy, &kernel), &minima, &mut map, run)?;
     let (landscape, arrivals) = if settings.sequential {
-        // In the order of the grasps that fell into them.
+        // In the order of the grasps that descended to them.
         minima.sort_by_key(|minimum| minimum.members.first().copied());
         let settings = SequentialSettings {
             chain: map.chain.clone(),
@@ -183,13 +184,13 @@ pub fn map_population(
     })
 }
 
-/// The cost of a hand that touches nothing any more by the strict filter's own measure, 2 mm off the object.
+/// The cost of a hand 2 mm off the object, which touches nothing by the strict filter.
 pub(super) fn letting_go(hover: &[HoverCost]) -> Option<f64> {
     let cost = hover.first()?.quartiles[1];
     Some(cost.max(0.0)).filter(|_| !cost.is_nan())
 }
 
-/// Minima from all heights of the landscape: as many as a second pays for.
+/// Minima from all energies of the landscape, few enough for about a second.
 fn probes(minima: &[Minimum]) -> Vec<&[f64]> {
     let count = minima.len().min(32);
     (0..count)

@@ -1,4 +1,4 @@
-//! Temperature and force of the chains of a grasp map: from a few chains, or from a magnetisation diagram.
+//! Chooses temperature and force of the chains of a grasp map, from a few chains or from a magnetisation diagram.
 
 use super::build::{GraspMapSettings, StudyRun};
 use super::error::StudyError;
@@ -11,19 +11,19 @@ use crate::topography::{
     TuningSettings, diagram, log_grid, tune,
 };
 
-/// How temperature and force of the chains came about.
+/// How temperature and force of the chains were chosen.
 #[derive(Debug, Default)]
 pub struct ChainChoice {
-    /// The magnetisation diagram, if it was asked for.
+    /// The magnetisation diagram, if requested.
     pub diagram: Option<Diagram>,
-    /// The few chains that chose instead, unless both values were given.
+    /// The few chains used otherwise, unless both values were given.
     pub tuning: Option<Tuning>,
-    /// Whether both were given.
+    /// Whether both values were given.
     given: bool,
 }
 
 impl ChainChoice {
-    /// Chooses what is not given, and sets it in `map`.
+    /// Chooses the values that are not given and sets them in `map`.
     pub(super) fn make(
         settings: &GraspMapSettings,
         surface: (&GraspEnergy, &GraspKernel<'_>),
@@ -59,13 +59,13 @@ impl ChainChoice {
         Ok(choice)
     }
 
-    /// Evaluations spent on it.
+    /// Evaluations spent on the choice.
     pub fn evaluations(&self) -> usize {
         let diagram = self.diagram.as_ref().map_or(0, |found| found.evaluations);
         diagram + self.tuning.as_ref().map_or(0, |found| found.evaluations)
     }
 
-    /// How temperature and force were chosen, in words.
+    /// Describes how temperature and force were chosen.
     pub fn spell(&self) -> String {
         let measured = self.diagram.as_ref().map(|found| {
             let best = found.recommended.as_ref();
@@ -85,7 +85,7 @@ impl ChainChoice {
     }
 }
 
-/// A few chains at few temperatures and forces about those that suit a hand, or at the one that is given.
+/// Tries a few chains at temperatures and forces typical of hands, or at the given ones.
 fn try_few(
     settings: &GraspMapSettings,
     (energy, kernel): (&GraspEnergy, &GraspKernel<'_>),
@@ -110,7 +110,7 @@ fn try_few(
     tune(energy, kernel, minima, &settings, run)
 }
 
-/// The diagram of a hand: temperatures and forces about those that suit it, forces in units of the slope of one contact.
+/// Measures the diagram at temperatures and forces typical of hands, with forces in units of the slope of one contact.
 fn measure(
     (energy, kernel): (&GraspEnergy, &GraspKernel<'_>),
     minima: &[Minimum],
@@ -132,7 +132,7 @@ fn measure(
     diagram(energy, kernel, minima, &settings, run)
 }
 
-/// `diagram.json` and the picture.
+/// Writes `diagram.json` and the picture.
 pub(super) fn write(found: &Diagram, title: &str, folder: &AtomicFolder) -> Result<(), StudyError> {
     let text = format!("{:#}\n", super::json(found));
     folder.write("diagram.json", text.as_bytes())?;

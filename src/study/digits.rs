@@ -1,10 +1,9 @@
-//! Digits of numbers in reports, whatever their unit.
+//! Number formats of reports for any unit.
 
-/// How numbers that belong together are written: with six decimals where they differ by about one, as powers of ten in
-/// units that are far larger or smaller than that.
+/// Format of related numbers: six decimals if their differences are of usual size, otherwise powers of ten.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Digits {
-    /// Digits behind the first one, of powers of ten.
+    /// Decimals of the mantissa, if powers of ten are used.
     powers: Option<usize>,
 }
 
@@ -13,7 +12,7 @@ impl Digits {
     /// Differences that six decimals show well.
     const USUAL: std::ops::Range<f64> = 1e-2..1e9;
 
-    /// For these numbers: six digits of their range.
+    /// The format that shows the range of the values with six digits.
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
@@ -40,7 +39,7 @@ impl Digits {
         }
     }
 
-    /// A change, with its sign; none is no negative one.
+    /// A change with its sign; zero has a plus sign.
     pub(crate) fn change(self, change: f64) -> String {
         let decimals = Self::DECIMALS;
         if self.powers.is_some() {
@@ -69,7 +68,7 @@ mod tests {
         let joules = Digits::of([-3.2e-20, -1.1e-20]);
         assert_eq!(joules.show(-1.123456789e-20), "-1.123457e-20");
         assert_eq!(joules.change(1e-21), "+1.000000e-21");
-        // Far from zero the digits of the differences count.
+        // Far from zero the digits of the differences matter.
         let far = Digits::of([1.0, 1.0 + 1e-4]);
         assert_eq!(far.show(1.00001234), "1.0000123400e0");
         for values in [vec![], vec![0.0], vec![f64::NAN], vec![2.5]] {

@@ -1,4 +1,4 @@
-//! Pictures of a network and its tree, with views applied, and the same as text for other programs.
+//! Pictures and text files of a network and its tree, with views applied.
 
 use std::fmt::Write as _;
 
@@ -11,27 +11,26 @@ use crate::topography::{
     self, Ancestors, Evidence, MinimumId, Network, Tree, spanning_forest, support,
 };
 
-/// Names of the pictures, without what tells groups from minima and without their format.
+/// Names of the pictures, without resolution (groups or minima) and format.
 const PICTURES: [&str; 2] = ["disconnectivity", "barriers"];
 
-/// Takes the name and the bytes of a file.
+/// Callback that stores a file with the given name and bytes.
 pub type Put<'a> = &'a mut dyn FnMut(&str, &[u8]) -> Result<(), StoreError>;
 
-/// What pictures say.
+/// Texts and layout seed of the pictures.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Titles {
-    /// What the landscape is of.
+    /// Name of the landscape.
     pub title: String,
     /// Name and unit of the energy.
     pub energy: String,
-    /// What the members of minima are, plural.
+    /// Name of the members of minima, plural.
     pub members: String,
     /// Seed of the layout.
     pub seed: u64,
 }
 
 impl Titles {
-    /// Of so many grasps of a hand on an object, named in this order.
     pub(super) fn of_grasps(grasps: usize, [hand, object]: [&str; 2], seed: u64) -> Self {
         Self {
             title: format!("{grasps} grasps, {hand} hand on {object}"),
@@ -41,7 +40,6 @@ impl Titles {
         }
     }
 
-    /// Of a surface.
     pub(super) fn of_surface(title: String, members: &str, seed: u64) -> Self {
         Self {
             title,
@@ -51,13 +49,12 @@ impl Titles {
         }
     }
 
-    /// Those that a finished landscape was drawn with; with another seed, if one is given.
+    /// The titles that a finished landscape was drawn with, with another seed if one is given.
     pub fn of_manifest(manifest: &Manifest, seed: Option<u64>) -> Self {
         let seed = seed.unwrap_or(manifest.seed);
         match (&manifest.hand, &manifest.object) {
             (Some(hand), Some(object)) => {
                 let names = [hand.name.as_str(), object.name.as_str()];
-                // As many as there are in the file.
                 let grasps = usize::try_from(manifest.counts.grasps).unwrap_or(usize::MAX);
                 Self::of_grasps(grasps, names, seed)
             }
@@ -66,44 +63,44 @@ impl Titles {
     }
 }
 
-/// What is to be drawn.
+/// A landscape to be drawn.
 #[derive(Debug)]
 pub struct Drawing<'a> {
     /// Minima and connections.
     pub network: &'a Network,
     /// Its tree of merges.
     pub tree: &'a Tree,
-    /// Trees of resampled chains, which tell the support of merges; none where it is not known.
+    /// Trees of resampled chains, for the support of merges; empty if unknown.
     pub resampled: &'a [Tree],
-    /// One a minimum.
+    /// One leaf for each minimum.
     pub leaves: Vec<Leaf>,
     /// The group of each minimum, numbered without gaps.
     pub group_of: Vec<usize>,
-    /// What the pictures say.
+    /// Texts of the pictures.
     pub titles: &'a Titles,
-    /// What is shown.
+    /// Which part is shown.
     pub views: Views,
-    /// Pictures of some minima, for below the disconnectivity graph of the groups.
+    /// Pictures of some minima, drawn below the disconnectivity graph of the groups.
     pub examples: Vec<(MinimumId, Picture)>,
 }
 
-/// What is shown of a landscape; by default everything.
+/// Which part of a landscape is shown; by default all of it.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Views {
-    /// So many minima of the lowest energy.
+    /// Number of lowest minima to show.
     pub lowest: Option<usize>,
-    /// Minima with at least so many members.
+    /// Least number of members of a minimum.
     pub members: Option<usize>,
-    /// Only the bottoms of monotonic sequences: minima that no connection joins to a lower one.
+    /// Whether to show only the bottoms of monotonic sequences, which no connection joins to a lower minimum.
     pub monotonic: bool,
-    /// Raise every merge to the next of so many even levels.
+    /// Number of even levels to which merges are raised.
     pub levels: Option<usize>,
-    /// Minima named; no names, no choice.
+    /// Names of the minima to show; empty for all.
     pub picked: Vec<MinimumId>,
 }
 
 impl Views {
-    /// Filters, then levels, which are returned, too. `picked` names leaves of this tree.
+    /// Applies the filters and then the levels, which are returned too. `picked` names leaves of this tree.
     fn of(&self, network: &Network, tree: &Tree, picked: &[MinimumId]) -> (View, Option<Levels>) {
         let mut view = View::whole(tree);
         if !picked.is_empty() {
@@ -128,7 +125,7 @@ impl Views {
         }
     }
 
-    /// What a title says of it.
+    /// Description for a title.
     fn spell(&self) -> String {
         let mut parts = Vec::new();
         if !self.picked.is_empty() {
@@ -150,11 +147,9 @@ impl Views {
     }
 }
 
-/// Groups are named in the pictures, as `inspect --path g0 g4` asks for them, up to so many: more names would cover what they
-/// name.
+/// Greatest number of groups that are named in pictures, as in `inspect --path g0 g4`. More names would hide the groups.
 const MOST_NAMED: usize = 60;
 
-/// One of the two resolutions: minima, or groups of them.
 struct Shown<'a> {
     examples: Vec<(MinimumId, Picture)>,
     network: &'a Network,
@@ -168,7 +163,7 @@ impl Drawing<'_> {
     /// Width of a disconnectivity graph, canvas units.
     pub const WIDTH: u32 = 1600;
 
-    /// Whether [`Drawing::write`] writes a file of this name.
+    /// Whether [`Drawing::write`] writes a file with this name.
     pub fn writes(name: &str) -> bool {
         let texts = ["tree.nwk", "tree.dot", "tree.json", "barriers.graphml"];
         let picture = name.strip_suffix(".svg").or(name.strip_suffix(".png"));
@@ -176,14 +171,14 @@ impl Drawing<'_> {
         texts.contains(&name) || picture.is_some_and(|stem| PICTURES.contains(&stem))
     }
 
-    /// Gives `put` the tree (Newick, DOT, JSON) and the network (GraphML) of the minima as they are shown, and the pictures
-    /// of minima and of groups (SVG and PNG).
+    /// Gives `put` the tree (Newick, DOT, JSON) and the network (GraphML) of the visible minima, and the pictures of minima
+    /// and of groups (SVG and PNG).
     ///
     /// # Errors
-    /// The first error of `put`, or of a picture that cannot be drawn.
+    /// The first error of `put`, or of a picture.
     ///
     /// # Panics
-    /// If there is not one leaf and one group a minimum.
+    /// If there is not one leaf and one group for each minimum.
     pub fn write(&self, put: Put<'_>) -> Result<(), StudyError> {
         let (view, levels) = (self.views).of(self.network, self.tree, &self.views.picked);
         let name = |id: MinimumId| format!("m{}", view.minima[id.0].0);
@@ -242,7 +237,7 @@ impl Drawing<'_> {
         Ok(())
     }
 
-    /// The disconnectivity graph and the barrier graph, as SVG and PNG.
+    /// Writes the disconnectivity graph and the barrier graph as SVG and PNG.
     fn pictures(&self, shown: &Shown<'_>, ending: &str, put: Put<'_>) -> Result<(), StudyError> {
         let (view, levels) = (self.views).of(shown.network, &shown.tree, &shown.picked);
         let legible = at_most(&view, DisconnectivityPicture::MOST_LEAVES);
@@ -263,7 +258,7 @@ impl Drawing<'_> {
         Ok(())
     }
 
-    /// What is drawn, and how much of all there is: a view, and of it what is legible.
+    /// Title that names the part drawn: the view, and how much of it is legible.
     fn title(&self, shown: &Shown<'_>, view: &View, legible: &View, ending: &str) -> String {
         let mut spelled = self.views.spell();
         let drawn = legible.minima.len();
@@ -328,7 +323,6 @@ impl Drawing<'_> {
     }
 }
 
-/// The lowest minima of a view, if there are more than that; otherwise the view as it is.
 fn at_most(view: &View, most: usize) -> View {
     if view.minima.len() > most {
         view.lowest(most)
@@ -344,7 +338,7 @@ fn leaves_shown(shown: &Shown<'_>, view: &View) -> Vec<Leaf> {
         .collect()
 }
 
-/// A sentence for the summary of so many minima, where the pictures do not show all.
+/// A sentence for the summary if the pictures do not show all of these minima.
 pub(super) fn not_drawn(minima: usize) -> Option<String> {
     let [leaves, nodes] = [
         DisconnectivityPicture::MOST_LEAVES,
@@ -359,7 +353,7 @@ pub(super) fn not_drawn(minima: usize) -> Option<String> {
     })
 }
 
-/// Resampled trees as a view shows them: a merge that is shown is as sure as it is among the minima that are shown.
+/// Resampled trees in a view. The support of a visible merge refers to the visible minima only.
 fn shown_of(resampled: &[Tree], view: &View, levels: Option<Levels>) -> Vec<Tree> {
     let shown = resampled.iter().map(|tree| {
         let other = View::whole(tree).picked(&view.minima);
@@ -369,7 +363,7 @@ fn shown_of(resampled: &[Tree], view: &View, levels: Option<Levels>) -> Vec<Tree
     shown.collect()
 }
 
-/// The support of the merge that each edge of the tree makes; none for the other edges.
+/// Support of the merge that each edge of the tree makes; `None` for other edges.
 fn of_edges(network: &Network, tree: &Tree, support: &[Option<f64>]) -> Vec<Option<f64>> {
     let mut of_edges = vec![None; network.edge_count()];
     let ancestors = Ancestors::of(tree);
@@ -382,15 +376,15 @@ fn of_edges(network: &Network, tree: &Tree, support: &[Option<f64>]) -> Vec<Opti
     of_edges
 }
 
-/// The network of a view that hides anything.
+/// The network of a view, if it hides anything.
 fn visible(network: &Network, view: &View) -> Option<Network> {
     let hides = view.minima.len() < network.node_count();
     hides.then(|| restricted(network, &view.minima, Evidence::Chain))
 }
 
-/// Where the highest twentieth of the merges would squash the rest: how many merges lie above which height.
+/// Number of merges that would squash the others in a picture (at most a twentieth), and the height below them.
 fn squashing(tree: &Tree) -> Option<(usize, f64)> {
-    // A merge of several branches counts as often as it joins two.
+    // A merge of n branches counts n − 1 times.
     let merges = tree.nodes.iter().filter(|node| node.minimum.is_none());
     let heights: Vec<f64> = merges
         .flat_map(|node| vec![node.energy; node.children.len() - 1])
@@ -436,7 +430,7 @@ mod tests {
 
     #[test]
     fn only_what_squashes_the_rest_is_cut_off() {
-        // Energies may be negative: heights count from the lowest minimum.
+        // Energies may be negative, so heights are measured from the lowest minimum.
         assert_eq!(squashing(&ladder(&[-9.0, -8.5, -8.0])), None);
         let mut heights = vec![-9.0; 20];
         heights.push(5.0);

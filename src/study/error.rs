@@ -1,4 +1,4 @@
-//! Why a study could not be made.
+//! Errors of studies.
 
 use crate::figure::FigureError;
 use crate::grasp::energy::EnergySettingsError;
@@ -6,11 +6,11 @@ use crate::hand::HandError;
 use crate::store::{RebuildError, StoreError};
 use crate::topography::JournalError;
 
-/// Why a landscape could not be mapped, described or drawn.
+/// Reason why a landscape could not be mapped, described or drawn.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum StudyError {
-    /// A landscape lies between at least two minima.
+    /// All grasps lie in one minimum, but a landscape needs two.
     #[error("all {grasps} grasps lie in one minimum: there is nothing to connect")]
     OneMinimum {
         /// Number of grasps.
@@ -25,10 +25,10 @@ pub enum StudyError {
         surface: String,
         /// Number of searches.
         searches: usize,
-        /// How they ended, in words.
+        /// Description of how they ended.
         ends: String,
     },
-    /// The landscape is of a surface, which has no hand.
+    /// The landscape belongs to a surface, which has no hand.
     #[error("{0} is not a landscape of grasps: there is nothing the taxonomy could name")]
     NotOfGrasps(String),
     /// The minima are not poses of the hand.
@@ -48,18 +48,18 @@ pub enum StudyError {
     Object {
         /// The landscape.
         landscape: String,
-        /// Why.
+        /// The reason.
         source: RebuildError,
     },
-    /// The energy of a landscape is of another program or version.
+    /// The energy of a landscape belongs to another program or version.
     #[error("the energy of {landscape} is not one this program knows")]
     Energy {
         /// The landscape.
         landscape: String,
-        /// Why.
+        /// The reason.
         source: serde_json::Error,
     },
-    /// The tables hold no points of the path between two minima.
+    /// The tables contain no points of the path between two minima.
     #[error("the landscape holds no path from m{a} to m{b}")]
     NoPath {
         /// One minimum.
@@ -70,7 +70,7 @@ pub enum StudyError {
     /// The manifest of a landscape has no group barrier.
     #[error("the landscape does not tell its group barrier")]
     NoGroupBarrier,
-    /// A hand that comes with the program cannot be read.
+    /// A built-in hand cannot be read.
     #[error(transparent)]
     Hand(#[from] HandError),
     /// A hand or its energy cannot be built.
@@ -79,7 +79,7 @@ pub enum StudyError {
     /// A setting of the energy is out of its range.
     #[error(transparent)]
     Settings(#[from] EnergySettingsError),
-    /// A finished task cannot be kept.
+    /// A finished task cannot be stored.
     #[error(transparent)]
     Journal(#[from] JournalError),
     /// A file cannot be written.

@@ -1,4 +1,4 @@
-//! Minima in the colours of the taxonomy, and rendered examples of them.
+//! Taxonomy colours of minima, and rendered examples.
 
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -12,18 +12,18 @@ use crate::grasp::Grasp;
 use crate::store::{LandscapeFiles, MinimumRow};
 use crate::topography::MinimumId;
 
-/// Which differences between grasp types colours show.
+/// Differences between grasp types that colours show.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Colouring {
     /// Power, intermediate, precision.
     Category,
-    /// Power grasps of spheres, disks and cylinders beside precision grasps.
+    /// Power grasps of spheres, disks and cylinders, and precision grasps.
     Power,
-    /// Sphere grasps beside tripods and quadpods.
+    /// Sphere grasps, tripods and quadpods.
     Spheres,
 }
 
-/// Numbers of types (Feix et al. 2016).
+/// Type numbers (Feix et al. 2016).
 const POWER_SPHERES: [u8; 3] = [11, 26, 28];
 const DISKS: [u8; 1] = [10];
 const CYLINDERS: [u8; 3] = [1, 2, 3];
@@ -31,7 +31,7 @@ const SPHERES: [u8; 2] = [11, 13];
 const TRIPODS: [u8; 2] = [14, 27];
 
 impl Colouring {
-    /// What a legend calls a grasp of this name.
+    /// Legend text for a grasp of this name.
     fn label(self, named: &MinimumName) -> &'static str {
         let is = |types: &[u8]| named.number.is_some_and(|number| types.contains(&number));
         match (self, named.category) {
@@ -48,7 +48,6 @@ impl Colouring {
     }
 }
 
-/// A long name in two lines.
 fn in_two(name: &str) -> Vec<String> {
     const SHORT: usize = 14;
     let ends = name.match_indices([' ', '/']).map(|(place, _)| place + 1);
@@ -59,7 +58,7 @@ fn in_two(name: &str) -> Vec<String> {
     }
 }
 
-/// The names of a landscape's minima, for its pictures.
+/// The names of a landscape's minima, for pictures.
 #[derive(Debug)]
 pub struct MinimumNames {
     setting: GraspSetting,
@@ -67,28 +66,28 @@ pub struct MinimumNames {
 }
 
 impl MinimumNames {
-    /// Names the minima by the standard rule; labels that the landscape was built with win. `name` is what errors call the
-    /// landscape.
+    /// Names the minima by the standard rule. Labels given when the landscape was built override it. `name` is the
+    /// landscape's name in errors.
     ///
     /// # Errors
-    /// As [`GraspSetting::of`].
+    /// Those of [`GraspSetting::of`].
     pub fn of(files: &LandscapeFiles, name: &str) -> Result<Self, StudyError> {
         let setting = GraspSetting::of(files, name)?;
         let names = setting.names(files, Rule::standard());
         Ok(Self { setting, names })
     }
 
-    /// What the legend calls each minimum.
+    /// Legend text of each minimum.
     pub fn labels(&self, colouring: Colouring) -> Vec<String> {
         let label = |named| colouring.label(named).to_owned();
         self.names.iter().map(label).collect()
     }
 
-    /// Rendered minima, so many at most: of each type the one in the group with most grasps, at least one of each category
-    /// that occurs, then those of the largest groups; no two of one group, and each labelled as its group is drawn.
+    /// At most `count` rendered minima: first one of each category, then of each type, then of the largest groups, always
+    /// from the groups with most grasps. No two are of one group, and each has the label with which its group is drawn.
     ///
     /// # Panics
-    /// If there is not one group and one leaf a minimum.
+    /// If there is not one group and one leaf for each minimum.
     pub fn examples(
         &self,
         files: &LandscapeFiles,
@@ -119,7 +118,7 @@ impl MinimumNames {
         chosen.par_iter().map(picture).collect()
     }
 
-    /// The first `count` of `order`, of each category first, then of each type, then any; no two of one group.
+    /// The first `count` of `order` by category, then by type, then any, with no two of one group.
     fn chosen(&self, order: &[usize], group_of: &[usize], count: usize) -> Vec<usize> {
         let mut chosen: Vec<usize> = Vec::new();
         let categories: [fn(&MinimumName, &MinimumName) -> bool; 3] = [
@@ -142,7 +141,7 @@ impl MinimumNames {
     }
 }
 
-/// The minima by the number of grasps of their group, then of their own, most first.
+/// The minima sorted by the number of grasps of their group and then their own, most first.
 fn order(minima: &[MinimumRow], group_of: &[usize]) -> Vec<usize> {
     let groups = group_of.iter().max().map_or(0, |most| most + 1);
     let mut grasps = vec![0; groups];

@@ -1,4 +1,4 @@
-//! Landscapes of other programs: `min.data` and `ts.data` as a landscape folder.
+//! Landscapes of other programs: a landscape folder from `min.data` and `ts.data`.
 
 use std::collections::BTreeMap;
 
@@ -15,7 +15,7 @@ use crate::store::{AtomicFolder, Counts, EdgeRow, LandscapeFiles, Manifest, Mini
 use crate::topography::exchange::{Database, Layout};
 use crate::topography::{Evidence, GroupSettings, Groups, Network, Tree};
 
-/// A landscape of another program: `min.data` and `ts.data` of PATHSAMPLE or topsearch.
+/// A landscape of another program, from `min.data` and `ts.data` of PATHSAMPLE or topsearch.
 #[derive(Debug)]
 pub struct ImportedLandscape<'a> {
     database: &'a Database,
@@ -28,7 +28,7 @@ pub struct ImportedLandscape<'a> {
 }
 
 impl<'a> ImportedLandscape<'a> {
-    /// The tree and the groups of what was read; `source` names the folder, `command` is the command line that remakes it.
+    /// Builds tree and groups. `source` names the folder, and `command` is the command line that repeats the import.
     pub fn new(
         database: &'a Database,
         layout: Layout,
@@ -48,7 +48,7 @@ impl<'a> ImportedLandscape<'a> {
         }
     }
 
-    /// Writes the tables, the pictures, the texts and the summary of `landscape import` into `folder`. Returns the summary.
+    /// Writes the tables, pictures, texts and summary of `landscape import` into `folder` and returns the summary.
     ///
     /// # Errors
     /// If the folder cannot be written, or a number is not finite.

@@ -1,4 +1,4 @@
-//! The path between two minima of a finished landscape that rises least.
+//! The minimax path between two minima of a finished landscape.
 
 use super::error::StudyError;
 use crate::energy::Piecewise;
@@ -7,10 +7,10 @@ use crate::space::{PoseSpace, Space};
 use crate::store::{LandscapeFiles, PathPoint};
 use crate::topography::{MinimumId, Network, minimax_path};
 
-/// A minimax path: of all that lead from one minimum to another, one whose highest point is lowest.
+/// A minimax path, which has the lowest highest point of all paths between two minima.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MinimaxPath {
-    /// The minima it passes through, both ends included.
+    /// The minima along the path, including both ends.
     pub minima: Vec<MinimumId>,
     /// Its points, in order.
     pub points: Vec<Waypoint>,
@@ -19,18 +19,18 @@ pub struct MinimaxPath {
 /// A point of a [`MinimaxPath`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Waypoint {
-    /// The point as it is on file, but turned by the object's symmetry so that it lies next to the one before.
+    /// The point in the file, turned by the object's symmetry so that it lies next to the previous one.
     pub point: PathPoint,
-    /// Length of the path up to here, metres.
+    /// Length of the path to this point, metres.
     pub along_m: f64,
 }
 
 impl MinimaxPath {
-    /// The path between two minima of a landscape of grasps; `None` where no path joins them. `space` is that of the hand
-    /// and the object.
+    /// The path between two minima of a landscape of grasps; `None` if no path joins them. `space` is that of hand and
+    /// object.
     ///
     /// # Errors
-    /// [`StudyError::NoPath`] if the tables hold no points of a part of it.
+    /// [`StudyError::NoPath`] if the tables have no points of a part of the path.
     ///
     /// # Panics
     /// If a minimum is not in the network.
@@ -49,7 +49,7 @@ impl MinimaxPath {
 }
 
 impl Waypoint {
-    /// With the contact set, if the file does not tell it, and with the energy of all terms for this set.
+    /// Adds the contact set, if the file does not have it, and the energy by term for this set.
     #[must_use]
     pub fn explained(&self, energy: &GraspEnergy) -> Self {
         let x = &self.point.coordinates;
@@ -71,13 +71,12 @@ impl Waypoint {
         }
     }
 
-    /// Energy by term, in the order of the energy's terms; empty where it is not known.
+    /// Energy by term, in the order of the energy's terms; empty if unknown.
     pub fn terms(&self) -> &[f64] {
         self.point.terms.as_deref().unwrap_or_default()
     }
 }
 
-/// The points of the paths along a route.
 fn points(
     files: &LandscapeFiles,
     space: &PoseSpace,
@@ -104,7 +103,7 @@ fn points(
                 along_m =
                     last.along_m + space.distance(&last.point.coordinates, &point.coordinates);
             }
-            // Where one path ends the next one begins.
+            // Each path begins where the previous one ends.
             if (points.last()).is_none_or(|last| along_m - last.along_m > 1e-9) {
                 points.push(Waypoint { point, along_m });
             }

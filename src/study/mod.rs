@@ -1,4 +1,5 @@
-//! The main path as library calls: from grasps to their landscape, and from a landscape to tables, a report and drawings.
+//! The main workflow as library calls: from grasps to their landscape, and from a landscape to tables, reports and
+//! drawings.
 //!
 //! | from | to | call |
 //! | --- | --- | --- |
@@ -8,12 +9,12 @@
 //! | a searched surface | tables, pictures, `summary.md` | [`SurfaceReport::write`] |
 //! | `min.data` and `ts.data` | the same | [`ImportedLandscape::write`] |
 //! | a landscape | pictures of a part of it | [`Drawing::write`] with [`Views`] |
-//! | two minima of a landscape | the path between them that rises least | [`MinimaxPath::between`] |
+//! | two minima of a landscape | the minimax path between them | [`MinimaxPath::between`] |
 //! | the minima of a landscape | their types in the GRASP taxonomy | [`GraspSetting::names`] |
 //! | named minima | statistics of heights against types, and a paper's claims | [`compare_with_taxonomy`] with [`ClaimSettings`] |
 //! | two landscapes | the types that each of them holds | [`compare_types`] |
 //!
-//! [`store`](crate::store) reads and writes the files; nothing here reads arguments or prints.
+//! [`store`](crate::store) reads and writes the files. Nothing here reads arguments or prints.
 
 mod build;
 mod chain_choice;
@@ -54,7 +55,7 @@ use surface::spell;
 pub use surface::{Subject, SurfaceReport, search_surface};
 pub(crate) use tables::group_of;
 
-/// How often each name occurs, most frequent first.
+/// Counts of each name, most frequent first.
 pub(crate) fn tally<'a>(names: impl Iterator<Item = &'a str>) -> Vec<(String, usize)> {
     let mut counts = BTreeMap::new();
     for name in names {
@@ -65,13 +66,12 @@ pub(crate) fn tally<'a>(names: impl Iterator<Item = &'a str>) -> Vec<(String, us
     counts
 }
 
-/// The middle of some values, the upper one of two.
+/// The median, the upper one of an even number of values.
 pub(crate) fn median(mut values: Vec<f64>) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied()
 }
 
-/// What a file says of plain data.
 fn json(value: impl Serialize) -> Value {
     serde_json::to_value(value).expect("plain data with text keys is always JSON")
 }

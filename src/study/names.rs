@@ -1,4 +1,4 @@
-//! What the minima of a landscape are called.
+//! Taxonomy names of the minima of a landscape.
 
 use std::sync::Arc;
 
@@ -16,28 +16,28 @@ use crate::store::{LandscapeFiles, MinimumRow};
 pub struct GraspSetting {
     /// The hand.
     pub hand: Arc<Hand>,
-    /// The object, at its scale.
+    /// The object, with its scale.
     pub object: Arc<Object>,
 }
 
-/// What the taxonomy calls a minimum.
+/// Taxonomy name of a minimum.
 #[derive(Debug)]
 pub struct MinimumName {
-    /// Number of the type, where the label is one.
+    /// Number of the type, if the label is a type.
     pub number: Option<u8>,
-    /// The category, where the label is a type or a cell.
+    /// The category, if the label is a type or a cell.
     pub category: Option<Category>,
-    /// The cell of the taxonomy's table, likewise.
+    /// The cell of the taxonomy's table, if the label is a type or a cell.
     pub cell: Option<String>,
-    /// What the rule says.
+    /// The label by the rule.
     pub rule: Label,
 }
 
 impl GraspSetting {
-    /// Builds hand and object of a landscape; `name` is what errors call it.
+    /// Builds hand and object of a landscape; `name` is its name in errors.
     ///
     /// # Errors
-    /// If it is not of grasps, its minima are not poses of its hand, or hand or object cannot be built.
+    /// If it is not a landscape of grasps, if its minima are not poses of its hand, or if hand or object cannot be built.
     pub fn of(files: &LandscapeFiles, name: &str) -> Result<Self, StudyError> {
         let manifest = &files.manifest;
         let (Some(hand), Some(object)) = (&manifest.hand, &manifest.object) else {
@@ -62,10 +62,10 @@ impl GraspSetting {
         Ok(Self { hand, object })
     }
 
-    /// The energy whose landscape it is.
+    /// The energy of the landscape.
     ///
     /// # Errors
-    /// If the settings in the manifest are not valid.
+    /// If the settings in the manifest are invalid.
     pub fn energy(&self, files: &LandscapeFiles, name: &str) -> Result<GraspEnergy, StudyError> {
         let settings = serde_json::from_value(files.manifest.energy.clone());
         let settings: EnergySettings = settings.map_err(|source| StudyError::Energy {
@@ -79,7 +79,7 @@ impl GraspSetting {
         )?)
     }
 
-    /// Names of all minima: labels that the landscape was built with win over the rule's.
+    /// Names of all minima. Labels given when the landscape was built override the rule.
     pub fn names(&self, files: &LandscapeFiles, rule: &Rule) -> Vec<MinimumName> {
         let labeller = Labeller::new(&self.hand, &self.object, rule);
         files
@@ -102,7 +102,7 @@ impl MinimumName {
         match given {
             Some(text) => {
                 let named = taxonomy.named(text);
-                // An ambiguous grasp's label is its cell.
+                // The label of an ambiguous grasp is its cell.
                 let like = named.or_else(|| taxonomy.types.iter().find(|entry| entry.cell == text));
                 Self {
                     number: named.map(|entry| entry.number),
@@ -123,7 +123,7 @@ impl MinimumName {
         }
     }
 
-    /// The type, else the cell, else `unlisted`.
+    /// The type, or else the cell, or else `unlisted`.
     pub fn text(&self) -> &str {
         let entry = self
             .number

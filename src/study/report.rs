@@ -1,4 +1,4 @@
-//! What is said of a landscape of grasps: the tables, the manifest and the summary.
+//! Report of a landscape of grasps: the tables, the manifest and the summary.
 
 use std::collections::BTreeMap;
 
@@ -17,7 +17,7 @@ use crate::store::{AtomicFolder, Counts, GraspRow, LandscapeFiles, Manifest, Pop
 use crate::topography::exchange::Database;
 use crate::topography::{Evidence, Merge, MinimumId};
 
-/// A mapped population and everything that describes it.
+/// A mapped population and its report.
 #[derive(Debug)]
 pub struct GraspReport<'a> {
     /// The landscape.
@@ -28,9 +28,9 @@ pub struct GraspReport<'a> {
     pub population: &'a Population<'a>,
     /// The file of the grasps.
     pub source: Source,
-    /// The command line that remakes it.
+    /// The command line that repeats the mapping.
     pub command: String,
-    /// What a reader should know of the grasps.
+    /// Warnings about the grasps.
     pub warnings: Vec<String>,
 }
 
@@ -57,7 +57,7 @@ impl GraspReport<'_> {
         )
     }
 
-    /// Writes the tables, the pictures, the texts and the summary of `landscape build` into `folder`. Returns the summary.
+    /// Writes the tables, pictures, texts and summary of `landscape build` into `folder` and returns the summary.
     ///
     /// # Errors
     /// If the folder cannot be written, or a number is not finite.
@@ -72,7 +72,7 @@ impl GraspReport<'_> {
         if let Some(diagram) = &self.found.choice.diagram {
             chain_choice::write(diagram, &titles.title, folder)?;
         }
-        // It lists the checksums of all tables, so it comes after them.
+        // The manifest lists the checksums of all tables, so it comes last.
         files.write(folder)?;
         let text = self.summary(&mapped, &merges, &unseen, &files);
         let text = printable(&text, &['\n', '\t']).into_owned();
@@ -134,7 +134,6 @@ impl GraspReport<'_> {
         }
     }
 
-    /// What a reader should know before trusting the landscape.
     fn warnings(&self, merges: &[Merge]) -> Vec<String> {
         let found = self.found;
         let mut warnings = self.warnings.clone();
@@ -176,7 +175,6 @@ impl GraspReport<'_> {
         warnings
     }
 
-    /// `summary.md`.
     fn summary(
         &self,
         mapped: &Mapped<'_>,
@@ -280,7 +278,7 @@ impl GraspReport<'_> {
     }
 }
 
-/// A row and its label: the human one, else the automatic one.
+/// A row and its label: the human label, or else the automatic one.
 fn input(grasp: &GraspRow) -> Input {
     Input {
         id: grasp.id,

@@ -3,16 +3,15 @@
 use crate::grasp::GraspEnergy;
 use crate::topography::{ChainSettings, MapSettings, MatchTolerance, PathSettings, SeamSettings};
 
-/// The slope of the distance term of one contact, energy per metre: the unit of the pull of a chain, which must beat the
-/// slope of all contacts at once.
+/// The slope of the distance term of one contact, energy per metre. It is the unit of a chain's force, which must exceed
+/// the slope of all contacts together.
 pub(super) fn contact_slope(energy: &GraspEnergy) -> f64 {
     energy.settings().distance_weight / energy.unit_m()
 }
 
-/// Settings of [`build_landscape`](crate::topography::build_landscape) for the grasps of a hand, as `landscape build` uses them: energies are of the order of one
-/// tenth, lengths of centimetres.
-///
-/// Nearby minima that differ by less than the spacing of the hand's surface points are one grasp.
+/// Settings of [`build_landscape`](crate::topography::build_landscape) for the grasps of a hand, as in `landscape build`.
+/// Energies are of order 0.1, and lengths are centimetres. Minima that differ by less than the spacing of the hand's
+/// surface points are one grasp.
 pub fn settings_for_grasps(energy: &GraspEnergy) -> MapSettings {
     let mut settings = MapSettings::for_scales(0.3, 0.04);
     settings.neighbours = 6;
@@ -46,7 +45,7 @@ pub fn settings_for_grasps(energy: &GraspEnergy) -> MapSettings {
         rounds: 3,
         max_step: 0.004,
         force_tolerance: 2.0,
-        // Farther than any step: Newton's own steps are taken as they are.
+        // Longer than any step, so that Newton steps are not limited.
         saturation: 1.0,
         seams: Some(SeamSettings {
             spacing: 5e-4,

@@ -1,4 +1,4 @@
-//! What `landscape surface` says of a search: the tables, the manifest and the summary.
+//! Report of `landscape surface`: the tables, the manifest and the summary of a search.
 
 use std::collections::BTreeMap;
 
@@ -19,43 +19,42 @@ use crate::topography::{
     TransitionState, Verdict, explore, in_box,
 };
 
-/// Rows of a table of the summary.
+/// Greatest number of rows of a table in the summary.
 const SHOWN: usize = 20;
 
-/// What is said of descents that ended at kinks.
 const KINKS: &str = "descents ended at the bottom of a kink: the gradient jumps there and does not vanish, so that \
                                 it is no minimum of a smooth surface (round the kink off)";
 
-/// What was searched.
+/// The searched surface.
 #[derive(Clone)]
 pub struct Subject<'a> {
-    /// The model, or the program that computes the energy.
+    /// Name of the model, or of the program that computes the energy.
     pub name: &'a str,
     /// The surface.
     pub energy: &'a dyn Energy,
-    /// What its coordinates are: `flat`, `angles`, `atoms` or `rotation`.
+    /// Kind of coordinates: `flat`, `angles`, `atoms` or `rotation`.
     pub coordinates: String,
-    /// Lower ends of the box in which random starts were drawn.
+    /// Lower bounds of the box of random starts.
     pub low: Vec<f64>,
-    /// Upper ends of it.
+    /// Upper bounds of this box.
     pub high: Vec<f64>,
-    /// What made the energy: the model, or the program and the files its command names.
+    /// Origin of the energy: the model, or the program and the files named in its command.
     pub source: Source,
 }
 
-/// A searched surface and everything that describes it.
+/// A searched surface and its results.
 pub struct SurfaceReport<'a> {
-    /// What was searched.
+    /// The searched surface.
     pub subject: &'a Subject<'a>,
-    /// What was found; at least one minimum.
+    /// The results, with at least one minimum.
     pub found: &'a Exploration,
     /// Its landscape.
     pub landscape: &'a Landscape,
     /// The settings of the search.
     pub settings: &'a SearchSettings,
-    /// The command line that remakes it.
+    /// The command line that repeats the search.
     pub command: String,
-    /// Energy evaluations that were spent on measuring the scales of the surface.
+    /// Energy evaluations used to measure the scales of the surface.
     pub measuring: u64,
 }
 
@@ -72,10 +71,10 @@ impl std::fmt::Debug for SurfaceReport<'_> {
     }
 }
 
-/// Searches a surface for its minima and saddles, and makes a landscape of what was found.
+/// Searches a surface for minima and saddles and builds their landscape.
 ///
 /// # Errors
-/// [`StudyError::NoMinimum`] if nothing was found, [`StudyError::Journal`] if a finished task cannot be kept.
+/// [`StudyError::NoMinimum`] if nothing was found, [`StudyError::Journal`] if a finished task cannot be stored.
 pub fn search_surface(
     subject: &Subject<'_>,
     settings: &SearchSettings,
@@ -112,7 +111,7 @@ impl SurfaceReport<'_> {
         }
     }
 
-    /// Writes the tables, the pictures, the texts and the summary of `landscape surface` into `folder`. Returns the summary.
+    /// Writes the tables, pictures, texts and summary of `landscape surface` into `folder` and returns the summary.
     ///
     /// # Errors
     /// If the folder cannot be written, or a number is not finite.
@@ -132,7 +131,7 @@ impl SurfaceReport<'_> {
         let titles = Titles::of_surface(title, "random starts", self.settings.seed);
         mapped.draw(&titles, &database, folder)?;
         unseen.draw(&titles.title, folder)?;
-        // It lists the checksums of all tables, so it comes after them.
+        // The manifest lists the checksums of all tables, so it comes last.
         files.write(folder)?;
         let text = printable(&self.summary(&merges), &['\n', '\t']).into_owned();
         folder.write("summary.md", text.as_bytes())?;
@@ -191,7 +190,7 @@ impl SurfaceReport<'_> {
         terms.into_iter().map(|(name, _)| name).collect()
     }
 
-    /// Minima, then saddles, by rising energy.
+    /// Minima, then saddles, each sorted by energy.
     fn stationary(&self) -> Vec<StationaryRow> {
         let minima = self.found.minima.iter().zip(&self.found.audits).enumerate();
         let minima = minima.map(|(id, (minimum, audit))| StationaryRow {
@@ -344,7 +343,7 @@ impl SurfaceReport<'_> {
         lines.join("\n")
     }
 
-    /// Minima and saddles that are not isolated.
+    /// Numbers of minima and saddles that are not isolated.
     fn degenerate(&self) -> [usize; 2] {
         let degenerate = |audit: &&Audit| audit.verdict == Verdict::Degenerate;
         [
@@ -355,7 +354,6 @@ impl SurfaceReport<'_> {
         ]
     }
 
-    /// The digits of energies.
     fn digits(&self) -> Digits {
         let minima = self.found.minima.iter().map(|minimum| minimum.energy);
         Digits::of(minima.chain(self.found.saddles.iter().map(|saddle| saddle.energy)))
@@ -413,11 +411,11 @@ impl SurfaceReport<'_> {
     }
 }
 
-/// Height at which each minimum joins a deeper one, by rising merges.
+/// Height at which each minimum joins a deeper one.
 fn joined_at(merges: &[Merge], found: &Exploration) -> Vec<Option<f64>> {
     let count = found.minima.len();
     let mut joined = vec![None; count];
-    // Minima come by rising energy, so the deepest of a set has the lowest number.
+    // Minima are sorted by energy, so the deepest of a set has the lowest number.
     let mut deepest: Vec<usize> = (0..count).collect();
     for merge in merges {
         let [a, b] = merge.ends.map(|end| deepest[end.0]);
@@ -431,7 +429,6 @@ fn joined_at(merges: &[Merge], found: &Exploration) -> Vec<Option<f64>> {
     joined
 }
 
-/// Descents and climbs that ended at kinks.
 fn kinks(found: &Exploration) -> usize {
     let refused = found.refused.iter();
     refused
@@ -439,7 +436,7 @@ fn kinks(found: &Exploration) -> usize {
         .count()
 }
 
-/// What marks a point that is not isolated in a table.
+/// Mark for a point that is not isolated.
 fn isolation(audit: &Audit) -> &'static str {
     if audit.verdict == Verdict::Degenerate {
         " (not isolated)"
@@ -448,7 +445,6 @@ fn isolation(audit: &Audit) -> &'static str {
     }
 }
 
-/// What is claimed of completeness.
 fn completeness(coverage: &Coverage) -> String {
     let limits = "as far as numbers of hits can tell: a saddle much harder to meet than all of these is not covered";
     let unseen = format!(

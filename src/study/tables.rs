@@ -1,4 +1,4 @@
-//! The rows of the tables of a landscape, and the pictures that belong to it.
+//! The rows of a landscape's tables, and its pictures.
 
 use std::collections::BTreeMap;
 
@@ -17,25 +17,23 @@ use crate::store::{
 use crate::topography::exchange::{Database, Layout};
 use crate::topography::{self, Evidence, GroupSettings, Groups, Landscape, Merge, Network};
 
-/// A map, and what its minima are made of.
 pub(super) struct Mapped<'a> {
     pub(super) landscape: &'a Landscape,
     pub(super) energy: &'a dyn Energy,
-    /// The input points, which the members of minima name by row.
+    /// The input points. Members of minima are row numbers of this list.
     pub(super) inputs: Vec<Input>,
-    /// Energy of a point of a path above which its discrete choice is not recorded: far above, where none is any good,
-    /// the best one is costly to find and says nothing.
+    /// Energy of a path point above which its discrete choice is not recorded. Far above, the best choice is slow to find
+    /// and tells nothing.
     pub(super) choices_below: f64,
 }
 
-/// An input point.
 pub(super) struct Input {
     pub(super) id: u64,
     pub(super) label: Option<String>,
 }
 
 impl Mapped<'_> {
-    /// Label of most labelled members of a minimum.
+    /// Most frequent label of the members of a minimum.
     pub(super) fn label(&self, members: &[usize]) -> Option<String> {
         let labels = members
             .iter()
@@ -128,7 +126,7 @@ impl Mapped<'_> {
         paths.into_iter().flatten().collect()
     }
 
-    /// What the manifest says of the merges and of the groups.
+    /// Manifest entries about merges and groups.
     pub(super) fn findings(&self, merges: &[Merge]) -> Vec<(String, Value)> {
         let evidence = tally(merges.iter().map(|merge| merge.evidence.name()));
         let terms = tally(merges.iter().filter_map(|merge| merge.term.as_deref()));
@@ -146,7 +144,6 @@ impl Mapped<'_> {
             .into()
     }
 
-    /// How many edges rest on which evidence.
     pub(super) fn evidence(&self) -> BTreeMap<String, u64> {
         let counts = self.landscape.tally().into_iter();
         counts
@@ -183,7 +180,7 @@ impl Mapped<'_> {
     }
 }
 
-/// The group of each minimum of a finished landscape, numbered without gaps: those of the file, or those at another barrier.
+/// Group numbers (without gaps) of the minima of a finished landscape, from the file or at another barrier.
 pub(crate) fn group_of(
     files: &LandscapeFiles,
     network: &Network,
@@ -202,7 +199,7 @@ pub(crate) fn group_of(
         .collect()
 }
 
-/// Writes `min.data` and `ts.data` as PATHSAMPLE reads them.
+/// Writes `min.data` and `ts.data` in PATHSAMPLE's layout.
 pub(super) fn write_database(database: &Database, folder: &AtomicFolder) -> Result<(), StoreError> {
     let minima = database.min_data(Layout::Pathsample);
     folder.write("min.data", minima.as_bytes())?;
@@ -210,7 +207,6 @@ pub(super) fn write_database(database: &Database, folder: &AtomicFolder) -> Resu
     folder.write("ts.data", states.as_bytes())
 }
 
-/// The merges that rest on an upper bound, as a table.
 pub(super) fn upper_bounds(merges: &[Merge]) -> Vec<String> {
     let mut lines: Vec<String> = merges
         .iter()

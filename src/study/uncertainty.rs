@@ -1,4 +1,4 @@
-//! What is said of uncertainty: support of merges, spread of chains, groups still unseen.
+//! Reported uncertainties: support of merges, spread of chains, unseen groups.
 
 use std::collections::BTreeMap;
 
@@ -10,28 +10,28 @@ use crate::figure::rarefaction_chart;
 use crate::store::AtomicFolder;
 use crate::topography::{Evidence, LEAST_MEMBERS, Landscape, Node, Rarefaction, support};
 
-/// Points of a rarefaction curve up to the sample at hand.
+/// Points of a rarefaction curve up to the actual sample size.
 const POINTS: usize = 50;
 
-/// A merge of the tree, as the manifest lists it.
+/// A merge of the tree in the manifest.
 #[derive(Debug, Serialize)]
 pub(super) struct MergeRow {
     height: f64,
-    /// Minima below it.
+    /// Number of minima below it.
     minima: usize,
-    /// The lowest of each branch.
+    /// The lowest minimum of each branch.
     lowest: Vec<usize>,
     evidence: Evidence,
-    /// Share of the resamplings in which the same minima are joined before any other joins them.
+    /// Fraction of the resamplings in which the same minima merge before any other joins them.
     support: Option<f64>,
 }
 
-/// The merges by rising height.
+/// The merges, sorted by height.
 pub(super) fn merges(landscape: &Landscape) -> Vec<MergeRow> {
     let tree = &landscape.tree;
     let support = support(tree, &landscape.resampled);
     let leaves = tree.leaves_below();
-    // Minima are numbered by rising energy.
+    // Minima are sorted by energy.
     let lowest =
         tree.fold(|node, branches: &[usize]| branches.iter().copied().min().unwrap_or(node.0));
     let merges = (tree.nodes.iter().enumerate()).filter(|(_, node)| !node.children.is_empty());
@@ -45,20 +45,18 @@ pub(super) fn merges(landscape: &Landscape) -> Vec<MergeRow> {
     merges.map(row).collect()
 }
 
-/// How far raw barriers scatter.
+/// Scatter of raw barriers.
 #[derive(Debug, Serialize)]
 pub(super) struct Spread {
-    /// Chains run.
     runs: usize,
-    /// Those that arrived.
     arrived: usize,
-    /// Pairs and directions with at least two arrivals.
+    /// Number of pairs and directions with at least two arrivals.
     replicated: usize,
-    /// Median over them of the highest less the lowest barrier.
+    /// Median, over these, of the highest minus the lowest barrier.
     median_range_of_replicas: Option<f64>,
-    /// Median over pairs reached both ways of the difference between the lowest barriers of the two directions.
+    /// Median, over pairs reached in both directions, of the difference between their lowest barriers.
     median_gap_of_directions: Option<f64>,
-    /// Median over pairs with a path of the lowest raw barrier less the height found.
+    /// Median, over pairs with a path, of the lowest raw barrier minus the height found.
     median_excess: Option<f64>,
     resamplings: usize,
 }
@@ -96,7 +94,6 @@ pub(super) fn spread(landscape: &Landscape) -> Spread {
     }
 }
 
-/// Lines of the summary about merges and chains.
 pub(super) fn lines(landscape: &Landscape) -> Vec<String> {
     let mut lines = Vec::new();
     let supports: Vec<f64> = merges(landscape)
@@ -128,9 +125,8 @@ pub(super) fn lines(landscape: &Landscape) -> Vec<String> {
     lines
 }
 
-/// Rarefaction of groups and of minima over the inputs.
+/// Rarefaction of groups and minima over the inputs.
 pub(super) struct Unseen {
-    /// What the inputs are called.
     inputs: &'static str,
     pub(super) groups: Rarefaction,
     pub(super) minima: Rarefaction,
@@ -152,7 +148,6 @@ impl Unseen {
         }
     }
 
-    /// What the manifest says of it.
     pub(super) fn to_json(&self) -> serde_json::Value {
         json(BTreeMap::from([
             ("groups", &self.groups),
@@ -160,7 +155,6 @@ impl Unseen {
         ]))
     }
 
-    /// A line of the summary.
     pub(super) fn line(&self) -> String {
         let (Some(groups), Some(minima)) = (self.groups.estimate, self.minima.estimate) else {
             return format!(
@@ -179,7 +173,7 @@ impl Unseen {
         )
     }
 
-    /// `rarefaction.svg` and `.png`.
+    /// Draws `rarefaction.svg` and `.png`.
     pub(super) fn draw(&self, title: &str, folder: &AtomicFolder) -> Result<(), StudyError> {
         let curves = [("groups", &self.groups), ("minima", &self.minima)];
         let canvas = rarefaction_chart(title, self.inputs, &curves).draw()?;

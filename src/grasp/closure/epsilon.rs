@@ -47,8 +47,8 @@ impl Default for EpsilonSettings {
 /// The Ferrari–Canny ε and the wrench that attains it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Epsilon {
-    /// ε. It is positive if every wrench can be resisted, zero if the contacts balance but some wrench cannot be resisted at
-    /// all, and negative if the contacts cannot balance.
+    /// ε. It is positive if every wrench can be resisted, zero if the contacts balance but some wrench cannot be resisted
+    /// at all, and negative if the contacts cannot balance.
     pub value: f64,
     /// The unit wrench (force, torque) in whose direction the contacts exert only ε.
     pub weakest: Vector6<f64>,

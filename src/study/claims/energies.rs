@@ -1,4 +1,4 @@
-//! Claims H7, H9 and H10, which ask the energy: along paths, after a finger has been lifted, on other hands.
+//! Claims H7, H9 and H10, which evaluate the energy: along paths, with lifted fingers, and on other hands.
 
 use std::collections::BTreeMap;
 
@@ -35,7 +35,7 @@ pub(super) struct Lifted {
     pub(super) claim: String,
     spheres: Vec<u8>,
     least_share: f64,
-    /// Fingers that are lifted, and the type it becomes.
+    /// Expected grasp type for each set of lifted fingers.
     becomes: BTreeMap<String, u8>,
 }
 
@@ -45,18 +45,17 @@ pub(super) struct Thumbless {
     pub(super) claim: String,
 }
 
-/// A landscape whose energy can be asked.
 pub(super) struct Experiments<'a> {
     landscape: &'a NamedLandscape<'a>,
     energy: GraspEnergy,
     least_per_class: usize,
 }
 
-/// What was seen along one way.
+/// Measurements along one path.
 struct Way {
-    /// Share of its points that pass the published filter.
+    /// Fraction of its points that pass the published filter.
     passing: f64,
-    /// Rank correlation of the gap under the palm with the way.
+    /// Rank correlation between position and gap under the palm.
     monotony: f64,
 }
 
@@ -85,7 +84,7 @@ impl<'a> Experiments<'a> {
         self.minima(|named| named.number.is_some_and(|number| types.contains(&number)))
     }
 
-    /// H7: ways between precision and power spheres, against those between precision grasps and cylinders.
+    /// H7: paths between precision and power spheres, compared with those between precision grasps and cylinders.
     pub(super) fn smooth(&self, asked: &Smooth) -> Result<Finding, StudyError> {
         let spheres = [&asked.precision, &asked.power].map(|types| self.of_types(types));
         let cylinders = self.of_types(&asked.others);
@@ -129,7 +128,7 @@ impl<'a> Experiments<'a> {
         ))
     }
 
-    /// The lowest ways from any of one list to any of another.
+    /// The lowest paths between the minima of two lists.
     fn ways(&self, asked: &Smooth, from: &[usize], to: &[usize]) -> Result<Vec<Way>, StudyError> {
         let height = |a: usize, b: usize| self.landscape.tree.minimax(MinimumId(a), MinimumId(b));
         let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
@@ -183,7 +182,7 @@ impl<'a> Experiments<'a> {
         }))
     }
 
-    /// From the palm to the object.
+    /// Distance of the palm from the object, metres.
     fn palm_gap_m(&self, x: &[f64]) -> f64 {
         let hand = self.energy.hand();
         let mut posed = PosedHand::default();
@@ -197,7 +196,7 @@ impl<'a> Experiments<'a> {
             .fold(f64::INFINITY, f64::min)
     }
 
-    /// H9: what sphere grasps become when fingers are lifted off.
+    /// H9: grasp types of sphere grasps after fingers are lifted.
     pub(super) fn lifted(&self, asked: &Lifted) -> Result<Finding, StudyError> {
         let spheres = self.of_types(&asked.spheres);
         if spheres.len() < self.least_per_class {
@@ -253,7 +252,7 @@ impl<'a> Experiments<'a> {
         ))
     }
 
-    /// H10: the same poses on a hand without a thumb, and what the rule says of grippers.
+    /// H10: the same poses on a hand without a thumb, and labels of grippers.
     pub(super) fn thumbless(&self, asked: &Thumbless) -> Result<Finding, StudyError> {
         let hand = self.energy.hand();
         let other = Hand::named("human_thumbless")?;
@@ -328,7 +327,7 @@ impl<'a> Experiments<'a> {
     }
 }
 
-/// The pose with these fingers straight: `little`, or `little and ring`. The hollow of the palm stays as it is.
+/// The pose with the given fingers straight: `little`, or `little and ring`. The palm does not change.
 fn straightened(hand: &Hand, x: &[f64], fingers: &str) -> Vec<f64> {
     let straight = hand.straight_joints();
     let mut x = x.to_vec();
@@ -358,7 +357,7 @@ mod tests {
         let lifted = straightened(&hand, &bent, "little and ring");
         let straight = hand.straight_joints();
         for (joint, known) in hand.joints.iter().enumerate() {
-            // The little finger's metacarpal is a part of the palm.
+            // The metacarpal of the little finger is part of the palm.
             let named = known.name != "little_cmc_flexion"
                 && ["little", "ring"]
                     .iter()

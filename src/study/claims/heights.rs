@@ -1,4 +1,4 @@
-//! Claims H1 to H6 and H8, which ask heights and labels only.
+//! Claims H1 to H6 and H8, which need only heights and labels.
 
 use super::{ClaimSettings, Finding, Verdict, insufficient};
 use crate::agreement::{
@@ -13,7 +13,6 @@ const POWER: usize = Category::Power as usize;
 const INTERMEDIATE: usize = Category::Intermediate as usize;
 const PRECISION: usize = Category::Precision as usize;
 
-/// The findings, in any order.
 pub(super) fn examine(
     basins: &Basins,
     claims: &ClaimSettings,
@@ -108,7 +107,7 @@ impl Asked<'_> {
                     .iter()
                     .filter(|basin| basin.unfiltered == Some(category as usize))
             };
-            // From 0, since the sum of nothing is -0.
+            // Starts from 0, since an empty sum is −0.
             let share = own()
                 .map(|basin| basin.grasps)
                 .fold(0.0, |sum, grasps| sum + grasps)
@@ -204,7 +203,7 @@ impl Asked<'_> {
         )
     }
 
-    /// Weights of power (0) and precision (1) of a minimum, of the types that fit best.
+    /// Weights of power (0) and precision (1) of a minimum, from its best-fitting types.
     fn drawn(&self, case: usize, label: usize) -> Vec<f64> {
         let taxonomy = Taxonomy::feix();
         let best = &self.basins.minima[case].best;
@@ -430,7 +429,6 @@ fn part_label(part: &Part, case: usize) -> usize {
         .map_or(0, |place| part.labels[place])
 }
 
-/// How many cases each class has.
 fn few(labels: &[usize], names: &[&str]) -> String {
     let count = |(class, name): (usize, &&str)| {
         format!(
@@ -455,13 +453,13 @@ mod tests {
     use crate::agreement::PairMatrix;
     use crate::evaluation::taxonomy::Candidate;
 
-    /// Minima of these types, two thirds of a unit apart within a category and `between` apart across.
+    /// Minima of these types, about 0.6 apart within a category and `between` apart across categories.
     fn planted(types: &[u8], between: f64) -> Basins {
         let taxonomy = Taxonomy::feix();
         let category = |number: u8| taxonomy.numbered(number).unwrap().category as usize;
         let height = |i: usize, j: usize| {
             let within = category(types[i]) == category(types[j]);
-            // No two alike, so that ranks are not all tied.
+            // The heights differ slightly, so that ranks are not tied.
             (if within { 0.6 } else { between }) + 1e-3 * ((7 * i + 13 * j) % 17) as f64
         };
         let heights = PairMatrix::from_fn(types.len(), height);

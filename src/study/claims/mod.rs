@@ -1,5 +1,5 @@
-//! The claims of one paper, H1 to H10, on the landscape of a hand and the taxonomy of grasps, with the thresholds that were
-//! written down before the first run (`data/taxonomy/hypotheses.toml`).
+//! The claims H1 to H10 of one paper about a hand's landscape and the grasp taxonomy. Their thresholds were fixed before
+//! the first run (`data/taxonomy/hypotheses.toml`).
 
 mod energies;
 mod heights;
@@ -18,10 +18,10 @@ use crate::figure::chart::Chart;
 
 const TEXT: &str = include_str!("../../../data/taxonomy/hypotheses.toml");
 
-/// Settings of [`compare_with_taxonomy`]: those of the statistics, and the thresholds at which the claims hold.
+/// Settings of [`compare_with_taxonomy`]: those of the statistics and the thresholds of the claims.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct ClaimSettings {
-    /// Of the statistics.
+    /// Settings of the statistics.
     #[serde(flatten)]
     pub statistics: StatisticsSettings,
     #[serde(rename = "H1")]
@@ -109,26 +109,26 @@ struct Tripods {
 }
 
 impl ClaimSettings {
-    /// The settings that were written down before the first run.
+    /// The settings that were fixed before the first run.
     ///
     /// # Panics
-    /// Never: a test reads the file that comes with the program.
+    /// Never: a test reads the built-in file.
     pub fn standard() -> Self {
         toml::from_str(TEXT).expect("data/taxonomy/hypotheses.toml is complete")
     }
 }
 
-/// What came of a hypothesis.
+/// Verdict on a claim.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// It holds.
+    /// The claim holds.
     Holds,
-    /// It does not hold.
+    /// The claim does not hold.
     Fails,
-    /// Too few minima of a class.
+    /// There are too few minima of a class.
     Insufficient,
-    /// It asks something of another hand.
+    /// The claim is about another hand.
     NotTested,
 }
 
@@ -147,20 +147,20 @@ impl Verdict {
     }
 }
 
-/// A hypothesis and what was found.
+/// A claim and its test.
 #[derive(Debug, Clone, Serialize)]
 pub struct Finding {
     /// `H1` to `H10`.
     pub id: &'static str,
-    /// The claim, in words.
+    /// Text of the claim.
     pub claim: String,
-    /// What came of it.
+    /// Verdict on the claim.
     pub verdict: Verdict,
-    /// p of one test.
+    /// p-value of one test.
     pub p: Option<f64>,
-    /// p after Holm's correction over all tested claims.
+    /// p-value after Holm's correction over all tested claims.
     pub p_holm: Option<f64>,
-    /// What was measured, in words.
+    /// Description of the measurement.
     pub measured: String,
 }
 
@@ -187,10 +187,10 @@ fn insufficient(id: &'static str, claim: &str, why: &str) -> Finding {
     Finding::new(id, claim, Verdict::Insufficient, None, why.to_owned())
 }
 
-/// A landscape of grasps held against the taxonomy.
+/// Comparison of a landscape of grasps with the taxonomy.
 #[derive(Debug)]
 pub struct TaxonomyComparison<'a> {
-    /// What came of each claim, H1 first.
+    /// Findings for all claims, H1 first.
     pub findings: Vec<Finding>,
     basins: Basins,
     table: Table,
@@ -199,12 +199,12 @@ pub struct TaxonomyComparison<'a> {
     seed: u64,
 }
 
-/// Tests by permutation whether heights between the minima of a landscape go with their categories and types, and examines
-/// the claims. p-values are corrected over all claims (Holm). `group_barrier` takes the place of the landscape's own barrier
-/// of groups; `seed` is that of permutations and resamplings.
+/// Tests by permutation whether heights between the minima of a landscape correlate with their categories and types, and
+/// examines the claims. p-values are corrected over all claims (Holm). `group_barrier` replaces the landscape's own group
+/// barrier; `seed` is for permutations and resamplings.
 ///
 /// # Errors
-/// If the landscape tells no group barrier, or its energy or a path between two of its minima is missing or not valid.
+/// If the landscape has no group barrier, or if its energy or a path between two minima is missing or invalid.
 pub fn compare_with_taxonomy<'a>(
     landscape: &NamedLandscape<'a>,
     settings: &'a ClaimSettings,
@@ -241,7 +241,7 @@ impl TaxonomyComparison<'_> {
         report::markdown(&self.basins, &self.table, &self.findings, self.rule)
     }
 
-    /// All of it as JSON.
+    /// The whole comparison as JSON.
     pub fn to_json(&self) -> Value {
         json!({
             "made_by": MAKER,
@@ -257,7 +257,7 @@ impl TaxonomyComparison<'_> {
         })
     }
 
-    /// Agreement of cuts of the tree with the categories.
+    /// Chart of the agreement of cuts of the tree with the categories.
     pub fn chart(&self) -> Chart {
         self.table.chart()
     }

@@ -1,4 +1,4 @@
-//! What `landscape compare` says.
+//! Text of `landscape compare`.
 
 use std::fmt::Write;
 
@@ -6,7 +6,6 @@ use super::Finding;
 use crate::evaluation::taxonomy::{Category, Inapplicable, Rule};
 use crate::study::statistics::{Basins, Table, types};
 
-/// Labels, statistics and hypotheses as Markdown.
 pub(super) fn markdown(
     basins: &Basins,
     table: &Table,

@@ -1,4 +1,4 @@
-//! The cases of a comparison: the minima of a landscape, what they are called, and how far they are apart.
+//! Input of the statistics: the minima of a landscape, their labels and their distances.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -16,12 +16,12 @@ use crate::study::tables::group_of;
 use crate::study::{GraspSetting, MinimumName};
 use crate::topography::{Ancestors, Evidence, MinimumId, Network, Tree};
 
-/// A landscape of grasps whose minima have names.
+/// A landscape of grasps whose minima are named.
 #[derive(Debug)]
 pub struct NamedLandscape<'a> {
-    /// What texts call it.
+    /// Name of the landscape in texts.
     pub name: String,
-    /// Its files.
+    /// Files of the landscape.
     pub files: &'a LandscapeFiles,
     /// Hand and object.
     pub setting: GraspSetting,
@@ -29,9 +29,9 @@ pub struct NamedLandscape<'a> {
     pub network: Network,
     /// The tree of merges.
     pub tree: Tree,
-    /// What the taxonomy calls each minimum: labels that the landscape was built with win over the rule's.
+    /// Taxonomy names of the minima. Labels given when the landscape was built override the rule.
     pub names: Vec<MinimumName>,
-    /// The rule.
+    /// The labelling rule.
     pub rule: &'a Rule,
 }
 
@@ -39,7 +39,7 @@ impl<'a> NamedLandscape<'a> {
     /// Names the minima of the landscape in `folder`.
     ///
     /// # Errors
-    /// If it is not of grasps, or its rows do not fit each other, its hand or its object.
+    /// If it is not a landscape of grasps, or if its rows do not fit each other, its hand or its object.
     pub fn of(
         files: &'a LandscapeFiles,
         folder: &Path,
@@ -60,45 +60,41 @@ impl<'a> NamedLandscape<'a> {
     }
 }
 
-/// A minimum and its label.
 #[derive(Debug)]
 pub(in crate::study) struct Basin {
     pub(in crate::study) grasps: f64,
-    /// Number of the type, where the label is one.
+    /// Number of the type, if the label is a type.
     pub(in crate::study) grasp_type: Option<u8>,
-    /// Power, intermediate or precision as a number, where the label is a type or a cell.
+    /// Power, intermediate or precision as a number, if the label is a type or a cell.
     pub(in crate::study) category: Option<usize>,
     pub(in crate::study) cell: Option<String>,
-    /// The category of the type that fits best, however badly.
+    /// Category of the best-fitting type, however bad its fit.
     pub(in crate::study) unfiltered: Option<usize>,
-    /// Types that fit best.
     pub(in crate::study) best: Vec<Candidate>,
 }
 
-/// What a landscape is compared by.
+/// The quantities of a landscape that are compared.
 #[derive(Debug)]
 pub(in crate::study) struct Basins {
     pub(in crate::study) name: String,
     pub(in crate::study) minima: Vec<Basin>,
-    /// Whether the taxonomy says anything of the hand.
     pub(in crate::study) applicable: bool,
-    /// Minima whose label is a human's or was written into the file.
+    /// Number of minima whose label is from a human or from the file.
     pub(in crate::study) labelled_in_file: usize,
-    /// Relative barrier up to which minima form one group, and the number of groups.
+    /// Relative barrier of the groups, and the number of groups.
     pub(in crate::study) group_barrier: f64,
     pub(in crate::study) groups: usize,
-    /// Lowest height at which two minima are joined; NaN where nothing joins them.
+    /// Lowest height at which two minima are joined; NaN if they are not.
     pub(in crate::study) saddles: PairMatrix,
-    /// That above the higher of the two.
+    /// The same above the higher minimum.
     pub(in crate::study) barriers: PairMatrix,
     pub(in crate::study) energy_gaps: PairMatrix,
-    /// 1 − Σ min / Σ max over the areas in touch, patch by patch.
+    /// 1 − Σ min / Σ max over the contact areas of all patches.
     pub(in crate::study) contact_distances: PairMatrix,
     pub(in crate::study) pose_distances: PairMatrix,
 }
 
 impl Basins {
-    /// Of a landscape; with another barrier of groups, if one is given.
     pub(in crate::study) fn of(
         landscape: &NamedLandscape<'_>,
         group_barrier: Option<f64>,
@@ -165,7 +161,6 @@ impl Basins {
         })
     }
 
-    /// The landscape of some of its minima only.
     pub(in crate::study) fn cases(&self, keep: impl Fn(&Basin) -> bool) -> Vec<usize> {
         let numbered = self.minima.iter().enumerate();
         numbered
@@ -175,7 +170,7 @@ impl Basins {
     }
 }
 
-/// Labels of some of the minima, and everything between those.
+/// Some of the minima with their labels, and the matrices between them.
 pub(in crate::study) struct Part {
     pub(in crate::study) cases: Vec<usize>,
     pub(in crate::study) labels: Vec<usize>,
@@ -186,7 +181,7 @@ pub(in crate::study) struct Part {
 }
 
 impl Part {
-    /// The minima that `label` gives a class; unknown heights are above all others.
+    /// The minima with a class by `label`. Unknown heights are above all others.
     pub(in crate::study) fn new(
         basins: &Basins,
         settings: &StatisticsSettings,
@@ -233,7 +228,7 @@ fn basin(row: &MinimumRow, named: &MinimumName) -> Basin {
     }
 }
 
-/// 1 − Σ min / Σ max (Ruzicka): 0 of equal areas, 1 where no patch is shared; 0 of two that touch nothing.
+/// 1 − Σ min / Σ max (Ruzicka): 0 for equal areas (even if both are empty), 1 if no patch is shared.
 fn apart(one: &BTreeMap<Patch, f64>, other: &BTreeMap<Patch, f64>) -> f64 {
     let area =
         |areas: &BTreeMap<Patch, f64>, patch: &Patch| areas.get(patch).copied().unwrap_or(0.0);

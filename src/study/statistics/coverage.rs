@@ -1,4 +1,4 @@
-//! Which grasp types and cells of the taxonomy each of two landscapes holds.
+//! Compares the grasp types and taxonomy cells of two landscapes.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -9,16 +9,16 @@ use super::basins::{Basins, NamedLandscape};
 use crate::evaluation::taxonomy::Taxonomy;
 use crate::study::error::StudyError;
 
-/// The grasp types of two landscapes beside each other.
+/// Comparison of the grasp types of two landscapes.
 #[derive(Debug, Clone)]
 pub struct TypeComparison {
-    /// As Markdown.
+    /// Text in Markdown.
     pub text: String,
-    /// As JSON.
+    /// Data in JSON.
     pub value: Value,
 }
 
-/// Minima and grasps of each type, in the order of the taxonomy; then those that have only a cell, and those of none.
+/// Numbers of minima and grasps of each type, in taxonomy order, followed by cells without type and by unlisted ones.
 pub(in crate::study) fn types(basins: &Basins) -> Vec<(String, [u64; 2])> {
     let mut counts: BTreeMap<(u8, String), [u64; 2]> = BTreeMap::new();
     for basin in &basins.minima {
@@ -46,10 +46,10 @@ pub(in crate::study) fn types(basins: &Basins) -> Vec<(String, [u64; 2])> {
         .collect()
 }
 
-/// Which types and cells each of two landscapes holds.
+/// Compares the types and cells of two landscapes.
 ///
 /// # Errors
-/// If a landscape does not tell its group barrier, and `group_barrier` does not either.
+/// If a landscape has no group barrier and `group_barrier` is `None`.
 pub fn compare_types(
     one: &NamedLandscape<'_>,
     other: &NamedLandscape<'_>,

@@ -1,5 +1,5 @@
-//! Statistics of a landscape of grasps against the taxonomy: which types there are, and how well heights between minima agree
-//! with what the minima are called.
+//! Statistics of a landscape of grasps against the taxonomy: its grasp types, and the agreement of heights between minima
+//! with their labels.
 
 mod basins;
 mod coverage;
@@ -18,21 +18,21 @@ use crate::agreement::Permutations;
 /// Settings of the statistics.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct StatisticsSettings {
-    /// Permutations of labels behind each p-value.
+    /// Permutations of labels for each p-value.
     pub permutations: usize,
-    /// Resamplings of minima behind each interval.
+    /// Resamplings of minima for each interval.
     pub bootstrap_draws: usize,
-    /// Fewest minima of a class; of fewer nothing is said.
+    /// Least number of minima of a class. Smaller classes are not tested.
     pub least_per_class: usize,
     /// Level of significance.
     pub level: f64,
-    /// Fewest and most clusters of the cuts of the tree.
+    /// Least and greatest number of clusters in cuts of the tree.
     pub cuts: [usize; 2],
-    /// A height that is not known, because no path joins two minima, counts as this many times the largest.
+    /// Factor on the largest height that replaces unknown heights between unconnected minima.
     pub censored_factor: f64,
     /// Draws of uncertain labels.
     pub label_draws: usize,
-    /// Difference in score at which a label is drawn e times as rarely as the best one.
+    /// Score difference that reduces the probability of a label by a factor of e.
     pub label_temperature: f64,
     /// Permutations for each draw of labels.
     pub label_permutations: usize,

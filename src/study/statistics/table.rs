@@ -1,4 +1,4 @@
-//! How well heights between minima agree with what the minima are called.
+//! Table of the agreement between heights and labels.
 
 use serde::Serialize;
 
@@ -14,14 +14,13 @@ use crate::evaluation::taxonomy::{Category, Taxonomy};
 use crate::figure::chart::{Axis, Chart, Corner, Panel, Series};
 use crate::figure::theme;
 
-/// A statistic of the table.
 #[derive(Debug, Clone, Serialize)]
 pub(in crate::study) struct Row {
     pub(in crate::study) name: String,
-    /// What it says and of which minima.
+    /// Description of the statistic and its minima.
     pub(in crate::study) about: &'static str,
     pub(in crate::study) statistic: Option<f64>,
-    /// What chance gives.
+    /// Value expected by chance.
     pub(in crate::study) chance: Option<f64>,
     pub(in crate::study) p: Option<f64>,
     /// 95 % over resampled minima.
@@ -30,16 +29,14 @@ pub(in crate::study) struct Row {
     pub(in crate::study) missing: Option<String>,
 }
 
-/// All statistics.
 #[derive(Debug)]
 pub(in crate::study) struct Table {
     pub(in crate::study) rows: Vec<Row>,
-    /// Adjusted Rand index and mutual information of each cut with the categories: clusters, value.
+    /// Adjusted Rand index and mutual information of each cut with the categories, as (clusters, value).
     pub(in crate::study) cuts: [(&'static str, Vec<(usize, f64)>); 2],
 }
 
 impl Table {
-    /// Agreement of cuts of the tree with the categories.
     pub(in crate::study) fn chart(&self) -> Chart {
         let series = self.cuts.iter().enumerate().map(|(index, (name, curve))| {
             let points = curve
@@ -57,7 +54,7 @@ impl Table {
             ..Panel::new(
                 "",
                 Axis::linear("clusters of the tree"),
-                // All of it: 0 is chance, 1 is agreement.
+                // The full range: 0 is chance, 1 is agreement.
                 Axis::linear("adjusted agreement (0 chance, 1 full)").with_range(lowest, 1.0),
                 series.collect(),
             )
@@ -71,7 +68,6 @@ impl Table {
 
 const CATEGORIES: [Category; 3] = [Category::Power, Category::Intermediate, Category::Precision];
 
-/// What is asked of the categories.
 struct Asked<'a> {
     part: Part,
     settings: &'a StatisticsSettings,
@@ -93,7 +89,7 @@ impl Asked<'_> {
         )
     }
 
-    /// As [`Asked::row`], with the 95 % interval over minima drawn again.
+    /// Like [`Asked::row`], with the 95 % interval over resampled minima.
     fn drawn(
         &self,
         name: &str,
@@ -183,7 +179,6 @@ pub(in crate::study) fn table(basins: &Basins, settings: &StatisticsSettings, se
     Table { rows, cuts: curves }
 }
 
-/// How well each category holds together.
 fn silhouettes(part: &Part) -> Vec<Row> {
     let all = silhouette(&part.saddles, &part.labels);
     let row = |(class, category): (usize, Category)| {
@@ -203,7 +198,6 @@ fn silhouettes(part: &Part) -> Vec<Row> {
     CATEGORIES.into_iter().enumerate().map(row).collect()
 }
 
-/// Barriers between two categories over those within.
 fn ratios(asked: &Asked<'_>) -> Vec<Row> {
     let pairs = [(0, 1), (0, 2), (1, 2)];
     let row = |(a, b): (usize, usize)| {
@@ -223,12 +217,11 @@ fn ratios(asked: &Asked<'_>) -> Vec<Row> {
     pairs.into_iter().map(row).collect()
 }
 
-/// Numbers of types as labels.
 fn typed(basins: &Basins, settings: &StatisticsSettings) -> Part {
     Part::new(basins, settings, |basin| basin.grasp_type.map(usize::from))
 }
 
-/// The tree of heights against the taxonomy's own tree of types.
+/// Compares the tree of heights with the taxonomy's tree of types.
 fn of_types(basins: &Basins, settings: &StatisticsSettings, seed: u64) -> Row {
     let part = typed(basins, settings);
     let about = "Spearman, saddle heights against the taxonomy's tree of types";
@@ -264,7 +257,7 @@ fn of_types(basins: &Basins, settings: &StatisticsSettings, seed: u64) -> Row {
     Row::of(&row.name, about, Outcome::Known(tested))
 }
 
-/// The main statistic again without the pairs that no path joins, if there are any.
+/// The main statistic without unconnected pairs, if there are any.
 fn censored(basins: &Basins, settings: &StatisticsSettings, seed: u64) -> Option<Row> {
     if basins.saddles.unknown() == 0 {
         return None;
