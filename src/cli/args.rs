@@ -10,7 +10,7 @@ use super::{
     synth,
 };
 use crate::limits::THREADS;
-use crate::topography::PathMethod;
+use crate::topography::{GroupSettings, PathMethod};
 
 /// Shows how diverse a population of grasps really is: synthesizes grasps by differentiable force closure and maps the
 /// energy landscape between them.
@@ -139,6 +139,14 @@ impl GroupBarrier {
             );
         }
         Ok(self.group_barrier)
+    }
+
+    /// The usual settings of groups, with the barrier that was given.
+    pub(super) fn settings(self) -> GroupSettings {
+        GroupSettings {
+            barrier: self.group_barrier,
+            ..GroupSettings::default()
+        }
     }
 }
 

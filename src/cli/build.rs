@@ -196,17 +196,7 @@ fn build(
     let energy = population.energy()?;
     let settings = settings(command, &energy);
     let bytes = std::fs::read(&command.grasps)?;
-    let fingerprint = content_hash(&[
-        &bytes,
-        serde_json::to_string(&settings.map_settings())?.as_bytes(),
-        // With what the flags --hand and --object say of them.
-        serde_json::to_string(population.object)?.as_bytes(),
-        serde_json::to_string(population.hand)?.as_bytes(),
-        &population.scale.to_le_bytes(),
-        &(population.grasps.len() as u64).to_le_bytes(),
-        &[u8::from(command.sequential), u8::from(command.diagram)],
-        env!("CARGO_PKG_VERSION").as_bytes(),
-    ]);
+    let fingerprint = fingerprint(&bytes, &population, &settings)?;
     let unfinished = Unfinished::open(output, &fingerprint, &command.again, common.quiet)?;
     let watch = Watch::new(common.quiet);
     let run = StudyRun {
@@ -236,4 +226,23 @@ fn build(
     };
     let text = report.write(&unfinished.folder)?;
     unfinished.conclude(watch, &text)
+}
+
+/// What tells the journal of this run from those of others.
+fn fingerprint(
+    bytes: &[u8],
+    population: &Population<'_>,
+    settings: &GraspMapSettings,
+) -> anyhow::Result<String> {
+    Ok(content_hash(&[
+        bytes,
+        serde_json::to_string(&settings.map_settings())?.as_bytes(),
+        // With what the flags --hand and --object say of them.
+        serde_json::to_string(population.object)?.as_bytes(),
+        serde_json::to_string(population.hand)?.as_bytes(),
+        &population.scale.to_le_bytes(),
+        &(population.grasps.len() as u64).to_le_bytes(),
+        &[u8::from(settings.sequential), u8::from(settings.diagram)],
+        env!("CARGO_PKG_VERSION").as_bytes(),
+    ]))
 }

@@ -118,26 +118,11 @@ pub(super) fn run(command: &Draw, common: &Common) -> anyhow::Result<()> {
     inputs.extend(command.stability.as_deref());
     check_folder(&output, &inputs, Drawing::writes, common)?;
     let titles = Titles::of_manifest(&files.manifest, command.seed);
-    let stability = command.stability.as_deref().map(held).transpose()?;
     let types = (command.colour.is_some() || command.examples.is_some())
         .then(|| MinimumNames::of(&files, &command.landscape.display().to_string()))
         .transpose()?;
-    let labels = command
-        .colour
-        .and_then(|differences| Some(types.as_ref()?.labels(differences.into())));
-    let leaf = |(number, minimum): (usize, &MinimumRow)| match (&stability, &labels) {
-        (Some(held), _) => Leaf {
-            label: Some(mark(&minimum.members, held).to_owned()),
-            ..leaf(minimum)
-        },
-        (None, Some(labels)) => Leaf {
-            label: Some(labels[number].clone()),
-            ..leaf(minimum)
-        },
-        (None, None) => leaf(minimum),
-    };
     let group_of = group_of(&files, &network, group_barrier);
-    let leaves: Vec<Leaf> = files.minima.iter().enumerate().map(leaf).collect();
+    let leaves = leaves(command, &files.minima, types.as_ref())?;
     let examples = match (&types, command.examples) {
         (Some(types), Some(count)) => types.examples(&files, (&group_of, &leaves), count),
         _ => Vec::new(),
@@ -161,6 +146,27 @@ pub(super) fn run(command: &Draw, common: &Common) -> anyhow::Result<()> {
         complain(&format!("wrote {}", output.display()));
     }
     Ok(())
+}
+
+/// The minima with the labels that the flags ask for.
+fn leaves(
+    command: &Draw,
+    minima: &[MinimumRow],
+    types: Option<&MinimumNames>,
+) -> anyhow::Result<Vec<Leaf>> {
+    let mut leaves: Vec<Leaf> = minima.iter().map(leaf).collect();
+    if let (Some(differences), Some(types)) = (command.colour, types) {
+        for (leaf, label) in leaves.iter_mut().zip(types.labels(differences.into())) {
+            leaf.label = Some(label);
+        }
+    }
+    if let Some(path) = &command.stability {
+        let held = held(path)?;
+        for (leaf, minimum) in leaves.iter_mut().zip(minima) {
+            leaf.label = Some(mark(&minimum.members, &held).to_owned());
+        }
+    }
+    Ok(leaves)
 }
 
 /// `m3`, or `3`.

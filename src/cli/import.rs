@@ -11,7 +11,6 @@ use super::provenance::name_of;
 use super::{complain, import_grasps, print};
 use crate::store::{AtomicFolder, Source, content_hash};
 use crate::study::ImportedLandscape;
-use crate::topography::GroupSettings;
 use crate::topography::exchange::Database;
 
 /// Read the files of other programs.
@@ -107,10 +106,7 @@ pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
     };
     check_place(&output)?;
     check_inputs(&output, &[&command.path])?;
-    let groups = GroupSettings {
-        barrier: group_barrier,
-        ..GroupSettings::default()
-    };
+    let groups = command.groups.settings();
     let source = Source {
         name: name_of(&command.path),
         content_hash: content_hash(&[minima.as_bytes(), states.as_bytes()]),

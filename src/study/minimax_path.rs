@@ -1,5 +1,7 @@
 //! The minimax path between two minima of a finished landscape.
 
+use rayon::prelude::*;
+
 use super::error::StudyError;
 use crate::energy::Piecewise;
 use crate::grasp::GraspEnergy;
@@ -46,12 +48,29 @@ impl MinimaxPath {
         let points = points(files, space, &minima)?;
         Ok(Some(Self { minima, points }))
     }
+
+    /// With contact sets where the file does not tell them, and with the energy of all terms for these sets.
+    #[must_use]
+    pub fn explained(&self, energy: &GraspEnergy) -> Self {
+        let points = self.points.par_iter();
+        Self {
+            minima: self.minima.clone(),
+            points: points.map(|point| point.explained(energy)).collect(),
+        }
+    }
+
+    /// Number of the highest point.
+    pub fn top(&self) -> usize {
+        let energy = |place: usize| self.points[place].point.energy;
+        let places = 0..self.points.len();
+        let highest = places.max_by(|a, b| energy(*a).total_cmp(&energy(*b)));
+        highest.unwrap_or(0)
+    }
 }
 
 impl Waypoint {
     /// Adds the contact set, if the file does not have it, and the energy by term for this set.
-    #[must_use]
-    pub fn explained(&self, energy: &GraspEnergy) -> Self {
+    fn explained(&self, energy: &GraspEnergy) -> Self {
         let x = &self.point.coordinates;
         let choice = if self.point.choice.is_empty() {
             energy.active_piece(x)
@@ -71,7 +90,8 @@ impl Waypoint {
         }
     }
 
-    /// Energy by term, in the order of the energy's terms; empty if unknown.
+    /// Energy by term, in the order of the energy's terms; empty where the path is not
+    /// [explained](MinimaxPath::explained).
     pub fn terms(&self) -> &[f64] {
         self.point.terms.as_deref().unwrap_or_default()
     }

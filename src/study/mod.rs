@@ -9,7 +9,7 @@
 //! | a searched surface | tables, pictures, `summary.md` | [`SurfaceReport::write`] |
 //! | `min.data` and `ts.data` | the same | [`ImportedLandscape::write`] |
 //! | a landscape | pictures of a part of it | [`Drawing::write`] with [`Views`] |
-//! | two minima of a landscape | the minimax path between them | [`MinimaxPath::between`] |
+//! | two minima of a landscape | the minimax path between them | [`MinimaxPath::between`], drawn by [`MinimaxPath::strip`] |
 //! | the minima of a landscape | their types in the GRASP taxonomy | [`GraspSetting::names`] |
 //! | named minima | statistics of heights against types, and a paper's claims | [`compare_with_taxonomy`] with [`ClaimSettings`] |
 //! | two landscapes | the types that each of them holds | [`compare_types`] |
@@ -26,6 +26,7 @@ mod examples;
 mod imported;
 mod minimax_path;
 mod names;
+mod path_picture;
 mod report;
 mod settings;
 mod statistics;

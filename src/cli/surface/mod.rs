@@ -20,7 +20,7 @@ use crate::energy::{Counted, External, model};
 use crate::limits::SEARCHES;
 use crate::store::{Journal, Source, content_hash};
 use crate::study::{StudyError, StudyRun, Subject, SurfaceReport, search_surface};
-use crate::topography::{self, GroupSettings, JournalError, Run, SearchSettings, in_box};
+use crate::topography::{self, JournalError, Run, SearchSettings, in_box};
 
 /// Map a surface.
 #[derive(Debug, Args)]
@@ -228,10 +228,7 @@ fn map(
         },
         stage_ended: &|name, evaluations| watch.lap(name, evaluations),
     };
-    let groups = GroupSettings {
-        barrier: command.groups.group_barrier,
-        ..GroupSettings::default()
-    };
+    let groups = command.groups.settings();
     let (found, landscape) = match search_surface(subject, &settings, &groups, &run) {
         Err(error @ StudyError::NoMinimum { .. }) => {
             check()?;
