@@ -79,7 +79,7 @@ fn main() {
                 started.elapsed().as_secs_f64()
             );
             if std::env::var("VERBOSE").is_ok() {
-                eprintln!("{:?}", found.fates);
+                eprintln!("{:?}", found.search_ends);
                 for s in &found.saddles {
                     eprintln!(
                         "{:.6} {:?} {} {:?}",

@@ -360,7 +360,11 @@ impl SurfaceReport<'_> {
     }
 
     fn minima_table(&self, merges: &[Merge]) -> Vec<String> {
-        let merges = joined_at(merges, self.found);
+        // Height at which each minimum joins a deeper one.
+        let mut joined_at = vec![None; self.found.minima.len()];
+        for merge in merges {
+            joined_at[merge.shallower.0] = Some(merge.height);
+        }
         let digits = self.digits();
         let softest = |audit: &Audit| audit.curvatures.first().copied();
         let curvatures = Digits::of(self.found.audits.iter().filter_map(softest));
@@ -374,7 +378,7 @@ impl SurfaceReport<'_> {
             .minima
             .iter()
             .zip(&self.found.audits)
-            .zip(&merges)
+            .zip(&joined_at)
             .enumerate();
         lines.extend(rows.take(SHOWN).map(|(id, ((minimum, audit), joined))| {
             format!(
@@ -409,24 +413,6 @@ impl SurfaceReport<'_> {
         }));
         lines
     }
-}
-
-/// Height at which each minimum joins a deeper one.
-fn joined_at(merges: &[Merge], found: &Exploration) -> Vec<Option<f64>> {
-    let count = found.minima.len();
-    let mut joined = vec![None; count];
-    // Minima are sorted by energy, so the deepest of a set has the lowest number.
-    let mut deepest: Vec<usize> = (0..count).collect();
-    for merge in merges {
-        let [a, b] = merge.ends.map(|end| deepest[end.0]);
-        joined[a.max(b)] = Some(merge.height);
-        for place in &mut deepest {
-            if *place == a.max(b) {
-                *place = a.min(b);
-            }
-        }
-    }
-    joined
 }
 
 fn kinks(found: &Exploration) -> usize {
@@ -472,7 +458,7 @@ fn completeness(coverage: &Coverage) -> String {
 }
 
 fn ends_of_searches(found: &Exploration) -> Vec<(String, usize)> {
-    let fates = found.fates.iter();
+    let fates = found.search_ends.iter();
     fates
         .map(|(fate, count)| (fate.name().to_owned(), *count))
         .collect()

@@ -49,7 +49,7 @@ impl Found {
             details: format!(
                 "{:?}, {:?}, {} refused, {} evaluations",
                 found.coverage,
-                found.fates,
+                found.search_ends,
                 found.refused.len(),
                 found.evaluations
             ),

@@ -95,7 +95,7 @@ pub(super) struct Census {
     sameness: MatchTolerance,
     audit: AuditSettings,
     refused: Vec<Refused>,
-    fates: BTreeMap<SearchEnd, usize>,
+    search_ends: BTreeMap<SearchEnd, usize>,
     pub(super) searches: usize,
     pub(super) last_new: usize,
     evaluations: usize,
@@ -123,7 +123,7 @@ impl Census {
             sameness: settings.sameness,
             audit: settings.audit(),
             refused: Vec::new(),
-            fates: BTreeMap::new(),
+            search_ends: BTreeMap::new(),
             searches: 0,
             last_new: 0,
             evaluations: 0,
@@ -213,7 +213,7 @@ impl Census {
                 }
             }
         }
-        *self.fates.entry(fate).or_insert(0) += 1;
+        *self.search_ends.entry(fate).or_insert(0) += 1;
     }
 
     /// The minima in the form that the path search needs.
@@ -421,7 +421,7 @@ impl Census {
             audits,
             saddles,
             refused: self.refused,
-            fates: self.fates,
+            search_ends: self.search_ends,
             coverage,
             evaluations: self.evaluations + spent,
         }

@@ -48,7 +48,7 @@ pub struct Exploration {
     /// Points that failed their audit.
     pub refused: Vec<Refused>,
     /// Number of searches by the way they ended.
-    pub fates: BTreeMap<SearchEnd, usize>,
+    pub search_ends: BTreeMap<SearchEnd, usize>,
     /// How complete the minima and saddles are.
     pub coverage: Coverage,
     /// Evaluations spent.
