@@ -4,10 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use nalgebra::Vector3;
-use rand::RngExt;
 
 use crate::limits::{GRASP_POSITION, Limit, MESH_COORDINATE, MESH_SIZE, OBJECT_SIZE};
-use crate::sample::{Rng, Task, stream};
 
 use super::MeshError;
 use super::mesh_union::{Entangled, SignedDistance, united};
@@ -24,15 +22,6 @@ pub struct Mesh {
     triangles: Vec<[u32; 3]>,
     /// The surface of the union, if it differs from the triangles.
     union: Option<Arc<Triangles>>,
-}
-
-/// A point of the surface.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SurfaceSample {
-    /// Position, metres.
-    pub point: Vector3<f64>,
-    /// Outward unit normal of its triangle.
-    pub normal: Vector3<f64>,
 }
 
 impl Mesh {
@@ -285,59 +274,6 @@ impl Mesh {
         self.areas().sum()
     }
 
-    /// Points spread evenly over the surface. They depend only on the mesh, `count` and `seed`.
-    ///
-    /// Farthest-point sampling of uniform candidates: each point is the candidate farthest from all points before it, so
-    /// each prefix of the list is evenly spread too. The cost grows with `count`².
-    pub fn sample_surface(&self, count: usize, seed: u64) -> Vec<SurfaceSample> {
-        const CANDIDATES_PER_SAMPLE: usize = 5;
-        let mut rng = stream(seed, Task::Surface, 0);
-        let candidates = self.uniform_samples(CANDIDATES_PER_SAMPLE * count, &mut rng);
-        let mut gaps = vec![f64::INFINITY; candidates.len()];
-        let mut taken = Vec::with_capacity(count);
-        let mut next = 0;
-        for _ in 0..count {
-            let sample = candidates[next];
-            taken.push(sample);
-            let mut widest = f64::NEG_INFINITY;
-            for (index, (gap, candidate)) in gaps.iter_mut().zip(&candidates).enumerate() {
-                *gap = gap.min((candidate.point - sample.point).norm_squared());
-                if *gap > widest {
-                    (widest, next) = (*gap, index);
-                }
-            }
-        }
-        taken
-    }
-
-    /// Points drawn uniformly by area (as in Osada et al. 2002, eq. 1).
-    fn uniform_samples(&self, count: usize, rng: &mut Rng) -> Vec<SurfaceSample> {
-        let mut total = 0.0;
-        let cumulative: Vec<f64> = self
-            .areas()
-            .map(|area| {
-                total += area;
-                total
-            })
-            .collect();
-        let (vertices, triangles) = self.boundary();
-        let boundary_corners = |index: usize| triangles[index].map(|v| vertices[v as usize]);
-        let draw = |_| {
-            let target = rng.random::<f64>() * total;
-            let index = cumulative
-                .partition_point(|&area| area <= target)
-                .min(triangles.len() - 1);
-            let [a, b, c] = boundary_corners(index);
-            let (root, along) = (rng.random::<f64>().sqrt(), rng.random::<f64>());
-            let point = a * (1.0 - root) + b * (root * (1.0 - along)) + c * (root * along);
-            SurfaceSample {
-                point,
-                normal: (b - a).cross(&(c - a)).normalize(),
-            }
-        };
-        (0..count).map(draw).collect()
-    }
-
     /// Pieces that share no vertex, each as a list of triangles over the common vertices.
     pub(crate) fn pieces(&self) -> Vec<Vec<[u32; 3]>> {
         let mut parent: Vec<u32> = (0..).take(self.vertices.len()).collect();
@@ -358,7 +294,7 @@ impl Mesh {
         pieces.into_values().collect()
     }
 
-    fn areas(&self) -> impl Iterator<Item = f64> + '_ {
+    pub(super) fn areas(&self) -> impl Iterator<Item = f64> + '_ {
         let (vertices, triangles) = self.boundary();
         triangles.iter().map(|triangle| {
             let [a, b, c] = triangle.map(|vertex| vertices[vertex as usize]);
@@ -598,36 +534,5 @@ mod tests {
         let error = of_size(1e-4).check_size("thing").unwrap_err();
         assert!(error.to_string().contains("--scale 1000"), "{error}");
         assert!((cube().scaled("cube", 0.5).unwrap().volume() - 1.25e-4).abs() < 1e-15);
-    }
-
-    #[test]
-    fn samples_are_spread_evenly_and_are_the_same_again() {
-        let cube = cube();
-        let samples = cube.sample_surface(600, 7);
-        assert_eq!(samples, cube.sample_surface(600, 7));
-        assert_ne!(samples, cube.sample_surface(600, 8));
-        let gap = |a: &SurfaceSample| {
-            let others = samples.iter().filter(|b| b.point != a.point);
-            others
-                .map(|b| (b.point - a.point).norm())
-                .fold(f64::INFINITY, f64::min)
-        };
-        // 600 points on 0.06 m² in a triangular lattice would be 10.7 mm apart; random ones come arbitrarily close.
-        assert!(samples.iter().map(gap).fold(f64::INFINITY, f64::min) > 6e-3);
-        for axis in 0..3 {
-            let on_face = samples
-                .iter()
-                .filter(|sample| sample.normal[axis] > 0.5)
-                .count();
-            assert!(
-                (85..=115).contains(&on_face),
-                "{on_face} points on a sixth of the surface"
-            );
-            assert!(
-                samples
-                    .iter()
-                    .all(|s| s.normal[axis] < 0.5 || (s.point[axis] - 0.1).abs() < 1e-12)
-            );
-        }
     }
 }

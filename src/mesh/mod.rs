@@ -12,14 +12,17 @@ mod exact;
 mod file;
 mod mesh_union;
 mod repair;
+mod surface_sample;
 mod winding;
 
-pub use closed::{Mesh, SurfaceSample};
+pub use closed::Mesh;
+#[cfg(feature = "neural")]
 pub(crate) use exact::signed_volume;
 pub use exact::{DEPTH_TOLERANCE_M, ExactMesh, Nearest, TriangleTree};
 pub(crate) use file::of_obj;
 pub(crate) use mesh_union::SignedDistance;
 pub use repair::{Repair, Repaired};
+pub use surface_sample::SurfaceSample;
 
 /// A length rounded to four digits, because single-precision files have more digits than are accurate.
 fn rounded(length_m: f64) -> f64 {

@@ -2,7 +2,7 @@
 
 use std::ops::{Deref, DerefMut};
 
-use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::rotation::{read, write};
@@ -123,8 +123,9 @@ pub(crate) fn translation_of(x: &[f64]) -> Vector3<f64> {
 }
 
 /// Quaternion q of flat pose coordinates, not normalised.
-pub(crate) fn quaternion_of(x: &[f64]) -> Quaternion<f64> {
-    Quaternion::new(x[3], x[4], x[5], x[6])
+#[cfg(feature = "grasp")]
+pub(crate) fn quaternion_of(x: &[f64]) -> nalgebra::Quaternion<f64> {
+    nalgebra::Quaternion::new(x[3], x[4], x[5], x[6])
 }
 
 /// Rotation of flat pose coordinates.

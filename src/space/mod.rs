@@ -19,6 +19,7 @@ pub use cluster::Cluster;
 #[cfg(test)]
 pub(crate) use coordinates::put_root;
 pub use coordinates::{Pose, joints_of, joints_of_mut, object_from_hand, pose_coordinates};
+#[cfg(feature = "grasp")]
 pub(crate) use coordinates::{quaternion_of, translation_of};
 pub use euclidean::Euclidean;
 pub use mirrored::Mirrored;
