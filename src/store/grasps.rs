@@ -51,7 +51,8 @@ use super::check::{canonical, list};
 use super::columns::Columns;
 use super::error::{Fault, StoreError, Warning};
 use super::metadata::{HandMetadata, Metadata, ObjectMetadata, SCHEMA_VERSION};
-use super::table::{FLAG, FLOAT, INDICES, Kind, TEXT, Table, VECTOR, WHOLE};
+use super::row::{self, Column, columns};
+use super::table::{FLOAT, INDICES, Kind, TEXT, Table, VECTOR, WHOLE};
 use crate::grasp::Grasp;
 use crate::space::Pose;
 
@@ -293,10 +294,7 @@ impl GraspFile {
             .map(|grasp| canonical(grasp.grasp.pose.rotation_wxyz()))
             .collect();
         let mut columns = Columns::default();
-        columns.wholes("id", grasps().map(|grasp| grasp.id));
-        columns.texts("object", grasps().map(|grasp| grasp.object.as_str()));
-        columns.floats("scale", grasps().map(|grasp| grasp.scale));
-        columns.texts("hand", grasps().map(|grasp| grasp.hand.as_str()));
+        row::write(NAMED, &self.grasps, &mut columns);
         columns.vectors(
             "translation_m",
             grasps().map(|grasp| grasp.grasp.pose.translation_m()),
@@ -311,48 +309,7 @@ impl GraspFile {
         for (term, name) in self.metadata.terms.iter().enumerate() {
             columns.floats(&term_column(name), grasps().map(|grasp| grasp.terms[term]));
         }
-        columns.floats("net_wrench", grasps().map(|grasp| grasp.net_wrench));
-        columns.floats(
-            "distance_squared",
-            grasps().map(|grasp| grasp.distance_squared),
-        );
-        columns.floats("penetration", grasps().map(|grasp| grasp.penetration));
-        columns.optional_floats("friction", grasps().map(|grasp| grasp.friction));
-        columns.optional_floats("epsilon", grasps().map(|grasp| grasp.epsilon));
-        columns.optional_flags("stable", grasps().map(|grasp| grasp.stable));
-        columns.optional_texts(
-            "stable_reason",
-            grasps().map(|grasp| grasp.stable_reason.as_deref()),
-        );
-        columns.optional_floats(
-            "stable_displacement_m",
-            grasps().map(|grasp| grasp.stable_displacement_m),
-        );
-        columns.optional_floats(
-            "stable_turn_rad",
-            grasps().map(|grasp| grasp.stable_turn_rad),
-        );
-        columns.optional_texts("label", grasps().map(|grasp| grasp.label.as_deref()));
-        columns.optional_texts(
-            "label_auto",
-            grasps().map(|grasp| grasp.label_auto.as_deref()),
-        );
-        columns.optional_floats("label_score", grasps().map(|grasp| grasp.label_score));
-        columns.optional_texts(
-            "label_best",
-            grasps().map(|grasp| grasp.label_best.as_deref()),
-        );
-        columns.optional_texts(
-            "label_category",
-            grasps().map(|grasp| grasp.label_category.as_deref()),
-        );
-        columns.optional_texts(
-            "label_source",
-            grasps().map(|grasp| grasp.label_source.as_deref()),
-        );
-        columns.texts("source", grasps().map(|grasp| grasp.source.as_str()));
-        columns.wholes("chain_seed", grasps().map(|grasp| grasp.chain_seed));
-        columns.wholes("chain_step", grasps().map(|grasp| grasp.chain_step));
+        row::write(MEASURED, &self.grasps, &mut columns);
         columns
     }
 }
@@ -498,96 +455,70 @@ fn foreign(table: &Table, overrides: Overrides) -> Metadata {
     }
 }
 
+/// The columns before the pose.
+const NAMED: &[Column<GraspRow>] = columns![id, object, scale, hand];
+
+/// The columns after the energy and its terms.
+const MEASURED: &[Column<GraspRow>] = columns![
+    net_wrench,
+    distance_squared,
+    penetration,
+    friction,
+    epsilon,
+    stable,
+    stable_reason,
+    stable_displacement_m,
+    stable_turn_rad,
+    label,
+    label_auto,
+    label_score,
+    label_best,
+    label_category,
+    label_source,
+    source if present,
+    chain_seed if present,
+    chain_step if present,
+];
+
 fn rows(table: &Table, metadata: &Metadata) -> Result<Vec<GraspRow>, StoreError> {
-    let mut id = table
-        .defaulted("id", &WHOLE, |row| Some(row as u64))?
-        .into_iter();
+    let ids = table.defaulted("id", &WHOLE, |row| Some(row as u64))?;
     let only_object = only(metadata.objects.iter().map(|object| &object.name));
-    let mut object = table
-        .defaulted("object", &TEXT, |_| only_object.clone())?
-        .into_iter();
-    let mut scale = table.defaulted("scale", &FLOAT, |_| Some(1.0))?.into_iter();
+    let objects = table.defaulted("object", &TEXT, |_| only_object.clone())?;
+    let scales = table.defaulted("scale", &FLOAT, |_| Some(1.0))?;
     let only_hand = only(metadata.hands.iter().map(|hand| &hand.name));
-    let mut hand = table
-        .defaulted("hand", &TEXT, |_| only_hand.clone())?
-        .into_iter();
-    let mut translation_m = table.arrays::<3>("translation_m")?.into_iter();
-    let mut rotation_wxyz = table.arrays::<4>("rotation_wxyz")?.into_iter();
-    let jointless = metadata
-        .hands
-        .iter()
-        .all(|hand| hand.joint_names.is_empty());
-    let mut joints = table
-        .defaulted("joints_rad", &VECTOR, |_| jointless.then(Vec::new))?
-        .into_iter();
-    let mut contacts = table.required("contacts", &INDICES)?.into_iter();
-    let mut energy = table.required("energy", &FLOAT)?.into_iter();
-    let terms = metadata
-        .terms
-        .iter()
-        .map(|name| table.required(&term_column(name), &FLOAT));
+    let hands = table.defaulted("hand", &TEXT, |_| only_hand.clone())?;
+    let translations_m = table.arrays::<3>("translation_m")?;
+    let rotations_wxyz = table.arrays::<4>("rotation_wxyz")?;
+    let mut hands_described = metadata.hands.iter();
+    let jointless = hands_described.all(|hand| hand.joint_names.is_empty());
+    let joints = table.defaulted("joints_rad", &VECTOR, |_| jointless.then(Vec::new))?;
+    let contacts = table.required("contacts", &INDICES)?;
+    let energies = table.required("energy", &FLOAT)?;
+    let terms = metadata.terms.iter();
+    let terms = terms.map(|name| table.required(&term_column(name), &FLOAT));
     let terms = terms.collect::<Result<Vec<_>, _>>()?;
-    let mut net_wrench = table.required("net_wrench", &FLOAT)?.into_iter();
-    let mut distance_squared = table.required("distance_squared", &FLOAT)?.into_iter();
-    let mut penetration = table.required("penetration", &FLOAT)?.into_iter();
-    let mut friction = table.optional("friction", &FLOAT)?.into_iter();
-    let mut epsilon = table.optional("epsilon", &FLOAT)?.into_iter();
-    let mut stable = table.optional("stable", &FLAG)?.into_iter();
-    let mut reason = table.optional("stable_reason", &TEXT)?.into_iter();
-    let mut displacement_m = table.optional("stable_displacement_m", &FLOAT)?.into_iter();
-    let mut turn_rad = table.optional("stable_turn_rad", &FLOAT)?.into_iter();
-    let mut label = table.optional("label", &TEXT)?.into_iter();
-    let mut label_auto = table.optional("label_auto", &TEXT)?.into_iter();
-    let mut label_score = table.optional("label_score", &FLOAT)?.into_iter();
-    let mut label_best = table.optional("label_best", &TEXT)?.into_iter();
-    let mut label_category = table.optional("label_category", &TEXT)?.into_iter();
-    let mut label_source = table.optional("label_source", &TEXT)?.into_iter();
-    let mut source = table
-        .defaulted("source", &TEXT, |_| Some(String::new()))?
-        .into_iter();
-    let mut chain_seed = table
-        .defaulted("chain_seed", &WHOLE, |_| Some(0))?
-        .into_iter();
-    let mut chain_step = table
-        .defaulted("chain_step", &WHOLE, |_| Some(0))?
-        .into_iter();
-    let grasp = |row: usize| {
-        Some(GraspRow {
-            id: id.next()?,
-            object: object.next()?,
-            scale: scale.next()?,
-            hand: hand.next()?,
-            grasp: Grasp {
-                pose: Pose::new(
-                    translation_m.next()?,
-                    rotation_wxyz.next()?,
-                    &joints.next()?,
-                ),
-                contacts: contacts.next()?,
+    let named = ids.into_iter().zip(objects).zip(scales).zip(hands);
+    let mut rows: Vec<GraspRow> = named
+        .zip(contacts)
+        .enumerate()
+        .map(
+            |(row, ((((id, object), scale), hand), contacts))| GraspRow {
+                id,
+                object,
+                scale,
+                hand,
+                grasp: Grasp {
+                    pose: Pose::new(translations_m[row], rotations_wxyz[row], &joints[row]),
+                    contacts,
+                },
+                energy: energies[row],
+                terms: terms.iter().map(|term| term[row]).collect(),
+                ..GraspRow::default()
             },
-            energy: energy.next()?,
-            terms: terms.iter().map(|term| term[row]).collect(),
-            net_wrench: net_wrench.next()?,
-            distance_squared: distance_squared.next()?,
-            penetration: penetration.next()?,
-            friction: friction.next()?,
-            epsilon: epsilon.next()?,
-            stable: stable.next()?,
-            stable_reason: reason.next()?,
-            stable_displacement_m: displacement_m.next()?,
-            stable_turn_rad: turn_rad.next()?,
-            label: label.next()?,
-            label_auto: label_auto.next()?,
-            label_score: label_score.next()?,
-            label_best: label_best.next()?,
-            label_category: label_category.next()?,
-            label_source: label_source.next()?,
-            source: source.next()?,
-            chain_seed: chain_seed.next()?,
-            chain_step: chain_step.next()?,
-        })
-    };
-    Ok((0..table.rows).map_while(grasp).collect())
+        )
+        .collect();
+    row::read(MEASURED, table, &mut rows)?;
+    Ok(rows)
 }
 
 impl Table {

@@ -2,7 +2,7 @@
 
 use super::columns::Columns;
 use super::error::StoreError;
-use super::table::{FLOAT, IDS, INDICES, TEXT, Table, VECTOR, WHOLE};
+use super::table::{FLAG, FLOAT, IDS, INDICES, TEXT, Table, VECTOR, WHOLE};
 
 /// A type of cells, which defines how its columns are written and read.
 pub(super) trait Cell: Sized {
@@ -36,6 +36,7 @@ cell! {
     u64: wholes(cell => *cell), required(WHOLE);
     f64: floats(cell => *cell), required(FLOAT);
     Option<f64>: optional_floats(cell => *cell), optional(FLOAT);
+    Option<bool>: optional_flags(cell => *cell), optional(FLAG);
     String: texts(cell => cell.as_str()), required(TEXT);
     Option<String>: optional_texts(cell => cell.as_deref()), optional(TEXT);
     Vec<f64>: vectors(cell => cell.as_slice()), required(VECTOR);
