@@ -8,35 +8,34 @@ use crate::energy::{Energy, Piecewise};
 use crate::sample::{Kernel, Rng, State, TargetDensity, langevin};
 use crate::space::Space;
 
-/// What the noise of a pose move is scaled with.
+/// Scaling of the noise of pose moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum StepScales {
-    /// How far each joint moves the points that hang on it.
+    /// Scaled by the movement of the points that depend on each joint.
     Levers,
-    /// The metric of the pose space: how far each joint moves the average point of the hand.
+    /// Scaled by the metric of the pose space: the movement of the average point of the hand for each joint.
     Metric,
 }
 
-/// Moves (pose, contact set) together: with probability `contact_probability` one contact is redrawn from its
-/// conditional law (heat bath), otherwise the pose makes a Metropolis-adjusted Langevin step.
-///
-/// The energy of its states is E(H, x, O), an upper bound of the envelope E(H, O).
+/// Moves (pose, contact set): with probability `contact_probability` one contact is redrawn from its conditional
+/// distribution (heat bath), otherwise the pose makes a Metropolis-adjusted Langevin step. The energy of its states is E(H,
+/// x, O), an upper bound of the envelope E(H, O).
 #[derive(Debug, Clone)]
 pub struct GraspKernel<'a> {
     energy: &'a GraspEnergy,
     scales: Vec<f64>,
     /// Probability of a contact move (1 − ρ in Liu et al. 2021, Algorithm 1).
     pub contact_probability: f64,
-    /// Factors on weights, see [`GraspEnergy::evaluate_ramped`].
+    /// Factors on weights (see [`GraspEnergy::evaluate_ramped`]).
     pub ramp: Ramp,
 }
 
-/// Contacts whose weight in the heat bath is below e⁻³⁰ of the largest are not looked at.
+/// Contacts with a heat-bath weight below e⁻³⁰ of the greatest are ignored.
 const NEGLIGIBLE: f64 = 30.0;
 
 impl<'a> GraspKernel<'a> {
-    /// The kernel of `energy` with a contact move in every fifth step.
+    /// The kernel of `energy`, with a contact move in every fifth step on average.
     pub fn new(energy: &'a GraspEnergy) -> Self {
         Self {
             energy,
@@ -46,7 +45,7 @@ impl<'a> GraspKernel<'a> {
         }
     }
 
-    /// The same kernel with the noise of pose moves scaled in this way.
+    /// Sets the scaling of the noise of pose moves.
     #[must_use]
     pub fn with_step_scales(mut self, scales: StepScales) -> Self {
         self.scales = match scales {
@@ -56,7 +55,7 @@ impl<'a> GraspKernel<'a> {
         self
     }
 
-    /// Energy of `state`'s pose and contact set, written into it with its gradient.
+    /// Computes the energy and gradient of `state` for its pose and contact set.
     pub fn evaluate(&self, state: &mut State) {
         state.gradient.resize(self.energy.space().tangents(), 0.0);
         state.energy = self.energy.evaluate_ramped(
@@ -67,7 +66,7 @@ impl<'a> GraspKernel<'a> {
         );
     }
 
-    /// A Langevin step of the pose; returns the logarithm of its acceptance ratio.
+    /// Proposes a Langevin step of the pose and returns the logarithm of the acceptance ratio.
     pub fn move_pose(
         &self,
         state: &State,
@@ -92,11 +91,11 @@ impl<'a> GraspKernel<'a> {
         )
     }
 
-    /// Redraws one contact from its law given the pose and the other contacts (heat bath); returns the logarithm of the
-    /// acceptance ratio.
+    /// Redraws one contact from its distribution given pose and other contacts. Returns the logarithm of the acceptance
+    /// ratio.
     ///
-    /// Without a rank condition that is 0 up to rounding: the proposal *is* the conditional law. The rank condition is not
-    /// part of the proposal ([`GraspEnergy::heat_bath_costs`]) and decides on acceptance.
+    /// Without a rank condition this is 0 up to rounding, because the proposal *is* the conditional distribution. The rank
+    /// condition is not part of the proposal ([`GraspEnergy::heat_bath_costs`]) and decides on acceptance.
     pub fn move_contact(
         &self,
         state: &State,
@@ -137,15 +136,15 @@ impl<'a> GraspKernel<'a> {
         };
         proposal.discrete[slot] = chosen;
         self.evaluate(proposal);
-        // A present contact that is not among the options weighs next to nothing, and is let go.
+        // A present contact outside the options has a negligible weight and is always replaced.
         let present_cost = options.iter().find(|(index, _)| *index == present);
         present_cost.map_or(0.0, |(_, present_cost)| {
             ((state.energy - present_cost) - (proposal.energy - cost)) / temperature
         })
     }
 
-    /// Proposes any candidate in the place of one contact; returns the logarithm of the acceptance ratio (−∞ where the
-    /// candidate is in the set already).
+    /// Proposes any candidate in place of one contact. Returns the logarithm of the acceptance ratio (−∞ if already in the
+    /// set).
     pub fn move_contact_uniformly(
         &self,
         state: &State,

@@ -1,4 +1,4 @@
-//! One evaluation at a pose: the posed hand, what is measured of it, and the energy of its terms.
+//! One evaluation at a pose: the posed hand, its measured distances, and the energy of the terms.
 
 use std::sync::PoisonError;
 
@@ -9,47 +9,45 @@ use crate::grasp::term::{Contact, Forces, NearPoint, Proximity, Scene, Stage};
 use crate::hand::PosedHand;
 use crate::space::Space;
 
-/// Buffers of an evaluation, and what is remembered to make the next one cheaper (never to change its result).
+/// Buffers and caches of an evaluation. They make the next one faster but never change its result.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Memory {
-    /// The pose that `posed` holds.
     x: Vec<f64>,
     pub(super) posed: PosedHand,
     surface: NearSearch,
-    /// Points within `band_m` at the current pose, by rising index.
+    /// Points within `band_m` at the current pose, by ascending index.
     pub(super) near: Vec<NearPoint>,
     pub(super) band_m: f64,
     proximity: Proximity,
     forces: Forces,
-    /// Energy and forces of the contact-free terms, if they were computed at the current pose.
+    /// Energy and forces of the contact-free terms, if already computed at the current pose.
     contact_free: Option<ContactFree>,
     pub(super) contacts: Vec<Contact>,
     pub(super) search: ContactSearch,
-    /// The best contact set of the last search.
+    /// Best contact set of the last search.
     pub(super) warm: Vec<u32>,
     ramp: Ramp,
 }
 
-/// Energy and forces of the terms that need no contacts.
 #[derive(Debug, Clone, Default)]
 struct ContactFree {
-    /// The factor on depths they were computed with.
+    /// The factor on depth weights that was used.
     depth_factor: f64,
     energy: f64,
     forces: Forces,
 }
 
-/// Factors on weights while a synthesis begins softly.
+/// Factors on weights during the start of a synthesis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ramp {
-    /// On the weight of contact distances.
+    /// Factor on the weight of contact distances.
     pub distance: f64,
-    /// On the weights of depths: hand in object, object in hand, hand in hand.
+    /// Factor on the weights of depths: hand in object, object in hand, hand in itself.
     pub depth: f64,
 }
 
 impl Default for Ramp {
-    /// The energy as it is.
+    /// Full weights.
     fn default() -> Self {
         Self {
             distance: 1.0,
@@ -58,7 +56,7 @@ impl Default for Ramp {
     }
 }
 
-/// An energy at a pose. Its hand is posed; the rest is measured when it is asked for.
+/// An evaluation at a pose. Only the hand is posed at first; everything else is measured when needed.
 pub(super) struct Evaluation<'a> {
     pub(super) energy: &'a GraspEnergy,
     x: &'a [f64],
@@ -66,7 +64,7 @@ pub(super) struct Evaluation<'a> {
 }
 
 impl GraspEnergy {
-    /// Evaluates at `x` with the memory that is nearest; threads that work elsewhere do not take each other's.
+    /// Evaluates at `x` with the memory of the nearest pose. Threads that work at different poses use different memories.
     pub(super) fn at<R>(&self, x: &[f64], work: impl FnOnce(&mut Evaluation<'_>) -> R) -> R {
         let pool = || self.memories.lock().unwrap_or_else(PoisonError::into_inner);
         let mut memory = take_nearest(&mut pool(), x).unwrap_or_default();
@@ -75,7 +73,7 @@ impl GraspEnergy {
         result
     }
 
-    /// A memory that knows what the last one used knows.
+    /// A copy of the memory used last.
     pub(super) fn copy_of_memory(&self) -> Memory {
         let pool = self.memories.lock().unwrap_or_else(PoisonError::into_inner);
         pool.last().cloned().unwrap_or_default()
@@ -83,7 +81,7 @@ impl GraspEnergy {
 }
 
 impl<'a> Evaluation<'a> {
-    /// Poses the links of the hand, unless they are there already.
+    /// Poses the links of the hand, unless the memory already has this pose.
     pub(super) fn new(energy: &'a GraspEnergy, x: &'a [f64], memory: &'a mut Memory) -> Self {
         let coordinates = energy.space.coordinates();
         assert_eq!(x.len(), coordinates, "a pose of another hand");
@@ -98,8 +96,7 @@ impl<'a> Evaluation<'a> {
         Self { energy, x, memory }
     }
 
-    /// Fills `near` with every surface point whose signed distance is at most `band_m`; with gradients of those at most
-    /// at `graded_m`.
+    /// Fills `near` with all surface points of signed distance at most `band_m`, with gradients up to `graded_m`.
     pub(super) fn measure(&mut self, band_m: f64, graded_m: f64) {
         let memory = &mut *self.memory;
         memory.band_m = band_m;
@@ -112,7 +109,7 @@ impl<'a> Evaluation<'a> {
         );
     }
 
-    /// Asks the object for its answers at the contacts of `choice`.
+    /// Measures the object at the contacts of `choice`.
     pub(super) fn measure_contacts(&mut self, choice: &[u32]) {
         let (energy, memory) = (self.energy, &mut *self.memory);
         memory.contacts.clear();
@@ -130,7 +127,7 @@ impl<'a> Evaluation<'a> {
         }
     }
 
-    /// Does `work` with weights softened by `ramp`.
+    /// Calls `work` with the weights of `ramp`.
     pub(super) fn ramped<R>(&mut self, ramp: Ramp, work: impl FnOnce(&mut Self) -> R) -> R {
         self.memory.ramp = ramp;
         let result = work(self);
@@ -138,7 +135,6 @@ impl<'a> Evaluation<'a> {
         result
     }
 
-    /// What terms look at, and the forces they add to.
     fn scene(&mut self) -> (Scene<'_>, &mut Forces) {
         let (energy, memory) = (self.energy, &mut *self.memory);
         let scene = Scene {
@@ -162,7 +158,7 @@ impl<'a> Evaluation<'a> {
         terms.map(|term| term.add(&scene, forces)).sum()
     }
 
-    /// What may overlap, as far as a term asks.
+    /// Updates the lists of parts that may overlap, if a term needs them.
     fn update_proximity(&mut self) {
         let (energy, memory) = (self.energy, &mut *self.memory);
         let (hand, posed) = (&energy.hand, &memory.posed);
@@ -175,7 +171,6 @@ impl<'a> Evaluation<'a> {
         }
     }
 
-    /// Energy and forces of the terms that need no contacts.
     pub(super) fn contact_free(&mut self) -> f64 {
         let (hand, clearance_m) = (&self.energy.hand, self.energy.clearance_m);
         let memory = &mut *self.memory;
@@ -205,7 +200,7 @@ impl<'a> Evaluation<'a> {
         energy
     }
 
-    /// Adds the terms of `choice` to the contact-free ones, and pulls the forces of all back to the gradient.
+    /// Adds the terms of `choice` to the contact-free ones and converts all forces to the gradient.
     fn pull_back(&mut self, choice: &[u32], gradient: &mut [f64]) -> f64 {
         self.measure_contacts(choice);
         let contact_energy = self.add_terms(Stage::Contacts);
@@ -221,11 +216,11 @@ impl<'a> Evaluation<'a> {
         contact_energy
     }
 
-    /// The envelope, leaving early above `cutoff`.
+    /// The envelope. It returns early above `cutoff`.
     pub(super) fn envelope(&mut self, gradient: &mut [f64], cutoff: f64) -> f64 {
         self.measure_candidates();
         let free = self.contact_free();
-        // The search counts the alignment from its least value.
+        // The search counts the alignment relative to its minimum.
         let base = free - self.energy.alignment.weight;
         if base > cutoff {
             return base;
@@ -240,7 +235,7 @@ impl<'a> Evaluation<'a> {
         free + self.pull_back(&choice, gradient)
     }
 
-    /// The envelope, or the energy of a good contact set above `ceiling`.
+    /// The envelope, or the energy of a good contact set if it exceeds `ceiling`.
     pub(super) fn roughly(&mut self, gradient: &mut [f64], ceiling: f64) -> (f64, Vec<u32>) {
         self.measure_candidates();
         let base = self.contact_free();
@@ -250,14 +245,13 @@ impl<'a> Evaluation<'a> {
         (energy, choice)
     }
 
-    /// The best contact set.
     pub(super) fn best_choice(&mut self) -> Vec<u32> {
         self.measure_candidates();
         self.choose_contacts(f64::INFINITY);
         self.memory.search.best().to_vec()
     }
 
-    /// The energy with the contact set held at `choice`.
+    /// The energy of the fixed contact set `choice`.
     pub(super) fn held(&mut self, choice: &[u32], ramp: Ramp, gradient: &mut [f64]) -> f64 {
         self.ramped(ramp, |evaluation| {
             let base = evaluation.contact_free();
@@ -265,7 +259,6 @@ impl<'a> Evaluation<'a> {
         })
     }
 
-    /// The named terms of `choice`.
     pub(super) fn terms(&mut self, choice: &[u32]) -> Vec<(String, f64)> {
         let energy = self.energy;
         self.measure(energy.clearance_m, energy.clearance_m);
@@ -284,7 +277,7 @@ fn take_nearest(pool: &mut Vec<Memory>, x: &[f64]) -> Option<Memory> {
     if pool.len() < 2 {
         return pool.pop();
     }
-    // Any measure will do; a radian moves fingers by centimetres.
+    // Any metric will do; a radian moves fingers by centimetres.
     let weight = |coordinate: usize| if coordinate < 3 { 1.0 } else { 0.05 };
     let away = |memory: &Memory| -> f64 {
         let steps = memory.x.iter().zip(x).enumerate();

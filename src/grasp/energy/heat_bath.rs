@@ -1,4 +1,4 @@
-//! Costs of surface points as the last contact of a set: the weights from which heat-bath moves draw.
+//! Heat-bath weights for redrawing one contact.
 
 use nalgebra::Vector6;
 
@@ -8,8 +8,8 @@ use crate::grasp::term::point_contact;
 
 impl GraspEnergy {
     /// Costs of surface points as the contact that completes `others` at pose `x`: own cost (distance times
-    /// `distance_factor`, alignment counted from its least value) plus force closure of the whole set, without the rank
-    /// condition. Every point is listed that costs at most `allowance` more than the cheapest one.
+    /// `distance_factor`, alignment relative to its minimum) plus force closure of the whole set, without the rank
+    /// condition. All points that cost at most `allowance` more than the cheapest one are listed.
     pub fn heat_bath_costs(
         &self,
         x: &[f64],
@@ -26,7 +26,7 @@ impl GraspEnergy {
                 .map(|c| point_contact(c, &self.object.centroid, self.unit_m).wrench())
                 .sum();
             let reach_m = |cost: f64| self.distance.reach_m(cost / distance_factor, self.unit_m);
-            // At least this far points count, so their gradients will be asked for.
+            // Points up to this distance always count, so their gradients are needed.
             let surely_m = reach_m(allowance);
             evaluation.measure(FIRST_BAND_M, surely_m.min(FIRST_BAND_M));
             let nearest_m = loop {
@@ -46,8 +46,8 @@ impl GraspEnergy {
                 }
                 evaluation.measure(2.0 * evaluation.memory.band_m, 0.0);
             };
-            // Some point costs no more than the cheapest one found here; nothing but the distance is sure to cost
-            // something, so only points beyond the reach of that total are surely dearer.
+            // Some point costs no more than the cheapest one here. Only the distance is certain to cost something, so a
+            // point is certainly too expensive only beyond the reach of that cost.
             let cheapest = distance_factor * self.distance.cost(nearest_m, self.unit_m);
             let near_m = reach_m(cheapest + allowance);
             evaluation.measure(near_m, near_m);
@@ -65,7 +65,7 @@ impl GraspEnergy {
 }
 
 impl Evaluation<'_> {
-    /// Costs of the measured points that may complete `others`, whose wrench is `rest`.
+    /// Costs of the measured points that may complete `others`, which have the net wrench `rest`.
     fn options(
         &self,
         others: &[u32],

@@ -1,4 +1,4 @@
-//! A grasp energy with a memory of its own.
+//! A grasp energy with its own memory.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -7,8 +7,7 @@ use super::{GraspEnergy, Ramp};
 use crate::energy::{Energy, Explain, Piecewise, Wrapper};
 use crate::space::Space;
 
-/// The energy as one image of a path sees it: what is remembered stays near that image, so little must be looked at anew
-/// when it moves.
+/// The energy for one image of a path. Its memory stays near that image, so little must be measured again when it moves.
 #[derive(Debug)]
 pub(super) struct Local<'a> {
     energy: &'a GraspEnergy,
@@ -16,7 +15,6 @@ pub(super) struct Local<'a> {
 }
 
 impl GraspEnergy {
-    /// The same energy with a memory of its own.
     pub(super) fn with_own_memory(&self) -> Local<'_> {
         Local {
             energy: self,

@@ -22,13 +22,13 @@ use crate::hand::Hand;
 use crate::object::Object;
 use crate::space::{PoseMetric, PoseSpace, Space};
 
-/// E(H, O): the energy of a hand pose on an object, minimised exactly over the contact sets of n surface points.
+/// E(H, O): the energy of a hand pose on an object, minimised exactly over all sets of n contacts.
 ///
 /// ```text
 /// E(H, O) = min over x ⊂ S(H), |x| = n  of  E_fc(H, x, O) + E_dist(H, x, O) + E_pen + E_prior + …
 /// ```
 ///
-/// Continuous and piecewise C¹: the best contact set changes on seams. Every term is C¹ for a fixed set
+/// It is continuous and piecewise C¹, with kinks at seams. For a fixed set every term is C¹
 /// ([`Piecewise::evaluate_piece`]).
 #[derive(Debug)]
 pub struct GraspEnergy {
@@ -38,12 +38,12 @@ pub struct GraspEnergy {
     metric: PoseMetric,
     settings: EnergySettings,
     unit_m: f64,
-    /// The terms that the search for the best contact set asks.
+    /// The terms used in the search for the best contact set.
     distance: Distance,
     alignment: Alignment,
-    /// Distance that every surface point keeps from the object, metres.
+    /// Distance that every surface point must keep from the object, metres.
     clearance_m: f64,
-    /// The terms whose weight is not zero, by stage.
+    /// The terms with nonzero weight, by stage.
     terms: Vec<Box<dyn Term>>,
     /// Whether each surface point may be a contact, and the list of those that may.
     may_touch: Vec<bool>,
@@ -51,17 +51,17 @@ pub struct GraspEnergy {
     memories: Mutex<Vec<Memory>>,
 }
 
-/// Surface points within this distance are candidates at first; the search widens the band by itself where needed.
+/// Initial distance of candidates. The search widens it where necessary.
 const FIRST_BAND_M: f64 = 0.006;
 
-/// Contact energy above which no contact set is any good, and the best one is only looked for where it is asked for.
+/// Contact energy above which all contact sets are bad, and the best one is found only on request.
 const HOPELESS: f64 = 1.0;
 
 impl GraspEnergy {
     /// The energy of `hand` on `object`.
     ///
     /// # Errors
-    /// If the settings make no sense.
+    /// If the settings are invalid.
     pub fn new(
         hand: Arc<Hand>,
         object: Arc<Object>,
@@ -102,8 +102,7 @@ impl GraspEnergy {
         })
     }
 
-    /// The same energy with every surface point of the hand kept `clearance_m` off the object by a stiff penalty: its
-    /// minima tell what hovering costs.
+    /// The same energy with a stiff penalty that keeps the hand `clearance_m` off the object; it gives the hovering cost.
     #[must_use]
     pub fn with_clearance(mut self, clearance_m: f64, weight: f64) -> Self {
         self.clearance_m = clearance_m;
@@ -122,22 +121,22 @@ impl GraspEnergy {
         &self.object
     }
 
-    /// Surface points that may be contacts, by index.
+    /// Indices of the surface points that may be contacts.
     pub fn contact_candidates(&self) -> &[u32] {
         &self.contact_candidates
     }
 
-    /// The settings it was made with.
+    /// The settings.
     pub fn settings(&self) -> &EnergySettings {
         &self.settings
     }
 
-    /// The pose space, as a concrete type.
+    /// The pose space as a concrete type.
     pub fn pose_space(&self) -> &PoseSpace {
         &self.space
     }
 
-    /// The length that divides arms, distances and depths, metres.
+    /// Length unit of arms, distances and depths, metres.
     pub fn unit_m(&self) -> f64 {
         self.unit_m
     }
@@ -189,7 +188,7 @@ impl Piecewise for GraspEnergy {
 }
 
 impl Explain for GraspEnergy {
-    /// At the best contact set, or at a good one where even that costs so much that none is worth finding.
+    /// The terms at the best contact set, or at a good one if all sets are very bad.
     fn terms(&self, x: &[f64]) -> Vec<(String, f64)> {
         self.at(x, |evaluation| {
             evaluation.measure_candidates();
@@ -207,7 +206,7 @@ impl Explain for GraspEnergy {
 }
 
 impl GraspEnergy {
-    /// E(H, x, O) with the weights of contact distances and depths multiplied by `ramp`, as synthesis ramps them.
+    /// E(H, x, O) with the weights of contact distances and depths multiplied by `ramp`, as in synthesis.
     ///
     /// # Panics
     /// If a slice has the wrong length.

@@ -1,9 +1,9 @@
-//! Which surface points of the hand are near the object: a search that remembers.
+//! Finds the surface points of the hand near the object, with caching.
 //!
-//! Two bounds spare most of the work. A link that has moved by s since its points were bounded has brought none of them
-//! nearer than its bound less s times the slope of the shape, so only the first few of its points, in order of their
-//! bounds, are posed at all. A point that has moved by s since it was measured is measured again only if it can have come
-//! within the band. What is remembered never changes a result, only its price.
+//! Two bounds save most of the work. First, when a link has moved by s since its points were bounded, none is nearer than
+//! its bound minus s times the slope of the shape. Only the first points, in order of their bounds, are therefore posed.
+//! Second, a point that has moved by s since its measurement is measured again only if it can have entered the band. The
+//! cache never changes a result.
 
 use nalgebra::Vector3;
 
@@ -11,22 +11,22 @@ use crate::grasp::term::NearPoint;
 use crate::hand::{Frame, Hand, LinkId, PosedHand};
 use crate::object::Shape;
 
-/// Points looked at in vain, per point of the link, before its bounds are renewed: that costs about as much.
+/// Points tested in vain, for each point of the link, before its bounds are renewed, which costs about as much.
 const PATIENCE: usize = 4;
 
-/// Displacements are sums of a few roundings of lengths below a metre.
+/// Rounding error of displacements below a metre.
 const ROUNDING_M: f64 = 1e-12;
 
-/// What is known of the surface points of one hand near one object.
+/// Cached data of the surface points of one hand near one object.
 #[derive(Debug, Clone, Default)]
 pub(super) struct NearSearch {
     points: Vec<Known>,
     links: Vec<Bounds>,
-    /// One bit a surface point: whether it is to be looked at.
+    /// One bit for each surface point: whether it must be tested.
     marks: Vec<u64>,
 }
 
-/// Where a surface point was last measured, and the answers there.
+/// Last measured position and distance of a surface point.
 #[derive(Debug, Clone, Copy)]
 struct Known {
     point: Vector3<f64>,
@@ -34,23 +34,21 @@ struct Known {
     gradient: Option<Vector3<f64>>,
 }
 
-/// Bounds of the distances of a link's points.
 #[derive(Debug, Clone, Default)]
 struct Bounds {
-    /// A ball around the points, link frame.
+    /// Ball around the points, link frame.
     centre: Vector3<f64>,
     radius_m: f64,
-    /// Frame of the link at which the bounds hold.
+    /// Frame of the link for which the bounds hold.
     frame: Frame,
-    /// Least distance that each point can have there, rising, and its index.
+    /// Lower bound of each point's distance there, ascending, and its index.
     order: Vec<(f64, u32)>,
-    /// Points looked at since that turned out to be far.
+    /// Points tested since then that were too far.
     in_vain: usize,
 }
 
 impl NearSearch {
-    /// Fills `near` with every surface point whose signed distance is at most `band_m`, by rising index; with gradients
-    /// of those at most at `graded_m`.
+    /// Fills `near` with all surface points up to the signed distance `band_m`, by index, with gradients up to `graded_m`.
     pub(super) fn find(
         &mut self,
         hand: &Hand,
@@ -64,7 +62,7 @@ impl NearSearch {
         }
         let slope = shape.lipschitz();
         if hand.bends() {
-            // Points that several links carry have no bounds by one of them.
+            // Points that depend on several links have no bounds.
             self.mark_all();
         } else {
             self.mark(posed, band_m, slope);
@@ -99,7 +97,7 @@ impl NearSearch {
         }
     }
 
-    /// Knows nothing of the points of `hand`.
+    /// Resets the cache for the points of `hand`.
     fn forget(&mut self, hand: &Hand) {
         let unknown = Known {
             point: Vector3::zeros(),
@@ -123,11 +121,11 @@ impl NearSearch {
         }
     }
 
-    /// Marks the points whose bounds do not rule them out.
+    /// Marks the points that their bounds do not exclude.
     fn mark(&mut self, posed: &PosedHand, band_m: f64, slope: f64) {
         for (link, frame) in self.links.iter_mut().zip(&posed.object_from_link) {
             let reach = band_m + slope * link.moved_m(frame);
-            // A bound that is not a number rules nothing out.
+            // A NaN bound excludes nothing.
             let marked = link
                 .order
                 .iter()
@@ -148,7 +146,7 @@ impl NearSearch {
         }
     }
 
-    /// Bounds the points of `link` anew, at its present frame.
+    /// Renews the bounds of the points of `link` at its current frame.
     fn renew(&mut self, hand: &Hand, posed: &PosedHand, link: LinkId, slope: f64) {
         let bounds = &mut self.links[link.0];
         bounds.frame = posed.object_from_link[link.0];
@@ -165,19 +163,19 @@ impl NearSearch {
 }
 
 impl Known {
-    /// Whether a point that has moved here cannot lie within the band.
+    /// Whether a point that moved here cannot be within the band.
     fn rules_out(&self, point: &Vector3<f64>, band_m: f64, slope: f64) -> bool {
         let spare = self.distance_m - band_m;
         spare > 0.0 && spare * spare > slope * slope * (point - self.point).norm_squared()
     }
 
-    /// Makes the answers those at `point`, with the gradient where the distance is at most `graded_m`.
+    /// Measures at `point`, including the gradient if the distance is at most `graded_m`.
     fn measure(&mut self, point: &Vector3<f64>, shape: &dyn Shape, graded_m: f64) {
         let measured = self.point == *point && self.distance_m != f64::NEG_INFINITY;
         if measured && (self.gradient.is_some() || self.distance_m > graded_m) {
             return;
         }
-        // A point that was near is likely to be near again: one visit for both answers.
+        // A point that was near is probably near again, so both are measured at once.
         let expected = self.distance_m <= graded_m && self.distance_m != f64::NEG_INFINITY;
         if !expected {
             self.distance_m = shape.distance(point);
@@ -193,11 +191,11 @@ impl Known {
 }
 
 impl Bounds {
-    /// Farthest that any of the points can have moved: with the centre of the ball and about it.
+    /// Greatest movement of any of the points: that of the ball's centre plus the rotation about it.
     fn moved_m(&self, frame: &Frame) -> f64 {
         let turn = frame.rotation - self.frame.rotation;
         let shift = turn * self.centre + (frame.translation - self.frame.translation);
-        // The difference of two rotations stretches by 2 sin(φ/2), in two directions and not at all in the third.
+        // The difference of two rotations stretches two directions by 2 sin(φ/2), and the third not at all.
         let stretch = (0.5 * turn.norm_squared()).sqrt();
         shift.norm() + stretch * self.radius_m + ROUNDING_M
     }

@@ -1,4 +1,4 @@
-//! Questions about one pose that filters, pictures and reports ask.
+//! Queries about one pose for filters, pictures and reports.
 
 use nalgebra::Vector3;
 
@@ -8,11 +8,11 @@ use crate::grasp::depth::deepest_m;
 use crate::grasp::term::point_contact;
 use crate::hand::PosedHand;
 
-/// A path whose top buries hand or object deeper than this passes through the object.
+/// Depth above which the top of a path passes through the object, metres.
 pub const THROUGH_M: f64 = 0.002;
 
 impl GraspEnergy {
-    /// The contacts of `choice` at pose `x` as the force-closure tests see them, arms divided by the unit.
+    /// The contacts of `choice` at pose `x` in the form of the force-closure tests, with arms divided by the unit.
     pub fn point_contacts(&self, x: &[f64], choice: &[u32]) -> Vec<PointContact> {
         self.at(x, |evaluation| {
             evaluation.measure_contacts(choice);
@@ -23,15 +23,14 @@ impl GraspEnergy {
         })
     }
 
-    /// Depth of the deepest point at pose `x` of hand or object in the other, metres, 0 where nothing overlaps: what the
-    /// filters look at ([`deepest_m`]).
+    /// Greatest depth at pose `x` of hand or object in the other, metres; 0 without overlap ([`deepest_m`]).
     pub fn deepest_m(&self, x: &[f64]) -> f64 {
         let mut posed = PosedHand::default();
         self.hand.pose(x, &mut posed);
         deepest_m(&self.object.exact, &self.hand, &posed)
     }
 
-    /// Least signed distance of a surface point of the hand from the object at pose `x`, metres.
+    /// Least signed distance of the hand's surface points from the object at pose `x`, metres.
     pub fn clearance_m(&self, x: &[f64]) -> f64 {
         self.at(x, |evaluation| {
             let posed = &evaluation.memory.posed;

@@ -1,4 +1,4 @@
-//! The best contact set of a posed hand: which surface points are candidates, and when the search may end.
+//! The best contact set of a posed hand: choice of candidates and end of the search.
 
 use super::evaluation::Evaluation;
 use super::{FIRST_BAND_M, GraspEnergy};
@@ -8,12 +8,11 @@ use crate::grasp::term::NearPoint;
 use crate::hand::PosedHand;
 
 impl GraspEnergy {
-    /// Whether a surface point may be a contact.
     pub(super) fn may_touch(&self, near: &NearPoint) -> bool {
         self.may_touch[near.index as usize]
     }
 
-    /// The contact that a surface point near the object would make; `None` where the object has no normal.
+    /// The contact at a surface point near the object; `None` if the object has no normal there.
     pub(super) fn contact_at(&self, near: &NearPoint) -> Option<PointContact> {
         let gradient = near
             .gradient
@@ -25,7 +24,7 @@ impl GraspEnergy {
         })
     }
 
-    /// The candidate that a surface point near the object is; `None` where the object has no normal.
+    /// The candidate at a surface point near the object; `None` if the object has no normal there.
     pub(super) fn candidate(&self, near: &NearPoint, posed: &PosedHand) -> Option<Candidate> {
         let contact = self.contact_at(near)?;
         Some(Candidate {
@@ -35,8 +34,7 @@ impl GraspEnergy {
         })
     }
 
-    /// Cost of a contact that does not depend on the others, its distance weighted by `distance_factor`; the alignment
-    /// counts from its least value.
+    /// Cost of a contact by itself, with its distance times `distance_factor` and its alignment relative to the minimum.
     pub(super) fn own_cost(
         &self,
         near: &NearPoint,
@@ -63,7 +61,7 @@ impl GraspEnergy {
 }
 
 impl Evaluation<'_> {
-    /// Fills `near` with the candidates of most poses and every point that is asked whether it lies inside the object.
+    /// Fills `near` with the usual candidates and all points that may violate the clearance.
     pub(super) fn measure_candidates(&mut self) {
         let band_m = FIRST_BAND_M.max(self.energy.clearance_m);
         self.measure(band_m, band_m);
@@ -76,23 +74,22 @@ impl Evaluation<'_> {
         memory.search.begin(candidates);
     }
 
-    /// Fills `near` and the list of candidates from a wider band.
     fn widen(&mut self, band_m: f64) {
         self.measure(band_m, band_m);
         self.list_candidates();
     }
 
-    /// Leaves the best contact set at the posed hand in `memory.search` and returns its contact energy, or a lower bound of
-    /// it above `cutoff`; the alignment counts from its least value, so that no cost is negative.
+    /// Finds the best contact set of the posed hand, leaves it in `memory.search` and returns its contact energy (or a
+    /// lower bound above `cutoff`). The alignment is relative to its minimum, so that no cost is negative.
     ///
-    /// With a rank weight the set is the minimum of the other contact terms: the rank term is zero but for degenerate
-    /// sets, and its value is added to the energy.
+    /// With a rank weight the set minimises the other contact terms only; the rank term, mostly zero, is added to the
+    /// energy.
     pub(super) fn choose_contacts(&mut self, cutoff: f64) -> f64 {
         self.list_candidates();
         self.choose_among_listed(cutoff)
     }
 
-    /// [`Evaluation::choose_contacts`] among the candidates listed, and further ones where they could matter.
+    /// Like [`Evaluation::choose_contacts`], with the listed candidates and others where they could matter.
     fn choose_among_listed(&mut self, cutoff: f64) -> f64 {
         let energy = self.energy;
         let (size, unit_m, cost) = (
@@ -113,13 +110,13 @@ impl Evaluation<'_> {
                 return floor;
             }
             let total = memory.search.descend(size, &memory.warm, &cost);
-            // A member of a better set costs at most what the others leave of the total. Of others outside the band nothing
-            // but the distance is sure to cost something.
+            // A member of a better set costs at most the total minus the other members. Outside the band only the distance
+            // is certain to cost something.
             let outside = energy.distance.cost(band_m, unit_m);
             let others = memory.search.floor_with(size - 1, outside);
             let needed_m = energy.distance.reach_m(total.min(cutoff) - others, unit_m);
             if needed_m > band_m && !everything {
-                // Also when few candidates made the first total poor: the wider list has a better one.
+                // This includes a poor total from too few candidates, which the wider list improves.
                 self.remember();
                 self.widen(needed_m.min(2.0 * band_m));
                 continue;
@@ -130,8 +127,8 @@ impl Evaluation<'_> {
         }
     }
 
-    /// As [`Evaluation::choose_contacts`], but without proof where a good set costs more than `ceiling`; never looks at what
-    /// was remembered, so that the answer depends on the pose alone.
+    /// Like [`Evaluation::choose_contacts`], but without proof if a good set costs more than `ceiling`. It ignores the
+    /// previous set, so that the result depends only on the pose.
     pub(super) fn choose_contacts_roughly_above(&mut self, ceiling: f64) -> f64 {
         let (size, points) = (
             self.energy.settings.contacts,
@@ -149,7 +146,7 @@ impl Evaluation<'_> {
         self.choose_among_listed(f64::INFINITY)
     }
 
-    /// Keeps the best set found as the start of the next search.
+    /// Stores the best set as the start of the next search.
     fn remember(&mut self) {
         let memory = &mut *self.memory;
         memory.warm.clear();

@@ -1,4 +1,4 @@
-//! Which terms make the grasp energy, and the presets.
+//! Settings of the grasp energy, and presets.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,16 +9,16 @@ use crate::grasp::term::{
 use crate::hand::Hand;
 use crate::limits::{Beyond, DISTANCE_WEIGHT, ENERGY_SETTING, OBJECT_SIZE};
 
-/// The length unit of the authors of Liu et al. (2021), in which Eq. 11 is stated.
+/// Length unit of the authors of Liu et al. (2021), used in Eq. 11.
 pub const AUTHORS_UNIT_M: f64 = 0.12;
 
-/// The length that divides arms, distances and depths, and so makes the energy dimensionless.
+/// Length unit of arms, distances and depths, which makes the energy dimensionless.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Unit {
-    /// Largest distance of a vertex of the object from its centroid of volume.
+    /// Greatest distance of a vertex of the object from its centroid of volume.
     ObjectRadius,
-    /// A fixed length in metres (the authors of Liu et al. 2021 use 0.12).
+    /// A fixed length in metres (0.12 in Liu et al. 2021).
     Metres(f64),
 }
 
@@ -26,14 +26,14 @@ pub enum Unit {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Candidates {
-    /// All.
+    /// All points.
     All,
-    /// Those on the tips and pads of the last links of the digits.
+    /// Points on the tips and pads of the last links of the digits.
     Fingertips,
 }
 
 impl Candidates {
-    /// For each surface point of `hand`, whether it is one.
+    /// Whether each surface point of `hand` is a candidate.
     pub fn of(self, hand: &Hand) -> Vec<bool> {
         let is_candidate = |point| match self {
             Self::All => hand.may_touch(point),
@@ -43,59 +43,59 @@ impl Candidates {
     }
 }
 
-/// Which terms make the grasp energy, with weights and roundings. Read from a TOML file; see `data/experiments/`.
+/// Terms of the grasp energy with weights and roundings. They are read from a TOML file; see `data/experiments/`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct EnergySettings {
-    /// Number of contacts n. Three equal unit forces balance only at 120°, so pinches need four.
+    /// Number of contacts n. Three equal unit forces balance only at 120°, so pinches need four contacts.
     pub contacts: usize,
     /// Which surface points may be contacts.
     pub candidates: Candidates,
-    /// The length that makes the energy dimensionless.
+    /// Length unit of the energy.
     pub unit: Unit,
-    /// Weight of the left-over wrench.
+    /// Weight of the net wrench.
     pub force_closure_weight: f64,
-    /// Its norm or its square.
+    /// Norm or square of the net wrench.
     pub force_closure_form: NormForm,
-    /// Rounding of its norm, dimensionless.
+    /// Rounding of the norm of the net wrench, dimensionless.
     pub force_closure_rounding: f64,
     /// Weight of the rank condition.
     pub rank_weight: f64,
-    /// The least eigenvalue or all.
+    /// Least eigenvalue or all.
     pub rank_form: RankForm,
-    /// Its threshold ε.
+    /// Threshold ε of the rank condition.
     pub rank_epsilon: f64,
     /// Weight of contact distances per unit length (or its square).
     pub distance_weight: f64,
-    /// The distances or their squares.
+    /// Norm or square of the distances.
     pub distance_form: NormForm,
-    /// Their rounding, metres.
+    /// Rounding of the distances, metres.
     pub distance_rounding_m: f64,
-    /// Weight of the agreement of the hand's normals with the object's at the contacts.
+    /// Weight of the alignment of the normals of hand and object at the contacts.
     pub alignment_weight: f64,
     /// Weight of hand points inside the object per unit length.
     pub penetration_weight: f64,
     /// Weight of object points inside the hand per unit length.
     pub intrusion_weight: f64,
-    /// Depth of an object point inside the hand that costs nothing, metres: what skin gives.
+    /// Depth of an object point inside the hand that costs nothing, metres, like compressed skin.
     pub intrusion_free_m: f64,
-    /// Weight of the hand inside itself per unit length.
+    /// Weight of the hand's overlap with itself per unit length.
     pub self_penetration_weight: f64,
-    /// Rounding of the three depths, metres.
+    /// Rounding of the three kinds of depth, metres.
     pub depth_rounding_m: f64,
     /// Weight of joint excess per radian.
     pub joint_limits_weight: f64,
-    /// Its rounding, radians.
+    /// Rounding of the joint excess, radians.
     pub joint_limits_rounding_rad: f64,
     /// Weight of the pose prior.
     pub prior_weight: f64,
-    /// Its form.
+    /// Form of the pose prior.
     pub prior_form: PriorForm,
 }
 
 impl Default for EnergySettings {
-    /// Ours: smooth, scale-free, possible hands. The distance weight makes a hand that hovers pay more than one that
-    /// loses force closure, so that barriers mean force closure.
+    /// Our energy: smooth, independent of scale, with feasible hands. With its distance weight, hovering costs more than
+    /// losing force closure, so that barriers measure force closure.
     fn default() -> Self {
         Self {
             contacts: 4,
@@ -153,8 +153,8 @@ impl EnergySettings {
         }
     }
 
-    /// What the authors' code computes: squared norms, ten times the penetration, the rank term over all eigenvalues, and
-    /// an alignment term that the paper does not mention; lengths in units of 120 mm.
+    /// The energy of the authors' code: squared norms, ten times the penetration, the rank term over all eigenvalues, and
+    /// an alignment term that is not in the paper. Lengths are in units of 120 mm.
     pub fn released() -> Self {
         Self {
             contacts: 5,
@@ -192,8 +192,8 @@ impl EnergySettings {
         }
     }
 
-    /// The terms whose weight is not zero, in the order of their [`Stage`](crate::grasp::term::Stage). Every surface point
-    /// of the hand is kept `clearance_m` off the object.
+    /// The terms with nonzero weight, in the order of their [`Stage`](crate::grasp::term::Stage). All surface points of the
+    /// hand are kept `clearance_m` off the object.
     pub(super) fn terms(&self, clearance_m: f64) -> Vec<Box<dyn Term>> {
         let mut terms: Vec<Box<dyn Term>> = vec![
             Box::new(self.force_closure()),
@@ -231,10 +231,10 @@ impl EnergySettings {
         terms
     }
 
-    /// Refuses settings by which nothing brings contacts to the surface; single terms may be looked at without.
+    /// Rejects settings for which nothing brings contacts to the surface (single terms may be evaluated with them).
     ///
     /// # Errors
-    /// If the weight of distances is 0, or next to nothing.
+    /// If the weight of distances is 0 or almost 0.
     pub fn ask_for_contacts(&self) -> Result<(), EnergySettingsError> {
         let told = |beyond| EnergySettingsError::Value {
             name: "distance_weight",
@@ -243,7 +243,7 @@ impl EnergySettings {
         DISTANCE_WEIGHT.check(self.distance_weight).map_err(told)
     }
 
-    /// One clear sentence on the first value that makes no sense.
+    /// Describes the first invalid value in one sentence.
     ///
     /// # Errors
     /// If a weight or rounding is negative, not finite or above a million, or the number of contacts is outside 2..=8.
@@ -283,22 +283,22 @@ impl EnergySettings {
     }
 }
 
-/// A setting of the energy that makes no sense.
+/// An invalid setting of the energy.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EnergySettingsError {
-    /// Outside 2..=8.
+    /// The number of contacts is outside 2..=8.
     #[error("contacts = {0}: between 2 and 8 contacts make a grasp")]
     Contacts(usize),
-    /// Fewer candidates than contacts.
+    /// There are fewer candidates than contacts.
     #[error("only {found} surface points of the hand may be contacts, {contacts} are needed")]
     Candidates {
-        /// Candidates.
+        /// Number of candidates.
         found: usize,
-        /// Contacts asked for.
+        /// Required number of contacts.
         contacts: usize,
     },
-    /// Negative, NaN or far too large.
+    /// A value is negative, NaN or far too large.
     #[error("{name} = {beyond}")]
     Value {
         /// The setting.

@@ -1,18 +1,16 @@
-//! The score by which starts are chosen: what a pose promises before it is anywhere near a grasp.
+//! The score by which start poses are chosen, far from any grasp.
 
 use super::evaluation::Evaluation;
 use super::{GraspEnergy, Ramp};
 use crate::grasp::term::NearPoint;
 
-/// About so many surface points are looked at, evenly taken: enough to tell whether the hand can enclose the object.
+/// Approximate number of evenly selected surface points, enough to tell whether the hand can enclose the object.
 const POINTS: usize = 200;
 
 impl GraspEnergy {
-    /// A good contact set at pose `x` with weights softened by `ramp`, and the energy with it: low where the hand encloses
-    /// the object, though its surface may be centimetres away.
-    ///
-    /// An upper bound of the softened energy's minimum over contact sets (without the rank condition), found by coordinate
-    /// descents among some two hundred surface points.
+    /// A good contact set at pose `x` with the weights of `ramp`, and its energy. The energy is low if the hand encloses
+    /// the object, even if its surface is centimetres away. It is an upper bound of the minimum over contact sets (without
+    /// the rank condition), found by coordinate descents over about two hundred surface points.
     pub fn start_score(&self, x: &[f64], ramp: Ramp) -> (f64, Vec<u32>) {
         let size = self.settings.contacts;
         let stride = (self.contact_candidates.len() / POINTS.max(size)).max(1);

@@ -1,18 +1,18 @@
-//! The hand's surface faces the object where it touches.
+//! Alignment of the normals of hand and object at the contacts.
 
 use nalgebra::Vector3;
 
 use super::force_closure::push;
 use super::{Forces, Scene, Stage, Term, point_contact};
 
-/// Mean agreement of the hand's outward normals nᵢ with the object's inward normals cᵢ at the contacts.
+/// Mean alignment of the hand's outward normals nᵢ with the object's inward normals cᵢ at the contacts.
 ///
 /// ```text
 /// E = −w/n Σᵢ nᵢ · cᵢ,   cᵢ = −∇d/‖∇d‖ at pᵢ
 /// ```
 ///
-/// Between −w (palm to surface) and w. Not in the text of Liu et al. (2021), but in their code. The hand's normals turn
-/// with their links, the object's as the contacts move along it.
+/// The energy lies between −w (palm to surface) and w. The term is not in the text of Liu et al. (2021), but in their code.
+/// The hand's normals turn with their links, and the object's normals vary along its surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Alignment {
     /// Weight w.
@@ -20,7 +20,7 @@ pub struct Alignment {
 }
 
 impl Alignment {
-    /// Cost of one of `contacts` contacts above the least possible, w (1 − n·c)/n: never negative.
+    /// Cost of one of `contacts` contacts relative to the minimum, w (1 − n·c)/n ≥ 0.
     pub fn cost(
         &self,
         hand_normal: &Vector3<f64>,
@@ -58,7 +58,7 @@ impl Term for Alignment {
                 &Vector3::zeros(),
                 forces,
             );
-            // A turn of the link by δω changes n by δω × n, and n·c by δω·(n × c).
+            // A rotation of the link by δω changes n by δω × n, and n·c by δω·(n × c).
             forces.turn_surface(
                 contact.index,
                 contact.link,

@@ -1,4 +1,4 @@
-//! Contacts lie on the object's surface.
+//! Distance of contacts from the object's surface.
 
 use super::{Forces, NormForm, Scene, Stage, Term};
 
@@ -8,8 +8,8 @@ use super::{Forces, NormForm, Scene, Stage, Term};
 /// E = w Σᵢ (√(dᵢ² + r²) − r) / unit
 /// ```
 ///
-/// Liu et al. (2021), Eq. 7, last term (there r = 0); their code has w Σᵢ (dᵢ/unit)². Never capped: a cap would make every
-/// release cost the same.
+/// Liu et al. (2021), Eq. 7, last term (there r = 0); their code has w Σᵢ (dᵢ/unit)². It is not capped, since with a cap
+/// all releases would cost the same.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Distance {
     /// Weight w per unit length (or its square).
@@ -26,7 +26,7 @@ impl Distance {
         self.weight * self.value(distance_m, unit_m).0
     }
 
-    /// Largest distance from the surface that costs at most `cost`.
+    /// Greatest distance from the surface that costs at most `cost`.
     pub fn reach_m(&self, cost: f64, unit_m: f64) -> f64 {
         if self.weight == 0.0 {
             return f64::INFINITY;
@@ -37,7 +37,7 @@ impl Distance {
                 .reach(cost / self.weight, self.rounding_m / unit_m)
     }
 
-    /// Energy at weight 1 and its derivative by the distance.
+    /// Energy at weight 1, and its derivative with respect to the distance.
     fn value(&self, distance_m: f64, unit_m: f64) -> (f64, f64) {
         let (value, slope) = self
             .form

@@ -6,14 +6,14 @@ use serde::{Deserialize, Serialize};
 use super::{Contact, Forces, NormForm, Scene, Stage, Term};
 use crate::grasp::closure::PointContact;
 
-/// The wrench left over when every contact pushes with a unit force along the object's inward normal.
+/// The net wrench when every contact pushes with a unit force along the object's inward normal.
 ///
 /// ```text
 /// E = w (√(‖Gc‖² + r²) − r),   Gc = Σᵢ (cᵢ, aᵢ × cᵢ),   cᵢ = −∇d/‖∇d‖ at pᵢ,   aᵢ = (pᵢ − centroid) / unit
 /// ```
 ///
-/// Normals turn as contacts move, so the derivative contains the shape's curvature. Liu et al. (2021), Eq. 7; r = 0 is
-/// the printed form, r > 0 makes it smooth where the contacts balance; their code has w ‖Gc‖².
+/// Normals turn as contacts move, so the derivative contains the shape's curvature. Liu et al. (2021), Eq. 7, has r = 0; r
+/// > 0 makes the term smooth where the contacts balance. Their code has w ‖Gc‖².
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ForceClosure {
     /// Weight w.
@@ -24,7 +24,7 @@ pub struct ForceClosure {
     pub rounding: f64,
 }
 
-/// The contact as the force-closure tests see it.
+/// The contact in the form of the force-closure tests.
 pub(crate) fn point_contact(
     contact: &Contact,
     centroid: &Vector3<f64>,
@@ -41,7 +41,7 @@ pub(crate) fn point_contact(
     }
 }
 
-/// Adds ∂E/∂pᵢ from the derivatives of E by the contact's normal (`by_normal`) and by its arm (`by_arm`).
+/// Adds ∂E/∂pᵢ, given the derivatives of E with respect to the contact's normal and arm.
 pub(super) fn push(
     contact: &Contact,
     unit_m: f64,
@@ -101,7 +101,7 @@ impl Term for ForceClosure {
     }
 }
 
-/// Which eigenvalues of `GGᵀ` the rank condition looks at.
+/// Eigenvalues of `GGᵀ` in the rank condition.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum RankForm {
@@ -117,7 +117,7 @@ pub enum RankForm {
 /// E = w max(0, ε − λ_min(GGᵀ))    or    w Σₖ max(0, ε − λₖ(GGᵀ))²
 /// ```
 ///
-/// Liu et al. (2021), Eq. 7, first term; the sum is their code's.
+/// Liu et al. (2021), Eq. 7, first term; the sum is from their code.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rank {
     /// Weight w.
@@ -160,7 +160,7 @@ impl Term for Rank {
             let mut bottom = gram.fixed_view_mut::<3, 3>(3, 3);
             bottom += cross * cross.transpose();
         }
-        // Cheap for the usual case: GGᵀ − εI positive definite means the penalty is zero.
+        // Cheap usual case: the penalty is zero if GGᵀ − εI is positive definite.
         if (gram - Matrix6::identity() * self.epsilon)
             .cholesky()
             .is_some()

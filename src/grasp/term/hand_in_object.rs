@@ -1,22 +1,22 @@
-//! Surface points of the hand stay out of the object.
+//! Penetration of the object by the hand's surface points.
 
 use super::{Forces, Scene, Stage, Term, rounded_hinge};
 
-/// Depth of the hand's surface points inside the object.
+/// Depth of the hand's surface points in the object.
 ///
 /// ```text
 /// E = w Σ_{v ∈ S(H)} h(clearance − d(v)) / unit
 /// ```
 ///
-/// with h a hinge rounded off over the first `rounding_m`. Liu et al. (2021), Eq. 9 (there a plain hinge). A positive
-/// clearance keeps the whole hand off the object, which is how hover costs are measured.
+/// h is a hinge that is rounded over the first `rounding_m`. Liu et al. (2021), Eq. 9, has a plain hinge. A positive
+/// clearance keeps the whole hand off the object, which measures the hovering cost.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HandInObject {
     /// Weight w per unit length.
     pub weight: f64,
     /// Rounding of the hinge, metres.
     pub rounding_m: f64,
-    /// Distance every surface point must keep, metres.
+    /// Distance that every surface point must keep, metres.
     pub clearance_m: f64,
 }
 

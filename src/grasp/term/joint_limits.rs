@@ -1,4 +1,4 @@
-//! Joints stay within their limits.
+//! Limits of the joints.
 
 use super::{Forces, Scene, Stage, Term, rounded_hinge};
 
@@ -8,9 +8,8 @@ use super::{Forces, Scene, Stage, Term, rounded_hinge};
 /// E = w Σⱼ h(θⱼ − upperⱼ + rounding) + h(lowerⱼ − θⱼ + rounding)
 /// ```
 ///
-/// Lengths of slides count as angles of a lever of 100 mm.
-///
-/// The hinge is rounded off over the last bit *before* the limit, so that minima lie inside it.
+/// Lengths of sliding joints count as angles of a lever of 100 mm. The hinge is rounded *before* the limit, so that minima
+/// lie inside the limits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointLimits {
     /// Weight w per radian.

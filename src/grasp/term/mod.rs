@@ -1,7 +1,7 @@
 //! The terms of the grasp energy, one file each.
 //!
-//! A term speaks in points: it adds forces on points of links, or torques on joints; the hand pulls their sum back to
-//! the derivative of the pose once ([`Hand::pull_back`](crate::hand::Hand::pull_back)).
+//! A term adds forces at points of links, or torques at joints. The hand converts their sum to the derivative with respect
+//! to the pose ([`Hand::pull_back`](crate::hand::Hand::pull_back)).
 
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -31,12 +31,12 @@ pub use proximity::Proximity;
 pub use self_penetration::SelfPenetration;
 pub(crate) use self_penetration::for_each_overlap;
 
-/// A surface point of the hand that acts as a contact, with the object's answers at it (object frame).
+/// A contact: a surface point of the hand with the object's distance and derivatives there (object frame).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Contact {
     /// Index into [`Hand::surface`].
     pub index: u32,
-    /// The link that carries it.
+    /// The link of the point.
     pub link: LinkId,
     /// Position, metres.
     pub point: Vector3<f64>,
@@ -48,7 +48,7 @@ pub struct Contact {
     pub hessian: Matrix3<f64>,
 }
 
-/// A surface point of the hand near the object, with the object's answers at it (object frame).
+/// A surface point of the hand near the object, with the object's distance there (object frame).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NearPoint {
     /// Index into [`Hand::surface`].
@@ -57,51 +57,50 @@ pub struct NearPoint {
     pub point: Vector3<f64>,
     /// Signed distance to the object, metres.
     pub distance_m: f64,
-    /// Gradient of the signed distance, if it is known; it always is at or below the clearance asked of the hand.
+    /// Gradient of the signed distance, if known; it is always known at or below the required clearance.
     pub gradient: Option<Vector3<f64>>,
 }
 
-/// What a term may look at.
+/// Input of a term.
 #[derive(Debug, Clone, Copy)]
 pub struct Scene<'a> {
     /// The hand.
     pub hand: &'a Hand,
-    /// The hand's links and capsules, object frame; of its surface points only those in `near` and `contacts` are posed.
+    /// The posed hand, object frame. Of its surface points only those in `near` and `contacts` are posed.
     pub posed: &'a PosedHand,
     /// Joint angles.
     pub joints_rad: &'a [f64],
     /// The object.
     pub object: &'a Object,
-    /// Surface points that may be at or below the clearance asked of the hand, by rising index.
+    /// Surface points that may be at or below the required clearance, by ascending index.
     pub near: &'a [NearPoint],
-    /// Other parts that may overlap.
+    /// Pairs of other parts that may overlap.
     pub proximity: &'a Proximity,
     /// The contact set.
     pub contacts: &'a [Contact],
-    /// The length that makes arms and depths dimensionless, metres.
+    /// Length unit of arms and depths, metres.
     pub unit_m: f64,
-    /// Factor on the weight of contact distances (1 but during the ramp of a synthesis).
+    /// Factor on the weight of contact distances (1, except during the ramp of a synthesis).
     pub distance_factor: f64,
 }
 
 /// Derivatives collected from the terms.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Forces {
-    /// One per link.
+    /// One wrench for each link.
     pub wrenches: Vec<Wrench>,
-    /// ∂E/∂θ that terms give directly, one per joint.
+    /// Direct ∂E/∂θ of terms, for each joint.
     pub joints: Vec<f64>,
-    /// Whether the hand's surface points are carried by several links, so that what acts on them is kept by point until it
-    /// is gathered.
+    /// Whether surface points depend on several links, so that their forces are stored by point until they are gathered.
     pub by_point: bool,
-    /// ∂E/∂p by index of the surface point, if so.
+    /// ∂E/∂p by index of the surface point, if `by_point`.
     pub points: Vec<(u32, Vector3<f64>)>,
-    /// Derivatives by turns of the normals of surface points, if so.
+    /// Derivatives by rotation of the normals of surface points, if `by_point`.
     pub normals: Vec<(u32, Vector3<f64>)>,
 }
 
 impl Forces {
-    /// All zero, for this hand.
+    /// Sets everything to zero for this hand.
     pub fn reset(&mut self, hand: &Hand) {
         self.wrenches.clear();
         self.wrenches.resize(hand.links.len(), Wrench::default());
@@ -126,12 +125,12 @@ impl Forces {
         }
     }
 
-    /// Adds ∂E/∂p = `force` at `point` of `link`.
+    /// Adds the force ∂E/∂p at `point` of `link`.
     pub fn push(&mut self, link: LinkId, point: &Vector3<f64>, force: &Vector3<f64>) {
         self.wrenches[link.0].add(point, force);
     }
 
-    /// Adds ∂E/∂p = `force` at surface point `index`, which lies at `point` and belongs to `link`.
+    /// Adds the force ∂E/∂p at surface point `index` of `link`, which is at `point`.
     pub fn push_surface(
         &mut self,
         index: u32,
@@ -146,7 +145,7 @@ impl Forces {
         }
     }
 
-    /// Adds the derivative `moment` of E by turns of the normal of surface point `index`, which belongs to `link`.
+    /// Adds the derivative of E by rotation of the normal of surface point `index` of `link`.
     pub fn turn_surface(&mut self, index: u32, link: LinkId, moment: &Vector3<f64>) {
         if self.by_point {
             self.normals.push((index, *moment));
@@ -155,7 +154,7 @@ impl Forces {
         }
     }
 
-    /// Brings what acts on surface points to the links.
+    /// Moves the forces on surface points to the links.
     pub fn gather(&mut self, hand: &Hand, posed: &PosedHand) {
         hand.gather(posed, &self.points, &self.normals, &mut self.wrenches);
         self.points.clear();
@@ -163,39 +162,39 @@ impl Forces {
     }
 }
 
-/// What a term is about, in the order in which terms are listed.
+/// Inputs that a term depends on, in the order in which terms are listed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stage {
     /// The contact set.
     Contacts,
-    /// Depths of the hand in the object, of the object in the hand, and of the hand in itself.
+    /// Penetration of the object by the hand, of the hand by the object, and of the hand by itself.
     Depths,
     /// The hand alone.
     Pose,
 }
 
-/// One weighted, named part of the grasp energy.
+/// A weighted, named part of the grasp energy.
 pub trait Term: std::fmt::Debug + Send + Sync {
     /// Name in files and figures.
     fn name(&self) -> &'static str;
 
-    /// Weight; a term of weight 0 is left out.
+    /// Weight. A term of weight 0 is left out.
     fn weight(&self) -> f64;
 
-    /// What it is about.
+    /// Inputs that the term depends on.
     fn stage(&self) -> Stage;
 
     /// Energy of this term; adds its derivative to `forces`.
     fn add(&self, scene: &Scene<'_>, forces: &mut Forces) -> f64;
 }
 
-/// How a length becomes an energy.
+/// Function from a length to an energy.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum NormForm {
-    /// √(s² + r²) − r: the norm, rounded off within r.
+    /// √(s² + r²) − r: the norm, rounded within r.
     Norm,
-    /// s², as the code of Liu et al. (2021) has it where its text has the norm. Nothing is rounded.
+    /// s² without rounding, as in the code of Liu et al. (2021), whose text has the norm.
     Square,
 }
 
@@ -208,7 +207,7 @@ impl NormForm {
         }
     }
 
-    /// Largest length that costs at most `energy`.
+    /// Greatest length that costs at most `energy`.
     pub fn reach(self, energy: f64, rounding: f64) -> f64 {
         let energy = energy.max(0.0);
         match self {
@@ -221,7 +220,7 @@ impl NormForm {
     }
 }
 
-/// √(s² + r²) − r and its derivative by s: a norm rounded off within `rounding`.
+/// √(s² + r²) − r and its derivative by s: a norm rounded within `rounding`.
 pub(crate) fn rounded_norm(s: f64, rounding: f64) -> (f64, f64) {
     let root = (s * s + rounding * rounding).sqrt();
     if root == 0.0 {
@@ -230,7 +229,7 @@ pub(crate) fn rounded_norm(s: f64, rounding: f64) -> (f64, f64) {
     (root - rounding, s / root)
 }
 
-/// A hinge max(0, s), quadratic for the first `rounding`, and its derivative.
+/// A hinge max(0, s) that is quadratic up to `rounding`, and its derivative.
 pub(crate) fn rounded_hinge(s: f64, rounding: f64) -> (f64, f64) {
     if s <= 0.0 {
         (0.0, 0.0)

@@ -1,19 +1,19 @@
-//! Surface points of the object stay out of the hand.
+//! Penetration of the hand by the object's surface points.
 
 use super::{Forces, Scene, Stage, Term, rounded_hinge};
 use crate::hand::Capsule;
 use nalgebra::Vector3;
 
-/// Depth of the object's surface samples inside the hand's capsules.
+/// Depth of the object's surface samples in the hand's capsules.
 ///
 /// ```text
 /// E = w Σ_{s ∈ S(O)} Σ_{capsules} h(r − free − dist(s, axis)) / unit
 /// ```
 ///
-/// Depths up to `free` cost nothing: samples lie a centimetre apart, so what they feel at a shallow depth would depend on
-/// where they happen to lie, and grasps that differ by a turn of a round object would differ in energy.
-/// Catches what the hand's own points miss: a thin neck or an edge between two surface points. After the penetration
-/// energy of Wang et al. (`DexGraspNet`, 2023), which also looks from the object into the hand.
+/// Depths up to `free` cost nothing. Samples are a centimetre apart, so shallow depths would depend on the positions of the
+/// samples, and grasps that differ by a rotation of a round object would differ in energy. The term catches what the hand's
+/// own points miss, such as a thin neck or an edge between two surface points. It follows the penetration energy of Wang et
+/// al. (`DexGraspNet`, 2023), which also measures the object inside the hand.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ObjectInHand {
     /// Weight w per unit length.
@@ -24,8 +24,7 @@ pub struct ObjectInHand {
     pub rounding_m: f64,
 }
 
-/// Calls `visit` with each capsule and each object sample inside it: capsule, sample, the vector from the axis to the
-/// sample and the depth.
+/// Calls `visit` with each capsule, each object sample inside it, the vector from the axis to the sample, and the depth.
 fn for_each_intruder(
     scene: &Scene<'_>,
     mut visit: impl FnMut(&Capsule, &Vector3<f64>, &Vector3<f64>, f64),
@@ -74,7 +73,7 @@ impl Term for ObjectInHand {
             energy += scale * value;
             let length = offset.norm();
             if length > 0.0 {
-                // The axis moves toward the sample: depth grows.
+                // If the axis moves toward the sample, the depth increases.
                 forces.push(capsule.link, sample, &(offset * (scale * slope / length)));
             }
         });

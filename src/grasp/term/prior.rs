@@ -1,11 +1,11 @@
-//! Natural hand poses.
+//! Prior of natural hand poses.
 
 use serde::{Deserialize, Serialize};
 
 use super::{Forces, Scene, Stage, Term};
 use crate::hand::PosePrior;
 
-/// How the prior's quadratic form becomes an energy.
+/// Form of the energy of the prior.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PriorForm {
@@ -13,7 +13,7 @@ pub enum PriorForm {
     Quadratic,
     /// √(zᵀΛz): the norm of the whitened pose, as in Liu et al. (2021), Eq. 10.
     Norm,
-    /// √Σ (zᵢ/σᵢ)² with the standard deviations σᵢ of the single joints: as in their code, which knows no synergies.
+    /// √Σ (zᵢ/σᵢ)² with the standard deviation σᵢ of each joint, as in their code, which has no synergies.
     StandardScores,
 }
 
@@ -22,7 +22,7 @@ pub enum PriorForm {
 pub struct Prior {
     /// Weight.
     pub weight: f64,
-    /// Which form.
+    /// Form of the energy.
     pub form: PriorForm,
 }
 
@@ -62,13 +62,11 @@ impl Term for Prior {
     }
 }
 
-/// Rows of the precision that are multiplied side by side.
+/// Number of rows of the precision that are multiplied together.
 const ROWS: usize = 8;
 
-/// Calls `visit` with every joint and its component of Λz.
-///
-/// Λ is symmetric, so the numbers of several rows at one column lie side by side: each row is summed in the order of its
-/// columns, many rows at a time.
+/// Calls `visit` with every joint and its component of Λz. Λ is symmetric, so a column gives contiguous entries of several
+/// rows. Many rows are summed at a time, each in the order of its columns.
 fn for_each_product(prior: &PosePrior, joints_rad: &[f64], mut visit: impl FnMut(usize, f64)) {
     let k = prior.rest_rad.len();
     for first in (0..k).step_by(ROWS) {

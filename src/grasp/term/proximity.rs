@@ -1,59 +1,57 @@
-//! Which parts of hand and object may overlap at all: lists that stay right while the hand moves a little.
+//! Lists of the parts of hand and object that may overlap, valid while the hand moves a little.
 //!
-//! A part that was farther from another than both have moved since cannot touch it. Nothing else is left out, so terms
-//! that walk these lists give the same bits as if they walked everything; only the price differs.
+//! Two parts cannot touch if their distance was greater than both have moved since. Nothing else is left out, so terms that
+//! use these lists give bitwise the same result as over all parts, only faster.
 
 use nalgebra::Vector3;
 
 use crate::hand::{Hand, PosedHand, closest_points};
 use crate::object::Object;
 
-/// Object samples nearer to a capsule than this are listed: the list holds until the capsule has moved as far.
+/// Distance from a capsule within which object samples are listed. The list is valid until the capsule has moved that far.
 const MARGIN_M: f64 = 0.008;
 
-/// Pairs of the hand's parts with a gap up to this are looked at; the others only once some part has moved half as far.
+/// Self-pairs with a greater gap are tested only after some part has moved half as far.
 const NEIGHBOURHOOD_M: f64 = 0.01;
 
-/// Distances are sums of a few roundings of lengths below a metre.
+/// Rounding error of distances below a metre.
 const ROUNDING_M: f64 = 1e-12;
 
-/// What may overlap at the pose of the last update, for one hand and one object.
+/// Parts that may overlap at the last pose, for one hand and one object.
 #[derive(Debug, Clone, Default)]
 pub struct Proximity {
     intruders: Vec<Intruders>,
     folds: Folds,
-    /// Self-pairs that may overlap.
     pairs: Vec<u32>,
 }
 
-/// The object's samples near one capsule.
 #[derive(Debug, Clone, Default)]
 struct Intruders {
-    /// Where the capsule's axis was when the list was made.
+    /// Axis of the capsule when the list was made.
     axis: [Vector3<f64>; 2],
-    /// How far the ends of the axis may move before it must be made again.
+    /// Greatest movement of the ends of the axis for which the list is valid.
     margin_m: f64,
     samples: Vec<u32>,
 }
 
-/// Gaps between the parts of the hand, at the joint angles at which they were measured.
+/// Gaps between the parts of the hand at the joint angles of their measurement.
 #[derive(Debug, Clone, Default)]
 struct Folds {
-    /// Axes of all capsules, root frame.
+    /// Axes of all capsules, in the root frame.
     axes: Vec<[Vector3<f64>; 2]>,
-    /// Gap of each self-pair.
     gaps_m: Vec<f64>,
     /// Self-pairs with a gap up to [`NEIGHBOURHOOD_M`].
     neighbours: Vec<u32>,
-    /// How far each capsule has moved in the root frame since.
+    /// Movement of each capsule in the root frame since then.
     moved_m: Vec<f64>,
-    /// Pairs listed at once and pairs listed in vain since: new gaps pay when these are many.
+    /// Number of pairs listed at first, and of pairs listed in vain since. Gaps are measured again when there are many of
+    /// these.
     fewest: usize,
     wasted: usize,
 }
 
 impl Proximity {
-    /// Brings the lists of object samples up to date.
+    /// Updates the lists of object samples.
     pub fn update_intruders(&mut self, hand: &Hand, posed: &PosedHand, object: &Object) {
         self.intruders
             .resize(hand.capsules.len(), Intruders::default());
@@ -65,12 +63,12 @@ impl Proximity {
         }
     }
 
-    /// Numbers of the object's samples that may lie inside `capsule`, rising.
+    /// Ascending indices of the object's samples that may be inside `capsule`.
     pub fn intruders(&self, capsule: usize) -> &[u32] {
         &self.intruders[capsule].samples
     }
 
-    /// Brings the list of self-pairs up to date.
+    /// Updates the list of self-pairs.
     pub fn update_pairs(&mut self, hand: &Hand, posed: &PosedHand) {
         let root = &posed.object_from_link[0];
         let in_root =
@@ -112,7 +110,7 @@ impl Proximity {
         folds.wasted = 0;
     }
 
-    /// Numbers of the self-pairs that may overlap, rising.
+    /// Ascending indices of the self-pairs that may overlap.
     pub fn pairs(&self) -> &[u32] {
         &self.pairs
     }
@@ -154,7 +152,7 @@ fn list_pairs(hand: &Hand, folds: &Folds, pairs: &mut Vec<u32>) {
     }
 }
 
-/// Square of the farthest that a point of a segment has moved: that of one of its ends.
+/// Squared greatest movement of a point of a segment, which is at one of its ends.
 fn farthest_squared(old: &[Vector3<f64>; 2], new: &[Vector3<f64>; 2]) -> f64 {
     (new[0] - old[0])
         .norm_squared()
@@ -169,7 +167,7 @@ mod tests {
     use crate::sample::{Task, stream};
     use crate::space::joints_of_mut;
 
-    /// However far the fingers have moved since the gaps were measured.
+    /// Holds for any movement of the fingers since the gaps were measured.
     #[test]
     fn every_pair_that_overlaps_is_listed() {
         let hand = Hand::human();

@@ -1,4 +1,4 @@
-//! Fingers do not pass through each other.
+//! Penetration of the hand by itself.
 
 use nalgebra::Vector3;
 
