@@ -1,4 +1,4 @@
-//! The verbs, and the arguments that several of them share. Those of one verb stand in its own file.
+//! The verbs, and the arguments that several of them share. Those of one verb are in its own file.
 
 use anyhow::Context;
 use clap::{Args, Parser, Subcommand, ValueHint};
@@ -130,7 +130,7 @@ pub(super) struct GroupBarrier {
 }
 
 impl GroupBarrier {
-    /// What was given, as far as it makes sense.
+    /// Returns the given barrier if it is valid.
     pub(super) fn checked(self) -> anyhow::Result<Option<f64>> {
         if let Some(barrier) = self.group_barrier {
             anyhow::ensure!(
@@ -141,7 +141,6 @@ impl GroupBarrier {
         Ok(self.group_barrier)
     }
 
-    /// The usual settings of groups, with the barrier that was given.
     pub(super) fn settings(self) -> GroupSettings {
         GroupSettings {
             barrier: self.group_barrier,

@@ -120,7 +120,7 @@ pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Drops what did not hold in simulation.
+/// Removes the grasps that did not hold in simulation.
 fn keep_stable(file: &mut GraspFile, path: &Path) -> anyhow::Result<()> {
     anyhow::ensure!(
         file.grasps.iter().any(|grasp| grasp.stable.is_some()),
@@ -137,7 +137,7 @@ fn keep_stable(file: &mut GraspFile, path: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Where the landscape of one population goes: beside the file, under its name.
+/// Folder of a population's landscape: beside the file, with its name.
 fn folder(command: &Build, population: &Population<'_>, several: bool) -> anyhow::Result<PathBuf> {
     let mut folder = match &command.output {
         Some(output) => output.clone(),
@@ -159,7 +159,6 @@ fn folder(command: &Build, population: &Population<'_>, several: bool) -> anyhow
     Ok(folder)
 }
 
-/// The usual settings with what the flags say.
 fn settings(command: &Build, energy: &GraspEnergy) -> GraspMapSettings {
     let mut settings = GraspMapSettings::new(energy);
     let map = &mut settings.map;
@@ -228,7 +227,7 @@ fn build(
     unfinished.conclude(watch, &text)
 }
 
-/// What tells the journal of this run from those of others.
+/// Fingerprint that distinguishes the journals of different runs.
 fn fingerprint(
     bytes: &[u8],
     population: &Population<'_>,
@@ -237,7 +236,7 @@ fn fingerprint(
     Ok(content_hash(&[
         bytes,
         serde_json::to_string(&settings.map_settings())?.as_bytes(),
-        // With what the flags --hand and --object say of them.
+        // Hand and object as changed by the flags --hand and --object.
         serde_json::to_string(population.object)?.as_bytes(),
         serde_json::to_string(population.hand)?.as_bytes(),
         &population.scale.to_le_bytes(),

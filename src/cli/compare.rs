@@ -1,4 +1,4 @@
-//! `landscape compare`: a landscape beside the taxonomy of grasps, with statistics; or two landscapes' types beside each other.
+//! `landscape compare`: a landscape against the taxonomy of grasps, with statistics; or the types of two landscapes.
 
 use std::path::{Path, PathBuf};
 
@@ -119,7 +119,6 @@ fn finish(
     Ok(())
 }
 
-/// The file of a comparison that ends like this.
 fn named(output: &Path, ending: &str) -> PathBuf {
     let mut name = output.as_os_str().to_owned();
     name.push(ending);

@@ -1,4 +1,4 @@
-//! `landscape diff`: what moved between two landscapes of one space.
+//! `landscape diff`: differences between two landscapes of one space.
 
 use std::path::{Path, PathBuf};
 
@@ -43,10 +43,9 @@ minima correspond (the nearest, within the distance at which two minima were one
 merges of the first moved and by how much, and what vanished and appeared. Heights are compared for all pairs at once by
 the cophenetic distance and correlation of the two trees.";
 
-/// Rows of a table of the text.
+/// Greatest number of rows of a table in the text.
 const SHOWN: usize = 20;
 
-/// A landscape of the two.
 struct Side {
     name: String,
     manifest: Manifest,
@@ -98,7 +97,7 @@ fn side(folder: &Path) -> anyhow::Result<Side> {
     })
 }
 
-/// The distance within which two minima were one when the landscape was made.
+/// The distance tolerance for minima with which the landscape was made.
 fn sameness(side: &Side) -> anyhow::Result<f64> {
     let distance = side.manifest.settings["sameness"]["distance"].as_f64();
     distance.with_context(|| {
@@ -109,7 +108,7 @@ fn sameness(side: &Side) -> anyhow::Result<f64> {
     })
 }
 
-/// The space both live in. Of two objects with different symmetries none is kept.
+/// The common space. If two objects have different symmetries, the space has none.
 fn common_space(before: &Side, after: &Side) -> anyhow::Result<Box<dyn Space>> {
     let sides = [before, after];
     for side in sides {
@@ -160,7 +159,7 @@ fn common_space(before: &Side, after: &Side) -> anyhow::Result<Box<dyn Space>> {
     Ok(space)
 }
 
-/// The symmetry of the object of a landscape, at its scale.
+/// The symmetry of a landscape's object, with its scale.
 fn symmetry(manifest: &Manifest) -> anyhow::Result<Symmetry> {
     let Some(object) = &manifest.object else {
         return Ok(Symmetry::None);
@@ -170,7 +169,7 @@ fn symmetry(manifest: &Manifest) -> anyhow::Result<Symmetry> {
     Ok(description.scaled(manifest.scale).symmetry)
 }
 
-/// The space of a searched surface, and what tells it from others.
+/// The space of a searched surface, and its identification.
 fn surface_space(manifest: &Manifest) -> anyhow::Result<(Box<dyn Space>, String)> {
     let count = manifest.energy["low"].as_array().map_or(0, Vec::len);
     let kind = manifest.energy["coordinates"].as_str().unwrap_or_default();
@@ -251,7 +250,7 @@ fn text(before: &Side, after: &Side, reach: f64, found: &TreeDifference) -> Stri
     lines.join("\n")
 }
 
-/// That poses are compared on two objects, where they are two.
+/// A note that poses on two objects are compared, if the objects differ.
 fn other_object(before: &Side, after: &Side) -> Option<String> {
     let [one, other] = [before, after].map(|side| side.manifest.object.as_ref());
     let (one, other) = (one?, other?);
@@ -263,7 +262,6 @@ fn other_object(before: &Side, after: &Side) -> Option<String> {
     })
 }
 
-/// The minima whose energies moved most.
 fn energies(found: &TreeDifference, digits: Digits) -> Vec<String> {
     let mut matches = found.matches.clone();
     let change = |matched: &Match| matched.energies[1] - matched.energies[0];
@@ -289,7 +287,7 @@ fn energies(found: &TreeDifference, digits: Digits) -> Vec<String> {
     )
 }
 
-/// The merges that moved most; those that came apart first.
+/// The merges with the largest changes, separated ones first.
 fn merges(found: &TreeDifference, digits: Digits) -> Vec<String> {
     let mut merges = found.merges.clone();
     let change = |merge: &MergeChange| {

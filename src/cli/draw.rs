@@ -1,4 +1,4 @@
-//! `landscape draw`: the pictures of a finished landscape again, with views applied.
+//! `landscape draw`: draws a finished landscape again, with views applied.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -148,7 +148,7 @@ pub(super) fn run(command: &Draw, common: &Common) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The minima with the labels that the flags ask for.
+/// The minima with the labels that the flags select.
 fn leaves(
     command: &Draw,
     minima: &[MinimumRow],
@@ -169,7 +169,7 @@ fn leaves(
     Ok(leaves)
 }
 
-/// `m3`, or `3`.
+/// Parses names such as `m3` or `3`.
 fn picked(names: &[String], count: usize) -> anyhow::Result<Vec<MinimumId>> {
     let mut picked = Vec::new();
     for name in names {
@@ -196,7 +196,7 @@ fn beside(landscape: &Path) -> anyhow::Result<PathBuf> {
     Ok(landscape.with_extension("view"))
 }
 
-/// The label that most members carry, the first in the alphabet at a tie.
+/// The most frequent label of the members; of equal ones the first in the alphabet.
 fn leaf(minimum: &MinimumRow) -> Leaf {
     let labels = minimum.labels.iter().rev();
     Leaf {
@@ -208,7 +208,7 @@ fn leaf(minimum: &MinimumRow) -> Leaf {
     }
 }
 
-/// Which grasps of a file held in simulation, by id.
+/// Whether each simulated grasp of a file held, by id.
 fn held(path: &Path) -> anyhow::Result<BTreeMap<u64, bool>> {
     let (file, _) = GraspFile::read(path, Overrides::default())?;
     let known = file.grasps.iter();
@@ -223,7 +223,7 @@ fn held(path: &Path) -> anyhow::Result<BTreeMap<u64, bool>> {
     Ok(held)
 }
 
-/// What most simulated members of a minimum are.
+/// Outcome of most simulated members of a minimum.
 fn mark(members: &[u64], held: &BTreeMap<u64, bool>) -> &'static str {
     let known: Vec<bool> = members
         .iter()

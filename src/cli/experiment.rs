@@ -1,4 +1,4 @@
-//! Experiment files: the same settings structures as the library's, as TOML.
+//! Experiment files: the library's settings structures as TOML.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::grasp::EnergySettings;
 use crate::grasp::synthesis::SynthesisSettings;
 
-/// What an experiment file holds; every section and key may be left out.
+/// Content of an experiment file. Every section and key is optional.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct Experiment {
@@ -29,7 +29,6 @@ const PRESETS: [(&str, &str); 3] = [
 ];
 
 impl Experiment {
-    /// The preset of this name.
     pub(super) fn preset(name: &str) -> anyhow::Result<Self> {
         let Some((_, text)) = PRESETS.iter().find(|(known, _)| *known == name) else {
             let known = PRESETS.map(|(known, _)| known).join(", ");
@@ -38,7 +37,6 @@ impl Experiment {
         Ok(toml::from_str(text).expect("the tests read the presets"))
     }
 
-    /// Reads an experiment file.
     pub(super) fn read(path: &Path) -> anyhow::Result<Self> {
         let text = std::fs::read_to_string(path)
             .with_context(|| format!("cannot read {}", path.display()))?;

@@ -139,7 +139,7 @@ fn output(command: &Export) -> anyhow::Result<PathBuf> {
     Ok(output.clone())
 }
 
-/// The hand that all grasps are of.
+/// The hand of all grasps, which must be a single one.
 fn one_hand<'a>(file: &'a GraspFile, grasps: &[&GraspRow]) -> anyhow::Result<&'a HandMetadata> {
     let names: BTreeSet<&str> = grasps.iter().map(|grasp| grasp.hand.as_str()).collect();
     ensure!(
@@ -182,7 +182,7 @@ fn bytes(
     })
 }
 
-/// Names of a model's joints, depth first, and their numbers: those that follow others included.
+/// Names of a model's joints in depth-first order and their numbers, including joints that follow others.
 fn qpos(hand: &Hand, grasps: &[&GraspRow]) -> (Vec<String>, Vec<QposRow>) {
     let moving = || {
         hand.links
@@ -207,7 +207,7 @@ fn qpos(hand: &Hand, grasps: &[&GraspRow]) -> (Vec<String>, Vec<QposRow>) {
         };
         qpos.extend(moving().map(|(place, _, motion)| {
             let q = pose.joints()[motion.joint];
-            // A joint's own coordinate; of one that follows, its displacement.
+            // The joint's own coordinate, or the displacement of a joint that follows another.
             if hand.joints[motion.joint].link.0 == place {
                 q
             } else {
@@ -219,7 +219,7 @@ fn qpos(hand: &Hand, grasps: &[&GraspRow]) -> (Vec<String>, Vec<QposRow>) {
     (names.collect(), grasps.iter().map(row).collect())
 }
 
-/// Writes a scene for each grasp into a folder, or one into a file; returns what was written.
+/// Writes a scene for each grasp into a folder, or one into a file. Returns what was written.
 fn scenes(file: &GraspFile, grasps: &[&GraspRow], output: &Path) -> anyhow::Result<String> {
     let single = is_scene(output);
     ensure!(
@@ -243,7 +243,7 @@ fn scenes(file: &GraspFile, grasps: &[&GraspRow], output: &Path) -> anyhow::Resu
         }
         let hand = population.hand()?;
         let (mesh, _) = population.mesh()?;
-        // The hand that was judged: the skin for drawing is fuller at creases.
+        // The hand that was judged, since the drawn skin is thicker at creases.
         let skin = hand.solid_skin();
         for grasp in of_this {
             let scene = Scene::of_grasp_on(&hand, &skin, &mesh, &grasp.grasp);

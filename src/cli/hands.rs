@@ -1,4 +1,4 @@
-//! `landscape hands`: those that come with the program, and what is derived of others.
+//! `landscape hands`: built-in hands, and quantities derived from other hands.
 
 use std::cmp::Reverse;
 use std::fmt::Write as _;
@@ -66,7 +66,7 @@ Examples:
 
 /// Side of each image, pixels.
 const SIDE: u32 = 420;
-/// Radius of the mark of a surface point, metres.
+/// Radius of the mark at a surface point, metres.
 const POINT_M: f64 = 1.2e-3;
 /// Colours of palm and digits.
 const COLOURS: [[u8; 3]; 6] = [
@@ -152,7 +152,7 @@ fn inspect(command: &HandsInspect, common: &Common) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// What was derived, for people.
+/// Text table of the derived quantities.
 fn table(hand: &Hand) -> String {
     let mut text = format!(
         "{}: {} links, {} joints, {} surface points, {} capsules, {} pairs of them checked for self-penetration\n\n",
@@ -184,11 +184,10 @@ fn table(hand: &Hand) -> String {
     text
 }
 
-/// Pairs of capsules from which on a hand is called expensive; the hands that come with the program, Shadow's and Allegro's
-/// have at most a tenth of that.
+/// Number of capsule pairs above which a hand is called expensive, ten times that of built-in and usual hands.
 const MANY_PAIRS: usize = 10_000;
 
-/// What is said of a hand whose chains take long, and what to do about it.
+/// Note about a slow hand, with a remedy.
 pub(super) fn expense(hand: &Hand) -> Option<String> {
     let pairs = hand.self_pairs.len();
     if pairs < MANY_PAIRS {
@@ -277,7 +276,6 @@ fn joints(hand: &Hand, metric: &PoseMetric, text: &mut String) {
     }
 }
 
-/// Six views of the hand.
 fn sheet(hand: &Hand) -> Vec<(Image, String)> {
     let (skin, filling) = (hand.skin(), hand.capsule_skin());
     let palm = &hand.palm;
@@ -315,7 +313,7 @@ fn sheet(hand: &Hand) -> Vec<(Image, String)> {
             cones: Vec::new(),
         }
     };
-    // A palm that faces the viewer would hide a gripper's fingers behind each other: a little from the side.
+    // Slightly from the side, since a gripper's fingers would hide each other from the palm's direction.
     let front = palm.volar + 0.25 * side + 0.15 * palm.distal;
     let draw = |scene: Scene, from: Vector3<f64>, caption: &str| {
         let image = scene.render(&scene.framed(from, palm.distal), SIDE, SIDE);
@@ -359,7 +357,7 @@ fn sheet(hand: &Hand) -> Vec<(Image, String)> {
 mod tests {
     use super::*;
 
-    /// Three plates of two millimetres on hinges: thin boxes, as in the hands that take long.
+    /// Three plates of two millimetres on hinges, thin boxes as in slow hands.
     #[test]
     fn a_hand_of_thin_boxes_is_called_expensive() {
         let plate = |name: &str, y: f64| {

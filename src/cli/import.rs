@@ -1,4 +1,4 @@
-//! `landscape import`: `min.data` and `ts.data` of PATHSAMPLE or topsearch as a landscape; grasps elsewhere.
+//! `landscape import`: `min.data` and `ts.data` of PATHSAMPLE or topsearch as a landscape. Grasps are imported elsewhere.
 
 use std::path::{Path, PathBuf};
 
@@ -134,7 +134,7 @@ fn read(folder: &Path, name: &str) -> anyhow::Result<String> {
     String::from_utf8(bytes).with_context(|| format!("{} is not text", path.display()))
 }
 
-/// `folder` becomes `folder.landscape` in the place where the command runs.
+/// The output `folder.landscape` in the current directory.
 fn named_after(folder: &Path) -> anyhow::Result<PathBuf> {
     let name = name_of(folder);
     ensure!(

@@ -1,4 +1,4 @@
-//! `landscape import` of grasps: files of other programs into `grasps.parquet`.
+//! `landscape import` of grasps: converts files of other programs to `grasps.parquet`.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -22,10 +22,10 @@ use crate::store::{
     content_hash,
 };
 
-/// Scales this much apart, relatively, are one.
+/// Relative difference within which scales are the same.
 const SAME_SCALE: f64 = 1e-3;
 
-/// Whether a path holds grasps rather than a landscape.
+/// Whether a path contains grasps rather than a landscape.
 pub(super) fn holds_grasps(path: &Path) -> bool {
     let kinds = ["npy", "csv", "json", "parquet"];
     let kind = path.extension().unwrap_or_default();
@@ -35,9 +35,9 @@ pub(super) fn holds_grasps(path: &Path) -> bool {
             && !files(path).unwrap_or_default().is_empty())
 }
 
-/// A grasp with the name of what it was read from.
+/// A grasp with the name of its source.
 struct Row {
-    /// Place among all that were read.
+    /// Index among all grasps read.
     number: u64,
     published: Published,
     source: String,
@@ -126,7 +126,7 @@ fn mapping(path: Option<&Path>) -> anyhow::Result<Mapping> {
     crate::formats::toml_text::parse(&text).with_context(|| format!("--mapping {}", path.display()))
 }
 
-/// What the command names, and a folder of files by the hash of these.
+/// The files named in the command, and for a folder of files their common hash.
 fn sources(command: &Import, common: &Common) -> anyhow::Result<Vec<Source>> {
     let mut sources = common.provenance.sources()?;
     if command.path.is_dir() {
@@ -146,7 +146,7 @@ fn sources(command: &Import, common: &Common) -> anyhow::Result<Vec<Source>> {
     Ok(sources)
 }
 
-/// The file, or the `.npy` files of a folder by name.
+/// The file, or the sorted `.npy` files of a folder.
 fn files(path: &Path) -> anyhow::Result<Vec<PathBuf>> {
     if !path.is_dir() {
         return Ok(vec![path.to_path_buf()]);
@@ -207,7 +207,7 @@ fn rows(
     Ok((rows, format))
 }
 
-/// A qpos places the outermost body; where that stands away from the origin of its description, the hand's root is the world.
+/// Corrects the pose of a qpos, which is that of the outermost body, if this is not at the hand's origin.
 fn of_root_body(hand: &Hand, published: &mut Published) {
     let Some(offset) = hand.root_offset() else {
         return;
@@ -227,7 +227,7 @@ fn of_root_body(hand: &Hand, published: &mut Published) {
     published.pose = Pose::new(t.into(), [q.w, q.i, q.j, q.k], pose.joints());
 }
 
-/// A scale that was a 32-bit number, or nearly: the shortest decimal number near it.
+/// The shortest decimal near a scale that was stored as a 32-bit number.
 fn tidy(scale: f64) -> f64 {
     let rounded = (scale * 1e6).round() / 1e6;
     if (rounded / scale - 1.0).abs() < 1e-6 {
@@ -237,7 +237,7 @@ fn tidy(scale: f64) -> f64 {
     }
 }
 
-/// The grasps of the object that was named, where the file tells several apart.
+/// The grasps of the named object, if the file has several.
 fn of_one_object(rows: Vec<Row>, name: &str) -> anyhow::Result<Vec<Row>> {
     let named: BTreeSet<String> = rows
         .iter()
@@ -258,9 +258,9 @@ fn of_one_object(rows: Vec<Row>, name: &str) -> anyhow::Result<Vec<Row>> {
         .collect())
 }
 
-/// Scales with their numbers of grasps, rising.
+/// Ascending scales with their numbers of grasps.
 fn scales(rows: &[Row]) -> Vec<(f64, usize)> {
-    // Positive numbers sort like their bits.
+    // Positive numbers have the same order as their bits.
     let mut counts = BTreeMap::new();
     for row in rows {
         *counts.entry(row.scale.to_bits()).or_insert(0) += 1;
@@ -291,14 +291,14 @@ fn told(scales: &[(f64, usize)]) -> String {
     told.collect::<Vec<_>>().join(", ")
 }
 
-/// Rows that can be stored, each with its place among all rows.
+/// Rows that can be stored, with their indices among all rows.
 struct Kept {
     rows: Vec<Row>,
     count: usize,
 }
 
-/// Leaves out what the file could not hold: joints far beyond their limits, contacts that the hand does not have. The rows
-/// go into the file with their poses only.
+/// Leaves out grasps that the file cannot hold, with joints far beyond their limits or contacts that the hand does not
+/// have. The rows are stored with their poses only.
 fn leave_out(
     file: &mut GraspFile,
     rows: Vec<Row>,
@@ -350,7 +350,7 @@ fn leave_out(
     })
 }
 
-/// Chooses contacts where none are given, and fills in energies and measures.
+/// Chooses missing contacts, and fills in energies and measures.
 fn complete(
     file: &mut GraspFile,
     hand: &std::sync::Arc<Hand>,

@@ -1,4 +1,4 @@
-//! What flags name: hands, objects, files of grasps and landscapes; and what is said about them.
+//! Inputs that flags name: hands, objects, files of grasps and landscapes, with their warnings.
 
 use std::path::Path;
 
@@ -10,14 +10,14 @@ use crate::limits::{Limit, OBJECT_SCALE};
 use crate::object::{OBJECT_NAMES, Object, ObjectParts};
 use crate::store::{GraspFile, HandMetadata, LandscapeFiles, ObjectMetadata, Overrides, Warning};
 
-/// Refuses the number of a flag that is beyond its limit.
+/// Rejects the value of a flag that is beyond its limit.
 pub(super) fn within(flag: &str, limit: Limit, value: f64) -> anyhow::Result<()> {
     let told = |beyond| anyhow::anyhow!("{flag} {beyond}");
     limit.check(value).map_err(told)
 }
 
-/// The files of the hand that a flag names: one that comes with the program, or a URDF or MJCF file with a JSON side file
-/// of the same stem, if there is one. What that refers to must lie in `folder`, or where it lies itself.
+/// The files of the hand that a flag names: a built-in hand, or a URDF or MJCF file with an optional JSON side file of the
+/// same stem. Files that these refer to must be in `folder`, or in the same folder.
 pub(super) fn hand_files(
     flag: &str,
     folder: Option<&Path>,
@@ -44,7 +44,7 @@ pub(super) fn hand_files(
     Ok(files)
 }
 
-/// The hand that a flag names, with what a file must say about it.
+/// The hand that a flag names, with its metadata for files.
 pub(super) fn hand(
     flag: &str,
     folder: Option<&Path>,
@@ -63,8 +63,8 @@ pub(super) fn hand(
     Ok(HandMetadata::new(name, &files)?)
 }
 
-/// What a file must say about the object that a flag names, at scale 1: one that comes with the program, a mesh, or a TOML
-/// file of shapes. Also what was repaired. A mass in the description is that of the object at `scale`.
+/// Metadata at scale 1 of the object that a flag names (a built-in object, a mesh, or a TOML file of shapes), and a list of
+/// repairs. A mass in the description refers to the object at `scale`.
 pub(super) fn object(
     flag: &str,
     scale: Option<f64>,
@@ -94,10 +94,10 @@ pub(super) fn object(
     Ok((ObjectMetadata::new(&parts)?, parts.notes))
 }
 
-/// Gives an object the name that a flag asks for, if any.
+/// Renames an object if a flag asks for it.
 pub(super) fn rename(object: &mut ObjectMetadata, name: Option<&str>) -> anyhow::Result<()> {
     if let Some(name) = name {
-        // Names become parts of file names.
+        // Names are used in file names.
         anyhow::ensure!(
             !name.trim().is_empty()
                 && !name.contains(['/', '\\'])
@@ -109,8 +109,8 @@ pub(super) fn rename(object: &mut ObjectMetadata, name: Option<&str>) -> anyhow:
     Ok(())
 }
 
-/// Reads a file of grasps, with hand and object from the flags `--hand` and `--object` where given. Where these are others
-/// than the file describes, everything that was measured is measured anew with them. Returns warnings, too.
+/// Reads a file of grasps, with hand and object from `--hand` and `--object` if given. If these differ from those in the
+/// file, all measures are computed anew. Also returns warnings.
 pub(super) fn read(
     path: &Path,
     hand_flag: Option<&str>,
@@ -144,7 +144,6 @@ pub(super) fn read(
     Ok((file, warnings))
 }
 
-/// A warning as the command line means it.
 fn told(warning: &Warning) -> String {
     match warning {
         Warning::OtherHand { told, given } => format!(
@@ -159,7 +158,7 @@ fn told(warning: &Warning) -> String {
     }
 }
 
-/// The landscape in `folder`; tells what is worth a warning about it.
+/// Reads the landscape in `folder` and shows its warnings.
 pub(super) fn open_landscape(folder: &Path) -> anyhow::Result<LandscapeFiles> {
     let files = LandscapeFiles::read(folder)?;
     let warning = LandscapeFiles::warning(folder)?;
@@ -167,7 +166,6 @@ pub(super) fn open_landscape(folder: &Path) -> anyhow::Result<LandscapeFiles> {
     Ok(files)
 }
 
-/// Tells the first few warnings.
 pub(super) fn warn(warnings: &[String]) {
     for warning in warnings.iter().take(5) {
         complain(&format!("warning: {warning}"));

@@ -1,17 +1,17 @@
-//! What happens when a person or a scheduler ends a run: it says what is kept and how to go on.
+//! Handles interruptions of a run: tells what is kept and how to continue.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-/// The journal of the run that this process is at.
+/// The journal of this process's current run.
 static JOURNAL: Mutex<Option<PathBuf>> = Mutex::new(None);
 
-/// Remembers the journal whose tasks an interruption leaves.
+/// Stores the journal that an interruption leaves behind.
 pub(super) fn keeps(journal: &Path) {
     *JOURNAL.lock().unwrap_or_else(PoisonError::into_inner) = Some(journal.to_path_buf());
 }
 
-/// What is said to the person who interrupts.
+/// Message to the user who interrupts.
 #[cfg(unix)]
 fn farewell() -> String {
     let journal = JOURNAL.lock().unwrap_or_else(PoisonError::into_inner);
@@ -24,8 +24,8 @@ fn farewell() -> String {
     }
 }
 
-/// From now on SIGINT and SIGTERM end the process with a sentence and the exit code that shells expect, 128 + the
-/// signal's number. What was told to be ignored (by `nohup`, or by a shell for a job in the background) stays ignored.
+/// Makes SIGINT and SIGTERM end the process with a message and the exit code that shells expect (128 + signal number).
+/// Signals that were ignored at the start (by `nohup`, or for background jobs) stay ignored.
 #[cfg(unix)]
 pub(super) fn watch() {
     use signal_hook::consts::{SIGINT, SIGTERM};
@@ -35,7 +35,7 @@ pub(super) fn watch() {
     let wanted = [SIGINT, SIGTERM]
         .into_iter()
         .filter(|signal| ignored >> (signal - 1) & 1 == 0);
-    // Without the handler a signal ends the process as well, only without a word.
+    // Without the handler a signal ends the process without a message.
     let Ok(mut signals) = Signals::new(wanted) else {
         return;
     };
@@ -49,7 +49,7 @@ pub(super) fn watch() {
     });
 }
 
-/// Signals that this process was started to ignore, one bit each from the lowest, as Linux tells them; elsewhere none.
+/// Bit mask of the signals that this process was started to ignore, lowest bit first, from Linux's procfs; 0 elsewhere.
 #[cfg(unix)]
 fn ignored() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
@@ -58,6 +58,6 @@ fn ignored() -> u64 {
         .unwrap_or(0)
 }
 
-/// Elsewhere signals do what they always do.
+/// Other systems keep the default behaviour.
 #[cfg(not(unix))]
 pub(super) fn watch() {}

@@ -1,7 +1,5 @@
-//! The command line: each subcommand reads, makes one library call, writes.
-//!
-//! Data goes to files or standard output, progress to standard error; a user's mistake ends with one sentence and exit
-//! code 1.
+//! The command line. Each subcommand reads, makes one library call, and writes. Data goes to files or standard output, and
+//! progress to standard error. A user's mistake ends with one sentence and exit code 1.
 
 use std::borrow::Cow;
 use std::ffi::OsString;
@@ -48,12 +46,12 @@ pub fn run() -> ExitCode {
     run_with(std::env::args_os())
 }
 
-/// Runs a command line: the name of the program, then its arguments.
+/// Runs a command line, which begins with the program name.
 pub fn run_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> ExitCode {
     let arguments = match parse(arguments) {
         Ok(arguments) => arguments,
         Err(error) => {
-            // Colours, unless what it quotes would command the terminal.
+            // Coloured, unless the text quotes control sequences.
             let text = error.render().to_string();
             if matches!(printable(&text, OURS), Cow::Owned(_)) {
                 complain(text.trim_end());
@@ -88,10 +86,10 @@ pub fn run_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>
     end(result)
 }
 
-/// Exit code of a process whose reader closed the pipe, as if SIGPIPE had ended it.
+/// Exit code after the reader closed the pipe, as for SIGPIPE.
 const PIPE_CLOSED: u8 = 141;
 
-/// Says what went wrong, and how the process ends.
+/// Prints the error, if any, and returns the exit code.
 fn end(result: anyhow::Result<()>) -> ExitCode {
     let unprinted = UNPRINTED
         .lock()
@@ -100,7 +98,7 @@ fn end(result: anyhow::Result<()>) -> ExitCode {
     let error = match (result, unprinted) {
         (Ok(()), None) => return ExitCode::SUCCESS,
         (Err(error), _) => error,
-        // Whoever closed the pipe has read enough.
+        // If the reader closed the pipe, it has read enough.
         (Ok(()), Some(error)) if error.kind() == io::ErrorKind::BrokenPipe => {
             return ExitCode::from(PIPE_CLOSED);
         }
@@ -130,13 +128,13 @@ fn parse(
     Ok(parsed)
 }
 
-/// Longest sentence, characters.
+/// Greatest length of a sentence, in characters.
 const LONGEST: usize = 2000;
 
-/// Characters that lay out what the program says; all others that a terminal would obey come from files.
+/// Control characters in the program's own text. All others come from files.
 const OURS: &[char] = &['\n', '\t'];
 
-/// An error and its causes, without those that it already repeats. It may quote a file: what is too long is cut.
+/// An error and its causes without repetitions. Long quotations from files are cut.
 fn sentence(error: &anyhow::Error) -> String {
     let mut text = String::new();
     for cause in error.chain().map(ToString::to_string) {
@@ -155,18 +153,17 @@ fn sentence(error: &anyhow::Error) -> String {
     short
 }
 
-/// A text of ours that quotes files, fit for a terminal, now or when somebody looks at the file it goes to.
+/// A text that may quote files, made safe for terminals.
 fn shown(text: &str) -> String {
     printable(text, OURS).into_owned()
 }
 
-/// A line for the person at the terminal. A closed terminal is nobody's mistake.
+/// Writes a line to standard error. A closed terminal is ignored.
 fn complain(line: &str) {
     let _ = writeln!(io::stderr(), "{}", printable(line, OURS));
 }
 
-/// Why standard output could not be written. It decides how the process ends, but not sooner: files are written even if
-/// nobody reads the summary.
+/// The first error of standard output. It affects only the exit code, after all files are written.
 static UNPRINTED: Mutex<Option<io::Error>> = Mutex::new(None);
 
 fn note_failure(printed: io::Result<()>) {
@@ -176,14 +173,13 @@ fn note_failure(printed: io::Result<()>) {
     }
 }
 
-/// Text the user asked for, on standard output.
 fn print(text: &str) {
     let mut output = io::stdout();
     let printed = writeln!(output, "{}", printable(text.trim_end(), OURS));
     note_failure(printed.and_then(|()| output.flush()));
 }
 
-/// A JSON document the user asked for, on standard output.
+/// Prints a JSON document to standard output.
 fn print_json(document: &impl Serialize) -> anyhow::Result<()> {
     print(&printable_json(&serde_json::to_string_pretty(document)?));
     Ok(())
@@ -191,7 +187,7 @@ fn print_json(document: &impl Serialize) -> anyhow::Result<()> {
 
 #[cfg(test)]
 mod tests {
-    /// A megabyte of a broken file, with a sequence that would clear the screen.
+    /// A megabyte of a broken file, with a sequence that clears the screen.
     #[test]
     fn sentences_are_short_and_harmless() {
         let text = format!("no number: `\u{1b}[2J{}`", "0".repeat(1 << 20));

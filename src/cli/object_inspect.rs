@@ -1,4 +1,4 @@
-//! `landscape objects inspect`: what is derived of an object.
+//! `landscape objects inspect`: quantities derived from an object.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -57,7 +57,7 @@ There is also capsule = { a = […], b = […], radius_m = … }.";
 
 /// Side of each image, pixels.
 const SIDE: u32 = 420;
-/// A mesh is said to run through itself from this share of its surface on; less are slivers where walls touch.
+/// Fraction of the surface above which a mesh is called self-intersecting. Smaller fractions are slivers where walls touch.
 const LEAST_BURIED: f64 = 0.002;
 
 pub(super) fn run(command: &ObjectsInspect, common: &Common) -> anyhow::Result<()> {
@@ -105,7 +105,7 @@ pub(super) fn run(command: &ObjectsInspect, common: &Common) -> anyhow::Result<(
     if let Some(side_file) = &command.side_file {
         let mut description = object.description.clone();
         if description.symmetry == Symmetry::None {
-            // In the units of the mesh file, which the side file stands beside.
+            // Converted to the units of the mesh file, because the side file belongs to it.
             let factor = 1.0 / command.scale.unwrap_or(1.0);
             let of_mesh = crate::object::Description {
                 symmetry: found.symmetry,
@@ -125,7 +125,7 @@ pub(super) fn run(command: &ObjectsInspect, common: &Common) -> anyhow::Result<(
     Ok(())
 }
 
-/// What was derived, for people.
+/// Text table of the derived quantities.
 fn table(object: &Object, found: &FoundSymmetry, tolerance_m: f64) -> String {
     let mesh = &object.mesh;
     let [low, high] = mesh.bounds();
@@ -252,7 +252,6 @@ fn told(symmetry: &Symmetry) -> String {
     }
 }
 
-/// The object from three sides.
 fn sheet(object: &Object) -> Vec<(Image, String)> {
     let scene = Scene {
         surfaces: vec![Surface::of_mesh(&object.mesh)],

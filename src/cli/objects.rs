@@ -1,4 +1,4 @@
-//! `landscape objects`: those that come with the program, and new ones from neural networks.
+//! `landscape objects`: built-in objects, and new ones from neural networks.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -109,7 +109,7 @@ fn list() -> anyhow::Result<()> {
     Ok(())
 }
 
-/// What is refused before any work is spent on it.
+/// Rejects invalid arguments before any work.
 fn check(command: &Bake, common: &Common) -> anyhow::Result<()> {
     let output = &command.output;
     anyhow::ensure!(
@@ -132,7 +132,7 @@ fn check(command: &Bake, common: &Common) -> anyhow::Result<()> {
         command.cells
     );
     within("--scale", OBJECT_SCALE, command.scale)?;
-    // The object's description, which would be read together with the mesh.
+    // The object's description, which would be read with the mesh.
     let beside = output.with_extension("json");
     if beside.exists() {
         let text = std::fs::read_to_string(&beside)
@@ -168,7 +168,7 @@ fn bake(command: &Bake, common: &Common) -> anyhow::Result<()> {
         "wrote {}; baking its smooth field …",
         command.output.display()
     ));
-    // As `--object` reads it, so that the field is found in the cache from now on.
+    // Loads the object like `--object`, so that its field is in the cache afterwards.
     let object = Object::load(&command.output)?;
     if !common.quiet {
         print(&summary(&surface, &object));

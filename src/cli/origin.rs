@@ -1,4 +1,4 @@
-//! What `landscape synth` begins with: hand and object of the flags, or those of the given grasps.
+//! Input of `landscape synth`: hand and object of the flags, or those of the given grasps.
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ pub(super) struct Origin {
     pub(super) hand: HandMetadata,
     pub(super) object: Arc<Object>,
     pub(super) object_metadata: ObjectMetadata,
-    /// Factor on the size of the object that the metadata describe.
+    /// Scale of the object relative to its metadata.
     pub(super) scale: f64,
     /// Grasps to start from; empty without `--from`.
     pub(super) given: Vec<GraspRow>,
@@ -30,7 +30,7 @@ impl Origin {
         let (mut object_metadata, mut notes) = input::object(object, command.scale)?;
         input::rename(&mut object_metadata, command.name.as_deref())?;
         let scale = command.scale.unwrap_or(1.0);
-        // The mesh as it is stored, so that a run from a flag and one from a file agree to the last bit.
+        // Uses the stored mesh, so that runs from a flag and from a file agree bit for bit.
         let object = object_metadata.build(scale)?;
         notes.extend(object.notes.iter().cloned());
         if !quiet {
@@ -79,7 +79,7 @@ impl Origin {
         })
     }
 
-    /// The grasp that chain number `chain` starts from.
+    /// The grasp from which chain number `chain` starts.
     pub(super) fn given(&self, chain: u64) -> Option<&GraspRow> {
         let count = u64::try_from(self.given.len())
             .ok()

@@ -1,4 +1,4 @@
-//! What may be written where: an output must not be an input, nor replace what the program did not make.
+//! Checks of outputs: an output must not be an input, nor replace a file that this program did not make.
 
 use std::fs::{self, File};
 use std::io::{Read, Seek, SeekFrom};
@@ -11,11 +11,11 @@ use super::args::Common;
 use crate::figure::MAKER;
 use crate::store::GraspFile;
 
-/// Bytes at each end of a file in which its maker is looked for.
+/// Number of bytes at each end of a file that are searched for its maker.
 const LOOKED_AT: u64 = 4096;
 
-/// Refuses an output file, before any work is spent on it: one that cannot be written, that is one of the `inputs`, or
-/// (without `--force`) that exists and was not made by this program.
+/// Rejects an output file before any work if it cannot be written, if it is one of the `inputs`, or (without `--force`) if
+/// it exists and was not made by this program.
 pub(super) fn check_file(output: &Path, inputs: &[&Path], common: &Common) -> anyhow::Result<()> {
     check_place(output)?;
     ensure!(
@@ -35,8 +35,8 @@ pub(super) fn check_file(output: &Path, inputs: &[&Path], common: &Common) -> an
     Ok(())
 }
 
-/// Refuses an output folder whose files are `expected`, before any work is spent on it: one that cannot be written, that
-/// is one of the `inputs`, or (without `--force`) that holds anything else.
+/// Rejects an output folder before any work if it cannot be written, if it is one of the `inputs`, or (without `--force`)
+/// if it contains files other than the `expected` ones.
 pub(super) fn check_folder(
     output: &Path,
     inputs: &[&Path],
@@ -68,7 +68,7 @@ pub(super) fn check_folder(
     Ok(())
 }
 
-/// Refuses an output whose folder is missing.
+/// Rejects an output whose parent folder is missing.
 pub(super) fn check_place(output: &Path) -> anyhow::Result<()> {
     if let Some(folder) = output.parent().filter(|folder| *folder != Path::new("")) {
         ensure!(
@@ -81,10 +81,10 @@ pub(super) fn check_place(output: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Refuses an output that is one of the inputs, by whatever path.
+/// Rejects an output that is one of the inputs, by any path.
 pub(super) fn check_inputs(output: &Path, inputs: &[&Path]) -> anyhow::Result<()> {
     let Ok(place) = output.canonicalize() else {
-        // What does not exist cannot be read.
+        // A missing file cannot be an input.
         return Ok(());
     };
     for input in inputs {
@@ -97,7 +97,7 @@ pub(super) fn check_inputs(output: &Path, inputs: &[&Path]) -> anyhow::Result<()
     Ok(())
 }
 
-/// Whether this program made a file, as far as the kind that its name tells can say.
+/// Whether this program made a file, as far as its kind (by name) shows.
 fn made_here(path: &Path) -> bool {
     let ending = path.extension().unwrap_or_default().to_string_lossy();
     let ending = ending.to_lowercase();
@@ -114,7 +114,7 @@ fn made_here(path: &Path) -> bool {
     let made_by = format!("Made by {MAKER}");
     match ending.as_str() {
         "png" => holds(&head, &format!("Software\0{MAKER}")),
-        // Behind what it lists of the animation.
+        // The generator comes after the data of the animation.
         "glb" => {
             fs::read(path).is_ok_and(|bytes| holds(&bytes, &format!("\"generator\":\"{MAKER} ")))
         }
@@ -125,7 +125,7 @@ fn made_here(path: &Path) -> bool {
     }
 }
 
-/// Whether this is a table of grasps, or an object that names its maker.
+/// Whether this is a table of grasps, or an object with this program's name.
 fn made_json(bytes: &[u8]) -> bool {
     match serde_json::from_slice::<Value>(bytes) {
         Ok(Value::Array(rows)) => rows.iter().all(|row| row.get("translation_m").is_some()),
@@ -134,13 +134,12 @@ fn made_json(bytes: &[u8]) -> bool {
     }
 }
 
-/// Whether this is the name of a scene in three dimensions.
+/// Whether this is the name of a 3D scene.
 pub(super) fn is_scene(path: &Path) -> bool {
     let ending = path.extension();
     ending.is_some_and(|ending| ending.eq_ignore_ascii_case("glb"))
 }
 
-/// The first and the last bytes of a file.
 fn ends(path: &Path) -> std::io::Result<[Vec<u8>; 2]> {
     let mut file = File::open(path)?;
     let length = file.metadata()?.len();

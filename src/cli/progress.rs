@@ -1,4 +1,4 @@
-//! Progress on standard error: bars at a terminal, now and then a line elsewhere.
+//! Progress on standard error: bars at a terminal, occasional lines elsewhere.
 
 use std::io::IsTerminal;
 use std::ops::Deref;
@@ -11,18 +11,18 @@ use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressStyle};
 
 use super::complain;
 
-/// Time between two lines where standard error is a file or a pipe.
+/// Time between two lines if standard error is a file or a pipe.
 const PERIOD: Duration = Duration::from_secs(30);
 
-/// All bars, so that they can be taken off the terminal.
+/// All bars, so that they can be removed from the terminal.
 static BARS: LazyLock<MultiProgress> = LazyLock::new(MultiProgress::new);
 
-/// Does something while no bar is on the terminal, and none can come.
+/// Runs `work` while no bar is on the terminal and none can appear.
 pub(super) fn without_bars<T>(work: impl FnOnce() -> T) -> T {
     BARS.suspend(work)
 }
 
-/// A progress bar; where nobody could see it move, a line every [`PERIOD`] until it is finished or dropped.
+/// A progress bar. Without a terminal, it prints a line every [`PERIOD`] until it is finished or dropped.
 pub(super) struct Bar {
     bar: ProgressBar,
     lines: Option<Lines>,
@@ -37,13 +37,13 @@ impl Deref for Bar {
 }
 
 impl Bar {
-    /// Takes the bar away; no line is written any more.
+    /// Removes the bar and ends its lines.
     pub(super) fn finish_and_clear(self) {
         self.bar.finish_and_clear();
     }
 }
 
-/// A bar over `total` things called `what`; hidden where nobody looks.
+/// A bar for `total` items called `what`; hidden without a terminal.
 pub(super) fn bar(what: &str, total: u64, quiet: bool) -> Bar {
     let bar = if quiet {
         ProgressBar::hidden()
@@ -62,7 +62,6 @@ pub(super) fn bar(what: &str, total: u64, quiet: bool) -> Bar {
     Bar { bar, lines }
 }
 
-/// Work whose length is not known.
 pub(super) fn spinner(what: &str, quiet: bool) -> Bar {
     let bar = bar(what, 0, quiet);
     bar.set_style(
@@ -75,7 +74,7 @@ pub(super) fn spinner(what: &str, quiet: bool) -> Bar {
     bar
 }
 
-/// A thread that tells where a bar stands, until this is dropped.
+/// A thread that prints the state of a bar until dropped.
 struct Lines {
     stop: Option<Sender<()>>,
     thread: Option<JoinHandle<()>>,
@@ -98,7 +97,7 @@ impl Lines {
 
 impl Drop for Lines {
     fn drop(&mut self) {
-        // Without its other end the thread wakes and ends.
+        // Dropping the sender wakes and ends the thread.
         self.stop.take();
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
@@ -106,7 +105,7 @@ impl Drop for Lines {
     }
 }
 
-/// `chains: 12 of 64 in 3 minutes`.
+/// A line such as `chains: 12 of 64 in 3 minutes`.
 fn line(bar: &ProgressBar) -> String {
     let elapsed = HumanDuration(bar.elapsed());
     match bar.length() {
@@ -145,7 +144,7 @@ mod tests {
                 .any(|line| line.starts_with("grasps: 4 of 8 in "))
         );
         drop(lines);
-        // The thread has ended, and with it the other end.
+        // The thread and its sender have ended.
         assert!(told.iter().all(|line| line.starts_with("grasps: ")));
         bar.set_length(0);
         assert!(super::line(&bar).ends_with("so far"));

@@ -1,8 +1,8 @@
-//! The command that remakes a file. It is taken from the parsed command line as a whole, so that no flag can be forgotten.
+//! The command that recreates a file. It is taken from the whole parsed command line, so that no flag is forgotten.
 //!
-//! Everything given is recorded in the order of the definition, except what changes no byte of what is written. Of files and
-//! folders only the names are recorded: neither where they lie nor how their paths were typed is told, and the command remakes
-//! the file in a folder that holds them. What they held is told by hashes ([`Provenance::sources`]).
+//! All given arguments are recorded in the order of the definition, except those that change no byte of the output. Only
+//! the names of files and folders are recorded, not their places or how the paths were typed; the command recreates the
+//! file in a folder that contains them. Hashes identify their contents ([`Provenance::sources`]).
 
 use std::ffi::{OsStr, OsString};
 use std::fmt::Write;
@@ -16,8 +16,7 @@ use crate::hand::HAND_NAMES;
 use crate::object::OBJECT_NAMES;
 use crate::store::{Source, content_hash};
 
-/// Arguments that change no byte of what is written: how fast, how loud, how patient, over what, whether an interrupted run is
-/// continued, under which name.
+/// Arguments that change no byte of the output: speed, verbosity, patience, overwriting, resuming, and names.
 const WITHOUT_TRACE: [&str; 7] = [
     "threads",
     "quiet",
@@ -28,17 +27,17 @@ const WITHOUT_TRACE: [&str; 7] = [
     "output",
 ];
 
-/// The command line of this process, as files record it.
+/// The command line of this process, as recorded in files.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Provenance {
-    /// The command line that remakes what this one makes.
+    /// The command line that recreates the output.
     pub(super) command: String,
-    /// What the command calls each file and folder that it names, and where that lies.
+    /// Name in the command and path of each input file and folder.
     inputs: Vec<(OsString, PathBuf)>,
 }
 
 impl Provenance {
-    /// Takes what was given on the command line; `definition` must be built.
+    /// Takes the given arguments; `definition` must be built.
     pub(super) fn of(definition: &Command, matches: &ArgMatches) -> Self {
         let (verbs, given) = given(definition, matches);
         let paths: Vec<PathBuf> = given
@@ -77,10 +76,10 @@ impl Provenance {
         Self { command, inputs }
     }
 
-    /// The files that the command names, with hashes of their bytes. Folders have none, nor has what can be read only once.
+    /// The input files with hashes of their bytes. Folders and inputs that can be read only once are left out.
     ///
     /// # Errors
-    /// If one cannot be read.
+    /// If a file cannot be read.
     pub(super) fn sources(&self) -> anyhow::Result<Vec<Source>> {
         let files = self.inputs.iter().filter(|(_, path)| path.is_file());
         files
@@ -96,10 +95,10 @@ impl Provenance {
     }
 }
 
-/// The values of each time that an argument was given.
+/// The values of each occurrence of an argument.
 type Occurrences = Vec<Vec<OsString>>;
 
-/// Program and subcommands, and what was given of the arguments of the last one: those without a flag first.
+/// Program and subcommands, and the given arguments of the last one, positional ones first.
 fn given<'a>(
     definition: &'a Command,
     matches: &ArgMatches,
@@ -129,7 +128,7 @@ fn given<'a>(
     (verbs, arguments)
 }
 
-/// Whether a value names a file or a folder, rather than a hand or an object that comes with the program.
+/// Whether a value names a file or folder, rather than a built-in hand or object.
 fn is_path(arg: &Arg, value: &OsStr) -> bool {
     match arg.get_value_hint() {
         ValueHint::AnyPath => true,
@@ -141,7 +140,6 @@ fn is_path(arg: &Arg, value: &OsStr) -> bool {
     }
 }
 
-/// The words of one occurrence of an argument.
 fn spelled(arg: &Arg, mut values: Vec<OsString>) -> Vec<String> {
     if arg.is_positional() {
         let not_a_flag = |value: OsString| {
@@ -166,7 +164,7 @@ fn spelled(arg: &Arg, mut values: Vec<OsString>) -> Vec<String> {
         values = vec![values.join(OsStr::new(&delimiter.to_string()))];
     }
     match values.as_slice() {
-        // Else it would be taken for a flag itself.
+        // Without `=` the value would be taken for a flag.
         [value] if starts_with_dash(value) => {
             vec![format!("{}={}", long.unwrap_or(flag), quoted(value))]
         }
@@ -180,14 +178,14 @@ fn starts_with_dash(value: &OsStr) -> bool {
     value.as_encoded_bytes().starts_with(b"-")
 }
 
-/// The name of a file or folder, also of one that is given as `.` or `..`.
+/// The name of a file or folder, even if given as `.` or `..`.
 pub(super) fn name_of(path: &Path) -> String {
     let whole = whole(path.as_os_str());
     let name = whole.file_name().unwrap_or_default();
     name.to_string_lossy().into_owned()
 }
 
-/// The whole path. A link in the last place stays, for its name is the one that was given.
+/// The absolute path. A link as last component is kept, because its name was given.
 fn whole(path: &OsStr) -> PathBuf {
     let path = Path::new(path);
     let real = |path: &Path| {
@@ -204,8 +202,7 @@ fn whole(path: &OsStr) -> PathBuf {
     }
 }
 
-/// What a command calls these paths: by their last component, or by as many as tell them apart. What lies in a folder of the
-/// list is called by its way from there.
+/// Names of these paths in a command: as many last components as distinguish them, or relative to a listed folder.
 fn names(paths: &[PathBuf]) -> Vec<PathBuf> {
     let folder = |path: &PathBuf| {
         let around = paths.iter().filter(|other| path.starts_with(other));
@@ -235,7 +232,6 @@ fn names(paths: &[PathBuf]) -> Vec<PathBuf> {
         .collect()
 }
 
-/// The last components of a path.
 fn tail(path: &Path, count: usize) -> PathBuf {
     let components: Vec<_> = path.components().collect();
     components[components.len().saturating_sub(count)..]
@@ -243,7 +239,7 @@ fn tail(path: &Path, count: usize) -> PathBuf {
         .collect()
 }
 
-/// A word as the shell takes it for one: as it is, in single quotes, or, with what has no printed form, as `$'…'`.
+/// Quotes a word for the shell: plain, in single quotes, or as `$'…'` if it has unprintable characters.
 fn quoted(word: &OsStr) -> String {
     let plain = |c: char| c.is_alphanumeric() || "-_./=:,+@%".contains(c);
     match word.to_str() {
@@ -271,7 +267,7 @@ fn quoted(word: &OsStr) -> String {
     }
 }
 
-/// Appends bytes as the shell reads them in `$'…'`.
+/// Appends bytes in the form that the shell reads in `$'…'`.
 fn push_octal(text: &mut String, bytes: &[u8]) {
     for byte in bytes {
         let _ = write!(text, "\\{byte:03o}");
@@ -336,7 +332,7 @@ mod tests {
                 &["draw", "g.landscape", "--pick", "m1,m4"],
                 "landscape draw g.landscape --pick m1,m4",
             ),
-            // Folders are told as far as they tell files apart, or hold what else is named.
+            // Folders are named only if they distinguish files or contain other named paths.
             (
                 &[
                     "synth",

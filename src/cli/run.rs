@@ -1,4 +1,4 @@
-//! What every long run needs: a journal on disk, a progress bar, a stopwatch.
+//! Common parts of long runs: a journal on disk, a progress bar, a stopwatch.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -9,14 +9,14 @@ use super::{complain, interruption, print, progress};
 use crate::store::{AtomicFolder, Journal, Phase as Timing, StoreError, Timings};
 use crate::topography::{Phase, Progress};
 
-/// The folder of a run and the journal in it.
+/// The folder of a run with its journal.
 pub(super) struct Unfinished {
     pub(super) folder: AtomicFolder,
     pub(super) journal: Journal,
 }
 
 impl Unfinished {
-    /// Begins or continues the folder that will be called `output`.
+    /// Begins or continues the folder for `output`.
     pub(super) fn open(
         output: &Path,
         fingerprint: &str,
@@ -30,7 +30,7 @@ impl Unfinished {
         Ok(Self { folder, journal })
     }
 
-    /// Writes how long everything took, gives the folder its name, and shows the summary.
+    /// Writes the timings, gives the folder its final name, and shows the summary.
     pub(super) fn conclude(self, watch: Watch, summary: &str) -> anyhow::Result<()> {
         watch.lap("write", 0);
         let quiet = watch.quiet;
@@ -43,23 +43,23 @@ impl Unfinished {
         Ok(())
     }
 
-    /// Gives the folder its name.
+    /// Gives the folder its final name.
     fn finish(self) -> Result<PathBuf, StoreError> {
-        // The lock keeps others out to the very end; where an open file keeps its folder from being renamed, it goes first.
+        // The lock is held to the very end, except on Windows, where an open file prevents renaming its folder.
         let lock = (!cfg!(windows)).then_some(self.journal);
         let finished = self.folder.finish()?;
         drop(lock);
         Ok(finished)
     }
 
-    /// Leaves nothing behind.
+    /// Removes the folder and the journal.
     pub(super) fn discard(self) -> Result<(), StoreError> {
         self.journal.remove()?;
         self.folder.discard()
     }
 }
 
-/// With `--resume`, refuses to begin where no run of any of these folders was interrupted.
+/// With `--resume`, rejects a start if none of these folders has an interrupted run.
 pub(super) fn check_resumable(again: &Again, outputs: &[PathBuf]) -> anyhow::Result<()> {
     let left = |output: &PathBuf| AtomicFolder::left_journal(output).is_some();
     anyhow::ensure!(
@@ -91,7 +91,7 @@ pub(super) fn open_journal(
     Ok(journal)
 }
 
-/// Says what is known already.
+/// Tells what the journal already contains.
 fn tell(journal: &Journal, path: &Path, quiet: bool) {
     if quiet {
         return;
@@ -111,7 +111,6 @@ fn tell(journal: &Journal, path: &Path, quiet: bool) {
     }
 }
 
-/// Progress bar and stopwatch.
 pub(super) struct Watch {
     quiet: bool,
     bar: Mutex<Option<(Phase, progress::Bar)>>,
@@ -157,7 +156,6 @@ impl Watch {
         }
     }
 
-    /// Ends a stage.
     pub(super) fn lap(&self, name: &str, evaluations: usize) {
         let mut bar = self.bar.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((_, bar)) = bar.take() {

@@ -1,4 +1,4 @@
-//! `landscape stability`: the grasps of a file in a physics engine.
+//! `landscape stability`: simulates the grasps of a file in a physics engine.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -78,7 +78,7 @@ Adds the columns stable, stable_reason (held, overlap, fell, moved, turned, lost
 stable_turn_rad; the protocol with all its numbers goes into the file's metadata. Objects are cut into convex pieces; how
 well these fit is told. An interrupted run continues where it stopped when the same command is given again.";
 
-/// Version of the engine, for the file: results are the same bits only for the same one.
+/// Version of the engine, recorded because results are bitwise equal only for the same version.
 const ENGINE: &str = "rapier3d-f64 0.36";
 
 pub(super) fn run(command: &Stability, common: &Common) -> anyhow::Result<()> {
@@ -171,7 +171,6 @@ pub(super) fn run(command: &Stability, common: &Common) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The protocol that the flags ask for.
 fn protocol(command: &Stability) -> anyhow::Result<Protocol> {
     let Some(path) = &command.settings else {
         return Ok(match command.protocol {
@@ -190,7 +189,6 @@ fn protocol(command: &Stability) -> anyhow::Result<Protocol> {
     Ok(protocol)
 }
 
-/// A hand and an object, ready to be simulated.
 struct Place {
     hand: std::sync::Arc<Hand>,
     solid: Solid,

@@ -135,10 +135,9 @@ Examples:
 An interrupted run continues where it stopped when the same command is given again; with --resume it must, with --fresh
 it begins anew. The result is the same to the last byte.";
 
-/// Chains unless told otherwise.
+/// Default number of chains.
 const DEFAULT_CHAINS: u64 = 64;
 
-/// What is said of strict grasps.
 const ADVICE: &str = "\
 note: strict grasps close and balance, but are not squeezed: many fall in the drop test. `landscape stability` tells which \
 hold; `--keep firm` makes grasps that press.
@@ -160,8 +159,8 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
 
     let metadata = metadata(command, common, &experiment, &energy, &origin)?;
     let journal_path = journal_path(&command.output);
-    // A chain does not depend on how many there are or which are kept, so the command may ask for others next time. What it
-    // depends on of the files that the command names is told by the rest.
+    // Chains do not depend on how many there are or which are kept, so the command may differ next time. The rest of the
+    // metadata identifies the input files.
     let of_a_chain = Metadata {
         command: String::new(),
         inputs: Vec::new(),
@@ -254,7 +253,7 @@ fn is_firm(energy: &GraspEnergy, end: &Synthesized, judgement: &Judgement) -> bo
     judgement.passes_strict() && firmness(energy, &end.refined.pose).is_firm()
 }
 
-/// The settings that the flags ask for; refuses what makes no sense before any work is spent on it.
+/// The settings selected by the flags; rejects invalid ones before any work.
 fn experiment(command: &Synth, common: &Common) -> anyhow::Result<Experiment> {
     let mut experiment = match &command.config {
         Some(path) => Experiment::read(path)?,
@@ -262,7 +261,7 @@ fn experiment(command: &Synth, common: &Common) -> anyhow::Result<Experiment> {
     };
     if let Some(steps) = command.steps {
         within("--steps", STEPS, steps.into())?;
-        // A shorter chain makes fewer attempts, not shorter ones.
+        // A shorter chain makes fewer attempts of the same length.
         let synthesis = &mut experiment.synthesis;
         let of_an_attempt = (synthesis.steps / synthesis.attempts.max(1)).max(1);
         synthesis.attempts = synthesis.attempts.min(steps / of_an_attempt).max(1);
@@ -324,7 +323,6 @@ fn metadata(
     })
 }
 
-/// One chain.
 fn work(
     command: &Synth,
     experiment: &Experiment,

@@ -1,4 +1,4 @@
-//! Bare contacts from a JSON file.
+//! Contacts without a hand, from a JSON file.
 
 use std::fmt::Write;
 
@@ -14,11 +14,10 @@ use crate::grasp::closure::{
 use crate::grasp::filter::STRICT_FRICTION;
 use crate::limits::MOST_CONTACTS;
 
-/// Longer arms than this, in units of the length, are a mistake in units; their torques would drown the forces in
-/// round-off.
+/// Longer arms, in units of the length, indicate a mistake in units. Their torques would swamp the forces by rounding.
 const LONGEST_ARM: f64 = 1e4;
 
-/// The file; its format is told by `landscape inspect --help`.
+/// Content of the file. `landscape inspect --help` describes the format.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
@@ -35,7 +34,7 @@ struct FileContact {
     inward_normal: [f64; 3],
 }
 
-/// Contacts that make sense.
+/// Valid contacts.
 #[derive(Debug)]
 pub(super) struct Contacts {
     points: Vec<PointContact>,
@@ -44,7 +43,6 @@ pub(super) struct Contacts {
     friction: f64,
 }
 
-/// What is known about them.
 #[derive(Debug, Serialize)]
 pub(super) struct Report {
     contacts: usize,
@@ -53,18 +51,18 @@ pub(super) struct Report {
     friction: f64,
     net_wrench: f64,
     rank_margin: f64,
-    /// Absent where no friction suffices.
+    /// Absent if no friction suffices.
     least_friction: Option<f64>,
     force_closure: bool,
     epsilon: f64,
     weakest_wrench: [f64; 6],
-    /// Absent where none balance at this friction.
+    /// Absent if no forces balance at this friction.
     forces: Option<Forces>,
 }
 
 #[derive(Debug, Serialize)]
 struct Forces {
-    /// Normal components add up to one.
+    /// The normal components add up to one.
     #[serde(rename = "forces")]
     vectors: Vec<[f64; 3]>,
     normal: Vec<f64>,
@@ -73,7 +71,7 @@ struct Forces {
     violation: f64,
 }
 
-/// The file, or which of its fields is wrong and where.
+/// Parses the file; an error names the wrong field.
 fn parse(bytes: &[u8]) -> anyhow::Result<File> {
     const NO_CONTACTS: &str = "these are no contacts (see `landscape inspect --help`)";
     let mut json = serde_json::Deserializer::from_slice(bytes);
@@ -132,7 +130,7 @@ impl Contacts {
         );
         let contact = |(index, contact): (usize, &FileContact)| {
             let normal = Vector3::from(contact.inward_normal);
-            // Divided by its largest component first: the square of any number must neither vanish nor overflow.
+            // Dividing by the largest component first keeps the squares from overflowing or vanishing.
             let largest = normal.amax();
             ensure!(
                 largest > 0.0,

@@ -1,4 +1,4 @@
-//! The grasps of a file, judged anew on the exact mesh.
+//! The grasps of a file, judged on the exact mesh.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -16,7 +16,7 @@ use crate::grasp::filter::STRICT_FRICTION;
 use crate::grasp::{GraspEnergy, Judgement, MeasuredContact, judge, measure_contacts};
 use crate::store::{GraspFile, GraspRow};
 
-/// A row of the file and what was measured.
+/// A row of the file and its measures.
 #[derive(Debug, Serialize)]
 pub(super) struct Judged {
     pub(super) id: u64,
@@ -24,22 +24,20 @@ pub(super) struct Judged {
     object: String,
     scale: f64,
     label: Option<String>,
-    /// As the file tells.
     pub(super) energy: f64,
-    /// As the file tells.
+    /// Values in the file.
     pub(super) terms: BTreeMap<String, f64>,
     #[serde(flatten)]
     pub(super) judgement: Judgement,
     pub(super) passes_published: bool,
     pub(super) passes_released: bool,
-    /// First reason why the strict filter refuses it.
+    /// First condition of the strict filter that fails.
     pub(super) objection: Option<&'static str>,
     pub(super) contacts: Vec<Touch>,
     #[serde(skip)]
     bare: Vec<PointContact>,
 }
 
-/// A contact.
 #[derive(Debug, Serialize)]
 pub(super) struct Touch {
     surface_point: u32,
@@ -48,7 +46,7 @@ pub(super) struct Touch {
     distance_m: f64,
 }
 
-/// Everything, for machines.
+/// All data for machine-readable output.
 #[derive(Serialize)]
 struct Everything<'a> {
     landscapes: Vec<Landscape>,
@@ -163,7 +161,6 @@ pub(super) fn friction(judgement: &Judgement) -> f64 {
     judgement.least_friction.unwrap_or(f64::INFINITY)
 }
 
-/// One line for each grasp.
 fn lines(judged: &[Judged]) -> String {
     let header = [
         "id",
@@ -196,7 +193,6 @@ fn lines(judged: &[Judged]) -> String {
     table(&rows)
 }
 
-/// All about one grasp.
 fn detail(grasp: &Judged) -> String {
     let judgement = &grasp.judgement;
     let mut text = format!(

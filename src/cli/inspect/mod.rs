@@ -1,4 +1,4 @@
-//! `landscape inspect`: how good grasps or bare contacts are.
+//! `landscape inspect`: the quality of grasps or contacts.
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -110,7 +110,7 @@ pub(super) fn run(command: &Inspect, common: &Common) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Columns aligned: the first to the left, the others to the right.
+/// Aligned columns: the first to the left, the others to the right.
 fn table(rows: &[Vec<String>]) -> String {
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
     let width = |column: usize| {
@@ -134,7 +134,7 @@ fn table(rows: &[Vec<String>]) -> String {
     text
 }
 
-/// Four significant digits and no more than that many decimals, powers of ten from ten millions on; `inf` for infinity.
+/// A number with four significant digits and at most four decimals, as a power of ten from 10⁷; `inf` for infinity.
 fn number(value: f64) -> String {
     if value.is_infinite() {
         return if value > 0.0 { "inf" } else { "-inf" }.to_owned();
@@ -149,7 +149,7 @@ fn number(value: f64) -> String {
         _ => 0,
     };
     let text = format!("{value:.decimals$}");
-    // No minus in front of nothing.
+    // Zero has no minus sign.
     if text.trim_start_matches(['-', '0', '.']).is_empty() {
         text.trim_start_matches('-').to_owned()
     } else {

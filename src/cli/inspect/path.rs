@@ -1,4 +1,4 @@
-//! The lowest way between two minima of a landscape: as pictures with the energy by term along it, and as an animation.
+//! The minimax path between two minima of a landscape, as pictures with the energy by term, and as an animation.
 
 use std::path::{Path, PathBuf};
 
@@ -16,7 +16,7 @@ use crate::store::{FileSet, LandscapeFiles};
 use crate::study::{GraspSetting, MinimaxPath, Waypoint};
 use crate::topography::MinimumId;
 
-/// Endings of the files of a way.
+/// Endings of the files of a path.
 const ENDINGS: [&str; 3] = ["png", "svg", "glb"];
 
 pub(super) fn run(command: &Inspect, ends: &[String], common: &Common) -> anyhow::Result<()> {
@@ -68,7 +68,7 @@ fn with_ending(output: &Path, ending: &str) -> PathBuf {
     output.with_file_name(name)
 }
 
-/// `NAME.m3-m17` beside the landscape.
+/// The output `NAME.m3-m17` beside the landscape.
 fn beside(folder: &Path, from: MinimumId, to: MinimumId) -> anyhow::Result<PathBuf> {
     let stem = folder.file_stem();
     let stem = stem.with_context(|| format!("{} names no folder", folder.display()))?;
@@ -76,7 +76,7 @@ fn beside(folder: &Path, from: MinimumId, to: MinimumId) -> anyhow::Result<PathB
     Ok(folder.with_file_name(name))
 }
 
-/// `m3`, or `g2` for the lowest minimum of a group.
+/// Parses `m3`, or `g2` for the lowest minimum of a group.
 fn minimum(files: &LandscapeFiles, name: &str) -> anyhow::Result<MinimumId> {
     let count = files.minima.len();
     let (kind, number) = name.split_at_checked(1).unwrap_or((name, ""));
@@ -100,7 +100,7 @@ fn millimetres(step: &Waypoint) -> f64 {
     1e3 * step.along_m
 }
 
-/// What the barrier is made of: terms at the start, at the top and at the end.
+/// Text on the barrier: terms at the start, the top and the end.
 fn text(files: &LandscapeFiles, energy: &GraspEnergy, path: &MinimaxPath) -> String {
     let MinimaxPath {
         minima: route,

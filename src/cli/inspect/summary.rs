@@ -1,4 +1,4 @@
-//! A population of grasps in numbers.
+//! Summary statistics of a population of grasps.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
@@ -9,7 +9,7 @@ use super::grasps::{Judged, friction};
 use super::{number, table};
 use crate::store::Population;
 
-/// Who passes.
+/// Numbers of grasps that pass the filters.
 #[derive(Debug, Serialize)]
 pub(super) struct Landscape {
     hand: String,
@@ -19,9 +19,9 @@ pub(super) struct Landscape {
     passes_strict: usize,
     passes_published: usize,
     passes_released: usize,
-    /// First reasons why the strict filter refuses.
+    /// Counts of the first failed conditions of the strict filter.
     objections: BTreeMap<&'static str, usize>,
-    /// How many grasps touch with each link.
+    /// Number of grasps that touch with each link.
     touched_by: BTreeMap<String, usize>,
 }
 
@@ -52,7 +52,6 @@ impl Landscape {
         }
     }
 
-    /// Names hand and object.
     pub(super) fn title(&self) -> String {
         let scale = if (self.scale - 1.0).abs() > f64::EPSILON {
             format!(", scale {}", self.scale)
@@ -64,7 +63,6 @@ impl Landscape {
     }
 }
 
-/// The landscape as a page of text.
 pub(super) fn summary(landscape: &Landscape, judged: &[Judged]) -> String {
     let mut text = landscape.title();
     let total = landscape.grasps;
@@ -93,7 +91,7 @@ pub(super) fn summary(landscape: &Landscape, judged: &[Judged]) -> String {
     text
 }
 
-/// Most frequent first, then by name.
+/// Sorts by frequency, most frequent first, and then by name.
 fn by_frequency<K: AsRef<str>>(counts: &BTreeMap<K, usize>) -> Vec<(&str, usize)> {
     let names = counts.iter().map(|(name, count)| (name.as_ref(), *count));
     let mut sorted: Vec<(&str, usize)> = names.collect();
@@ -125,7 +123,7 @@ fn quantiles(judged: &[Judged]) -> String {
     let mut row = |name: String, mut values: Vec<f64>| {
         values.sort_by(f64::total_cmp);
         let last = values.len() - 1;
-        // Tenths of the way, to the nearest grasp: friction may be infinite.
+        // Quantiles in tenths, rounded to the nearest grasp, since friction may be infinite.
         let at = |tenths: usize| number(values[(last * tenths + 5) / 10]);
         let mut cells = vec![name];
         cells.extend([0, 1, 5, 9, 10].map(at));

@@ -1,4 +1,4 @@
-//! `landscape label`: the grasp types of a file's grasps.
+//! `landscape label`: labels the grasps of a file with grasp types.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -85,7 +85,7 @@ pub(super) fn run(command: &LabelCommand, common: &Common) -> anyhow::Result<()>
         command.of.object.as_deref(),
     )?;
     let inputs = common.provenance.sources()?;
-    // No energy is needed here.
+    // Labelling needs no energy.
     warnings.retain(|warning| !warning.contains("energy"));
     if !common.quiet {
         input::warn(&warnings);
@@ -163,7 +163,6 @@ pub(super) fn run(command: &LabelCommand, common: &Common) -> anyhow::Result<()>
     Ok(())
 }
 
-/// The rule that the flags ask for.
 fn rule(command: &LabelCommand) -> anyhow::Result<Rule> {
     let Some(path) = &command.rule else {
         return Ok(Rule::standard().clone());
@@ -173,7 +172,7 @@ fn rule(command: &LabelCommand) -> anyhow::Result<Rule> {
     Rule::parse(&text).with_context(|| path.display().to_string())
 }
 
-/// What a human may say: a type, or that none fits.
+/// Parses a human label: a type, or `unlisted`.
 pub(super) fn human_label(text: &str) -> Option<Result<&'static GraspType, ()>> {
     if text.trim().eq_ignore_ascii_case(UNLISTED) {
         return Some(Err(()));
@@ -181,12 +180,12 @@ pub(super) fn human_label(text: &str) -> Option<Result<&'static GraspType, ()>> 
     Taxonomy::feix().named(text).map(Ok)
 }
 
-/// The label as files have it.
+/// The label as written in files.
 pub(super) fn canonical(label: Result<&'static GraspType, ()>) -> &'static str {
     label.map_or(UNLISTED, |entry| entry.name.as_str())
 }
 
-/// Puts the labels of a human into the rows.
+/// Writes human labels into the rows.
 fn honour(file: &mut GraspFile, given: &[table::Given], path: &Path) -> anyhow::Result<()> {
     let rows: BTreeMap<u64, usize> = (file.grasps.iter().enumerate())
         .map(|(row, grasp)| (grasp.id, row))
@@ -205,7 +204,7 @@ fn honour(file: &mut GraspFile, given: &[table::Given], path: &Path) -> anyhow::
     Ok(())
 }
 
-/// Writes what the rule says into a row; the human's word stays.
+/// Writes the rule's label into a row; a human label is kept.
 fn record(grasp: &mut GraspRow, label: &Label) {
     grasp.label_auto = Some(label.text().to_owned());
     grasp.label_score = label.best.first().map(|best| best.score);
@@ -242,7 +241,6 @@ fn explanations(file: &GraspFile, labels: &BTreeMap<u64, Label>, rule: &Rule) ->
     text
 }
 
-/// The name of a file, for titles.
 fn file_name(path: &Path) -> String {
     let name = path.file_name().map(PathBuf::from).unwrap_or_default();
     name.display().to_string()

@@ -1,4 +1,4 @@
-//! A contact sheet in which a person labels grasps: one HTML file that needs nothing else.
+//! A contact sheet for labelling grasps by hand: one self-contained HTML file.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -17,7 +17,7 @@ use crate::hand::Hand;
 use crate::object::Object;
 use crate::store::{GraspRow, write_atomic};
 
-/// The page; the data take the place of [`DATA`].
+/// The page, in which the data replace [`DATA`].
 const PAGE: &str = include_str!("sheet.html");
 const DATA: &str = "\"DATA\"";
 /// Side of a picture, pixels.
@@ -26,14 +26,13 @@ const SIDE: u32 = 220;
 /// One grasp on the sheet.
 #[derive(Serialize)]
 pub(super) struct Card {
-    /// A text, for numbers of scripts are exact only up to 2⁵³.
+    /// Stored as text, because numbers in scripts are exact only up to 2⁵³.
     id: String,
     object: String,
     /// Two pictures, PNG in base64.
     pictures: [String; 2],
-    /// What a human has said so far.
+    /// The human label so far.
     human: Option<String>,
-    /// What the rule says.
     rule: String,
     best: String,
 }
@@ -45,7 +44,7 @@ struct Page<'a> {
     grasps: Vec<Card>,
 }
 
-/// A type that can be chosen.
+/// A type that can be selected.
 #[derive(Serialize)]
 struct Choice<'a> {
     number: u8,
@@ -84,7 +83,6 @@ pub(super) fn cards(
         .collect()
 }
 
-/// Writes the sheet.
 pub(super) fn write(path: &Path, grasps: &Path, cards: Vec<Card>) -> anyhow::Result<()> {
     let types = Taxonomy::feix().types.iter().map(|entry| Choice {
         number: entry.number,
@@ -98,7 +96,7 @@ pub(super) fn write(path: &Path, grasps: &Path, cards: Vec<Card>) -> anyhow::Res
         types: types.collect(),
         grasps: cards,
     };
-    // Inside a script element `</script` would end it early, and `<!--` would make it swallow its end.
+    // Inside a script element `</script` would end it early, and `<!--` would hide its end.
     let data = serde_json::to_string(&page)?.replace('<', "\\u003c");
     write_atomic(path, PAGE.replacen(DATA, &data, 1).as_bytes())
         .with_context(|| format!("cannot write {}", path.display()))

@@ -1,4 +1,4 @@
-//! What the labels of a file add up to.
+//! Summary of the labels of a file.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -8,10 +8,10 @@ use crate::evaluation::taxonomy::{Inapplicable, Label, Taxonomy, Verdict};
 use crate::store::{GraspFile, GraspRow};
 use crate::study::tally;
 
-/// So many disagreements are listed one by one.
+/// Number of disagreements that are listed individually.
 const LISTED: usize = 20;
 
-/// Counts of types, cells and categories, and where human and rule disagree.
+/// Counts of types, cells and categories, and disagreements between human and rule.
 pub(super) fn summary(file: &GraspFile, labels: &BTreeMap<u64, Label>) -> String {
     let feix = Taxonomy::feix();
     let total = labels.len();
@@ -78,7 +78,7 @@ pub(super) fn summary(file: &GraspFile, labels: &BTreeMap<u64, Label>) -> String
     text
 }
 
-/// What humans say, and where the rule says otherwise.
+/// Human labels, and disagreements with the rule.
 fn humans(file: &GraspFile, labels: &BTreeMap<u64, Label>) -> String {
     let human = |grasp: &GraspRow| {
         let told = grasp.label.clone().filter(|label| !label.is_empty())?;

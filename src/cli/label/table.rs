@@ -1,4 +1,4 @@
-//! Labels of a human as CSV: columns `id` and `label`, others ignored.
+//! Human labels as CSV with the columns `id` and `label`; other columns are ignored.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -8,17 +8,16 @@ use crate::evaluation::taxonomy::Taxonomy;
 use crate::formats::csv_text;
 use anyhow::Context;
 
-/// A label of a human.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Given {
     pub(super) id: u64,
-    /// Name of the type as the taxonomy has it, or `unlisted`.
+    /// Name of the type in the taxonomy, or `unlisted`.
     pub(super) label: &'static str,
-    /// Where it stands in the file.
+    /// Line number in the file.
     pub(super) line: usize,
 }
 
-/// Reads and checks a file of labels. Rows without a label are left out.
+/// Reads and checks a file of labels. Rows without a label are ignored.
 pub(super) fn read(path: &Path) -> anyhow::Result<Vec<Given>> {
     let text = std::fs::read_to_string(path)
         .with_context(|| format!("--from: cannot read {}", path.display()))?;
@@ -26,7 +25,7 @@ pub(super) fn read(path: &Path) -> anyhow::Result<Vec<Given>> {
 }
 
 fn parse(text: &str) -> anyhow::Result<Vec<Given>> {
-    // Spreadsheets of some countries write semicolons.
+    // In some countries spreadsheets use semicolons.
     let header = text.lines().next().unwrap_or_default();
     let delimiter = if header.contains(';') { ';' } else { ',' };
     let (header, records) = csv_text::table(text, delimiter, None).map_err(anyhow::Error::msg)?;
@@ -64,7 +63,7 @@ fn parse(text: &str) -> anyhow::Result<Vec<Given>> {
 fn unknown(line: usize, label: &str) -> String {
     let wanted = label.to_lowercase();
     let types = Taxonomy::feix().types.iter();
-    // Those that share a word.
+    // Types that share a word.
     let near: Vec<&str> = types
         .map(|entry| entry.name.as_str())
         .filter(|name| {

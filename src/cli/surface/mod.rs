@@ -1,4 +1,4 @@
-//! `landscape surface`: every minimum and saddle of a model, or of an energy that another program computes.
+//! `landscape surface`: all minima and saddles of a model, or of an energy that another program computes.
 
 mod program;
 
@@ -115,7 +115,7 @@ Writes what `landscape build` writes, and stationary.parquet: all minima and sad
 min.data and ts.data, too. An interrupted run continues where it stopped when the same command is given again; with --resume
 it must, with --fresh it begins anew."#;
 
-/// Tells what went wrong with the energy, if anything did.
+/// Returns the error of the energy, if any.
 type Check<'a> = dyn Fn() -> anyhow::Result<()> + Sync + 'a;
 
 pub(super) fn run(command: &Surface, common: &Common) -> anyhow::Result<()> {
@@ -188,7 +188,6 @@ fn run_program(
     map(command, common, &subject, &|| program::check(&external))
 }
 
-/// Searches the surface and writes its folder.
 fn map(
     command: &Surface,
     common: &Common,
@@ -250,7 +249,7 @@ fn map(
     unfinished.conclude(watch, &text)
 }
 
-/// A journal that ends the search once the energy failed: what was found since is worth nothing.
+/// A journal that ends the search once the energy failed, because later results are worthless.
 struct Guarded<'a> {
     journal: &'a Journal,
     check: &'a Check<'a>,
@@ -267,7 +266,6 @@ impl topography::Journal for Guarded<'_> {
     }
 }
 
-/// A file name made of a name.
 fn file_name(name: &str) -> String {
     let parts = name.split(|c: char| !c.is_alphanumeric() && c != '.');
     let parts: Vec<&str> = parts.filter(|part| !part.is_empty()).collect();

@@ -1,4 +1,4 @@
-//! Energies that another program computes: their region, their space, and a check of their gradient.
+//! Energies that another program computes: region, space, and gradient check.
 
 use std::path::Path;
 use std::time::Duration;
@@ -15,17 +15,17 @@ use crate::space::{Cluster, Euclidean, Rotation, Space, Torus};
 use crate::store::content_hash;
 use crate::topography::in_box;
 
-/// Length over which energies are differenced, as a share of the shortest side of the region.
+/// Step of the finite differences of energies, relative to the shortest side of the region.
 const DIFFERENCE: f64 = 1e-5;
-/// Random points at which the gradient of a program is checked; at as many others in the course of descents from them.
+/// Number of random points at which the gradient is checked, and of points along descents from them.
 const CHECKED: u64 = 3;
-/// Evaluations of such a descent: it need not arrive.
+/// Evaluations of such a descent, which need not converge.
 const DESCENT: usize = 20;
 
-/// The least and the greatest value of each coordinate.
+/// Lower and upper bounds of each coordinate.
 pub(super) type Region = (Vec<f64>, Vec<f64>);
 
-/// `-1.5:1,-0.3:1.8`, or `-1:1x21` for 21 alike.
+/// Parses `-1.5:1,-0.3:1.8`, or `-1:1x21` for 21 equal ranges.
 pub(super) fn region(flag: &str) -> anyhow::Result<Region> {
     let (mut low, mut high) = (Vec::new(), Vec::new());
     for part in flag.split(',') {
@@ -55,7 +55,6 @@ pub(super) fn region(flag: &str) -> anyhow::Result<Region> {
     Ok((low, high))
 }
 
-/// The space of coordinates of this kind.
 pub(in crate::cli) fn space(
     coordinates: Coordinates,
     count: usize,
@@ -80,7 +79,7 @@ pub(in crate::cli) fn space(
     })
 }
 
-/// Hash of a command and of the files it names: a changed program is another one.
+/// Hash of a command and the files it names, so that a changed program gives another hash.
 pub(super) fn command_hash(program: &str) -> String {
     let files = program
         .split_whitespace()
@@ -90,8 +89,8 @@ pub(super) fn command_hash(program: &str) -> String {
     content_hash(&parts.iter().map(Vec::as_slice).collect::<Vec<_>>())
 }
 
-/// Starts the program and checks its gradient at random points of the region, and at others below them. A gradient that is
-/// taken by differences is right as it is.
+/// Starts the program and checks its gradient at random points of the region and below them. A gradient from finite
+/// differences needs no check.
 pub(super) fn start(
     command: &Surface,
     program: &str,
@@ -125,7 +124,7 @@ pub(super) fn start(
     Ok(external)
 }
 
-/// What went wrong with the program, if anything did.
+/// The error of the program, if any.
 pub(super) fn check(external: &External) -> anyhow::Result<()> {
     external.check().map_err(|error| match error {
         ExternalError::Late { .. } => {
