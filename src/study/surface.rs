@@ -75,6 +75,46 @@ impl std::fmt::Debug for SurfaceReport<'_> {
 ///
 /// # Errors
 /// [`StudyError::NoMinimum`] if nothing was found, [`StudyError::Journal`] if a finished task cannot be stored.
+///
+/// # Examples
+/// The Müller–Brown surface, and the folder that `landscape surface muller-brown` writes.
+///
+/// ```
+/// use landscape::energy::model;
+/// use landscape::store::{AtomicFolder, Source};
+/// use landscape::study::{StudyRun, Subject, SurfaceReport, search_surface};
+/// use landscape::topography::{GroupSettings, SearchSettings, in_box};
+///
+/// let surface = model::named(&["muller-brown".to_owned()])?;
+/// let subject = Subject {
+///     name: &surface.name,
+///     energy: &*surface.energy,
+///     coordinates: surface.coordinates.to_owned(),
+///     low: surface.low.clone(),
+///     high: surface.high.clone(),
+///     source: Source::default(),
+/// };
+/// let draw = in_box(&subject.low, &subject.high);
+/// let settings = SearchSettings::measured(subject.energy, &draw, 0);
+/// let groups = GroupSettings::default();
+/// let (found, landscape) = search_surface(&subject, &settings, &groups, &StudyRun::default())?;
+/// assert_eq!((found.minima.len(), found.saddles.len()), (3, 2));
+///
+/// let report = SurfaceReport {
+///     subject: &subject,
+///     found: &found,
+///     landscape: &landscape,
+///     settings: &settings,
+///     command: String::new(),
+///     measuring: 0,
+/// };
+/// let place = tempfile::tempdir()?;
+/// let folder = AtomicFolder::open(&place.path().join("muller-brown.landscape"), true)?;
+/// assert!(report.write(&folder)?.contains("**3 minima** and **2 saddles**"));
+/// let finished = folder.finish()?;
+/// assert!(finished.join("disconnectivity.svg").is_file() && finished.join("minima.parquet").is_file());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn search_surface(
     subject: &Subject<'_>,
     settings: &SearchSettings,
