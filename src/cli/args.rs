@@ -54,10 +54,10 @@ impl Common {
     }
 }
 
-/// What becomes of an interrupted run. Without these flags it is continued if there is one.
+/// Handling of an interrupted run, which is continued by default.
 #[derive(Debug, Args)]
 pub(super) struct Again {
-    /// Continue an interrupted run, and refuse to begin a new one. (Without this flag, too, a run continues where it
+    /// Continue an interrupted run, and refuse to begin a new one. (Without this flag, a run also continues where it
     /// stopped, if there is one.)
     #[arg(long, conflicts_with = "fresh")]
     pub(super) resume: bool,
@@ -74,29 +74,29 @@ pub(super) enum Command {
     /// Map the energy landscape between the grasps of a file
     #[command(after_help = build::EXAMPLES)]
     Build(build::Build),
-    /// Judge the grasps of a file, or bare contacts
+    /// Judge the grasps of a file, or contacts without a hand
     #[command(after_help = inspect::EXAMPLES)]
     Inspect(inspect::Inspect),
-    /// List the hands that come with the program, or show what is derived of one of your own
+    /// List the built-in hands, or show the derived properties of your own hand
     Hands(hands::Hands),
     /// Simulate the grasps of a file: would the object stay in the hand?
     #[command(after_help = stability::EXAMPLES)]
     Stability(stability::Stability),
-    /// Name the grasps of a file: their types in the GRASP taxonomy, by a rule or by you
+    /// Label the grasps of a file with types of the GRASP taxonomy, by a rule or by hand
     #[command(after_help = label::EXAMPLES)]
     Label(label::LabelCommand),
-    /// List the objects that come with the program, show what is derived of one of your own, or make one of a neural network
+    /// List the built-in objects, show the derived properties of your own object, or make an object from a neural network
     Objects(objects::Objects),
-    /// Map a surface: a named model, or an energy of your own
+    /// Map a surface: a named model, or your own energy
     #[command(after_help = surface::examples())]
     Surface(surface::Surface),
-    /// Draw a finished landscape again, with some of its minima or at few levels
+    /// Draw a finished landscape again, with some of its minima or at a few levels
     #[command(after_help = draw::EXAMPLES)]
     Draw(draw::Draw),
-    /// Hold a landscape against the taxonomy of grasps, with statistics
+    /// Compare a landscape with the taxonomy of grasps, with statistics
     #[command(after_help = compare::EXAMPLES)]
     Compare(compare::Compare),
-    /// Tell what moved between two landscapes
+    /// Show the differences between two landscapes
     #[command(after_help = diff::EXAMPLES)]
     Diff(diff::Diff),
     /// Read grasps of other programs, or min.data and ts.data of PATHSAMPLE or topsearch
@@ -120,11 +120,11 @@ Examples:
 
 `landscape help synth`, `landscape help build` and so on tell more.";
 
-/// The barrier up to which minima are one group.
+/// The greatest barrier within a group.
 #[derive(Debug, Clone, Copy, Args)]
 pub(super) struct GroupBarrier {
-    /// Minima joined by a relative barrier of at most E, in units of the energy, are one group. Only at one E do two
-    /// landscapes have comparable groups.
+    /// Minima joined by a relative barrier of at most E, in units of the energy, are one group. The groups of two
+    /// landscapes are comparable only at the same E.
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
     pub(super) group_barrier: Option<f64>,
 }
@@ -149,23 +149,23 @@ impl GroupBarrier {
     }
 }
 
-/// Hand and object of grasps whose file does not describe them, or others to judge the poses with.
+/// Hand and object of grasps whose file does not describe them, or others for judging the poses.
 #[derive(Debug, Args)]
 pub(super) struct HandAndObject {
-    /// The hand: for a file that does not describe it, or to judge the poses with another one of the same joints. Contacts
+    /// The hand, for a file that does not describe it, or another one with the same joints for judging the poses. Contacts
     /// are then chosen anew.
     #[arg(long, value_name = "NAME|FILE", value_hint = ValueHint::FilePath)]
     pub(super) hand: Option<String>,
-    /// The object: for a file that does not describe it, or to judge the poses with another one. It is taken at its own
-    /// size. What was measured is then measured anew; labels and outcomes of simulations are dropped.
+    /// The object, for a file that does not describe it, or another one (in its own size) for judging the poses. All
+    /// measures are then computed anew; labels and outcomes of simulations are dropped.
     #[arg(long, value_name = "NAME|FILE", value_hint = ValueHint::FilePath)]
     pub(super) object: Option<String>,
 }
 
-/// How paths relax.
+/// Relaxation method of paths.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
 pub(super) enum Paths {
-    /// A string: its images are put back at even distances.
+    /// A string, whose images are redistributed at even distances.
     #[default]
     String,
     /// A nudged elastic band whose highest image climbs.

@@ -19,43 +19,42 @@ use crate::topography::Run;
 /// Map a landscape.
 #[derive(Debug, Args)]
 pub(super) struct Build {
-    /// The grasps: a file of `landscape synth`, or of your own with the same columns.
+    /// The grasps: a file of `landscape synth`, or your own file with the same columns.
     #[arg(value_name = "FILE")]
     grasps: PathBuf,
     /// The folder to write; by default the name of the file with the ending `.landscape`.
     #[arg(long, short, value_name = "FOLDER")]
     output: Option<PathBuf>,
-    /// Each minimum is connected to this many nearest ones, and along a minimum spanning tree of distances; 6 by default, more
-    /// lower some barriers.
+    /// Number of nearest minima that each minimum is connected to, in addition to a minimum spanning tree of distances; 6
+    /// by default. More connections lower some barriers.
     #[arg(long, value_name = "K")]
     neighbours: Option<usize>,
-    /// Temperature T of attraction–diffusion; by default the best of a few that are tried on a dozen pairs first.
+    /// Temperature T of attraction–diffusion; by default the best of a few that are tried on a dozen pairs.
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     pub(super) temperature: Option<f64>,
-    /// Pull F = αT of attraction–diffusion, energy per metre; chosen likewise.
+    /// Force F = αT of attraction–diffusion, energy per metre; chosen in the same way.
     #[arg(long, value_name = "F", allow_negative_numbers = true)]
     pub(super) pull: Option<f64>,
-    /// Measure the magnetisation diagram first (diagram.json and a picture): at which T and F chains get through. It
-    /// then chooses T and F where they are not given. It costs as much as the map of thirty grasps.
+    /// Measure the magnetisation diagram first (diagram.json and a picture): the T and F at which chains arrive. It then
+    /// chooses T and F if they are not given. It costs as much as the map of thirty grasps.
     #[arg(long)]
     pub(super) diagram: bool,
-    /// How paths relax.
+    /// Relaxation method of paths.
     #[arg(long, value_enum, default_value_t)]
     paths: Paths,
-    /// Map by sequential ADELM as published: minima are assigned one by one, in the order of the file, to the group they
-    /// reach over the lowest raw barrier. Every barrier is an upper bound, and the result depends on the order; for
-    /// comparison.
+    /// Map by sequential ADELM as published, for comparison: minima are assigned one by one, in the order of the file, to
+    /// the group with the lowest raw barrier. Every barrier is an upper bound, and the result depends on the order.
     #[arg(long, conflicts_with = "group_barrier")]
     sequential: bool,
     #[command(flatten)]
     groups: GroupBarrier,
-    /// Map only the grasps that held in simulation: the column `stable` of `landscape stability`.
+    /// Map only the grasps that held in simulation (column `stable` of `landscape stability`).
     #[arg(long)]
     only_stable: bool,
-    /// Map only the first N grasps: a quick look.
+    /// Map only the first N grasps, for a quick look.
     #[arg(long, value_name = "N")]
     first: Option<usize>,
-    /// Seed of every random draw.
+    /// Seed of all random draws.
     #[arg(long, default_value_t = 0)]
     seed: u64,
     #[command(flatten)]

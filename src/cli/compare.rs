@@ -16,13 +16,13 @@ use crate::figure::chart::Chart;
 use crate::store::FileSet;
 use crate::study::{ClaimSettings, NamedLandscape, compare_types, compare_with_taxonomy};
 
-/// Hold a landscape against the taxonomy.
+/// Compare a landscape with the taxonomy.
 #[derive(Debug, Args)]
 pub(super) struct Compare {
-    /// The landscape of some grasps.
+    /// The landscape of grasps.
     #[arg(value_name = "LANDSCAPE")]
     landscape: PathBuf,
-    /// Another one, of any hand and object: which types and cells of the taxonomy each of them holds.
+    /// Another landscape, of any hand and object, for comparing the types and cells of the taxonomy in the two.
     #[arg(value_name = "OTHER")]
     other: Option<PathBuf>,
     /// Name of the files to write, without .md, .json, .png and .svg; by default that of the landscape with `.comparison`.

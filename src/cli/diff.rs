@@ -25,7 +25,8 @@ pub(super) struct Diff {
     /// The second.
     #[arg(value_name = "AFTER")]
     after: PathBuf,
-    /// Minima correspond up to this distance (metres for grasps); by default what made two minima one.
+    /// Greatest distance of corresponding minima (metres for grasps); by default the tolerance with which the landscape was
+    /// made.
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
     within: Option<f64>,
     /// Write everything as JSON.

@@ -30,23 +30,23 @@ pub(super) struct Draw {
     /// Only those with at least N members.
     #[arg(long, value_name = "N")]
     min_members: Option<usize>,
-    /// Only the bottoms of monotonic sequences: those that no connection joins to a lower one.
+    /// Only the bottoms of monotonic sequences: minima that no connection joins to a lower one.
     #[arg(long)]
     monotonic: bool,
     /// Only these minima, named as in the tree: m0,m4,m31.
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     pick: Vec<String>,
-    /// Colour minima by whether their grasps held in simulation: the file that `landscape stability` wrote of the same
-    /// grasps.
+    /// Colour minima by whether their grasps held in simulation, from the file that `landscape stability` wrote for the
+    /// same grasps.
     #[arg(long, value_name = "FILE")]
     stability: Option<PathBuf>,
-    /// Colour minima by their grasp type, as `landscape label` names it (labels that the landscape was built with win).
+    /// Colour minima by the grasp types of `landscape label` (labels given when the landscape was built override the rule).
     #[arg(long, value_name = "DIFFERENCES", conflicts_with = "stability")]
     colour: Option<Differences>,
     /// Put N rendered grasps with the names of their types below the disconnectivity graph of the groups.
     #[arg(long, value_name = "N")]
     examples: Option<usize>,
-    /// Raise every merge to the next of N even levels between the lowest merge and the highest.
+    /// Raise every merge to the next of N even levels between the lowest and the highest merge.
     #[arg(long, value_name = "N")]
     levels: Option<usize>,
     #[command(flatten)]
@@ -56,14 +56,14 @@ pub(super) struct Draw {
     seed: Option<u64>,
 }
 
-/// Which differences between grasp types colours show.
+/// Differences between grasp types that colours show.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Differences {
     /// Power, intermediate, precision.
     Category,
-    /// Power grasps of spheres, disks and cylinders beside precision grasps.
+    /// Power grasps of spheres, disks and cylinders, and precision grasps.
     Power,
-    /// Sphere grasps beside tripods and quadpods.
+    /// Sphere grasps, tripods and quadpods.
     Spheres,
 }
 

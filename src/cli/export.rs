@@ -20,13 +20,13 @@ pub(super) struct Export {
     /// The grasps: a file of `landscape synth` or `import`.
     #[arg(value_name = "FILE")]
     grasps: PathBuf,
-    /// What to write.
+    /// The output format.
     #[arg(value_enum, value_name = "FORMAT")]
     format: ExportFormat,
     /// Only the grasp with this number; may be given several times.
     #[arg(long, value_name = "ID")]
     grasp: Vec<u64>,
-    /// The file to write (a folder of scenes for glb); by default, where you are, named after the grasps.
+    /// The file to write (a folder of scenes for glb); by default in the current folder, named after the grasps.
     #[arg(long, short, value_name = "PATH")]
     output: Option<PathBuf>,
     #[command(flatten)]
@@ -36,7 +36,7 @@ pub(super) struct Export {
 /// Formats of exports.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(super) enum ExportFormat {
-    /// A table, one row a grasp.
+    /// A table with one row for each grasp.
     Csv,
     /// A list of objects with named entries.
     Json,

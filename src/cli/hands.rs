@@ -25,34 +25,35 @@ pub(super) struct Hands {
 
 #[derive(Debug, Subcommand)]
 pub(super) enum HandsCommand {
-    /// List the hands that come with the program
+    /// List the built-in hands
     List,
-    /// Show what is derived of a hand (table, picture), and write a side file in which any of it can be changed
+    /// Show the derived properties of a hand (table, picture), and write a side file in which they can be changed
     #[command(after_help = EXAMPLES)]
     Inspect(HandsInspect),
 }
 
-/// What is derived of a hand.
+/// Derived properties of a hand.
 #[derive(Debug, Args)]
 pub(super) struct HandsInspect {
-    /// The hand: a name of one that comes with the program, or a URDF, MJCF or MANO (.npz) file.
+    /// The hand: the name of a built-in hand, or a URDF, MJCF or MANO (.npz) file.
     #[arg(value_name = "NAME|FILE", value_hint = ValueHint::FilePath)]
     hand: String,
-    /// The folder in which everything lies that the hand's description refers to (meshes, included files); its own
-    /// folder unless told otherwise. Files elsewhere are refused.
+    /// The folder with all files that the hand's description refers to (meshes, included files); by default its own folder.
+    /// Files elsewhere are refused.
     #[arg(long, value_name = "FOLDER")]
     hand_folder: Option<PathBuf>,
-    /// Its mirror image instead.
+    /// Use its mirror image instead.
     #[arg(long)]
     mirror: bool,
-    /// Name of the side file and the picture, without .json and .png; by default in the current folder, that of the hand.
+    /// Name of the side file and the picture, without .json and .png; by default the name of the hand, in the current
+    /// folder.
     #[arg(long, short, value_name = "NAME")]
     output: Option<PathBuf>,
-    /// The side file to write (.json), where it is to have a name of its own. One beside the description, of the same
+    /// The side file to write (.json), if it should have its own name. A side file beside the description, with the same
     /// name, is read with it.
     #[arg(long, value_name = "FILE")]
     side_file: Option<PathBuf>,
-    /// The picture to write (.png), where it is to have a name of its own.
+    /// The picture to write (.png), if it should have its own name.
     #[arg(long, value_name = "FILE")]
     picture: Option<PathBuf>,
 }

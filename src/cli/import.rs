@@ -16,26 +16,26 @@ use crate::topography::exchange::Database;
 /// Read the files of other programs.
 #[derive(Debug, Args)]
 pub(super) struct Import {
-    /// Grasps (.npy, .csv, .json, .parquet, or a folder of .npy files), or the folder that holds min.data and ts.data.
+    /// Grasps (.npy, .csv, .json, .parquet, or a folder of .npy files), or the folder that contains min.data and ts.data.
     #[arg(value_name = "PATH")]
     pub(super) path: PathBuf,
-    /// The hand of the grasps: a name of one that comes with the program, or a URDF or MJCF file.
+    /// The hand of the grasps: the name of a built-in hand, or a URDF or MJCF file.
     #[arg(long, value_name = "NAME|FILE", value_hint = ValueHint::FilePath)]
     pub(super) hand: Option<String>,
-    /// Where the files that the hand's description names may lie; by default its own folder.
+    /// The folder with the files that the hand's description names; by default its own folder.
     #[arg(long, value_name = "FOLDER", requires = "hand")]
     pub(super) hand_folder: Option<PathBuf>,
-    /// The hand's mirror image instead.
+    /// Use the hand's mirror image instead.
     #[arg(long, requires = "hand")]
     pub(super) mirror: bool,
-    /// The object of the grasps: a name of one that comes with the program, or a mesh as published.
+    /// The object of the grasps: the name of a built-in object, or a mesh as published.
     #[arg(long, value_name = "NAME|FILE", value_hint = ValueHint::FilePath)]
     pub(super) object: Option<String>,
-    /// What files and pictures call the object, instead of the name of its file. Of a table
-    /// with several objects those of this name are read.
+    /// Name of the object in files and pictures, instead of the name of its file. From a table with several objects, only
+    /// those with this name are read.
     #[arg(long, value_name = "NAME", requires = "object")]
     pub(super) name: Option<String>,
-    /// Only the grasps at this scale of the object; where the file tells none, metres per unit of the mesh.
+    /// Only the grasps at this scale of the object; if the file has no scales, metres per unit of the mesh.
     #[arg(
         long,
         value_name = "FACTOR",
@@ -43,13 +43,13 @@ pub(super) struct Import {
         allow_negative_numbers = true
     )]
     pub(super) scale: Option<f64>,
-    /// What the columns of a table mean (TOML, see below).
+    /// Meaning of the columns of a table (TOML, see below).
     #[arg(long, value_name = "FILE", requires = "hand")]
     pub(super) mapping: Option<PathBuf>,
     #[command(flatten)]
     groups: GroupBarrier,
-    /// What to write: by default, where you are, the name of the file with the ending `.parquet`, or of the folder with
-    /// the ending `.landscape`.
+    /// The output; by default in the current folder, with the name of the file and the ending `.parquet`, or of the folder
+    /// and the ending `.landscape`.
     #[arg(long, short, value_name = "PATH")]
     pub(super) output: Option<PathBuf>,
 }

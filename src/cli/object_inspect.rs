@@ -16,10 +16,10 @@ use crate::object::{FoundSymmetry, Object, find_symmetry};
 use crate::space::Symmetry;
 use crate::store::FileSet;
 
-/// What is derived of an object.
+/// Derived properties of an object.
 #[derive(Debug, Args)]
 pub(super) struct ObjectsInspect {
-    /// The object: a name of one that comes with the program, a mesh (OBJ, STL, PLY, glTF), or a TOML file of shapes.
+    /// The object: the name of a built-in object, a mesh (OBJ, STL, PLY, glTF), or a TOML file of shapes.
     #[arg(value_name = "NAME|FILE", value_hint = ValueHint::FilePath)]
     object: String,
     /// Metres per unit of the mesh.
@@ -28,7 +28,8 @@ pub(super) struct ObjectsInspect {
     /// The picture to write (.png); by default in the current folder, named after the object.
     #[arg(long, value_name = "FILE")]
     picture: Option<PathBuf>,
-    /// Write a description (.json) with the symmetry that was found. One beside the mesh, of the same name, is read with it.
+    /// Write a description (.json) with the symmetry found. A description beside the mesh, with the same name, is read with
+    /// it.
     #[arg(long, value_name = "FILE")]
     side_file: Option<PathBuf>,
 }

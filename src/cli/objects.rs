@@ -28,35 +28,36 @@ pub(super) struct Objects {
 
 #[derive(Debug, Subcommand)]
 pub(super) enum ObjectsCommand {
-    /// List the objects that come with the program
+    /// List the built-in objects
     List,
-    /// Show what is derived of an object (table, picture): size, pieces, volume, accuracy of its smooth field, symmetry
+    /// Show the derived properties of an object (table, picture): size, pieces, volume, accuracy of its smooth field,
+    /// symmetry
     #[command(after_help = object_inspect::EXAMPLES)]
     Inspect(object_inspect::ObjectsInspect),
-    /// Make an object of a neural signed-distance function: a mesh, with its smooth field in the cache
+    /// Make an object from a neural signed-distance function: a mesh, with its smooth field in the cache
     #[command(after_help = EXAMPLES)]
     Bake(Bake),
 }
 
-/// Make an object of a network.
+/// Make an object from a network.
 #[derive(Debug, Args)]
 pub(super) struct Bake {
     /// Weights of the decoder (.safetensors).
     #[arg(value_name = "MODEL")]
     model: PathBuf,
-    /// What the network looks like: the specs.json of its experiment; by default the one beside the model.
+    /// Description of the network: the specs.json of its experiment; by default the one beside the model.
     #[arg(long, value_name = "FILE")]
     specs: Option<PathBuf>,
     /// The latent codes (.safetensors): by default the tensor `latent_codes` of the model.
     #[arg(long, value_name = "FILE")]
     codes: Option<PathBuf>,
-    /// Which latent code, from 0.
+    /// Index of the latent code, from 0.
     #[arg(long, value_name = "I", default_value_t = 0)]
     code: usize,
     /// Metres per unit of the network: about half the longest side of the object.
     #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
     scale: f64,
-    /// How finely the surface is taken: cells along the diameter of the network's ball.
+    /// Resolution of the surface: cells along the diameter of the network's ball.
     #[arg(long, value_name = "N", default_value_t = 128)]
     cells: u32,
     /// The mesh to write (.obj).

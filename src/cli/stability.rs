@@ -24,13 +24,13 @@ use crate::study::tally;
 /// Simulate grasps.
 #[derive(Debug, Args)]
 pub(super) struct Stability {
-    /// The grasps: a file of `landscape synth`, or of your own with the same columns.
+    /// The grasps: a file of `landscape synth`, or your own file with the same columns.
     #[arg(value_name = "FILE")]
     grasps: PathBuf,
-    /// What is tested, see below.
+    /// The test, see below.
     #[arg(long, value_enum, default_value_t = ProtocolName::Drop, conflicts_with = "settings")]
     protocol: ProtocolName,
-    /// A protocol of your own (TOML): `protocol = "drop"` or `"six-directions"` and any of its numbers.
+    /// Your own protocol (TOML): `protocol = "drop"` or `"six-directions"` and any of its numbers.
     #[arg(long, value_name = "FILE")]
     settings: Option<PathBuf>,
     /// Write the protocol with all its numbers to standard output, and do nothing else.

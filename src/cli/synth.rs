@@ -27,22 +27,21 @@ use crate::store::{GraspFile, GraspRow, Metadata, SCHEMA_VERSION, content_hash};
 /// Synthesize grasps.
 #[derive(Debug, Args)]
 pub(super) struct Synth {
-    /// The hand: a name of one that comes with the program (`human` unless told otherwise), or a URDF,
-    /// MJCF or MANO (.npz) file.
+    /// The hand: the name of a built-in hand (`human` by default), or a URDF, MJCF or MANO (.npz) file.
     #[arg(long, value_name = "NAME|FILE", value_hint = ValueHint::FilePath)]
     pub(super) hand: Option<String>,
-    /// The folder in which everything lies that the hand's description refers to (meshes, included files); its own
-    /// folder unless told otherwise. Files elsewhere are refused.
+    /// The folder with all files that the hand's description refers to (meshes, included files); by default its own folder.
+    /// Files elsewhere are refused.
     #[arg(long, value_name = "FOLDER", conflicts_with = "from")]
     pub(super) hand_folder: Option<PathBuf>,
-    /// The hand's mirror image instead: a left hand of a right one.
+    /// Use the hand's mirror image instead: a left hand from a right one.
     #[arg(long, conflicts_with = "from")]
     pub(super) mirror: bool,
-    /// The object: a name of one that comes with the program, a mesh (OBJ, STL, PLY, glTF; metres unless --scale says
-    /// otherwise), or a TOML file of shapes (see `landscape help objects inspect`).
+    /// The object: the name of a built-in object, a mesh (OBJ, STL, PLY, glTF; in metres unless --scale is given), or a
+    /// TOML file of shapes (see `landscape help objects inspect`).
     #[arg(long, value_name = "NAME|FILE", value_hint = ValueHint::FilePath, required_unless_present = "from")]
     pub(super) object: Option<String>,
-    /// What files and pictures call the object, instead of the name of its file.
+    /// Name of the object in files and pictures, instead of the name of its file.
     #[arg(
         long,
         value_name = "NAME",
@@ -58,12 +57,12 @@ pub(super) struct Synth {
         allow_negative_numbers = true
     )]
     pub(super) scale: Option<f64>,
-    /// Start from the grasps of a file instead of random poses: chain i from row i, and again from the first after the
-    /// last. Hand and object are those of the file, unless others are named.
+    /// Start from the grasps of a file instead of random poses: chain i starts from row i, and after the last row from the
+    /// first again. Hand and object are those of the file, unless others are named.
     #[arg(long, value_name = "FILE")]
     pub(super) from: Option<PathBuf>,
-    /// Move each given grasp by so many millimetres in a random direction first (as poses are measured: the root mean
-    /// square way of the hand's surface).
+    /// Move each given grasp by this many millimetres in a random direction first (measured as the root mean square
+    /// movement of the hand's surface).
     #[arg(
         long,
         value_name = "MM",
@@ -71,8 +70,8 @@ pub(super) struct Synth {
         allow_negative_numbers = true
     )]
     perturb: Option<f64>,
-    /// Number of chains, a million at most; each gives one grasp, if its end passes the filter. By default 64, or one for
-    /// each given grasp.
+    /// Number of chains, at most a million; each gives one grasp if its end passes the filter. The default is 64, or one
+    /// for each given grasp.
     #[arg(short = 'n', long, value_name = "N")]
     chains: Option<u64>,
     /// Steps of each chain.
@@ -81,10 +80,10 @@ pub(super) struct Synth {
     /// Number of contacts of a grasp.
     #[arg(long, value_name = "N")]
     contacts: Option<usize>,
-    /// Seed of every random draw.
+    /// Seed of all random draws.
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// Energy and sampler: `default` (smooth, physical), `paper` (as printed) or `released` (as the authors' code has it).
+    /// Energy and sampler: `default` (smooth, physical), `paper` (as printed) or `released` (as in the authors' code).
     #[arg(
         long,
         default_value = "default",
@@ -95,11 +94,11 @@ pub(super) struct Synth {
     /// Experiment file (TOML) with the sections [energy] and [synthesis]; see data/experiments.
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
-    /// Which grasps to keep: those that pass the strict filter, those that also press firmly, those that pass the
-    /// published filter (Eq. 11), or all.
+    /// Filter of the grasps to keep: the strict filter, the strict filter with firm pressing, the published filter (Eq.
+    /// 11), or none.
     #[arg(long, value_enum, default_value_t = Keep::Strict)]
     keep: Keep,
-    /// Keep at most N of them, chosen so that they are spread evenly over the object.
+    /// Keep at most N grasps, chosen so that they are spread evenly over the object.
     #[arg(long, value_name = "N")]
     spread: Option<usize>,
     /// The file to write.
@@ -109,17 +108,17 @@ pub(super) struct Synth {
     again: Again,
 }
 
-/// Which grasps to keep.
+/// Filter of the grasps to keep.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub(super) enum Keep {
-    /// Those a person could hold: contacts within 2 mm, nothing deeper than 2 mm, exact force closure, …
+    /// Grasps that a person could hold: contacts within 2 mm, nothing deeper than 2 mm, exact force closure, …
     Strict,
-    /// Those whose hand, closed at the end until it presses, passes the strict filter and holds with all that touches:
-    /// made to stay in the hand in simulation. No minima of the energy, from which they lie a millimetre or two.
+    /// Grasps whose hand, closed until it presses, passes the strict filter and holds firmly, so that it keeps the object
+    /// in simulation. They are a millimetre or two away from minima of the energy.
     Firm,
-    /// Those that pass Eq. 11 of the paper.
+    /// Grasps that pass Eq. 11 of the paper.
     Published,
-    /// Every chain's end.
+    /// The ends of all chains.
     All,
 }
 

@@ -49,7 +49,7 @@ impl MinimaxPath {
         Ok(Some(Self { minima, points }))
     }
 
-    /// With contact sets where the file does not tell them, and with the energy of all terms for these sets.
+    /// Adds missing contact sets, and the energy of all terms for these sets.
     #[must_use]
     pub fn explained(&self, energy: &GraspEnergy) -> Self {
         let points = self.points.par_iter();
@@ -59,7 +59,7 @@ impl MinimaxPath {
         }
     }
 
-    /// Number of the highest point.
+    /// Index of the highest point.
     pub fn top(&self) -> usize {
         let energy = |place: usize| self.points[place].point.energy;
         let places = 0..self.points.len();
@@ -90,8 +90,7 @@ impl Waypoint {
         }
     }
 
-    /// Energy by term, in the order of the energy's terms; empty where the path is not
-    /// [explained](MinimaxPath::explained).
+    /// Energy by term, in the order of the energy's terms; empty if the path is not [explained](MinimaxPath::explained).
     pub fn terms(&self) -> &[f64] {
         self.point.terms.as_deref().unwrap_or_default()
     }

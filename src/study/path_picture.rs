@@ -14,15 +14,15 @@ use crate::hand::PosedHand;
 
 /// Width of the strip, canvas units.
 const WIDTH: u32 = 1600;
-/// Terms that never reach this share of the highest one are not drawn.
+/// Terms that never reach this fraction of the highest one are not drawn.
 const LEAST_SHARE: f64 = 0.02;
-/// How long the animation takes, seconds a centimetre, and at least.
+/// Duration of the animation, seconds per centimetre, and its least duration.
 const SECONDS_PER_CM: f64 = 0.25;
 const LEAST_SECONDS: f64 = 3.0;
 
 impl MinimaxPath {
-    /// The energy by term along an [explained](MinimaxPath::explained) path, and so many rendered points of it below, the
-    /// highest one among them.
+    /// Picture of the energy by term along an [explained](MinimaxPath::explained) path, with a number of rendered points
+    /// below it, including the highest point.
     ///
     /// # Errors
     /// If an energy is not finite.
@@ -35,12 +35,12 @@ impl MinimaxPath {
         let panel = Panel::new(
             "",
             Axis::linear("way of the hand's surface (mm)"),
-            // Room for the numbers above the curves.
+            // Space for the numbers above the curves.
             Axis::linear("energy and its terms").with_range(0.0, 1.2 * most),
             self.series(energy, &shown),
         );
         let chart = Chart {
-            // Inside the panel it would hide numbers.
+            // Inside the panel the legend would hide numbers.
             legend_below: true,
             panel_size: [WIDTH - 44, 620],
             ..Chart::new("", vec![panel])
@@ -69,7 +69,7 @@ impl MinimaxPath {
         energies.fold(0.0, f64::max)
     }
 
-    /// The curves of the energy and its terms, and the marks of the points that are `shown`.
+    /// The curves of the energy and its terms, with marks at the points that are `shown`.
     fn series(&self, energy: &GraspEnergy, shown: &[usize]) -> Vec<Series> {
         let (steps, most) = (&self.points, self.most());
         let names = energy.term_names();
@@ -107,7 +107,7 @@ impl MinimaxPath {
             let points = vec![[millimetres(step), step.point.energy]];
             series.push(Series::points(points).coloured(theme::INK));
             series.push(Series::new(Mark::Text {
-                // Above all curves.
+                // The marks are above all curves.
                 at: [millimetres(step), 1.07 * most],
                 text: (number + 1).to_string(),
                 anchor: Anchor::Middle,
@@ -116,7 +116,7 @@ impl MinimaxPath {
         series
     }
 
-    /// Points evenly along the way, the top among them.
+    /// Evenly spaced points along the path, including the highest one.
     fn shown(&self, count: usize) -> Vec<usize> {
         let steps = &self.points;
         let length = steps.last().map_or(0.0, |step| step.along_m);
@@ -140,7 +140,7 @@ impl MinimaxPath {
         shown
     }
 
-    /// All from one side, so that what moves is the hand.
+    /// Scenes of the points from one side, in which only the hand moves.
     fn rendered(&self, energy: &GraspEnergy, shown: &[usize], side: u32) -> Vec<Picture> {
         let steps = &self.points;
         let (hand, object) = (energy.hand(), energy.object());
@@ -177,7 +177,7 @@ impl MinimaxPath {
         shown.par_iter().enumerate().map(picture).collect()
     }
 
-    /// The hand's skin moving along the path over the resting object, as a binary glTF scene.
+    /// An animation of the hand moving along the path over the fixed object, as a binary glTF scene.
     ///
     /// # Panics
     /// If the path has no points.

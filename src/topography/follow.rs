@@ -292,7 +292,7 @@ mod tests {
 
     #[test]
     fn a_search_may_go_on_from_a_hilltop() {
-        // Of the four saddles around it at height 1, one a side.
+        // The hilltop has four saddles around it at height 1, one on each side.
         let energy = DoubleWell::new(2);
         let kicked = Following {
             kicks: 1,
@@ -302,7 +302,7 @@ mod tests {
         assert!((found.ok().unwrap().energy - 1.0).abs() < 1e-12);
     }
 
-    /// 5 (√(x² + y²) − 1)² + (z² − 1)²: the same all around the z axis, as grasps of a bottle are.
+    /// 5 (√(x² + y²) − 1)² + (z² − 1)², which is symmetric about the z axis, like grasps of a bottle.
     struct Ring(Euclidean);
 
     impl Energy for Ring {

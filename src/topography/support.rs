@@ -236,7 +236,7 @@ mod tests {
         let found = support(&reference, &[reference.clone(), second, third]);
         assert_eq!(found.len(), reference.nodes.len());
         assert!(found[..5].iter().all(Option::is_none));
-        // By rising height: {0 1}, {3 4}, {0 1 2}, all.
+        // By ascending height: {0 1}, {3 4}, {0 1 2}, all.
         let thirds = [2.0, 3.0, 2.0, 2.0];
         for (value, thirds) in found[5..].iter().zip(thirds) {
             assert!((value.unwrap() - thirds / 3.0).abs() < 1e-12, "{found:?}");
@@ -278,7 +278,7 @@ mod tests {
         let reference = Tree::from_network(&kept, Evidence::Chain);
         let trees = resample(&kept, &trials, 400, 1);
         let found = support(&reference, &trees);
-        // Chain 0 of two is missed by two draws with chance 1/4; then 0 joins last.
+        // Two draws miss chain 0 of two with probability 1/4; then 0 joins last.
         let lower = found[3].unwrap();
         assert!((lower - 0.75).abs() < 0.08, "{lower}");
         assert!((found[4].unwrap() - 1.0).abs() < 1e-12);

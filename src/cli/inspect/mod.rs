@@ -17,10 +17,10 @@ mod summary;
 /// Judge grasps.
 #[derive(Debug, Args)]
 pub(super) struct Inspect {
-    /// Grasps (Parquet, as of `landscape synth`), bare contacts (JSON, see below), or with --path a landscape.
+    /// Grasps (Parquet, as of `landscape synth`), contacts without a hand (JSON, see below), or with --path a landscape.
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// All about the grasp with this id, instead of the summary; may be given several times.
+    /// Show all details of the grasp with this id, instead of the summary; may be given several times.
     #[arg(long, value_name = "ID")]
     grasp: Vec<u64>,
     /// One line for each grasp, instead of the summary.
@@ -29,14 +29,14 @@ pub(super) struct Inspect {
     /// Write everything as JSON.
     #[arg(long)]
     json: bool,
-    /// Of a landscape: the lowest way between two minima (m3, m17) or groups (g0, g4: their lowest minima), as pictures with
-    /// the energy by term along it (PNG, SVG) and as an animation (glTF).
+    /// For a landscape: the lowest path between two minima (m3, m17) or groups (g0, g4: their lowest minima), as pictures
+    /// with the energy by term along it (PNG, SVG) and as an animation (glTF).
     #[arg(long, num_args = 2, value_names = ["FROM", "TO"], conflicts_with_all = ["grasp", "each", "hand", "object"])]
     path: Option<Vec<String>>,
-    /// Pictures along the way.
+    /// Number of pictures along the path.
     #[arg(long, value_name = "N", requires = "path", default_value_t = 8)]
     pictures: usize,
-    /// Name of the files of a way, without .png, .svg, .glb; by default that of the landscape with `.FROM-TO`.
+    /// Name of the files of a path, without .png, .svg, .glb; by default that of the landscape with `.FROM-TO`.
     #[arg(short, long, value_name = "NAME", requires = "path")]
     output: Option<PathBuf>,
     #[command(flatten)]

@@ -20,22 +20,22 @@ mod sheet;
 mod summary;
 mod table;
 
-/// Name grasps.
+/// Label grasps.
 #[derive(Debug, Args)]
 pub(super) struct LabelCommand {
     /// The grasps.
     #[arg(value_name = "FILE")]
     grasps: PathBuf,
-    /// Tell what spoke for and against the label of the grasp with this id, and write nothing; may be given several times.
+    /// Show the reasons for and against the label of the grasp with this id, and write nothing; may be given several times.
     #[arg(long, value_name = "ID", conflicts_with_all = ["sheet", "output"])]
     explain: Vec<u64>,
-    /// Labels given by a human (CSV with the columns id and label): they win over the rule's.
+    /// Labels given by a human (CSV with the columns id and label), which override the rule.
     #[arg(long, value_name = "FILE")]
     from: Option<PathBuf>,
-    /// Write a page (HTML) on which the grasps can be labelled, instead of labels.
+    /// Write a page (HTML) for labelling the grasps by hand, instead of labels.
     #[arg(long, value_name = "FILE", conflicts_with = "output")]
     sheet: Option<PathBuf>,
-    /// Signatures of your own, in the form of data/taxonomy/signatures.toml, instead of those that come with the program.
+    /// Your own signatures, in the form of data/taxonomy/signatures.toml, instead of the built-in ones.
     #[arg(long, value_name = "FILE")]
     rule: Option<PathBuf>,
     /// The file to write; by default the name of the file with the ending `.labelled.parquet`.

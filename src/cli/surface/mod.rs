@@ -33,16 +33,16 @@ pub(super) struct Surface {
         allow_negative_numbers = true
     )]
     model: Vec<String>,
-    /// A program that computes the energy, as the shell would run it.
+    /// A program that computes the energy, as a shell command.
     #[arg(long, value_name = "COMMAND", requires = "region")]
     command: Option<String>,
-    /// Where random starts are drawn: low:high for each coordinate; `-1:1x21` stands for 21 alike.
+    /// Region of random starts: low:high for each coordinate; `-1:1x21` means 21 equal ranges.
     #[arg(long, value_name = "LOW:HIGH,...", allow_hyphen_values = true)]
     region: Option<String>,
-    /// What the coordinates of the program's energy are.
+    /// Kind of coordinates of the program's energy.
     #[arg(long, value_enum, default_value_t = Coordinates::Flat, requires = "command")]
     coordinates: Coordinates,
-    /// How long the program may take over one answer.
+    /// Greatest time for one answer of the program.
     #[arg(
         long,
         value_name = "SECONDS",
@@ -54,32 +54,32 @@ pub(super) struct Surface {
     /// The folder to write; by default the name of the model with the ending `.landscape`.
     #[arg(long, short, value_name = "FOLDER")]
     output: Option<PathBuf>,
-    /// Stop after this many searches without anything new for every minimum and saddle found.
+    /// Stop after this many searches without new results for every minimum and saddle found.
     #[arg(long, value_name = "N")]
     patience: Option<usize>,
     /// Stop after about this many searches in any case.
     #[arg(long, value_name = "N")]
     searches: Option<usize>,
-    /// How the paths relax that join minima which no search joined.
+    /// Relaxation method of the paths between minima that no search joined.
     #[arg(long, value_enum, default_value_t)]
     paths: Paths,
     #[command(flatten)]
     groups: GroupBarrier,
-    /// Seed of every random draw.
+    /// Seed of all random draws.
     #[arg(long, default_value_t = 0)]
     seed: u64,
     #[command(flatten)]
     again: Again,
 }
 
-/// What coordinates are.
+/// Kinds of coordinates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(super) enum Coordinates {
-    /// Numbers of a flat space.
+    /// Numbers in a flat space.
     Flat,
-    /// Angles in radians, which wrap.
+    /// Angles in radians, which are periodic.
     Angles,
-    /// Positions x, y, z of equal atoms: moved, turned, mirrored and renumbered copies are one.
+    /// Positions x, y, z of equal atoms; moved, rotated, mirrored and renumbered copies are the same.
     Atoms,
     /// A unit quaternion w, x, y, z; the gradient has three numbers, by rotation about the body's own axes.
     Rotation,

@@ -25,7 +25,7 @@ pub(in crate::study) struct Row {
     pub(in crate::study) p: Option<f64>,
     /// 95 % over resampled minima.
     pub(in crate::study) interval: Option<[f64; 2]>,
-    /// Why there is no number.
+    /// Reason why there is no value.
     pub(in crate::study) missing: Option<String>,
 }
 

@@ -3,7 +3,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::topography::{MinimumId, Tree};
 
-/// The four minima and the three deciding saddles of seven Lennard-Jones atoms, as PATHSAMPLE has them.
+/// The four minima and the three deciding saddles of seven Lennard-Jones atoms, in PATHSAMPLE's layout.
 const MIN: &str = "
   -15.9350430000   89.1D0   6   3.1  3.1  4.0
   -16.5053840000   9.2E+1  20   2.9  2.9  4.4
@@ -26,7 +26,7 @@ fn pathsample_makes_a_tree() {
     assert_eq!(vibrations.point_group_order, 6);
     assert_eq!(database.transition_states.len(), 5);
     let network = database.network();
-    // By rising energy, and no loop.
+    // The minima are sorted by energy, and the loop is gone.
     assert_eq!(network[NodeIndex::new(0)].members, [1]);
     assert_eq!(network.edge_count(), 4);
     let tree = Tree::from_network(&network, Evidence::Saddle);
