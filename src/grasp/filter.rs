@@ -29,8 +29,7 @@ pub struct Judgement {
     pub gap_m: f64,
     /// Greatest depth of a point of the exported hand in the object, or of the object in the hand, metres ([`deepest_m`]).
     pub deepest_m: f64,
-    /// Greatest overlap of the hand with itself, metres. It is measured on the capsules, which do not fill all corners of
-    /// meshes and boxes, so such hands may overlap slightly more.
+    /// Greatest overlap of the hand's capsules, metres. They do not fill all corners of meshes and boxes.
     pub self_penetration_m: f64,
     /// Largest excess of a joint over its limits, radians.
     pub joint_excess_rad: f64,

@@ -91,8 +91,7 @@ impl<'a> GraspKernel<'a> {
         )
     }
 
-    /// Redraws one contact from its distribution given pose and other contacts. Returns the logarithm of the acceptance
-    /// ratio.
+    /// Redraws one contact given the pose and the other contacts. Returns the logarithm of the acceptance ratio.
     ///
     /// Without a rank condition this is 0 up to rounding, because the proposal *is* the conditional distribution. The rank
     /// condition is not part of the proposal ([`GraspEnergy::heat_bath_costs`]) and decides on acceptance.
@@ -143,8 +142,7 @@ impl<'a> GraspKernel<'a> {
         })
     }
 
-    /// Proposes any candidate in place of one contact. Returns the logarithm of the acceptance ratio (−∞ if already in the
-    /// set).
+    /// Proposes any candidate as a contact. Returns the logarithm of the acceptance ratio (−∞ if already in the set).
     pub fn move_contact_uniformly(
         &self,
         state: &State,

@@ -30,8 +30,7 @@ use serde::{Deserialize, Serialize};
 use crate::energy::Piecewise;
 use crate::space::Pose;
 
-/// A grasp: the pose of the hand and the surface points with which it holds. The hand and the object are those of its
-/// [`GraspEnergy`] or population.
+/// A grasp: hand pose and contact set. Its [`GraspEnergy`] or population determines the hand and the object.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Grasp {
     /// Pose of the hand in the object's frame.

@@ -171,8 +171,7 @@ impl Drawing<'_> {
         texts.contains(&name) || picture.is_some_and(|stem| PICTURES.contains(&stem))
     }
 
-    /// Gives `put` the tree (Newick, DOT, JSON) and the network (GraphML) of the visible minima, and the pictures of minima
-    /// and of groups (SVG and PNG).
+    /// Gives `put` the tree (Newick, DOT, JSON), the network (GraphML) and the pictures (SVG and PNG) of the visible part.
     ///
     /// # Errors
     /// The first error of `put`, or of a picture.

@@ -66,8 +66,7 @@ pub struct MinimumNames {
 }
 
 impl MinimumNames {
-    /// Names the minima by the standard rule. Labels given when the landscape was built override it. `name` is the
-    /// landscape's name in errors.
+    /// Names the minima by the standard rule; labels in the landscape override it. `name` is its name in errors.
     ///
     /// # Errors
     /// Those of [`GraspSetting::of`].

@@ -28,8 +28,7 @@ pub struct Waypoint {
 }
 
 impl MinimaxPath {
-    /// The path between two minima of a landscape of grasps; `None` if no path joins them. `space` is that of hand and
-    /// object.
+    /// The path between two minima of a landscape of grasps in the `space` of hand and object; `None` if none joins them.
     ///
     /// # Errors
     /// [`StudyError::NoPath`] if the tables have no points of a part of the path.

@@ -1,5 +1,4 @@
-//! The main workflow as library calls: from grasps to their landscape, and from a landscape to tables, reports and
-//! drawings.
+//! The main workflow as library calls: from grasps to their landscape, and to tables, reports and drawings.
 //!
 //! | from | to | call |
 //! | --- | --- | --- |

@@ -22,8 +22,7 @@ pub(super) struct Mapped<'a> {
     pub(super) energy: &'a dyn Energy,
     /// The input points. Members of minima are row numbers of this list.
     pub(super) inputs: Vec<Input>,
-    /// Energy of a path point above which its discrete choice is not recorded. Far above, the best choice is slow to find
-    /// and tells nothing.
+    /// Energy of a path point above which its choice is not recorded, because it is slow to find and tells nothing.
     pub(super) choices_below: f64,
 }
 

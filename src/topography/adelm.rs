@@ -1,5 +1,4 @@
-//! Attraction–diffusion: a chain is attracted from one minimum to another; its highest energy bounds the barrier from
-//! above.
+//! Attraction–diffusion: a chain is attracted from one minimum to another. Its highest energy bounds the barrier.
 //!
 //! M. Hill, E. Nijkamp and S.-C. Zhu, *Building a telescope to look into high-dimensional image spaces*, Quarterly of
 //! Applied Mathematics 77, 269 (2019), arXiv:1803.01043.
@@ -277,8 +276,7 @@ fn cubic_top([start, end]: [f64; 2], [out, back]: [f64; 2]) -> f64 {
         .fold(start.max(end), f64::max)
 }
 
-/// Appends the state if it is far enough from the last stored point. If it is back at an earlier point, the loop in between
-/// is cut off; the shortcut is at most one spacing long.
+/// Appends the state if it is far enough from the last stored point. A loop back to an earlier point is cut off.
 fn keep(path: &mut Path, state: &State, energy: &dyn Energy, spacing: f64) {
     let distance = |image: &Vec<f64>| near(energy.space(), image, &state.coordinates);
     if path

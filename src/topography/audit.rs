@@ -26,8 +26,7 @@ const STEPS: usize = 50;
 pub enum Verdict {
     /// The point is what it was taken for.
     Sound,
-    /// Correct, but not isolated: along a direction that is not a declared symmetry of the space, energy and gradient stay
-    /// the same. Rings, troughs and plateaus consist of such points.
+    /// Correct, but not isolated: energy and gradient are constant along some direction (rings, troughs and plateaus).
     Degenerate,
     /// The gradient is too large, in itself or for the curvatures (a Newton step would leave the point).
     Moving,

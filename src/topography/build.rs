@@ -34,8 +34,7 @@ pub struct MapSettings {
     pub neighbours: usize,
     /// Pairs connected between two updates of the skipping rule. It affects the result, so it must not depend on threads.
     pub batch: usize,
-    /// Whether to skip pairs that known passes already join at the energy of the higher minimum, since no path can be
-    /// lower.
+    /// Whether to skip pairs that known passes already join at the energy of the higher minimum, the lowest possible.
     pub pruned: bool,
     /// Rounds that join separate components, each by its shortest untried link.
     pub join_rounds: usize,

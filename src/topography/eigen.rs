@@ -67,8 +67,7 @@ impl Modes {
         hessian
     }
 
-    /// The longest Newton step along any mode that is not flat, for a gradient in scaled tangents. It is a lower bound of
-    /// the predicted distance to the stationary point.
+    /// The longest Newton step along a mode that is not flat, for a gradient in scaled tangents.
     pub(super) fn newton_step(&self, gradient: &[f64]) -> f64 {
         let flat = self.flat();
         let modes = self.curvatures.iter().zip(&self.tangents);
@@ -207,8 +206,8 @@ impl<'e> Piece<'e> {
         across
     }
 
-    /// Symmetrised Hessian between the columns of `axes` (scaled tangents), from the energy or by central differences of
-    /// the gradient. `None` next to the edge of the domain.
+    /// Symmetrised Hessian between the columns of `axes` (scaled tangents), from the energy or by differences of the
+    /// gradient. `None` next to the edge of the domain.
     fn hessian_between(
         &self,
         axes: &DMatrix<f64>,

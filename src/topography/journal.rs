@@ -65,8 +65,7 @@ impl Run<'_> {
         Tally::after(phase, 0, total, self.observer)
     }
 
-    /// Returns the stored outcome of task `key`, or else runs `work` and stores its outcome. Unreadable records are
-    /// ignored.
+    /// The stored outcome of task `key`, or else that of `work`, which is stored. Unreadable records are ignored.
     pub(super) fn remember<T: Serialize + DeserializeOwned>(
         &self,
         key: &str,

@@ -56,8 +56,7 @@ pub struct Completeness {
     pub coverage: f64,
 }
 
-/// Bias-corrected "Chao1" estimate of the number of unseen kinds in a sample of `members`, in which `once` kinds were met
-/// once and `twice` kinds twice: (N − 1)/N · f₁ (f₁ − 1)/(2 (f₂ + 1)).
+/// Bias-corrected "Chao1" estimate of the number of unseen kinds: (N − 1)/N · f₁ (f₁ − 1)/(2 (f₂ + 1)).
 pub(super) fn unseen(members: usize, once: usize, twice: usize) -> f64 {
     let share = members.saturating_sub(1) as f64 / members.max(1) as f64;
     share * (once * once.saturating_sub(1)) as f64 / (2 * (twice + 1)) as f64
@@ -250,8 +249,7 @@ mod tests {
         assert!((told(&found).unseen - 1.3125).abs() < 1e-12);
         // 1 − 3/8 · 21/23.
         assert!((told(&found).coverage - (1.0 - 63.0 / 184.0)).abs() < 1e-12);
-        // A sample of two misses the group of three with probability C(5,2)/C(8,2) = 10/28, that of two 15/28, others
-        // 21/28.
+        // A sample of two misses the groups of three, two and one with probabilities 10/28, 15/28, 21/28.
         let two = at(&found, 2);
         assert!((two.groups - (18.0 + 13.0 + 3.0 * 7.0) / 28.0).abs() < 1e-12);
         let squares = (18.0 * 18.0 + 13.0 * 13.0 + 3.0 * 49.0) / 784.0;

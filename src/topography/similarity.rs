@@ -290,8 +290,7 @@ fn line_from(tree: &Tree, counts: &[usize], branch: NodeId) -> Vec<Hanging> {
 struct Twig {
     halves: [usize; 2],
     count: f64,
-    /// Sums over the leaves of the powers 0, 1, 2 of the height of their place on this line. Power 0 counts places that
-    /// join.
+    /// Sums over the leaves of powers 0, 1, 2 of the height of their place on this line (power 0: places that join).
     places: [f64; 3],
 }
 

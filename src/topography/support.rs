@@ -20,8 +20,7 @@ pub(super) struct Trial {
     chains: [Vec<Option<f64>>; 2],
     /// Least height of the roughly relaxed straight line.
     straight: Option<f64>,
-    /// For each relaxed path its start (chains numbered through all trials), and the heights of the passes with their
-    /// minima.
+    /// For each relaxed path its start (chains numbered through all trials), and its passes: height and minima.
     found: Vec<(Start, Vec<Found>)>,
 }
 
@@ -79,8 +78,7 @@ impl Trial {
     }
 }
 
-/// Merge trees of `count` resamplings of the chains. The list is empty if no pair has two chains in one direction, because
-/// nothing is then known about their spread.
+/// Merge trees of `count` resamplings of the chains; none if no pair has two chains in one direction.
 ///
 /// In each direction of each pair as many chains are drawn, with replacement, as there are. The height of a pair is then
 /// the lowest of the raw barriers of the chains drawn, the straight line, and the relaxed paths (with the passes on them)

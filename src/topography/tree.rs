@@ -105,8 +105,7 @@ impl Tree {
         self.fold(|_, branches| branches.iter().sum::<usize>().max(1))
     }
 
-    /// Lowest height at which `a` and `b` are connected: the energy of their lowest common ancestor, or of the minimum if
-    /// they are the same; `None` if they are in separate trees.
+    /// Lowest height at which `a` and `b` are connected (the energy of their lowest common ancestor); `None` if never.
     ///
     /// # Panics
     /// If a minimum is not in the tree.

@@ -89,8 +89,7 @@ pub(super) fn command_hash(program: &str) -> String {
     content_hash(&parts.iter().map(Vec::as_slice).collect::<Vec<_>>())
 }
 
-/// Starts the program and checks its gradient at random points of the region and below them. A gradient from finite
-/// differences needs no check.
+/// Starts the program and checks its gradient (unless it is by finite differences) at random points and below them.
 pub(super) fn start(
     command: &Surface,
     program: &str,

@@ -170,8 +170,7 @@ impl Polytope {
             .expect("a polytope has facets")
     }
 
-    /// Adds a point beyond facet `seen_from` and replaces all facets visible from it by a cone over their rim. `None` if
-    /// rounding makes the visible set inconsistent.
+    /// Replaces the facets visible from a point beyond `seen_from` by a cone; `None` if rounding makes them inconsistent.
     fn grow(&mut self, seen_from: usize, point: Vector6<f64>) -> Option<()> {
         if self.points.contains(&point) {
             return None;

@@ -28,8 +28,7 @@ use crate::space::{PoseMetric, PoseSpace, Space};
 /// E(H, O) = min over x ⊂ S(H), |x| = n  of  E_fc(H, x, O) + E_dist(H, x, O) + E_pen + E_prior + …
 /// ```
 ///
-/// It is continuous and piecewise C¹, with kinks at seams. For a fixed set every term is C¹
-/// ([`Piecewise::evaluate_piece`]).
+/// It is continuous and piecewise C¹, with kinks at seams; for a fixed set it is C¹ ([`Piecewise::evaluate_piece`]).
 #[derive(Debug)]
 pub struct GraspEnergy {
     hand: Arc<Hand>,

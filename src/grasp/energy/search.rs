@@ -82,8 +82,7 @@ impl Evaluation<'_> {
     /// Finds the best contact set of the posed hand, leaves it in `memory.search` and returns its contact energy (or a
     /// lower bound above `cutoff`). The alignment is relative to its minimum, so that no cost is negative.
     ///
-    /// With a rank weight the set minimises the other contact terms only; the rank term, mostly zero, is added to the
-    /// energy.
+    /// With a rank weight the set minimises the other contact terms only. The rank term is added; it is mostly zero.
     pub(super) fn choose_contacts(&mut self, cutoff: f64) -> f64 {
         self.list_candidates();
         self.choose_among_listed(cutoff)
@@ -110,8 +109,8 @@ impl Evaluation<'_> {
                 return floor;
             }
             let total = memory.search.descend(size, &memory.warm, &cost);
-            // A member of a better set costs at most the total minus the other members. Outside the band only the distance
-            // is certain to cost something.
+            // A member of a better set costs at most the total minus the others. Outside the band only the distance is
+            // certain.
             let outside = energy.distance.cost(band_m, unit_m);
             let others = memory.search.floor_with(size - 1, outside);
             let needed_m = energy.distance.reach_m(total.min(cutoff) - others, unit_m);

@@ -94,8 +94,8 @@ pub struct EnergySettings {
 }
 
 impl Default for EnergySettings {
-    /// Our energy: smooth, independent of scale, with feasible hands. With its distance weight, hovering costs more than
-    /// losing force closure, so that barriers measure force closure.
+    /// Our energy: smooth, free of scale, with feasible hands. Hovering costs more than losing force closure, so that
+    /// barriers measure force closure.
     fn default() -> Self {
         Self {
             contacts: 4,

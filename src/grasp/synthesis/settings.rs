@@ -77,8 +77,7 @@ pub struct SynthesisSettings {
     pub attempts: u32,
     /// Temperature of the first step (annealed sampler).
     pub temperature_start: f64,
-    /// Temperature of the first step of a chain that starts from a given grasp (annealed sampler). It should leave a
-    /// shallow minimum without losing the grasp.
+    /// First temperature from a given grasp (annealed sampler): enough to leave a shallow minimum, not to lose the grasp.
     pub given_temperature: f64,
     /// Temperature of the last step (annealed sampler).
     pub temperature_end: f64,

@@ -21,8 +21,7 @@ pub struct Given<'a> {
     pub displacement_m: f64,
 }
 
-/// The displaced given pose with its best contact set. The direction is drawn with the step scales of the space, so that no
-/// joint turns much farther than others move.
+/// The displaced given pose with its best contact set. Step scales keep joints from turning farther than others move.
 pub(super) fn given_start(energy: &GraspEnergy, given: &Given<'_>, rng: &mut Rng) -> State {
     let space = energy.space();
     let mut coordinates = given.x.to_vec();

@@ -8,8 +8,7 @@ use super::{Forces, Scene, Stage, Term, rounded_hinge};
 /// E = w Σⱼ h(θⱼ − upperⱼ + rounding) + h(lowerⱼ − θⱼ + rounding)
 /// ```
 ///
-/// Lengths of sliding joints count as angles of a lever of 100 mm. The hinge is rounded *before* the limit, so that minima
-/// lie inside the limits.
+/// Slides count as angles of a lever of 100 mm. The hinge is rounded *before* the limit, so minima lie within limits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointLimits {
     /// Weight w per radian.

@@ -44,8 +44,7 @@ struct Folds {
     neighbours: Vec<u32>,
     /// Movement of each capsule in the root frame since then.
     moved_m: Vec<f64>,
-    /// Number of pairs listed at first, and of pairs listed in vain since. Gaps are measured again when there are many of
-    /// these.
+    /// Numbers of pairs listed at first and in vain since. Gaps are measured again when these are many.
     fewest: usize,
     wasted: usize,
 }

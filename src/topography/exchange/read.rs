@@ -140,8 +140,7 @@ const MINIMA: &str = "min.data";
 const STATES: &str = "ts.data";
 
 impl Database {
-    /// Reads `min.data` and its `ts.data` in either layout. Empty lines are skipped. Fortran exponents (`1.5D-3`) are
-    /// allowed.
+    /// Reads `min.data` and `ts.data` in either layout. Empty lines are skipped; Fortran exponents (`1.5D-3`) are read.
     ///
     /// # Errors
     /// If a line or field is invalid, or if a transition state is lower than a minimum that it joins.

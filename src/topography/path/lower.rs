@@ -462,8 +462,7 @@ impl<'e> Kinked<'e> {
 
     /// The path with its top moved down, by the longest of several moves that lowers it.
     ///
-    /// Either the section through the two pieces is rerouted over the new crossing, or its neighbours follow part of the
-    /// move.
+    /// The section through the two pieces is rerouted over the new crossing, or its neighbours follow part of the move.
     fn lowered(&self, top: &Top) -> Option<(Self, Top)> {
         let space = self.space();
         let choices = [0, 1].map(|side: usize| {

@@ -120,8 +120,7 @@ impl Peak {
         })
     }
 
-    /// Distance of the peak from stationarity: the norm of the gradient, or of the least convex combination of the
-    /// gradients of the two choices that meet there.
+    /// Norm of the gradient, or of the least convex combination of the gradients of the two choices that meet there.
     pub(super) fn residual(&self, energy: &dyn Energy) -> f64 {
         let choices = [0, 1].map(|side| energy.active_piece(&self.sides[side]));
         let mut gradients = [vec![0.0; self.tangent.len()], vec![0.0; self.tangent.len()]];

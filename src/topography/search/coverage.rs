@@ -57,8 +57,7 @@ pub struct Coverage {
     pub chance_of_news: f64,
     /// Its upper 95 % limit, at most 1, with a Poisson distribution of the number met once (3 / arrived if that is 0).
     pub chance_of_news_below: f64,
-    /// Chao's estimate (a lower bound) of the number of unseen saddles, as in
-    /// [`Rarefaction`](crate::topography::Rarefaction).
+    /// Chao's lower bound of the number of unseen saddles ([`Rarefaction`](crate::topography::Rarefaction)).
     pub unseen: f64,
     /// Upper 95 % limit of the number of unseen saddles; `None` if the data are too few.
     pub unseen_below: Option<usize>,

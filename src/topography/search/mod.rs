@@ -42,8 +42,7 @@ pub struct Exploration {
     pub minima: Vec<Minimum>,
     /// The audit of each minimum.
     pub audits: Vec<Audit>,
-    /// Distinct saddles, lowest first. A saddle where n > 2 valleys meet is listed n − 1 times, each with another pair of
-    /// ends.
+    /// Distinct saddles, lowest first. A saddle where n > 2 valleys meet is listed n − 1 times, with different ends.
     pub saddles: Vec<TransitionState>,
     /// Points that failed their audit.
     pub refused: Vec<Refused>,

@@ -132,8 +132,7 @@ impl<'a> Forest<'a> {
         }
     }
 
-    /// Offers a kept minimum at a given distance to `start` and the nodes beyond it. The search stops at nodes that know a
-    /// nearer one, because it cannot be the nearest beyond them.
+    /// Offers a kept minimum at a given distance to `start` and beyond, up to nodes that know a nearer one.
     fn offer(&mut self, start: usize, candidate: Option<(f64, usize)>) {
         let Some((distance, found)) = candidate else {
             return;
