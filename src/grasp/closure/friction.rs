@@ -16,9 +16,9 @@ const PROGRAMME_RESOLUTION: f64 = 5e-8;
 /// Up to this number of contacts, the closed forms of all triples cost less than one cone programme.
 const FEW_CONTACTS: usize = 10;
 
-/// Exact force closure with point contacts and Coulomb friction `friction`: forces inside the friction cones balance (Σ fₙ
-/// = 1, fₙ ≥ 0, Gf = 0) *and* the contacts span all wrenches (`GGᵀ` ≻ εI). Arms above 10⁶ are first scaled down together to
-/// order one; contacts that are not finite are never in force closure.
+/// Exact force closure with point contacts and Coulomb friction `friction`: forces inside the friction cones balance
+/// (Σ fₙ = 1, fₙ ≥ 0, Gf = 0) *and* the contacts span all wrenches (`GGᵀ` ≻ εI). Arms above 10⁶ are first scaled down
+/// together to order one; contacts that are not finite are never in force closure.
 ///
 /// Liu et al. (2021), Eqs. 1–3. It takes about a microsecond for three contacts, and about 0.15 ms for four.
 ///

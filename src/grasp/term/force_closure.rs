@@ -12,8 +12,8 @@ use crate::grasp::closure::PointContact;
 /// E = w (√(‖Gc‖² + r²) − r),   Gc = Σᵢ (cᵢ, aᵢ × cᵢ),   cᵢ = −∇d/‖∇d‖ at pᵢ,   aᵢ = (pᵢ − centroid) / unit
 /// ```
 ///
-/// Normals turn as contacts move, so the derivative contains the shape's curvature. Liu et al. (2021), Eq. 7, has r = 0; r
-/// > 0 makes the term smooth where the contacts balance. Their code has w ‖Gc‖².
+/// Normals turn as contacts move, so the derivative contains the shape's curvature. Liu et al. (2021), Eq. 7, has r = 0. A
+/// positive r makes the term smooth where the contacts balance. Their code has w ‖Gc‖².
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ForceClosure {
     /// Weight w.
