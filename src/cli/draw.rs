@@ -196,14 +196,10 @@ fn beside(landscape: &Path) -> anyhow::Result<PathBuf> {
     Ok(landscape.with_extension("view"))
 }
 
-/// The most frequent label of the members; of equal ones the first in the alphabet.
 fn leaf(minimum: &MinimumRow) -> Leaf {
-    let labels = minimum.labels.iter().rev();
     Leaf {
         members: minimum.members.len(),
-        label: labels
-            .max_by_key(|(_, count)| **count)
-            .map(|(label, _)| label.clone()),
+        label: minimum.label().map(str::to_owned),
         caption: None,
     }
 }

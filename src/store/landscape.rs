@@ -61,6 +61,14 @@ pub struct MinimumRow {
     pub labels: BTreeMap<String, u64>,
 }
 
+impl MinimumRow {
+    /// The label that most members carry, the first in the alphabet at a tie.
+    pub fn label(&self) -> Option<&str> {
+        let most = self.labels.iter().rev().max_by_key(|(_, count)| **count);
+        most.map(|(label, _)| label.as_str())
+    }
+}
+
 /// A row of `edges.parquet`.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct EdgeRow {

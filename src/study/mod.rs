@@ -55,6 +55,8 @@ use surface::spell;
 pub use surface::{Subject, SurfaceReport, search_surface};
 pub(crate) use tables::group_of;
 
+pub(crate) use crate::topography::median;
+
 /// Counts of each name, most frequent first.
 pub(crate) fn tally<'a>(names: impl Iterator<Item = &'a str>) -> Vec<(String, usize)> {
     let mut counts = BTreeMap::new();
@@ -64,12 +66,6 @@ pub(crate) fn tally<'a>(names: impl Iterator<Item = &'a str>) -> Vec<(String, us
     let mut counts: Vec<_> = counts.into_iter().collect();
     counts.sort_by(|a, b| b.1.cmp(&a.1).then(a.0.cmp(&b.0)));
     counts
-}
-
-/// The median, the upper one of an even number of values.
-pub(crate) fn median(mut values: Vec<f64>) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
 }
 
 fn json(value: impl Serialize) -> Value {

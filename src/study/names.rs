@@ -93,13 +93,7 @@ impl GraspSetting {
 impl MinimumName {
     fn new(row: &MinimumRow, label: Label) -> Self {
         let taxonomy = Taxonomy::feix();
-        let given = row
-            .labels
-            .iter()
-            .rev()
-            .max_by_key(|(_, count)| **count)
-            .map(|(text, _)| text.as_str());
-        match given {
+        match row.label() {
             Some(text) => {
                 let named = taxonomy.named(text);
                 // The label of an ambiguous grasp is its cell.

@@ -16,7 +16,7 @@ use super::minima::{MatchTolerance, distinct};
 use super::network::{Claim, Edge, Evidence, Minimum, MinimumId, Network};
 use super::pairs::{bridges, candidates, distances};
 use super::path::PathSettings;
-use super::scales::Scales;
+use super::scales::{Scales, median};
 use super::support::{Trial, resample};
 use super::tree::{Tree, spanning_forest};
 use super::{Phase, Tally};
@@ -117,10 +117,6 @@ impl MapSettings {
         let around = || {
             let points: Vec<_> = minima.iter().map(|m| m.coordinates.clone()).collect();
             Scales::measured(energy, &points)
-        };
-        let median = |mut values: Vec<f64>| {
-            values.sort_by(f64::total_cmp);
-            values.get(values.len() / 2).copied()
         };
         Self::for_scales(
             median(heights).unwrap_or_else(|| around().energy),

@@ -49,6 +49,8 @@ use progress::Tally;
 pub use progress::{Observer, Phase, Progress};
 pub use rarefaction::{Completeness, LEAST_MEMBERS, Rarefaction, Rarefied};
 pub use scales::Scales;
+#[cfg(feature = "cli")]
+pub(crate) use scales::median;
 pub use search::{
     Coverage, Doubt, Draw, Exploration, Refused, SearchEnd, SearchSettings, TransitionState,
     explore, in_box,

@@ -134,7 +134,8 @@ pub(super) fn random_tangent(dimensions: usize, length: f64, rng: &mut Rng) -> V
     tangent
 }
 
-fn median(mut values: Vec<f64>) -> Option<f64> {
+/// The median, the upper one of an even number of values.
+pub(crate) fn median(mut values: Vec<f64>) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied()
 }
