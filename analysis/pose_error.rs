@@ -17,7 +17,7 @@ use std::sync::Arc;
 use interval::interval;
 use landscape::evaluation::stability::{Build, Drop, Protocol, SixDirections, Solid, simulate};
 use landscape::figure::chart::{Axis, BandPoint, Chart, Panel, Series};
-use landscape::grasp::press::firmness;
+use landscape::grasp::closing::preload;
 use landscape::grasp::synthesis::{Refinement, SynthesisSettings, synthesize};
 use landscape::grasp::{EnergySettings, Grasp, GraspEnergy, judge};
 use landscape::hand::Hand;
@@ -152,7 +152,7 @@ fn grasps(
         };
         let end = synthesize(&energy, &synthesis, &refine, SEED, chain);
         let passes = judge(&energy, &end.refined).passes_strict()
-            && firmness(&energy, &end.refined.pose).is_firm();
+            && preload(&energy, &end.refined.pose).is_sufficient();
         passes.then_some(end.refined)
     };
     Ok((0..chains).into_par_iter().filter_map(grasp).collect())

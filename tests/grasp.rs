@@ -1,5 +1,6 @@
 //! Hands, objects and grasps. All these files form one test program, because each program must be linked.
 
+mod closing;
 mod depth;
 mod failures;
 mod force_closure;
@@ -11,7 +12,6 @@ mod mano;
 mod mjcf;
 mod neural;
 mod objects;
-mod press;
 mod published;
 mod shapes;
 mod stability;

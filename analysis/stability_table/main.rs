@@ -15,7 +15,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use landscape::evaluation::stability::{Build, Drop, Protocol, SixDirections, Solid, simulate};
-use landscape::grasp::press::firmness;
+use landscape::grasp::closing::preload;
 use landscape::grasp::synthesis::{Refinement, SynthesisSettings, synthesize};
 use landscape::grasp::{EnergySettings, GraspEnergy, judge, measure_contacts};
 use landscape::hand::Hand;
@@ -100,7 +100,7 @@ fn measure(population: &str, name: &str, chains: u64) -> Result<Vec<Row>, Box<dy
     let row = |chain| {
         let end = synthesize(&energy, &synthesis, &refine, SEED, chain);
         let judgement = judge(&energy, &end.refined);
-        let firmness = firmness(&energy, &end.refined.pose);
+        let preload = preload(&energy, &end.refined.pose);
         let contacts = measure_contacts(&energy, &end.refined);
         let gaps: f64 = contacts
             .iter()
@@ -124,9 +124,9 @@ fn measure(population: &str, name: &str, chains: u64) -> Result<Vec<Row>, Box<dy
             force_closure: judgement.force_closure,
             published: judgement.passes_published(),
             strict: judgement.passes_strict(),
-            firm: judgement.passes_strict() && firmness.is_firm(),
-            touch_friction: firmness.least_friction.unwrap_or(1e3),
-            touch_epsilon: firmness.epsilon,
+            firm: judgement.passes_strict() && preload.is_sufficient(),
+            touch_friction: preload.least_friction.unwrap_or(1e3),
+            touch_epsilon: preload.epsilon,
             drop: (!pushed).then(|| holds(Protocol::Drop(Drop::default()))),
             at_once: (!pushed).then(|| holds(Protocol::Drop(at_once))),
             six: pushed.then(|| holds(Protocol::SixDirections(SixDirections::default()))),

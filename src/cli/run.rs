@@ -147,6 +147,8 @@ impl Watch {
                 Phase::Assign => "assigning minima",
                 Phase::Replicate => "repeating chains",
                 Phase::Search => "searching saddles",
+                Phase::Synthesize => "chains",
+                Phase::Simulate | Phase::Label => "grasps",
                 _ => "searching",
             };
             *bar = Some((news.phase, progress::bar(what, total, self.quiet)));
@@ -156,11 +158,17 @@ impl Watch {
         }
     }
 
-    pub(super) fn lap(&self, name: &str, evaluations: usize) {
+    /// Takes the bar away.
+    pub(super) fn clear(&self) {
         let mut bar = self.bar.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((_, bar)) = bar.take() {
             bar.finish_and_clear();
         }
+    }
+
+    /// Ends a stage.
+    pub(super) fn lap(&self, name: &str, evaluations: usize) {
+        self.clear();
         let mut phases = self.phases.lock().unwrap_or_else(PoisonError::into_inner);
         let before: f64 = phases.iter().map(|phase| phase.seconds).sum();
         phases.push(Timing {

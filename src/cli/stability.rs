@@ -2,24 +2,17 @@
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 use anyhow::Context;
 use clap::{Args, ValueEnum};
-use rayon::prelude::*;
-use serde_json::json;
 
 use super::args::{Again, Common, HandAndObject};
 use super::input;
 use super::output::check_file;
-use super::run::open_journal;
-use super::{complain, print, progress};
-use crate::evaluation::stability::{
-    Build, Drop, Outcome, Protocol, SixDirections, Solid, simulate,
-};
-use crate::hand::Hand;
-use crate::store::{GraspFile, GraspRow, Population, content_hash};
-use crate::study::tally;
+use super::run::{Watch, open_journal};
+use super::{complain, print};
+use crate::evaluation::stability::{Drop, Protocol, SixDirections};
+use crate::study::{ObjectFit, Run, Simulation, simulate_all, simulation_fingerprint, tally};
 
 /// Simulate grasps.
 #[derive(Debug, Args)]
@@ -78,9 +71,6 @@ Adds the columns stable, stable_reason (held, overlap, fell, moved, turned, lost
 stable_turn_rad; the protocol with all its numbers goes into the file's metadata. Objects are cut into convex pieces; how
 well these fit is told. An interrupted run continues where it stopped when the same command is given again.";
 
-/// Version of the engine, recorded because results are bitwise equal only for the same version.
-const ENGINE: &str = "rapier3d-f64 0.36";
-
 pub(super) fn run(command: &Stability, common: &Common) -> anyhow::Result<()> {
     let protocol = protocol(command)?;
     if command.print_protocol {
@@ -106,66 +96,25 @@ pub(super) fn run(command: &Stability, common: &Common) -> anyhow::Result<()> {
 
     let mut journal_path = output.as_os_str().to_owned();
     journal_path.push(".partial");
-    let told = serde_json::to_string(&(&protocol, &file.metadata, ENGINE))?;
-    let rows = format!("{:?}", file.grasps);
-    let fingerprint = content_hash(&[told.as_bytes(), rows.as_bytes()]);
     let journal = open_journal(
         &PathBuf::from(journal_path),
-        &fingerprint,
+        &simulation_fingerprint(&file, &protocol)?,
         &command.again,
         common.quiet,
     )?;
-
-    let mut seconds = 0.0;
-    let bar = progress::bar("grasps", file.grasps.len() as u64, common.quiet);
-    let mut outcomes: Vec<(u64, Outcome)> = Vec::with_capacity(file.grasps.len());
-    let mut fits = Vec::new();
-    for population in file.landscapes() {
-        let place = Place::new(&population)?;
-        fits.push(place.fit());
-        let started = Instant::now();
-        let of_population: Vec<(u64, Outcome)> = population
-            .grasps
-            .par_iter()
-            .map(|grasp| {
-                let key = format!("grasp {}", grasp.id);
-                let known = journal
-                    .get(&key)
-                    .and_then(|bytes| serde_json::from_slice(&bytes).ok());
-                let outcome = if let Some(outcome) = known {
-                    outcome
-                } else {
-                    let outcome = place.simulate(grasp, &protocol);
-                    journal.put(&key, &serde_json::to_vec(&outcome)?)?;
-                    outcome
-                };
-                bar.inc(1);
-                Ok((grasp.id, outcome))
-            })
-            .collect::<anyhow::Result<_>>()?;
-        seconds += started.elapsed().as_secs_f64();
-        outcomes.extend(of_population);
-    }
-    bar.finish_and_clear();
-
-    outcomes.sort_by_key(|(id, _)| *id);
-    for grasp in &mut file.grasps {
-        let place = outcomes.binary_search_by_key(&grasp.id, |(id, _)| *id);
-        if let Ok(place) = place {
-            record(grasp, &outcomes[place].1);
-        }
-    }
+    let watch = Watch::new(common.quiet);
+    let run = Run {
+        journal: &journal,
+        observer: &|news| watch.see(news),
+    };
+    let found = simulate_all(&file, &protocol, &run)?;
+    watch.clear();
     file.metadata.remade_by(&common.provenance.command, inputs);
-    file.metadata.stability = json!({
-        "protocol": protocol,
-        "engine": ENGINE,
-        "program_version": env!("CARGO_PKG_VERSION"),
-        "objects": fits,
-    });
+    found.record(&mut file, &protocol);
     file.write(&output)?;
     journal.remove()?;
     if !common.quiet {
-        print(&summary(&file, &outcomes, seconds));
+        print(&summary(&found));
         complain(&format!("wrote {}", output.display()));
     }
     Ok(())
@@ -189,59 +138,8 @@ fn protocol(command: &Stability) -> anyhow::Result<Protocol> {
     Ok(protocol)
 }
 
-struct Place {
-    hand: std::sync::Arc<Hand>,
-    solid: Solid,
-    object: String,
-    scale: f64,
-    mass_kg: f64,
-}
-
-impl Place {
-    fn new(population: &Population<'_>) -> anyhow::Result<Self> {
-        let hand = population.hand()?;
-        let (mesh, mass_kg) = population.mesh()?;
-        Ok(Self {
-            hand,
-            solid: Solid::new(&mesh, Build::Pieces),
-            object: population.object.name.clone(),
-            scale: population.scale,
-            mass_kg,
-        })
-    }
-
-    fn fit(&self) -> serde_json::Value {
-        let fit = self.solid.fit();
-        json!({
-            "object": self.object,
-            "scale": self.scale,
-            "pieces": fit.pieces,
-            "volume_error": fit.volume_error,
-            "filled_m": fit.filled_m,
-            "cut_m": fit.cut_m,
-        })
-    }
-
-    fn simulate(&self, grasp: &GraspRow, protocol: &Protocol) -> Outcome {
-        simulate(
-            &self.hand,
-            &grasp.grasp,
-            &self.solid,
-            self.mass_kg,
-            protocol,
-        )
-    }
-}
-
-fn record(grasp: &mut GraspRow, outcome: &Outcome) {
-    let finite = |value: f64| value.is_finite().then_some(value);
-    grasp.stable = Some(outcome.is_stable());
-    grasp.stable_reason = Some(outcome.reason.name().to_owned());
-    grasp.stable_displacement_m = finite(outcome.displacement_m);
-    grasp.stable_turn_rad = finite(outcome.turn_rad);
-}
-
-fn summary(file: &GraspFile, outcomes: &[(u64, Outcome)], seconds: f64) -> String {
+fn summary(found: &Simulation) -> String {
+    let outcomes = &found.outcomes;
     let total = outcomes.len();
     let stable = outcomes
         .iter()
@@ -255,26 +153,20 @@ fn summary(file: &GraspFile, outcomes: &[(u64, Outcome)], seconds: f64) -> Strin
     for (reason, count) in tally(reasons) {
         let _ = writeln!(text, "  {reason}: {count}");
     }
-    for fit in file.metadata.stability["objects"]
-        .as_array()
-        .into_iter()
-        .flatten()
-    {
-        let number = |key: &str| fit[key].as_f64().unwrap_or(f64::NAN);
+    for ObjectFit { object, fit, .. } in &found.fits {
         let _ = writeln!(
             text,
-            "{}: {} convex pieces, volume {:+.1} %, surface between {:.2} mm filled and {:.2} mm cut off",
-            fit["object"].as_str().unwrap_or_default(),
-            fit["pieces"],
-            100.0 * number("volume_error"),
-            1e3 * number("filled_m"),
-            1e3 * number("cut_m"),
+            "{object}: {} convex pieces, volume {:+.1} %, surface between {:.2} mm filled and {:.2} mm cut off",
+            fit.pieces,
+            100.0 * fit.volume_error,
+            1e3 * fit.filled_m,
+            1e3 * fit.cut_m,
         );
     }
     let _ = writeln!(
         text,
         "{:.1} grasps a second",
-        total as f64 / seconds.max(1e-9)
+        total as f64 / found.seconds.max(1e-9)
     );
     text
 }

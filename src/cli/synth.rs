@@ -4,25 +4,23 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use anyhow::Context;
 use clap::{Args, ValueHint};
-use rayon::prelude::*;
 
 use super::args::{Again, Common};
-use super::experiment::Experiment;
 use super::hands::expense;
 use super::input::{self, within};
-use super::origin::Origin;
 use super::output::check_file;
-use super::run::open_journal;
-use super::{complain, print, progress};
+use super::run::{Watch, open_journal};
+use super::{complain, print};
 use crate::evaluation::Diversity;
-use crate::grasp::press::firmness;
-use crate::grasp::spread::spread;
-use crate::grasp::synthesis::{Given, Refinement, Synthesized, synthesize, synthesize_from};
-use crate::grasp::{GraspEnergy, Judgement, judge};
+use crate::grasp::synthesis::Refinement;
+use crate::grasp::{GraspEnergy, Judgement};
 use crate::limits::{CHAINS, PERTURBATION, STEPS};
-use crate::optimize::QuenchSettings;
-use crate::store::{GraspFile, GraspRow, Metadata, SCHEMA_VERSION, content_hash};
+use crate::store::{GraspFile, Metadata};
+use crate::study::{
+    Experiment, Keep, Origin, PopulationSettings, Run, Synthesis, synthesize_population,
+};
 
 /// Synthesize grasps.
 #[derive(Debug, Args)]
@@ -96,8 +94,8 @@ pub(super) struct Synth {
     config: Option<PathBuf>,
     /// Filter of the grasps to keep: the strict filter, the strict filter with firm pressing, the published filter (Eq.
     /// 11), or none.
-    #[arg(long, value_enum, default_value_t = Keep::Strict)]
-    keep: Keep,
+    #[arg(long, value_enum, default_value_t = KeepName::Strict)]
+    keep: KeepName,
     /// Keep at most N grasps, chosen so that they are spread evenly over the object.
     #[arg(long, value_name = "N")]
     spread: Option<usize>,
@@ -110,7 +108,7 @@ pub(super) struct Synth {
 
 /// Filter of the grasps to keep.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub(super) enum Keep {
+pub(super) enum KeepName {
     /// Grasps that a person could hold: contacts within 2 mm, nothing deeper than 2 mm, exact force closure, …
     Strict,
     /// Grasps whose hand, closed until it presses, passes the strict filter and holds firmly, so that it keeps the object
@@ -134,111 +132,67 @@ Examples:
 An interrupted run continues where it stopped when the same command is given again; with --resume it must, with --fresh
 it begins anew. The result is the same to the last byte.";
 
-/// Default number of chains.
-const DEFAULT_CHAINS: u64 = 64;
-
+/// Printed after a run that keeps strict grasps.
 const ADVICE: &str = "\
 note: strict grasps close and balance, but are not squeezed: many fall in the drop test. `landscape stability` tells which \
 hold; `--keep firm` makes grasps that press.
 ";
 
 pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
-    let experiment = experiment(command, common)?;
-    let origin = Origin::read(command, common.quiet)?;
-    let count = match command.chains {
-        Some(count) => count,
-        None if origin.given.is_empty() => DEFAULT_CHAINS,
-        None => origin.given.len() as u64,
-    };
-    let hand = origin.hand.build()?;
-    if let Some(note) = expense(&hand).filter(|_| !common.quiet) {
-        input::warn(&[note]);
+    let mut settings = settings(command, common)?;
+    let (origin, notes) = origin(command, common)?;
+    if !origin.given.is_empty() && command.chains.is_none() {
+        settings.chains = origin.given.len() as u64;
     }
-    let energy = GraspEnergy::new(hand, origin.object.clone(), experiment.energy)?;
-
-    let metadata = metadata(command, common, &experiment, &energy, &origin)?;
-    let journal_path = journal_path(&command.output);
-    // Chains do not depend on how many there are or which are kept, so the command may differ next time. The rest of the
-    // metadata identifies the input files.
-    let of_a_chain = Metadata {
-        command: String::new(),
-        inputs: Vec::new(),
-        ..metadata.clone()
-    };
-    let given = format!("{:?} {:?}", command.perturb, origin.given);
-    let of_a_chain = serde_json::to_string(&of_a_chain)?;
-    let fingerprint = content_hash(&[of_a_chain.as_bytes(), given.as_bytes()]);
+    let energy = origin.energy(&settings)?;
+    if !common.quiet {
+        // A file of grasps was made with what is noted of its object.
+        let of_object = energy
+            .object()
+            .notes
+            .iter()
+            .filter(|_| command.from.is_none());
+        input::warn(
+            &notes
+                .into_iter()
+                .chain(of_object.cloned())
+                .collect::<Vec<_>>(),
+        );
+        input::warn(&Vec::from_iter(expense(energy.hand())));
+    }
+    let mut journal_path = command.output.as_os_str().to_owned();
+    journal_path.push(".partial");
+    let fingerprint = origin.fingerprint(&energy, &settings)?;
+    let journal_path = PathBuf::from(journal_path);
     let journal = open_journal(&journal_path, &fingerprint, &command.again, common.quiet)?;
 
-    let started = Instant::now();
-    let bar = progress::bar("chains", count, common.quiet);
-    let chains: Vec<(Synthesized, Judgement)> = (0..count)
-        .into_par_iter()
-        .map(|chain| {
-            let key = format!("chain {chain}");
-            let done = journal
-                .get(&key)
-                .and_then(|bytes| serde_json::from_slice(&bytes).ok());
-            let end: Synthesized = if let Some(end) = done {
-                end
-            } else {
-                let end = work(command, &experiment, &energy, &origin, chain);
-                journal.put(&key, &serde_json::to_vec(&end)?)?;
-                end
-            };
-            bar.inc(1);
-            let judgement = judge(&energy, &end.refined);
-            Ok((end, judgement))
-        })
-        .collect::<anyhow::Result<_>>()?;
-    bar.finish_and_clear();
-
-    let mut passed: Vec<&(Synthesized, Judgement)> = chains
-        .iter()
-        .filter(|(end, judgement)| match command.keep {
-            Keep::Strict => judgement.passes_strict(),
-            Keep::Firm => is_firm(&energy, end, judgement),
-            Keep::Published => judgement.passes_published(),
-            Keep::All => true,
-        })
-        .collect();
-    if let Some(limit) = command.spread {
-        let (places, costs): (Vec<_>, Vec<_>) = passed
-            .iter()
-            .map(|(end, _)| {
-                (
-                    energy.contact_centre(&end.refined.pose, &end.refined.contacts),
-                    end.energy,
-                )
-            })
-            .unzip();
-        let chosen = spread(&places, &costs, &energy.object().symmetry, limit);
-        passed = chosen.into_iter().map(|i| passed[i]).collect();
-    }
-    let kept: Vec<GraspRow> = passed
-        .iter()
-        .map(|(end, judgement)| row(&energy, &metadata, command, &origin, end, judgement))
-        .collect();
+    let (started, watch) = (Instant::now(), Watch::new(common.quiet));
+    let run = Run {
+        journal: &journal,
+        observer: &|news| watch.see(news),
+    };
+    let found = synthesize_population(&energy, &origin, &settings, &run)?;
+    watch.clear();
     if !common.quiet {
-        let mut text = summary(
-            &energy,
-            &chains,
-            kept.len(),
-            started.elapsed().as_secs_f64(),
-        );
-        if command.keep == Keep::Strict {
+        let mut text = summary(&energy, &found, started.elapsed().as_secs_f64());
+        if settings.keep == Keep::Strict {
             text += ADVICE;
         }
         print(&text);
     }
     anyhow::ensure!(
-        !kept.is_empty(),
-        "none of the {count} chains passed the filter: run more (-n) or longer ones (--steps with --fresh), or keep \
-         others (--keep)"
+        !found.grasps.is_empty(),
+        "none of the {} chains passed the filter: run more (-n) or longer ones (--steps with --fresh), or keep \
+         others (--keep)",
+        settings.chains
     );
     let file = GraspFile {
-        metadata,
-        grasps: kept,
+        metadata: Metadata {
+            command: common.provenance.command.clone(),
+            inputs: common.provenance.sources()?,
+            ..origin.metadata(&energy, &settings)?
+        },
+        grasps: found.grasps,
     };
     file.write(&command.output)?;
     journal.remove()?;
@@ -248,12 +202,42 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn is_firm(energy: &GraspEnergy, end: &Synthesized, judgement: &Judgement) -> bool {
-    judgement.passes_strict() && firmness(energy, &end.refined.pose).is_firm()
+/// Hand and object of the flags, or those of the given grasps; and what is to be said of them.
+fn origin(command: &Synth, common: &Common) -> anyhow::Result<(Origin, Vec<String>)> {
+    if let Some(path) = &command.from {
+        let (hand, object) = (command.hand.as_deref(), command.object.as_deref());
+        let (file, warnings) = input::read(path, hand, object)?;
+        if !common.quiet {
+            input::warn(&warnings);
+        }
+        let populations = file.landscapes();
+        let [population] = populations.as_slice() else {
+            anyhow::bail!(
+                "--from {}: holds grasps of {} pairs of hand and object; chains start from one at a time",
+                path.display(),
+                populations.len()
+            );
+        };
+        let hand = population.hand();
+        hand.with_context(|| path.display().to_string())?;
+        return Ok((Origin::of_population(population), Vec::new()));
+    }
+    let object = command.object.as_deref();
+    let object = object.context("--object: the object to be grasped must be named")?;
+    let (mut object, notes) = input::object(object, command.scale)?;
+    input::rename(&mut object, command.name.as_deref())?;
+    let hand = command.hand.as_deref().unwrap_or("human");
+    let origin = Origin {
+        hand: input::hand(hand, command.hand_folder.as_deref(), command.mirror)?,
+        object,
+        scale: command.scale.unwrap_or(1.0),
+        given: Vec::new(),
+    };
+    Ok((origin, notes))
 }
 
-/// The settings selected by the flags; rejects invalid ones before any work.
-fn experiment(command: &Synth, common: &Common) -> anyhow::Result<Experiment> {
+/// The settings that the flags ask for; refuses what makes no sense before any work is spent on it.
+fn settings(command: &Synth, common: &Common) -> anyhow::Result<PopulationSettings> {
     let mut experiment = match &command.config {
         Some(path) => Experiment::read(path)?,
         None => Experiment::preset(&command.preset)?,
@@ -266,7 +250,7 @@ fn experiment(command: &Synth, common: &Common) -> anyhow::Result<Experiment> {
         synthesis.attempts = synthesis.attempts.min(steps / of_an_attempt).max(1);
         synthesis.steps = steps;
     }
-    if command.keep == Keep::Firm {
+    if command.keep == KeepName::Firm {
         experiment.synthesis.refinement = Refinement::Pressed;
     }
     if let Some(contacts) = command.contacts {
@@ -291,90 +275,24 @@ fn experiment(command: &Synth, common: &Common) -> anyhow::Result<Experiment> {
         .map(Path::new);
     let inputs: Vec<&Path> = inputs.into_iter().chain(named).collect();
     check_file(&command.output, &inputs, common)?;
-    Ok(experiment)
-}
-
-fn journal_path(output: &Path) -> PathBuf {
-    let mut name = output.as_os_str().to_owned();
-    name.push(".partial");
-    PathBuf::from(name)
-}
-
-fn metadata(
-    command: &Synth,
-    common: &Common,
-    experiment: &Experiment,
-    energy: &GraspEnergy,
-    origin: &Origin,
-) -> anyhow::Result<Metadata> {
-    Ok(Metadata {
-        schema_version: SCHEMA_VERSION,
-        program_version: env!("CARGO_PKG_VERSION").to_owned(),
-        command: common.provenance.command.clone(),
-        inputs: common.provenance.sources()?,
+    let usual = PopulationSettings::default();
+    Ok(PopulationSettings {
+        experiment,
         seed: command.seed,
-        hands: vec![origin.hand.clone()],
-        objects: vec![origin.object_metadata.clone()],
-        energy: serde_json::to_value(experiment.energy)?,
-        settings: serde_json::to_value(experiment.synthesis)?,
-        terms: energy.term_names(),
-        ..Metadata::default()
+        chains: command.chains.unwrap_or(usual.chains),
+        displacement_m: 1e-3 * command.perturb.unwrap_or(0.0),
+        keep: match command.keep {
+            KeepName::Strict => Keep::Strict,
+            KeepName::Firm => Keep::Preloaded,
+            KeepName::Published => Keep::Published,
+            KeepName::All => Keep::All,
+        },
+        at_most: command.spread,
     })
 }
 
-fn work(
-    command: &Synth,
-    experiment: &Experiment,
-    energy: &GraspEnergy,
-    origin: &Origin,
-    chain: u64,
-) -> Synthesized {
-    let settings = &experiment.synthesis;
-    let refine = QuenchSettings::default();
-    let Some(given) = origin.given(chain) else {
-        return synthesize(energy, settings, &refine, command.seed, chain);
-    };
-    let given = Given {
-        x: &given.grasp.pose,
-        displacement_m: 1e-3 * command.perturb.unwrap_or(0.0),
-    };
-    synthesize_from(energy, settings, &refine, command.seed, chain, &given)
-}
-
-fn row(
-    energy: &GraspEnergy,
-    metadata: &Metadata,
-    command: &Synth,
-    origin: &Origin,
-    end: &Synthesized,
-    judgement: &Judgement,
-) -> GraspRow {
-    let program = concat!("landscape ", env!("CARGO_PKG_VERSION"), " synth");
-    let mut row = GraspRow {
-        id: end.chain,
-        object: metadata.objects[0].name.clone(),
-        scale: origin.scale,
-        hand: metadata.hands[0].name.clone(),
-        grasp: end.refined.clone(),
-        source: match origin.given(end.chain) {
-            None => program.to_owned(),
-            Some(given) => format!("{program} from {}", given.id),
-        },
-        chain_seed: command.seed,
-        chain_step: end.steps,
-        ..GraspRow::default()
-    };
-    row.set_measures(energy, &end.refined, judgement);
-    row.energy = end.energy;
-    row
-}
-
-fn summary(
-    energy: &GraspEnergy,
-    chains: &[(Synthesized, Judgement)],
-    kept: usize,
-    seconds: f64,
-) -> String {
+fn summary(energy: &GraspEnergy, found: &Synthesis, seconds: f64) -> String {
+    let (chains, kept) = (&found.chains, found.grasps.len());
     let total = chains.len();
     let share = |count: usize| {
         format!(

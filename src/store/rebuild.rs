@@ -232,6 +232,11 @@ impl Metadata {
 }
 
 impl Population<'_> {
+    /// Names of the energy terms of the grasps.
+    pub fn terms(&self) -> &[String] {
+        &self.metadata.terms
+    }
+
     /// Builds the hand.
     ///
     /// # Errors

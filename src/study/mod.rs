@@ -1,7 +1,12 @@
-//! The main workflow as library calls: from grasps to their landscape, and to tables, reports and drawings.
+//! The main workflow as library calls: from a hand and an object to grasps, to their landscape, and to tables, reports and
+//! drawings.
 //!
 //! | from | to | call |
 //! | --- | --- | --- |
+//! | a hand and an object | grasps that pass a filter | [`synthesize_population`] with [`PopulationSettings`] |
+//! | the grasps of a file | outcomes of a simulation | [`simulate_all`] |
+//! | the grasps of a file | grasp types | [`label_all`] |
+//! | the grasps of a file | judgements on the exact mesh | [`judge_all`] |
 //! | the grasps of a file | their landscape | [`map_population`] with [`GraspMapSettings`] |
 //! | a landscape of grasps | tables, pictures, `summary.md` | [`GraspReport::write`] |
 //! | a surface | its minima and saddles, and their landscape | [`search_surface`] |
@@ -13,7 +18,58 @@
 //! | named minima | statistics of heights against types, and a paper's claims | [`compare_with_taxonomy`] with [`ClaimSettings`] |
 //! | two landscapes | the types that each of them holds | [`compare_types`] |
 //!
-//! [`store`](crate::store) reads and writes the files. Nothing here reads arguments or prints.
+//! Long calls work in parallel on the threads of rayon's current pool and take a [`Run`]: the journal of finished tasks, and
+//! who is told of progress. [`store`](crate::store) reads and writes the files. Nothing here reads arguments or prints.
+//!
+//! # A population of grasps
+//! How a single grasp is made and judged is shown [below](#one-grasp).
+//!
+//! ```no_run
+//! use landscape::store::GraspFile;
+//! use landscape::study::{Origin, PopulationSettings, Run, synthesize_population};
+//!
+//! let origin = Origin::named("human", "ball")?;
+//! let settings = PopulationSettings { chains: 16, ..PopulationSettings::default() };
+//! let energy = origin.energy(&settings)?;
+//! let found = synthesize_population(&energy, &origin, &settings, &Run::default())?;
+//! let file = GraspFile { metadata: origin.metadata(&energy, &settings)?, grasps: found.grasps };
+//! file.write("grasps.parquet".as_ref())?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # One grasp
+//! Hand, object, energy, synthesis, judgement, label and picture. A chain is this short only to keep the example quick:
+//!
+//! ```
+//! use std::sync::Arc;
+//!
+//! use landscape::evaluation::taxonomy::{Labeller, Rule};
+//! use landscape::figure::Scene;
+//! use landscape::grasp::synthesis::{SynthesisSettings, synthesize};
+//! use landscape::grasp::{EnergySettings, GraspEnergy, judge};
+//! use landscape::hand::Hand;
+//! use landscape::object::Object;
+//! use landscape::optimize::QuenchSettings;
+//!
+//! let (hand, ball) = (Arc::new(Hand::human()), Arc::new(Object::named("ball")?));
+//! let energy = GraspEnergy::new(hand.clone(), ball.clone(), EnergySettings::default())?;
+//!
+//! let short = SynthesisSettings { steps: 50, attempts: 1, start_candidates: 5, ..Default::default() };
+//! let descent = QuenchSettings::default().with_max_evaluations(20);
+//! let end = synthesize(&energy, &short, &descent, 0, 0);
+//! assert_eq!(end.refined.contacts.len(), energy.settings().contacts);
+//!
+//! let judgement = judge(&energy, &end.refined);
+//! println!("{:?}", judgement.strict_objection().unwrap_or("a grasp"));
+//!
+//! let label = Labeller::new(&hand, &ball, Rule::standard()).label(&end.refined.pose);
+//! println!("{}", label.text());
+//!
+//! let scene = Scene::of_grasp(&hand, &hand.skin(), &ball, &end.refined);
+//! let picture = scene.render(&scene.best_camera(nalgebra::Vector3::z()), 64, 64);
+//! assert!(!picture.to_png()?.is_empty());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod build;
 mod chain_choice;
@@ -22,14 +78,19 @@ mod digits;
 mod drawing;
 mod error;
 mod examples;
+mod experiment;
 mod imported;
+mod judging;
+mod labels;
 mod minimax_path;
 mod names;
 mod path_picture;
 mod report;
 mod settings;
+mod simulation;
 mod statistics;
 mod surface;
+mod synthesis;
 mod tables;
 mod uncertainty;
 
@@ -45,17 +106,23 @@ pub(crate) use digits::Digits;
 pub use drawing::{Drawing, Put, Titles, Views};
 pub use error::StudyError;
 pub use examples::{Colouring, MinimumNames};
+pub use experiment::{Experiment, ExperimentError};
 pub use imported::ImportedLandscape;
+pub use judging::{JudgedContact, JudgedGrasp, judge_all};
+pub use labels::{HumanLabel, human_label, label_all, record_labels};
 pub use minimax_path::{MinimaxPath, Waypoint};
 pub use names::{GraspSetting, MinimumName};
 pub use report::GraspReport;
 pub use settings::settings_for_grasps;
+pub use simulation::{ObjectFit, Simulation, simulate_all, simulation_fingerprint};
 pub use statistics::{NamedLandscape, StatisticsSettings, TypeComparison, compare_types};
 use surface::spell;
 pub use surface::{Subject, SurfaceReport, search_surface};
+pub use synthesis::{Keep, Origin, PopulationSettings, Synthesis, synthesize_population};
 pub(crate) use tables::group_of;
 
 pub(crate) use crate::topography::median;
+pub use crate::topography::{JournalError, Run};
 
 /// Counts of each name, most frequent first.
 pub(crate) fn tally<'a>(names: impl Iterator<Item = &'a str>) -> Vec<(String, usize)> {

@@ -61,12 +61,12 @@ impl std::fmt::Debug for Run<'_> {
 }
 
 impl Run<'_> {
-    pub(super) fn tally(&self, phase: Phase, total: usize) -> Tally<'_> {
+    pub(crate) fn tally(&self, phase: Phase, total: usize) -> Tally<'_> {
         Tally::after(phase, 0, total, self.observer)
     }
 
     /// The stored outcome of task `key`, or else that of `work`, which is stored. Unreadable records are ignored.
-    pub(super) fn remember<T: Serialize + DeserializeOwned>(
+    pub(crate) fn remember<T: Serialize + DeserializeOwned>(
         &self,
         key: &str,
         work: impl FnOnce() -> T,

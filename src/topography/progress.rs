@@ -26,6 +26,12 @@ pub enum Phase {
     Assign,
     /// Running more chains between the pairs that decide the tree.
     Replicate,
+    /// Synthesizing grasps.
+    Synthesize,
+    /// Simulating grasps.
+    Simulate,
+    /// Labelling grasps.
+    Label,
 }
 
 /// How many tasks of a phase are finished.
@@ -42,7 +48,7 @@ pub struct Progress {
 /// Receives progress reports, from any thread.
 pub type Observer<'a> = dyn Fn(Progress) + Sync + 'a;
 
-pub(super) struct Tally<'a> {
+pub(crate) struct Tally<'a> {
     phase: Phase,
     done: AtomicUsize,
     total: usize,
@@ -65,7 +71,7 @@ impl<'a> Tally<'a> {
         }
     }
 
-    pub(super) fn tick(&self) {
+    pub(crate) fn tick(&self) {
         (self.observer)(Progress {
             phase: self.phase,
             done: 1 + self.done.fetch_add(1, Ordering::Relaxed),

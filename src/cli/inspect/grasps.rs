@@ -1,56 +1,25 @@
 //! The grasps of a file, judged on the exact mesh.
 
-use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use anyhow::Context;
-use rayon::prelude::*;
 use serde::Serialize;
 
 use super::summary::{Landscape, summary};
 use super::{Inspect, number, table, yes};
 use crate::cli::args::Common;
 use crate::cli::{input, print, progress};
+use crate::grasp::Judgement;
 use crate::grasp::closure::{PointContact, contact_forces};
 use crate::grasp::filter::STRICT_FRICTION;
-use crate::grasp::{GraspEnergy, Judgement, MeasuredContact, judge, measure_contacts};
-use crate::store::{GraspFile, GraspRow};
-
-/// A row of the file and its measures.
-#[derive(Debug, Serialize)]
-pub(super) struct Judged {
-    pub(super) id: u64,
-    hand: String,
-    object: String,
-    scale: f64,
-    label: Option<String>,
-    pub(super) energy: f64,
-    /// Values in the file.
-    pub(super) terms: BTreeMap<String, f64>,
-    #[serde(flatten)]
-    pub(super) judgement: Judgement,
-    pub(super) passes_published: bool,
-    pub(super) passes_released: bool,
-    /// First condition of the strict filter that fails.
-    pub(super) objection: Option<&'static str>,
-    pub(super) contacts: Vec<Touch>,
-    #[serde(skip)]
-    bare: Vec<PointContact>,
-}
-
-#[derive(Debug, Serialize)]
-pub(super) struct Touch {
-    surface_point: u32,
-    pub(super) link: String,
-    digit: String,
-    distance_m: f64,
-}
+use crate::store::GraspRow;
+use crate::study::{JudgedGrasp, judge_all};
 
 /// All data for machine-readable output.
 #[derive(Serialize)]
 struct Everything<'a> {
     landscapes: Vec<Landscape>,
-    grasps: &'a [Judged],
+    grasps: &'a [JudgedGrasp],
 }
 
 pub(super) fn run(command: &Inspect, common: &Common) -> anyhow::Result<()> {
@@ -86,13 +55,7 @@ pub(super) fn run(command: &Inspect, common: &Common) -> anyhow::Result<()> {
             continue;
         }
         let energy = population.energy().with_context(|| format!("{name}"))?;
-        let judged: Vec<Judged> = grasps
-            .par_iter()
-            .map(|grasp| {
-                bar.inc(1);
-                judged(&file, &energy, grasp)
-            })
-            .collect();
+        let judged = judge_all(&energy, &population, &grasps, || bar.inc(1));
         let landscape = Landscape::of(&population, &judged);
         if !command.grasp.is_empty() {
             for grasp in &judged {
@@ -122,37 +85,6 @@ pub(super) fn run(command: &Inspect, common: &Common) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn judged(file: &GraspFile, energy: &GraspEnergy, grasp: &GraspRow) -> Judged {
-    let judgement = judge(energy, &grasp.grasp);
-    let hand = energy.hand();
-    let measured = measure_contacts(energy, &grasp.grasp);
-    let touch = |contact: &MeasuredContact| {
-        let link = &hand.links[contact.link.0];
-        Touch {
-            surface_point: contact.surface_point,
-            link: link.name.clone(),
-            digit: hand.digits[link.digit].clone(),
-            distance_m: contact.distance_m,
-        }
-    };
-    let terms = file.metadata.terms.iter().cloned();
-    Judged {
-        id: grasp.id,
-        hand: grasp.hand.clone(),
-        object: grasp.object.clone(),
-        scale: grasp.scale,
-        label: grasp.label.clone().or_else(|| grasp.label_auto.clone()),
-        energy: grasp.energy,
-        terms: terms.zip(grasp.terms.iter().copied()).collect(),
-        passes_published: judgement.passes_published(),
-        passes_released: judgement.passes_released(),
-        objection: judgement.strict_objection(),
-        judgement,
-        contacts: measured.iter().map(touch).collect(),
-        bare: measured.iter().map(|contact| contact.contact).collect(),
-    }
-}
-
 pub(super) fn millimetres(metres: f64) -> String {
     format!("{:.2}", 1e3 * metres)
 }
@@ -161,7 +93,8 @@ pub(super) fn friction(judgement: &Judgement) -> f64 {
     judgement.least_friction.unwrap_or(f64::INFINITY)
 }
 
-fn lines(judged: &[Judged]) -> String {
+/// One line for each grasp.
+fn lines(judged: &[JudgedGrasp]) -> String {
     let header = [
         "id",
         "energy",
@@ -193,7 +126,8 @@ fn lines(judged: &[Judged]) -> String {
     table(&rows)
 }
 
-fn detail(grasp: &Judged) -> String {
+/// All about one grasp.
+fn detail(grasp: &JudgedGrasp) -> String {
     let judgement = &grasp.judgement;
     let mut text = format!(
         "grasp {}: {} on {}{}\n\n",
@@ -263,12 +197,13 @@ fn detail(grasp: &Judged) -> String {
     for (term, value) in &grasp.terms {
         let _ = writeln!(text, "  {term:<20} {}", number(*value));
     }
-    let forces = contact_forces(&grasp.bare, STRICT_FRICTION);
+    let bare: Vec<PointContact> = grasp.contacts.iter().map(|found| found.contact).collect();
+    let forces = contact_forces(&bare, STRICT_FRICTION);
     let header = ["contact on", "digit", "point", "distance mm", "force"];
     let mut rows = vec![header.map(str::to_owned).to_vec()];
     for (index, touch) in grasp.contacts.iter().enumerate() {
         let force = forces.as_ref().map_or("-".to_owned(), |found| {
-            number(found.forces[index].dot(&grasp.bare[index].inward_normal))
+            number(found.forces[index].dot(&bare[index].inward_normal))
         });
         rows.push(vec![
             touch.link.clone(),

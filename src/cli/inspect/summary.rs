@@ -5,9 +5,10 @@ use std::fmt::Write;
 
 use serde::Serialize;
 
-use super::grasps::{Judged, friction};
+use super::grasps::friction;
 use super::{number, table};
 use crate::store::Population;
+use crate::study::JudgedGrasp;
 
 /// Numbers of grasps that pass the filters.
 #[derive(Debug, Serialize)]
@@ -26,15 +27,17 @@ pub(super) struct Landscape {
 }
 
 impl Landscape {
-    pub(super) fn of(population: &Population<'_>, judged: &[Judged]) -> Self {
-        let count = |test: fn(&Judged) -> bool| judged.iter().filter(|grasp| test(grasp)).count();
+    pub(super) fn of(population: &Population<'_>, judged: &[JudgedGrasp]) -> Self {
+        let count =
+            |test: fn(&JudgedGrasp) -> bool| judged.iter().filter(|grasp| test(grasp)).count();
         let mut objections = BTreeMap::new();
         let mut touched_by = BTreeMap::new();
         for grasp in judged {
             if let Some(reason) = grasp.objection {
                 *objections.entry(reason).or_default() += 1;
             }
-            let links: BTreeSet<&String> = grasp.contacts.iter().map(|touch| &touch.link).collect();
+            let links: BTreeSet<&String> =
+                grasp.contacts.iter().map(|contact| &contact.link).collect();
             for link in links {
                 *touched_by.entry(link.clone()).or_default() += 1;
             }
@@ -63,7 +66,8 @@ impl Landscape {
     }
 }
 
-pub(super) fn summary(landscape: &Landscape, judged: &[Judged]) -> String {
+/// The landscape as a page of text.
+pub(super) fn summary(landscape: &Landscape, judged: &[JudgedGrasp]) -> String {
     let mut text = landscape.title();
     let total = landscape.grasps;
     let share = |count: usize| {
@@ -99,8 +103,8 @@ fn by_frequency<K: AsRef<str>>(counts: &BTreeMap<K, usize>) -> Vec<(&str, usize)
     sorted
 }
 
-fn quantiles(judged: &[Judged]) -> String {
-    type Value = fn(&Judged) -> f64;
+fn quantiles(judged: &[JudgedGrasp]) -> String {
+    type Value = fn(&JudgedGrasp) -> f64;
     let measures: [(&str, Value); 9] = [
         ("|Gc|", |grasp| grasp.judgement.net_wrench),
         ("least friction", |grasp| friction(&grasp.judgement)),

@@ -6,15 +6,15 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::Args;
-use rayon::prelude::*;
-use serde_json::json;
 
 use super::args::{Common, HandAndObject};
 use super::input;
 use super::output::check_file;
-use super::{complain, print, progress};
-use crate::evaluation::taxonomy::{GraspType, Label, Labeller, Rule, Taxonomy, UNLISTED, explain};
+use super::run::Watch;
+use super::{complain, print};
+use crate::evaluation::taxonomy::{Label, Rule, explain};
 use crate::store::{GraspFile, GraspRow};
+use crate::study::{Run, label_all, record_labels};
 
 mod sheet;
 mod summary;
@@ -103,58 +103,28 @@ pub(super) fn run(command: &LabelCommand, common: &Common) -> anyhow::Result<()>
         honour(&mut file, &given, path)?;
     }
 
-    let wanted =
-        |grasp: &GraspRow| command.explain.is_empty() || command.explain.contains(&grasp.id);
-    let count = file.grasps.iter().filter(|grasp| wanted(grasp)).count();
-    let bar = progress::bar("grasps", count as u64, common.quiet);
-    let mut labels: BTreeMap<u64, Label> = BTreeMap::new();
-    let mut cards = Vec::new();
-    for population in file.landscapes() {
-        let (hand, object) = (population.hand()?, population.object()?);
-        let labeller = Labeller::new(&hand, &object, &rule);
-        let grasps: Vec<&GraspRow> = (population
-            .grasps
-            .iter()
-            .copied()
-            .filter(|grasp| wanted(grasp)))
-        .collect();
-        let of_population: Vec<(u64, Label)> = grasps
-            .par_iter()
-            .map(|grasp| {
-                bar.inc(1);
-                (grasp.id, labeller.label(&grasp.grasp.pose))
-            })
-            .collect();
-        labels.extend(of_population);
-        if command.sheet.is_some() {
-            cards.extend(sheet::cards(&hand, &object, &grasps, &labels)?);
-        }
-    }
-    bar.finish_and_clear();
+    let wanted = |row: &GraspRow| command.explain.is_empty() || command.explain.contains(&row.id);
+    let watch = Watch::new(common.quiet);
+    let run = Run {
+        observer: &|news| watch.see(news),
+        ..Run::default()
+    };
+    let labels = label_all(&file, &rule, wanted, &run)?;
+    watch.clear();
 
     if !command.explain.is_empty() {
         print(&explanations(&file, &labels, &rule));
         return Ok(());
     }
     if let Some(path) = &command.sheet {
-        sheet::write(path, &command.grasps, cards)?;
+        sheet::write(path, &command.grasps, &file, &labels)?;
         if !common.quiet {
             complain(&format!("wrote {}", path.display()));
         }
         return Ok(());
     }
-    for grasp in &mut file.grasps {
-        if let Some(label) = labels.get(&grasp.id) {
-            record(grasp, label);
-        }
-    }
     file.metadata.remade_by(&common.provenance.command, inputs);
-    file.metadata.labels = json!({
-        "rule": rule.version,
-        "unlisted_below": rule.unlisted_below,
-        "ambiguous_within": rule.ambiguous_within,
-        "program_version": env!("CARGO_PKG_VERSION"),
-    });
+    record_labels(&mut file, &labels, &rule);
     file.write(&output)?;
     if !common.quiet {
         print(&summary::summary(&file, &labels));
@@ -170,19 +140,6 @@ fn rule(command: &LabelCommand) -> anyhow::Result<Rule> {
     let text = std::fs::read_to_string(path)
         .with_context(|| format!("--rule: cannot read {}", path.display()))?;
     Rule::parse(&text).with_context(|| path.display().to_string())
-}
-
-/// Parses a human label: a type, or `unlisted`.
-pub(super) fn human_label(text: &str) -> Option<Result<&'static GraspType, ()>> {
-    if text.trim().eq_ignore_ascii_case(UNLISTED) {
-        return Some(Err(()));
-    }
-    Taxonomy::feix().named(text).map(Ok)
-}
-
-/// The label as written in files.
-pub(super) fn canonical(label: Result<&'static GraspType, ()>) -> &'static str {
-    label.map_or(UNLISTED, |entry| entry.name.as_str())
 }
 
 /// Writes human labels into the rows.
@@ -202,23 +159,6 @@ fn honour(file: &mut GraspFile, given: &[table::Given], path: &Path) -> anyhow::
         file.grasps[row].label = Some(label.label.to_owned());
     }
     Ok(())
-}
-
-/// Writes the rule's label into a row; a human label is kept.
-fn record(grasp: &mut GraspRow, label: &Label) {
-    grasp.label_auto = Some(label.text().to_owned());
-    grasp.label_score = label.best.first().map(|best| best.score);
-    grasp.label_best = (!label.best.is_empty()).then(|| label.best_text());
-    let human = grasp.label.as_deref().filter(|text| !text.is_empty());
-    let (source, category) = match human {
-        Some(text) => {
-            let entry = human_label(text).and_then(Result::ok);
-            ("human", entry.map(|entry| entry.category))
-        }
-        None => ("rule", label.listed_category()),
-    };
-    grasp.label_source = Some(source.to_owned());
-    grasp.label_category = category.map(|category| category.name().to_owned());
 }
 
 fn explanations(file: &GraspFile, labels: &BTreeMap<u64, Label>, rule: &Rule) -> String {

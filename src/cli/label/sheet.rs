@@ -13,9 +13,7 @@ use serde::Serialize;
 use super::file_name;
 use crate::evaluation::taxonomy::{Label, Taxonomy};
 use crate::figure::Scene;
-use crate::hand::Hand;
-use crate::object::Object;
-use crate::store::{GraspRow, write_atomic};
+use crate::store::{GraspFile, GraspRow, write_atomic};
 
 /// The page, in which the data replace [`DATA`].
 const PAGE: &str = include_str!("sheet.html");
@@ -25,7 +23,7 @@ const SIDE: u32 = 220;
 
 /// One grasp on the sheet.
 #[derive(Serialize)]
-pub(super) struct Card {
+struct Card {
     /// Stored as text, because numbers in scripts are exact only up to 2⁵³.
     id: String,
     object: String,
@@ -54,36 +52,41 @@ struct Choice<'a> {
     cue: &'a str,
 }
 
-/// The cards of the grasps of one landscape, in file order.
-pub(super) fn cards(
-    hand: &Hand,
-    object: &Object,
-    grasps: &[&GraspRow],
-    labels: &BTreeMap<u64, Label>,
-) -> anyhow::Result<Vec<Card>> {
-    let skin = hand.skin();
-    grasps
-        .par_iter()
-        .map(|grasp| {
-            let scene = Scene::of_grasp(hand, &skin, object, &grasp.grasp);
+/// The cards of all grasps, one population after the other.
+fn cards(file: &GraspFile, labels: &BTreeMap<u64, Label>) -> anyhow::Result<Vec<Card>> {
+    let mut cards = Vec::new();
+    for population in file.landscapes() {
+        let (hand, object) = (population.hand()?, population.object()?);
+        let skin = hand.skin();
+        let card = |row: &&GraspRow| {
+            let scene = Scene::of_grasp(&hand, &skin, &object, &row.grasp);
             let [first, second] = scene.two_cameras(Vector3::z());
             let picture = |camera| -> anyhow::Result<String> {
                 Ok(STANDARD.encode(scene.render(camera, SIDE, SIDE).to_png()?))
             };
-            let label = labels.get(&grasp.id);
+            let label = labels.get(&row.id);
             Ok(Card {
-                id: grasp.id.to_string(),
-                object: grasp.object.clone(),
+                id: row.id.to_string(),
+                object: row.object.clone(),
                 pictures: [picture(&first)?, picture(&second)?],
-                human: grasp.label.clone().filter(|label| !label.is_empty()),
+                human: row.label.clone().filter(|label| !label.is_empty()),
                 rule: label.map_or_else(String::new, |label| label.text().to_owned()),
                 best: label.map_or_else(String::new, Label::best_text),
             })
-        })
-        .collect()
+        };
+        let of_population = population.grasps.par_iter().map(card);
+        cards.extend(of_population.collect::<anyhow::Result<Vec<_>>>()?);
+    }
+    Ok(cards)
 }
 
-pub(super) fn write(path: &Path, grasps: &Path, cards: Vec<Card>) -> anyhow::Result<()> {
+/// Writes the sheet.
+pub(super) fn write(
+    path: &Path,
+    grasps: &Path,
+    file: &GraspFile,
+    labels: &BTreeMap<u64, Label>,
+) -> anyhow::Result<()> {
     let types = Taxonomy::feix().types.iter().map(|entry| Choice {
         number: entry.number,
         name: &entry.name,
@@ -94,7 +97,7 @@ pub(super) fn write(path: &Path, grasps: &Path, cards: Vec<Card>) -> anyhow::Res
     let page = Page {
         file: file_name(grasps),
         types: types.collect(),
-        grasps: cards,
+        grasps: cards(file, labels)?,
     };
     // Inside a script element `</script` would end it early, and `<!--` would hide its end.
     let data = serde_json::to_string(&page)?.replace('<', "\\u003c");

@@ -3,10 +3,9 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use super::human_label;
 use crate::evaluation::taxonomy::{Inapplicable, Label, Taxonomy, Verdict};
 use crate::store::{GraspFile, GraspRow};
-use crate::study::tally;
+use crate::study::{HumanLabel, human_label, tally};
 
 /// Number of disagreements that are listed individually.
 const LISTED: usize = 20;
@@ -84,12 +83,12 @@ fn humans(file: &GraspFile, labels: &BTreeMap<u64, Label>) -> String {
         let told = grasp.label.clone().filter(|label| !label.is_empty())?;
         let label = labels.get(&grasp.id)?;
         let agrees = match human_label(&told) {
-            Some(Ok(entry)) => match label.verdict {
+            Some(HumanLabel::Type(entry)) => match label.verdict {
                 Verdict::Listed(number) => number == entry.number,
                 Verdict::Ambiguous(_) => label.text() == entry.cell,
                 Verdict::Unlisted | Verdict::NotApplicable(_) => false,
             },
-            Some(Err(())) => label.verdict == Verdict::Unlisted,
+            Some(HumanLabel::Unlisted) => label.verdict == Verdict::Unlisted,
             None => false,
         };
         Some((grasp.id, told, label, agrees))

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::{canonical, human_label};
 use crate::evaluation::taxonomy::Taxonomy;
 use crate::formats::csv_text;
+use crate::study::{HumanLabel, human_label};
 use anyhow::Context;
 
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -53,7 +53,7 @@ fn parse(text: &str) -> anyhow::Result<Vec<Given>> {
             continue;
         }
         let label = human_label(label)
-            .map(canonical)
+            .map(HumanLabel::name)
             .with_context(|| unknown(line, label))?;
         given.push(Given { id, label, line });
     }

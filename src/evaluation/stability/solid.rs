@@ -7,6 +7,7 @@ use rapier3d_f64::parry::mass_properties::MassProperties;
 use rapier3d_f64::parry::shape::TriMeshFlags;
 use rapier3d_f64::parry::transformation::convex_hull;
 use rapier3d_f64::parry::transformation::vhacd::{VHACD, VHACDParameters};
+use serde::Serialize;
 
 use super::convert::{from_vector, vector};
 use crate::mesh::{ExactMesh, Mesh};
@@ -39,7 +40,7 @@ pub enum Build {
 }
 
 /// How well the pieces fit the mesh.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Fit {
     /// Number of pieces.
     pub pieces: usize,

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::anatomy::{Anatomy, Patch};
 use super::features::{DIGITS, Features, TOUCHES};
-use super::settle::{Settle, readings};
+use super::pose_correction::{PoseCorrection, readings};
 use super::signature::{Rule, meaning, name};
 use super::table::{Category, Form, GraspType, Opposition, Taxonomy, spell_digits};
 use super::touch::{Held, Touch, held, ramp, touches};
@@ -210,7 +210,7 @@ impl<'a> Labeller<'a> {
             let touches: Vec<Touch> = near.into_iter().map(|(touch, _)| touch).collect();
             label_contacts(self.rule, anatomy, &posed, &touches, held)
         };
-        readings(self.hand, self.object, x, &Settle::default())
+        readings(self.hand, self.object, x, &PoseCorrection::default())
             .into_iter()
             .map(read)
             .max_by(|one, other| one.score().total_cmp(&other.score()))

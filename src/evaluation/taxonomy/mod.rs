@@ -7,7 +7,7 @@
 mod anatomy;
 mod classifier;
 mod features;
-mod settle;
+mod pose_correction;
 mod signature;
 mod table;
 mod touch;
@@ -17,7 +17,7 @@ pub use classifier::{
     Candidate, Evidence, Inapplicable, Label, Labeller, NOT_APPLICABLE, UNLISTED, Verdict, explain,
     label_contacts,
 };
-pub use settle::{Settle, readings};
+pub use pose_correction::{PoseCorrection, readings};
 pub use signature::Rule;
 pub use table::{Category, Disagreement, Form, GraspType, Opposition, Taxonomy, Thumb};
 pub use touch::{Held, NEAR_M, Touch, held, touches};

@@ -7,7 +7,7 @@ use serde::Deserialize;
 
 use super::TaxonomyError;
 use super::features::{DIGITS, FEATURES, feature};
-use super::settle::Settle;
+use super::pose_correction::PoseCorrection;
 use super::table::{Category, GraspType, Opposition, Taxonomy, Thumb};
 
 /// The signatures as text.
@@ -149,7 +149,11 @@ impl Rule {
 }
 
 fn version(signatures: &str) -> String {
-    let known = format!("{:?}{FEATURES:?}{:?}", Taxonomy::feix(), Settle::default());
+    let known = format!(
+        "{:?}{FEATURES:?}{:?}",
+        Taxonomy::feix(),
+        PoseCorrection::default()
+    );
     let hash = signatures
         .bytes()
         .chain(known.bytes())

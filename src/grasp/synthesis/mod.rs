@@ -14,10 +14,10 @@ pub use self::settings::{
 };
 pub use self::start::Given;
 use super::Grasp;
+use super::closing::{ClosingSettings, close_hand, preload};
 use super::energy::GraspEnergy;
 use super::filter::judge;
 pub use super::kernel::StepScales;
-use super::press::{PressSettings, firmness, press};
 use crate::energy::{Energy, Piecewise};
 use crate::optimize::{self, QuenchSettings};
 use crate::sample::{Rng, State, Task, stream};
@@ -63,7 +63,7 @@ pub fn synthesize(
 ///
 /// If the displacement is zero, a direct descent from the pose may replace the end of the chain. It does so if it alone
 /// passes the strict filter, or if both or neither pass and its energy is lower. With [`Refinement::Pressed`] passing
-/// includes firmness. With other refinements than [`Refinement::Quench`] and this one, the end of the chain always counts.
+/// includes preload. With other refinements than [`Refinement::Quench`] and this one, the end of the chain always counts.
 ///
 /// # Panics
 /// If the pose belongs to another hand.
@@ -312,12 +312,13 @@ fn finish(
 /// Whether an end passes the strict filter and, if hands are pressed, is firm.
 fn is_grasp(energy: &GraspEnergy, refinement: Refinement, found: &Synthesized) -> bool {
     judge(energy, &found.refined).passes_strict()
-        && (refinement != Refinement::Pressed || firmness(energy, &found.refined.pose).is_firm())
+        && (refinement != Refinement::Pressed
+            || preload(energy, &found.refined.pose).is_sufficient())
 }
 
 fn close(energy: &GraspEnergy, found: &mut Synthesized) {
-    let settings = PressSettings::default();
-    let pose = press(energy, &found.refined, &settings);
+    let settings = ClosingSettings::default();
+    let pose = close_hand(energy, &found.refined, &settings);
     found.refined = Grasp::best(energy, pose);
     found.energy = energy_of(energy, &found.refined);
     found.evaluations += 1;

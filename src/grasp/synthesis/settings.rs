@@ -51,7 +51,7 @@ pub enum Refinement {
     /// A thousand noisy steps at temperature 0.001 with a fixed contact set, as in the authors' code.
     Noisy,
     /// Descent to a local minimum of the envelope, after which the hand is closed until it presses
-    /// ([`press`](crate::grasp::press::press)). An attempt then must also be [firm](crate::grasp::press::Firmness::is_firm)
+    /// ([`close_hand`](crate::grasp::closing::close_hand)). An attempt then must also be [preloaded](crate::grasp::closing::Preload::is_sufficient)
     /// to count as a grasp.
     Pressed,
     /// No refinement.

@@ -8,7 +8,7 @@
 //!
 //! Poses have the convention of this crate: `p_object = R p_hand + t`, metres, quaternion w x y z.
 
-mod bench;
+mod dexgraspbench;
 mod dexgraspnet;
 mod joints;
 mod mapping;
@@ -97,7 +97,7 @@ fn of_npy(
     mapping: &Mapping,
 ) -> Result<Read, String> {
     match content {
-        npy::Content::Numbers(numbers) => bench::of_numbers(numbers, joint_names, mapping),
+        npy::Content::Numbers(numbers) => dexgraspbench::of_numbers(numbers, joint_names, mapping),
         npy::Content::Objects(heap, whole) => {
             let items = match heap.node(*whole) {
                 Node::Objects(items) | Node::List(items) => items.clone(),
@@ -107,7 +107,7 @@ fn of_npy(
             if heap.entry(*first, "qpos").is_some() {
                 dexgraspnet::read(heap, &items, joint_names, mapping)
             } else if heap.entry(*first, "grasp_qpos").is_some() {
-                bench::read(heap, &items, joint_names, mapping)
+                dexgraspbench::read(heap, &items, joint_names, mapping)
             } else {
                 Err("its grasps have neither `qpos` (DexGraspNet) nor `grasp_qpos` (DexGraspBench, Dexonomy)".to_owned())
             }

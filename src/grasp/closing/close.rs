@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::touch::{Touch, touches};
+use super::touch::{CapsuleTouch, capsule_touches};
 use crate::grasp::Grasp;
 use crate::grasp::closure::{PointContact, contact_forces};
 use crate::grasp::energy::GraspEnergy;
@@ -13,7 +13,7 @@ use crate::space::{Pose, PoseSpace, Space};
 /// Settings of the closing of a hand.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct PressSettings {
+pub struct ClosingSettings {
     /// Depth to which the hardest-pressing capsule is pressed into the object, metres.
     pub depth_m: f64,
     /// Distance from the surface within which capsules are pressed, metres. Those of the contacts are always pressed.
@@ -28,7 +28,7 @@ pub struct PressSettings {
     pub steps: usize,
 }
 
-impl Default for PressSettings {
+impl Default for ClosingSettings {
     fn default() -> Self {
         Self {
             depth_m: 0.0005,
@@ -72,13 +72,13 @@ struct Goal {
 ///
 /// # Panics
 /// If the grasp belongs to another hand.
-pub fn press(energy: &GraspEnergy, grasp: &Grasp, settings: &PressSettings) -> Pose {
+pub fn close_hand(energy: &GraspEnergy, grasp: &Grasp, settings: &ClosingSettings) -> Pose {
     let hand = energy.hand();
-    let mut at = Place::new(energy, grasp.pose.clone(), settings);
+    let mut at = TouchingHand::new(energy, grasp.pose.clone(), settings);
     let chosen = capsules_of(hand, &at.posed, &grasp.contacts);
     for _ in 0..settings.rounds {
         let goals = goals(energy, &at, &chosen, settings);
-        at = settle(energy, at, &goals, settings);
+        at = approach(energy, at, &goals, settings);
     }
     at.pose
 }
@@ -103,18 +103,18 @@ fn capsules_of(hand: &Hand, posed: &PosedHand, contacts: &[u32]) -> Vec<usize> {
     found
 }
 
-struct Place {
+struct TouchingHand {
     pose: Pose,
     posed: PosedHand,
-    touches: Vec<Touch>,
+    touches: Vec<CapsuleTouch>,
 }
 
-impl Place {
-    fn new(energy: &GraspEnergy, pose: Pose, settings: &PressSettings) -> Self {
+impl TouchingHand {
+    fn new(energy: &GraspEnergy, pose: Pose, settings: &ClosingSettings) -> Self {
         let mut posed = PosedHand::default();
         energy.hand().pose(&pose, &mut posed);
         let reach_m = settings.free_reach_m.max(VIEW_M);
-        let touches = touches(&energy.object().exact, energy.hand(), &posed, reach_m);
+        let touches = capsule_touches(&energy.object().exact, energy.hand(), &posed, reach_m);
         Self {
             pose,
             posed,
@@ -125,13 +125,13 @@ impl Place {
 
 fn goals(
     energy: &GraspEnergy,
-    at: &Place,
+    at: &TouchingHand,
     chosen: &[usize],
-    settings: &PressSettings,
+    settings: &ClosingSettings,
 ) -> Vec<Goal> {
     let (hand, object) = (energy.hand(), energy.object());
-    let digit = |touch: &Touch| hand.links[touch.link.0].digit;
-    let pressed: Vec<&Touch> = at
+    let digit = |touch: &CapsuleTouch| hand.links[touch.link.0].digit;
+    let pressed: Vec<&CapsuleTouch> = at
         .touches
         .iter()
         .filter(|touch| chosen.contains(&touch.capsule) || touch.gap_m < settings.reach_m)
@@ -214,9 +214,9 @@ impl Puller<'_> {
 
 fn residuals(
     puller: &Puller<'_>,
-    at: &Place,
+    at: &TouchingHand,
     goals: &[Goal],
-    settings: &PressSettings,
+    settings: &ClosingSettings,
 ) -> Residuals {
     let hand = puller.hand;
     let (mut values, mut rows) = (Vec::new(), Vec::new());
@@ -252,7 +252,12 @@ fn residuals(
 }
 
 /// Levenberg–Marquardt steps toward the goals.
-fn settle(energy: &GraspEnergy, mut at: Place, goals: &[Goal], settings: &PressSettings) -> Place {
+fn approach(
+    energy: &GraspEnergy,
+    mut at: TouchingHand,
+    goals: &[Goal],
+    settings: &ClosingSettings,
+) -> TouchingHand {
     let (hand, space) = (&**energy.hand(), energy.pose_space());
     let puller = Puller {
         hand,
@@ -276,7 +281,7 @@ fn settle(energy: &GraspEnergy, mut at: Place, goals: &[Goal], settings: &PressS
                 *coordinate = coordinate.clamp(joint.limits_rad[0], joint.limits_rad[1]);
             }
         }
-        let moved = Place::new(energy, pose, settings);
+        let moved = TouchingHand::new(energy, pose, settings);
         let then = residuals(&puller, &moved, goals, settings);
         if then.cost() < now.cost() {
             (at, now) = (moved, then);
@@ -316,10 +321,10 @@ mod tests {
         let hand = Arc::new(Hand::human());
         let object = Arc::new(Object::named("box").unwrap());
         let energy = GraspEnergy::new(hand.clone(), object, EnergySettings::default()).unwrap();
-        let settings = PressSettings {
+        let settings = ClosingSettings {
             // With this reach nothing enters or leaves the considered set.
             free_reach_m: 0.05,
-            ..PressSettings::default()
+            ..ClosingSettings::default()
         };
         let mut x = Pose::from(hand.rest_coordinates());
         let top = energy
@@ -328,7 +333,7 @@ mod tests {
             .nearest(&Vector3::new(0.01, 0.02, 1.0));
         x[2] = top.point.z - hand.palm.centre.z + 0.03;
         let space = energy.pose_space();
-        let at = Place::new(&energy, x.clone(), &settings);
+        let at = TouchingHand::new(&energy, x.clone(), &settings);
         assert!(at.touches.len() > 3, "{} touches", at.touches.len());
         let goals: Vec<Goal> = at
             .touches
@@ -346,7 +351,7 @@ mod tests {
         let at_shift = |tangent: &[f64]| {
             let mut moved = x.clone();
             space.exp(&mut moved, tangent);
-            let place = Place::new(&energy, moved, &settings);
+            let place = TouchingHand::new(&energy, moved, &settings);
             residuals(&puller, &place, &goals, &settings)
         };
         let here = residuals(&puller, &at, &goals, &settings);

@@ -16,7 +16,7 @@ use crate::space::{PoseMetric, joints_of_mut};
 
 /// Size of the corrections.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Settle {
+pub struct PoseCorrection {
     /// Expected error of a joint angle, standard deviation, radians.
     pub joint_rad: f64,
     /// Expected gap or depth of a bone that touches, standard deviation, metres.
@@ -37,7 +37,7 @@ pub struct Settle {
     pub friction: f64,
 }
 
-impl Default for Settle {
+impl Default for PoseCorrection {
     fn default() -> Self {
         Self {
             joint_rad: 0.1,
@@ -83,7 +83,7 @@ struct Touch {
 struct Near<'a> {
     hand: &'a Hand,
     object: &'a Object,
-    settle: &'a Settle,
+    correction: &'a PoseCorrection,
     /// Metric of the hand, computed when first needed.
     metric: OnceCell<PoseMetric>,
 }
@@ -102,11 +102,16 @@ struct Near<'a> {
 ///
 /// # Panics
 /// If `x` does not have 7 numbers more than the hand has joints.
-pub fn readings(hand: &Hand, object: &Object, x: &[f64], settle: &Settle) -> Vec<Vec<f64>> {
+pub fn readings(
+    hand: &Hand,
+    object: &Object,
+    x: &[f64],
+    correction: &PoseCorrection,
+) -> Vec<Vec<f64>> {
     let near = Near {
         hand,
         object,
-        settle,
+        correction,
         metric: OnceCell::new(),
     };
     let mut posed = PosedHand::default();
@@ -118,9 +123,9 @@ pub fn readings(hand: &Hand, object: &Object, x: &[f64], settle: &Settle) -> Vec
         let last = &readings[readings.len() - 1];
         let balanced = near.balanced(last, &mut posed);
         let reach_m = if balanced {
-            settle.hovering_m
+            correction.hovering_m
         } else {
-            settle.missing_m
+            correction.missing_m
         };
         let Some(completed) = near.completed(last, reach_m) else {
             break;
@@ -192,12 +197,12 @@ impl Near<'_> {
     /// Moves capsules out of the object, and capsules near its surface onto it.
     fn put_on(&self, x: &[f64]) -> Vec<f64> {
         let joints = self.hand.joints.len();
-        let settle = self.settle;
-        let prior = settle.joint_rad.powi(-2);
+        let correction = self.correction;
+        let prior = correction.joint_rad.powi(-2);
         let mut best = x.to_vec();
         let mut posed = PosedHand::default();
         for step in 0..STEPS {
-            let near = self.touches(&best, settle.reach_m, &mut posed);
+            let near = self.touches(&best, correction.reach_m, &mut posed);
             if step == 0 && self.fair(&near) {
                 break;
             }
@@ -205,8 +210,8 @@ impl Near<'_> {
             let mut right =
                 DVector::from_iterator(joints, (7..x.len()).map(|j| prior * (x[j] - best[j])));
             for touch in &near {
-                let off = touch.gap_m.max(0.0) / settle.reach_m;
-                let weight = ((1.0 - off * off).max(0.0) / settle.skin_m).powi(2);
+                let off = touch.gap_m.max(0.0) / correction.reach_m;
+                let weight = ((1.0 - off * off).max(0.0) / correction.skin_m).powi(2);
                 let slope = self.slope(&posed, touch);
                 normal += weight * &slope * slope.transpose();
                 right -= weight * touch.gap_m * slope;
@@ -223,14 +228,15 @@ impl Near<'_> {
 
     /// Whether nothing is deep inside.
     fn fair(&self, near: &[Touch]) -> bool {
-        near.iter().all(|touch| touch.gap_m > -self.settle.fair_m)
+        near.iter()
+            .all(|touch| touch.gap_m > -self.correction.fair_m)
     }
 
     /// Whether the contact forces can sum to zero.
     fn balanced(&self, x: &[f64], posed: &mut PosedHand) -> bool {
-        let near = self.touches(x, self.settle.touching_m, posed);
+        let near = self.touches(x, self.correction.touching_m, posed);
         let normals: Vec<Vector3<f64>> = near.iter().map(|touch| touch.inward_normal).collect();
-        left_over(&normals, self.settle.friction) < BALANCED
+        left_over(&normals, self.correction.friction) < BALANCED
     }
 
     fn could_hold(&self, x: &[f64], posed: &mut PosedHand) -> bool {
@@ -248,7 +254,7 @@ impl Near<'_> {
                 let own = near.iter().filter(|touch| self.digit(touch) == digit);
                 Some((own.map(|touch| touch.gap_m).min_by(f64::total_cmp)?, digit))
             })
-            .filter(|(gap_m, _)| *gap_m >= self.settle.touching_m)
+            .filter(|(gap_m, _)| *gap_m >= self.correction.touching_m)
             .collect();
         gaps.sort_by(|a, b| a.0.total_cmp(&b.0));
         gaps.iter()
@@ -263,7 +269,7 @@ impl Near<'_> {
     fn closed(&self, x: &[f64], digit: usize, posed: &mut PosedHand) -> Option<Vec<f64>> {
         let mut closed = x.to_vec();
         for _ in 0..=STEPS {
-            let near = self.touches(&closed, 2.0 * self.settle.missing_m, posed);
+            let near = self.touches(&closed, 2.0 * self.correction.missing_m, posed);
             let own = near.iter().filter(|touch| self.digit(touch) == digit);
             let nearest = own.min_by(|a, b| a.gap_m.total_cmp(&b.gap_m))?;
             if nearest.gap_m.abs() < NEAR_ENOUGH_M {
@@ -334,7 +340,7 @@ mod tests {
     use nalgebra::UnitQuaternion;
 
     use super::*;
-    use crate::grasp::press::touches;
+    use crate::grasp::closing::capsule_touches;
     use crate::space::put_root;
 
     #[test]
@@ -366,16 +372,16 @@ mod tests {
     fn what_is_inside_comes_out_and_what_is_fair_stays() {
         let hand = Hand::human();
         let ball = Object::named("ball").unwrap();
-        let settle = Settle::default();
+        let correction = PoseCorrection::default();
         let deepest = |x: &[f64]| {
             let mut posed = PosedHand::default();
             hand.pose(x, &mut posed);
-            let near = touches(&ball.exact, &hand, &posed, 0.01);
+            let near = capsule_touches(&ball.exact, &hand, &posed, 0.01);
             near.iter().map(|touch| touch.gap_m).fold(0.0, f64::min)
         };
         let inside = around_the_ball(&hand, &ball);
         assert!(deepest(&inside) < -0.004, "{}", deepest(&inside));
-        let put = readings(&hand, &ball, &inside, &settle).remove(0);
+        let put = readings(&hand, &ball, &inside, &correction).remove(0);
         assert!(
             deepest(&put) > 0.5 * deepest(&inside),
             "{} {}",
@@ -385,18 +391,18 @@ mod tests {
         assert_eq!(put[..7], inside[..7]);
         let mut far = inside;
         far[0] += 1.0;
-        assert_eq!(readings(&hand, &ball, &far, &settle), [far]);
+        assert_eq!(readings(&hand, &ball, &far, &correction), [far]);
     }
 
     #[test]
     fn each_further_reading_has_one_digit_more_on_the_object() {
         let hand = Hand::human();
         let ball = Object::named("ball").unwrap();
-        let settle = Settle::default();
+        let correction = PoseCorrection::default();
         let near = Near {
             hand: &hand,
             object: &ball,
-            settle: &settle,
+            correction: &correction,
             metric: OnceCell::new(),
         };
         // All fingers bent a little less: they hover.
@@ -414,7 +420,7 @@ mod tests {
                 .filter(|digit| touches.iter().any(|touch| near.digit(touch) == *digit))
                 .collect()
         };
-        let readings = readings(&hand, &ball, &x, &settle);
+        let readings = readings(&hand, &ball, &x, &correction);
         let digits: Vec<Vec<usize>> = readings.iter().map(|x| on_object(x)).collect();
         assert!(digits.len() > 1, "{digits:?}");
         for pair in digits.windows(2) {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use landscape::evaluation::stability::{Build, Drop, Protocol, Solid, simulate};
-use landscape::grasp::press::{PressSettings, firmness, press, touches};
+use landscape::grasp::closing::{ClosingSettings, capsule_touches, close_hand, preload};
 use landscape::grasp::synthesis::{Refinement, SynthesisSettings, synthesize};
 use landscape::grasp::{EnergySettings, GraspEnergy, judge};
 use landscape::hand::Hand;
@@ -24,8 +24,8 @@ fn firm_grasps_touch_and_stay() {
     let mut firm = 0;
     for chain in 0..3 {
         let end = synthesize(&energy, &settings, &QuenchSettings::default(), 0, chain);
-        let measured = firmness(&energy, &end.refined.pose);
-        if !measured.is_firm() {
+        let measured = preload(&energy, &end.refined.pose);
+        if !measured.is_sufficient() {
             continue;
         }
         firm += 1;
@@ -35,10 +35,10 @@ fn firm_grasps_touch_and_stay() {
         let outcome = simulate(&hand, &end.refined, &solid, object.mass_kg, &drop);
         assert!(outcome.is_stable(), "{outcome:?} {measured:?}");
         // Closing a closed hand again drives nothing deep into the object.
-        let again = press(&energy, &end.refined, &PressSettings::default());
+        let again = close_hand(&energy, &end.refined, &ClosingSettings::default());
         let mut posed = landscape::hand::PosedHand::default();
         hand.pose(&again, &mut posed);
-        let deepest = touches(&object.exact, &hand, &posed, 0.0);
+        let deepest = capsule_touches(&object.exact, &hand, &posed, 0.0);
         assert!(deepest.iter().all(|touch| touch.gap_m > -1e-3));
     }
     assert!(firm > 0, "none of the chains came to a firm grasp");

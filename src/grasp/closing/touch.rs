@@ -13,7 +13,7 @@ const SECTIONS: usize = 28;
 
 /// The place where a capsule is nearest to the surface of an object.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Touch {
+pub struct CapsuleTouch {
     /// Index into [`Hand::capsules`].
     pub capsule: usize,
     /// The link of the capsule.
@@ -28,7 +28,7 @@ pub struct Touch {
     pub inward_normal: Vector3<f64>,
 }
 
-impl Touch {
+impl CapsuleTouch {
     /// The contact for the tests of [`closure`](crate::grasp::closure): arm from `centre` in units of `unit_m`.
     pub fn contact(&self, centre: &Vector3<f64>, unit_m: f64) -> PointContact {
         PointContact {
@@ -42,14 +42,19 @@ impl Touch {
 ///
 /// # Panics
 /// If `posed` belongs to another hand.
-pub fn touches(exact: &ExactMesh, hand: &Hand, posed: &PosedHand, reach_m: f64) -> Vec<Touch> {
+pub fn capsule_touches(
+    exact: &ExactMesh,
+    hand: &Hand,
+    posed: &PosedHand,
+    reach_m: f64,
+) -> Vec<CapsuleTouch> {
     let capsules = hand.capsules.iter().zip(&posed.capsules).enumerate();
     capsules
         .filter_map(|(index, (capsule, axis))| {
             let radius_m = capsule.radius_m;
             exact.segment_distance_within(axis, radius_m + reach_m)?;
             let nearest = exact.nearest(&nearest_place(exact, axis));
-            Some(Touch {
+            Some(CapsuleTouch {
                 capsule: index,
                 link: capsule.link,
                 gap_m: nearest.distance_m - radius_m,
@@ -114,7 +119,7 @@ mod tests {
         x[2] = object.centroid.z + object.radius_m - hand.palm.centre.z;
         let mut posed = PosedHand::default();
         hand.pose(&x, &mut posed);
-        let found = touches(&object.exact, &hand, &posed, 0.02);
+        let found = capsule_touches(&object.exact, &hand, &posed, 0.02);
         assert!(!found.is_empty());
         for touch in found {
             let radius_m = hand.capsules[touch.capsule].radius_m;

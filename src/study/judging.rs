@@ -1,0 +1,111 @@
+//! The grasps of a file, judged anew on the exact mesh.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::grasp::closure::PointContact;
+use crate::grasp::{GraspEnergy, Judgement, MeasuredContact, judge, measure_contacts};
+use crate::store::{GraspRow, Population};
+
+/// A row of a file and its judgement.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct JudgedGrasp {
+    /// Unique in the file.
+    pub id: u64,
+    /// Name of the hand.
+    pub hand: String,
+    /// Name of the object.
+    pub object: String,
+    /// Factor on the object's size.
+    pub scale: f64,
+    /// The word of a human, else that of the rule.
+    pub label: Option<String>,
+    /// Energy that the file tells.
+    pub energy: f64,
+    /// Terms that the file tells, by name.
+    pub terms: BTreeMap<String, f64>,
+    /// The judgement.
+    #[serde(flatten)]
+    pub judgement: Judgement,
+    /// Whether it passes Eq. 11 as printed.
+    pub passes_published: bool,
+    /// Whether it passes Eq. 11 as the authors' code has it.
+    pub passes_released: bool,
+    /// First reason why the strict filter refuses it.
+    pub objection: Option<&'static str>,
+    /// Contacts on the exact mesh.
+    pub contacts: Vec<JudgedContact>,
+}
+
+/// A contact on the exact mesh.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct JudgedContact {
+    /// Index of the hand's surface point.
+    pub surface_point: u32,
+    /// Name of its link.
+    pub link: String,
+    /// Name of its digit.
+    pub digit: String,
+    /// Signed distance from the mesh, metres; negative inside.
+    pub distance_m: f64,
+    /// Arm and normal.
+    #[serde(skip)]
+    pub contact: PointContact,
+}
+
+/// Judges the given rows of a population, whose energy is given; `judged` is called after each, from any thread.
+///
+/// # Panics
+/// If a grasp is one of another hand.
+pub fn judge_all(
+    energy: &GraspEnergy,
+    population: &Population<'_>,
+    rows: &[&GraspRow],
+    judged: impl Fn() + Sync,
+) -> Vec<JudgedGrasp> {
+    rows.par_iter()
+        .map(|row| {
+            let found = JudgedGrasp::new(energy, population.terms(), row);
+            judged();
+            found
+        })
+        .collect()
+}
+
+impl JudgedGrasp {
+    fn new(energy: &GraspEnergy, terms: &[String], row: &GraspRow) -> Self {
+        let hand = energy.hand();
+        let judgement = judge(energy, &row.grasp);
+        let contact = |measured: &MeasuredContact| {
+            let link = &hand.links[measured.link.0];
+            JudgedContact {
+                surface_point: measured.surface_point,
+                link: link.name.clone(),
+                digit: hand.digits[link.digit].clone(),
+                distance_m: measured.distance_m,
+                contact: measured.contact,
+            }
+        };
+        let measured = measure_contacts(energy, &row.grasp);
+        Self {
+            id: row.id,
+            hand: row.hand.clone(),
+            object: row.object.clone(),
+            scale: row.scale,
+            label: row.label.clone().or_else(|| row.label_auto.clone()),
+            energy: row.energy,
+            terms: terms
+                .iter()
+                .cloned()
+                .zip(row.terms.iter().copied())
+                .collect(),
+            passes_published: judgement.passes_published(),
+            passes_released: judgement.passes_released(),
+            objection: judgement.strict_objection(),
+            judgement,
+            contacts: measured.iter().map(contact).collect(),
+        }
+    }
+}

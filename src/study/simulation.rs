@@ -1,0 +1,113 @@
+//! The grasps of a file in a physics engine.
+
+use std::time::Instant;
+
+use rayon::prelude::*;
+use serde::Serialize;
+use serde_json::json;
+
+use super::{JournalError, Run, StudyError};
+use crate::evaluation::stability::{Build, Fit, Outcome, Protocol, Solid, simulate};
+use crate::store::{GraspFile, GraspRow, content_hash};
+use crate::topography::Phase;
+
+/// Version of the engine, for the file: results are the same bits only for the same one.
+const ENGINE: &str = "rapier3d-f64 0.36";
+
+/// How well the convex pieces of an object fit its mesh.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ObjectFit {
+    /// Name of the object.
+    pub object: String,
+    /// Factor on its size.
+    pub scale: f64,
+    /// The fit.
+    #[serde(flatten)]
+    pub fit: Fit,
+}
+
+/// What [`simulate_all`] found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Simulation {
+    /// Outcomes by id, rising.
+    pub outcomes: Vec<(u64, Outcome)>,
+    /// How well the objects were cut into pieces, in the order of the populations.
+    pub fits: Vec<ObjectFit>,
+    /// Time spent simulating, seconds.
+    pub seconds: f64,
+}
+
+/// A hash of all that outcomes depend on, for the journal.
+///
+/// # Errors
+/// If the metadata cannot be stored.
+pub fn simulation_fingerprint(
+    file: &GraspFile,
+    protocol: &Protocol,
+) -> Result<String, serde_json::Error> {
+    let told = serde_json::to_string(&(protocol, &file.metadata, ENGINE))?;
+    let rows = format!("{:?}", file.grasps);
+    Ok(content_hash(&[told.as_bytes(), rows.as_bytes()]))
+}
+
+/// Simulates all grasps of a file. Finished grasps are kept in the journal of the run.
+///
+/// # Errors
+/// If a hand or an object cannot be built, or the journal takes no record.
+pub fn simulate_all(
+    file: &GraspFile,
+    protocol: &Protocol,
+    run: &Run<'_>,
+) -> Result<Simulation, StudyError> {
+    let tally = run.tally(Phase::Simulate, file.grasps.len());
+    let mut found = Simulation {
+        outcomes: Vec::with_capacity(file.grasps.len()),
+        fits: Vec::new(),
+        seconds: 0.0,
+    };
+    for population in file.landscapes() {
+        let hand = population.hand()?;
+        let (mesh, mass_kg) = population.mesh()?;
+        let solid = Solid::new(&mesh, Build::Pieces);
+        found.fits.push(ObjectFit {
+            object: population.object.name.clone(),
+            scale: population.scale,
+            fit: *solid.fit(),
+        });
+        let started = Instant::now();
+        let outcome = |row: &&GraspRow| {
+            let work = || simulate(&hand, &row.grasp, &solid, mass_kg, protocol);
+            let outcome = run.remember(&format!("grasp {}", row.id), work)?;
+            tally.tick();
+            Ok((row.id, outcome))
+        };
+        let outcomes = population.grasps.par_iter().map(outcome);
+        let outcomes: Vec<_> = outcomes.collect::<Result<_, JournalError>>()?;
+        found.seconds += started.elapsed().as_secs_f64();
+        found.outcomes.extend(outcomes);
+    }
+    found.outcomes.sort_by_key(|(id, _)| *id);
+    Ok(found)
+}
+
+impl Simulation {
+    /// Writes outcomes into the rows of the file, and the protocol into its metadata.
+    pub fn record(&self, file: &mut GraspFile, protocol: &Protocol) {
+        let finite = |value: f64| value.is_finite().then_some(value);
+        for row in &mut file.grasps {
+            if let Ok(place) = self.outcomes.binary_search_by_key(&row.id, |(id, _)| *id) {
+                let outcome = &self.outcomes[place].1;
+                row.stable = Some(outcome.is_stable());
+                row.stable_reason = Some(outcome.reason.name().to_owned());
+                row.stable_displacement_m = finite(outcome.displacement_m);
+                row.stable_turn_rad = finite(outcome.turn_rad);
+            }
+        }
+        file.metadata.stability = json!({
+            "protocol": protocol,
+            "engine": ENGINE,
+            "program_version": env!("CARGO_PKG_VERSION"),
+            "objects": self.fits,
+        });
+    }
+}
