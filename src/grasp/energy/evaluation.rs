@@ -8,6 +8,7 @@ use crate::grasp::contact::ContactSearch;
 use crate::grasp::term::{Contact, Forces, NearPoint, Proximity, Scene, Stage};
 use crate::hand::PosedHand;
 use crate::space::Space;
+use crate::space::joints_of;
 
 /// Buffers and caches of an evaluation. They make the next one faster but never change its result.
 #[derive(Debug, Clone, Default)]
@@ -140,7 +141,7 @@ impl<'a> Evaluation<'a> {
         let scene = Scene {
             hand: &energy.hand,
             posed: &memory.posed,
-            joints_rad: &self.x[7..],
+            joints_rad: joints_of(self.x),
             object: &energy.object,
             near: &memory.near,
             proximity: &memory.proximity,
