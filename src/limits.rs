@@ -63,7 +63,7 @@ pub const COUPLING_RATIO: Limit = Limit {
     least: -1000.0,
     most: 1000.0,
     unit: "",
-    reason: "no joint follows another so fast",
+    reason: "no joint moves so much faster than the joint it follows",
 };
 
 /// Coordinates of a hand relative to the origin of its object; squares of far larger numbers are infinite.
@@ -79,7 +79,7 @@ pub const MESH_COORDINATE: Limit = Limit {
     least: -1e9,
     most: 1e9,
     unit: "",
-    reason: "no unit of length makes such a number of something that is held",
+    reason: "no hand-held object has such a size in any unit of length",
 };
 
 /// Sizes of meshes and shapes, in the unit of their file; volumes of far smaller and larger ones are zero or infinite.
@@ -87,7 +87,7 @@ pub const MESH_SIZE: Limit = Limit {
     least: 1e-9,
     most: 1e9,
     unit: "",
-    reason: "no unit of length makes such a number of something that is held",
+    reason: "no hand-held object has such a size in any unit of length",
 };
 
 /// Longest side of an object; an object outside this range is surely not in metres.
@@ -167,7 +167,7 @@ pub const NETWORK_WEIGHT: Limit = Limit {
     least: -1e6,
     most: 1e6,
     unit: "",
-    reason: "single precision has no digits left behind such a weight",
+    reason: "sums with such a weight have no digits left in single precision",
 };
 
 /// Weights, roundings and thresholds of energies.
@@ -175,7 +175,7 @@ pub const ENERGY_SETTING: Limit = Limit {
     least: 0.0,
     most: 1e6,
     unit: "",
-    reason: "terms are of order one, and a larger one leaves nothing of the others",
+    reason: "terms are of order one, and a larger weight would drown the others",
 };
 
 /// Weight of contact distances in a synthesis.
@@ -183,7 +183,7 @@ pub const DISTANCE_WEIGHT: Limit = Limit {
     least: 1e-6,
     most: 1e6,
     unit: "",
-    reason: "nothing else brings contacts to the surface",
+    reason: "no other term pulls the contacts to the surface",
 };
 
 /// Temperatures of synthesis.
@@ -239,7 +239,7 @@ pub const THREADS: Limit = Limit {
     least: 1.0,
     most: 1024.0,
     unit: "",
-    reason: "more than a machine has cores only cost memory",
+    reason: "more threads than cores only cost memory",
 };
 
 /// Temperatures and forces of attraction–diffusion, and other numbers in the unit of an energy.
@@ -255,7 +255,7 @@ pub const REGION: Limit = Limit {
     least: -1e9,
     most: 1e9,
     unit: "",
-    reason: "squares of distances must leave digits for energies: choose another unit",
+    reason: "squares of larger distances leave no digits for energies: choose another unit",
 };
 
 /// Lengths of the sides of that region.
@@ -263,7 +263,7 @@ pub const REGION_SIDE: Limit = Limit {
     least: 1e-15,
     most: 2e9,
     unit: "",
-    reason: "differences are taken over a small share of it: choose another unit",
+    reason: "steps of finite differences are a small share of it: choose another unit",
 };
 
 /// Heights and weights of the named models.
@@ -271,7 +271,7 @@ pub const MODEL_NUMBER: Limit = Limit {
     least: 1e-6,
     most: 1e6,
     unit: "",
-    reason: "a model's shape is the same at any height",
+    reason: "the height only scales the model",
 };
 
 /// Time limit for an answer of a program.
@@ -279,7 +279,7 @@ pub const ANSWER_TIME: Limit = Limit {
     least: 1e-3,
     most: 1e6,
     unit: "s",
-    reason: "no search ends at such a pace, or waits for nobody",
+    reason: "no program answers faster, and nobody waits longer",
 };
 
 /// Number of pictures along a path.
@@ -287,7 +287,7 @@ pub const PICTURES: Limit = Limit {
     least: 2.0,
     most: 1000.0,
     unit: "",
-    reason: "the way has two ends, and a strip of more pictures is no picture",
+    reason: "the path has two ends, and more pictures in a strip are too small to see",
 };
 
 /// Number of searches of a surface, and of searches without a new result that end it.
@@ -295,7 +295,7 @@ pub const SEARCHES: Limit = Limit {
     least: 1.0,
     most: 1e9,
     unit: "",
-    reason: "what is found is held in memory",
+    reason: "all results are held in memory",
 };
 
 /// Masses, lengths, forces and rates of a simulation.
@@ -303,7 +303,7 @@ pub const SIMULATION: Limit = Limit {
     least: 1e-9,
     most: 1e9,
     unit: "",
-    reason: "the unit is perhaps another one",
+    reason: "check the unit",
 };
 
 /// Numbers of a simulation that may be zero: friction, gravity along an axis, settling time.
@@ -311,7 +311,7 @@ pub const SIMULATION_OR_ZERO: Limit = Limit {
     least: 0.0,
     most: 1e3,
     unit: "",
-    reason: "the unit is perhaps another one",
+    reason: "check the unit",
 };
 
 /// Steps of a simulation, multiplied by substeps and sweeps.

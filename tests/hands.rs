@@ -572,7 +572,7 @@ fn numbers_that_nobody_means_are_named() {
         ),
         (
             "quat=\"1e200 0 1e200 0\"",
-            "link \"f\": an orientation is no rotation",
+            "link \"f\": the numbers of an orientation are too large",
         ),
     ] {
         let said = mjcf(attribute).unwrap_err();
@@ -604,7 +604,7 @@ fn bad_side_files_are_named() {
     for (entry, told) in [
         (
             r#"{"rest_mm": {"index_mcp_flexion": 3}}"#,
-            "whose unit it is not",
+            "in the wrong unit",
         ),
         (
             r#"{"deviation_deg": {"index_mcp_flexion": 0}}"#,

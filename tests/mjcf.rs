@@ -270,7 +270,7 @@ fn faults_are_found_where_they_are() {
             "<joint name=\"q\" range=\"1 2 3\"/>",
             ["<joint> \"q\"", "3 numbers where 2"],
         ),
-        ("<joint range=\"2 1\"/>", ["<joint>", "no range"]),
+        ("<joint range=\"2 1\"/>", ["<joint>", "is empty"]),
         ("<joint limited=\"true\"/>", ["<joint>", "range is missing"]),
         ("<joint type=\"slide\"/>", ["<joint>", "range is missing"]),
         (

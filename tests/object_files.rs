@@ -193,7 +193,7 @@ fn gltf_costs_no_more_than_it_holds() {
         ("meshes", json!([{ "primitives": primitives }])),
     ]);
     let said = said.unwrap_err().to_string();
-    assert!(said.contains("named too often"), "{said}");
+    assert!(said.contains("used too often"), "{said}");
     #[cfg(unix)]
     {
         let secret = tempfile::NamedTempFile::new().unwrap();

@@ -188,7 +188,7 @@ fn mistakes_are_told() {
     for (arguments, part) in [
         (
             &["ising"][..],
-            "no model is called `ising`; there are muller-brown",
+            "no model is called `ising`; the models are muller-brown",
         ),
         (&["lj", "seven"], "write `lj N`"),
         (&["lj", "7", "--patience", "0"], "--patience 0"),
@@ -422,7 +422,7 @@ fn one_forgotten_coupling_is_told() {
         said.contains("the gradient is not the derivative"),
         "{said}"
     );
-    assert!(said.contains("component 1 is told"), "{said}");
+    assert!(said.contains("component 1 is given"), "{said}");
     desk.succeed(&[&["--command", &right][..], &arguments].concat());
 }
 

@@ -42,7 +42,7 @@ pub struct RocPoint {
 #[non_exhaustive]
 pub enum RocError {
     /// The numbers of scores and classes differ.
-    #[error("{scores} scores, but {classes} classes: one of each is needed for every case")]
+    #[error("there are {scores} scores, but {classes} classes: every case needs one of each")]
     Lengths {
         /// Number of scores.
         scores: usize,
@@ -50,7 +50,9 @@ pub enum RocError {
         classes: usize,
     },
     /// A class without cases.
-    #[error("{positives} positive and {negatives} negative cases: some of both are needed")]
+    #[error(
+        "there are {positives} positive and {negatives} negative cases, but some of both are needed"
+    )]
     OneClass {
         /// Number of positive cases.
         positives: usize,

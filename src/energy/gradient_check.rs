@@ -29,7 +29,7 @@ const SIXTH: ([f64; 7], f64) = (
 /// A component of a gradient that is not the derivative of the energy.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error(
-    "the gradient is not the derivative of the energy: at {x:?} component {component} is told as {told}, but differences \
+    "the gradient is not the derivative of the energy: at {x:?} component {component} is given as {told}, but differences \
      of the energy give {measured} (it is wrong at {wrong} of {checked} points)"
 )]
 pub struct GradientFault {

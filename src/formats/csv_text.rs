@@ -59,7 +59,7 @@ pub(crate) fn table(text: &str, delimiter: char, comment: Option<char>) -> Resul
         .find(|(_, fields)| fields.len() != header.len())
     {
         Some((line, fields)) => Err(format!(
-            "line {line} has {} fields, the first line {}",
+            "line {line} has {} fields, but the first line has {}",
             fields.len(),
             header.len()
         )),

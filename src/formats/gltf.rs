@@ -222,7 +222,7 @@ impl Reader<'_> {
     fn node(&mut self, index: usize, above: &Matrix4<f64>, depth: usize) -> Result<(), String> {
         self.visited += 1;
         if depth > DEEPEST || self.visited > MOST_NODES {
-            return Err("its nodes are nested too deeply, or named too often".to_owned());
+            return Err("its nodes are nested too deeply or used too often".to_owned());
         }
         let document = self.document;
         let node = document
@@ -390,7 +390,7 @@ impl Reader<'_> {
 }
 
 fn missing(what: &str, index: usize) -> String {
-    format!("it refers to {what} {index}, which is not there")
+    format!("it refers to {what} {index}, which does not exist")
 }
 
 /// Transformation of a node.

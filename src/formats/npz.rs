@@ -23,7 +23,7 @@ pub(crate) fn read(bytes: &[u8]) -> Result<BTreeMap<String, Numbers>, String> {
             )
         })?;
         let name = file.name().map(Cow::into_owned);
-        let name = name.map_err(|error| format!("it names a file badly: {error}"))?;
+        let name = name.map_err(|error| format!("it contains an invalid file name: {error}"))?;
         let Some(name) = name.strip_suffix(".npy") else {
             continue;
         };

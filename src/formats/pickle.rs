@@ -208,7 +208,7 @@ impl<'a> Machine<'a> {
         // Values below a mark are not accessible.
         let floor = self.marks.last().copied().unwrap_or(0);
         if self.stack.len() <= floor {
-            return Err("it takes a value that is not there".to_owned());
+            return Err("it takes a value from an empty stack".to_owned());
         }
         self.stack.pop().ok_or_else(String::new)
     }
@@ -217,7 +217,7 @@ impl<'a> Machine<'a> {
         self.stack
             .last()
             .copied()
-            .ok_or_else(|| "it needs a value that is not there".to_owned())
+            .ok_or_else(|| "it needs a value, but the stack is empty".to_owned())
     }
 
     fn since_mark(&mut self) -> Result<Vec<Id>, String> {
@@ -254,7 +254,7 @@ impl<'a> Machine<'a> {
         // Writers count up; a far index would only cost memory.
         let place = usize::try_from(place).unwrap_or(usize::MAX);
         if place > self.heap.nodes.len() + 1024 {
-            return Err("it numbers its values with gaps".to_owned());
+            return Err("the numbers of its values have gaps".to_owned());
         }
         if self.memo.len() <= place {
             self.memo.resize(place + 1, None);
@@ -267,7 +267,7 @@ impl<'a> Machine<'a> {
         let place = usize::try_from(place).unwrap_or(usize::MAX);
         let id = self.memo.get(place).copied().flatten();
         self.stack
-            .push(id.ok_or("it refers to a value that is not there")?);
+            .push(id.ok_or("it refers to a value that does not exist")?);
         Ok(())
     }
 
@@ -370,7 +370,7 @@ impl<'a> Machine<'a> {
                 let [Node::Text(name), Node::Text(module)] =
                     [name, module].map(|id| self.heap.node(id))
                 else {
-                    return Err("it names a function by something else than text".to_owned());
+                    return Err("the name of a function is not text".to_owned());
                 };
                 let (name, module) = (name.clone(), module.clone());
                 self.word(&module, &name)?;
@@ -379,7 +379,7 @@ impl<'a> Machine<'a> {
             b'b' => self.build()?,
             _ => {
                 return Err(format!(
-                    "it has the instruction {code:#04x}, which files of numpy do not have: nothing of a pickle is executed"
+                    "it has the instruction {code:#04x}, which files of numpy do not have: no code of a pickle is executed"
                 ));
             }
         }
@@ -389,7 +389,7 @@ impl<'a> Machine<'a> {
     /// Counts a copy of a value that may be shared.
     fn copy(&mut self, length: usize) -> Result<(), String> {
         let left = self.copies.checked_sub(length);
-        self.copies = left.ok_or("it makes far more of its values than it holds")?;
+        self.copies = left.ok_or("it expands to far more values than it holds")?;
         Ok(())
     }
 
@@ -430,7 +430,7 @@ impl<'a> Machine<'a> {
         let known = WORDS.iter().find(|(m, n, _)| *m == module && *n == name);
         let Some((_, _, word)) = known else {
             return Err(format!(
-                "it calls {module}.{name}, which is not part of numpy's files: refused, nothing of a pickle is executed"
+                "it calls {module}.{name}, which is not part of numpy's files: no code of a pickle is executed"
             ));
         };
         self.push(Node::Word(*word));

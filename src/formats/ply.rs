@@ -177,7 +177,7 @@ impl Values<'_> {
     fn index(&mut self, kind: Number) -> Result<u32, String> {
         let value = self.number(kind)?;
         if value.fract() != 0.0 || !(0.0..=f64::from(u32::MAX)).contains(&value) {
-            return Err(format!("{value} where a whole number is needed"));
+            return Err(format!("it has {value} where a whole number is needed"));
         }
         #[expect(
             clippy::cast_possible_truncation,
@@ -188,7 +188,7 @@ impl Values<'_> {
     }
 
     fn number(&mut self, kind: Number) -> Result<f64, String> {
-        let ended = || "the file ends".to_owned();
+        let ended = || "it ends early".to_owned();
         if self.encoding == Encoding::Text {
             let start = self
                 .rest
@@ -200,7 +200,7 @@ impl Values<'_> {
             self.rest = rest;
             let word = String::from_utf8_lossy(word);
             let number = word.parse().ok();
-            return number.ok_or_else(|| format!("`{word}` where a number is needed"));
+            return number.ok_or_else(|| format!("it has `{word}` where a number is needed"));
         }
         let (Number::Signed(size) | Number::Unsigned(size) | Number::Float(size)) = kind;
         let (head, rest) = self.rest.split_at_checked(size).ok_or_else(ended)?;
@@ -293,7 +293,7 @@ mod tests {
         }
         let huge =
             "ply\nformat ascii 1.0\nelement vertex 99999999999\nproperty float x\nend_header\n1\n";
-        assert!(read(huge.as_bytes()).unwrap_err().contains("the file ends"));
+        assert!(read(huge.as_bytes()).unwrap_err().contains("it ends early"));
         for line in [
             "element vertex -1",
             "property list x y z",

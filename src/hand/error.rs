@@ -72,7 +72,9 @@ pub enum HandError {
         name: String,
     },
     /// A link is the child of two joints.
-    #[error("link \"{link}\" is the child of two joints, \"{first}\" and \"{second}\": not a tree")]
+    #[error(
+        "link \"{link}\" is the child of two joints, \"{first}\" and \"{second}\", so the links form no tree"
+    )]
     TwoParents {
         /// The link.
         link: String,
@@ -154,14 +156,14 @@ pub enum HandError {
     },
     /// An orientation whose numbers are too large or too small for a rotation.
     #[error(
-        "link \"{link}\": an orientation is no rotation: its numbers are too large or too small"
+        "link \"{link}\": the numbers of an orientation are too large or too small for a rotation"
     )]
     NoRotation {
         /// The link.
         link: String,
     },
     /// The description has more items than a hand can have.
-    #[error("the description has {count} {kind}, of at most {most}: {advice}")]
+    #[error("the description has {count} {kind}, but at most {most} are allowed: {advice}")]
     TooMany {
         /// The kind of item.
         kind: &'static str,
@@ -173,7 +175,7 @@ pub enum HandError {
         advice: &'static str,
     },
     /// No link has geometry.
-    #[error("no link has geometry: there is nothing to touch with")]
+    #[error("no link has geometry, so the hand cannot touch anything")]
     NoGeometry,
     /// A number that is not finite.
     #[error("{place} has a number that is not finite")]
@@ -189,7 +191,7 @@ pub enum HandError {
     },
     /// An angle is given for a slide, or a length for a hinge.
     #[error(
-        "{place} names joint \"{joint}\", whose unit it is not: degrees are for hinges, millimetres for slides"
+        "{place} names joint \"{joint}\" in the wrong unit: degrees are for hinges, millimetres for slides"
     )]
     Unit {
         /// The place.

@@ -63,7 +63,7 @@ impl Geometry {
             .iter()
             .filter(own)
             .map(|body| used(body).count());
-        let advice = "give links fewer, or capsules in the side file (\"capsules\")";
+        let advice = "give the links fewer pieces, or capsules in the side file (\"capsules\")";
         check_count("pieces of geometry", parts.sum(), MOST_PARTS, advice)?;
         let mut geometry = Self::default();
         for (l, (link, body)) in links.iter().zip(&model.bodies).enumerate() {

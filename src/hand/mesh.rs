@@ -12,7 +12,7 @@ pub(super) fn to_obj(name: &str, bytes: &[u8]) -> Result<String, String> {
         "msh" => checked(msh::read(bytes)?)?,
         kind => {
             return Err(format!(
-                "meshes of the kind \".{kind}\" are not read, convert it to .obj or .stl"
+                "meshes of the kind \".{kind}\" are not supported: convert this one to .obj or .stl"
             ));
         }
     };
@@ -38,7 +38,7 @@ fn checked(mesh: Triangles) -> Result<Triangles, String> {
         return Err("it has no triangles".to_owned());
     }
     if mesh.triangles.iter().flatten().any(|&index| index >= count) {
-        return Err("a triangle names a vertex that it does not have".to_owned());
+        return Err("a triangle refers to a vertex that does not exist".to_owned());
     }
     if mesh
         .vertices

@@ -117,7 +117,7 @@ pub(super) fn gaussian(
             direction -= earlier * earlier.dot(&direction);
         }
         let direction = direction.try_normalize(1e-6).ok_or(HandError::Degenerate {
-            place: "a synergy that is zero or a mixture of those before it",
+            place: "a synergy that is zero or a linear combination of earlier ones",
         })?;
         synergies += &direction * direction.transpose() * synergy.variance;
         total += synergy.variance;

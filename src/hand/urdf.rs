@@ -164,7 +164,7 @@ fn movable(
         JointType::Prismatic => (JointKind::Slide, range),
         JointType::Floating => {
             notes.push(format!(
-                "joint \"{}\" is floating and taken as fixed: where the hand is belongs to the pose",
+                "joint \"{}\" is floating and is taken as fixed: the pose tells where the hand is",
                 joint.name
             ));
             return Ok(None);

@@ -42,7 +42,7 @@ pub enum MeshError {
         source: std::io::Error,
     },
     /// The ending of the file name is not that of a mesh format.
-    #[error("{} is none of .obj, .stl, .ply, .gltf and .glb: convert the mesh to one of these", path.display())]
+    #[error("{} is not a .obj, .stl, .ply, .gltf or .glb file: convert the mesh to one of these", path.display())]
     Kind {
         /// The file.
         path: PathBuf,
@@ -124,7 +124,8 @@ pub enum MeshError {
     },
     /// The closed pieces intersect in too many places.
     #[error(
-        "the pieces of {name} run through each other in millions of places: leave out copies in the same place, or unite them in a modelling program"
+        "the pieces of {name} intersect in millions of places: remove copies in the same place, or unite the \
+         pieces in a modelling program"
     )]
     Entangled {
         /// File or object.

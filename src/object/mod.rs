@@ -138,7 +138,7 @@ pub enum ObjectError {
         tolerance_m: f64,
     },
     /// No built-in object has this name.
-    #[error("no object is called {name}: known are {known}")]
+    #[error("no object is called {name}: the known objects are {known}")]
     Unknown {
         /// The requested name.
         name: String,

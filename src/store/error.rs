@@ -27,7 +27,7 @@ pub enum StoreError {
     },
     /// A file was given instead of the folder of a landscape.
     #[error(
-        "{path} is a file, but a landscape is a folder: `landscape build` makes one of a file of grasps"
+        "{path} is a file, but a landscape is a folder: `landscape build` makes one from a file of grasps"
     )]
     NoFolder {
         /// The file.
@@ -43,8 +43,8 @@ pub enum StoreError {
     },
     /// A file of this program was damaged or altered.
     #[error(
-        "{path} is not as landscape wrote it: its content does not fit its checksum, so it was damaged or altered; take a \
-         copy that was not, or make it again"
+        "{path} is not as landscape wrote it: its content does not match its checksum, so it was damaged or altered; use \
+         an intact copy, or make it again"
     )]
     Altered {
         /// The file.
@@ -52,8 +52,8 @@ pub enum StoreError {
     },
     /// The manifest of the landscape does not list this table, or lists it with another hash.
     #[error(
-        "{path} does not belong to this landscape: {manifest} tells another checksum of it, or none, so it was altered or \
-         comes from elsewhere; put the table of this landscape back, or build the landscape again"
+        "{path} does not belong to this landscape: {manifest} lists another checksum for it, or none, so it was altered \
+         or comes from elsewhere; put the original table back, or build the landscape again"
     )]
     NotOfLandscape {
         /// The table, or the manifest itself.
@@ -74,7 +74,7 @@ pub enum StoreError {
     /// A Parquet file does not describe its hand or object.
     #[error(
         "{path} does not describe its {missing}: it was not written by landscape, or its metadata were lost when another \
-         program wrote it anew; give {flags} (columns and units are listed in the documentation of grasps.parquet)"
+         program rewrote it; give {flags} (columns and units are listed in the documentation of grasps.parquet)"
     )]
     NoMetadata {
         /// The file.
@@ -167,7 +167,9 @@ pub enum StoreError {
         path: PathBuf,
     },
     /// The folder of a landscape has no manifest.
-    #[error("{path} holds no finished landscape: landscape.json is missing or not ours")]
+    #[error(
+        "{path} holds no finished landscape: landscape.json is missing or comes from another program"
+    )]
     Unfinished {
         /// The folder.
         path: PathBuf,
@@ -260,7 +262,7 @@ pub enum Fault {
     },
     /// The hand is farther from the object than is plausible in metres.
     #[error(
-        "translation_m has {value}: more than a kilometre from the object; lengths are in metres"
+        "translation_m holds {value}, which is more than a kilometre from the object: lengths are in metres"
     )]
     Far {
         /// The first such coordinate.
@@ -335,7 +337,7 @@ pub enum Fault {
         expected: String,
     },
     /// Two grasps have the same id.
-    #[error("id {id} is taken by row {first} already")]
+    #[error("id {id} is already taken by row {first}")]
     RepeatedId {
         /// The id.
         id: u64,
@@ -367,8 +369,8 @@ pub enum Warning {
     },
     /// The given hand is not the one that the file describes.
     #[error(
-        "hand `{given}` takes the place of hand `{told}` as the file describes it: contacts, labels and outcomes of \
-         simulations are dropped, and measures are those of the latter"
+        "hand `{given}` replaces hand `{told}` as the file describes it: contacts, labels and outcomes of simulations \
+         are dropped, and measures are still those of the hand in the file"
     )]
     OtherHand {
         /// The name of the hand in the file.
@@ -378,8 +380,8 @@ pub enum Warning {
     },
     /// The landscape was written before checksums existed.
     #[error(
-        "{path} keeps no checksums of its tables, as folders of older versions do not: whether they belong together is not \
-         checked"
+        "{path} has no checksums of its tables, because an older version wrote it: whether the tables belong together is \
+         not checked"
     )]
     NoChecksums {
         /// The manifest.
@@ -387,8 +389,8 @@ pub enum Warning {
     },
     /// The given object is not the one that the file describes.
     #[error(
-        "object `{given}` takes the place of object `{told}` as the file describes it: labels and outcomes of simulations \
-         are dropped, and measures are those of the latter"
+        "object `{given}` replaces object `{told}` as the file describes it: labels and outcomes of simulations are \
+         dropped, and measures are still those of the object in the file"
     )]
     OtherObject {
         /// The name of the object in the file.

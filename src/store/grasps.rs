@@ -201,8 +201,8 @@ impl GraspFile {
                 return Err(StoreError::Foreign {
                     path: path.to_path_buf(),
                     problem: format!(
-                        "its grasps are of `{told}` at scale {}: how large `{given}` is to be in its place is not told; \
-                         give an object called `{told}`, which is taken at that scale",
+                        "its grasps are of `{told}` at scale {}: the size of `{given}` in its place is unknown; give an \
+                         object called `{told}`, which is taken at that scale",
                         grasp.scale
                     ),
                 });
@@ -390,8 +390,8 @@ fn place(
         _ => Err(StoreError::Foreign {
             path: path.to_path_buf(),
             problem: format!(
-                "{column} `{given}` is none of those that the file describes ({}), and which of them it is to take the \
-                 place of is not told",
+                "{column} `{given}` is none of those that the file describes ({}), so it is not clear which of them it \
+                 replaces",
                 list(known.iter().copied())
             ),
         }),

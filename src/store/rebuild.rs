@@ -44,8 +44,8 @@ pub enum RebuildError {
     },
     /// The description has another number of joints or surface points than the rows.
     #[error(
-        "hand `{hand}` does not match: the file was written for {} joints and {} surface points, its description gives {} \
-         and {}",
+        "hand `{hand}` does not match: the file was written for {} joints and {} surface points, but its description \
+         gives {} and {}",
         told[0], told[1], found[0], found[1]
     )]
     OtherSize {
@@ -79,7 +79,7 @@ pub enum RebuildError {
         source: Beyond,
     },
     /// The metadata have an energy of another program or version.
-    #[error("the energy in the metadata is not one this program knows")]
+    #[error("this program does not know the energy in the metadata")]
     Energy(#[source] serde_json::Error),
     /// A setting of the energy is out of range.
     #[error(transparent)]

@@ -39,8 +39,8 @@ pub struct MergeChange {
 /// Too many pairs of minima lie within the reach for it to tell minima apart.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error(
-    "more than {MOST_PAIRS} pairs of minima lie within {reach} of each other: take a shorter length for how near two must be to \
-     be one"
+    "more than {MOST_PAIRS} pairs of minima lie within {reach} of each other: choose a shorter length within which two \
+     minima count as one"
 )]
 pub struct TooNear {
     /// The length within which two minima may be one.

@@ -90,7 +90,7 @@ fn mistakes_in_flags() {
         ("synth --object ball --spread 0", &["--spread 0"]),
         (
             "synth --object ball --contacts 1",
-            &["contacts = 1", "between 2 and 8"],
+            &["contacts = 1", "a grasp has 2 to 8 contacts"],
         ),
         (
             "synth --object ball --config typo.toml",
@@ -113,7 +113,7 @@ fn mistakes_in_flags() {
                 "none.toml",
                 "[energy]",
                 "distance_weight = 0",
-                "brings contacts",
+                "pulls the contacts",
             ],
         ),
         (

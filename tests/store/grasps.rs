@@ -242,7 +242,7 @@ fn a_file_of_others_needs_hand_and_object() {
     assert_eq!(
         foreign().refusal(),
         "grasps.parquet does not describe its hand and object: it was not written by landscape, or its metadata were lost \
-         when another program wrote it anew; give --hand and --object (columns and units are listed in the documentation \
+         when another program rewrote it; give --hand and --object (columns and units are listed in the documentation \
          of grasps.parquet)"
     );
     let only_hand = foreign()
@@ -294,7 +294,8 @@ fn overrides_of_another_name() {
     );
 
     let refused = only_cup(0.5).read(teapot()).unwrap_err().to_string();
-    let reason = "its grasps are of `cup` at scale 0.5: how large `teapot` is to be";
+    let reason =
+        "its grasps are of `cup` at scale 0.5: the size of `teapot` in its place is unknown";
     assert!(refused.contains(reason), "{refused}");
     let refused = of(&file(2)).read(teapot()).unwrap_err().to_string();
     let reason = "object `teapot` is none of those that the file describes (`cup`, `bowl`)";

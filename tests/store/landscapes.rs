@@ -70,12 +70,12 @@ fn folders_that_are_no_landscapes_are_not_read() {
     fs::create_dir(&path).unwrap();
     assert_eq!(
         refusal(),
-        "cup.landscape holds no finished landscape: landscape.json is missing or not ours"
+        "cup.landscape holds no finished landscape: landscape.json is missing or comes from another program"
     );
     fs::write(path.join("landscape.json"), "{}").unwrap();
     assert_eq!(
         refusal(),
-        "cup.landscape holds no finished landscape: landscape.json is missing or not ours"
+        "cup.landscape holds no finished landscape: landscape.json is missing or comes from another program"
     );
     fs::write(
         path.join("landscape.json"),

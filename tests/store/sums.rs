@@ -91,8 +91,8 @@ fn files_of_two_landscapes_are_not_mixed() {
     let refused = LandscapeFiles::read(&path).unwrap_err();
     assert_eq!(
         sentence(&refused, folder.path()),
-        "cup.landscape/edges.parquet does not belong to this landscape: cup.landscape/landscape.json tells another checksum \
-         of it, or none, so it was altered or comes from elsewhere; put the table of this landscape back, or build the \
+        "cup.landscape/edges.parquet does not belong to this landscape: cup.landscape/landscape.json lists another \
+         checksum for it, or none, so it was altered or comes from elsewhere; put the original table back, or build the \
          landscape again"
     );
     fs::copy(other.join("landscape.json"), path.join("landscape.json")).unwrap();
@@ -113,8 +113,8 @@ fn an_altered_manifest_is_refused_and_one_without_checksums_is_read() {
     let refused = LandscapeFiles::read(&path).unwrap_err();
     assert_eq!(
         sentence(&refused, folder.path()),
-        "cup.landscape/landscape.json is not as landscape wrote it: its content does not fit its checksum, so it was damaged \
-         or altered; take a copy that was not, or make it again"
+        "cup.landscape/landscape.json is not as landscape wrote it: its content does not match its checksum, so it was \
+         damaged or altered; use an intact copy, or make it again"
     );
     // Who wants to read it all the same, or wrote it with an older version.
     edit(&path, |manifest| {

@@ -144,7 +144,7 @@ pub const MODELS: &[Model] = &[
 #[non_exhaustive]
 pub enum ModelError {
     /// No model has this name.
-    #[error("no model is called `{name}`; there are {}", names())]
+    #[error("no model is called `{name}`; the models are {}", names())]
     Unknown {
         /// The name asked for.
         name: String,

@@ -110,8 +110,9 @@ impl Rule {
                 let known = feature(name)
                     .ok_or_else(|| refuse(format!("no feature is called \"{name}\"")))?;
                 if !(0.0..=1.0).contains(target) || !(0.0..=f64::MAX).contains(weight) {
-                    let problem =
-                        format!("\"{name}\" = [{target}, {weight}] is no target and weight");
+                    let problem = format!(
+                        "\"{name}\" = [{target}, {weight}] is not a target from 0 to 1 and a weight of 0 or more"
+                    );
                     return Err(refuse(problem));
                 }
                 of_type.insert(known, [*target, *weight]);

@@ -201,7 +201,7 @@ impl Taxonomy {
             };
             if usize::from(entry.number) != place + 1 {
                 return refuse(format!(
-                    "its number is {}, but its place {}",
+                    "its number is {}, but its place is {}",
                     entry.number,
                     place + 1
                 ));
@@ -230,7 +230,7 @@ impl Taxonomy {
             }
             let names = || std::iter::once(&entry.name).chain(&entry.aliases);
             if let Some(name) = names().find(|name| table.named(name) != Some(entry)) {
-                return refuse(format!("{name} names another type, too"));
+                return refuse(format!("{name} is also the name of another type"));
             }
         }
         Ok(table)
@@ -343,7 +343,7 @@ mod tests {
             let error = refused(from, to).unwrap_err();
             assert!(error.contains(what), "{error}");
         };
-        told("number = 7", "number = 8", "its place 7");
+        told("number = 7", "number = 8", "its place is 7");
         told(
             "cell = \"power/palm/3-5",
             "cell = \"power/palm/2-5",

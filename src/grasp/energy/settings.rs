@@ -288,10 +288,10 @@ impl EnergySettings {
 #[non_exhaustive]
 pub enum EnergySettingsError {
     /// The number of contacts is outside 2..=8.
-    #[error("contacts = {0}: between 2 and 8 contacts make a grasp")]
+    #[error("contacts = {0}: a grasp has 2 to 8 contacts")]
     Contacts(usize),
     /// There are fewer candidates than contacts.
-    #[error("only {found} surface points of the hand may be contacts, {contacts} are needed")]
+    #[error("only {found} surface points of the hand may be contacts, but {contacts} are needed")]
     Candidates {
         /// Number of candidates.
         found: usize,

@@ -162,13 +162,15 @@ fn shaped(arrays: &Arrays, betas: &[f64]) -> Result<Vec<Vector3<f64>>, String> {
     let known = arrays.shape_directions.first().map_or(0, DMatrix::ncols);
     if betas.len() > known {
         return Err(format!(
-            "has {known} shapes: \"betas\" of the side file must be so many numbers, or fewer"
+            "has {known} shapes, so \"betas\" of the side file must be at most {known} numbers"
         ));
     }
     let mut weights = betas.iter();
     weights
         .try_for_each(|beta| HAND_SHAPE.check(*beta))
-        .map_err(|beyond| format!("has in \"betas\" of its side file {beyond}"))?;
+        .map_err(|beyond| {
+            format!("has a number out of range in \"betas\" of its side file: {beyond}")
+        })?;
     let of_vertex = arrays.template.iter().zip(&arrays.shape_directions);
     Ok(of_vertex
         .map(|(vertex, directions)| {
@@ -318,7 +320,9 @@ impl Coordinates {
     /// The weights of the first `count` principal components as coordinates.
     fn components(arrays: &Arrays, count: usize) -> Result<Self, String> {
         if !(1..=ANGLES).contains(&count) {
-            return Err(format!("has 1 to {ANGLES} \"components\", not {count}"));
+            return Err(format!(
+                "can have 1 to {ANGLES} \"components\", not {count}"
+            ));
         }
         let deviations = deviations(arrays).rows(0, count).into_owned();
         let precision = DMatrix::from_diagonal(&deviations.map(|deviation| deviation.powi(-2)));
@@ -377,8 +381,9 @@ fn limits(poses: &DMatrix<f64>, middle: &DVector<f64>) -> Result<Vec<[f64; 2]>, 
             });
         let beyond = (BEYOND * (upper - lower)).max(LEAST_HALF_RANGE);
         let limits = [middle[c] + lower - beyond, middle[c] + upper + beyond];
-        (limits.iter().try_for_each(|limit| HINGE.check(*limit)))
-            .map_err(|beyond| format!("has poses (`hands_coeffs`) with an angle {beyond}"))?;
+        (limits.iter().try_for_each(|limit| HINGE.check(*limit))).map_err(|beyond| {
+            format!("has poses (`hands_coeffs`) with an angle out of range: {beyond}")
+        })?;
         Ok(limits)
     };
     (0..poses.ncols()).map(of_coordinate).collect()

@@ -103,7 +103,8 @@ impl Reference {
         let bytes = super::sources::bytes(&self.mano_file).map_err(|problem| HandError::Mano {
             file: self.mano_file.display().to_string(),
             problem: format!(
-                "cannot be read ({problem}); MANO's licence forbids that files of grasps hold it: name your copy with --hand"
+                "cannot be read ({problem}); MANO's licence forbids storing it in files of grasps: name your copy with \
+                 --hand"
             ),
         })?;
         if hash(&bytes) != self.hash {
@@ -143,7 +144,9 @@ impl Arrays {
         let coefficients = numbers(&mut arrays, "hands_coeffs", &[None, Some(ANGLES)])?;
         let mut tree = tree.values[1..LINKS].iter().zip(PARENTS);
         if !tree.all(|(found, parent)| (found - parent as f64).abs() < 0.5) {
-            return Err("has another tree of joints (`kintree_table`) than MANO's".to_owned());
+            return Err(
+                "has a tree of joints (`kintree_table`) that differs from MANO's".to_owned(),
+            );
         }
         let directions = |array: &Numbers| -> Vec<DMatrix<f64>> {
             let columns = array.shape[2];
@@ -188,7 +191,7 @@ fn numbers(
     let mut values = array.values.iter();
     values
         .try_for_each(|value| MANO_NUMBER.check(*value))
-        .map_err(|beyond| format!("has the number {beyond} in `{name}`"))?;
+        .map_err(|beyond| format!("has a number out of range in `{name}`: {beyond}"))?;
     Ok(array)
 }
 
@@ -228,7 +231,7 @@ fn corners(values: &[f64], vertices: usize) -> Result<Vec<[u32; 3]>, String> {
         known.then_some(value as u32)
     };
     let corners: Option<Vec<u32>> = values.iter().map(index).collect();
-    let corners = corners.ok_or("has a face (`f`) of a vertex that it does not have")?;
+    let corners = corners.ok_or("has a face (`f`) with a vertex that does not exist")?;
     Ok(corners
         .chunks_exact(3)
         .map(|t| [t[0], t[1], t[2]])

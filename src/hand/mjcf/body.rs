@@ -183,7 +183,7 @@ fn gather<'a>(
 
 fn free(element: &Element) -> String {
     format!(
-        "{} is free and taken as fixed: where the hand is belongs to the pose",
+        "{} is free and is taken as fixed: the pose tells where the hand is",
         element.place()
     )
 }
@@ -286,10 +286,10 @@ fn joint(
     if let Some([lower, upper]) = limits
         && lower >= upper
     {
-        return Err(element.error(format!("range from {lower} to {upper}: that is no range")));
+        return Err(element.error(format!("the range from {lower} to {upper} is empty")));
     }
     if limits.is_none() && kind == JointKind::Slide {
-        return Err(element.error("a slide without limits: range is missing"));
+        return Err(element.error("a slide needs limits, but range is missing"));
     }
     let zero = attributes
         .exactly::<1>("ref")?

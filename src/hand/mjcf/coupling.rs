@@ -91,9 +91,8 @@ fn of_joints(reader: &mut Reader<'_>, element: &Element) -> Result<(), HandError
         return Err(element.error("polycoef: only linear couplings (two coefficients) are read"));
     }
     let Some(second) = element.attribute("joint2") else {
-        return Err(
-            element.error("a joint held at a constant is not read: take it out of the description")
-        );
+        return Err(element
+            .error("a joint held at a constant is not supported: remove it from the description"));
     };
     let at = |i: usize| coefficients.get(i).copied().unwrap_or_default();
     couple(reader, element, [first, second], at(0), at(1))

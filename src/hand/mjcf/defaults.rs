@@ -29,7 +29,7 @@ impl<'a> Defaults<'a> {
             let name = element.attribute("class").unwrap_or(MAIN);
             if *defaults.main.get_or_insert(name) != name {
                 return Err(element.error(format!(
-                    "a second outermost class \"{name}\": classes are nested in the first"
+                    "\"{name}\" is a second outermost class: nest it in the first"
                 )));
             }
             defaults.add(element, name, None)?;

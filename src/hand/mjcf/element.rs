@@ -75,7 +75,7 @@ impl Element {
         let count = numbers.len();
         <[f64; N]>::try_from(numbers).ok().ok_or_else(|| {
             self.error(format!(
-                "{name}=\"{text}\": {count} numbers where {N} are needed"
+                "{name}=\"{text}\" has {count} numbers where {N} are needed"
             ))
         })
     }
@@ -131,7 +131,7 @@ impl Reading<'_> {
         let document = roxmltree::Document::parse_with_options(text, options).map_err(|error| {
             HandError::Mjcf {
                 place: format!("{name}, line {}", error.pos().row),
-                problem: format!("not XML: {error}"),
+                problem: format!("it is not XML: {error}"),
             }
         })?;
         let source = Source {

@@ -146,7 +146,7 @@ fn points(element: &Element, vertices: &str, faces: Option<&str>) -> Result<Tria
         })
         .collect();
     let Some(indices) = indices.filter(|indices| indices.len() % 3 == 0) else {
-        return Err(element.error("face: triples of numbers of vertices are needed"));
+        return Err(element.error("face: triples of vertex numbers are needed"));
     };
     let triangles = indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]);
     Ok(Triangles {

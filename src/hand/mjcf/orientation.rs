@@ -46,7 +46,9 @@ impl Compiler {
             (way, text)
         };
         if let Some((other, _)) = ways.next() {
-            return Err(blamed.error(format!("both {way} and {other}: one orientation is needed")));
+            return Err(blamed.error(format!(
+                "both {way} and {other} are given: only one orientation is allowed"
+            )));
         }
         let zero = || blamed.error(format!("{way}=\"{text}\" has no direction"));
         match way {

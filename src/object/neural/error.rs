@@ -19,8 +19,8 @@ pub enum NeuralError {
     },
     /// The file is a checkpoint of torch.
     #[error(
-        "{} is a checkpoint of torch, which is a program in disguise: convert it to .safetensors (docs/neural_objects.md \
-         has the ten lines)",
+        "{} is a checkpoint of torch, which can run code when it is loaded: convert it to .safetensors \
+         (docs/neural_objects.md has a script of ten lines)",
         path.display()
     )]
     Checkpoint {
@@ -84,7 +84,7 @@ pub enum NeuralError {
         found: String,
     },
     /// A number is infinite or not a number.
-    #[error("tensor {tensor} of {name} holds the number {beyond}")]
+    #[error("tensor {tensor} of {name} holds a number out of range: {beyond}")]
     Beyond {
         /// The file.
         name: String,
@@ -107,7 +107,7 @@ pub enum NeuralError {
     },
     /// The file has no latent codes.
     #[error(
-        "{name} has no tensor latent_codes (one row a shape): name the .safetensors file of the codes as well"
+        "{name} has no tensor latent_codes (one row per shape): name the .safetensors file of the codes as well"
     )]
     NoCodes {
         /// The file.

@@ -137,18 +137,23 @@ impl Specs {
         };
         let network = &self.network;
         if self.network_arch != ARCHITECTURE {
-            let problem = format!("`{}`: only {ARCHITECTURE} is known", self.network_arch);
+            let problem = format!(
+                "`{}` is not supported, only {ARCHITECTURE} is",
+                self.network_arch
+            );
             return invalid("NetworkArch", problem);
         }
         if network.dims.is_empty() || network.dims.contains(&0) {
             return invalid(
                 "dims",
-                "at least one layer, none empty, is needed".to_owned(),
+                "at least one layer is needed, and none may be empty".to_owned(),
             );
         }
         let widths = network.dims.iter().chain([&self.code_length]);
         if let Some(width) = widths.copied().find(|width| *width > MOST_NETWORK_WIDTH) {
-            let problem = format!("{width} numbers side by side, of at most {MOST_NETWORK_WIDTH}");
+            let problem = format!(
+                "a layer or the code has {width} numbers, but at most {MOST_NETWORK_WIDTH} are allowed"
+            );
             return invalid("dims", problem);
         }
         if !network.weight_norm && !network.norm_layers.is_empty() {
@@ -161,7 +166,7 @@ impl Specs {
             .find(|&&layer| layer == 0 || layer >= self.layers())
         {
             let problem = format!(
-                "layer {layer}: layers 1 to {} can be joined",
+                "layer {layer} cannot be joined by the input, only layers 1 to {} can",
                 self.layers() - 1
             );
             return invalid("latent_in", problem);

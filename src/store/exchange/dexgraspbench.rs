@@ -154,7 +154,7 @@ fn of_row(row: &[f64], hand: &[String], mapping: &Mapping) -> Result<Published, 
     };
     let joints = partners.into_iter().map(|place| joints.get(place).copied());
     let joints: Option<Vec<f64>> = joints.collect();
-    let joints = joints.ok_or("the mapping names more joints than it has")?;
+    let joints = joints.ok_or("the mapping names more joints than the row has")?;
     Ok(Published {
         id: None,
         pose: [pose, &joints].concat().into(),

@@ -96,7 +96,7 @@ fn grasp(heap: &Heap, item: Id, hand: &[String], mapping: &Mapping) -> Result<Pu
         )?,
         Some(renamed) => {
             return Err(format!(
-                "it has {} joints, the mapping names {}",
+                "it has {} joints, but the mapping names {}",
                 names.len(),
                 renamed.len()
             ));

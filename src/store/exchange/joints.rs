@@ -40,7 +40,7 @@ fn by_bare_name(file: &[&str], hand: &[String]) -> Result<Vec<usize>, String> {
             (Some(place), None) => partners.push(place),
             (Some(_), Some(_)) => {
                 return Err(format!(
-                    "joint {name} of the hand could be several of its joints: name them in a mapping"
+                    "joint {name} of the hand matches several joints of the file: name them in a mapping"
                 ));
             }
             (None, _) => missing.push(name.as_str()),
@@ -60,11 +60,11 @@ fn mismatch(file: &[&str], hand: &[String], missing: &[&str], extra: &[&str]) ->
     let mut parts = Vec::new();
     if !missing.is_empty() {
         let missing = listed(missing.iter().copied());
-        parts.push(format!("the hand has {missing}, the file has not"));
+        parts.push(format!("the hand has {missing}, but the file has not"));
     }
     if !extra.is_empty() {
         let extra = listed(extra.iter().copied());
-        parts.push(format!("the file has {extra}, the hand has not"));
+        parts.push(format!("the file has {extra}, but the hand has not"));
     }
     let text = format!("its joints are not those of the hand: {}", parts.join("; "));
     let shifted: Vec<String> = file
@@ -142,7 +142,7 @@ mod tests {
         assert!(said.contains("the file counts joints from 0"), "{said}");
         let said = matched(&["FFJ1", "FFJ2", "FFJ3", "WRJ"], &joints).unwrap_err();
         assert!(
-            said.contains("the file has WRJ, the hand has not"),
+            said.contains("the file has WRJ, but the hand has not"),
             "{said}"
         );
         let said = matched(

@@ -156,7 +156,7 @@ impl RotationForm {
                 let matrix = Matrix3::from_row_slice(values);
                 let off = (matrix * matrix.transpose() - Matrix3::identity()).norm();
                 if off > TOLERANCE || matrix.determinant() < 0.0 {
-                    return Err("its rotation matrix is not orthogonal or mirrors".to_owned());
+                    return Err("its rotation matrix is not orthogonal, or it mirrors".to_owned());
                 }
                 Ok(of(UnitQuaternion::from_rotation_matrix(
                     &Rotation3::from_matrix_unchecked(matrix),
@@ -277,7 +277,7 @@ fn columns(
             Ok(each.iter().map(ToString::to_string).collect())
         }
         None => Err(format!(
-            "it has neither a column `{list}` nor `{}`: tell which columns hold the {what} in a mapping (it has {})",
+            "it has neither a column `{list}` nor `{}`: name the columns that hold the {what} in a mapping (it has {})",
             each.join("`, `"),
             listed(table.columns.iter().map(String::as_str))
         )),

@@ -29,7 +29,7 @@ impl Layout {
 pub enum ExchangeError {
     /// A line has a number of columns that no layout has.
     #[error(
-        "{file}, line {line}: {found} fields, but a line has {} (PATHSAMPLE) or {} (topsearch)",
+        "{file}, line {line}: it has {found} fields, but a line has {} (PATHSAMPLE) or {} (topsearch)",
         .expected[0],
         .expected[1]
     )]
@@ -45,7 +45,7 @@ pub enum ExchangeError {
     },
     /// A line has another layout than the first line of `min.data`.
     #[error(
-        "{file}, line {line}: the layout of {} ({found} fields), but min.data begins in that of {}",
+        "{file}, line {line}: it has the layout of {} ({found} fields), but min.data begins with that of {}",
         .layout.name(),
         .first.name()
     )]
@@ -91,7 +91,8 @@ pub enum ExchangeError {
     },
     /// A transition state joins a minimum that does not exist.
     #[error(
-        "{file}, line {line}, field {field}: there is no minimum {number} in min.data, which holds {count} counted from {from}"
+        "{file}, line {line}, field {field}: there is no minimum {number} in min.data, which holds {count} minima, \
+         counted from {from}"
     )]
     NoSuchMinimum {
         /// `ts.data`.

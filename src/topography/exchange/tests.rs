@@ -57,22 +57,22 @@ fn what_does_not_fit_is_told() {
         (
             "-1 2 3\n",
             "",
-            "min.data, line 1: 3 fields, but a line has 6 (PATHSAMPLE) or 2 (topsearch)",
+            "min.data, line 1: it has 3 fields, but a line has 6 (PATHSAMPLE) or 2 (topsearch)",
         ),
         (
             "\n0 -1\n-1.0 0 1 0 0 0",
             "",
-            "min.data, line 3: the layout of PATHSAMPLE (6 fields), but min.data begins in that of topsearch",
+            "min.data, line 3: it has the layout of PATHSAMPLE (6 fields), but min.data begins with that of topsearch",
         ),
         (
             good,
             "0 1 0.5",
-            "ts.data, line 1: the layout of topsearch (3 fields), but min.data begins in that of PATHSAMPLE",
+            "ts.data, line 1: it has the layout of topsearch (3 fields), but min.data begins with that of PATHSAMPLE",
         ),
         (
             good,
             "0.5 0 1 1 2 0 0",
-            "ts.data, line 1: 7 fields, but a line has 8 (PATHSAMPLE) or 3 (topsearch)",
+            "ts.data, line 1: it has 7 fields, but a line has 8 (PATHSAMPLE) or 3 (topsearch)",
         ),
         (
             "-1.0 x 1 0 0 0",
@@ -102,12 +102,12 @@ fn what_does_not_fit_is_told() {
         (
             good,
             "0.5 0 1 0 2 0 0 0",
-            "ts.data, line 1, field 4: there is no minimum 0 in min.data, which holds 2 counted from 1",
+            "ts.data, line 1, field 4: there is no minimum 0 in min.data, which holds 2 minima, counted from 1",
         ),
         (
             good,
             "0.5 0 1 1 2 0 0 0\n0.5 0 1 1 3 0 0 0",
-            "ts.data, line 2, field 5: there is no minimum 3 in min.data, which holds 2 counted from 1",
+            "ts.data, line 2, field 5: there is no minimum 3 in min.data, which holds 2 minima, counted from 1",
         ),
         (
             good,
@@ -134,7 +134,7 @@ fn what_does_not_fit_is_told() {
         (
             "0 -1\n1 -2",
             "0 2 0",
-            "ts.data, line 1, field 2: there is no minimum 2 in min.data, which holds 2 counted from 0",
+            "ts.data, line 1, field 2: there is no minimum 2 in min.data, which holds 2 minima, counted from 0",
         ),
     ] {
         let error = Database::parse(min, ts).unwrap_err();
