@@ -541,7 +541,7 @@ fn mistakes_are_one_sentence() {
         ),
         (
             format!("import t.csv {with} -o t.csv"),
-            &["is what is read here"],
+            &["is an input of this command"],
         ),
         (format!("import nowhere {with}"), &["nowhere", "for grasps"]),
         (

@@ -619,7 +619,7 @@ fn bad_side_files_are_named() {
         (r#"{"surface_points": 0}"#, "positive"),
         (
             r#"{"surface_points": 1000000000000}"#,
-            "of at most 10000: ask for fewer",
+            "at most 10000 are allowed: ask for fewer",
         ),
         (r#"{"no_contact": ["toe"]}"#, "link \"toe\""),
         (r#"{"without": ["toe"]}"#, "link \"toe\""),

@@ -307,7 +307,7 @@ fn mistakes_in_contacts() {
         ),
         (
             format!(r#"{{"contacts": [{}]}}"#, vec![CONTACT; 20_000].join(",")),
-            vec!["there are 20000 contacts in it, of at most 400"],
+            vec!["there are 20000 contacts in it, but at most 400"],
         ),
         (
             r#"{"contacts": 3}"#.into(),

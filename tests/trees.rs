@@ -132,7 +132,7 @@ fn files_of_others_become_a_landscape() {
     assert!(files.minima[0].coordinates.is_empty());
     let said = desk.mistake("diff again seven.landscape");
     assert!(
-        said.contains("does not tell where its minima are"),
+        said.contains("does not record the coordinates of its minima"),
         "{said}"
     );
 }

@@ -175,7 +175,7 @@ fn mistakes_about_ways_are_told() {
         ("inspect g.landscape", "is a folder"),
         ("inspect g.landscape --path m0 m99", "m99"),
         ("inspect g.landscape --path m0 x", "(m3)"),
-        ("inspect g.landscape --path m0 m0", "one minimum"),
+        ("inspect g.landscape --path m0 m0", "the same minimum"),
         ("inspect g.landscape --path g99 m0", "no such group"),
         ("draw g.landscape --examples 0", "--examples 0"),
     ] {

@@ -88,7 +88,7 @@ pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
     }
     command.groups.checked()?;
     if let Some(first @ 0..2) = command.first {
-        anyhow::bail!("--first {first}: a landscape lies between at least two grasps");
+        anyhow::bail!("--first {first}: a landscape needs at least two grasps");
     }
     let (mut file, warnings) = input::read(
         &command.grasps,
@@ -129,7 +129,7 @@ fn keep_stable(file: &mut GraspFile, path: &Path) -> anyhow::Result<()> {
     file.grasps.retain(|grasp| grasp.stable == Some(true));
     anyhow::ensure!(
         file.grasps.len() >= 2,
-        "--only-stable: {} of the grasps of {} held: a landscape lies between at least two",
+        "--only-stable: {} of the grasps of {} held, but a landscape needs at least two",
         file.grasps.len(),
         path.display()
     );
@@ -187,7 +187,7 @@ fn build(
         .truncate(command.first.unwrap_or(usize::MAX));
     anyhow::ensure!(
         population.grasps.len() > 1,
-        "only one grasp of the {} hand on {}: a landscape lies between at least two",
+        "there is only one grasp of the {} hand on {}, but a landscape needs at least two",
         population.hand.name,
         population.object.name
     );

@@ -103,7 +103,7 @@ fn sameness(side: &Side) -> anyhow::Result<f64> {
     let distance = side.manifest.settings["sameness"]["distance"].as_f64();
     distance.with_context(|| {
         format!(
-            "{} does not tell when two of its minima are one: say how near they must be with --within",
+            "{} does not record the distance within which two minima are one: give it with --within",
             side.name
         )
     })
@@ -117,7 +117,7 @@ fn common_space(before: &Side, after: &Side) -> anyhow::Result<Box<dyn Space>> {
             side.minima
                 .iter()
                 .all(|minimum| !minimum.coordinates.is_empty()),
-            "{} does not tell where its minima are, so none can be recognised",
+            "{} does not record the coordinates of its minima, so they cannot be matched",
             side.name
         );
     }

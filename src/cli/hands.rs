@@ -200,9 +200,10 @@ pub(super) fn expense(hand: &Hand) -> Option<String> {
     };
     let most = (0..hand.links.len()).max_by_key(|&link| (of_link(link), Reverse(link)))?;
     Some(format!(
-        "chains of this hand are slow: its {} capsules make {pairs} pairs that every step checks for self-penetration, {} of \
-         them are of link \"{}\" alone; thin boxes take many: give such links fewer (`capsules` or `filling` of a side file, \
-         which `landscape hands inspect` writes), or name links that never meet (`apart`)",
+        "chains of this hand are slow: its {} capsules make {pairs} pairs that every step checks for self-penetration; \
+         {} of the capsules belong to link \"{}\" alone; thin boxes need many: give such links fewer (`capsules` or \
+         `filling` of a side file, which `landscape hands inspect` writes), or name links that never touch each other \
+         (`apart`)",
         hand.capsules.len(),
         of_link(most),
         hand.links[most].name

@@ -92,7 +92,7 @@ pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
     }
     ensure!(
         command.hand.is_none() && command.object.is_none(),
-        "{}: --hand and --object are for grasps, of which there are none",
+        "{}: --hand and --object are for grasps, but these files hold a landscape",
         command.path.display()
     );
     let texts = ["min.data", "ts.data"].map(|name| read(&command.path, name));

@@ -29,7 +29,7 @@ pub(super) fn hand_files(
         let path = Path::new(flag);
         anyhow::ensure!(
             path.exists(),
-            "--hand {flag}: neither a file nor a hand that comes with the program ({})",
+            "--hand {flag}: this is neither a file nor a hand that comes with the program ({})",
             HAND_NAMES.join(", ")
         );
         let files = match folder {
@@ -81,7 +81,7 @@ pub(super) fn object(
     } else {
         anyhow::ensure!(
             path.exists(),
-            "--object {flag}: neither a file nor an object that comes with the program ({})",
+            "--object {flag}: this is neither a file nor an object that comes with the program ({})",
             OBJECT_NAMES.join(", ")
         );
         Object::parts_of_file(path)?
@@ -127,8 +127,8 @@ pub(super) fn read(
     let mut warnings: Vec<String> = found.iter().map(told).collect();
     if file.metadata.energy.is_null() {
         warnings.push(
-            "the file does not tell the energy of its grasps (metadata are lost when another program writes a file anew): \
-             the default one is used"
+            "the file does not record the energy of its grasps (metadata are lost when another program rewrites a file): \
+             the default energy is used"
                 .to_owned(),
         );
     }

@@ -86,8 +86,8 @@ pub(super) fn run(command: &ObjectsInspect, common: &Common) -> anyhow::Result<(
     let buried = object.mesh.buried_share();
     if buried > LEAST_BURIED {
         notes.push(format!(
-            "{} runs through itself: {:.1} % of its surface lies inside it and counts as none; contacts there and the volume are \
-             wrong, so it is better mended in a mesh editor",
+            "{} intersects itself: {:.1} % of its surface lies inside it and does not count as surface; contacts there \
+             and the volume are wrong, so repair it in a mesh editor",
             object.name,
             100.0 * buried
         ));

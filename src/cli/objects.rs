@@ -129,7 +129,7 @@ fn check(command: &Bake, common: &Common) -> anyhow::Result<()> {
     check_file(output, &inputs, common)?;
     anyhow::ensure!(
         (16..=512).contains(&command.cells),
-        "--cells {}: between 16 and 512 are possible",
+        "--cells {}: a number from 16 to 512 is needed",
         command.cells
     );
     within("--scale", OBJECT_SCALE, command.scale)?;

@@ -20,7 +20,7 @@ pub(super) fn check_file(output: &Path, inputs: &[&Path], common: &Common) -> an
     check_place(output)?;
     ensure!(
         !output.is_dir(),
-        "--output {}: this is a folder, the name of a file is needed",
+        "--output {}: this is a folder, but the name of a file is needed",
         output.display()
     );
     if common.force {
@@ -46,7 +46,7 @@ pub(super) fn check_folder(
     check_place(output)?;
     ensure!(
         output.is_dir() || !output.exists(),
-        "--output {}: this is a file, the name of a folder is needed",
+        "--output {}: this is a file, but the name of a folder is needed",
         output.display()
     );
     check_inputs(output, inputs)?;
@@ -60,8 +60,8 @@ pub(super) fn check_folder(
         let name = name.to_string_lossy();
         ensure!(
             expected(&name) || name.ends_with(".partial"),
-            "--output {}: this folder holds {name}, which is nothing that would be written here: name another folder, \
-             or write among what is there (--force)",
+            "--output {}: this folder holds {name}, which this command would not write: name another folder, or write \
+             beside its files (--force)",
             output.display()
         );
     }
@@ -90,7 +90,7 @@ pub(super) fn check_inputs(output: &Path, inputs: &[&Path]) -> anyhow::Result<()
     for input in inputs {
         ensure!(
             input.canonicalize().ok().as_ref() != Some(&place),
-            "{} is what is read here: name another output (a file is overwritten with --force)",
+            "{} is an input of this command: name another output (a file is overwritten with --force)",
             output.display()
         );
     }

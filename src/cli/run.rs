@@ -105,7 +105,7 @@ fn tell(journal: &Journal, path: &Path, quiet: bool) {
     }
     if journal.dropped_bytes() > 0 {
         complain(&format!(
-            "warning: the last {} bytes of {path} are torn or damaged: what they held is done again",
+            "warning: the last {} bytes of {path} are torn or damaged: the tasks in them are done again",
             journal.dropped_bytes()
         ));
     }

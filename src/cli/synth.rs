@@ -213,7 +213,7 @@ fn origin(command: &Synth, common: &Common) -> anyhow::Result<(Origin, Vec<Strin
         let populations = file.landscapes();
         let [population] = populations.as_slice() else {
             anyhow::bail!(
-                "--from {}: holds grasps of {} pairs of hand and object; chains start from one at a time",
+                "--from {}: this file holds grasps of {} pairs of hand and object, but chains start from one pair only",
                 path.display(),
                 populations.len()
             );

@@ -262,7 +262,7 @@ pub enum Fault {
     },
     /// The hand is farther from the object than is plausible in metres.
     #[error(
-        "translation_m holds {value}, which is more than a kilometre from the object: lengths are in metres"
+        "translation_m has {value}: more than a kilometre from the object; lengths are in metres"
     )]
     Far {
         /// The first such coordinate.
@@ -337,7 +337,7 @@ pub enum Fault {
         expected: String,
     },
     /// Two grasps have the same id.
-    #[error("id {id} is already taken by row {first}")]
+    #[error("id {id} is taken by row {first} already")]
     RepeatedId {
         /// The id.
         id: u64,

@@ -29,10 +29,10 @@ pub enum StudyError {
         ends: String,
     },
     /// The landscape belongs to a surface, which has no hand.
-    #[error("{0} is not a landscape of grasps: there is nothing the taxonomy could name")]
+    #[error("{0} is not a landscape of grasps, so the taxonomy does not apply")]
     NotOfGrasps(String),
     /// The minima are not poses of the hand.
-    #[error("{landscape}: minimum {minimum} has {found} coordinates, the hand {expected}")]
+    #[error("{landscape}: minimum {minimum} has {found} coordinates, but the hand has {expected}")]
     Coordinates {
         /// The landscape.
         landscape: String,
@@ -52,7 +52,7 @@ pub enum StudyError {
         source: RebuildError,
     },
     /// The energy of a landscape belongs to another program or version.
-    #[error("the energy of {landscape} is not one this program knows")]
+    #[error("this program does not know the energy of {landscape}")]
     Energy {
         /// The landscape.
         landscape: String,
@@ -68,7 +68,7 @@ pub enum StudyError {
         b: u64,
     },
     /// The manifest of a landscape has no group barrier.
-    #[error("the landscape does not tell its group barrier")]
+    #[error("the landscape does not record its group barrier")]
     NoGroupBarrier,
     /// A built-in hand cannot be read.
     #[error(transparent)]

@@ -130,7 +130,7 @@ fn an_output_is_no_input() {
     ] {
         let sentence = desk.early_mistake(line);
         let said = [
-            "is what is read here",
+            "is an input of this command",
             "exists and was not made",
             "folder holds",
         ];

@@ -61,7 +61,7 @@ fn rows_that_cannot_be_used_are_refused() {
         ),
         (
             |grasp| grasp.grasp.pose[1] = -2000.0,
-            "translation_m holds -2000, which is more than a kilometre from the object: lengths are in metres",
+            "translation_m has -2000: more than a kilometre from the object; lengths are in metres",
         ),
         (
             |grasp| (grasp.grasp.pose).set_rotation_wxyz([0.5; 4].map(|half| half * 1.25)),
@@ -96,7 +96,7 @@ fn rows_that_cannot_be_used_are_refused() {
             |grasp| grasp.object = "jar".into(),
             "object `jar` is not the one described: `cup`, `bowl`",
         ),
-        (|grasp| grasp.id = 1, "id 1 is already taken by row 1"),
+        (|grasp| grasp.id = 1, "id 1 is taken by row 1 already"),
     ];
     for (spoil, expected) in cases {
         assert_eq!(fault(spoil), expected);
@@ -179,7 +179,7 @@ fn the_reader_names_row_and_column() {
         ),
         (
             set("id", Arc::new(Int64Array::from(vec![3, 3]))),
-            "id 3 is already taken by row 0",
+            "id 3 is taken by row 0 already",
         ),
         (
             set(

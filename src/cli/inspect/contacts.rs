@@ -94,7 +94,7 @@ impl Contacts {
         ensure!(!file.contacts.is_empty(), "there are no contacts in it");
         ensure!(
             file.contacts.len() <= MOST_CONTACTS,
-            "there are {} contacts in it, of at most {MOST_CONTACTS}: give those of one grasp",
+            "there are {} contacts in it, but at most {MOST_CONTACTS} are allowed: give those of one grasp",
             file.contacts.len()
         );
         let count = file.contacts.len() as f64;

@@ -25,7 +25,12 @@ pub(super) fn run(command: &Inspect, ends: &[String], common: &Common) -> anyhow
     let files = open_landscape(folder)?;
     let [from, to] = [&ends[0], &ends[1]].map(|end| minimum(&files, end));
     let (from, to) = (from?, to?);
-    ensure!(from != to, "--path {} {}: one minimum", ends[0], ends[1]);
+    ensure!(
+        from != to,
+        "--path {} {}: both names mean the same minimum",
+        ends[0],
+        ends[1]
+    );
     within("--pictures", PICTURES, command.pictures as f64)?;
     let output = match &command.output {
         Some(output) => output.clone(),
@@ -38,7 +43,7 @@ pub(super) fn run(command: &Inspect, ends: &[String], common: &Common) -> anyhow
     let energy = setting.energy(&files, &name)?;
     let network = files.network(folder)?;
     let path = MinimaxPath::between(&files, &network, energy.pose_space(), [from, to])?
-        .with_context(|| format!("no way leads from m{} to m{} in {name}", from.0, to.0))?;
+        .with_context(|| format!("no path leads from m{} to m{} in {name}", from.0, to.0))?;
     let path = path.explained(&energy);
     if command.json {
         print_json(&value(&energy, &path))?;
