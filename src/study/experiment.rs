@@ -36,7 +36,7 @@ const PRESETS: [(&str, &str); 3] = [
 #[non_exhaustive]
 pub enum ExperimentError {
     /// No preset has this name.
-    #[error("--preset {0}: unknown; there are {list}", list = PRESETS.map(|(known, _)| known).join(", "))]
+    #[error("--preset {0}: there is no such preset; the presets are {list}", list = PRESETS.map(|(known, _)| known).join(", "))]
     Preset(String),
     /// The file cannot be read.
     #[error("cannot read {}", path.display())]
