@@ -134,7 +134,7 @@ impl<W: Wrapper> Energy for W {
 
 /// The methods of [`Piecewise`] and [`Explain`] for any energy. A smooth energy has a single piece, whose choice is empty,
 /// and an energy without explanations has no terms and no invalid points.
-impl<'e> dyn Energy + 'e {
+impl dyn Energy + '_ {
     /// See [`Piecewise::active_piece`]; empty for smooth energies.
     pub fn active_piece(&self, x: &[f64]) -> Vec<u32> {
         let pieces = self.piecewise();

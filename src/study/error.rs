@@ -49,7 +49,7 @@ pub enum StudyError {
         /// The landscape.
         landscape: String,
         /// The reason.
-        source: RebuildError,
+        source: Box<RebuildError>,
     },
     /// The energy of a landscape belongs to another program or version.
     #[error("this program does not know the energy of {landscape}")]

@@ -57,7 +57,7 @@ impl GraspSetting {
         let object = object.build(manifest.scale);
         let object = object.map_err(|source| StudyError::Object {
             landscape: name.to_owned(),
-            source,
+            source: Box::new(source),
         })?;
         Ok(Self { hand, object })
     }

@@ -54,6 +54,10 @@ impl Wrapper for Local<'_> {
 
 impl Piecewise for Local<'_> {
     fn active_piece(&self, x: &[f64]) -> Vec<u32> {
+        #[expect(
+            clippy::redundant_closure_for_method_calls,
+            reason = "the method alone is not general in its lifetimes"
+        )]
         self.at(x, |evaluation| evaluation.best_choice())
     }
 

@@ -11,8 +11,8 @@ mod start_score;
 
 use std::sync::{Arc, Mutex};
 
-use evaluation::Memory;
 pub use evaluation::Ramp;
+use evaluation::Memory;
 pub use queries::THROUGH_M;
 pub use settings::{AUTHORS_UNIT_M, Candidates, EnergySettings, EnergySettingsError, Unit};
 
@@ -161,6 +161,10 @@ impl Energy for GraspEnergy {
 
 impl Piecewise for GraspEnergy {
     fn active_piece(&self, x: &[f64]) -> Vec<u32> {
+        #[expect(
+            clippy::redundant_closure_for_method_calls,
+            reason = "the method alone is not general in its lifetimes"
+        )]
         self.at(x, |evaluation| evaluation.best_choice())
     }
 

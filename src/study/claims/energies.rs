@@ -171,7 +171,7 @@ impl<'a> Experiments<'a> {
         let passing = points
             .iter()
             .filter(|x| {
-                judge(&self.energy, &Grasp::best(&self.energy, x.to_vec())).passes_published()
+                judge(&self.energy, &Grasp::best(&self.energy, (*x).clone())).passes_published()
             })
             .count();
         let gaps: Vec<f64> = points.iter().map(|x| self.palm_gap_m(x)).collect();
@@ -299,7 +299,7 @@ impl<'a> Experiments<'a> {
         let wrong = poses.par_iter().filter(|x| uses_thumb(x)).count();
         let valid = poses
             .par_iter()
-            .filter(|x| judge(&energy, &Grasp::best(&energy, x.to_vec())).passes_strict())
+            .filter(|x| judge(&energy, &Grasp::best(&energy, (*x).clone())).passes_strict())
             .count();
         let mut guessed = Vec::new();
         for name in ["gripper_three_finger", "gripper_parallel"] {

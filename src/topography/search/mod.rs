@@ -134,10 +134,11 @@ pub fn explore(
         }
         let idle = census.searches - census.last_new;
         let patience = settings.patience.saturating_mul(census.found().max(1));
-        if queue.is_empty() && idle >= patience {
-            if !joiner.join(&searcher, &mut census, &counted, run)? {
-                break false;
-            }
+        if queue.is_empty()
+            && idle >= patience
+            && !joiner.join(&searcher, &mut census, &counted, run)?
+        {
+            break false;
         }
     };
     let spent = usize::try_from(counted.evaluations()).unwrap_or(usize::MAX);
