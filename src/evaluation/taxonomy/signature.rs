@@ -150,11 +150,10 @@ impl Rule {
 }
 
 fn version(signatures: &str) -> String {
-    let known = format!(
-        "{:?}{FEATURES:?}{:?}",
-        Taxonomy::feix(),
-        PoseCorrection::default()
-    );
+    // `Settle` was the name of the correction when the published versions of the rule were hashed.
+    let correction = format!("{:?}", PoseCorrection::default());
+    let correction = correction.replacen("PoseCorrection", "Settle", 1);
+    let known = format!("{:?}{FEATURES:?}{correction}", Taxonomy::feix());
     let hash = signatures
         .bytes()
         .chain(known.bytes())
