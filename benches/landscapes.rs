@@ -64,7 +64,8 @@ fn main() {
                         settings.length, settings.energy, settings.quench
                     );
                 }
-                explore(&**energy, &**draw, &settings, &Run::default()).unwrap()
+                explore(&**energy, &**draw, &settings, &Run::default())
+                    .expect("without a journal nothing fails")
             });
             let c = found.coverage;
             println!(

@@ -113,12 +113,11 @@ fn has_measured(line: &str) -> bool {
         .filter(|word| !word.is_empty());
     for word in words {
         let is_number = |word: &str| word.trim_end_matches(',').parse::<f64>().is_ok();
-        if word.starts_with('%') || word.starts_with("times") || word.starts_with("µs") {
-            if before.is_some_and(is_number) {
-                return true;
-            }
-        }
-        if before == Some("p") && is_number(word) {
+        let is_unit = ["%", "times", "µs"]
+            .iter()
+            .any(|unit| word.starts_with(unit));
+        let is_share = is_unit && before.is_some_and(is_number);
+        if is_share || before == Some("p") && is_number(word) {
             return true;
         }
         before = Some(word);

@@ -1,4 +1,5 @@
 //! Energies, spaces and their landscapes. All these files form one test program, because each program must be linked.
+#![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 mod agreement;
 mod barriers;

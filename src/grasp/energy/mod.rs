@@ -11,8 +11,8 @@ mod start_score;
 
 use std::sync::{Arc, Mutex};
 
-pub use evaluation::Ramp;
 use evaluation::Memory;
+pub use evaluation::Ramp;
 pub use queries::THROUGH_M;
 pub use settings::{AUTHORS_UNIT_M, Candidates, EnergySettings, EnergySettingsError, Unit};
 
