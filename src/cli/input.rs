@@ -127,8 +127,8 @@ pub(super) fn read(
     let mut warnings: Vec<String> = found.iter().map(told).collect();
     if file.metadata.energy.is_null() {
         warnings.push(
-            "the file does not record the energy of its grasps (metadata are lost when another program rewrites a file): \
-             the default energy is used"
+            "the file does not tell the energy of its grasps (metadata are lost when another program writes a file anew): \
+             the default one is used"
                 .to_owned(),
         );
     }

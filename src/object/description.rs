@@ -270,7 +270,7 @@ fn size_note(name: &str, mesh: &Mesh) -> Option<String> {
         ))
     } else if size_m < USUAL_M[0] {
         Some(format!(
-            "{name} is {:.1} mm across, less than a fingertip: is its unit the metre? Another unit needs a scale (--scale)",
+            "{name} is {:.1} mm across, less than a fingertip: is its unit the metre? Another one needs a scale (--scale)",
             1e3 * size_m
         ))
     } else {

@@ -204,7 +204,7 @@ fn grasps_of_others() {
     let desk = Desk::with_grasps();
     foreign(Parts::of(&desk.path("g.parquet"))).write(&desk.path("own.parquet"));
     let said = desk.succeed("build own.parquet --hand human --object ball --first 2");
-    assert_says(&said, &["warning: the file does not record the energy"]);
+    assert_says(&said, &["warning: the file does not tell the energy"]);
     desk.succeed("build g.parquet --first 2 --quiet");
     let energies = |name: &str| {
         let files = LandscapeFiles::read(&desk.path(name)).unwrap();
