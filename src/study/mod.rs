@@ -6,6 +6,7 @@
 //! | a hand and an object | grasps that pass a filter | [`synthesize_population`] with [`PopulationSettings`] |
 //! | the grasps of a file | outcomes of a simulation | [`simulate_all`] |
 //! | the grasps of a file | grasp types | [`label_all`] |
+//! | the grasps of a file | a page on which a human labels them | [`label_sheet`], read back by [`given_labels`] |
 //! | the grasps of a file | judgements on the exact mesh | [`judge_all`] |
 //! | the grasps of a file | their landscape | [`map_population`] with [`GraspMapSettings`] |
 //! | a landscape of grasps | tables, pictures, `summary.md` | [`GraspReport::write`] |
@@ -79,8 +80,10 @@ mod drawing;
 mod error;
 mod examples;
 mod experiment;
+mod given_labels;
 mod imported;
 mod judging;
+mod label_sheet;
 mod labels;
 mod minimax_path;
 mod names;
@@ -107,8 +110,10 @@ pub use drawing::{Drawing, Put, Titles, Views};
 pub use error::StudyError;
 pub use examples::{Colouring, MinimumNames};
 pub use experiment::{Experiment, ExperimentError};
+pub use given_labels::{GivenLabel, GivenLabelError, given_labels};
 pub use imported::ImportedLandscape;
 pub use judging::{JudgedContact, JudgedGrasp, judge_all};
+pub use label_sheet::label_sheet;
 pub use labels::{HumanLabel, human_label, label_all, record_labels};
 pub use minimax_path::{MinimaxPath, Waypoint};
 pub use names::{GraspSetting, MinimumName};

@@ -1,22 +1,20 @@
 //! A contact sheet for labelling grasps by hand: one self-contained HTML file.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
-use anyhow::Context;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::file_name;
+use super::StudyError;
 use crate::evaluation::taxonomy::{Label, Taxonomy};
 use crate::figure::Scene;
-use crate::store::{GraspFile, GraspRow, write_atomic};
+use crate::store::{GraspFile, GraspRow};
 
 /// The page, in which the data replace [`DATA`].
-const PAGE: &str = include_str!("sheet.html");
+const PAGE: &str = include_str!("label_sheet.html");
 const DATA: &str = "\"DATA\"";
 /// Side of a picture, pixels.
 const SIDE: u32 = 220;
@@ -37,7 +35,7 @@ struct Card {
 
 #[derive(Serialize)]
 struct Page<'a> {
-    file: String,
+    file: &'a str,
     types: Vec<Choice<'a>>,
     grasps: Vec<Card>,
 }
@@ -53,7 +51,7 @@ struct Choice<'a> {
 }
 
 /// The cards of all grasps, one population after the other.
-fn cards(file: &GraspFile, labels: &BTreeMap<u64, Label>) -> anyhow::Result<Vec<Card>> {
+fn cards(file: &GraspFile, labels: &BTreeMap<u64, Label>) -> Result<Vec<Card>, StudyError> {
     let mut cards = Vec::new();
     for population in file.landscapes() {
         let (hand, object) = (population.hand()?, population.object()?);
@@ -61,7 +59,7 @@ fn cards(file: &GraspFile, labels: &BTreeMap<u64, Label>) -> anyhow::Result<Vec<
         let card = |row: &&GraspRow| {
             let scene = Scene::of_grasp(&hand, &skin, &object, &row.grasp);
             let [first, second] = scene.two_cameras(Vector3::z());
-            let picture = |camera| -> anyhow::Result<String> {
+            let picture = |camera| -> Result<String, StudyError> {
                 Ok(STANDARD.encode(scene.render(camera, SIDE, SIDE).to_png()?))
             };
             let label = labels.get(&row.id);
@@ -75,18 +73,20 @@ fn cards(file: &GraspFile, labels: &BTreeMap<u64, Label>) -> anyhow::Result<Vec<
             })
         };
         let of_population = population.grasps.par_iter().map(card);
-        cards.extend(of_population.collect::<anyhow::Result<Vec<_>>>()?);
+        cards.extend(of_population.collect::<Result<Vec<_>, StudyError>>()?);
     }
     Ok(cards)
 }
 
-/// Writes the sheet.
-pub(super) fn write(
-    path: &Path,
-    grasps: &Path,
+/// A page (HTML) on which a human labels the grasps of a file, whose name it shows. `labels` are those of the rule, by id.
+///
+/// # Errors
+/// If a hand or an object cannot be built, or a picture cannot be encoded.
+pub fn label_sheet(
+    name: &str,
     file: &GraspFile,
     labels: &BTreeMap<u64, Label>,
-) -> anyhow::Result<()> {
+) -> Result<String, StudyError> {
     let types = Taxonomy::feix().types.iter().map(|entry| Choice {
         number: entry.number,
         name: &entry.name,
@@ -95,12 +95,17 @@ pub(super) fn write(
         cue: &entry.cue,
     });
     let page = Page {
-        file: file_name(grasps),
+        file: name,
         types: types.collect(),
         grasps: cards(file, labels)?,
     };
-    // Inside a script element `</script` would end it early, and `<!--` would hide its end.
-    let data = serde_json::to_string(&page)?.replace('<', "\\u003c");
-    write_atomic(path, PAGE.replacen(DATA, &data, 1).as_bytes())
-        .with_context(|| format!("cannot write {}", path.display()))
+    Ok(PAGE.replacen(DATA, &page.script(), 1))
+}
+
+impl Page<'_> {
+    fn script(&self) -> String {
+        let data = serde_json::to_string(self).expect("plain data with text keys is always JSON");
+        // Inside a script element `</script` would end it early, and `<!--` would hide its end.
+        data.replace('<', "\\u003c")
+    }
 }

@@ -10,15 +10,16 @@ use clap::Args;
 use super::args::{Common, HandAndObject};
 use super::input;
 use super::output::check_file;
+use super::provenance::name_of;
 use super::run::Watch;
 use super::{complain, print};
-use crate::evaluation::taxonomy::{Label, Rule, explain};
-use crate::store::{GraspFile, GraspRow};
-use crate::study::{Run, label_all, record_labels};
-
-mod sheet;
-mod summary;
-mod table;
+use crate::evaluation::taxonomy::{
+    Category, Inapplicable, Label, Rule, Taxonomy, Verdict, explain,
+};
+use crate::store::{GraspFile, GraspRow, write_atomic};
+use crate::study::{
+    HumanLabel, Run, given_labels, human_label, label_all, label_sheet, record_labels, tally,
+};
 
 /// Label grasps.
 #[derive(Debug, Args)]
@@ -66,19 +67,7 @@ pub(super) fn run(command: &LabelCommand, common: &Common) -> anyhow::Result<()>
         .output
         .clone()
         .unwrap_or_else(|| command.grasps.with_extension("labelled.parquet"));
-    let writes = command.explain.is_empty() && command.sheet.is_none();
-    let inputs: Vec<&Path> = [
-        Some(&command.grasps),
-        command.from.as_ref(),
-        command.rule.as_ref(),
-    ]
-    .into_iter()
-    .flatten()
-    .map(PathBuf::as_path)
-    .collect();
-    for path in command.sheet.iter().chain(writes.then_some(&output)) {
-        check_file(path, &inputs, common)?;
-    }
+    check_outputs(command, &output, common)?;
     let (mut file, mut warnings) = input::read(
         &command.grasps,
         command.of.hand.as_deref(),
@@ -99,8 +88,7 @@ pub(super) fn run(command: &LabelCommand, common: &Common) -> anyhow::Result<()>
         );
     }
     if let Some(path) = &command.from {
-        let given = table::read(path)?;
-        honour(&mut file, &given, path)?;
+        honour(&mut file, path)?;
     }
 
     let wanted = |row: &GraspRow| command.explain.is_empty() || command.explain.contains(&row.id);
@@ -117,7 +105,9 @@ pub(super) fn run(command: &LabelCommand, common: &Common) -> anyhow::Result<()>
         return Ok(());
     }
     if let Some(path) = &command.sheet {
-        sheet::write(path, &command.grasps, &file, &labels)?;
+        let page = label_sheet(&name_of(&command.grasps), &file, &labels)?;
+        write_atomic(path, page.as_bytes())
+            .with_context(|| format!("cannot write {}", path.display()))?;
         if !common.quiet {
             complain(&format!("wrote {}", path.display()));
         }
@@ -127,8 +117,24 @@ pub(super) fn run(command: &LabelCommand, common: &Common) -> anyhow::Result<()>
     record_labels(&mut file, &labels, &rule);
     file.write(&output)?;
     if !common.quiet {
-        print(&summary::summary(&file, &labels));
+        print(&summary(&file, &labels));
         complain(&format!("wrote {}", output.display()));
+    }
+    Ok(())
+}
+
+fn check_outputs(command: &LabelCommand, output: &Path, common: &Common) -> anyhow::Result<()> {
+    let writes = command.explain.is_empty() && command.sheet.is_none();
+    let mut inputs = vec![command.grasps.as_path()];
+    inputs.extend(command.from.as_deref());
+    inputs.extend(command.rule.as_deref());
+    for path in command
+        .sheet
+        .as_deref()
+        .into_iter()
+        .chain(writes.then_some(output))
+    {
+        check_file(path, &inputs, common)?;
     }
     Ok(())
 }
@@ -142,8 +148,11 @@ fn rule(command: &LabelCommand) -> anyhow::Result<Rule> {
     Rule::parse(&text).with_context(|| path.display().to_string())
 }
 
-/// Writes human labels into the rows.
-fn honour(file: &mut GraspFile, given: &[table::Given], path: &Path) -> anyhow::Result<()> {
+/// Writes the human labels of a file into the rows.
+fn honour(file: &mut GraspFile, path: &Path) -> anyhow::Result<()> {
+    let text = std::fs::read_to_string(path)
+        .with_context(|| format!("--from: cannot read {}", path.display()))?;
+    let given = given_labels(&text).with_context(|| path.display().to_string())?;
     let rows: BTreeMap<u64, usize> = (file.grasps.iter().enumerate())
         .map(|(row, grasp)| (grasp.id, row))
         .collect();
@@ -181,7 +190,112 @@ fn explanations(file: &GraspFile, labels: &BTreeMap<u64, Label>, rule: &Rule) ->
     text
 }
 
-fn file_name(path: &Path) -> String {
-    let name = path.file_name().map(PathBuf::from).unwrap_or_default();
-    name.display().to_string()
+/// Number of disagreements that are listed individually.
+const LISTED: usize = 20;
+
+/// Counts of types, cells and categories, and disagreements between human and rule.
+fn summary(file: &GraspFile, labels: &BTreeMap<u64, Label>) -> String {
+    let feix = Taxonomy::feix();
+    let total = labels.len();
+    let mut text = format!("{total} grasps\n");
+    let count = |test: &dyn Fn(&Verdict) -> bool| {
+        labels.values().filter(|label| test(&label.verdict)).count()
+    };
+    let line = |text: &mut String, name: &str, count: usize| {
+        let share = 100.0 * count as f64 / total.max(1) as f64;
+        let _ = writeln!(text, "  {name:<34} {count:>6}  {share:>5.1} %");
+    };
+    text += "by the rule\n";
+    line(
+        &mut text,
+        "of one type",
+        count(&|v| matches!(v, Verdict::Listed(_))),
+    );
+    line(
+        &mut text,
+        "ambiguous: known by cell only",
+        count(&|v| matches!(v, Verdict::Ambiguous(_))),
+    );
+    line(&mut text, "unlisted", count(&|v| *v == Verdict::Unlisted));
+    line(
+        &mut text,
+        "not applicable",
+        count(&|v| matches!(v, Verdict::NotApplicable(_))),
+    );
+    for why in [Inapplicable::Hand, Inapplicable::Touch] {
+        let of_this = count(&|v| *v == Verdict::NotApplicable(why));
+        if of_this > 0 {
+            let _ = writeln!(text, "    {of_this}: {}", why.words());
+        }
+    }
+    text += "categories (of types and cells)\n";
+    let categories = labels.values().filter_map(Label::listed_category);
+    for (category, count) in tally(categories.map(Category::name)) {
+        line(&mut text, &category, count);
+    }
+    text += "cells (category/opposition/virtual finger 2/thumb)\n";
+    for cell in feix.cells() {
+        let of_cell = count(&|verdict| match verdict {
+            Verdict::Listed(number) | Verdict::Ambiguous(number) => feix
+                .numbered(*number)
+                .is_some_and(|entry| entry.cell == cell),
+            _ => false,
+        });
+        if of_cell > 0 {
+            line(&mut text, cell, of_cell);
+        }
+    }
+    text += "types\n";
+    for entry in &feix.types {
+        let of_type = count(&|verdict| *verdict == Verdict::Listed(entry.number));
+        if of_type > 0 {
+            line(
+                &mut text,
+                &format!("{:>2} {}", entry.number, entry.name),
+                of_type,
+            );
+        }
+    }
+    text += &humans(file, labels);
+    text
+}
+
+/// Human labels, and disagreements with the rule.
+fn humans(file: &GraspFile, labels: &BTreeMap<u64, Label>) -> String {
+    let human = |grasp: &GraspRow| {
+        let told = grasp.label.clone().filter(|label| !label.is_empty())?;
+        let label = labels.get(&grasp.id)?;
+        let agrees = match human_label(&told) {
+            Some(HumanLabel::Type(entry)) => match label.verdict {
+                Verdict::Listed(number) => number == entry.number,
+                Verdict::Ambiguous(_) => label.text() == entry.cell,
+                Verdict::Unlisted | Verdict::NotApplicable(_) => false,
+            },
+            Some(HumanLabel::Unlisted) => label.verdict == Verdict::Unlisted,
+            None => false,
+        };
+        Some((grasp.id, told, label, agrees))
+    };
+    let told: Vec<_> = file.grasps.iter().filter_map(human).collect();
+    if told.is_empty() {
+        return String::new();
+    }
+    let disagree: Vec<_> = told.iter().filter(|(.., agrees)| !agrees).collect();
+    let mut text = format!(
+        "labelled by a human: {}, with which the rule agrees in {}\n",
+        told.len(),
+        told.len() - disagree.len()
+    );
+    for (id, told, label, _) in disagree.iter().take(LISTED) {
+        let _ = writeln!(
+            text,
+            "  grasp {id}: human {told}; rule {} ({})",
+            label.text(),
+            label.best_text()
+        );
+    }
+    if disagree.len() > LISTED {
+        let _ = writeln!(text, "  … and {} more", disagree.len() - LISTED);
+    }
+    text
 }
