@@ -72,14 +72,7 @@ pub(super) fn run(command: &Export, common: &Common) -> anyhow::Result<()> {
     } else {
         check_file(&output, &inputs, common)?;
     }
-    let (file, warnings) = input::read(
-        &command.grasps,
-        command.of.hand.as_deref(),
-        command.of.object.as_deref(),
-    )?;
-    if !common.quiet {
-        input::warn(&warnings);
-    }
+    let file = input::grasps(&command.grasps, &command.of, common)?;
     for id in &command.grasp {
         ensure!(
             file.grasps.iter().any(|grasp| grasp.id == *id),

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use anyhow::Context;
 
+use super::args::{Common, HandAndObject};
 use super::complain;
 use crate::hand::{HAND_NAMES, HandFiles};
 use crate::limits::{Limit, OBJECT_SCALE};
@@ -105,6 +106,36 @@ pub(super) fn rename(object: &mut ObjectMetadata, name: Option<&str>) -> anyhow:
             "--name {name:?}: a name without slashes and line breaks is needed"
         );
         name.clone_into(&mut object.name);
+    }
+    Ok(())
+}
+
+/// Reads a file of grasps as [`read`] does, and shows the warnings.
+pub(super) fn grasps(
+    path: &Path,
+    of: &HandAndObject,
+    common: &Common,
+) -> anyhow::Result<GraspFile> {
+    let (file, warnings) = read(path, of.hand.as_deref(), of.object.as_deref())?;
+    if !common.quiet {
+        warn(&warnings);
+    }
+    Ok(file)
+}
+
+/// Refuses ids, given with a flag, that no grasp of the file has.
+pub(super) fn all_known(
+    flag: &str,
+    ids: &[u64],
+    file: &GraspFile,
+    path: &Path,
+) -> anyhow::Result<()> {
+    for id in ids {
+        anyhow::ensure!(
+            file.grasps.iter().any(|grasp| grasp.id == *id),
+            "{flag} {id}: {} has no grasp with this id",
+            path.display()
+        );
     }
     Ok(())
 }

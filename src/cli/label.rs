@@ -80,13 +80,7 @@ pub(super) fn run(command: &LabelCommand, common: &Common) -> anyhow::Result<()>
         input::warn(&warnings);
     }
     let rule = rule(command)?;
-    let name = command.grasps.display();
-    for id in &command.explain {
-        anyhow::ensure!(
-            file.grasps.iter().any(|grasp| grasp.id == *id),
-            "--explain {id}: {name} has no grasp with this id"
-        );
-    }
+    input::all_known("--explain", &command.explain, &file, &command.grasps)?;
     if let Some(path) = &command.from {
         honour(&mut file, path)?;
     }

@@ -84,15 +84,8 @@ pub(super) fn run(command: &Stability, common: &Common) -> anyhow::Result<()> {
     let inputs = [Some(&command.grasps), command.settings.as_ref()];
     let inputs: Vec<&Path> = inputs.into_iter().flatten().map(PathBuf::as_path).collect();
     check_file(&output, &inputs, common)?;
-    let (mut file, warnings) = input::read(
-        &command.grasps,
-        command.of.hand.as_deref(),
-        command.of.object.as_deref(),
-    )?;
+    let mut file = input::grasps(&command.grasps, &command.of, common)?;
     let inputs = common.provenance.sources()?;
-    if !common.quiet {
-        input::warn(&warnings);
-    }
 
     let mut journal_path = output.as_os_str().to_owned();
     journal_path.push(".partial");

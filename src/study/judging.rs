@@ -1,6 +1,6 @@
 //! The grasps of a file, judged anew on the exact mesh.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -106,6 +106,60 @@ impl JudgedGrasp {
             objection: judgement.strict_objection(),
             judgement,
             contacts: measured.iter().map(contact).collect(),
+        }
+    }
+}
+
+/// Numbers of the grasps of a hand on an object that pass the filters.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct JudgedPopulation {
+    /// Name of the hand.
+    pub hand: String,
+    /// Name of the object.
+    pub object: String,
+    /// Factor on the object's size.
+    pub scale: f64,
+    /// Number of grasps.
+    pub grasps: usize,
+    /// Number that pass the strict filter.
+    pub passes_strict: usize,
+    /// Number that pass Eq. 11 as printed.
+    pub passes_published: usize,
+    /// Number that pass Eq. 11 as the authors' code has it.
+    pub passes_released: usize,
+    /// Counts of the first failed conditions of the strict filter.
+    pub objections: BTreeMap<&'static str, usize>,
+    /// Number of grasps that touch with each link.
+    pub touched_by: BTreeMap<String, usize>,
+}
+
+impl JudgedPopulation {
+    /// Counts the judged grasps of a population.
+    pub fn of(population: &Population<'_>, judged: &[JudgedGrasp]) -> Self {
+        let count =
+            |test: fn(&JudgedGrasp) -> bool| judged.iter().filter(|grasp| test(grasp)).count();
+        let mut objections = BTreeMap::new();
+        let mut touched_by = BTreeMap::new();
+        for grasp in judged {
+            if let Some(reason) = grasp.objection {
+                *objections.entry(reason).or_default() += 1;
+            }
+            let links: BTreeSet<&String> =
+                grasp.contacts.iter().map(|contact| &contact.link).collect();
+            for link in links {
+                *touched_by.entry(link.clone()).or_default() += 1;
+            }
+        }
+        Self {
+            hand: population.hand.name.clone(),
+            object: population.object.name.clone(),
+            scale: population.scale,
+            grasps: judged.len(),
+            passes_strict: count(|grasp| grasp.objection.is_none()),
+            passes_published: count(|grasp| grasp.passes_published),
+            passes_released: count(|grasp| grasp.passes_released),
+            objections,
+            touched_by,
         }
     }
 }

@@ -7,7 +7,8 @@
 //! | the grasps of a file | outcomes of a simulation | [`simulate_all`] |
 //! | the grasps of a file | grasp types | [`label_all`] |
 //! | the grasps of a file | a page on which a human labels them | [`label_sheet`], read back by [`given_labels`] |
-//! | the grasps of a file | judgements on the exact mesh | [`judge_all`] |
+//! | the grasps of a file | judgements on the exact mesh | [`judge_all`], counted by [`JudgedPopulation`] |
+//! | contacts without a hand | a judgement of them | [`GivenContacts::judge`] |
 //! | the grasps of a file | their landscape | [`map_population`] with [`GraspMapSettings`] |
 //! | a landscape of grasps | tables, pictures, `summary.md` | [`GraspReport::write`] |
 //! | a surface | its minima and saddles, and their landscape | [`search_surface`] |
@@ -75,6 +76,7 @@
 mod build;
 mod chain_choice;
 mod claims;
+mod contacts;
 mod digits;
 mod drawing;
 mod error;
@@ -105,6 +107,7 @@ use serde_json::Value;
 pub use build::{GraspLandscape, GraspMapSettings, StudyRun, map_population};
 pub use chain_choice::ChainChoice;
 pub use claims::{ClaimSettings, Finding, TaxonomyComparison, Verdict, compare_with_taxonomy};
+pub use contacts::{BalancingForces, ContactsError, ContactsReport, GivenContact, GivenContacts};
 pub(crate) use digits::Digits;
 pub use drawing::{Drawing, Put, Titles, Views};
 pub use error::StudyError;
@@ -112,7 +115,7 @@ pub use examples::{Colouring, MinimumNames};
 pub use experiment::{Experiment, ExperimentError};
 pub use given_labels::{GivenLabel, GivenLabelError, given_labels};
 pub use imported::ImportedLandscape;
-pub use judging::{JudgedContact, JudgedGrasp, judge_all};
+pub use judging::{JudgedContact, JudgedGrasp, JudgedPopulation, judge_all};
 pub use label_sheet::label_sheet;
 pub use labels::{HumanLabel, human_label, label_all, record_labels};
 pub use minimax_path::{MinimaxPath, Waypoint};

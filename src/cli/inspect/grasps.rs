@@ -1,11 +1,11 @@
 //! The grasps of a file, judged on the exact mesh.
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use anyhow::Context;
 use serde::Serialize;
 
-use super::summary::{Landscape, summary};
 use super::{Inspect, number, table, yes};
 use crate::cli::args::Common;
 use crate::cli::{input, print, progress};
@@ -13,31 +13,19 @@ use crate::grasp::Judgement;
 use crate::grasp::closure::{PointContact, contact_forces};
 use crate::grasp::filter::STRICT_FRICTION;
 use crate::store::GraspRow;
-use crate::study::{JudgedGrasp, judge_all};
+use crate::study::{JudgedGrasp, JudgedPopulation, judge_all};
 
 /// All data for machine-readable output.
 #[derive(Serialize)]
 struct Everything<'a> {
-    landscapes: Vec<Landscape>,
+    landscapes: Vec<JudgedPopulation>,
     grasps: &'a [JudgedGrasp],
 }
 
 pub(super) fn run(command: &Inspect, common: &Common) -> anyhow::Result<()> {
-    let (file, warnings) = input::read(
-        &command.file,
-        command.of.hand.as_deref(),
-        command.of.object.as_deref(),
-    )?;
-    if !common.quiet {
-        input::warn(&warnings);
-    }
+    let file = input::grasps(&command.file, &command.of, common)?;
+    input::all_known("--grasp", &command.grasp, &file, &command.file)?;
     let name = command.file.display();
-    for id in &command.grasp {
-        anyhow::ensure!(
-            file.grasps.iter().any(|grasp| grasp.id == *id),
-            "--grasp {id}: {name} has no grasp with this id"
-        );
-    }
     let wanted = |grasp: &GraspRow| command.grasp.is_empty() || command.grasp.contains(&grasp.id);
     let count = file.grasps.iter().filter(|grasp| wanted(grasp)).count();
     let bar = progress::bar("grasps", count as u64, common.quiet);
@@ -56,21 +44,21 @@ pub(super) fn run(command: &Inspect, common: &Common) -> anyhow::Result<()> {
         }
         let energy = population.energy().with_context(|| format!("{name}"))?;
         let judged = judge_all(&energy, &population, &grasps, || bar.inc(1));
-        let landscape = Landscape::of(&population, &judged);
+        let counts = JudgedPopulation::of(&population, &judged);
         if !command.grasp.is_empty() {
             for grasp in &judged {
                 text.push_str(&detail(grasp));
                 text.push('\n');
             }
         } else if command.each {
-            text.push_str(&landscape.title());
+            text.push_str(&title(&counts));
             text.push_str(&lines(&judged));
             text.push('\n');
         } else {
-            text.push_str(&summary(&landscape, &judged));
+            text.push_str(&summary(&counts, &judged));
             text.push('\n');
         }
-        landscapes.push(landscape);
+        landscapes.push(counts);
         all.extend(judged);
     }
     bar.finish_and_clear();
@@ -85,11 +73,15 @@ pub(super) fn run(command: &Inspect, common: &Common) -> anyhow::Result<()> {
     Ok(())
 }
 
-pub(super) fn millimetres(metres: f64) -> String {
+fn millimetres(metres: f64) -> String {
     format!("{:.2}", 1e3 * metres)
 }
 
-pub(super) fn friction(judgement: &Judgement) -> f64 {
+fn passes(is: bool) -> String {
+    if is { "passes" } else { "refused" }.to_owned()
+}
+
+fn friction(judgement: &Judgement) -> f64 {
     judgement.least_friction.unwrap_or(f64::INFINITY)
 }
 
@@ -146,24 +138,8 @@ fn detail(grasp: &JudgedGrasp) -> String {
                 format!("refused for {reason}")
             }),
         ),
-        (
-            "Eq. 11 as printed",
-            if grasp.passes_published {
-                "passes"
-            } else {
-                "refused"
-            }
-            .to_owned(),
-        ),
-        (
-            "Eq. 11 as released",
-            if grasp.passes_released {
-                "passes"
-            } else {
-                "refused"
-            }
-            .to_owned(),
-        ),
+        ("Eq. 11 as printed", passes(grasp.passes_published)),
+        ("Eq. 11 as released", passes(grasp.passes_released)),
         ("", String::new()),
         ("|Gc|", number(judgement.net_wrench)),
         ("least friction", number(friction(judgement))),
@@ -221,4 +197,95 @@ fn detail(grasp: &JudgedGrasp) -> String {
         "no forces balance at friction 0.5\n"
     });
     text
+}
+
+fn title(of: &JudgedPopulation) -> String {
+    let scale = if (of.scale - 1.0).abs() > f64::EPSILON {
+        format!(", scale {}", of.scale)
+    } else {
+        String::new()
+    };
+    let (grasps, hand, object) = (of.grasps, &of.hand, &of.object);
+    format!("{grasps} grasps of the {hand} hand on {object}{scale}\n\n")
+}
+
+/// The counts and quantiles as a page of text.
+fn summary(population: &JudgedPopulation, judged: &[JudgedGrasp]) -> String {
+    let mut text = title(population);
+    let total = population.grasps;
+    let share = |count: usize| {
+        let percent = 100.0 * count as f64 / total as f64;
+        format!("{count} of {total} ({percent:.0} %)")
+    };
+    for (filter, count) in [
+        ("strict filter", population.passes_strict),
+        ("Eq. 11 as printed", population.passes_published),
+        ("Eq. 11 as released", population.passes_released),
+    ] {
+        let _ = writeln!(text, "{filter:<20} {}", share(count));
+    }
+    for (reason, count) in by_frequency(&population.objections) {
+        let _ = writeln!(text, "  refused for {reason}: {count}");
+    }
+    text.push('\n');
+    text.push_str(&quantiles(judged));
+    text.push_str("\ntouched by\n");
+    let mut rows = Vec::new();
+    for (link, count) in by_frequency(&population.touched_by) {
+        rows.push(vec![format!("  {link}"), share(count)]);
+    }
+    text.push_str(&table(&rows));
+    text
+}
+
+/// Sorts by frequency, most frequent first, and then by name.
+fn by_frequency<K: AsRef<str>>(counts: &BTreeMap<K, usize>) -> Vec<(&str, usize)> {
+    let names = counts.iter().map(|(name, count)| (name.as_ref(), *count));
+    let mut sorted: Vec<(&str, usize)> = names.collect();
+    sorted.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+    sorted
+}
+
+fn quantiles(judged: &[JudgedGrasp]) -> String {
+    type Value = fn(&JudgedGrasp) -> f64;
+    let measures: [(&str, Value); 9] = [
+        ("|Gc|", |grasp| grasp.judgement.net_wrench),
+        ("least friction", |grasp| friction(&grasp.judgement)),
+        ("epsilon at friction 0.5", |grasp| grasp.judgement.epsilon),
+        ("farthest contact, mm", |grasp| 1e3 * grasp.judgement.gap_m),
+        ("deepest penetration, mm", |grasp| {
+            1e3 * grasp.judgement.deepest_m
+        }),
+        ("deepest in itself, mm", |grasp| {
+            1e3 * grasp.judgement.self_penetration_m
+        }),
+        ("beyond joint limits, rad", |grasp| {
+            grasp.judgement.joint_excess_rad
+        }),
+        ("digits in contact", |grasp| grasp.judgement.digits as f64),
+        ("energy", |grasp| grasp.energy),
+    ];
+    let header = ["", "least", "10 %", "median", "90 %", "most"];
+    let mut rows = vec![header.map(str::to_owned).to_vec()];
+    let mut row = |name: String, mut values: Vec<f64>| {
+        values.sort_by(f64::total_cmp);
+        let last = values.len() - 1;
+        // Quantiles in tenths, rounded to the nearest grasp, since friction may be infinite.
+        let at = |tenths: usize| number(values[(last * tenths + 5) / 10]);
+        let mut cells = vec![name];
+        cells.extend([0, 1, 5, 9, 10].map(at));
+        rows.push(cells);
+    };
+    for (name, value) in measures {
+        row(name.to_owned(), judged.iter().map(value).collect());
+    }
+    let terms = judged
+        .first()
+        .into_iter()
+        .flat_map(|grasp| grasp.terms.keys());
+    for term in terms {
+        let values = judged.iter().map(|grasp| grasp.terms[term]);
+        row(format!("  {term}"), values.collect());
+    }
+    table(&rows)
 }

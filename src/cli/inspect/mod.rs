@@ -7,12 +7,10 @@ use anyhow::Context;
 use clap::Args;
 
 use super::args::{Common, HandAndObject};
-use super::{print, print_json};
 
 mod contacts;
 mod grasps;
 mod path;
-mod summary;
 
 /// Judge grasps.
 #[derive(Debug, Args)]
@@ -91,23 +89,7 @@ pub(super) fn run(command: &Inspect, common: &Common) -> anyhow::Result<()> {
     if first != Some(&b'{') {
         return grasps::run(command, common);
     }
-    let flags = [
-        ("--grasp", !command.grasp.is_empty()),
-        ("--each", command.each),
-        ("--hand", command.of.hand.is_some()),
-        ("--object", command.of.object.is_some()),
-    ];
-    if let Some((flag, _)) = flags.iter().find(|(_, given)| *given) {
-        anyhow::bail!("{flag}: {name} holds bare contacts, not grasps");
-    }
-    let contacts = contacts::Contacts::read(&bytes).with_context(|| format!("{name}"))?;
-    let report = contacts.judge();
-    if command.json {
-        print_json(&report)?;
-    } else {
-        print(&report.text());
-    }
-    Ok(())
+    contacts::run(command, &bytes)
 }
 
 /// Aligned columns: the first to the left, the others to the right.
