@@ -33,7 +33,7 @@ pub struct Rule {
     pub unlisted_below: f64,
     /// A grasp whose two best scores differ by less is ambiguous.
     pub ambiguous_within: f64,
-    /// A hash (64-bit FNV-1a) of signatures, features, the table of types and the settings of [`Settle`]; each label
+    /// A hash (64-bit FNV-1a) of signatures, features, the table of types and the settings of [`PoseCorrection`]; each label
     /// belongs to one.
     pub version: String,
     /// Weight with which a missed key feature lowers the score.
