@@ -30,7 +30,7 @@ use serde_json::{Value, json};
 use super::atomic::AtomicFolder;
 use super::columns::Columns;
 use super::error::{Fault, StoreError, Warning};
-use super::metadata::{HandMetadata, ObjectMetadata, bad, check_version, content_hash};
+use super::metadata::{HandMetadata, ObjectMetadata, Source, bad, check_version, content_hash};
 use super::row::{self, Column, columns};
 use super::table::{FLOAT, IDS, TEXTS, Table};
 
@@ -152,15 +152,6 @@ pub struct Manifest {
     pub findings: BTreeMap<String, Value>,
     /// Warnings for the reader of the results.
     pub warnings: Vec<String>,
-}
-
-/// The input of a landscape.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub struct Source {
-    /// File name, without folder.
-    pub name: String,
-    /// [`content_hash`](super::content_hash) of its bytes.
-    pub content_hash: String,
 }
 
 /// Sizes of a landscape.

@@ -6,7 +6,6 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::error::StoreError;
-use super::landscape::Source;
 
 /// Version of the columns and metadata of this program.
 pub const SCHEMA_VERSION: u64 = 1;
@@ -297,6 +296,15 @@ mod packed {
         }
         Ok(Some(text))
     }
+}
+
+/// The input of a landscape.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Source {
+    /// File name, without folder.
+    pub name: String,
+    /// [`content_hash`](super::content_hash) of its bytes.
+    pub content_hash: String,
 }
 
 #[cfg(test)]

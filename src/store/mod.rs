@@ -31,10 +31,10 @@ pub use error::{Fault, StoreError, Warning};
 pub use grasps::{GraspFile, GraspRow, Overrides, Population};
 pub use journal::Journal;
 pub use landscape::{
-    Counts, EdgeRow, LandscapeFiles, Manifest, MinimumRow, PathPoint, Phase, Source, Timings,
+    Counts, EdgeRow, LandscapeFiles, Manifest, MinimumRow, PathPoint, Phase, Timings,
 };
 pub use metadata::{
-    HandMetadata, Metadata, ObjectMetadata, SCHEMA_VERSION, Step, TextFile, content_hash,
+    HandMetadata, Metadata, ObjectMetadata, SCHEMA_VERSION, Source, Step, TextFile, content_hash,
 };
 pub use rebuild::RebuildError;
 pub use resampled::{read_resampled, write_resampled};

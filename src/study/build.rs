@@ -2,75 +2,14 @@
 
 use super::chain_choice::ChainChoice;
 use super::error::StudyError;
-use super::settings::settings_for_grasps;
+use super::settings::{GraspMapSettings, StudyRun};
 use crate::grasp::hover::{HoverCost, hover_costs};
 use crate::grasp::{GraspEnergy, GraspKernel};
 use crate::store::Population;
 use crate::topography::{
-    Landscape, MapSettings, Minimum, MinimumId, Run, SequentialSettings, build_landscape, distinct,
+    Landscape, MapSettings, Minimum, MinimumId, SequentialSettings, build_landscape, distinct,
     quench_all, sequential,
 };
-
-/// Settings of [`map_population`].
-#[derive(Debug, Clone)]
-pub struct GraspMapSettings {
-    /// Neighbours, descents, paths, groups and seed. Its temperature and force are used only if no better ones are found.
-    pub map: MapSettings,
-    /// Temperature T of attraction–diffusion. `None` chooses the best of a few that are tried on a dozen pairs.
-    pub temperature: Option<f64>,
-    /// Force F = αT of attraction–diffusion, energy per metre. `None` chooses it in the same way.
-    pub force: Option<f64>,
-    /// Whether to choose by a magnetisation diagram instead of a few chains.
-    pub diagram: bool,
-    /// Whether to map by sequential ADELM as published. Every barrier is then an upper bound, and the order matters.
-    pub sequential: bool,
-}
-
-impl GraspMapSettings {
-    /// Settings of `landscape build` without flags: [`settings_for_grasps`], with temperature and force chosen.
-    pub fn new(energy: &GraspEnergy) -> Self {
-        Self {
-            map: settings_for_grasps(energy),
-            temperature: None,
-            force: None,
-            diagram: false,
-            sequential: false,
-        }
-    }
-
-    /// The settings of the map with the given temperature and force.
-    pub fn map_settings(&self) -> MapSettings {
-        let mut map = self.map.clone();
-        map.chain.temperature = self.temperature.unwrap_or(map.chain.temperature);
-        map.chain.force = self.force.unwrap_or(map.chain.force);
-        map
-    }
-}
-
-/// Journal, progress observer and stage callback of a study.
-#[derive(Clone, Copy)]
-pub struct StudyRun<'a> {
-    /// Journal and progress observer.
-    pub run: Run<'a>,
-    /// Called after each stage with its name (`quench`, `hover`, `diagram` or `choose`, `connect`) and its number of energy
-    /// evaluations, as far as they were counted.
-    pub stage_ended: &'a dyn Fn(&str, usize),
-}
-
-impl Default for StudyRun<'_> {
-    fn default() -> Self {
-        Self {
-            run: Run::default(),
-            stage_ended: &|_, _| (),
-        }
-    }
-}
-
-impl std::fmt::Debug for StudyRun<'_> {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        formatter.debug_struct("StudyRun").finish_non_exhaustive()
-    }
-}
 
 /// A landscape of grasps and how it was made.
 #[derive(Debug)]

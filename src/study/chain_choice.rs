@@ -1,8 +1,7 @@
 //! Chooses temperature and force of the chains of a grasp map, from a few chains or from a magnetisation diagram.
 
-use super::build::{GraspMapSettings, StudyRun};
 use super::error::StudyError;
-use super::settings::contact_slope;
+use super::settings::{GraspMapSettings, StudyRun, contact_slope};
 use crate::figure::diagram_chart;
 use crate::grasp::{GraspEnergy, GraspKernel};
 use crate::store::AtomicFolder;

@@ -104,7 +104,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 use serde_json::Value;
 
-pub use build::{GraspLandscape, GraspMapSettings, StudyRun, map_population};
+pub use build::{GraspLandscape, map_population};
 pub use chain_choice::ChainChoice;
 pub use claims::{ClaimSettings, Finding, TaxonomyComparison, Verdict, compare_with_taxonomy};
 pub use contacts::{BalancingForces, ContactsError, ContactsReport, GivenContact, GivenContacts};
@@ -121,7 +121,7 @@ pub use labels::{HumanLabel, human_label, label_all, record_labels};
 pub use minimax_path::{MinimaxPath, Waypoint};
 pub use names::{GraspSetting, MinimumName};
 pub use report::GraspReport;
-pub use settings::settings_for_grasps;
+pub use settings::{GraspMapSettings, StudyRun, settings_for_grasps};
 pub use simulation::{ObjectFit, Simulation, simulate_all, simulation_fingerprint};
 pub use statistics::{NamedLandscape, StatisticsSettings, TypeComparison, compare_types};
 use surface::spell;

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use serde_json::json;
 
-use super::build::StudyRun;
 use super::drawing::{Titles, not_drawn};
 use super::error::StudyError;
+use super::settings::StudyRun;
 use super::tables::{Input, Mapped};
 use super::uncertainty::Unseen;
 use super::{Digits, json as value, tally};
