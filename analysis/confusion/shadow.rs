@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use landscape::evaluation::taxonomy::{Anatomy, Rule, Touch, label_contacts};
+use landscape::evaluation::taxonomy::{Anatomy, Rule, TouchingPatch, label_contacts};
 use landscape::hand::{Hand, HandFiles, PosedHand};
 use nalgebra::Vector3;
 use serde::Deserialize;
@@ -54,7 +54,7 @@ pub(crate) fn outcomes(path: &Path, hand: &Path, rule: &Rule) -> Result<Vec<Outc
             let link = hand.link(&contact.body)?;
             let frame = &posed.object_from_link[link.0];
             let normal = Vector3::from(contact.normal_body);
-            Some(Touch {
+            Some(TouchingPatch {
                 patch: anatomy.patch_on(&hand, link, &normal)?,
                 link,
                 point: frame.point(&Vector3::from(contact.point_body)),
@@ -62,7 +62,7 @@ pub(crate) fn outcomes(path: &Path, hand: &Path, rule: &Rule) -> Result<Vec<Outc
                 weight_mm2: ANNOTATED_MM2,
             })
         };
-        let touches: Option<Vec<Touch>> = template.contacts.iter().map(touch).collect();
+        let touches: Option<Vec<TouchingPatch>> = template.contacts.iter().map(touch).collect();
         let touches = touches.ok_or("a contact is on no link of this hand")?;
         outcomes.push(Outcome {
             id: format!("shadow-{}", template.feix_number),

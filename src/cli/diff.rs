@@ -14,7 +14,9 @@ use crate::object::Description;
 use crate::space::{PoseSpace, Space, Symmetry};
 use crate::store::Manifest;
 use crate::study::{Digits, median};
-use crate::topography::{Evidence, Match, MergeChange, Minimum, MinimumId, Tree, TreeDifference};
+use crate::topography::{
+    Evidence, Match, MergeChange, Minimum, MinimumId, Tree, TreeDifference, TreeSimilarity,
+};
 
 /// Compare two landscapes.
 #[derive(Debug, Args)]
@@ -184,7 +186,6 @@ fn surface_space(manifest: &Manifest) -> anyhow::Result<(Box<dyn Space>, String)
 }
 
 fn text(before: &Side, after: &Side, reach: f64, found: &TreeDifference) -> String {
-    let likeness = &found.likeness;
     let minima = before.minima.iter().chain(&after.minima);
     let digits = Digits::of(minima.map(|minimum| minimum.energy));
     let lengths = Digits::of([reach]);
@@ -221,21 +222,30 @@ fn text(before: &Side, after: &Side, reach: f64, found: &TreeDifference) -> Stri
         );
         return lines.join("\n");
     }
-    if likeness.pairs + likeness.joined_in_one == 0 {
-        lines.push(
-            "- no heights can be compared: no two of the corresponding minima are joined in either landscape"
-                .to_owned(),
-        );
+    lines.extend(heights(&found.likeness, digits));
+    lines.extend(energies(found, digits));
+    lines.extend(merges(found, digits));
+    lines.extend(alone("Vanished", &before.minima, &found.vanished, digits));
+    lines.extend(alone("Appeared", &after.minima, &found.appeared, digits));
+    lines.push(String::new());
+    lines.join("\n")
+}
+
+/// The changes of the heights at which pairs of minima merge.
+fn heights(likeness: &TreeSimilarity, digits: Digits) -> Vec<String> {
+    let mut lines = vec![if likeness.pairs + likeness.joined_in_one == 0 {
+        "- no heights can be compared: no two of the corresponding minima are joined in either landscape"
+            .to_owned()
     } else {
-        lines.push(format!(
+        format!(
             "- heights at which {} pairs merge moved by {} on average, {} root mean square; {} pairs are joined in one \
              landscape only",
             likeness.pairs,
             digits.change(likeness.mean_change),
             digits.show(likeness.rms_change),
             likeness.joined_in_one
-        ));
-    }
+        )
+    }];
     lines.push(format!(
         "- largest change of a height or an energy: {} (cophenetic distance)",
         digits.show(likeness.largest_change)
@@ -243,12 +253,7 @@ fn text(before: &Side, after: &Side, reach: f64, found: &TreeDifference) -> Stri
     if let Some(correlation) = likeness.correlation {
         lines.push(format!("- cophenetic correlation: {correlation:.4}"));
     }
-    lines.extend(energies(found, digits));
-    lines.extend(merges(found, digits));
-    lines.extend(alone("Vanished", &before.minima, &found.vanished, digits));
-    lines.extend(alone("Appeared", &after.minima, &found.appeared, digits));
-    lines.push(String::new());
-    lines.join("\n")
+    lines
 }
 
 /// A note that poses on two objects are compared, if the objects differ.

@@ -12,7 +12,7 @@ use super::output::{check_file, check_place};
 use super::{complain, input, print, progress};
 use crate::figure::{Image, Scene, Surface, contact_sheet_canvas};
 use crate::limits::OBJECT_SCALE;
-use crate::object::{FoundSymmetry, Object, find_symmetry};
+use crate::object::{Description, FoundSymmetry, Object, find_symmetry};
 use crate::space::Symmetry;
 use crate::store::FileSet;
 
@@ -104,18 +104,8 @@ pub(super) fn run(command: &ObjectsInspect, common: &Common) -> anyhow::Result<(
     outputs.add(&picture, &sheet)?;
     let mut written = picture.display().to_string();
     if let Some(side_file) = &command.side_file {
-        let mut description = object.description.clone();
-        if description.symmetry == Symmetry::None {
-            // Converted to the units of the mesh file, because the side file belongs to it.
-            let factor = 1.0 / command.scale.unwrap_or(1.0);
-            let of_mesh = crate::object::Description {
-                symmetry: found.symmetry,
-                ..Default::default()
-            };
-            description.symmetry = of_mesh.scaled(factor).symmetry;
-        }
-        let mut text = serde_json::to_string_pretty(&description)?;
-        text.push('\n');
+        let description = described(&object, found.symmetry, command.scale.unwrap_or(1.0));
+        let text = serde_json::to_string_pretty(&description)? + "\n";
         outputs.add(side_file, text.as_bytes())?;
         let _ = write!(written, " and {}", side_file.display());
     }
@@ -124,6 +114,20 @@ pub(super) fn run(command: &ObjectsInspect, common: &Common) -> anyhow::Result<(
         complain(&format!("wrote {written}"));
     }
     Ok(())
+}
+
+/// The description of the object, with the symmetry found if it declares none. `scale`: metres per unit of the mesh.
+fn described(object: &Object, symmetry: Symmetry, scale: f64) -> Description {
+    let mut description = object.description.clone();
+    if description.symmetry == Symmetry::None {
+        // Converted to the units of the mesh file, because the side file belongs to it.
+        let of_mesh = Description {
+            symmetry,
+            ..Default::default()
+        };
+        description.symmetry = of_mesh.scaled(1.0 / scale).symmetry;
+    }
+    description
 }
 
 /// Text table of the derived quantities.

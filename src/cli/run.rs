@@ -73,13 +73,16 @@ pub(super) fn check_resumable(again: &Again, outputs: &[PathBuf]) -> anyhow::Res
     Ok(())
 }
 
-/// Opens the journal of a run that writes one file.
+/// Opens the journal of a run that writes the file `output`, beside this file.
 pub(super) fn open_journal(
-    path: &Path,
+    output: &Path,
     fingerprint: &str,
     again: &Again,
     quiet: bool,
 ) -> anyhow::Result<Journal> {
+    let mut path = output.as_os_str().to_owned();
+    path.push(".partial");
+    let path = Path::new(&path);
     anyhow::ensure!(
         !again.resume || path.is_file(),
         "--resume: there is no {}, so no interrupted run: begin one without --resume",

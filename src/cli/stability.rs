@@ -87,10 +87,8 @@ pub(super) fn run(command: &Stability, common: &Common) -> anyhow::Result<()> {
     let mut file = input::grasps(&command.grasps, &command.of, common)?;
     let inputs = common.provenance.sources()?;
 
-    let mut journal_path = output.as_os_str().to_owned();
-    journal_path.push(".partial");
     let journal = open_journal(
-        &PathBuf::from(journal_path),
+        &output,
         &simulation_fingerprint(&file, &protocol)?,
         &command.again,
         common.quiet,

@@ -160,11 +160,8 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
         );
         input::warn(&Vec::from_iter(expense(energy.hand())));
     }
-    let mut journal_path = command.output.as_os_str().to_owned();
-    journal_path.push(".partial");
     let fingerprint = origin.fingerprint(&energy, &settings)?;
-    let journal_path = PathBuf::from(journal_path);
-    let journal = open_journal(&journal_path, &fingerprint, &command.again, common.quiet)?;
+    let journal = open_journal(&command.output, &fingerprint, &command.again, common.quiet)?;
 
     let (started, watch) = (Instant::now(), Watch::new(common.quiet));
     let run = Run {

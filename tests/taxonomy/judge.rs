@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use landscape::evaluation::taxonomy::{
-    Anatomy, Label, Labeller, Rule, Taxonomy, Touch, Verdict, held, label_contacts, touches,
+    Anatomy, Label, Labeller, Rule, Taxonomy, TouchingPatch, Verdict, held, label_contacts, touches,
 };
 use landscape::hand::{Hand, PosedHand};
 use landscape::object::{Assembly, Object};
@@ -120,7 +120,8 @@ pub(crate) fn judge(cases: &[Case], rule: &Rule, noise: Noise) -> Result<Vec<Out
         let misread = |x: &[f64]| {
             let mut read = PosedHand::default();
             hand.pose(x, &mut read);
-            let carried: Vec<Touch> = near.iter().map(|(t, _)| t.carried(&posed, &read)).collect();
+            let carried: Vec<TouchingPatch> =
+                near.iter().map(|(t, _)| t.carried(&posed, &read)).collect();
             label_contacts(rule, &anatomy, &read, &carried, held.clone())
         };
         let labelled = |copy: u64| {

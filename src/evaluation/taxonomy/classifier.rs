@@ -7,7 +7,7 @@ use super::features::{DIGITS, Features, TOUCHES};
 use super::pose_correction::{PoseCorrection, readings};
 use super::signature::{Rule, meaning, name};
 use super::table::{Category, Form, GraspType, Opposition, Taxonomy, spell_digits};
-use super::touch::{Held, Touch, held, ramp, touches};
+use super::touch::{Held, TouchingPatch, held, ramp, touches};
 use crate::hand::{Hand, PatchSide, PosedHand};
 use crate::object::Object;
 
@@ -207,7 +207,7 @@ impl<'a> Labeller<'a> {
             self.hand.pose(&x, &mut posed);
             let near = touches(self.hand, anatomy, &posed, self.object);
             let held = held(self.object, &near);
-            let touches: Vec<Touch> = near.into_iter().map(|(touch, _)| touch).collect();
+            let touches: Vec<TouchingPatch> = near.into_iter().map(|(touch, _)| touch).collect();
             label_contacts(self.rule, anatomy, &posed, &touches, held)
         };
         readings(self.hand, self.object, x, &PoseCorrection::default())
@@ -223,7 +223,7 @@ pub fn label_contacts(
     rule: &Rule,
     anatomy: &Anatomy,
     posed: &PosedHand,
-    touches: &[Touch],
+    touches: &[TouchingPatch],
     held: Option<Held>,
 ) -> Label {
     let features = Features::of(anatomy, posed, touches, held.as_ref());
@@ -291,7 +291,11 @@ fn category(opposition: Opposition, features: &Features) -> Category {
     }
 }
 
-fn virtual_fingers(opposition: Opposition, features: &Features, touches: &[Touch]) -> String {
+fn virtual_fingers(
+    opposition: Opposition,
+    features: &Features,
+    touches: &[TouchingPatch],
+) -> String {
     let touching = |digit: &usize| features.named(DIGITS[digit - 1]) >= TOUCHES;
     let fingers: Vec<usize> = (2..=5).filter(touching).collect();
     let on_side = |digit: usize| {

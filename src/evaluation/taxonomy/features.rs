@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::anatomy::{Anatomy, Bone, PalmPart, Patch};
 use super::table::Opposition;
-use super::touch::{Held, Touch, ramp};
+use super::touch::{Held, TouchingPatch, ramp};
 use crate::hand::{PatchSide, PosedHand};
 
 /// Contact area that makes a touch certain, mm². It is less than the area of one surface point of a human hand (about 65
@@ -150,7 +150,7 @@ impl Features {
     pub(super) fn of(
         anatomy: &Anatomy,
         posed: &PosedHand,
-        touches: &[Touch],
+        touches: &[TouchingPatch],
         held: Option<&Held>,
     ) -> Self {
         let mut features = Self {
@@ -165,7 +165,7 @@ impl Features {
         features
     }
 
-    fn contact(&mut self, anatomy: &Anatomy, touches: &[Touch]) {
+    fn contact(&mut self, anatomy: &Anatomy, touches: &[TouchingPatch]) {
         let weight = |test: &dyn Fn(Patch) -> bool| weight(touches, test);
         let enough = |mm2: f64| (mm2 / TOUCH_MM2).min(1.0);
         let of_digit =
@@ -234,7 +234,7 @@ impl Features {
     }
 
     /// Measures which parts press against each other.
-    fn oppose(&mut self, anatomy: &Anatomy, posed: &PosedHand, touches: &[Touch]) {
+    fn oppose(&mut self, anatomy: &Anatomy, posed: &PosedHand, touches: &[TouchingPatch]) {
         let sum = |test: &dyn Fn(Patch) -> bool| -> Vector3<f64> {
             touches
                 .iter()
@@ -252,7 +252,8 @@ impl Features {
         let whole = weight(touches, &is_finger);
         let against = |direction: Vector3<f64>, test: &dyn Fn(Patch) -> bool| -> f64 {
             let direction = direction.try_normalize(1e-9).unwrap_or_default();
-            let part = |touch: &Touch| touch.weight_mm2 * (-touch.normal.dot(&direction)).max(0.0);
+            let part =
+                |touch: &TouchingPatch| touch.weight_mm2 * (-touch.normal.dot(&direction)).max(0.0);
             let parts = touches
                 .iter()
                 .filter(|t| is_finger(t.patch) && test(t.patch));
@@ -414,7 +415,7 @@ fn flexion(anatomy: &Anatomy, posed: &PosedHand, digit: usize) -> Option<[f64; 2
     Some([knuckle, beyond])
 }
 
-fn weight(touches: &[Touch], test: &dyn Fn(Patch) -> bool) -> f64 {
+fn weight(touches: &[TouchingPatch], test: &dyn Fn(Patch) -> bool) -> f64 {
     touches
         .iter()
         .filter(|touch| test(touch.patch))

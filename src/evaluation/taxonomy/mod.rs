@@ -20,7 +20,7 @@ pub use classifier::{
 pub use pose_correction::{PoseCorrection, readings};
 pub use signature::Rule;
 pub use table::{Category, Disagreement, Form, GraspType, Opposition, Taxonomy, Thumb};
-pub use touch::{Held, NEAR_M, Touch, held, touches};
+pub use touch::{Held, NEAR_M, TouchingPatch, held, touches};
 
 /// Why a table of types or of signatures cannot be used.
 #[derive(Debug, thiserror::Error)]

@@ -69,7 +69,7 @@ const PLACES: u32 = 8;
 
 /// A capsule near the object. Its distance comes from the object's field at a few places, a hundred times cheaper than from
 /// the mesh.
-struct Touch {
+struct NearbyCapsule {
     link: LinkId,
     /// Signed distance of the capsule, metres.
     gap_m: f64,
@@ -140,7 +140,7 @@ pub fn readings(
 
 impl Near<'_> {
     /// The capsules nearer than `reach_m`.
-    fn touches(&self, x: &[f64], reach_m: f64, posed: &mut PosedHand) -> Vec<Touch> {
+    fn touches(&self, x: &[f64], reach_m: f64, posed: &mut PosedHand) -> Vec<NearbyCapsule> {
         self.hand.pose(x, posed);
         let shape = &self.object.shape;
         let capsules = self.hand.capsules.iter().zip(&posed.capsules);
@@ -154,7 +154,7 @@ impl Near<'_> {
                 return None;
             }
             let outward = shape.gradient(&place).1.try_normalize(1e-9)?;
-            Some(Touch {
+            Some(NearbyCapsule {
                 link: capsule.link,
                 gap_m,
                 on_hand: place - outward * capsule.radius_m,
@@ -165,7 +165,7 @@ impl Near<'_> {
     }
 
     /// Derivative of the distance of a touch with respect to each joint angle, metres per radian.
-    fn slope(&self, posed: &PosedHand, touch: &Touch) -> DVector<f64> {
+    fn slope(&self, posed: &PosedHand, touch: &NearbyCapsule) -> DVector<f64> {
         let joints = self.hand.joints.len();
         let metric = self.metric.get_or_init(|| self.hand.pose_metric());
         let mut wrenches = vec![Wrench::default(); self.hand.links.len()];
@@ -227,7 +227,7 @@ impl Near<'_> {
     }
 
     /// Whether nothing is deep inside.
-    fn fair(&self, near: &[Touch]) -> bool {
+    fn fair(&self, near: &[NearbyCapsule]) -> bool {
         near.iter()
             .all(|touch| touch.gap_m > -self.correction.fair_m)
     }
@@ -261,7 +261,7 @@ impl Near<'_> {
             .find_map(|(_, digit)| self.closed(x, *digit, &mut posed))
     }
 
-    fn digit(&self, touch: &Touch) -> usize {
+    fn digit(&self, touch: &NearbyCapsule) -> usize {
         self.hand.links[touch.link.0].digit
     }
 

@@ -24,7 +24,7 @@ const WIDEST_M: f64 = 0.25;
 
 /// A patch of the hand in contact with the object.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Touch {
+pub struct TouchingPatch {
     /// Part of the hand.
     pub patch: Patch,
     /// The link it belongs to.
@@ -37,7 +37,7 @@ pub struct Touch {
     pub weight_mm2: f64,
 }
 
-impl Touch {
+impl TouchingPatch {
     /// The same contact on another pose of the hand; it keeps its place on its link.
     #[must_use]
     pub fn carried(&self, from: &PosedHand, to: &PosedHand) -> Self {
@@ -75,7 +75,7 @@ pub fn touches(
     anatomy: &Anatomy,
     posed: &PosedHand,
     object: &Object,
-) -> Vec<(Touch, Vector3<f64>)> {
+) -> Vec<(TouchingPatch, Vector3<f64>)> {
     let touch = |i: usize, normal: &Vector3<f64>, place: Vector3<f64>| {
         let nearest = object.exact.nearest(&place);
         if nearest.distance_m >= NEAR_M {
@@ -85,7 +85,7 @@ pub fn touches(
         let near = ((NEAR_M - nearest.distance_m) / (NEAR_M - TOUCHING_M)).min(1.0);
         let area_m2 = hand.surface[i].area_m2 / PLACES.len() as f64;
         let weight_mm2 = 1e6 * area_m2 * near * facing;
-        let touch = Touch {
+        let touch = TouchingPatch {
             patch: anatomy.patch(i),
             link: hand.surface[i].link,
             point: nearest.point,
@@ -110,7 +110,7 @@ pub fn touches(
 }
 
 /// The form of the object under the contacts; `None` without contacts.
-pub fn held(object: &Object, touches: &[(Touch, Vector3<f64>)]) -> Option<Held> {
+pub fn held(object: &Object, touches: &[(TouchingPatch, Vector3<f64>)]) -> Option<Held> {
     let total: f64 = touches.iter().map(|(touch, _)| touch.weight_mm2).sum();
     if total <= 0.0 {
         return None;
@@ -216,7 +216,7 @@ mod tests {
     /// The object as held at those points of its surface that `test` chooses.
     fn held_at(object: &Object, test: impl Fn(&SurfaceSample) -> bool) -> Held {
         let touch = |sample: &SurfaceSample| {
-            let touch = Touch {
+            let touch = TouchingPatch {
                 patch: Patch::Palm(PalmPart::Volar),
                 link: LinkId(0),
                 point: sample.point,
