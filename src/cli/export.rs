@@ -10,8 +10,7 @@ use super::args::{Common, HandAndObject};
 use super::output::{check_file, check_folder, is_scene};
 use super::{complain, input};
 use crate::figure::Scene;
-use crate::hand::{Hand, PosedHand};
-use crate::store::exchange::{QposRow, dexgraspnet_npy, qpos_csv, qpos_npy, table_csv, table_json};
+use crate::store::exchange::{dexgraspnet_npy, qpos, qpos_csv, qpos_npy, table_csv, table_json};
 use crate::store::{FileSet, GraspFile, GraspRow, HandMetadata, write_atomic};
 
 /// Write grasps for other programs.
@@ -173,43 +172,6 @@ fn bytes(
             }
         }
     })
-}
-
-/// Names of a model's joints in depth-first order and their numbers, including joints that follow others.
-fn qpos(hand: &Hand, grasps: &[&GraspRow]) -> (Vec<String>, Vec<QposRow>) {
-    let moving = || {
-        hand.links
-            .iter()
-            .enumerate()
-            .filter_map(|(place, link)| Some((place, link, link.motion?)))
-    };
-    let names = moving().map(|(_, link, _)| link.joint_name.clone());
-    let body = usize::from(hand.root_offset().is_some());
-    let row = |grasp: &&GraspRow| {
-        let pose = &grasp.grasp.pose;
-        let mut posed = PosedHand::default();
-        hand.pose(pose, &mut posed);
-        let mut qpos = if body == 0 {
-            [pose.translation_m(), &pose.rotation_wxyz()].concat()
-        } else {
-            let frame = posed.object_from_link[body];
-            let rotation = nalgebra::Rotation3::from_matrix_unchecked(frame.rotation);
-            let q = nalgebra::UnitQuaternion::from_rotation_matrix(&rotation);
-            let t = frame.translation;
-            vec![t.x, t.y, t.z, q.w, q.i, q.j, q.k]
-        };
-        qpos.extend(moving().map(|(place, _, motion)| {
-            let q = pose.joints()[motion.joint];
-            // The joint's own coordinate, or the displacement of a joint that follows another.
-            if hand.joints[motion.joint].link.0 == place {
-                q
-            } else {
-                motion.ratio * q + motion.offset
-            }
-        }));
-        QposRow { id: grasp.id, qpos }
-    };
-    (names.collect(), grasps.iter().map(row).collect())
 }
 
 /// Writes a scene for each grasp into a folder, or one into a file. Returns what was written.

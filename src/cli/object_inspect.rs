@@ -139,67 +139,50 @@ fn table(object: &Object, found: &FoundSymmetry, tolerance_m: f64) -> String {
         sides.as_slice().join(" × ")
     };
     let pieces = mesh.piece_count();
+    let plural = if pieces == 1 { "" } else { "s" };
+    let overlapping = if mesh.overlaps() {
+        " that overlap or touch: what lies inside another counts as inside"
+    } else {
+        ""
+    };
+    let guessed = match object.description.mass_kg {
+        None => ", for want of anything better",
+        Some(_) => "",
+    };
+    let field = match &object.field_report {
+        None => "a formula, exact".to_owned(),
+        Some(report) => format!(
+            "cells of {:.2} mm, within {:.3} mm of the mesh near the surface ({:.3} mm on its medial axis)",
+            1e3 * report.cell_m,
+            1e3 * report.max_error_m,
+            1e3 * report.max_error_anywhere_m
+        ),
+    };
     let mut text = format!(
-        "name              {}\nsize              {} mm, from ({}) mm\n",
+        "name              {}\n\
+         size              {} mm, from ({}) mm\n\
+         surface           {} triangles, watertight, {pieces} piece{plural}{overlapping}\n\
+         area, volume      {:.1} cm², {:.1} cm³\n\
+         mass              {:.3} kg ({:.0} kg/m³{guessed})\n\
+         centroid          ({}) mm, {:.1} mm to the farthest point\n\
+         thin              {:.0} % of the surface is thinner than a finger (15 mm)\n\
+         smooth field      {field}\n\
+         symmetry declared {}\n\
+         symmetry found    {}",
         object.name,
         millimetres(&(high - low)),
-        millimetres(&low).replace(" × ", ", ")
-    );
-    let _ = writeln!(
-        text,
-        "surface           {} triangles, watertight, {pieces} piece{}{}",
+        millimetres(&low).replace(" × ", ", "),
         mesh.triangles().len(),
-        if pieces == 1 { "" } else { "s" },
-        if mesh.overlaps() {
-            " that overlap or touch: what lies inside another counts as inside"
-        } else {
-            ""
-        }
-    );
-    let _ = writeln!(
-        text,
-        "area, volume      {:.1} cm², {:.1} cm³",
         1e4 * mesh.area_m2(),
-        1e6 * mesh.volume()
-    );
-    let _ = writeln!(
-        text,
-        "mass              {:.3} kg ({:.0} kg/m³{})",
+        1e6 * mesh.volume(),
         object.mass_kg,
         object.mass_kg / mesh.volume(),
-        if object.description.mass_kg.is_none() {
-            ", for want of anything better"
-        } else {
-            ""
-        }
-    );
-    let _ = writeln!(
-        text,
-        "centroid          ({}) mm, {:.1} mm to the farthest point",
         millimetres(&object.centroid).replace(" × ", ", "),
-        1e3 * object.radius_m
+        1e3 * object.radius_m,
+        100.0 * object.thin_share,
+        told(&object.symmetry),
+        told(&found.symmetry),
     );
-    let _ = writeln!(
-        text,
-        "thin              {:.0} % of the surface is thinner than a finger (15 mm)",
-        100.0 * object.thin_share
-    );
-    match &object.field_report {
-        None => {
-            let _ = writeln!(text, "smooth field      a formula, exact");
-        }
-        Some(report) => {
-            let _ = writeln!(
-                text,
-                "smooth field      cells of {:.2} mm, within {:.3} mm of the mesh near the surface ({:.3} mm on its medial axis)",
-                1e3 * report.cell_m,
-                1e3 * report.max_error_m,
-                1e3 * report.max_error_anywhere_m
-            );
-        }
-    }
-    let _ = writeln!(text, "symmetry declared {}", told(&object.symmetry));
-    let _ = write!(text, "symmetry found    {}", told(&found.symmetry));
     if found.symmetry != Symmetry::None {
         let _ = write!(
             text,
@@ -208,14 +191,10 @@ fn table(object: &Object, found: &FoundSymmetry, tolerance_m: f64) -> String {
             1e3 * tolerance_m
         );
         if object.symmetry == Symmetry::None {
-            let _ = write!(
-                text,
-                "\n                  not used unless declared: --side-file writes it into a description"
-            );
+            text += "\n                  not used unless declared: --side-file writes it into a description";
         }
     }
-    text.push('\n');
-    text
+    text + "\n"
 }
 
 fn told(symmetry: &Symmetry) -> String {

@@ -7,7 +7,7 @@ use anyhow::Context;
 use super::{Inspect, number, table, yes};
 use crate::cli::{print, print_json};
 use crate::grasp::closure::RANK_EPSILON;
-use crate::study::{ContactsReport, GivenContacts};
+use crate::study::{BalancingForces, ContactsReport, GivenContacts};
 
 /// Judges the contacts in the bytes of the file that the command names.
 pub(super) fn run(command: &Inspect, bytes: &[u8]) -> anyhow::Result<()> {
@@ -103,20 +103,19 @@ fn text(report: &ContactsReport) -> String {
         let _ = writeln!(text, "{}", format!("{what:<26} {value}").trim_end());
     }
     text.push('\n');
-    let Some(forces) = &report.forces else {
-        let _ = writeln!(text, "no forces balance at friction {}", number(friction));
-        return text;
-    };
-    let header = [
-        "contact",
-        "normal",
-        "sideways",
-        "share of limit",
-        "force x",
-        "y",
-        "z",
-    ];
-    let mut rows = vec![header.map(str::to_owned).to_vec()];
+    match &report.forces {
+        Some(forces) => text += &forces_text(forces, friction),
+        None => {
+            let _ = writeln!(text, "no forces balance at friction {}", number(friction));
+        }
+    }
+    text
+}
+
+/// The forces as a table.
+fn forces_text(forces: &BalancingForces, friction: f64) -> String {
+    let header = "contact|normal|sideways|share of limit|force x|y|z".split('|');
+    let mut rows: Vec<Vec<String>> = vec![header.map(str::to_owned).collect()];
     for (index, force) in forces.vectors.iter().enumerate() {
         let (normal, tangential) = (forces.normal[index], forces.tangential[index]);
         let limit = friction * normal;
@@ -129,10 +128,7 @@ fn text(report: &ContactsReport) -> String {
         row.extend(force.map(number));
         rows.push(row);
     }
-    let _ = writeln!(
-        text,
-        "forces that balance, as far inside the cones as possible (normal forces add up to one)"
-    );
-    text.push_str(&table(&rows));
-    text
+    let head =
+        "forces that balance, as far inside the cones as possible (normal forces add up to one)";
+    format!("{head}\n{}", table(&rows))
 }

@@ -13,7 +13,7 @@ use crate::grasp::Judgement;
 use crate::grasp::closure::{PointContact, contact_forces};
 use crate::grasp::filter::STRICT_FRICTION;
 use crate::store::GraspRow;
-use crate::study::{JudgedGrasp, JudgedPopulation, judge_all};
+use crate::study::{JudgedContact, JudgedGrasp, JudgedPopulation, judge_all};
 
 /// All data for machine-readable output.
 #[derive(Serialize)]
@@ -173,11 +173,16 @@ fn detail(grasp: &JudgedGrasp) -> String {
     for (term, value) in &grasp.terms {
         let _ = writeln!(text, "  {term:<20} {}", number(*value));
     }
-    let bare: Vec<PointContact> = grasp.contacts.iter().map(|found| found.contact).collect();
+    text + "\n" + &touching(&grasp.contacts)
+}
+
+/// The contacts of a grasp, with the forces that balance.
+fn touching(contacts: &[JudgedContact]) -> String {
+    let bare: Vec<PointContact> = contacts.iter().map(|found| found.contact).collect();
     let forces = contact_forces(&bare, STRICT_FRICTION);
     let header = ["contact on", "digit", "point", "distance mm", "force"];
     let mut rows = vec![header.map(str::to_owned).to_vec()];
-    for (index, touch) in grasp.contacts.iter().enumerate() {
+    for (index, touch) in contacts.iter().enumerate() {
         let force = forces.as_ref().map_or("-".to_owned(), |found| {
             number(found.forces[index].dot(&bare[index].inward_normal))
         });
@@ -189,14 +194,12 @@ fn detail(grasp: &JudgedGrasp) -> String {
             force,
         ]);
     }
-    text.push('\n');
-    text.push_str(&table(&rows));
-    text.push_str(if forces.is_some() {
-        "force: share of the normal force that balances as far inside the cones of friction 0.5 as possible\n"
-    } else {
-        "no forces balance at friction 0.5\n"
-    });
-    text
+    table(&rows)
+        + if forces.is_some() {
+            "force: share of the normal force that balances as far inside the cones of friction 0.5 as possible\n"
+        } else {
+            "no forces balance at friction 0.5\n"
+        }
 }
 
 fn title(of: &JudgedPopulation) -> String {

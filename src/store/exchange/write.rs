@@ -1,10 +1,12 @@
 //! Writes grasps in the formats of other programs.
 
+use nalgebra::{Rotation3, UnitQuaternion};
 use serde_json::{Map, Value};
 
 use super::dexgraspnet::{ROTATION, TRANSLATION, to_euler};
 use crate::formats::npy;
 use crate::formats::pickle_writer::Writer;
+use crate::hand::{Hand, PosedHand};
 use crate::store::GraspRow;
 
 /// A grasp as MuJoCo's qpos: a free joint (position, quaternion w x y z), then one number per joint of the model.
@@ -131,6 +133,46 @@ pub fn table_json(grasps: &[&GraspRow], joint_names: &[String]) -> Vec<u8> {
     let mut text = serde_json::to_string_pretty(&Value::Array(entries)).unwrap_or_default();
     text.push('\n');
     text.into_bytes()
+}
+
+/// The rows of grasps of one hand, and the names of its joints in depth-first order, including joints that follow others.
+///
+/// # Panics
+/// If a grasp is one of another hand.
+pub fn qpos(hand: &Hand, grasps: &[&GraspRow]) -> (Vec<String>, Vec<QposRow>) {
+    let moving = || {
+        hand.links
+            .iter()
+            .enumerate()
+            .filter_map(|(place, link)| Some((place, link, link.motion?)))
+    };
+    let names = moving().map(|(_, link, _)| link.joint_name.clone());
+    let body = usize::from(hand.root_offset().is_some());
+    let row = |grasp: &&GraspRow| {
+        let pose = &grasp.grasp.pose;
+        let mut posed = PosedHand::default();
+        hand.pose(pose, &mut posed);
+        let mut qpos = if body == 0 {
+            [pose.translation_m(), &pose.rotation_wxyz()].concat()
+        } else {
+            let frame = posed.object_from_link[body];
+            let rotation = Rotation3::from_matrix_unchecked(frame.rotation);
+            let q = UnitQuaternion::from_rotation_matrix(&rotation);
+            let t = frame.translation;
+            vec![t.x, t.y, t.z, q.w, q.i, q.j, q.k]
+        };
+        qpos.extend(moving().map(|(place, _, motion)| {
+            let q = pose.joints()[motion.joint];
+            // The joint's own coordinate, or the displacement of a joint that follows another.
+            if hand.joints[motion.joint].link.0 == place {
+                q
+            } else {
+                motion.ratio * q + motion.offset
+            }
+        }));
+        QposRow { id: grasp.id, qpos }
+    };
+    (names.collect(), grasps.iter().map(row).collect())
 }
 
 /// A CSV table of qpos vectors, with named columns.
