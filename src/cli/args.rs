@@ -1,27 +1,12 @@
-//! The verbs, and the arguments that several of them share. Those of one verb are in its own file.
+//! The arguments that several verbs share. Those of one verb are in its own file.
 
 use anyhow::Context;
-use clap::{Args, Parser, Subcommand, ValueHint};
+use clap::{Args, ValueHint};
 
 use super::input::within;
 use super::provenance::Provenance;
-use super::{
-    build, compare, diff, draw, export, hands, import, inspect, label, objects, stability, surface,
-    synth,
-};
 use crate::limits::THREADS;
 use crate::topography::{GroupSettings, PathMethod};
-
-/// Shows how diverse a population of grasps really is: synthesizes grasps by differentiable force closure and maps the
-/// energy landscape between them.
-#[derive(Debug, Parser)]
-#[command(version, propagate_version = true, arg_required_else_help = true, after_help = EXAMPLES)]
-pub(super) struct Arguments {
-    #[command(subcommand)]
-    pub(super) command: Command,
-    #[command(flatten)]
-    pub(super) common: Common,
-}
 
 /// Flags of every subcommand.
 #[derive(Debug, Args)]
@@ -65,60 +50,6 @@ pub(super) struct Again {
     #[arg(long)]
     pub(super) fresh: bool,
 }
-
-#[derive(Debug, Subcommand)]
-pub(super) enum Command {
-    /// Synthesize grasps of a hand on an object
-    #[command(after_help = synth::EXAMPLES)]
-    Synth(synth::Synth),
-    /// Map the energy landscape between the grasps of a file
-    #[command(after_help = build::EXAMPLES)]
-    Build(build::Build),
-    /// Judge the grasps of a file, or contacts without a hand
-    #[command(after_help = inspect::EXAMPLES)]
-    Inspect(inspect::Inspect),
-    /// List the built-in hands, or show the derived properties of your own hand
-    Hands(hands::Hands),
-    /// Simulate the grasps of a file: would the object stay in the hand?
-    #[command(after_help = stability::EXAMPLES)]
-    Stability(stability::Stability),
-    /// Label the grasps of a file with types of the GRASP taxonomy, by a rule or by hand
-    #[command(after_help = label::EXAMPLES)]
-    Label(label::LabelCommand),
-    /// List the built-in objects, show the derived properties of your own object, or make an object from a neural network
-    Objects(objects::Objects),
-    /// Map a surface: a named model, or your own energy
-    #[command(after_help = surface::examples())]
-    Surface(surface::Surface),
-    /// Draw a finished landscape again, with some of its minima or at a few levels
-    #[command(after_help = draw::EXAMPLES)]
-    Draw(draw::Draw),
-    /// Compare a landscape with the taxonomy of grasps, with statistics
-    #[command(after_help = compare::EXAMPLES)]
-    Compare(compare::Compare),
-    /// Show the differences between two landscapes
-    #[command(after_help = diff::EXAMPLES)]
-    Diff(diff::Diff),
-    /// Read grasps of other programs, or min.data and ts.data of PATHSAMPLE or topsearch
-    #[command(after_help = import::EXAMPLES)]
-    Import(import::Import),
-    /// Write grasps for other programs: tables, DexGraspNet, MuJoCo, glTF scenes
-    #[command(after_help = export::EXAMPLES)]
-    Export(export::Export),
-}
-
-const EXAMPLES: &str = "\
-Examples:
-  landscape synth --object bottle_round -n 64              grasps.parquet: grasps of the human hand on a bottle
-  landscape build grasps.parquet                           grasps.landscape/: the landscape between them
-  landscape inspect grasps.parquet                         how good these grasps are
-  landscape stability grasps.parquet                       would the object stay in the hand?
-  landscape label grasps.parquet                           which types of grasps these are
-  landscape surface lj 7                                   lj-7.landscape/: all minima and saddles of a model
-  landscape draw grasps.landscape --lowest 50              grasps.view/: the same pictures of its 50 lowest minima
-  landscape diff warm.landscape cold.landscape             which minima and merges moved
-
-`landscape help synth`, `landscape help build` and so on tell more.";
 
 /// The greatest barrier within a group.
 #[derive(Debug, Clone, Copy, Args)]

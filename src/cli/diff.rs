@@ -9,7 +9,7 @@ use serde_json::json;
 use super::args::Common;
 use super::input::open_landscape;
 use super::surface::{self, Coordinates};
-use super::{print, print_json};
+use crate::cli::printing::{print, print_json};
 use crate::object::Description;
 use crate::space::{PoseSpace, Space, Symmetry};
 use crate::store::Manifest;

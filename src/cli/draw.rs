@@ -7,9 +7,9 @@ use anyhow::{Context, bail, ensure};
 use clap::{Args, ValueEnum};
 
 use super::args::{Common, GroupBarrier};
-use super::complain;
 use super::input::open_landscape;
 use super::output::check_folder;
+use crate::cli::printing::complain;
 use crate::figure::Leaf;
 use crate::store::{FileSet, GraspFile, MinimumRow, Overrides, read_resampled};
 use crate::study::{Colouring, Drawing, MinimumNames, Titles, Views, group_of};

@@ -7,8 +7,9 @@ use anyhow::{Context, ensure};
 use clap::{Args, ValueEnum};
 
 use super::args::{Common, HandAndObject};
+use super::input;
 use super::output::{check_file, check_folder, is_scene};
-use super::{complain, input};
+use crate::cli::printing::complain;
 use crate::figure::Scene;
 use crate::store::exchange::{dexgraspnet_npy, qpos, qpos_csv, qpos_npy, table_csv, table_json};
 use crate::store::{FileSet, GraspFile, GraspRow, HandMetadata, write_atomic};

@@ -9,8 +9,9 @@ use clap::{Args, Subcommand, ValueHint};
 use nalgebra::Vector3;
 
 use super::args::Common;
+use super::input;
 use super::output::{check_file, check_place};
-use super::{complain, input, print};
+use crate::cli::printing::{complain, print};
 use crate::figure::{Image, Marker, Scene, Surface, contact_sheet_canvas};
 use crate::hand::{HAND_NAMES, Hand, JointKind, LinkId, PosedHand, Skin};
 use crate::space::{PoseMetric, joints_of_mut};

@@ -6,9 +6,10 @@ use anyhow::{Context, ensure};
 use clap::{Args, ValueHint};
 
 use super::args::{Common, GroupBarrier};
+use super::import_grasps;
 use super::output::{check_inputs, check_place};
 use super::provenance::name_of;
-use super::{complain, import_grasps, print};
+use crate::cli::printing::{complain, print};
 use crate::store::{AtomicFolder, Source, content_hash};
 use crate::study::ImportedLandscape;
 use crate::topography::exchange::Database;

@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::Context;
 
 use super::args::{Common, HandAndObject};
-use super::complain;
+use crate::cli::printing::complain;
 use crate::hand::{HAND_NAMES, HandFiles};
 use crate::limits::{Limit, OBJECT_SCALE};
 use crate::object::{OBJECT_NAMES, Object, ObjectParts};

@@ -12,7 +12,7 @@ use super::input;
 use super::output::check_file;
 use super::provenance::name_of;
 use super::run::Watch;
-use super::{complain, print};
+use crate::cli::printing::{complain, print};
 use crate::evaluation::taxonomy::{
     Category, Inapplicable, Label, Rule, Taxonomy, Verdict, explain,
 };

@@ -5,12 +5,10 @@ use std::borrow::Cow;
 use std::ffi::OsString;
 use std::io::{self, Write};
 use std::process::ExitCode;
-use std::sync::{Mutex, PoisonError};
 
-use clap::{CommandFactory, FromArgMatches};
-use serde::Serialize;
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
-use crate::printable::{printable, printable_json};
+use crate::printable::printable;
 
 mod args;
 mod build;
@@ -28,6 +26,7 @@ mod label;
 mod object_inspect;
 mod objects;
 mod output;
+mod printing;
 mod progress;
 mod provenance;
 mod run;
@@ -35,8 +34,74 @@ mod stability;
 mod surface;
 mod synth;
 
-use args::{Arguments, Command};
+use args::Common;
+use printing::{OURS, complain, note_failure, sentence, take_failure};
 use provenance::Provenance;
+
+/// Shows how diverse a population of grasps really is: synthesizes grasps by differentiable force closure and maps the
+/// energy landscape between them.
+#[derive(Debug, Parser)]
+#[command(version, propagate_version = true, arg_required_else_help = true, after_help = EXAMPLES)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+    #[command(flatten)]
+    common: Common,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Synthesize grasps of a hand on an object
+    #[command(after_help = synth::EXAMPLES)]
+    Synth(synth::Synth),
+    /// Map the energy landscape between the grasps of a file
+    #[command(after_help = build::EXAMPLES)]
+    Build(build::Build),
+    /// Judge the grasps of a file, or contacts without a hand
+    #[command(after_help = inspect::EXAMPLES)]
+    Inspect(inspect::Inspect),
+    /// List the built-in hands, or show the derived properties of your own hand
+    Hands(hands::Hands),
+    /// Simulate the grasps of a file: would the object stay in the hand?
+    #[command(after_help = stability::EXAMPLES)]
+    Stability(stability::Stability),
+    /// Label the grasps of a file with types of the GRASP taxonomy, by a rule or by hand
+    #[command(after_help = label::EXAMPLES)]
+    Label(label::LabelCommand),
+    /// List the built-in objects, show the derived properties of your own object, or make an object from a neural network
+    Objects(objects::Objects),
+    /// Map a surface: a named model, or your own energy
+    #[command(after_help = surface::examples())]
+    Surface(surface::Surface),
+    /// Draw a finished landscape again, with some of its minima or at a few levels
+    #[command(after_help = draw::EXAMPLES)]
+    Draw(draw::Draw),
+    /// Compare a landscape with the taxonomy of grasps, with statistics
+    #[command(after_help = compare::EXAMPLES)]
+    Compare(compare::Compare),
+    /// Show the differences between two landscapes
+    #[command(after_help = diff::EXAMPLES)]
+    Diff(diff::Diff),
+    /// Read grasps of other programs, or min.data and ts.data of PATHSAMPLE or topsearch
+    #[command(after_help = import::EXAMPLES)]
+    Import(import::Import),
+    /// Write grasps for other programs: tables, DexGraspNet, MuJoCo, glTF scenes
+    #[command(after_help = export::EXAMPLES)]
+    Export(export::Export),
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  landscape synth --object bottle_round -n 64              grasps.parquet: grasps of the human hand on a bottle
+  landscape build grasps.parquet                           grasps.landscape/: the landscape between them
+  landscape inspect grasps.parquet                         how good these grasps are
+  landscape stability grasps.parquet                       would the object stay in the hand?
+  landscape label grasps.parquet                           which types of grasps these are
+  landscape surface lj 7                                   lj-7.landscape/: all minima and saddles of a model
+  landscape draw grasps.landscape --lowest 50              grasps.view/: the same pictures of its 50 lowest minima
+  landscape diff warm.landscape cold.landscape             which minima and merges moved
+
+`landscape help synth`, `landscape help build` and so on tell more.";
 
 /// Runs the command line of this process.
 pub fn run() -> ExitCode {
@@ -89,11 +154,7 @@ const PIPE_CLOSED: u8 = 141;
 
 /// Prints the error, if any, and returns the exit code.
 fn end(result: anyhow::Result<()>) -> ExitCode {
-    let unprinted = UNPRINTED
-        .lock()
-        .unwrap_or_else(PoisonError::into_inner)
-        .take();
-    let error = match (result, unprinted) {
+    let error = match (result, take_failure()) {
         (Ok(()), None) => return ExitCode::SUCCESS,
         (Err(error), _) => error,
         // If the reader closed the pipe, it has read enough.
@@ -124,74 +185,4 @@ fn parse(
         Arguments::from_arg_matches(&matches).map_err(|error| error.format(&mut definition))?;
     parsed.common.provenance = Provenance::of(&definition, &matches);
     Ok(parsed)
-}
-
-/// Greatest length of a sentence, in characters.
-const LONGEST: usize = 2000;
-
-/// Control characters in the program's own text. All others come from files.
-const OURS: &[char] = &['\n', '\t'];
-
-/// An error and its causes without repetitions. Long quotations from files are cut.
-fn sentence(error: &anyhow::Error) -> String {
-    let mut text = String::new();
-    for cause in error.chain().map(ToString::to_string) {
-        let cause = cause.trim_end();
-        if text.is_empty() {
-            cause.clone_into(&mut text);
-        } else if !text.ends_with(cause) {
-            text.push_str(": ");
-            text.push_str(cause);
-        }
-    }
-    let mut short: String = text.chars().take(LONGEST).collect();
-    if text.chars().nth(LONGEST).is_some() {
-        short.push('…');
-    }
-    short
-}
-
-/// A text that may quote files, made safe for terminals.
-fn shown(text: &str) -> String {
-    printable(text, OURS).into_owned()
-}
-
-/// Writes a line to standard error. A closed terminal is ignored.
-fn complain(line: &str) {
-    let _ = writeln!(io::stderr(), "{}", printable(line, OURS));
-}
-
-/// The first error of standard output. It affects only the exit code, after all files are written.
-static UNPRINTED: Mutex<Option<io::Error>> = Mutex::new(None);
-
-fn note_failure(printed: io::Result<()>) {
-    if let Err(error) = printed {
-        let mut first = UNPRINTED.lock().unwrap_or_else(PoisonError::into_inner);
-        first.get_or_insert(error);
-    }
-}
-
-fn print(text: &str) {
-    let mut output = io::stdout();
-    let printed = writeln!(output, "{}", printable(text.trim_end(), OURS));
-    note_failure(printed.and_then(|()| output.flush()));
-}
-
-/// Prints a JSON document to standard output.
-fn print_json(document: &impl Serialize) -> anyhow::Result<()> {
-    print(&printable_json(&serde_json::to_string_pretty(document)?));
-    Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    /// A megabyte of a broken file, with a sequence that clears the screen.
-    #[test]
-    fn sentences_are_short_and_harmless() {
-        let text = format!("no number: `\u{1b}[2J{}`", "0".repeat(1 << 20));
-        let sentence = super::sentence(&anyhow::anyhow!(text));
-        assert_eq!(sentence.chars().count(), 2001);
-        let shown = super::printable(&sentence, super::OURS);
-        assert!(shown.starts_with("no number: `\u{fffd}[2J000") && !shown.contains('\u{1b}'));
-    }
 }

@@ -9,7 +9,8 @@ use nalgebra::Vector3;
 
 use super::args::Common;
 use super::output::{check_file, check_place};
-use super::{complain, input, print, progress};
+use super::{input, progress};
+use crate::cli::printing::{complain, print};
 use crate::figure::{Image, Scene, Surface, contact_sheet_canvas};
 use crate::limits::OBJECT_SCALE;
 use crate::object::{Description, FoundSymmetry, Object, find_symmetry};

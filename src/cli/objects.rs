@@ -8,8 +8,9 @@ use clap::{Args, Subcommand};
 
 use super::args::Common;
 use super::input::within;
+use super::object_inspect;
 use super::output::check_file;
-use super::{complain, object_inspect, print};
+use crate::cli::printing::{complain, print};
 use crate::figure::MAKER;
 use crate::limits::OBJECT_SCALE;
 use crate::object::neural::{

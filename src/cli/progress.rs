@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressStyle};
 
-use super::complain;
+use crate::cli::printing::complain;
 
 /// Time between two lines if standard error is a file or a pipe.
 const PERIOD: Duration = Duration::from_secs(30);

@@ -5,7 +5,8 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use super::args::Again;
-use super::{complain, interruption, print, progress};
+use super::{interruption, progress};
+use crate::cli::printing::{complain, print};
 use crate::store::{AtomicFolder, Journal, Phase as Timing, StoreError, Timings};
 use crate::topography::{Phase, Progress};
 

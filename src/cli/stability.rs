@@ -10,7 +10,7 @@ use super::args::{Again, Common, HandAndObject};
 use super::input;
 use super::output::check_file;
 use super::run::{Watch, open_journal};
-use super::{complain, print};
+use crate::cli::printing::{complain, print};
 use crate::evaluation::stability::{Drop, Protocol, SixDirections};
 use crate::study::{ObjectFit, Run, Simulation, simulate_all, simulation_fingerprint, tally};
 

@@ -12,7 +12,7 @@ use super::hands::expense;
 use super::input::{self, within};
 use super::output::check_file;
 use super::run::{Watch, open_journal};
-use super::{complain, print};
+use crate::cli::printing::{complain, print};
 use crate::evaluation::Diversity;
 use crate::grasp::synthesis::Refinement;
 use crate::grasp::{GraspEnergy, Judgement};

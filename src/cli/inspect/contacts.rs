@@ -5,7 +5,7 @@ use std::fmt::Write;
 use anyhow::Context;
 
 use super::{Inspect, number, table, yes};
-use crate::cli::{print, print_json};
+use crate::cli::printing::{print, print_json};
 use crate::grasp::closure::RANK_EPSILON;
 use crate::study::{BalancingForces, ContactsReport, GivenContacts};
 

@@ -8,7 +8,8 @@ use serde::Serialize;
 
 use super::{Inspect, number, table, yes};
 use crate::cli::args::Common;
-use crate::cli::{input, print, progress};
+use crate::cli::printing::print;
+use crate::cli::{input, progress};
 use crate::grasp::Judgement;
 use crate::grasp::closure::{PointContact, contact_forces};
 use crate::grasp::filter::STRICT_FRICTION;

@@ -9,7 +9,7 @@ use super::{Inspect, number, table};
 use crate::cli::args::Common;
 use crate::cli::input::{open_landscape, within};
 use crate::cli::output::{check_file, is_scene};
-use crate::cli::{complain, print, print_json};
+use crate::cli::printing::{complain, print, print_json};
 use crate::grasp::GraspEnergy;
 use crate::limits::PICTURES;
 use crate::store::{FileSet, LandscapeFiles};

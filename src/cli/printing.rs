@@ -1,0 +1,84 @@
+//! What the command line prints: texts to standard output, lines for the person at the terminal to standard error.
+
+use std::io::{self, Write};
+use std::sync::{Mutex, PoisonError};
+
+use serde::Serialize;
+
+use crate::printable::{printable, printable_json};
+
+/// Greatest length of a sentence, in characters.
+const LONGEST: usize = 2000;
+
+/// Control characters in the program's own text. All others come from files.
+pub(super) const OURS: &[char] = &['\n', '\t'];
+
+/// An error and its causes without repetitions. Long quotations from files are cut.
+pub(super) fn sentence(error: &anyhow::Error) -> String {
+    let mut text = String::new();
+    for cause in error.chain().map(ToString::to_string) {
+        let cause = cause.trim_end();
+        if text.is_empty() {
+            cause.clone_into(&mut text);
+        } else if !text.ends_with(cause) {
+            text.push_str(": ");
+            text.push_str(cause);
+        }
+    }
+    let mut short: String = text.chars().take(LONGEST).collect();
+    if text.chars().nth(LONGEST).is_some() {
+        short.push('…');
+    }
+    short
+}
+
+/// A text that may quote files, made safe for terminals.
+pub(super) fn shown(text: &str) -> String {
+    printable(text, OURS).into_owned()
+}
+
+/// Writes a line to standard error. A closed terminal is ignored.
+pub(super) fn complain(line: &str) {
+    let _ = writeln!(io::stderr(), "{}", printable(line, OURS));
+}
+
+/// The first error of standard output. It affects only the exit code, after all files are written.
+static UNPRINTED: Mutex<Option<io::Error>> = Mutex::new(None);
+
+pub(super) fn note_failure(printed: io::Result<()>) {
+    if let Err(error) = printed {
+        let mut first = UNPRINTED.lock().unwrap_or_else(PoisonError::into_inner);
+        first.get_or_insert(error);
+    }
+}
+
+pub(super) fn print(text: &str) {
+    let mut output = io::stdout();
+    let printed = writeln!(output, "{}", printable(text.trim_end(), OURS));
+    note_failure(printed.and_then(|()| output.flush()));
+}
+
+/// Why standard output could not be written, if it could not; asked once, at the end.
+pub(super) fn take_failure() -> Option<io::Error> {
+    let mut first = UNPRINTED.lock().unwrap_or_else(PoisonError::into_inner);
+    first.take()
+}
+
+/// Prints a JSON document to standard output.
+pub(super) fn print_json(document: &impl Serialize) -> anyhow::Result<()> {
+    print(&printable_json(&serde_json::to_string_pretty(document)?));
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    /// A megabyte of a broken file, with a sequence that clears the screen.
+    #[test]
+    fn sentences_are_short_and_harmless() {
+        let text = format!("no number: `\u{1b}[2J{}`", "0".repeat(1 << 20));
+        let sentence = super::sentence(&anyhow::anyhow!(text));
+        assert_eq!(sentence.chars().count(), 2001);
+        let shown = super::printable(&sentence, super::OURS);
+        assert!(shown.starts_with("no number: `\u{fffd}[2J000") && !shown.contains('\u{1b}'));
+    }
+}
