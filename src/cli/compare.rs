@@ -9,7 +9,7 @@ use serde_json::Value;
 use super::args::{Common, GroupBarrier};
 use super::input::open_landscape;
 use super::output::check_file;
-use crate::cli::printing::{complain, print};
+use crate::cli::printing::{complain, print, shown};
 use crate::evaluation::taxonomy::Rule;
 use crate::figure::MAKER;
 use crate::figure::chart::Chart;
@@ -66,7 +66,7 @@ pub(super) fn run(command: &Compare, common: &Common) -> anyhow::Result<()> {
         let found = compare_types(&landscape, &other, group_barrier)?;
         return finish(
             &output,
-            &crate::cli::printing::shown(&found.text),
+            &shown(&found.text),
             &found.value,
             None,
             common,
@@ -74,7 +74,7 @@ pub(super) fn run(command: &Compare, common: &Common) -> anyhow::Result<()> {
     }
     let settings = ClaimSettings::standard();
     let found = compare_with_taxonomy(&landscape, &settings, group_barrier, command.seed)?;
-    let text = crate::cli::printing::shown(&found.markdown());
+    let text = shown(&found.markdown());
     finish(
         &output,
         &text,

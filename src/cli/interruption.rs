@@ -42,7 +42,7 @@ pub(super) fn watch() {
     std::thread::spawn(move || {
         if let Some(signal) = signals.forever().next() {
             super::progress::without_bars(|| {
-                crate::cli::printing::complain(&farewell());
+                super::printing::complain(&farewell());
                 std::process::exit(128 + signal);
             });
         }

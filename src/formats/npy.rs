@@ -189,18 +189,18 @@ mod tests {
         ] {
             let said = of(call);
             assert!(
-                said.contains("it calls os.system") && said.contains("nothing"),
+                said.contains("it calls os.system") && said.contains("no code"),
                 "{said}"
             );
         }
         assert!(of(b"\x80\x03cbuiltins\neval\nX\x01\x00\x00\x001\x85R.").contains("builtins.eval"));
         for (pickle, words) in [
             (&b"\x80\x03"[..], "cut short"),
-            (b".", "not there"),
+            (b".", "stack is empty"),
             (b"(K\x01", "cut short"),
             (b"e.", "mark"),
-            (b"K\x01(a.", "not there"),
-            (b"h\x07.", "not there"),
+            (b"K\x01(a.", "empty stack"),
+            (b"h\x07.", "does not exist"),
             (b"K\x01r\xff\xff\xff\x7f.", "gaps"),
             (b"X\xff\xff\xff\x7fabc.", "cut short"),
             (b"K\x01K\x02b.", "other than an array"),
