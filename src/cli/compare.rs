@@ -64,13 +64,7 @@ pub(super) fn run(command: &Compare, common: &Common) -> anyhow::Result<()> {
         let files = open_landscape(folder)?;
         let other = NamedLandscape::of(&files, folder, rule)?;
         let found = compare_types(&landscape, &other, group_barrier)?;
-        return finish(
-            &output,
-            &shown(&found.text),
-            &found.value,
-            None,
-            common,
-        );
+        return finish(&output, &shown(&found.text), &found.value, None, common);
     }
     let settings = ClaimSettings::standard();
     let found = compare_with_taxonomy(&landscape, &settings, group_barrier, command.seed)?;
