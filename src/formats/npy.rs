@@ -196,10 +196,10 @@ mod tests {
         assert!(of(b"\x80\x03cbuiltins\neval\nX\x01\x00\x00\x001\x85R.").contains("builtins.eval"));
         for (pickle, words) in [
             (&b"\x80\x03"[..], "cut short"),
-            (b".", "stack is empty"),
+            (b".", "stack"),
             (b"(K\x01", "cut short"),
             (b"e.", "mark"),
-            (b"K\x01(a.", "empty stack"),
+            (b"K\x01(a.", "stack"),
             (b"h\x07.", "does not exist"),
             (b"K\x01r\xff\xff\xff\x7f.", "gaps"),
             (b"X\xff\xff\xff\x7fabc.", "cut short"),
