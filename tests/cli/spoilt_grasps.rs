@@ -255,7 +255,7 @@ fn one_grasp_only() {
     });
     assert_says(
         &sentence,
-        &["spoilt.parquet: only one grasp", "at least two"],
+        &["spoilt.parquet: there is only one grasp", "at least two"],
     );
     let desk = Desk::with_grasps();
     assert_says(
