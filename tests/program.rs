@@ -10,6 +10,9 @@ mod folder;
 mod inspect;
 mod labels;
 mod object_files;
+#[expect(dead_code, reason = "what only `write` calls reads whole landscapes")]
+#[path = "../analysis/paper_claims/claims/mod.rs"]
+mod paper_claims;
 mod pickled;
 mod surface;
 mod toy_hand;

@@ -14,7 +14,7 @@ use crate::evaluation::taxonomy::Rule;
 use crate::figure::MAKER;
 use crate::figure::chart::Chart;
 use crate::store::FileSet;
-use crate::study::{ClaimSettings, NamedLandscape, compare_types, compare_with_taxonomy};
+use crate::study::{NamedLandscape, StatisticsSettings, compare_types, compare_with_taxonomy};
 
 /// Compare a landscape with the taxonomy.
 #[derive(Debug, Args)]
@@ -42,9 +42,7 @@ Examples:
 
 Labels minima by the rule of `landscape label` (labels that the landscape was built with win), and tests by permutation
 whether heights between them go with their categories and types: dendrogram purity, ANOSIM, PERMANOVA, Mantel, Moran's I,
-assortativity, barrier ratios, cuts of the tree. Hypotheses and the thresholds at which they hold were written down before
-the first run (data/taxonomy/hypotheses.toml); p-values are corrected over all of them (Holm). Three of them ask the energy:
-along the ways between spheres, after fingers have been lifted, and on hands without a thumb.";
+assortativity, barrier ratios, cuts of the tree.";
 
 pub(super) fn run(command: &Compare, common: &Common) -> anyhow::Result<()> {
     let rule = Rule::standard();
@@ -66,7 +64,7 @@ pub(super) fn run(command: &Compare, common: &Common) -> anyhow::Result<()> {
         let found = compare_types(&landscape, &other, group_barrier)?;
         return finish(&output, &shown(&found.text), &found.value, None, common);
     }
-    let settings = ClaimSettings::standard();
+    let settings = StatisticsSettings::default();
     let found = compare_with_taxonomy(&landscape, &settings, group_barrier, command.seed)?;
     let text = shown(&found.markdown());
     finish(

@@ -17,7 +17,7 @@
 //! | a landscape | pictures of a part of it | [`Drawing::write`] with [`Views`] |
 //! | two minima of a landscape | the minimax path between them | [`MinimaxPath::between`], drawn by [`MinimaxPath::strip`] |
 //! | the minima of a landscape | their types in the GRASP taxonomy | [`GraspSetting::names`] |
-//! | named minima | statistics of heights against types, and a paper's claims | [`compare_with_taxonomy`] with [`ClaimSettings`] |
+//! | named minima | statistics of heights against types | [`compare_with_taxonomy`] with [`StatisticsSettings`] |
 //! | two landscapes | the types that each of them holds | [`compare_types`] |
 //!
 //! Long calls work in parallel on the threads of rayon's current pool and take a [`Run`]: the journal of finished tasks, and
@@ -75,7 +75,6 @@
 
 mod build;
 mod chain_choice;
-mod claims;
 mod contacts;
 mod digits;
 mod drawing;
@@ -106,7 +105,6 @@ use serde_json::Value;
 
 pub use build::{GraspLandscape, map_population};
 pub use chain_choice::ChainChoice;
-pub use claims::{ClaimSettings, Finding, TaxonomyComparison, Verdict, compare_with_taxonomy};
 pub use contacts::{BalancingForces, ContactsError, ContactsReport, GivenContact, GivenContacts};
 pub(crate) use digits::Digits;
 pub use drawing::{Drawing, Put, Titles, Views};
@@ -123,7 +121,10 @@ pub use names::{GraspSetting, MinimumName};
 pub use report::GraspReport;
 pub use settings::{GraspMapSettings, StudyRun, settings_for_grasps};
 pub use simulation::{ObjectFit, Simulation, simulate_all, simulation_fingerprint};
-pub use statistics::{NamedLandscape, StatisticsSettings, TypeComparison, compare_types};
+pub use statistics::{
+    Basin, Basins, NamedLandscape, Part, StatisticsSettings, TaxonomyComparison, TypeComparison,
+    compare_types, compare_with_taxonomy,
+};
 use surface::spell;
 pub use surface::{Subject, SurfaceReport, search_surface};
 pub use synthesis::{Keep, Origin, PopulationSettings, Synthesis, synthesize_population};

@@ -60,42 +60,52 @@ impl<'a> NamedLandscape<'a> {
     }
 }
 
+/// A minimum with its labels.
 #[derive(Debug)]
-pub(in crate::study) struct Basin {
-    pub(in crate::study) grasps: f64,
+pub struct Basin {
+    /// Number of its grasps.
+    pub grasps: f64,
     /// Number of the type, if the label is a type.
-    pub(in crate::study) grasp_type: Option<u8>,
+    pub grasp_type: Option<u8>,
     /// Power, intermediate or precision as a number, if the label is a type or a cell.
-    pub(in crate::study) category: Option<usize>,
-    pub(in crate::study) cell: Option<String>,
+    pub category: Option<usize>,
+    /// The cell of the taxonomy's table, if the label is a type or a cell.
+    pub cell: Option<String>,
     /// Category of the best-fitting type, however bad its fit.
-    pub(in crate::study) unfiltered: Option<usize>,
-    pub(in crate::study) best: Vec<Candidate>,
+    pub unfiltered: Option<usize>,
+    /// The best-fitting types, best first.
+    pub best: Vec<Candidate>,
 }
 
 /// The quantities of a landscape that are compared.
 #[derive(Debug)]
-pub(in crate::study) struct Basins {
-    pub(in crate::study) name: String,
-    pub(in crate::study) minima: Vec<Basin>,
-    pub(in crate::study) applicable: bool,
+pub struct Basins {
+    /// Name of the landscape in texts.
+    pub name: String,
+    /// The minima.
+    pub minima: Vec<Basin>,
+    /// Whether the labelling rule applies to the hand.
+    pub applicable: bool,
     /// Number of minima whose label is from a human or from the file.
-    pub(in crate::study) labelled_in_file: usize,
-    /// Relative barrier of the groups, and the number of groups.
-    pub(in crate::study) group_barrier: f64,
-    pub(in crate::study) groups: usize,
+    pub labelled_in_file: usize,
+    /// Relative barrier of the groups.
+    pub group_barrier: f64,
+    /// Number of groups.
+    pub groups: usize,
     /// Lowest height at which two minima are joined; NaN if they are not.
-    pub(in crate::study) saddles: PairMatrix,
+    pub saddles: PairMatrix,
     /// The same above the higher minimum.
-    pub(in crate::study) barriers: PairMatrix,
-    pub(in crate::study) energy_gaps: PairMatrix,
+    pub barriers: PairMatrix,
+    /// Differences in energy.
+    pub energy_gaps: PairMatrix,
     /// 1 − Σ min / Σ max over the contact areas of all patches.
-    pub(in crate::study) contact_distances: PairMatrix,
-    pub(in crate::study) pose_distances: PairMatrix,
+    pub contact_distances: PairMatrix,
+    /// Distances of the poses.
+    pub pose_distances: PairMatrix,
 }
 
 impl Basins {
-    pub(in crate::study) fn of(
+    pub(super) fn of(
         landscape: &NamedLandscape<'_>,
         group_barrier: Option<f64>,
     ) -> Result<Self, StudyError> {
@@ -161,7 +171,8 @@ impl Basins {
         })
     }
 
-    pub(in crate::study) fn cases(&self, keep: impl Fn(&Basin) -> bool) -> Vec<usize> {
+    /// The minima that `keep` holds of, by number.
+    pub fn cases(&self, keep: impl Fn(&Basin) -> bool) -> Vec<usize> {
         let numbered = self.minima.iter().enumerate();
         numbered
             .filter(|(_, basin)| keep(basin))
@@ -171,18 +182,25 @@ impl Basins {
 }
 
 /// Some of the minima with their labels, and the matrices between them.
-pub(in crate::study) struct Part {
-    pub(in crate::study) cases: Vec<usize>,
-    pub(in crate::study) labels: Vec<usize>,
-    pub(in crate::study) blocks: Vec<usize>,
-    pub(in crate::study) saddles: PairMatrix,
-    pub(in crate::study) barriers: PairMatrix,
-    pub(in crate::study) weights: Vec<f64>,
+#[derive(Debug)]
+pub struct Part {
+    /// Their numbers among all minima.
+    pub cases: Vec<usize>,
+    /// Class of each.
+    pub labels: Vec<usize>,
+    /// Block of each: labels are permuted within a block.
+    pub blocks: Vec<usize>,
+    /// [`Basins::saddles`] between them.
+    pub saddles: PairMatrix,
+    /// [`Basins::barriers`] between them.
+    pub barriers: PairMatrix,
+    /// Numbers of their grasps.
+    pub weights: Vec<f64>,
 }
 
 impl Part {
     /// The minima with a class by `label`. Unknown heights are above all others.
-    pub(in crate::study) fn new(
+    pub fn new(
         basins: &Basins,
         settings: &StatisticsSettings,
         label: impl Fn(&Basin) -> Option<usize>,
@@ -207,7 +225,7 @@ impl Part {
     }
 
     /// Weights of the barrier graph: exp(−relative barrier / b).
-    pub(in crate::study) fn graph(&self, group_barrier: f64) -> PairMatrix {
+    pub fn graph(&self, group_barrier: f64) -> PairMatrix {
         let scale = group_barrier.max(f64::MIN_POSITIVE);
         PairMatrix::from_fn(self.cases.len(), |i, j| {
             (-self.barriers.get(i, j).max(0.0) / scale).exp()

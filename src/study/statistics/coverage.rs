@@ -19,7 +19,7 @@ pub struct TypeComparison {
 }
 
 /// Numbers of minima and grasps of each type, in taxonomy order, followed by cells without type and by unlisted ones.
-pub(in crate::study) fn types(basins: &Basins) -> Vec<(String, [u64; 2])> {
+pub(super) fn types(basins: &Basins) -> Vec<(String, [u64; 2])> {
     let mut counts: BTreeMap<(u8, String), [u64; 2]> = BTreeMap::new();
     for basin in &basins.minima {
         let named = basin

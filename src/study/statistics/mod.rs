@@ -2,21 +2,21 @@
 //! with their labels.
 
 mod basins;
+mod comparison;
 mod coverage;
 mod table;
 
 use serde::{Deserialize, Serialize};
 
-pub use basins::NamedLandscape;
-pub(super) use basins::{Basin, Basins, Part};
-pub(super) use coverage::types;
+pub use basins::{Basin, Basins, NamedLandscape, Part};
+pub use comparison::{TaxonomyComparison, compare_with_taxonomy};
 pub use coverage::{TypeComparison, compare_types};
-pub(super) use table::{Table, table};
 
 use crate::agreement::Permutations;
 
 /// Settings of the statistics.
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(default)]
 pub struct StatisticsSettings {
     /// Permutations of labels for each p-value.
     pub permutations: usize,
@@ -38,8 +38,25 @@ pub struct StatisticsSettings {
     pub label_permutations: usize,
 }
 
+impl Default for StatisticsSettings {
+    fn default() -> Self {
+        Self {
+            permutations: 9999,
+            bootstrap_draws: 1000,
+            least_per_class: 5,
+            level: 0.05,
+            cuts: [2, 20],
+            censored_factor: 1.1,
+            label_draws: 200,
+            label_temperature: 0.05,
+            label_permutations: 199,
+        }
+    }
+}
+
 impl StatisticsSettings {
-    pub(super) fn permutations(&self, seed: u64) -> Permutations {
+    /// The permutations of labels that follow `seed`.
+    pub fn permutations(&self, seed: u64) -> Permutations {
         Permutations {
             count: self.permutations,
             seed,

@@ -15,29 +15,29 @@ use crate::figure::chart::{Axis, Chart, Corner, Panel, Series};
 use crate::figure::theme;
 
 #[derive(Debug, Clone, Serialize)]
-pub(in crate::study) struct Row {
-    pub(in crate::study) name: String,
+pub(super) struct Row {
+    pub(super) name: String,
     /// Description of the statistic and its minima.
-    pub(in crate::study) about: &'static str,
-    pub(in crate::study) statistic: Option<f64>,
+    pub(super) about: &'static str,
+    pub(super) statistic: Option<f64>,
     /// Value expected by chance.
-    pub(in crate::study) chance: Option<f64>,
-    pub(in crate::study) p: Option<f64>,
+    pub(super) chance: Option<f64>,
+    pub(super) p: Option<f64>,
     /// 95 % over resampled minima.
-    pub(in crate::study) interval: Option<[f64; 2]>,
+    pub(super) interval: Option<[f64; 2]>,
     /// Reason why there is no value.
-    pub(in crate::study) missing: Option<String>,
+    pub(super) missing: Option<String>,
 }
 
 #[derive(Debug)]
-pub(in crate::study) struct Table {
-    pub(in crate::study) rows: Vec<Row>,
+pub(super) struct Table {
+    pub(super) rows: Vec<Row>,
     /// Adjusted Rand index and mutual information of each cut with the categories, as (clusters, value).
-    pub(in crate::study) cuts: [(&'static str, Vec<(usize, f64)>); 2],
+    pub(super) cuts: [(&'static str, Vec<(usize, f64)>); 2],
 }
 
 impl Table {
-    pub(in crate::study) fn chart(&self) -> Chart {
+    pub(super) fn chart(&self) -> Chart {
         let series = self.cuts.iter().enumerate().map(|(index, (name, curve))| {
             let points = curve
                 .iter()
@@ -112,7 +112,7 @@ impl Asked<'_> {
 }
 
 /// Statistics of the categories, then of the types.
-pub(in crate::study) fn table(basins: &Basins, settings: &StatisticsSettings, seed: u64) -> Table {
+pub(super) fn table(basins: &Basins, settings: &StatisticsSettings, seed: u64) -> Table {
     let part = Part::new(basins, settings, |basin| basin.category);
     let tree = Dendrogram::new(&part.saddles);
     let ranks = part.saddles.ranks();

@@ -5,25 +5,29 @@ mod energies;
 mod heights;
 mod report;
 
+use std::error::Error;
+use std::fs;
+use std::path::Path;
+
 use energies::{Experiments, Lifted, Smooth, Thumbless};
+use landscape::agreement::holm;
+use landscape::evaluation::taxonomy::Rule;
+use landscape::figure::MAKER;
+use landscape::store::LandscapeFiles;
+use landscape::study::{
+    NamedLandscape, StatisticsSettings, StudyError, TaxonomyComparison, compare_with_taxonomy,
+};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use super::error::StudyError;
-use super::statistics::{Basins, NamedLandscape, StatisticsSettings, Table, table};
-use crate::agreement::holm;
-use crate::evaluation::taxonomy::Rule;
-use crate::figure::MAKER;
-use crate::figure::chart::Chart;
-
 const TEXT: &str = include_str!("../../../data/taxonomy/hypotheses.toml");
 
-/// Settings of [`compare_with_taxonomy`]: those of the statistics and the thresholds of the claims.
+/// Settings of the statistics, and the thresholds of the claims.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct ClaimSettings {
+pub(crate) struct ClaimSettings {
     /// Settings of the statistics.
     #[serde(flatten)]
-    pub statistics: StatisticsSettings,
+    statistics: StatisticsSettings,
     #[serde(rename = "H1")]
     alike: Alike,
     #[serde(rename = "H2")]
@@ -110,10 +114,7 @@ struct Tripods {
 
 impl ClaimSettings {
     /// The settings that were fixed before the first run.
-    ///
-    /// # Panics
-    /// Never: a test reads the built-in file.
-    pub fn standard() -> Self {
+    pub(crate) fn standard() -> Self {
         toml::from_str(TEXT).expect("data/taxonomy/hypotheses.toml is complete")
     }
 }
@@ -121,7 +122,7 @@ impl ClaimSettings {
 /// Verdict on a claim.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Verdict {
+pub(crate) enum Verdict {
     /// The claim holds.
     Holds,
     /// The claim does not hold.
@@ -149,19 +150,19 @@ impl Verdict {
 
 /// A claim and its test.
 #[derive(Debug, Clone, Serialize)]
-pub struct Finding {
+pub(crate) struct Finding {
     /// `H1` to `H10`.
-    pub id: &'static str,
+    id: &'static str,
     /// Text of the claim.
-    pub claim: String,
+    claim: String,
     /// Verdict on the claim.
-    pub verdict: Verdict,
+    verdict: Verdict,
     /// p-value of one test.
-    pub p: Option<f64>,
+    p: Option<f64>,
     /// p-value after Holm's correction over all tested claims.
-    pub p_holm: Option<f64>,
+    p_holm: Option<f64>,
     /// Description of the measurement.
-    pub measured: String,
+    measured: String,
 }
 
 impl Finding {
@@ -187,78 +188,66 @@ fn insufficient(id: &'static str, claim: &str, why: &str) -> Finding {
     Finding::new(id, claim, Verdict::Insufficient, None, why.to_owned())
 }
 
-/// Comparison of a landscape of grasps with the taxonomy.
+/// A landscape of grasps beside the taxonomy, with the findings of the claims.
 #[derive(Debug)]
-pub struct TaxonomyComparison<'a> {
+pub(crate) struct Examined<'a> {
     /// Findings for all claims, H1 first.
-    pub findings: Vec<Finding>,
-    basins: Basins,
-    table: Table,
+    findings: Vec<Finding>,
+    comparison: TaxonomyComparison<'a>,
     settings: &'a ClaimSettings,
-    rule: &'a Rule,
-    seed: u64,
 }
 
-/// Tests by permutation whether heights between the minima of a landscape correlate with their categories and types, and
-/// examines the claims. p-values are corrected over all claims (Holm). `group_barrier` replaces the landscape's own group
-/// barrier; `seed` is for permutations and resamplings.
-///
-/// # Errors
-/// If the landscape has no group barrier, or if its energy or a path between two minima is missing or invalid.
-pub fn compare_with_taxonomy<'a>(
-    landscape: &NamedLandscape<'a>,
-    settings: &'a ClaimSettings,
-    group_barrier: Option<f64>,
-    seed: u64,
-) -> Result<TaxonomyComparison<'a>, StudyError> {
-    let rule = landscape.rule;
-    let basins = Basins::of(landscape, group_barrier)?;
-    let table = table(&basins, &settings.statistics, seed);
-    let experiments = Experiments::new(landscape, settings.statistics.least_per_class)?;
-    let mut findings = heights::examine(&basins, settings, rule, seed);
-    findings.push(experiments.smooth(&settings.smooth)?);
-    findings.push(experiments.lifted(&settings.lifted)?);
-    findings.push(experiments.thumbless(&settings.thumbless)?);
-    findings.sort_by_key(|finding| finding.id[1..].parse::<u32>().unwrap_or(u32::MAX));
-    let p = findings.iter().map(|finding| finding.p.unwrap_or(f64::NAN));
-    let corrected = holm(&p.collect::<Vec<_>>());
-    for (finding, p) in findings.iter_mut().zip(corrected) {
-        finding.p_holm = (!p.is_nan()).then_some(p);
-    }
-    Ok(TaxonomyComparison {
-        findings,
-        basins,
-        table,
-        settings,
-        rule,
-        seed,
-    })
-}
-
-impl TaxonomyComparison<'_> {
-    /// Labels, statistics and claims as Markdown.
-    pub fn markdown(&self) -> String {
-        report::markdown(&self.basins, &self.table, &self.findings, self.rule)
-    }
-
-    /// The whole comparison as JSON.
-    pub fn to_json(&self) -> Value {
-        json!({
-            "made_by": MAKER,
-            "landscape": self.basins.name,
-            "rule": self.rule.version,
-            "settings": self.settings,
-            "seed": self.seed,
-            "group_barrier": self.basins.group_barrier,
-            "groups": self.basins.groups,
-            "statistics": self.table.rows,
-            "cuts": self.table.cuts,
-            "hypotheses": self.findings,
+impl<'a> Examined<'a> {
+    /// Compares a landscape with the taxonomy and examines the claims. p-values are corrected over all claims (Holm).
+    pub(crate) fn of(
+        landscape: &NamedLandscape<'a>,
+        settings: &'a ClaimSettings,
+        seed: u64,
+    ) -> Result<Self, StudyError> {
+        let comparison = compare_with_taxonomy(landscape, &settings.statistics, None, seed)?;
+        let experiments = Experiments::new(landscape, settings.statistics.least_per_class)?;
+        let mut findings = heights::examine(&comparison.basins, settings, landscape.rule, seed);
+        findings.push(experiments.smooth(&settings.smooth)?);
+        findings.push(experiments.lifted(&settings.lifted)?);
+        findings.push(experiments.thumbless(&settings.thumbless)?);
+        findings.sort_by_key(|finding| finding.id[1..].parse::<u32>().unwrap_or(u32::MAX));
+        let p = findings.iter().map(|finding| finding.p.unwrap_or(f64::NAN));
+        let corrected = holm(&p.collect::<Vec<_>>());
+        for (finding, p) in findings.iter_mut().zip(corrected) {
+            finding.p_holm = (!p.is_nan()).then_some(p);
+        }
+        Ok(Self {
+            findings,
+            comparison,
+            settings,
         })
     }
 
-    /// Chart of the agreement of cuts of the tree with the categories.
-    pub fn chart(&self) -> Chart {
-        self.table.chart()
+    /// Labels, claims and statistics as Markdown.
+    pub(crate) fn markdown(&self) -> String {
+        report::markdown(self)
     }
+
+    /// The whole comparison as JSON.
+    pub(crate) fn to_json(&self) -> Value {
+        let mut value = self.comparison.to_json();
+        value["settings"] = json!(self.settings);
+        value["hypotheses"] = json!(self.findings);
+        value
+    }
+}
+
+/// Examines the landscape in `folder` and writes `NAME.md` and `NAME.json`.
+pub(crate) fn write(folder: &Path, name: &str, seed: u64) -> Result<(), Box<dyn Error>> {
+    let files = LandscapeFiles::read(folder)?;
+    let landscape = NamedLandscape::of(&files, folder, Rule::standard())?;
+    let settings = ClaimSettings::standard();
+    let examined = Examined::of(&landscape, &settings, seed)?;
+    let text = format!("{}\n<!-- Made by {MAKER}. -->\n", examined.markdown());
+    fs::write(format!("{name}.md"), text)?;
+    fs::write(
+        format!("{name}.json"),
+        format!("{:#}\n", examined.to_json()),
+    )?;
+    Ok(())
 }

@@ -6,15 +6,15 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::{Finding, Verdict, insufficient};
-use crate::agreement::{fisher_exact, spearman};
-use crate::evaluation::taxonomy::{Anatomy, Category, Labeller, PalmPart, Patch, Taxonomy};
-use crate::grasp::{Grasp, GraspEnergy, judge};
-use crate::hand::{Hand, PosedHand};
-use crate::space::{Pose, interpolate, joints_of_mut};
-use crate::study::error::StudyError;
-use crate::study::statistics::NamedLandscape;
-use crate::study::{MinimaxPath, MinimumName, Waypoint, settings_for_grasps};
-use crate::topography::{MinimumId, Run, quench_all};
+use landscape::agreement::{fisher_exact, spearman};
+use landscape::evaluation::taxonomy::{Anatomy, Category, Labeller, PalmPart, Patch, Taxonomy};
+use landscape::grasp::{Grasp, GraspEnergy, judge};
+use landscape::hand::{Hand, PosedHand};
+use landscape::space::{Pose, interpolate, joints_of_mut};
+use landscape::study::{
+    MinimaxPath, MinimumName, NamedLandscape, StudyError, Waypoint, settings_for_grasps,
+};
+use landscape::topography::{MinimumId, Run, quench_all};
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -348,7 +348,7 @@ fn straightened(hand: &Hand, x: &[f64], fingers: &str) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::space::joints_of;
+    use landscape::space::joints_of;
 
     #[test]
     fn only_the_fingers_named_are_straightened() {

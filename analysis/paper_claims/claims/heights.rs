@@ -1,13 +1,13 @@
 //! Claims H1 to H6 and H8, which need only heights and labels.
 
 use super::{ClaimSettings, Finding, Verdict, insufficient};
-use crate::agreement::{
+use landscape::agreement::{
     Correlation, Dendrogram, Outcome, Permutations, Tested, anosim_of_ranks, barrier_ratio,
     bootstrap, cliffs_delta, indicator, mantel, morans_i, partial_mantel, test_labels,
     test_uncertain_labels,
 };
-use crate::evaluation::taxonomy::{Category, Rule, Taxonomy};
-use crate::study::statistics::{Basin, Basins, Part, StatisticsSettings};
+use landscape::evaluation::taxonomy::{Category, Rule, Taxonomy};
+use landscape::study::{Basin, Basins, Part, StatisticsSettings};
 
 const POWER: usize = Category::Power as usize;
 const INTERMEDIATE: usize = Category::Intermediate as usize;
@@ -450,8 +450,8 @@ fn few(labels: &[usize], names: &[&str]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::agreement::PairMatrix;
-    use crate::evaluation::taxonomy::Candidate;
+    use landscape::agreement::PairMatrix;
+    use landscape::evaluation::taxonomy::Candidate;
 
     /// Minima of these types, about 0.6 apart within a category and `between` apart across categories.
     fn planted(types: &[u8], between: f64) -> Basins {

@@ -1,0 +1,148 @@
+//! Comparison of a landscape with the taxonomy: its types, and the statistics of heights against labels.
+
+use std::fmt::Write;
+
+use serde_json::{Value, json};
+
+use super::StatisticsSettings;
+use super::basins::{Basins, NamedLandscape};
+use super::coverage::types;
+use super::table::{Table, table};
+use crate::evaluation::taxonomy::{Category, Inapplicable, Rule};
+use crate::figure::MAKER;
+use crate::figure::chart::Chart;
+use crate::study::error::StudyError;
+
+/// Comparison of a landscape of grasps with the taxonomy.
+#[derive(Debug)]
+pub struct TaxonomyComparison<'a> {
+    /// The minima with their labels, and the heights and distances between them.
+    pub basins: Basins,
+    table: Table,
+    settings: &'a StatisticsSettings,
+    rule: &'a Rule,
+    seed: u64,
+}
+
+/// Tests by permutation whether heights between the minima of a landscape correlate with their categories and types.
+/// `group_barrier` replaces the landscape's own group barrier; `seed` is for permutations and resamplings.
+///
+/// # Errors
+/// If the landscape has no group barrier.
+pub fn compare_with_taxonomy<'a>(
+    landscape: &NamedLandscape<'a>,
+    settings: &'a StatisticsSettings,
+    group_barrier: Option<f64>,
+    seed: u64,
+) -> Result<TaxonomyComparison<'a>, StudyError> {
+    let basins = Basins::of(landscape, group_barrier)?;
+    Ok(TaxonomyComparison {
+        table: table(&basins, settings, seed),
+        basins,
+        settings,
+        rule: landscape.rule,
+        seed,
+    })
+}
+
+impl TaxonomyComparison<'_> {
+    /// Labels and statistics as Markdown.
+    pub fn markdown(&self) -> String {
+        format!(
+            "{}\n## Statistics\n\nA case is a minimum; p by permutation of labels among minima.\n\n{}",
+            self.types(),
+            self.statistics()
+        )
+    }
+
+    /// Title, labels and types as Markdown.
+    pub fn types(&self) -> String {
+        let basins = &self.basins;
+        let mut text = format!("# {} beside the taxonomy\n\n", basins.name);
+        let minima = basins.minima.len();
+        let category = |category: Category| {
+            let count = basins
+                .minima
+                .iter()
+                .filter(|basin| basin.category == Some(category as usize))
+                .count();
+            format!("{count} {}", category.name())
+        };
+        let unnamed = basins
+            .minima
+            .iter()
+            .filter(|basin| basin.category.is_none())
+            .count();
+        let categories = [Category::Power, Category::Intermediate, Category::Precision]
+            .map(category)
+            .join(", ");
+        let _ = writeln!(
+            text,
+            "- {minima} minima: {categories}, {unnamed} without a category\n\
+             - labels: {} from the file, the others by rule {} on the minimum itself\n\
+             - {} of {} pairs are joined by no path: their heights count as 1.1 times the largest",
+            basins.labelled_in_file,
+            self.rule.version,
+            basins.saddles.unknown(),
+            basins.saddles.values().len(),
+        );
+        if !basins.applicable {
+            let why = Inapplicable::Hand.words();
+            let _ = writeln!(text, "- {why}; nothing below is about grasp types");
+        }
+        text.push_str("\n## Types\n\n| type | minima | grasps |\n|---|---|---|\n");
+        for (name, [own, grasps]) in types(basins) {
+            let _ = writeln!(text, "| {name} | {own} | {grasps} |");
+        }
+        text
+    }
+
+    /// The table of the statistics as Markdown.
+    pub fn statistics(&self) -> String {
+        let number = |p: Option<f64>| p.map_or(String::new(), |p| format!("{p:.4}"));
+        let mut text =
+            "| statistic | of | value | chance | 95 % | p |\n|---|---|---|---|---|---|\n"
+                .to_owned();
+        for row in &self.table.rows {
+            let value = match (&row.missing, row.statistic) {
+                (Some(missing), _) => format!("insufficient data: {missing}"),
+                (None, Some(value)) => format!("{value:.3}"),
+                (None, None) => "insufficient data".to_owned(),
+            };
+            let chance = row
+                .chance
+                .map_or(String::new(), |chance| format!("{chance:.3}"));
+            let interval = row.interval.map_or(String::new(), |[low, high]| {
+                format!("{low:.3} to {high:.3}")
+            });
+            let _ = writeln!(
+                text,
+                "| {} | {} | {value} | {chance} | {interval} | {} |",
+                row.name,
+                row.about,
+                number(row.p)
+            );
+        }
+        text
+    }
+
+    /// The whole comparison as JSON.
+    pub fn to_json(&self) -> Value {
+        json!({
+            "made_by": MAKER,
+            "landscape": self.basins.name,
+            "rule": self.rule.version,
+            "settings": self.settings,
+            "seed": self.seed,
+            "group_barrier": self.basins.group_barrier,
+            "groups": self.basins.groups,
+            "statistics": self.table.rows,
+            "cuts": self.table.cuts,
+        })
+    }
+
+    /// Chart of the agreement of cuts of the tree with the categories.
+    pub fn chart(&self) -> Chart {
+        self.table.chart()
+    }
+}
