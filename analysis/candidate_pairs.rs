@@ -10,6 +10,7 @@
 //! run can continue. Landscapes in the .csv are not mapped again.
 
 mod grasp_minima;
+mod waves;
 
 use std::error::Error;
 use std::fmt::Write;
@@ -18,7 +19,6 @@ use std::path::{Path, PathBuf};
 
 use grasp_minima::{Grasps, shuffled};
 use landscape::energy::Energy;
-use landscape::energy::model::Waves;
 use landscape::figure::chart::{Axis, Chart, Corner, Panel, Series};
 use landscape::optimize::QuenchSettings;
 use landscape::sample::{Kernel, Mala, Task, stream};
@@ -27,6 +27,7 @@ use landscape::topography::{
     self, Evidence, JournalError, Landscape, MapSettings, MatchTolerance, MemoryJournal, Minimum,
     MinimumId, Run, build_landscape, in_box, spanning_forest,
 };
+use waves::Waves;
 
 const SEED: u64 = 7;
 /// Numbers of nearest minima per minimum.

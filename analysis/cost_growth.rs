@@ -13,6 +13,7 @@
 #[path = "grasp_minima.rs"]
 mod grasp_minima;
 mod line;
+mod waves;
 
 use std::error::Error;
 use std::fmt::Write;
@@ -21,7 +22,6 @@ use std::path::{Path, PathBuf};
 
 use grasp_minima::{Grasps, shuffled};
 use landscape::energy::Energy;
-use landscape::energy::model::Waves;
 use landscape::figure::chart::{Axis, Chart, Corner, Panel, Series};
 use landscape::figure::theme;
 use landscape::grasp::GraspKernel;
@@ -29,6 +29,7 @@ use landscape::optimize::QuenchSettings;
 use landscape::sample::{Kernel, Mala, Task, stream};
 use landscape::topography::{MapSettings, MatchTolerance, Minimum, Run, build_landscape, in_box};
 use line::Line;
+use waves::Waves;
 
 const SEED: u64 = 9;
 const SIZES: [usize; 5] = [50, 100, 200, 371, 800];

@@ -4,11 +4,19 @@ use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use landscape::grasp::closure::{PointContact, is_force_closure, least_friction};
-use landscape::grasp::relaxed::{RelaxedForceClosure, Touch};
 use landscape::object::{Object, Shape, Sphere};
 use landscape::sample::{Task, stream};
 use nalgebra::Vector3;
 use rand::RngExt;
+use relaxed::{RelaxedForceClosure, Touch};
+
+#[expect(
+    dead_code,
+    unused_imports,
+    reason = "a benchmark leaves out the tests in it"
+)]
+#[path = "../analysis/relaxed.rs"]
+mod relaxed;
 
 const SETS: usize = 64;
 

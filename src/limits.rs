@@ -18,309 +18,172 @@ pub struct Limit {
     pub reason: &'static str,
 }
 
-/// Coordinates of frames, ends and corners of a hand, in the frame in which they are given.
-pub const HAND_POSITION: Limit = Limit {
-    least: -10.0,
-    most: 10.0,
-    unit: "m",
-    reason: "hands are described in metres",
-};
+/// The table: what is limited, its name, the smallest and the largest value, their unit, and the reason.
+macro_rules! limits {
+    ($($(#[$what:meta])+ $name:ident: $least:expr, $most:expr, $unit:literal, $reason:literal;)+) => {$(
+        $(#[$what])+
+        pub const $name: Limit = Limit {
+            least: $least,
+            most: $most,
+            unit: $unit,
+            reason: $reason,
+        };
+    )+};
+}
 
-/// Radii and lengths of the parts of a hand.
-pub const HAND_LENGTH: Limit = Limit {
-    least: 1e-6,
-    most: 10.0,
-    unit: "m",
-    reason: "hands are described in metres",
-};
+limits! {
+    /// Coordinates of frames, ends and corners of a hand, in the frame in which they are given.
+    HAND_POSITION: -10.0, 10.0, "m",
+        "hands are described in metres";
 
-/// Lengths of a hand's metric: how far a unit of a joint, which others may follow, moves the hand.
-pub const METRIC_LENGTH: Limit = Limit {
-    least: 1e-6,
-    most: 1e4,
-    unit: "m",
-    reason: "hands are described in metres",
-};
+    /// Radii and lengths of the parts of a hand.
+    HAND_LENGTH: 1e-6, 10.0, "m",
+        "hands are described in metres";
 
-/// Limits and offsets of hinges: sixteen turns.
-pub const HINGE: Limit = Limit {
-    least: -100.0,
-    most: 100.0,
-    unit: "rad",
-    reason: "a joint that turns without end is continuous (URDF) or has no range (MJCF)",
-};
+    /// Lengths of a hand's metric: how far a unit of a joint, which others may follow, moves the hand.
+    METRIC_LENGTH: 1e-6, 1e4, "m",
+        "hands are described in metres";
 
-/// Limits and offsets of slides.
-pub const SLIDE: Limit = Limit {
-    least: -10.0,
-    most: 10.0,
-    unit: "m",
-    reason: "joints that slide are described in metres",
-};
+    /// Limits and offsets of hinges: sixteen turns.
+    HINGE: -100.0, 100.0, "rad",
+        "a joint that turns without end is continuous (URDF) or has no range (MJCF)";
 
-/// Ratio at which a joint follows another, with all couplings between them multiplied.
-pub const COUPLING_RATIO: Limit = Limit {
-    least: -1000.0,
-    most: 1000.0,
-    unit: "",
-    reason: "no joint moves so much faster than the joint it follows",
-};
+    /// Limits and offsets of slides.
+    SLIDE: -10.0, 10.0, "m",
+        "joints that slide are described in metres";
 
-/// Coordinates of a hand relative to the origin of its object; squares of far larger numbers are infinite.
-pub const GRASP_POSITION: Limit = Limit {
-    least: -1000.0,
-    most: 1000.0,
-    unit: "m",
-    reason: "lengths are in metres",
-};
+    /// Ratio at which a joint follows another, with all couplings between them multiplied.
+    COUPLING_RATIO: -1000.0, 1000.0, "",
+        "no joint moves so much faster than the joint it follows";
 
-/// Coordinates of meshes and shapes, in the unit of their file.
-pub const MESH_COORDINATE: Limit = Limit {
-    least: -1e9,
-    most: 1e9,
-    unit: "",
-    reason: "no hand-held object has such a size in any unit of length",
-};
+    /// Coordinates of a hand relative to the origin of its object; squares of far larger numbers are infinite.
+    GRASP_POSITION: -1000.0, 1000.0, "m",
+        "lengths are in metres";
 
-/// Sizes of meshes and shapes, in the unit of their file; volumes of far smaller and larger ones are zero or infinite.
-pub const MESH_SIZE: Limit = Limit {
-    least: 1e-9,
-    most: 1e9,
-    unit: "",
-    reason: "no hand-held object has such a size in any unit of length",
-};
+    /// Coordinates of meshes and shapes, in the unit of their file.
+    MESH_COORDINATE: -1e9, 1e9, "",
+        "no hand-held object has such a size in any unit of length";
 
-/// Longest side of an object; an object outside this range is surely not in metres.
-pub const OBJECT_SIZE: Limit = Limit {
-    least: 2e-3,
-    most: 2.0,
-    unit: "m",
-    reason: "hands hold nothing smaller or larger",
-};
+    /// Sizes of meshes and shapes, in the unit of their file; volumes of far smaller and larger ones are zero or infinite.
+    MESH_SIZE: 1e-9, 1e9, "",
+        "no hand-held object has such a size in any unit of length";
 
-/// Masses of objects.
-pub const OBJECT_MASS: Limit = Limit {
-    least: 1e-9,
-    most: 1e6,
-    unit: "kg",
-    reason: "masses are in kilograms",
-};
+    /// Longest side of an object; an object outside this range is surely not in metres.
+    OBJECT_SIZE: 2e-3, 2.0, "m",
+        "hands hold nothing smaller or larger";
 
-/// Factors on the size of objects.
-pub const OBJECT_SCALE: Limit = Limit {
-    least: 1e-6,
-    most: 1e6,
-    unit: "",
-    reason: "meshes are made in units from the micrometre to the kilometre",
-};
+    /// Masses of objects.
+    OBJECT_MASS: 1e-9, 1e6, "kg",
+        "masses are in kilograms";
 
-/// Lengths of direction vectors; squares of far smaller and larger ones are zero or infinite.
-pub const DIRECTION: Limit = Limit {
-    least: 1e-9,
-    most: 1e9,
-    unit: "",
-    reason: "a direction of length one is needed",
-};
+    /// Factors on the size of objects.
+    OBJECT_SCALE: 1e-6, 1e6, "",
+        "meshes are made in units from the micrometre to the kilometre";
 
-/// Standard deviations of a joint's coordinate; divisors are their squares.
-pub const JOINT_DEVIATION: Limit = Limit {
-    least: 1e-6,
-    most: 100.0,
-    unit: "rad or m",
-    reason: "no joint is held so firmly or moves so far",
-};
+    /// Lengths of direction vectors; squares of far smaller and larger ones are zero or infinite.
+    DIRECTION: 1e-9, 1e9, "",
+        "a direction of length one is needed";
 
-/// Weights of joints in a synergy.
-pub const SYNERGY_WEIGHT: Limit = Limit {
-    least: -1e6,
-    most: 1e6,
-    unit: "",
-    reason: "weights only compare joints with each other",
-};
+    /// Standard deviations of a joint's coordinate; divisors are their squares.
+    JOINT_DEVIATION: 1e-6, 100.0, "rad or m",
+        "no joint is held so firmly or moves so far";
 
-/// Shares of variance.
-pub const VARIANCE_SHARE: Limit = Limit {
-    least: 1e-6,
-    most: 1.0,
-    unit: "",
-    reason: "shares of variance are positive and at most 1",
-};
+    /// Weights of joints in a synergy.
+    SYNERGY_WEIGHT: -1e6, 1e6, "",
+        "weights only compare joints with each other";
 
-/// Weights of MANO's shapes.
-pub const HAND_SHAPE: Limit = Limit {
-    least: -100.0,
-    most: 100.0,
-    unit: "",
-    reason: "weights of shapes are in standard deviations",
-};
+    /// Shares of variance.
+    VARIANCE_SHARE: 1e-6, 1.0, "",
+        "shares of variance are positive and at most 1";
 
-/// Entries of MANO's arrays, which are in metres, in radians or shares.
-pub const MANO_NUMBER: Limit = Limit {
-    least: -1000.0,
-    most: 1000.0,
-    unit: "",
-    reason: "MANO's numbers are metres, radians and shares",
-};
+    /// Weights of MANO's shapes.
+    HAND_SHAPE: -100.0, 100.0, "",
+        "weights of shapes are in standard deviations";
 
-/// Weights of neural networks.
-pub const NETWORK_WEIGHT: Limit = Limit {
-    least: -1e6,
-    most: 1e6,
-    unit: "",
-    reason: "sums with such a weight have no digits left in single precision",
-};
+    /// Entries of MANO's arrays, which are in metres, in radians or shares.
+    MANO_NUMBER: -1000.0, 1000.0, "",
+        "MANO's numbers are metres, radians and shares";
 
-/// Weights, roundings and thresholds of energies.
-pub const ENERGY_SETTING: Limit = Limit {
-    least: 0.0,
-    most: 1e6,
-    unit: "",
-    reason: "terms are of order one, and a larger weight would drown the others",
-};
+    /// Weights of neural networks.
+    NETWORK_WEIGHT: -1e6, 1e6, "",
+        "sums with such a weight have no digits left in single precision";
 
-/// Weight of contact distances in a synthesis.
-pub const DISTANCE_WEIGHT: Limit = Limit {
-    least: 1e-6,
-    most: 1e6,
-    unit: "",
-    reason: "no other term pulls the contacts to the surface",
-};
+    /// Weights, roundings and thresholds of energies.
+    ENERGY_SETTING: 0.0, 1e6, "",
+        "terms are of order one, and a larger weight would drown the others";
 
-/// Temperatures of synthesis.
-pub const TEMPERATURE: Limit = Limit {
-    least: 1e-9,
-    most: 1e6,
-    unit: "",
-    reason: "energies are of order one",
-};
+    /// Weight of contact distances in a synthesis.
+    DISTANCE_WEIGHT: 1e-6, 1e6, "",
+        "no other term pulls the contacts to the surface";
 
-/// Probabilities, rates and shares of a synthesis that serve as divisors.
-pub const SHARE: Limit = Limit {
-    least: 1e-6,
-    most: 1.0,
-    unit: "",
-    reason: "a share is above 0 and at most 1",
-};
+    /// Temperatures of synthesis.
+    TEMPERATURE: 1e-9, 1e6, "",
+        "energies are of order one";
 
-/// Number of steps of a chain.
-pub const STEPS: Limit = Limit {
-    least: 0.0,
-    most: 1e8,
-    unit: "",
-    reason: "such a chain takes weeks",
-};
+    /// Probabilities, rates and shares of a synthesis that serve as divisors.
+    SHARE: 1e-6, 1.0, "",
+        "a share is above 0 and at most 1";
 
-/// Number of attempts of a chain, and of poses drawn for its start.
-pub const ATTEMPTS: Limit = Limit {
-    least: 1.0,
-    most: 1e6,
-    unit: "",
-    reason: "each costs at least one evaluation of the energy",
-};
+    /// Number of steps of a chain.
+    STEPS: 0.0, 1e8, "",
+        "such a chain takes weeks";
 
-/// Number of chains of one run.
-pub const CHAINS: Limit = Limit {
-    least: 1.0,
-    most: 1e6,
-    unit: "",
-    reason: "the ends of all chains are held in memory; make more in several runs with other seeds",
-};
+    /// Number of attempts of a chain, and of poses drawn for its start.
+    ATTEMPTS: 1.0, 1e6, "",
+        "each costs at least one evaluation of the energy";
 
-/// Perturbation of given grasps before they are refined.
-pub const PERTURBATION: Limit = Limit {
-    least: 0.0,
-    most: 1e4,
-    unit: "mm",
-    reason: "a hand farther off meets no object",
-};
+    /// Number of chains of one run.
+    CHAINS: 1.0, 1e6, "",
+        "the ends of all chains are held in memory; make more in several runs with other seeds";
 
-/// Number of threads.
-pub const THREADS: Limit = Limit {
-    least: 1.0,
-    most: 1024.0,
-    unit: "",
-    reason: "more threads than cores only cost memory",
-};
+    /// Perturbation of given grasps before they are refined.
+    PERTURBATION: 0.0, 1e4, "mm",
+        "a hand farther off meets no object";
 
-/// Temperatures and forces of attraction–diffusion, and other numbers in the unit of an energy.
-pub const ENERGY_SCALE: Limit = Limit {
-    least: 1e-30,
-    most: 1e30,
-    unit: "",
-    reason: "choose another unit of energy",
-};
+    /// Number of threads.
+    THREADS: 1.0, 1024.0, "",
+        "more threads than cores only cost memory";
 
-/// Ends of the region from which random starts are drawn.
-pub const REGION: Limit = Limit {
-    least: -1e9,
-    most: 1e9,
-    unit: "",
-    reason: "squares of larger distances leave no digits for energies: choose another unit",
-};
+    /// Temperatures and forces of attraction–diffusion, and other numbers in the unit of an energy.
+    ENERGY_SCALE: 1e-30, 1e30, "",
+        "choose another unit of energy";
 
-/// Lengths of the sides of that region.
-pub const REGION_SIDE: Limit = Limit {
-    least: 1e-15,
-    most: 2e9,
-    unit: "",
-    reason: "steps of finite differences are a small share of it: choose another unit",
-};
+    /// Ends of the region from which random starts are drawn.
+    REGION: -1e9, 1e9, "",
+        "squares of larger distances leave no digits for energies: choose another unit";
 
-/// Heights and weights of the named models.
-pub const MODEL_NUMBER: Limit = Limit {
-    least: 1e-6,
-    most: 1e6,
-    unit: "",
-    reason: "the height only scales the model",
-};
+    /// Lengths of the sides of that region.
+    REGION_SIDE: 1e-15, 2e9, "",
+        "steps of finite differences are a small share of it: choose another unit";
 
-/// Time limit for an answer of a program.
-pub const ANSWER_TIME: Limit = Limit {
-    least: 1e-3,
-    most: 1e6,
-    unit: "s",
-    reason: "no program answers faster, and nobody waits longer",
-};
+    /// Heights and weights of the named models.
+    MODEL_NUMBER: 1e-6, 1e6, "",
+        "the height only scales the model";
 
-/// Number of pictures along a path.
-pub const PICTURES: Limit = Limit {
-    least: 2.0,
-    most: 1000.0,
-    unit: "",
-    reason: "the path has two ends, and more pictures in a strip are too small to see",
-};
+    /// Time limit for an answer of a program.
+    ANSWER_TIME: 1e-3, 1e6, "s",
+        "no program answers faster, and nobody waits longer";
 
-/// Number of searches of a surface, and of searches without a new result that end it.
-pub const SEARCHES: Limit = Limit {
-    least: 1.0,
-    most: 1e9,
-    unit: "",
-    reason: "all results are held in memory",
-};
+    /// Number of pictures along a path.
+    PICTURES: 2.0, 1000.0, "",
+        "the path has two ends, and more pictures in a strip are too small to see";
 
-/// Masses, lengths, forces and rates of a simulation.
-pub const SIMULATION: Limit = Limit {
-    least: 1e-9,
-    most: 1e9,
-    unit: "",
-    reason: "check the unit",
-};
+    /// Number of searches of a surface, and of searches without a new result that end it.
+    SEARCHES: 1.0, 1e9, "",
+        "all results are held in memory";
 
-/// Numbers of a simulation that may be zero: friction, gravity along an axis, settling time.
-pub const SIMULATION_OR_ZERO: Limit = Limit {
-    least: 0.0,
-    most: 1e3,
-    unit: "",
-    reason: "check the unit",
-};
+    /// Masses, lengths, forces and rates of a simulation.
+    SIMULATION: 1e-9, 1e9, "",
+        "check the unit";
 
-/// Steps of a simulation, multiplied by substeps and sweeps.
-pub const SIMULATION_STEPS: Limit = Limit {
-    least: 1.0,
-    most: 1e8,
-    unit: "",
-    reason: "such a simulation takes hours for each grasp",
-};
+    /// Numbers of a simulation that may be zero: friction, gravity along an axis, settling time.
+    SIMULATION_OR_ZERO: 0.0, 1e3, "",
+        "check the unit";
+
+    /// Steps of a simulation, multiplied by substeps and sweeps.
+    SIMULATION_STEPS: 1.0, 1e8, "",
+        "such a simulation takes hours for each grasp";
+}
 
 /// Largest number of motions that map an object onto itself; each is tried on every corner of its mesh.
 pub const MOST_MOTIONS: usize = 1000;

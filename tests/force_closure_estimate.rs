@@ -8,6 +8,8 @@ use landscape::grasp::closure::{least_friction, net_wrench};
 use nalgebra::Vector3;
 use serde_json::Value;
 
+#[path = "../analysis/force_closure_estimate/density.rs"]
+mod density;
 #[path = "../analysis/force_closure_estimate/fit.rs"]
 mod fit;
 #[path = "../analysis/line.rs"]

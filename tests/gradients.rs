@@ -1,11 +1,13 @@
 //! Every energy of the crate: its gradient equals the central difference along the tangents of its space.
 
 use landscape::energy::model::{
-    DoubleWell, LennardJones, MullerBrown, Orientation, ThreeHole, Torsion, Waves,
+    DoubleWell, LennardJones, MullerBrown, Orientation, ThreeHole, Torsion,
 };
 use landscape::energy::{Energy, InBox};
 use landscape::sample::{Rng, Task, stream};
 use rand::RngExt;
+
+use crate::waves::Waves;
 
 /// Draws a point at which the energy is finite and smooth.
 type Sampler = fn(&mut Rng) -> Vec<f64>;

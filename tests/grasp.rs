@@ -1,6 +1,8 @@
 //! Hands, objects and grasps. All these files form one test program, because each program must be linked.
 
 mod closing;
+#[path = "../analysis/contact_points/search.rs"]
+mod contact_points;
 mod depth;
 mod failures;
 mod force_closure;
@@ -13,6 +15,8 @@ mod mjcf;
 mod neural;
 mod objects;
 mod published;
+#[path = "../analysis/relaxed.rs"]
+mod relaxed;
 mod shapes;
 mod stability;
 mod synthesis;

@@ -1,6 +1,5 @@
 //! Exact savings: the tree is the same with and without them.
 
-use landscape::energy::model::Waves;
 use landscape::optimize::QuenchSettings;
 use landscape::sample::{Mala, Task, stream};
 use landscape::topography::{
@@ -8,6 +7,8 @@ use landscape::topography::{
     build_landscape, distinct, in_box, quench_all, sequential,
 };
 use rayon::prelude::*;
+
+use crate::waves::Waves;
 
 /// A random surface of two angles and the minima that random starts fall into.
 fn surface(id: u64) -> (Waves, Vec<Minimum>) {

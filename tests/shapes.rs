@@ -3,8 +3,8 @@
 
 use std::sync::LazyLock;
 
+use crate::relaxed::{RelaxedForceClosure, Touch};
 use landscape::grasp::closure::{PointContact, net_wrench};
-use landscape::grasp::relaxed::{RelaxedForceClosure, Touch};
 use landscape::mesh::{ExactMesh, Mesh};
 use landscape::object::{
     Capsule, Cuboid, Cylinder, Field, FieldSettings, Object, Revolved, Shape, Sphere,

@@ -11,6 +11,10 @@ mod models;
 mod muller_brown;
 mod paths;
 mod pruning;
+#[path = "../analysis/roc.rs"]
+mod roc;
 mod saddles;
 mod sequential;
 mod spaces;
+#[path = "../analysis/waves.rs"]
+mod waves;

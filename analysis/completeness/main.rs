@@ -11,6 +11,8 @@ use rayon::prelude::*;
 use surfaces::Counted;
 
 mod surfaces;
+#[path = "../waves.rs"]
+mod waves;
 
 /// Named models, their numbers of minima and saddles, and the number of runs. `tests/completeness.rs` has a larger cluster,
 /// for which nothing is claimed.

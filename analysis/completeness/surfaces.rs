@@ -1,7 +1,8 @@
 //! Surfaces whose minima and saddles are counted by other means than the tested search.
 
+use crate::waves::Waves;
 use landscape::energy::Energy;
-use landscape::energy::model::{Waves, named};
+use landscape::energy::model::named;
 use landscape::optimize::{QuenchSettings, quench};
 use landscape::sample::{Task, stream};
 use landscape::space::Space;

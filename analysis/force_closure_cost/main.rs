@@ -4,17 +4,19 @@
 //! meanwhile.
 
 use landscape::grasp::closure::{is_force_closure, least_friction};
-use landscape::grasp::relaxed::{RelaxedForceClosure, Touch};
 use landscape::object::{Object, Shape, Sphere};
 use landscape::sample::{Task, stream};
 use nalgebra::Vector3;
 use rand::RngExt;
+use relaxed::{RelaxedForceClosure, Touch};
 
 mod fit;
 #[path = "../line.rs"]
 mod line;
 mod network;
 mod picture;
+#[path = "../relaxed.rs"]
+mod relaxed;
 mod report;
 mod timing;
 

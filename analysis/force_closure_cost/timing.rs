@@ -3,8 +3,9 @@
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
-use landscape::grasp::relaxed::Touch;
 use nalgebra::Vector3;
+
+use crate::relaxed::Touch;
 
 /// Least duration of a batch, long compared with the cost of the clock.
 const BATCH: Duration = Duration::from_millis(4);

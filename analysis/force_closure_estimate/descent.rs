@@ -1,7 +1,7 @@
 //! Descents of contact sets on the unit sphere along Eq. 7.
 
+use crate::relaxed::{RelaxedForceClosure, Touch};
 use landscape::energy::Energy;
-use landscape::grasp::relaxed::{RelaxedForceClosure, Touch};
 use landscape::object::Sphere;
 use landscape::optimize::{QuenchSettings, quench_traced};
 use landscape::space::{Euclidean, Space};

@@ -5,12 +5,16 @@
 
 use descent::Descents;
 
+mod density;
 mod descent;
 mod fit;
 #[path = "../line.rs"]
 mod line;
 mod picture;
 mod quality;
+#[expect(dead_code, reason = "other programs use all of it")]
+#[path = "../relaxed.rs"]
+mod relaxed;
 mod report;
 mod sets;
 

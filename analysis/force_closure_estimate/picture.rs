@@ -1,8 +1,9 @@
 //! The picture of the comparison.
 
-use landscape::figure::chart::{Axis, Chart, Corner, Mark, Panel, Scale, Series, Violin};
+use landscape::figure::chart::{Axis, Chart, Corner, Mark, Panel, Series};
 use landscape::figure::{Canvas, FigureError, theme};
 
+use super::density::violin;
 use super::descent::Descents;
 use super::fit::Fit;
 use super::quality::{Quality, THRESHOLDS};
@@ -33,14 +34,14 @@ pub(crate) fn draw(sets: &[Set], limit: f64, descents: &Descents) -> Result<Canv
 
 fn violins(sets: &[Set]) -> Panel {
     let edges = (0..BINS).map(|bin| f64::from(bin) * BIN);
-    let violin = |from: f64| {
+    let above = |from: f64| {
         let start = sets.partition_point(|set| set.least_friction < from);
         let end = sets.partition_point(|set| set.least_friction < from + BIN);
         let samples: Vec<f64> = sets[start..end]
             .iter()
             .map(|set| set.verdict.net_wrench)
             .collect();
-        Violin::from_samples(from + 0.5 * BIN, 0.45 * BIN, &samples, Scale::Linear)
+        violin(from + 0.5 * BIN, 0.45 * BIN, &samples)
     };
     let end = BIN * f64::from(BINS);
     let curve = |value: &dyn Fn(f64) -> f64, to: f64| -> Vec<[f64; 2]> {
@@ -52,7 +53,7 @@ fn violins(sets: &[Set]) -> Panel {
     let affine = Fit::up_to(sets, AFFINE_LIMIT).line;
     let published = format!("paper: {PUBLISHED_SLOPE} μ₀");
     let with_offset = format!("{:.2} μ₀ + {:.2}", affine.slope, affine.offset);
-    let violins = Mark::Violins(edges.map(violin).collect());
+    let violins = Mark::Violins(edges.map(above).collect());
     let [orange, violet, green] = [1, 6, 2].map(theme::series);
     Panel::new(
         "500,000 random sets of three contacts",

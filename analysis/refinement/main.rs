@@ -7,19 +7,21 @@
 
 mod picture;
 mod report;
+#[path = "../roc.rs"]
+mod roc;
 
 use std::error::Error;
 use std::fs;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use landscape::agreement::{Roc, RocError};
 use landscape::grasp::synthesis::{SynthesisSettings, synthesize};
 use landscape::grasp::{EnergySettings, Grasp, GraspEnergy, Judgement, judge, measure_contacts};
 use landscape::hand::Hand;
 use landscape::object::Object;
 use landscape::optimize::QuenchSettings;
 use rayon::prelude::*;
+use roc::{Roc, RocError};
 
 const OBJECT: &str = "bottle_round";
 const SEED: u64 = 6;

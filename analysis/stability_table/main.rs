@@ -7,6 +7,8 @@
 #[path = "../yields/interval.rs"]
 mod interval;
 mod report;
+#[path = "../roc.rs"]
+mod roc;
 mod row;
 
 use std::error::Error;

@@ -2,11 +2,11 @@
 
 use std::fmt::Write;
 
-use landscape::agreement::Roc;
 use landscape::figure::chart::{Axis, Chart, Corner, Panel, Series};
 use landscape::grasp::energy::AUTHORS_UNIT_M;
 
 use super::interval::interval;
+use super::roc::Roc;
 use super::row::Row;
 use super::{BOTTLES, POPULATIONS, PUSHED, SEED, SIMPLE};
 

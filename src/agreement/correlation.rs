@@ -42,26 +42,6 @@ pub fn spearman(x: &[f64], y: &[f64]) -> f64 {
     pearson(&ranks(&masked(x, y)), &ranks(&masked(y, x)))
 }
 
-/// Cophenetic correlation of two trees: [`pearson`] of the heights at which they join each pair.
-///
-/// R. R. Sokal and F. J. Rohlf, Taxon 11, 33 (1962). Pairs that one of the trees never joins are left out.
-///
-/// # Panics
-/// If the trees have different cases.
-pub fn cophenetic_correlation(first: &super::Dendrogram, second: &super::Dendrogram) -> f64 {
-    pearson(first.joined().values(), second.joined().values())
-}
-
-/// Baker's gamma of two trees: [`spearman`] of the heights at which they join each pair. Only the order of merges counts.
-///
-/// F. B. Baker, J. Am. Stat. Assoc. 69, 440 (1974), uses the stages of merging, which have the same ranks as the heights.
-///
-/// # Panics
-/// If the trees have different cases.
-pub fn bakers_gamma(first: &super::Dendrogram, second: &super::Dendrogram) -> f64 {
-    spearman(first.joined().values(), second.joined().values())
-}
-
 /// Kind of correlation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Correlation {

@@ -44,35 +44,6 @@ pub fn indicator(labels: &[usize], class: usize) -> Vec<f64> {
         .collect()
 }
 
-/// Join counts of a class.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct JoinCounts {
-    /// Weight of edges between two cases of the class.
-    pub inside: f64,
-    /// Weight of edges between a case of the class and a case outside it.
-    pub across: f64,
-    /// Weight of the other edges.
-    pub outside: f64,
-}
-
-/// Weights of the edges inside, across and outside a class; A. D. Cliff and J. K. Ord, Spatial Processes (1981), sect. 1.3.
-///
-/// # Panics
-/// If there is not one label per case.
-pub fn join_counts(weights: &PairMatrix, labels: &[usize], class: usize) -> JoinCounts {
-    assert_eq!(labels.len(), weights.size(), "one label a case");
-    let mut sums = [0.0; 3];
-    for (i, j, weight) in edges(weights) {
-        sums[usize::from(labels[i] == class) + usize::from(labels[j] == class)] += weight;
-    }
-    let [outside, across, inside] = sums;
-    JoinCounts {
-        inside,
-        across,
-        outside,
-    }
-}
-
 /// Newman's assortativity of classes on a weighted graph, and the contribution of each class.
 ///
 /// ```text

@@ -15,14 +15,7 @@ fn check(distances: &PairMatrix, labels: &[usize]) {
 ///
 /// 1 if every pair between classes is farther apart than every pair within, 0 by chance. K. R. Clarke, Aust. J. Ecol. 18,
 /// 117 (1993). Sensitive to different spreads of the classes. Unknown pairs are left out. NaN without pairs of both kinds.
-///
-/// # Panics
-/// If there is not one label per case.
-pub fn anosim(distances: &PairMatrix, labels: &[usize]) -> f64 {
-    anosim_of_ranks(&distances.ranks(), labels)
-}
-
-/// [`anosim`] of given ranks ([`PairMatrix::ranks`]), which are the same for all permutations of the labels.
+/// The ranks ([`PairMatrix::ranks`]) are the same for all permutations of the labels.
 ///
 /// # Panics
 /// If there is not one label per case.
@@ -104,7 +97,7 @@ pub fn dispersions(distances: &PairMatrix, labels: &[usize]) -> Vec<f64> {
 /// F = (Σ n (z̄ₖ − z̄)²/(a − 1)) / (Σ (zᵢ − z̄ₖ)²/(N − a))
 /// ```
 ///
-/// A high F warns that [`permanova`] and [`anosim`] may reflect spread instead of location. M. J. Anderson, Biometrics 62,
+/// A high F warns that [`permanova`] and [`anosim_of_ranks`] may reflect spread instead of location. M. J. Anderson, Biometrics 62,
 /// 245 (2006), with centroids. NaN if a pair within a class is unknown.
 ///
 /// # Panics

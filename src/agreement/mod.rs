@@ -1,6 +1,6 @@
-//! Statistics of agreement: of scores with true classes, and of trees, distances and graphs with labels.
+//! Statistics of agreement: of trees, distances and graphs with labels.
 //!
-//! A statistic is a function of labels: [`Dendrogram::purity`], [`anosim`], [`permanova`], [`morans_i`], … Its significance
+//! A statistic is a function of labels: [`Dendrogram::purity`], [`anosim_of_ranks`], [`permanova`], [`morans_i`], … Its significance
 //! comes from [`test_labels`], which permutes labels among the cases of a block; classes that are too small give
 //! [`Outcome::Insufficient`]. [`bootstrap`] resamples cases, [`test_uncertain_labels`] resamples labels, and [`holm`]
 //! corrects for many hypotheses. Pairs that are not known (no path was found) are NaN in a [`PairMatrix`]. Raise them above
@@ -13,25 +13,21 @@ mod graph;
 mod groups;
 mod pairs;
 mod partition;
-mod roc;
 mod test;
 
-pub use correlation::{
-    Correlation, bakers_gamma, cophenetic_correlation, mantel, partial_mantel, pearson, spearman,
-};
+pub use correlation::{Correlation, mantel, partial_mantel, pearson, spearman};
 pub use dendrogram::Dendrogram;
 pub use fisher::fisher_exact;
-pub use graph::{JoinCounts, assortativity, indicator, join_counts, morans_i};
+pub use graph::{assortativity, indicator, morans_i};
 pub use groups::{
-    BarrierRatio, anosim, anosim_of_ranks, barrier_ratio, cliffs_delta, dispersions, permanova,
-    permdisp, silhouette,
+    BarrierRatio, anosim_of_ranks, barrier_ratio, cliffs_delta, dispersions, permanova, permdisp,
+    silhouette,
 };
 pub use pairs::PairMatrix;
 pub use partition::{
     Comparison, adjusted_mutual_information, adjusted_rand, agreement_of_cuts, cuts_between,
     highest,
 };
-pub use roc::{Roc, RocError, RocPoint};
 pub use test::{
     Outcome, Permutations, Resampled, Tested, UnderUncertainty, bootstrap, holm, test_labels,
     test_order, test_uncertain_labels,

@@ -94,20 +94,6 @@ impl PairMatrix {
             values: ranks(&self.values),
         }
     }
-
-    /// Largest excess d(i, k) − max(d(i, j), d(j, k)) over triples whose pairs are all known; at most 0 for an ultrametric.
-    pub fn ultrametric_excess(&self) -> f64 {
-        let mut worst = f64::NEG_INFINITY;
-        for (i, k, outer) in self.pairs() {
-            for j in (0..self.size).filter(|&j| j != i && j != k) {
-                let excess = outer - self.get(i, j).max(self.get(j, k));
-                if self.get(i, j).is_finite() && self.get(j, k).is_finite() && excess > worst {
-                    worst = excess;
-                }
-            }
-        }
-        worst
-    }
 }
 
 /// Ranks from 1; ties share their mean rank, and NaN stays NaN.
@@ -172,13 +158,5 @@ mod tests {
             2.0_f64.to_bits()
         );
         assert!(median(Vec::new()).is_nan());
-    }
-
-    #[test]
-    fn an_ultrametric_is_told_from_a_metric() {
-        let tree = PairMatrix::from_fn(3, |i, j| if (i, j) == (0, 1) { 1.0 } else { 2.0 });
-        assert!(tree.ultrametric_excess() <= 0.0);
-        let line = PairMatrix::from_fn(3, |i, j| (j - i) as f64);
-        assert!((line.ultrametric_excess() - 1.0).abs() < 1e-15);
     }
 }

@@ -2,7 +2,7 @@
 
 use super::axis::Span;
 use super::canvas::Canvas;
-use super::layout::{LeafOrder, TreeLayout, leaf_count, place};
+use super::layout::{TreeLayout, leaf_count, place};
 use super::leaf::{
     DiscScale, Leaf, draw_title, explain_labels, explain_sizes, label_colours, leaves_of,
     most_members,
@@ -40,8 +40,6 @@ pub struct DisconnectivityPicture {
     /// Trees of resampled chains with the leaves of `tree`. Each merge is marked by its support among them ([`support`]).
     /// No marks are drawn if this is empty.
     pub resampled: Vec<Tree>,
-    /// Order of the branches.
-    pub order: LeafOrder,
     /// Width and height of the graph in canvas units.
     pub size: [u32; 2],
     /// Pictures of some leaves. They stand below the graph in the order of the branches, and the line above each has the
@@ -63,7 +61,6 @@ impl DisconnectivityPicture {
             members_label: "members".to_owned(),
             apart: "apart: no path found".to_owned(),
             resampled: Vec::new(),
-            order: LeafOrder::default(),
             size: [1200, 860],
             examples: Vec::new(),
         }
@@ -98,7 +95,7 @@ impl DisconnectivityPicture {
         }
         let mut canvas = Canvas::new(self.size[0], self.size[1] + self.room_for_examples());
         let top = draw_title(&mut canvas, &self.title);
-        let layout = place(&self.tree, self.order);
+        let layout = place(&self.tree);
         let scale = self.disc_scale(&layout, canvas.width());
         let legend = self.legend(scale);
         let right = canvas.width() - MARGIN - legend.width();

@@ -70,8 +70,6 @@ pub use diagram::diagram_chart;
 #[cfg(feature = "topography")]
 pub use disconnectivity::DisconnectivityPicture;
 #[cfg(feature = "topography")]
-pub use layout::LeafOrder;
-#[cfg(feature = "topography")]
 pub use leaf::{Leaf, group, leaves_of};
 #[cfg(feature = "topography")]
 pub use rarefaction::rarefaction_chart;

@@ -2,20 +2,17 @@
 //!
 //! [`term`] contains the terms of the energy; [`energy`] is their sum and its envelope over contact sets. [`kernel`]
 //! proposes moves, and [`synthesis`] runs the search. [`filter`] and [`closure`] judge a grasp, [`depth`] measures
-//! penetration, and [`failure`] finds failures of relaxed force closure. [`relaxed`] is the relaxed test of points without
-//! a hand, and [`contact_points`] searches for its minima. [`closing`] closes a hand until it presses.
+//! penetration, and [`failure`] finds failures of relaxed force closure. [`closing`] closes a hand until it presses.
 
 pub mod closing;
 pub mod closure;
 pub mod contact;
-pub mod contact_points;
 pub mod depth;
 pub mod energy;
 pub mod failure;
 pub mod filter;
 pub mod hover;
 pub mod kernel;
-pub mod relaxed;
 pub mod spread;
 pub mod start;
 pub mod synthesis;

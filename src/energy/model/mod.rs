@@ -7,7 +7,6 @@ mod named;
 mod orientation;
 mod three_hole;
 mod torsion;
-mod waves;
 
 pub use double_well::DoubleWell;
 pub use lennard_jones::LennardJones;
@@ -16,4 +15,3 @@ pub use named::{MODELS, Model, ModelError, Surface, named};
 pub use orientation::Orientation;
 pub use three_hole::ThreeHole;
 pub use torsion::Torsion;
-pub use waves::Waves;

@@ -7,7 +7,7 @@ use super::super::style::{Anchor, Colour, Stroke, TextFace, text_width};
 use super::super::theme::{self, FAINT, INK, MARGIN, TEXT, TITLE, UNLABELLED, WHITE};
 use super::clip::Frame;
 use super::paint::{Painter, stroke};
-use super::scale::{Axis, Span};
+use super::scale::Span;
 use super::{Chart, Corner, Mark, Panel, Series};
 
 /// Size of the texts at ticks.
@@ -109,7 +109,7 @@ impl Chart {
             panel.y.span(points().map(|point| point[1]))?,
         ];
         let room = f64::from(self.panel_size[1]) - 4.0 * TEXT;
-        let y_ticks = fitting(&y, &panel.y, room, |_| 1.6 * TICK_TEXT);
+        let y_ticks = fitting(&y, room, |_| 1.6 * TICK_TEXT);
         Ok(Settled {
             panel,
             x,
@@ -120,15 +120,15 @@ impl Chart {
 }
 
 /// As many ticks as fit on an axis of length `room`. Texts must not overlap; `length` is the length that a text needs.
-fn fitting(span: &Span, axis: &Axis, room: f64, length: impl Fn(&str) -> f64) -> Ticks {
+fn fitting(span: &Span, room: f64, length: impl Fn(&str) -> f64) -> Ticks {
     let mut wanted = 7;
     loop {
-        let ticks = span.ticks(&axis.names, wanted);
+        let ticks = span.ticks(wanted);
         let fits = ticks.windows(2).all(|pair| {
             let apart = (span.part(pair[1].0) - span.part(pair[0].0)).abs() * room;
             apart >= 0.5 * (length(&pair[0].1) + length(&pair[1].1))
         });
-        if fits || wanted == 1 || !axis.names.is_empty() {
+        if fits || wanted == 1 {
             return ticks;
         }
         wanted -= 1;
@@ -152,17 +152,12 @@ impl Settled<'_> {
 
     /// The longest overhang of a tick's text beyond the right end of the x axis.
     fn right_margin(&self) -> f64 {
-        let ticks = self.x.ticks(&self.panel.x.names, 5);
+        let ticks = self.x.ticks(5);
         let overhang = |(value, text): &(f64, String)| {
             let room = (1.0 - self.x.part(*value)) * 0.7 * MARGIN;
             0.5 * text_width(text, TICK_TEXT, false) - room
         };
-        let longest = if self.panel.x.names.is_empty() {
-            ticks.iter().map(overhang).fold(0.0, f64::max)
-        } else {
-            0.0
-        };
-        longest + 4.0
+        ticks.iter().map(overhang).fold(0.0, f64::max) + 4.0
     }
 
     fn draw(&self, canvas: &mut Canvas, frame: Frame, corner: [f64; 2], colours: &Colours<'_>) {
@@ -206,30 +201,17 @@ impl Settled<'_> {
         let [grid, tick] = [Stroke::solid(FAINT, 1.5), Stroke::solid(INK, 2.0)];
         let face = TextFace::new(TICK_TEXT, INK);
         let length = |text: &str| text_width(text, TICK_TEXT, false) + 0.8 * TICK_TEXT;
-        let x_ticks = fitting(&self.x, &self.panel.x, width, length);
-        // Names that do not fit side by side get a smaller font.
-        let room = width / x_ticks.len().max(1) as f64 - 0.3 * TICK_TEXT;
-        let x_face = if self.panel.x.names.is_empty() {
-            face
-        } else {
-            x_ticks
-                .iter()
-                .fold(face, |face, (_, text)| face.fitted(text, room))
-        };
+        let x_ticks = fitting(&self.x, width, length);
         for (value, text) in &x_ticks {
             let x = at_x(*value);
-            if self.panel.x.names.is_empty() {
-                canvas.line([x, bottom], [x, top], grid);
-            }
+            canvas.line([x, bottom], [x, top], grid);
             canvas.line([x, bottom], [x, bottom + TICK], tick);
             let y = bottom + TICK + BESIDE + 0.5 * TICK_TEXT;
-            canvas.text([x, y], text, x_face.anchored(Anchor::Middle));
+            canvas.text([x, y], text, face.anchored(Anchor::Middle));
         }
         for (value, text) in &self.y_ticks {
             let y = at_y(*value);
-            if self.panel.y.names.is_empty() {
-                canvas.line([frame.left, y], [right, y], grid);
-            }
+            canvas.line([frame.left, y], [right, y], grid);
             canvas.line([frame.left - TICK, y], [frame.left, y], tick);
             let face = face.anchored(Anchor::End);
             canvas.text([frame.left - TICK - BESIDE, y], text, face);
@@ -266,12 +248,12 @@ fn draw_inside(canvas: &mut Canvas, frame: Frame, corner: Corner, legend: &Legen
     }
     let [width, height] = [legend.width(), legend.height()];
     let left = match corner {
-        Corner::UpperLeft | Corner::LowerLeft => frame.left + INSET,
+        Corner::UpperLeft => frame.left + INSET,
         Corner::UpperRight | Corner::LowerRight => frame.right - INSET - width,
     };
     let top = match corner {
         Corner::UpperLeft | Corner::UpperRight => frame.top + 0.6 * INSET,
-        Corner::LowerLeft | Corner::LowerRight => frame.bottom - 0.8 * INSET - height,
+        Corner::LowerRight => frame.bottom - 0.8 * INSET - height,
     };
     let pad = 0.5 * INSET;
     canvas.rectangle(
@@ -314,7 +296,7 @@ impl<'a> Colours<'a> {
             .colour
             .or_else(|| named().map(|(_, colour)| *colour))
             .unwrap_or(match series.mark {
-                Mark::Band(_) | Mark::Violins(_) | Mark::Boxes(_) => UNLABELLED,
+                Mark::Band(_) | Mark::Violins(_) => UNLABELLED,
                 _ => INK,
             });
         colour.with_opacity(colour.opacity * series.opacity)
@@ -340,7 +322,7 @@ impl<'a> Colours<'a> {
                     colour.with_opacity(colour.opacity.max(0.7)),
                     &series.name,
                 ),
-                Mark::Band(_) | Mark::Violins(_) | Mark::Boxes(_) => {
+                Mark::Band(_) | Mark::Violins(_) => {
                     legend.patch(colour, &series.name);
                 }
                 Mark::Text { .. } => {}

@@ -1,4 +1,4 @@
-//! Charts: one or several panels of lines, points, bands, violins and boxes over linear or logarithmic axes.
+//! Charts: one or several panels of lines, points, bands and violins over linear or logarithmic axes.
 //!
 //! A [`Chart`] is plain data. [`Chart::draw`] lays it out and puts it on a [`Canvas`](super::Canvas).
 //!
@@ -25,14 +25,12 @@
 //! ```
 
 mod clip;
-mod distribution;
 mod layout;
 mod paint;
 mod scale;
 
 use super::style::{Anchor, Colour};
 
-pub use distribution::{Quantiles, Violin};
 pub use scale::{Axis, Scale};
 
 /// Panels on a sheet, in row-major order.
@@ -72,7 +70,6 @@ pub struct Panel {
 pub enum Corner {
     UpperLeft,
     UpperRight,
-    LowerLeft,
     LowerRight,
 }
 
@@ -112,8 +109,6 @@ pub enum Mark {
     Band(Vec<BandPoint>),
     /// Densities, mirrored.
     Violins(Vec<Violin>),
-    /// Boxes from quartile to quartile with a line at the median, and whiskers.
-    Boxes(Vec<Quantiles>),
     /// A text beside a point.
     Text {
         /// The point.
@@ -138,6 +133,19 @@ pub struct BandPoint {
     pub lower: f64,
     /// Upper end.
     pub upper: f64,
+}
+
+/// A density drawn on both sides of a vertical axis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Violin {
+    /// Its place on the x axis.
+    pub at: f64,
+    /// Half of its width at the largest density, in units of the x axis (decades on a logarithmic axis).
+    pub half_width: f64,
+    /// Pairs of y and density, in ascending order of y. Only ratios of densities matter.
+    pub density: Vec<[f64; 2]>,
+    /// Lower quartile, median and upper quartile, drawn inside if given.
+    pub quartiles: Option<[f64; 3]>,
 }
 
 impl Chart {
@@ -204,14 +212,6 @@ impl Series {
             points,
             radius: 7.0,
         })
-    }
-
-    /// Dots for clouds of many points: `radius` in canvas units, drawn with `opacity`.
-    pub fn cloud(points: Vec<[f64; 2]>, radius: f64, opacity: f64) -> Self {
-        Self {
-            opacity,
-            ..Self::new(Mark::Points { points, radius })
-        }
     }
 
     /// A band.

@@ -2,10 +2,10 @@
 
 use super::super::canvas::Canvas;
 use super::super::style::{Anchor, Colour, Stroke, TextFace, text_width};
-use super::super::theme::{INK, LINE, TEXT, WHITE};
+use super::super::theme::{LINE, TEXT, WHITE};
 use super::clip::Frame;
 use super::scale::Span;
-use super::{BandPoint, Mark, Quantiles, Scale, Series, Violin};
+use super::{BandPoint, Mark, Scale, Series, Violin};
 
 /// Size of texts beside points.
 const NOTE: f64 = 0.82 * TEXT;
@@ -46,13 +46,6 @@ impl Mark {
                     let ends = [violin.density.first(), violin.density.last()];
                     let ends = ends.into_iter().flatten().map(|end| [f64::NAN, end[0]]);
                     ends.chain(sides).collect::<Vec<_>>()
-                })
-                .collect(),
-            Self::Boxes(boxes) => boxes
-                .iter()
-                .flat_map(|one| {
-                    let [left, right] = sides(one.at, one.half_width);
-                    [[left, one.values[0]], [right, one.values[4]]]
                 })
                 .collect(),
             Self::Text { at, .. } => vec![*at],
@@ -107,11 +100,6 @@ impl Painter<'_> {
             Mark::Violins(violins) => {
                 for violin in violins {
                     self.violin(violin, colour, series.width);
-                }
-            }
-            Mark::Boxes(boxes) => {
-                for one in boxes {
-                    self.quantiles(one, colour, series.width);
                 }
             }
             Mark::Text { at, text, anchor } => self.note(*at, text, *anchor, colour),
@@ -203,28 +191,6 @@ impl Painter<'_> {
                     .rimmed_circle(centre, 1.2 * width, WHITE, LINE, 1.5);
             }
         }
-    }
-
-    fn quantiles(&mut self, one: &Quantiles, colour: Colour, width: f64) {
-        if one.values.iter().any(|value| value.is_nan()) {
-            return;
-        }
-        let [low, lower, median, upper, high] = one.values.map(|y| self.at([f64::NAN, y])[1]);
-        let [left, right] = [-1.0, 1.0].map(|side| self.beside(one.at, side * one.half_width));
-        let middle = self.beside(one.at, 0.0);
-        let whisker = Stroke::solid(LINE, 0.6 * width);
-        let cap = 0.25 * (right - left);
-        for (from, to) in [(lower, low), (upper, high)] {
-            self.lines(&[[middle, from], [middle, to]], whisker);
-            self.lines(&[[middle - cap, to], [middle + cap, to]], whisker);
-        }
-        let outline = [[left, lower], [right, lower], [right, upper], [left, upper]];
-        self.fill(&outline, WHITE);
-        self.fill(&outline, colour);
-        self.lines(
-            &[[left, median], [right, median]],
-            Stroke::solid(INK, width),
-        );
     }
 
     /// Draws a text, shifted so that it stays in the panel.

@@ -38,8 +38,6 @@ pub struct Axis {
     pub scale: Scale,
     /// Its ends, ascending. `None` takes them from the data.
     pub range: Option<[f64; 2]>,
-    /// Names at places, for categories; empty for an axis of numbers.
-    pub names: Vec<(f64, String)>,
 }
 
 impl Axis {
@@ -49,7 +47,6 @@ impl Axis {
             label: label.to_owned(),
             scale: Scale::Linear,
             range: None,
-            names: Vec::new(),
         }
     }
 
@@ -61,20 +58,6 @@ impl Axis {
         }
     }
 
-    /// An axis with the given names at 0, 1, 2, ….
-    pub fn named(label: &str, names: &[&str]) -> Self {
-        let names: Vec<(f64, String)> = names
-            .iter()
-            .enumerate()
-            .map(|(place, name)| (place as f64, (*name).to_owned()))
-            .collect();
-        Self {
-            range: Some([-0.6, names.len().max(1) as f64 - 0.4]),
-            names,
-            ..Self::linear(label)
-        }
-    }
-
     /// Sets the range.
     #[must_use]
     pub fn with_range(self, low: f64, high: f64) -> Self {
@@ -82,12 +65,6 @@ impl Axis {
             range: Some([low, high]),
             ..self
         }
-    }
-
-    /// Sets names at places instead of numbers.
-    #[must_use]
-    pub fn with_names(self, names: Vec<(f64, String)>) -> Self {
-        Self { names, ..self }
     }
 
     /// The range of the axis, given the values that must lie on it. NaN is ignored.
@@ -164,15 +141,8 @@ impl Span {
         (place - self.low) / (self.high - self.low)
     }
 
-    /// Values with texts, about `wanted` of them. If there are names, the result is the names within the range.
-    pub(super) fn ticks(&self, names: &[(f64, String)], wanted: usize) -> Vec<(f64, String)> {
-        if !names.is_empty() {
-            return names
-                .iter()
-                .filter(|(place, _)| (0.0..=1.0).contains(&self.part(*place)))
-                .cloned()
-                .collect();
-        }
+    /// Values with texts, about `wanted` of them.
+    pub(super) fn ticks(&self, wanted: usize) -> Vec<(f64, String)> {
         let [low, high] = [self.low, self.high].map(|end| self.scale.invert(end));
         let (values, texts) = match self.scale {
             Scale::Linear => {

@@ -6,4 +6,4 @@ mod tree;
 
 pub use graph::{GraphLayout, components, majorise, pack, separate, shortest_paths, stress};
 pub use sheet::place_in;
-pub use tree::{LeafOrder, TreeLayout, collapse, leaf_count, place};
+pub use tree::{TreeLayout, collapse, leaf_count, place};

@@ -2,18 +2,6 @@
 
 use crate::topography::{Evidence, MinimumId, Node, NodeId, Tree};
 
-/// Order of the branches of a merge from left to right.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum LeafOrder {
-    /// The branch with the most leaves is in the middle; smaller ones alternate outward.
-    #[default]
-    LargestCentred,
-    /// The branch with the lowest minimum is in the middle, so the global minimum is centred.
-    LowestCentred,
-    /// Branches ascend by their lowest minimum, so the global minimum is at the far left.
-    Energy,
-}
-
 /// Horizontal places of a tree's nodes. Leaves are one unit apart, and the trees of a forest are farther apart.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct TreeLayout {
@@ -33,24 +21,20 @@ pub fn leaf_count(tree: &Tree) -> usize {
         .count()
 }
 
-/// Sizes and lowest energies of the branches, for sorting them.
+/// Sizes and lowest energies of the branches, for sorting them: the one with the most leaves is in the middle of a merge, and
+/// smaller ones alternate outward.
 struct Branches<'a> {
     tree: &'a Tree,
-    order: LeafOrder,
     leaves: Vec<usize>,
     lowest: Vec<f64>,
 }
 
 impl Branches<'_> {
-    /// Sort order: better branches first. Ties are broken by the number of the node.
+    /// Sort order: branches with more leaves first, then lower ones. Ties are broken by the number of the node.
     fn compare(&self, a: usize, b: usize) -> std::cmp::Ordering {
         let by_size = self.leaves[b].cmp(&self.leaves[a]);
         let by_energy = self.lowest[a].total_cmp(&self.lowest[b]);
-        match self.order {
-            LeafOrder::LargestCentred => by_size.then(by_energy),
-            LeafOrder::LowestCentred | LeafOrder::Energy => by_energy.then(by_size),
-        }
-        .then(a.cmp(&b))
+        by_size.then(by_energy).then(a.cmp(&b))
     }
 
     fn sorted_children(&self, node: usize) -> Vec<usize> {
@@ -68,22 +52,11 @@ impl Branches<'_> {
         // Stack of branches to be written; the next is last.
         let mut rest = vec![root];
         while let Some(node) = rest.pop() {
-            match self.order {
-                LeafOrder::Energy => {
-                    let children = self.sorted_children(node);
-                    if children.is_empty() {
-                        leaves.push(node);
-                    }
-                    rest.extend(children.into_iter().rev());
-                }
-                LeafOrder::LargestCentred | LeafOrder::LowestCentred => {
-                    if self.tree.nodes[node].children.is_empty() {
-                        leaves.push(node);
-                    } else {
-                        let [left, spine, right] = self.around_spine(node);
-                        rest.extend(right.into_iter().chain(spine).chain(left.into_iter().rev()));
-                    }
-                }
+            if self.tree.nodes[node].children.is_empty() {
+                leaves.push(node);
+            } else {
+                let [left, spine, right] = self.around_spine(node);
+                rest.extend(right.into_iter().chain(spine).chain(left.into_iter().rev()));
             }
         }
     }
@@ -119,11 +92,10 @@ impl Branches<'_> {
 ///
 /// The trees of a forest stand next to each other with a gap, the one with the most leaves first. Minima without any
 /// connection come last, close together.
-pub fn place(tree: &Tree, order: LeafOrder) -> TreeLayout {
+pub fn place(tree: &Tree) -> TreeLayout {
     let count = tree.nodes.len();
     let mut branches = Branches {
         tree,
-        order,
         leaves: vec![1; count],
         lowest: vec![0.0; count],
     };
@@ -262,12 +234,6 @@ mod tests {
     use super::super::super::testing::{forest, random_tree};
     use super::*;
 
-    const ORDERS: [LeafOrder; 3] = [
-        LeafOrder::LargestCentred,
-        LeafOrder::LowestCentred,
-        LeafOrder::Energy,
-    ];
-
     /// Leaves under each node.
     fn below(tree: &Tree, node: usize) -> Vec<usize> {
         let children = &tree.nodes[node].children;
@@ -285,19 +251,17 @@ mod tests {
         #[test]
         fn branches_never_cross(seed in 0u64..500, leaves in 1usize..60, parts in 1usize..4) {
             let tree = random_tree(seed, leaves, parts);
-            for order in ORDERS {
-                let layout = place(&tree, order);
-                let mut sorted = layout.leaves.clone();
-                sorted.sort_unstable();
-                prop_assert_eq!(sorted, (0..leaves).collect::<Vec<_>>());
-                prop_assert!(layout.leaves.windows(2).all(|pair| layout.x[pair[1]] - layout.x[pair[0]] > 0.999));
-                for node in 0..tree.nodes.len() {
-                    // A branch owns its interval: the leaves under it are neighbours, one unit apart.
-                    let mut places: Vec<f64> = below(&tree, node).iter().map(|&leaf| layout.x[leaf]).collect();
-                    places.sort_by(f64::total_cmp);
-                    prop_assert!(places.windows(2).all(|pair| (pair[1] - pair[0] - 1.0).abs() < 1e-9));
-                    prop_assert!(layout.x[node] >= places[0] && layout.x[node] <= places[places.len() - 1]);
-                }
+            let layout = place(&tree);
+            let mut sorted = layout.leaves.clone();
+            sorted.sort_unstable();
+            prop_assert_eq!(sorted, (0..leaves).collect::<Vec<_>>());
+            prop_assert!(layout.leaves.windows(2).all(|pair| layout.x[pair[1]] - layout.x[pair[0]] > 0.999));
+            for node in 0..tree.nodes.len() {
+                // A branch owns its interval: the leaves under it are neighbours, one unit apart.
+                let mut places: Vec<f64> = below(&tree, node).iter().map(|&leaf| layout.x[leaf]).collect();
+                places.sort_by(f64::total_cmp);
+                prop_assert!(places.windows(2).all(|pair| (pair[1] - pair[0] - 1.0).abs() < 1e-9));
+                prop_assert!(layout.x[node] >= places[0] && layout.x[node] <= places[places.len() - 1]);
             }
         }
 
@@ -359,9 +323,7 @@ mod tests {
             .map(|(height, children)| (*height, &children[..]))
             .collect();
         let tree = forest(&energies, &merges);
-        assert!((place(&tree, LeafOrder::LowestCentred).x[lowest] - 20.0).abs() < 1e-9);
-        let by_energy = place(&tree, LeafOrder::Energy);
-        assert_eq!(by_energy.leaves[0], lowest);
+        assert!((place(&tree).x[lowest] - 20.0).abs() < 1e-9);
     }
 
     #[test]
@@ -371,21 +333,18 @@ mod tests {
             &[1.0, 0.0, 2.0, 5.0, 5.5, 9.0],
             &[(7.0, &[0, 1, 2]), (8.0, &[3, 4])],
         );
-        let layout = place(&tree, LeafOrder::Energy);
-        assert_eq!(layout.leaves, [1, 0, 2, 3, 4, 5]);
-        let gap = layout.x[3] - layout.x[2];
+        let layout = place(&tree);
+        assert_eq!(layout.leaves, [2, 1, 0, 4, 3, 5]);
+        let gap = layout.x[4] - layout.x[0];
         assert!(gap > 2.0);
         assert!((layout.x[6] - 1.0).abs() < 1e-9);
-        assert!((layout.x[7] - layout.x[3] - 0.5).abs() < 1e-9);
+        assert!((layout.x[7] - layout.x[4] - 0.5).abs() < 1e-9);
         assert!((layout.x[5] - layout.width).abs() < 1e-9);
     }
 
     #[test]
     fn nothing_gives_nothing() {
-        assert_eq!(
-            place(&Tree::default(), LeafOrder::default()),
-            TreeLayout::default()
-        );
+        assert_eq!(place(&Tree::default()), TreeLayout::default());
         assert_eq!(collapse(&Tree::default(), &[]), Tree::default());
     }
 }

@@ -1,4 +1,4 @@
-//! Tests of contacts without hand or object: relaxed and exact force closure, contact forces, and the Ferrari–Canny ε.
+//! Tests of contacts without hand or object: exact force closure, contact forces, and the Ferrari–Canny ε.
 //!
 //! | question | function |
 //! |---|---|

@@ -5,20 +5,20 @@ use rand::RngExt;
 use rand_distr::{Distribution, UnitSphere};
 use serde::{Deserialize, Serialize};
 
-use super::closure::{
+use crate::relaxed::{RelaxedForceClosure, Touch};
+use landscape::energy::Energy;
+use landscape::grasp::closure::{
     PointContact, RANK_EPSILON, grasp_matrix_rank_margin, is_force_closure, net_wrench,
 };
-use super::relaxed::{RelaxedForceClosure, Touch};
-use crate::energy::Energy;
-use crate::object::{Object, Shape};
-use crate::optimize::{QuenchSettings, quench};
-use crate::sample::{Kernel, Mala, Rng, State, TargetDensity, Task, stream};
-use crate::space::{Euclidean, Space};
+use landscape::object::{Object, Shape};
+use landscape::optimize::{QuenchSettings, quench};
+use landscape::sample::{Kernel, Mala, Rng, State, TargetDensity, Task, stream};
+use landscape::space::{Euclidean, Space};
 
 /// Relaxed force closure of n points as an energy on ℝ³ⁿ (the coordinates of all points in sequence, metres). See
 /// [`RelaxedForceClosure`] and Liu et al. (2021), Eq. 7.
 #[derive(Debug, Clone)]
-pub struct PointsEnergy<'a> {
+pub(crate) struct PointsEnergy<'a> {
     test: RelaxedForceClosure,
     shape: &'a dyn Shape,
     space: Euclidean,
@@ -26,7 +26,7 @@ pub struct PointsEnergy<'a> {
 
 impl<'a> PointsEnergy<'a> {
     /// The energy of `contacts` points on `shape`.
-    pub fn new(test: RelaxedForceClosure, shape: &'a dyn Shape, contacts: usize) -> Self {
+    pub(crate) fn new(test: RelaxedForceClosure, shape: &'a dyn Shape, contacts: usize) -> Self {
         Self {
             test,
             shape,
@@ -62,24 +62,24 @@ fn points(x: &[f64]) -> impl Iterator<Item = Vector3<f64>> + '_ {
 /// Settings of the search for contact points.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct ContactPointSettings {
+pub(crate) struct ContactPointSettings {
     /// Number of points n.
-    pub contacts: usize,
+    pub(crate) contacts: usize,
     /// Weight w of distances from the surface, see [`RelaxedForceClosure`].
-    pub distance_weight: f64,
+    pub(crate) distance_weight: f64,
     /// Langevin steps before the descent; with 0 there is only the descent.
-    pub steps: u32,
+    pub(crate) steps: u32,
     /// Temperature of the first step.
-    pub temperature_start: f64,
+    pub(crate) temperature_start: f64,
     /// Temperature of the last step.
-    pub temperature_end: f64,
+    pub(crate) temperature_end: f64,
     /// Target acceptance rate of the step-length adaptation.
-    pub acceptance: f64,
+    pub(crate) acceptance: f64,
     /// Number of attempts from new starts. The first whose points lie on the mesh (within [`LARGEST_GAP_M`]) with ‖Gc‖ at
     /// most [`good_net_wrench`](Self::good_net_wrench) ends the search; if there is none, the one of least energy counts.
-    pub attempts: u32,
+    pub(crate) attempts: u32,
     /// ‖Gc‖ on the mesh at which an attempt is good enough.
-    pub good_net_wrench: f64,
+    pub(crate) good_net_wrench: f64,
 }
 
 impl Default for ContactPointSettings {
@@ -99,27 +99,27 @@ impl Default for ContactPointSettings {
 
 /// Contact points found, measured on the exact mesh.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ContactPoints {
+pub(crate) struct ContactPoints {
     /// Number of the search, which selects its random stream.
-    pub number: u64,
+    pub(crate) number: u64,
     /// Final positions, metres.
-    pub points: Vec<Vector3<f64>>,
+    pub(crate) points: Vec<Vector3<f64>>,
     /// Relaxed force closure there ([`RelaxedForceClosure`] with the roundings of the search).
-    pub energy: f64,
+    pub(crate) energy: f64,
     /// The nearest points of the mesh, metres.
-    pub on_mesh: Vec<Vector3<f64>>,
+    pub(crate) on_mesh: Vec<Vector3<f64>>,
     /// The contacts there: arm from the centroid divided by the object's radius, and inward normal.
-    pub contacts: Vec<PointContact>,
+    pub(crate) contacts: Vec<PointContact>,
     /// Largest distance of a point from the mesh, metres.
-    pub gap_m: f64,
+    pub(crate) gap_m: f64,
 }
 
 /// Greatest distance of a contact from the mesh, metres, as in the strict filter of grasps.
-pub const LARGEST_GAP_M: f64 = 0.002;
+pub(crate) const LARGEST_GAP_M: f64 = 0.002;
 
 /// Reason why contact points are not in force closure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Objection {
+pub(crate) enum Objection {
     /// A point is farther than [`LARGEST_GAP_M`] from the mesh.
     Distance,
     /// The contacts do not span all wrenches.
@@ -132,12 +132,12 @@ pub enum Objection {
 
 impl ContactPoints {
     /// ‖Gc‖ on the mesh.
-    pub fn net_wrench(&self) -> f64 {
+    pub(crate) fn net_wrench(&self) -> f64 {
         net_wrench(&self.contacts)
     }
 
     /// Whether all points are within [`LARGEST_GAP_M`] with ‖Gc‖ below `net_wrench` (0.5 in Liu et al. 2021, Eq. 11).
-    pub fn passes_relaxed(&self, net_wrench: f64) -> bool {
+    pub(crate) fn passes_relaxed(&self, net_wrench: f64) -> bool {
         self.gap_m <= LARGEST_GAP_M && self.net_wrench() < net_wrench
     }
 
@@ -145,7 +145,7 @@ impl ContactPoints {
     ///
     /// # Panics
     /// If `friction` is negative or not finite.
-    pub fn objection(&self, friction: f64) -> Option<Objection> {
+    pub(crate) fn objection(&self, friction: f64) -> Option<Objection> {
         if self.gap_m > LARGEST_GAP_M {
             Some(Objection::Distance)
         } else if grasp_matrix_rank_margin(&self.contacts) <= RANK_EPSILON {
@@ -178,18 +178,7 @@ const FIRST_STEP: f64 = 0.03;
 ///
 /// # Panics
 /// If `settings` has no attempts.
-///
-/// # Examples
-/// ```
-/// use landscape::grasp::contact_points::{ContactPointSettings, find_contact_points};
-/// use landscape::object::Object;
-///
-/// let ball = Object::named("ball")?;
-/// let found = find_contact_points(&ball, &ContactPointSettings::default(), 1, 0);
-/// assert!(found.passes_relaxed(0.1) && found.objection(0.5).is_none());
-/// # Ok::<(), landscape::object::ObjectError>(())
-/// ```
-pub fn find_contact_points(
+pub(crate) fn find_contact_points(
     object: &Object,
     settings: &ContactPointSettings,
     seed: u64,
@@ -284,7 +273,7 @@ fn measure(object: &Object, number: u64, energy: f64, points: Vec<Vector3<f64>>)
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::object::Cuboid;
+    use landscape::object::Cuboid;
 
     #[test]
     fn the_gradient_is_that_of_central_differences() {
@@ -346,5 +335,12 @@ mod tests {
         assert!(alone < 18 && full >= 19, "{alone} {full}");
         let again = find_contact_points(&hammer, &descent, 5, 3);
         assert_eq!(again, find_contact_points(&hammer, &descent, 5, 3));
+    }
+
+    #[test]
+    fn points_on_a_ball_are_in_force_closure() {
+        let ball = Object::named("ball").unwrap();
+        let found = find_contact_points(&ball, &ContactPointSettings::default(), 1, 0);
+        assert!(found.passes_relaxed(0.1) && found.objection(0.5).is_none());
     }
 }

@@ -2,8 +2,8 @@
 
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
-use super::closure::{PointContact, RANK_EPSILON};
-use crate::object::{Object, Shape};
+use landscape::grasp::closure::{PointContact, RANK_EPSILON};
+use landscape::object::{Object, Shape};
 
 /// The relaxed force-closure test of points pᵢ on a shape with signed distance d.
 ///
@@ -14,61 +14,43 @@ use crate::object::{Object, Shape};
 ///
 /// Dimensionless; zero exactly if the points are on the surface, their normals balance, and they span all wrenches. Liu et
 /// al. (2021), Eq. 7, has `r = r_d = 0` and `w_rank = w = 1`. A set whose FC without the distance term is small needs
-/// little friction (see [`least_friction`](super::closure::least_friction)).
-///
-/// ```
-/// use landscape::object::Sphere;
-/// use landscape::grasp::relaxed::{RelaxedForceClosure, Touch};
-/// use nalgebra::Vector3;
-///
-/// let ball = Sphere { centre: Vector3::zeros(), radius_m: 0.04 };
-/// let test = RelaxedForceClosure::paper(Vector3::zeros(), 0.04);
-/// let high = 0.75_f64.sqrt();
-/// let balanced = [[1.0, 0.0], [-0.5, high], [-0.5, -high]].map(|[x, y]| Vector3::new(x, y, 0.0) * 0.04);
-/// assert!(test.value(&ball, &balanced) < 1e-12);
-///
-/// let mut touches = [[1.0, 0.0], [0.0, 1.0], [-0.6, -0.8]].map(|[x, y]| Touch::at(Vector3::new(x, y, 0.0) * 0.04));
-/// let value = test.value_and_forces(&ball, &mut touches);
-/// assert!((value - 0.4472).abs() < 1e-4);
-/// // The third point is pulled towards the bisector of the other two, along the sphere.
-/// assert!(touches[2].force.x > 1.0 && touches[2].force.dot(&touches[2].point).abs() < 1e-9);
-/// ```
+/// little friction (see [`least_friction`](landscape::grasp::closure::least_friction)).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RelaxedForceClosure {
+pub(crate) struct RelaxedForceClosure {
     /// Centre of torques, metres: the object's centroid.
-    pub centroid: Vector3<f64>,
+    pub(crate) centroid: Vector3<f64>,
     /// Length unit of arms and distances, metres: the object's radius.
-    pub unit_m: f64,
+    pub(crate) unit_m: f64,
     /// Weight of the rank condition.
-    pub rank_weight: f64,
+    pub(crate) rank_weight: f64,
     /// Threshold ε of the rank condition.
-    pub rank_epsilon: f64,
+    pub(crate) rank_epsilon: f64,
     /// Rounding r of the net wrench.
-    pub rounding: f64,
+    pub(crate) rounding: f64,
     /// Weight w of distances from the surface.
-    pub distance_weight: f64,
+    pub(crate) distance_weight: f64,
     /// Rounding `r_d` of distances, metres.
-    pub distance_rounding_m: f64,
+    pub(crate) distance_rounding_m: f64,
 }
 
 /// A contact point with the shape's distance and derivatives there, and the derivative of FC.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Touch {
+pub(crate) struct Touch {
     /// Position, metres.
-    pub point: Vector3<f64>,
+    pub(crate) point: Vector3<f64>,
     /// Signed distance to the shape, metres.
-    pub distance_m: f64,
+    pub(crate) distance_m: f64,
     /// Gradient of the signed distance.
-    pub gradient: Vector3<f64>,
+    pub(crate) gradient: Vector3<f64>,
     /// Hessian of the signed distance, 1/m.
-    pub hessian: Matrix3<f64>,
+    pub(crate) hessian: Matrix3<f64>,
     /// ∂FC/∂p, 1/m.
-    pub force: Vector3<f64>,
+    pub(crate) force: Vector3<f64>,
 }
 
 impl Touch {
     /// A point that is not measured yet.
-    pub fn at(point: Vector3<f64>) -> Self {
+    pub(crate) fn at(point: Vector3<f64>) -> Self {
         Self {
             point,
             distance_m: 0.0,
@@ -79,14 +61,14 @@ impl Touch {
     }
 
     /// Computes distance, gradient and Hessian of `shape` at the point.
-    pub fn measure<S: Shape + ?Sized>(&mut self, shape: &S) {
+    pub(crate) fn measure<S: Shape + ?Sized>(&mut self, shape: &S) {
         (self.distance_m, self.gradient, self.hessian) = shape.hessian(&self.point);
     }
 }
 
 impl RelaxedForceClosure {
     /// Eq. 7 as printed.
-    pub fn paper(centroid: Vector3<f64>, unit_m: f64) -> Self {
+    pub(crate) fn paper(centroid: Vector3<f64>, unit_m: f64) -> Self {
         Self {
             centroid,
             unit_m,
@@ -99,12 +81,12 @@ impl RelaxedForceClosure {
     }
 
     /// Eq. 7 as printed, with the centroid and radius of `object`.
-    pub fn of_object(object: &Object) -> Self {
+    pub(crate) fn of_object(object: &Object) -> Self {
         Self::paper(object.centroid, object.radius_m)
     }
 
     /// FC of `points`, without curvature.
-    pub fn value<S: Shape + ?Sized>(&self, shape: &S, points: &[Vector3<f64>]) -> f64 {
+    pub(crate) fn value<S: Shape + ?Sized>(&self, shape: &S, points: &[Vector3<f64>]) -> f64 {
         let answers = points.iter().map(|point| {
             let (distance_m, gradient) = shape.gradient(point);
             (*point, distance_m, gradient)
@@ -113,7 +95,7 @@ impl RelaxedForceClosure {
     }
 
     /// FC of points whose signed distance (metres) and its gradient are known.
-    pub fn value_of(
+    pub(crate) fn value_of(
         &self,
         answers: impl IntoIterator<Item = (Vector3<f64>, f64, Vector3<f64>)>,
     ) -> f64 {
@@ -126,7 +108,11 @@ impl RelaxedForceClosure {
     }
 
     /// Measures `touches` on `shape`, returns their FC, and stores the derivatives in them.
-    pub fn value_and_forces<S: Shape + ?Sized>(&self, shape: &S, touches: &mut [Touch]) -> f64 {
+    pub(crate) fn value_and_forces<S: Shape + ?Sized>(
+        &self,
+        shape: &S,
+        touches: &mut [Touch],
+    ) -> f64 {
         for touch in &mut *touches {
             touch.measure(shape);
         }
@@ -134,7 +120,7 @@ impl RelaxedForceClosure {
     }
 
     /// FC of measured `touches`; stores the derivatives in them, which contain the curvature as it turns the normals.
-    pub fn forces(&self, touches: &mut [Touch]) -> f64 {
+    pub(crate) fn forces(&self, touches: &mut [Touch]) -> f64 {
         let mut sums = Sums::default();
         for touch in &*touches {
             self.add(&mut sums, &touch.point, touch.distance_m, &touch.gradient);
@@ -166,7 +152,7 @@ impl RelaxedForceClosure {
     }
 
     /// The contact at a point with the given gradient of the signed distance.
-    pub fn contact(&self, point: &Vector3<f64>, gradient: &Vector3<f64>) -> PointContact {
+    pub(crate) fn contact(&self, point: &Vector3<f64>, gradient: &Vector3<f64>) -> PointContact {
         PointContact {
             arm: (point - self.centroid) * (1.0 / self.unit_m),
             inward_normal: inward_normal(gradient),
@@ -313,10 +299,10 @@ impl LackOfRank {
 
 #[cfg(test)]
 mod tests {
-    use super::super::closure::{grasp_matrix_rank_margin, net_wrench};
     use super::*;
-    use crate::object::Sphere;
-    use crate::sample::{Task, stream};
+    use landscape::grasp::closure::{grasp_matrix_rank_margin, net_wrench};
+    use landscape::object::Sphere;
+    use landscape::sample::{Task, stream};
     use rand::RngExt;
 
     fn arms(count: usize, task: u64) -> Vec<Vector3<f64>> {
@@ -390,5 +376,25 @@ mod tests {
             assert!(touches.iter().all(|touch| touch.force.norm() > 0.0));
         }
         assert!(test.value(&ball, &[]).is_finite());
+    }
+
+    #[test]
+    fn points_are_pulled_to_balance() {
+        let ball = Sphere {
+            centre: Vector3::zeros(),
+            radius_m: 0.04,
+        };
+        let test = RelaxedForceClosure::paper(Vector3::zeros(), 0.04);
+        let on = |[x, y]: [f64; 2]| Vector3::new(x, y, 0.0) * 0.04;
+        let high = 0.75_f64.sqrt();
+        let balanced = [[1.0, 0.0], [-0.5, high], [-0.5, -high]].map(on);
+        assert!(test.value(&ball, &balanced) < 1e-12);
+
+        let mut touches = [[1.0, 0.0], [0.0, 1.0], [-0.6, -0.8]].map(|at| Touch::at(on(at)));
+        let value = test.value_and_forces(&ball, &mut touches);
+        assert!((value - 0.4472).abs() < 1e-4);
+        // The third point is pulled towards the bisector of the other two, along the sphere.
+        assert!(touches[2].force.x > 1.0);
+        assert!(touches[2].force.dot(&touches[2].point).abs() < 1e-9);
     }
 }

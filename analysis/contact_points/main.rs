@@ -4,8 +4,12 @@
 //! after annealing, and with up to eight annealed attempts. The picture shows, for the last method, the first search that
 //! the exact test confirms at μ = 0.5, with its friction cones, and the share of confirmed searches.
 
-#[path = "yields/interval.rs"]
+#[path = "../yields/interval.rs"]
 mod interval;
+#[expect(dead_code, reason = "other programs use all of it")]
+#[path = "../relaxed.rs"]
+mod relaxed;
+mod search;
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -15,13 +19,11 @@ use std::path::Path;
 
 use interval::interval;
 use landscape::figure::{Image, Marker, Scene, Surface, contact_sheet};
-use landscape::grasp::contact_points::{
-    ContactPointSettings, ContactPoints, Objection, find_contact_points,
-};
 use landscape::grasp::filter::STRICT_FRICTION;
 use landscape::object::Object;
 use nalgebra::Vector3;
 use rayon::prelude::*;
+use search::{ContactPointSettings, ContactPoints, Objection, find_contact_points};
 
 const SEED: u64 = 3;
 const SEARCHES: u64 = 200;

@@ -9,38 +9,38 @@
 /// xᵢ: scores of the m positive cases; yⱼ: scores of the n negative cases. The AUC is the probability that a positive case
 /// has the higher score, which is the Mann–Whitney statistic, and the area below the curve. Ties are its sloping pieces.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Roc {
+pub(crate) struct Roc {
     /// The curve from (0, 0) to (1, 1), by descending threshold.
-    pub points: Vec<RocPoint>,
+    pub(crate) points: Vec<RocPoint>,
     /// Area below the curve, 0 to 1; ½ for an uninformative score.
-    pub area: f64,
+    pub(crate) area: f64,
     /// Standard error of the area.
     ///
     /// E. R. `DeLong`, D. M. `DeLong` and D. L. Clarke-Pearson, Biometrics 44, 837 (1988): the variances of the mean of ψ
     /// over each case's partners, computed by ranks as in X. Sun and W. Xu, IEEE Signal Process. Lett. 21, 1389 (2014).
     /// Zero if the classes do not overlap, and NaN if one of them has a single case.
-    pub standard_error: f64,
+    pub(crate) standard_error: f64,
     /// Number of positive cases m.
-    pub positives: usize,
+    pub(crate) positives: usize,
     /// Number of negative cases n.
-    pub negatives: usize,
+    pub(crate) negatives: usize,
 }
 
 /// A point on the curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RocPoint {
+pub(crate) struct RocPoint {
     /// Cases with this score or a higher one are called positive; +∞ at the first point.
-    pub threshold: f64,
+    pub(crate) threshold: f64,
     /// Share of the negative cases called positive.
-    pub false_positive_rate: f64,
+    pub(crate) false_positive_rate: f64,
     /// Share of the positive cases called positive.
-    pub true_positive_rate: f64,
+    pub(crate) true_positive_rate: f64,
 }
 
 /// Why a curve cannot be computed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-pub enum RocError {
+pub(crate) enum RocError {
     /// The numbers of scores and classes differ.
     #[error("there are {scores} scores, but {classes} classes: every case needs one of each")]
     Lengths {
@@ -72,17 +72,7 @@ impl Roc {
     ///
     /// # Errors
     /// If the lists differ in length, a class is empty or a score is NaN.
-    ///
-    /// # Examples
-    /// ```
-    /// use landscape::agreement::Roc;
-    ///
-    /// // Of the six pairs of a positive and a negative case five are in order and one is tied.
-    /// let roc = Roc::new(&[0.9, 0.4, 0.4, 0.1, 0.2], &[true, true, false, false, false])?;
-    /// assert!((roc.area - 5.5 / 6.0).abs() < 1e-15);
-    /// # Ok::<(), landscape::agreement::RocError>(())
-    /// ```
-    pub fn new(scores: &[f64], positive: &[bool]) -> Result<Self, RocError> {
+    pub(crate) fn new(scores: &[f64], positive: &[bool]) -> Result<Self, RocError> {
         let mut cases = sorted(scores, positive)?;
         let positives = positive.iter().filter(|&&is| is).count();
         let negatives = positive.len() - positives;
@@ -127,7 +117,7 @@ impl Roc {
     /// ```
     ///
     /// If the classes do not overlap the variance is unknown, and the uncertain side is [`f64::NAN`].
-    pub fn interval(&self, deviates: f64) -> [f64; 2] {
+    pub(crate) fn interval(&self, deviates: f64) -> [f64; 2] {
         let area = self.area;
         if area >= 1.0 {
             return [f64::NAN, 1.0];
@@ -205,7 +195,7 @@ mod tests {
     use rand::RngExt;
 
     use super::*;
-    use crate::sample::{Task, stream};
+    use landscape::sample::{Task, stream};
 
     fn close(a: f64, b: f64) -> bool {
         (a - b).abs() < 1e-14
@@ -334,5 +324,13 @@ mod tests {
         let error = errors.iter().sum::<f64>() / 300.0;
         // The scatter of 300 samples is known to 4 %.
         assert!((scatter / error - 1.0).abs() < 0.15, "{scatter} {error}");
+    }
+
+    #[test]
+    fn a_tied_pair_counts_half() {
+        // Of the six pairs of a positive and a negative case five are in order and one is tied.
+        let scores = [0.9, 0.4, 0.4, 0.1, 0.2];
+        let roc = Roc::new(&scores, &[true, true, false, false, false]).unwrap();
+        assert!((roc.area - 5.5 / 6.0).abs() < 1e-15);
     }
 }

@@ -5,8 +5,8 @@ use std::f64::consts::TAU;
 use rand::{Rng, RngExt};
 use rand_distr::{Distribution, StandardNormal};
 
-use crate::energy::Energy;
-use crate::space::{Space, Torus};
+use landscape::energy::Energy;
+use landscape::space::{Space, Torus};
 
 /// A sum of random waves of angles: smooth, periodic, and with any desired number of minima.
 ///
@@ -17,7 +17,7 @@ use crate::space::{Space, Torus};
 /// θ: angles in radians; k: nonzero integer wave vectors, drawn uniformly from those with components up to a number of
 /// modes. Its minima are known only from a fine grid.
 #[derive(Debug, Clone)]
-pub struct Waves {
+pub(crate) struct Waves {
     space: Torus,
     waves: Vec<Wave>,
 }
@@ -34,7 +34,7 @@ impl Waves {
     ///
     /// # Panics
     /// If there are no angles or no modes.
-    pub fn random(angles: usize, modes: u8, count: usize, rng: &mut impl Rng) -> Self {
+    pub(crate) fn random(angles: usize, modes: u8, count: usize, rng: &mut impl Rng) -> Self {
         assert!(angles > 0 && modes > 0, "a wave needs a direction");
         let modes = i32::from(modes);
         let waves = (0..count).map(|_| {
