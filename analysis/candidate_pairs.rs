@@ -231,7 +231,8 @@ fn surface(
     let starts: Vec<Vec<f64>> = (0..2000)
         .map(|start| draw(&mut stream(SEED, Task::Start, id << 32 | start)))
         .collect();
-    let mut settings = MapSettings::for_scales(1.0, 1.0).with_seed(SEED);
+    let mut settings = MapSettings::for_scales(1.0, 1.0);
+    settings.seed = SEED;
     settings.quench = QuenchSettings::default().with_gradient_tolerance(1e-8);
     settings.sameness = MatchTolerance {
         energy: 1e-6,
@@ -239,7 +240,10 @@ fn surface(
     };
     let mut minima = shuffled(&energy, &starts, &settings, 1e-6, id)?;
     minima.truncate(MINIMA);
-    let settings = MapSettings::for_minima(&energy, &minima).with_seed(SEED);
+    let settings = MapSettings {
+        seed: SEED,
+        ..MapSettings::for_minima(&energy, &minima)
+    };
     Ok((energy, minima, settings))
 }
 
@@ -272,7 +276,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     if !known(&rows, ON_GRASPS, 0) {
         let bytes = fs::read("data/grasps.parquet")?;
         let grasps = Grasps::read(Path::new("data/grasps.parquet"))?;
-        let settings = grasps.settings.clone().with_seed(SEED);
+        let settings = MapSettings {
+            seed: SEED,
+            ..grasps.settings.clone()
+        };
         let text = serde_json::to_string(&settings)?;
         let journal = Journal::open(&journal, &content_hash(&[&bytes, text.as_bytes()]), false)?;
         let mut minima = grasps.minima(SEED)?;

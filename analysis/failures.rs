@@ -5,15 +5,17 @@
 //! way. The lower row shows the first grasp of the default on the same object. The table counts both failures among the
 //! first chains of both presets.
 
+mod between_points;
+
 use std::error::Error;
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
+use between_points::passes_between_points;
 use landscape::figure::{Image, Scene, contact_sheet};
 use landscape::grasp::depth::object_inside_hand_m;
-use landscape::grasp::failure::passes_between_points;
 use landscape::grasp::filter::STRICT_FRICTION;
 use landscape::grasp::synthesis::{SynthesisSettings, Synthesized, synthesize};
 use landscape::grasp::{EnergySettings, GraspEnergy, Judgement, judge};

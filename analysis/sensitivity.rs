@@ -162,7 +162,7 @@ fn row(change: &Change, chosen: &GraspFile, stem: &str) -> Result<Row, Box<dyn E
         landscape(&["build", &grasps, "-q", "--fresh", "-o", &map])?;
     }
     if !Path::new(&format!("{comparison}.json")).exists() {
-        claims::write(map.as_ref(), &comparison, 0)?;
+        claims::write(map.as_ref(), &comparison, 0).map_err(|error| error as Box<dyn Error>)?;
     }
     let manifest: Value = serde_json::from_slice(&fs::read(format!("{map}/landscape.json"))?)?;
     let compared: Value = serde_json::from_slice(&fs::read(format!("{comparison}.json"))?)?;

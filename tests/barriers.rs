@@ -297,7 +297,10 @@ fn fingerprint(found: &Landscape) -> String {
 fn threads_order_and_interruption_change_nothing() {
     let energy = Bowls::random(6, 8);
     let mut minima = minima(&energy, &[-1.2; 6], &[1.2; 6], 100);
-    let settings = MapSettings::for_minima(&energy, &minima).with_neighbours(3);
+    let settings = MapSettings {
+        neighbours: 3,
+        ..MapSettings::for_minima(&energy, &minima)
+    };
     let journal = MemoryJournal::default();
     let run = |minima: Vec<Minimum>, journal: &MemoryJournal, threads| {
         let pool = rayon::ThreadPoolBuilder::new()

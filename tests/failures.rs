@@ -6,9 +6,7 @@ use std::sync::{Arc, LazyLock};
 
 use landscape::energy::Explain;
 use landscape::grasp::depth::object_inside_hand_m;
-use landscape::grasp::failure::{
-    in_one_concavity, passes_between_points, points_inside_object_m, sees,
-};
+use landscape::grasp::failure::{in_one_concavity, sees};
 use landscape::grasp::start::start_pose;
 use landscape::grasp::synthesis::{SynthesisSettings, synthesize};
 use landscape::grasp::{EnergySettings, GraspEnergy, Judgement, judge};
@@ -17,6 +15,8 @@ use landscape::object::Object;
 use landscape::optimize::QuenchSettings;
 use landscape::sample::{Task, stream};
 use nalgebra::Vector3;
+
+use crate::between_points::{passes_between_points, points_inside_object_m};
 
 static HAND: LazyLock<Arc<Hand>> = LazyLock::new(|| Arc::new(Hand::human()));
 static PEN: LazyLock<Arc<Object>> = LazyLock::new(|| Arc::new(Object::named("pen").unwrap()));

@@ -1,5 +1,7 @@
 //! Hands, objects and grasps. All these files form one test program, because each program must be linked.
 
+#[path = "../analysis/between_points.rs"]
+mod between_points;
 mod closing;
 #[path = "../analysis/contact_points/search.rs"]
 mod contact_points;

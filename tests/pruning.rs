@@ -101,7 +101,8 @@ fn pairs_joined_at_the_bottom_are_skipped_and_the_tree_is_the_same() {
         .into_par_iter()
         .map(|id| {
             let (energy, minima) = surface(id);
-            let mut scales = MapSettings::for_minima(&energy, &minima).with_seed(id);
+            let mut scales = MapSettings::for_minima(&energy, &minima);
+            scales.seed = id;
             // Barriers below this are none.
             let tolerance = 0.3;
             scales.sameness.energy = tolerance;

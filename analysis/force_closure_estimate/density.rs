@@ -99,14 +99,11 @@ mod tests {
     #[test]
     fn quantiles_are_known() {
         let hundred: Vec<f64> = (0..=100).map(f64::from).collect();
-        assert_eq!(
-            [0.05, 0.5, 0.95].map(|part| quantile(&hundred, part)),
-            [5.0, 50.0, 95.0]
-        );
-        assert_eq!(
-            quantile(&sorted([2.0, f64::NAN, 1.0].into_iter()), 0.25),
-            1.25
-        );
+        for (part, known) in [(0.05, 5.0), (0.5, 50.0), (0.95, 95.0)] {
+            assert!((quantile(&hundred, part) - known).abs() < 1e-12);
+        }
+        let two = sorted([2.0, f64::NAN, 1.0].into_iter());
+        assert!((quantile(&two, 0.25) - 1.25).abs() < 1e-12);
         assert!(quantile(&[], 0.5).is_nan());
     }
 

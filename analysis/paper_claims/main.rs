@@ -8,7 +8,7 @@ mod claims;
 
 use std::path::Path;
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
+fn main() -> Result<(), claims::Failure> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let (folder, name, seed) = match &arguments[..] {
         [folder, name] => (folder, name, 0),

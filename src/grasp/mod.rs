@@ -2,7 +2,7 @@
 //!
 //! [`term`] contains the terms of the energy; [`energy`] is their sum and its envelope over contact sets. [`kernel`]
 //! proposes moves, and [`synthesis`] runs the search. [`filter`] and [`closure`] judge a grasp, [`depth`] measures
-//! penetration, and [`failure`] finds failures of relaxed force closure. [`closing`] closes a hand until it presses.
+//! penetration, and [`failure`] finds contacts in one concavity. [`closing`] closes a hand until it presses.
 
 pub mod closing;
 pub mod closure;

@@ -123,20 +123,6 @@ impl MapSettings {
             median(lengths).unwrap_or_else(|| around().length),
         )
     }
-
-    /// Replaces the number of nearest minima to connect each minimum with.
-    #[must_use]
-    pub fn with_neighbours(mut self, neighbours: usize) -> Self {
-        self.neighbours = neighbours;
-        self
-    }
-
-    /// Replaces the seed.
-    #[must_use]
-    pub fn with_seed(mut self, seed: u64) -> Self {
-        self.seed = seed;
-        self
-    }
 }
 
 /// Maps the surface between `minima`.

@@ -5,15 +5,13 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::{Finding, Verdict, insufficient};
+use super::{Failure, Finding, Verdict, insufficient};
 use landscape::agreement::{fisher_exact, spearman};
 use landscape::evaluation::taxonomy::{Anatomy, Category, Labeller, PalmPart, Patch, Taxonomy};
 use landscape::grasp::{Grasp, GraspEnergy, judge};
 use landscape::hand::{Hand, PosedHand};
 use landscape::space::{Pose, interpolate, joints_of_mut};
-use landscape::study::{
-    MinimaxPath, MinimumName, NamedLandscape, StudyError, Waypoint, settings_for_grasps,
-};
+use landscape::study::{MinimaxPath, MinimumName, NamedLandscape, Waypoint, settings_for_grasps};
 use landscape::topography::{MinimumId, Run, quench_all};
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -63,7 +61,7 @@ impl<'a> Experiments<'a> {
     pub(super) fn new(
         landscape: &'a NamedLandscape<'a>,
         least_per_class: usize,
-    ) -> Result<Self, StudyError> {
+    ) -> Result<Self, Failure> {
         let energy = (landscape.setting).energy(landscape.files, &landscape.name)?;
         Ok(Self {
             landscape,
@@ -85,7 +83,7 @@ impl<'a> Experiments<'a> {
     }
 
     /// H7: paths between precision and power spheres, compared with those between precision grasps and cylinders.
-    pub(super) fn smooth(&self, asked: &Smooth) -> Result<Finding, StudyError> {
+    pub(super) fn smooth(&self, asked: &Smooth) -> Result<Finding, Failure> {
         let spheres = [&asked.precision, &asked.power].map(|types| self.of_types(types));
         let cylinders = self.of_types(&asked.others);
         let precision = self.minima(|named| named.category == Some(Category::Precision));
@@ -129,7 +127,7 @@ impl<'a> Experiments<'a> {
     }
 
     /// The lowest paths between the minima of two lists.
-    fn ways(&self, asked: &Smooth, from: &[usize], to: &[usize]) -> Result<Vec<Way>, StudyError> {
+    fn ways(&self, asked: &Smooth, from: &[usize], to: &[usize]) -> Result<Vec<Way>, Failure> {
         let height = |a: usize, b: usize| self.landscape.tree.minimax(MinimumId(a), MinimumId(b));
         let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
         for &a in from {
@@ -147,11 +145,11 @@ impl<'a> Experiments<'a> {
         let found: Vec<Option<Way>> = pairs
             .par_iter()
             .map(|&(_, a, b)| self.way(asked, MinimumId(a), MinimumId(b)))
-            .collect::<Result<_, StudyError>>()?;
+            .collect::<Result<_, Failure>>()?;
         Ok(found.into_iter().flatten().collect())
     }
 
-    fn way(&self, asked: &Smooth, a: MinimumId, b: MinimumId) -> Result<Option<Way>, StudyError> {
+    fn way(&self, asked: &Smooth, a: MinimumId, b: MinimumId) -> Result<Option<Way>, Failure> {
         let space = self.energy.pose_space();
         let path =
             MinimaxPath::between(self.landscape.files, &self.landscape.network, space, [a, b])?;
@@ -197,7 +195,7 @@ impl<'a> Experiments<'a> {
     }
 
     /// H9: grasp types of sphere grasps after fingers are lifted.
-    pub(super) fn lifted(&self, asked: &Lifted) -> Result<Finding, StudyError> {
+    pub(super) fn lifted(&self, asked: &Lifted) -> Result<Finding, Failure> {
         let spheres = self.of_types(&asked.spheres);
         if spheres.len() < self.least_per_class {
             return Ok(insufficient(
@@ -253,7 +251,7 @@ impl<'a> Experiments<'a> {
     }
 
     /// H10: the same poses on a hand without a thumb, and labels of grippers.
-    pub(super) fn thumbless(&self, asked: &Thumbless) -> Result<Finding, StudyError> {
+    pub(super) fn thumbless(&self, asked: &Thumbless) -> Result<Finding, Failure> {
         let hand = self.energy.hand();
         let other = Hand::named("human_thumbless")?;
         let joints: Option<Vec<usize>> = other

@@ -15,12 +15,15 @@ use landscape::evaluation::taxonomy::Rule;
 use landscape::figure::MAKER;
 use landscape::store::LandscapeFiles;
 use landscape::study::{
-    NamedLandscape, StatisticsSettings, StudyError, TaxonomyComparison, compare_with_taxonomy,
+    NamedLandscape, StatisticsSettings, TaxonomyComparison, compare_with_taxonomy,
 };
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 const TEXT: &str = include_str!("../../../data/taxonomy/hypotheses.toml");
+
+/// Why claims cannot be examined.
+pub(crate) type Failure = Box<dyn Error + Send + Sync>;
 
 /// Settings of the statistics, and the thresholds of the claims.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -203,7 +206,7 @@ impl<'a> Examined<'a> {
         landscape: &NamedLandscape<'a>,
         settings: &'a ClaimSettings,
         seed: u64,
-    ) -> Result<Self, StudyError> {
+    ) -> Result<Self, Failure> {
         let comparison = compare_with_taxonomy(landscape, &settings.statistics, None, seed)?;
         let experiments = Experiments::new(landscape, settings.statistics.least_per_class)?;
         let mut findings = heights::examine(&comparison.basins, settings, landscape.rule, seed);
@@ -238,7 +241,7 @@ impl<'a> Examined<'a> {
 }
 
 /// Examines the landscape in `folder` and writes `NAME.md` and `NAME.json`.
-pub(crate) fn write(folder: &Path, name: &str, seed: u64) -> Result<(), Box<dyn Error>> {
+pub(crate) fn write(folder: &Path, name: &str, seed: u64) -> Result<(), Failure> {
     let files = LandscapeFiles::read(folder)?;
     let landscape = NamedLandscape::of(&files, folder, Rule::standard())?;
     let settings = ClaimSettings::standard();

@@ -73,21 +73,10 @@ impl SearchSettings {
             .map(|id| draw(&mut stream(seed, Task::Start, u64::MAX - id)))
             .collect();
         let scales = Scales::below(energy, &points, seed);
-        Self::for_scales(scales.energy, scales.length).with_seed(seed)
-    }
-
-    /// Replaces the seed.
-    #[must_use]
-    pub fn with_seed(mut self, seed: u64) -> Self {
-        self.seed = seed;
-        self
-    }
-
-    /// Replaces the patience.
-    #[must_use]
-    pub fn with_patience(mut self, patience: usize) -> Self {
-        self.patience = patience;
-        self
+        Self {
+            seed,
+            ..Self::for_scales(scales.energy, scales.length)
+        }
     }
 
     /// Settings of the audit of the points found.
