@@ -18,7 +18,6 @@ mod draw;
 mod export;
 mod hands;
 mod import;
-mod import_grasps;
 mod input;
 mod inspect;
 mod interruption;

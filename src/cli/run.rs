@@ -152,7 +152,7 @@ impl Watch {
                 Phase::Replicate => "repeating chains",
                 Phase::Search => "searching saddles",
                 Phase::Synthesize => "chains",
-                Phase::Simulate | Phase::Label => "grasps",
+                Phase::Simulate | Phase::Label | Phase::Judge => "grasps",
                 _ => "searching",
             };
             *bar = Some((news.phase, progress::bar(what, total, self.quiet)));

@@ -4,6 +4,7 @@
 //! | from | to | call |
 //! | --- | --- | --- |
 //! | a hand and an object | grasps that pass a filter | [`synthesize_population`] with [`PopulationSettings`] |
+//! | grasps of another program | rows of `grasps.parquet`, judged | [`import_grasps`] with [`GraspImportSettings`] |
 //! | the grasps of a file | outcomes of a simulation | [`simulate_all`] |
 //! | the grasps of a file | grasp types | [`label_all`] |
 //! | the grasps of a file | a page on which a human labels them | [`label_sheet`], read back by [`given_labels`] |
@@ -82,6 +83,7 @@ mod error;
 mod examples;
 mod experiment;
 mod given_labels;
+mod grasp_import;
 mod imported;
 mod judging;
 mod label_sheet;
@@ -112,6 +114,9 @@ pub use error::StudyError;
 pub use examples::{Colouring, MinimumNames};
 pub use experiment::{Experiment, ExperimentError};
 pub use given_labels::{GivenLabel, GivenLabelError, given_labels};
+pub use grasp_import::{
+    GraspImportError, GraspImportSettings, ImportedGrasps, ScaleCounts, import_grasps,
+};
 pub use imported::ImportedLandscape;
 pub use judging::{JudgedContact, JudgedGrasp, JudgedPopulation, judge_all};
 pub use label_sheet::label_sheet;

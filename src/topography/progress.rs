@@ -32,6 +32,8 @@ pub enum Phase {
     Simulate,
     /// Labelling grasps.
     Label,
+    /// Judging grasps.
+    Judge,
 }
 
 /// How many tasks of a phase are finished.

@@ -91,6 +91,24 @@ pub fn read(path: &Path, joint_names: &[String], mapping: &Mapping) -> Result<Re
     }
 }
 
+/// The files of grasps at `path`: the file itself, or the `.npy` files of a folder by name.
+///
+/// # Errors
+/// If the folder cannot be read.
+pub fn files_of(path: &Path) -> Result<Vec<PathBuf>, StoreError> {
+    if !path.is_dir() {
+        return Ok(vec![path.to_path_buf()]);
+    }
+    let entries = std::fs::read_dir(path).map_err(StoreError::io("read", path))?;
+    let mut files: Vec<PathBuf> = entries
+        .flatten()
+        .map(|entry| entry.path())
+        .filter(|path| ending(path) == "npy")
+        .collect();
+    files.sort();
+    Ok(files)
+}
+
 fn of_npy(
     content: &npy::Content,
     joint_names: &[String],

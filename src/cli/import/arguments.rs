@@ -1,22 +1,14 @@
-//! `landscape import`: `min.data` and `ts.data` of PATHSAMPLE or topsearch as a landscape. Grasps are imported elsewhere.
+//! The arguments of `landscape import`.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use anyhow::{Context, ensure};
 use clap::{Args, ValueHint};
 
-use super::args::{Common, GroupBarrier};
-use super::import_grasps;
-use super::output::{check_inputs, check_place};
-use super::provenance::name_of;
-use crate::cli::printing::{complain, print};
-use crate::store::{AtomicFolder, Source, content_hash};
-use crate::study::ImportedLandscape;
-use crate::topography::exchange::Database;
+use crate::cli::args::GroupBarrier;
 
 /// Read the files of other programs.
 #[derive(Debug, Args)]
-pub(super) struct Import {
+pub(in crate::cli) struct Import {
     /// Grasps (.npy, .csv, .json, .parquet, or a folder of .npy files), or the folder that contains min.data and ts.data.
     #[arg(value_name = "PATH")]
     pub(super) path: PathBuf,
@@ -48,14 +40,14 @@ pub(super) struct Import {
     #[arg(long, value_name = "FILE", requires = "hand")]
     pub(super) mapping: Option<PathBuf>,
     #[command(flatten)]
-    groups: GroupBarrier,
+    pub(super) groups: GroupBarrier,
     /// The output; by default in the current folder, with the name of the file and the ending `.parquet`, or of the folder
     /// and the ending `.landscape`.
     #[arg(long, short, value_name = "PATH")]
     pub(super) output: Option<PathBuf>,
 }
 
-pub(super) const EXAMPLES: &str = "\
+pub(in crate::cli) const EXAMPLES: &str = "\
 Examples:
   landscape import bottle.npy --hand shadow.xml --object bottle.obj --scale 0.1
                                                            bottle.parquet: DexGraspNet's grasps at one scale
@@ -81,67 +73,3 @@ A mapping tells what the columns of a table are (TOML; everything may be left ou
 Landscapes: the files are PATHSAMPLE's (6 and 8 columns) or topsearch's (2 and 3 columns): the number of columns tells. Writes
 minima.parquet, edges.parquet, landscape.json, the tree, the network and the pictures as `landscape build` does, and
 min.data and ts.data in PATHSAMPLE's columns.";
-
-pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
-    let group_barrier = command.groups.checked()?;
-    if import_grasps::holds_grasps(&command.path) {
-        ensure!(
-            group_barrier.is_none(),
-            "--group-barrier is for min.data and ts.data: grasps have groups only once `landscape build` mapped them"
-        );
-        return import_grasps::run(command, common);
-    }
-    ensure!(
-        command.hand.is_none() && command.object.is_none(),
-        "{}: --hand and --object are for grasps, but these files hold a landscape",
-        command.path.display()
-    );
-    let texts = ["min.data", "ts.data"].map(|name| read(&command.path, name));
-    let [minima, states] = texts;
-    let (minima, states) = (minima?, states?);
-    let (database, layout) =
-        Database::parse(&minima, &states).with_context(|| command.path.display().to_string())?;
-    let output = match &command.output {
-        Some(output) => output.clone(),
-        None => named_after(&command.path)?,
-    };
-    check_place(&output)?;
-    check_inputs(&output, &[&command.path])?;
-    let groups = command.groups.settings();
-    let source = Source {
-        name: name_of(&command.path),
-        content_hash: content_hash(&[minima.as_bytes(), states.as_bytes()]),
-    };
-    let made_by = &common.provenance.command;
-    let imported = ImportedLandscape::new(&database, layout, &groups, source, made_by);
-    let folder = AtomicFolder::open(&output, true)?;
-    let text = imported.write(&folder)?;
-    let finished = folder.finish()?;
-    if !common.quiet {
-        print(&text);
-        complain(&format!("wrote {}", finished.display()));
-    }
-    Ok(())
-}
-
-fn read(folder: &Path, name: &str) -> anyhow::Result<String> {
-    ensure!(
-        folder.is_dir(),
-        "{} is no folder: min.data and ts.data are read from one",
-        folder.display()
-    );
-    let path = folder.join(name);
-    let bytes = std::fs::read(&path).with_context(|| format!("cannot read {}", path.display()))?;
-    String::from_utf8(bytes).with_context(|| format!("{} is not text", path.display()))
-}
-
-/// The output `folder.landscape` in the current directory.
-fn named_after(folder: &Path) -> anyhow::Result<PathBuf> {
-    let name = name_of(folder);
-    ensure!(
-        !name.is_empty(),
-        "{}: name the folder to write with --output",
-        folder.display()
-    );
-    Ok(PathBuf::from(format!("{name}.landscape")))
-}

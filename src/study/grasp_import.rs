@@ -1,0 +1,393 @@
+//! Grasps of other programs: read, completed, and judged on the exact mesh.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use nalgebra::{Isometry3, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};
+use rayon::prelude::*;
+use serde_json::json;
+
+use super::Run;
+use crate::grasp::energy::EnergySettingsError;
+use crate::grasp::{EnergySettings, Grasp, GraspEnergy, Judgement};
+use crate::hand::Hand;
+use crate::limits::{Beyond, OBJECT_SCALE};
+use crate::space::Pose;
+use crate::store::exchange::{Mapping, Published, files_of, read};
+use crate::store::{
+    Fault, GraspFile, GraspRow, HandMetadata, Metadata, ObjectMetadata, RebuildError,
+    SCHEMA_VERSION, StoreError,
+};
+use crate::topography::Phase;
+
+/// Relative difference within which scales are the same.
+const SAME_SCALE: f64 = 1e-3;
+
+/// Settings of [`import_grasps`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct GraspImportSettings {
+    /// The hand of the grasps.
+    pub hand: HandMetadata,
+    /// The object of the grasps, at scale 1. Of a table that names several objects, only the grasps of this one are read.
+    pub object: ObjectMetadata,
+    /// Notes on hand and object, which are kept with those on the grasps.
+    pub notes: Vec<String>,
+    /// Only the grasps at this scale; also the scale of grasps whose file has none, which is 1 by default.
+    pub scale: Option<f64>,
+    /// Meaning of the columns of a table.
+    pub mapping: Mapping,
+}
+
+/// Result of [`import_grasps`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct ImportedGrasps {
+    /// The grasps, with contacts, energies and measures. Its metadata lack the command and the hashes of its inputs.
+    pub file: GraspFile,
+    /// Their judgements, in the order of the rows.
+    pub judgements: Vec<Judgement>,
+    /// Name of the format.
+    pub format: &'static str,
+    /// Number of grasps of the object that were found.
+    pub found: usize,
+    /// Number of grasps that were left out because of a fault.
+    pub left_out: usize,
+    /// Scales of all grasps of the object that were found.
+    pub scales: ScaleCounts,
+    /// Assumptions, omissions and warnings, one sentence each, sorted.
+    pub notes: Vec<String>,
+    /// Notes on the object at each scale.
+    pub object_notes: Vec<Vec<String>>,
+}
+
+/// Scales of an object, smallest first, with their numbers of grasps.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ScaleCounts(pub Vec<(f64, usize)>);
+
+impl ScaleCounts {
+    /// Counts positive scales.
+    pub fn of(scales: impl Iterator<Item = f64>) -> Self {
+        // Positive numbers have the same order as their bits.
+        let mut counts = BTreeMap::new();
+        for scale in scales {
+            *counts.entry(scale.to_bits()).or_insert(0) += 1;
+        }
+        let counts = counts.into_iter();
+        Self(
+            counts
+                .map(|(bits, count)| (f64::from_bits(bits), count))
+                .collect(),
+        )
+    }
+}
+
+impl fmt::Display for ScaleCounts {
+    /// For instance `0.06 (120), 0.1 (87)`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let told = self.0.iter();
+        let told = told.map(|(scale, count)| format!("{scale} ({count})"));
+        f.write_str(&told.collect::<Vec<_>>().join(", "))
+    }
+}
+
+/// Reason why grasps of another program cannot be imported.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum GraspImportError {
+    /// A file cannot be read.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// The scale of a grasp is out of range.
+    #[error("{}, grasp {grasp}: its scale", file.display())]
+    Scale {
+        /// The file.
+        file: PathBuf,
+        /// Index of the grasp in the file.
+        grasp: usize,
+        /// The scale and its limit.
+        source: Beyond,
+    },
+    /// There is nothing to import.
+    #[error("{} holds no grasps", .0.display())]
+    Empty(PathBuf),
+    /// The table has several objects, and none has the given name.
+    #[error(
+        "the grasps are of {} objects ({}), none of which is called {name}",
+        named.len(),
+        named.iter().take(4).cloned().collect::<Vec<_>>().join(", ")
+    )]
+    OtherObjects {
+        /// Name of the given object.
+        name: String,
+        /// The objects of the table.
+        named: BTreeSet<String>,
+    },
+    /// No grasp has the given scale.
+    #[error("the grasps are at {0}")]
+    OtherScales(ScaleCounts),
+    /// Every grasp has a fault.
+    #[error("none of the grasps can be used; {source_of_grasp}: {fault}")]
+    NoneUsable {
+        /// File and index of the first grasp.
+        source_of_grasp: String,
+        /// Its fault.
+        fault: Fault,
+    },
+    /// The hand or the object cannot be built.
+    #[error(transparent)]
+    Rebuild(#[from] RebuildError),
+    /// The default energy does not suit the hand.
+    #[error(transparent)]
+    Settings(#[from] EnergySettingsError),
+}
+
+/// A grasp with the name of its source.
+struct Row {
+    /// Index among all grasps read.
+    number: u64,
+    published: Published,
+    source: String,
+    scale: f64,
+}
+
+/// Reads the grasps at `path`, a file of another program or a folder of `.npy` files, as rows of `grasps.parquet`.
+///
+/// Grasps that such a file cannot hold are left out: those with joints far beyond their limits, and those with contacts that
+/// the hand does not have. Missing contacts are chosen: the best by the default energy. Energies and measures are computed.
+///
+/// # Errors
+/// If a file cannot be read, no grasp is left, or the hand or the object cannot be built.
+///
+/// # Examples
+/// ```no_run
+/// use landscape::store::exchange::Mapping;
+/// use landscape::study::{GraspImportSettings, Origin, Run, import_grasps};
+///
+/// let Origin { hand, object, .. } = Origin::named("human", "mug")?;
+/// let mapping = Mapping::default();
+/// let settings = GraspImportSettings { hand, object, notes: Vec::new(), scale: None, mapping };
+/// let imported = import_grasps("mine.csv".as_ref(), &settings, &Run::default())?;
+/// println!("{} of {} grasps", imported.file.grasps.len(), imported.found);
+/// imported.file.write("mine.parquet".as_ref())?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn import_grasps(
+    path: &Path,
+    settings: &GraspImportSettings,
+    run: &Run<'_>,
+) -> Result<ImportedGrasps, GraspImportError> {
+    let hand = settings.hand.build()?;
+    let mut notes: BTreeSet<String> = settings.notes.iter().cloned().collect();
+    let (rows, format) = rows(path, settings, &hand, &mut notes)?;
+    let rows = of_one_object(rows, &settings.object.name)?;
+    let found = rows.len();
+    let scales = ScaleCounts::of(rows.iter().map(|row| row.scale));
+    let rows = at_scale(rows, settings.scale, &scales)?;
+    let mut file = GraspFile {
+        metadata: Metadata {
+            schema_version: SCHEMA_VERSION,
+            program_version: env!("CARGO_PKG_VERSION").to_owned(),
+            hands: vec![settings.hand.clone()],
+            objects: vec![settings.object.clone()],
+            energy: super::json(EnergySettings::default()),
+            settings: json!({ "format": format, "notes": notes }),
+            ..Metadata::default()
+        },
+        grasps: Vec::new(),
+    };
+    let left_out = fill(&mut file, &rows, &mut notes)?;
+    let (judgements, object_notes) = complete(&mut file, &hand, run)?;
+    notes.extend(file.beyond_limits().map(|warning| warning.to_string()));
+    Ok(ImportedGrasps {
+        file,
+        judgements,
+        format,
+        found,
+        left_out,
+        scales,
+        notes: notes.into_iter().collect(),
+        object_notes,
+    })
+}
+
+fn rows(
+    path: &Path,
+    settings: &GraspImportSettings,
+    hand: &Hand,
+    notes: &mut BTreeSet<String>,
+) -> Result<(Vec<Row>, &'static str), GraspImportError> {
+    let mut rows = Vec::new();
+    let mut format = "";
+    for file in files_of(path)? {
+        let content = read(&file, &settings.hand.joint_names, &settings.mapping)?;
+        format = content.format;
+        notes.extend(content.notes);
+        let name = file.file_name().unwrap_or_default().to_string_lossy();
+        for (grasp, mut published) in content.grasps.into_iter().enumerate() {
+            if format != "DexGraspNet" && format != "table" {
+                of_root_body(hand, &mut published);
+            }
+            let scale = published.scale.map(tidy);
+            let scale = scale.or(settings.scale).unwrap_or(1.0);
+            OBJECT_SCALE
+                .check(scale)
+                .map_err(|source| GraspImportError::Scale {
+                    file: file.clone(),
+                    grasp,
+                    source,
+                })?;
+            rows.push(Row {
+                number: rows.len() as u64,
+                published,
+                source: format!("{name} {grasp}"),
+                scale,
+            });
+        }
+    }
+    if rows.is_empty() {
+        return Err(GraspImportError::Empty(path.to_path_buf()));
+    }
+    Ok((rows, format))
+}
+
+/// Corrects the pose of a qpos, which is that of the outermost body, if this is not at the hand's origin.
+fn of_root_body(hand: &Hand, published: &mut Published) {
+    let Some(offset) = hand.root_offset() else {
+        return;
+    };
+    let pose = &published.pose;
+    let [w, x, y, z] = pose.rotation_wxyz();
+    let body = Isometry3::from_parts(
+        Translation3::from(Vector3::from_column_slice(pose.translation_m())),
+        UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)),
+    );
+    let offset = Isometry3::from_parts(
+        offset.translation.into(),
+        UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(offset.rotation)),
+    );
+    let root = body * offset.inverse();
+    let (t, q) = (root.translation.vector, root.rotation);
+    published.pose = Pose::new(t.into(), [q.w, q.i, q.j, q.k], pose.joints());
+}
+
+/// The shortest decimal near a scale that was stored as a 32-bit number.
+fn tidy(scale: f64) -> f64 {
+    let rounded = (scale * 1e6).round() / 1e6;
+    if (rounded / scale - 1.0).abs() < 1e-6 {
+        rounded
+    } else {
+        scale
+    }
+}
+
+/// The grasps of the named object, if the file has several.
+fn of_one_object(rows: Vec<Row>, name: &str) -> Result<Vec<Row>, GraspImportError> {
+    let named: BTreeSet<String> = rows
+        .iter()
+        .filter_map(|row| row.published.object.clone())
+        .collect();
+    if named.len() < 2 {
+        return Ok(rows);
+    }
+    if !named.contains(name) {
+        return Err(GraspImportError::OtherObjects {
+            name: name.to_owned(),
+            named,
+        });
+    }
+    Ok(rows
+        .into_iter()
+        .filter(|row| row.published.object.as_deref() == Some(name))
+        .collect())
+}
+
+/// The grasps at the requested scale, or all of them.
+fn at_scale(
+    rows: Vec<Row>,
+    scale: Option<f64>,
+    all: &ScaleCounts,
+) -> Result<Vec<Row>, GraspImportError> {
+    let Some(scale) = scale else {
+        return Ok(rows);
+    };
+    let near = |other: f64| (other / scale - 1.0).abs() < SAME_SCALE;
+    if !all.0.iter().any(|(other, _)| near(*other)) {
+        return Err(GraspImportError::OtherScales(all.clone()));
+    }
+    Ok(rows.into_iter().filter(|row| near(row.scale)).collect())
+}
+
+/// Fills the file with those rows that it can hold, with their poses and contacts only; returns how many are left out.
+fn fill(
+    file: &mut GraspFile,
+    rows: &[Row],
+    notes: &mut BTreeSet<String>,
+) -> Result<usize, GraspImportError> {
+    let ids: Option<Vec<u64>> = rows.iter().map(|row| row.published.id).collect();
+    let ids = ids.filter(|ids| ids.iter().collect::<BTreeSet<_>>().len() == ids.len());
+    let grasp = |(place, row): (usize, &Row)| GraspRow {
+        id: ids.as_ref().map_or(row.number, |ids| ids[place]),
+        object: file.metadata.objects[0].name.clone(),
+        scale: row.scale,
+        hand: file.metadata.hands[0].name.clone(),
+        grasp: Grasp {
+            pose: row.published.pose.clone(),
+            contacts: row.published.contacts.clone().unwrap_or_default(),
+        },
+        label: row.published.label.clone(),
+        source: row.source.clone(),
+        ..GraspRow::default()
+    };
+    file.grasps = rows.iter().enumerate().map(grasp).collect();
+    let faults = file.faults();
+    let bad: BTreeSet<usize> = faults.iter().map(|(row, _)| *row).collect();
+    if let Some((row, fault)) = faults.into_iter().next() {
+        let source = &rows[row].source;
+        if bad.len() == rows.len() {
+            return Err(GraspImportError::NoneUsable {
+                source_of_grasp: source.clone(),
+                fault,
+            });
+        }
+        notes.insert(format!(
+            "{} of {} grasps are left out, the first ({source}) because {fault}",
+            bad.len(),
+            rows.len(),
+        ));
+    }
+    let mut place = 0;
+    file.grasps.retain(|_| {
+        place += 1;
+        !bad.contains(&(place - 1))
+    });
+    Ok(bad.len())
+}
+
+/// Chooses missing contacts, and fills in energies and measures. Returns the judgements of the rows, and the notes on the
+/// object at each scale.
+fn complete(
+    file: &mut GraspFile,
+    hand: &Arc<Hand>,
+    run: &Run<'_>,
+) -> Result<(Vec<Judgement>, Vec<Vec<String>>), GraspImportError> {
+    let tally = run.tally(Phase::Judge, file.grasps.len());
+    let mut judgements: Vec<Option<Judgement>> = vec![None; file.grasps.len()];
+    let mut notes = Vec::new();
+    let ScaleCounts(scales) = ScaleCounts::of(file.grasps.iter().map(|grasp| grasp.scale));
+    for (scale, _) in scales {
+        let object = file.metadata.objects[0].build(scale)?;
+        notes.push(object.notes.clone());
+        let energy = GraspEnergy::new(hand.clone(), object, EnergySettings::default())?;
+        file.metadata.terms = energy.term_names();
+        file.grasps
+            .par_iter_mut()
+            .zip(&mut judgements)
+            .filter(|(grasp, _)| grasp.scale.to_bits() == scale.to_bits())
+            .for_each(|(grasp, judgement)| {
+                *judgement = Some(grasp.measure(&energy));
+                tally.tick();
+            });
+    }
+    Ok((judgements.into_iter().flatten().collect(), notes))
+}
