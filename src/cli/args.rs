@@ -3,9 +3,8 @@
 use anyhow::Context;
 use clap::{Args, ValueHint};
 
-use super::input::within;
 use super::provenance::Provenance;
-use crate::limits::THREADS;
+use crate::limits::{Limit, THREADS};
 use crate::topography::{GroupSettings, PathMethod};
 
 /// Flags of every subcommand.
@@ -110,4 +109,10 @@ impl From<Paths> for PathMethod {
             Paths::Band => Self::Band,
         }
     }
+}
+
+/// Rejects the value of a flag that is beyond its limit.
+pub(super) fn within(flag: &str, limit: Limit, value: f64) -> anyhow::Result<()> {
+    let told = |beyond| anyhow::anyhow!("{flag} {beyond}");
+    limit.check(value).map_err(told)
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use clap::Args;
 
-use super::args::{Again, Common, GroupBarrier, HandAndObject, Paths};
+use super::args::{Again, Common, GroupBarrier, HandAndObject, Paths, within};
 use super::input;
 use super::output::{check_inputs, check_place};
 use super::provenance::name_of;
@@ -83,7 +83,7 @@ grasps are. Each landscape so has a barrier of its own; --group-barrier gives th
 pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
     for (flag, value) in [("temperature", command.temperature), ("pull", command.pull)] {
         if let Some(value) = value {
-            input::within(&format!("--{flag}"), ENERGY_SCALE, value)?;
+            within(&format!("--{flag}"), ENERGY_SCALE, value)?;
         }
     }
     command.groups.checked()?;

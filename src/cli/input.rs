@@ -4,18 +4,12 @@ use std::path::Path;
 
 use anyhow::Context;
 
-use super::args::{Common, HandAndObject};
+use super::args::{Common, HandAndObject, within};
 use crate::cli::printing::complain;
 use crate::hand::{HAND_NAMES, HandFiles};
-use crate::limits::{Limit, OBJECT_SCALE};
+use crate::limits::OBJECT_SCALE;
 use crate::object::{OBJECT_NAMES, Object, ObjectParts};
 use crate::store::{GraspFile, HandMetadata, LandscapeFiles, ObjectMetadata, Overrides, Warning};
-
-/// Rejects the value of a flag that is beyond its limit.
-pub(super) fn within(flag: &str, limit: Limit, value: f64) -> anyhow::Result<()> {
-    let told = |beyond| anyhow::anyhow!("{flag} {beyond}");
-    limit.check(value).map_err(told)
-}
 
 /// The files of the hand that a flag names: a built-in hand, or a URDF or MJCF file with an optional JSON side file of the
 /// same stem. Files that these refer to must be in `folder`, or in the same folder.

@@ -7,7 +7,7 @@ use anyhow::Context;
 use clap::{Args, ValueHint};
 use nalgebra::Vector3;
 
-use super::args::Common;
+use super::args::{Common, within};
 use super::output::{check_file, check_place};
 use super::{input, progress};
 use crate::cli::printing::{complain, print};
@@ -64,7 +64,7 @@ const LEAST_BURIED: f64 = 0.002;
 
 pub(super) fn run(command: &ObjectsInspect, common: &Common) -> anyhow::Result<()> {
     if let Some(scale) = command.scale {
-        input::within("--scale", OBJECT_SCALE, scale)?;
+        within("--scale", OBJECT_SCALE, scale)?;
     }
     let stem = Path::new(&command.object).file_stem().unwrap_or_default();
     let picture = command

@@ -6,8 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use clap::{Args, Subcommand};
 
-use super::args::Common;
-use super::input::within;
+use super::args::{Common, within};
 use super::object_inspect;
 use super::output::check_file;
 use crate::cli::printing::{complain, print};

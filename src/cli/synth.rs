@@ -7,9 +7,9 @@ use std::time::Instant;
 use anyhow::Context;
 use clap::{Args, ValueHint};
 
-use super::args::{Again, Common};
+use super::args::{Again, Common, within};
 use super::hands::expense;
-use super::input::{self, within};
+use super::input;
 use super::output::check_file;
 use super::run::{Watch, open_journal};
 use crate::cli::printing::{complain, print};

@@ -3,9 +3,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use super::error::{Fault, StoreError, Warning};
+use super::error::{Fault, StoreError, Warning, list};
 use super::grasps::{GraspFile, GraspRow, term_column};
 use super::metadata::HandMetadata;
+use super::quaternion::norm;
 use crate::limits::{GRASP_POSITION, OBJECT_SCALE};
 
 /// Largest accepted excess of a joint beyond its limit, radians. Published grasps exceed limits by up to 0.58 rad
@@ -17,8 +18,6 @@ const ROUNDING_RAD: f64 = 1e-6;
 /// Quaternions that are farther than this from unit length are refused. Smaller deviations come from 32-bit or printed
 /// numbers.
 const UNIT_TOLERANCE: f64 = 1e-3;
-/// Quaternions within this distance of unit length are kept bit for bit.
-const UNIT_EXACT: f64 = 1e-12;
 
 impl GraspFile {
     /// Faults of all rows, for instance to drop those rows before writing.
@@ -210,36 +209,4 @@ fn bad_contact(grasp: &GraspRow, hand: &HandMetadata) -> Option<Fault> {
             })
         }
     })
-}
-
-fn norm(quaternion: [f64; 4]) -> f64 {
-    quaternion
-        .iter()
-        .map(|component| component * component)
-        .sum::<f64>()
-        .sqrt()
-}
-
-/// The unit quaternion of the same rotation whose first non-zero component is positive.
-pub(super) fn canonical(mut quaternion: [f64; 4]) -> [f64; 4] {
-    let norm = norm(quaternion);
-    if (norm - 1.0).abs() > UNIT_EXACT {
-        quaternion = quaternion.map(|component| component / norm);
-    }
-    if quaternion
-        .iter()
-        .find(|component| **component != 0.0)
-        .is_some_and(|first| *first < 0.0)
-    {
-        quaternion = quaternion.map(|component| -component);
-    }
-    quaternion
-}
-pub(super) fn list<'a>(names: impl Iterator<Item = &'a str>) -> String {
-    let names: Vec<_> = names.map(|name| format!("`{name}`")).collect();
-    if names.is_empty() {
-        "none".to_owned()
-    } else {
-        names.join(", ")
-    }
 }

@@ -399,3 +399,13 @@ pub enum Warning {
         given: String,
     },
 }
+
+/// The names, for a sentence.
+pub(super) fn list<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    let names: Vec<_> = names.map(|name| format!("`{name}`")).collect();
+    if names.is_empty() {
+        "none".to_owned()
+    } else {
+        names.join(", ")
+    }
+}

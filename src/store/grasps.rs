@@ -47,10 +47,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use super::atomic::write_atomic;
-use super::check::{canonical, list};
 use super::columns::Columns;
-use super::error::{Fault, StoreError, Warning};
+use super::error::{Fault, StoreError, Warning, list};
 use super::metadata::{HandMetadata, Metadata, ObjectMetadata, SCHEMA_VERSION};
+use super::quaternion::canonical;
 use super::row::{self, Column, columns};
 use super::table::{FLOAT, INDICES, Kind, TEXT, Table, VECTOR, WHOLE};
 use crate::grasp::Grasp;

@@ -19,6 +19,7 @@ mod journal;
 mod landscape;
 mod metadata;
 mod network;
+mod quaternion;
 mod rebuild;
 mod resampled;
 mod row;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 
 use super::arguments::Import;
-use crate::cli::args::Common;
+use crate::cli::args::{Common, within};
 use crate::cli::input;
 use crate::cli::output::check_file;
 use crate::cli::printing::{complain, print};
@@ -25,7 +25,7 @@ pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
     let object = command.object.as_deref();
     let object = object.context("--object: the object of the grasps must be named (a mesh, or one that comes with the program)")?;
     if let Some(scale) = command.scale {
-        input::within("--scale", OBJECT_SCALE, scale)?;
+        within("--scale", OBJECT_SCALE, scale)?;
     }
     let output = output(command, common)?;
     let mapping = mapping(command.mapping.as_deref())?;

@@ -6,8 +6,8 @@ use anyhow::{Context, bail, ensure};
 use serde_json::json;
 
 use super::{Inspect, number, table};
-use crate::cli::args::Common;
-use crate::cli::input::{open_landscape, within};
+use crate::cli::args::{Common, within};
+use crate::cli::input::open_landscape;
 use crate::cli::output::{check_file, is_scene};
 use crate::cli::printing::{complain, print, print_json};
 use crate::grasp::GraspEnergy;

@@ -11,8 +11,7 @@ use program::{Region, command_hash, region};
 
 pub(super) use program::space;
 
-use super::args::{Again, Common, GroupBarrier, Paths};
-use super::input::within;
+use super::args::{Again, Common, GroupBarrier, Paths, within};
 use super::output::check_place;
 use super::run::{Unfinished, Watch, check_resumable};
 use crate::energy::model::MODELS;

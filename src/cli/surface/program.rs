@@ -6,7 +6,7 @@ use std::time::Duration;
 use anyhow::{bail, ensure};
 
 use super::{Coordinates, Surface};
-use crate::cli::input::within;
+use crate::cli::args::within;
 use crate::energy::{Energy, External, ExternalError, check_gradient};
 use crate::limits::{ANSWER_TIME, MOST_COORDINATES, REGION, REGION_SIDE};
 use crate::optimize::{QuenchSettings, quench};

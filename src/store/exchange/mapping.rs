@@ -5,9 +5,10 @@ use std::collections::BTreeMap;
 use nalgebra::{Isometry3, Matrix3, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
+use super::euler::of_euler;
 use super::joints::matched;
 use super::table::{Cell, Table};
-use super::{Published, Read, dexgraspnet, finite, listed};
+use super::{Published, Read, finite, listed};
 use crate::space::Pose;
 
 /// Meaning of the columns of a table. Omitted columns are sought under the names that `landscape export` writes.
@@ -146,9 +147,7 @@ impl RotationForm {
                 }
                 Ok([w, x, y, z])
             }
-            (Self::FixedXyz, &[a, b, c]) => Ok(dexgraspnet::of_euler(
-                [a, b, c].map(|angle| angle * radians),
-            )),
+            (Self::FixedXyz, &[a, b, c]) => Ok(of_euler([a, b, c].map(|angle| angle * radians))),
             (Self::RotationVector, &[x, y, z]) => Ok(of(UnitQuaternion::from_scaled_axis(
                 Vector3::new(x, y, z) * radians,
             ))),

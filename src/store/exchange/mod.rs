@@ -10,6 +10,7 @@
 
 mod dexgraspbench;
 mod dexgraspnet;
+mod euler;
 mod joints;
 mod mapping;
 mod table;

@@ -3,7 +3,8 @@
 use nalgebra::{Rotation3, UnitQuaternion};
 use serde_json::{Map, Value};
 
-use super::dexgraspnet::{ROTATION, TRANSLATION, to_euler};
+use super::dexgraspnet::{ROTATION, TRANSLATION};
+use super::euler::to_euler;
 use crate::formats::npy;
 use crate::formats::pickle_writer::Writer;
 use crate::hand::{Hand, PosedHand};

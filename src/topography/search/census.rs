@@ -1,7 +1,7 @@
 //! The distinct minima and saddles found so far, and how often each saddle was met.
 
 use super::coverage::{Counts, Coverage, Doubt};
-use super::task::{Outcome, SearchEnd};
+use super::outcome::{Outcome, SearchEnd};
 use super::{Exploration, SearchSettings};
 use crate::energy::Energy;
 use crate::optimize::Quench;

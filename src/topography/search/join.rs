@@ -6,7 +6,8 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::census::{Census, Source};
-use super::task::{PUSH, Searcher};
+use super::searcher::Searcher;
+use super::task::PUSH;
 use crate::energy::{Counted, Energy};
 use crate::topography::Phase;
 use crate::topography::barrier::Crossing;

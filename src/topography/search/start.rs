@@ -3,7 +3,7 @@
 use rand::RngExt;
 
 use super::census::Census;
-use super::task::Searcher;
+use super::searcher::Searcher;
 use crate::optimize::{Quench, quench_traced};
 use crate::sample::{Rng, Task, stream};
 use crate::space::vector::{scale, times};

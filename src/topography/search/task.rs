@@ -1,11 +1,10 @@
 //! One search: a climb to a saddle and the descents on both sides.
 
-use serde::{Deserialize, Serialize};
-
 use super::census::Census;
+use super::outcome::{Outcome, SearchEnd};
+use super::searcher::Searcher;
 use super::start::{Place, Start};
-use super::{Draw, SearchSettings};
-use crate::energy::{Counted, Energy};
+use crate::energy::Counted;
 use crate::optimize::{Quench, StopReason};
 use crate::space::vector::{add, scale};
 use crate::topography::barrier::Crossing;
@@ -29,62 +28,6 @@ const DEGENERATE: f64 = 1e-3;
 /// Greatest number of degenerate modes examined, and of directions in the plane of two of them.
 const MODES: usize = 4;
 const DIRECTIONS: u32 = 12;
-
-/// How a search ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum SearchEnd {
-    /// At a saddle whose descents reached minima.
-    Arrived,
-    /// At a saddle from which a descent reached no minimum.
-    Evaporated,
-    /// At a stationary point of another index.
-    Index,
-    /// The curvature of the uphill mode vanished: a fragment moved off to infinity.
-    Flat,
-    /// Far above all known stationary points.
-    High,
-    /// It did not converge within the steps allowed.
-    Steps,
-    /// Outside the domain.
-    Outside,
-}
-
-impl SearchEnd {
-    /// The lower-case name used in files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Arrived => "arrived",
-            Self::Evaporated => "evaporated",
-            Self::Index => "index",
-            Self::Flat => "flat",
-            Self::High => "high",
-            Self::Steps => "steps",
-            Self::Outside => "outside",
-        }
-    }
-}
-
-#[derive(Serialize, Deserialize)]
-pub(super) struct Outcome {
-    pub(super) fate: SearchEnd,
-    /// The saddle it reached, if already known when the search began.
-    pub(super) known: Option<usize>,
-    /// The saddle it reached, if not.
-    pub(super) found: Option<Crossing>,
-    /// Paths from that saddle to further minima, if more than two valleys meet there.
-    pub(super) branches: Vec<Crossing>,
-    /// The end of the descent from a random point.
-    pub(super) drawn: Option<QuenchRecord>,
-    pub(super) evaluations: usize,
-}
-
-/// The fixed inputs of all searches.
-pub(super) struct Searcher<'a> {
-    pub(super) energy: &'a dyn Energy,
-    pub(super) draw: &'a Draw<'a>,
-    pub(super) settings: &'a SearchSettings,
-}
 
 impl Searcher<'_> {
     /// Runs search number `id`. The outcome depends only on the number, the start and the census.

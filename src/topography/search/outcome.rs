@@ -1,0 +1,55 @@
+//! The outcome of one search.
+
+use serde::{Deserialize, Serialize};
+
+use crate::topography::barrier::Crossing;
+use crate::topography::minima::QuenchRecord;
+
+/// How a search ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum SearchEnd {
+    /// At a saddle whose descents reached minima.
+    Arrived,
+    /// At a saddle from which a descent reached no minimum.
+    Evaporated,
+    /// At a stationary point of another index.
+    Index,
+    /// The curvature of the uphill mode vanished: a fragment moved off to infinity.
+    Flat,
+    /// Far above all known stationary points.
+    High,
+    /// It did not converge within the steps allowed.
+    Steps,
+    /// Outside the domain.
+    Outside,
+}
+
+impl SearchEnd {
+    /// The lower-case name used in files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Arrived => "arrived",
+            Self::Evaporated => "evaporated",
+            Self::Index => "index",
+            Self::Flat => "flat",
+            Self::High => "high",
+            Self::Steps => "steps",
+            Self::Outside => "outside",
+        }
+    }
+}
+
+#[derive(Serialize, Deserialize)]
+pub(super) struct Outcome {
+    pub(super) fate: SearchEnd,
+    /// The saddle it reached, if already known when the search began.
+    pub(super) known: Option<usize>,
+    /// The saddle it reached, if not.
+    pub(super) found: Option<Crossing>,
+    /// Paths from that saddle to further minima, if more than two valleys meet there.
+    pub(super) branches: Vec<Crossing>,
+    /// The end of the descent from a random point.
+    pub(super) drawn: Option<QuenchRecord>,
+    pub(super) evaluations: usize,
+}
