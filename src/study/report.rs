@@ -9,9 +9,10 @@ use super::chain_choice;
 use super::drawing::{Titles, not_drawn};
 use super::error::StudyError;
 use super::tables::{Input, Mapped, upper_bounds};
-use super::uncertainty::{self, Unseen};
+use super::uncertainty::{self, Uncertainty};
 use super::{json, median, spell, tally};
 use crate::grasp::GraspEnergy;
+use crate::grasp::hover::HoverCost;
 use crate::printable::printable;
 use crate::store::{AtomicFolder, Counts, GraspRow, LandscapeFiles, Manifest, Population, Source};
 use crate::topography::exchange::Database;
@@ -64,26 +65,32 @@ impl GraspReport<'_> {
     pub fn write(&self, folder: &AtomicFolder) -> Result<String, StudyError> {
         let (mapped, titles) = (self.mapped(), self.titles());
         let merges = mapped.landscape.merges();
-        let unseen = Unseen::of(mapped.landscape, "grasps");
-        let files = self.files(&mapped, &merges, &unseen);
+        let uncertainty = Uncertainty::of(mapped.landscape, "grasps");
+        let files = self.files(&mapped, &merges, &uncertainty);
         let database = Database::from_network(&mapped.landscape.network);
         mapped.draw(&titles, &database, folder)?;
-        unseen.draw(&titles.title, folder)?;
+        uncertainty.unseen.draw(&titles.title, folder)?;
         if let Some(diagram) = &self.found.choice.diagram {
             chain_choice::write(diagram, &titles.title, folder)?;
         }
         // The manifest lists the checksums of all tables, so it comes last.
         files.write(folder)?;
-        let text = self.summary(&mapped, &merges, &unseen, &files);
+        let text = self.summary(&mapped, &merges, &uncertainty, &files);
         let text = printable(&text, &['\n', '\t']).into_owned();
         folder.write("summary.md", text.as_bytes())?;
         Ok(text)
     }
 
-    fn files(&self, mapped: &Mapped<'_>, merges: &[Merge], unseen: &Unseen) -> LandscapeFiles {
+    fn files(
+        &self,
+        mapped: &Mapped<'_>,
+        merges: &[Merge],
+        uncertainty: &Uncertainty,
+    ) -> LandscapeFiles {
         let (found, landscape) = (self.found, mapped.landscape);
         let edges = mapped.edges();
-        let mut findings: BTreeMap<_, _> = mapped.findings(merges).into_iter().collect();
+        let findings = mapped.findings(merges, uncertainty);
+        let mut findings: BTreeMap<_, _> = findings.into_iter().collect();
         let mut tell = |name: &str, value| findings.insert(name.to_owned(), value);
         tell("hover_cost", json(&found.hover));
         let method = match found.arrivals {
@@ -101,7 +108,6 @@ impl GraspReport<'_> {
         if let Some(tuning) = &found.choice.tuning {
             tell("tuning", json(tuning));
         }
-        tell("rarefaction", unseen.to_json());
         let manifest = Manifest {
             program_version: env!("CARGO_PKG_VERSION").to_owned(),
             command: self.command.clone(),
@@ -179,11 +185,11 @@ impl GraspReport<'_> {
         &self,
         mapped: &Mapped<'_>,
         merges: &[Merge],
-        unseen: &Unseen,
+        uncertainty: &Uncertainty,
         files: &LandscapeFiles,
     ) -> String {
         let manifest = &files.manifest;
-        let mut lines = self.overview(files, merges, unseen);
+        let mut lines = self.overview(files, merges, uncertainty);
         let notes = manifest.warnings.iter().cloned();
         let notes = notes.chain(not_drawn(files.minima.len()));
         lines.extend(notes.map(|note| format!("Note: {note}.\n")));
@@ -196,29 +202,14 @@ impl GraspReport<'_> {
         lines.join("\n")
     }
 
-    fn overview(&self, files: &LandscapeFiles, merges: &[Merge], unseen: &Unseen) -> Vec<String> {
+    fn overview(
+        &self,
+        files: &LandscapeFiles,
+        merges: &[Merge],
+        uncertainty: &Uncertainty,
+    ) -> Vec<String> {
         let found = self.found;
         let counts = &files.manifest.counts;
-        let barrier = found.landscape.groups.barrier;
-        let rule = if found.arrivals.is_some() {
-            format!(
-                "assigned one by one, in the order of the grasps, by sequential ADELM; greatest relative raw barrier {barrier:.3}"
-            )
-        } else {
-            let groups = &found.settings.groups;
-            let why = match (groups.barrier, groups.highest) {
-                (Some(_), _) => "as given with --group-barrier".to_owned(),
-                (None, None) => "chosen".to_owned(),
-                (None, Some(highest)) => {
-                    format!(
-                        "chosen, at most {highest:.3}, the cost of hovering 2 mm off the object"
-                    )
-                }
-            };
-            format!(
-                "minima joined by relaxed connections with relative barrier up to {barrier:.3}: {why}"
-            )
-        };
         let chain = &found.settings.chain;
         let mut lines = vec![
             format!(
@@ -226,8 +217,10 @@ impl GraspReport<'_> {
                 counts.grasps, self.population.hand.name, self.population.object.name
             ),
             format!(
-                "- **{} minima** in **{} groups** ({rule})",
-                counts.minima, counts.groups
+                "- **{} minima** in **{} groups** ({})",
+                counts.minima,
+                counts.groups,
+                self.rule_of_groups()
             ),
             format!(
                 "- attraction–diffusion at T = {:.4}, F = αT = {:.0}/m (α = {:.0}/m): {}",
@@ -241,41 +234,67 @@ impl GraspReport<'_> {
                 counts.pairs,
                 counts.components - 1
             ),
-            format!(
-                "- evidence of connections: {}",
-                spell(&tally(
-                    files.edges.iter().map(|edge| edge.evidence.as_str())
-                ))
-            ),
-            format!(
-                "- evidence of merges: {}",
-                spell(&tally(merges.iter().map(|merge| merge.evidence.name())))
-            ),
-            format!(
-                "- what dominates the tops of merges: {}",
-                spell(&tally(
-                    merges.iter().filter_map(|merge| merge.term.as_deref())
-                ))
-            ),
         ];
-        if let Some(depth) = median(merges.iter().map(|merge| merge.depth).collect()) {
-            lines.push(format!("- median merge depth: {depth:.3}"));
-        }
-        lines.push(unseen.line());
-        lines.extend(uncertainty::lines(&found.landscape));
-        lines.extend(found.hover.iter().map(|hover| {
-        format!(
-            "- hovering {:.0} mm off the object costs {:.3} (quartiles {:.3} to {:.3}; {:.1} mm reached)",
-            hover.clearance_m * 1e3,
-            hover.quartiles[1],
-            hover.quartiles[0],
-            hover.quartiles[2],
-            hover.reached_m * 1e3
-        )
-    }));
+        lines.extend(evidence(files, merges));
+        lines.extend(uncertainty::lines(uncertainty));
+        lines.extend(found.hover.iter().map(cost_of_hovering));
         lines.push(format!("- {} energy evaluations\n", counts.evaluations));
         lines
     }
+
+    /// How the groups were made.
+    fn rule_of_groups(&self) -> String {
+        let found = self.found;
+        let barrier = found.landscape.groups.barrier;
+        if found.arrivals.is_some() {
+            return format!(
+                "assigned one by one, in the order of the grasps, by sequential ADELM; greatest relative raw barrier {barrier:.3}"
+            );
+        }
+        let groups = &found.settings.groups;
+        let why = match (groups.barrier, groups.highest) {
+            (Some(_), _) => "as given with --group-barrier".to_owned(),
+            (None, None) => "chosen".to_owned(),
+            (None, Some(highest)) => {
+                format!("chosen, at most {highest:.3}, the cost of hovering 2 mm off the object")
+            }
+        };
+        format!(
+            "minima joined by relaxed connections with relative barrier up to {barrier:.3}: {why}"
+        )
+    }
+}
+
+/// On what connections and merges rest.
+fn evidence(files: &LandscapeFiles, merges: &[Merge]) -> Vec<String> {
+    let connections = files.edges.iter().map(|edge| edge.evidence.as_str());
+    let terms = merges.iter().filter_map(|merge| merge.term.as_deref());
+    let mut lines = vec![
+        format!("- evidence of connections: {}", spell(&tally(connections))),
+        format!(
+            "- evidence of merges: {}",
+            spell(&tally(merges.iter().map(|merge| merge.evidence.name())))
+        ),
+        format!(
+            "- what dominates the tops of merges: {}",
+            spell(&tally(terms))
+        ),
+    ];
+    if let Some(depth) = median(merges.iter().map(|merge| merge.depth).collect()) {
+        lines.push(format!("- median merge depth: {depth:.3}"));
+    }
+    lines
+}
+
+fn cost_of_hovering(hover: &HoverCost) -> String {
+    format!(
+        "- hovering {:.0} mm off the object costs {:.3} (quartiles {:.3} to {:.3}; {:.1} mm reached)",
+        hover.clearance_m * 1e3,
+        hover.quartiles[1],
+        hover.quartiles[0],
+        hover.quartiles[2],
+        hover.reached_m * 1e3
+    )
 }
 
 /// A row and its label: the human label, or else the automatic one.

@@ -8,7 +8,7 @@ use super::drawing::{Titles, not_drawn};
 use super::error::StudyError;
 use super::settings::StudyRun;
 use super::tables::{Input, Mapped};
-use super::uncertainty::Unseen;
+use super::uncertainty::Uncertainty;
 use super::{Digits, json as value, tally};
 use crate::energy::Energy;
 use crate::printable::printable;
@@ -158,8 +158,8 @@ impl SurfaceReport<'_> {
     pub fn write(&self, folder: &AtomicFolder) -> Result<String, StudyError> {
         let mapped = self.mapped();
         let merges = mapped.landscape.merges();
-        let unseen = Unseen::of(self.landscape, "random starts");
-        let files = self.files(&mapped, &merges, &unseen);
+        let uncertainty = Uncertainty::of(self.landscape, "random starts");
+        let files = self.files(&mapped, &merges, &uncertainty);
         StationaryRow::write(&self.stationary(), folder)?;
         let database = Database::from_exploration(self.found, self.subject.coordinates == "atoms");
         let title = format!(
@@ -170,7 +170,7 @@ impl SurfaceReport<'_> {
         );
         let titles = Titles::of_surface(title, "random starts", self.settings.seed);
         mapped.draw(&titles, &database, folder)?;
-        unseen.draw(&titles.title, folder)?;
+        uncertainty.unseen.draw(&titles.title, folder)?;
         // The manifest lists the checksums of all tables, so it comes last.
         files.write(folder)?;
         let text = printable(&self.summary(&merges), &['\n', '\t']).into_owned();
@@ -178,16 +178,21 @@ impl SurfaceReport<'_> {
         Ok(text)
     }
 
-    fn files(&self, mapped: &Mapped<'_>, merges: &[Merge], unseen: &Unseen) -> LandscapeFiles {
+    fn files(
+        &self,
+        mapped: &Mapped<'_>,
+        merges: &[Merge],
+        uncertainty: &Uncertainty,
+    ) -> LandscapeFiles {
         let landscape = self.landscape;
         let edges = mapped.edges();
-        let mut findings: BTreeMap<_, _> = mapped.findings(merges).into_iter().collect();
+        let findings = mapped.findings(merges, uncertainty);
+        let mut findings: BTreeMap<_, _> = findings.into_iter().collect();
         let mut tell = |name: &str, value| findings.insert(name.to_owned(), value);
         tell("saddles", json!(self.found.saddles.len()));
         tell("coverage", value(self.found.coverage));
         tell("ends_of_searches", json!(ends_of_searches(self.found)));
         tell("refused", value(&self.found.refused));
-        tell("rarefaction", unseen.to_json());
         let manifest = Manifest {
             program_version: env!("CARGO_PKG_VERSION").to_owned(),
             command: self.command.clone(),
@@ -301,13 +306,46 @@ impl SurfaceReport<'_> {
     }
 
     fn summary(&self, merges: &[Merge]) -> String {
-        let (found, coverage) = (self.found, &self.found.coverage);
+        let found = self.found;
+        let mut lines = vec![format!("# {}\n", self.subject.name)];
+        lines.extend(self.what_was_found());
+        lines.extend(self.how_complete_it_is());
+        lines.extend(not_drawn(found.minima.len()).map(|sentence| format!("- {sentence}")));
+        let refused = found.refused.iter();
+        let verdicts = tally(refused.map(|refused| refused.audit.verdict.name()));
+        if !verdicts.is_empty() {
+            lines.push(format!(
+                "- points refused by their audit: {}",
+                spell(&verdicts)
+            ));
+        }
+        lines.push(format!(
+            "- {} energy evaluations\n",
+            found.evaluations as u64 + self.measuring
+        ));
+        let warnings = self.warnings();
+        lines.extend(warnings.iter().map(|warning| format!("Note: {warning}.\n")));
+        lines.extend(self.minima_table(merges));
+        lines.extend(self.saddle_table());
+        lines.push(format!(
+            "\nMade by `{}`, landscape {}.\n",
+            self.command,
+            env!("CARGO_PKG_VERSION")
+        ));
+        lines.join("\n")
+    }
+
+    fn what_was_found(&self) -> [String; 2] {
+        let found = self.found;
         let loops = found
             .saddles
             .iter()
             .filter(|saddle| saddle.ends[0] == saddle.ends[1]);
-        let mut lines = vec![
-            format!("# {}\n", self.subject.name),
+        let degenerate = match self.degenerate().iter().sum() {
+            0 => String::new(),
+            some => format!("; **{some} of them are not isolated**: rings, troughs or plateaus"),
+        };
+        [
             format!(
                 "- **{} minima** and **{} saddles**, {} of which join two copies of one minimum; {} component(s)",
                 found.minima.len(),
@@ -317,27 +355,28 @@ impl SurfaceReport<'_> {
             ),
             format!(
                 "- every one passed its audit: gradient below {:.1e}, index of the Hessian, descents on both sides of \
-                 saddles, no duplicates{}",
+                 saddles, no duplicates{degenerate}",
                 self.settings.audit().gradient_tolerance,
-                match self.degenerate().iter().sum() {
-                    0 => String::new(),
-                    some =>
-                        format!("; **{some} of them are not isolated**: rings, troughs or plateaus"),
-                }
             ),
+        ]
+    }
+
+    fn how_complete_it_is(&self) -> [String; 5] {
+        let (found, coverage) = (self.found, &self.found.coverage);
+        let others = if coverage.undrawn > 0 {
+            ", the others were reached from saddles only"
+        } else {
+            ""
+        };
+        [
             format!(
                 "- {} searches, {} of which ended at a saddle; the last new point came with search {}",
                 coverage.searches, coverage.arrived, coverage.last_new
             ),
             format!(
-                "- minima: {} descents from random points ended in {} of them{}",
+                "- minima: {} descents from random points ended in {} of them{others}",
                 coverage.draws,
                 found.minima.len() - coverage.undrawn,
-                if coverage.undrawn > 0 {
-                    ", the others were reached from saddles only"
-                } else {
-                    ""
-                }
             ),
             format!(
                 "- saddles: {} met once, {} twice, {} only by a path between two minima; the next search that ends at a saddle \
@@ -350,37 +389,7 @@ impl SurfaceReport<'_> {
             ),
             format!("- completeness: {}", completeness(coverage)),
             format!("- ends of searches: {}", spell(&ends_of_searches(found))),
-        ];
-        lines.extend(not_drawn(found.minima.len()).map(|sentence| format!("- {sentence}")));
-        let verdicts = tally(
-            found
-                .refused
-                .iter()
-                .map(|refused| refused.audit.verdict.name()),
-        );
-        if !verdicts.is_empty() {
-            lines.push(format!(
-                "- points refused by their audit: {}",
-                spell(&verdicts)
-            ));
-        }
-        lines.push(format!(
-            "- {} energy evaluations\n",
-            found.evaluations as u64 + self.measuring
-        ));
-        lines.extend(
-            self.warnings()
-                .iter()
-                .map(|warning| format!("Note: {warning}.\n")),
-        );
-        lines.extend(self.minima_table(merges));
-        lines.extend(self.saddle_table());
-        lines.push(format!(
-            "\nMade by `{}`, landscape {}.\n",
-            self.command,
-            env!("CARGO_PKG_VERSION")
-        ));
-        lines.join("\n")
+        ]
     }
 
     /// Numbers of minima and saddles that are not isolated.

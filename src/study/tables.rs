@@ -8,7 +8,8 @@ use serde_json::Value;
 
 use super::drawing::{Drawing, Titles, Views};
 use super::error::StudyError;
-use super::{json, median, tally, uncertainty};
+use super::uncertainty::Uncertainty;
+use super::{json, median, tally};
 use crate::energy::Energy;
 use crate::figure::Leaf;
 use crate::store::{
@@ -126,7 +127,11 @@ impl Mapped<'_> {
     }
 
     /// Manifest entries about merges and groups.
-    pub(super) fn findings(&self, merges: &[Merge]) -> Vec<(String, Value)> {
+    pub(super) fn findings(
+        &self,
+        merges: &[Merge],
+        uncertainty: &Uncertainty,
+    ) -> Vec<(String, Value)> {
         let evidence = tally(merges.iter().map(|merge| merge.evidence.name()));
         let terms = tally(merges.iter().filter_map(|merge| merge.term.as_deref()));
         let depth = median(merges.iter().map(|merge| merge.depth).collect());
@@ -135,8 +140,9 @@ impl Mapped<'_> {
             ("evidence_of_merges", json(evidence)),
             ("dominating_terms_of_merges", json(terms)),
             ("group_scan", json(&self.landscape.groups.scan)),
-            ("merges", json(uncertainty::merges(self.landscape))),
-            ("chains", json(uncertainty::spread(self.landscape))),
+            ("merges", json(&uncertainty.merges)),
+            ("chains", json(&uncertainty.spread)),
+            ("rarefaction", uncertainty.unseen.to_json()),
         ];
         findings
             .map(|(name, value)| (name.to_owned(), value))

@@ -26,8 +26,29 @@ pub(super) struct MergeRow {
     support: Option<f64>,
 }
 
-/// The merges, sorted by height.
-pub(super) fn merges(landscape: &Landscape) -> Vec<MergeRow> {
+/// Uncertainties of a landscape, for its manifest and its summary.
+#[derive(Debug)]
+pub(super) struct Uncertainty {
+    /// The merges, sorted by height.
+    pub(super) merges: Vec<MergeRow>,
+    /// The scatter of raw barriers.
+    pub(super) spread: Spread,
+    /// Groups and minima that the inputs did not show.
+    pub(super) unseen: Unseen,
+}
+
+impl Uncertainty {
+    /// The uncertainties of a landscape made from `inputs`, named in the plural.
+    pub(super) fn of(landscape: &Landscape, inputs: &'static str) -> Self {
+        Self {
+            merges: merges(landscape),
+            spread: spread(landscape),
+            unseen: Unseen::of(landscape, inputs),
+        }
+    }
+}
+
+fn merges(landscape: &Landscape) -> Vec<MergeRow> {
     let tree = &landscape.tree;
     let support = support(tree, &landscape.resampled);
     let leaves = tree.leaves_below();
@@ -61,7 +82,7 @@ pub(super) struct Spread {
     resamplings: usize,
 }
 
-pub(super) fn spread(landscape: &Landscape) -> Spread {
+fn spread(landscape: &Landscape) -> Spread {
     let (mut runs, mut arrived) = (0, 0);
     let (mut ranges, mut gaps, mut excesses) = (Vec::new(), Vec::new(), Vec::new());
     for connection in &landscape.connections {
@@ -94,22 +115,24 @@ pub(super) fn spread(landscape: &Landscape) -> Spread {
     }
 }
 
-pub(super) fn lines(landscape: &Landscape) -> Vec<String> {
-    let mut lines = Vec::new();
-    let supports: Vec<f64> = merges(landscape)
-        .iter()
-        .filter_map(|merge| merge.support)
-        .collect();
+/// Lines of the summary.
+pub(super) fn lines(uncertainty: &Uncertainty) -> Vec<String> {
+    let Uncertainty {
+        merges,
+        spread,
+        unseen,
+    } = uncertainty;
+    let mut lines = vec![unseen.line()];
+    let supports: Vec<f64> = merges.iter().filter_map(|merge| merge.support).collect();
     if !supports.is_empty() {
         let sure = supports.iter().filter(|share| **share >= 0.95).count();
         let doubtful = supports.iter().filter(|share| **share < 0.7).count();
         lines.push(format!(
             "- support of merges ({} resamplings of the chains): {sure} of {} at least 95 %, {doubtful} below 70 %",
-            landscape.resampled.len(),
+            spread.resamplings,
             supports.len()
         ));
     }
-    let spread = spread(landscape);
     let number = |value: Option<f64>| value.map_or("–".to_owned(), |value| format!("{value:.3}"));
     if spread.runs > 0 {
         lines.push(format!(
@@ -126,14 +149,15 @@ pub(super) fn lines(landscape: &Landscape) -> Vec<String> {
 }
 
 /// Rarefaction of groups and minima over the inputs.
+#[derive(Debug)]
 pub(super) struct Unseen {
     inputs: &'static str,
-    pub(super) groups: Rarefaction,
-    pub(super) minima: Rarefaction,
+    groups: Rarefaction,
+    minima: Rarefaction,
 }
 
 impl Unseen {
-    pub(super) fn of(landscape: &Landscape, inputs: &'static str) -> Self {
+    fn of(landscape: &Landscape, inputs: &'static str) -> Self {
         let sizes: Vec<usize> = (landscape.network.node_weights())
             .map(|minimum| minimum.members.len())
             .collect();
@@ -155,7 +179,7 @@ impl Unseen {
         ]))
     }
 
-    pub(super) fn line(&self) -> String {
+    fn line(&self) -> String {
         let (Some(groups), Some(minima)) = (self.groups.estimate, self.minima.estimate) else {
             return format!(
                 "- groups still unseen: {} {} are too few to estimate it (at least {LEAST_MEMBERS} are needed)",
