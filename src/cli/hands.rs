@@ -279,77 +279,72 @@ fn joints(hand: &Hand, metric: &PoseMetric, text: &mut String) {
     }
 }
 
+/// The coordinates of the hand with all joints at a share of their ranges.
+fn at(hand: &Hand, share: f64) -> Vec<f64> {
+    let mut x = hand.rest_coordinates();
+    for (q, joint) in joints_of_mut(&mut x).iter_mut().zip(&hand.joints) {
+        let [lower, upper] = joint.limits_rad;
+        *q = lower + share * (upper - lower);
+    }
+    x
+}
+
+/// The hand at `x`, covered with `skin`.
+fn scene(hand: &Hand, skin: &Skin, x: &[f64]) -> Scene {
+    let mut posed = PosedHand::default();
+    hand.pose(x, &mut posed);
+    Scene {
+        surfaces: vec![Surface::of_hand(skin, &posed)],
+        markers: Vec::new(),
+        cones: Vec::new(),
+    }
+}
+
+/// Its surface points at `x`, coloured by digit.
+fn surface_points(hand: &Hand, x: &[f64]) -> Vec<Marker> {
+    let mut posed = PosedHand::default();
+    hand.pose(x, &mut posed);
+    let points = hand.surface.iter().zip(&posed.points);
+    points
+        .map(|(at, p)| Marker {
+            centre: *p,
+            radius_m: POINT_M,
+            colour: COLOURS[hand.links[at.link.0].digit % COLOURS.len()],
+        })
+        .collect()
+}
+
+/// The pictures of the hand and their captions.
 fn sheet(hand: &Hand) -> Vec<(Image, String)> {
-    let (skin, filling) = (hand.skin(), hand.capsule_skin());
+    let skin = hand.skin();
+    let rest = hand.rest_coordinates();
+    let with_points = Scene {
+        markers: surface_points(hand, &rest),
+        ..scene(hand, &skin, &rest)
+    };
+    let mut capsules = scene(hand, &hand.capsule_skin(), &rest);
+    capsules.surfaces[0].colour = [170, 184, 200];
     let palm = &hand.palm;
     let side = palm.volar.cross(&palm.distal);
-    let rest = hand.rest_coordinates();
-    let at = |share: f64| {
-        let mut x = rest.clone();
-        for (q, joint) in joints_of_mut(&mut x).iter_mut().zip(&hand.joints) {
-            let [lower, upper] = joint.limits_rad;
-            *q = lower + share * (upper - lower);
-        }
-        x
-    };
-    let scene = |skin: &Skin, x: &[f64], colour: Option<[u8; 3]>, points: bool| {
-        let mut posed = PosedHand::default();
-        hand.pose(x, &mut posed);
-        let mut surface = Surface::of_hand(skin, &posed);
-        surface.colour = colour.unwrap_or(surface.colour);
-        let markers = hand
-            .surface
-            .iter()
-            .zip(&posed.points)
-            .map(|(at, p)| Marker {
-                centre: *p,
-                radius_m: POINT_M,
-                colour: COLOURS[hand.links[at.link.0].digit % COLOURS.len()],
-            });
-        Scene {
-            surfaces: vec![surface],
-            markers: if points {
-                markers.collect()
-            } else {
-                Vec::new()
-            },
-            cones: Vec::new(),
-        }
-    };
     // Slightly from the side, since a gripper's fingers would hide each other from the palm's direction.
     let front = palm.volar + 0.25 * side + 0.15 * palm.distal;
     let draw = |scene: Scene, from: Vector3<f64>, caption: &str| {
         let image = scene.render(&scene.framed(from, palm.distal), SIDE, SIDE);
         (image, caption.to_owned())
     };
+    let skinned = |x: &[f64]| scene(hand, &skin, x);
     vec![
+        draw(skinned(&rest), front, "at rest, from what the palm faces"),
+        draw(skinned(&rest), side, "at rest, from the side"),
+        draw(with_points, front, "surface points by part"),
+        draw(capsules, front, "capsules kept out of things"),
         draw(
-            scene(&skin, &rest, None, false),
-            front,
-            "at rest, from what the palm faces",
-        ),
-        draw(
-            scene(&skin, &rest, None, false),
-            side,
-            "at rest, from the side",
-        ),
-        draw(
-            scene(&skin, &rest, None, true),
-            front,
-            "surface points by part",
-        ),
-        draw(
-            scene(&filling, &rest, Some([170, 184, 200]), false),
-            front,
-            "capsules kept out of things",
-        ),
-        draw(
-            scene(&skin, &at(0.0), None, false),
+            skinned(&at(hand, 0.0)),
             side,
             "all joints at their lower limits",
         ),
         draw(
-            scene(&skin, &at(1.0), None, false),
+            skinned(&at(hand, 1.0)),
             side,
             "all joints at their upper limits",
         ),

@@ -189,69 +189,94 @@ const LISTED: usize = 20;
 
 /// Counts of types, cells and categories, and disagreements between human and rule.
 fn summary(file: &GraspFile, labels: &BTreeMap<u64, Label>) -> String {
-    let feix = Taxonomy::feix();
-    let total = labels.len();
-    let mut text = format!("{total} grasps\n");
-    let count = |test: &dyn Fn(&Verdict) -> bool| {
-        labels.values().filter(|label| test(&label.verdict)).count()
-    };
-    let line = |text: &mut String, name: &str, count: usize| {
-        let share = 100.0 * count as f64 / total.max(1) as f64;
-        let _ = writeln!(text, "  {name:<34} {count:>6}  {share:>5.1} %");
-    };
-    text += "by the rule\n";
-    line(
-        &mut text,
-        "of one type",
-        count(&|v| matches!(v, Verdict::Listed(_))),
-    );
-    line(
-        &mut text,
-        "ambiguous: known by cell only",
-        count(&|v| matches!(v, Verdict::Ambiguous(_))),
-    );
-    line(&mut text, "unlisted", count(&|v| *v == Verdict::Unlisted));
-    line(
-        &mut text,
-        "not applicable",
-        count(&|v| matches!(v, Verdict::NotApplicable(_))),
-    );
-    for why in [Inapplicable::Hand, Inapplicable::Touch] {
-        let of_this = count(&|v| *v == Verdict::NotApplicable(why));
-        if of_this > 0 {
-            let _ = writeln!(text, "    {of_this}: {}", why.words());
+    let counted = Counted(labels);
+    format!(
+        "{} grasps\n\
+         by the rule\n{}\
+         categories (of types and cells)\n{}\
+         cells (category/opposition/virtual finger 2/thumb)\n{}\
+         types\n{}{}",
+        labels.len(),
+        counted.verdicts(),
+        counted.categories(),
+        counted.cells(),
+        counted.types(),
+        humans(file, labels)
+    )
+}
+
+/// Labels, to be counted.
+struct Counted<'a>(&'a BTreeMap<u64, Label>);
+
+impl Counted<'_> {
+    fn count(&self, test: impl Fn(&Verdict) -> bool) -> usize {
+        let labels = self.0.values();
+        labels.filter(|label| test(&label.verdict)).count()
+    }
+
+    /// A line with a count and its share of all labels.
+    fn line(&self, name: &str, count: usize) -> String {
+        let share = 100.0 * count as f64 / self.0.len().max(1) as f64;
+        format!("  {name:<34} {count:>6}  {share:>5.1} %\n")
+    }
+
+    fn verdicts(&self) -> String {
+        let listed = self.count(|verdict| matches!(verdict, Verdict::Listed(_)));
+        let ambiguous = self.count(|verdict| matches!(verdict, Verdict::Ambiguous(_)));
+        let unlisted = self.count(|verdict| *verdict == Verdict::Unlisted);
+        let inapplicable = self.count(|verdict| matches!(verdict, Verdict::NotApplicable(_)));
+        let mut text = [
+            self.line("of one type", listed),
+            self.line("ambiguous: known by cell only", ambiguous),
+            self.line("unlisted", unlisted),
+            self.line("not applicable", inapplicable),
+        ]
+        .concat();
+        for why in [Inapplicable::Hand, Inapplicable::Touch] {
+            let count = self.count(|verdict| *verdict == Verdict::NotApplicable(why));
+            if count > 0 {
+                let _ = writeln!(text, "    {count}: {}", why.words());
+            }
         }
+        text
     }
-    text += "categories (of types and cells)\n";
-    let categories = labels.values().filter_map(Label::listed_category);
-    for (category, count) in tally(categories.map(Category::name)) {
-        line(&mut text, &category, count);
+
+    fn categories(&self) -> String {
+        let categories = self.0.values().filter_map(Label::listed_category);
+        tally(categories.map(Category::name))
+            .iter()
+            .map(|(category, count)| self.line(category, *count))
+            .collect()
     }
-    text += "cells (category/opposition/virtual finger 2/thumb)\n";
-    for cell in feix.cells() {
-        let of_cell = count(&|verdict| match verdict {
+
+    fn cells(&self) -> String {
+        let feix = Taxonomy::feix();
+        let is_of = |verdict: &Verdict, cell: &str| match verdict {
             Verdict::Listed(number) | Verdict::Ambiguous(number) => feix
                 .numbered(*number)
                 .is_some_and(|entry| entry.cell == cell),
-            _ => false,
+            Verdict::Unlisted | Verdict::NotApplicable(_) => false,
+        };
+        let cells = feix.cells().into_iter();
+        let counts = cells.map(|cell| (cell, self.count(|verdict| is_of(verdict, cell))));
+        counts
+            .filter(|(_, count)| *count > 0)
+            .map(|(cell, count)| self.line(cell, count))
+            .collect()
+    }
+
+    fn types(&self) -> String {
+        let types = Taxonomy::feix().types.iter();
+        let counts = types.map(|entry| {
+            let name = format!("{:>2} {}", entry.number, entry.name);
+            let of_type = |verdict: &Verdict| *verdict == Verdict::Listed(entry.number);
+            (name, self.count(of_type))
         });
-        if of_cell > 0 {
-            line(&mut text, cell, of_cell);
-        }
+        counts
+            .filter(|(_, count)| *count > 0)
+            .map(|(name, count)| self.line(&name, count))
+            .collect()
     }
-    text += "types\n";
-    for entry in &feix.types {
-        let of_type = count(&|verdict| *verdict == Verdict::Listed(entry.number));
-        if of_type > 0 {
-            line(
-                &mut text,
-                &format!("{:>2} {}", entry.number, entry.name),
-                of_type,
-            );
-        }
-    }
-    text += &humans(file, labels);
-    text
 }
 
 /// Human labels, and disagreements with the rule.

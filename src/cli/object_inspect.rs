@@ -135,10 +135,44 @@ fn described(object: &Object, symmetry: Symmetry, scale: f64) -> Description {
 fn table(object: &Object, found: &FoundSymmetry, tolerance_m: f64) -> String {
     let mesh = &object.mesh;
     let [low, high] = mesh.bounds();
-    let millimetres = |v: &Vector3<f64>| {
+    let millimetres = |v: &Vector3<f64>, separator: &str| {
         let sides = v.map(|side| format!("{:.1}", 1e3 * side));
-        sides.as_slice().join(" × ")
+        sides.as_slice().join(separator)
     };
+    let guessed = match object.description.mass_kg {
+        None => ", for want of anything better",
+        Some(_) => "",
+    };
+    format!(
+        "name              {}\n\
+         size              {} mm, from ({}) mm\n\
+         surface           {}\n\
+         area, volume      {:.1} cm², {:.1} cm³\n\
+         mass              {:.3} kg ({:.0} kg/m³{guessed})\n\
+         centroid          ({}) mm, {:.1} mm to the farthest point\n\
+         thin              {:.0} % of the surface is thinner than a finger (15 mm)\n\
+         smooth field      {}\n\
+         symmetry declared {}\n\
+         symmetry found    {}\n",
+        object.name,
+        millimetres(&(high - low), " × "),
+        millimetres(&low, ", "),
+        surface(object),
+        1e4 * mesh.area_m2(),
+        1e6 * mesh.volume(),
+        object.mass_kg,
+        object.mass_kg / mesh.volume(),
+        millimetres(&object.centroid, ", "),
+        1e3 * object.radius_m,
+        100.0 * object.thin_share,
+        field(object),
+        told(&object.symmetry),
+        told_found(object, found, tolerance_m),
+    )
+}
+
+fn surface(object: &Object) -> String {
+    let mesh = &object.mesh;
     let pieces = mesh.piece_count();
     let plural = if pieces == 1 { "" } else { "s" };
     let overlapping = if mesh.overlaps() {
@@ -146,11 +180,14 @@ fn table(object: &Object, found: &FoundSymmetry, tolerance_m: f64) -> String {
     } else {
         ""
     };
-    let guessed = match object.description.mass_kg {
-        None => ", for want of anything better",
-        Some(_) => "",
-    };
-    let field = match &object.field_report {
+    format!(
+        "{} triangles, watertight, {pieces} piece{plural}{overlapping}",
+        mesh.triangles().len()
+    )
+}
+
+fn field(object: &Object) -> String {
+    match &object.field_report {
         None => "a formula, exact".to_owned(),
         Some(report) => format!(
             "cells of {:.2} mm, within {:.3} mm of the mesh near the surface ({:.3} mm on its medial axis)",
@@ -158,32 +195,11 @@ fn table(object: &Object, found: &FoundSymmetry, tolerance_m: f64) -> String {
             1e3 * report.max_error_m,
             1e3 * report.max_error_anywhere_m
         ),
-    };
-    let mut text = format!(
-        "name              {}\n\
-         size              {} mm, from ({}) mm\n\
-         surface           {} triangles, watertight, {pieces} piece{plural}{overlapping}\n\
-         area, volume      {:.1} cm², {:.1} cm³\n\
-         mass              {:.3} kg ({:.0} kg/m³{guessed})\n\
-         centroid          ({}) mm, {:.1} mm to the farthest point\n\
-         thin              {:.0} % of the surface is thinner than a finger (15 mm)\n\
-         smooth field      {field}\n\
-         symmetry declared {}\n\
-         symmetry found    {}",
-        object.name,
-        millimetres(&(high - low)),
-        millimetres(&low).replace(" × ", ", "),
-        mesh.triangles().len(),
-        1e4 * mesh.area_m2(),
-        1e6 * mesh.volume(),
-        object.mass_kg,
-        object.mass_kg / mesh.volume(),
-        millimetres(&object.centroid).replace(" × ", ", "),
-        1e3 * object.radius_m,
-        100.0 * object.thin_share,
-        told(&object.symmetry),
-        told(&found.symmetry),
-    );
+    }
+}
+
+fn told_found(object: &Object, found: &FoundSymmetry, tolerance_m: f64) -> String {
+    let mut text = told(&found.symmetry);
     if found.symmetry != Symmetry::None {
         let _ = write!(
             text,
@@ -195,7 +211,7 @@ fn table(object: &Object, found: &FoundSymmetry, tolerance_m: f64) -> String {
             text += "\n                  not used unless declared: --side-file writes it into a description";
         }
     }
-    text + "\n"
+    text
 }
 
 fn told(symmetry: &Symmetry) -> String {

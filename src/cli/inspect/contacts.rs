@@ -49,57 +49,8 @@ fn parse(bytes: &[u8]) -> anyhow::Result<GivenContacts> {
 
 fn text(report: &ContactsReport) -> String {
     let friction = report.friction;
-    let vector = |values: &[f64]| {
-        values
-            .iter()
-            .map(|v| number(*v))
-            .collect::<Vec<_>>()
-            .join("  ")
-    };
-    let net_wrench = format!(
-        "{}   {} 0.5 of the relaxed test",
-        number(report.net_wrench),
-        if report.net_wrench < 0.5 {
-            "below the"
-        } else {
-            "not below the"
-        }
-    );
-    let rank = format!(
-        "{}   {}",
-        number(report.rank_margin),
-        if report.rank_margin > RANK_EPSILON {
-            "all wrenches are spanned"
-        } else {
-            "some wrench is out of reach, whatever the friction"
-        }
-    );
-    let lines = [
-        ("contacts", report.contacts.to_string()),
-        ("centre of torques", vector(&report.centre)),
-        ("length of arms", number(report.length)),
-        ("", String::new()),
-        ("|Gc|", net_wrench),
-        ("least eigenvalue of GGᵀ", rank),
-        (
-            "least friction",
-            number(report.least_friction.unwrap_or(f64::INFINITY)),
-        ),
-        ("", String::new()),
-        ("at friction", number(friction)),
-        ("  force closure", yes(report.force_closure).to_owned()),
-        ("  epsilon", number(report.epsilon)),
-        (
-            "  weakest against force",
-            vector(&report.weakest_wrench[..3]),
-        ),
-        (
-            "              and torque",
-            vector(&report.weakest_wrench[3..]),
-        ),
-    ];
     let mut text = String::new();
-    for (what, value) in lines {
+    for (what, value) in measures(report) {
         let _ = writeln!(text, "{}", format!("{what:<26} {value}").trim_end());
     }
     text.push('\n');
@@ -110,6 +61,51 @@ fn text(report: &ContactsReport) -> String {
         }
     }
     text
+}
+
+/// The measures by name; an empty name stands for an empty line.
+fn measures(report: &ContactsReport) -> [(&'static str, String); 13] {
+    let vector = |values: &[f64]| {
+        values
+            .iter()
+            .map(|v| number(*v))
+            .collect::<Vec<_>>()
+            .join("  ")
+    };
+    let relaxed_test = if report.net_wrench < 0.5 {
+        "below the 0.5 of the relaxed test"
+    } else {
+        "not below the 0.5 of the relaxed test"
+    };
+    let span = if report.rank_margin > RANK_EPSILON {
+        "all wrenches are spanned"
+    } else {
+        "some wrench is out of reach, whatever the friction"
+    };
+    let least_friction = report.least_friction.unwrap_or(f64::INFINITY);
+    let [force, torque] = [&report.weakest_wrench[..3], &report.weakest_wrench[3..]];
+    let empty = ("", String::new());
+    [
+        ("contacts", report.contacts.to_string()),
+        ("centre of torques", vector(&report.centre)),
+        ("length of arms", number(report.length)),
+        empty.clone(),
+        (
+            "|Gc|",
+            format!("{}   {relaxed_test}", number(report.net_wrench)),
+        ),
+        (
+            "least eigenvalue of GGᵀ",
+            format!("{}   {span}", number(report.rank_margin)),
+        ),
+        ("least friction", number(least_friction)),
+        empty,
+        ("at friction", number(report.friction)),
+        ("  force closure", yes(report.force_closure).to_owned()),
+        ("  epsilon", number(report.epsilon)),
+        ("  weakest against force", vector(force)),
+        ("              and torque", vector(torque)),
+    ]
 }
 
 /// The forces as a table.

@@ -1,6 +1,6 @@
 //! Compares the grasp types and taxonomy cells of two landscapes.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
 use serde_json::{Value, json};
@@ -55,81 +55,86 @@ pub fn compare_types(
     other: &NamedLandscape<'_>,
     group_barrier: Option<f64>,
 ) -> Result<TypeComparison, StudyError> {
-    let [one, other] = [one, other].map(|side| Basins::of(side, group_barrier));
-    let (one, other) = (&one?, &other?);
-    let sides = [one, other].map(|side| {
-        types(side)
-            .into_iter()
-            .collect::<BTreeMap<String, [u64; 2]>>()
-    });
+    let [one, other] = [one, other].map(|side| Side::of(side, group_barrier));
+    let sides = [one?, other?];
+    let names = sides.each_ref().map(|side| side.basins.name.as_str());
+    let barriers = sides.each_ref().map(|side| side.basins.group_barrier);
     let taxonomy = Taxonomy::feix();
-    let cells = [one, other].map(|side| {
-        let mut cells: Vec<&str> = side
-            .minima
-            .iter()
-            .filter_map(|basin| basin.cell.as_deref())
-            .collect();
-        cells.sort_unstable();
-        cells.dedup();
-        cells
-    });
-    let listed = |side: &BTreeMap<String, [u64; 2]>| {
-        taxonomy
-            .types
-            .iter()
-            .filter(|entry| side.contains_key(&entry.name))
-            .count()
-    };
-    let mut text = format!("# {} and {}\n\n", one.name, other.name);
-    let all = taxonomy.cells().len();
-    for (side, (types, cells)) in [one, other].iter().zip(sides.iter().zip(&cells)) {
-        let _ = writeln!(
-            text,
-            "- {}: {} of 33 types, {} of {all} cells, {} minima in {} groups (relative barrier up to {:.3})",
-            side.name,
-            listed(types),
-            cells.len(),
-            side.minima.len(),
-            side.groups,
-            side.group_barrier
-        );
-    }
-    let barriers = [one, other].map(|side| side.group_barrier);
+    let types = taxonomy.types.iter().map(|entry| entry.name.as_str());
+    let grasps: Vec<(&str, [u64; 2])> = types
+        .chain(["none"])
+        .map(|name| (name, sides.each_ref().map(|side| side.grasps(name))))
+        .filter(|(_, grasps)| *grasps != [0, 0])
+        .collect();
+    let missing: Vec<&str> = (taxonomy.cells().into_iter())
+        .filter(|cell| sides.iter().all(|side| !side.cells.contains(*cell)))
+        .collect();
+
+    let mut text = format!("# {} and {}\n\n", names[0], names[1]);
+    text += &sides.each_ref().map(Side::line).concat();
     if barriers[0].to_bits() != barriers[1].to_bits() {
-        let _ = writeln!(
-            text,
-            "\nNote: the groups of the two are made at different barriers, so their numbers cannot be compared: give both one \
-             with --group-barrier."
-        );
+        text += "\nNote: the groups of the two are made at different barriers, so their numbers cannot be compared: give both \
+                 one with --group-barrier.\n";
     }
     let _ = writeln!(
         text,
         "\n| type | grasps in {} | grasps in {} |\n|---|---|---|",
-        one.name, other.name
+        names[0], names[1]
     );
-    let mut rows = Vec::new();
-    let named = taxonomy.types.iter().map(|entry| entry.name.as_str());
-    let held = |side: &BTreeMap<String, [u64; 2]>, name: &str| {
-        side.get(name).map_or(0, |counts| counts[1])
-    };
-    for name in named.chain(["none"]) {
-        let grasps = [held(&sides[0], name), held(&sides[1], name)];
-        if grasps != [0, 0] {
-            let _ = writeln!(text, "| {name} | {} | {} |", grasps[0], grasps[1]);
-            rows.push(json!({ "type": name, "grasps": grasps }));
-        }
+    for (name, [one, other]) in &grasps {
+        let _ = writeln!(text, "| {name} | {one} | {other} |");
     }
-    let missing: Vec<&str> = (taxonomy.cells().into_iter())
-        .filter(|cell| cells.iter().all(|own| !own.contains(cell)))
-        .collect();
     let _ = writeln!(text, "\nIn neither: the cells {}.", missing.join(", "));
+    let rows = grasps.iter();
+    let rows = rows.map(|(name, grasps)| json!({ "type": name, "grasps": grasps }));
     let value = json!({
-        "landscapes": [one.name, other.name],
+        "landscapes": names,
         "group_barriers": barriers,
-        "groups": [one.groups, other.groups],
-        "types": rows,
-        "cells": cells,
+        "groups": sides.each_ref().map(|side| side.basins.groups),
+        "types": rows.collect::<Vec<_>>(),
+        "cells": sides.each_ref().map(|side| &side.cells),
         "missing_cells": missing,
     });
     Ok(TypeComparison { text, value })
+}
+
+/// One of two landscapes.
+struct Side {
+    basins: Basins,
+    /// Numbers of minima and grasps by type.
+    types: BTreeMap<String, [u64; 2]>,
+    cells: BTreeSet<String>,
+}
+
+impl Side {
+    fn of(landscape: &NamedLandscape<'_>, group_barrier: Option<f64>) -> Result<Self, StudyError> {
+        let basins = Basins::of(landscape, group_barrier)?;
+        let cells = basins.minima.iter().filter_map(|basin| basin.cell.clone());
+        Ok(Self {
+            types: types(&basins).into_iter().collect(),
+            cells: cells.collect(),
+            basins,
+        })
+    }
+
+    /// Number of grasps of the type.
+    fn grasps(&self, name: &str) -> u64 {
+        self.types.get(name).map_or(0, |counts| counts[1])
+    }
+
+    fn line(&self) -> String {
+        let taxonomy = Taxonomy::feix();
+        let types = taxonomy.types.iter();
+        let listed = types.filter(|entry| self.types.contains_key(&entry.name));
+        format!(
+            "- {}: {} of 33 types, {} of {} cells, {} minima in {} groups (relative barrier up to {:.3})\n",
+            self.basins.name,
+            listed.count(),
+            self.cells.len(),
+            taxonomy.cells().len(),
+            self.basins.minima.len(),
+            self.basins.groups,
+            self.basins.group_barrier
+        )
+    }
 }
