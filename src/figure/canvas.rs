@@ -322,77 +322,93 @@ impl Canvas {
         setting: Setting,
     ) -> Result<(), FigureError> {
         register_fonts();
-        let factor = f64::from(scale);
-        let at = |point: [f64; 2]| (whole(point[0] * factor), whole(point[1] * factor));
-        let mut result = Ok(());
         for mark in &self.marks {
-            if result.is_err() {
-                break;
-            }
-            result = match mark {
-                Mark::Line { from, to, stroke } => {
-                    let width = whole(stroke.width * factor).max(1).unsigned_abs();
-                    let style = ShapeStyle {
-                        color: stroke.colour.plotters(),
-                        filled: false,
-                        stroke_width: width,
-                    };
-                    backend.draw_line(at(*from), at(*to), &style)
-                }
-                Mark::Polygon { points, fill } => {
-                    backend.fill_polygon(points.iter().map(|&point| at(point)), &filled(*fill))
-                }
-                Mark::Circle {
-                    centre,
-                    radius,
-                    fill,
-                } => backend.draw_circle(
-                    at(*centre),
-                    whole(radius * factor).unsigned_abs(),
-                    &filled(*fill),
-                    true,
-                ),
-                Mark::Text {
-                    at: point,
-                    text,
-                    face,
-                } => {
-                    let runs = if setting.by_glyph {
-                        face.glyphs(text)
-                    } else {
-                        vec![(0.0, text.clone(), *face)]
-                    };
-                    // For upward text, the direction below the text is to the right.
-                    let lower = (BASE_LINE - setting.base_line) * face.size;
-                    runs.iter().try_for_each(|(along, run, face)| {
-                        let style = face.plotters(factor * setting.size_per_em);
-                        let [x, y] = *point;
-                        let shifted = if face.upward {
-                            [x + lower, y - along]
-                        } else {
-                            [x + along, y + lower]
-                        };
-                        backend.draw_text(run, &style, at(shifted))
-                    })
-                }
-                Mark::Image { .. } if !setting.paints_images => Ok(()),
-                Mark::Image {
-                    at: [x, y],
-                    density,
-                    image,
-                } => {
-                    let image = image.enlarged(scale / density);
-                    let corner = (f64::from(*x) * factor, f64::from(*y) * factor);
-                    backend.blit_bitmap(
-                        (whole(corner.0), whole(corner.1)),
-                        (image.width, image.height),
-                        &image.rgb,
-                    )
-                }
-            };
+            mark.paint(backend, scale, setting)?;
         }
-        result.map_err(|error| undrawn(&error))
+        Ok(())
     }
+}
+
+/// The pixel of a point, if a canvas unit is `factor` pixels.
+fn pixel([x, y]: [f64; 2], factor: f64) -> (i32, i32) {
+    (whole(x * factor), whole(y * factor))
+}
+
+impl Mark {
+    fn paint<B: DrawingBackend>(
+        &self,
+        backend: &mut B,
+        scale: u32,
+        setting: Setting,
+    ) -> Result<(), FigureError> {
+        let factor = f64::from(scale);
+        let at = |point: [f64; 2]| pixel(point, factor);
+        let painted = match self {
+            Self::Line { from, to, stroke } => {
+                let width = whole(stroke.width * factor).max(1).unsigned_abs();
+                let style = ShapeStyle {
+                    color: stroke.colour.plotters(),
+                    filled: false,
+                    stroke_width: width,
+                };
+                backend.draw_line(at(*from), at(*to), &style)
+            }
+            Self::Polygon { points, fill } => {
+                backend.fill_polygon(points.iter().map(|&point| at(point)), &filled(*fill))
+            }
+            Self::Circle {
+                centre,
+                radius,
+                fill,
+            } => {
+                let radius = whole(radius * factor).unsigned_abs();
+                backend.draw_circle(at(*centre), radius, &filled(*fill), true)
+            }
+            Self::Text {
+                at: point,
+                text,
+                face,
+            } => return paint_text(backend, *point, text, *face, (factor, setting)),
+            Self::Image { .. } if !setting.paints_images => Ok(()),
+            Self::Image {
+                at: [x, y],
+                density,
+                image,
+            } => {
+                let image = image.enlarged(scale / density);
+                let corner = at([f64::from(*x), f64::from(*y)]);
+                backend.blit_bitmap(corner, (image.width, image.height), &image.rgb)
+            }
+        };
+        painted.map_err(|error| undrawn(&error))
+    }
+}
+
+fn paint_text<B: DrawingBackend>(
+    backend: &mut B,
+    [x, y]: [f64; 2],
+    text: &str,
+    face: TextFace,
+    (factor, setting): (f64, Setting),
+) -> Result<(), FigureError> {
+    let runs = if setting.by_glyph {
+        face.glyphs(text)
+    } else {
+        vec![(0.0, text.to_owned(), face)]
+    };
+    // For upward text, the direction below the text is to the right.
+    let lower = (BASE_LINE - setting.base_line) * face.size;
+    let mut runs = runs.iter();
+    let painted = runs.try_for_each(|(along, run, face)| {
+        let style = face.plotters(factor * setting.size_per_em);
+        let shifted = if face.upward {
+            [x + lower, y - along]
+        } else {
+            [x + along, y + lower]
+        };
+        backend.draw_text(run, &style, pixel(shifted, factor))
+    });
+    painted.map_err(|error| undrawn(&error))
 }
 
 fn filled(colour: Colour) -> ShapeStyle {

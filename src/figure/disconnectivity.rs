@@ -184,6 +184,60 @@ fn upper_bound(width: f64) -> Stroke {
     Stroke::dashed(PALE_LINE, width, 9.0, 6.0)
 }
 
+/// Mapping of energies to the canvas.
+#[derive(Clone, Copy)]
+struct Heights {
+    /// Range from the lowest to the highest node.
+    energies: Span,
+    /// Canvas y of the ends of this range.
+    y: [f64; 2],
+}
+
+impl Heights {
+    /// Canvas y of an energy.
+    fn of(self, energy: f64) -> f64 {
+        let [bottom, top] = self.y;
+        bottom + self.energies.part(energy) * (top - bottom)
+    }
+
+    /// The energy at a canvas y.
+    fn energy_at(self, y: f64) -> f64 {
+        let [bottom, top] = self.y;
+        self.energies.at((y - bottom) / (top - bottom))
+    }
+
+    /// Draws the axis between the canvas y `top` and `bottom`, with lines to the canvas x `right`; returns its canvas x.
+    fn draw_axis(self, [top, bottom, right]: [f64; 3], label: &str, canvas: &mut Canvas) -> f64 {
+        let values = axis::ticks(self.energy_at(bottom), self.energy_at(top), 6);
+        let texts = axis::tick_texts(&values);
+        let longest = texts
+            .iter()
+            .map(|text| text_width(text, TEXT, false))
+            .fold(0.0, f64::max);
+        let left = MARGIN + 1.5 * TEXT + longest + 12.0;
+        for (&value, text) in values.iter().zip(&texts) {
+            let y = self.of(value);
+            canvas.line([left, y], [right, y], Stroke::solid(FAINT, 1.5));
+            canvas.line([left - 7.0, y], [left, y], Stroke::solid(INK, 2.0));
+            // The number of a tick at the very end of the axis stays on the sheet.
+            let beside = y.min(bottom + MARGIN - 0.5 * TEXT - 4.0);
+            canvas.text(
+                [left - 12.0, beside],
+                text,
+                TextFace::new(TEXT, INK).anchored(Anchor::End),
+            );
+        }
+        canvas.line([left, top], [left, bottom], Stroke::solid(INK, 2.0));
+        let face = TextFace::new(TEXT, INK).anchored(Anchor::Middle).upward();
+        canvas.text(
+            [MARGIN + 0.5 * TEXT, 0.5 * (top + bottom)],
+            label,
+            face.fitted(label, bottom - top),
+        );
+        left
+    }
+}
+
 /// Mapping of the data to the canvas.
 struct Plot<'a> {
     picture: &'a DisconnectivityPicture,
@@ -191,10 +245,7 @@ struct Plot<'a> {
     scale: DiscScale,
     /// Canvas x of the first leaf, and canvas units per leaf.
     x: [f64; 2],
-    /// Range from the lowest to the highest node.
-    energies: Span,
-    /// Canvas y of the ends of this range.
-    y: [f64; 2],
+    heights: Heights,
     top: f64,
 }
 
@@ -231,53 +282,18 @@ impl<'a> Plot<'a> {
         } else {
             0.0
         };
-        let height = f64::from(picture.size[1]);
-        let bottom = height - MARGIN;
+        let bottom = f64::from(picture.size[1]) - MARGIN;
         // There is room for the circles of the lowest leaves below and for the stems of the roots above.
         let y = [
             bottom - largest - caption - 6.0,
             top + 0.035 * (bottom - top) + 4.0,
         ];
-        let level = |energy: f64| y[0] + energies.part(energy) * (y[1] - y[0]);
-        let energy_at = |level: f64| energies.at((level - y[0]) / (y[1] - y[0]));
-
-        let values = axis::ticks(energy_at(bottom), energy_at(top), 6);
-        let texts = axis::tick_texts(&values);
-        let longest = texts
-            .iter()
-            .map(|text| text_width(text, TEXT, false))
-            .fold(0.0, f64::max);
-        let left = MARGIN + 1.5 * TEXT + longest + 12.0;
-        for (&value, text) in values.iter().zip(&texts) {
-            canvas.line(
-                [left, level(value)],
-                [right, level(value)],
-                Stroke::solid(FAINT, 1.5),
-            );
-            canvas.line(
-                [left - 7.0, level(value)],
-                [left, level(value)],
-                Stroke::solid(INK, 2.0),
-            );
-            // The number of a tick at the very end of the axis stays on the sheet.
-            let beside = level(value).min(height - 0.5 * TEXT - 4.0);
-            canvas.text(
-                [left - 12.0, beside],
-                text,
-                TextFace::new(TEXT, INK).anchored(Anchor::End),
-            );
-        }
-        canvas.line([left, top], [left, bottom], Stroke::solid(INK, 2.0));
-        let face = TextFace::new(TEXT, INK).anchored(Anchor::Middle).upward();
-        let middle = 0.5 * (top + bottom);
-        canvas.text(
-            [MARGIN + 0.5 * TEXT, middle],
-            &picture.energy_label,
-            face.fitted(&picture.energy_label, bottom - top),
-        );
+        let heights = Heights { energies, y };
+        let left = heights.draw_axis([top, bottom, right], &picture.energy_label, canvas);
         if picture.leaves.is_empty() {
             let face = TextFace::new(TEXT, INK).anchored(Anchor::Middle);
-            canvas.text([0.5 * (left + right), middle], "no minima", face);
+            let middle = [0.5 * (left + right), 0.5 * (top + bottom)];
+            canvas.text(middle, "no minima", face);
         }
         let pad = largest.max(0.5 * (right - left) / (layout.width + 1.0)) + 6.0;
         let inner = right - left - 2.0 * pad;
@@ -291,18 +307,15 @@ impl<'a> Plot<'a> {
             layout,
             scale,
             x,
-            energies,
-            y,
+            heights,
             top,
         }
     }
 
     fn at(&self, node: usize) -> [f64; 2] {
-        let [bottom, top] = self.y;
-        let part = self.energies.part(self.picture.tree.nodes[node].energy);
         [
             self.x[0] + self.layout.x[node] * self.x[1],
-            bottom + part * (top - bottom),
+            self.heights.of(self.picture.tree.nodes[node].energy),
         ]
     }
 

@@ -69,6 +69,12 @@ fn header(bytes: &[u8]) -> Result<(Encoding, Vec<Element>, &[u8]), String> {
         .or_else(|| after.strip_prefix(b"\n"))
         .or_else(|| after.strip_prefix(b"\r"))
         .ok_or("its header does not end with a line")?;
+    let (encoding, elements) = declarations(text)?;
+    Ok((encoding, elements, body))
+}
+
+/// The encoding and the elements that the lines of a header declare.
+fn declarations(text: &str) -> Result<(Encoding, Vec<Element>), String> {
     let mut lines = text.lines();
     if lines.next().map(str::trim) != Some("ply") {
         return Err("it does not begin with `ply`".to_owned());
@@ -94,19 +100,7 @@ fn header(bytes: &[u8]) -> Result<(Encoding, Vec<Element>, &[u8]), String> {
                 properties: Vec::new(),
             }),
             ["property", ref rest @ ..] => {
-                let property = match *rest {
-                    ["list", count, item, name] => {
-                        let kinds = [number(count), number(item)];
-                        let [Some(count), Some(item)] = kinds else {
-                            return Err(unknown());
-                        };
-                        Property::List(name.to_owned(), [count, item])
-                    }
-                    [kind, name] => {
-                        Property::Scalar(name.to_owned(), number(kind).ok_or_else(unknown)?)
-                    }
-                    _ => return Err(unknown()),
-                };
+                let property = property(rest).ok_or_else(unknown)?;
                 let element = elements.last_mut().ok_or_else(unknown)?;
                 element.properties.push(property);
             }
@@ -119,7 +113,18 @@ fn header(bytes: &[u8]) -> Result<(Encoding, Vec<Element>, &[u8]), String> {
             return Err(format!("element {} has no properties", element.name));
         }
     }
-    Ok((encoding, elements, body))
+    Ok((encoding, elements))
+}
+
+fn property(words: &[&str]) -> Option<Property> {
+    match *words {
+        ["list", count, item, name] => {
+            let kinds = [number(count)?, number(item)?];
+            Some(Property::List(name.to_owned(), kinds))
+        }
+        [kind, name] => Some(Property::Scalar(name.to_owned(), number(kind)?)),
+        _ => None,
+    }
 }
 
 fn number(name: &str) -> Option<Number> {

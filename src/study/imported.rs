@@ -68,24 +68,26 @@ impl<'a> ImportedLandscape<'a> {
             .count()
     }
 
-    fn files(&self) -> LandscapeFiles {
+    fn minima(&self) -> Vec<MinimumRow> {
         let rows = self
             .network
             .node_weights()
             .zip(self.groups.group_of())
             .enumerate();
-        let minima: Vec<MinimumRow> = rows
-            .map(|(id, (minimum, group))| MinimumRow {
-                id: id as u64,
-                energy: minimum.energy,
-                coordinates: Vec::new(),
-                choice: Vec::new(),
-                members: minimum.members.iter().map(|row| *row as u64).collect(),
-                group: group as u64,
-                labels: BTreeMap::new(),
-            })
-            .collect();
-        let edges: Vec<EdgeRow> = (self.network.edge_references())
+        rows.map(|(id, (minimum, group))| MinimumRow {
+            id: id as u64,
+            energy: minimum.energy,
+            coordinates: Vec::new(),
+            choice: Vec::new(),
+            members: minimum.members.iter().map(|row| *row as u64).collect(),
+            group: group as u64,
+            labels: BTreeMap::new(),
+        })
+        .collect()
+    }
+
+    fn edges(&self) -> Vec<EdgeRow> {
+        (self.network.edge_references())
             .map(|edge| {
                 let ends = [edge.source(), edge.target()];
                 let [one, other] = ends.map(|end| self.network[end].energy);
@@ -99,7 +101,11 @@ impl<'a> ImportedLandscape<'a> {
                     ..EdgeRow::default()
                 }
             })
-            .collect();
+            .collect()
+    }
+
+    fn files(&self) -> LandscapeFiles {
+        let (minima, edges) = (self.minima(), self.edges());
         let findings = [
             (
                 "transition_states",

@@ -157,47 +157,9 @@ pub fn build_landscape(
         trials: BTreeMap::new(),
         evaluations: 0,
     };
-    let pairs = candidates(&builder.distances, settings.neighbours);
-    let tally = run.tally(Phase::Connect, pairs.len());
-    let mut known = Tree::from_network(&builder.network(), Evidence::Path);
-    for batch in pairs.chunks(settings.batch.max(1)) {
-        let open: Vec<_> = (batch.iter().copied())
-            .filter(|pair| !(settings.pruned && builder.joined_at_the_bottom(&known, *pair)))
-            .collect();
-        for _ in open.len()..batch.len() {
-            tally.tick();
-        }
-        builder.connect(&open, &tally)?;
-        // Building the tree goes through all connections, so it is rebuilt only when it has changed and is needed.
-        if settings.pruned && !open.is_empty() {
-            known = Tree::from_network(&builder.network(), Evidence::Path);
-        }
-    }
-    for _ in 0..settings.join_rounds {
-        let component = builder.components();
-        let pairs = bridges(&builder.distances, &component, &|pair| {
-            builder.tried.contains_key(&pair)
-        });
-        if pairs.is_empty() {
-            break;
-        }
-        let tally = run.tally(Phase::Join, pairs.len());
-        builder.connect(&pairs, &tally)?;
-    }
-    for _ in 0..settings.retry_rounds {
-        let network = builder.network();
-        let pairs: Vec<_> = spanning_forest(&network, Evidence::Chain)
-            .into_iter()
-            .filter(|edge| network[*edge].evidence > Evidence::Path)
-            .filter_map(|edge| network.edge_endpoints(edge))
-            .map(|(a, b)| (a.index(), b.index()))
-            .collect();
-        if pairs.is_empty() {
-            break;
-        }
-        let tally = run.tally(Phase::Retry, pairs.len());
-        builder.connect(&pairs, &tally)?;
-    }
+    builder.connect_neighbours()?;
+    builder.join_components()?;
+    builder.retry_upper_bounds()?;
     builder.replicate()?;
     let network = builder.network();
     let (mut unlisted_minima, _) = distinct(
@@ -317,6 +279,63 @@ impl LandscapeBuilder<'_> {
             *self.tried.entry(*pair).or_insert(0) += 1;
         }
         self.take_all(found);
+        Ok(())
+    }
+
+    /// Connects near pairs, except those that known passes already join at the energy of the higher minimum.
+    fn connect_neighbours(&mut self) -> Result<(), JournalError> {
+        let settings = self.settings;
+        let pairs = candidates(&self.distances, settings.neighbours);
+        let tally = self.run.tally(Phase::Connect, pairs.len());
+        let mut known = Tree::from_network(&self.network(), Evidence::Path);
+        for batch in pairs.chunks(settings.batch.max(1)) {
+            let open: Vec<_> = (batch.iter().copied())
+                .filter(|pair| !(settings.pruned && self.joined_at_the_bottom(&known, *pair)))
+                .collect();
+            for _ in open.len()..batch.len() {
+                tally.tick();
+            }
+            self.connect(&open, &tally)?;
+            // Building the tree goes through all connections, so it is rebuilt only when it has changed and is needed.
+            if settings.pruned && !open.is_empty() {
+                known = Tree::from_network(&self.network(), Evidence::Path);
+            }
+        }
+        Ok(())
+    }
+
+    /// Connects pairs of minima in separate components.
+    fn join_components(&mut self) -> Result<(), JournalError> {
+        for _ in 0..self.settings.join_rounds {
+            let component = self.components();
+            let pairs = bridges(&self.distances, &component, &|pair| {
+                self.tried.contains_key(&pair)
+            });
+            if pairs.is_empty() {
+                break;
+            }
+            let tally = self.run.tally(Phase::Join, pairs.len());
+            self.connect(&pairs, &tally)?;
+        }
+        Ok(())
+    }
+
+    /// Retries the connections that decide the tree if their evidence is a chain or worse.
+    fn retry_upper_bounds(&mut self) -> Result<(), JournalError> {
+        for _ in 0..self.settings.retry_rounds {
+            let network = self.network();
+            let pairs: Vec<_> = spanning_forest(&network, Evidence::Chain)
+                .into_iter()
+                .filter(|edge| network[*edge].evidence > Evidence::Path)
+                .filter_map(|edge| network.edge_endpoints(edge))
+                .map(|(a, b)| (a.index(), b.index()))
+                .collect();
+            if pairs.is_empty() {
+                break;
+            }
+            let tally = self.run.tally(Phase::Retry, pairs.len());
+            self.connect(&pairs, &tally)?;
+        }
         Ok(())
     }
 

@@ -109,34 +109,7 @@ impl Solid {
                 reach_m,
             };
         }
-        let settings = VHACDParameters {
-            resolution: RESOLUTION,
-            concavity: CONCAVITY,
-            plane_downsampling: 2,
-            convex_hull_downsampling: 2,
-            max_convex_hulls: PIECES,
-            ..VHACDParameters::default()
-        };
-        let parts = VHACD::decompose(&settings, &vertices, mesh.triangles(), true);
-        let surfaces = parts.compute_primitive_intersections(&vertices, mesh.triangles());
-        let pieces: Vec<Piece> = surfaces
-            .into_iter()
-            .zip(parts.voxel_parts())
-            .map(|(mut points, part)| {
-                // Where cuts cross inside, a piece has corners that are not on the surface.
-                let inside = part.voxels().iter().filter(|voxel| !voxel.is_on_surface);
-                points.extend(inside.map(|voxel| part.get_voxel_point(voxel)));
-                points
-            })
-            .filter(|points| points.len() > 3)
-            .map(|points| {
-                let (vertices, triangles) = convex_hull(&points);
-                Piece {
-                    vertices: vertices.into_iter().map(from_vector).collect(),
-                    triangles,
-                }
-            })
-            .collect();
+        let pieces = decomposed(mesh, &vertices);
         let shapes: Vec<(Pose, SharedShape)> = pieces
             .iter()
             .filter_map(|piece| {
@@ -196,6 +169,38 @@ impl Solid {
         properties.set_mass(mass_kg, true);
         properties
     }
+}
+
+/// Cuts a mesh into convex pieces.
+fn decomposed(mesh: &Mesh, vertices: &[rapier3d_f64::math::Vector]) -> Vec<Piece> {
+    let settings = VHACDParameters {
+        resolution: RESOLUTION,
+        concavity: CONCAVITY,
+        plane_downsampling: 2,
+        convex_hull_downsampling: 2,
+        max_convex_hulls: PIECES,
+        ..VHACDParameters::default()
+    };
+    let parts = VHACD::decompose(&settings, vertices, mesh.triangles(), true);
+    let surfaces = parts.compute_primitive_intersections(vertices, mesh.triangles());
+    surfaces
+        .into_iter()
+        .zip(parts.voxel_parts())
+        .map(|(mut points, part)| {
+            // Where cuts cross inside, a piece has corners that are not on the surface.
+            let inside = part.voxels().iter().filter(|voxel| !voxel.is_on_surface);
+            points.extend(inside.map(|voxel| part.get_voxel_point(voxel)));
+            points
+        })
+        .filter(|points| points.len() > 3)
+        .map(|points| {
+            let (vertices, triangles) = convex_hull(&points);
+            Piece {
+                vertices: vertices.into_iter().map(from_vector).collect(),
+                triangles,
+            }
+        })
+        .collect()
 }
 
 /// Compares pieces with the mesh they were cut from.

@@ -120,16 +120,7 @@ pub fn explore(
             census.take(&counted, outcome);
         }
         for (minimum, known) in census.minima.iter().enumerate().skip(queued) {
-            for gait in [Gait::Careful, Gait::Bold] {
-                for mode in 0..known.modes.len().min(settings.modes) {
-                    queue.extend([true, false].map(|forward| Start::Mode {
-                        minimum,
-                        mode,
-                        forward,
-                        gait,
-                    }));
-                }
-            }
+            queue.extend(along_modes(minimum, known.modes.len().min(settings.modes)));
         }
         queued = census.minima.len();
         if census.searches >= settings.max_searches {
@@ -146,4 +137,19 @@ pub fn explore(
     };
     let spent = usize::try_from(counted.evaluations()).unwrap_or(usize::MAX);
     Ok(census.finish(energy, spent, stopped))
+}
+
+/// Starts from a minimum along its first modes, in both directions, carefully and boldly.
+fn along_modes(minimum: usize, modes: usize) -> impl Iterator<Item = Start> {
+    let ways = [Gait::Careful, Gait::Bold]
+        .into_iter()
+        .flat_map(move |gait| (0..modes).map(move |mode| (gait, mode)));
+    ways.flat_map(move |(gait, mode)| {
+        [true, false].map(|forward| Start::Mode {
+            minimum,
+            mode,
+            forward,
+            gait,
+        })
+    })
 }
