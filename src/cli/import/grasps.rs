@@ -49,7 +49,7 @@ pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
     watch.clear();
     let mut imported = imported.map_err(|error| with_flag(error, command))?;
     let metadata = &mut imported.file.metadata;
-    metadata.command = common.provenance.command.clone();
+    metadata.command.clone_from(&common.provenance.command);
     metadata.inputs = sources(command, common)?;
     imported.file.write(&output)?;
     if common.quiet {
