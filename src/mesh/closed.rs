@@ -418,22 +418,8 @@ fn find_root(parent: &mut [u32], mut node: u32) -> u32 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::testing::CUBE;
     use super::*;
-
-    const CUBE: [[u32; 3]; 12] = [
-        [0, 2, 1],
-        [1, 2, 3],
-        [4, 5, 6],
-        [5, 7, 6],
-        [0, 1, 4],
-        [1, 5, 4],
-        [2, 6, 3],
-        [3, 6, 7],
-        [0, 4, 2],
-        [2, 4, 6],
-        [1, 3, 5],
-        [3, 7, 5],
-    ];
 
     fn corners(size_m: f64) -> Vec<Vector3<f64>> {
         (0..8_u8)

@@ -411,7 +411,7 @@ fn is_sliver(polygon: &Polygon, slack: f64) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::super::exact::tests::box_mesh;
+    use super::super::testing::box_mesh;
     use super::*;
     use crate::mesh::ExactMesh;
 

@@ -13,6 +13,8 @@ mod file;
 mod mesh_union;
 mod repair;
 mod surface_sample;
+#[cfg(test)]
+pub(crate) mod testing;
 mod winding;
 
 pub use closed::Mesh;

@@ -72,7 +72,7 @@ impl Mesh {
 
 #[cfg(test)]
 mod tests {
-    use super::super::exact::tests::box_mesh;
+    use super::super::testing::box_mesh;
     use super::*;
 
     #[test]

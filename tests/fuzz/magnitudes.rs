@@ -22,7 +22,8 @@ use landscape::object::{
 use landscape::optimize::QuenchSettings;
 use landscape::space::Symmetry;
 
-use super::readers::{Experiment, OBJ, Read, URDF, readers, settings, told};
+use super::readers::samples::{OBJ, URDF};
+use super::readers::{Experiment, Read, readers, settings, told};
 
 /// Replacements of a number in a text.
 const WRITTEN: [&str; 19] = [

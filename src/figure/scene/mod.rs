@@ -194,6 +194,7 @@ impl Surface {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
+    use crate::mesh::testing::CUBE;
 
     /// A sphere of 2 · rings · rings triangles.
     pub(super) fn ball(centre: Vector3<f64>, radius: f64, colour: [u8; 3], rings: u32) -> Surface {
@@ -241,23 +242,9 @@ pub(super) mod tests {
                 })
             })
             .collect();
-        let triangles = vec![
-            [0, 2, 1],
-            [1, 2, 3],
-            [4, 5, 6],
-            [5, 7, 6],
-            [0, 1, 4],
-            [1, 5, 4],
-            [2, 6, 3],
-            [3, 6, 7],
-            [0, 4, 2],
-            [2, 4, 6],
-            [1, 3, 5],
-            [3, 7, 5],
-        ];
         Surface {
             vertices,
-            triangles,
+            triangles: CUBE.to_vec(),
             colour,
         }
     }

@@ -11,7 +11,7 @@ use libfuzzer_sys::fuzz_target;
 use readers::{Read, readers};
 use tempfile::TempDir;
 
-#[path = "../readers.rs"]
+#[path = "../readers/mod.rs"]
 mod readers;
 
 /// Root folder of the valid files.

@@ -2,12 +2,14 @@
 //! ridges, and with objections. No chains help unless a test says so.
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
+mod surfaces;
+
 use std::f64::consts::PI;
 
+use landscape::energy::Energy;
 use landscape::energy::model::{LennardJones, MullerBrown, Orientation, ThreeHole};
-use landscape::energy::{Energy, Explain};
 use landscape::optimize::{QuenchSettings, quench};
-use landscape::sample::{Kernel, Mala, Rng, State, TargetDensity};
+use landscape::sample::{Kernel, Mala};
 use landscape::space::{
     Euclidean, PoseMetric, PoseSpace, Rotation, Space, Symmetry, Torus, object_from_hand,
     pose_coordinates,
@@ -18,9 +20,10 @@ use landscape::topography::{
 };
 use nalgebra::{Isometry3, Vector3};
 use serde_json::Value;
+use surfaces::{Guide, Ridge, Ring, Turn, Wave, Wells};
 
 fn reference(name: &str) -> Value {
-    let all: Value = serde_json::from_str(include_str!("reference/landscapes.json")).unwrap();
+    let all: Value = serde_json::from_str(include_str!("../reference/landscapes.json")).unwrap();
     all[name].clone()
 }
 
@@ -226,32 +229,6 @@ fn double_nudging_changes_no_saddle() {
     assert!((found.edge.height + 72.248940112325).abs() < 1e-6);
 }
 
-/// −Σ cᵢ qᵢ⁴ + b w³x³. The minima w and x differ by half a turn about x. The term with b lowers one of the two ways around
-/// without moving the minima. With equal weights c its top lies at 45°, at −c/2 − |b|/8; the other top lies at −c/2 +
-/// |b|/8.
-struct Turn {
-    even: Orientation,
-    twist: f64,
-}
-
-impl Energy for Turn {
-    fn space(&self) -> &dyn Space {
-        self.even.space()
-    }
-
-    fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64 {
-        let even = self.even.evaluate(x, gradient);
-        let norm = x.iter().map(|q| q * q).sum::<f64>().sqrt();
-        let [w, i, j, k] = [0, 1, 2, 3].map(|n| x[n] / norm);
-        // dq = ½ q ∘ (0, u) for a turn u in the body's frame.
-        let slope = [3.0 * w * w * i * i * i, 3.0 * w * w * w * i * i];
-        for (g, turn) in gradient.iter_mut().zip([[-i, w], [-j, -k], [-k, j]]) {
-            *g += 0.5 * self.twist * (slope[0] * turn[0] + slope[1] * turn[1]);
-        }
-        even + self.twist * w * w * w * i * i * i
-    }
-}
-
 #[test]
 fn half_turns_go_the_lower_way_round() {
     for twist in [-0.8, 0.8] {
@@ -315,35 +292,6 @@ fn both_ways_round_are_lower_for_one_twist_each() {
     assert_eq!(starts.len(), 2);
     assert!(starts.contains(&Some(Start::Straight)));
     assert!(starts.contains(&Some(Start::Round)));
-}
-
-/// −Σ exp(−d²/2w²) over some centres. It is equal for all poses that the space identifies.
-struct Wells<S> {
-    space: S,
-    centres: Vec<Vec<f64>>,
-    width: f64,
-}
-
-impl<S: Space> Energy for Wells<S> {
-    fn space(&self) -> &dyn Space {
-        &self.space
-    }
-
-    fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64 {
-        gradient.fill(0.0);
-        let mut toward = vec![0.0; gradient.len()];
-        let mut energy = 0.0;
-        for centre in &self.centres {
-            let distance = self.space.log(x, centre, &mut toward);
-            let square = self.width * self.width;
-            let depth = (-0.5 * distance * distance / square).exp();
-            energy -= depth;
-            for (g, t) in gradient.iter_mut().zip(&toward) {
-                *g -= depth * t / square;
-            }
-        }
-        energy
-    }
 }
 
 /// Two wells at distance `step`, the second given as an equivalent copy. The path must have the length and height of the
@@ -423,23 +371,6 @@ fn copies_on_a_box_are_aligned() {
     check_symmetry(Symmetry::Finite(half_turns), &motion);
 }
 
-/// (x² − 1)² + 3 y² with a ridge across that is so narrow that it fits between two images.
-struct Ridge(Euclidean);
-
-impl Energy for Ridge {
-    fn space(&self) -> &dyn Space {
-        &self.0
-    }
-
-    fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64 {
-        let (well, off) = (x[0] * x[0] - 1.0, (x[0] - 0.375) / 0.016);
-        let ridge = (-0.5 * off * off).exp();
-        gradient[0] = 4.0 * x[0] * well - ridge * off / 0.016;
-        gradient[1] = 6.0 * x[1];
-        well * well + 3.0 * x[1] * x[1] + ridge
-    }
-}
-
 #[test]
 fn a_ridge_between_two_images_is_seen() {
     let energy = Ridge(Euclidean::new(2));
@@ -474,79 +405,6 @@ fn a_ridge_between_two_images_is_seen() {
     }
 }
 
-/// 5 (r² − 1)² + (y + 0.3)²: two minima on a ring, with a low path below and a high path above. Below −0.6 it objects.
-struct Ring(Euclidean);
-
-impl Ring {
-    fn parts(x: &[f64]) -> [f64; 2] {
-        let off = x[0] * x[0] + x[1] * x[1] - 1.0;
-        [5.0 * off * off, (x[1] + 0.3) * (x[1] + 0.3)]
-    }
-}
-
-impl Energy for Ring {
-    fn space(&self) -> &dyn Space {
-        &self.0
-    }
-
-    fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64 {
-        let off = x[0] * x[0] + x[1] * x[1] - 1.0;
-        gradient[0] = 20.0 * off * x[0];
-        gradient[1] = 20.0 * off * x[1] + 2.0 * (x[1] + 0.3);
-        Self::parts(x).iter().sum()
-    }
-
-    fn explain(&self) -> Option<&dyn Explain> {
-        Some(self)
-    }
-}
-
-impl Explain for Ring {
-    fn terms(&self, x: &[f64]) -> Vec<(String, f64)> {
-        let names = ["ring", "height"].map(str::to_owned);
-        names.into_iter().zip(Self::parts(x)).collect()
-    }
-
-    fn invalid_reason(&self, x: &[f64]) -> Option<String> {
-        (x[1] < -0.6).then(|| "through the object".to_owned())
-    }
-}
-
-/// Pulls every chain over the top of the ring.
-struct Guide<'a>(&'a Ring);
-
-impl Kernel for Guide<'_> {
-    fn space(&self) -> &dyn Space {
-        self.0.space()
-    }
-
-    fn start(&self, x: &[f64]) -> State {
-        let mut gradient = vec![0.0; 2];
-        State {
-            coordinates: x.to_vec(),
-            discrete: Vec::new(),
-            energy: self.0.evaluate(x, &mut gradient),
-            gradient,
-        }
-    }
-
-    fn propose(
-        &self,
-        state: &State,
-        law: &TargetDensity<'_>,
-        _: f64,
-        _: &mut Rng,
-        proposal: &mut State,
-    ) -> f64 {
-        let target = law.attraction.as_ref().unwrap().target;
-        let x = &state.coordinates;
-        let turn = if target[0] > 0.0 { -0.05 } else { 0.05 };
-        let angle = x[1].atan2(x[0]) + turn;
-        *proposal = self.start(&[angle.cos(), angle.sin()]);
-        f64::INFINITY
-    }
-}
-
 #[test]
 fn what_passes_through_the_object_is_restarted_from_a_chain_or_marked() {
     let energy = Ring(Euclidean::new(2));
@@ -568,21 +426,6 @@ fn what_passes_through_the_object_is_restarted_from_a_chain_or_marked() {
         assert_eq!(around.edge.evidence, Evidence::Saddle);
         assert!(around.edge.height > 1.5 && around.edge.height < 1.7);
         assert_eq!(around.edge.term.as_deref(), Some("height"));
-    }
-}
-
-/// A wave on one angle whose lower top lies on the far side.
-struct Wave(Torus);
-
-impl Energy for Wave {
-    fn space(&self) -> &dyn Space {
-        &self.0
-    }
-
-    /// −cos 2θ + ½ sin θ.
-    fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64 {
-        gradient[0] = 2.0 * (2.0 * x[0]).sin() + 0.5 * x[0].cos();
-        -(2.0 * x[0]).cos() + 0.5 * x[0].sin()
     }
 }
 

@@ -1,0 +1,179 @@
+//! Files that cannot be imported: every mistake is told in one sentence.
+
+use std::fs;
+
+use super::{TABLE, with_table};
+use crate::desk::assert_says;
+use crate::pickled::bench;
+use landscape::store::exchange::{Mapping, read};
+
+#[test]
+#[expect(clippy::too_many_lines, reason = "a list of mistakes")]
+fn mistakes_are_one_sentence() {
+    let desk = with_table();
+    let write = |name: &str, bytes: &[u8]| fs::write(desk.path(name), bytes).unwrap();
+    write(
+        "system.npy",
+        &npy(b"\x80\x03cos\nsystem\nX\x0b\x00\x00\x00touch owned\x85R."),
+    );
+    write("cut.npy", &bench()[0][..400]);
+    write("whole.npy", &bench()[0]);
+    write("words.npy", b"words");
+    write("other.npy", &npy(b"\x80\x03}X\x01\x00\x00\x00aK\x01s."));
+    write("nan.csv", TABLE.replace("0.011", "NaN").as_bytes());
+    write("word.csv", TABLE.replace("0.011", "left").as_bytes());
+    write("long.csv", TABLE.replace("0.6,0.0", "0.9,0.0").as_bytes());
+    write("ragged.csv", TABLE.replace("0.6,0.0", "0.6").as_bytes());
+    write(
+        "far.csv",
+        TABLE
+            .replace("0.025", "25")
+            .replace("0.0301234567890123", "30")
+            .replace("0.0401", "40")
+            .as_bytes(),
+    );
+    write("other.csv", TABLE.replace("jaw", "thumb").as_bytes());
+    write("empty.csv", TABLE.lines().next().unwrap().as_bytes());
+    write("bad.json", b"[1, 2");
+    write("odd.toml", b"rotation_form = \"roll\"");
+    write("typo.toml", b"rotations = \"q\"");
+    write("gone.toml", b"joints = { jaw = \"finger\" }");
+    let with = "--hand gripper_parallel --object ball";
+    for (line, words) in [
+        (
+            format!("import system.npy {with}"),
+            &[
+                "system.npy",
+                "it calls os.system",
+                "no code of a pickle is executed",
+            ][..],
+        ),
+        (format!("import cut.npy {with}"), &["cut.npy", "cut short"]),
+        (
+            format!("import words.npy {with}"),
+            &["words.npy", "no .npy file"],
+        ),
+        (
+            format!("import other.npy {with}"),
+            &["neither `qpos`", "nor `grasp_qpos`"],
+        ),
+        (
+            "import whole.npy --hand human --object ball".to_owned(),
+            &["8 numbers", "joints of the hand"],
+        ),
+        (
+            format!("import nan.csv {with}"),
+            &["nan.csv", "row 1", "translation_m_y", "not a finite number"],
+        ),
+        (
+            format!("import word.csv {with}"),
+            &["row 1", "`left`", "numbers are needed"],
+        ),
+        (
+            format!("import long.csv {with}"),
+            &["row 1", "quaternion has length"],
+        ),
+        (format!("import ragged.csv {with}"), &["no valid CSV table"]),
+        (
+            format!("import far.csv {with}"),
+            &[
+                "none of the grasps can be used",
+                "joint `jaw`",
+                "beyond its limits",
+            ],
+        ),
+        (
+            format!("import other.csv {with}"),
+            &["no columns for the joints jaw", "mapping"],
+        ),
+        (format!("import empty.csv {with}"), &["holds no grasps"]),
+        (format!("import bad.json {with}"), &["no valid JSON"]),
+        (
+            format!("import t.csv {with} --mapping odd.toml"),
+            &["odd.toml", "roll"],
+        ),
+        (
+            format!("import t.csv {with} --mapping typo.toml"),
+            &["typo.toml", "rotations"],
+        ),
+        (
+            format!("import t.csv {with} --mapping gone.toml"),
+            &["no column `finger`"],
+        ),
+        (
+            format!("import t.csv {with} --scale 0.5"),
+            &["--scale 0.5", "at 1 (3)"],
+        ),
+        (
+            format!("import t.csv {with} --scale -1"),
+            &["--scale -1 is not"],
+        ),
+        ("import t.csv --object ball".to_owned(), &["--hand"]),
+        (
+            "import t.csv --hand gripper_parallel".to_owned(),
+            &["--object"],
+        ),
+        (
+            format!("import t.csv {with} -o t.csv"),
+            &["is an input of this command"],
+        ),
+        (format!("import nowhere {with}"), &["nowhere", "for grasps"]),
+        (
+            "export t.parquet csv -o t.npy -q".to_owned(),
+            &["must end in .csv"],
+        ),
+        (
+            "export t.parquet glb --grasp 8 -q".to_owned(),
+            &["no grasp of this number"],
+        ),
+        (
+            "export t.parquet glb -o all.glb -q".to_owned(),
+            &["holds one grasp"],
+        ),
+    ] {
+        let sentence = desk.mistake(&line);
+        assert_says(&sentence, words);
+    }
+    assert!(!desk.path("owned").exists());
+}
+
+/// A file with one pickled object.
+fn npy(body: &[u8]) -> Vec<u8> {
+    let mut header = b"{'descr': '|O', 'fortran_order': False, 'shape': (), }".to_vec();
+    header.resize(117, b' ');
+    header.push(b'\n');
+    let mut bytes = b"\x93NUMPY\x01\x00\x76\x00".to_vec();
+    bytes.extend(header);
+    bytes.extend(body);
+    bytes
+}
+
+/// Values that refer to the same long list, text or bytes, each of which would be made anew.
+#[test]
+fn a_pickle_cannot_make_much_of_little() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("p.npy");
+    let said = |pickle: &[u8]| {
+        fs::write(&path, npy(pickle)).unwrap();
+        let read = read(&path, &["jaw".to_owned()], &Mapping::default());
+        read.unwrap_err().to_string()
+    };
+    let list = [&b"("[..], &b"K\x01".repeat(3000), b"lq\x00"].concat();
+    let bytes = [&b"B\xb8\x0b\x00\x00"[..], &[7; 3000], b"q\x00"].concat();
+    let kind = b"cnumpy\ndtype\nX\x02\x00\x00\x00u1\x85Rq\x01";
+    let array = b"cnumpy.core.numeric\n_frombuffer\n(h\x00h\x01M\xb8\x0b\x85tR0";
+    let filled = b"cnumpy\nndarray\n)R(K\x01M\xb8\x0b\x85h\x01\x89h\x00tb0";
+    for (shared, again) in [
+        (list, &b"cnumpy\nndarray\nh\x00R0"[..]),
+        ([&bytes[..], kind].concat(), &array[..]),
+        ([&bytes[..], kind].concat(), &filled[..]),
+    ] {
+        let pickle = |times: usize| [&shared[..], &again.repeat(times), b"."].concat();
+        let once = said(&pickle(1));
+        assert!(once.contains("neither `qpos`"), "{once}");
+        let often = said(&pickle(300));
+        assert!(often.contains("far more values than it holds"), "{often}");
+    }
+    let entries = said(&[&b"}("[..], &b"K\x01N".repeat(2000), b"u."].concat());
+    assert!(entries.contains("1024 entries"), "{entries}");
+}
