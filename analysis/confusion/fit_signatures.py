@@ -1,13 +1,14 @@
-"""Adjusts the signatures of the grasp types to fixtures: data/taxonomy/signatures_written.toml -> signatures.toml.
+"""Fits the signatures of the grasp types to fixtures: reads data/taxonomy/signatures_written.toml, writes signatures.toml.
 
 usage: cargo run --release --example confusion -- --rule data/taxonomy/signatures_written.toml --fixtures development \
            --fixtures held_out --seed 1 --copies 20 --features target/features.jsonl
        python analysis/confusion/fit_signatures.py target/features.jsonl [--check]
 
-Needs numpy and scipy (numpy==2.4.6, scipy==1.17.1). Targets and weights go from what was written toward what makes the
-fixtures' true types most likely, with p(type) ~ exp(score / TAU); leaving what was written costs RIDGE times the square.
-A cue that was not written may be added (but whether a digit touches: that is the table's). --check leaves one variant of
-each type out in turn, fits to the others, and tells how often the left-out ones are named right; nothing is written.
+This script needs numpy and scipy (numpy==2.4.6, scipy==1.17.1). It starts from the written targets and weights and maximises
+the likelihood of the true types of the fixtures, with p(type) ~ exp(score / TAU). Deviations from the written values cost
+RIDGE times their square. The fit may add cues, except for contacts of digits, which the table of types determines. --check
+runs a cross-validation instead and writes nothing: it leaves out one variant of each type in turn, fits to the others, and
+prints how often the left-out variants are classified correctly.
 """
 
 import argparse
@@ -24,19 +25,19 @@ ROOT = pathlib.Path(__file__).parents[2]
 TAXONOMY = ROOT / "data/taxonomy"
 TAU = 0.02
 RIDGE = 0.003
-# Weight of the category's likelihood beside that of the type.
+# Weight of the likelihood of the category, relative to that of the type.
 CATEGORY = 0.5
-# What is no grasp is to score less than this, grasps more; the latter counts less.
+# Fixtures of no type should score less than SCORE, and those of a type more; LISTED is the weight of the latter condition.
 SCORE = 0.82
 LISTED = 0.3
 ITERATIONS = 80
-# An added cue that counts less is dropped.
+# An added cue with a smaller weight is dropped.
 LEAST = 0.15
-# Cues below the weight from which misses lower the score as a whole stay there, and the others above.
+# Bounds of weights: cues that are not key features stay below the weight of key features, and key features stay above it.
 BELOW_KEY, HIGHEST = 1.45, 4.0
-# Chosen with --check, so that few of what is no grasp is accepted.
+# This threshold was chosen with --check, so that few fixtures of no type are accepted.
 UNLISTED_BELOW = 0.78
-# As in classifier.rs.
+# The following two constants are those of classifier.rs.
 SIZE_FACTOR = 1.8
 FORMS = ["sphere", "rod", "disk", "plate"]
 DIGITS = ["thumb", "index", "middle", "ring", "little"]
@@ -52,7 +53,7 @@ CELLS = numpy.array([sorted({t["cell"] for t in types}).index(t["cell"]) for t i
 
 
 def cues_of(entry):
-    """Target and weight of each cue of a type, as signature.rs puts them together."""
+    """Returns the target and the weight of each cue of a type, as signature.rs composes them."""
     base, cues = written["base"], {}
     used = {digit for finger in ("vf1", "vf2", "vf3") for digit in entry[finger]}
     for digit, name in enumerate(DIGITS, 1):
@@ -82,7 +83,7 @@ GATE = written["gate"]
 
 
 class Grasps:
-    """What was measured of some grasps, for each type (form and size depend on it); NaN: could not be measured."""
+    """The measured features of some grasps, for each type, since form and size depend on it. NaN means not measurable."""
 
     def __init__(self, lines):
         self.ids = numpy.array([line["id"] for line in lines])
@@ -117,7 +118,7 @@ class Grasps:
 
 
 def start(grasps):
-    """What was written, with means of what was measured as targets of cues that may be added; and which cues may be."""
+    """Returns the first targets and the cues that may change. Cues that may be added have the mean measured value as target."""
     target, free = TARGET.copy(), STATED.copy()
     for row in range(len(types)):
         own = grasps.number == row + 1
@@ -129,13 +130,13 @@ def start(grasps):
 
 
 def fit(grasps):
-    """Targets and weights of all cues."""
+    """Returns the fitted targets and weights of all cues."""
     first, free = start(grasps)
     moving = free & ~KEY
     count = moving.sum()
     listed = grasps.number > 0
     truth = grasps.number[listed] - 1
-    # Each type counts the same, and what is none as much as all of them.
+    # All types have the same total weight; the fixtures of no type together weigh as much as all types.
     share = numpy.zeros(len(grasps.number))
     for number in numpy.unique(grasps.number):
         own = grasps.number == number
@@ -184,7 +185,8 @@ def fit(grasps):
 
 
 def right(grasps, target, weight):
-    """Shares whose category, cell and type are right, of grasps that are listed, and of others that are."""
+    """Returns five shares: of grasps of a type, those with the right category, cell and type, and those that are accepted; of
+    fixtures of no type, those that are accepted."""
     scores = grasps.scores(target, weight)[-1]
     best, high = scores.argmax(1), scores.max(1) >= UNLISTED_BELOW
     listed = grasps.number > 0
@@ -194,7 +196,7 @@ def right(grasps, target, weight):
 
 
 def check(grasps):
-    # Variants a to d of each type; of what is none every fourth.
+    # The variants a to d of each type, and every fourth of the fixtures of no type.
     variant = numpy.array([ord(i[-1]) - ord("a") if "none" not in i else int(i.split("-")[1]) % 4 for i in grasps.ids])
     shares = []
     for left_out in range(4):
@@ -236,10 +238,10 @@ def text(target, weight):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("features", type=pathlib.Path)
-    parser.add_argument("--check", action="store_true", help="cross-validation instead")
+    parser.add_argument("--check", action="store_true", help="run a cross-validation and write nothing")
     arguments = parser.parse_args()
     grasps = Grasps([json.loads(line) for line in arguments.features.read_text().splitlines()])
-    # Fewer than two parts of the hand touch: the rule does not name it.
+    # The rule does not classify grasps in which fewer than two parts of the hand touch the object; they have no features.
     grasps = grasps.part(grasps.known.sum((1, 2)) > 0)
     if arguments.check:
         check(grasps)

@@ -1,4 +1,4 @@
-"""The drop test of `landscape stability` in MuJoCo and PyBullet, from what `crosscheck_export` wrote.
+"""Repeats the drop test of `landscape stability` in MuJoCo and PyBullet, with the files that `crosscheck_export` wrote.
 
 usage: run.py FOLDER [--first N] [--engines NAME ...]
 """
@@ -15,19 +15,19 @@ import pybullet
 import scipy.optimize
 
 SECONDS = 1000 / 60
-# What PyBullet lays around every convex hull unless told otherwise, metres.
+# Margin that PyBullet adds around every convex hull by default, metres.
 MARGIN_M = 1e-3
 # Contacts nearer than this count as touching, metres.
 TOUCH_M = 1e-4
-# Makes turns and ways comparable, metres.
+# Lever by which turns are converted to displacements, metres.
 LEVER_M = 0.05
-# Share of a contact's constraint that is hard in MuJoCo where contacts are springs.
+# Impedance (`solimp`) of contacts in MuJoCo when they are springs.
 IMPEDANCE = 0.98
 NO_GRAVITY = [0.0, 0.0, 0.0]
 
 
 def principal(inertia):
-    """Moments and axes (columns, right-handed) of a symmetric matrix."""
+    """Returns the moments and the axes (columns, right-handed) of a symmetric matrix."""
     moments, axes = numpy.linalg.eigh(numpy.array(inertia).reshape(3, 3))
     if numpy.linalg.det(axes) < 0:
         axes[:, 0] *= -1
@@ -35,7 +35,7 @@ def principal(inertia):
 
 
 def quaternion(axes):
-    """w, x, y, z of a rotation matrix."""
+    """Converts a rotation matrix to w, x, y, z."""
     result = numpy.zeros(4)
     mujoco.mju_mat2Quat(result, axes.flatten())
     return result
@@ -47,15 +47,15 @@ def text(numbers):
 
 def fall_in_mujoco(folder, population, grasp, protocol, step_s=1 / 240, springs=False):
     """Vertical way of the centre of mass, metres."""
-    # MuJoCo's friction gives way a little under any load, and objects creep out of the hand within the 17 s: least with a
-    # large impratio.
+    # In MuJoCo, contacts with friction slip a little under any load, so objects creep out of the hand within the 17 s. A
+    # large impratio reduces this.
     friction = protocol["friction"]["hand"] * protocol["friction"]["object"]
     moments, axes = principal(population["inertia_kg_m2"])
     contact = springs_in_mujoco(folder, population, grasp, protocol) if springs else ""
     meshes = "".join(
         f'<mesh name="p{n}" file="{folder / piece}" inertia="shell"/>' for n, piece in enumerate(population["pieces"])
     )
-    # Inertia is given for the body, so the pieces have none; MuJoCo takes the larger of two frictions.
+    # The body has the inertia, so its pieces have none. MuJoCo uses the larger of the two frictions of a contact.
     geoms = "".join(
         f'<geom type="mesh" mesh="p{n}" mass="0" friction="{friction} 0 0" contype="1" conaffinity="2"/>'
         for n in range(len(population["pieces"]))
@@ -95,7 +95,7 @@ def fall_in_mujoco(folder, population, grasp, protocol, step_s=1 / 240, springs=
 
 
 def place_in_pybullet(folder, population, grasp, protocol, margin_m=0.0):
-    """Hand and object without gravity; the object's body."""
+    """Places hand and object without gravity and returns the body of the object."""
     pybullet.resetSimulation()
     pybullet.setGravity(*NO_GRAVITY)
     for c in grasp["capsules"]:
@@ -111,7 +111,7 @@ def place_in_pybullet(folder, population, grasp, protocol, margin_m=0.0):
         pybullet.changeDynamics(body, -1, lateralFriction=protocol["friction"]["hand"])
     moments, axes = principal(population["inertia_kg_m2"])
     w, x, y, z = quaternion(axes)
-    # One hull for each piece of the file. Of a list of shapes PyBullet takes the first 16 and says nothing of the others.
+    # PyBullet makes one hull for each piece of the file. It would use only the first 16 of a list of shapes, without a warning.
     shape = pybullet.createCollisionShape(pybullet.GEOM_MESH, fileName=str(folder / population["all_pieces"]))
     body = pybullet.createMultiBody(
         population["mass_kg"],
@@ -151,7 +151,7 @@ def fall_in_pybullet(folder, population, grasp, protocol, step_s=1 / 60, margin_
 
 
 def pushes_in_pybullet(body, population):
-    """For each contact of the object: the unit push that opens it, and its torque about the centre of mass (metres)."""
+    """Returns, for each contact of the object, the unit force that opens it and its torque about the centre of mass (metres)."""
     pybullet.performCollisionDetection()
     pushes = []
     for contact in pybullet.getContactPoints(body):
@@ -166,8 +166,8 @@ def pushes_in_pybullet(body, population):
 
 
 def our_springs(body, population, protocol):
-    """Mass (kg), angular frequency (1/s) and damping ratio of the springs that contacts are here: of one frequency for the
-    mass that a contact moves, for which stands its mean over the contacts at the start."""
+    """Returns the mass (kg), angular frequency (1/s) and damping ratio of the springs that model contacts in `landscape`. The
+    frequency holds for the effective mass of a contact; the mean over the contacts at the start stands for all of them."""
     inverse = numpy.linalg.inv(numpy.array(population["inertia_kg_m2"]).reshape(3, 3))
     masses = [
         1.0 / (1.0 / population["mass_kg"] + torque @ inverse @ torque)
@@ -179,7 +179,7 @@ def our_springs(body, population, protocol):
 
 
 def give_springs_in_pybullet(body, population, protocol):
-    """Makes contacts springs like ours. Those of the hand stay stiff: Bullet puts the two in series."""
+    """Makes contacts the same springs as in `landscape`. The hand stays stiff, because Bullet combines the two in series."""
     mass_kg, omega, damping = our_springs(body, population, protocol)
     pybullet.changeDynamics(
         body, -1, contactStiffness=mass_kg * omega**2, contactDamping=2.0 * damping * mass_kg * omega
@@ -187,9 +187,10 @@ def give_springs_in_pybullet(body, population, protocol):
 
 
 def springs_in_mujoco(folder, population, grasp, protocol):
-    """Attributes of geoms whose contacts at rest are as stiff as ours. MuJoCo states springs per mass, that of the whole body,
-    and for a constraint of which IMPEDANCE is hard. What is not is a resistance to acceleration, too: with 0.98 contacts move
-    like springs damped little more than critically. With 0.9 steps of 1/240 s do not follow the damping."""
+    """Returns attributes of geoms whose contacts at rest are as stiff as in `landscape`. MuJoCo gives the stiffness per mass
+    of the whole body, for a constraint with the impedance IMPEDANCE. The rest, 1 - IMPEDANCE, also resists acceleration: with
+    0.98, contacts move like springs with little more than critical damping. With 0.9, steps of 1/240 s are too long for the
+    damping."""
     body = place_in_pybullet(folder, population, grasp, protocol)
     mass_kg, omega, damping = our_springs(body, population, protocol)
     soft = (1.0 - IMPEDANCE) * mass_kg / population["mass_kg"]
@@ -200,8 +201,8 @@ def springs_in_mujoco(folder, population, grasp, protocol):
 
 
 def escape(folder, population, grasp, protocol):
-    """How freely the object could leave the hand if nothing rubbed: the largest speed at which all contacts open at once,
-    among motions of speed 1 (metres, and turns at a lever of LEVER_M); 0 where the normals alone hold it."""
+    """Measures how freely the object could leave the hand without friction: the largest speed at which all contacts open at
+    once, among motions of speed 1 (metres, and turns at a lever of LEVER_M). It is 0 if the normals alone hold the object."""
     body = place_in_pybullet(folder, population, grasp, protocol)
     rows = [[*push, *(torque / LEVER_M)] for push, torque in pushes_in_pybullet(body, population)]
     if not rows:
@@ -217,8 +218,9 @@ def escape(folder, population, grasp, protocol):
     return float(solved.x[-1])
 
 
-# With contacts as stiff as ours at rest, in steps as long as our substeps; and as the engines come. PyBullet
-# as it comes adds a margin to hulls; without it, it sees what the others see. It presses harder the shorter its step is.
+# The first two engines have contacts that are as stiff at rest as in `landscape`, and steps as long as its substeps. The others
+# have their default contacts. By default PyBullet adds a margin to hulls; `exact` is without this margin. The contact forces
+# of PyBullet grow as its step gets shorter.
 ENGINES = {
     "mujoco-springs": functools.partial(fall_in_mujoco, springs=True),
     "pybullet-springs": functools.partial(fall_in_pybullet, step_s=1 / 240, iterations=500, springs=True),
@@ -232,8 +234,8 @@ ENGINES = {
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=pathlib.Path)
-    parser.add_argument("--engines", nargs="+", choices=ENGINES, default=list(ENGINES), help="which of them")
-    parser.add_argument("--first", type=int, help="only so many grasps of each object")
+    parser.add_argument("--engines", nargs="+", choices=ENGINES, default=list(ENGINES), help="the engines to run")
+    parser.add_argument("--first", type=int, help="greatest number of grasps of each object")
     arguments = parser.parse_args()
     told = json.loads((arguments.folder / "grasps.json").read_text())
     protocol = told["protocol"]

@@ -13,10 +13,10 @@ pub(super) struct Common {
     /// Number of threads; all cores by default. The result does not depend on it.
     #[arg(long, global = true, value_name = "N")]
     threads: Option<usize>,
-    /// No progress bars and no summary.
+    /// Print neither progress bars nor summary.
     #[arg(long, short, global = true)]
     pub(super) quiet: bool,
-    /// Overwrite files that exist and were not made by this program, that may have been edited, or that are read.
+    /// Overwrite the output even if this program did not make it, if it may have been edited, or if it is also an input.
     #[arg(long, global = true)]
     pub(super) force: bool,
     /// This command line, for the files that it writes.
@@ -41,11 +41,11 @@ impl Common {
 /// Handling of an interrupted run, which is continued by default.
 #[derive(Debug, Args)]
 pub(super) struct Again {
-    /// Continue an interrupted run, and refuse to begin a new one. (Without this flag, a run also continues where it
-    /// stopped, if there is one.)
+    /// Continue an interrupted run; fail if there is none. (Without this flag, the command continues an interrupted run if
+    /// there is one and begins a new one otherwise.)
     #[arg(long, conflicts_with = "fresh")]
     pub(super) resume: bool,
-    /// Begin again instead of continuing an interrupted run.
+    /// Begin a new run even if there is an interrupted one, whose results are lost.
     #[arg(long)]
     pub(super) fresh: bool,
 }
@@ -53,8 +53,8 @@ pub(super) struct Again {
 /// The greatest barrier within a group.
 #[derive(Debug, Clone, Copy, Args)]
 pub(super) struct GroupBarrier {
-    /// Minima joined by a relative barrier of at most E, in units of the energy, are one group. The groups of two
-    /// landscapes are comparable only at the same E.
+    /// Put minima that are joined by a relative barrier of at most E, in units of the energy, into one group. The groups of
+    /// two landscapes are comparable only at the same E.
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
     pub(super) group_barrier: Option<f64>,
 }
@@ -82,12 +82,12 @@ impl GroupBarrier {
 /// Hand and object of grasps whose file does not describe them, or others for judging the poses.
 #[derive(Debug, Args)]
 pub(super) struct HandAndObject {
-    /// The hand, for a file that does not describe it, or another one with the same joints for judging the poses. Contacts
-    /// are then chosen anew.
+    /// The hand, if the file does not describe it. If the file does, judge the poses with this other hand, which must have
+    /// the same joints; contacts are then chosen anew.
     #[arg(long, value_name = "NAME|FILE", value_hint = ValueHint::FilePath)]
     pub(super) hand: Option<String>,
-    /// The object, for a file that does not describe it, or another one (in its own size) for judging the poses. All
-    /// measures are then computed anew; labels and outcomes of simulations are dropped.
+    /// The object, if the file does not describe it. If the file does, judge the poses with this other object (in its own
+    /// size); all measures are then computed anew, and labels and outcomes of simulations are dropped.
     #[arg(long, value_name = "NAME|FILE", value_hint = ValueHint::FilePath)]
     pub(super) object: Option<String>,
 }

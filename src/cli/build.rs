@@ -25,7 +25,7 @@ pub(super) struct Build {
     /// The folder to write; by default the name of the file with the ending `.landscape`.
     #[arg(long, short, value_name = "FOLDER")]
     output: Option<PathBuf>,
-    /// Number of nearest minima that each minimum is connected to, in addition to a minimum spanning tree of distances; 6
+    /// Number of nearest minima to which each minimum is connected, in addition to a minimum spanning tree of distances; 6
     /// by default. More connections lower some barriers.
     #[arg(long, value_name = "K")]
     neighbours: Option<usize>,
@@ -71,14 +71,15 @@ Examples:
   landscape build mug.parquet --group-barrier 0.1          groups as another landscape has them at 0.1
 
 Writes minima.parquet, edges.parquet, paths.parquet, landscape.json, the tree (tree.nwk, tree.dot, tree.json), the network
-(barriers.graphml), min.data and ts.data as PATHSAMPLE reads them (without curvatures: placeholders), the disconnectivity
+(barriers.graphml), min.data and ts.data for PATHSAMPLE (with placeholders instead of curvatures), the disconnectivity
 graph, the barrier graph and a rarefaction curve (SVG and PNG), and summary.md. An interrupted run continues where it
-stopped when the same command is given again; with --resume it must, with --fresh it begins anew. The result is the same to
-the last byte.
+stopped when the same command is given again; --resume demands this, and --fresh begins anew. The result is the same to the
+last byte.
 
-Groups are made at the relative barrier at which they depend least on single connections, but never above what hovering 2 mm
-off the object costs: a hand that far off touches nothing, so that a higher barrier is crossed by letting go, whatever the
-grasps are. Each landscape so has a barrier of its own; --group-barrier gives them one.";
+Two minima are in one group if a path joins them whose relative barrier is at most the group barrier. The program chooses the
+barrier at which the groups depend least on single connections, but at most the cost of hovering 2 mm off the object: a
+hand that far off touches nothing, so higher barriers are crossed by letting go and do not distinguish grasps. Each
+landscape therefore has its own group barrier, unless --group-barrier sets it.";
 
 pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
     for (flag, value) in [("temperature", command.temperature), ("pull", command.pull)] {

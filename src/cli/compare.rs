@@ -38,10 +38,10 @@ pub(super) struct Compare {
 pub(super) const EXAMPLES: &str = "\
 Examples:
   landscape compare grasps.landscape                       grasps.comparison.md, .json, .png, .svg
-  landscape compare human.landscape gripper.landscape      which grasp types each of them holds
+  landscape compare human.landscape gripper.landscape      the grasp types in each of them
 
-Labels minima by the rule of `landscape label` (labels that the landscape was built with win), and tests by permutation
-whether heights between them go with their categories and types: dendrogram purity, ANOSIM, PERMANOVA, Mantel, Moran's I,
+Labels minima by the rule of `landscape label` (labels in the landscape override the rule), and tests by permutation
+whether the heights between minima depend on their categories and types: dendrogram purity, ANOSIM, PERMANOVA, Mantel, Moran's I,
 assortativity, barrier ratios, cuts of the tree.";
 
 pub(super) fn run(command: &Compare, common: &Common) -> anyhow::Result<()> {

@@ -24,7 +24,7 @@ pub(super) struct Diff {
     /// The first landscape.
     #[arg(value_name = "BEFORE")]
     before: PathBuf,
-    /// The second.
+    /// The second landscape.
     #[arg(value_name = "AFTER")]
     after: PathBuf,
     /// Greatest distance of corresponding minima (metres for grasps); by default the tolerance with which the landscape was
@@ -41,10 +41,10 @@ Examples:
   landscape diff warm.landscape cold.landscape             tables on standard output
   landscape diff a.landscape b.landscape --within 0.01 --json
 
-For landscapes of one hand, or of one surface, made at another temperature, with other weights or another object: which
-minima correspond (the nearest, within the distance at which two minima were one, or --within), whose energies moved, which
-merges of the first moved and by how much, and what vanished and appeared. Heights are compared for all pairs at once by
-the cophenetic distance and correlation of the two trees.";
+Compares landscapes of one hand, or of one surface, made at different temperatures, with different weights or on different
+objects. The tables show which minima correspond (the nearest ones within the distance at which two minima are merged, or
+within --within), whose energies changed, which merges of the first landscape moved and by how much, and which minima
+vanished or appeared. The cophenetic distance and correlation of the two trees compare the heights between all pairs.";
 
 /// Greatest number of rows of a table in the text.
 const SHOWN: usize = 20;

@@ -24,16 +24,16 @@ pub(super) struct Draw {
     /// The folder to write; by default the name of the landscape with the ending `.view`.
     #[arg(long, short, value_name = "FOLDER")]
     output: Option<PathBuf>,
-    /// Only the N lowest.
+    /// Draw only the N lowest minima (or groups).
     #[arg(long, value_name = "N")]
     lowest: Option<usize>,
-    /// Only those with at least N members.
+    /// Draw only minima (or groups) with at least N members.
     #[arg(long, value_name = "N")]
     min_members: Option<usize>,
-    /// Only the bottoms of monotonic sequences: minima that no connection joins to a lower one.
+    /// Draw only the bottoms of monotonic sequences: minima that no connection joins to a lower one.
     #[arg(long)]
     monotonic: bool,
-    /// Only these minima, named as in the tree: m0,m4,m31.
+    /// Draw only these minima, named as in the tree: m0,m4,m31.
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     pick: Vec<String>,
     /// Colour minima by whether their grasps held in simulation, from the file that `landscape stability` wrote for the
@@ -85,10 +85,10 @@ Examples:
   landscape draw grasps.landscape --stability grasps.stability.parquet
   landscape draw grasps.landscape --colour category --examples 8
 
-A hidden minimum still joins those that are shown: no choice of minima moves a merge. --levels raises every merge to the
-next of so many even levels. Pictures of groups (disconnectivity, barriers) and of minima (…_minima) take the same
-choices, each of its own leaves; picking a minimum picks its group. Writes the pictures (SVG and PNG), and tree.nwk,
-tree.dot, tree.json and barriers.graphml of what is shown of the minima.";
+Paths through hidden minima still count, so no choice of minima moves a merge. There are pictures of the groups
+(disconnectivity, barriers) and of the minima (disconnectivity_minima, barriers_minima). The same choice applies to both,
+separately to groups and to minima; a picked minimum picks its group. Writes the pictures (SVG and PNG), and tree.nwk,
+tree.dot, tree.json and barriers.graphml of the minima that are shown.";
 
 pub(super) fn run(command: &Draw, common: &Common) -> anyhow::Result<()> {
     for (flag, value) in [

@@ -23,7 +23,7 @@ pub(super) struct Export {
     /// The output format.
     #[arg(value_enum, value_name = "FORMAT")]
     format: ExportFormat,
-    /// Only the grasp with this number; may be given several times.
+    /// Export only the grasp with this id; may be given several times.
     #[arg(long, value_name = "ID")]
     grasp: Vec<u64>,
     /// The file to write (a folder of scenes for glb); by default in the current folder, named after the grasps.
@@ -42,7 +42,7 @@ pub(super) enum ExportFormat {
     Json,
     /// DexGraspNet's array of dictionaries (.npy).
     Dexgraspnet,
-    /// `MuJoCo`'s qpos (.csv or .npy).
+    /// MuJoCo's qpos (.csv or .npy).
     Qpos,
     /// A binary glTF scene for each grasp.
     Glb,
@@ -50,15 +50,15 @@ pub(super) enum ExportFormat {
 
 pub(super) const EXAMPLES: &str = "\
 Examples:
-  landscape export grasps.parquet csv                      grasps.csv: a row a grasp, a column a joint
+  landscape export grasps.parquet csv                      grasps.csv: a row for each grasp, a column for each joint
   landscape export grasps.parquet qpos -o grasps.npy       rows of MuJoCo's qpos: position, quaternion w x y z, joints
   landscape export grasps.parquet dexgraspnet              grasps.npy, as DexGraspNet's own files
-  landscape export grasps.parquet glb                      grasps.scenes/: hand (as it is judged), object and contacts
+  landscape export grasps.parquet glb                      grasps.scenes/: the hand as it is judged, the object and the contacts
   landscape export grasps.parquet glb --grasp 17 -o 17.glb
 
 Poses are those of the hand's root in the object's frame: p_object = R p_hand + t, in metres; angles are in radians. In qpos
-the hand's outermost body has a free joint; the columns of the CSV form name its joints. csv and json come back with
-`landscape import`, to the last bit.";
+the hand's outermost body has a free joint; the columns of the CSV form name its joints. `landscape import` reads csv and
+json without any change of the numbers.";
 
 pub(super) fn run(command: &Export, common: &Common) -> anyhow::Result<()> {
     let output = output(command)?;

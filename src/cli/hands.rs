@@ -62,9 +62,10 @@ pub(super) struct HandsInspect {
 const EXAMPLES: &str = "\
 Examples:
   landscape hands inspect human                            human.json and human.png
-  landscape hands inspect my_hand.xml                      my_hand.json: edit it beside my_hand.xml
+  landscape hands inspect my_hand.xml                      my_hand.json, which is read when it lies beside my_hand.xml
   landscape synth --hand my_hand.xml --object mug          grasps of that hand
-  landscape synth --hand my_hand.xml --mirror --object mug and of its mirror image";
+  landscape synth --hand my_hand.xml --mirror --object mug
+                                                           grasps of its mirror image";
 
 /// Side of each image, pixels.
 const SIDE: u32 = 420;

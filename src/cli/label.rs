@@ -48,16 +48,16 @@ pub(super) struct LabelCommand {
 
 pub(super) const EXAMPLES: &str = "\
 Examples:
-  landscape label grasps.parquet                           grasps.labelled.parquet: the same with grasp types
-  landscape label grasps.parquet --explain 17              why grasp 17 is what it is
-  landscape label grasps.parquet --sheet sheet.html        a page on which you label by clicking; it saves labels.csv
-  landscape label grasps.parquet --from labels.csv         the same with your labels, which win
-  landscape label mine.parquet -o mine.parquet --force     in place
+  landscape label grasps.parquet                           the same with grasp types, in grasps.labelled.parquet
+  landscape label grasps.parquet --explain 17              the reasons for the label of grasp 17
+  landscape label grasps.parquet --sheet sheet.html        a page for labelling with the mouse, which saves labels.csv
+  landscape label grasps.parquet --from labels.csv         the same with your labels, which override the rule
+  landscape label mine.parquet -o mine.parquet --force     replace the file
 
-The types are the 33 of the GRASP taxonomy (Feix et al. 2016). The rule looks at all of the hand within 5 mm of the object,
-at the pose of the fingers and at the object where it is held. Where two types fit as well it tells the cell of the
-taxonomy's table (category/opposition/virtual finger 2/thumb); where none fits, `unlisted`; for a hand without a thumb
-and fingers of a human one, `not_applicable`.
+The types are the 33 of the GRASP taxonomy (Feix et al. 2016). The rule uses all parts of the hand within 5 mm of the object,
+the pose of the fingers, and the shape of the object where it is held. If two types fit equally well, the label is their cell
+in the table of the taxonomy (category/opposition/virtual finger 2/thumb). If none fits, it is `unlisted`. If the hand does
+not have the thumb and the fingers of a human hand, it is `not_applicable`.
 
 Adds the columns label (yours), label_auto, label_score, label_best, label_category and label_source. labels.csv has the
 columns id and label: a name or number of a type, or `unlisted`.";

@@ -61,7 +61,7 @@ enum Command {
     Inspect(inspect::Inspect),
     /// List the built-in hands, or show the derived properties of your own hand
     Hands(hands::Hands),
-    /// Simulate the grasps of a file: would the object stay in the hand?
+    /// Simulate the grasps of a file in a physics engine: does the object stay in the hand?
     #[command(after_help = stability::EXAMPLES)]
     Stability(stability::Stability),
     /// Label the grasps of a file with types of the GRASP taxonomy, by a rule or by hand
@@ -69,13 +69,13 @@ enum Command {
     Label(label::LabelCommand),
     /// List the built-in objects, show the derived properties of your own object, or make an object from a neural network
     Objects(objects::Objects),
-    /// Map a surface: a named model, or your own energy
+    /// Find all minima and saddles of a model surface, or of your own energy
     #[command(after_help = surface::examples())]
     Surface(surface::Surface),
-    /// Draw a finished landscape again, with some of its minima or at a few levels
+    /// Draw a finished landscape again, with fewer minima or levels, or with other colours
     #[command(after_help = draw::EXAMPLES)]
     Draw(draw::Draw),
-    /// Compare a landscape with the taxonomy of grasps, with statistics
+    /// Test statistically how a landscape agrees with the taxonomy of grasps
     #[command(after_help = compare::EXAMPLES)]
     Compare(compare::Compare),
     /// Show the differences between two landscapes
@@ -93,14 +93,15 @@ const EXAMPLES: &str = "\
 Examples:
   landscape synth --object bottle_round -n 64              grasps.parquet: grasps of the human hand on a bottle
   landscape build grasps.parquet                           grasps.landscape/: the landscape between them
-  landscape inspect grasps.parquet                         how good these grasps are
-  landscape stability grasps.parquet                       would the object stay in the hand?
-  landscape label grasps.parquet                           which types of grasps these are
+  landscape inspect grasps.parquet                         the quality of these grasps
+  landscape stability grasps.parquet                       grasps.stability.parquet: which grasps hold in simulation
+  landscape label grasps.parquet                           grasps.labelled.parquet: the types of these grasps
   landscape surface lj 7                                   lj-7.landscape/: all minima and saddles of a model
   landscape draw grasps.landscape --lowest 50              grasps.view/: the same pictures of its 50 lowest minima
-  landscape diff warm.landscape cold.landscape             which minima and merges moved
+  landscape diff warm.landscape cold.landscape             the minima and merges that moved
 
-`landscape help synth`, `landscape help build` and so on tell more.";
+A landscape consists of the local minima of the energy and of the barriers between them; docs/glossary.md explains the
+terms. `landscape help synth`, `landscape help build` and so on describe the commands.";
 
 /// Runs the command line of this process.
 pub fn run() -> ExitCode {

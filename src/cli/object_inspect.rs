@@ -40,11 +40,10 @@ Examples:
   landscape objects inspect bottle.obj                     a table, and bottle.png
   landscape objects inspect scan.ply --scale 0.001         a mesh in millimetres
   landscape objects inspect bottle.obj --side-file bottle.json
-                                                           declares the symmetry that was found
+                                                           also write a description that declares the symmetry found
 
-Meshes may consist of several closed pieces; where these overlap or touch, the solid is their union. Small holes, triangles
-that face the wrong way and pieces that are inside out are repaired, and that is told; a surface without an inside is
-refused.
+A mesh may consist of several closed pieces; where these overlap or touch, the solid is their union. Small holes, triangles
+that face the wrong way and pieces that are inside out are repaired, with a warning. A surface without an inside is refused.
 
 Shapes (TOML; metres; a union of all parts):
   name = \"dumbbell\"

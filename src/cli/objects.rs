@@ -68,13 +68,13 @@ pub(super) struct Bake {
 const EXAMPLES: &str = "\
 Examples:
   landscape objects bake model.safetensors --scale 0.1 -o bottle.obj
-                                                           shape 0 of a trained decoder, 0.1 m per unit
+                                                           shape 0 of a trained decoder, 0.1 m per unit of the network
   landscape objects bake model.safetensors --specs s.json --codes codes.safetensors --code 7 --scale 0.1 -o jar.obj
-  landscape synth --object bottle.obj -n 64                then as any other object
+  landscape synth --object bottle.obj -n 64                use it as any other object
 
-The network is the decoder of DeepSDF: negative inside, shapes scaled into a ball of radius 1. Its zero level becomes a
-closed mesh, and that a smooth field, which has the curvature that a network of rectifiers lacks. The field is kept in the
-cache folder of the system. Checkpoints of torch (.pth) are converted by the script in docs/neural_objects.md.";
+The network is the decoder of DeepSDF: its distances are negative inside, and its shapes are scaled into a ball of radius 1.
+The zero level set becomes a closed mesh, from which a smooth field is made; a network of rectifiers has no curvature of its
+own. The field is kept in the cache folder of the system. Checkpoints of torch (.pth) are converted by the script in docs/neural_objects.md.";
 
 pub(super) fn run(command: &ObjectsCommand, common: &Common) -> anyhow::Result<()> {
     match command {

@@ -20,7 +20,7 @@ pub(super) struct Stability {
     /// The grasps: a file of `landscape synth`, or your own file with the same columns.
     #[arg(value_name = "FILE")]
     grasps: PathBuf,
-    /// The test, see below.
+    /// The protocol of the test; see below.
     #[arg(long, value_enum, default_value_t = ProtocolName::Drop, conflicts_with = "settings")]
     protocol: ProtocolName,
     /// Your own protocol (TOML): `protocol = "drop"` or `"six-directions"` and any of its numbers.
@@ -57,19 +57,20 @@ Examples:
   landscape stability grasps.parquet --settings mine.toml  a protocol of your own
 
 Protocols (rigid bodies, Coulomb friction, the Rapier engine in its deterministic mode):
-  drop                  The test of Liu et al. (2021): a rigid hand that does not move, gravity of 10 m/s² down the object's
-                        z axis, 1000 steps of 1/60 s; stable if the object falls less than 0.3 m. Friction 0.25 in contact:
-                        0.5 for each body, multiplied. The object first settles for a second without gravity; what presses
-                        is what overlaps. An object at rest (10 µm in a quarter of a second) holds: the test ends.
-  six-directions        The test in use today (DexGraspBench): no gravity, the object is given 0.1 kg and pushed with 1 N
-                        along ±x, ±y and ±z, 2 s each; stable if it moves less than 5 cm and turns less than 15° in all six.
-                        Friction 0.6. The joints squeeze: springs pull them toward the object.
+  drop                  The test of Liu et al. (2021). The hand is rigid and does not move; gravity of 10 m/s² pulls the
+                        object down its z axis for 1000 steps of 1/60 s. A grasp is stable if the object falls less than
+                        0.3 m. The friction in contact is 0.25: 0.5 for each body, multiplied. The object first settles
+                        for a second without gravity, in which only parts that overlap press. The test ends early with a
+                        stable grasp if the object rests (it moves less than 10 µm in a quarter of a second).
+  six-directions        The test in use today (DexGraspBench). There is no gravity; the object weighs 0.1 kg and is pushed
+                        with 1 N along ±x, ±y and ±z, 2 s each. A grasp is stable if the object moves less than 5 cm and
+                        turns less than 15° in all six. The friction is 0.6. Springs pull the joints toward the object.
   six-directions-rigid  The same with rigid joints.
-In all of them more than 1 cm of overlap at the start fails.
+In every protocol, a grasp fails if hand and object overlap by more than 1 cm at the start.
 
 Adds the columns stable, stable_reason (held, overlap, fell, moved, turned, lost), stable_displacement_m and
-stable_turn_rad; the protocol with all its numbers goes into the file's metadata. Objects are cut into convex pieces; how
-well these fit is told. An interrupted run continues where it stopped when the same command is given again.";
+stable_turn_rad, and stores the protocol with all its numbers in the file's metadata. Objects are cut into convex pieces;
+the summary says how well these fit. An interrupted run continues where it stopped when the same command is given again.";
 
 pub(super) fn run(command: &Stability, common: &Common) -> anyhow::Result<()> {
     let protocol = protocol(command)?;

@@ -127,10 +127,10 @@ Examples:
   landscape synth --object ball --preset paper --keep all  the published energy and sampler
   landscape synth --from mug.parquet -o better.parquet     refine given grasps
   landscape synth --from mug.parquet --perturb 10 -n 500 -o more.parquet
-                                                           look around given grasps
+                                                           find more grasps near given ones
 
-An interrupted run continues where it stopped when the same command is given again; with --resume it must, with --fresh
-it begins anew. The result is the same to the last byte.";
+An interrupted run continues where it stopped when the same command is given again; --resume demands this, and --fresh
+begins anew. The result is the same to the last byte.";
 
 /// Printed after a run that keeps strict grasps.
 const ADVICE: &str = "\

@@ -18,17 +18,17 @@ pub(in crate::cli) struct Import {
     /// The folder with the files that the hand's description names; by default its own folder.
     #[arg(long, value_name = "FOLDER", requires = "hand")]
     pub(super) hand_folder: Option<PathBuf>,
-    /// Use the hand's mirror image instead.
+    /// Use the mirror image of the hand.
     #[arg(long, requires = "hand")]
     pub(super) mirror: bool,
-    /// The object of the grasps: the name of a built-in object, or a mesh as published.
+    /// The object of the grasps: the name of a built-in object, or the mesh published with the grasps.
     #[arg(long, value_name = "NAME|FILE", value_hint = ValueHint::FilePath)]
     pub(super) object: Option<String>,
     /// Name of the object in files and pictures, instead of the name of its file. From a table with several objects, only
     /// those with this name are read.
     #[arg(long, value_name = "NAME", requires = "object")]
     pub(super) name: Option<String>,
-    /// Only the grasps at this scale of the object; if the file has no scales, metres per unit of the mesh.
+    /// Import only the grasps at this scale of the object. If the file has no scales: metres per unit of the mesh.
     #[arg(
         long,
         value_name = "FACTOR",
@@ -56,12 +56,12 @@ Examples:
   landscape import mine.csv --hand human --object mug --mapping mine.toml
   landscape import lj7                                     lj7.landscape/ from lj7/min.data and lj7/ts.data
 
-Grasps become a grasps.parquet for `landscape build`, `inspect` and so on. The format is told by the file: DexGraspNet's
-.npy (joints by name, Euler angles about fixed axes), DexGraspBench's (position, quaternion w x y z, joints in the hand's
-order), or a table (.csv, .json, .parquet). Nothing in a pickle is ever executed. Contacts that the file does not tell are
-chosen: the best by the default energy. Without --scale all scales are kept. docs/import_export.md says more.
+Grasps are written to a Parquet file for `landscape build`, `inspect` and so on. The program recognises the format: .npy of
+DexGraspNet (joints by name, Euler angles about fixed axes), .npy of DexGraspBench (position, quaternion w x y z, joints in
+the hand's order), or a table (.csv, .json, .parquet). Nothing in a pickle is ever executed. If the file has no contacts, the
+best ones by the default energy are chosen. Without --scale all scales are kept. docs/import_export.md says more.
 
-A mapping tells what the columns of a table are (TOML; everything may be left out):
+A mapping gives the meaning of the columns of a table (TOML; all entries are optional):
   translation = [\"x\", \"y\", \"z\"]        or one column of lists; translation_unit = \"m\", \"cm\", \"mm\"
   rotation = \"quat\"                      or several columns
   rotation_form = \"wxyz\"                 or xyzw, fixed_xyz, rotation_vector, matrix; rotation_unit = \"rad\", \"deg\"
@@ -70,6 +70,6 @@ A mapping tells what the columns of a table are (TOML; everything may be left ou
   joint_unit = \"rad\"                     or deg
   scale = \"size\"                         a column, or a number; also id, object, label, contacts
 
-Landscapes: the files are PATHSAMPLE's (6 and 8 columns) or topsearch's (2 and 3 columns): the number of columns tells. Writes
+A landscape is read from min.data and ts.data of PATHSAMPLE (6 and 8 columns) or topsearch (2 and 3 columns). Writes
 minima.parquet, edges.parquet, landscape.json, the tree, the network and the pictures as `landscape build` does, and
 min.data and ts.data in PATHSAMPLE's columns.";

@@ -43,18 +43,18 @@ pub(super) struct Inspect {
 
 pub(super) const EXAMPLES: &str = "\
 Examples:
-  landscape inspect grasps.parquet                         the file in numbers: who passes, and quantiles
+  landscape inspect grasps.parquet                         how many grasps pass each filter, and quantiles
   landscape inspect grasps.parquet --each                  one line for each grasp
-  landscape inspect grasps.parquet --grasp 17 --grasp 40   all about two of them
+  landscape inspect grasps.parquet --grasp 17 --grasp 40   all measures of two of them
   landscape inspect contacts.json                          bare contacts: balance, forces, ε
-  landscape inspect grasps.landscape --path m3 m17         why the barrier between two minima is high
+  landscape inspect grasps.landscape --path m3 m17         the lowest path between two minima
   landscape inspect grasps.parquet --json | jq '.grasps[] | select(.epsilon < 0.05) | .id'
 
 What is measured:
   |Gc|       wrench left over when all contacts push equally along their normals; below 0.5 passes the relaxed test
-  friction   least friction coefficient at which forces balance (exact); inf where none does
-  epsilon    Ferrari-Canny: the least wrench that can be resisted, per unit sum of normal forces, at friction 0.5 with
-             eight edges a cone; not positive where some wrench cannot be resisted
+  friction   least friction coefficient at which forces balance (exact); inf if they balance at none
+  epsilon    Ferrari-Canny: the greatest wrench that can be resisted in every direction, per unit sum of normal forces, at
+             friction 0.5 with eight edges per cone; not positive if some wrench cannot be resisted
   gap        distance of the farthest contact from the surface, on the exact mesh
   depth      deepest point of the hand in the object or of the object in the hand, on the exact mesh and the hand as
              `export glb` writes it

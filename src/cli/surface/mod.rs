@@ -95,9 +95,9 @@ pub(super) fn examples() -> String {
     )
 }
 
-pub(super) const EXAMPLES: &str = r#"Finds every minimum and every saddle between them that it can, from random points and the energy alone: it climbs from
-minima along their modes and from random places, descends on both sides of each saddle, and stops when it has found
-nothing new for long. How complete that is is estimated and told.
+pub(super) const EXAMPLES: &str = r#"Searches for all minima and all saddles between them. The search uses only the energy and random points: it climbs from
+minima along their modes and from random points, descends on both sides of each saddle, and stops when it has found nothing
+new for a long time. The summary estimates how complete the result is.
 
 Examples:
   landscape surface muller-brown                           writes muller-brown.landscape/
@@ -105,14 +105,14 @@ Examples:
   landscape surface --command "python3 my_energy.py" --region=-1.5:1,-0.3:1.8
                                                            your own energy, starts drawn from this box
 
-Your program answers a line for a line (docs/external_energy.md has a whole example):
-  asked on standard input       {"x": [0.5, -1.25]}
-  answered on standard output   {"energy": 3.5, "gradient": [0.25, -1.0]}   or {"energy": null} outside the domain
-Without "gradient" it is taken by differences. One program runs on each thread.
+Your program reads one line of JSON for each point and answers with one line (docs/external_energy.md has a full example):
+  it reads from standard input      {"x": [0.5, -1.25]}
+  it writes to standard output      {"energy": 3.5, "gradient": [0.25, -1.0]}   or {"energy": null} outside the domain
+If "gradient" is missing, it is computed by differences. One copy of the program runs on each thread.
 
-Writes what `landscape build` writes, and stationary.parquet: all minima and saddles with their curvatures, which are in
-min.data and ts.data, too. An interrupted run continues where it stopped when the same command is given again; with --resume
-it must, with --fresh it begins anew."#;
+Writes the files of `landscape build` and stationary.parquet, which holds all minima and saddles with their curvatures;
+min.data and ts.data hold the curvatures, too. An interrupted run continues where it stopped when the same command is given again; --resume
+demands this, and --fresh begins anew."#;
 
 /// Returns the error of the energy, if any.
 type Check<'a> = dyn Fn() -> anyhow::Result<()> + Sync + 'a;
