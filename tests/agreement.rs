@@ -286,7 +286,7 @@ fn censored_pairs_raised_and_left_out() {
     assert!(permanova(&holes, &labels).is_nan());
 }
 
-/// Under labels that mean nothing p is uniform on 1/100, …, 1: Kolmogorov and Smirnov at 1 %.
+/// For random labels p is uniform on 1/100, …, 1 by the Kolmogorov–Smirnov test at 1 %.
 ///
 /// Equal values count as reaching the observed one, so p of a statistic of few values is too large. A weight a case, drawn
 /// at random and added a millionth strong, breaks such ties by chance, and p is uniform on both sides.

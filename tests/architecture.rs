@@ -1,10 +1,10 @@
-//! The table "Rooms: who may use whom" of docs/ARCHITECTURE.md is true of the sources.
+//! The sources obey the table "Rooms: who may use whom" of docs/ARCHITECTURE.md.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
-/// What the table says of a room.
+/// A row of the table.
 struct Room {
     row: u32,
     crates: BTreeSet<String>,
@@ -67,7 +67,7 @@ fn name(text: &str) -> &str {
     &text[..end.unwrap_or(text.len())]
 }
 
-/// The first names of what follows a path: one, or those of a group in braces.
+/// The names that follow a path: one name, or those of a group in braces.
 fn heads(rest: &str) -> Vec<&str> {
     let Some(group) = rest.strip_prefix('{') else {
         return vec![name(rest)];
@@ -110,7 +110,7 @@ fn used(code: &str, depth: usize) -> BTreeSet<&str> {
     used
 }
 
-/// What in `files` (paths below `src`, and texts) the table does not allow.
+/// The uses in `files` (paths below `src`, and texts) that the table does not allow.
 fn faults(document: &str, manifest: &str, files: &BTreeMap<String, String>) -> Vec<String> {
     let rooms = rooms(document);
     let dependencies = manifest

@@ -217,7 +217,7 @@ fn compare(hands: Vec<(String, Hand)>, objects: &[&str], count: usize) {
     assert!(short.is_empty(), "{}\n{report}", short.join("\n"));
 }
 
-/// On the hands that come with the crate: of capsules, and of boxes.
+/// Tests the built-in hands, which consist of capsules or of boxes.
 #[test]
 fn no_sample_of_the_hand_is_deeper_than_is_told() {
     let hands = ["human", "gripper_three_finger", "gripper_parallel"];
@@ -225,7 +225,7 @@ fn no_sample_of_the_hand_is_deeper_than_is_told() {
     compare(hands.into(), &["bottle_round"], 10_000);
 }
 
-/// On every hand at hand.
+/// Tests the built-in and the published hands.
 #[test]
 #[ignore = "minutes: many samples on many hands"]
 fn no_sample_of_any_hand_is_deeper_than_is_told() {

@@ -35,7 +35,7 @@ fn on_surface(object: &Object, toward: [f64; 3]) -> Vector3<f64> {
     object.exact.nearest(&Vector3::from(toward)).point
 }
 
-/// The inner wall of a bowl sees itself, its outer wall does not; nor does any two points of a ball.
+/// Points of the inner wall of a bowl see each other. Points of its outer wall and points of a ball do not.
 #[test]
 fn the_inside_of_a_bowl_is_one_concavity() {
     let around = |radius: f64, height: f64| {
@@ -59,7 +59,7 @@ fn the_inside_of_a_bowl_is_one_concavity() {
     }
 }
 
-/// More points of the object are held against the hand where it is thin, and only there.
+/// Where the object is thin, and only there, more of its points are compared with the hand.
 #[test]
 fn thin_parts_are_held_densely() {
     let everywhere: Vec<u32> = (0..384).collect();
@@ -78,7 +78,7 @@ fn thin_parts_are_held_densely() {
     assert!(hammer.thin_share < 0.5);
 }
 
-/// The exact depth of an object in a hand is what ever denser points of its surface come to from below.
+/// The exact depth of an object in a hand is the limit, from below, of depths of ever denser points of its surface.
 #[test]
 fn nothing_hides_between_points() {
     let samples = BOWL.mesh.sample_surface(8_000, 1);

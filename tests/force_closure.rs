@@ -308,7 +308,7 @@ fn margin(contacts: &[PointContact], forces: &[Vector3<f64>], friction: f64) -> 
     all.fold(f64::INFINITY, f64::min)
 }
 
-/// Torques need not be rescaled: wrenches that vanish vanish in any unit.
+/// Torques need not be rescaled, because a wrench that is zero is zero in every unit.
 #[test]
 fn turning_and_enlarging_contacts_turns_forces() {
     let turn = Rotation3::from_euler_angles(-2.0, 0.7, 1.1);

@@ -132,7 +132,7 @@ fn gradients_are_central_differences() {
     }
 }
 
-/// What an energy says of its second derivatives, against those of its gradient by fourth-order central differences.
+/// The Hessian of an energy agrees with fourth-order central differences of its gradient.
 #[test]
 fn known_hessians_are_differences_of_gradients() {
     let mut known = Vec::new();
@@ -182,7 +182,7 @@ fn known_hessians_are_differences_of_gradients() {
     );
 }
 
-/// An energy is a function of x alone: asked again, after other points, it gives the same bits.
+/// An energy is a function of x alone: another evaluation, after other points, gives the same bits.
 #[test]
 fn energies_have_no_memory() {
     for (name, energy, sample) in energies() {
@@ -224,7 +224,7 @@ fn cut_offs_keep_their_promise() {
     }
 }
 
-/// Held at its own choice, an energy is itself.
+/// An energy whose piece is held at the active one has the same value.
 #[test]
 fn the_choice_made_is_the_choice_held() {
     for (name, energy, sample) in energies() {

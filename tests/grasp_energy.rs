@@ -218,7 +218,7 @@ fn every_term_is_differentiated_correctly() {
     }
 }
 
-/// The softened energy of a synthesis is differentiated correctly too, and weighs what it says.
+/// The softened energy of a synthesis has the right gradient and the right weights, too.
 #[test]
 fn softened_weights() {
     let energy = GraspEnergy::new(HAND.clone(), BOTTLE.clone(), EnergySettings::default()).unwrap();
@@ -360,8 +360,8 @@ fn envelope_is_the_minimum_over_all_quadruples() {
     compare_with_brute_force(19, 4, 200, 0.05);
 }
 
-/// Squares have no slope at the surface and the alignment may cost more there than farther out: the band must be widened
-/// until no point outside can matter.
+/// Squared distances have no slope at the surface, and the alignment may cost more there than farther out. The band
+/// must therefore be widened until no point outside can matter.
 #[test]
 fn envelope_of_the_released_energy_is_the_minimum() {
     let released = EnergySettings {
@@ -443,8 +443,8 @@ fn answer(
         .collect()
 }
 
-/// What was asked before makes an answer cheaper, never different: a walk of small and of large steps, with an energy
-/// that remembers all of it, one with a memory of its own, and for every question one that knows nothing.
+/// Earlier evaluations make a result cheaper but never different. A walk of small and large steps compares three
+/// energies: one that remembers all evaluations, one with a memory of its own, and a new one for every evaluation.
 #[test]
 fn the_envelope_has_no_memory() {
     for (object, clearance_m) in [(&*BOTTLE, 0.0), (&*BALL, 0.0), (&*BOTTLE, 0.01)] {
@@ -484,7 +484,7 @@ fn the_envelope_has_no_memory() {
     }
 }
 
-/// Above the cut-off the answer is a lower bound above the cut-off; below, it is exact.
+/// Above the cut-off the result is a lower bound that exceeds the cut-off; below it the result is exact.
 #[test]
 fn leaving_early_keeps_its_promise() {
     let energy = GraspEnergy::new(HAND.clone(), BOTTLE.clone(), EnergySettings::default()).unwrap();

@@ -28,7 +28,8 @@ fn load(path: &Path) -> Hand {
     Hand::from_files(&files).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// Frames of all bodies to a nanometre and a nanoradian at 21 configurations, joint order and limits as told.
+/// The frames of all bodies agree to a nanometre and a nanoradian at 21 configurations; the order and the limits of
+/// joints agree with the files.
 #[test]
 fn hands_move_as_in_mujoco() {
     let Some(folder) = published() else { return };
@@ -131,7 +132,7 @@ fn mirrored_hands_are_mirror_images() {
     }
 }
 
-/// As they were published, files that `MuJoCo` refuses either load or are refused with element, file and line.
+/// Published files that `MuJoCo` refuses are either read or refused with a message that names element, file and line.
 #[test]
 fn original_files_load_or_say_where_not() {
     let Some(folder) = published() else { return };
@@ -157,7 +158,7 @@ fn original_files_load_or_say_where_not() {
     assert!(told[0].contains("22 joints"), "{}", told[0]);
 }
 
-/// A side file with everything derived gives the same hand.
+/// A side file that contains all derived properties gives the same hand.
 #[test]
 fn the_derived_side_file_says_it_all() {
     let mut hands: Vec<HandFiles> = [
@@ -212,7 +213,8 @@ fn the_derived_side_file_says_it_all() {
     }
 }
 
-/// What is derived of the published hands: five or four digits with a thumb, and a palm that faces where fingers curl.
+/// Published hands are found to have four or five digits, one of which is a thumb, and a palm that faces the side to
+/// which fingers curl.
 #[test]
 fn roles_follow_from_the_tree() {
     let Some(folder) = published() else { return };
@@ -253,8 +255,8 @@ fn roles_follow_from_the_tree() {
     }
 }
 
-/// Wrist and forearm are no palm and no digit: they keep their capsules, have no surface points, and the palm moves with
-/// the wrist.
+/// Wrist and forearm belong neither to the palm nor to a digit: they keep their capsules and have no surface points.
+/// The palm moves with the wrist.
 #[test]
 fn a_forearm_is_no_palm() {
     let Some(folder) = published() else { return };
@@ -281,7 +283,7 @@ fn a_forearm_is_no_palm() {
     assert!((moved.centre - hand.palm.centre).norm() > 0.005);
 }
 
-/// Grippers face what their digits close on.
+/// The palm of a gripper faces the place where its digits close.
 #[test]
 fn grippers_face_what_they_close_on() {
     for (name, volar, digits) in [
@@ -307,7 +309,7 @@ fn grippers_face_what_they_close_on() {
     }
 }
 
-/// A finger whose links are meshes of a hundred thousand faces, open and inside out, is no different.
+/// Links that are open, inside-out meshes of a hundred thousand faces give the same finger.
 #[test]
 fn dense_meshes_are_read() {
     let folder = tempfile::tempdir().unwrap();
@@ -367,7 +369,7 @@ fn dense_meshes_are_read() {
     assert!(count("a") > 350 && count("b") > 350 && count("c") == 0);
 }
 
-/// A description says nothing of files outside its folder, whichever way it points at them; a wider folder may be named.
+/// A description cannot read files outside its folder, whatever path it contains; the user may name a wider folder.
 #[test]
 fn references_stay_in_the_folder() {
     let folder = tempfile::tempdir().unwrap();
@@ -435,7 +437,7 @@ fn references_stay_in_the_folder() {
     }
 }
 
-/// Found by breaking files: a hundred thousand elements inside each other took the reader half a minute.
+/// The fuzzer found this: the reader took half a minute for a hundred thousand nested elements.
 #[test]
 fn deep_nesting_is_refused() {
     let text = format!("<robot name=\"r\">{}", "<geometry>".repeat(100_000));

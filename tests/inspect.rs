@@ -258,7 +258,8 @@ fn positive_zero_and_negative_epsilon() {
     assert_eq!(signs, [1.0, 0.0, -1.0]);
 }
 
-/// Other units and another frame: by default arms are divided by the longest, and torques taken about the mean.
+/// Other units and another frame give the same result: by default arms are divided by the longest one, and torques are
+/// about the mean of the positions.
 #[test]
 fn units_and_frames_do_not_matter() {
     let desk = Desk::empty();
@@ -394,7 +395,7 @@ fn mistakes_in_contacts() {
     assert_says(&desk.mistake("inspect absent.json"), &["absent.json"]);
 }
 
-/// Normals count by their direction only, however long.
+/// Only the direction of a normal matters, not its length.
 #[test]
 fn lengths_of_normals_do_not_matter() {
     let desk = Desk::empty();

@@ -118,7 +118,7 @@ fn hands_unlike_a_human_one_are_not_guessed() {
     );
 }
 
-/// Fingers of two phalanges, as those of the Inspire and the Ability hand, were taken for none.
+/// Earlier versions did not recognise fingers of two phalanges, such as those of the Inspire and the Ability hand.
 #[test]
 fn fingers_of_two_phalanges_are_fingers() {
     let hand = Hand::from_urdf(&crate::toy_hand::toy_hand(false), None).unwrap();
@@ -147,7 +147,7 @@ fn fingers_of_two_phalanges_are_fingers() {
     assert!(!label.best.is_empty());
 }
 
-/// Without its thumb a hand is never said to do what takes one.
+/// A hand without a thumb never gets a type that needs one.
 #[test]
 fn a_hand_without_a_thumb_does_no_thumb_grasps() {
     let file = some_grasps(4);
@@ -179,7 +179,8 @@ fn a_hand_without_a_thumb_does_no_thumb_grasps() {
     assert!(listed > 0);
 }
 
-/// The human hand without its side file, read from joints and geometry alone, against what the side file says.
+/// Without its side file the human hand is interpreted from its joints and geometry alone; the result agrees with the
+/// side file.
 #[test]
 fn anatomy_is_derived_as_tagged() {
     let files = HandFiles::named("human").unwrap();
@@ -364,7 +365,7 @@ window.addEventListener("load", () => {
 }
 </script>"##;
 
-/// Labels that would end the element which holds them or swallow its end, and numbers that no script can hold.
+/// Labels that contain the end tag of their element, and numbers beyond the precision of a script, are preserved.
 #[test]
 fn the_sheet_holds_any_label_and_any_number() {
     let desk = Desk::empty();
@@ -489,7 +490,7 @@ fn the_sheet_works_in_a_browser() {
     );
 }
 
-/// What the rule was fitted from is a rule, too: the fit starts from it, and `--rule` reads it.
+/// The written signatures are a valid rule, too: the fit starts from them, and `--rule` reads them.
 #[test]
 fn the_written_signatures_are_a_rule() {
     let path = concat!(

@@ -43,7 +43,7 @@ fn mapped(atoms: usize) -> Landscape {
     .unwrap()
 }
 
-/// Compares energies and merge heights with the reference, as far as it goes.
+/// Compares energies and merge heights with those of the reference.
 fn check(atoms: usize) -> Option<()> {
     let reference: serde_json::Value =
         serde_json::from_str(include_str!("reference/landscapes.json")).ok()?;

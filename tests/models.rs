@@ -58,7 +58,8 @@ fn plane_surfaces_are_stationary_where_they_should_be() {
     }
 }
 
-/// Lennard-Jones minima and saddles are stationary, recognised in any disguise, and told apart.
+/// Lennard-Jones minima and saddles are stationary. Equivalent copies of a point are recognised as equal, and different
+/// points are not.
 #[test]
 fn clusters_are_stationary_and_distinct() {
     let reference = reference();

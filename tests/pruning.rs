@@ -1,4 +1,4 @@
-//! Exact savings: the tree is the same with and without them.
+//! Pruning is exact: the tree is the same with and without it.
 
 use landscape::optimize::QuenchSettings;
 use landscape::sample::{Mala, Task, stream};

@@ -212,7 +212,8 @@ proptest! {
         }
     }
 
-    /// Going straight toward b, the distance falls by what was gone; going sideways, not to first order: |∇d| = 1.
+    /// A move straight toward b reduces the distance by its length; a sideways move does not change it to first order:
+    /// |∇d| = 1.
     #[test]
     fn distance_has_unit_slope(a in numbers(), b in numbers(), side in numbers()) {
         for Case { name, space, point, .. } in cases() {

@@ -240,7 +240,7 @@ fn a_free_body_keeps_its_momentum() {
     assert!(world.velocity()[1].norm() < 1e-12);
 }
 
-/// What has come to rest stays: the steps that are left out change no outcome, and the object would not have moved on. The
+/// An object at rest stays at rest: the omitted steps change no outcome, and the object would not have moved in them. The
 /// grasps are of three kinds of end: held, fallen at once, and fallen late.
 #[test]
 fn the_end_at_rest_is_the_end_of_the_last_step() {

@@ -41,7 +41,8 @@ fn observed(
     (end, seen)
 }
 
-/// The first attempt of several is the only attempt of one, and a chain goes on only while it has no grasp.
+/// The first of several attempts equals a single attempt, and a chain makes further attempts only while it has no
+/// grasp.
 #[test]
 fn attempts_end_with_the_first_grasp() {
     let energy = energy(&BALL, EnergySettings::default());
@@ -110,7 +111,8 @@ fn a_watcher_sees_every_state() {
     }
 }
 
-/// Even starts face the surface points in turn; chosen starts promise more than others at the same point.
+/// Even starts face the surface points one after the other. Chosen starts have a better score than others at the same
+/// point.
 #[test]
 fn starts_are_even_and_chosen() {
     let energy = energy(&BOTTLE, EnergySettings::default());
@@ -146,7 +148,7 @@ fn starts_are_even_and_chosen() {
     assert!(chosen < 0.5 * any, "{chosen} against {any}");
 }
 
-/// The refinement as coded is a walk at temperature 0.001 that never touches the contact set.
+/// The refinement of the authors' code is a walk at temperature 0.001 that never changes the contact set.
 #[test]
 fn the_noisy_refinement_cools_and_keeps_the_contacts() {
     let energy = energy(&BALL, EnergySettings::released());
@@ -175,7 +177,7 @@ fn the_noisy_refinement_cools_and_keeps_the_contacts() {
     assert!(offset.norm() > 0.01 && offset.norm() < 0.6);
 }
 
-/// The refinement as written descends with the contact set held.
+/// The refinement that the paper describes is a descent with a fixed contact set.
 #[test]
 fn the_refinement_of_the_paper_keeps_the_contacts() {
     let energy = energy(&BALL, EnergySettings::paper());
@@ -194,7 +196,7 @@ fn the_refinement_of_the_paper_keeps_the_contacts() {
     }
 }
 
-/// With fingertips for candidates nothing else ever touches, in the chain and on the envelope.
+/// If only fingertips are candidates, nothing else becomes a contact, neither in the chain nor in the envelope.
 #[test]
 fn contacts_can_be_restricted_to_fingertips() {
     let settings = EnergySettings {

@@ -135,21 +135,21 @@ fn the_rule_names_a_sample_that_it_was_not_made_with() {
     reaches_targets(&cases(simple).unwrap(), Noise::NONE);
 }
 
-/// As they were posed.
+/// Tests the fixtures without noise.
 #[test]
 #[ignore = "minutes where the fields of unions are not cached yet"]
 fn the_rule_names_what_it_was_made_with() {
     reaches_targets(&DEVELOPMENT, Noise::NONE);
 }
 
-/// With the joints really moved.
+/// Tests poses whose joints were moved.
 #[test]
 #[ignore = "minutes where the fields of unions are not cached yet"]
 fn the_rule_names_moved_hands_that_it_was_made_with() {
     reaches_targets(&DEVELOPMENT, noisy(Error::Moved));
 }
 
-/// With angles misread and contacts known.
+/// Tests poses whose angles have errors but whose contacts are known.
 #[test]
 #[ignore = "minutes where the fields of unions are not cached yet"]
 fn the_rule_bears_misread_angles() {

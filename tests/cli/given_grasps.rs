@@ -13,7 +13,8 @@ use landscape::object::Object;
 use landscape::space::{PoseSpace, Space, Symmetry};
 use landscape::store::{GraspFile, GraspRow, LandscapeFiles, Overrides};
 
-/// Chains from given grasps: one for each row unless told otherwise, near its grasp, the same on any number of threads.
+/// By default there is one chain for each given grasp. Its end is near that grasp and does not depend on the number of
+/// threads.
 #[test]
 fn synthesis_from_given_grasps() {
     let desk = Desk::with_grasps();
@@ -106,7 +107,7 @@ fn synthesis_from_given_grasps() {
     );
 }
 
-/// Hand and object are those in the file: neither the files they came from nor any flag is needed.
+/// Hand and object are taken from the file; neither their original files nor a flag is needed.
 #[test]
 fn given_grasps_bring_their_hand_and_object() {
     let desk = Desk::empty();
@@ -186,7 +187,8 @@ fn mistakes_with_given_grasps() {
     }
 }
 
-/// Grasps of others come without our metadata; hand and object are then named, and the energy is the default one.
+/// Grasps of other programs have no metadata of this program. Flags then name hand and object, and the energy is the
+/// default one.
 #[test]
 fn grasps_of_others() {
     let foreign = |mut parts: Parts| {

@@ -60,7 +60,7 @@ fn an_interrupted_synthesis_continues() {
     assert_eq!(names(desk.folder.path()), ["grasps.parquet"]);
 }
 
-/// The error advises to keep others or run more chains: that must then work, and use what was computed.
+/// The error advises to keep other grasps or to run more chains. Both must work and reuse the finished chains.
 #[test]
 fn chains_of_a_run_without_success_are_not_lost() {
     let desk = Desk::empty();

@@ -185,7 +185,7 @@ fn cuboid([x, y, z]: [f64; 3], open: bool) -> String {
     text
 }
 
-/// A share just above what would be closed is not printed as just that.
+/// A share just above the limit is not printed as the limit itself.
 #[test]
 fn what_is_refused_for_its_holes_is_told_apart_from_what_is_closed() {
     let desk = Desk::empty();

@@ -171,7 +171,7 @@ fn folders_of_others_are_not_written_into() {
     }
 }
 
-/// Of files that belong together none appears if one cannot be written.
+/// If one of several files that belong together cannot be written, none of them appears.
 #[cfg(unix)]
 #[test]
 fn half_a_set_never_stays() {
@@ -339,7 +339,7 @@ fn an_interrupted_run_says_what_is_kept() {
     }
 }
 
-/// What `nohup` and shells tell a process to ignore, it goes on ignoring.
+/// The program goes on ignoring the signals that `nohup` or a shell made it ignore.
 #[cfg(target_os = "linux")]
 #[test]
 fn signals_that_are_to_be_ignored_are_ignored() {

@@ -420,7 +420,7 @@ fn recorded_stability_remakes_the_file() {
     remade("stability");
 }
 
-/// A new flag is either given in [`RUNS`], or it is told why it leaves no trace.
+/// A new flag must be in [`RUNS`] or in the list of flags that leave no trace, with the reason.
 #[test]
 fn every_flag_is_recorded_or_leaves_no_trace() {
     let definition = definition();
@@ -447,7 +447,7 @@ fn every_flag_is_recorded_or_leaves_no_trace() {
     }
 }
 
-/// However a path is written, the bytes are the same, and tell nothing of where the file lies.
+/// The bytes do not depend on how a path is written, and they do not contain the place of the file.
 #[test]
 fn paths_leave_no_trace() {
     let desk = with_inputs();
@@ -469,7 +469,8 @@ fn paths_leave_no_trace() {
     assert!(files.iter().all(|bytes| *bytes == files[0]));
 }
 
-/// Labels and simulations add to a file: it still tells how its grasps came about, and which files went in.
+/// A file to which labels and outcomes of simulations were added still records how its grasps were made, and from which
+/// files.
 #[test]
 fn earlier_commands_are_kept() {
     let desk = Desk::with_grasps();

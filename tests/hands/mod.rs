@@ -17,7 +17,7 @@ fn hands() -> Vec<Hand> {
     HAND_NAMES.map(read).into()
 }
 
-/// Every folder of `data/hands` is a hand that comes with the program, as it lies there.
+/// Every folder of `data/hands` is a built-in hand with the same files.
 #[test]
 fn folders_are_hands() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/hands");
@@ -209,7 +209,8 @@ fn skins_are_closed_and_bend() {
     }
 }
 
-/// Joint-centre lengths of Buchholz et al. (1992) at a hand length of 187 mm, and where each fingertip of the flat hand is.
+/// The hand has the joint-centre lengths of Buchholz et al. (1992) for a hand length of 187 mm, and the fingertips of
+/// the flat hand are at the right places.
 #[test]
 fn human_hand_has_published_lengths() {
     let hand = Hand::human();
@@ -269,7 +270,8 @@ fn human_hand_has_published_lengths() {
     assert!((breadth - 84.0).abs() < 4.0, "breadth {breadth} mm");
 }
 
-/// Turns one joint by hand: with the index knuckle flexed by 90° the finger points out of the palm.
+/// Turns one joint and compares with a pose worked out by hand: with the index knuckle flexed by 90° the finger points
+/// out of the palm.
 #[test]
 fn flexion_goes_to_the_palm_and_abduction_to_the_thumb() {
     let hand = Hand::human();
@@ -427,8 +429,8 @@ fn regions_lie_where_their_names_say() {
     );
 }
 
-/// Ring and little finger hang on a part of the palm that moves, which comes before index and middle in the file: they were one
-/// digit, the first.
+/// Ring and little finger are attached to a moving part of the palm, which comes before index and middle finger in the
+/// file. Earlier versions took them for one digit, the first.
 #[test]
 fn fingers_on_a_moving_half_palm_are_digits_of_their_own() {
     let names = [

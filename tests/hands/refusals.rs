@@ -93,7 +93,7 @@ fn bad_descriptions_are_named() {
     }
 }
 
-/// Such numbers ended in overflows, panics and minutes of work.
+/// In earlier versions such numbers led to overflows, panics and minutes of work.
 #[test]
 fn numbers_that_nobody_means_are_named() {
     let urdf = |[xyz, upper, axis, radius]: [&str; 4], mimic: &str| {

@@ -73,7 +73,7 @@ fn vertices_are_those_of_the_formula() {
     assert!(hand.capsules.len() >= 16 && !hand.self_pairs.is_empty());
 }
 
-/// Coordinates that are principal components give the poses that these make.
+/// Coordinates that are principal components give the poses of these components.
 #[test]
 fn components_are_shares_of_angles() {
     let hand = hand(r#"{"mano": {"components": 6}}"#);
@@ -124,7 +124,7 @@ fn the_prior_is_that_of_components() {
     );
 }
 
-/// At the same coordinates the mirrored hand is the mirror image, whatever these are; mirroring twice changes nothing.
+/// At any coordinates the pose of the mirrored hand is the mirror image; mirroring twice changes nothing.
 #[test]
 fn the_mirrored_hand_is_the_mirror_image() {
     for entries in ["", r#", "mano": {"components": 9, "betas": [1.5]}"#] {
@@ -166,7 +166,7 @@ fn compressed_archives_are_read() {
     assert_eq!(read(&deflated, "{}"), read(&stored, "{}"));
 }
 
-/// Forces on points and moments on normals of a bent hand, pulled back, against central differences.
+/// The pull-back of forces on points and moments on normals of a bent hand agrees with central differences.
 #[test]
 fn forces_are_pulled_back_through_skinning_and_corrections() {
     for side in ["{}", r#"{"mano": {"components": 15}}"#] {
@@ -209,7 +209,7 @@ fn forces_are_pulled_back_through_skinning_and_corrections() {
     }
 }
 
-/// Each slope against a central difference.
+/// Compares each derivative with a central difference.
 fn compare(
     space: &dyn Space,
     x: &[f64],
@@ -235,7 +235,7 @@ fn compare(
     }
 }
 
-/// The whole energy of a grasp, all terms that touch points at work.
+/// The energy of a grasp has its gradient; every term that acts on points is nonzero.
 #[test]
 fn the_energy_of_a_grasp_has_its_gradient() {
     let hand = Arc::new(hand("{}"));
@@ -265,7 +265,8 @@ fn the_energy_of_a_grasp_has_its_gradient() {
     compare(energy.space(), &x, &gradient, &at, 2e-4);
 }
 
-/// What is drawn are the surface points, corrections of the pose included, and no point of it is deeper than is told.
+/// The drawn skin consists of the surface points with the corrections of the pose, and none of its points is deeper
+/// than the reported depth.
 #[test]
 fn depths_are_those_of_the_drawn_skin() {
     let hand = Arc::new(hand("{}"));
@@ -345,7 +346,7 @@ fn what_cannot_be_used_is_said() {
     );
 }
 
-/// A number of each array at any magnitude: the hand is posed, or a sentence names the file.
+/// If a number of any array has any magnitude, the hand can be posed or the error names the file.
 #[test]
 fn numbers_of_any_magnitude_are_used_or_refused() {
     let arrays: [fn(&mut Model) -> &mut f64; 7] = [
@@ -385,7 +386,7 @@ fn numbers_of_any_magnitude_are_used_or_refused() {
     }
 }
 
-/// What files of grasps hold of the model: where it is, not what.
+/// Files of grasps hold the place of the model but not its content.
 #[test]
 fn nothing_of_the_model_is_kept() {
     let folder = tempfile::tempdir().unwrap();
