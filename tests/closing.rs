@@ -10,7 +10,7 @@ use landscape::hand::Hand;
 use landscape::object::Object;
 use landscape::optimize::QuenchSettings;
 
-/// A few chains on a ball: what is firm touches, is no deeper than was asked for, and stays in the hand.
+/// A few chains on a ball: firm grasps touch the object, are no deeper than requested, and hold in simulation.
 #[test]
 fn firm_grasps_touch_and_stay() {
     let hand = Arc::new(Hand::human());

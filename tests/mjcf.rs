@@ -239,7 +239,7 @@ fn capsules_are_as_in_mujoco() {
     }
 }
 
-/// Found by fuzzing.
+/// The fuzzer found this fault.
 #[test]
 fn a_range_whose_square_is_zero_is_told() {
     let text = "<mujoco><worldbody><body name=\"p\"><geom size=\"1\"/><body name=\"f\">\
@@ -383,7 +383,7 @@ fn mesh_frames_are_applied() {
     assert!((high - expected_high).amax() < 2.5e-3, "{high}");
 }
 
-/// Found by the fuzzer: lines were counted from the start for each element, and everything is compared with everything.
+/// The fuzzer found this: lines were counted from the start for each element, and all pairs were compared.
 #[test]
 fn large_descriptions_take_no_time_or_are_refused() {
     let around = |inside: &str, outside: &str| {

@@ -176,7 +176,7 @@ fn tetrahedron(changed: &[(&str, serde_json::Value)]) -> String {
     document.to_string()
 }
 
-/// Parts of a glTF file may be named by many others, and a link may lead anywhere.
+/// Many parts of a glTF file may refer to the same part, and a link may lead anywhere.
 #[test]
 fn gltf_costs_no_more_than_it_holds() {
     let folder = tempfile::tempdir().unwrap();

@@ -164,8 +164,8 @@ fn a_finished_landscape_is_drawn_compared_and_exchanged() {
     assert_eq!(read.edges.len(), files.edges.len());
 }
 
-/// No group is wider than what letting go costs, three grasps tell nothing of those unseen, and pictures name groups as
-/// `inspect --path` asks for them.
+/// No group barrier exceeds the cost of letting go. Three grasps are too few to estimate unseen groups. Pictures name
+/// groups as `inspect --path` does.
 #[test]
 fn groups_of_grasps() {
     let folder = landscape().path("g.landscape");
@@ -191,7 +191,7 @@ fn groups_of_grasps() {
     assert!(named.contains(">g0<"));
 }
 
-/// Groups at a barrier that the user gives, wherever groups are made.
+/// Every command that makes groups accepts a group barrier.
 #[test]
 fn groups_at_a_given_barrier() {
     let desk = landscape();

@@ -134,7 +134,7 @@ fn mistakes_in_flags() {
     }
 }
 
-/// What would fill the memory, never end or overflow is refused before any work.
+/// Values that would fill the memory, overflow or make a run endless are refused before any work.
 #[test]
 fn absurd_numbers_are_refused() {
     let desk = Desk::with_grasps();
@@ -190,7 +190,7 @@ fn absurd_numbers_are_refused() {
     }
 }
 
-/// What is no hand, no landscape and no place is called so.
+/// The error says that a path is no hand, no landscape or no place to write to.
 #[test]
 fn the_wrong_kind_of_file() {
     let desk = Desk::with_grasps();

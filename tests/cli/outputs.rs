@@ -148,7 +148,7 @@ fn an_output_is_no_input() {
     );
 }
 
-/// Folders that take several files keep what else is in them.
+/// Folders into which several files are written keep their other files.
 #[test]
 fn folders_of_others_are_not_written_into() {
     let desk = desk();

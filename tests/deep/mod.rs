@@ -187,7 +187,7 @@ fn ancestors_are_those_that_walking_finds() {
     }
 }
 
-/// A chain of 50,000 minima, whose tree is as deep, through the shell.
+/// Runs the program on a chain of 50,000 minima, whose tree is as deep.
 #[test]
 fn a_deep_tree_is_imported_and_drawn_again() {
     let desk = Desk::new();
@@ -212,7 +212,8 @@ fn a_deep_tree_is_imported_and_drawn_again() {
     assert_eq!(desk.tree("view").nodes.len(), 59);
 }
 
-/// Energies that differ by an ulp or two, by more than the largest number, or by less than the smallest normal one.
+/// Energies that differ by one or two units in the last place, by more than the largest number, or by less than the
+/// smallest normal number.
 #[test]
 fn energies_of_any_range_are_drawn() {
     let desk = Desk::new();

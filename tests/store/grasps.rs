@@ -42,7 +42,7 @@ fn same_content_same_bytes() {
     );
 }
 
-/// Of a file with Arrow's own copy of the schema, pyarrow keeps only the metadata that stand there.
+/// If a file contains Arrow's own copy of the schema, pyarrow keeps only the metadata in this copy.
 #[test]
 fn metadata_stand_in_the_arrow_schema_too() {
     let (_folder, path) = place("grasps.parquet");
@@ -261,7 +261,7 @@ fn a_file_of_others_needs_hand_and_object() {
     assert_eq!(found.metadata.terms, ["force_closure", "distance"]);
 }
 
-/// One that is called otherwise takes the place of the only one there is.
+/// A given hand or object of another name replaces the only one in the file.
 #[test]
 fn overrides_of_another_name() {
     let only_cup = |scale: f64| {

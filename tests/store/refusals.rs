@@ -310,7 +310,7 @@ fn metadata_are_checked() {
     assert!(parts.refusal().starts_with(begin));
 }
 
-/// Written by pyarrow: polars compresses with zstd unless told otherwise, and that needs a C compiler.
+/// pyarrow wrote the files of this test. Polars compresses with zstd by default, which would need a C compiler.
 #[test]
 fn an_unknown_compression_is_named() {
     let zstd = "UEFSMRUAFRQVJiwVAhUAFQYVBhwAAAAotS/9IApRAAACAAAAAgEBAAAAFQQZLDUAGAZzY2hlbWEVAgAV\

@@ -151,7 +151,7 @@ fn a_folder_survives_being_killed_between_renames() {
     assert_eq!(names(&partial), [".unfinished"]);
 }
 
-/// Neither continuing nor beginning again takes the ground from under a running process.
+/// Neither continuing a run nor beginning anew removes the files of a running process.
 #[test]
 fn a_folder_in_use_is_left_alone() {
     let (folder, path) = place("cup.landscape");

@@ -107,35 +107,19 @@ impl Anatomy {
         let distal = root.direction(&hand.palm.distal);
         let across = distal.cross(&volar);
 
-        let breadth = |bases: &[Vector3<f64>]| {
-            let along: Vec<f64> = bases.iter().map(|base| across.dot(base)).collect();
-            let high = along.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            let low = along.iter().copied().fold(f64::INFINITY, f64::min);
-            high - low
-        };
         let origins: Vec<Vector3<f64>> = digits
             .iter()
             .filter_map(|digit| hand.links.iter().position(|link| link.digit == *digit))
             .map(|link| straight.object_from_link[link].translation)
             .collect();
-        let apart = SAME_BONE * breadth(&origins).max(1e-3);
+        let apart = SAME_BONE * breadth(&origins, &across).max(1e-3);
         let chains: Vec<Chain> = digits
             .iter()
             .map(|digit| Chain::of(hand, &straight, *digit, apart))
             .collect();
 
         let human = human_digits(hand, &chains, &across)?;
-        let radial = {
-            let thumb = human.iter().position(|digit| *digit == 1);
-            let fingers: Vec<usize> = (0..human.len()).filter(|d| Some(*d) != thumb).collect();
-            let first = fingers.iter().min_by_key(|d| human[**d])?;
-            let last = fingers.iter().max_by_key(|d| human[**d])?;
-            let toward = match thumb {
-                Some(thumb) => chains[thumb].base - chains[*last].base,
-                None => chains[*first].base - chains[*last].base,
-            };
-            across * across.dot(&toward).signum()
-        };
+        let radial = radial(&chains, &human, &across)?;
         let chirality = radial.dot(&across).signum();
 
         let mut axes: [Vec<BoneAxis>; 5] = Default::default();
@@ -171,13 +155,7 @@ impl Anatomy {
             let point = &hand.surface[i];
             let Some((digit, bone, [pad, side, along])) = of_link[point.link.0] else {
                 let normal = straight.object_from_link[point.link.0].direction(&point.normal);
-                return Patch::Palm(if volar.dot(&normal) < DORSUM {
-                    PalmPart::Dorsum
-                } else if radial.dot(&normal) > WEB {
-                    PalmPart::Web
-                } else {
-                    PalmPart::Volar
-                });
+                return Patch::Palm(part_of_palm(&normal, &volar, &radial));
             };
             let parts = [pad, side, along].map(|axis| axis.dot(&point.normal));
             Patch::Digit(digit, bone, PatchSide::of(parts, bone == Bone::Distal))
@@ -251,6 +229,35 @@ impl Anatomy {
         let alike = |i: &usize| hand.surface[*i].normal.dot(normal);
         let nearest = points.max_by(|a, b| alike(a).total_cmp(&alike(b)))?;
         Some(self.patches[nearest])
+    }
+}
+
+/// Extent of some points along a direction.
+fn breadth(points: &[Vector3<f64>], across: &Vector3<f64>) -> f64 {
+    let along: Vec<f64> = points.iter().map(|point| across.dot(point)).collect();
+    let high = along.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let low = along.iter().copied().fold(f64::INFINITY, f64::min);
+    high - low
+}
+
+/// The direction `across` the palm or its opposite: the one from the last finger to the thumb, or else to the first finger.
+fn radial(chains: &[Chain], human: &[usize], across: &Vector3<f64>) -> Option<Vector3<f64>> {
+    let thumb = human.iter().position(|digit| *digit == 1);
+    let fingers: Vec<usize> = (0..human.len()).filter(|d| Some(*d) != thumb).collect();
+    let first = fingers.iter().min_by_key(|d| human[**d])?;
+    let last = fingers.iter().max_by_key(|d| human[**d])?;
+    let toward = chains[thumb.unwrap_or(*first)].base - chains[*last].base;
+    Some(across * across.dot(&toward).signum())
+}
+
+/// The part of the palm where the skin faces `normal`.
+fn part_of_palm(normal: &Vector3<f64>, volar: &Vector3<f64>, radial: &Vector3<f64>) -> PalmPart {
+    if volar.dot(normal) < DORSUM {
+        PalmPart::Dorsum
+    } else if radial.dot(normal) > WEB {
+        PalmPart::Web
+    } else {
+        PalmPart::Volar
     }
 }
 

@@ -115,19 +115,7 @@ pub fn held(object: &Object, touches: &[(TouchingPatch, Vector3<f64>)]) -> Optio
     if total <= 0.0 {
         return None;
     }
-    let mut widths: Vec<[f64; 2]> = touches
-        .iter()
-        .map(|(touch, normal)| [width(object, &touch.point, normal), touch.weight_mm2])
-        .collect();
-    widths.sort_by(|a, b| a[0].total_cmp(&b[0]));
-    let mut below = 0.0;
-    let width_m = widths
-        .iter()
-        .find(|[_, weight]| {
-            below += weight;
-            below >= 0.5 * total
-        })
-        .map_or(0.0, |[width, _]| *width);
+    let width_m = median_width(object, touches, total);
 
     // The middle of the held part: half of the width below each contact.
     let middle: Vector3<f64> = touches
@@ -142,23 +130,7 @@ pub fn held(object: &Object, touches: &[(TouchingPatch, Vector3<f64>)]) -> Optio
         .filter(|sample| (sample.point - middle).norm() < around)
         .map(|sample| (sample.point - middle, sample.normal))
         .collect();
-    let scatter: Matrix3<f64> = near
-        .iter()
-        .map(|(_, normal)| normal * normal.transpose())
-        .sum::<Matrix3<f64>>()
-        / near.len().max(1) as f64;
-    let axes = SymmetricEigen::new(scatter).eigenvectors;
-    let mut extents: Vec<(f64, Vector3<f64>)> = axes
-        .column_iter()
-        .map(|axis| {
-            let along = near.iter().map(|(point, _)| axis.dot(point));
-            let high = along.clone().fold(f64::NEG_INFINITY, f64::max);
-            let low = along.fold(f64::INFINITY, f64::min);
-            ((high - low).max(0.0), axis.into_owned())
-        })
-        .collect();
-    extents.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let [(short, short_axis), (middle, _), (long, long_axis)] = extents.try_into().ok()?;
+    let [(short, short_axis), (middle, _), (long, long_axis)] = extents(&near).try_into().ok()?;
     if !(short.is_finite() && long > 0.0) {
         return None;
     }
@@ -184,6 +156,44 @@ pub fn held(object: &Object, touches: &[(TouchingPatch, Vector3<f64>)]) -> Optio
         forms,
         axis: if flat > 0.5 { short_axis } else { long_axis },
     })
+}
+
+/// Median width of the object below the contacts, weighted with their areas, whose sum is `total`; metres.
+fn median_width(object: &Object, touches: &[(TouchingPatch, Vector3<f64>)], total: f64) -> f64 {
+    let mut widths: Vec<[f64; 2]> = touches
+        .iter()
+        .map(|(touch, normal)| [width(object, &touch.point, normal), touch.weight_mm2])
+        .collect();
+    widths.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    let mut below = 0.0;
+    widths
+        .iter()
+        .find(|[_, weight]| {
+            below += weight;
+            below >= 0.5 * total
+        })
+        .map_or(0.0, |[width, _]| *width)
+}
+
+/// Extents of points along the principal axes of their normals, shortest first.
+fn extents(near: &[(Vector3<f64>, Vector3<f64>)]) -> Vec<(f64, Vector3<f64>)> {
+    let scatter: Matrix3<f64> = near
+        .iter()
+        .map(|(_, normal)| normal * normal.transpose())
+        .sum::<Matrix3<f64>>()
+        / near.len().max(1) as f64;
+    let axes = SymmetricEigen::new(scatter).eigenvectors;
+    let mut extents: Vec<(f64, Vector3<f64>)> = axes
+        .column_iter()
+        .map(|axis| {
+            let along = near.iter().map(|(point, _)| axis.dot(point));
+            let high = along.clone().fold(f64::NEG_INFINITY, f64::max);
+            let low = along.fold(f64::INFINITY, f64::min);
+            ((high - low).max(0.0), axis.into_owned())
+        })
+        .collect();
+    extents.sort_by(|a, b| a.0.total_cmp(&b.0));
+    extents
 }
 
 /// The distance from a surface point through the object along its inward normal, metres.

@@ -30,50 +30,71 @@ pub(super) fn read(
     })
 }
 
-fn grasp(heap: &Heap, item: Id, hand: &[String], mapping: &Mapping) -> Result<Published, String> {
-    let qpos = heap.entry(item, "qpos").ok_or("it has no `qpos`")?;
-    let Node::Dictionary(entries) = heap.node(qpos) else {
-        return Err("its `qpos` is no dictionary of joints".to_owned());
-    };
-    let (mut names, mut angles) = (Vec::new(), Vec::new());
-    let mut wrist = [[None; 3]; 2];
-    for (key, value) in entries {
-        let Node::Text(name) = heap.node(*key) else {
-            return Err("its `qpos` has a key that is no text".to_owned());
+/// The entries of a `qpos`.
+struct Qpos<'a> {
+    /// Position and angles of the wrist.
+    wrist: [[Option<f64>; 3]; 2],
+    names: Vec<&'a str>,
+    angles: Vec<f64>,
+}
+
+impl<'a> Qpos<'a> {
+    fn read(heap: &'a Heap, item: Id) -> Result<Self, String> {
+        let qpos = heap.entry(item, "qpos").ok_or("it has no `qpos`")?;
+        let Node::Dictionary(entries) = heap.node(qpos) else {
+            return Err("its `qpos` is no dictionary of joints".to_owned());
         };
-        let number = heap
-            .number(*value)
-            .ok_or_else(|| format!("`{name}` is no number"))?;
-        finite(&[number], &format!("`{name}`"))?;
-        let entry = [TRANSLATION, ROTATION]
-            .iter()
-            .enumerate()
-            .find_map(|(kind, axes)| Some((kind, axes.iter().position(|axis| axis == name)?)));
-        if let Some((kind, axis)) = entry {
-            wrist[kind][axis] = Some(number);
-        } else {
-            names.push(name.as_str());
-            angles.push(number);
+        let mut read = Self {
+            wrist: [[None; 3]; 2],
+            names: Vec::new(),
+            angles: Vec::new(),
+        };
+        for (key, value) in entries {
+            let Node::Text(name) = heap.node(*key) else {
+                return Err("its `qpos` has a key that is no text".to_owned());
+            };
+            let number = heap
+                .number(*value)
+                .ok_or_else(|| format!("`{name}` is no number"))?;
+            finite(&[number], &format!("`{name}`"))?;
+            let entry = [TRANSLATION, ROTATION]
+                .iter()
+                .enumerate()
+                .find_map(|(kind, axes)| Some((kind, axes.iter().position(|axis| axis == name)?)));
+            if let Some((kind, axis)) = entry {
+                read.wrist[kind][axis] = Some(number);
+            } else {
+                read.names.push(name.as_str());
+                read.angles.push(number);
+            }
+        }
+        Ok(read)
+    }
+
+    /// For each joint of the hand, the index of its entry.
+    fn partners(&self, hand: &[String], mapping: &Mapping) -> Result<Vec<usize>, String> {
+        match &mapping.joint_names {
+            Some(renamed) if renamed.len() == self.names.len() => matched(
+                &renamed.iter().map(String::as_str).collect::<Vec<_>>(),
+                hand,
+            ),
+            Some(renamed) => Err(format!(
+                "it has {} joints, but the mapping names {}",
+                self.names.len(),
+                renamed.len()
+            )),
+            None => matched(&self.names, hand),
         }
     }
-    let complete = |kind: usize, axes: [&str; 3]| match wrist[kind] {
+}
+
+fn grasp(heap: &Heap, item: Id, hand: &[String], mapping: &Mapping) -> Result<Published, String> {
+    let qpos = Qpos::read(heap, item)?;
+    let complete = |kind: usize, axes: [&str; 3]| match qpos.wrist[kind] {
         [Some(x), Some(y), Some(z)] => Ok([x, y, z]),
         _ => Err(format!("its `qpos` lacks one of {}", axes.join(", "))),
     };
-    let partners = match &mapping.joint_names {
-        Some(renamed) if renamed.len() == names.len() => matched(
-            &renamed.iter().map(String::as_str).collect::<Vec<_>>(),
-            hand,
-        )?,
-        Some(renamed) => {
-            return Err(format!(
-                "it has {} joints, but the mapping names {}",
-                names.len(),
-                renamed.len()
-            ));
-        }
-        None => matched(&names, hand)?,
-    };
+    let partners = qpos.partners(hand, mapping)?.into_iter();
     let scale = match heap.entry(item, "scale") {
         Some(scale) => Some(heap.number(scale).ok_or("its `scale` is no number")?),
         None => None,
@@ -86,10 +107,7 @@ fn grasp(heap: &Heap, item: Id, hand: &[String], mapping: &Mapping) -> Result<Pu
         pose: Pose::new(
             complete(0, TRANSLATION)?,
             of_euler(complete(1, ROTATION)?),
-            &partners
-                .into_iter()
-                .map(|place| angles[place])
-                .collect::<Vec<_>>(),
+            &partners.map(|place| qpos.angles[place]).collect::<Vec<_>>(),
         ),
         scale,
         object: None,

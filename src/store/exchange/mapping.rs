@@ -294,28 +294,7 @@ fn joint_columns(
     let in_order = || (0..hand.len()).collect::<Vec<usize>>();
     let list = match &mapping.joints {
         Some(JointColumns::List(column)) => Some(column.as_str()),
-        Some(JointColumns::Each(columns)) => {
-            let column = |joint: &String| {
-                let column = columns.get(joint).cloned();
-                column.ok_or_else(|| {
-                    format!("the mapping names no column for joint {joint} of the hand")
-                })
-            };
-            let names = hand
-                .iter()
-                .map(column)
-                .collect::<Result<Vec<String>, _>>()?;
-            for name in &names {
-                needed(table, name)?;
-            }
-            if let Some(extra) = columns.keys().find(|joint| !hand.contains(joint)) {
-                return Err(format!(
-                    "the mapping names joint {extra}, which the hand does not have; it has {}",
-                    listed(hand.iter().map(String::as_str))
-                ));
-            }
-            return Ok((names, in_order()));
-        }
+        Some(JointColumns::Each(columns)) => return Ok((named(table, hand, columns)?, in_order())),
         None => has_list.then_some(LIST),
     };
     if let Some(column) = list {
@@ -345,6 +324,32 @@ fn joint_columns(
         "it has no columns for the joints {} of the hand: name them in a mapping",
         listed(missing)
     ))
+}
+
+/// The column that a mapping names for each joint of the hand.
+fn named(
+    table: &Table,
+    hand: &[String],
+    columns: &BTreeMap<String, String>,
+) -> Result<Vec<String>, String> {
+    let column = |joint: &String| {
+        let column = columns.get(joint).cloned();
+        column.ok_or_else(|| format!("the mapping names no column for joint {joint} of the hand"))
+    };
+    let names = hand
+        .iter()
+        .map(column)
+        .collect::<Result<Vec<String>, _>>()?;
+    for name in &names {
+        needed(table, name)?;
+    }
+    if let Some(extra) = columns.keys().find(|joint| !hand.contains(joint)) {
+        return Err(format!(
+            "the mapping names joint {extra}, which the hand does not have; it has {}",
+            listed(hand.iter().map(String::as_str))
+        ));
+    }
+    Ok(names)
 }
 
 impl Layout<'_> {
