@@ -70,16 +70,16 @@ Examples:
   landscape build mug.parquet --sequential                 the published method, for comparison
   landscape build mug.parquet --group-barrier 0.1          groups as another landscape has them at 0.1
 
-Writes minima.parquet, edges.parquet, paths.parquet, landscape.json, the tree (tree.nwk, tree.dot, tree.json), the network
-(barriers.graphml), min.data and ts.data for PATHSAMPLE (with placeholders instead of curvatures), the disconnectivity
-graph, the barrier graph and a rarefaction curve (SVG and PNG), and summary.md. An interrupted run continues where it
-stopped when the same command is given again; --resume demands this, and --fresh begins anew. The result is the same to the
-last byte.
+Writes minima.parquet, edges.parquet, paths.parquet, landscape.json, the tree (tree.nwk, tree.dot, tree.json), the
+network (barriers.graphml), min.data and ts.data for PATHSAMPLE (with placeholders instead of curvatures), the
+disconnectivity graph, the barrier graph and a rarefaction curve (SVG and PNG), and summary.md. An interrupted run
+continues where it stopped when the same command is given again; --resume demands this, and --fresh begins anew. The
+result is the same to the last byte.
 
-Two minima are in one group if a path joins them whose relative barrier is at most the group barrier. The program chooses the
-barrier at which the groups depend least on single connections, but at most the cost of hovering 2 mm off the object: a
-hand that far off touches nothing, so higher barriers are crossed by letting go and do not distinguish grasps. Each
-landscape therefore has its own group barrier, unless --group-barrier sets it.";
+Two minima are in one group if a path joins them whose relative barrier is at most the group barrier. The program
+chooses the barrier at which the groups depend least on single connections, but at most the cost of hovering 2 mm off
+the object: a hand that far off touches nothing, so higher barriers are crossed by letting go and do not distinguish
+grasps. Each landscape therefore has its own group barrier, unless --group-barrier sets it.";
 
 pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
     for (flag, value) in [("temperature", command.temperature), ("pull", command.pull)] {

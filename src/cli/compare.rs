@@ -41,8 +41,8 @@ Examples:
   landscape compare human.landscape gripper.landscape      the grasp types in each of them
 
 Labels minima by the rule of `landscape label` (labels in the landscape override the rule), and tests by permutation
-whether the heights between minima depend on their categories and types: dendrogram purity, ANOSIM, PERMANOVA, Mantel, Moran's I,
-assortativity, barrier ratios, cuts of the tree.";
+whether the heights between minima depend on their categories and types: dendrogram purity, ANOSIM, PERMANOVA, Mantel,
+Moran's I, assortativity, barrier ratios, cuts of the tree.";
 
 pub(super) fn run(command: &Compare, common: &Common) -> anyhow::Result<()> {
     let rule = Rule::standard();

@@ -41,10 +41,11 @@ Examples:
   landscape diff warm.landscape cold.landscape             tables on standard output
   landscape diff a.landscape b.landscape --within 0.01 --json
 
-Compares landscapes of one hand, or of one surface, made at different temperatures, with different weights or on different
-objects. The tables show which minima correspond (the nearest ones within the distance at which two minima are merged, or
-within --within), whose energies changed, which merges of the first landscape moved and by how much, and which minima
-vanished or appeared. The cophenetic distance and correlation of the two trees compare the heights between all pairs.";
+Compares landscapes of one hand, or of one surface, made at different temperatures, with different weights or on
+different objects. The tables show which minima correspond (the nearest ones within the distance at which two minima are
+merged, or within --within), whose energies changed, which merges of the first landscape moved and by how much, and
+which minima vanished or appeared. The cophenetic distance and correlation of the two trees compare the heights between
+all pairs.";
 
 /// Greatest number of rows of a table in the text.
 const SHOWN: usize = 20;

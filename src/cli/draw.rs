@@ -86,9 +86,9 @@ Examples:
   landscape draw grasps.landscape --colour category --examples 8
 
 Paths through hidden minima still count, so no choice of minima moves a merge. There are pictures of the groups
-(disconnectivity, barriers) and of the minima (disconnectivity_minima, barriers_minima). The same choice applies to both,
-separately to groups and to minima; a picked minimum picks its group. Writes the pictures (SVG and PNG), and tree.nwk,
-tree.dot, tree.json and barriers.graphml of the minima that are shown.";
+(disconnectivity, barriers) and of the minima (disconnectivity_minima, barriers_minima). The same choice applies to
+both, separately to groups and to minima; a picked minimum picks its group. Writes the pictures (SVG and PNG), and
+tree.nwk, tree.dot, tree.json and barriers.graphml of the minima that are shown.";
 
 pub(super) fn run(command: &Draw, common: &Common) -> anyhow::Result<()> {
     for (flag, value) in [

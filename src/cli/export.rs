@@ -53,12 +53,12 @@ Examples:
   landscape export grasps.parquet csv                      grasps.csv: a row for each grasp, a column for each joint
   landscape export grasps.parquet qpos -o grasps.npy       rows of MuJoCo's qpos: position, quaternion w x y z, joints
   landscape export grasps.parquet dexgraspnet              grasps.npy, as DexGraspNet's own files
-  landscape export grasps.parquet glb                      grasps.scenes/: the hand as it is judged, the object and the contacts
+  landscape export grasps.parquet glb                      grasps.scenes/: the judged hand, the object and the contacts
   landscape export grasps.parquet glb --grasp 17 -o 17.glb
 
-Poses are those of the hand's root in the object's frame: p_object = R p_hand + t, in metres; angles are in radians. In qpos
-the hand's outermost body has a free joint; the columns of the CSV form name its joints. `landscape import` reads csv and
-json without any change of the numbers.";
+Poses are those of the hand's root in the object's frame: p_object = R p_hand + t, in metres; angles are in radians. In
+qpos the hand's outermost body has a free joint; the columns of the CSV form name its joints. `landscape import` reads
+csv and json without any change of the numbers.";
 
 pub(super) fn run(command: &Export, common: &Common) -> anyhow::Result<()> {
     let output = output(command)?;

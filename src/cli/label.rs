@@ -54,10 +54,10 @@ Examples:
   landscape label grasps.parquet --from labels.csv         the same with your labels, which override the rule
   landscape label mine.parquet -o mine.parquet --force     replace the file
 
-The types are the 33 of the GRASP taxonomy (Feix et al. 2016). The rule uses all parts of the hand within 5 mm of the object,
-the pose of the fingers, and the shape of the object where it is held. If two types fit equally well, the label is their cell
-in the table of the taxonomy (category/opposition/virtual finger 2/thumb). If none fits, it is `unlisted`. If the hand does
-not have the thumb and the fingers of a human hand, it is `not_applicable`.
+The types are the 33 of the GRASP taxonomy (Feix et al. 2016). The rule uses all parts of the hand within 5 mm of the
+object, the pose of the fingers, and the shape of the object where it is held. If two types fit equally well, the label
+is their cell in the table of the taxonomy (category/opposition/virtual finger 2/thumb). If none fits, it is `unlisted`.
+If the hand does not have the thumb and the fingers of a human hand, it is `not_applicable`.
 
 Adds the columns label (yours), label_auto, label_score, label_best, label_category and label_source. labels.csv has the
 columns id and label: a name or number of a type, or `unlisted`.";

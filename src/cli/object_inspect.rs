@@ -42,8 +42,9 @@ Examples:
   landscape objects inspect bottle.obj --side-file bottle.json
                                                            also write a description that declares the symmetry found
 
-A mesh may consist of several closed pieces; where these overlap or touch, the solid is their union. Small holes, triangles
-that face the wrong way and pieces that are inside out are repaired, with a warning. A surface without an inside is refused.
+A mesh may consist of several closed pieces; where these overlap or touch, the solid is their union. Small holes,
+triangles that face the wrong way and pieces that are inside out are repaired, with a warning. A surface without an
+inside is refused.
 
 Shapes (TOML; metres; a union of all parts):
   name = \"dumbbell\"

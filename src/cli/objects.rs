@@ -72,9 +72,10 @@ Examples:
   landscape objects bake model.safetensors --specs s.json --codes codes.safetensors --code 7 --scale 0.1 -o jar.obj
   landscape synth --object bottle.obj -n 64                use it as any other object
 
-The network is the decoder of DeepSDF: its distances are negative inside, and its shapes are scaled into a ball of radius 1.
-The zero level set becomes a closed mesh, from which a smooth field is made; a network of rectifiers has no curvature of its
-own. The field is kept in the cache folder of the system. Checkpoints of torch (.pth) are converted by the script in docs/neural_objects.md.";
+The network is the decoder of DeepSDF: its distances are negative inside, and its shapes are scaled into a ball of
+radius 1. The zero level set becomes a closed mesh, from which a smooth field is made; a network of rectifiers has no
+curvature of its own. The field is kept in the cache folder of the system. Checkpoints of torch (.pth) are converted by
+the script in docs/neural_objects.md.";
 
 pub(super) fn run(command: &ObjectsCommand, common: &Common) -> anyhow::Result<()> {
     match command {

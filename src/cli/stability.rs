@@ -69,8 +69,9 @@ Protocols (rigid bodies, Coulomb friction, the Rapier engine in its deterministi
 In every protocol, a grasp fails if hand and object overlap by more than 1 cm at the start.
 
 Adds the columns stable, stable_reason (held, overlap, fell, moved, turned, lost), stable_displacement_m and
-stable_turn_rad, and stores the protocol with all its numbers in the file's metadata. Objects are cut into convex pieces;
-the summary says how well these fit. An interrupted run continues where it stopped when the same command is given again.";
+stable_turn_rad, and stores the protocol with all its numbers in the file's metadata. Objects are cut into convex
+pieces; the summary says how well these fit. An interrupted run continues where it stopped when the same command is
+given again.";
 
 pub(super) fn run(command: &Stability, common: &Common) -> anyhow::Result<()> {
     let protocol = protocol(command)?;

@@ -56,10 +56,11 @@ Examples:
   landscape import mine.csv --hand human --object mug --mapping mine.toml
   landscape import lj7                                     lj7.landscape/ from lj7/min.data and lj7/ts.data
 
-Grasps are written to a Parquet file for `landscape build`, `inspect` and so on. The program recognises the format: .npy of
-DexGraspNet (joints by name, Euler angles about fixed axes), .npy of DexGraspBench (position, quaternion w x y z, joints in
-the hand's order), or a table (.csv, .json, .parquet). Nothing in a pickle is ever executed. If the file has no contacts, the
-best ones by the default energy are chosen. Without --scale all scales are kept. docs/import_export.md says more.
+Grasps are written to a Parquet file for `landscape build`, `inspect` and so on. The program recognises the format: .npy
+of DexGraspNet (joints by name, Euler angles about fixed axes), .npy of DexGraspBench (position, quaternion w x y z,
+joints in the hand's order), or a table (.csv, .json, .parquet). Nothing in a pickle is ever executed. If the file has
+no contacts, the best ones by the default energy are chosen. Without --scale all scales are kept. docs/import_export.md
+says more.
 
 A mapping gives the meaning of the columns of a table (TOML; all entries are optional):
   translation = [\"x\", \"y\", \"z\"]        or one column of lists; translation_unit = \"m\", \"cm\", \"mm\"

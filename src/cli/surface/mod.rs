@@ -96,8 +96,8 @@ pub(super) fn examples() -> String {
 }
 
 pub(super) const EXAMPLES: &str = r#"Searches for all minima and all saddles between them. The search uses only the energy and random points: it climbs from
-minima along their modes and from random points, descends on both sides of each saddle, and stops when it has found nothing
-new for a long time. The summary estimates how complete the result is.
+minima along their modes and from random points, descends on both sides of each saddle, and stops when it has found
+nothing new for a long time. The summary estimates how complete the result is.
 
 Examples:
   landscape surface muller-brown                           writes muller-brown.landscape/
@@ -111,8 +111,8 @@ Your program reads one line of JSON for each point and answers with one line (do
 If "gradient" is missing, it is computed by differences. One copy of the program runs on each thread.
 
 Writes the files of `landscape build` and stationary.parquet, which holds all minima and saddles with their curvatures;
-min.data and ts.data hold the curvatures, too. An interrupted run continues where it stopped when the same command is given again; --resume
-demands this, and --fresh begins anew."#;
+min.data and ts.data hold the curvatures, too. An interrupted run continues where it stopped when the same command is
+given again; --resume demands this, and --fresh begins anew."#;
 
 /// Returns the error of the energy, if any.
 type Check<'a> = dyn Fn() -> anyhow::Result<()> + Sync + 'a;
