@@ -309,9 +309,7 @@ impl Canvas {
         match ending.map(str::to_ascii_lowercase).as_deref() {
             Some("svg") => Ok(self.to_svg()?.into_bytes()),
             Some("png") => self.to_image()?.to_png(),
-            _ => Err(FigureError::Format {
-                path: path.to_owned(),
-            }),
+            _ => Err(FigureError::Format(path.to_owned())),
         }
     }
 
@@ -420,9 +418,7 @@ fn filled(colour: Colour) -> ShapeStyle {
 }
 
 fn undrawn(error: &impl ToString) -> FigureError {
-    FigureError::Draw {
-        message: error.to_string(),
-    }
+    FigureError::Draw(error.to_string())
 }
 
 /// Nearest whole pixel, clamped to ±10⁹ so that points far outside stay outside.

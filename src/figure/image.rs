@@ -31,9 +31,7 @@ impl Image {
     /// # Errors
     /// [`FigureError::Draw`] if the image is empty or its bytes do not match its size.
     pub fn to_png(&self) -> Result<Vec<u8>, FigureError> {
-        let refuse = |error: png::EncodingError| FigureError::Draw {
-            message: error.to_string(),
-        };
+        let refuse = |error: png::EncodingError| FigureError::Draw(error.to_string());
         let mut bytes = Vec::new();
         let mut encoder = png::Encoder::new(&mut bytes, self.width, self.height);
         encoder.set_color(png::ColorType::Rgb);

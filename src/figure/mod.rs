@@ -83,11 +83,8 @@ pub use sheet::{contact_sheet, contact_sheet_canvas};
 #[non_exhaustive]
 pub enum FigureError {
     /// The ending of the file name is neither `.svg` nor `.png`.
-    #[error("cannot tell the format of figure {}: let its name end in .svg or .png", path.display())]
-    Format {
-        /// The requested file.
-        path: PathBuf,
-    },
+    #[error("cannot tell the format of figure {}: let its name end in .svg or .png", .0.display())]
+    Format(PathBuf),
     /// The number of descriptions is not the number of minima.
     #[error("{described} leaves are described, but the landscape has {present}")]
     Leaves {
@@ -141,11 +138,8 @@ pub enum FigureError {
         present: usize,
     },
     /// The drawing library failed.
-    #[error("the figure could not be drawn: {message}")]
-    Draw {
-        /// Its message.
-        message: String,
-    },
+    #[error("the figure could not be drawn: {0}")]
+    Draw(String),
     /// The file could not be written.
     #[error("cannot write figure {}", path.display())]
     Write {

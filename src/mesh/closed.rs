@@ -53,9 +53,7 @@ impl Mesh {
         solids: Option<&[SignedDistance<'_>]>,
     ) -> Result<Self, MeshError> {
         let mut mesh = Self::solid(name, vertices, triangles)?;
-        let entangled = |Entangled| MeshError::Entangled {
-            name: name.to_owned(),
-        };
+        let entangled = |Entangled| MeshError::Entangled(name.to_owned());
         mesh.union = united(&mesh, solids).map_err(entangled)?.map(Arc::new);
         Ok(mesh)
     }
@@ -79,9 +77,7 @@ impl Mesh {
             })?;
         let volume = mesh.volume();
         if volume.abs() < 1e-9 * size_m.powi(3) {
-            return Err(MeshError::NoVolume {
-                name: name.to_owned(),
-            });
+            return Err(MeshError::NoVolume(name.to_owned()));
         }
         if volume < 0.0 {
             for triangle in &mut mesh.triangles {
@@ -120,7 +116,7 @@ impl Mesh {
             mesh.merge_coincident();
         }
         if mesh.triangles.is_empty() {
-            return Err(MeshError::NoTriangles { name: name() });
+            return Err(MeshError::NoTriangles(name()));
         }
         let seams = mesh.seams();
         if seams.open > 0 {

@@ -61,9 +61,7 @@ fn triangles_of(path: &Path) -> Result<Triangles, MeshError> {
     let name = path.display().to_string();
     let kind = ending(path);
     if !["obj", "stl", "ply", "gltf", "glb"].contains(&kind.as_str()) {
-        return Err(MeshError::Kind {
-            path: path.to_owned(),
-        });
+        return Err(MeshError::Kind(path.to_owned()));
     }
     let cannot = |source| MeshError::Read {
         path: path.to_owned(),

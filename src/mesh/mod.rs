@@ -44,11 +44,8 @@ pub enum MeshError {
         source: std::io::Error,
     },
     /// The ending of the file name is not that of a mesh format.
-    #[error("{} is not a .obj, .stl, .ply, .gltf or .glb file: convert the mesh to one of these", path.display())]
-    Kind {
-        /// The file.
-        path: PathBuf,
-    },
+    #[error("{} is not a .obj, .stl, .ply, .gltf or .glb file: convert the mesh to one of these", .0.display())]
+    Kind(PathBuf),
     /// An OBJ, PLY or glTF file is invalid.
     #[error("{name} is not a valid {format} mesh: {problem}")]
     Format {
@@ -60,11 +57,8 @@ pub enum MeshError {
         problem: String,
     },
     /// A mesh has no triangles.
-    #[error("{name} has no faces: a surface of triangles is needed")]
-    NoTriangles {
-        /// File or object.
-        name: String,
-    },
+    #[error("{0} has no faces: a surface of triangles is needed")]
+    NoTriangles(String),
     /// A face refers to a vertex that does not exist.
     #[error("{name} has a face with vertex index {index}, but only {count} vertices")]
     Index {
@@ -119,20 +113,14 @@ pub enum MeshError {
         percent: f64,
     },
     /// A mesh encloses no volume.
-    #[error("{name} encloses no volume")]
-    NoVolume {
-        /// File or object.
-        name: String,
-    },
+    #[error("{0} encloses no volume")]
+    NoVolume(String),
     /// The closed pieces intersect in too many places.
     #[error(
-        "the pieces of {name} intersect in millions of places: remove copies in the same place, or unite the \
+        "the pieces of {0} intersect in millions of places: remove copies in the same place, or unite the \
          pieces in a modelling program"
     )]
-    Entangled {
-        /// File or object.
-        name: String,
-    },
+    Entangled(String),
     /// A size beyond its limit.
     #[error("{name}: its longest side = {beyond}")]
     Longest {

@@ -43,9 +43,7 @@ impl FileSet {
     pub fn add(&mut self, path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
         named(path)?;
         if path.is_dir() {
-            return Err(StoreError::NotOurs {
-                path: path.to_path_buf(),
-            });
+            return Err(StoreError::NotOurs(path.to_path_buf()));
         }
         let file = PendingFile::write(path, bytes).map_err(StoreError::io("write", path))?;
         self.files.push(file);
@@ -67,9 +65,8 @@ impl FileSet {
 
 /// Refuses paths without a file name, such as `/`.
 fn named(path: &Path) -> Result<&OsStr, StoreError> {
-    path.file_name().ok_or_else(|| StoreError::NoName {
-        path: path.to_path_buf(),
-    })
+    path.file_name()
+        .ok_or_else(|| StoreError::NoName(path.to_path_buf()))
 }
 
 /// A folder that is written as `X.partial` and becomes `X` when it is complete.
@@ -179,7 +176,7 @@ impl AtomicFolder {
     /// If the folder has no manifest, or if a rename fails. A previous folder is then restored.
     pub fn finish(self) -> Result<PathBuf, StoreError> {
         if !has_manifest(&self.partial) {
-            return Err(StoreError::Unfinished { path: self.partial });
+            return Err(StoreError::Unfinished(self.partial));
         }
         refuse_foreign(&self.finished)?;
         sync_folder(&self.partial).map_err(StoreError::io("write", &self.partial))?;
@@ -256,9 +253,7 @@ fn remove_ours(folder: &Path) -> Result<(), StoreError> {
 /// Refuses a journal that is locked by a running process.
 fn refuse_in_use(journal: &Path) -> Result<(), StoreError> {
     match File::open(journal).map(|file| file.try_lock()) {
-        Ok(Err(TryLockError::WouldBlock)) => Err(StoreError::InUse {
-            path: journal.to_path_buf(),
-        }),
+        Ok(Err(TryLockError::WouldBlock)) => Err(StoreError::InUse(journal.to_path_buf())),
         // Other errors are reported when the journal is read.
         _ => Ok(()),
     }
@@ -276,9 +271,7 @@ fn refuse_foreign(path: &Path) -> Result<(), StoreError> {
         Ok(_) => true,
     };
     if foreign {
-        Err(StoreError::NotOurs {
-            path: path.to_path_buf(),
-        })
+        Err(StoreError::NotOurs(path.to_path_buf()))
     } else {
         Ok(())
     }

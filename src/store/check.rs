@@ -77,7 +77,7 @@ impl GraspFile {
         .or_else(|| {
             let mut far = grasp.grasp.pose.translation_m().iter().copied();
             let value = far.find(|value| !GRASP_POSITION.holds(*value))?;
-            Some(Fault::Far { value })
+            Some(Fault::Far(value))
         })
         .or_else(|| {
             let beyond = OBJECT_SCALE.check(grasp.scale).err();
@@ -85,7 +85,7 @@ impl GraspFile {
         })
         .or_else(|| {
             let norm = norm(grasp.grasp.pose.rotation_wxyz());
-            ((norm - 1.0).abs() > UNIT_TOLERANCE).then_some(Fault::NotUnit { norm })
+            ((norm - 1.0).abs() > UNIT_TOLERANCE).then_some(Fault::NotUnit(norm))
         })
         .or_else(|| far_joint(grasp, hand))
         .or_else(|| bad_contact(grasp, hand))
@@ -200,7 +200,7 @@ fn bad_contact(grasp: &GraspRow, hand: &HandMetadata) -> Option<Fault> {
     let mut seen = BTreeSet::new();
     grasp.grasp.contacts.iter().find_map(|&contact| {
         if usize::try_from(contact).is_ok_and(|index| index < points) {
-            (!seen.insert(contact)).then_some(Fault::RepeatedContact { contact })
+            (!seen.insert(contact)).then_some(Fault::RepeatedContact(contact))
         } else {
             Some(Fault::ContactRange {
                 contact,

@@ -10,11 +10,8 @@ use crate::limits::Beyond;
 #[non_exhaustive]
 pub enum StoreError {
     /// There is no file at the path.
-    #[error("no such file: {path}")]
-    NotFound {
-        /// The requested file.
-        path: PathBuf,
-    },
+    #[error("no such file: {0}")]
+    NotFound(PathBuf),
     /// The operating system reported an error.
     #[error("cannot {action} {path}")]
     Io {
@@ -27,12 +24,9 @@ pub enum StoreError {
     },
     /// A file was given instead of the folder of a landscape.
     #[error(
-        "{path} is a file, but a landscape is a folder: `landscape build` makes one from a file of grasps"
+        "{0} is a file, but a landscape is a folder: `landscape build` makes one from a file of grasps"
     )]
-    NoFolder {
-        /// The file.
-        path: PathBuf,
-    },
+    NoFolder(PathBuf),
     /// The file is not Parquet or is damaged.
     #[error("{path} is not a Parquet file or is damaged: {reason}")]
     NotParquet {
@@ -43,13 +37,10 @@ pub enum StoreError {
     },
     /// A file of this program was damaged or altered.
     #[error(
-        "{path} is not as landscape wrote it: its content does not match its checksum, so it was damaged or altered; use \
+        "{0} is not as landscape wrote it: its content does not match its checksum, so it was damaged or altered; use \
          an intact copy, or make it again"
     )]
-    Altered {
-        /// The file.
-        path: PathBuf,
-    },
+    Altered(PathBuf),
     /// The manifest of the landscape does not list this table, or lists it with another hash.
     #[error(
         "{path} does not belong to this landscape: {manifest} lists another checksum for it, or none, so it was altered \
@@ -143,60 +134,34 @@ pub enum StoreError {
         fault: Fault,
     },
     /// The file has no rows.
-    #[error("{path} holds no grasps")]
-    Empty {
-        /// The file.
-        path: PathBuf,
-    },
+    #[error("{0} holds no grasps")]
+    Empty(PathBuf),
     /// A file or folder of another program has that name, so it is not replaced.
-    #[error("{path} exists and was not made by landscape: move it away or choose another name")]
-    NotOurs {
-        /// The file or folder in the way.
-        path: PathBuf,
-    },
+    #[error("{0} exists and was not made by landscape: move it away or choose another name")]
+    NotOurs(PathBuf),
     /// No files can be created in the folder, such as `/proc`.
-    #[error("no file can be made in {folder}: choose another place to write to")]
-    NoPlace {
-        /// The folder.
-        folder: PathBuf,
-    },
+    #[error("no file can be made in {0}: choose another place to write to")]
+    NoPlace(PathBuf),
     /// The path has no file name.
-    #[error("`{path}` does not name a file")]
-    NoName {
-        /// The path given.
-        path: PathBuf,
-    },
+    #[error("`{0}` does not name a file")]
+    NoName(PathBuf),
     /// The folder of a landscape has no manifest.
     #[error(
-        "{path} holds no finished landscape: landscape.json is missing or comes from another program"
+        "{0} holds no finished landscape: landscape.json is missing or comes from another program"
     )]
-    Unfinished {
-        /// The folder.
-        path: PathBuf,
-    },
+    Unfinished(PathBuf),
     /// The journal belongs to a run with other input or settings.
     #[error(
-        "{path} belongs to a run with other input or settings, or of another version of the program: repeat those to \
+        "{0} belongs to a run with other input or settings, or of another version of the program: repeat those to \
          resume it, or start over with --fresh"
     )]
-    OtherRun {
-        /// The journal.
-        path: PathBuf,
-    },
+    OtherRun(PathBuf),
     /// The file is not a journal.
-    #[error(
-        "{path} is not a journal of this program or its head is damaged: start over with --fresh"
-    )]
-    NotAJournal {
-        /// The file.
-        path: PathBuf,
-    },
+    #[error("{0} is not a journal of this program or its head is damaged: start over with --fresh")]
+    NotAJournal(PathBuf),
     /// Another process is writing the journal.
-    #[error("{path} is in use by another run")]
-    InUse {
-        /// The journal.
-        path: PathBuf,
-    },
+    #[error("{0} is in use by another run")]
+    InUse(PathBuf),
 }
 
 impl StoreError {
@@ -208,10 +173,10 @@ impl StoreError {
             // If the file was to be created, the error is not a missing file: the folder accepts no files.
             let folder = path.parent().filter(|folder| folder.is_dir());
             match (action, folder) {
-                ("read", _) if missing => Self::NotFound { path },
-                ("open" | "create" | "write", Some(folder)) if missing => Self::NoPlace {
-                    folder: folder.to_path_buf(),
-                },
+                ("read", _) if missing => Self::NotFound(path),
+                ("open" | "create" | "write", Some(folder)) if missing => {
+                    Self::NoPlace(folder.to_path_buf())
+                }
                 _ => Self::Io {
                     action,
                     path,
@@ -261,22 +226,14 @@ pub enum Fault {
         expected: usize,
     },
     /// The hand is farther from the object than is plausible in metres.
-    #[error(
-        "translation_m has {value}: more than a kilometre from the object; lengths are in metres"
-    )]
-    Far {
-        /// The first such coordinate.
-        value: f64,
-    },
+    #[error("translation_m has {0}: more than a kilometre from the object; lengths are in metres")]
+    Far(f64),
     /// The scale is impossible for an object in a hand.
     #[error("scale {0}")]
     Scale(Beyond),
     /// A quaternion does not have unit length.
-    #[error("the quaternion `rotation_wxyz` has length {norm}, expected 1")]
-    NotUnit {
-        /// Its length.
-        norm: f64,
-    },
+    #[error("the quaternion `rotation_wxyz` has length {0}, expected 1")]
+    NotUnit(f64),
     /// A joint is so far beyond its limit that its value is probably not an angle in radians.
     #[error(
         "joint `{joint}` at {angle_rad} rad lies more than 1 rad beyond its limits {lower_rad} to {upper_rad}: are these \
@@ -305,11 +262,8 @@ pub enum Fault {
         points: usize,
     },
     /// A contact occurs twice in one grasp.
-    #[error("contact {contact} occurs twice")]
-    RepeatedContact {
-        /// The contact.
-        contact: u32,
-    },
+    #[error("contact {0} occurs twice")]
+    RepeatedContact(u32),
     /// The metadata do not describe the hand.
     #[error("hand `{hand}` is not the one described: {known}")]
     UnknownHand {
@@ -380,13 +334,10 @@ pub enum Warning {
     },
     /// The landscape was written before checksums existed.
     #[error(
-        "{path} has no checksums of its tables, because an older version wrote it: whether the tables belong together is \
+        "{0} has no checksums of its tables, because an older version wrote it: whether the tables belong together is \
          not checked"
     )]
-    NoChecksums {
-        /// The manifest.
-        path: PathBuf,
-    },
+    NoChecksums(PathBuf),
     /// The given object is not the one that the file describes.
     #[error(
         "object `{given}` replaces object `{told}` as the file describes it: labels and outcomes of simulations are \

@@ -158,9 +158,7 @@ impl GraspFile {
         let table = Table::read(path)?;
         let (metadata, mut warnings) = describe(path, &table, overrides)?;
         if table.rows == 0 {
-            return Err(StoreError::Empty {
-                path: path.to_path_buf(),
-            });
+            return Err(StoreError::Empty(path.to_path_buf()));
         }
         let mut file = Self {
             grasps: rows(&table, &metadata)?,
@@ -241,9 +239,7 @@ impl GraspFile {
     /// If [`GraspFile::read`] would refuse the content; [`GraspFile::faults`] finds this beforehand.
     pub fn write(&self, path: &Path) -> Result<(), StoreError> {
         if self.grasps.is_empty() {
-            return Err(StoreError::Empty {
-                path: path.to_path_buf(),
-            });
+            return Err(StoreError::Empty(path.to_path_buf()));
         }
         let metadata = self.metadata.to_json(path)?;
         self.refuse_faults(path)?;

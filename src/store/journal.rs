@@ -61,9 +61,7 @@ impl Journal {
             .open(path)
             .map_err(StoreError::io("open", path))?;
         file.try_lock().map_err(|error| match error {
-            TryLockError::WouldBlock => StoreError::InUse {
-                path: path.to_path_buf(),
-            },
+            TryLockError::WouldBlock => StoreError::InUse(path.to_path_buf()),
             TryLockError::Error(source) => StoreError::Io {
                 action: "lock",
                 path: path.to_path_buf(),
@@ -79,16 +77,12 @@ impl Journal {
             Head::Whole {
                 fingerprint: found, ..
             } if found != fingerprint.as_bytes() => {
-                return Err(StoreError::OtherRun {
-                    path: path.to_path_buf(),
-                });
+                return Err(StoreError::OtherRun(path.to_path_buf()));
             }
             Head::Whole { length, .. } => scan(&bytes, length),
             Head::Torn => (BTreeMap::new(), 0),
             Head::Foreign => {
-                return Err(StoreError::NotAJournal {
-                    path: path.to_path_buf(),
-                });
+                return Err(StoreError::NotAJournal(path.to_path_buf()));
             }
         };
         let mut inner = Inner {

@@ -252,9 +252,9 @@ impl LandscapeFiles {
     /// If the folder is not a landscape.
     pub fn warning(folder: &Path) -> Result<Option<Warning>, StoreError> {
         let (_, checksums) = read_manifest(folder)?;
-        Ok(checksums.is_none().then(|| Warning::NoChecksums {
-            path: folder.join(MANIFEST),
-        }))
+        Ok(checksums
+            .is_none()
+            .then(|| Warning::NoChecksums(folder.join(MANIFEST))))
     }
 
     fn path_columns(&self) -> Columns {
@@ -365,14 +365,10 @@ impl Checksums {
 /// The manifest of a finished landscape and its checksums, which older landscapes do not have.
 fn read_manifest(folder: &Path) -> Result<(Manifest, Option<Checksums>), StoreError> {
     let path = folder.join(MANIFEST);
-    let unfinished = || StoreError::Unfinished {
-        path: folder.to_path_buf(),
-    };
+    let unfinished = || StoreError::Unfinished(folder.to_path_buf());
     let bytes = fs::read(&path).map_err(|source| match source.kind() {
         std::io::ErrorKind::NotFound if folder.is_dir() => unfinished(),
-        _ if folder.is_file() => StoreError::NoFolder {
-            path: folder.to_path_buf(),
-        },
+        _ if folder.is_file() => StoreError::NoFolder(folder.to_path_buf()),
         _ => StoreError::io("read", &path)(source),
     })?;
     let mut document: Value =
@@ -390,7 +386,7 @@ fn read_manifest(folder: &Path) -> Result<(Manifest, Option<Checksums>), StoreEr
     if let Some(checksums) = &checksums
         && checksums.0.get(MANIFEST) != Some(&content_hash(&[&pretty(&document)]))
     {
-        return Err(StoreError::Altered { path });
+        return Err(StoreError::Altered(path));
     }
     let manifest = serde_json::from_value(document).map_err(unusable)?;
     Ok((manifest, checksums))

@@ -64,9 +64,7 @@ impl Table {
         let builder = ParquetRecordBatchReaderBuilder::try_new(bytes.clone())
             .map_err(|error| damaged(path, &error))?;
         if !sum::fits(bytes, builder.metadata().file_metadata()) {
-            return Err(StoreError::Altered {
-                path: path.to_path_buf(),
-            });
+            return Err(StoreError::Altered(path.to_path_buf()));
         }
         let chunks = builder
             .metadata()

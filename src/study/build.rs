@@ -90,7 +90,7 @@ pub fn map_population(
     (run.stage_ended)("quench", evaluations);
     if minima.len() < 2 {
         let grasps = starts.len();
-        return Err(StudyError::OneMinimum { grasps });
+        return Err(StudyError::OneMinimum(grasps));
     }
     let hover = hover_costs(energy, &probes(&minima))?;
     (run.stage_ended)("hover", 0);

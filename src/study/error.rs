@@ -11,11 +11,8 @@ use crate::topography::JournalError;
 #[non_exhaustive]
 pub enum StudyError {
     /// All grasps lie in one minimum, but a landscape needs two.
-    #[error("all {grasps} grasps lie in one minimum: there is nothing to connect")]
-    OneMinimum {
-        /// Number of grasps.
-        grasps: usize,
-    },
+    #[error("all {0} grasps lie in one minimum: there is nothing to connect")]
+    OneMinimum(usize),
     /// A search found nothing.
     #[error(
         "{surface}: {searches} searches from random points of the region found no minimum {ends}"

@@ -124,9 +124,7 @@ fn an_altered_manifest_is_refused_and_one_without_checksums_is_read() {
     assert_eq!(read.manifest.scale, 0.07);
     assert_eq!(
         LandscapeFiles::warning(&path).unwrap(),
-        Some(Warning::NoChecksums {
-            path: path.join("landscape.json")
-        })
+        Some(Warning::NoChecksums(path.join("landscape.json")))
     );
 }
 

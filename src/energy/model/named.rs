@@ -144,11 +144,8 @@ pub const MODELS: &[Model] = &[
 #[non_exhaustive]
 pub enum ModelError {
     /// No model has this name.
-    #[error("no model is called `{name}`; the models are {}", names())]
-    Unknown {
-        /// The name asked for.
-        name: String,
-    },
+    #[error("no model is called `{}`; the models are {}", .0, names())]
+    Unknown(String),
     /// The arguments do not fit.
     #[error("`{given}` does not fit the model: write `{name} {arguments}`, {about}")]
     Arguments {
@@ -176,9 +173,7 @@ pub fn named<S: AsRef<str>>(words: &[S]) -> Result<Surface, ModelError> {
     let words: Vec<&str> = words.iter().map(AsRef::as_ref).collect();
     let (name, arguments) = words.split_first().unwrap_or((&"", &[]));
     let Some(model) = MODELS.iter().find(|model| model.name == *name) else {
-        return Err(ModelError::Unknown {
-            name: (*name).to_owned(),
-        });
+        return Err(ModelError::Unknown((*name).to_owned()));
     };
     let numbers: Option<Vec<f64>> = arguments
         .iter()

@@ -62,9 +62,7 @@ impl Tensors {
             .extension()
             .map(|kind| kind.to_string_lossy().to_lowercase());
         if matches!(kind.as_deref(), Some("pth" | "pt" | "ckpt")) {
-            return Err(NeuralError::Checkpoint {
-                path: path.to_owned(),
-            });
+            return Err(NeuralError::Checkpoint(path.to_owned()));
         }
         let bytes = fs::read(path).map_err(|source| NeuralError::Read {
             path: path.to_owned(),
@@ -136,9 +134,7 @@ impl Tensors {
             .find_map(|name| self.tensors.get(*name))
             .filter(|codes| codes.shape.len() == 2);
         let Some(Tensor { shape, values }) = codes else {
-            return Err(NeuralError::NoCodes {
-                name: self.name.clone(),
-            });
+            return Err(NeuralError::NoCodes(self.name.clone()));
         };
         let (count, length) = (shape[0], shape[1]);
         if index >= count {

@@ -21,12 +21,9 @@ pub enum NeuralError {
     #[error(
         "{} is a checkpoint of torch, which can run code when it is loaded: convert it to .safetensors \
          (docs/neural_objects.md has a script of ten lines)",
-        path.display()
+        .0.display()
     )]
-    Checkpoint {
-        /// The file.
-        path: PathBuf,
-    },
+    Checkpoint(PathBuf),
     /// A file is not in the safetensors format.
     #[error("{name} is not a valid .safetensors file: {source}")]
     Safetensors {
@@ -107,12 +104,9 @@ pub enum NeuralError {
     },
     /// The file has no latent codes.
     #[error(
-        "{name} has no tensor latent_codes (one row per shape): name the .safetensors file of the codes as well"
+        "{0} has no tensor latent_codes (one row per shape): name the .safetensors file of the codes as well"
     )]
-    NoCodes {
-        /// The file.
-        name: String,
-    },
+    NoCodes(String),
     /// There is no code with this index.
     #[error("there is no latent code {index}: {name} has {count}, numbered from 0")]
     Code {
@@ -135,20 +129,14 @@ pub enum NeuralError {
     #[error("the scale, metres per unit of the network: {0}")]
     Scale(Beyond),
     /// The network is positive everywhere.
-    #[error("{name} has no surface: the network is nowhere negative within its ball of radius 1")]
-    NoSurface {
-        /// The shape.
-        name: String,
-    },
+    #[error("{0} has no surface: the network is nowhere negative within its ball of radius 1")]
+    NoSurface(String),
     /// The network is negative at the border.
     #[error(
-        "{name} is not bounded: the network is negative outside its ball of radius 1; is it negative inside the shape, as \
+        "{0} is not bounded: the network is negative outside its ball of radius 1; is it negative inside the shape, as \
          it should be?"
     )]
-    Unbounded {
-        /// The shape.
-        name: String,
-    },
+    Unbounded(String),
     /// The surface is not a valid mesh.
     #[error(transparent)]
     Mesh(#[from] MeshError),

@@ -67,16 +67,12 @@ impl<T: Real> NeuralField<T> {
         };
         let values = grid.sample(self);
         if grid.is_negative_at_border(&values) {
-            return Err(NeuralError::Unbounded {
-                name: name.to_owned(),
-            });
+            return Err(NeuralError::Unbounded(name.to_owned()));
         }
         let mut net = SurfaceNetsBuffer::default();
         surface_nets(&values, &grid.shape, [0; 3], [nodes - 1; 3], &mut net);
         if net.indices.is_empty() {
-            return Err(NeuralError::NoSurface {
-                name: name.to_owned(),
-            });
+            return Err(NeuralError::NoSurface(name.to_owned()));
         }
         let mut vertices: Vec<Vector3<f64>> = net
             .positions

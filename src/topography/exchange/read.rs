@@ -130,11 +130,8 @@ pub enum ExchangeError {
         minimum_line: usize,
     },
     /// The file holds no minima.
-    #[error("{file} holds no minima")]
-    Empty {
-        /// `min.data`.
-        file: &'static str,
-    },
+    #[error("{0} holds no minima")]
+    Empty(&'static str),
 }
 
 const MINIMA: &str = "min.data";
@@ -172,7 +169,7 @@ impl Database {
             database.minima.push(MinimumEntry { energy, vibrations });
         }
         let Some(layout) = first else {
-            return Err(ExchangeError::Empty { file: MINIMA });
+            return Err(ExchangeError::Empty(MINIMA));
         };
         for line in lines(ts_data, STATES) {
             line.layout([8, 3], &mut first)?;
