@@ -8,7 +8,6 @@
 
 mod correlation;
 mod dendrogram;
-mod fisher;
 mod graph;
 mod groups;
 mod pairs;
@@ -17,13 +16,14 @@ mod test;
 
 pub use correlation::{Correlation, mantel, partial_mantel, pearson, spearman};
 pub use dendrogram::Dendrogram;
-pub use fisher::fisher_exact;
 pub use graph::{assortativity, indicator, morans_i};
 pub use groups::{
     BarrierRatio, anosim_of_ranks, barrier_ratio, cliffs_delta, dispersions, permanova, permdisp,
     silhouette,
 };
 pub use pairs::PairMatrix;
+#[cfg(feature = "topography")]
+pub(crate) use partition::adjusted_rand_of_pairs;
 pub use partition::{
     Comparison, adjusted_mutual_information, adjusted_rand, agreement_of_cuts, cuts_between,
     highest,

@@ -48,7 +48,12 @@ pub fn adjusted_rand(first: &[usize], second: &[usize]) -> f64 {
         .sum();
     let of = |labels: &[usize]| sizes(labels).into_iter().map(pairs).sum::<f64>();
     let (a, b) = (of(first), of(second));
-    let expected = a * b / pairs(first.len()).max(1.0);
+    adjusted_rand_of_pairs(both, [a, b], pairs(first.len()))
+}
+
+/// [`adjusted_rand`] from the numbers of pairs of cases that are together in both partitions, in each, and at all.
+pub(crate) fn adjusted_rand_of_pairs(both: f64, [a, b]: [f64; 2], all: f64) -> f64 {
+    let expected = a * b / all.max(1.0);
     let most = f64::midpoint(a, b);
     if (most - expected).abs() < 1e-12 * most.max(1.0) {
         1.0

@@ -7,11 +7,12 @@ use serde::{Deserialize, Serialize};
 
 use super::Phase;
 use super::adelm::{ChainSettings, chain, stays};
-use super::groups::{Level, adjusted_rand_index, level, most_stable};
+use super::groups::{Level, level, most_stable};
 use super::journal::{JournalError, Run, bits};
 use super::minima::MatchTolerance;
 use super::network::Minimum;
 use super::pairs::{candidates, distances};
+use crate::agreement::adjusted_rand;
 use crate::energy::Energy;
 use crate::optimize::QuenchSettings;
 use crate::sample::{Kernel, Task, stream};
@@ -533,7 +534,7 @@ fn agreement(
     let (mut total, mut count) = (0.0, 0.0);
     for (k, (_, a)) in levels.iter().enumerate() {
         for (_, b) in &levels[..k] {
-            total += adjusted_rand_index(a, b);
+            total += adjusted_rand(a, b);
             count += 1.0;
         }
     }

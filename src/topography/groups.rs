@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::network::{Evidence, MinimumId, Network};
+use crate::agreement::adjusted_rand_of_pairs;
 use crate::sample::{Task, stream};
 
 /// Relative difference below which barriers are equal: two refinements of one pass differ by rounding only.
@@ -275,80 +276,19 @@ fn members(labels: &[usize]) -> Vec<Vec<MinimumId>> {
     members
 }
 
-/// Adjusted Rand index of two partitions: 1 for equal ones, about 0 for unrelated ones. O(n) for labels below n.
-pub(super) fn adjusted_rand_index(a: &[usize], b: &[usize]) -> f64 {
-    let pairs = |count: usize| (count * count.saturating_sub(1)) as f64 / 2.0;
-    let sizes = |labels: &[usize]| {
-        let mut sizes = vec![0; labels.iter().max().map_or(0, |largest| largest + 1)];
-        for label in labels {
-            sizes[*label] += 1;
-        }
-        sizes
-    };
-    let (first, second): (Vec<usize>, Vec<usize>) = (sizes(a), sizes(b));
-    // The labels of `b`, grouped by the labels of `a`.
-    let (mut next, mut end) = (Vec::with_capacity(first.len()), 0);
-    for size in &first {
-        next.push(end);
-        end += size;
-    }
-    let mut sorted = vec![0; b.len()];
-    for (label, other) in a.iter().zip(b) {
-        sorted[next[*label]] = *other;
-        next[*label] += 1;
-    }
-    let mut met = vec![0; second.len()];
-    let mut rest = &sorted[..];
-    let mut joint = 0.0;
-    for size in &first {
-        let (cluster, others) = rest.split_at(*size);
-        rest = others;
-        for label in cluster {
-            met[*label] += 1;
-        }
-        for label in cluster {
-            joint += pairs(std::mem::take(&mut met[*label]));
-        }
-    }
-    let sum = |sizes: &[usize]| sizes.iter().map(|size| pairs(*size)).sum::<f64>();
-    beyond_chance(joint, [sum(&first), sum(&second)], pairs(a.len()))
-}
-
 /// The adjusted Rand index of a partition of `n` and a refinement of it. Pairs that are together in the refinement are
 /// together in both, so the numbers of pairs in the groups of the `whole` and the `part` determine the index.
 fn agreement_with_part(n: usize, whole: f64, part: f64) -> f64 {
-    beyond_chance(part, [whole, part], (n * n.saturating_sub(1)) as f64 / 2.0)
-}
-
-/// The index from the numbers of pairs together in both partitions, in each, and in total.
-fn beyond_chance(joint: f64, [first, second]: [f64; 2], total: f64) -> f64 {
-    if total == 0.0 {
-        return 1.0;
-    }
-    let chance = first * second / total;
-    let most = f64::midpoint(first, second);
-    // Both partitions are trivial in the same way.
-    if most - chance == 0.0 {
-        return 1.0;
-    }
-    (joint - chance) / (most - chance)
+    let total = (n * n.saturating_sub(1)) as f64 / 2.0;
+    adjusted_rand_of_pairs(part, [whole, part], total)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::agreement::adjusted_rand;
     use crate::topography::tree::tests::{any_network, network};
     use proptest::prelude::*;
-
-    #[test]
-    fn rand_index_of_known_partitions() {
-        // Hubert and Arabie's formula by hand: joint 2, sums 6 and 4 of 15 pairs.
-        let (a, b) = ([0, 0, 0, 1, 1, 1], [0, 0, 1, 1, 2, 2]);
-        let chance = 6.0 * 3.0 / 15.0;
-        let expected = (2.0 - chance) / (4.5 - chance);
-        assert!((adjusted_rand_index(&a, &b) - expected).abs() < 1e-12);
-        assert!((adjusted_rand_index(&a, &[5, 5, 5, 2, 2, 2]) - 1.0).abs() < 1e-12);
-    }
 
     proptest! {
         #[test]
@@ -363,7 +303,7 @@ mod tests {
                         let mut rng = stream(0, Task::Resampling, id);
                         let drawn: Vec<usize> = links.iter().map(|_| rng.random_range(0..links.len())).collect();
                         let parts = partition(n, &links, known.barrier, |k| drawn.contains(&k));
-                        adjusted_rand_index(&labels, &parts)
+                        adjusted_rand(&labels, &parts)
                     })
                     .sum();
                 prop_assert_eq!(known, Level { stability: total / 5.0, ..expected });

@@ -5,8 +5,9 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::fisher::fisher_exact;
 use super::{Failure, Finding, Verdict, insufficient};
-use landscape::agreement::{fisher_exact, spearman};
+use landscape::agreement::spearman;
 use landscape::evaluation::taxonomy::{Anatomy, Category, Labeller, PalmPart, Patch, Taxonomy};
 use landscape::grasp::{Grasp, GraspEnergy, judge};
 use landscape::hand::{Hand, PosedHand};

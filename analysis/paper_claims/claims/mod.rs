@@ -2,6 +2,7 @@
 //! the first run (`data/taxonomy/hypotheses.toml`).
 
 mod energies;
+mod fisher;
 mod heights;
 mod report;
 

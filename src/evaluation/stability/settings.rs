@@ -339,14 +339,6 @@ impl Protocol {
         }
         Ok(())
     }
-
-    /// Whether the hand and its joints are rigid.
-    pub fn is_rigid(&self) -> bool {
-        match self {
-            Self::Drop(_) => true,
-            Self::SixDirections(six) => six.rigid,
-        }
-    }
 }
 
 /// A value of a protocol out of its range.

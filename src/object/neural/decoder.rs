@@ -226,9 +226,4 @@ impl Decoder {
         let layers = (0..specs.layers()).map(layer).collect::<Result<_, _>>()?;
         Ok(Self { specs, layers })
     }
-
-    /// The specs of the decoder.
-    pub fn specs(&self) -> &Specs {
-        &self.specs
-    }
 }

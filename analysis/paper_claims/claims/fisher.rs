@@ -11,15 +11,7 @@
 ///
 /// # Panics
 /// If a sample has more successes than members.
-///
-/// # Examples
-/// The lady who names three of four cups correctly:
-///
-/// ```
-/// let p = landscape::agreement::fisher_exact([3, 1], [4, 4]);
-/// assert!((p - 17.0 / 70.0).abs() < 1e-12);
-/// ```
-pub fn fisher_exact(successes: [usize; 2], sizes: [usize; 2]) -> f64 {
+pub(super) fn fisher_exact(successes: [usize; 2], sizes: [usize; 2]) -> f64 {
     assert!(
         successes[0] <= sizes[0] && successes[1] <= sizes[1],
         "more successes than members"
@@ -45,7 +37,8 @@ mod tests {
 
     #[test]
     fn as_counted_by_hand() {
-        // All four of four: one way of seventy.
+        // The lady who names three of four cups correctly, then all four: one way of seventy.
+        assert!((fisher_exact([3, 1], [4, 4]) - 17.0 / 70.0).abs() < 1e-12);
         assert!((fisher_exact([4, 0], [4, 4]) - 1.0 / 70.0).abs() < 1e-12);
         // R: fisher.test(matrix(c(8, 2, 1, 5), 2), alternative = "greater")$p.value
         assert!((fisher_exact([8, 1], [10, 6]) - 0.024475524475524476).abs() < 1e-9);
