@@ -12,10 +12,9 @@
 //! | draw samples | [`sample::Kernel`], [`sample::Mala`] |
 //! | build the energy of a hand on an object | [`grasp::GraspEnergy`], [`hand::Hand`], [`object::Object`] |
 //! | measure distances to a mesh | [`mesh::Mesh`], [`mesh::ExactMesh`] |
-//! | synthesize and judge grasps | [`grasp::synthesis::synthesize`], [`grasp::judge`], [`grasp::closure`], [`grasp::relaxed`] |
+//! | synthesize and judge grasps | [`grasp::synthesis::synthesize`], [`grasp::judge`], [`grasp::closure`] |
 //! | go from a function of your own to its disconnectivity graph | [`own_function`] |
 //! | map a landscape | [`topography::quench_all`], [`topography::distinct`], [`topography::build_landscape`] |
-//! | compare scores with true classes | [`agreement::Roc`] |
 //! | compare a tree, distances or a graph with labels | [`agreement::Dendrogram`], [`agreement::test_labels`] |
 //! | draw a landscape | [`figure::DisconnectivityPicture`], [`figure::BarrierPicture`], [`figure::Scene`] |
 //! | plot numbers | [`figure::chart::Chart`] |
