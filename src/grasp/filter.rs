@@ -10,6 +10,7 @@ use super::closure::{
 use super::depth::deepest_m;
 use super::energy::{AUTHORS_UNIT_M, GraspEnergy};
 use super::failure::in_one_concavity;
+use super::layer::Layer;
 use super::term::{Proximity, Scene, for_each_overlap};
 use crate::hand::{LinkId, PosedHand};
 
@@ -142,6 +143,8 @@ pub fn judge(energy: &GraspEnergy, grasp: &Grasp) -> Judgement {
         near: &[],
         proximity: &proximity,
         contacts: &[],
+        layer: &Layer::default(),
+        near_spheres: &[],
         unit_m: energy.unit_m(),
         distance_factor: 1.0,
     };

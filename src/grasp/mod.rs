@@ -13,6 +13,7 @@ pub mod failure;
 pub mod filter;
 pub mod hover;
 pub mod kernel;
+pub mod layer;
 pub mod spread;
 pub mod start;
 pub mod synthesis;

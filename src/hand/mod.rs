@@ -449,7 +449,12 @@ impl Hand {
 
     /// Whether a surface point may be a contact: the side file may forbid links.
     pub fn may_touch(&self, point: &SurfacePoint) -> bool {
-        !self.untouching[point.link.0]
+        self.link_may_touch(point.link)
+    }
+
+    /// Whether a link may carry contacts: the side file may forbid it.
+    pub fn link_may_touch(&self, link: LinkId) -> bool {
+        !self.untouching[link.0]
     }
 
     /// Whether a surface point lies on the tip or pad of the last link of a digit, or anywhere on that link if the hand

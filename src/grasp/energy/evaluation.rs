@@ -5,6 +5,7 @@ use std::sync::PoisonError;
 use super::GraspEnergy;
 use super::near::NearSearch;
 use crate::grasp::contact::ContactSearch;
+use crate::grasp::layer::NearSphere;
 use crate::grasp::term::{Contact, Forces, NearPoint, Proximity, Scene, Stage};
 use crate::hand::PosedHand;
 use crate::space::Space;
@@ -20,6 +21,7 @@ pub(super) struct Memory {
     pub(super) near: Vec<NearPoint>,
     pub(super) band_m: f64,
     proximity: Proximity,
+    near_spheres: Vec<NearSphere>,
     forces: Forces,
     /// Energy and forces of the contact-free terms, if already computed at the current pose.
     contact_free: Option<ContactFree>,
@@ -146,6 +148,8 @@ impl<'a> Evaluation<'a> {
             near: &memory.near,
             proximity: &memory.proximity,
             contacts: &memory.contacts,
+            layer: &energy.layer,
+            near_spheres: &memory.near_spheres,
             unit_m: energy.unit_m,
             distance_factor: memory.ramp.distance,
         };
@@ -163,7 +167,7 @@ impl<'a> Evaluation<'a> {
     fn update_proximity(&mut self) {
         let (energy, memory) = (self.energy, &mut *self.memory);
         let (hand, posed) = (&energy.hand, &memory.posed);
-        if energy.settings.intrusion_weight > 0.0 {
+        if energy.settings.layer.is_none() && energy.settings.intrusion_weight > 0.0 {
             let object = &energy.object;
             memory.proximity.update_intruders(hand, posed, object);
         }
@@ -182,7 +186,12 @@ impl<'a> Evaluation<'a> {
             memory.forces.clone_from(&known.forces);
             return known.energy;
         }
-        if memory.band_m.is_nan() || memory.band_m < clearance_m {
+        if let Some(layer) = &self.energy.settings.layer {
+            let shape = &*self.energy.object.shape;
+            let reach_m = layer.carrying_m();
+            let spheres = &mut memory.near_spheres;
+            self.energy.layer.measure(&memory.posed, shape, reach_m, spheres);
+        } else if memory.band_m.is_nan() || memory.band_m < clearance_m {
             self.measure(clearance_m, clearance_m);
         }
         self.update_proximity();
@@ -199,6 +208,20 @@ impl<'a> Evaluation<'a> {
         known.energy = energy;
         known.forces.clone_from(&memory.forces);
         energy
+    }
+
+    /// The energy of an elastic layer, which has no contact set.
+    fn smooth(&mut self, gradient: &mut [f64]) -> f64 {
+        let value = self.contact_free();
+        let (energy, memory) = (self.energy, &mut *self.memory);
+        energy.hand.pull_back(
+            &memory.posed,
+            &memory.forces.wrenches,
+            &memory.forces.joints,
+            &energy.metric,
+            gradient,
+        );
+        value
     }
 
     /// Adds the terms of `choice` to the contact-free ones and converts all forces to the gradient.
@@ -219,6 +242,9 @@ impl<'a> Evaluation<'a> {
 
     /// The envelope. It returns early above `cutoff`.
     pub(super) fn envelope(&mut self, gradient: &mut [f64], cutoff: f64) -> f64 {
+        if self.energy.settings.layer.is_some() {
+            return self.smooth(gradient);
+        }
         self.measure_candidates();
         let free = self.contact_free();
         // The search counts the alignment relative to its minimum.
@@ -238,6 +264,9 @@ impl<'a> Evaluation<'a> {
 
     /// The envelope, or the energy of a good contact set if it exceeds `ceiling`.
     pub(super) fn roughly(&mut self, gradient: &mut [f64], ceiling: f64) -> (f64, Vec<u32>) {
+        if self.energy.settings.layer.is_some() {
+            return (self.smooth(gradient), Vec::new());
+        }
         self.measure_candidates();
         let base = self.contact_free();
         self.choose_contacts_roughly_above(ceiling - base + self.energy.alignment.weight);
@@ -254,6 +283,9 @@ impl<'a> Evaluation<'a> {
 
     /// The energy of the fixed contact set `choice`.
     pub(super) fn held(&mut self, choice: &[u32], ramp: Ramp, gradient: &mut [f64]) -> f64 {
+        if self.energy.settings.layer.is_some() {
+            return self.smooth(gradient);
+        }
         self.ramped(ramp, |evaluation| {
             let base = evaluation.contact_free();
             base + evaluation.pull_back(choice, gradient)
@@ -262,8 +294,8 @@ impl<'a> Evaluation<'a> {
 
     pub(super) fn terms(&mut self, choice: &[u32]) -> Vec<(String, f64)> {
         let energy = self.energy;
+        self.contact_free();
         self.measure(energy.clearance_m, energy.clearance_m);
-        self.update_proximity();
         self.measure_contacts(choice);
         self.memory.forces.reset(&energy.hand);
         let (scene, forces) = self.scene();

@@ -16,6 +16,7 @@ pub use evaluation::Ramp;
 pub use queries::THROUGH_M;
 pub use settings::{AUTHORS_UNIT_M, Candidates, EnergySettings, EnergySettingsError, Unit};
 
+use super::layer::Layer;
 use super::term::{Alignment, Distance, Term};
 use crate::energy::{Energy, Explain, Piecewise};
 use crate::hand::Hand;
@@ -42,6 +43,8 @@ pub struct GraspEnergy {
     alignment: Alignment,
     /// Distance that every surface point must keep from the object, metres.
     clearance_m: f64,
+    /// The elastic layer; without spheres if contacts are a set of points.
+    layer: Layer,
     /// The terms with nonzero weight, by stage.
     terms: Vec<Box<dyn Term>>,
     /// Whether each surface point may be a contact, and the list of those that may.
@@ -91,6 +94,10 @@ impl GraspEnergy {
             distance: settings.distance(),
             alignment: settings.alignment(),
             clearance_m: 0.0,
+            layer: match settings.layer {
+                Some(_) => Layer::new(&hand),
+                None => Layer::default(),
+            },
             terms: settings.terms(0.0),
             settings,
             may_touch,
@@ -150,8 +157,9 @@ impl Energy for GraspEnergy {
         self.evaluate_below(x, gradient, f64::INFINITY)
     }
 
+    /// The energy of an elastic layer is smooth and has no pieces.
     fn piecewise(&self) -> Option<&dyn Piecewise> {
-        Some(self)
+        self.settings.layer.is_none().then_some(self as &dyn Piecewise)
     }
 
     fn explain(&self) -> Option<&dyn Explain> {

@@ -3,9 +3,10 @@
 use serde::{Deserialize, Serialize};
 
 use crate::grasp::term::{
-    Alignment, Distance, ForceClosure, HandInObject, JointLimits, NormForm, ObjectInHand, Prior,
-    PriorForm, Rank, RankForm, SelfPenetration, Term,
+    Alignment, Distance, ForceClosure, HandInObject, JointLimits, LayerCompliance, NormForm,
+    ObjectInHand, Pressing, Prior, PriorForm, Rank, RankForm, Reach, SelfPenetration, Term,
 };
+use crate::grasp::layer::LayerSettings;
 use crate::hand::Hand;
 use crate::limits::{Beyond, DISTANCE_WEIGHT, ENERGY_SETTING, OBJECT_SIZE};
 
@@ -47,6 +48,9 @@ impl Candidates {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct EnergySettings {
+    /// The elastic layer of the hand. Without one, contacts are a set of n surface points, as in Liu et al. (2021).
+    #[serde(default)]
+    pub layer: Option<LayerSettings>,
     /// Number of contacts n. Three equal unit forces balance only at 120°, so pinches need four contacts.
     pub contacts: usize,
     /// Which surface points may be contacts.
@@ -94,10 +98,25 @@ pub struct EnergySettings {
 }
 
 impl Default for EnergySettings {
-    /// Our energy: smooth, free of scale, with feasible hands. Hovering costs more than losing force closure, so that
-    /// barriers measure force closure.
+    /// The energy of an elastic layer: its minima are closed hands that hold.
     fn default() -> Self {
         Self {
+            layer: Some(LayerSettings::default()),
+            self_penetration_weight: 3.0,
+            depth_rounding_m: 0.002,
+            joint_limits_weight: 6.0,
+            prior_weight: 0.006,
+            ..Self::four_points()
+        }
+    }
+}
+
+impl EnergySettings {
+    /// The energy of the best set of four surface points: smooth pieces, free of scale, with feasible hands. Hovering costs
+    /// more than losing force closure, so that barriers measure force closure.
+    pub fn four_points() -> Self {
+        Self {
+            layer: None,
             contacts: 4,
             candidates: Candidates::All,
             unit: Unit::ObjectRadius,
@@ -122,12 +141,11 @@ impl Default for EnergySettings {
             prior_form: PriorForm::Quadratic,
         }
     }
-}
 
-impl EnergySettings {
     /// The formulae printed in Liu et al. (2021), Eqs. 7–10, with their w = 1.
     pub fn paper() -> Self {
         Self {
+            layer: None,
             contacts: 3,
             candidates: Candidates::All,
             unit: Unit::ObjectRadius,
@@ -195,6 +213,9 @@ impl EnergySettings {
     /// The terms with nonzero weight, in the order of their [`Stage`](crate::grasp::term::Stage). All surface points of the
     /// hand are kept `clearance_m` off the object.
     pub(super) fn terms(&self, clearance_m: f64) -> Vec<Box<dyn Term>> {
+        if let Some(settings) = self.layer {
+            return self.layer_terms(settings);
+        }
         let mut terms: Vec<Box<dyn Term>> = vec![
             Box::new(self.force_closure()),
             Box::new(Rank {
@@ -214,6 +235,29 @@ impl EnergySettings {
                 free_m: self.intrusion_free_m,
                 rounding_m: self.depth_rounding_m,
             }),
+            Box::new(SelfPenetration {
+                weight: self.self_penetration_weight,
+                rounding_m: self.depth_rounding_m,
+            }),
+            Box::new(JointLimits {
+                weight: self.joint_limits_weight,
+                rounding_rad: self.joint_limits_rounding_rad,
+            }),
+            Box::new(Prior {
+                weight: self.prior_weight,
+                form: self.prior_form,
+            }),
+        ];
+        terms.retain(|term| term.weight() > 0.0);
+        terms
+    }
+
+    /// The terms of an elastic layer.
+    fn layer_terms(&self, settings: LayerSettings) -> Vec<Box<dyn Term>> {
+        let mut terms: Vec<Box<dyn Term>> = vec![
+            Box::new(LayerCompliance { settings }),
+            Box::new(Reach { settings }),
+            Box::new(Pressing { settings }),
             Box::new(SelfPenetration {
                 weight: self.self_penetration_weight,
                 rounding_m: self.depth_rounding_m,

@@ -8,26 +8,33 @@ use serde::{Deserialize, Serialize};
 
 use crate::hand::{Hand, LinkId, PosedHand, Wrench};
 use crate::object::Object;
+use crate::grasp::layer::{Layer, NearSphere};
 
 mod alignment;
+mod compliance;
 mod distance;
 mod force_closure;
 mod hand_in_object;
 mod joint_limits;
 mod object_in_hand;
+mod pressing;
 mod prior;
 mod proximity;
+mod reach;
 mod self_penetration;
 
 pub use alignment::Alignment;
+pub use compliance::LayerCompliance;
 pub use distance::Distance;
 pub(crate) use force_closure::point_contact;
 pub use force_closure::{ForceClosure, Rank, RankForm};
 pub use hand_in_object::HandInObject;
 pub use joint_limits::JointLimits;
 pub use object_in_hand::ObjectInHand;
+pub use pressing::Pressing;
 pub use prior::{Prior, PriorForm};
 pub use proximity::Proximity;
+pub use reach::Reach;
 pub use self_penetration::SelfPenetration;
 pub(crate) use self_penetration::for_each_overlap;
 
@@ -78,6 +85,10 @@ pub struct Scene<'a> {
     pub proximity: &'a Proximity,
     /// The contact set.
     pub contacts: &'a [Contact],
+    /// The elastic layer of the hand; empty if no term needs it.
+    pub layer: &'a Layer,
+    /// Its spheres that may touch the object, by ascending index.
+    pub near_spheres: &'a [NearSphere],
     /// Length unit of arms and depths, metres.
     pub unit_m: f64,
     /// Factor on the weight of contact distances (1, except during the ramp of a synthesis).

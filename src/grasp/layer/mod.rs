@@ -1,0 +1,276 @@
+//! The elastic layer on the palmar side of a hand: spheres along the axes of its capsules.
+//!
+//! A sphere is nearest to an object at the right place of its capsule for every rotation about the axis, so the energy
+//! does not jump from one surface point to the next. [`Layer`] holds the spheres of a hand; [`Layer::measure`] finds those
+//! near an object. [`compliance`] tells how much the layer gives under loads on the object.
+
+mod compliance;
+mod settings;
+mod volar;
+
+use std::ops::Range;
+
+use nalgebra::{Matrix3, Vector3};
+
+pub use compliance::{Compliance, ComplianceSettings, Node, mean_compliance};
+pub(crate) use settings::step;
+pub use settings::LayerSettings;
+
+use crate::hand::{Capsule, Hand, LinkId, PosedHand};
+use crate::object::Shape;
+
+/// Distance between neighbouring spheres of a capsule, metres.
+const SPACING_M: f64 = 0.003;
+/// Distance between the nodes of a link, metres.
+const NODE_SPACING_M: f64 = 0.025;
+/// Spheres that are excluded together if their common ball is far from the object.
+const GROUP: usize = 6;
+/// Distance between the points of a phalanx that are drawn to the object, metres.
+const REACH_SPACING_M: f64 = 0.01;
+/// The area whose share is 1: 5 mm of a finger of 8 mm radius, m².
+const UNIT_AREA_M2: f64 = 0.005 * 0.008;
+
+/// A sphere of the layer, link frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sphere {
+    /// The link it is fixed to.
+    pub link: LinkId,
+    /// Centre, metres.
+    pub centre: Vector3<f64>,
+    /// Radius, metres.
+    pub radius_m: f64,
+    /// Its share of the area: the area of the capsule's section along its part of the axis, divided by that of 5 mm of a
+    /// finger.
+    pub share: f64,
+    /// Unit vector out of the palmar side of the link; zero if all sides count.
+    pub volar: Vector3<f64>,
+    /// Whether it may carry a contact.
+    pub may_touch: bool,
+    /// Its nodes and the fraction of the sphere that belongs to each; the fractions sum to 1.
+    pub nodes: Vec<(u32, f64)>,
+}
+
+/// Points of a phalanx on its palmar surface.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Phalanx {
+    /// The link.
+    pub link: LinkId,
+    /// Points, link frame, metres.
+    pub points: Vec<Vector3<f64>>,
+}
+
+/// The elastic layer of a hand.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Layer {
+    /// The spheres, sorted by link.
+    pub spheres: Vec<Sphere>,
+    /// Number of nodes.
+    pub nodes: usize,
+    /// Parts of digits that are drawn to the object.
+    pub phalanges: Vec<Phalanx>,
+    groups: Vec<Group>,
+}
+
+/// Consecutive spheres of one capsule and a ball around them.
+#[derive(Debug, Clone, PartialEq)]
+struct Group {
+    link: LinkId,
+    centre: Vector3<f64>,
+    radius_m: f64,
+    spheres: Range<usize>,
+}
+
+/// A sphere near the object, object frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NearSphere {
+    /// Index into [`Layer::spheres`].
+    pub sphere: u32,
+    /// Its centre, metres.
+    pub centre: Vector3<f64>,
+    /// Signed distance of the sphere from the object, metres.
+    pub gap_m: f64,
+    /// Gradient of the signed distance at the centre.
+    pub gradient: Vector3<f64>,
+    /// Hessian of the signed distance at the centre, 1/m.
+    pub hessian: Matrix3<f64>,
+}
+
+impl Layer {
+    /// The layer of `hand`.
+    pub fn new(hand: &Hand) -> Self {
+        let volar = volar::directions(hand);
+        let mut spheres = Vec::new();
+        let mut groups = Vec::new();
+        for capsule in &hand.capsules {
+            if hand.is_arm(capsule.link) {
+                continue;
+            }
+            let first = spheres.len();
+            let direction = volar[capsule.link.0].unwrap_or_else(Vector3::zeros);
+            spheres.extend(along(capsule, direction, hand.link_may_touch(capsule.link)));
+            let last = spheres.len();
+            for start in (first..last).step_by(GROUP) {
+                groups.push(Group::of(&spheres, start..(start + GROUP).min(last)));
+            }
+        }
+        let nodes = assign_nodes(&mut spheres);
+        let phalanges = phalanges(hand, &volar);
+        Self {
+            spheres,
+            nodes,
+            phalanges,
+            groups,
+        }
+    }
+
+    /// Lists all spheres within `reach_m` of the object, by index.
+    pub fn measure(
+        &self,
+        posed: &PosedHand,
+        shape: &dyn Shape,
+        reach_m: f64,
+        near: &mut Vec<NearSphere>,
+    ) {
+        near.clear();
+        let slope = shape.lipschitz();
+        for group in &self.groups {
+            let frame = &posed.object_from_link[group.link.0];
+            let centre = frame.point(&group.centre);
+            if shape.distance(&centre) > reach_m * slope.max(1.0) + slope * group.radius_m {
+                continue;
+            }
+            for index in group.spheres.clone() {
+                let sphere = &self.spheres[index];
+                let centre = frame.point(&sphere.centre);
+                let (distance_m, gradient, hessian) = shape.hessian(&centre);
+                let gap_m = distance_m - sphere.radius_m;
+                if gap_m <= reach_m {
+                    near.push(NearSphere {
+                        sphere: u32::try_from(index).expect("a hand has fewer than 2³² spheres"),
+                        centre,
+                        gap_m,
+                        gradient,
+                        hessian,
+                    });
+                }
+            }
+        }
+    }
+}
+
+impl Group {
+    fn of(spheres: &[Sphere], range: Range<usize>) -> Self {
+        let members = &spheres[range.clone()];
+        let centre = members.iter().map(|s| s.centre).sum::<Vector3<f64>>() / members.len() as f64;
+        let radius_m = members
+            .iter()
+            .map(|s| (s.centre - centre).norm() + s.radius_m)
+            .fold(0.0, f64::max);
+        Self {
+            link: members[0].link,
+            centre,
+            radius_m,
+            spheres: range,
+        }
+    }
+}
+
+/// Evenly spaced spheres along the axis of a capsule, with trapezoid weights. Half a radius at each end counts for the cap.
+fn along(
+    capsule: &Capsule,
+    volar: Vector3<f64>,
+    may_touch: bool,
+) -> impl Iterator<Item = Sphere> + use<> {
+    let capsule = *capsule;
+    let length_m = (capsule.b - capsule.a).norm();
+    let pieces = (length_m / SPACING_M).ceil().max(0.0) as usize;
+    (0..=pieces).map(move |k| {
+        let t = if pieces == 0 {
+            0.5
+        } else {
+            k as f64 / pieces as f64
+        };
+        let piece_m = length_m / pieces.max(1) as f64;
+        let ends = f64::from(u8::from(k == 0)) + f64::from(u8::from(k == pieces));
+        let part_m = piece_m * (1.0 - 0.5 * ends) + 0.5 * capsule.radius_m * ends;
+        let part_m = if pieces == 0 { capsule.radius_m } else { part_m };
+        Sphere {
+            link: capsule.link,
+            centre: capsule.a + (capsule.b - capsule.a) * t,
+            radius_m: capsule.radius_m,
+            share: part_m * capsule.radius_m / UNIT_AREA_M2,
+            volar,
+            may_touch,
+            nodes: Vec::new(),
+        }
+    })
+}
+
+/// Distributes the spheres of each link over nodes, chosen one by one as the sphere farthest from those before, and returns
+/// the number of nodes.
+fn assign_nodes(spheres: &mut [Sphere]) -> usize {
+    let mut count = 0;
+    let mut first = 0;
+    while first < spheres.len() {
+        let link = spheres[first].link;
+        let end = spheres.partition_point(|sphere| sphere.link <= link);
+        let members = &mut spheres[first..end];
+        let mut places: Vec<Vector3<f64>> = vec![members[0].centre];
+        let away = |places: &[Vector3<f64>], point: &Vector3<f64>| {
+            let distances = places.iter().map(|place| (place - point).norm());
+            distances.fold(f64::INFINITY, f64::min)
+        };
+        loop {
+            let distances = members.iter().map(|s| away(&places, &s.centre));
+            let (farthest, most) = distances
+                .enumerate()
+                .fold((0, 0.0), |best, (i, d)| if d > best.1 { (i, d) } else { best });
+            if most <= 0.6 * NODE_SPACING_M {
+                break;
+            }
+            places.push(members[farthest].centre);
+        }
+        for sphere in members {
+            let hats = places.iter().enumerate().map(|(k, place)| {
+                let hat = 1.0 - (place - sphere.centre).norm() / NODE_SPACING_M;
+                ((count + k) as u32, hat)
+            });
+            sphere.nodes = hats.filter(|(_, hat)| *hat > 0.0).collect();
+            let sum: f64 = sphere.nodes.iter().map(|(_, hat)| hat).sum();
+            for (_, hat) in &mut sphere.nodes {
+                *hat /= sum;
+            }
+        }
+        count += places.len();
+        first = end;
+    }
+    count
+}
+
+/// Palmar points of the links of digits, in the order of the links.
+fn phalanges(hand: &Hand, volar: &[Option<Vector3<f64>>]) -> Vec<Phalanx> {
+    let mut phalanges = Vec::new();
+    for (l, link) in hand.links.iter().enumerate() {
+        let link_id = LinkId(l);
+        let Some(direction) = volar[l].filter(|_| link.digit > 0 && hand.link_may_touch(link_id)) else {
+            continue;
+        };
+        let mut points = Vec::new();
+        for capsule in hand.capsules.iter().filter(|c| c.link == link_id) {
+            let length_m = (capsule.b - capsule.a).norm();
+            let count = (length_m / REACH_SPACING_M).round().max(1.0) as usize;
+            for k in 0..count {
+                let t = (k as f64 + 0.5) / count as f64;
+                let centre = capsule.a + (capsule.b - capsule.a) * t;
+                points.push(centre + direction * capsule.radius_m);
+            }
+        }
+        if !points.is_empty() {
+            phalanges.push(Phalanx {
+                link: link_id,
+                points,
+            });
+        }
+    }
+    phalanges
+}

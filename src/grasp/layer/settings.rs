@@ -1,0 +1,88 @@
+//! Settings of the elastic layer.
+
+use serde::{Deserialize, Serialize};
+
+/// Settings of the energy of an elastic layer. Lengths are those of a hand, in metres; the energy of a hand that has let go
+/// is 1 if the weight of the compliance is.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct LayerSettings {
+    /// Weight of the compliance under test loads.
+    pub compliance_weight: f64,
+    /// Friction coefficient.
+    pub friction: f64,
+    /// Stiffness κ of the support that takes what the layer does not; that of 5 mm of a finger is 1.
+    pub support_stiffness: f64,
+    /// Torque of the test loads, in units of a unit force at the object's radius.
+    pub torque_load: f64,
+    /// Rounding of the square root of the compliance.
+    pub compliance_rounding: f64,
+    /// Gap at which the layer begins to carry, and depth at which it carries fully, metres.
+    pub skin_m: [f64; 2],
+    /// The same for the farther part of the layer, which draws a hand from outside.
+    pub far_skin_m: [f64; 2],
+    /// Fraction of the farther part.
+    pub far_share: f64,
+    /// Weight of a phalanx that is drawn to the object.
+    pub reach_weight: f64,
+    /// Gap beyond which nothing is drawn, metres.
+    pub reach_m: f64,
+    /// Weight of the depth of the layer in the object, 1/m.
+    pub pressing_weight_per_m: f64,
+    /// Depth that costs nothing, metres.
+    pub pressing_free_m: f64,
+    /// Rounding of the depth, metres.
+    pub pressing_rounding_m: f64,
+}
+
+impl Default for LayerSettings {
+    fn default() -> Self {
+        Self {
+            compliance_weight: 1.0,
+            friction: 0.15,
+            support_stiffness: 100.0,
+            torque_load: 0.1,
+            compliance_rounding: 0.5,
+            skin_m: [0.003, -0.001],
+            far_skin_m: [0.006, -0.001],
+            far_share: 0.15,
+            reach_weight: 0.0075,
+            reach_m: 0.03,
+            pressing_weight_per_m: 30.0,
+            pressing_free_m: 0.0003,
+            pressing_rounding_m: 0.002,
+        }
+    }
+}
+
+/// The quintic step: 1 beyond `high` toward `low`, 0 on the other side, with its derivative by `s`. C² everywhere.
+pub(crate) fn step(s: f64, [zero, one]: [f64; 2]) -> (f64, f64) {
+    let t = (s - zero) / (one - zero);
+    if t <= 0.0 {
+        return (0.0, 0.0);
+    }
+    if t >= 1.0 {
+        return (1.0, 0.0);
+    }
+    let value = t * t * t * (10.0 - t * (15.0 - 6.0 * t));
+    let slope = 30.0 * t * t * (1.0 - t) * (1.0 - t);
+    (value, slope / (one - zero))
+}
+
+impl LayerSettings {
+    /// Greatest gap at which the layer carries, metres.
+    pub fn carrying_m(&self) -> f64 {
+        self.skin_m[0].max(self.far_skin_m[0])
+    }
+
+    /// How much of the layer carries at this gap, from 0 to 1, and the derivative, 1/m.
+    pub fn carries(&self, gap_m: f64) -> (f64, f64) {
+        let (near, near_slope) = step(gap_m, self.skin_m);
+        let (far, far_slope) = step(gap_m, self.far_skin_m);
+        let share = self.far_share;
+        (
+            (1.0 - share) * near + share * far,
+            (1.0 - share) * near_slope + share * far_slope,
+        )
+    }
+}

@@ -1,0 +1,167 @@
+//! Compliance of the hand's elastic layer.
+
+use nalgebra::Vector3;
+
+use super::{Forces, Scene, Stage, Term};
+use crate::grasp::layer::{ComplianceSettings, LayerSettings, Node, mean_compliance, step};
+
+/// Range of the cosine between the palmar side and the direction of the contact over which a sphere begins to carry.
+const PALMAR: [f64; 2] = [-0.5, 0.3];
+/// Nodes with less weight carry nothing.
+const LEAST_WEIGHT: f64 = 1e-12;
+
+/// How much the elastic layer of the hand gives under test loads on the object: 1 for a hand that has let go, about 0 for
+/// one that holds in all directions.
+///
+/// ```text
+/// E = w mean_compliance(nodes),   W = Σ_s h_s w_s,   a = Σ h_s w_s a_s / W,   n = Σ h_s w_s n_s / |Σ h_s w_s n_s|
+/// w_s = share_s · S(−n·volar) · S(gap)
+/// ```
+///
+/// Spheres s carry with their area, their gap and their side; nodes average them with hat functions h. See
+/// [`mean_compliance`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LayerCompliance {
+    /// Settings of the layer.
+    pub settings: LayerSettings,
+}
+
+/// A sphere that carries.
+struct Carrier<'a> {
+    near: &'a crate::grasp::layer::NearSphere,
+    weight: f64,
+    /// Derivatives of the weight by the gap and by the cosine.
+    by_gap: f64,
+    by_cosine: f64,
+    inward: Vector3<f64>,
+    arm: Vector3<f64>,
+    volar: Vector3<f64>,
+}
+
+impl LayerCompliance {
+    fn carriers<'a>(&self, scene: &Scene<'a>) -> Vec<Carrier<'a>> {
+        let layer = scene.layer;
+        let mut carriers = Vec::new();
+        for near in scene.near_spheres {
+            let sphere = &layer.spheres[near.sphere as usize];
+            let length = near.gradient.norm();
+            if !sphere.may_touch || length == 0.0 {
+                continue;
+            }
+            let (carries, carries_slope) = self.settings.carries(near.gap_m);
+            if carries == 0.0 {
+                continue;
+            }
+            let inward = -near.gradient / length;
+            let volar = scene.posed.object_from_link[sphere.link.0].direction(&sphere.volar);
+            let (side, side_slope) = if sphere.volar == Vector3::zeros() {
+                (1.0, 0.0)
+            } else {
+                step(inward.dot(&volar), PALMAR)
+            };
+            if side == 0.0 {
+                continue;
+            }
+            let contact = near.centre + inward * sphere.radius_m;
+            carriers.push(Carrier {
+                near,
+                weight: sphere.share * side * carries,
+                by_gap: sphere.share * side * carries_slope,
+                by_cosine: sphere.share * side_slope * carries,
+                inward,
+                arm: (contact - scene.object.centroid) / scene.unit_m,
+                volar,
+            });
+        }
+        carriers
+    }
+}
+
+impl Term for LayerCompliance {
+    fn name(&self) -> &'static str {
+        "compliance"
+    }
+
+    fn weight(&self) -> f64 {
+        self.settings.compliance_weight
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Depths
+    }
+
+    fn add(&self, scene: &Scene<'_>, forces: &mut Forces) -> f64 {
+        let layer = scene.layer;
+        let carriers = self.carriers(scene);
+        // Sums over spheres of each node: weight, weighted arm, weighted normal.
+        let mut sums = vec![(0.0, Vector3::zeros(), Vector3::zeros()); layer.nodes];
+        for carrier in &carriers {
+            for &(node, hat) in &layer.spheres[carrier.near.sphere as usize].nodes {
+                let sum = &mut sums[node as usize];
+                let weight = hat * carrier.weight;
+                sum.0 += weight;
+                sum.1 += carrier.arm * weight;
+                sum.2 += carrier.inward * weight;
+            }
+        }
+        let mut place = vec![usize::MAX; layer.nodes];
+        let mut nodes = Vec::new();
+        let mut lengths = Vec::new();
+        for (k, (weight, arm, normal)) in sums.iter().enumerate() {
+            let length = normal.norm();
+            if *weight > LEAST_WEIGHT && length > LEAST_WEIGHT * weight {
+                place[k] = nodes.len();
+                nodes.push(Node {
+                    weight: *weight,
+                    arm: arm / *weight,
+                    inward_normal: normal / length,
+                });
+                lengths.push(length);
+            }
+        }
+        let settings = ComplianceSettings {
+            friction: self.settings.friction,
+            support_stiffness: self.settings.support_stiffness,
+            torque_load: self.settings.torque_load,
+            rounding: self.settings.compliance_rounding,
+        };
+        let axes = scene.posed.object_from_link[0].rotation;
+        let found = mean_compliance(&nodes, &axes, &settings);
+        let scale = self.weight();
+        for carrier in &carriers {
+            let sphere = &layer.spheres[carrier.near.sphere as usize];
+            let mut by_weight = 0.0;
+            let mut by_arm = Vector3::zeros();
+            let mut by_inward = Vector3::zeros();
+            for &(node, hat) in &sphere.nodes {
+                let k = place[node as usize];
+                if k == usize::MAX {
+                    continue;
+                }
+                let at = &nodes[k];
+                let n = &at.inward_normal;
+                let by_normal = found.by_normal[k];
+                let across = (by_normal - n * n.dot(&by_normal)) / lengths[k];
+                by_weight += hat
+                    * (found.by_weight[k]
+                        + found.by_arm[k].dot(&(carrier.arm - at.arm)) / at.weight
+                        + across.dot(&carrier.inward));
+                by_arm += found.by_arm[k] * (hat * carrier.weight / at.weight);
+                by_inward += across * (hat * carrier.weight);
+            }
+            let near = carrier.near;
+            let length = near.gradient.norm();
+            let by_cosine = by_weight * carrier.by_cosine;
+            by_inward += by_arm * (sphere.radius_m / scene.unit_m) + carrier.volar * by_cosine;
+            // The inward normal is −g/|g|, so its derivative is −(I − nnᵀ) H/|g|.
+            let across = by_inward - carrier.inward * carrier.inward.dot(&by_inward);
+            let force = near.gradient * (by_weight * carrier.by_gap) + by_arm / scene.unit_m
+                - near.hessian * across / length;
+            forces.push(sphere.link, &near.centre, &(force * scale));
+            let turn = carrier.volar.cross(&carrier.inward) * (by_cosine * scale);
+            forces.wrenches[sphere.link.0].moment += turn;
+        }
+        forces.wrenches[0].moment += found.by_rotation * scale;
+        scale * found.value
+    }
+}
