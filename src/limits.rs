@@ -140,6 +140,9 @@ limits! {
     PERTURBATION: 0.0, 1e4, "mm",
         "a hand farther off meets no object";
 
+    /// Random displacement between two descents.
+    HOP: 0.0, 1.0, "m",
+        "a hand farther off meets no object";
     /// Number of threads.
     THREADS: 1.0, 1024.0, "",
         "more threads than cores only cost memory";
@@ -283,6 +286,7 @@ mod tests {
             ATTEMPTS,
             CHAINS,
             PERTURBATION,
+            HOP,
             THREADS,
             ENERGY_SCALE,
             REGION,

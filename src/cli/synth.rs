@@ -81,7 +81,8 @@ pub(super) struct Synth {
     /// Seed of all random draws.
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// Energy and sampler: `default` (smooth, physical), `paper` (as printed) or `released` (as in the authors' code).
+    /// Energy and sampler: `default` (four contact points), `closed` (an elastic layer, whose minima are closed hands that
+    /// hold), `paper` (as printed) or `released` (as in the authors' code).
     #[arg(
         long,
         default_value = "default",
@@ -125,6 +126,7 @@ Examples:
   landscape synth --object bottle_round -n 64              64 chains on a bottle that comes with the program
   landscape synth --object mug.obj -n 256 -o mug.parquet   your own mesh (metres, closed)
   landscape synth --object ball --preset paper --keep all  the published energy and sampler
+  landscape synth --object mug --preset closed             closed hands that hold without any further step
   landscape synth --from mug.parquet -o better.parquet     refine given grasps
   landscape synth --from mug.parquet --perturb 10 -n 500 -o more.parquet
                                                            find more grasps near given ones

@@ -17,6 +17,9 @@ use crate::hand::{LinkId, PosedHand};
 /// Friction coefficient of the force-closure test in the strict filter.
 pub const STRICT_FRICTION: f64 = 0.5;
 
+/// Greatest mean compliance of the elastic layer in the strict filter, of 1 for a hand that has let go.
+pub const MOST_COMPLIANCE: f64 = 0.1;
+
 /// Quantities that the filters test. Contact distances, normals and depths are those of the exact mesh.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Judgement {
@@ -44,6 +47,9 @@ pub struct Judgement {
     pub force_closure: bool,
     /// Ferrari–Canny ε at [`STRICT_FRICTION`]; not positive if some wrench cannot be resisted.
     pub epsilon: f64,
+    /// Mean compliance of the elastic layer, from 0 to 1; `None` for an energy without one.
+    #[serde(default)]
+    pub compliance: Option<f64>,
 }
 
 impl Judgement {
@@ -70,6 +76,10 @@ impl Judgement {
             (self.digits >= 2, "one digit only"),
             (!self.one_concavity, "contacts in one concavity"),
             (self.force_closure, "force closure"),
+            (
+                self.compliance.is_none_or(|c| c <= MOST_COMPLIANCE),
+                "gives under loads",
+            ),
         ];
         checks
             .into_iter()
@@ -78,7 +88,7 @@ impl Judgement {
 
     /// The strict filter: ‖Gc‖ < 0.5, contacts within 2 mm, nothing deeper than 2 mm, self-penetration below 3 mm, joint
     /// limits, at least two digits (of palm, thumb and fingers), contacts not in one concavity, and force closure at μ =
-    /// 0.5.
+    /// 0.5. With an energy of an elastic layer, also a compliance of at most 0.1 ([`MOST_COMPLIANCE`]).
     pub fn passes_strict(&self) -> bool {
         self.strict_objection().is_none()
     }
@@ -211,5 +221,6 @@ pub fn judge(energy: &GraspEnergy, grasp: &Grasp) -> Judgement {
         least_friction: least.is_finite().then_some(least),
         force_closure: is_force_closure(&point_contacts, STRICT_FRICTION),
         epsilon: epsilon(&point_contacts, &epsilon_settings).value,
+        compliance: energy.compliance(&grasp.pose),
     }
 }

@@ -25,7 +25,7 @@ pub use kernel::GraspKernel;
 
 use serde::{Deserialize, Serialize};
 
-use crate::energy::Piecewise;
+
 use crate::space::Pose;
 
 /// A grasp: hand pose and contact set. Its [`GraspEnergy`] or population determines the hand and the object.
@@ -53,7 +53,7 @@ impl Grasp {
     /// If the pose belongs to another hand.
     pub fn best(energy: &GraspEnergy, pose: impl Into<Pose>) -> Self {
         let pose = pose.into();
-        let contacts = energy.active_piece(&pose);
+        let contacts = energy.contacts(&pose);
         Self { pose, contacts }
     }
 }

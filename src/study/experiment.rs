@@ -19,11 +19,12 @@ pub struct Experiment {
     pub synthesis: SynthesisSettings,
 }
 
-const PRESETS: [(&str, &str); 3] = [
+const PRESETS: [(&str, &str); 4] = [
     (
         "default",
         include_str!("../../data/experiments/default.toml"),
     ),
+    ("closed", include_str!("../../data/experiments/closed.toml")),
     ("paper", include_str!("../../data/experiments/paper.toml")),
     (
         "released",
@@ -73,7 +74,7 @@ pub enum ExperimentError {
 }
 
 impl Experiment {
-    /// The preset of this name: `default`, `paper` or `released`.
+    /// The preset of this name: `default`, `closed`, `paper` or `released`.
     ///
     /// # Errors
     /// If there is none of that name.
@@ -124,6 +125,11 @@ mod tests {
             Experiment::preset("default").unwrap(),
             Experiment::default()
         );
+        let closed = Experiment {
+            energy: EnergySettings::closed(),
+            synthesis: SynthesisSettings::closed(),
+        };
+        assert_eq!(Experiment::preset("closed").unwrap(), closed);
         let paper = Experiment {
             energy: EnergySettings::paper(),
             synthesis: SynthesisSettings::paper(),

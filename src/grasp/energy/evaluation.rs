@@ -6,7 +6,7 @@ use super::GraspEnergy;
 use super::near::NearSearch;
 use crate::grasp::contact::ContactSearch;
 use crate::grasp::layer::NearSphere;
-use crate::grasp::term::{Contact, Forces, NearPoint, Proximity, Scene, Stage};
+use crate::grasp::term::{Contact, Forces, NearPoint, Proximity, Scene, Stage, Term};
 use crate::hand::PosedHand;
 use crate::space::Space;
 use crate::space::joints_of;
@@ -186,11 +186,8 @@ impl<'a> Evaluation<'a> {
             memory.forces.clone_from(&known.forces);
             return known.energy;
         }
-        if let Some(layer) = &self.energy.settings.layer {
-            let shape = &*self.energy.object.shape;
-            let reach_m = layer.carrying_m();
-            let spheres = &mut memory.near_spheres;
-            self.energy.layer.measure(&memory.posed, shape, reach_m, spheres);
+        if self.energy.settings.layer.is_some() {
+            self.measure_layer();
         } else if memory.band_m.is_nan() || memory.band_m < clearance_m {
             self.measure(clearance_m, clearance_m);
         }
@@ -208,6 +205,26 @@ impl<'a> Evaluation<'a> {
         known.energy = energy;
         known.forces.clone_from(&memory.forces);
         energy
+    }
+
+    /// Fills `near_spheres` with the spheres of the layer that may carry.
+    fn measure_layer(&mut self) {
+        let energy = self.energy;
+        if let Some(settings) = &energy.settings.layer {
+            let memory = &mut *self.memory;
+            let (posed, spheres) = (&memory.posed, &mut memory.near_spheres);
+            let shape = &*energy.object.shape;
+            (energy.layer).measure(posed, shape, settings.carrying_m(), spheres);
+        }
+    }
+
+    /// The value of one more term.
+    pub(super) fn term(&mut self, term: &dyn Term) -> f64 {
+        self.measure_layer();
+        self.memory.contact_free = None;
+        self.memory.forces.reset(&self.energy.hand);
+        let (scene, forces) = self.scene();
+        term.add(&scene, forces)
     }
 
     /// The energy of an elastic layer, which has no contact set.

@@ -169,11 +169,7 @@ impl Energy for GraspEnergy {
 
 impl Piecewise for GraspEnergy {
     fn active_piece(&self, x: &[f64]) -> Vec<u32> {
-        #[expect(
-            clippy::redundant_closure_for_method_calls,
-            reason = "the method alone is not general in its lifetimes"
-        )]
-        self.at(x, |evaluation| evaluation.best_choice())
+        self.contacts(x)
     }
 
     fn evaluate_piece(&self, x: &[f64], piece: &[u32], gradient: &mut [f64]) -> f64 {

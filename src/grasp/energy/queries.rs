@@ -5,13 +5,24 @@ use nalgebra::Vector3;
 use super::GraspEnergy;
 use crate::grasp::closure::PointContact;
 use crate::grasp::depth::deepest_m;
-use crate::grasp::term::point_contact;
+use crate::grasp::layer::LayerSettings;
+use crate::grasp::term::{LayerCompliance, point_contact};
 use crate::hand::PosedHand;
 
 /// Depth above which the top of a path passes through the object, metres.
 pub const THROUGH_M: f64 = 0.002;
 
 impl GraspEnergy {
+    /// The best contact set at pose `x`, as indices of surface points: the active piece of an energy of contact sets. For the
+    /// energy of an elastic layer, the set that an energy of contact sets with the same settings would have.
+    pub fn contacts(&self, x: &[f64]) -> Vec<u32> {
+        #[expect(
+            clippy::redundant_closure_for_method_calls,
+            reason = "the method alone is not general in its lifetimes"
+        )]
+        self.at(x, |evaluation| evaluation.best_choice())
+    }
+
     /// The contacts of `choice` at pose `x` in the form of the force-closure tests, with arms divided by the unit.
     pub fn point_contacts(&self, x: &[f64], choice: &[u32]) -> Vec<PointContact> {
         self.at(x, |evaluation| {
@@ -21,6 +32,13 @@ impl GraspEnergy {
                 .map(|c| point_contact(c, &self.object.centroid, self.unit_m))
                 .collect()
         })
+    }
+
+    /// Mean compliance of the elastic layer at pose `x`, without its weight; `None` for an energy without a layer.
+    pub fn compliance(&self, x: &[f64]) -> Option<f64> {
+        let layer = self.settings.layer?;
+        let term = LayerCompliance { settings: LayerSettings { compliance_weight: 1.0, ..layer } };
+        Some(self.at(x, |evaluation| evaluation.term(&term)))
     }
 
     /// Greatest depth at pose `x` of hand or object in the other, metres; 0 without overlap ([`deepest_m`]).

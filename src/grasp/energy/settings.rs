@@ -49,7 +49,7 @@ impl Candidates {
 #[serde(deny_unknown_fields, default)]
 pub struct EnergySettings {
     /// The elastic layer of the hand. Without one, contacts are a set of n surface points, as in Liu et al. (2021).
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub layer: Option<LayerSettings>,
     /// Number of contacts n. Three equal unit forces balance only at 120°, so pinches need four contacts.
     pub contacts: usize,
@@ -98,16 +98,8 @@ pub struct EnergySettings {
 }
 
 impl Default for EnergySettings {
-    /// The energy of an elastic layer: its minima are closed hands that hold.
     fn default() -> Self {
-        Self {
-            layer: Some(LayerSettings::default()),
-            self_penetration_weight: 3.0,
-            depth_rounding_m: 0.002,
-            joint_limits_weight: 6.0,
-            prior_weight: 0.006,
-            ..Self::four_points()
-        }
+        Self::four_points()
     }
 }
 
@@ -139,6 +131,23 @@ impl EnergySettings {
             joint_limits_rounding_rad: 0.02,
             prior_weight: 0.02,
             prior_form: PriorForm::Quadratic,
+        }
+    }
+
+    /// The energy of an elastic layer on the palmar side of the hand, smooth everywhere. Its minima are closed hands that
+    /// hold. One unit of energy is the compliance of a hand that has let go.
+    ///
+    /// The contact set of a grasp is no part of it; it is chosen afterwards, for filters and files, with a weight of
+    /// distances that prefers points which touch.
+    pub fn closed() -> Self {
+        Self {
+            layer: Some(LayerSettings::default()),
+            distance_weight: 40.0,
+            self_penetration_weight: 3.0,
+            depth_rounding_m: 0.002,
+            joint_limits_weight: 6.0,
+            prior_weight: 0.006,
+            ..Self::four_points()
         }
     }
 
@@ -319,7 +328,8 @@ impl EnergySettings {
             ("joint_limits_rounding_rad", self.joint_limits_rounding_rad),
             ("prior_weight", self.prior_weight),
         ];
-        for (name, value) in values {
+        let of_layer = self.layer.iter().flat_map(LayerSettings::values);
+        for (name, value) in values.into_iter().chain(of_layer) {
             let told = |beyond| EnergySettingsError::Value { name, beyond };
             ENERGY_SETTING.check(value).map_err(told)?;
         }

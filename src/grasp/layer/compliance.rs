@@ -2,11 +2,11 @@
 
 use nalgebra::{Cholesky, Const, Matrix3, Matrix6, Vector3, Vector6};
 
-/// A patch of the layer: how much of it carries, where, and in which direction it pushes.
+/// A patch of the layer: an elastic contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Node {
-    /// Stiffness W.
-    pub weight: f64,
+    /// Stiffness W: that of 5 mm of a finger is 1.
+    pub stiffness: f64,
     /// Arm from the object's centroid, in units of the object's radius.
     pub arm: Vector3<f64>,
     /// Unit normal into the object.
@@ -18,8 +18,8 @@ pub struct Node {
 pub struct Compliance {
     /// The mean over loads of √(C + c) − √c, divided by its value without contacts.
     pub value: f64,
-    /// Its derivative by the weight of each node.
-    pub by_weight: Vec<f64>,
+    /// Its derivative by the stiffness of each node.
+    pub by_stiffness: Vec<f64>,
     /// Its derivative by the arm of each node.
     pub by_arm: Vec<Vector3<f64>>,
     /// Its derivative by the inward normal of each node, for a normal that stays of unit length.
@@ -33,17 +33,19 @@ pub struct Compliance {
 pub struct ComplianceSettings {
     /// Friction coefficient μ.
     pub friction: f64,
-    /// Stiffness κ of the support.
-    pub support_stiffness: f64,
-    /// Torque τ of the loads.
-    pub torque_load: f64,
-    /// Rounding c.
+    /// Force of the loads.
+    pub load: f64,
+    /// Torque of the loads relative to their force at the object's radius.
+    pub torque_share: f64,
+    /// How far a load moves an object that nothing holds.
+    pub free_motion: f64,
+    /// Rounding c, as a fraction of C without contacts.
     pub rounding: f64,
 }
 
 /// Remainder relative to the load after which one more step of Newton's method is exact to rounding: the method converges
 /// quadratically.
-const LAST_REMAINDER: f64 = 1e-6;
+const LAST_REMAINDER: f64 = 1e-5;
 const MOST_STEPS: usize = 60;
 const MOST_HALVINGS: usize = 30;
 
@@ -55,69 +57,90 @@ const DIRECTIONS: [[f64; 3]; 4] = [
     [-1.0, -1.0, 1.0],
 ];
 
-/// The projection of u on the friction cone about the normal n: the gradient of the potential ½|P(u)|².
-#[derive(Clone, Copy)]
-enum Projection {
-    /// Outside the dual cone: no force.
-    Open,
-    /// Inside the cone: P(u) = u.
-    Sticks { force: Vector3<f64> },
-    /// On the cone: P(u) = (n + μ t) s, with the unit tangent t of u.
-    Slips {
-        tangent: Vector3<f64>,
-        /// The force along the normal, s.
-        along: f64,
-        /// n·u and |u − n (n·u)|.
-        normal: f64,
-        tangential: f64,
-    },
+const LANES: usize = 4;
+
+/// Four nodes, laid out for vectorised sums. Missing ones have no stiffness.
+#[derive(Debug, Clone, Copy)]
+struct Group {
+    stiffness: [f64; LANES],
+    arm: [[f64; LANES]; 3],
+    normal: [[f64; LANES]; 3],
 }
 
-#[inline]
-fn project(u: &Vector3<f64>, n: &Vector3<f64>, mu: f64) -> Projection {
-    let normal = n.dot(u);
-    let t = u - n * normal;
-    let squared = t.norm_squared();
-    if normal < 0.0 && mu * mu * squared <= normal * normal {
-        return Projection::Open;
+impl Group {
+    fn of(nodes: &[Node]) -> Self {
+        let mut group = Self {
+            stiffness: [0.0; LANES],
+            arm: [[0.0; LANES]; 3],
+            normal: [[1.0; LANES], [0.0; LANES], [0.0; LANES]],
+        };
+        for (lane, node) in nodes.iter().enumerate() {
+            group.stiffness[lane] = node.stiffness;
+            for k in 0..3 {
+                group.arm[k][lane] = node.arm[k];
+                group.normal[k][lane] = node.inward_normal[k];
+            }
+        }
+        group
     }
-    if normal >= 0.0 && squared <= mu * mu * normal * normal {
-        return Projection::Sticks { force: *u };
-    }
-    let tangential = squared.sqrt();
-    Projection::Slips {
-        tangent: t / tangential,
-        along: (normal + mu * tangential) / (1.0 + mu * mu),
-        normal,
-        tangential,
-    }
+}
+
+/// The projection P(u) on the friction cone about the normal n, as factors: u = a n + T t with the unit tangent t.
+#[derive(Clone, Copy)]
+struct Projection {
+    /// n·u.
+    normal: f64,
+    /// |u − n (n·u)|, not below the smallest number.
+    tangential: f64,
+    /// P(u) = `along` n + `across` t.
+    along: f64,
+    across: f64,
+    /// Its derivative is p I + q nnᵀ + r (ntᵀ + tnᵀ) + z ttᵀ.
+    p: f64,
+    q: f64,
+    r: f64,
+    z: f64,
 }
 
 impl Projection {
-    #[inline]
-    fn force(&self, n: &Vector3<f64>, mu: f64) -> Vector3<f64> {
-        match *self {
-            Self::Open => Vector3::zeros(),
-            Self::Sticks { force } => force,
-            Self::Slips { tangent, along, .. } => (n + tangent * mu) * along,
+    #[inline(always)]
+    fn of(normal: f64, tangential_squared: f64, mu: f64) -> Self {
+        let tangential = tangential_squared.max(f64::MIN_POSITIVE).sqrt();
+        let c = 1.0 / (1.0 + mu * mu);
+        let s = c * (normal + mu * tangential);
+        let bend = s * mu / tangential;
+        let sticks = tangential <= mu * normal;
+        let open = mu * tangential <= -normal;
+        let choose = |stuck: f64, slipping: f64| {
+            if sticks {
+                stuck
+            } else if open {
+                0.0
+            } else {
+                slipping
+            }
+        };
+        Self {
+            normal,
+            tangential,
+            along: choose(normal, s),
+            across: choose(tangential, mu * s),
+            p: choose(1.0, bend),
+            q: choose(0.0, c - bend),
+            r: choose(0.0, c * mu),
+            z: choose(0.0, c * mu * mu - bend),
         }
     }
 }
 
 /// Gᵀ y = y_f + y_τ × a.
-#[inline]
-fn pulled(y: &Vector6<f64>, arm: &Vector3<f64>) -> Vector3<f64> {
-    Vector3::new(
-        y[0] + y[4] * arm.z - y[5] * arm.y,
-        y[1] + y[5] * arm.x - y[3] * arm.z,
-        y[2] + y[3] * arm.y - y[4] * arm.x,
-    )
-}
-
-#[inline]
-fn wrench(force: &Vector3<f64>, arm: &Vector3<f64>) -> Vector6<f64> {
-    let torque = arm.cross(force);
-    Vector6::new(force.x, force.y, force.z, torque.x, torque.y, torque.z)
+#[inline(always)]
+fn pulled(y: &[f64; 6], a: [f64; 3]) -> [f64; 3] {
+    [
+        y[0] + y[4] * a[2] - y[5] * a[1],
+        y[1] + y[5] * a[0] - y[3] * a[2],
+        y[2] + y[3] * a[1] - y[4] * a[0],
+    ]
 }
 
 /// Adds W G Gᵀ to the lower triangle.
@@ -138,12 +161,99 @@ fn add_stuck(matrix: &mut Matrix6<f64>, weight: f64, arm: &Vector3<f64>) {
     matrix[(5, 4)] -= a.z * arm.y;
 }
 
-#[inline]
-fn add_rank_one(matrix: &mut Matrix6<f64>, weight: f64, column: &Vector6<f64>) {
-    for j in 0..6 {
-        let factor = weight * column[j];
-        for i in j..6 {
-            matrix[(i, j)] += factor * column[i];
+/// Sums over nodes: the potential, its six derivatives and its 21 second derivatives (the force block, the lower left block
+/// by rows, the torque block).
+const SUMS: usize = 1 + 6 + 6 + 9 + 6;
+
+/// Adds the sums over the four nodes of a group.
+#[inline(always)]
+fn add_group(group: &Group, y: &[f64; 6], mu: f64, sums: &mut [[f64; LANES]; SUMS]) {
+    for lane in 0..LANES {
+        let w = group.stiffness[lane];
+        let a = [group.arm[0][lane], group.arm[1][lane], group.arm[2][lane]];
+        let n = [
+            group.normal[0][lane],
+            group.normal[1][lane],
+            group.normal[2][lane],
+        ];
+        let g = pulled(y, a);
+        let pulled_normal = g[0] * n[0] + g[1] * n[1] + g[2] * n[2];
+        let t = [
+            g[0] - n[0] * pulled_normal,
+            g[1] - n[1] * pulled_normal,
+            g[2] - n[2] * pulled_normal,
+        ];
+        let squared = t[0] * t[0] + t[1] * t[1] + t[2] * t[2];
+        let at = Projection::of(pulled_normal, squared, mu);
+        let inverse = 1.0 / at.tangential;
+        let t = [t[0] * inverse, t[1] * inverse, t[2] * inverse];
+        let (along, across) = (w * at.along, w * at.across);
+        let f = [
+            along * n[0] + across * t[0],
+            along * n[1] + across * t[1],
+            along * n[2] + across * t[2],
+        ];
+        let value = 0.5 * w * (at.along * at.along + at.across * at.across);
+        let (p, q, r, z) = (w * at.p, w * at.q, w * at.r, w * at.z);
+        let qn = [
+            q * n[0] + r * t[0],
+            q * n[1] + r * t[1],
+            q * n[2] + r * t[2],
+        ];
+        let rt = [
+            r * n[0] + z * t[0],
+            r * n[1] + z * t[1],
+            r * n[2] + z * t[2],
+        ];
+        let j00 = p + qn[0] * n[0] + rt[0] * t[0];
+        let j11 = p + qn[1] * n[1] + rt[1] * t[1];
+        let j22 = p + qn[2] * n[2] + rt[2] * t[2];
+        let j10 = qn[1] * n[0] + rt[1] * t[0];
+        let j20 = qn[2] * n[0] + rt[2] * t[0];
+        let j21 = qn[2] * n[1] + rt[2] * t[1];
+        // A J with A = [a]ₓ, by rows.
+        let m00 = a[1] * j20 - a[2] * j10;
+        let m01 = a[1] * j21 - a[2] * j11;
+        let m02 = a[1] * j22 - a[2] * j21;
+        let m10 = a[2] * j00 - a[0] * j20;
+        let m11 = a[2] * j10 - a[0] * j21;
+        let m12 = a[2] * j20 - a[0] * j22;
+        let m20 = a[0] * j10 - a[1] * j00;
+        let m21 = a[0] * j11 - a[1] * j10;
+        let m22 = a[0] * j21 - a[1] * j20;
+        let parts = [
+            value,
+            f[0],
+            f[1],
+            f[2],
+            a[1] * f[2] - a[2] * f[1],
+            a[2] * f[0] - a[0] * f[2],
+            a[0] * f[1] - a[1] * f[0],
+            j00,
+            j10,
+            j20,
+            j11,
+            j21,
+            j22,
+            m00,
+            m01,
+            m02,
+            m10,
+            m11,
+            m12,
+            m20,
+            m21,
+            m22,
+            // A J Aᵀ, lower triangle.
+            a[1] * m02 - a[2] * m01,
+            a[1] * m12 - a[2] * m11,
+            a[1] * m22 - a[2] * m21,
+            a[2] * m10 - a[0] * m12,
+            a[2] * m20 - a[0] * m22,
+            a[0] * m21 - a[1] * m20,
+        ];
+        for (sum, part) in sums.iter_mut().zip(parts) {
+            sum[lane] += part;
         }
     }
 }
@@ -156,60 +266,54 @@ struct Dual {
 }
 
 impl Dual {
-    fn at(
-        nodes: &[Node],
-        load: &Vector6<f64>,
-        y: &Vector6<f64>,
-        settings: &ComplianceSettings,
-    ) -> Self {
-        let (mu, support) = (settings.friction, 1.0 / settings.support_stiffness);
-        let mut value = y.dot(load) - 0.5 * support * y.norm_squared();
-        let mut gradient = load - y * support;
+    fn at(groups: &[Group], load: &Vector6<f64>, y: &Vector6<f64>, support: f64, mu: f64) -> Self {
+        let mut lanes = [[0.0; LANES]; SUMS];
+        let at: [f64; 6] = std::array::from_fn(|k| y[k]);
+        for group in groups {
+            add_group(group, &at, mu, &mut lanes);
+        }
+        let sums = lanes.map(|lane| (lane[0] + lane[1]) + (lane[2] + lane[3]));
         let mut curvature = Matrix6::from_diagonal_element(support);
-        for node in nodes {
-            let n = &node.inward_normal;
-            let at = project(&pulled(y, &node.arm), n, mu);
-            match at {
-                Projection::Open => continue,
-                Projection::Sticks { force } => {
-                    add_stuck(&mut curvature, node.weight, &node.arm);
-                    value -= 0.5 * node.weight * force.norm_squared();
-                    gradient -= wrench(&(force * node.weight), &node.arm);
-                }
-                Projection::Slips {
-                    tangent,
-                    along,
-                    tangential,
-                    ..
-                } => {
-                    let scale = node.weight / (1.0 + mu * mu);
-                    let ray = wrench(&(n + tangent * mu), &node.arm);
-                    add_rank_one(&mut curvature, scale, &ray);
-                    let across = wrench(&n.cross(&tangent), &node.arm);
-                    let bend = node.weight * along * mu / tangential;
-                    add_rank_one(&mut curvature, bend, &across);
-                    value -= 0.5 * node.weight * along * along * (1.0 + mu * mu);
-                    gradient -= ray * (node.weight * along);
-                }
-            }
+        for (k, (i, j)) in CURVATURE.into_iter().enumerate() {
+            curvature[(i, j)] += sums[7 + k];
         }
         Self {
-            value,
-            gradient,
+            value: y.dot(load) - 0.5 * support * y.norm_squared() - sums[0],
+            gradient: load - y * support - Vector6::from_column_slice(&sums[1..7]),
             curvature,
         }
     }
 }
 
+/// Places of the second derivatives in the order of their sums.
+const CURVATURE: [(usize, usize); 21] = [
+    (0, 0),
+    (1, 0),
+    (2, 0),
+    (1, 1),
+    (2, 1),
+    (2, 2),
+    (3, 0),
+    (3, 1),
+    (3, 2),
+    (4, 0),
+    (4, 1),
+    (4, 2),
+    (5, 0),
+    (5, 1),
+    (5, 2),
+    (3, 3),
+    (4, 3),
+    (5, 3),
+    (4, 4),
+    (5, 4),
+    (5, 5),
+];
+
 /// The y that maximises the dual function.
-fn maximise(
-    nodes: &[Node],
-    load: &Vector6<f64>,
-    start: Vector6<f64>,
-    settings: &ComplianceSettings,
-) -> Vector6<f64> {
+fn maximise(groups: &[Group], load: &Vector6<f64>, start: Vector6<f64>, support: f64, mu: f64) -> Vector6<f64> {
     let mut y = start;
-    let mut at = Dual::at(nodes, load, &y, settings);
+    let mut at = Dual::at(groups, load, &y, support, mu);
     let last = LAST_REMAINDER * load.norm();
     for _ in 0..MOST_STEPS {
         let Some(factor) = Cholesky::<f64, Const<6>>::new(at.curvature) else {
@@ -225,7 +329,7 @@ fn maximise(
         let mut better = None;
         for _ in 0..MOST_HALVINGS {
             let tried = y + step * length;
-            let found = Dual::at(nodes, load, &tried, settings);
+            let found = Dual::at(groups, load, &tried, support, mu);
             if found.value >= at.value + 1e-4 * length * slope
                 || found.gradient.norm() < 0.5 * remainder
             {
@@ -250,9 +354,11 @@ fn maximise(
 /// value = Σ_v (√(C(v) + c) − √c) / Σ_v (√(C₀(v) + c) − √c),    C₀(v) = κ |v|²/2
 /// ```
 ///
-/// P is the projection on the friction cone. The maximum is unique. Newton's method finds it from the solution of the layer
-/// whose contacts all stick, so that the result depends on the arguments alone. Derivatives follow from the envelope
-/// theorem.
+/// f are contact forces, G their wrenches, W the stiffness of the contacts and P the projection on the friction cone. In the
+/// second form, which is dual to the first, y is the motion of the object: contacts are springs that push and rub but never
+/// pull, and κ is the compliance of a weak support that holds an object without contacts. W multiplies there, so a contact
+/// that comes or goes does so smoothly. The maximum is unique. Newton's method finds it from the solution of the layer whose
+/// contacts all stick, so that the result depends on the arguments alone. Derivatives follow from the envelope theorem.
 pub fn mean_compliance(
     nodes: &[Node],
     axes: &Matrix3<f64>,
@@ -261,66 +367,70 @@ pub fn mean_compliance(
     let count = nodes.len();
     let mut total = Compliance {
         value: 0.0,
-        by_weight: vec![0.0; count],
+        by_stiffness: vec![0.0; count],
         by_arm: vec![Vector3::zeros(); count],
         by_normal: vec![Vector3::zeros(); count],
         by_rotation: Vector3::zeros(),
     };
-    let (mu, c) = (settings.friction, settings.rounding);
-    let support = 1.0 / settings.support_stiffness;
+    let mu = settings.friction;
+    let support = settings.load / settings.free_motion;
+    let groups: Vec<Group> = nodes.chunks(LANES).map(Group::of).collect();
     let mut stuck = Matrix6::from_diagonal_element(support);
     for node in nodes {
-        add_stuck(&mut stuck, node.weight, &node.arm);
+        add_stuck(&mut stuck, node.stiffness, &node.arm);
     }
     let stuck = stuck.cholesky();
     let mut free = 0.0;
     let mut projections = Vec::with_capacity(count);
     for k in 0..8 {
         let direction = axes * Vector3::from(DIRECTIONS[k % 4]) / 3.0_f64.sqrt();
-        let (first, size) = if k < 4 { (0, 1.0) } else { (3, settings.torque_load) };
+        let (first, size) = if k < 4 {
+            (0, settings.load)
+        } else {
+            (3, settings.load * settings.torque_share)
+        };
         let mut load = Vector6::zeros();
         load.fixed_rows_mut::<3>(first).copy_from(&(direction * size));
-        free += (0.5 * settings.support_stiffness * size * size + c).sqrt() - c.sqrt();
-        let start = stuck.as_ref().map_or(Vector6::zeros(), |s| s.solve(&load));
-        let y = maximise(nodes, &load, start, settings);
+        let free_compliance = 0.5 * size * size / support;
+        let c = settings.rounding * 0.5 * settings.load * settings.free_motion;
+        free += (free_compliance + c).sqrt() - c.sqrt();
+        let y = maximise(&groups, &load, stuck.as_ref().map_or(Vector6::zeros(), |s| s.solve(&load)), support, mu);
 
+        let motion: [f64; 6] = std::array::from_fn(|k| y[k]);
         let mut compliance = y.dot(&load) - 0.5 * support * y.norm_squared();
         projections.clear();
         for node in nodes {
-            let at = project(&pulled(&y, &node.arm), &node.inward_normal, mu);
-            let force = at.force(&node.inward_normal, mu);
-            compliance -= 0.5 * node.weight * force.norm_squared();
-            projections.push((at, force));
+            let n = &node.inward_normal;
+            let pulled = Vector3::from(pulled(&motion, node.arm.into()));
+            let normal = n.dot(&pulled);
+            let tangent = pulled - n * normal;
+            let at = Projection::of(normal, tangent.norm_squared(), mu);
+            compliance -= 0.5 * node.stiffness * (at.along * at.along + at.across * at.across);
+            projections.push((at, tangent / at.tangential));
         }
         let root = (compliance.max(0.0) + c).sqrt();
         total.value += root - c.sqrt();
         let slope = 0.5 / root;
         let [y_force, y_torque] = [0, 3].map(|row| y.fixed_rows::<3>(row).into_owned());
-        for (i, (node, (at, force))) in nodes.iter().zip(&projections).enumerate() {
-            if matches!(at, Projection::Open) {
-                continue;
-            }
-            total.by_weight[i] -= slope * 0.5 * force.norm_squared();
+        for (i, (node, (at, tangent))) in nodes.iter().zip(&projections).enumerate() {
+            let n = &node.inward_normal;
+            let scaled = slope * node.stiffness;
+            let norm_squared = at.along * at.along + at.across * at.across;
+            total.by_stiffness[i] -= slope * 0.5 * norm_squared;
+            let force = n * at.along + tangent * at.across;
             // ∂u/∂a: P·(y_τ × da) = da·(P × y_τ).
-            total.by_arm[i] -= force.cross(&y_torque) * (slope * node.weight);
-            if let Projection::Slips {
-                tangent,
-                along,
-                normal,
-                tangential,
-            } = *at
-            {
-                // At fixed u, the potential depends on the normal through n·u and |t|² = |u|² − (n·u)².
-                let by_normal = along * (1.0 - mu * normal / tangential);
-                let u = node.inward_normal * normal + tangent * tangential;
-                total.by_normal[i] -= u * (slope * node.weight * by_normal);
-            }
+            total.by_arm[i] -= force.cross(&y_torque) * scaled;
+            // The potential depends on the normal through n·u and |t|² = |u|² − (n·u)², where u is the motion alone:
+            // ∂ψ/∂a da + ∂ψ/∂T dT with da = u·dn, dT = −(a/T) u·dn.
+            let by_normal = at.along - at.across * at.normal / at.tangential;
+            let u = n * at.normal + tangent * at.tangential;
+            total.by_normal[i] -= u * (scaled * by_normal);
         }
         let turned = if k < 4 { y_force } else { y_torque };
         total.by_rotation += (direction * size).cross(&turned) * slope;
     }
     total.value /= free;
-    total.by_weight.iter_mut().for_each(|value| *value /= free);
+    total.by_stiffness.iter_mut().for_each(|value| *value /= free);
     let vectors = total.by_arm.iter_mut().chain(&mut total.by_normal);
     vectors.for_each(|value| *value /= free);
     total.by_rotation /= free;

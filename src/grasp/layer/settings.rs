@@ -11,13 +11,15 @@ pub struct LayerSettings {
     pub compliance_weight: f64,
     /// Friction coefficient.
     pub friction: f64,
-    /// Stiffness κ of the support that takes what the layer does not; that of 5 mm of a finger is 1.
-    pub support_stiffness: f64,
-    /// Torque of the test loads, in units of a unit force at the object's radius.
-    pub torque_load: f64,
-    /// Rounding of the square root of the compliance.
+    /// Force of the test loads, and how far it presses 5 mm of a finger.
+    pub load: f64,
+    /// Torque of the test loads relative to their force at the object's radius.
+    pub torque_share: f64,
+    /// How far a test load moves an object that nothing holds, in the same unit of length.
+    pub free_motion: f64,
+    /// Rounding of the square root of the compliance, as a fraction of the compliance without contacts.
     pub compliance_rounding: f64,
-    /// Gap at which the layer begins to carry, and depth at which it carries fully, metres.
+    /// Gap at which a part of the layer begins to belong to its patch, and the gap at which it belongs fully, metres.
     pub skin_m: [f64; 2],
     /// The same for the farther part of the layer, which draws a hand from outside.
     pub far_skin_m: [f64; 2],
@@ -40,9 +42,10 @@ impl Default for LayerSettings {
         Self {
             compliance_weight: 1.0,
             friction: 0.15,
-            support_stiffness: 100.0,
-            torque_load: 0.1,
-            compliance_rounding: 0.5,
+            load: 1.0,
+            torque_share: 0.1,
+            free_motion: 100.0,
+            compliance_rounding: 0.01,
             skin_m: [0.003, -0.001],
             far_skin_m: [0.006, -0.001],
             far_share: 0.15,
@@ -70,6 +73,26 @@ pub(crate) fn step(s: f64, [zero, one]: [f64; 2]) -> (f64, f64) {
 }
 
 impl LayerSettings {
+    /// The numbers by name, for checks of their range.
+    pub(crate) fn values(&self) -> Vec<(&'static str, f64)> {
+        vec![
+            ("layer.compliance_weight", self.compliance_weight),
+            ("layer.friction", self.friction),
+            ("layer.load", self.load),
+            ("layer.torque_share", self.torque_share),
+            ("layer.free_motion", self.free_motion),
+            ("layer.compliance_rounding", self.compliance_rounding),
+            ("layer.skin_m[0]", self.skin_m[0]),
+            ("layer.far_skin_m[0]", self.far_skin_m[0]),
+            ("layer.far_share", self.far_share),
+            ("layer.reach_weight", self.reach_weight),
+            ("layer.reach_m", self.reach_m),
+            ("layer.pressing_weight_per_m", self.pressing_weight_per_m),
+            ("layer.pressing_free_m", self.pressing_free_m),
+            ("layer.pressing_rounding_m", self.pressing_rounding_m),
+        ]
+    }
+
     /// Greatest gap at which the layer carries, metres.
     pub fn carrying_m(&self) -> f64 {
         self.skin_m[0].max(self.far_skin_m[0])

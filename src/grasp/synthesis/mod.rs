@@ -1,6 +1,7 @@
 //! Grasp synthesis: one chain from a start pose to a grasp.
 
 mod annealed;
+mod hopping;
 mod released;
 mod settings;
 mod start;
@@ -224,6 +225,9 @@ fn walk(
                 raw,
                 evaluations: 0,
             }
+        }
+        Sampler::Hopping => {
+            hopping::hop(energy, settings, schedule.steps, start, rng, observe)
         }
         Sampler::Released => {
             let mut chain = released::Chain::new(energy, start);

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::grasp::kernel::StepScales;
-use crate::limits::{ATTEMPTS, Beyond, SHARE, STEPS, TEMPERATURE};
+use crate::limits::{ATTEMPTS, Beyond, HOP, SHARE, STEPS, TEMPERATURE};
 
 /// Sampling method of a chain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -12,6 +12,8 @@ pub enum Sampler {
     /// Metropolis-adjusted Langevin steps with an adaptive step for each chain, preconditioned by the actual motion of each
     /// joint; geometric cooling; a distance weight that rises during cooling; heat-bath contact moves.
     Annealed,
+    /// Basin hopping: each step is a descent from a random displacement of the lowest end so far. For smooth energies.
+    Hopping,
     /// The sampler of the code of Liu et al. (2021): temperature and step size depend on the energy, the gradient is
     /// divided by a running mean of its magnitude, acceptance is plain Metropolis, and contact moves are uniform and forced
     /// by two rejections.
@@ -69,7 +71,7 @@ pub struct SynthesisSettings {
     /// Number of poses drawn for the start, all facing the same point of the object. The one with the best
     /// [`GraspEnergy::start_score`](crate::grasp::GraspEnergy::start_score) is used.
     pub start_candidates: u32,
-    /// Number of steps of a chain, with one energy evaluation each.
+    /// Number of steps of a chain, with one energy evaluation each; for [`Sampler::Hopping`] the number of descents.
     pub steps: u32,
     /// Number of attempts from new starts (with [`Start::EvenSurface`], at the same point of the object) that share the
     /// steps. The first whose refined end passes the strict filter ends the chain; otherwise the end of least energy
@@ -97,6 +99,8 @@ pub struct SynthesisSettings {
     pub step_scales: StepScales,
     /// Target acceptance rate of pose moves for the step-size adaptation (annealed sampler).
     pub acceptance: f64,
+    /// Length of a random displacement, metres of the pose space (hopping sampler).
+    pub hop_length_m: f64,
     /// Refinement of the end.
     pub refinement: Refinement,
 }
@@ -119,12 +123,24 @@ impl Default for SynthesisSettings {
             contact_moves: ContactMoves::HeatBath,
             step_scales: StepScales::Levers,
             acceptance: 0.57,
+            hop_length_m: 0.03,
             refinement: Refinement::Quench,
         }
     }
 }
 
 impl SynthesisSettings {
+    /// Basin hopping for the energy of an elastic layer ([`EnergySettings::closed`](crate::grasp::EnergySettings::closed)).
+    pub fn closed() -> Self {
+        Self {
+            sampler: Sampler::Hopping,
+            start_candidates: 1,
+            steps: 40,
+            attempts: 8,
+            ..Self::default()
+        }
+    }
+
     /// The paper's Algorithm 1 with ρ = 0.85 and with details that its text leaves out.
     pub fn paper() -> Self {
         Self {
@@ -159,6 +175,7 @@ impl SynthesisSettings {
             ("ramp_share", SHARE, self.ramp_share),
             ("contact_probability", SHARE, self.contact_probability),
             ("acceptance", SHARE, self.acceptance),
+            ("hop_length_m", HOP, self.hop_length_m),
             ("steps", STEPS, self.steps.into()),
             ("attempts", ATTEMPTS, self.attempts.into()),
             ("start_candidates", ATTEMPTS, self.start_candidates.into()),

@@ -6,10 +6,11 @@ use rand_distr::{Distribution, StandardNormal};
 use super::annealed::Schedule;
 use super::released::gaussian_pose;
 use super::{Start, SynthesisSettings};
-use crate::energy::{Energy, Piecewise};
+use crate::energy::Energy;
 use crate::grasp::energy::GraspEnergy;
 use crate::grasp::start::start_pose_facing;
 use crate::sample::{Rng, State};
+use crate::space::Space;
 use crate::space::vector::norm;
 
 /// A grasp from which a chain starts instead of a random pose.
@@ -21,30 +22,35 @@ pub struct Given<'a> {
     pub displacement_m: f64,
 }
 
-/// The displaced given pose with its best contact set. Step scales keep joints from turning farther than others move.
+/// The displaced given pose with its best contact set.
 pub(super) fn given_start(energy: &GraspEnergy, given: &Given<'_>, rng: &mut Rng) -> State {
     let space = energy.space();
     let mut coordinates = given.x.to_vec();
     if given.displacement_m > 0.0 {
-        let mut tangent: Vec<f64> = space
-            .step_scales()
-            .iter()
-            .map(|scale| {
-                let noise: f64 = StandardNormal.sample(rng);
-                scale * noise
-            })
-            .collect();
-        let factor = given.displacement_m / norm(&tangent);
-        for t in &mut tangent {
-            *t *= factor;
-        }
-        space.exp(&mut coordinates, &tangent);
+        displace(space, &mut coordinates, given.displacement_m, rng);
     }
     State {
-        discrete: energy.active_piece(&coordinates),
+        discrete: energy.contacts(&coordinates),
         coordinates,
         ..State::default()
     }
+}
+
+/// Moves `coordinates` by `length_m` in a random direction. Step scales keep joints from turning farther than others move.
+pub(super) fn displace(space: &dyn Space, coordinates: &mut [f64], length_m: f64, rng: &mut Rng) {
+    let mut tangent: Vec<f64> = space
+        .step_scales()
+        .iter()
+        .map(|scale| {
+            let noise: f64 = StandardNormal.sample(rng);
+            scale * noise
+        })
+        .collect();
+    let factor = length_m / norm(&tangent);
+    for t in &mut tangent {
+        *t *= factor;
+    }
+    space.exp(coordinates, &tangent);
 }
 
 /// Draws the first state of chain number `chain`.

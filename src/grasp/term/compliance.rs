@@ -93,7 +93,7 @@ impl Term for LayerCompliance {
     fn add(&self, scene: &Scene<'_>, forces: &mut Forces) -> f64 {
         let layer = scene.layer;
         let carriers = self.carriers(scene);
-        // Sums over spheres of each node: weight, weighted arm, weighted normal.
+        // Sums over spheres of each node: weight, weighted arm and normal.
         let mut sums = vec![(0.0, Vector3::zeros(), Vector3::zeros()); layer.nodes];
         for carrier in &carriers {
             for &(node, hat) in &layer.spheres[carrier.near.sphere as usize].nodes {
@@ -112,7 +112,7 @@ impl Term for LayerCompliance {
             if *weight > LEAST_WEIGHT && length > LEAST_WEIGHT * weight {
                 place[k] = nodes.len();
                 nodes.push(Node {
-                    weight: *weight,
+                    stiffness: *weight,
                     arm: arm / *weight,
                     inward_normal: normal / length,
                 });
@@ -121,8 +121,9 @@ impl Term for LayerCompliance {
         }
         let settings = ComplianceSettings {
             friction: self.settings.friction,
-            support_stiffness: self.settings.support_stiffness,
-            torque_load: self.settings.torque_load,
+            load: self.settings.load,
+            torque_share: self.settings.torque_share,
+            free_motion: self.settings.free_motion,
             rounding: self.settings.compliance_rounding,
         };
         let axes = scene.posed.object_from_link[0].rotation;
@@ -142,11 +143,12 @@ impl Term for LayerCompliance {
                 let n = &at.inward_normal;
                 let by_normal = found.by_normal[k];
                 let across = (by_normal - n * n.dot(&by_normal)) / lengths[k];
+                let part = hat * carrier.weight / at.stiffness;
                 by_weight += hat
-                    * (found.by_weight[k]
-                        + found.by_arm[k].dot(&(carrier.arm - at.arm)) / at.weight
+                    * (found.by_stiffness[k]
+                        + found.by_arm[k].dot(&(carrier.arm - at.arm)) / at.stiffness
                         + across.dot(&carrier.inward));
-                by_arm += found.by_arm[k] * (hat * carrier.weight / at.weight);
+                by_arm += found.by_arm[k] * part;
                 by_inward += across * (hat * carrier.weight);
             }
             let near = carrier.near;
