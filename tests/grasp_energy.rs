@@ -7,6 +7,7 @@ use std::sync::{Arc, LazyLock};
 use landscape::energy::{Energy, Piecewise};
 use landscape::grasp::closure::net_wrench;
 use landscape::grasp::energy::Ramp;
+use landscape::grasp::layer::LayerSettings;
 use landscape::grasp::start::start_pose;
 use landscape::grasp::term::{NormForm, PriorForm, RankForm};
 use landscape::grasp::{EnergySettings, GraspEnergy};
@@ -143,6 +144,44 @@ fn cases() -> Vec<(&'static str, EnergySettings)> {
     ]
 }
 
+/// The energy of an elastic layer, and each of its terms alone.
+fn layer_cases() -> Vec<(&'static str, EnergySettings)> {
+    let nothing = LayerSettings {
+        compliance_weight: 0.0,
+        reach_weight: 0.0,
+        pressing_weight_per_m: 0.0,
+        ..LayerSettings::default()
+    };
+    let alone = |layer| EnergySettings {
+        layer: Some(layer),
+        ..none()
+    };
+    vec![
+        ("closed", EnergySettings::closed()),
+        (
+            "compliance",
+            alone(LayerSettings {
+                compliance_weight: 1.0,
+                ..nothing
+            }),
+        ),
+        (
+            "reach",
+            alone(LayerSettings {
+                reach_weight: 1.0,
+                ..nothing
+            }),
+        ),
+        (
+            "pressing",
+            alone(LayerSettings {
+                pressing_weight_per_m: 1.0,
+                ..nothing
+            }),
+        ),
+    ]
+}
+
 /// A start pose, moved by a few millimetres and curled at random so that all parts overlap somewhere.
 fn pose(hand: &Hand, object: &Object, space: &dyn Space, rng: &mut Rng) -> Vec<f64> {
     let mut x = start_pose(hand, object, rng);
@@ -170,7 +209,7 @@ fn random_choice(hand: &Hand, contacts: usize, rng: &mut Rng) -> Vec<u32> {
 #[test]
 fn every_term_is_differentiated_correctly() {
     for object in [&*BOTTLE, &*BALL] {
-        for (name, settings) in cases() {
+        for (name, settings) in cases().into_iter().chain(layer_cases()) {
             let energy = GraspEnergy::new(HAND.clone(), object.clone(), settings).unwrap();
             let space = energy.space();
             let scales = space.step_scales();
@@ -525,4 +564,69 @@ fn the_axis_of_the_bottle_does_not_matter() {
     let difference = energy.evaluate(&x, &mut gradient) - energy.evaluate(&turned, &mut gradient);
     // Every one of 773 points may be off by the field's error, but few penetrate.
     assert!(difference.abs() < 0.2, "{difference}");
+}
+
+/// The energy of an elastic layer has no pieces and is a function of the pose alone: after other poses, in any order, it has
+/// the same bits.
+#[test]
+fn a_layer_has_no_memory() {
+    let settings = EnergySettings::closed();
+    let energy = GraspEnergy::new(HAND.clone(), BOTTLE.clone(), settings).unwrap();
+    assert!(Energy::piecewise(&energy).is_none());
+    let space = energy.space();
+    let mut rng = stream(3, Task::Start, 0);
+    let poses: Vec<Vec<f64>> = (0..20)
+        .map(|_| pose(&HAND, &BOTTLE, space, &mut rng))
+        .collect();
+    let bits = |x: &Vec<f64>| {
+        let fresh = GraspEnergy::new(HAND.clone(), BOTTLE.clone(), settings).unwrap();
+        let mut gradient = vec![0.0; space.tangents()];
+        let value = fresh.evaluate(x, &mut gradient);
+        (
+            value.to_bits(),
+            gradient.iter().map(|g| g.to_bits()).collect::<Vec<_>>(),
+        )
+    };
+    for x in poses.iter().chain(poses.iter().rev()) {
+        let mut gradient = vec![0.0; space.tangents()];
+        let value = energy.evaluate(x, &mut gradient);
+        let found: Vec<u64> = gradient.iter().map(|g| g.to_bits()).collect();
+        assert_eq!((value.to_bits(), found), bits(x));
+    }
+}
+
+/// Turning hand and object together changes nothing, because the loads turn with the hand: symmetric objects have symmetric
+/// energies.
+#[test]
+fn a_layer_has_the_symmetry_of_the_object() {
+    let energy = GraspEnergy::new(HAND.clone(), BOTTLE.clone(), EnergySettings::closed()).unwrap();
+    let space = energy.space();
+    let mut rng = stream(4, Task::Start, 0);
+    for _ in 0..10 {
+        let x = pose(&HAND, &BOTTLE, space, &mut rng);
+        let turn = nalgebra::UnitQuaternion::from_axis_angle(&nalgebra::Vector3::z_axis(), 1.234);
+        let mut turned = x.clone();
+        let moved = turn * nalgebra::Vector3::new(x[0], x[1], x[2]);
+        turned[..3].copy_from_slice(moved.as_slice());
+        let q = turn
+            * nalgebra::UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(
+                x[3], x[4], x[5], x[6],
+            ));
+        turned[3..7].copy_from_slice(&[q.w, q.i, q.j, q.k]);
+        let mut gradient = vec![0.0; space.tangents()];
+        let [before, after] = [&x, &turned].map(|x| energy.evaluate(x, &mut gradient));
+        assert!(
+            (before - after).abs() < 1e-9 * (1.0 + before),
+            "{before} {after}"
+        );
+    }
+}
+
+/// A hand far from everything has let go: its compliance is 1.
+#[test]
+fn a_hand_that_has_let_go() {
+    let energy = GraspEnergy::new(HAND.clone(), BOTTLE.clone(), EnergySettings::closed()).unwrap();
+    let mut x = HAND.rest_coordinates();
+    x[0] = 1.0;
+    assert!((energy.compliance(&x).unwrap() - 1.0).abs() < 1e-12);
 }

@@ -25,7 +25,6 @@ pub use kernel::GraspKernel;
 
 use serde::{Deserialize, Serialize};
 
-
 use crate::space::Pose;
 
 /// A grasp: hand pose and contact set. Its [`GraspEnergy`] or population determines the hand and the object.

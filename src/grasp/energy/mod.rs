@@ -159,7 +159,10 @@ impl Energy for GraspEnergy {
 
     /// The energy of an elastic layer is smooth and has no pieces.
     fn piecewise(&self) -> Option<&dyn Piecewise> {
-        self.settings.layer.is_none().then_some(self as &dyn Piecewise)
+        self.settings
+            .layer
+            .is_none()
+            .then_some(self as &dyn Piecewise)
     }
 
     fn explain(&self) -> Option<&dyn Explain> {

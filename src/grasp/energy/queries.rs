@@ -37,7 +37,12 @@ impl GraspEnergy {
     /// Mean compliance of the elastic layer at pose `x`, without its weight; `None` for an energy without a layer.
     pub fn compliance(&self, x: &[f64]) -> Option<f64> {
         let layer = self.settings.layer?;
-        let term = LayerCompliance { settings: LayerSettings { compliance_weight: 1.0, ..layer } };
+        let term = LayerCompliance {
+            settings: LayerSettings {
+                compliance_weight: 1.0,
+                ..layer
+            },
+        };
         Some(self.at(x, |evaluation| evaluation.term(&term)))
     }
 

@@ -2,11 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::grasp::layer::LayerSettings;
 use crate::grasp::term::{
     Alignment, Distance, ForceClosure, HandInObject, JointLimits, LayerCompliance, NormForm,
     ObjectInHand, Pressing, Prior, PriorForm, Rank, RankForm, Reach, SelfPenetration, Term,
 };
-use crate::grasp::layer::LayerSettings;
 use crate::hand::Hand;
 use crate::limits::{Beyond, DISTANCE_WEIGHT, ENERGY_SETTING, OBJECT_SIZE};
 

@@ -13,8 +13,8 @@ use std::ops::Range;
 use nalgebra::{Matrix3, Vector3};
 
 pub use compliance::{Compliance, ComplianceSettings, Node, mean_compliance};
-pub(crate) use settings::step;
 pub use settings::LayerSettings;
+pub(crate) use settings::step;
 
 use crate::hand::{Capsule, Hand, LinkId, PosedHand};
 use crate::object::Shape;
@@ -193,7 +193,11 @@ fn along(
         let piece_m = length_m / pieces.max(1) as f64;
         let ends = f64::from(u8::from(k == 0)) + f64::from(u8::from(k == pieces));
         let part_m = piece_m * (1.0 - 0.5 * ends) + 0.5 * capsule.radius_m * ends;
-        let part_m = if pieces == 0 { capsule.radius_m } else { part_m };
+        let part_m = if pieces == 0 {
+            capsule.radius_m
+        } else {
+            part_m
+        };
         Sphere {
             link: capsule.link,
             centre: capsule.a + (capsule.b - capsule.a) * t,
@@ -222,9 +226,11 @@ fn assign_nodes(spheres: &mut [Sphere]) -> usize {
         };
         loop {
             let distances = members.iter().map(|s| away(&places, &s.centre));
-            let (farthest, most) = distances
-                .enumerate()
-                .fold((0, 0.0), |best, (i, d)| if d > best.1 { (i, d) } else { best });
+            let (farthest, most) =
+                distances.enumerate().fold(
+                    (0, 0.0),
+                    |best, (i, d)| if d > best.1 { (i, d) } else { best },
+                );
             if most <= 0.6 * NODE_SPACING_M {
                 break;
             }
@@ -252,7 +258,8 @@ fn phalanges(hand: &Hand, volar: &[Option<Vector3<f64>>]) -> Vec<Phalanx> {
     let mut phalanges = Vec::new();
     for (l, link) in hand.links.iter().enumerate() {
         let link_id = LinkId(l);
-        let Some(direction) = volar[l].filter(|_| link.digit > 0 && hand.link_may_touch(link_id)) else {
+        let Some(direction) = volar[l].filter(|_| link.digit > 0 && hand.link_may_touch(link_id))
+        else {
             continue;
         };
         let mut points = Vec::new();
@@ -273,4 +280,59 @@ fn phalanges(hand: &Hand, volar: &[Option<Vector3<f64>>]) -> Vec<Phalanx> {
         }
     }
     phalanges
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::grasp::start::start_pose;
+    use crate::object::Object;
+    use crate::sample::{Task, stream};
+
+    /// Groups only save work: the list is that of all spheres.
+    #[test]
+    fn no_near_sphere_is_missed() {
+        let (hand, object) = (Hand::human(), Object::named("mug").unwrap());
+        let layer = Layer::new(&hand);
+        let mut rng = stream(1, Task::Start, 0);
+        let (mut posed, mut near) = (PosedHand::default(), Vec::new());
+        for _ in 0..20 {
+            hand.pose_links(&start_pose(&hand, &object, &mut rng), &mut posed);
+            layer.measure(&posed, &*object.shape, 0.006, &mut near);
+            let expected = (0u32..).zip(&layer.spheres).filter(|(_, sphere)| {
+                let centre = posed.object_from_link[sphere.link.0].point(&sphere.centre);
+                object.shape.distance(&centre) - sphere.radius_m <= 0.006
+            });
+            let expected: Vec<u32> = expected.map(|(index, _)| index).collect();
+            assert_eq!(near.iter().map(|n| n.sphere).collect::<Vec<_>>(), expected);
+        }
+    }
+
+    /// The fractions of a sphere that belong to nodes sum to 1, and each node has spheres of one link.
+    #[test]
+    fn nodes_divide_the_spheres() {
+        let hand = Hand::human();
+        let layer = Layer::new(&hand);
+        let mut links = vec![None; layer.nodes];
+        for sphere in &layer.spheres {
+            let sum: f64 = sphere.nodes.iter().map(|(_, hat)| hat).sum();
+            assert!((sum - 1.0).abs() < 1e-12);
+            for &(node, _) in &sphere.nodes {
+                let link = links[node as usize].get_or_insert(sphere.link);
+                assert_eq!(*link, sphere.link);
+            }
+        }
+    }
+
+    /// Fingers and palm of the human hand carry on their palmar side, the z axis of their links.
+    #[test]
+    fn palmar_sides_of_the_human_hand() {
+        let hand = Hand::human();
+        for sphere in Layer::new(&hand).spheres {
+            let link = &hand.links[sphere.link.0];
+            if link.name != "thumb_metacarpal" {
+                assert!(sphere.volar.z > 0.95, "{} {:?}", link.name, sphere.volar);
+            }
+        }
+    }
 }

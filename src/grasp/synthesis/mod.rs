@@ -226,9 +226,7 @@ fn walk(
                 evaluations: 0,
             }
         }
-        Sampler::Hopping => {
-            hopping::hop(energy, settings, schedule.steps, start, rng, observe)
-        }
+        Sampler::Hopping => hopping::hop(energy, settings, schedule.steps, start, rng, observe),
         Sampler::Released => {
             let mut chain = released::Chain::new(energy, start);
             chain.run(settings, schedule.steps, rng, observe);

@@ -6,9 +6,9 @@
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
+use crate::grasp::layer::{Layer, NearSphere};
 use crate::hand::{Hand, LinkId, PosedHand, Wrench};
 use crate::object::Object;
-use crate::grasp::layer::{Layer, NearSphere};
 
 mod alignment;
 mod compliance;

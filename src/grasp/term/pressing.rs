@@ -56,7 +56,11 @@ impl Term for Pressing {
             let (value, slope) = smooth_hinge(depth_m, self.settings.pressing_rounding_m);
             let scale = self.weight() * sphere.share;
             energy += scale * value;
-            forces.push(sphere.link, &near.centre, &(near.gradient * (-scale * slope)));
+            forces.push(
+                sphere.link,
+                &near.centre,
+                &(near.gradient * (-scale * slope)),
+            );
         }
         energy
     }
