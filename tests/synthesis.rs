@@ -21,6 +21,10 @@ static BALL: LazyLock<Arc<Object>> = LazyLock::new(|| Arc::new(Object::named("ba
 static BOTTLE: LazyLock<Arc<Object>> =
     LazyLock::new(|| Arc::new(Object::named("bottle_round").unwrap()));
 
+#[expect(
+    clippy::large_types_passed_by_value,
+    reason = "callers write the settings in place"
+)]
 fn energy(object: &Arc<Object>, settings: EnergySettings) -> GraspEnergy {
     GraspEnergy::new(HAND.clone(), object.clone(), settings).unwrap()
 }
@@ -235,4 +239,26 @@ fn contacts_can_be_restricted_to_fingertips() {
         ..settings
     };
     assert!(GraspEnergy::new(Arc::new(HAND.thinned(40)), BALL.clone(), few).is_err());
+}
+
+/// The preset `closed`: chains end in minima that pass the strict filter with little compliance, and the same chain has the
+/// same bits.
+#[test]
+fn closed_hands() {
+    let energy = energy(&BALL, EnergySettings::closed());
+    let settings = SynthesisSettings::closed();
+    let refine = QuenchSettings::default().with_gradient_tolerance(1e-5);
+    let ends: Vec<Synthesized> = (0..4)
+        .map(|chain| synthesize(&energy, &settings, &refine, 7, chain))
+        .collect();
+    for end in &ends {
+        let judgement = judge(&energy, &end.refined);
+        assert_eq!(judgement.strict_objection(), None);
+        assert!(judgement.compliance.unwrap() < 0.1);
+        let mut gradient = vec![0.0; energy.space().tangents()];
+        assert!((energy.evaluate(&end.refined.pose, &mut gradient) - end.energy).abs() < 1e-12);
+        let steepest = gradient.iter().map(|g| g * g).sum::<f64>().sqrt();
+        assert!(steepest < 1e-5, "{steepest}");
+    }
+    assert_eq!(ends[3], synthesize(&energy, &settings, &refine, 7, 3));
 }

@@ -174,7 +174,7 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
     watch.clear();
     if !common.quiet {
         let mut text = summary(&energy, &found, started.elapsed().as_secs_f64());
-        if settings.keep == Keep::Strict {
+        if settings.keep == Keep::Strict && energy.settings().layer.is_none() {
             text += ADVICE;
         }
         print(&text);

@@ -103,7 +103,7 @@ struct Projection {
 }
 
 impl Projection {
-    #[inline(always)]
+    #[inline]
     fn of(normal: f64, tangential_squared: f64, mu: f64) -> Self {
         let tangential = tangential_squared.max(f64::MIN_POSITIVE).sqrt();
         let c = 1.0 / (1.0 + mu * mu);
@@ -133,8 +133,8 @@ impl Projection {
     }
 }
 
-/// Gᵀ y = y_f + y_τ × a.
-#[inline(always)]
+/// `Gᵀ y = y_f + y_τ × a`.
+#[inline]
 fn pulled(y: &[f64; 6], a: [f64; 3]) -> [f64; 3] {
     [
         y[0] + y[4] * a[2] - y[5] * a[1],
@@ -166,7 +166,7 @@ fn add_stuck(matrix: &mut Matrix6<f64>, weight: f64, arm: &Vector3<f64>) {
 const SUMS: usize = 1 + 6 + 6 + 9 + 6;
 
 /// Adds the sums over the four nodes of a group.
-#[inline(always)]
+#[inline]
 fn add_group(group: &Group, y: &[f64; 6], mu: f64, sums: &mut [[f64; LANES]; SUMS]) {
     for lane in 0..LANES {
         let w = group.stiffness[lane];

@@ -124,6 +124,9 @@ impl Layer {
     }
 
     /// Lists all spheres within `reach_m` of the object, by index.
+    ///
+    /// # Panics
+    /// If `posed` belongs to another hand.
     pub fn measure(
         &self,
         posed: &PosedHand,
@@ -146,7 +149,7 @@ impl Layer {
                 let gap_m = distance_m - sphere.radius_m;
                 if gap_m <= reach_m {
                     near.push(NearSphere {
-                        sphere: u32::try_from(index).expect("a hand has fewer than 2³² spheres"),
+                        sphere: small(index),
                         centre,
                         gap_m,
                         gradient,
@@ -156,6 +159,20 @@ impl Layer {
             }
         }
     }
+}
+
+/// A whole number of pieces of a hand; limits of files keep it small.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "lengths of hands are positive and limited, and the cast saturates"
+)]
+fn whole(pieces: f64) -> usize {
+    pieces as usize
+}
+
+fn small(index: usize) -> u32 {
+    u32::try_from(index).expect("a hand has fewer than 2³² spheres")
 }
 
 impl Group {
@@ -183,7 +200,7 @@ fn along(
 ) -> impl Iterator<Item = Sphere> + use<> {
     let capsule = *capsule;
     let length_m = (capsule.b - capsule.a).norm();
-    let pieces = (length_m / SPACING_M).ceil().max(0.0) as usize;
+    let pieces = whole((length_m / SPACING_M).ceil());
     (0..=pieces).map(move |k| {
         let t = if pieces == 0 {
             0.5
@@ -239,7 +256,7 @@ fn assign_nodes(spheres: &mut [Sphere]) -> usize {
         for sphere in members {
             let hats = places.iter().enumerate().map(|(k, place)| {
                 let hat = 1.0 - (place - sphere.centre).norm() / NODE_SPACING_M;
-                ((count + k) as u32, hat)
+                (small(count + k), hat)
             });
             sphere.nodes = hats.filter(|(_, hat)| *hat > 0.0).collect();
             let sum: f64 = sphere.nodes.iter().map(|(_, hat)| hat).sum();
@@ -265,7 +282,7 @@ fn phalanges(hand: &Hand, volar: &[Option<Vector3<f64>>]) -> Vec<Phalanx> {
         let mut points = Vec::new();
         for capsule in hand.capsules.iter().filter(|c| c.link == link_id) {
             let length_m = (capsule.b - capsule.a).norm();
-            let count = (length_m / REACH_SPACING_M).round().max(1.0) as usize;
+            let count = whole((length_m / REACH_SPACING_M).round()).max(1);
             for k in 0..count {
                 let t = (k as f64 + 0.5) / count as f64;
                 let centre = capsule.a + (capsule.b - capsule.a) * t;

@@ -35,8 +35,8 @@ pub(super) fn hop(
     let mut evaluations = 0;
     for step in 0..steps.max(1) {
         let mut from = best.coordinates.clone();
-        if step > 0 {
-            displace(energy.space(), &mut from, settings.hop_length_m, rng);
+        if let Some(length_m) = settings.hop_length_m.filter(|_| step > 0) {
+            displace(energy.space(), &mut from, length_m, rng);
         }
         let end = quench(energy, &from, &rough);
         evaluations += end.evaluations as u64;

@@ -99,8 +99,9 @@ pub struct SynthesisSettings {
     pub step_scales: StepScales,
     /// Target acceptance rate of pose moves for the step-size adaptation (annealed sampler).
     pub acceptance: f64,
-    /// Length of a random displacement, metres of the pose space (hopping sampler).
-    pub hop_length_m: f64,
+    /// Length of a random displacement, metres of the pose space (hopping sampler; others have none).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hop_length_m: Option<f64>,
     /// Refinement of the end.
     pub refinement: Refinement,
 }
@@ -123,7 +124,7 @@ impl Default for SynthesisSettings {
             contact_moves: ContactMoves::HeatBath,
             step_scales: StepScales::Levers,
             acceptance: 0.57,
-            hop_length_m: 0.03,
+            hop_length_m: None,
             refinement: Refinement::Quench,
         }
     }
@@ -134,6 +135,7 @@ impl SynthesisSettings {
     pub fn closed() -> Self {
         Self {
             sampler: Sampler::Hopping,
+            hop_length_m: Some(0.03),
             start_candidates: 1,
             steps: 40,
             attempts: 8,
@@ -175,7 +177,7 @@ impl SynthesisSettings {
             ("ramp_share", SHARE, self.ramp_share),
             ("contact_probability", SHARE, self.contact_probability),
             ("acceptance", SHARE, self.acceptance),
-            ("hop_length_m", HOP, self.hop_length_m),
+            ("hop_length_m", HOP, self.hop_length_m.unwrap_or(0.0)),
             ("steps", STEPS, self.steps.into()),
             ("attempts", ATTEMPTS, self.attempts.into()),
             ("start_candidates", ATTEMPTS, self.start_candidates.into()),
