@@ -33,6 +33,7 @@ const OTHER_HANDS: [&str; 3] = [
 const OTHER_OBJECTS: [&str; 3] = ["bottle_round", "box", "ball"];
 
 /// A grasp that passes the strict filter.
+#[expect(clippy::struct_excessive_bools, reason = "independent findings")]
 struct Kept {
     holds: bool,
     holds_at_once: bool,
@@ -149,7 +150,7 @@ fn row(text: &mut String, [hand, object]: [&str; 2], kept: &[Kept], chains: u64)
     let digits = kept.iter().map(|grasp| grasp.digits as f64).sum::<f64>() / total.max(1) as f64;
     let mut depths: Vec<f64> = kept.iter().map(|grasp| grasp.deepest_m).collect();
     depths.sort_by(f64::total_cmp);
-    let deep = depths.get((0.95 * total as f64) as usize).copied();
+    let deep = depths.get(total * 95 / 100).copied();
     let deep = deep.map_or("–".to_owned(), |depth| format!("{:.1} mm", 1e3 * depth));
     let unlisted = if hand == "human" {
         percent(count(&|grasp| grasp.unlisted))

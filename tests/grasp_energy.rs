@@ -358,10 +358,6 @@ fn compare_with_brute_force(stride: usize, contacts: usize, poses: usize, off_m:
     compare_settings_with_brute_force(stride, settings, poses, off_m);
 }
 
-#[expect(
-    clippy::large_types_passed_by_value,
-    reason = "callers write the settings in place"
-)]
 fn compare_settings_with_brute_force(
     stride: usize,
     settings: EnergySettings,

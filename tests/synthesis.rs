@@ -21,10 +21,6 @@ static BALL: LazyLock<Arc<Object>> = LazyLock::new(|| Arc::new(Object::named("ba
 static BOTTLE: LazyLock<Arc<Object>> =
     LazyLock::new(|| Arc::new(Object::named("bottle_round").unwrap()));
 
-#[expect(
-    clippy::large_types_passed_by_value,
-    reason = "callers write the settings in place"
-)]
 fn energy(object: &Arc<Object>, settings: EnergySettings) -> GraspEnergy {
     GraspEnergy::new(HAND.clone(), object.clone(), settings).unwrap()
 }

@@ -2,7 +2,7 @@
 //!
 //! A sphere is nearest to an object at the right place of its capsule for every rotation about the axis, so the energy
 //! does not jump from one surface point to the next. [`Layer`] holds the spheres of a hand; [`Layer::measure`] finds those
-//! near an object. [`compliance`] tells how much the layer gives under loads on the object.
+//! near an object. [`mean_compliance`] tells how much the layer gives under loads on the object.
 
 mod compliance;
 mod settings;
