@@ -147,7 +147,12 @@ fn row(text: &mut String, [hand, object]: [&str; 2], kept: &[Kept], chains: u64)
         let [low, high] = interval(holds as f64, total as f64);
         format!(" [{:.0}, {:.0}]", 100.0 * low, 100.0 * high)
     };
-    let digits = kept.iter().map(|grasp| grasp.digits as f64).sum::<f64>() / total.max(1) as f64;
+    let digits: usize = kept.iter().map(|grasp| grasp.digits).sum();
+    let digits = if total == 0 {
+        "–".to_owned()
+    } else {
+        format!("{:.1}", digits as f64 / total as f64)
+    };
     let mut depths: Vec<f64> = kept.iter().map(|grasp| grasp.deepest_m).collect();
     depths.sort_by(f64::total_cmp);
     let deep = depths.get(total * 95 / 100).copied();
@@ -159,7 +164,7 @@ fn row(text: &mut String, [hand, object]: [&str; 2], kept: &[Kept], chains: u64)
     };
     let _ = writeln!(
         text,
-        "| {hand} | {object} | {total} of {chains} | {}{range} | {} | {digits:.1} | {} | {unlisted} | {deep} |",
+        "| {hand} | {object} | {total} of {chains} | {}{range} | {} | {digits} | {} | {unlisted} | {deep} |",
         percent(holds),
         percent(count(&|grasp| grasp.holds_at_once)),
         percent(count(&|grasp| grasp.palm)),
