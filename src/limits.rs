@@ -143,6 +143,12 @@ limits! {
     /// Random displacement between two descents.
     HOP: 0.0, 1.0, "m",
         "a hand farther off meets no object";
+    /// Numbers of an elastic layer that something is divided by.
+    LAYER_SETTING: 1e-9, 1e6, "",
+        "0 would divide by zero";
+    /// Gaps and depths at which an elastic layer carries.
+    SKIN: -0.1, 0.1, "m",
+        "skin is millimetres thick";
     /// Number of threads.
     THREADS: 1.0, 1024.0, "",
         "more threads than cores only cost memory";
@@ -287,6 +293,8 @@ mod tests {
             CHAINS,
             PERTURBATION,
             HOP,
+            LAYER_SETTING,
+            SKIN,
             THREADS,
             ENERGY_SCALE,
             REGION,

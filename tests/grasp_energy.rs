@@ -630,3 +630,41 @@ fn a_hand_that_has_let_go() {
     x[0] = 1.0;
     assert!((energy.compliance(&x).unwrap() - 1.0).abs() < 1e-12);
 }
+
+/// Numbers of a layer that cannot be computed with are refused by name.
+#[test]
+fn absurd_layers_are_refused() {
+    let usual = LayerSettings::default();
+    let layers = [
+        ("layer.load", LayerSettings { load: 0.0, ..usual }),
+        (
+            "layer.skin_m[0] - skin_m[1]",
+            LayerSettings {
+                skin_m: [0.001, 0.001],
+                ..usual
+            },
+        ),
+        (
+            "layer.far_share",
+            LayerSettings {
+                far_share: 2.0,
+                ..usual
+            },
+        ),
+        (
+            "layer.reach_m",
+            LayerSettings {
+                reach_m: f64::NAN,
+                ..usual
+            },
+        ),
+    ];
+    for (name, layer) in layers {
+        let settings = EnergySettings {
+            layer: Some(layer),
+            ..EnergySettings::closed()
+        };
+        let error = GraspEnergy::new(HAND.clone(), BALL.clone(), settings).unwrap_err();
+        assert!(error.to_string().starts_with(name), "{error}");
+    }
+}

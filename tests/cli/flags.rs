@@ -84,7 +84,7 @@ fn mistakes_in_flags() {
         ("synth --object empty.obj", &["empty.obj has no faces"]),
         (
             "synth --object ball --preset quick",
-            &["--preset quick", "default, paper, released"],
+            &["--preset quick", "default, closed, paper, released"],
         ),
         ("synth --object ball -n 0", &["-n 0"]),
         ("synth --object ball --spread 0", &["--spread 0"]),

@@ -113,6 +113,10 @@ impl GraspEnergy {
     pub fn with_clearance(mut self, clearance_m: f64, weight: f64) -> Self {
         self.clearance_m = clearance_m;
         self.settings.penetration_weight = weight;
+        if let Some(layer) = &mut self.settings.layer {
+            layer.pressing_weight_per_m = weight / self.unit_m;
+            layer.pressing_free_m = -clearance_m;
+        }
         self.terms = self.settings.terms(clearance_m);
         self
     }

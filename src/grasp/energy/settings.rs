@@ -222,10 +222,33 @@ impl EnergySettings {
     /// The terms with nonzero weight, in the order of their [`Stage`](crate::grasp::term::Stage). All surface points of the
     /// hand are kept `clearance_m` off the object.
     pub(super) fn terms(&self, clearance_m: f64) -> Vec<Box<dyn Term>> {
-        if let Some(settings) = self.layer {
-            return self.layer_terms(settings);
-        }
-        let mut terms: Vec<Box<dyn Term>> = vec![
+        let mut terms = match self.layer {
+            None => self.point_terms(clearance_m),
+            Some(settings) => vec![
+                Box::new(LayerCompliance { settings }) as Box<dyn Term>,
+                Box::new(Reach { settings }),
+                Box::new(Pressing { settings }),
+            ],
+        };
+        terms.push(Box::new(SelfPenetration {
+            weight: self.self_penetration_weight,
+            rounding_m: self.depth_rounding_m,
+        }));
+        terms.push(Box::new(JointLimits {
+            weight: self.joint_limits_weight,
+            rounding_rad: self.joint_limits_rounding_rad,
+        }));
+        terms.push(Box::new(Prior {
+            weight: self.prior_weight,
+            form: self.prior_form,
+        }));
+        terms.retain(|term| term.weight() > 0.0);
+        terms
+    }
+
+    /// The terms of contacts and depths of an energy of contact sets.
+    fn point_terms(&self, clearance_m: f64) -> Vec<Box<dyn Term>> {
+        vec![
             Box::new(self.force_closure()),
             Box::new(Rank {
                 weight: self.rank_weight,
@@ -244,44 +267,7 @@ impl EnergySettings {
                 free_m: self.intrusion_free_m,
                 rounding_m: self.depth_rounding_m,
             }),
-            Box::new(SelfPenetration {
-                weight: self.self_penetration_weight,
-                rounding_m: self.depth_rounding_m,
-            }),
-            Box::new(JointLimits {
-                weight: self.joint_limits_weight,
-                rounding_rad: self.joint_limits_rounding_rad,
-            }),
-            Box::new(Prior {
-                weight: self.prior_weight,
-                form: self.prior_form,
-            }),
-        ];
-        terms.retain(|term| term.weight() > 0.0);
-        terms
-    }
-
-    /// The terms of an elastic layer.
-    fn layer_terms(&self, settings: LayerSettings) -> Vec<Box<dyn Term>> {
-        let mut terms: Vec<Box<dyn Term>> = vec![
-            Box::new(LayerCompliance { settings }),
-            Box::new(Reach { settings }),
-            Box::new(Pressing { settings }),
-            Box::new(SelfPenetration {
-                weight: self.self_penetration_weight,
-                rounding_m: self.depth_rounding_m,
-            }),
-            Box::new(JointLimits {
-                weight: self.joint_limits_weight,
-                rounding_rad: self.joint_limits_rounding_rad,
-            }),
-            Box::new(Prior {
-                weight: self.prior_weight,
-                form: self.prior_form,
-            }),
-        ];
-        terms.retain(|term| term.weight() > 0.0);
-        terms
+        ]
     }
 
     /// Rejects settings for which nothing brings contacts to the surface (single terms may be evaluated with them).
@@ -328,10 +314,11 @@ impl EnergySettings {
             ("joint_limits_rounding_rad", self.joint_limits_rounding_rad),
             ("prior_weight", self.prior_weight),
         ];
+        let values = values.map(|(name, value)| (name, ENERGY_SETTING, value));
         let of_layer = self.layer.iter().flat_map(LayerSettings::values);
-        for (name, value) in values.into_iter().chain(of_layer) {
+        for (name, limit, value) in values.into_iter().chain(of_layer) {
             let told = |beyond| EnergySettingsError::Value { name, beyond };
-            ENERGY_SETTING.check(value).map_err(told)?;
+            limit.check(value).map_err(told)?;
         }
         Ok(())
     }

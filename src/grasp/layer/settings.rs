@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::limits::{ENERGY_SETTING, LAYER_SETTING, Limit, SHARE, SKIN};
+
 /// Settings of the energy of an elastic layer. Lengths are those of a hand, in metres; the energy of a hand that has let go
 /// is 1 if the weight of the compliance is.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -11,7 +13,7 @@ pub struct LayerSettings {
     pub compliance_weight: f64,
     /// Friction coefficient.
     pub friction: f64,
-    /// Force of the test loads, and how far it presses 5 mm of a finger.
+    /// Force of the test loads. The unit of length is what it presses 5 mm of a finger.
     pub load: f64,
     /// Torque of the test loads relative to their force at the object's radius.
     pub torque_share: f64,
@@ -19,7 +21,7 @@ pub struct LayerSettings {
     pub free_motion: f64,
     /// Rounding of the square root of the compliance, as a fraction of the compliance without contacts.
     pub compliance_rounding: f64,
-    /// Gap at which a part of the layer begins to belong to its patch, and the gap at which it belongs fully, metres.
+    /// Gap at which the layer begins to carry, and the gap (negative: the depth) at which it carries fully, metres.
     pub skin_m: [f64; 2],
     /// The same for the farther part of the layer, which draws a hand from outside.
     pub far_skin_m: [f64; 2],
@@ -73,29 +75,41 @@ pub(crate) fn step(s: f64, [zero, one]: [f64; 2]) -> (f64, f64) {
 }
 
 impl LayerSettings {
-    /// The numbers by name, for checks of their range.
-    pub(crate) fn values(&self) -> Vec<(&'static str, f64)> {
+    /// The numbers by name and their limits.
+    pub(crate) fn values(&self) -> Vec<(&'static str, Limit, f64)> {
+        let divisor = |name, value| (name, LAYER_SETTING, value);
+        let weight = |name, value| (name, ENERGY_SETTING, value);
         vec![
-            ("layer.compliance_weight", self.compliance_weight),
-            ("layer.friction", self.friction),
-            ("layer.load", self.load),
-            ("layer.torque_share", self.torque_share),
-            ("layer.free_motion", self.free_motion),
-            ("layer.compliance_rounding", self.compliance_rounding),
-            ("layer.skin_m[0]", self.skin_m[0]),
-            ("layer.far_skin_m[0]", self.far_skin_m[0]),
-            ("layer.far_share", self.far_share),
-            ("layer.reach_weight", self.reach_weight),
-            ("layer.reach_m", self.reach_m),
-            ("layer.pressing_weight_per_m", self.pressing_weight_per_m),
-            ("layer.pressing_free_m", self.pressing_free_m),
-            ("layer.pressing_rounding_m", self.pressing_rounding_m),
+            weight("layer.compliance_weight", self.compliance_weight),
+            weight("layer.friction", self.friction),
+            divisor("layer.load", self.load),
+            divisor("layer.torque_share", self.torque_share),
+            divisor("layer.free_motion", self.free_motion),
+            divisor("layer.compliance_rounding", self.compliance_rounding),
+            ("layer.skin_m[0]", SKIN, self.skin_m[0]),
+            ("layer.skin_m[1]", SKIN, self.skin_m[1]),
+            ("layer.far_skin_m[0]", SKIN, self.far_skin_m[0]),
+            ("layer.far_skin_m[1]", SKIN, self.far_skin_m[1]),
+            ("layer.far_share", SHARE, self.far_share),
+            weight("layer.reach_weight", self.reach_weight),
+            divisor("layer.reach_m", self.reach_m),
+            weight("layer.pressing_weight_per_m", self.pressing_weight_per_m),
+            weight("layer.pressing_free_m", self.pressing_free_m),
+            divisor("layer.pressing_rounding_m", self.pressing_rounding_m),
+            divisor(
+                "layer.skin_m[0] - skin_m[1]",
+                self.skin_m[0] - self.skin_m[1],
+            ),
+            divisor(
+                "layer.far_skin_m[0] - far_skin_m[1]",
+                self.far_skin_m[0] - self.far_skin_m[1],
+            ),
         ]
     }
 
-    /// Greatest gap at which the layer carries, metres.
+    /// Greatest gap at which the layer carries or presses, metres.
     pub fn carrying_m(&self) -> f64 {
-        self.skin_m[0].max(self.far_skin_m[0])
+        (self.skin_m[0].max(self.far_skin_m[0])).max(-self.pressing_free_m)
     }
 
     /// How much of the layer carries at this gap, from 0 to 1, and the derivative, 1/m.
