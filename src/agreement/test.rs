@@ -88,12 +88,14 @@ pub(super) fn sizes(labels: &[usize]) -> Vec<usize> {
 /// Whether labels go with heights: ANOSIM's R with its p-value by permutation.
 ///
 /// ```
-/// use landscape::agreement::{PairMatrix, Permutations, anosim, test_labels};
+/// use landscape::agreement::{PairMatrix, Permutations, anosim_of_ranks, test_labels};
 ///
-/// let heights = PairMatrix::from_fn(12, |i, j| if i / 6 == j / 6 { 1.0 } else { 2.0 });
+/// let ranks = PairMatrix::from_fn(12, |i, j| if i / 6 == j / 6 { 1.0 } else { 2.0 }).ranks();
 /// let labels: Vec<usize> = (0..12).map(|case| case / 6).collect();
 /// let settings = Permutations { count: 999, ..Permutations::default() };
-/// let tested = test_labels(&labels, &[0; 12], &settings, |labels| anosim(&heights, labels));
+/// let tested = test_labels(&labels, &[0; 12], &settings, |labels| {
+///     anosim_of_ranks(&ranks, labels)
+/// });
 /// let tested = tested.known().ok_or("a class is too small")?;
 /// assert!(tested.statistic > 0.99 && tested.p < 0.01);
 /// # Ok::<(), &str>(())
