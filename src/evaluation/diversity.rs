@@ -1,13 +1,15 @@
 //! How diverse a population of grasps is, by the measures in use elsewhere and by the regions of the hand that hold.
 //!
 //! None of them knows the object's symmetry, and all grow or shrink with the number of grasps: compare populations of the
-//! same object and size.
+//! same object and size. Sets of any size are compared by effective numbers of kinds
+//! (`study::compare_diversity`).
 
 use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
+use crate::agreement::rarefied_hill_numbers;
 use crate::grasp::Grasp;
 use crate::hand::Hand;
 use crate::space::{Pose, object_from_hand};
@@ -86,7 +88,7 @@ impl Diversity {
             grasps: rows.len(),
             region_sets: sets.len(),
             region_sets_per_hundred: (rows.len() >= HUNDRED)
-                .then(|| expected_distinct(&counts, HUNDRED)),
+                .then(|| rarefied_hill_numbers(&counts, HUNDRED)[0]),
             explained_variance: explained_variance(&rows),
             joint_entropy: mean_entropy(6, &limits),
             pose_entropy: mean_entropy(0, &pose),
@@ -128,26 +130,6 @@ fn entropy(values: impl Iterator<Item = f64>, (low, high): (f64, f64)) -> f64 {
         .map(|&count| {
             let (count, total) = (count as f64, total as f64);
             count / total * (total / count).ln()
-        })
-        .sum()
-}
-
-/// Expected number of distinct kinds among `size` members drawn without replacement from kinds with these counts.
-///
-/// ```text
-/// Σₖ 1 − C(N − nₖ, size) / C(N, size)
-/// ```
-fn expected_distinct(counts: &[usize], size: usize) -> f64 {
-    let all: usize = counts.iter().sum();
-    let size = size.min(all);
-    counts
-        .iter()
-        .map(|&count| {
-            // Probability that none of the `count` members is drawn.
-            let missed: f64 = (0..count)
-                .map(|i| ((all - size) as f64 - i as f64).max(0.0) / (all - i) as f64)
-                .product();
-            1.0 - missed
         })
         .sum()
 }
@@ -257,15 +239,5 @@ mod tests {
             (found.explained_variance[0] - 1.0).abs() < 1e-9,
             "{found:?}"
         );
-    }
-
-    #[test]
-    fn distinct_kinds_of_a_sample() {
-        // Two kinds of one each: two draws see both, one draw sees one.
-        assert!((expected_distinct(&[1, 1], 2) - 2.0).abs() < 1e-12);
-        assert!((expected_distinct(&[1, 1], 1) - 1.0).abs() < 1e-12);
-        // 2 of {a, a, b}: both kinds unless {a, a} (1 of 3 pairs).
-        assert!((expected_distinct(&[2, 1], 2) - 5.0 / 3.0).abs() < 1e-12);
-        assert!((expected_distinct(&[3, 4], 100) - 2.0).abs() < 1e-12);
     }
 }

@@ -44,6 +44,8 @@ pub enum Task {
     Tuning = 12,
     /// Permuted labels and resampled cases.
     Permutation = 20,
+    /// Resampled members of a sample whose diversity is measured.
+    Diversity = 21,
 }
 
 /// Random stream of task number `id` of kind `task` under `seed`.

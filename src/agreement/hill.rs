@@ -1,0 +1,341 @@
+//! Hill numbers: effective numbers of kinds in a sample, rarefied to a smaller size, with bootstrap intervals.
+//!
+//! A. Chao, N. J. Gotelli, T. C. Hsieh, E. L. Sander, K. H. Ma, R. K. Colwell and A. M. Ellison, Ecol. Monogr. 84, 45
+//! (2014), below "C14". A. Chao and L. Jost, Ecology 93, 2533 (2012).
+
+use rand::RngExt;
+use rand::distr::Distribution;
+use rand::distr::weighted::WeightedIndex;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use crate::sample::{Rng, Task, stream};
+
+/// Standard deviations of a 95 % interval.
+const QUANTILE: f64 = 1.959_963_984_540_054;
+
+/// An estimate with its interval.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Estimated {
+    /// The estimate.
+    pub value: f64,
+    /// Its 95 % interval.
+    pub interval: [f64; 2],
+}
+
+impl Estimated {
+    /// Whether the whole interval lies above the other one.
+    pub fn exceeds(&self, other: &Self) -> bool {
+        self.interval[0] > other.interval[1]
+    }
+}
+
+/// Expected Hill numbers of order 0, 1 and 2 of `size` members drawn without replacement from kinds with these `counts`.
+///
+/// ```text
+/// ^qD(m) = (Σₖ (k/m)^q fₖ(m))^(1/(1−q)),   ¹D(m) = exp(−Σₖ (k/m) ln(k/m) fₖ(m))         (C14, Eqs. 6 and 7)
+/// fₖ(m)  = Σᵢ C(nᵢ, k) C(n − nᵢ, m − k)/C(n, m)                                          (C14, Eq. 4)
+/// ```
+///
+/// fₖ(m): expected number of kinds with k of the m members. Order 0 counts all kinds alike, order 1 counts each by its
+/// frequency (exponential of Shannon's entropy), order 2 emphasises frequent kinds (inverse of Simpson's concentration). k
+/// equally frequent kinds have the number k in every order if all members are drawn. Dimensionless; zero for a size of 0.
+///
+/// # Panics
+/// If `size` exceeds the sum of the counts: nothing is extrapolated.
+///
+/// # Examples
+/// ```
+/// use landscape::agreement::rarefied_hill_numbers;
+///
+/// assert_eq!(rarefied_hill_numbers(&[2, 1], 1).map(f64::round), [1.0, 1.0, 1.0]);
+/// // Two of {a, a, b}: both kinds unless {a, a}, one of three pairs.
+/// assert!((rarefied_hill_numbers(&[2, 1], 2)[0] - 5.0 / 3.0).abs() < 1e-12);
+/// ```
+pub fn rarefied_hill_numbers(counts: &[usize], size: usize) -> [f64; 3] {
+    let all: usize = counts.iter().sum();
+    assert!(size <= all, "{all} members are fewer than {size}");
+    if size == 0 {
+        return [0.0; 3];
+    }
+    let logs = log_factorials(all);
+    let choose = |n: usize, k: usize| logs[n] - logs[k] - logs[n - k];
+    let whole = choose(all, size);
+    let mut counts = counts.to_vec();
+    counts.sort_unstable();
+    let (mut kinds, mut entropy, mut concentration) = (0.0, 0.0, 0.0);
+    // Kinds of equal count contribute alike.
+    for equal in counts.chunk_by(|a, b| a == b) {
+        let (count, others, times) = (equal[0], all - equal[0], equal.len() as f64);
+        for k in size.saturating_sub(others).max(1)..=count.min(size) {
+            let expected = times * (choose(count, k) + choose(others, size - k) - whole).exp();
+            let share = k as f64 / size as f64;
+            kinds += expected;
+            entropy -= expected * share * share.ln();
+            concentration += expected * share * share;
+        }
+    }
+    [kinds, entropy.exp(), 1.0 / concentration]
+}
+
+/// [`rarefied_hill_numbers`] with 95 % intervals: ± 1.96 standard deviations over `draws` resamplings.
+///
+/// A resampling draws as many members as the sample has from the kinds found and the kinds that the sample is estimated to
+/// have missed (C14, Appendix G, as in the R package iNEXT), and is rarefied likewise. With n members and fₖ kinds of k
+/// members:
+///
+/// ```text
+/// f₀ = (n − 1)/n · f₁²/(2 f₂), or (n − 1)/n · f₁ (f₁ − 1)/2 if f₂ = 0    (kinds missed)
+/// 1 − C = f₁/n · n f₀/(n f₀ + f₁)                                        (their share; Chao and Jost 2012, Eq. 4a)
+/// pᵢ = nᵢ/n (1 − λ (1 − nᵢ/n)ⁿ),   Σ pᵢ = C                              (kinds found)
+/// p = (1 − C)/⌈f₀⌉                                                       (each kind missed)
+/// ```
+///
+/// The interval is for the expected Hill number of a sample of this size, not for that of the whole population. It covers
+/// this number in 91 to 95 % of simulated samples of 120 from 25 unequal kinds. It is cut to 1 and `size`. Members must be
+/// independent draws. Draw i uses random stream i of `seed`.
+///
+/// # Panics
+/// If `size` is 0 or exceeds the sum of the counts.
+pub fn hill_numbers(counts: &[usize], size: usize, draws: usize, seed: u64) -> [Estimated; 3] {
+    assert!(size > 0, "a sample has members");
+    let values = rarefied_hill_numbers(counts, size);
+    let members: usize = counts.iter().sum();
+    let community = Community::estimated(counts);
+    let drawn: Vec<[f64; 3]> = (0..draws as u64)
+        .into_par_iter()
+        .map(|draw| {
+            let mut rng = stream(seed, Task::Diversity, draw);
+            rarefied_hill_numbers(&community.sample(members, &mut rng), size)
+        })
+        .collect();
+    std::array::from_fn(|order| {
+        let half = QUANTILE * deviation(drawn.iter().map(|numbers| numbers[order]));
+        let value = values[order];
+        Estimated {
+            value,
+            interval: [(value - half).max(1.0), (value + half).min(size as f64)],
+        }
+    })
+}
+
+/// The kinds from which a sample is estimated to be drawn.
+struct Community {
+    /// Shares of the kinds found, and of all kinds missed together.
+    shares: Vec<f64>,
+    /// Number of kinds missed.
+    missed: u64,
+}
+
+impl Community {
+    fn estimated(counts: &[usize]) -> Self {
+        let members: usize = counts.iter().sum();
+        let n = members as f64;
+        let of_size = |size| counts.iter().filter(|count| **count == size).count() as f64;
+        let (f1, f2) = (of_size(1), of_size(2));
+        let pairs = if f2 > 0.0 {
+            f1 * f1 / (2.0 * f2)
+        } else {
+            f1 * (f1 - 1.0) / 2.0
+        };
+        let f0 = (n - 1.0) / n * pairs;
+        let share_missed = if f0 > 0.0 {
+            f1 * f0 / (n * f0 + f1)
+        } else {
+            0.0
+        };
+        let found = || counts.iter().filter(|count| **count > 0);
+        // Probability that a kind of this share is missed.
+        let overlooked = |count: usize| (n * (-(count as f64) / n).ln_1p()).exp();
+        let total: f64 = found()
+            .map(|&count| count as f64 / n * overlooked(count))
+            .sum();
+        let lambda = if total > 0.0 {
+            share_missed / total
+        } else {
+            0.0
+        };
+        let mut shares: Vec<f64> = found()
+            .map(|&count| count as f64 / n * (1.0 - lambda * overlooked(count)).max(0.0))
+            .collect();
+        shares.push(share_missed);
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a whole number, at most half the square of the number of kinds"
+        )]
+        let missed = f0.max(0.0).ceil() as u64;
+        Self { shares, missed }
+    }
+
+    /// Numbers of members of each kind in a random sample.
+    fn sample(&self, members: usize, rng: &mut Rng) -> Vec<usize> {
+        let kinds = WeightedIndex::new(&self.shares).expect("some kind has members");
+        let found = self.shares.len() - 1;
+        let mut drawn: Vec<u64> = (0..members)
+            .map(|_| match kinds.sample(rng) {
+                kind if kind < found => kind as u64,
+                _ => found as u64 + rng.random_range(0..self.missed.max(1)),
+            })
+            .collect();
+        drawn.sort_unstable();
+        drawn.chunk_by(|a, b| a == b).map(<[u64]>::len).collect()
+    }
+}
+
+fn deviation(values: impl Iterator<Item = f64> + Clone) -> f64 {
+    let count = values.clone().count() as f64;
+    let mean = values.clone().sum::<f64>() / count.max(1.0);
+    let squares: f64 = values.map(|value| (value - mean).powi(2)).sum();
+    (squares / (count - 1.0).max(1.0)).sqrt()
+}
+
+fn log_factorials(most: usize) -> Vec<f64> {
+    let mut logs = Vec::with_capacity(most + 1);
+    logs.push(0.0);
+    for n in 1..=most {
+        logs.push(logs[n - 1] + (n as f64).ln());
+    }
+    logs
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Every way to draw `size` of the members, one after another.
+    fn by_brute_force(counts: &[usize], size: usize) -> [f64; 3] {
+        let members: Vec<usize> = (counts.iter().enumerate())
+            .flat_map(|(kind, &count)| vec![kind; count])
+            .collect();
+        let (mut ways, mut kinds, mut entropy, mut concentration) = (0.0, 0.0, 0.0, 0.0);
+        for set in 0_u32..1 << members.len() {
+            if set.count_ones() as usize != size {
+                continue;
+            }
+            ways += 1.0;
+            let mut drawn = vec![0_usize; counts.len()];
+            for (place, kind) in members.iter().enumerate() {
+                drawn[*kind] += usize::from(set >> place & 1 == 1);
+            }
+            for count in drawn.into_iter().filter(|count| *count > 0) {
+                let share = count as f64 / size as f64;
+                kinds += 1.0;
+                entropy -= share * share.ln();
+                concentration += share * share;
+            }
+        }
+        [kinds / ways, (entropy / ways).exp(), ways / concentration]
+    }
+
+    proptest! {
+        #[test]
+        fn rarefied_numbers_are_means_over_all_samples(
+            counts in prop::collection::vec(0_usize..5, 1..4),
+            part in 0.0..1.0_f64,
+        ) {
+            let all: usize = counts.iter().sum();
+            prop_assume!(all > 0);
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 1 and all")]
+            let size = (part * all as f64).ceil().max(1.0) as usize;
+            let (found, expected) = (rarefied_hill_numbers(&counts, size), by_brute_force(&counts, size));
+            for (found, expected) in found.iter().zip(expected) {
+                prop_assert!((found - expected).abs() < 1e-9, "{counts:?} {size}: {found} {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn equal_kinds_are_counted_and_unequal_ones_weighted() {
+        for found in rarefied_hill_numbers(&[12; 7], 84) {
+            assert!((found - 7.0).abs() < 1e-9, "{found}");
+        }
+        // Shares 1/2, 1/4, 1/8, 1/8: entropy 7/4 ln 2, concentration 11/32.
+        let found = rarefied_hill_numbers(&[40, 20, 10, 10, 0], 80);
+        for (found, expected) in found.iter().zip([4.0, 1.75_f64.exp2(), 32.0 / 11.0]) {
+            assert!((found - expected).abs() < 1e-9, "{found} {expected}");
+        }
+        // Simpson's closed form of a smaller sample (C14, Table 1).
+        let pairs: f64 = [40.0, 20.0, 10.0, 10.0].map(|n| n * (n - 1.0)).iter().sum();
+        let expected = 1.0 / (1.0 / 30.0 + 29.0 / 30.0 * pairs / (80.0 * 79.0));
+        assert!((rarefied_hill_numbers(&[40, 20, 10, 10], 30)[2] - expected).abs() < 1e-9);
+    }
+
+    /// The example of iNEXT's documentation for the R package, spider data, girdled trees: 26 kinds of 168 spiders.
+    #[test]
+    fn spiders_of_inext() {
+        let girdled = [
+            46, 22, 17, 15, 15, 9, 8, 6, 6, 4, 2, 2, 2, 2, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1,
+        ];
+        let found = hill_numbers(&girdled, 168, 200, 0);
+        for (found, expected) in found.iter().zip([26.0, 12.060, 7.840]) {
+            assert!((found.value - expected).abs() < 5e-4, "{found:?}");
+        }
+    }
+
+    /// The interval covers the expected number of a sample in about 95 % of the samples.
+    #[test]
+    fn intervals_cover_the_truth() {
+        let shares: Vec<f64> = (1..=25).map(|rank| 1.0 / f64::from(rank)).collect();
+        let total: f64 = shares.iter().sum();
+        let (members, size) = (120, 80);
+        // Truth: means over many samples of 80.
+        let kinds = WeightedIndex::new(&shares).unwrap();
+        let sample = |id: u64, members: usize| {
+            let mut rng = stream(5, Task::Start, id);
+            let mut counts = vec![0_usize; shares.len()];
+            (0..members).for_each(|_| counts[kinds.sample(&mut rng)] += 1);
+            counts
+        };
+        let logs = log_factorials(size);
+        let (mut richness, mut entropy, mut concentration) = (0.0, 0.0, 0.0);
+        for share in shares.iter().map(|share| share / total) {
+            for k in 1..=size {
+                let ways = logs[size] - logs[k] - logs[size - k];
+                let (k, n) = (k as f64, size as f64);
+                let chance = (ways + k * share.ln() + (n - k) * (-share).ln_1p()).exp();
+                richness += chance;
+                entropy -= chance * k / n * (k / n).ln();
+                concentration += chance * (k / n).powi(2);
+            }
+        }
+        let truth = [richness, entropy.exp(), 1.0 / concentration];
+        let mut covered = [0_usize; 3];
+        let samples = 400;
+        for id in 0..samples {
+            let found = hill_numbers(&sample(id, members), size, 100, id);
+            for order in 0..3 {
+                let [low, high] = found[order].interval;
+                covered[order] += usize::from((low..=high).contains(&truth[order]));
+            }
+        }
+        for count in covered {
+            let share = count as f64 / samples as f64;
+            assert!((0.9..0.99).contains(&share), "{covered:?} of {samples}");
+        }
+    }
+
+    #[test]
+    fn estimated_shares_sum_to_one() {
+        for counts in [
+            &[5, 3, 2, 1, 1, 1][..],
+            &[1; 40],
+            &[30],
+            &[20, 10, 1],
+            &[2, 2, 1, 0],
+        ] {
+            let total: f64 = Community::estimated(counts).shares.iter().sum();
+            assert!((total - 1.0).abs() < 1e-9, "{counts:?}: {total}");
+        }
+        // A sample without repetitions hides so many kinds that they cannot be listed.
+        let lone = hill_numbers(&vec![1; 20_000], 100, 2, 0);
+        assert!((lone[0].value - 100.0).abs() < 1e-6, "{lone:?}");
+        let one = hill_numbers(&[30], 30, 20, 0);
+        let width = |number: &Estimated| number.interval[1] - number.interval[0];
+        assert!(one.iter().all(|number| width(number).abs() < 1e-12));
+        let same = hill_numbers(&[9, 4, 4, 2, 1, 1], 15, 50, 3);
+        assert_eq!(same, hill_numbers(&[9, 4, 4, 2, 1, 1], 15, 50, 3));
+        assert_ne!(same, hill_numbers(&[9, 4, 4, 2, 1, 1], 15, 50, 4));
+    }
+}
