@@ -76,10 +76,11 @@ disconnectivity graph, the barrier graph and a rarefaction curve (SVG and PNG), 
 continues where it stopped when the same command is given again; --resume demands this, and --fresh begins anew. The
 result is the same to the last byte.
 
-Two minima are in one group if a path joins them whose relative barrier is at most the group barrier. The program
-chooses the barrier at which the groups depend least on single connections, but at most the cost of hovering 2 mm off
-the object: a hand that far off touches nothing, so higher barriers are crossed by letting go and do not distinguish
-grasps. Each landscape therefore has its own group barrier, unless --group-barrier sets it.";
+Two minima are in one group if a path joins them whose relative barrier is at most the group barrier. If the energy is in
+units of the cost of letting go (synth --preset closed), this barrier is 0.05, 5 % of that cost, in every landscape. For
+any other energy, the program chooses the barrier at which the groups depend least on single connections, but at most the
+cost of hovering 2 mm off the object: a hand that far off touches nothing, so higher barriers are crossed by letting go
+and do not distinguish grasps. Each of these landscapes has its own group barrier, unless --group-barrier sets it.";
 
 pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
     for (flag, value) in [("temperature", command.temperature), ("pull", command.pull)] {
@@ -165,7 +166,7 @@ fn settings(command: &Build, energy: &GraspEnergy) -> GraspMapSettings {
     map.seed = command.seed;
     map.neighbours = command.neighbours.unwrap_or(map.neighbours);
     map.path.method = command.paths.into();
-    map.groups.barrier = command.groups.group_barrier;
+    map.groups.barrier = command.groups.group_barrier.or(map.groups.barrier);
     GraspMapSettings {
         temperature: command.temperature,
         force: command.pull,

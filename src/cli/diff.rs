@@ -13,7 +13,7 @@ use crate::cli::printing::{print, print_json};
 use crate::object::Description;
 use crate::space::{PoseSpace, Space, Symmetry};
 use crate::store::Manifest;
-use crate::study::{Digits, median};
+use crate::study::{Digits, GroupLevel, median};
 use crate::topography::{
     Evidence, Match, MergeChange, Minimum, MinimumId, Tree, TreeDifference, TreeSimilarity,
 };
@@ -45,7 +45,7 @@ Compares landscapes of one hand, or of one surface, made at different temperatur
 different objects. The tables show which minima correspond (the nearest ones within the distance at which two minima are
 merged, or within --within), whose energies changed, which merges of the first landscape moved and by how much, and
 which minima vanished or appeared. The cophenetic distance and correlation of the two trees compare the heights between
-all pairs.";
+all pairs. A note warns if the groups of the two landscapes were made at different levels.";
 
 /// Greatest number of rows of a table in the text.
 const SHOWN: usize = 20;
@@ -83,6 +83,7 @@ pub(super) fn run(command: &Diff, common: &Common) -> anyhow::Result<()> {
         value["before"] = json!(before.name);
         value["after"] = json!(after.name);
         value["within"] = json!(reach);
+        value["group_note"] = json!(levels(&before, &after));
         print_json(&value)?;
     } else if !common.quiet {
         print(&text(&before, &after, reach, &found));
@@ -216,6 +217,7 @@ fn text(before: &Side, after: &Side, reach: f64, found: &TreeDifference) -> Stri
         ));
     }
     lines.extend(other_object(before, after));
+    lines.extend(levels(before, after).map(|note| format!("- note: {note}")));
     if found.matches.is_empty() {
         lines.push(
             "- there is nothing to compare: no two minima correspond (--within LENGTH says how near they must be)\n"
@@ -267,6 +269,12 @@ fn other_object(before: &Side, after: &Side) -> Option<String> {
             one.name, other.name
         )
     })
+}
+
+/// Why the groups of the two cannot be compared, if they have any and this is so.
+fn levels(before: &Side, after: &Side) -> Option<String> {
+    let [one, other] = [before, after].map(|side| GroupLevel::of(&side.manifest, None));
+    GroupLevel::difference((&before.name, &one?), (&after.name, &other?))
 }
 
 fn energies(found: &TreeDifference, digits: Digits) -> Vec<String> {

@@ -142,8 +142,11 @@ pub struct Manifest {
     pub settings: Value,
     /// Names of the energy terms, in the order of [`PathPoint::terms`].
     pub terms: Vec<String>,
-    /// Largest barrier inside a group.
+    /// Largest relative barrier inside a group, in units of the energy.
     pub group_barrier: Option<f64>,
+    /// Cost of letting go in units of the energy, the physical scale of barriers; `None` if the energy has no such scale.
+    #[serde(default)]
+    pub letting_go: Option<f64>,
     /// Sizes of the landscape.
     pub counts: Counts,
     /// Number of edges with each kind of evidence.

@@ -31,8 +31,9 @@ pub struct GraspLandscape {
 /// Maps the landscape between the grasps of one hand on one object: descends from every grasp, merges equal minima,
 /// measures the hovering cost, chooses temperature and force, and connects the minima.
 ///
-/// The relative barrier of groups is at most the cost of hovering 2 mm off the object. Higher barriers are crossed by
-/// letting go, so they do not distinguish grasps. The result depends only on the grasps, the energy and the settings, not
+/// The relative barrier of groups is [`GROUP_LEVEL`](super::GROUP_LEVEL) for an energy in units of the cost of letting go.
+/// For other energies it is at most the cost of hovering 2 mm off the object: higher barriers are crossed by letting go, so
+/// they do not distinguish grasps. The result depends only on the grasps, the energy and the settings, not
 /// on threads and interruptions.
 ///
 /// # Errors
@@ -94,7 +95,7 @@ pub fn map_population(
     }
     let hover = hover_costs(energy, &probes(&minima))?;
     (run.stage_ended)("hover", 0);
-    map.groups.highest = letting_go(&hover);
+    map.groups.highest = hovering(&hover);
     let choice = ChainChoice::make(settings, (energy, &kernel), &minima, &mut map, run)?;
     let (landscape, arrivals) = if settings.sequential {
         // In the order of the grasps that descended to them.
@@ -124,7 +125,7 @@ pub fn map_population(
 }
 
 /// The cost of a hand 2 mm off the object, which touches nothing by the strict filter.
-pub(super) fn letting_go(hover: &[HoverCost]) -> Option<f64> {
+pub(super) fn hovering(hover: &[HoverCost]) -> Option<f64> {
     let cost = hover.first()?.quartiles[1];
     Some(cost.max(0.0)).filter(|_| !cost.is_nan())
 }

@@ -126,6 +126,7 @@ impl<'a> ImportedLandscape<'a> {
             settings: Value::Null,
             terms: Vec::new(),
             group_barrier: Some(self.groups.barrier),
+            letting_go: None,
             counts: Counts {
                 grasps: 0,
                 minima: minima.len() as u64,

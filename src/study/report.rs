@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 
 use petgraph::graph::NodeIndex;
 
-use super::build::{GraspLandscape, letting_go};
+use super::build::{GraspLandscape, hovering};
 use super::chain_choice;
 use super::drawing::{Titles, not_drawn};
 use super::error::StudyError;
+use super::level::{GROUP_LEVEL, GroupLevel, letting_go};
 use super::tables::{Input, Mapped, upper_bounds};
 use super::uncertainty::{self, Uncertainty};
 use super::{json, median, spell, tally};
@@ -120,6 +121,7 @@ impl GraspReport<'_> {
             settings: json(&found.settings),
             terms: self.energy.term_names(),
             group_barrier: Some(landscape.groups.barrier),
+            letting_go: letting_go(self.energy.settings()),
             counts: Counts {
                 grasps: self.population.grasps.len() as u64,
                 minima: landscape.network.node_count() as u64,
@@ -161,7 +163,7 @@ impl GraspReport<'_> {
         ));
         }
         let barrier = found.landscape.groups.barrier;
-        if let Some(cost) = letting_go(&found.hover).filter(|cost| barrier > *cost) {
+        if let Some(cost) = hovering(&found.hover).filter(|cost| barrier > *cost) {
             warnings.push(format!(
             "groups join minima over relative barriers up to {barrier:.3}, but hovering {:.0} mm off the object costs only \
              {cost:.3}: a group is whatever can be reached by letting go",
@@ -252,8 +254,15 @@ impl GraspReport<'_> {
             );
         }
         let groups = &found.settings.groups;
+        let usual = GroupLevel::default_of(self.energy.settings());
         let why = match (groups.barrier, groups.highest) {
-            (Some(_), _) => "as given with --group-barrier".to_owned(),
+            (Some(given), _) => match usual {
+                Some(level) if level.barrier.to_bits() == given.to_bits() => {
+                    let percent = 100.0 * GROUP_LEVEL;
+                    format!("{percent:.0} % of the cost of letting go")
+                }
+                _ => "as given with --group-barrier".to_owned(),
+            },
             (None, None) => "chosen".to_owned(),
             (None, Some(highest)) => {
                 format!("chosen, at most {highest:.3}, the cost of hovering 2 mm off the object")

@@ -1,19 +1,28 @@
 //! Settings for maps of grasps.
 
+use super::level::{GroupLevel, ROUGHNESS, letting_go};
 use crate::grasp::GraspEnergy;
 use crate::topography::{
     ChainSettings, MapSettings, MatchTolerance, PathSettings, Run, SeamSettings,
 };
 
-/// The slope of the distance term of one contact, energy per metre. It is the unit of a chain's force, which must exceed
-/// the slope of all contacts together.
+/// The slope that holds a hand at the object, energy per metre. It is the unit of a chain's force, which must exceed it
+/// several times. For contact sets it is the slope of the distance term of one contact; for an elastic layer it is the cost
+/// of letting go over the thickness of the layer.
 pub(super) fn contact_slope(energy: &GraspEnergy) -> f64 {
-    energy.settings().distance_weight / energy.unit_m()
+    let settings = energy.settings();
+    match (settings.layer, letting_go(settings)) {
+        (Some(layer), Some(cost)) => cost / (layer.skin_m[0] - layer.skin_m[1]),
+        _ => settings.distance_weight / energy.unit_m(),
+    }
 }
 
 /// Settings of [`build_landscape`](crate::topography::build_landscape) for the grasps of a hand, as in `landscape build`.
 /// Energies are of order 0.1, and lengths are centimetres. Minima that differ by less than the spacing of the hand's
 /// surface points are one grasp.
+///
+/// For an energy that knows the cost of letting go, this cost sets the tolerances of energies and the level of groups
+/// ([`GROUP_LEVEL`](super::GROUP_LEVEL)). Such an energy is smooth, so paths cross passes and no seams.
 pub fn settings_for_grasps(energy: &GraspEnergy) -> MapSettings {
     let mut settings = MapSettings::for_scales(0.3, 0.04);
     settings.neighbours = 6;
@@ -58,6 +67,13 @@ pub fn settings_for_grasps(energy: &GraspEnergy) -> MapSettings {
         energy_tolerance: 0.02,
         ..settings.path
     };
+    if let Some(cost) = letting_go(energy.settings()) {
+        settings.sameness.energy = ROUGHNESS * cost;
+        settings.path.energy_tolerance = ROUGHNESS * cost;
+        settings.path.exact_below = cost;
+        settings.path.seams = None;
+    }
+    settings.groups.barrier = GroupLevel::default_of(energy.settings()).map(|level| level.barrier);
     settings
 }
 

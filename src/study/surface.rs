@@ -210,6 +210,7 @@ impl SurfaceReport<'_> {
             settings: value(self.settings),
             terms: self.terms(),
             group_barrier: Some(landscape.groups.barrier),
+            letting_go: None,
             counts: Counts {
                 grasps: 0,
                 minima: self.found.minima.len() as u64,

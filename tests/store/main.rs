@@ -242,6 +242,7 @@ fn landscape() -> LandscapeFiles {
         settings: json!({ "images": 20 }),
         terms: vec!["force_closure".into(), "distance".into()],
         group_barrier: Some(0.1 + 0.2),
+        letting_go: Some(1.0),
         counts: Counts {
             grasps: 9,
             minima: 3,

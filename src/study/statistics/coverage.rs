@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 
 use super::basins::{Basins, NamedLandscape};
 use crate::evaluation::taxonomy::Taxonomy;
+use crate::study::GroupLevel;
 use crate::study::error::StudyError;
 
 /// Comparison of the grasp types of two landscapes.
@@ -72,9 +73,10 @@ pub fn compare_types(
 
     let mut text = format!("# {} and {}\n\n", names[0], names[1]);
     text += &sides.each_ref().map(Side::line).concat();
-    if barriers[0].to_bits() != barriers[1].to_bits() {
-        text += "\nNote: the groups of the two are made at different barriers, so their numbers cannot be compared: give both \
-                 one with --group-barrier.\n";
+    let levels = sides.each_ref().map(|side| side.level);
+    let note = GroupLevel::difference((names[0], &levels[0]), (names[1], &levels[1]));
+    if let Some(note) = &note {
+        let _ = writeln!(text, "\nNote: {note}.");
     }
     let _ = writeln!(
         text,
@@ -90,6 +92,8 @@ pub fn compare_types(
     let value = json!({
         "landscapes": names,
         "group_barriers": barriers,
+        "group_levels": levels,
+        "group_note": note,
         "groups": sides.each_ref().map(|side| side.basins.groups),
         "types": rows.collect::<Vec<_>>(),
         "cells": sides.each_ref().map(|side| &side.cells),
@@ -104,6 +108,8 @@ struct Side {
     /// Numbers of minima and grasps by type.
     types: BTreeMap<String, [u64; 2]>,
     cells: BTreeSet<String>,
+    /// The level of its groups.
+    level: GroupLevel,
 }
 
 impl Side {
@@ -113,6 +119,10 @@ impl Side {
         Ok(Self {
             types: types(&basins).into_iter().collect(),
             cells: cells.collect(),
+            level: GroupLevel {
+                barrier: basins.group_barrier,
+                letting_go: landscape.files.manifest.letting_go,
+            },
             basins,
         })
     }
@@ -127,14 +137,14 @@ impl Side {
         let types = taxonomy.types.iter();
         let listed = types.filter(|entry| self.types.contains_key(&entry.name));
         format!(
-            "- {}: {} of 33 types, {} of {} cells, {} minima in {} groups (relative barrier up to {:.3})\n",
+            "- {}: {} of 33 types, {} of {} cells, {} minima in {} groups (relative barrier up to {})\n",
             self.basins.name,
             listed.count(),
             self.cells.len(),
             taxonomy.cells().len(),
             self.basins.minima.len(),
             self.basins.groups,
-            self.basins.group_barrier
+            self.level
         )
     }
 }

@@ -1,0 +1,135 @@
+//! The level at which the groups of a landscape are made, and whether two levels are comparable.
+
+use std::fmt;
+
+use serde::Serialize;
+
+use crate::grasp::EnergySettings;
+use crate::store::Manifest;
+
+/// Height of the ripples of the energy of a layer, as a fraction of the cost of letting go. Differences below it tell
+/// nothing.
+pub(super) const ROUGHNESS: f64 = 0.005;
+
+/// Relative barrier of groups as a fraction of the cost of letting go, for an energy that knows this cost.
+///
+/// It is ten ripples, so ripples never divide a family. The families of a bottle are separated by barriers of 0.05 to 0.35.
+pub const GROUP_LEVEL: f64 = 10.0 * ROUGHNESS;
+
+/// Relative difference below which levels are equal.
+const TIE: f64 = 1e-9;
+
+/// The level of groups: a relative barrier and its unit.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct GroupLevel {
+    /// Greatest relative barrier within a group, in units of the energy.
+    pub barrier: f64,
+    /// Cost of letting go, in the same unit; `None` if the energy has no such scale.
+    pub letting_go: Option<f64>,
+}
+
+impl GroupLevel {
+    /// The level of a landscape, or the `given` one in units of its energy; `None` if the landscape records none.
+    pub fn of(manifest: &Manifest, given: Option<f64>) -> Option<Self> {
+        Some(Self {
+            barrier: given.or(manifest.group_barrier)?,
+            letting_go: manifest.letting_go,
+        })
+    }
+
+    /// The default level: [`GROUP_LEVEL`] of the cost of letting go; `None` if the energy does not know this cost.
+    pub fn default_of(settings: &EnergySettings) -> Option<Self> {
+        let cost = letting_go(settings)?;
+        Some(Self {
+            barrier: GROUP_LEVEL * cost,
+            letting_go: Some(cost),
+        })
+    }
+
+    /// Whether groups at the two levels may be compared: at equal fractions of the cost of letting go, or, if neither
+    /// energy knows this cost, at equal barriers.
+    pub fn equals(&self, other: &Self) -> bool {
+        let fraction = |level: &Self| level.barrier / level.letting_go.unwrap_or(1.0);
+        let (one, other_fraction) = (fraction(self), fraction(other));
+        self.letting_go.is_some() == other.letting_go.is_some()
+            && (one - other_fraction).abs() <= TIE * one.abs().max(other_fraction.abs())
+    }
+
+    /// Why the groups of two named landscapes cannot be compared, in one sentence without a full stop; `None` if they can.
+    pub fn difference(one: (&str, &Self), other: (&str, &Self)) -> Option<String> {
+        let ((name, level), (other_name, other_level)) = (one, other);
+        if level.equals(other_level) {
+            return None;
+        }
+        let advice = if level.letting_go.is_some() == other_level.letting_go.is_some() {
+            "make both at one level (--group-barrier)"
+        } else {
+            "their energies have different units, so no common level exists: build both with one energy"
+        };
+        Some(format!(
+            "the groups of {name} are made at a relative barrier of {level}, those of {other_name} at {other_level}, so their \
+             numbers cannot be compared: {advice}"
+        ))
+    }
+}
+
+impl fmt::Display for GroupLevel {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{:.4}", self.barrier)?;
+        match self.letting_go {
+            Some(cost) => {
+                let percent = 100.0 * self.barrier / cost;
+                write!(formatter, " ({percent:.1} % of the cost of letting go)")
+            }
+            None => Ok(()),
+        }
+    }
+}
+
+/// Cost of letting go in units of the energy: the compliance of a hand that touches nothing, which is the weight of the
+/// compliance of the elastic layer; `None` for an energy without a layer.
+pub(super) fn letting_go(settings: &EnergySettings) -> Option<f64> {
+    let cost = settings.layer?.compliance_weight;
+    Some(cost).filter(|cost| *cost > 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn level(barrier: f64, letting_go: Option<f64>) -> GroupLevel {
+        GroupLevel {
+            barrier,
+            letting_go,
+        }
+    }
+
+    #[test]
+    fn levels_are_fractions_of_the_cost_of_letting_go() {
+        let closed = GroupLevel::default_of(&EnergySettings::closed()).unwrap();
+        assert_eq!(closed, level(0.05, Some(1.0)));
+        assert_eq!(
+            closed.to_string(),
+            "0.0500 (5.0 % of the cost of letting go)"
+        );
+        assert!(
+            closed.equals(&level(0.15, Some(3.0))),
+            "in any unit of energy"
+        );
+        assert!(!closed.equals(&level(0.06, Some(1.0))));
+        assert!(!closed.equals(&level(0.05, None)));
+        assert_eq!(GroupLevel::default_of(&EnergySettings::four_points()), None);
+        assert!(level(0.1, None).equals(&level(0.1, None)));
+    }
+
+    #[test]
+    fn a_difference_is_told_with_what_to_do() {
+        let told = |one, other| GroupLevel::difference(("a", &one), ("b", &other));
+        assert_eq!(told(level(0.1, None), level(0.1, None)), None);
+        let barriers = told(level(0.1, None), level(0.2, None)).unwrap();
+        assert!(barriers.contains("of a are made at a relative barrier of 0.1000"));
+        assert!(barriers.ends_with("(--group-barrier)"), "{barriers}");
+        let units = told(level(0.05, Some(1.0)), level(0.05, None)).unwrap();
+        assert!(units.ends_with("build both with one energy"), "{units}");
+    }
+}
