@@ -14,6 +14,7 @@ mod args;
 mod build;
 mod compare;
 mod diff;
+mod diversity;
 mod draw;
 mod export;
 mod hands;
@@ -81,6 +82,9 @@ enum Command {
     /// Show the differences between two landscapes
     #[command(after_help = diff::EXAMPLES)]
     Diff(diff::Diff),
+    /// Show which of several sets of grasps is more diverse
+    #[command(after_help = diversity::EXAMPLES)]
+    Diversity(diversity::Diversity),
     /// Read grasps of other programs, or min.data and ts.data of PATHSAMPLE or topsearch
     #[command(after_help = import::EXAMPLES)]
     Import(import::Import),
@@ -99,6 +103,7 @@ Examples:
   landscape surface lj 7                                   lj-7.landscape/: all minima and saddles of a model
   landscape draw grasps.landscape --lowest 50              grasps.view/: the same pictures of its 50 lowest minima
   landscape diff warm.landscape cold.landscape             the minima and merges that moved
+  landscape diversity one.parquet other.parquet            which of the two sets of grasps is more diverse
 
 A landscape consists of the local minima of the energy and of the barriers between them; docs/glossary.md explains the
 terms. `landscape help synth`, `landscape help build` and so on describe the commands.";
@@ -143,6 +148,7 @@ pub fn run_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>
             Command::Draw(command) => draw::run(command, &arguments.common),
             Command::Compare(command) => compare::run(command, &arguments.common),
             Command::Diff(command) => diff::run(command, &arguments.common),
+            Command::Diversity(command) => diversity::run(command, &arguments.common),
             Command::Import(command) => import::run(command, &arguments.common),
             Command::Export(command) => export::run(command, &arguments.common),
         });

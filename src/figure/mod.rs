@@ -54,7 +54,7 @@ mod scene;
 mod sheet;
 mod strip;
 #[cfg(test)]
-mod testing;
+pub(crate) mod testing;
 
 pub use axis::{log_tick_texts, log_ticks, number, tick_texts, ticks};
 pub use canvas::Canvas;

@@ -67,6 +67,19 @@ pub enum StudyError {
     /// The manifest of a landscape has no group barrier.
     #[error("the landscape does not record its group barrier")]
     NoGroupBarrier,
+    /// A set has too few grasps for its diversity.
+    #[error(
+        "{name} holds {grasps} grasps, but diversity is compared between sets of at least {needed}: from fewer it would be a \
+         guess"
+    )]
+    FewGrasps {
+        /// The set.
+        name: String,
+        /// Its number of grasps.
+        grasps: usize,
+        /// The least number.
+        needed: usize,
+    },
     /// A built-in hand cannot be read.
     #[error(transparent)]
     Hand(#[from] HandError),

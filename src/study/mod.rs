@@ -20,6 +20,7 @@
 //! | the minima of a landscape | their types in the GRASP taxonomy | [`GraspSetting::names`] |
 //! | named minima | statistics of heights against types | [`compare_with_taxonomy`] with [`StatisticsSettings`] |
 //! | two landscapes | the types that each of them holds | [`compare_types`] |
+//! | files of grasps, landscapes | which of them is more diverse | [`compare_diversity`] with [`DiversitySet`]s |
 //!
 //! Long calls work in parallel on the threads of rayon's current pool and take a [`Run`]: the journal of finished tasks, and
 //! who is told of progress. [`store`](crate::store) reads and writes the files. Nothing here reads arguments or prints.
@@ -78,6 +79,7 @@ mod build;
 mod chain_choice;
 mod contacts;
 mod digits;
+mod diversity;
 mod drawing;
 mod error;
 mod examples;
@@ -110,6 +112,10 @@ pub use build::{GraspLandscape, map_population};
 pub use chain_choice::ChainChoice;
 pub use contacts::{BalancingForces, ContactsError, ContactsReport, GivenContact, GivenContacts};
 pub(crate) use digits::Digits;
+pub use diversity::{
+    Counted, Counts, DiversityComparison, DiversitySet, DiversitySettings, Measure,
+    compare_diversity,
+};
 pub use drawing::{Drawing, Put, Titles, Views};
 pub use error::StudyError;
 pub use examples::{Colouring, MinimumNames};

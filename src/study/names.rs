@@ -85,15 +85,16 @@ impl GraspSetting {
         files
             .minima
             .par_iter()
-            .map(|row| MinimumName::new(row, labeller.label(&row.coordinates)))
+            .map(|row| MinimumName::new(row.label(), labeller.label(&row.coordinates)))
             .collect()
     }
 }
 
 impl MinimumName {
-    fn new(row: &MinimumRow, label: Label) -> Self {
+    /// The name of a pose with this label by the rule. A `given` label overrides it.
+    pub(super) fn new(given: Option<&str>, label: Label) -> Self {
         let taxonomy = Taxonomy::feix();
-        match row.label() {
+        match given {
             Some(text) => {
                 let named = taxonomy.named(text);
                 // The label of an ambiguous grasp is its cell.

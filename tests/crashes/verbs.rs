@@ -46,7 +46,7 @@ const fn verb(
     }
 }
 
-const VERBS: [Verb; 19] = [
+const VERBS: [Verb; 20] = [
     verb("synth", FEW, &[], true),
     verb("build", "build few.parquet", &["few.parquet"], false),
     verb("surface", SURFACE.line, &[], true),
@@ -64,6 +64,12 @@ const VERBS: [Verb; 19] = [
         false,
     ),
     verb("compare", "compare g.landscape", &["g.landscape"], false),
+    verb(
+        "diversity",
+        "diversity thirty.parquet",
+        &["thirty.parquet"],
+        false,
+    ),
     verb(
         "import of grasps",
         "import g.csv --hand human --object ball",
@@ -385,6 +391,7 @@ fn materials() -> &'static Files {
         }
         if budget().is_some() {
             run(BUILD.line);
+            run("synth --object ball -n 30 --steps 1 --keep all -o thirty.parquet");
         }
         let reference = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference/deepsdf");
         for (from, to) in [

@@ -7,7 +7,7 @@ use super::super::style::{Anchor, Colour, Stroke, TextFace, text_width};
 use super::super::theme::{self, FAINT, INK, MARGIN, TEXT, TITLE, UNLABELLED, WHITE};
 use super::clip::Frame;
 use super::paint::{Painter, stroke};
-use super::scale::Span;
+use super::scale::{Axis, Span};
 use super::{Chart, Corner, Mark, Panel, Series};
 
 /// Size of the texts at ticks.
@@ -109,7 +109,7 @@ impl Chart {
             panel.y.span(points().map(|point| point[1]))?,
         ];
         let room = f64::from(self.panel_size[1]) - 4.0 * TEXT;
-        let y_ticks = fitting(&y, room, |_| 1.6 * TICK_TEXT);
+        let y_ticks = fitting(&panel.y, &y, room, |_| 1.6 * TICK_TEXT);
         Ok(Settled {
             panel,
             x,
@@ -119,8 +119,12 @@ impl Chart {
     }
 }
 
-/// As many ticks as fit on an axis of length `room`. Texts must not overlap; `length` is the length that a text needs.
-fn fitting(span: &Span, room: f64, length: impl Fn(&str) -> f64) -> Ticks {
+/// The given ticks of an axis, or as many round ones as fit on its length `room`. Texts must not overlap; `length` is the
+/// length that a text needs.
+fn fitting(axis: &Axis, span: &Span, room: f64, length: impl Fn(&str) -> f64) -> Ticks {
+    if !axis.ticks.is_empty() {
+        return axis.ticks.clone();
+    }
     let mut wanted = 7;
     loop {
         let ticks = span.ticks(wanted);
@@ -152,7 +156,12 @@ impl Settled<'_> {
 
     /// The longest overhang of a tick's text beyond the right end of the x axis.
     fn right_margin(&self) -> f64 {
-        let ticks = self.x.ticks(5);
+        let given = &self.panel.x.ticks;
+        let ticks = if given.is_empty() {
+            self.x.ticks(5)
+        } else {
+            given.clone()
+        };
         let overhang = |(value, text): &(f64, String)| {
             let room = (1.0 - self.x.part(*value)) * 0.7 * MARGIN;
             0.5 * text_width(text, TICK_TEXT, false) - room
@@ -201,7 +210,7 @@ impl Settled<'_> {
         let [grid, tick] = [Stroke::solid(FAINT, 1.5), Stroke::solid(INK, 2.0)];
         let face = TextFace::new(TICK_TEXT, INK);
         let length = |text: &str| text_width(text, TICK_TEXT, false) + 0.8 * TICK_TEXT;
-        let x_ticks = fitting(&self.x, width, length);
+        let x_ticks = fitting(&self.panel.x, &self.x, width, length);
         for (value, text) in &x_ticks {
             let x = at_x(*value);
             canvas.line([x, bottom], [x, top], grid);

@@ -38,6 +38,8 @@ pub struct Axis {
     pub scale: Scale,
     /// Its ends, ascending. `None` takes them from the data.
     pub range: Option<[f64; 2]>,
+    /// Values to be marked, with their texts. Without any, round numbers are marked.
+    pub ticks: Vec<(f64, String)>,
 }
 
 impl Axis {
@@ -47,6 +49,7 @@ impl Axis {
             label: label.to_owned(),
             scale: Scale::Linear,
             range: None,
+            ticks: Vec::new(),
         }
     }
 
@@ -63,6 +66,15 @@ impl Axis {
     pub fn with_range(self, low: f64, high: f64) -> Self {
         Self {
             range: Some([low, high]),
+            ..self
+        }
+    }
+
+    /// Sets the values that are marked, with their texts.
+    #[must_use]
+    pub fn with_ticks(self, ticks: impl IntoIterator<Item = (f64, String)>) -> Self {
+        Self {
+            ticks: ticks.into_iter().collect(),
             ..self
         }
     }

@@ -9,7 +9,7 @@ mod networks;
 pub(super) use networks::{forest, random_links, random_network, random_tree};
 
 /// Asserts that every text lies on the sheet and that no two texts touch.
-pub(super) fn assert_legible(canvas: &Canvas) {
+pub(crate) fn assert_legible(canvas: &Canvas) {
     let texts = canvas.texts();
     for (index, (text, [left, top, right, bottom])) in texts.iter().enumerate() {
         assert!(
@@ -28,7 +28,7 @@ pub(super) fn assert_legible(canvas: &Canvas) {
 
 /// Writes the picture as SVG and PNG into the folder named by `LANDSCAPE_GALLERY`, to be looked at. If it is unset, only an
 /// SVG is written, into a temporary folder.
-pub(super) fn gallery(canvas: &Canvas, name: &str) {
+pub(crate) fn gallery(canvas: &Canvas, name: &str) {
     let vanishing = tempfile::tempdir().expect("a folder");
     let wanted = std::env::var_os("LANDSCAPE_GALLERY").map(std::path::PathBuf::from);
     let folder = wanted.as_deref().unwrap_or(vanishing.path());

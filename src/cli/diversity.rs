@@ -1,0 +1,166 @@
+//! `landscape diversity`: which of several sets of grasps is more diverse.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use clap::Args;
+
+use super::args::{Common, GroupBarrier};
+use super::input;
+use super::output::check_file;
+use super::provenance::name_of;
+use super::run::Watch;
+use crate::cli::printing::{complain, print, print_json, shown};
+use crate::evaluation::taxonomy::Rule;
+use crate::figure::MAKER;
+use crate::store::FileSet;
+use crate::study::{DiversitySet, DiversitySettings, Run, compare_diversity};
+
+/// Compare how diverse sets of grasps are.
+#[derive(Debug, Args)]
+pub(super) struct Diversity {
+    /// The sets: files of grasps (Parquet) and landscapes (folders), in any mixture.
+    #[arg(value_name = "FILE|LANDSCAPE", required = true)]
+    sets: Vec<PathBuf>,
+    /// Name of the files to write, without .md, .json, .png and .svg; by default that of the first set with `.diversity`.
+    #[arg(short, long, value_name = "NAME")]
+    output: Option<PathBuf>,
+    /// Print everything as JSON, instead of the answer and the table.
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    groups: GroupBarrier,
+    /// Number of resamplings for each interval.
+    #[arg(long, value_name = "N", default_value_t = DiversitySettings::default().resamplings)]
+    resamplings: usize,
+    /// Seed of the resamplings.
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+}
+
+pub(super) const EXAMPLES: &str = "\
+Examples:
+  landscape diversity one.landscape other.landscape        which of the two is more diverse; one.diversity.md, .svg, …
+  landscape diversity a.parquet b.parquet c.parquet        the same of files of grasps, without families
+  landscape diversity a.landscape                          the effective numbers of one set
+  landscape diversity a.landscape b.landscape --group-barrier 0.1     with families at one level
+
+The first line is the answer. The table below it has effective numbers (Hill numbers) of four things:
+  families         groups of a landscape: grasps between which the hand passes over low barriers
+  types, cells     of the GRASP taxonomy, by the rule of `landscape label` (labels by a human override it)
+  contact regions  different sets of digits (and the palm) that are within 2 mm of the object
+An effective number says how many equally frequent kinds would be as diverse. Order 0 counts every kind, however rare;
+order 1 weighs each by its frequency; order 2 shows how many are frequent.
+
+All sets are rarefied to the number of grasps of the smallest one, so that no set looks diverse because it is large.
+Nothing is extrapolated, and a set of fewer than thirty grasps is refused. Brackets are 95 % intervals over
+resamplings. A set is called the most diverse only where its interval lies above those of all others. This takes the
+grasps for independent draws: a set that was chosen to be spread (synth --spread) looks more diverse than its source.
+
+Writes the table (.md), the numbers (.json) and a picture (.svg, .png).";
+
+pub(super) fn run(command: &Diversity, common: &Common) -> anyhow::Result<()> {
+    anyhow::ensure!(
+        (20..=100_000).contains(&command.resamplings),
+        "--resamplings {}: a number from 20 to 100000 is needed",
+        command.resamplings
+    );
+    let group_barrier = command.groups.checked()?;
+    let output = match &command.output {
+        Some(output) => output.clone(),
+        None => beside(&command.sets[0])?,
+    };
+    let inputs: Vec<&Path> = command.sets.iter().map(PathBuf::as_path).collect();
+    let files = [".svg", ".png", ".json", ".md"].map(|ending| named(&output, ending));
+    for path in &files {
+        check_file(path, &inputs, common)?;
+    }
+    let names = names(&command.sets);
+    let sets = (command.sets.iter().zip(&names))
+        .map(|(path, name)| set(path, name, group_barrier, common))
+        .collect::<anyhow::Result<Vec<_>>>()?;
+    let settings = DiversitySettings {
+        resamplings: command.resamplings,
+        seed: command.seed,
+    };
+    let found = compare_diversity(&sets, &settings)?;
+    let text = shown(&found.markdown());
+    let value = found.to_json();
+    let sheet = found.chart().draw()?;
+    let [svg, png, json, report] = &files;
+    let mut set = FileSet::default();
+    for path in [svg, png] {
+        set.add(path, &sheet.encode(path)?)?;
+    }
+    set.add(json, format!("{value:#}\n").as_bytes())?;
+    set.add(
+        report,
+        format!("{text}\n<!-- Made by {MAKER}. -->\n").as_bytes(),
+    )?;
+    set.finish()?;
+    if command.json {
+        print_json(&value)?;
+    } else if !common.quiet {
+        print(&text);
+    }
+    if !common.quiet {
+        complain(&format!("wrote {}", report.display()));
+    }
+    Ok(())
+}
+
+/// Counts the grasps of a file or a landscape.
+fn set(
+    path: &Path,
+    name: &str,
+    group_barrier: Option<f64>,
+    common: &Common,
+) -> anyhow::Result<DiversitySet> {
+    let rule = Rule::standard();
+    if path.is_dir() {
+        let files = input::open_landscape(path)?;
+        let counted = DiversitySet::of_landscape(name, &files, path, group_barrier, rule);
+        return Ok(counted?);
+    }
+    let (file, mut warnings) = input::read(path, None, None)?;
+    // Counting needs no energy.
+    warnings.retain(|warning| !warning.contains("energy"));
+    if !common.quiet {
+        input::warn(&warnings);
+    }
+    let watch = Watch::new(common.quiet);
+    let run = Run {
+        observer: &|news| watch.see(news),
+        ..Run::default()
+    };
+    let counted = DiversitySet::of_grasps(name, &file, rule, &run);
+    watch.clear();
+    counted.with_context(|| path.display().to_string())
+}
+
+/// The names of the files and folders, or their paths if two names are the same.
+fn names(paths: &[PathBuf]) -> Vec<String> {
+    let short: Vec<String> = paths.iter().map(|path| name_of(path)).collect();
+    let different: BTreeSet<&String> = short.iter().collect();
+    if different.len() == paths.len() {
+        return short;
+    }
+    paths
+        .iter()
+        .map(|path| path.display().to_string())
+        .collect()
+}
+
+/// `NAME.diversity` beside the first set.
+fn beside(set: &Path) -> anyhow::Result<PathBuf> {
+    let stem = set.file_stem();
+    let stem = stem.with_context(|| format!("{} names no file or folder", set.display()))?;
+    Ok(set.with_file_name(format!("{}.diversity", stem.to_string_lossy())))
+}
+
+fn named(output: &Path, ending: &str) -> PathBuf {
+    let mut name = output.as_os_str().to_owned();
+    name.push(ending);
+    PathBuf::from(name)
+}

@@ -1,0 +1,182 @@
+//! Counts the grasps of files and landscapes by family, type, cell and contact regions.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+use rayon::prelude::*;
+
+use super::{Counted, Counts, DiversitySet};
+use crate::evaluation::taxonomy::{Inapplicable, Labeller, Rule};
+use crate::hand::{Hand, PosedHand};
+use crate::object::Object;
+use crate::store::{GraspFile, GraspRow, LandscapeFiles};
+use crate::study::error::StudyError;
+use crate::study::level::GroupLevel;
+use crate::study::tables::group_of;
+use crate::study::{GraspSetting, MinimumName, Run};
+use crate::topography::Phase;
+
+/// Greatest gap of a touching point, metres: that of a contact in the strict filter.
+const TOUCHING_M: f64 = 0.002;
+
+/// What one pose counts as.
+struct Place {
+    name: Option<MinimumName>,
+    regions: String,
+}
+
+impl DiversitySet {
+    /// Counts the grasps of a file, of all its hands and objects together. Labels given by a human override the rule.
+    /// Families are not known without a landscape.
+    ///
+    /// # Errors
+    /// If a hand or an object cannot be built.
+    pub fn of_grasps(
+        name: &str,
+        file: &GraspFile,
+        rule: &Rule,
+        run: &Run<'_>,
+    ) -> Result<Self, StudyError> {
+        let tally = run.tally(Phase::Label, file.grasps.len());
+        let mut places = Vec::new();
+        for population in file.landscapes() {
+            let (hand, object) = (population.hand()?, population.object()?);
+            let counter = Counter::new(&hand, &object, rule);
+            let place = |row: &&GraspRow| {
+                let given = row.label.as_deref().filter(|label| !label.is_empty());
+                let place = counter.place(&row.grasp.pose, given);
+                tally.tick();
+                (place, 1)
+            };
+            places.par_extend(population.grasps.par_iter().map(place));
+        }
+        let families = Err(format!(
+            "{name} is a file of grasps, whose families are not known before `landscape build` has mapped it"
+        ));
+        Ok(Self {
+            level: None,
+            ..Self::of_places(name, families, &places)
+        })
+    }
+
+    /// Counts the grasps of the landscape in `folder`: each by the group and the pose of the minimum that it descended to.
+    /// `group_barrier` replaces the landscape's own level of groups, in units of its energy. Labels given when the
+    /// landscape was built override the rule.
+    ///
+    /// # Errors
+    /// If its rows do not fit each other, its hand or its object.
+    pub fn of_landscape(
+        name: &str,
+        files: &LandscapeFiles,
+        folder: &Path,
+        group_barrier: Option<f64>,
+        rule: &Rule,
+    ) -> Result<Self, StudyError> {
+        let network = files.network(folder)?;
+        let mut families = BTreeMap::new();
+        for (row, group) in files
+            .minima
+            .iter()
+            .zip(group_of(files, &network, group_barrier))
+        {
+            *families.entry(format!("g{group}")).or_insert(0) += row.members.len();
+        }
+        families.retain(|_, count| *count > 0);
+        let places = if files.manifest.hand.is_some() {
+            let setting = GraspSetting::of(files, name)?;
+            let counter = Counter::new(&setting.hand, &setting.object, rule);
+            let rows = files
+                .minima
+                .par_iter()
+                .filter(|row| !row.members.is_empty());
+            rows.map(|row| {
+                (
+                    counter.place(&row.coordinates, row.label()),
+                    row.members.len(),
+                )
+            })
+            .collect()
+        } else {
+            Vec::new()
+        };
+        let grasps = families.values().sum();
+        let mut set = Self::of_places(name, Ok(families), &places);
+        if files.manifest.hand.is_none() {
+            let reason = format!(
+                "{name} is the landscape of a surface, so nothing touches and nothing is grasped"
+            );
+            set.counts[1..].fill(Err(reason));
+        }
+        Ok(Self {
+            grasps,
+            level: GroupLevel::of(&files.manifest, group_barrier),
+            ..set
+        })
+    }
+
+    /// The counts of poses, each with its number of grasps.
+    fn of_places(name: &str, families: Counts, places: &[(Place, usize)]) -> Self {
+        let count = |kind: &dyn Fn(&Place) -> Option<String>| {
+            let mut counts = BTreeMap::new();
+            for (place, grasps) in places {
+                if let Some(kind) = kind(place) {
+                    *counts.entry(kind).or_insert(0) += grasps;
+                }
+            }
+            counts
+        };
+        let named = |kind: &dyn Fn(&MinimumName) -> Option<String>| {
+            if places.iter().all(|(place, _)| place.name.is_none()) {
+                return Err(format!("{name}: {}", Inapplicable::Hand.words()));
+            }
+            Ok(count(&|place: &Place| kind(place.name.as_ref()?)))
+        };
+        let types = named(&|name| name.number.map(|_| name.text().to_owned()));
+        let cells = named(&|name| name.cell.clone());
+        let contacts = Ok(count(&|place: &Place| Some(place.regions.clone())));
+        let mut set = Self::counted(name, Counted::Contacts, BTreeMap::new());
+        set.grasps = places.iter().map(|(_, grasps)| grasps).sum();
+        set.counts = [families, types, cells, contacts];
+        set
+    }
+}
+
+/// Names poses of one hand on one object, and finds the parts of the hand that touch.
+struct Counter<'a> {
+    hand: &'a Hand,
+    object: &'a Object,
+    labeller: Labeller<'a>,
+}
+
+impl<'a> Counter<'a> {
+    fn new(hand: &'a Hand, object: &'a Object, rule: &'a Rule) -> Self {
+        Self {
+            hand,
+            object,
+            labeller: Labeller::new(hand, object, rule),
+        }
+    }
+
+    /// What the pose `x` counts as; a label that was given overrides the rule.
+    fn place(&self, x: &[f64], given: Option<&str>) -> Place {
+        let named = self.labeller.applies();
+        Place {
+            name: named.then(|| MinimumName::new(given, self.labeller.label(x))),
+            regions: self.touching(x),
+        }
+    }
+
+    /// The digits (and the palm) with a point at most [`TOUCHING_M`] off the object. Finer regions would make almost every
+    /// grasp a kind of its own, and numbers of kinds that are all met once tell nothing.
+    fn touching(&self, x: &[f64]) -> String {
+        let mut posed = PosedHand::default();
+        self.hand.pose(x, &mut posed);
+        let points = posed.points.iter().zip(&self.hand.surface);
+        let touching: BTreeSet<&str> = points
+            .filter(|(_, point)| self.hand.may_touch(point))
+            .filter(|(place, _)| self.object.exact.distance(place) <= TOUCHING_M)
+            .map(|(_, point)| self.hand.digits[self.hand.links[point.link.0].digit].as_str())
+            .collect();
+        Vec::from_iter(touching).join(", ")
+    }
+}

@@ -1,0 +1,215 @@
+//! Planted populations: what is known of them must be found, and nothing else.
+
+use rand::distr::Distribution;
+use rand::distr::weighted::WeightedIndex;
+
+use super::*;
+use crate::sample::{Task, stream};
+
+fn set(name: &str, of: Counted, counts: &[usize]) -> DiversitySet {
+    let named = counts.iter().enumerate();
+    let named = named.map(|(kind, count)| (format!("{kind:03}"), *count));
+    DiversitySet::counted(name, of, named.collect())
+}
+
+/// A set of `grasps` grasps drawn from kinds with these shares.
+fn drawn(name: &str, shares: &[f64], grasps: usize, id: u64) -> DiversitySet {
+    let kinds = WeightedIndex::new(shares).unwrap();
+    let mut rng = stream(11, Task::Start, id);
+    let mut counts = vec![0; shares.len()];
+    (0..grasps).for_each(|_| counts[kinds.sample(&mut rng)] += 1);
+    set(name, Counted::Families, &counts)
+}
+
+fn compare(sets: &[DiversitySet]) -> DiversityComparison {
+    compare_diversity(sets, &DiversitySettings::default()).unwrap()
+}
+
+#[test]
+fn equal_families_have_their_number_in_every_order() {
+    let found = compare(&[set("a", Counted::Families, &[8; 9])]);
+    for number in found.measures[0].sets[0].unwrap() {
+        assert!((number.value - 9.0).abs() < 1e-9, "{number:?}");
+    }
+    assert_eq!(found.answer(), "a holds 9.0 effective families (order 1).");
+}
+
+#[test]
+fn sets_are_compared_at_the_size_of_the_smallest() {
+    let shares = [1.0; 30];
+    let [large, small] = [("large", 2000, 1), ("small", 60, 2)]
+        .map(|(name, grasps, id)| drawn(name, &shares, grasps, id));
+    let found = compare(&[large.clone(), small]);
+    assert_eq!(found.measures[0].grasps, 60);
+    // Sixty draws from thirty equal families meet 30 (1 − (29/30)⁶⁰) of them.
+    let expected = 30.0 * (1.0 - (29.0_f64 / 30.0).powi(60));
+    let large_at_sixty = found.measures[0].sets[0].unwrap()[0];
+    assert!(
+        (large_at_sixty.value - expected).abs() < 0.1,
+        "{large_at_sixty:?}"
+    );
+    assert_eq!(found.answer(), "By families no difference can be told.");
+    let own_size = compare(&[large]).measures[0].sets[0].unwrap()[0];
+    assert!((own_size.value - 30.0).abs() < 1e-9, "{own_size:?}");
+}
+
+/// The same source is seldom called different, and a more diverse source nearly always is.
+#[test]
+fn the_more_diverse_source_is_found_and_no_other() {
+    let narrow: Vec<f64> = (1..=20).map(|rank| f64::from(rank).powi(-2)).collect();
+    let wide = [1.0; 20];
+    let (mut right, mut wrong) = (0, 0);
+    for id in 0..40 {
+        let settings = DiversitySettings {
+            resamplings: 60,
+            seed: id,
+        };
+        let most =
+            |sets: &[DiversitySet]| compare_diversity(sets, &settings).unwrap().measures[0].most;
+        let [a, b] =
+            [("a", 3 * id), ("b", 3 * id + 1)].map(|(name, id)| drawn(name, &narrow, 100, id));
+        wrong += usize::from(most(&[a.clone(), b])[1].is_some());
+        right += usize::from(most(&[a, drawn("c", &wide, 80, 3 * id + 2)]) == [Some(1); 3]);
+    }
+    assert!(
+        right == 40 && wrong <= 2,
+        "{right} right, {wrong} wrong of 40"
+    );
+}
+
+#[test]
+fn the_most_diverse_of_several_is_above_all_others() {
+    let of = Counted::Families;
+    let mut sets = vec![
+        set("a", of, &[50, 50]),
+        set("b", of, &[10; 10]),
+        set("c", of, &[5; 20]),
+    ];
+    let told = compare(&sets).answer();
+    assert_eq!(
+        told,
+        "c is the most diverse by families: its intervals lie above those of all others."
+    );
+    sets.push(set("d", of, &[5; 20]));
+    assert_eq!(
+        compare(&sets).answer(),
+        "By families it cannot be told which one is the most diverse."
+    );
+}
+
+#[test]
+fn orders_that_disagree_are_not_decided() {
+    // Many rare families beside one that holds most, against few equal ones.
+    let mut rare = vec![2; 40];
+    rare.push(220);
+    let found = compare(&[
+        set("rare", Counted::Families, &rare),
+        set("even", Counted::Families, &[30; 10]),
+    ]);
+    assert_eq!(found.measures[0].most, [Some(0), Some(1), Some(1)]);
+    assert!(
+        found.answer().contains("the orders disagree"),
+        "{}",
+        found.answer()
+    );
+}
+
+#[test]
+fn small_sets_are_refused() {
+    let sets = [
+        set("few", Counted::Families, &[10, 10, 9]),
+        set("many", Counted::Families, &[40]),
+    ];
+    let refused = compare_diversity(&sets, &DiversitySettings::default()).unwrap_err();
+    let text = refused.to_string();
+    assert!(
+        text.contains("few holds 29 grasps") && text.contains("at least 30"),
+        "{text}"
+    );
+    // Enough grasps, of which too few have a type.
+    let mut typed = set("typed", Counted::Types, &[20, 20]);
+    typed.grasps = 40;
+    let mut untyped = set("untyped", Counted::Types, &[12]);
+    untyped.grasps = 40;
+    let found = compare(&[typed, untyped]);
+    assert_eq!(found.measures[0].sets.iter().flatten().count(), 1);
+    assert_eq!(
+        found.answer(),
+        "Nothing can be compared: the notes say why."
+    );
+    let note = "12 of the 40 grasps of untyped have types, but at least 30 are needed";
+    assert!(found.notes.contains(&note.to_owned()), "{:?}", found.notes);
+}
+
+#[test]
+fn families_at_other_levels_are_not_decided() {
+    let at = |name: &str, counts: &[usize], barrier| {
+        let mut set = set(name, Counted::Families, counts);
+        set.level = Some(GroupLevel {
+            barrier,
+            letting_go: Some(1.0),
+        });
+        set
+    };
+    let sets = |barrier| [at("a", &[100], 0.05), at("b", &[5; 20], barrier)];
+    let found = compare(&sets(0.05));
+    assert!(
+        found
+            .answer()
+            .starts_with("b is the more diverse by families")
+    );
+    let found = compare(&sets(0.01));
+    assert_eq!(found.answer(), "By families no difference can be told.");
+    assert!(
+        found.notes[0].contains("cannot be compared"),
+        "{:?}",
+        found.notes
+    );
+}
+
+#[test]
+fn the_same_sets_give_the_same_bytes_in_any_number_of_threads() {
+    let sets = [
+        set("a", Counted::Contacts, &[30, 9, 4, 1, 1, 1]),
+        set("b", Counted::Contacts, &[12, 9, 9, 9, 3, 2, 1, 1]),
+    ];
+    let told = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        pool.install(|| {
+            let found = compare(&sets);
+            format!("{:#}{}", found.to_json(), found.markdown())
+        })
+    };
+    assert_eq!(told(1), told(3));
+}
+
+#[test]
+fn the_picture_is_legible() {
+    use crate::figure::testing::{assert_legible, gallery};
+    let all = |name: &str, scale: usize| {
+        let mut one = set(
+            name,
+            Counted::Families,
+            &[scale, scale, 2 * scale, 9, 5, 3, 1, 1],
+        );
+        for of in [Counted::Types, Counted::Cells, Counted::Contacts] {
+            let counts = vec![scale; 3 + of as usize];
+            one.counts[of as usize] = set(name, of, &counts).counts[of as usize].clone();
+        }
+        one
+    };
+    let sets = [
+        all("one.landscape", 10),
+        all("other.landscape", 14),
+        all("third.landscape", 30),
+    ];
+    let canvas = compare(&sets).chart().draw().unwrap();
+    assert_legible(&canvas);
+    gallery(&canvas, "diversity");
+    for expected in ["order 1", "other.landscape", "effective number"] {
+        assert!(canvas.texts().iter().any(|(text, _)| *text == expected));
+    }
+}

@@ -1,0 +1,189 @@
+//! Which of several planted populations is more diverse, from their files.
+
+use std::fs;
+
+use crate::desk::{Desk, assert_says};
+use crate::names;
+use landscape::store::{AtomicFolder, GraspFile, LandscapeFiles, Overrides};
+use serde_json::Value;
+
+/// Writes `grasps` real grasps with these labels of a human in turn. If they are `alike`, all are the same grasp.
+fn plant(desk: &Desk, name: &str, grasps: usize, labels: &[&str], alike: bool) {
+    let data = concat!(env!("CARGO_MANIFEST_DIR"), "/data/grasps.parquet");
+    let (mut file, _) = GraspFile::read(data.as_ref(), Overrides::default()).unwrap();
+    file.grasps.truncate(grasps);
+    let first = file.grasps[0].grasp.clone();
+    for (row, grasp) in file.grasps.iter_mut().enumerate() {
+        grasp.label = Some(labels[row % labels.len()].to_owned());
+        if alike {
+            grasp.grasp = first.clone();
+        }
+    }
+    file.write(&desk.path(name)).unwrap();
+}
+
+fn json(desk: &Desk, name: &str) -> Value {
+    serde_json::from_slice(&fs::read(desk.path(name)).unwrap()).unwrap()
+}
+
+/// The value of order `order` of a set, in the measure of this name.
+fn value(found: &Value, of: &str, set: usize, order: usize) -> f64 {
+    let measures = found["measures"].as_array().unwrap().iter();
+    let mut measures = measures.filter(|measure| measure["of"] == of);
+    let measure = measures.next().unwrap();
+    measure["sets"][set][order]["value"].as_f64().unwrap()
+}
+
+#[test]
+fn planted_grasps_have_the_types_and_contacts_that_were_planted() {
+    let desk = Desk::empty();
+    let six = [
+        "Medium Wrap",
+        "Tripod",
+        "Palmar Pinch",
+        "Lateral",
+        "Ring",
+        "Quadpod",
+    ];
+    plant(&desk, "wide.parquet", 60, &six, false);
+    plant(&desk, "narrow.parquet", 48, &["Tripod"], true);
+    let line = "diversity narrow.parquet wide.parquet --resamplings 50";
+    let output = desk.run(line);
+    let text = String::from_utf8(output.stdout).unwrap();
+    let answer = "wide.parquet is the more diverse by types, cells and contact regions";
+    assert_says(
+        &text,
+        &[answer, "landscape build", "narrow.parquet (48 grasps)"],
+    );
+    assert!(text.lines().nth(2).unwrap().starts_with(answer), "{text}");
+
+    let found = json(&desk, "narrow.diversity.json");
+    assert!(
+        found["measures"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .all(|m| m["grasps"] == 48)
+    );
+    for order in 0..3 {
+        for of in ["types", "cells", "contacts"] {
+            assert!((value(&found, of, 0, order) - 1.0).abs() < 1e-9);
+        }
+        // All six types are met in 48 grasps of 60, nearly equally often.
+        assert!((value(&found, "types", 1, order) - 6.0).abs() < 0.1);
+    }
+    // At its own size it is exact.
+    desk.succeed("diversity wide.parquet -o alone -q --resamplings 20");
+    for order in 0..3 {
+        let own = value(&json(&desk, "alone.json"), "types", 0, order);
+        assert!((own - 6.0).abs() < 1e-9, "{own}");
+    }
+
+    let endings = ["json", "md", "png", "svg"];
+    let files = endings.map(|ending| format!("narrow.diversity.{ending}"));
+    let first = files
+        .each_ref()
+        .map(|name| fs::read(desk.path(name)).unwrap());
+    desk.succeed(&format!("{line} --threads 1 -q"));
+    let again = files
+        .each_ref()
+        .map(|name| fs::read(desk.path(name)).unwrap());
+    assert!(first == again, "the same bytes on every run");
+    let printed = desk.run(&format!("{line} --json -q"));
+    let printed: Value = serde_json::from_slice(&printed.stdout).unwrap();
+    assert_eq!(printed, found);
+}
+
+#[test]
+fn too_few_grasps_are_refused() {
+    let desk = Desk::empty();
+    plant(&desk, "few.parquet", 29, &["Tripod"], false);
+    plant(&desk, "many.parquet", 30, &["Tripod"], false);
+    let sentence = desk.early_mistake("diversity many.parquet few.parquet");
+    assert_says(&sentence, &["few.parquet holds 29 grasps", "at least 30"]);
+    let sentence = desk.early_mistake("diversity many.parquet --resamplings 3");
+    assert_says(&sentence, &["--resamplings 3", "from 20"]);
+    desk.succeed("diversity many.parquet -q --resamplings 20");
+    assert_eq!(
+        names(desk.folder.path()).len(),
+        2 + 4,
+        "four files beside the two inputs"
+    );
+}
+
+/// A landscape of eight minima, each a family of its own with this number of members.
+fn plant_families(desk: &Desk, name: &str, members: [u64; 8], barrier: f64) {
+    let (made, planted) = (desk.path("wells.landscape"), desk.path(name));
+    if !made.exists() {
+        desk.succeed("surface double-well 3 --group-barrier 0 -q -o wells.landscape");
+    }
+    let mut files = LandscapeFiles::read(&made).unwrap();
+    let mut next = 0;
+    for (row, count) in files.minima.iter_mut().zip(members) {
+        row.members = (next..next + count).collect();
+        next += count;
+    }
+    files.manifest.group_barrier = Some(barrier);
+    files.manifest.letting_go = Some(1.0);
+    let folder = AtomicFolder::open(&planted, true).unwrap();
+    files.write(&folder).unwrap();
+    folder.finish().unwrap();
+}
+
+#[test]
+fn planted_families_are_compared_at_one_level() {
+    let desk = Desk::empty();
+    plant_families(&desk, "even.landscape", [10; 8], 0.05);
+    plant_families(&desk, "uneven.landscape", [110, 4, 1, 1, 1, 1, 1, 1], 0.05);
+    plant_families(&desk, "other.landscape", [10; 8], 0.1);
+    desk.succeed("diversity even.landscape uneven.landscape -q -o found");
+    let found = json(&desk, "found.json");
+    for order in 0..3 {
+        assert!((value(&found, "families", 0, order) - 8.0).abs() < 1e-9);
+    }
+    // Simpson's closed form at 80 of 120 grasps.
+    let pairs = (110.0 * 109.0 + 4.0 * 3.0) / (120.0 * 119.0);
+    let expected = 1.0 / (1.0 / 80.0 + 79.0 / 80.0 * pairs);
+    assert!((value(&found, "families", 1, 2) - expected).abs() < 1e-9);
+    assert!(
+        found["answer"]
+            .as_str()
+            .unwrap()
+            .starts_with("even.landscape is the more diverse")
+    );
+    let notes = found["notes"].to_string();
+    assert_says(&notes, &["even.landscape is the landscape of a surface"]);
+
+    // Families at different levels are shown, but not compared; `diff` warns, too.
+    desk.succeed("diversity even.landscape other.landscape uneven.landscape -q -o found");
+    let found = json(&desk, "found.json");
+    let note = found["notes"][0].as_str().unwrap();
+    assert_says(
+        note,
+        &[
+            "5.0 % of the cost of letting go",
+            "10.0 %",
+            "cannot be compared",
+        ],
+    );
+    assert!(
+        !found["answer"]
+            .as_str()
+            .unwrap()
+            .contains("diverse by families")
+    );
+    let diff = |other: &str| {
+        let output = desk.run(&format!("diff even.landscape {other}.landscape"));
+        assert!(output.status.success());
+        String::from_utf8(output.stdout).unwrap()
+    };
+    assert_says(
+        &diff("other"),
+        &["note: the groups of even.landscape", "--group-barrier"],
+    );
+    assert!(!diff("uneven").contains("cannot be compared"));
+    // A given level holds for all.
+    desk.succeed("diversity even.landscape other.landscape --group-barrier 0 -q -o found");
+    let found = json(&desk, "found.json");
+    assert!(!found["notes"].to_string().contains("cannot be compared"));
+}
