@@ -22,7 +22,7 @@ pub(super) fn contact_slope(energy: &GraspEnergy) -> f64 {
 /// surface points are one grasp.
 ///
 /// For an energy that knows the cost of letting go, this cost sets the tolerances of energies and the level of groups
-/// ([`GROUP_LEVEL`](super::GROUP_LEVEL)). Such an energy is smooth, so paths cross passes and no seams.
+/// ([`GROUP_LEVEL`](super::GROUP_LEVEL)).
 pub fn settings_for_grasps(energy: &GraspEnergy) -> MapSettings {
     let mut settings = MapSettings::for_scales(0.3, 0.04);
     settings.neighbours = 6;
@@ -71,7 +71,6 @@ pub fn settings_for_grasps(energy: &GraspEnergy) -> MapSettings {
         settings.sameness.energy = ROUGHNESS * cost;
         settings.path.energy_tolerance = ROUGHNESS * cost;
         settings.path.exact_below = cost;
-        settings.path.seams = None;
     }
     settings.groups.barrier = GroupLevel::default_of(energy.settings()).map(|level| level.barrier);
     settings

@@ -69,9 +69,11 @@ fn planted_grasps_have_the_types_and_contacts_that_were_planted() {
         for of in ["types", "cells", "contacts"] {
             assert!((value(&found, of, 0, order) - 1.0).abs() < 1e-9);
         }
-        // All six types are met in 48 grasps of 60, nearly equally often.
-        assert!((value(&found, "types", 1, order) - 6.0).abs() < 0.1);
     }
+    // Of six types with ten grasps each, 48 of the 60 grasps show all but exactly; Simpson's closed form at order 2.
+    assert!((value(&found, "types", 1, 0) - 6.0).abs() < 1e-3);
+    let expected = 1.0 / (1.0 / 48.0 + 47.0 / 48.0 * (6.0 * 10.0 * 9.0) / (60.0 * 59.0));
+    assert!((value(&found, "types", 1, 2) - expected).abs() < 1e-9);
     // At its own size it is exact.
     desk.succeed("diversity wide.parquet -o alone -q --resamplings 20");
     for order in 0..3 {
@@ -103,12 +105,16 @@ fn too_few_grasps_are_refused() {
     assert_says(&sentence, &["few.parquet holds 29 grasps", "at least 30"]);
     let sentence = desk.early_mistake("diversity many.parquet --resamplings 3");
     assert_says(&sentence, &["--resamplings 3", "from 20"]);
-    desk.succeed("diversity many.parquet -q --resamplings 20");
-    assert_eq!(
-        names(desk.folder.path()).len(),
-        2 + 4,
-        "four files beside the two inputs"
-    );
+    let line = "diversity many.parquet -q --resamplings 20";
+    fs::write(desk.path("many.diversity.md"), "a thesis").unwrap();
+    let sentence = desk.early_mistake(line);
+    assert_says(&sentence, &["many.diversity.md", "--force"]);
+    desk.succeed(&format!("{line} --force"));
+    desk.succeed(line);
+    let expected = ["json", "md", "png", "svg"].map(|ending| format!("many.diversity.{ending}"));
+    let made = names(desk.folder.path());
+    assert!(expected.iter().all(|name| made.contains(name)), "{made:?}");
+    assert_eq!(made.len(), 2 + 4);
 }
 
 /// A landscape of eight minima, each a family of its own with this number of members.

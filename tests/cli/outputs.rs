@@ -25,7 +25,7 @@ fn desk() -> Desk {
 }
 
 /// Every verb that writes files, and the files.
-const WRITES: [(&str, &[&str]); 16] = [
+const WRITES: [(&str, &[&str]); 15] = [
     (
         "synth --object ball -n 1 --steps 20 --keep all",
         &["grasps.parquet"],
@@ -55,15 +55,6 @@ const WRITES: [(&str, &[&str]); 16] = [
             "g.comparison.json",
             "g.comparison.png",
             "g.comparison.svg",
-        ],
-    ),
-    (
-        "diversity g.landscape",
-        &[
-            "g.diversity.md",
-            "g.diversity.json",
-            "g.diversity.png",
-            "g.diversity.svg",
         ],
     ),
     (
