@@ -7,6 +7,7 @@
 #[path = "yields/interval.rs"]
 mod interval;
 
+use std::collections::BTreeMap;
 use std::error::Error;
 use std::fmt::Write;
 use std::fs;
@@ -39,6 +40,7 @@ struct Kept {
     holds_at_once: bool,
     digits: usize,
     palm: bool,
+    label: String,
     unlisted: bool,
     deepest_m: f64,
 }
@@ -60,17 +62,37 @@ fn main() -> Result<(), Box<dyn Error>> {
     let others = OTHER_HANDS
         .iter()
         .flat_map(|hand| OTHER_OBJECTS.iter().map(move |object| (*hand, *object)));
+    let mut types: BTreeMap<String, usize> = BTreeMap::new();
     for (hand, object) in pairs.chain(others) {
         let started = Instant::now();
         let (kept, evaluations) = measure(hand, object, seed, chains)?;
         let seconds = started.elapsed().as_secs_f64();
         row(&mut text, [hand, object], &kept, chains);
+        if hand == "human" {
+            for grasp in &kept {
+                *types.entry(grasp.label.clone()).or_insert(0) += 1;
+            }
+        }
         eprintln!(
             "{hand} on {object}: {} of {chains} kept, {} hold, {seconds:.0} s, {evaluations} evaluations",
             kept.len(),
             kept.iter().filter(|grasp| grasp.holds).count()
         );
     }
+    types.remove(UNLISTED);
+    let mut named: Vec<(usize, String)> = types.into_iter().map(|(name, n)| (n, name)).collect();
+    named.sort_by(|a, b| b.0.cmp(&a.0).then_with(|| a.1.cmp(&b.1)));
+    let often = named.iter().filter(|(count, _)| *count >= 5).count();
+    let list: Vec<String> = (named.iter())
+        .map(|(count, name)| format!("{name} {count}"))
+        .collect();
+    writeln!(
+        text,
+        "\nLabels of the human hand's grasps on all objects together: {} different ones, {often} of them with five grasps or \
+         more: {}.",
+        named.len(),
+        list.join(", ")
+    )?;
     fs::write("figures/closed_hands.md", text)?;
     Ok(())
 }
@@ -107,12 +129,14 @@ fn measure(
         let mut digits: Vec<usize> = touches.iter().map(|t| hand.links[t.link.0].digit).collect();
         digits.sort_unstable();
         digits.dedup();
+        let label = labeller.label(&end.refined.pose).text().to_string();
         Some(Kept {
             holds: holds(Drop::default()),
             holds_at_once: holds(at_once),
             digits: digits.iter().filter(|digit| **digit > 0).count(),
             palm: digits.contains(&0),
-            unlisted: labeller.label(&end.refined.pose).text() == UNLISTED,
+            unlisted: label == UNLISTED,
+            label,
             deepest_m: judgement.deepest_m,
         })
     };

@@ -5,12 +5,14 @@
 use std::sync::{Arc, LazyLock};
 
 use landscape::energy::{Energy, Piecewise};
+use landscape::grasp::closing::capsule_touches;
 use landscape::grasp::energy::{Candidates, Ramp};
+use landscape::grasp::grip::GripShares;
 use landscape::grasp::synthesis::{
     Refinement, Start, SynthesisSettings, Synthesized, synthesize, synthesize_observed,
 };
 use landscape::grasp::{EnergySettings, GraspEnergy, judge};
-use landscape::hand::Hand;
+use landscape::hand::{Hand, LinkId, PosedHand};
 use landscape::object::Object;
 use landscape::optimize::QuenchSettings;
 use landscape::sample::State;
@@ -257,4 +259,39 @@ fn closed_hands() {
         assert!(steepest < 1e-5, "{steepest}");
     }
     assert_eq!(ends[3], synthesize(&energy, &settings, &refine, 7, 3));
+}
+
+/// Chains whose grip is a pinch end in minima of the same energy in which palm and other fingers rest.
+#[test]
+fn a_pinch_is_a_minimum_beside_the_grasps_of_the_whole_hand() {
+    let energy = energy(&BOTTLE, EnergySettings::closed());
+    let pinch = GripShares {
+        whole: 0.0,
+        digits: 0.0,
+        quadpod: 0.0,
+        tripod: 0.0,
+        pinch: 1.0,
+        tips: 0.0,
+    };
+    let settings = SynthesisSettings {
+        grips: Some(pinch),
+        ..SynthesisSettings::closed()
+    };
+    let refine = QuenchSettings::default().with_gradient_tolerance(1e-5);
+    let mut pinches = 0;
+    for chain in 0..6 {
+        let end = synthesize(&energy, &settings, &refine, 11, chain);
+        if !judge(&energy, &end.refined).passes_strict() {
+            continue;
+        }
+        let mut posed = PosedHand::default();
+        energy.hand().pose(&end.refined.pose, &mut posed);
+        let touches = capsule_touches(&energy.object().exact, energy.hand(), &posed, 0.001);
+        let digit = |link: LinkId| energy.hand().links[link.0].digit;
+        let mut digits: Vec<usize> = touches.iter().map(|touch| digit(touch.link)).collect();
+        digits.sort_unstable();
+        digits.dedup();
+        pinches += usize::from(digits == [1, 2]);
+    }
+    assert!(pinches >= 3, "{pinches} of 6");
 }

@@ -68,7 +68,10 @@ impl Judgement {
     /// The first condition of the strict filter that fails; `None` if the grasp passes.
     pub fn strict_objection(&self) -> Option<&'static str> {
         let checks = [
-            (self.net_wrench < 0.5, "net wrench"),
+            (
+                self.compliance.is_some() || self.net_wrench < 0.5,
+                "net wrench",
+            ),
             (self.gap_m <= 0.002, "contact gap"),
             (self.deepest_m < 0.002, "penetration"),
             (self.self_penetration_m < 0.003, "self-penetration"),
@@ -88,7 +91,8 @@ impl Judgement {
 
     /// The strict filter: ‖Gc‖ < 0.5, contacts within 2 mm, nothing deeper than 2 mm, self-penetration below 3 mm, joint
     /// limits, at least two digits (of palm, thumb and fingers), contacts not in one concavity, and force closure at μ =
-    /// 0.5. With an energy of an elastic layer, also a compliance of at most 0.1 ([`MOST_COMPLIANCE`]).
+    /// 0.5. With an energy of an elastic layer, a compliance of at most 0.1 ([`MOST_COMPLIANCE`]) replaces ‖Gc‖, which is
+    /// that of four equal forces.
     pub fn passes_strict(&self) -> bool {
         self.strict_objection().is_none()
     }

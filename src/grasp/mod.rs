@@ -11,6 +11,7 @@ pub mod depth;
 pub mod energy;
 pub mod failure;
 pub mod filter;
+pub mod grip;
 pub mod hover;
 pub mod kernel;
 pub mod layer;

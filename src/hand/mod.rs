@@ -457,17 +457,26 @@ impl Hand {
         !self.untouching[link.0]
     }
 
+    /// Whether there is a thumb. It is the first digit then.
+    pub fn has_thumb(&self) -> bool {
+        self.digits.get(1).is_some_and(|name| name == "thumb")
+    }
+
+    /// Whether no link beyond this one has capsules.
+    pub fn is_last_link(&self, link: LinkId) -> bool {
+        let beyond = link.0 + 1..self.subtree_ends[link.0];
+        !self.capsules.iter().any(|c| beyond.contains(&c.link.0))
+    }
+
     /// Whether a surface point lies on the tip or pad of the last link of a digit, or anywhere on that link if the hand
     /// names no pads.
     pub fn is_fingertip(&self, point: &SurfacePoint) -> bool {
-        let link = point.link.0;
-        let beyond = link + 1..self.subtree_ends[link];
-        let last = !self.capsules.iter().any(|c| beyond.contains(&c.link.0));
+        let last = self.is_last_link(point.link);
         let region = &self.regions[point.region];
         let behind = [".back", ".radial", ".ulnar"]
             .iter()
             .any(|side| region.ends_with(side));
-        self.links[link].digit > 0 && last && !behind
+        self.links[point.link.0].digit > 0 && last && !behind
     }
 
     /// Number of the link with this name.

@@ -17,6 +17,10 @@ pub(super) fn contact_slope(energy: &GraspEnergy) -> f64 {
     }
 }
 
+/// Force at the top of a relaxed path, as a fraction of the cost of letting go, 1/m: a path through a stiff layer that is
+/// off its bottom by a thousandth of a millimetre is relaxed.
+const LAYER_FORCE: f64 = 1.0;
+
 /// Settings of [`build_landscape`](crate::topography::build_landscape) for the grasps of a hand, as in `landscape build`.
 /// Energies are of order 0.1, and lengths are centimetres. Minima that differ by less than the spacing of the hand's
 /// surface points are one grasp.
@@ -71,6 +75,14 @@ pub fn settings_for_grasps(energy: &GraspEnergy) -> MapSettings {
         settings.sameness.energy = ROUGHNESS * cost;
         settings.path.energy_tolerance = ROUGHNESS * cost;
         settings.path.exact_below = cost;
+        settings.path.force_tolerance = LAYER_FORCE * cost;
+        settings.path.saturation = 0.04;
+        // This energy has no kinks, but a stiff layer bends its valleys, so tops are lowered one by one as well.
+        settings.path.seams = Some(SeamSettings {
+            spacing: 0.002,
+            moves: 100,
+            halvings: 2,
+        });
     }
     settings.groups.barrier = GroupLevel::default_of(energy.settings()).map(|level| level.barrier);
     settings

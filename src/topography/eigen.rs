@@ -13,6 +13,9 @@ const NOISE: f64 = 1e-8;
 /// A curvature above this multiple of the median is an outlier.
 const OUTLYING: f64 = 30.0;
 
+/// Halvings of the interval of a level shift.
+const BISECTIONS: usize = 40;
+
 /// Sweeps of the eigenvalue iteration for each row, far more than needed.
 const SWEEPS: usize = 100;
 
@@ -24,6 +27,7 @@ pub(super) struct Piece<'e> {
 }
 
 /// Curvatures and their scaled tangents, lowest first, without the free directions.
+#[derive(Clone)]
 pub(super) struct Modes {
     pub(super) curvatures: Vec<f64>,
     pub(super) tangents: Vec<Vec<f64>>,
@@ -296,6 +300,26 @@ impl<'e> Piece<'e> {
             tangents: order.iter().map(tangent).collect(),
         })
     }
+}
+
+/// Lengths of a step along modes, no longer than `longest` together. `lengths` gives them for curvatures raised by a shift;
+/// the least sufficient shift is found by bisection. Unlike a shorter step in the same direction, such a step still goes to
+/// the bottom along stiff modes. `slope` is the norm of the gradient.
+pub(super) fn shifted(slope: f64, longest: f64, lengths: impl Fn(f64) -> Vec<f64>) -> Vec<f64> {
+    let whole = lengths(0.0);
+    if norm(&whole) <= longest {
+        return whole;
+    }
+    let (mut low, mut high) = (0.0, slope / longest);
+    for _ in 0..BISECTIONS {
+        let middle = 0.5 * (low + high);
+        *(if norm(&lengths(middle)) > longest {
+            &mut low
+        } else {
+            &mut high
+        }) = middle;
+    }
+    lengths(high)
 }
 
 /// The product A B, column by column: bitwise equal on every processor, unlike blocked products.

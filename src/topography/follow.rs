@@ -1,6 +1,6 @@
 //! Eigenvector following: a search that goes uphill along one mode and downhill along all others to a saddle of index 1.
 
-use super::eigen::{Modes, Piece};
+use super::eigen::{Modes, Piece, shifted};
 use crate::space::vector::{add, dot, norm, scale, times};
 
 /// Steps between two Hessians; the last one is used in between. Correcting it with Bofill's update saves a fifth of the
@@ -213,25 +213,24 @@ impl Step {
             .iter()
             .map(|mode| dot(gradient, mode))
             .collect();
-        let mut along: Vec<f64> = (modes.curvatures.iter().zip(&slopes).enumerate())
-            .map(|(m, (curvature, slope))| {
-                if curvature.abs() < flat && slope.abs() <= settings.tolerance {
-                    // This is a symmetry that the space does not declare. A step along it would be noise divided by noise.
-                    return 0.0;
-                }
-                let stiffness = curvature.abs().max(f64::MIN_POSITIVE);
-                let ratio = 2.0 * slope / (stiffness * settings.saturation);
-                let length = 2.0 * slope / (stiffness * (1.0 + (1.0 + ratio * ratio).sqrt()));
-                if m == uphill { length } else { -length }
-            })
-            .collect();
-        let length = norm(&along);
-        if length > trust {
-            scale(&mut along, trust / length);
-        }
+        let along = shifted(norm(gradient), trust, |shift| {
+            (modes.curvatures.iter().zip(&slopes).enumerate())
+                .map(|(m, (curvature, slope))| {
+                    if curvature.abs() < flat && slope.abs() <= settings.tolerance {
+                        // This is a symmetry that the space does not declare. A step along it would be noise divided by
+                        // noise.
+                        return 0.0;
+                    }
+                    let stiffness = curvature.abs().max(f64::MIN_POSITIVE) + shift;
+                    let ratio = 2.0 * slope / (stiffness * settings.saturation);
+                    let length = 2.0 * slope / (stiffness * (1.0 + (1.0 + ratio * ratio).sqrt()));
+                    if m == uphill { length } else { -length }
+                })
+                .collect()
+        });
         let mut step = Self {
             tangent: vec![0.0; gradient.len()],
-            length: length.min(trust),
+            length: norm(&along),
             rise: 0.0,
             parts: 0.0,
         };

@@ -16,7 +16,8 @@ pub use evaluation::Ramp;
 pub use queries::THROUGH_M;
 pub use settings::{AUTHORS_UNIT_M, Candidates, EnergySettings, EnergySettingsError, Unit};
 
-use super::layer::Layer;
+use super::grip::Grip;
+use super::layer::{Layer, LayerSettings};
 use super::term::{Alignment, Distance, Term};
 use crate::energy::{Energy, Explain, Piecewise};
 use crate::hand::Hand;
@@ -119,6 +120,26 @@ impl GraspEnergy {
         }
         self.terms = self.settings.terms(clearance_m);
         self
+    }
+
+    /// The energy that closes a hand in a grip: digits that take part are drawn to the object from farther away and without
+    /// a hump; the other parts carry nothing and keep off the object. Its minima are starts for descents on this energy.
+    /// `None` for an energy without a layer.
+    pub(crate) fn for_grip(&self, grip: Grip) -> Option<Self> {
+        let layer = self.settings.layer?;
+        let closing = EnergySettings {
+            layer: Some(LayerSettings {
+                reach_m: layer.closing_reach_m,
+                reach_hump: 0.0,
+                ..layer
+            }),
+            ..self.settings
+        };
+        let mut guided = Self::new(self.hand.clone(), self.object.clone(), closing).ok()?;
+        guided.layer = guided
+            .layer
+            .for_grip(&self.hand, grip, layer.rest_clearance_m);
+        Some(guided)
     }
 
     /// The hand.

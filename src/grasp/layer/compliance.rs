@@ -39,6 +39,8 @@ pub struct ComplianceSettings {
     pub torque_share: f64,
     /// How far a load moves an object that nothing holds.
     pub free_motion: f64,
+    /// Rounding δ of the friction cones, a motion.
+    pub friction_rounding: f64,
     /// Rounding c, as a fraction of C without contacts.
     pub rounding: f64,
 }
@@ -85,50 +87,110 @@ impl Group {
     }
 }
 
-/// The projection P(u) on the friction cone about the normal n, as factors: u = a n + T t with the unit tangent t.
+/// The potential ψ of a contact whose layer is displaced by u = a n + T t (unit tangent t) against the object, and its
+/// derivatives. Its gradient is the contact force, which lies in the friction cone, but for a rounding.
+///
+/// ```text
+/// ψ(u) = (h_δ(a + μ T) + h_μδ(μ a − T)) / (1 + μ²) − ψ(0),    h_δ'' = 0 below −δ, 1 above δ, a smooth step between
+/// ```
+///
+/// Without rounding, h(s) = ½ max(0, s)² and ψ is half the squared norm of the projection of u on the cone. Rounding both
+/// parts in the proportion μ keeps ψ convex and its derivative by T zero at T = 0.
 #[derive(Clone, Copy)]
-struct Projection {
+struct Potential {
+    value: f64,
     /// n·u.
     normal: f64,
     /// |u − n (n·u)|, not below the smallest number.
     tangential: f64,
-    /// P(u) = `along` n + `across` t.
+    /// The force `along` n + `across` t.
     along: f64,
     across: f64,
-    /// Its derivative is p I + q nnᵀ + r (ntᵀ + tnᵀ) + z ttᵀ.
+    /// The second derivative is p I + q nnᵀ + r (ntᵀ + tnᵀ) + z ttᵀ.
     p: f64,
     q: f64,
     r: f64,
     z: f64,
 }
 
-impl Projection {
+/// h of [`Potential`] with its first and second derivative.
+#[inline]
+fn hinge(s: f64, rounding: f64, half_inverse: f64) -> [f64; 3] {
+    let t = ((s + rounding) * half_inverse).clamp(0.0, 1.0);
+    let beyond = (s - rounding).max(0.0);
+    let width = 2.0 * rounding;
+    let square = t * t;
+    // Integrals of t² (3 − 2 t).
+    let bend = square * (3.0 - 2.0 * t);
+    let slope = square * t * (1.0 - 0.5 * t);
+    let value = square * square * (0.25 - 0.1 * t);
+    [
+        width * width * value + beyond * (rounding + 0.5 * beyond),
+        width * slope + beyond,
+        bend,
+    ]
+}
+
+/// Constants of [`Potential`].
+#[derive(Clone, Copy)]
+struct Cone {
+    mu: f64,
+    /// 1 / (1 + μ²).
+    share: f64,
+    rounding: f64,
+    half_inverse: f64,
+    inner_rounding: f64,
+    inner_half_inverse: f64,
+    at_rest: f64,
+}
+
+impl Cone {
+    fn new(mu: f64, rounding: f64) -> Self {
+        // A cone without friction has no inner part.
+        let inner_rounding = mu.max(f64::EPSILON) * rounding;
+        let mut cone = Self {
+            mu,
+            share: 1.0 / (1.0 + mu * mu),
+            rounding,
+            half_inverse: 0.5 / rounding,
+            inner_rounding,
+            inner_half_inverse: 0.5 / inner_rounding,
+            at_rest: 0.0,
+        };
+        cone.at_rest = Potential::of(0.0, 0.0, &cone).value;
+        cone
+    }
+}
+
+impl Potential {
     #[inline]
-    fn of(normal: f64, tangential_squared: f64, mu: f64) -> Self {
+    fn of(normal: f64, tangential_squared: f64, cone: &Cone) -> Self {
+        let (mu, c) = (cone.mu, cone.share);
         let tangential = tangential_squared.max(f64::MIN_POSITIVE).sqrt();
-        let c = 1.0 / (1.0 + mu * mu);
-        let s = c * (normal + mu * tangential);
-        let bend = s * mu / tangential;
-        let sticks = tangential <= mu * normal;
-        let open = mu * tangential <= -normal;
-        let choose = |stuck: f64, slipping: f64| {
-            if sticks {
-                stuck
-            } else if open {
-                0.0
-            } else {
-                slipping
-            }
+        let [h, h1, h2] = hinge(normal + mu * tangential, cone.rounding, cone.half_inverse);
+        let [k, k1, k2] = hinge(
+            mu * normal - tangential,
+            cone.inner_rounding,
+            cone.inner_half_inverse,
+        );
+        let across = c * (mu * h1 - k1);
+        let tt = c * (mu * mu * h2 + k2);
+        // Both terms of `across` cancel at T = 0, where the quotient is its derivative.
+        let p = if tangential > 1e-6 * cone.inner_rounding {
+            across / tangential
+        } else {
+            tt
         };
         Self {
+            value: c * (h + k) - cone.at_rest,
             normal,
             tangential,
-            along: choose(normal, s),
-            across: choose(tangential, mu * s),
-            p: choose(1.0, bend),
-            q: choose(0.0, c - bend),
-            r: choose(0.0, c * mu),
-            z: choose(0.0, c * mu * mu - bend),
+            along: c * (h1 + mu * k1),
+            across,
+            p,
+            q: c * (h2 + mu * mu * k2) - p,
+            r: c * mu * (h2 - k2),
+            z: tt - p,
         }
     }
 }
@@ -167,7 +229,7 @@ const SUMS: usize = 1 + 6 + 6 + 9 + 6;
 
 /// Adds the sums over the four nodes of a group.
 #[inline]
-fn add_group(group: &Group, y: &[f64; 6], mu: f64, sums: &mut [[f64; LANES]; SUMS]) {
+fn add_group(group: &Group, y: &[f64; 6], cone: &Cone, sums: &mut [[f64; LANES]; SUMS]) {
     for lane in 0..LANES {
         let w = group.stiffness[lane];
         let a = [group.arm[0][lane], group.arm[1][lane], group.arm[2][lane]];
@@ -184,7 +246,7 @@ fn add_group(group: &Group, y: &[f64; 6], mu: f64, sums: &mut [[f64; LANES]; SUM
             g[2] - n[2] * pulled_normal,
         ];
         let squared = t[0] * t[0] + t[1] * t[1] + t[2] * t[2];
-        let at = Projection::of(pulled_normal, squared, mu);
+        let at = Potential::of(pulled_normal, squared, cone);
         let inverse = 1.0 / at.tangential;
         let t = [t[0] * inverse, t[1] * inverse, t[2] * inverse];
         let (along, across) = (w * at.along, w * at.across);
@@ -193,7 +255,7 @@ fn add_group(group: &Group, y: &[f64; 6], mu: f64, sums: &mut [[f64; LANES]; SUM
             along * n[1] + across * t[1],
             along * n[2] + across * t[2],
         ];
-        let value = 0.5 * w * (at.along * at.along + at.across * at.across);
+        let value = w * at.value;
         let (p, q, r, z) = (w * at.p, w * at.q, w * at.r, w * at.z);
         let qn = [
             q * n[0] + r * t[0],
@@ -266,11 +328,17 @@ struct Dual {
 }
 
 impl Dual {
-    fn at(groups: &[Group], load: &Vector6<f64>, y: &Vector6<f64>, support: f64, mu: f64) -> Self {
+    fn at(
+        groups: &[Group],
+        load: &Vector6<f64>,
+        y: &Vector6<f64>,
+        support: f64,
+        cone: &Cone,
+    ) -> Self {
         let mut lanes = [[0.0; LANES]; SUMS];
         let at: [f64; 6] = std::array::from_fn(|k| y[k]);
         for group in groups {
-            add_group(group, &at, mu, &mut lanes);
+            add_group(group, &at, cone, &mut lanes);
         }
         let sums = lanes.map(|lane| (lane[0] + lane[1]) + (lane[2] + lane[3]));
         let mut curvature = Matrix6::from_diagonal_element(support);
@@ -316,10 +384,10 @@ fn maximise(
     load: &Vector6<f64>,
     start: Vector6<f64>,
     support: f64,
-    mu: f64,
+    cone: &Cone,
 ) -> Vector6<f64> {
     let mut y = start;
-    let mut at = Dual::at(groups, load, &y, support, mu);
+    let mut at = Dual::at(groups, load, &y, support, cone);
     let last = LAST_REMAINDER * load.norm();
     for _ in 0..MOST_STEPS {
         let Some(factor) = Cholesky::<f64, Const<6>>::new(at.curvature) else {
@@ -335,7 +403,7 @@ fn maximise(
         let mut better = None;
         for _ in 0..MOST_HALVINGS {
             let tried = y + step * length;
-            let found = Dual::at(groups, load, &tried, support, mu);
+            let found = Dual::at(groups, load, &tried, support, cone);
             if found.value >= at.value + 1e-4 * length * slope
                 || found.gradient.norm() < 0.5 * remainder
             {
@@ -360,7 +428,8 @@ fn maximise(
 /// value = Σ_v (√(C(v) + c) − √c) / Σ_v (√(C₀(v) + c) − √c),    C₀(v) = κ |v|²/2
 /// ```
 ///
-/// f are contact forces, G their wrenches, W the stiffness of the contacts and P the projection on the friction cone. In the
+/// f are contact forces, G their wrenches, W the stiffness of the contacts and P the projection on the friction cone, whose
+/// potential ½ |P|² is rounded ([`Potential`]). In the
 /// second form, which is dual to the first, y is the motion of the object: contacts are springs that push and rub but never
 /// pull, and κ is the compliance of a weak support that holds an object without contacts. W multiplies there, so a contact
 /// that comes or goes does so smoothly. The maximum is unique. Newton's method finds it from the solution of the layer whose
@@ -378,7 +447,7 @@ pub fn mean_compliance(
         by_normal: vec![Vector3::zeros(); count],
         by_rotation: Vector3::zeros(),
     };
-    let mu = settings.friction;
+    let cone = Cone::new(settings.friction, settings.friction_rounding);
     let support = settings.load / settings.free_motion;
     let groups: Vec<Group> = nodes.chunks(LANES).map(Group::of).collect();
     let mut stuck = Matrix6::from_diagonal_element(support);
@@ -406,7 +475,7 @@ pub fn mean_compliance(
             &load,
             stuck.as_ref().map_or(Vector6::zeros(), |s| s.solve(&load)),
             support,
-            mu,
+            &cone,
         );
 
         let motion: [f64; 6] = std::array::from_fn(|k| y[k]);
@@ -417,8 +486,8 @@ pub fn mean_compliance(
             let pulled = Vector3::from(pulled(&motion, node.arm.into()));
             let normal = n.dot(&pulled);
             let tangent = pulled - n * normal;
-            let at = Projection::of(normal, tangent.norm_squared(), mu);
-            compliance -= 0.5 * node.stiffness * (at.along * at.along + at.across * at.across);
+            let at = Potential::of(normal, tangent.norm_squared(), &cone);
+            compliance -= node.stiffness * at.value;
             projections.push((at, tangent / at.tangential));
         }
         let root = (compliance.max(0.0) + c).sqrt();
@@ -428,14 +497,13 @@ pub fn mean_compliance(
         for (i, (node, (at, tangent))) in nodes.iter().zip(&projections).enumerate() {
             let n = &node.inward_normal;
             let scaled = slope * node.stiffness;
-            let norm_squared = at.along * at.along + at.across * at.across;
-            total.by_stiffness[i] -= slope * 0.5 * norm_squared;
+            total.by_stiffness[i] -= slope * at.value;
             let force = n * at.along + tangent * at.across;
             // ∂u/∂a: P·(y_τ × da) = da·(P × y_τ).
             total.by_arm[i] -= force.cross(&y_torque) * scaled;
             // The potential depends on the normal through n·u and |t|² = |u|² − (n·u)², where u is the motion alone:
             // ∂ψ/∂a da + ∂ψ/∂T dT with da = u·dn, dT = −(a/T) u·dn.
-            let by_normal = at.along - at.across * at.normal / at.tangential;
+            let by_normal = at.along - at.p * at.normal;
             let u = n * at.normal + tangent * at.tangential;
             total.by_normal[i] -= u * (scaled * by_normal);
         }
@@ -464,6 +532,7 @@ mod tests {
         load: 1.0,
         torque_share: 0.4,
         free_motion: 20.0,
+        friction_rounding: 1e-9,
         rounding: 0.01,
     };
 
@@ -539,6 +608,45 @@ mod tests {
         }
     }
 
+    /// The rounded potential tends to half the squared norm of the projection on the cone; its force and second derivative
+    /// are its derivatives, also within the rounding.
+    #[test]
+    fn the_potential_is_a_rounded_projection() {
+        let mut rng = stream(3, Task::Start, 0);
+        for _ in 0..200 {
+            let (normal, tangential) = (
+                rng.random_range(-0.1..0.1_f64),
+                rng.random_range(0.001..0.1_f64),
+            );
+            let at = |rounding: f64, normal: f64, tangential: f64| {
+                Potential::of(normal, tangential * tangential, &Cone::new(0.3, rounding))
+            };
+            let sharp = at(1e-9, normal, tangential);
+            let projected = if tangential <= 0.3 * normal {
+                normal.hypot(tangential)
+            } else {
+                (normal + 0.3 * tangential).max(0.0) / 1.09_f64.sqrt()
+            };
+            assert!((sharp.value - 0.5 * projected * projected).abs() < 1e-9);
+
+            let (here, step) = (at(0.05, normal, tangential), 1e-6);
+            let [right, left] = [step, -step].map(|h| at(0.05, normal + h, tangential));
+            let [out, inward] = [step, -step].map(|h| at(0.05, normal, tangential + h));
+            let slope = |ahead: f64, behind: f64| (ahead - behind) / (2.0 * step);
+            let checks = [
+                (here.along, slope(right.value, left.value)),
+                (here.across, slope(out.value, inward.value)),
+                (here.p + here.q, slope(right.along, left.along)),
+                (here.r, slope(right.across, left.across)),
+                (here.p + here.z, slope(out.across, inward.across)),
+                (here.p * tangential, here.across),
+            ];
+            for (analytic, estimate) in checks {
+                assert!((analytic - estimate).abs() < 1e-7, "{analytic} {estimate}");
+            }
+        }
+    }
+
     /// Strong duality: the least energy of forces in their cones, found by projected gradient steps on the first form, is
     /// the maximum of the second.
     #[test]
@@ -555,8 +663,9 @@ mod tests {
             let load = Vector6::from_fn(|_, _| rng.random_range(-1.0..1.0));
             let (mu, kappa) = (SETTINGS.friction, SETTINGS.free_motion);
             let groups: Vec<Group> = nodes.chunks(LANES).map(Group::of).collect();
-            let y = maximise(&groups, &load, Vector6::zeros(), 1.0 / kappa, mu);
-            let dual = Dual::at(&groups, &load, &y, 1.0 / kappa, mu).value;
+            let cone = Cone::new(mu, SETTINGS.friction_rounding);
+            let y = maximise(&groups, &load, Vector6::zeros(), 1.0 / kappa, &cone);
+            let dual = Dual::at(&groups, &load, &y, 1.0 / kappa, &cone).value;
 
             let mut forces = vec![Vector3::zeros(); nodes.len()];
             let steepest = kappa * 12.0 * nodes.len() as f64 + 10.0;
@@ -581,7 +690,7 @@ mod tests {
                     let u = *force - slope / steepest;
                     let n = node.inward_normal;
                     let tangent = u - n * n.dot(&u);
-                    let at = Projection::of(n.dot(&u), tangent.norm_squared(), mu);
+                    let at = Potential::of(n.dot(&u), tangent.norm_squared(), &cone);
                     *force = n * at.along + tangent / at.tangential * at.across;
                 }
             }

@@ -16,6 +16,7 @@ pub use compliance::{Compliance, ComplianceSettings, Node, mean_compliance};
 pub use settings::LayerSettings;
 pub(crate) use settings::step;
 
+use crate::grasp::grip::Grip;
 use crate::hand::{Capsule, Hand, LinkId, PosedHand};
 use crate::object::Shape;
 
@@ -46,6 +47,8 @@ pub struct Sphere {
     pub volar: Vector3<f64>,
     /// Whether it may carry a contact.
     pub may_touch: bool,
+    /// Whether it rests and is kept off the object by [`Layer::clearance_m`].
+    pub rests: bool,
     /// Its nodes and the fraction of the sphere that belongs to each; the fractions sum to 1.
     pub nodes: Vec<(u32, f64)>,
 }
@@ -68,6 +71,8 @@ pub struct Layer {
     pub nodes: usize,
     /// Parts of digits that are drawn to the object.
     pub phalanges: Vec<Phalanx>,
+    /// Distance from the object that resting spheres keep, metres.
+    pub clearance_m: f64,
     groups: Vec<Group>,
 }
 
@@ -119,11 +124,27 @@ impl Layer {
             spheres,
             nodes,
             phalanges,
+            clearance_m: 0.0,
             groups,
         }
     }
 
-    /// Lists all spheres within `reach_m` of the object, by index.
+    /// The layer for a grip: the other parts rest, at least `clearance_m` off the object.
+    #[must_use]
+    pub fn for_grip(mut self, hand: &Hand, grip: Grip, clearance_m: f64) -> Self {
+        for sphere in &mut self.spheres {
+            sphere.rests = !grip.takes(hand, sphere.link);
+            sphere.may_touch &= !sphere.rests;
+        }
+        self.phalanges
+            .retain(|phalanx| grip.takes(hand, phalanx.link));
+        if self.spheres.iter().any(|sphere| sphere.rests) {
+            self.clearance_m = clearance_m;
+        }
+        self
+    }
+
+    /// Lists all spheres within `reach_m` of the object, and within the clearance of resting ones, by index.
     ///
     /// # Panics
     /// If `posed` belongs to another hand.
@@ -135,6 +156,7 @@ impl Layer {
         near: &mut Vec<NearSphere>,
     ) {
         near.clear();
+        let reach_m = reach_m.max(self.clearance_m);
         let slope = shape.lipschitz();
         for group in &self.groups {
             let frame = &posed.object_from_link[group.link.0];
@@ -222,6 +244,7 @@ fn along(
             share: part_m * capsule.radius_m / UNIT_AREA_M2,
             volar,
             may_touch,
+            rests: false,
             nodes: Vec::new(),
         }
     })

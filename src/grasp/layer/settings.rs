@@ -13,6 +13,8 @@ pub struct LayerSettings {
     pub compliance_weight: f64,
     /// Friction coefficient.
     pub friction: f64,
+    /// Rounding of the friction cones, in the unit of length of the loads.
+    pub friction_rounding: f64,
     /// Force of the test loads. The unit of length is what it presses 5 mm of a finger.
     pub load: f64,
     /// Torque of the test loads relative to their force at the object's radius.
@@ -31,6 +33,12 @@ pub struct LayerSettings {
     pub reach_weight: f64,
     /// Gap beyond which nothing is drawn, metres.
     pub reach_m: f64,
+    /// Height of the hump before the reach that keeps resting digits off; none at 0 to 1. See [`Reach`](crate::grasp::term::Reach).
+    pub reach_hump: f64,
+    /// Reach while a chain closes the digits of its grip, without a hump, metres.
+    pub closing_reach_m: f64,
+    /// Distance from the object of the parts that do not take part in the grip of a chain, metres.
+    pub rest_clearance_m: f64,
     /// Weight of the depth of the layer in the object, 1/m.
     pub pressing_weight_per_m: f64,
     /// Depth that costs nothing, metres.
@@ -44,6 +52,7 @@ impl Default for LayerSettings {
         Self {
             compliance_weight: 1.0,
             friction: 0.15,
+            friction_rounding: 0.02,
             load: 1.0,
             torque_share: 0.1,
             free_motion: 100.0,
@@ -52,7 +61,10 @@ impl Default for LayerSettings {
             far_skin_m: [0.006, -0.001],
             far_share: 0.15,
             reach_weight: 0.0075,
-            reach_m: 0.03,
+            reach_m: 0.012,
+            reach_hump: 12.0,
+            closing_reach_m: 0.03,
+            rest_clearance_m: 0.006,
             pressing_weight_per_m: 30.0,
             pressing_free_m: 0.0003,
             pressing_rounding_m: 0.002,
@@ -82,6 +94,7 @@ impl LayerSettings {
         vec![
             weight("layer.compliance_weight", self.compliance_weight),
             weight("layer.friction", self.friction),
+            divisor("layer.friction_rounding", self.friction_rounding),
             divisor("layer.load", self.load),
             divisor("layer.torque_share", self.torque_share),
             divisor("layer.free_motion", self.free_motion),
@@ -93,6 +106,9 @@ impl LayerSettings {
             ("layer.far_share", SHARE, self.far_share),
             weight("layer.reach_weight", self.reach_weight),
             divisor("layer.reach_m", self.reach_m),
+            weight("layer.reach_hump", self.reach_hump),
+            divisor("layer.closing_reach_m", self.closing_reach_m),
+            ("layer.rest_clearance_m", SKIN, self.rest_clearance_m),
             weight("layer.pressing_weight_per_m", self.pressing_weight_per_m),
             weight("layer.pressing_free_m", self.pressing_free_m),
             divisor("layer.pressing_rounding_m", self.pressing_rounding_m),

@@ -118,7 +118,11 @@ fn run(
         ..*settings
     };
     let mut rng = stream(seed, Task::Synthesis, chain);
-    let mut best: Option<Synthesized> = None;
+    let guide = settings
+        .grips
+        .filter(|_| given.is_none())
+        .and_then(|grips| energy.for_grip(grips.draw(energy.hand(), &mut rng)));
+    let mut best: Option<(Synthesized, bool)> = None;
     let (mut steps, mut evaluations) = (0, 0);
     let attempts = settings.attempts.min(settings.steps.max(1));
     for attempt in 0..attempts {
@@ -137,7 +141,7 @@ fn run(
         };
         evaluations += u64::from(share);
         let end = walk(
-            energy,
+            guide.as_ref().unwrap_or(energy),
             settings,
             &schedule,
             start,
@@ -148,20 +152,27 @@ fn run(
         );
         steps += share;
         let only = attempts == 1;
+        // The parts of the grip alone must hold; otherwise the hand may close to a grasp that was not asked for.
+        let missed = guide
+            .as_ref()
+            .and_then(|guide| guide.compliance(&end.raw.coordinates))
+            .is_some_and(|compliance| compliance > MISSED_COMPLIANCE);
+        if missed && best.is_some() {
+            evaluations += end.evaluations;
+            continue;
+        }
         let (found, passes) = finish(energy, settings, refine, end, only);
         evaluations += found.evaluations;
-        if passes
-            || best
-                .as_ref()
-                .is_none_or(|known| found.energy < known.energy)
-        {
-            best = Some(found);
+        let done = passes && !missed;
+        let is_better = |known: &(Synthesized, bool)| !known.1 && found.energy < known.0.energy;
+        if done || best.as_ref().is_none_or(is_better) {
+            best = Some((found, passes));
         }
-        if passes {
+        if done {
             break;
         }
     }
-    let mut best = best.expect("there is at least one attempt");
+    let (mut best, _) = best.expect("there is at least one attempt");
     if let Some(given) = given.filter(|given| given.displacement_m == 0.0)
         && matches!(
             settings.refinement,
@@ -254,6 +265,9 @@ fn trial_settings(refine: &QuenchSettings) -> QuenchSettings {
         .with_gradient_tolerance(TRIAL_TOLERANCE.max(refine.gradient_tolerance))
         .with_max_evaluations(TRIAL_EVALUATIONS.min(refine.max_evaluations))
 }
+
+/// Compliance above which the parts of a grip do not hold, and the attempt has failed.
+const MISSED_COMPLIANCE: f64 = 0.25;
 
 /// Energy per metre. Over the last millimetres this is far less than the differences between grasps.
 const TRIAL_TOLERANCE: f64 = 1e-2;

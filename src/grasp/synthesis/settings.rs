@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::grasp::grip::GripShares;
 use crate::grasp::kernel::StepScales;
 use crate::limits::{ATTEMPTS, Beyond, HOP, SHARE, STEPS, TEMPERATURE};
 
@@ -102,6 +103,9 @@ pub struct SynthesisSettings {
     /// Length of a random displacement, metres of the pose space (hopping sampler; others have none).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hop_length_m: Option<f64>,
+    /// Frequencies of the parts of the hand that take part (hopping sampler with an energy of an elastic layer).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub grips: Option<GripShares>,
     /// Refinement of the end.
     pub refinement: Refinement,
 }
@@ -125,6 +129,7 @@ impl Default for SynthesisSettings {
             step_scales: StepScales::Levers,
             acceptance: 0.57,
             hop_length_m: None,
+            grips: None,
             refinement: Refinement::Quench,
         }
     }
@@ -136,6 +141,7 @@ impl SynthesisSettings {
         Self {
             sampler: Sampler::Hopping,
             hop_length_m: Some(0.03),
+            grips: Some(GripShares::default()),
             start_candidates: 1,
             steps: 40,
             attempts: 8,
@@ -182,6 +188,10 @@ impl SynthesisSettings {
             ("attempts", ATTEMPTS, self.attempts.into()),
             ("start_candidates", ATTEMPTS, self.start_candidates.into()),
         ];
+        let grips = self.grips.iter().flat_map(GripShares::values);
+        let settings = settings
+            .into_iter()
+            .chain(grips.map(|(name, limit, value)| (name, limit, value)));
         for (name, limit, value) in settings {
             let told = |beyond| SynthesisSettingsError { name, beyond };
             limit.check(value).map_err(told)?;

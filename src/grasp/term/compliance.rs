@@ -121,6 +121,7 @@ impl Term for LayerCompliance {
         }
         let settings = ComplianceSettings {
             friction: self.settings.friction,
+            friction_rounding: self.settings.friction_rounding,
             load: self.settings.load,
             torque_share: self.settings.torque_share,
             free_motion: self.settings.free_motion,

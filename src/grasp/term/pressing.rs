@@ -9,7 +9,7 @@ use crate::grasp::layer::LayerSettings;
 /// E = w Σ_spheres share · h(depth − free)
 /// ```
 ///
-/// h is a hinge that is rounded so that its second derivative is continuous. Depths up to `free` cost nothing: skin gives.
+/// `free` is negative for parts that rest, which are kept off the object. h is a hinge that is rounded so that its second derivative is continuous. Depths up to `free` cost nothing: skin gives.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pressing {
     /// Settings of the layer.
@@ -48,11 +48,16 @@ impl Term for Pressing {
     fn add(&self, scene: &Scene<'_>, forces: &mut Forces) -> f64 {
         let mut energy = 0.0;
         for near in scene.near_spheres {
-            let depth_m = -near.gap_m - self.settings.pressing_free_m;
+            let sphere = &scene.layer.spheres[near.sphere as usize];
+            let free_m = if sphere.rests {
+                -scene.layer.clearance_m
+            } else {
+                self.settings.pressing_free_m
+            };
+            let depth_m = -near.gap_m - free_m;
             if depth_m <= 0.0 {
                 continue;
             }
-            let sphere = &scene.layer.spheres[near.sphere as usize];
             let (value, slope) = smooth_hinge(depth_m, self.settings.pressing_rounding_m);
             let scale = self.weight() * sphere.share;
             energy += scale * value;

@@ -9,7 +9,7 @@
 
 use std::cell::OnceCell;
 
-use super::pass::Peak;
+use super::pass::{Pass, Peak};
 use super::seam::{Sheet, slide};
 use super::{Path, PathSettings, SeamSettings, near};
 use crate::energy::Energy;
@@ -104,6 +104,24 @@ pub(super) fn lower(
         peak: path.peak(&top),
         path: path.path(&top),
     })
+}
+
+/// The path with its top replaced by `pass`, if no point between its ends is higher than the pass.
+pub(super) fn over(
+    energy: &dyn Energy,
+    path: &Path,
+    pass: &Pass,
+    floor: f64,
+    settings: &PathSettings,
+    seams: &SeamSettings,
+) -> Option<Path> {
+    let mut images = path.images.clone();
+    images[path.top()].clone_from(&pass.x);
+    let spacing = 0.5 * seams.spacing;
+    let polygon = Kinked::new(energy, &images, spacing, floor, settings);
+    let top = polygon.top(f64::INFINITY)?;
+    let slack = settings.slack(pass.energy - floor);
+    (top.energy <= pass.energy + slack).then(|| polygon.path(&top))
 }
 
 impl<'e> Kinked<'e> {

@@ -12,7 +12,7 @@
 //! *and* halving the distance of its points hardly changes its height (see `lower`).
 
 use super::images::{Images, Manner};
-use super::lower::{Lowered, lower};
+use super::lower::{Lowered, lower, over};
 use super::pass::{Pass, Peak, Refined};
 use super::settings::{PathSettings, SeamSettings};
 use super::{Path, near, spread};
@@ -161,11 +161,15 @@ impl Relaxation<'_> {
                 self.descent,
                 self.sameness,
             );
-            if let Some(Refined { pass, .. }) = pass
-                && let Some(path) = self.direct(&pass, path.images.len())
-            {
-                let (height, top) = (pass.energy.max(path.height()), pass.x.clone());
-                return self.verdict(path, height, top, pass_evidence(&pass), vec![pass]);
+            if let Some(Refined { pass, .. }) = pass {
+                if let Some(path) = self.direct(&pass, path.images.len()) {
+                    let (height, top) = (pass.energy.max(path.height()), pass.x.clone());
+                    return self.verdict(path, height, top, pass_evidence(&pass), vec![pass]);
+                }
+                if let Some(path) = over(self.energy, &path, &pass, floor, self.settings, seams) {
+                    let (height, top) = (path.height(), pass.x.clone());
+                    return self.verdict(path, height, top, pass_evidence(&pass), vec![pass]);
+                }
             }
         }
         let height = path.height();
