@@ -134,10 +134,7 @@ fn protocol(command: &Stability) -> anyhow::Result<Protocol> {
 fn summary(found: &Simulation) -> String {
     let outcomes = &found.outcomes;
     let total = outcomes.len();
-    let stable = outcomes
-        .iter()
-        .filter(|(_, outcome)| outcome.is_stable())
-        .count();
+    let stable = found.stable();
     let mut text = format!(
         "stable     {stable} of {total} ({:.1} %)\n",
         100.0 * stable as f64 / total as f64

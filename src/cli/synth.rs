@@ -14,12 +14,14 @@ use super::output::check_file;
 use super::run::{Watch, open_journal};
 use crate::cli::printing::{complain, print};
 use crate::evaluation::Diversity;
+use crate::evaluation::stability::{Drop, Protocol};
 use crate::grasp::synthesis::Refinement;
 use crate::grasp::{GraspEnergy, Judgement};
 use crate::limits::{CHAINS, PERTURBATION, STEPS};
 use crate::store::{GraspFile, Metadata};
 use crate::study::{
-    Experiment, Keep, Origin, PopulationSettings, Run, Synthesis, synthesize_population,
+    Experiment, Keep, Origin, PopulationSettings, Run, Synthesis, simulate_sample,
+    synthesize_population,
 };
 
 /// Synthesize grasps.
@@ -100,6 +102,10 @@ pub(super) struct Synth {
     /// Keep at most N grasps, chosen so that they are spread evenly over the object.
     #[arg(long, value_name = "N")]
     spread: Option<usize>,
+    /// Drop N of the kept grasps, evenly chosen, in simulation at the end, and print how many hold (0: none). `landscape
+    /// stability` drops all and stores the outcomes.
+    #[arg(long, default_value_t = 32, value_name = "N")]
+    drop: usize,
     /// The file to write.
     #[arg(long, short, default_value = "grasps.parquet", value_name = "FILE")]
     output: PathBuf,
@@ -197,8 +203,31 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
     journal.remove()?;
     if !common.quiet {
         complain(&format!("wrote {}", command.output.display()));
+        drop_sample(&file, command.drop);
     }
     Ok(())
+}
+
+/// Prints how many of at most `most` grasps hold in the drop test. The file is written already, so nothing fails here.
+fn drop_sample(file: &GraspFile, most: usize) {
+    if most == 0 {
+        return;
+    }
+    let watch = Watch::new(false);
+    let run = Run {
+        observer: &|news| watch.see(news),
+        ..Run::default()
+    };
+    let found = simulate_sample(file, &Protocol::Drop(Drop::default()), most, &run);
+    watch.clear();
+    match found {
+        Ok(found) => print(&format!(
+            "hold when dropped    {} of {}\n",
+            found.stable(),
+            found.outcomes.len()
+        )),
+        Err(error) => complain(&format!("the grasps were not dropped: {error}")),
+    }
 }
 
 /// Hand and object of the flags, or those of the given grasps; and what is to be said of them.

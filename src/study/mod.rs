@@ -133,7 +133,9 @@ pub use minimax_path::{MinimaxPath, Waypoint};
 pub use names::{GraspSetting, MinimumName};
 pub use report::GraspReport;
 pub use settings::{GraspMapSettings, StudyRun, settings_for_grasps};
-pub use simulation::{ObjectFit, Simulation, simulate_all, simulation_fingerprint};
+pub use simulation::{
+    ObjectFit, Simulation, simulate_all, simulate_sample, simulation_fingerprint,
+};
 pub use statistics::{
     Basin, Basins, NamedLandscape, Part, StatisticsSettings, TaxonomyComparison, TypeComparison,
     compare_types, compare_with_taxonomy,

@@ -90,7 +90,34 @@ pub fn simulate_all(
     Ok(found)
 }
 
+/// Simulates at most `most` grasps of a file, evenly chosen from its rows.
+///
+/// # Errors
+/// As [`simulate_all`].
+pub fn simulate_sample(
+    file: &GraspFile,
+    protocol: &Protocol,
+    most: usize,
+    run: &Run<'_>,
+) -> Result<Simulation, StudyError> {
+    let total = file.grasps.len();
+    let count = most.min(total);
+    let sample = GraspFile {
+        metadata: file.metadata.clone(),
+        grasps: (0..count)
+            .map(|k| file.grasps[k * total / count].clone())
+            .collect(),
+    };
+    simulate_all(&sample, protocol, run)
+}
+
 impl Simulation {
+    /// Number of grasps that keep the object.
+    pub fn stable(&self) -> usize {
+        let outcomes = self.outcomes.iter();
+        outcomes.filter(|(_, outcome)| outcome.is_stable()).count()
+    }
+
     /// Writes outcomes into the rows of the file, and the protocol into its metadata.
     pub fn record(&self, file: &mut GraspFile, protocol: &Protocol) {
         let finite = |value: f64| value.is_finite().then_some(value);

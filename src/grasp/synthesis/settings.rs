@@ -189,9 +189,7 @@ impl SynthesisSettings {
             ("start_candidates", ATTEMPTS, self.start_candidates.into()),
         ];
         let grips = self.grips.iter().flat_map(GripShares::values);
-        let settings = settings
-            .into_iter()
-            .chain(grips.map(|(name, limit, value)| (name, limit, value)));
+        let settings = settings.into_iter().chain(grips);
         for (name, limit, value) in settings {
             let told = |beyond| SynthesisSettingsError { name, beyond };
             limit.check(value).map_err(told)?;
