@@ -208,7 +208,11 @@ const RUNS: [(&str, &[&str]); 14] = [
 ];
 
 /// Flags that do not change the output of these verbs, with the reason.
-const WITHOUT_TRACE: [(&str, &str); 12] = [
+const WITHOUT_TRACE: [(&str, &str); 13] = [
+    (
+        "drop",
+        "tells how a sample fares; the file is written before",
+    ),
     ("threads", "any number of threads gives the same bytes"),
     ("quiet", "tells less"),
     (
