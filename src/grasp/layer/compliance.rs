@@ -452,7 +452,7 @@ fn maximise(
 /// ```
 ///
 /// f are contact forces, G their wrenches, W the stiffness of the contacts and P the projection on the friction cone, whose
-/// potential ½ |P|² is rounded ([`Potential`]). In the
+/// potential ½ |P|² is rounded (`Potential`). In the
 /// second form, which is dual to the first, y is the motion of the object: contacts are springs that push and rub but never
 /// pull, and κ is the compliance of a weak support that holds an object without contacts. W multiplies there, so a contact
 /// that comes or goes does so smoothly. The maximum is unique. Newton's method finds it from the solution of the layer whose
