@@ -28,20 +28,25 @@ fn energy(hand: Hand, contacts: usize) -> GraspEnergy {
 fn walk(energy: &GraspEnergy, step_m: f64) -> (Vec<u32>, Vec<Vec<f64>>) {
     let settings = SynthesisSettings::default();
     let grasp = synthesize(energy, &settings, &QuenchSettings::default(), 1, 0);
+    let points = around(energy, &grasp.refined, step_m);
+    (grasp.refined.contacts, points)
+}
+
+/// Random poses near that of a grasp.
+fn around(energy: &GraspEnergy, grasp: &Grasp, step_m: f64) -> Vec<Vec<f64>> {
     let mut rng = stream(0, Task::Start, 0);
     let scales = energy.space().step_scales();
-    let points = (0..256)
+    (0..256)
         .map(|_| {
             let tangent: Vec<f64> = scales
                 .iter()
                 .map(|scale| scale * rng.random_range(-step_m..step_m))
                 .collect();
-            let mut x = grasp.refined.pose.to_vec();
+            let mut x = grasp.pose.to_vec();
             energy.space().exp(&mut x, &tangent);
             x
         })
-        .collect();
-    (grasp.refined.contacts, points)
+        .collect()
 }
 
 fn evaluations(criterion: &mut Criterion) {
@@ -85,6 +90,35 @@ fn evaluations(criterion: &mut Criterion) {
     criterion.bench_function("grasp/forward kinematics, 773 points", |bencher| {
         bencher.iter(|| hand.pose(black_box(&x), &mut posed));
     });
+}
+
+/// The energy of an elastic layer, at a grasp and around it.
+fn layer(criterion: &mut Criterion) {
+    let object = Object::named("bottle_round").expect("the bottle comes with the crate");
+    let energy = GraspEnergy::new(
+        Arc::new(Hand::human()),
+        Arc::new(object),
+        EnergySettings::closed(),
+    )
+    .expect("the preset makes sense");
+    let settings = SynthesisSettings::closed();
+    let mut gradient = vec![0.0; energy.space().tangents()];
+    let mut group = criterion.benchmark_group("grasp/layer");
+    for chain in 0..4 {
+        let grasp = synthesize(&energy, &settings, &QuenchSettings::default(), 1, chain);
+        let points = around(&energy, &grasp.refined, 5e-4);
+        let mut next = (0..points.len()).cycle();
+        group.bench_function(
+            format!("evaluation near the grasp of chain {chain}"),
+            |bencher| {
+                bencher.iter(|| {
+                    let x = &points[next.next().unwrap_or(0)];
+                    energy.evaluate(black_box(x), &mut gradient)
+                });
+            },
+        );
+    }
+    group.finish();
 }
 
 /// Other hands beside the human one, whose cost per surface point is the reference. Published hands are sought in
@@ -146,5 +180,5 @@ fn other_hands(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, evaluations, other_hands);
+criterion_group!(benches, evaluations, layer, other_hands);
 criterion_main!(benches);

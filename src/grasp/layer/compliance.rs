@@ -5,7 +5,7 @@
     reason = "only what is inlined uses the vector instructions chosen at run time"
 )]
 
-use nalgebra::{Cholesky, Const, Matrix3, Matrix6, Vector3, Vector6};
+use nalgebra::{Matrix3, Vector3};
 
 /// A patch of the layer: an elastic contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -65,13 +65,14 @@ const DIRECTIONS: [[f64; 3]; 4] = [
 ];
 
 const LANES: usize = 4;
+type Lanes = [f64; LANES];
 
 /// Four nodes, laid out for vectorised sums. Missing ones have no stiffness.
 #[derive(Debug, Clone, Copy)]
 struct Group {
-    stiffness: [f64; LANES],
-    arm: [[f64; LANES]; 3],
-    normal: [[f64; LANES]; 3],
+    stiffness: Lanes,
+    arm: [Lanes; 3],
+    normal: [Lanes; 3],
 }
 
 impl Group {
@@ -90,6 +91,59 @@ impl Group {
         }
         group
     }
+
+    /// A contact of the group at the motion `y`.
+    #[inline(always)]
+    fn contact(&self, lane: usize, y: &[f64; 6], cone: &Cone) -> Contact {
+        let [a, n] = [&self.arm, &self.normal].map(|of| [of[0][lane], of[1][lane], of[2][lane]]);
+        let u = [
+            y[0] + y[4] * a[2] - y[5] * a[1],
+            y[1] + y[5] * a[0] - y[3] * a[2],
+            y[2] + y[3] * a[1] - y[4] * a[0],
+        ];
+        let normal = u[0] * n[0] + u[1] * n[1] + u[2] * n[2];
+        let t = [
+            u[0] - n[0] * normal,
+            u[1] - n[1] * normal,
+            u[2] - n[2] * normal,
+        ];
+        let at = Potential::of(normal, t[0] * t[0] + t[1] * t[1] + t[2] * t[2], cone);
+        let inverse = 1.0 / at.tangential;
+        let t = [t[0] * inverse, t[1] * inverse, t[2] * inverse];
+        let f = [
+            at.along * n[0] + at.across * t[0],
+            at.along * n[1] + at.across * t[1],
+            at.along * n[2] + at.across * t[2],
+        ];
+        Contact { a, n, u, t, f, at }
+    }
+}
+
+/// A contact at a motion of the object: its arm and normal, the displacement u = Gᵀy of its layer, the direction t of the
+/// part of u across the normal, and the force per stiffness.
+struct Contact {
+    a: [f64; 3],
+    n: [f64; 3],
+    u: [f64; 3],
+    t: [f64; 3],
+    f: [f64; 3],
+    at: Potential,
+}
+
+/// Sums over loads of the derivatives by stiffness, arm and normal of four nodes.
+#[derive(Debug, Clone, Copy)]
+struct Slopes {
+    by_stiffness: Lanes,
+    by_arm: [Lanes; 3],
+    by_normal: [Lanes; 3],
+}
+
+impl Slopes {
+    const ZERO: Self = Self {
+        by_stiffness: [0.0; LANES],
+        by_arm: [[0.0; LANES]; 3],
+        by_normal: [[0.0; LANES]; 3],
+    };
 }
 
 /// The potential ψ of a contact whose layer is displaced by u = a n + T t (unit tangent t) against the object, and its
@@ -200,32 +254,85 @@ impl Potential {
     }
 }
 
-/// `Gᵀ y = y_f + y_τ × a`.
-#[inline(always)]
-fn pulled(y: &[f64; 6], a: [f64; 3]) -> [f64; 3] {
-    [
-        y[0] + y[4] * a[2] - y[5] * a[1],
-        y[1] + y[5] * a[0] - y[3] * a[2],
-        y[2] + y[3] * a[1] - y[4] * a[0],
-    ]
+/// A symmetric matrix, of which only the lower triangle counts.
+type Lower = [[f64; 6]; 6];
+
+/// A multiple of the identity.
+fn multiple(value: f64) -> Lower {
+    let mut matrix = [[0.0; 6]; 6];
+    for (k, row) in matrix.iter_mut().enumerate() {
+        row[k] = value;
+    }
+    matrix
 }
 
-/// Adds W G Gᵀ to the lower triangle.
-fn add_stuck(matrix: &mut Matrix6<f64>, weight: f64, arm: &Vector3<f64>) {
+/// Adds W G Gᵀ.
+fn add_stuck(matrix: &mut Lower, weight: f64, arm: &Vector3<f64>) {
     let a = arm * weight;
     for k in 0..3 {
-        matrix[(k, k)] += weight;
-        matrix[(3 + k, 3 + k)] += a.dot(arm) - a[k] * arm[k];
+        matrix[k][k] += weight;
+        matrix[3 + k][3 + k] += a.dot(arm) - a[k] * arm[k];
     }
-    matrix[(3, 1)] -= a.z;
-    matrix[(3, 2)] += a.y;
-    matrix[(4, 0)] += a.z;
-    matrix[(4, 2)] -= a.x;
-    matrix[(5, 0)] -= a.y;
-    matrix[(5, 1)] += a.x;
-    matrix[(4, 3)] -= a.y * arm.x;
-    matrix[(5, 3)] -= a.z * arm.x;
-    matrix[(5, 4)] -= a.z * arm.y;
+    matrix[3][1] -= a.z;
+    matrix[3][2] += a.y;
+    matrix[4][0] += a.z;
+    matrix[4][2] -= a.x;
+    matrix[5][0] -= a.y;
+    matrix[5][1] += a.x;
+    matrix[4][3] -= a.y * arm.x;
+    matrix[5][3] -= a.z * arm.x;
+    matrix[5][4] -= a.z * arm.y;
+}
+
+/// The factors of a positive definite matrix L D Lᵀ. Six rows are too few for a library to be as fast.
+struct Factors {
+    lower: Lower,
+    inverse: [f64; 6],
+}
+
+impl Factors {
+    /// `None` if the matrix is not positive definite.
+    #[inline]
+    fn of(matrix: &Lower) -> Option<Self> {
+        let mut lower = [[0.0; 6]; 6];
+        let mut inverse = [0.0; 6];
+        for i in 0..6 {
+            // Row i of L D.
+            let mut scaled = [0.0; 6];
+            let mut pivot = matrix[i][i];
+            for j in 0..i {
+                let mut sum = matrix[i][j];
+                for k in 0..j {
+                    sum -= scaled[k] * lower[j][k];
+                }
+                scaled[j] = sum;
+                lower[i][j] = sum * inverse[j];
+                pivot -= sum * lower[i][j];
+            }
+            if pivot.partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {
+                return None;
+            }
+            inverse[i] = 1.0 / pivot;
+        }
+        Some(Self { lower, inverse })
+    }
+
+    #[inline]
+    fn solve(&self, right: &[f64; 6]) -> [f64; 6] {
+        let mut x = *right;
+        for i in 1..6 {
+            for k in 0..i {
+                x[i] -= self.lower[i][k] * x[k];
+            }
+        }
+        for i in (0..6).rev() {
+            x[i] *= self.inverse[i];
+            for k in i + 1..6 {
+                x[i] -= self.lower[k][i] * x[k];
+            }
+        }
+        x
+    }
 }
 
 /// Sums over nodes: the potential, its six derivatives and its 21 second derivatives (the force block, the lower left block
@@ -234,32 +341,11 @@ const SUMS: usize = 1 + 6 + 6 + 9 + 6;
 
 /// Adds the sums over the four nodes of a group.
 #[inline(always)]
-fn add_group(group: &Group, y: &[f64; 6], cone: &Cone, sums: &mut [[f64; LANES]; SUMS]) {
+fn add_group(group: &Group, y: &[f64; 6], cone: &Cone, sums: &mut [Lanes; SUMS]) {
     for lane in 0..LANES {
         let w = group.stiffness[lane];
-        let a = [group.arm[0][lane], group.arm[1][lane], group.arm[2][lane]];
-        let n = [
-            group.normal[0][lane],
-            group.normal[1][lane],
-            group.normal[2][lane],
-        ];
-        let g = pulled(y, a);
-        let pulled_normal = g[0] * n[0] + g[1] * n[1] + g[2] * n[2];
-        let t = [
-            g[0] - n[0] * pulled_normal,
-            g[1] - n[1] * pulled_normal,
-            g[2] - n[2] * pulled_normal,
-        ];
-        let squared = t[0] * t[0] + t[1] * t[1] + t[2] * t[2];
-        let at = Potential::of(pulled_normal, squared, cone);
-        let inverse = 1.0 / at.tangential;
-        let t = [t[0] * inverse, t[1] * inverse, t[2] * inverse];
-        let (along, across) = (w * at.along, w * at.across);
-        let f = [
-            along * n[0] + across * t[0],
-            along * n[1] + across * t[1],
-            along * n[2] + across * t[2],
-        ];
+        let Contact { a, n, t, f, at, .. } = group.contact(lane, y, cone);
+        let f = [w * f[0], w * f[1], w * f[2]];
         let value = w * at.value;
         let (p, q, r, z) = (w * at.p, w * at.q, w * at.r, w * at.z);
         let qn = [
@@ -328,52 +414,92 @@ fn add_group(group: &Group, y: &[f64; 6], cone: &Cone, sums: &mut [[f64; LANES];
 /// The sums over all nodes at a motion.
 struct Sums<'a> {
     groups: &'a [Group],
-    at: [f64; 6],
+    at: &'a [f64; 6],
     cone: &'a Cone,
 }
 
 impl pulp::NullaryFnOnce for Sums<'_> {
-    type Output = [[f64; LANES]; SUMS];
+    type Output = [f64; SUMS];
 
     #[inline(always)]
     fn call(self) -> Self::Output {
         let mut lanes = [[0.0; LANES]; SUMS];
         for group in self.groups {
-            add_group(group, &self.at, self.cone, &mut lanes);
+            add_group(group, self.at, self.cone, &mut lanes);
         }
-        lanes
+        lanes.map(|lane| (lane[0] + lane[1]) + (lane[2] + lane[3]))
     }
 }
 
-/// The dual function, its gradient and the negative of its second derivative (lower triangle) at a point.
+/// Adds to `slopes` the derivatives by the nodes of √C at the motion that solves a load; `factor` is the derivative of the
+/// root.
+struct AddSlopes<'a> {
+    groups: &'a [Group],
+    at: &'a [f64; 6],
+    cone: &'a Cone,
+    factor: f64,
+    slopes: &'a mut [Slopes],
+}
+
+impl pulp::NullaryFnOnce for AddSlopes<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let (y, factor) = (self.at, self.factor);
+        for (group, slopes) in self.groups.iter().zip(self.slopes) {
+            for lane in 0..LANES {
+                let Contact { u, f, at, .. } = group.contact(lane, y, self.cone);
+                let scaled = factor * group.stiffness[lane];
+                slopes.by_stiffness[lane] -= factor * at.value;
+                // ∂u/∂a: f·(y_τ × da) = da·(f × y_τ).
+                slopes.by_arm[0][lane] -= scaled * (f[1] * y[5] - f[2] * y[4]);
+                slopes.by_arm[1][lane] -= scaled * (f[2] * y[3] - f[0] * y[5]);
+                slopes.by_arm[2][lane] -= scaled * (f[0] * y[4] - f[1] * y[3]);
+                // The potential depends on the normal through n·u and |t|² = |u|² − (n·u)², where u is the motion alone:
+                // ∂ψ/∂a da + ∂ψ/∂T dT with da = u·dn, dT = −(a/T) u·dn.
+                let by_normal = scaled * (at.along - at.p * at.normal);
+                for k in 0..3 {
+                    slopes.by_normal[k][lane] -= by_normal * u[k];
+                }
+            }
+        }
+    }
+}
+
+/// The dual function, its gradient and the negative of its second derivative at a motion.
 struct Dual {
     value: f64,
-    gradient: Vector6<f64>,
-    curvature: Matrix6<f64>,
+    gradient: [f64; 6],
+    curvature: Lower,
 }
 
 impl Dual {
-    fn at(
-        groups: &[Group],
-        load: &Vector6<f64>,
-        y: &Vector6<f64>,
-        support: f64,
-        cone: &Cone,
-    ) -> Self {
-        let at: [f64; 6] = std::array::from_fn(|k| y[k]);
+    fn at(groups: &[Group], load: &[f64; 6], y: &[f64; 6], support: f64, cone: &Cone) -> Self {
         // The widest vector instructions of the processor: without fused multiplication they give the same bits.
-        let lanes = pulp::Arch::new().dispatch(Sums { groups, at, cone });
-        let sums = lanes.map(|lane| (lane[0] + lane[1]) + (lane[2] + lane[3]));
-        let mut curvature = Matrix6::from_diagonal_element(support);
+        let sums = pulp::Arch::new().dispatch(Sums {
+            groups,
+            at: y,
+            cone,
+        });
+        let mut curvature = multiple(support);
         for (k, (i, j)) in CURVATURE.into_iter().enumerate() {
-            curvature[(i, j)] += sums[7 + k];
+            curvature[i][j] += sums[7 + k];
         }
         Self {
-            value: y.dot(load) - 0.5 * support * y.norm_squared() - sums[0],
-            gradient: load - y * support - Vector6::from_column_slice(&sums[1..7]),
+            value: dot(y, load) - 0.5 * support * dot(y, y) - sums[0],
+            gradient: std::array::from_fn(|k| load[k] - y[k] * support - sums[1 + k]),
             curvature,
         }
     }
+}
+
+fn dot(a: &[f64; 6], b: &[f64; 6]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn norm(a: &[f64; 6]) -> f64 {
+    dot(a, a).sqrt()
 }
 
 /// Places of the second derivatives in the order of their sums.
@@ -401,34 +527,38 @@ const CURVATURE: [(usize, usize); 21] = [
     (5, 5),
 ];
 
-/// The y that maximises the dual function.
+/// The y that maximises the dual function, and the maximum.
 fn maximise(
     groups: &[Group],
-    load: &Vector6<f64>,
-    start: Vector6<f64>,
+    load: &[f64; 6],
+    start: [f64; 6],
     support: f64,
     cone: &Cone,
-) -> Vector6<f64> {
+) -> ([f64; 6], f64) {
+    let moved = |y: &[f64; 6], step: &[f64; 6], length: f64| -> [f64; 6] {
+        std::array::from_fn(|k| y[k] + step[k] * length)
+    };
     let mut y = start;
     let mut at = Dual::at(groups, load, &y, support, cone);
-    let last = LAST_REMAINDER * load.norm();
+    let last = LAST_REMAINDER * norm(load);
     for _ in 0..MOST_STEPS {
-        let Some(factor) = Cholesky::<f64, Const<6>>::new(at.curvature) else {
+        let Some(factors) = Factors::of(&at.curvature) else {
             break;
         };
-        let remainder = at.gradient.norm();
-        let step = factor.solve(&at.gradient);
+        let remainder = norm(&at.gradient);
+        let step = factors.solve(&at.gradient);
+        let slope = dot(&step, &at.gradient);
         if remainder <= last {
-            return y + step;
+            // The maximum of the quadratic.
+            return (moved(&y, &step, 1.0), at.value + 0.5 * slope);
         }
-        let slope = step.dot(&at.gradient);
         let mut length = 1.0;
         let mut better = None;
         for _ in 0..MOST_HALVINGS {
-            let tried = y + step * length;
+            let tried = moved(&y, &step, length);
             let found = Dual::at(groups, load, &tried, support, cone);
             if found.value >= at.value + 1e-4 * length * slope
-                || found.gradient.norm() < 0.5 * remainder
+                || norm(&found.gradient) < 0.5 * remainder
             {
                 better = Some((tried, found));
                 break;
@@ -439,7 +569,7 @@ fn maximise(
         let Some(next) = better else { break };
         (y, at) = next;
     }
-    y
+    (y, at.value)
 }
 
 /// The mean compliance of `nodes` under eight loads: forces and torques along the corners of a tetrahedron in the frame of
@@ -452,34 +582,28 @@ fn maximise(
 /// ```
 ///
 /// f are contact forces, G their wrenches, W the stiffness of the contacts and P the projection on the friction cone, whose
-/// potential ½ |P|² is rounded (`Potential`). In the
-/// second form, which is dual to the first, y is the motion of the object: contacts are springs that push and rub but never
-/// pull, and κ is the compliance of a weak support that holds an object without contacts. W multiplies there, so a contact
-/// that comes or goes does so smoothly. The maximum is unique. Newton's method finds it from the solution of the layer whose
-/// contacts all stick, so that the result depends on the arguments alone. Derivatives follow from the envelope theorem.
+/// potential ½ |P|² is rounded (`Potential`). In the second form, which is dual to the first, y is the motion of the object:
+/// contacts are springs that push and rub but never pull, and κ is the compliance of a weak support that holds an object
+/// without contacts. W multiplies there, so a contact that comes or goes does so smoothly. The maximum is unique. Newton's
+/// method finds it from the solution of the layer whose contacts all stick, so that the result depends on the arguments
+/// alone. Derivatives follow from the envelope theorem.
 pub fn mean_compliance(
     nodes: &[Node],
     axes: &Matrix3<f64>,
     settings: &ComplianceSettings,
 ) -> Compliance {
-    let count = nodes.len();
-    let mut total = Compliance {
-        value: 0.0,
-        by_stiffness: vec![0.0; count],
-        by_arm: vec![Vector3::zeros(); count],
-        by_normal: vec![Vector3::zeros(); count],
-        by_rotation: Vector3::zeros(),
-    };
     let cone = Cone::new(settings.friction, settings.friction_rounding);
     let support = settings.load / settings.free_motion;
     let groups: Vec<Group> = nodes.chunks(LANES).map(Group::of).collect();
-    let mut stuck = Matrix6::from_diagonal_element(support);
+    let mut slopes = vec![Slopes::ZERO; groups.len()];
+    let mut stuck = multiple(support);
     for node in nodes {
         add_stuck(&mut stuck, node.stiffness, &node.arm);
     }
-    let stuck = stuck.cholesky();
-    let mut free = 0.0;
-    let mut projections = Vec::with_capacity(count);
+    let stuck = Factors::of(&stuck);
+    let c = settings.rounding * 0.5 * settings.load * settings.free_motion;
+    let (mut free, mut value) = (0.0, 0.0);
+    let mut by_rotation = Vector3::zeros();
     for k in 0..8 {
         let direction = axes * Vector3::from(DIRECTIONS[k % 4]) / 3.0_f64.sqrt();
         let (first, size) = if k < 4 {
@@ -487,67 +611,50 @@ pub fn mean_compliance(
         } else {
             (3, settings.load * settings.torque_share)
         };
-        let mut load = Vector6::zeros();
-        load.fixed_rows_mut::<3>(first)
-            .copy_from(&(direction * size));
-        let free_compliance = 0.5 * size * size / support;
-        let c = settings.rounding * 0.5 * settings.load * settings.free_motion;
-        free += (free_compliance + c).sqrt() - c.sqrt();
-        let y = maximise(
-            &groups,
-            &load,
-            stuck.as_ref().map_or(Vector6::zeros(), |s| s.solve(&load)),
-            support,
-            &cone,
-        );
-
-        let motion: [f64; 6] = std::array::from_fn(|k| y[k]);
-        let mut compliance = y.dot(&load) - 0.5 * support * y.norm_squared();
-        projections.clear();
-        for node in nodes {
-            let n = &node.inward_normal;
-            let pulled = Vector3::from(pulled(&motion, node.arm.into()));
-            let normal = n.dot(&pulled);
-            let tangent = pulled - n * normal;
-            let at = Potential::of(normal, tangent.norm_squared(), &cone);
-            compliance -= node.stiffness * at.value;
-            projections.push((at, tangent / at.tangential));
-        }
+        let force = direction * size;
+        let mut load = [0.0; 6];
+        load[first..first + 3].copy_from_slice(force.as_slice());
+        free += (0.5 * size * size / support + c).sqrt() - c.sqrt();
+        let start = stuck.as_ref().map_or([0.0; 6], |s| s.solve(&load));
+        let (y, compliance) = maximise(&groups, &load, start, support, &cone);
         let root = (compliance.max(0.0) + c).sqrt();
-        total.value += root - c.sqrt();
-        let slope = 0.5 / root;
-        let [y_force, y_torque] = [0, 3].map(|row| y.fixed_rows::<3>(row).into_owned());
-        for (i, (node, (at, tangent))) in nodes.iter().zip(&projections).enumerate() {
-            let n = &node.inward_normal;
-            let scaled = slope * node.stiffness;
-            total.by_stiffness[i] -= slope * at.value;
-            let force = n * at.along + tangent * at.across;
-            // ∂u/∂a: P·(y_τ × da) = da·(P × y_τ).
-            total.by_arm[i] -= force.cross(&y_torque) * scaled;
-            // The potential depends on the normal through n·u and |t|² = |u|² − (n·u)², where u is the motion alone:
-            // ∂ψ/∂a da + ∂ψ/∂T dT with da = u·dn, dT = −(a/T) u·dn.
-            let by_normal = at.along - at.p * at.normal;
-            let u = n * at.normal + tangent * at.tangential;
-            total.by_normal[i] -= u * (scaled * by_normal);
-        }
-        let turned = if k < 4 { y_force } else { y_torque };
-        total.by_rotation += (direction * size).cross(&turned) * slope;
+        value += root - c.sqrt();
+        let factor = 0.5 / root;
+        pulp::Arch::new().dispatch(AddSlopes {
+            groups: &groups,
+            at: &y,
+            cone: &cone,
+            factor,
+            slopes: &mut slopes,
+        });
+        let turned = Vector3::new(y[first], y[first + 1], y[first + 2]);
+        by_rotation += force.cross(&turned) * factor;
     }
-    total.value /= free;
-    total
-        .by_stiffness
-        .iter_mut()
-        .for_each(|value| *value /= free);
-    let vectors = total.by_arm.iter_mut().chain(&mut total.by_normal);
-    vectors.for_each(|value| *value /= free);
-    total.by_rotation /= free;
-    total
+    let lanes = |of: fn(&Slopes, usize, usize) -> f64, k: usize| {
+        let all = slopes.iter();
+        all.flat_map(move |slopes| (0..LANES).map(move |lane| of(slopes, k, lane) / free))
+    };
+    let vectors = |of: fn(&Slopes, usize, usize) -> f64| -> Vec<Vector3<f64>> {
+        let [x, y, z] = [0, 1, 2].map(|k| lanes(of, k));
+        let all = x.zip(y).zip(z).map(|((x, y), z)| Vector3::new(x, y, z));
+        all.take(nodes.len()).collect()
+    };
+    Compliance {
+        value: value / free,
+        by_stiffness: lanes(|s, _, lane| s.by_stiffness[lane], 0)
+            .take(nodes.len())
+            .collect(),
+        by_arm: vectors(|s, k, lane| s.by_arm[k][lane]),
+        by_normal: vectors(|s, k, lane| s.by_normal[k][lane]),
+        by_rotation: by_rotation / free,
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::sample::{Rng, Task, stream};
+    use nalgebra::Vector6;
     use rand::RngExt;
 
     const SETTINGS: ComplianceSettings = ComplianceSettings {
@@ -683,12 +790,14 @@ mod tests {
                     ..node
                 })
                 .collect();
-            let load = Vector6::from_fn(|_, _| rng.random_range(-1.0..1.0));
+            let load: [f64; 6] = std::array::from_fn(|_| rng.random_range(-1.0..1.0));
             let (mu, kappa) = (SETTINGS.friction, SETTINGS.free_motion);
             let groups: Vec<Group> = nodes.chunks(LANES).map(Group::of).collect();
             let cone = Cone::new(mu, SETTINGS.friction_rounding);
-            let y = maximise(&groups, &load, Vector6::zeros(), 1.0 / kappa, &cone);
-            let dual = Dual::at(&groups, &load, &y, 1.0 / kappa, &cone).value;
+            let (y, dual) = maximise(&groups, &load, [0.0; 6], 1.0 / kappa, &cone);
+            let again = Dual::at(&groups, &load, &y, 1.0 / kappa, &cone).value;
+            assert!((dual - again).abs() < 1e-9 * (1.0 + dual), "{dual} {again}");
+            let load = Vector6::from(load);
 
             let mut forces = vec![Vector3::zeros(); nodes.len()];
             let steepest = kappa * 12.0 * nodes.len() as f64 + 10.0;
@@ -706,10 +815,10 @@ mod tests {
                     .map(|(node, f): (_, &Vector3<f64>)| 0.5 * f.norm_squared() / node.stiffness)
                     .sum();
                 primal = 0.5 * kappa * missing.norm_squared() + own;
-                let motion: [f64; 6] = std::array::from_fn(|k| missing[k]);
+                let [force, torque] = [0, 3].map(|row| missing.fixed_rows::<3>(row).into_owned());
+                let pulled = |arm: &Vector3<f64>| force + torque.cross(arm);
                 for (node, force) in nodes.iter().zip(&mut forces) {
-                    let slope = Vector3::from(pulled(&motion, node.arm.into())) * kappa
-                        + *force / node.stiffness;
+                    let slope = pulled(&node.arm) * kappa + *force / node.stiffness;
                     let u = *force - slope / steepest;
                     let n = node.inward_normal;
                     let tangent = u - n * n.dot(&u);
