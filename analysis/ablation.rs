@@ -75,9 +75,9 @@ fn main() -> Result<(), Box<dyn Error>> {
 fn variants() -> Vec<(&'static str, EnergySettings, SynthesisSettings)> {
     let energy = EnergySettings {
         contacts: 3,
-        ..EnergySettings::default()
+        ..EnergySettings::four_points()
     };
-    let synthesis = SynthesisSettings::default();
+    let synthesis = SynthesisSettings::four_points();
     let change = |name, change: &dyn Fn(&mut SynthesisSettings)| {
         let mut changed = synthesis;
         change(&mut changed);
@@ -118,7 +118,7 @@ fn variants() -> Vec<(&'static str, EnergySettings, SynthesisSettings)> {
                 ..*s
             }
         }),
-        (FOUR, EnergySettings::default(), synthesis),
+        (FOUR, EnergySettings::four_points(), synthesis),
     ]
 }
 

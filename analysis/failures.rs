@@ -2,7 +2,7 @@
 //!
 //! The failures are contacts that all lie in one concavity, and thin parts of the object that pass between the hand's
 //! surface points. For each, the upper row shows the first chain of the preset `paper` with ‖Gc‖ < 0.5 that fails in this
-//! way. The lower row shows the first grasp of the default on the same object. The table counts both failures among the
+//! way. The lower row shows the first grasp of the preset `four_points` on the same object. The table counts both failures among the
 //! first chains of both presets.
 
 mod between_points;
@@ -86,8 +86,11 @@ impl Method {
     }
 
     fn ours(hand: &Arc<Hand>, object: &Arc<Object>) -> Result<Self, Box<dyn Error>> {
-        let (energy, synthesis) = (EnergySettings::default(), SynthesisSettings::default());
-        Self::new("default", hand, object, energy, synthesis)
+        let (energy, synthesis) = (
+            EnergySettings::four_points(),
+            SynthesisSettings::four_points(),
+        );
+        Self::new("four_points", hand, object, energy, synthesis)
     }
 
     fn new(
@@ -189,8 +192,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         let ours = Method::ours(&hand, &object)?;
         let grasp = ours
             .first(|end| end.judgement.passes_strict())
-            .ok_or_else(|| format!("no grasp of the {name} by the default"))?;
-        let caption = format!("default, chain {}", grasp.found.chain);
+            .ok_or_else(|| format!("no grasp of the {name} by the preset four_points"))?;
+        let caption = format!("four_points, chain {}", grasp.found.chain);
         lower.push((ours.picture(&skin, &grasp), caption));
     }
     let (images, captions): (Vec<Image>, Vec<String>) = upper.into_iter().chain(lower).unzip();
@@ -210,7 +213,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 fn text(rows: &str) -> String {
     format!(
         "Two known failures among the refined ends of {CHAINS} chains (seed {SEED}) of each preset: of those that pass the \
-         relaxed test ‖Gc‖ < 0.5, and of those that pass the strict filter, which is what the default keeps.\n\n\
+         relaxed test ‖Gc‖ < 0.5, and of those that pass the strict filter, which is what `synth` keeps.\n\n\
          *One digit*: all contacts on one finger, the thumb or the palm. *One concavity*: every two contacts see each other \
          past the object. *Thin part*: the object lies more than 4 mm inside the hand while no surface point of the hand is \
          2 mm inside the object; last column: the deepest that it lies inside the hand of a strict grasp. Both depths are \

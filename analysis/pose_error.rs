@@ -143,12 +143,12 @@ fn grasps(
     object: &Arc<Object>,
     chains: u64,
 ) -> Result<Vec<Grasp>, Box<dyn Error>> {
-    let energy = GraspEnergy::new(hand.clone(), object.clone(), EnergySettings::default())?;
+    let energy = GraspEnergy::new(hand.clone(), object.clone(), EnergySettings::four_points())?;
     let grasp = |chain| {
         let refine = QuenchSettings::default();
         let synthesis = SynthesisSettings {
             refinement: Refinement::Pressed,
-            ..SynthesisSettings::default()
+            ..SynthesisSettings::four_points()
         };
         let end = synthesize(&energy, &synthesis, &refine, SEED, chain);
         let passes = judge(&energy, &end.refined).passes_strict()

@@ -113,8 +113,8 @@ fn run(loaded: &Loaded, object: &'static str) -> Run {
     Run {
         name: format!("{} {}", loaded.name, loaded.derived),
         object,
-        energy: EnergySettings::default(),
-        synthesis: SynthesisSettings::default(),
+        energy: EnergySettings::four_points(),
+        synthesis: SynthesisSettings::four_points(),
         seed: SEED,
         chains: CHAINS,
     }

@@ -1,8 +1,9 @@
 //! Dependence of the map of the committed grasps on our choices → `figures/sensitivity.md`
 //!
 //! `cargo run --release --example sensitivity [GRASPS]` maps GRASPS grasps (100), taken in turn from each category and from
-//! those without one. They are mapped again with each weight of the energy halved and raised by half, with other points on
-//! the hand's surface, and with only the grasps that balance at a lower friction. Every map is compared with the taxonomy.
+//! those without one. They are mapped again with each weight of the energy, its friction and the distance of its patches
+//! halved and raised by half, and with only the grasps that balance at a lower friction. Every map is compared with the
+//! taxonomy.
 //! Numbers that change little depend little on the choice. Finished maps are kept below `target/sensitivity`.
 
 #[path = "paper_claims/claims/mod.rs"]
@@ -21,17 +22,17 @@ use serde_json::Value;
 
 const GRASPS: &str = "data/grasps.parquet";
 const FOLDER: &str = "target/sensitivity";
-const WEIGHTS: [&str; 6] = [
-    "force_closure_weight",
-    "distance_weight",
-    "penetration_weight",
-    "intrusion_weight",
+/// Settings of the energy.
+const SETTINGS: [&str; 7] = [
+    "layer.compliance_weight",
+    "layer.reach_weight",
+    "layer.pressing_weight_per_m",
     "self_penetration_weight",
     "prior_weight",
+    "layer.friction",
+    "layer.patch_spacing_m",
 ];
 const FACTORS: [f64; 2] = [0.5, 1.5];
-/// Numbers of surface points other than 773. Their places are then spread anew, without randomness.
-const POINTS: [usize; 2] = [700, 850];
 /// Friction at which grasps must balance. All balance at 0.5.
 const FRICTION: [f64; 2] = [0.25, 0.35];
 /// Statistics of `landscape compare` in the report.
@@ -45,8 +46,7 @@ const STATISTICS: [&str; 4] = [
 /// A changed choice.
 enum Change {
     None,
-    Weight(&'static str, f64),
-    Points(usize),
+    Setting(&'static str, f64),
     Friction(f64),
 }
 
@@ -54,8 +54,7 @@ impl Change {
     fn name(&self) -> String {
         match self {
             Self::None => "as it is".to_owned(),
-            Self::Weight(weight, factor) => format!("{weight} × {factor}"),
-            Self::Points(count) => format!("{count} surface points"),
+            Self::Setting(name, factor) => format!("{name} × {factor}"),
             Self::Friction(friction) => format!("friction {friction}"),
         }
     }
@@ -64,29 +63,12 @@ impl Change {
     fn write(&self, mut file: GraspFile, path: &Path) -> Result<(), Box<dyn Error>> {
         match self {
             Self::None => {}
-            Self::Weight(weight, factor) => {
+            Self::Setting(name, factor) => {
                 let mut settings = serde_json::to_value(file.metadata.energy_settings()?)?;
-                let known = settings[*weight].as_f64().ok_or("no such weight")?;
-                settings[*weight] = (known * factor).into();
+                let place = format!("/{}", name.replace('.', "/"));
+                let value = settings.pointer_mut(&place).ok_or("no such setting")?;
+                *value = (value.as_f64().ok_or("a setting that is no number")? * factor).into();
                 file.metadata.energy = settings;
-            }
-            Self::Points(count) => {
-                for hand in &mut file.metadata.hands {
-                    let side = hand
-                        .description
-                        .get_mut(1)
-                        .ok_or("a hand without side file")?;
-                    let mut told: Value = serde_json::from_str(&side.text)?;
-                    told["surface_points"] = (*count).into();
-                    side.text = told.to_string();
-                    hand.surface_points = *count;
-                }
-                // Contacts refer to points of the old surface; the map finds its own.
-                for grasp in &mut file.grasps {
-                    for (place, contact) in (0..).zip(&mut grasp.grasp.contacts) {
-                        *contact = place;
-                    }
-                }
             }
             Self::Friction(friction) => {
                 file.grasps
@@ -135,12 +117,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     fs::create_dir_all(FOLDER)?;
     let grasps = chosen(count)?;
-    let weights = WEIGHTS
+    let settings = SETTINGS
         .iter()
-        .flat_map(|weight| FACTORS.map(|factor| Change::Weight(weight, factor)));
+        .flat_map(|name| FACTORS.map(|factor| Change::Setting(name, factor)));
     let changes: Vec<Change> = std::iter::once(Change::None)
-        .chain(weights)
-        .chain(POINTS.map(Change::Points))
+        .chain(settings)
         .chain(FRICTION.map(Change::Friction))
         .collect();
     let mut rows = Vec::new();

@@ -105,8 +105,8 @@ fn methods() -> [Method; 3] {
         },
         Method {
             name: "ours",
-            energy: EnergySettings::default(),
-            synthesis: SynthesisSettings::default(),
+            energy: EnergySettings::four_points(),
+            synthesis: SynthesisSettings::four_points(),
             reading: PRINTED,
         },
     ]

@@ -1,15 +1,15 @@
 //! Figure 1 of Liu et al. (2021): from a random start to a grasp → `figures/synthesis_process.png`
 //!
 //! One chain of the default sampler on the round bottle: the first of seed 1 whose first attempt passes the strict filter.
-//! Red cones are the friction cones, μ = 0.5, of its contacts, with their tips at the nearest points of the bottle. Below
-//! each picture are the steps so far and the energy with all weights at their full value. (While the chain runs, contact
-//! and depth have lower weights.)
+//! The pictures show its start, the lowest end after each of its descents, and the minimum of the energy to which the last
+//! of them leads. Red cones are the friction cones, μ = 0.5, of the contact set, with their tips at the nearest points of the
+//! bottle. Below each picture are the number of descents so far and the energy; 1 is the energy of a hand that has let go.
 
 use std::error::Error;
 use std::path::Path;
 use std::sync::Arc;
 
-use landscape::energy::{Energy, Piecewise};
+use landscape::energy::Energy;
 use landscape::figure::{Camera, Scene, contact_sheet};
 use landscape::grasp::filter::STRICT_FRICTION;
 use landscape::grasp::synthesis::{SynthesisSettings, Synthesized, synthesize_observed};
@@ -21,8 +21,6 @@ use landscape::sample::State;
 use nalgebra::Vector3;
 
 const SEED: u64 = 1;
-/// Steps shown between the start and the end of the attempt.
-const STEPS: [u32; 5] = [20, 80, 160, 260, 380];
 const COLUMNS: usize = 4;
 const SIDE: u32 = 330;
 const CONE_M: f64 = 0.025;
@@ -69,7 +67,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The states of a chain after each number of steps, if its first attempt ends in a grasp.
+/// The start of a chain and its states after each descent, if its first attempt ends in a grasp.
 fn follow(
     energy: &GraspEnergy,
     settings: &SynthesisSettings,
@@ -90,24 +88,24 @@ fn moments(energy: &GraspEnergy, seen: &[State], end: &Synthesized) -> Vec<Momen
     let mut unused = vec![0.0; energy.space().tangents()];
     let mut moment = |when: String, grasp: Grasp| Moment {
         caption: format!(
-            "{when}:  E = {:.2}",
-            energy.evaluate_piece(&grasp.pose, &grasp.contacts, &mut unused)
+            "{when}:  E = {:.3}",
+            energy.evaluate(&grasp.pose, &mut unused)
         ),
         grasp,
     };
-    let steps = STEPS.map(|step| step as usize);
-    let last = seen.len() - 1;
-    let mut moments: Vec<Moment> = [0]
-        .into_iter()
-        .chain(steps)
-        .chain([last])
-        .map(|step| {
-            let state = &seen[step];
-            let grasp = Grasp::new(state.coordinates.clone(), state.discrete.clone());
-            moment(format!("step {step}"), grasp)
+    let mut moments: Vec<Moment> = seen
+        .iter()
+        .enumerate()
+        .map(|(descents, state)| {
+            let when = match descents {
+                0 => "start".to_owned(),
+                1 => "1 descent".to_owned(),
+                more => format!("{more} descents"),
+            };
+            moment(when, Grasp::best(energy, state.coordinates.clone()))
         })
         .collect();
-    moments.push(moment("refined".to_owned(), end.refined.clone()));
+    moments.push(moment("minimum".to_owned(), end.refined.clone()));
     moments
 }
 

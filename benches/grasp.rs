@@ -18,7 +18,7 @@ fn energy(hand: Hand, contacts: usize) -> GraspEnergy {
     let object = Object::named("bottle_round").expect("the bottle comes with the crate");
     let settings = EnergySettings {
         contacts,
-        ..EnergySettings::default()
+        ..EnergySettings::four_points()
     };
     GraspEnergy::new(Arc::new(hand), Arc::new(object), settings)
         .expect("the default settings make sense")
@@ -26,7 +26,7 @@ fn energy(hand: Hand, contacts: usize) -> GraspEnergy {
 
 /// A walk of small steps around a synthesized grasp, as in a descent or a chain.
 fn walk(energy: &GraspEnergy, step_m: f64) -> (Vec<u32>, Vec<Vec<f64>>) {
-    let settings = SynthesisSettings::default();
+    let settings = SynthesisSettings::four_points();
     let grasp = synthesize(energy, &settings, &QuenchSettings::default(), 1, 0);
     let points = around(energy, &grasp.refined, step_m);
     (grasp.refined.contacts, points)

@@ -120,6 +120,10 @@ limits! {
     TEMPERATURE: 1e-9, 1e6, "",
         "energies are of order one";
 
+    /// Distances between the patches of an elastic layer.
+    PATCH_SPACING: 1e-3, 1.0, "m",
+        "patches lie millimetres to centimetres apart";
+
     /// Probabilities, rates and shares of a synthesis that serve as divisors.
     SHARE: 1e-6, 1.0, "",
         "a share is above 0 and at most 1";
@@ -294,6 +298,7 @@ mod tests {
             PERTURBATION,
             HOP,
             LAYER_SETTING,
+            PATCH_SPACING,
             SKIN,
             THREADS,
             ENERGY_SCALE,

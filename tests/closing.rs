@@ -15,11 +15,12 @@ use landscape::optimize::QuenchSettings;
 fn firm_grasps_touch_and_stay() {
     let hand = Arc::new(Hand::human());
     let object = Arc::new(Object::named("ball").unwrap());
-    let energy = GraspEnergy::new(hand.clone(), object.clone(), EnergySettings::default()).unwrap();
+    let energy =
+        GraspEnergy::new(hand.clone(), object.clone(), EnergySettings::four_points()).unwrap();
     let solid = Solid::new(&object.mesh, Build::Pieces);
     let settings = SynthesisSettings {
         refinement: Refinement::Pressed,
-        ..SynthesisSettings::default()
+        ..SynthesisSettings::four_points()
     };
     let mut firm = 0;
     for chain in 0..3 {

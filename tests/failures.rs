@@ -109,7 +109,7 @@ fn nothing_hides_between_points() {
 /// default charges that pose for it, and none of its own grasps does the same.
 #[test]
 fn a_pen_no_longer_passes_through_a_finger() {
-    let [paper, ours] = [EnergySettings::paper(), EnergySettings::default()]
+    let [paper, ours] = [EnergySettings::paper(), EnergySettings::four_points()]
         .map(|settings| GraspEnergy::new(HAND.clone(), PEN.clone(), settings).unwrap());
     let refine = QuenchSettings::default().with_gradient_tolerance(1e-3);
 
@@ -133,7 +133,13 @@ fn a_pen_no_longer_passes_through_a_finger() {
 
     let mut grasps = 0;
     for chain in 0..4 {
-        let end = synthesize(&ours, &SynthesisSettings::default(), &refine, SEED, chain);
+        let end = synthesize(
+            &ours,
+            &SynthesisSettings::four_points(),
+            &refine,
+            SEED,
+            chain,
+        );
         let judgement = judge(&ours, &end.refined);
         if judgement.passes_strict() {
             grasps += 1;

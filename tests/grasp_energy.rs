@@ -33,7 +33,7 @@ fn none() -> EnergySettings {
         self_penetration_weight: 0.0,
         joint_limits_weight: 0.0,
         prior_weight: 0.0,
-        ..EnergySettings::default()
+        ..EnergySettings::four_points()
     }
 }
 
@@ -41,7 +41,7 @@ fn none() -> EnergySettings {
 /// Every term alone, and the presets. A new term needs one line here.
 fn cases() -> Vec<(&'static str, EnergySettings)> {
     vec![
-        ("default", EnergySettings::default()),
+        ("default", EnergySettings::four_points()),
         ("paper", EnergySettings::paper()),
         ("released", EnergySettings::released()),
         (
@@ -260,7 +260,8 @@ fn every_term_is_differentiated_correctly() {
 /// The softened energy of a synthesis has the right gradient and the right weights, too.
 #[test]
 fn softened_weights() {
-    let energy = GraspEnergy::new(HAND.clone(), BOTTLE.clone(), EnergySettings::default()).unwrap();
+    let energy =
+        GraspEnergy::new(HAND.clone(), BOTTLE.clone(), EnergySettings::four_points()).unwrap();
     let space = energy.space();
     let scales = space.step_scales();
     let mut rng = stream(2, Task::Start, 0);
@@ -353,7 +354,7 @@ fn least_contact_energy(energy: &GraspEnergy, x: &[f64], settings: &EnergySettin
 fn compare_with_brute_force(stride: usize, contacts: usize, poses: usize, off_m: f64) {
     let settings = EnergySettings {
         contacts,
-        ..EnergySettings::default()
+        ..EnergySettings::four_points()
     };
     compare_settings_with_brute_force(stride, settings, poses, off_m);
 }
@@ -410,7 +411,7 @@ fn envelope_of_the_released_energy_is_the_minimum() {
     compare_settings_with_brute_force(19, released, 100, 0.05);
     let aligned = EnergySettings {
         alignment_weight: 3.0,
-        ..EnergySettings::default()
+        ..EnergySettings::four_points()
     };
     compare_settings_with_brute_force(29, aligned, 100, 0.05);
 }
@@ -487,7 +488,7 @@ fn answer(
 #[test]
 fn the_envelope_has_no_memory() {
     for (object, clearance_m) in [(&*BOTTLE, 0.0), (&*BALL, 0.0), (&*BOTTLE, 0.01)] {
-        let settings = EnergySettings::default();
+        let settings = EnergySettings::four_points();
         let fresh = || {
             GraspEnergy::new(HAND.clone(), object.clone(), settings)
                 .unwrap()
@@ -526,7 +527,8 @@ fn the_envelope_has_no_memory() {
 /// Above the cut-off the result is a lower bound that exceeds the cut-off; below it the result is exact.
 #[test]
 fn leaving_early_keeps_its_promise() {
-    let energy = GraspEnergy::new(HAND.clone(), BOTTLE.clone(), EnergySettings::default()).unwrap();
+    let energy =
+        GraspEnergy::new(HAND.clone(), BOTTLE.clone(), EnergySettings::four_points()).unwrap();
     let mut rng = stream(4, Task::Start, 0);
     let mut gradient = vec![0.0; energy.space().tangents()];
     for _ in 0..30 {
@@ -550,7 +552,8 @@ fn leaving_early_keeps_its_promise() {
 /// Turning the hand about the bottle's axis changes nothing but the error of the baked field.
 #[test]
 fn the_axis_of_the_bottle_does_not_matter() {
-    let energy = GraspEnergy::new(HAND.clone(), BOTTLE.clone(), EnergySettings::default()).unwrap();
+    let energy =
+        GraspEnergy::new(HAND.clone(), BOTTLE.clone(), EnergySettings::four_points()).unwrap();
     let mut rng = stream(5, Task::Start, 0);
     let mut gradient = vec![0.0; energy.space().tangents()];
     let x = start_pose(&HAND, &BOTTLE, &mut rng);

@@ -47,12 +47,12 @@ fn observed(
 /// grasp.
 #[test]
 fn attempts_end_with_the_first_grasp() {
-    let energy = energy(&BALL, EnergySettings::default());
+    let energy = energy(&BALL, EnergySettings::four_points());
     let one = SynthesisSettings {
         steps: 300,
         attempts: 1,
         start_candidates: 30,
-        ..SynthesisSettings::default()
+        ..SynthesisSettings::four_points()
     };
     let four = SynthesisSettings {
         steps: 1200,
@@ -86,12 +86,12 @@ fn attempts_end_with_the_first_grasp() {
 /// Step numbers run from the start to the end of each attempt without a gap, and the last state is the raw end.
 #[test]
 fn a_watcher_sees_every_state() {
-    let energy = energy(&BALL, EnergySettings::default());
+    let energy = energy(&BALL, EnergySettings::four_points());
     for settings in [
         SynthesisSettings {
             steps: 300,
             attempts: 1,
-            ..SynthesisSettings::default()
+            ..SynthesisSettings::four_points()
         },
         SynthesisSettings {
             steps: 300,
@@ -117,13 +117,13 @@ fn a_watcher_sees_every_state() {
 /// point.
 #[test]
 fn starts_are_even_and_chosen() {
-    let energy = energy(&BOTTLE, EnergySettings::default());
+    let energy = energy(&BOTTLE, EnergySettings::four_points());
     let settings = |start_candidates| SynthesisSettings {
         steps: 1,
         attempts: 1,
         start_candidates,
         refinement: Refinement::None,
-        ..SynthesisSettings::default()
+        ..SynthesisSettings::four_points()
     };
     let ramp = Ramp {
         distance: 0.02,
@@ -203,7 +203,7 @@ fn the_refinement_of_the_paper_keeps_the_contacts() {
 fn contacts_can_be_restricted_to_fingertips() {
     let settings = EnergySettings {
         candidates: Candidates::Fingertips,
-        ..EnergySettings::default()
+        ..EnergySettings::four_points()
     };
     let energy = energy(&BALL, settings);
     let tips = energy.contact_candidates();
@@ -222,7 +222,7 @@ fn contacts_can_be_restricted_to_fingertips() {
     let chain = SynthesisSettings {
         steps: 100,
         attempts: 1,
-        ..SynthesisSettings::default()
+        ..SynthesisSettings::four_points()
     };
     let (end, seen) = observed(&energy, &chain, 0);
     let sets = seen

@@ -97,11 +97,12 @@ fn methods() -> [Method; 3] {
         Method {
             name: "ours, first attempt",
             refinement: "descent",
-            energy: EnergySettings::default(),
+            energy: EnergySettings::four_points(),
             synthesis: SynthesisSettings {
-                steps: SynthesisSettings::default().steps / SynthesisSettings::default().attempts,
+                steps: SynthesisSettings::four_points().steps
+                    / SynthesisSettings::four_points().attempts,
                 attempts: 1,
-                ..SynthesisSettings::default()
+                ..SynthesisSettings::four_points()
             },
         },
     ]

@@ -1,8 +1,9 @@
 //! Table I of Liu et al. (2021): how many grasps hold in simulation → `figures/stability.md`, `.png`, `.csv`
 //!
-//! There are three populations: `weak`, the nearly unfiltered ends of single short attempts, for comparing filters and
-//! scores; `strict`, the default synthesis; `firm`, hands that close at the end until they press. Every end is simulated.
-//! Finished work is kept in the `.csv`, and a run continues after it. `--quick`: few chains, into `target/`.
+//! There are four populations: `closed`, the default synthesis, whose energy has closed hands as its minima; and three of
+//! the energy of four points: `weak`, the nearly unfiltered ends of single short attempts, for comparing filters and scores;
+//! `strict`, its usual chains; `firm`, hands that close at the end until they press. Every end is simulated. Finished work is
+//! kept in the `.csv`, and a run continues after it. `--quick`: few chains, into `target/`.
 
 #[path = "../yields/interval.rs"]
 mod interval;
@@ -39,10 +40,12 @@ const BOTTLES: [&str; 6] = [
 const SIMPLE: [&str; 3] = ["ball", "box", "can"];
 /// Populations: name, chains on each bottle, chains on each simple shape. Those whose name ends with `PUSHED` use the six
 /// directions instead of the drop, which cost twenty times as much.
-const POPULATIONS: [(&str, u64, u64); 5] = [
+const POPULATIONS: [(&str, u64, u64); 7] = [
+    ("closed", 100, 50),
     ("firm", 320, 50),
     ("strict", 100, 50),
     ("weak", 100, 0),
+    ("closed pushed", 20, 0),
     ("firm pushed", 20, 0),
     ("strict pushed", 20, 0),
 ];
@@ -74,9 +77,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn settings(population: &str) -> SynthesisSettings {
-    let settings = SynthesisSettings::default();
-    match population.trim_end_matches(PUSHED) {
+fn settings(population: &str) -> (EnergySettings, SynthesisSettings) {
+    let settings = SynthesisSettings::four_points();
+    let settings = match population.trim_end_matches(PUSHED) {
+        "closed" => return (EnergySettings::closed(), SynthesisSettings::closed()),
         "weak" => SynthesisSettings {
             steps: settings.steps / settings.attempts / 2,
             attempts: 1,
@@ -87,7 +91,8 @@ fn settings(population: &str) -> SynthesisSettings {
             ..settings
         },
         _ => settings,
-    }
+    };
+    (EnergySettings::four_points(), settings)
 }
 
 fn measure(population: &str, name: &str, chains: u64) -> Result<Vec<Row>, Box<dyn Error>> {
@@ -95,8 +100,8 @@ fn measure(population: &str, name: &str, chains: u64) -> Result<Vec<Row>, Box<dy
     let solid = Solid::new(&object.mesh, Build::Pieces);
     eprintln!("  {:?}", solid.fit());
     let hand = Arc::new(Hand::human());
-    let energy = GraspEnergy::new(hand.clone(), object.clone(), EnergySettings::default())?;
-    let synthesis = settings(population);
+    let (settings, synthesis) = settings(population);
+    let energy = GraspEnergy::new(hand.clone(), object.clone(), settings)?;
     let refine = QuenchSettings::default();
     let pushed = population.ends_with(PUSHED);
     let row = |chain| {

@@ -85,18 +85,19 @@ fn line(text: &mut String, name: &str, rows: &[&Row]) {
 
 pub(crate) fn text(rows: &[Row]) -> String {
     let mut text = format!(
-        "# Stability in simulation\n\nThree populations of grasps of the human hand with four contacts, seed {SEED}: `firm`, \
-         hands closed at the end until they press (`landscape synth --keep firm`); `strict`, the default synthesis; \
-         `weak`, the ends of single attempts of 250 steps, nearly unfiltered. {} chains of `firm` and {} of the others on \
-         each of {}; for the first two also {} on each of {}. Every end is dropped; the first {} of `firm` and `strict` on each bottle are \
-         pushed, too. In brackets: 95 % intervals (Wilson). Protocols: `landscape stability --help`. σ is the mean \
+        "# Stability in simulation\n\nFour populations of grasps of the human hand, seed {SEED}: `closed`, the default \
+         synthesis, of which those that pass the strict filter count, with no step after the descent; and three of the \
+         energy of four points (`--preset four_points`): `firm`, hands closed at the end until they press (`--keep firm`); \
+         `strict`, its usual chains; `weak`, the ends of single attempts of 250 steps, nearly unfiltered. {} chains of \
+         `firm` and {} of the others on each of {}; but for `weak` also {} on each of {}. Every end is dropped; the first \
+         {} of all but `weak` on each bottle are pushed, too. In brackets: 95 % intervals (Wilson). Protocols: `landscape stability --help`. σ is the mean \
          distance of a grasp's contacts from the exact mesh after refinement.\n\n",
-        POPULATIONS[0].1,
         POPULATIONS[1].1,
+        POPULATIONS[0].1,
         BOTTLES.join(", "),
         POPULATIONS[0].2,
         SIMPLE.join(", "),
-        POPULATIONS[3].1
+        POPULATIONS[4].1
     );
     text.push_str(
         "In the drop test hand and object are rigid, and what presses is what they overlap at the start. The object comes to \
@@ -112,6 +113,8 @@ pub(crate) fn text(rows: &[Row]) -> String {
     let units: [(&str, f64); 2] = [("m", 1.0), ("× 120 mm", AUTHORS_UNIT_M)];
     let places: [(&str, Place); 2] = [("bottles", is_bottle), ("with simple shapes", |_| true)];
     for (place, here) in places {
+        let closed = of(rows, "closed", |row| here(row) && row.strict);
+        line(&mut text, &format!("**closed, {place}**"), &closed);
         let firm = of(rows, "firm", |row| here(row) && row.firm);
         line(&mut text, &format!("**firm, {place}**"), &firm);
         let strict = of(rows, "strict", |row| here(row) && row.strict);
@@ -121,7 +124,7 @@ pub(crate) fn text(rows: &[Row]) -> String {
         line(&mut text, &name, &unpressed);
         for sigma in [0.0015, 0.0005] {
             for (unit, unit_m) in units {
-                for population in ["firm", "strict"] {
+                for population in ["closed", "firm", "strict"] {
                     let close = of(rows, population, |row| {
                         let passes = if population == "firm" {
                             row.firm
@@ -142,17 +145,21 @@ pub(crate) fn text(rows: &[Row]) -> String {
         let passed = of(rows, "weak", |row| is_bottle(row) && passes(row));
         line(&mut text, name, &passed);
     }
-    text.push_str("\n## By object\n\n| | firm, of all chains | firm: drop | strict: drop |\n|---|---|---|---|\n");
+    text.push_str("\n## By object\n\n| | closed, of all chains | closed: drop | firm, of all chains | firm: drop | strict: drop |\n|---|---|---|---|---|---|\n");
     for name in BOTTLES.iter().chain(&SIMPLE) {
         let here = |row: &Row| row.object == *name;
-        let chains = of(rows, "firm", |row| here(row) && row.drop.is_some());
+        let dropped = |population| of(rows, population, |row| here(row) && row.drop.is_some());
+        let (chains, closed) = (dropped("firm"), dropped("closed"));
         if chains.is_empty() {
             continue;
         }
         let drop = OUTCOMES[0].1;
         let _ = writeln!(
             text,
-            "| {name} | {} of {} | {} | {} |",
+            "| {name} | {} of {} | {} | {} of {} | {} | {} |",
+            closed.iter().filter(|row| row.strict).count(),
+            closed.len(),
+            share(&of(rows, "closed", |row| here(row) && row.strict), drop),
             chains.iter().filter(|row| row.firm).count(),
             chains.len(),
             share(&of(rows, "firm", |row| here(row) && row.firm), drop),
@@ -191,7 +198,7 @@ pub(crate) fn chart(rows: &[Row]) -> Chart {
     let mut panels = Vec::new();
     for (population, title) in [
         ("weak", "single short attempts"),
-        ("strict", "default synthesis"),
+        ("strict", "usual chains of the energy of four points"),
     ] {
         let bottles = of(rows, population, is_bottle);
         let mut series = Vec::new();

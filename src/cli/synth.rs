@@ -15,12 +15,12 @@ use super::run::{Watch, open_journal};
 use crate::cli::printing::{complain, print};
 use crate::evaluation::Diversity;
 use crate::evaluation::stability::{Drop, Protocol};
-use crate::grasp::synthesis::Refinement;
+use crate::grasp::synthesis::{Refinement, Sampler};
 use crate::grasp::{GraspEnergy, Judgement};
 use crate::limits::{CHAINS, PERTURBATION, STEPS};
 use crate::store::{GraspFile, Metadata};
 use crate::study::{
-    Experiment, Keep, Origin, PopulationSettings, Run, Synthesis, simulate_sample,
+    DEFAULT_PRESET, Experiment, Keep, Origin, PopulationSettings, Run, Synthesis, simulate_sample,
     synthesize_population,
 };
 
@@ -74,7 +74,7 @@ pub(super) struct Synth {
     /// for each given grasp.
     #[arg(short = 'n', long, value_name = "N")]
     chains: Option<u64>,
-    /// Steps of each chain.
+    /// Steps of each chain; with the preset `closed`, descents.
     #[arg(long, value_name = "N")]
     steps: Option<u32>,
     /// Number of contacts of a grasp.
@@ -83,11 +83,11 @@ pub(super) struct Synth {
     /// Seed of all random draws.
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// Energy and sampler: `default` (four contact points), `closed` (an elastic layer, whose minima are closed hands that
-    /// hold), `paper` (as printed) or `released` (as in the authors' code).
+    /// Energy and sampler: `closed` (the hand as an elastic layer; minima are closed hands that hold), `four_points` (the
+    /// best four contact points; minima are light touches), `paper` (as printed) or `released` (as in the authors' code).
     #[arg(
         long,
-        default_value = "default",
+        default_value = DEFAULT_PRESET,
         value_name = "NAME",
         conflicts_with = "config"
     )]
@@ -132,7 +132,7 @@ Examples:
   landscape synth --object bottle_round -n 64              64 chains on a bottle that comes with the program
   landscape synth --object mug.obj -n 256 -o mug.parquet   your own mesh (metres, closed)
   landscape synth --object ball --preset paper --keep all  the published energy and sampler
-  landscape synth --object mug --preset closed             closed hands that hold without any further step
+  landscape synth --object mug --preset four_points        the best four contact points, as in earlier versions
   landscape synth --from mug.parquet -o better.parquet     refine given grasps
   landscape synth --from mug.parquet --perturb 10 -n 500 -o more.parquet
                                                            find more grasps near given ones
@@ -272,10 +272,14 @@ fn settings(command: &Synth, common: &Common) -> anyhow::Result<PopulationSettin
     };
     if let Some(steps) = command.steps {
         within("--steps", STEPS, steps.into())?;
-        // A shorter chain makes fewer attempts of the same length.
+        // A shorter chain makes fewer attempts of the same length, and a longer one of descents more.
         let synthesis = &mut experiment.synthesis;
         let of_an_attempt = (synthesis.steps / synthesis.attempts.max(1)).max(1);
-        synthesis.attempts = synthesis.attempts.min(steps / of_an_attempt).max(1);
+        let most = match synthesis.sampler {
+            Sampler::Hopping => u32::MAX,
+            Sampler::Annealed | Sampler::Released => synthesis.attempts,
+        };
+        synthesis.attempts = most.min(steps / of_an_attempt).max(1);
         synthesis.steps = steps;
     }
     if command.keep == KeepName::Firm {

@@ -9,9 +9,10 @@ use crate::grasp::EnergySettings;
 use crate::grasp::energy::EnergySettingsError;
 use crate::grasp::synthesis::{SynthesisSettings, SynthesisSettingsError};
 
-/// What an experiment file holds; every section and key may be left out.
+/// The settings of an experiment. In an experiment file every section and key may be left out: it has the value of the preset
+/// that the key `preset` names, or else of `closed`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields)]
 pub struct Experiment {
     /// Section `[energy]`.
     pub energy: EnergySettings,
@@ -19,12 +20,27 @@ pub struct Experiment {
     pub synthesis: SynthesisSettings,
 }
 
+/// The keys of an experiment file and their types, so that errors name lines.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ExperimentFile {
+    #[serde(default)]
+    preset: Option<String>,
+    #[serde(default, rename = "energy")]
+    _energy: Option<EnergySettings>,
+    #[serde(default, rename = "synthesis")]
+    _synthesis: Option<SynthesisSettings>,
+}
+
+/// The name of the preset that holds unless another is named.
+pub const DEFAULT_PRESET: &str = "closed";
+
 const PRESETS: [(&str, &str); 4] = [
-    (
-        "default",
-        include_str!("../../data/experiments/default.toml"),
-    ),
     ("closed", include_str!("../../data/experiments/closed.toml")),
+    (
+        "four_points",
+        include_str!("../../data/experiments/four_points.toml"),
+    ),
     ("paper", include_str!("../../data/experiments/paper.toml")),
     (
         "released",
@@ -37,7 +53,7 @@ const PRESETS: [(&str, &str); 4] = [
 #[non_exhaustive]
 pub enum ExperimentError {
     /// No preset has this name.
-    #[error("--preset {0}: there is no such preset; the presets are {list}", list = PRESETS.map(|(known, _)| known).join(", "))]
+    #[error("preset {0}: there is no such preset; the presets are {list}", list = PRESETS.map(|(known, _)| known).join(", "))]
     Preset(String),
     /// The file cannot be read.
     #[error("cannot read {}", path.display())]
@@ -74,7 +90,7 @@ pub enum ExperimentError {
 }
 
 impl Experiment {
-    /// The preset of this name: `default`, `closed`, `paper` or `released`.
+    /// The preset of this name: `closed`, `four_points`, `paper` or `released`.
     ///
     /// # Errors
     /// If there is none of that name.
@@ -82,8 +98,7 @@ impl Experiment {
     /// # Panics
     /// Never: the presets are constants that the tests read.
     pub fn preset(name: &str) -> Result<Self, ExperimentError> {
-        let preset = PRESETS.iter().find(|(known, _)| *known == name);
-        let (_, text) = preset.ok_or_else(|| ExperimentError::Preset(name.to_owned()))?;
+        let text = preset_text(name)?;
         Ok(toml::from_str(text).expect("the tests read the presets"))
     }
 
@@ -97,10 +112,17 @@ impl Experiment {
             let path = owned();
             ExperimentError::Read { path, source }
         })?;
-        let experiment: Self = toml_text::parse(&text).map_err(|source| {
+        let refused = |source| {
             let path = owned();
             ExperimentError::Toml { path, source }
-        })?;
+        };
+        let file: ExperimentFile = toml_text::parse(&text).map_err(refused)?;
+        let preset = preset_text(file.preset.as_deref().unwrap_or(DEFAULT_PRESET))?;
+        let mut table: toml::Table = toml::from_str(preset).map_err(refused)?;
+        let mut given: toml::Table = toml::from_str(&text).map_err(refused)?;
+        given.remove("preset");
+        overlay(&mut table, given);
+        let experiment: Self = table.try_into().map_err(refused)?;
         (experiment.energy.validate())
             .and_then(|()| experiment.energy.ask_for_contacts())
             .map_err(|source| {
@@ -115,14 +137,57 @@ impl Experiment {
     }
 }
 
+fn preset_text(name: &str) -> Result<&'static str, ExperimentError> {
+    let preset = PRESETS.iter().find(|(known, _)| *known == name);
+    let (_, text) = preset.ok_or_else(|| ExperimentError::Preset(name.to_owned()))?;
+    Ok(text)
+}
+
+/// Replaces the values of `table` by those that `given` has; tables within tables are overlaid, too.
+fn overlay(table: &mut toml::Table, given: toml::Table) {
+    for (key, value) in given {
+        match (table.get_mut(&key), value) {
+            (Some(toml::Value::Table(under)), toml::Value::Table(over)) => overlay(under, over),
+            (_, value) => {
+                table.insert(key, value);
+            }
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn read(text: &str) -> Result<Experiment, ExperimentError> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("mine.toml");
+        std::fs::write(&path, text).unwrap();
+        Experiment::read(&path)
+    }
+
+    /// What a file leaves out is that of its preset, or of the default preset; a layer may be changed in part.
+    #[test]
+    fn a_file_changes_a_preset() {
+        let found = read("[energy.layer]\nfriction = 0.3\n").unwrap();
+        let mut expected = Experiment::default();
+        expected.energy.layer.as_mut().unwrap().friction = 0.3;
+        assert_eq!(found, expected);
+
+        let found = read("preset = \"four_points\"\n[energy]\ncontacts = 3\n").unwrap();
+        let mut expected = Experiment::preset("four_points").unwrap();
+        expected.energy.contacts = 3;
+        assert_eq!(found, expected);
+
+        let error = read("preset = \"six_points\"\n").unwrap_err().to_string();
+        assert!(error.contains("four_points"), "{error}");
+        assert!(read("[energy]\nfrictoin = 1.0\n").is_err());
+    }
+
     #[test]
     fn presets_are_the_library_defaults() {
         assert_eq!(
-            Experiment::preset("default").unwrap(),
+            Experiment::preset(DEFAULT_PRESET).unwrap(),
             Experiment::default()
         );
         let closed = Experiment {
@@ -130,6 +195,11 @@ mod tests {
             synthesis: SynthesisSettings::closed(),
         };
         assert_eq!(Experiment::preset("closed").unwrap(), closed);
+        let four_points = Experiment {
+            energy: EnergySettings::four_points(),
+            synthesis: SynthesisSettings::four_points(),
+        };
+        assert_eq!(Experiment::preset("four_points").unwrap(), four_points);
         let paper = Experiment {
             energy: EnergySettings::paper(),
             synthesis: SynthesisSettings::paper(),

@@ -119,7 +119,7 @@ pub use diversity::{
 pub use drawing::{Drawing, Put, Titles, Views};
 pub use error::StudyError;
 pub use examples::{Colouring, MinimumNames};
-pub use experiment::{Experiment, ExperimentError};
+pub use experiment::{DEFAULT_PRESET, Experiment, ExperimentError};
 pub use given_labels::{GivenLabel, GivenLabelError, given_labels};
 pub use grasp_import::{
     GraspImportError, GraspImportSettings, ImportedGrasps, ScaleCounts, import_grasps,

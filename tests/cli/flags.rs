@@ -84,7 +84,7 @@ fn mistakes_in_flags() {
         ("synth --object empty.obj", &["empty.obj has no faces"]),
         (
             "synth --object ball --preset quick",
-            &["--preset quick", "default, closed, paper, released"],
+            &["preset quick", "closed, four_points, paper, released"],
         ),
         ("synth --object ball -n 0", &["-n 0"]),
         ("synth --object ball --spread 0", &["--spread 0"]),
@@ -238,7 +238,9 @@ fn files_of_a_hand_go_where_they_are_asked_to() {
 fn strict_grasps_come_with_a_word_on_the_drop_test() {
     let desk = Desk::empty();
     let text = |keep: &str| {
-        let line = format!("synth --object ball -n 2 --steps 20 --keep {keep} -o {keep}.parquet");
+        let line = format!(
+            "synth --object ball -n 2 --preset four_points --steps 20 --keep {keep} -o {keep}.parquet"
+        );
         String::from_utf8(desk.run(&line).stdout).unwrap()
     };
     assert_says(&text("strict"), &["landscape stability", "--keep firm"]);

@@ -40,7 +40,7 @@ fn synthesis_from_given_grasps() {
             })
             .collect()
     };
-    let line = "synth --from g.parquet --steps 60 --keep all --seed 3 -q";
+    let line = "synth --from g.parquet --preset four_points --steps 60 --keep all --seed 3 -q";
     desk.succeed(&format!("{line} -o near.parquet --threads 1"));
     desk.succeed(&format!("{line} -o near2.parquet --threads 2"));
     assert_eq!(
@@ -55,12 +55,12 @@ fn synthesis_from_given_grasps() {
     );
     assert_says(
         &near.metadata.command,
-        &["landscape synth --from g.parquet --steps 60 --seed 3 --keep all"],
+        &["landscape synth --from g.parquet --steps 60 --seed 3 --preset four_points --keep all"],
     );
     // Not worse than what was given: as strict, and of lower energy where neither or both pass the strict filter.
     let hand = Arc::new(Hand::human());
     let ball = Arc::new(Object::named("ball").unwrap());
-    let energy = GraspEnergy::new(hand, ball, EnergySettings::default()).unwrap();
+    let energy = GraspEnergy::new(hand, ball, EnergySettings::four_points()).unwrap();
     let strict = |grasp: &GraspRow| judge(&energy, &grasp.grasp).passes_strict();
     let mut lower = 0;
     for (row, from) in near.grasps.iter().zip(&given.grasps) {
@@ -203,11 +203,13 @@ fn grasps_of_others() {
             "--hand",
         ],
     );
-    let desk = Desk::with_grasps();
+    // Grasps of the default energy, which is taken for those of unknown energy.
+    let desk = Desk::empty();
+    desk.succeed("synth --object box -n 4 --steps 5 --keep all --seed 1 -q -o g.parquet");
     foreign(Parts::of(&desk.path("g.parquet"))).write(&desk.path("own.parquet"));
-    let said = desk.succeed("build own.parquet --hand human --object ball --first 2");
+    let said = desk.succeed("build own.parquet --hand human --object box");
     assert_says(&said, &["warning: the file does not tell the energy"]);
-    desk.succeed("build g.parquet --first 2 --quiet");
+    desk.succeed("build g.parquet --quiet");
     let energies = |name: &str| {
         let files = LandscapeFiles::read(&desk.path(name)).unwrap();
         files
@@ -271,7 +273,7 @@ fn grasps_are_judged_with_another_object() {
     );
     assert_eq!(other["grasps"][0]["hand"], "own");
     let contacts = other["grasps"][0]["contacts"].as_array().unwrap().len();
-    assert_eq!(contacts, EnergySettings::default().contacts);
+    assert_eq!(contacts, EnergySettings::four_points().contacts);
     for line in [
         "inspect g.parquet",
         "label g.parquet",

@@ -21,7 +21,7 @@ fn grasps_do_not_depend_on_threads() {
     );
     assert_eq!(
         file.metadata.command,
-        "landscape synth --object ball -n 6 --steps 400 --seed 1 --keep all"
+        "landscape synth --object ball -n 6 --steps 400 --seed 1 --preset four_points --keep all"
     );
 }
 

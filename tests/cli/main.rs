@@ -101,7 +101,9 @@ impl Desk {
     }
 }
 
-const SYNTH: &str = "synth --object ball -n 6 --steps 400 --keep all --seed 1 --quiet";
+/// Six different light touches; the default energy has few minima on a ball.
+const SYNTH: &str =
+    "synth --object ball -n 6 --preset four_points --steps 400 --keep all --seed 1 --quiet";
 const LONG_SYNTH: &str =
     "synth --object ball -n 12 --steps 2000 --keep all --seed 1 --threads 1 -q";
 const BUILD: &str = "build g.parquet --first 3 --quiet";

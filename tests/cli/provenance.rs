@@ -497,6 +497,6 @@ fn earlier_commands_are_kept() {
     assert_eq!(before.command, file.metadata.command);
     assert_eq!(
         before.command,
-        "landscape synth --object ball -n 6 --steps 400 --seed 1 --keep all"
+        "landscape synth --object ball -n 6 --steps 400 --seed 1 --preset four_points --keep all"
     );
 }

@@ -242,7 +242,7 @@ fn the_energy_of_a_grasp_has_its_gradient() {
     let object = Arc::new(Object::named("ball").unwrap());
     let radius = object.radius_m;
     let palm = hand.palm;
-    let energy = GraspEnergy::new(hand, object, EnergySettings::default()).unwrap();
+    let energy = GraspEnergy::new(hand, object, EnergySettings::four_points()).unwrap();
     let mut x = energy.hand().rest_coordinates();
     // Pressed into the palm.
     let facing = palm.centre + palm.volar * (0.7 * radius);
@@ -272,7 +272,8 @@ fn depths_are_those_of_the_drawn_skin() {
     let hand = Arc::new(hand("{}"));
     let object = Arc::new(Object::named("ball").unwrap());
     let skin = hand.skin();
-    let energy = GraspEnergy::new(hand.clone(), object.clone(), EnergySettings::default()).unwrap();
+    let energy =
+        GraspEnergy::new(hand.clone(), object.clone(), EnergySettings::four_points()).unwrap();
     let mut posed = PosedHand::default();
     let mut overlaps = 0;
     for seed in 0..6u8 {

@@ -86,7 +86,7 @@ fn with_more_terms() -> EnergySettings {
         rank_weight: 1.0,
         rank_epsilon: 0.5,
         alignment_weight: 0.5,
-        ..EnergySettings::default()
+        ..EnergySettings::four_points()
     }
 }
 
@@ -185,7 +185,7 @@ fn deviate(settings: EnergySettings, moves: ContactMoves, rule: Rule) -> f64 {
 
 #[test]
 fn heat_bath_and_uniform_moves_have_one_law() {
-    for settings in [EnergySettings::default(), with_more_terms()] {
+    for settings in [EnergySettings::four_points(), with_more_terms()] {
         for moves in [ContactMoves::HeatBath, ContactMoves::Uniform] {
             let deviate = deviate(settings, moves, Rule::Exact);
             assert!(deviate < CHANCE, "{moves:?} {deviate}");
@@ -197,12 +197,12 @@ fn heat_bath_and_uniform_moves_have_one_law() {
 fn wrong_ratios_are_found_out() {
     for (settings, moves, rule) in [
         (
-            EnergySettings::default(),
+            EnergySettings::four_points(),
             ContactMoves::HeatBath,
             Rule::Plain,
         ),
         (
-            EnergySettings::default(),
+            EnergySettings::four_points(),
             ContactMoves::Uniform,
             Rule::Always,
         ),
@@ -220,9 +220,9 @@ fn wrong_ratios_are_found_out() {
 fn nothing_likely_is_missing_among_completions() {
     let aligned = EnergySettings {
         alignment_weight: 0.5,
-        ..EnergySettings::default()
+        ..EnergySettings::four_points()
     };
-    for settings in [EnergySettings::default(), aligned] {
+    for settings in [EnergySettings::four_points(), aligned] {
         let energy = energy(4, settings);
         let points = u32::try_from(energy.hand().surface.len()).unwrap();
         let (mut listed, mut farther) = (0, 0);

@@ -95,7 +95,7 @@ fn energy() -> GraspEnergy {
         joint_limits_weight: 1.0,
         joint_limits_rounding_rad: 0.3,
         prior_weight: 0.1,
-        ..EnergySettings::default()
+        ..EnergySettings::four_points()
     };
     GraspEnergy::new(Arc::new(hand()), Arc::new(object), settings).unwrap()
 }

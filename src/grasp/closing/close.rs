@@ -320,7 +320,7 @@ mod tests {
     fn rows_are_the_derivatives_of_the_residuals() {
         let hand = Arc::new(Hand::human());
         let object = Arc::new(Object::named("box").unwrap());
-        let energy = GraspEnergy::new(hand.clone(), object, EnergySettings::default()).unwrap();
+        let energy = GraspEnergy::new(hand.clone(), object, EnergySettings::four_points()).unwrap();
         let settings = ClosingSettings {
             // With this reach nothing enters or leaves the considered set.
             free_reach_m: 0.05,

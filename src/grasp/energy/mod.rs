@@ -96,7 +96,7 @@ impl GraspEnergy {
             alignment: settings.alignment(),
             clearance_m: 0.0,
             layer: match settings.layer {
-                Some(_) => Layer::new(&hand),
+                Some(layer) => Layer::new(&hand, layer.patch_spacing_m),
                 None => Layer::default(),
             },
             terms: settings.terms(0.0),

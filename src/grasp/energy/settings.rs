@@ -45,8 +45,12 @@ impl Candidates {
 }
 
 /// Terms of the grasp energy with weights and roundings. They are read from a TOML file; see `data/experiments/`.
+///
+/// The default is [`EnergySettings::closed`]. Values that are missing where settings are read are those of
+/// [`EnergySettings::four_points`], so that what was stored before there were layers keeps its meaning; experiment files
+/// build on a preset instead.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields, default = "EnergySettings::four_points")]
 pub struct EnergySettings {
     /// The elastic layer of the hand. Without one, contacts are a set of n surface points, as in Liu et al. (2021).
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -99,7 +103,7 @@ pub struct EnergySettings {
 
 impl Default for EnergySettings {
     fn default() -> Self {
-        Self::four_points()
+        Self::closed()
     }
 }
 

@@ -22,8 +22,6 @@ use crate::object::Shape;
 
 /// Distance between neighbouring spheres of a capsule, metres.
 const SPACING_M: f64 = 0.003;
-/// Distance between the nodes of a link, metres.
-const NODE_SPACING_M: f64 = 0.025;
 /// Spheres that are excluded together if their common ball is far from the object.
 const GROUP: usize = 6;
 /// Distance between the points of a phalanx that are drawn to the object, metres.
@@ -101,8 +99,8 @@ pub struct NearSphere {
 }
 
 impl Layer {
-    /// The layer of `hand`.
-    pub fn new(hand: &Hand) -> Self {
+    /// The layer of `hand`, with nodes (patches) this far apart on each link.
+    pub fn new(hand: &Hand, patch_spacing_m: f64) -> Self {
         let volar = volar::directions(hand);
         let mut spheres = Vec::new();
         let mut groups = Vec::new();
@@ -118,7 +116,7 @@ impl Layer {
                 groups.push(Group::of(&spheres, start..(start + GROUP).min(last)));
             }
         }
-        let nodes = assign_nodes(&mut spheres);
+        let nodes = assign_nodes(&mut spheres, patch_spacing_m);
         let phalanges = phalanges(hand, &volar);
         Self {
             spheres,
@@ -252,7 +250,7 @@ fn along(
 
 /// Distributes the spheres of each link over nodes, chosen one by one as the sphere farthest from those before, and returns
 /// the number of nodes.
-fn assign_nodes(spheres: &mut [Sphere]) -> usize {
+fn assign_nodes(spheres: &mut [Sphere], spacing_m: f64) -> usize {
     let mut count = 0;
     let mut first = 0;
     while first < spheres.len() {
@@ -271,14 +269,14 @@ fn assign_nodes(spheres: &mut [Sphere]) -> usize {
                     (0, 0.0),
                     |best, (i, d)| if d > best.1 { (i, d) } else { best },
                 );
-            if most <= 0.6 * NODE_SPACING_M {
+            if most <= 0.6 * spacing_m {
                 break;
             }
             places.push(members[farthest].centre);
         }
         for sphere in members {
             let hats = places.iter().enumerate().map(|(k, place)| {
-                let hat = 1.0 - (place - sphere.centre).norm() / NODE_SPACING_M;
+                let hat = 1.0 - (place - sphere.centre).norm() / spacing_m;
                 (small(count + k), hat)
             });
             sphere.nodes = hats.filter(|(_, hat)| *hat > 0.0).collect();
@@ -333,7 +331,7 @@ mod tests {
     #[test]
     fn no_near_sphere_is_missed() {
         let (hand, object) = (Hand::human(), Object::named("mug").unwrap());
-        let layer = Layer::new(&hand);
+        let layer = Layer::new(&hand, 0.025);
         let mut rng = stream(1, Task::Start, 0);
         let (mut posed, mut near) = (PosedHand::default(), Vec::new());
         for _ in 0..20 {
@@ -352,7 +350,7 @@ mod tests {
     #[test]
     fn nodes_divide_the_spheres() {
         let hand = Hand::human();
-        let layer = Layer::new(&hand);
+        let layer = Layer::new(&hand, 0.025);
         let mut links = vec![None; layer.nodes];
         for sphere in &layer.spheres {
             let sum: f64 = sphere.nodes.iter().map(|(_, hat)| hat).sum();
@@ -368,7 +366,7 @@ mod tests {
     #[test]
     fn palmar_sides_of_the_human_hand() {
         let hand = Hand::human();
-        for sphere in Layer::new(&hand).spheres {
+        for sphere in Layer::new(&hand, 0.025).spheres {
             let link = &hand.links[sphere.link.0];
             if link.name != "thumb_metacarpal" {
                 assert!(sphere.volar.z > 0.95, "{} {:?}", link.name, sphere.volar);

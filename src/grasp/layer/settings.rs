@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::limits::{ENERGY_SETTING, LAYER_SETTING, Limit, SHARE, SKIN};
+use crate::limits::{ENERGY_SETTING, LAYER_SETTING, Limit, PATCH_SPACING, SHARE, SKIN};
 
 /// Settings of the energy of an elastic layer. Lengths are those of a hand, in metres; the energy of a hand that has let go
 /// is 1 if the weight of the compliance is.
@@ -19,6 +19,8 @@ pub struct LayerSettings {
     pub load: f64,
     /// Torque of the test loads relative to their force at the object's radius.
     pub torque_share: f64,
+    /// Distance between the patches of a link over which the layer is averaged, metres.
+    pub patch_spacing_m: f64,
     /// How far a test load moves an object that nothing holds, in the same unit of length.
     pub free_motion: f64,
     /// Rounding of the square root of the compliance, as a fraction of the compliance without contacts.
@@ -55,6 +57,7 @@ impl Default for LayerSettings {
             friction_rounding: 0.02,
             load: 1.0,
             torque_share: 0.1,
+            patch_spacing_m: 0.025,
             free_motion: 100.0,
             compliance_rounding: 0.01,
             skin_m: [0.003, -0.001],
@@ -97,6 +100,7 @@ impl LayerSettings {
             divisor("layer.friction_rounding", self.friction_rounding),
             divisor("layer.load", self.load),
             divisor("layer.torque_share", self.torque_share),
+            ("layer.patch_spacing_m", PATCH_SPACING, self.patch_spacing_m),
             divisor("layer.free_motion", self.free_motion),
             divisor("layer.compliance_rounding", self.compliance_rounding),
             ("layer.skin_m[0]", SKIN, self.skin_m[0]),

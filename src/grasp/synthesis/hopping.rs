@@ -17,7 +17,7 @@ const LONGEST_STEP_M: f64 = 0.02;
 
 /// Descends from `state`, then `steps − 1` times from the lowest end so far after a random displacement of
 /// [`hop_length_m`](SynthesisSettings::hop_length_m). An end replaces the one before if its energy is lower (basin hopping
-/// at temperature zero; Wales and Doye 1997).
+/// at temperature zero; Wales and Doye 1997). The start is shown first, then the lowest end after each descent.
 pub(super) fn hop(
     energy: &GraspEnergy,
     settings: &SynthesisSettings,
@@ -31,8 +31,11 @@ pub(super) fn hop(
         .with_max_evaluations(ROUGH_EVALUATIONS)
         .with_max_step(LONGEST_STEP_M);
     let mut best = start;
+    let mut unused = vec![0.0; energy.space().tangents()];
+    best.energy = energy.evaluate(&best.coordinates, &mut unused);
+    observe(0, &best);
     best.energy = f64::INFINITY;
-    let mut evaluations = 0;
+    let mut evaluations = 1;
     for step in 0..steps.max(1) {
         let mut from = best.coordinates.clone();
         if let Some(length_m) = settings.hop_length_m.filter(|_| step > 0) {

@@ -60,9 +60,10 @@ pub fn synthesize(
 }
 
 /// Like [`synthesize`], but the chain starts from a given grasp. Each attempt starts at the same pose with a new random
-/// displacement, at most at [`SynthesisSettings::given_temperature`], and with full weights.
+/// displacement, at most at [`SynthesisSettings::given_temperature`], and with full weights. With [`Sampler::Hopping`] an
+/// attempt is one descent, and without displacement there is one attempt.
 ///
-/// If the displacement is zero, a direct descent from the pose may replace the end of the chain. It does so if it alone
+/// With other samplers, if the displacement is zero, a direct descent from the pose may replace the end of the chain. It does so if it alone
 /// passes the strict filter, or if both or neither pass and its energy is lower. With [`Refinement::Pressed`] passing
 /// includes preload. With other refinements than [`Refinement::Quench`] and this one, the end of the chain always counts.
 ///
@@ -113,10 +114,19 @@ fn run(
     given: Option<&Given<'_>>,
     observe: Observe<'_>,
 ) -> Synthesized {
-    let settings = &SynthesisSettings {
+    let mut settings = SynthesisSettings {
         ramp_depths: settings.ramp_depths && energy.object().thin_share < MOSTLY_THIN,
         ..*settings
     };
+    if let Some(given) = given
+        && settings.sampler == Sampler::Hopping
+    {
+        // A hop would leave the given grasp, so each attempt is one descent; without displacement all would be the same.
+        let displaced = given.displacement_m > 0.0;
+        settings.attempts = if displaced { settings.attempts } else { 1 };
+        settings.steps = settings.attempts;
+    }
+    let settings = &settings;
     let mut rng = stream(seed, Task::Synthesis, chain);
     let guide = settings
         .grips
@@ -174,6 +184,7 @@ fn run(
     }
     let (mut best, _) = best.expect("there is at least one attempt");
     if let Some(given) = given.filter(|given| given.displacement_m == 0.0)
+        && settings.sampler != Sampler::Hopping
         && matches!(
             settings.refinement,
             Refinement::Quench | Refinement::Pressed

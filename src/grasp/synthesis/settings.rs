@@ -61,9 +61,10 @@ pub enum Refinement {
     None,
 }
 
-/// Settings of a synthesis chain.
+/// Settings of a synthesis chain. The default is [`SynthesisSettings::closed`]; values that are missing where settings are
+/// read are those of [`SynthesisSettings::four_points`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields, default = "SynthesisSettings::four_points")]
 pub struct SynthesisSettings {
     /// Sampling method.
     pub sampler: Sampler,
@@ -112,6 +113,14 @@ pub struct SynthesisSettings {
 
 impl Default for SynthesisSettings {
     fn default() -> Self {
+        Self::closed()
+    }
+}
+
+impl SynthesisSettings {
+    /// Annealed chains for the energy of the best set of four points
+    /// ([`EnergySettings::four_points`](crate::grasp::EnergySettings::four_points)).
+    pub fn four_points() -> Self {
         Self {
             sampler: Sampler::Annealed,
             start: Start::EvenSurface,
@@ -133,9 +142,7 @@ impl Default for SynthesisSettings {
             refinement: Refinement::Quench,
         }
     }
-}
 
-impl SynthesisSettings {
     /// Basin hopping for the energy of an elastic layer ([`EnergySettings::closed`](crate::grasp::EnergySettings::closed)).
     pub fn closed() -> Self {
         Self {
@@ -145,7 +152,7 @@ impl SynthesisSettings {
             start_candidates: 1,
             steps: 40,
             attempts: 8,
-            ..Self::default()
+            ..Self::four_points()
         }
     }
 
@@ -158,7 +165,7 @@ impl SynthesisSettings {
             attempts: 1,
             contact_probability: 0.15,
             refinement: Refinement::Held,
-            ..Self::default()
+            ..Self::four_points()
         }
     }
 
