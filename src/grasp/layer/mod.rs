@@ -1,12 +1,12 @@
-//! The elastic layer on the palmar side of a hand: spheres along the axes of its capsules.
+//! The elastic layer on the palmar side of a hand: spheres along the axes of its capsules, and spheres that fill its meshes.
 //!
 //! A sphere is nearest to an object at the right place of its capsule for every rotation about the axis, so the energy
-//! does not jump from one surface point to the next. [`Layer`] holds the spheres of a hand; [`Layer::measure`] finds those
+//! does not jump from one surface point to the next. Meshes, boxes and cylinders are filled with balls up to their surface
+//! ([`Hand::balls`]); the capsules that fill their hulls are no part of the layer. [`Layer`] holds the spheres of a hand; [`Layer::measure`] finds those
 //! near an object. [`mean_compliance`] tells how much the layer gives under loads on the object.
 
 mod compliance;
 mod settings;
-mod volar;
 
 use std::ops::Range;
 
@@ -17,7 +17,7 @@ pub use settings::LayerSettings;
 pub(crate) use settings::step;
 
 use crate::grasp::grip::Grip;
-use crate::hand::{Capsule, Hand, LinkId, PosedHand};
+use crate::hand::{Ball, Capsule, Hand, LinkId, PosedHand, volar_directions};
 use crate::object::Shape;
 
 /// Distance between neighbouring spheres of a capsule, metres.
@@ -26,8 +26,14 @@ const SPACING_M: f64 = 0.003;
 const NODE_SPACING_M: f64 = 0.025;
 /// Spheres that are excluded together if their common ball is far from the object.
 const GROUP: usize = 6;
+/// Greatest number of spheres in a group of a mesh.
+const LEAF: usize = 4;
 /// Distance between the points of a phalanx that are drawn to the object, metres.
 const REACH_SPACING_M: f64 = 0.01;
+/// Greatest number of nodes of a ball in a mesh.
+const MOST_NODES: usize = 3;
+/// Least share with which a ball of a mesh is pressed.
+const LEAST_PRESSED: f64 = 0.4;
 /// The area whose share is 1: 5 mm of a finger of 8 mm radius, m².
 const UNIT_AREA_M2: f64 = 0.005 * 0.008;
 
@@ -41,12 +47,18 @@ pub struct Sphere {
     /// Radius, metres.
     pub radius_m: f64,
     /// Its share of the area: the area of the capsule's section along its part of the axis, divided by that of 5 mm of a
-    /// finger.
+    /// finger. A capsule's section is half as wide as its shadow, so a ball in a mesh counts with half the shadow of its part
+    /// of the surface.
     pub share: f64,
+    /// Its share when it is pressed into the object: as `share`, but for a ball in a mesh at least that of 2 mm of a finger,
+    /// so that edges, which are small areas, do not sink in.
+    pub pressed_share: f64,
     /// Unit vector out of the palmar side of the link; zero if all sides count.
     pub volar: Vector3<f64>,
     /// Whether it may carry a contact.
     pub may_touch: bool,
+    /// Whether it is a ball in a mesh rather than a piece of a capsule.
+    pub fills_mesh: bool,
     /// Whether it rests and is kept off the object by [`Layer::clearance_m`].
     pub rests: bool,
     /// Its nodes and the fraction of the sphere that belongs to each; the fractions sum to 1.
@@ -76,13 +88,16 @@ pub struct Layer {
     groups: Vec<Group>,
 }
 
-/// Consecutive spheres of one capsule and a ball around them.
+/// Consecutive spheres of one link and a ball around them. Groups form trees: a group that has parts comes before them.
 #[derive(Debug, Clone, PartialEq)]
 struct Group {
     link: LinkId,
     centre: Vector3<f64>,
     radius_m: f64,
+    /// Its spheres, if it has no parts.
     spheres: Range<usize>,
+    /// The group after the last of its parts.
+    next: usize,
 }
 
 /// A sphere near the object, object frame.
@@ -103,20 +118,33 @@ pub struct NearSphere {
 impl Layer {
     /// The layer of `hand`.
     pub fn new(hand: &Hand) -> Self {
-        let volar = volar::directions(hand);
+        let volar = volar_directions(hand);
         let mut spheres = Vec::new();
         let mut groups = Vec::new();
-        for capsule in &hand.capsules {
-            if hand.is_arm(capsule.link) {
+        for l in 0..hand.links.len() {
+            let link = LinkId(l);
+            if hand.is_arm(link) {
                 continue;
             }
-            let first = spheres.len();
-            let direction = volar[capsule.link.0].unwrap_or_else(Vector3::zeros);
-            spheres.extend(along(capsule, direction, hand.link_may_touch(capsule.link)));
-            let last = spheres.len();
-            for start in (first..last).step_by(GROUP) {
-                groups.push(Group::of(&spheres, start..(start + GROUP).min(last)));
+            let direction = volar[l].unwrap_or_else(Vector3::zeros);
+            let may_touch = hand.link_may_touch(link);
+            for (number, capsule) in hand.capsules.iter().enumerate() {
+                if capsule.link != link || hand.is_filling(number) {
+                    continue;
+                }
+                let first = spheres.len();
+                spheres.extend(along(capsule, direction, may_touch));
+                let last = spheres.len();
+                for start in (first..last).step_by(GROUP) {
+                    groups.push(Group::of(&spheres, start..(start + GROUP).min(last)));
+                    close_last(&mut groups);
+                }
             }
+            let balls = hand.balls().iter().filter(|ball| ball.link == link);
+            let balls = balls.map(|ball| of_ball(ball, direction, may_touch));
+            let first = spheres.len();
+            spheres.extend(balls);
+            grow(&mut spheres, first, &mut groups);
         }
         let nodes = assign_nodes(&mut spheres);
         let phalanges = phalanges(hand, &volar);
@@ -158,12 +186,15 @@ impl Layer {
         near.clear();
         let reach_m = reach_m.max(self.clearance_m);
         let slope = shape.lipschitz();
-        for group in &self.groups {
+        let mut at = 0;
+        while let Some(group) = self.groups.get(at) {
             let frame = &posed.object_from_link[group.link.0];
             let centre = frame.point(&group.centre);
             if shape.distance(&centre) > reach_m * slope.max(1.0) + slope * group.radius_m {
+                at = group.next;
                 continue;
             }
+            at += 1;
             for index in group.spheres.clone() {
                 let sphere = &self.spheres[index];
                 let centre = frame.point(&sphere.centre);
@@ -210,7 +241,59 @@ impl Group {
             centre,
             radius_m,
             spheres: range,
+            next: usize::MAX,
         }
+    }
+}
+
+/// Ends the tree of the last group after it.
+fn close_last(groups: &mut [Group]) {
+    let next = groups.len();
+    if let Some(last) = groups.last_mut() {
+        last.next = next;
+    }
+}
+
+/// Sorts the spheres from `first` on so that those of a group are near each other, and adds their groups: each is halved
+/// across its longest side until few spheres are left.
+fn grow(spheres: &mut [Sphere], first: usize, groups: &mut Vec<Group>) {
+    let members = &mut spheres[first..];
+    let Some(link_place) = members.first().map(|sphere| sphere.centre) else {
+        return;
+    };
+    let (low, high) = members
+        .iter()
+        .fold((link_place, link_place), |(low, high), sphere| {
+            (low.inf(&sphere.centre), high.sup(&sphere.centre))
+        });
+    let count = members.len();
+    let place = groups.len();
+    groups.push(Group::of(spheres, first..first + count));
+    if count > LEAF {
+        let axis = (high - low).imax();
+        spheres[first..].sort_by(|a, b| a.centre[axis].total_cmp(&b.centre[axis]));
+        groups[place].spheres = first..first;
+        let middle = first + count / 2;
+        grow(&mut spheres[..middle], first, groups);
+        grow(spheres, middle, groups);
+    }
+    groups[place].next = groups.len();
+}
+
+/// The sphere of a ball that fills a mesh.
+fn of_ball(ball: &Ball, volar: Vector3<f64>, may_touch: bool) -> Sphere {
+    let share = 0.5 * ball.shadow_m2 / UNIT_AREA_M2;
+    Sphere {
+        link: ball.link,
+        centre: ball.centre,
+        radius_m: ball.radius_m,
+        share,
+        pressed_share: share.max(LEAST_PRESSED),
+        volar,
+        may_touch,
+        fills_mesh: true,
+        rests: false,
+        nodes: Vec::new(),
     }
 }
 
@@ -242,8 +325,10 @@ fn along(
             centre: capsule.a + (capsule.b - capsule.a) * t,
             radius_m: capsule.radius_m,
             share: part_m * capsule.radius_m / UNIT_AREA_M2,
+            pressed_share: part_m * capsule.radius_m / UNIT_AREA_M2,
             volar,
             may_touch,
+            fills_mesh: false,
             rests: false,
             nodes: Vec::new(),
         }
@@ -282,6 +367,13 @@ fn assign_nodes(spheres: &mut [Sphere]) -> usize {
                 (small(count + k), hat)
             });
             sphere.nodes = hats.filter(|(_, hat)| *hat > 0.0).collect();
+            if sphere.fills_mesh {
+                // On a surface more nodes are near than along a digit; the nearest ones are enough.
+                sphere
+                    .nodes
+                    .sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+                sphere.nodes.truncate(MOST_NODES);
+            }
             let sum: f64 = sphere.nodes.iter().map(|(_, hat)| hat).sum();
             for (_, hat) in &mut sphere.nodes {
                 *hat /= sum;
@@ -302,8 +394,13 @@ fn phalanges(hand: &Hand, volar: &[Option<Vector3<f64>>]) -> Vec<Phalanx> {
         else {
             continue;
         };
-        let mut points = Vec::new();
-        for capsule in hand.capsules.iter().filter(|c| c.link == link_id) {
+        let palmar = hand.inscribed().palmar.iter();
+        let palmar = palmar.filter(|(link, _)| *link == link_id);
+        let mut points: Vec<Vector3<f64>> = palmar.map(|(_, point)| *point).collect();
+        for (number, capsule) in hand.capsules.iter().enumerate() {
+            if capsule.link != link_id || hand.is_filling(number) {
+                continue;
+            }
             let length_m = (capsule.b - capsule.a).norm();
             let count = whole((length_m / REACH_SPACING_M).round()).max(1);
             for k in 0..count {

@@ -59,7 +59,7 @@ impl Term for Pressing {
                 continue;
             }
             let (value, slope) = smooth_hinge(depth_m, self.settings.pressing_rounding_m);
-            let scale = self.weight() * sphere.share;
+            let scale = self.weight() * sphere.pressed_share;
             energy += scale * value;
             forces.push(
                 sphere.link,
