@@ -214,6 +214,24 @@ fn measure(
         })
         .collect();
     if std::env::var_os("DETAILS").is_some() {
+        let layer = Layer::new(hand);
+        for end in &ends {
+            let mut posed = landscape::hand::PosedHand::default();
+            hand.pose(&end.refined.pose, &mut posed);
+            let deep = energy.deepest_m(&end.refined.pose);
+            if deep < 0.001 {
+                continue;
+            }
+            let mut near = Vec::new();
+            layer.measure(&posed, &*scene.object.shape, 0.0, &mut near);
+            let worst = near.iter().min_by(|a, b| a.gap_m.total_cmp(&b.gap_m));
+            let held = landscape::grasp::depth::object_inside_hand_m(&scene.object.exact, hand, &posed);
+            if let Some(worst) = worst {
+                let s = &layer.spheres[worst.sphere as usize];
+                eprintln!("  deep {:.2} object in hand {:.2} layer {:.2} radius {:.1} share {:.2} {} touching {}",
+                    1e3 * deep, 1e3 * held, -1e3 * worst.gap_m, 1e3 * s.radius_m, s.share, hand.links[s.link.0].name, near.len());
+            }
+        }
         eprintln!("  {}", gaps.join("\n  "));
     }
     Ok(found)

@@ -32,8 +32,11 @@ const LEAF: usize = 4;
 const REACH_SPACING_M: f64 = 0.01;
 /// Greatest number of nodes of a ball in a mesh.
 const MOST_NODES: usize = 3;
-/// Least share with which a ball of a mesh is pressed.
-const LEAST_PRESSED: f64 = 0.4;
+/// Least share with which a ball of a mesh is pressed: about that of the spheres of a finger that touch a ball.
+const LEAST_PRESSED: f64 = 1.5;
+/// What the balls of a mesh are inflated by beyond the mean of their parts of the surface, metres. Edges of objects pass
+/// between balls by about as much.
+const INFLATED_M: f64 = 0.0002;
 /// The area whose share is 1: 5 mm of a finger of 8 mm radius, m².
 const UNIT_AREA_M2: f64 = 0.005 * 0.008;
 
@@ -50,8 +53,8 @@ pub struct Sphere {
     /// finger. A capsule's section is half as wide as its shadow, so a ball in a mesh counts with half the shadow of its part
     /// of the surface.
     pub share: f64,
-    /// Its share when it is pressed into the object: as `share`, but for a ball in a mesh at least that of 2 mm of a finger,
-    /// so that edges, which are small areas, do not sink in.
+    /// Its share when it is pressed into the object: as `share`, but for a ball in a mesh at least 1.5, so that edges, which
+    /// are small areas, do not sink in.
     pub pressed_share: f64,
     /// Unit vector out of the palmar side of the link; zero if all sides count.
     pub volar: Vector3<f64>,
@@ -286,7 +289,7 @@ fn of_ball(ball: &Ball, volar: Vector3<f64>, may_touch: bool) -> Sphere {
     Sphere {
         link: ball.link,
         centre: ball.centre,
-        radius_m: ball.radius_m,
+        radius_m: ball.radius_m + ball.outside_m + INFLATED_M,
         share,
         pressed_share: share.max(LEAST_PRESSED),
         volar,
@@ -356,7 +359,9 @@ fn assign_nodes(spheres: &mut [Sphere]) -> usize {
                     (0, 0.0),
                     |best, (i, d)| if d > best.1 { (i, d) } else { best },
                 );
-            if most <= 0.6 * NODE_SPACING_M {
+            // A link of meshes has nodes on a surface rather than along a line, which would be many.
+            let apart = if members[0].fills_mesh { 0.8 } else { 0.6 };
+            if most <= apart * NODE_SPACING_M {
                 break;
             }
             places.push(members[farthest].centre);
@@ -429,34 +434,71 @@ mod tests {
     /// Groups only save work: the list is that of all spheres.
     #[test]
     fn no_near_sphere_is_missed() {
-        let (hand, object) = (Hand::human(), Object::named("mug").unwrap());
-        let layer = Layer::new(&hand);
-        let mut rng = stream(1, Task::Start, 0);
-        let (mut posed, mut near) = (PosedHand::default(), Vec::new());
-        for _ in 0..20 {
-            hand.pose_links(&start_pose(&hand, &object, &mut rng), &mut posed);
-            layer.measure(&posed, &*object.shape, 0.006, &mut near);
-            let expected = (0u32..).zip(&layer.spheres).filter(|(_, sphere)| {
-                let centre = posed.object_from_link[sphere.link.0].point(&sphere.centre);
-                object.shape.distance(&centre) - sphere.radius_m <= 0.006
-            });
-            let expected: Vec<u32> = expected.map(|(index, _)| index).collect();
-            assert_eq!(near.iter().map(|n| n.sphere).collect::<Vec<_>>(), expected);
+        let object = Object::named("mug").unwrap();
+        for name in ["human", "gripper_three_finger", "gripper_parallel"] {
+            let hand = Hand::named(name).unwrap();
+            let layer = Layer::new(&hand);
+            let mut rng = stream(1, Task::Start, 0);
+            let (mut posed, mut near) = (PosedHand::default(), Vec::new());
+            for _ in 0..20 {
+                hand.pose_links(&start_pose(&hand, &object, &mut rng), &mut posed);
+                layer.measure(&posed, &*object.shape, 0.006, &mut near);
+                let expected = (0u32..).zip(&layer.spheres).filter(|(_, sphere)| {
+                    let centre = posed.object_from_link[sphere.link.0].point(&sphere.centre);
+                    object.shape.distance(&centre) - sphere.radius_m <= 0.006
+                });
+                let expected: Vec<u32> = expected.map(|(index, _)| index).collect();
+                assert_eq!(near.iter().map(|n| n.sphere).collect::<Vec<_>>(), expected);
+            }
         }
+    }
+
+    /// The layer of a hand of capsules has one sphere every 3 mm along each of them and nothing else.
+    #[test]
+    fn a_hand_of_capsules_has_spheres_on_their_axes() {
+        let hand = Hand::human();
+        let layer = Layer::new(&hand);
+        assert!(hand.balls().is_empty());
+        assert!(layer.spheres.iter().all(|sphere| !sphere.fills_mesh
+            && sphere.pressed_share.to_bits() == sphere.share.to_bits()));
+        let on_axes: usize = (hand.capsules.iter())
+            .filter(|capsule| !hand.is_arm(capsule.link))
+            .map(|capsule| 1 + whole(((capsule.b - capsule.a).norm() / SPACING_M).ceil()))
+            .sum();
+        assert_eq!(layer.spheres.len(), on_axes);
+    }
+
+    /// Each part of a digit of boxes has palmar points to be drawn to the object, and they lie on its surface.
+    #[test]
+    fn phalanges_of_boxes_have_palmar_points() {
+        let hand = Hand::named("gripper_three_finger").unwrap();
+        let layer = Layer::new(&hand);
+        for phalanx in &layer.phalanges {
+            assert!(!phalanx.points.is_empty());
+            let spheres = || layer.spheres.iter().filter(|s| s.link == phalanx.link);
+            for point in &phalanx.points {
+                let gaps = spheres().map(|s| (s.centre - point).norm() - s.radius_m);
+                let gap = gaps.fold(f64::INFINITY, f64::min);
+                assert!(gap.abs() < 0.003, "{gap}");
+            }
+        }
+        let links = hand.links.iter().filter(|link| link.digit > 0);
+        assert!(layer.phalanges.len() >= links.count() - 3);
     }
 
     /// The fractions of a sphere that belong to nodes sum to 1, and each node has spheres of one link.
     #[test]
     fn nodes_divide_the_spheres() {
-        let hand = Hand::human();
-        let layer = Layer::new(&hand);
-        let mut links = vec![None; layer.nodes];
-        for sphere in &layer.spheres {
-            let sum: f64 = sphere.nodes.iter().map(|(_, hat)| hat).sum();
-            assert!((sum - 1.0).abs() < 1e-12);
-            for &(node, _) in &sphere.nodes {
-                let link = links[node as usize].get_or_insert(sphere.link);
-                assert_eq!(*link, sphere.link);
+        for name in ["human", "gripper_three_finger"] {
+            let layer = Layer::new(&Hand::named(name).unwrap());
+            let mut links = vec![None; layer.nodes];
+            for sphere in &layer.spheres {
+                let sum: f64 = sphere.nodes.iter().map(|(_, hat)| hat).sum();
+                assert!((sum - 1.0).abs() < 1e-12);
+                for &(node, _) in &sphere.nodes {
+                    let link = links[node as usize].get_or_insert(sphere.link);
+                    assert_eq!(*link, sphere.link);
+                }
             }
         }
     }

@@ -18,6 +18,7 @@ use super::Grasp;
 use super::closing::{ClosingSettings, close_hand, preload};
 use super::energy::GraspEnergy;
 use super::filter::judge;
+use super::grip::Grip;
 pub use super::kernel::StepScales;
 use crate::energy::{Energy, Piecewise};
 use crate::optimize::{self, QuenchSettings};
@@ -118,10 +119,11 @@ fn run(
         ..*settings
     };
     let mut rng = stream(seed, Task::Synthesis, chain);
-    let guide = settings
+    let mut guide = settings
         .grips
         .filter(|_| given.is_none())
         .and_then(|grips| energy.for_grip(grips.draw(energy.hand(), &mut rng)));
+    let mut misses = 0;
     let mut best: Option<(Synthesized, bool)> = None;
     let (mut steps, mut evaluations) = (0, 0);
     let attempts = settings.attempts.min(settings.steps.max(1));
@@ -157,6 +159,11 @@ fn run(
             .as_ref()
             .and_then(|guide| guide.compliance(&end.raw.coordinates))
             .is_some_and(|compliance| compliance > MISSED_COMPLIANCE);
+        misses += u32::from(missed);
+        if misses == MOST_MISSES && !energy.hand().balls().is_empty() {
+            // Hands of meshes have thumbs of many kinds, and some oppose no finger alone.
+            guide = energy.for_grip(Grip::WHOLE);
+        }
         if missed && best.is_some() {
             evaluations += end.evaluations;
             continue;
@@ -268,6 +275,9 @@ fn trial_settings(refine: &QuenchSettings) -> QuenchSettings {
 
 /// Compliance above which the parts of a grip do not hold, and the attempt has failed.
 const MISSED_COMPLIANCE: f64 = 0.25;
+
+/// Attempts at a grip that fail before a hand of meshes tries its whole grip.
+const MOST_MISSES: u32 = 3;
 
 /// Energy per metre. Over the last millimetres this is far less than the differences between grasps.
 const TRIAL_TOLERANCE: f64 = 1e-2;

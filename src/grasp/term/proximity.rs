@@ -66,7 +66,7 @@ struct Block {
 }
 
 /// Hands with more self-pairs than this are searched by pairs of links.
-const MANY_PAIRS: usize = 1000;
+const MANY_PAIRS: usize = 500;
 
 /// Pairs of links whose balls are farther apart than this get that distance as the gap of all their capsules, metres.
 const FAR_M: f64 = 2.0 * NEIGHBOURHOOD_M;
@@ -279,7 +279,18 @@ mod tests {
     /// Holds for any movement of the fingers since the gaps were measured.
     #[test]
     fn every_pair_that_overlaps_is_listed() {
-        let hand = Hand::human();
+        lists_overlaps(&Hand::human());
+    }
+
+    /// The same for a hand with so many pairs that they are searched by pairs of links.
+    #[test]
+    fn every_pair_of_many_that_overlaps_is_listed() {
+        let hand = Hand::named("gripper_three_finger").unwrap();
+        assert!(!blocks(&hand).is_empty() && blocks(&Hand::human()).is_empty());
+        lists_overlaps(&hand);
+    }
+
+    fn lists_overlaps(hand: &Hand) {
         let mut rng = stream(0, Task::Start, 0);
         let mut posed = PosedHand::default();
         let mut proximity = Proximity::default();
@@ -292,7 +303,7 @@ mod tests {
                 *q += share * (rng.random_range(low..=high) - *q);
             }
             hand.pose_links(&x, &mut posed);
-            proximity.update_pairs(&hand, &posed);
+            proximity.update_pairs(hand, &posed);
             listed += proximity.pairs().len();
             for (number, &[first, second]) in (0u32..).zip(&hand.self_pairs) {
                 let nearest = closest_points(&posed.capsules[first], &posed.capsules[second]);
