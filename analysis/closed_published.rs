@@ -3,8 +3,8 @@
 //!
 //! Chains with the preset `closed` for the human hand, the grippers and the published hands in the folder `hands` of
 //! `LANDSCAPE_TEST_DATA`, each on three objects. What passes the strict filter is dropped in simulation. The seed and the
-//! number of chains may be given, then parts of names of hands: `--example closed_published 7 48 allegro inspire`. With
-//! names nothing is written but the terminal.
+//! number of chains may be given, then parts of names of hands or paths: `--example closed_published 7 48 allegro inspire`.
+//! With names nothing is written to files.
 
 #[path = "yields/interval.rs"]
 mod interval;
@@ -88,7 +88,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     );
     let folder = std::env::var_os("LANDSCAPE_TEST_DATA").map(|data| Path::new(&data).join("hands"));
     let published = folder.iter().flat_map(|folder| {
-        PUBLISHED.map(|name| (name.to_owned(), HandFiles::load_within(&folder.join(name), folder)))
+        PUBLISHED.map(|name| {
+            (
+                name.to_owned(),
+                HandFiles::load_within(&folder.join(name), folder),
+            )
+        })
     });
     let named = NAMED.map(|name| (name.to_owned(), HandFiles::named(name)));
     let scenes = OBJECTS.map(|object| -> Result<Scene, Box<dyn Error>> {
@@ -100,15 +105,20 @@ fn main() -> Result<(), Box<dyn Error>> {
         })
     });
     let scenes = scenes.into_iter().collect::<Result<Vec<_>, _>>()?;
+    // Paths of other descriptions may be given as well.
+    let paths = wanted.iter().filter(|name| Path::new(name).is_file());
+    let paths: Vec<_> = paths
+        .map(|name| (name.clone(), HandFiles::load(Path::new(name))))
+        .collect();
     let mut refused = Vec::new();
     let mut prices_s = [f64::NAN; OBJECTS.len()];
-    for (name, files) in named.into_iter().chain(published) {
+    for (name, files) in named.into_iter().chain(published).chain(paths) {
         if !wanted.is_empty() && !wanted.iter().any(|part| name.contains(part.as_str())) {
             continue;
         }
-        let hand = match files.and_then(|files: HandFiles| -> Result<Hand, HandError> {
-            Hand::from_files(&files)
-        }) {
+        let hand = match files
+            .and_then(|files: HandFiles| -> Result<Hand, HandError> { Hand::from_files(&files) })
+        {
             Ok(hand) => Arc::new(hand),
             Err(error) => {
                 eprintln!("{name}: {error}");
@@ -122,7 +132,14 @@ fn main() -> Result<(), Box<dyn Error>> {
             if name == "human" {
                 prices_s[place] = price_s;
             }
-            row(&mut text, &name, &hand, object, &found, price_s / prices_s[place]);
+            row(
+                &mut text,
+                &name,
+                &hand,
+                object,
+                &found,
+                price_s / prices_s[place],
+            );
         }
     }
     if !refused.is_empty() {
@@ -142,9 +159,21 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// Processor time of this process, seconds; NaN where `/proc` is missing.
 fn cpu_s() -> f64 {
     let stat = fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    let fields = stat.rsplit(')').next().unwrap_or_default().split_whitespace();
-    let ticks: Vec<f64> = fields.skip(11).take(2).filter_map(|f| f.parse().ok()).collect();
-    if ticks.len() == 2 { ticks.iter().sum::<f64>() / 100.0 } else { f64::NAN }
+    let fields = stat
+        .rsplit(')')
+        .next()
+        .unwrap_or_default()
+        .split_whitespace();
+    let ticks: Vec<f64> = fields
+        .skip(11)
+        .take(2)
+        .filter_map(|f| f.parse().ok())
+        .collect();
+    if ticks.len() == 2 {
+        ticks.iter().sum::<f64>() / 100.0
+    } else {
+        f64::NAN
+    }
 }
 
 fn measure(
@@ -198,42 +227,6 @@ fn measure(
             layer.nodes
         );
     }
-    let gaps: Vec<String> = (ends.iter())
-        .map(|end| judge(&energy, &end.refined))
-        .filter(|judgement| !judgement.passes_strict())
-        .map(|j| {
-            format!(
-                "{} gap {:.1} deep {:.1} self {:.1} C {:.2} digits {}",
-                j.strict_objection().unwrap_or_default(),
-                1e3 * j.gap_m,
-                1e3 * j.deepest_m,
-                1e3 * j.self_penetration_m,
-                j.compliance.unwrap_or(1.0),
-                j.digits,
-            )
-        })
-        .collect();
-    if std::env::var_os("DETAILS").is_some() {
-        let layer = Layer::new(hand);
-        for end in &ends {
-            let mut posed = landscape::hand::PosedHand::default();
-            hand.pose(&end.refined.pose, &mut posed);
-            let deep = energy.deepest_m(&end.refined.pose);
-            if deep < 0.001 {
-                continue;
-            }
-            let mut near = Vec::new();
-            layer.measure(&posed, &*scene.object.shape, 0.0, &mut near);
-            let worst = near.iter().min_by(|a, b| a.gap_m.total_cmp(&b.gap_m));
-            let held = landscape::grasp::depth::object_inside_hand_m(&scene.object.exact, hand, &posed);
-            if let Some(worst) = worst {
-                let s = &layer.spheres[worst.sphere as usize];
-                eprintln!("  deep {:.2} object in hand {:.2} layer {:.2} radius {:.1} share {:.2} {} touching {}",
-                    1e3 * deep, 1e3 * held, -1e3 * worst.gap_m, 1e3 * s.radius_m, s.share, hand.links[s.link.0].name, near.len());
-            }
-        }
-        eprintln!("  {}", gaps.join("\n  "));
-    }
     Ok(found)
 }
 
@@ -244,7 +237,12 @@ fn row(text: &mut String, name: &str, hand: &Hand, object: &str, found: &Found, 
     } else {
         let [low, high] = interval(found.held as f64, total as f64);
         let share = found.held as f64 / total as f64;
-        format!("{:.0} % [{:.0}, {:.0}]", 100.0 * share, 100.0 * low, 100.0 * high)
+        format!(
+            "{:.0} % [{:.0}, {:.0}]",
+            100.0 * share,
+            100.0 * low,
+            100.0 * high
+        )
     };
     let deep = found.depths_m.get(total * 95 / 100);
     let deep = deep.map_or("–".to_owned(), |depth| format!("{:.1} mm", 1e3 * depth));

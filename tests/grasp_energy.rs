@@ -615,28 +615,30 @@ fn a_layer_has_no_memory() {
 #[test]
 fn a_layer_has_the_symmetry_of_the_object() {
     for hand in [&*HAND, &*GRIPPER] {
-    let energy = GraspEnergy::new(hand.clone(), BOTTLE.clone(), EnergySettings::closed()).unwrap();
-    let space = energy.space();
-    let mut rng = stream(4, Task::Start, 0);
-    for _ in 0..10 {
-        let x = pose(hand, &BOTTLE, space, &mut rng);
-        let turn = nalgebra::UnitQuaternion::from_axis_angle(&nalgebra::Vector3::z_axis(), 1.234);
-        let mut turned = x.clone();
-        let moved = turn * nalgebra::Vector3::new(x[0], x[1], x[2]);
-        turned[..3].copy_from_slice(moved.as_slice());
-        let q = turn
-            * nalgebra::UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(
-                x[3], x[4], x[5], x[6],
-            ));
-        turned[3..7].copy_from_slice(&[q.w, q.i, q.j, q.k]);
-        let mut gradient = vec![0.0; space.tangents()];
-        let [before, after] = [&x, &turned].map(|x| energy.evaluate(x, &mut gradient));
-        assert!(
-            (before - after).abs() < 1e-9 * (1.0 + before),
-            "{before} {after}"
-        );
+        let energy =
+            GraspEnergy::new(hand.clone(), BOTTLE.clone(), EnergySettings::closed()).unwrap();
+        let space = energy.space();
+        let mut rng = stream(4, Task::Start, 0);
+        for _ in 0..10 {
+            let x = pose(hand, &BOTTLE, space, &mut rng);
+            let turn =
+                nalgebra::UnitQuaternion::from_axis_angle(&nalgebra::Vector3::z_axis(), 1.234);
+            let mut turned = x.clone();
+            let moved = turn * nalgebra::Vector3::new(x[0], x[1], x[2]);
+            turned[..3].copy_from_slice(moved.as_slice());
+            let q = turn
+                * nalgebra::UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(
+                    x[3], x[4], x[5], x[6],
+                ));
+            turned[3..7].copy_from_slice(&[q.w, q.i, q.j, q.k]);
+            let mut gradient = vec![0.0; space.tangents()];
+            let [before, after] = [&x, &turned].map(|x| energy.evaluate(x, &mut gradient));
+            assert!(
+                (before - after).abs() < 1e-9 * (1.0 + before),
+                "{before} {after}"
+            );
+        }
     }
-}
 }
 
 /// A hand far from everything has let go: its compliance is 1.

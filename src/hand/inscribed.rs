@@ -1,8 +1,7 @@
 //! Balls that fill the meshes of a hand up to their surface.
 //!
-//! Capsules that fill convex hulls leave corners open and cover holes. The balls found here lie inside the solid that the
-//! meshes of a link bound, each touches its surface, and together they cover this surface to within a fraction of a
-//! millimetre where the link faces objects. The elastic layer and the simulation of stability use them in place of such
+//! Capsules that fill convex hulls leave corners open and cover holes. The balls found here fill the solid that the meshes
+//! of a link bound, and together they follow its surface to within a fraction of a millimetre where the link faces objects. The elastic layer and the simulation of stability use them in place of such
 //! capsules. A ball has a distance from an object that is as smooth as that of its centre, for every rotation.
 
 use std::cmp::Reverse;
@@ -44,17 +43,15 @@ const CELL_M: f64 = 0.004;
 /// Number of directions in which the area of a ball's part of the surface is projected.
 const DIRECTIONS: u32 = 32;
 
-/// A ball inside the meshes of a link, link frame.
+/// A ball in the meshes of a link, link frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ball {
     /// The link it is fixed to.
     pub link: LinkId,
     /// Centre, metres.
     pub centre: Vector3<f64>,
-    /// Radius, metres.
+    /// Radius, metres: the mean distance of the centre from the part of the surface that is nearest to the ball.
     pub radius_m: f64,
-    /// Mean distance by which the part of the surface that is nearest to it lies outside, metres.
-    pub outside_m: f64,
     /// The greatest area of a shadow of the part of the surface that is nearest to it, m². A piece of a capsule casts a
     /// shadow of its length times its diameter.
     pub shadow_m2: f64,
@@ -130,13 +127,14 @@ impl Inscribed {
             let samples = sample(solid, share_m2, volar[link.0].as_ref());
             let balls = inscribed(&samples, solid);
             let chosen = cover(&samples, &balls);
-            found.balls.extend(chosen.into_iter().map(|(ball, own)| Ball {
-                link,
-                centre: ball.centre,
-                radius_m: ball.radius_m,
-                outside_m: outside_m(ball, &samples, &own),
-                shadow_m2: shadow(&samples, &own) * share_m2,
-            }));
+            found
+                .balls
+                .extend(chosen.into_iter().map(|(ball, own)| Ball {
+                    link,
+                    centre: ball.centre,
+                    radius_m: radius_m(ball, &samples, &own),
+                    shadow_m2: shadow(&samples, &own) * share_m2,
+                }));
             if let Some(direction) = volar[link.0] {
                 let points = middle_line(&samples, &direction);
                 found
@@ -314,10 +312,10 @@ fn whole(cells: f64) -> i32 {
     cells as i32
 }
 
-/// Mean distance of some samples from a ball.
-fn outside_m(ball: &Touching, samples: &[Sample], own: &[usize]) -> f64 {
+/// Mean distance of some samples from the centre of a ball.
+fn radius_m(ball: &Touching, samples: &[Sample], own: &[usize]) -> f64 {
     let distances = own.iter().map(|&s| (samples[s].point - ball.centre).norm());
-    (distances.sum::<f64>() / own.len() as f64 - ball.radius_m).max(0.0)
+    distances.sum::<f64>() / own.len() as f64
 }
 
 /// The greatest area of a shadow of some samples, in units of the area of a sample.
@@ -370,7 +368,7 @@ fn middle_line(samples: &[Sample], volar: &Vector3<f64>) -> Vec<Vector3<f64>> {
 mod tests {
     use super::*;
 
-    /// Balls stay inside the meshes, and all of the surface is near a ball.
+    /// Balls touch the surface, and all of the surface is near a ball.
     #[test]
     fn balls_fill_a_gripper() {
         let hand = Hand::named("gripper_three_finger").unwrap();
@@ -382,7 +380,9 @@ mod tests {
             let balls: Vec<&Ball> = hand.balls().iter().filter(|b| b.link == link).collect();
             assert!(!balls.is_empty());
             for ball in &balls {
-                assert!(-solid.distance(&ball.centre) > ball.radius_m - 2.0 * INSIDE_M);
+                // Backs are covered roughly.
+                let depth = -solid.distance(&ball.centre);
+                assert!((depth - ball.radius_m).abs() < BACK_REACH_M);
                 assert!(ball.shadow_m2 > 0.0);
             }
             let mut open_m = Vec::new();
@@ -396,9 +396,8 @@ mod tests {
                 open_m.push(gaps.fold(f64::INFINITY, f64::min));
             }
             open_m.sort_by(f64::total_cmp);
-            let [most, worst] = [0.98, 1.0].map(|share| {
-                open_m[whole(share * (open_m.len() - 1) as f64) as usize]
-            });
+            let [most, worst] =
+                [0.98, 1.0].map(|share| open_m[whole(share * (open_m.len() - 1) as f64) as usize]);
             assert!(most < 0.0008 && worst < 0.0025, "{most} {worst}");
         }
     }
@@ -420,7 +419,10 @@ mod tests {
                 .flat_map(|solid| solid.surface().triangles().collect::<Vec<_>>())
                 .map(|triangle| doubled(&triangle).norm() / 2.0)
                 .sum();
-            assert!((0.2 * area..=1.02 * area).contains(&shadow), "{shadow} of {area}");
+            assert!(
+                (0.2 * area..=1.02 * area).contains(&shadow),
+                "{shadow} of {area}"
+            );
         }
     }
 }

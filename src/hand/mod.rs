@@ -46,11 +46,11 @@ use crate::space::Pose;
 
 pub use error::HandError;
 pub use files::{HandFile, HandFiles};
+pub use inscribed::Ball;
 pub use named::HAND_NAMES;
 pub use region::PatchSide;
 pub use self_pairs::{SegmentPair, axis_distance, closest_points};
 pub use skin::{Skin, SkinVertex};
-pub use inscribed::Ball;
 pub(crate) use solid::{Part, Solid};
 pub(crate) use volar::volar_directions;
 

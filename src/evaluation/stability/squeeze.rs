@@ -10,9 +10,9 @@ use rapier3d_f64::math::{Pose, Rotation};
 use rapier3d_f64::parry::mass_properties::MassProperties;
 
 use super::convert::{frame, vector};
+use super::judge::{balls, capsules};
 use super::settings::{SixDirections, Squeeze};
 use super::solid::Solid;
-use super::judge::{balls, capsules};
 use super::world::World;
 use crate::grasp::closure::{PointContact, contact_forces};
 use crate::hand::{Hand, JointKind, LinkId, Motion, PosedHand};

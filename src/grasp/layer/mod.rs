@@ -32,11 +32,8 @@ const LEAF: usize = 4;
 const REACH_SPACING_M: f64 = 0.01;
 /// Greatest number of nodes of a ball in a mesh.
 const MOST_NODES: usize = 3;
-/// Least share with which a ball of a mesh is pressed: about that of the spheres of a finger that touch a ball.
-const LEAST_PRESSED: f64 = 1.5;
-/// What the balls of a mesh are inflated by beyond the mean of their parts of the surface, metres. Edges of objects pass
-/// between balls by about as much.
-const INFLATED_M: f64 = 0.0002;
+/// Least share with which a ball of a mesh is pressed: somewhat more than that of the spheres of a finger that touch a ball.
+const LEAST_PRESSED: f64 = 2.5;
 /// The area whose share is 1: 5 mm of a finger of 8 mm radius, m².
 const UNIT_AREA_M2: f64 = 0.005 * 0.008;
 
@@ -53,7 +50,7 @@ pub struct Sphere {
     /// finger. A capsule's section is half as wide as its shadow, so a ball in a mesh counts with half the shadow of its part
     /// of the surface.
     pub share: f64,
-    /// Its share when it is pressed into the object: as `share`, but for a ball in a mesh at least 1.5, so that edges, which
+    /// Its share when it is pressed into the object: as `share`, but for a ball in a mesh at least 2.5, so that edges, which
     /// are small areas, do not sink in.
     pub pressed_share: f64,
     /// Unit vector out of the palmar side of the link; zero if all sides count.
@@ -289,7 +286,7 @@ fn of_ball(ball: &Ball, volar: Vector3<f64>, may_touch: bool) -> Sphere {
     Sphere {
         link: ball.link,
         centre: ball.centre,
-        radius_m: ball.radius_m + ball.outside_m + INFLATED_M,
+        radius_m: ball.radius_m,
         share,
         pressed_share: share.max(LEAST_PRESSED),
         volar,
@@ -459,8 +456,10 @@ mod tests {
         let hand = Hand::human();
         let layer = Layer::new(&hand);
         assert!(hand.balls().is_empty());
-        assert!(layer.spheres.iter().all(|sphere| !sphere.fills_mesh
-            && sphere.pressed_share.to_bits() == sphere.share.to_bits()));
+        assert!(
+            layer.spheres.iter().all(|sphere| !sphere.fills_mesh
+                && sphere.pressed_share.to_bits() == sphere.share.to_bits())
+        );
         let on_axes: usize = (hand.capsules.iter())
             .filter(|capsule| !hand.is_arm(capsule.link))
             .map(|capsule| 1 + whole(((capsule.b - capsule.a).norm() / SPACING_M).ceil()))

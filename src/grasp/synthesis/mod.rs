@@ -17,7 +17,7 @@ pub use self::start::Given;
 use super::Grasp;
 use super::closing::{ClosingSettings, close_hand, preload};
 use super::energy::GraspEnergy;
-use super::filter::judge;
+use super::filter::{MOST_COMPLIANCE, judge};
 use super::grip::Grip;
 pub use super::kernel::StepScales;
 use crate::energy::{Energy, Piecewise};
@@ -337,7 +337,10 @@ fn finish(
 
 /// Whether an end passes the strict filter and, if hands are pressed, is firm.
 fn is_grasp(energy: &GraspEnergy, refinement: Refinement, found: &Synthesized) -> bool {
-    judge(energy, &found.refined).passes_strict()
+    // Exact depths are the dearest part of a judgement, and a hand that gives needs none.
+    let gives = energy.compliance(&found.refined.pose);
+    gives.is_none_or(|compliance| compliance <= MOST_COMPLIANCE)
+        && judge(energy, &found.refined).passes_strict()
         && (refinement != Refinement::Pressed
             || preload(energy, &found.refined.pose).is_sufficient())
 }

@@ -94,9 +94,14 @@ fn link_balls(hand: &Hand, posed: &PosedHand) -> Vec<(Vector3<f64>, f64)> {
     let mut first = 0;
     while let Some(capsule) = hand.capsules.get(first) {
         let link = capsule.link;
-        let end = hand.capsules.partition_point(|capsule| capsule.link <= link);
+        let end = hand
+            .capsules
+            .partition_point(|capsule| capsule.link <= link);
         let axes = &posed.capsules[first..end];
-        let centre = axes.iter().map(|[a, b]| (a + b) * 0.5).sum::<Vector3<f64>>()
+        let centre = axes
+            .iter()
+            .map(|[a, b]| (a + b) * 0.5)
+            .sum::<Vector3<f64>>()
             / (end - first) as f64;
         let radii = axes.iter().zip(&hand.capsules[first..end]);
         let radii = radii.map(|([a, b], capsule)| {
