@@ -121,12 +121,12 @@ impl Layer {
         let volar = volar_directions(hand);
         let mut spheres = Vec::new();
         let mut groups = Vec::new();
-        for l in 0..hand.links.len() {
+        for (l, direction) in volar.iter().enumerate() {
             let link = LinkId(l);
             if hand.is_arm(link) {
                 continue;
             }
-            let direction = volar[l].unwrap_or_else(Vector3::zeros);
+            let direction = direction.unwrap_or_else(Vector3::zeros);
             let may_touch = hand.link_may_touch(link);
             for (number, capsule) in hand.capsules.iter().enumerate() {
                 if capsule.link != link || hand.is_filling(number) {
