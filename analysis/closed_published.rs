@@ -232,7 +232,7 @@ fn measure(
 
 fn row(text: &mut String, name: &str, hand: &Hand, object: &str, found: &Found, price: f64) {
     let total = found.depths_m.len();
-    let percent = if total == 0 {
+    let percent = if total == 0 || !dropped() {
         "–".to_owned()
     } else {
         let [low, high] = interval(found.held as f64, total as f64);
