@@ -22,6 +22,10 @@ static BOTTLE: LazyLock<Arc<Object>> =
     LazyLock::new(|| Arc::new(Object::named("bottle_round").unwrap()));
 static BALL: LazyLock<Arc<Object>> = LazyLock::new(|| Arc::new(Object::named("ball").unwrap()));
 
+/// A hand of boxes and cylinders.
+static GRIPPER: LazyLock<Arc<Hand>> =
+    LazyLock::new(|| Arc::new(Hand::named("gripper_three_finger").unwrap()));
+
 fn none() -> EnergySettings {
     EnergySettings {
         force_closure_weight: 0.0,
@@ -208,16 +212,24 @@ fn random_choice(hand: &Hand, contacts: usize, rng: &mut Rng) -> Vec<u32> {
 
 #[test]
 fn every_term_is_differentiated_correctly() {
-    for object in [&*BOTTLE, &*BALL] {
-        for (name, settings) in cases().into_iter().chain(layer_cases()) {
-            let energy = GraspEnergy::new(HAND.clone(), object.clone(), settings).unwrap();
+    let all = || cases().into_iter().chain(layer_cases()).collect::<Vec<_>>();
+    let mug = Arc::new(Object::named("mug").unwrap());
+    for (hand, object, cases) in [
+        (&*HAND, &*BOTTLE, all()),
+        (&*HAND, &*BALL, all()),
+        (&*GRIPPER, &*BOTTLE, layer_cases()),
+        (&*GRIPPER, &*BALL, layer_cases()),
+        (&*GRIPPER, &mug, layer_cases()),
+    ] {
+        for (name, settings) in cases {
+            let energy = GraspEnergy::new(hand.clone(), object.clone(), settings).unwrap();
             let space = energy.space();
             let scales = space.step_scales();
             let mut rng = stream(1, Task::Start, 0);
             let mut seen = 0.0f64;
             for _ in 0..12 {
-                let x = pose(&HAND, object, space, &mut rng);
-                let choice = random_choice(&HAND, settings.contacts, &mut rng);
+                let x = pose(hand, object, space, &mut rng);
+                let choice = random_choice(hand, settings.contacts, &mut rng);
                 let mut gradient = vec![f64::NAN; space.tangents()];
                 let mut unused = gradient.clone();
                 let value = energy.evaluate_piece(&x, &choice, &mut gradient);
@@ -246,7 +258,8 @@ fn every_term_is_differentiated_correctly() {
                     let tolerance = 2e-4 * size / scales[k].min(1.0);
                     assert!(
                         (estimate - gradient[k]).abs() < tolerance,
-                        "{name} on {}: ∂E/∂τ_{k} = {}, difference {estimate}",
+                        "{name} of {} on {}: ∂E/∂τ_{k} = {}, difference {estimate}",
+                        hand.name,
                         object.name,
                         gradient[k]
                     );
@@ -573,28 +586,30 @@ fn the_axis_of_the_bottle_does_not_matter() {
 /// the same bits.
 #[test]
 fn a_layer_has_no_memory() {
-    let settings = EnergySettings::closed();
-    let energy = GraspEnergy::new(HAND.clone(), BOTTLE.clone(), settings).unwrap();
-    assert!(Energy::piecewise(&energy).is_none());
-    let space = energy.space();
-    let mut rng = stream(3, Task::Start, 0);
-    let poses: Vec<Vec<f64>> = (0..20)
-        .map(|_| pose(&HAND, &BOTTLE, space, &mut rng))
-        .collect();
-    let bits = |x: &Vec<f64>| {
-        let fresh = GraspEnergy::new(HAND.clone(), BOTTLE.clone(), settings).unwrap();
-        let mut gradient = vec![0.0; space.tangents()];
-        let value = fresh.evaluate(x, &mut gradient);
-        (
-            value.to_bits(),
-            gradient.iter().map(|g| g.to_bits()).collect::<Vec<_>>(),
-        )
-    };
-    for x in poses.iter().chain(poses.iter().rev()) {
-        let mut gradient = vec![0.0; space.tangents()];
-        let value = energy.evaluate(x, &mut gradient);
-        let found: Vec<u64> = gradient.iter().map(|g| g.to_bits()).collect();
-        assert_eq!((value.to_bits(), found), bits(x));
+    for hand in [&*HAND, &*GRIPPER] {
+        let settings = EnergySettings::closed();
+        let energy = GraspEnergy::new(hand.clone(), BOTTLE.clone(), settings).unwrap();
+        assert!(Energy::piecewise(&energy).is_none());
+        let space = energy.space();
+        let mut rng = stream(3, Task::Start, 0);
+        let poses: Vec<Vec<f64>> = (0..20)
+            .map(|_| pose(hand, &BOTTLE, space, &mut rng))
+            .collect();
+        let bits = |x: &Vec<f64>| {
+            let fresh = GraspEnergy::new(hand.clone(), BOTTLE.clone(), settings).unwrap();
+            let mut gradient = vec![0.0; space.tangents()];
+            let value = fresh.evaluate(x, &mut gradient);
+            (
+                value.to_bits(),
+                gradient.iter().map(|g| g.to_bits()).collect::<Vec<_>>(),
+            )
+        };
+        for x in poses.iter().chain(poses.iter().rev()) {
+            let mut gradient = vec![0.0; space.tangents()];
+            let value = energy.evaluate(x, &mut gradient);
+            let found: Vec<u64> = gradient.iter().map(|g| g.to_bits()).collect();
+            assert_eq!((value.to_bits(), found), bits(x));
+        }
     }
 }
 
@@ -602,26 +617,30 @@ fn a_layer_has_no_memory() {
 /// energies.
 #[test]
 fn a_layer_has_the_symmetry_of_the_object() {
-    let energy = GraspEnergy::new(HAND.clone(), BOTTLE.clone(), EnergySettings::closed()).unwrap();
-    let space = energy.space();
-    let mut rng = stream(4, Task::Start, 0);
-    for _ in 0..10 {
-        let x = pose(&HAND, &BOTTLE, space, &mut rng);
-        let turn = nalgebra::UnitQuaternion::from_axis_angle(&nalgebra::Vector3::z_axis(), 1.234);
-        let mut turned = x.clone();
-        let moved = turn * nalgebra::Vector3::new(x[0], x[1], x[2]);
-        turned[..3].copy_from_slice(moved.as_slice());
-        let q = turn
-            * nalgebra::UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(
-                x[3], x[4], x[5], x[6],
-            ));
-        turned[3..7].copy_from_slice(&[q.w, q.i, q.j, q.k]);
-        let mut gradient = vec![0.0; space.tangents()];
-        let [before, after] = [&x, &turned].map(|x| energy.evaluate(x, &mut gradient));
-        assert!(
-            (before - after).abs() < 1e-9 * (1.0 + before),
-            "{before} {after}"
-        );
+    for hand in [&*HAND, &*GRIPPER] {
+        let energy =
+            GraspEnergy::new(hand.clone(), BOTTLE.clone(), EnergySettings::closed()).unwrap();
+        let space = energy.space();
+        let mut rng = stream(4, Task::Start, 0);
+        for _ in 0..10 {
+            let x = pose(hand, &BOTTLE, space, &mut rng);
+            let turn =
+                nalgebra::UnitQuaternion::from_axis_angle(&nalgebra::Vector3::z_axis(), 1.234);
+            let mut turned = x.clone();
+            let moved = turn * nalgebra::Vector3::new(x[0], x[1], x[2]);
+            turned[..3].copy_from_slice(moved.as_slice());
+            let q = turn
+                * nalgebra::UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(
+                    x[3], x[4], x[5], x[6],
+                ));
+            turned[3..7].copy_from_slice(&[q.w, q.i, q.j, q.k]);
+            let mut gradient = vec![0.0; space.tangents()];
+            let [before, after] = [&x, &turned].map(|x| energy.evaluate(x, &mut gradient));
+            assert!(
+                (before - after).abs() < 1e-9 * (1.0 + before),
+                "{before} {after}"
+            );
+        }
     }
 }
 

@@ -55,6 +55,7 @@ fn assemble(model: &Model, side: &SideFile) -> Result<Hand, HandError> {
         cast_rad,
         meshes: geometry.meshes,
         parts: Parts::default(),
+        inscribed: super::inscribed::Cache::default(),
         exact: geometry.exact,
         metric: side.metric.clone(),
         blend: None,

@@ -61,6 +61,7 @@ impl Hand {
             }
         }
         hand.parts = Parts::default();
+        hand.inscribed = super::inscribed::Cache::default();
         hand.blend = self.blend.as_ref().map(|blend| Arc::new(blend.mirrored()));
         let palm = &mut hand.palm;
         palm.centre = reflected(&palm.centre);

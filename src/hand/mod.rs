@@ -12,6 +12,7 @@ mod error;
 mod files;
 mod geometry;
 mod hull;
+mod inscribed;
 mod kinematics;
 mod mano;
 mod mesh;
@@ -30,6 +31,7 @@ mod solid;
 mod sources;
 mod surface;
 mod urdf;
+mod volar;
 
 use nalgebra::{Matrix3, Vector3};
 use std::ops::Range;
@@ -44,11 +46,13 @@ use crate::space::Pose;
 
 pub use error::HandError;
 pub use files::{HandFile, HandFiles};
+pub use inscribed::Ball;
 pub use named::HAND_NAMES;
 pub use region::PatchSide;
 pub use self_pairs::{SegmentPair, axis_distance, closest_points};
 pub use skin::{Skin, SkinVertex};
 pub(crate) use solid::{Part, Solid};
+pub(crate) use volar::volar_directions;
 
 /// Number of a link in [`Hand::links`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -272,6 +276,8 @@ pub struct Hand {
     cast_rad: Vec<f64>,
     /// The solid parts for measuring depths.
     parts: Parts,
+    /// The balls that fill the meshes.
+    inscribed: inscribed::Cache,
     /// For each link, one past the last link of its subtree.
     subtree_ends: Vec<usize>,
     /// For each link, its surface points.

@@ -15,7 +15,7 @@ use crate::mesh::{ExactMesh, Mesh, TriangleTree};
 #[derive(Debug, Clone)]
 pub(crate) struct Part {
     /// The link in whose frame it lies; `None` for the skin of a hand that bends, which is in the object's frame.
-    link: Option<LinkId>,
+    pub(super) link: Option<LinkId>,
     /// Its triangles.
     pub(crate) surface: TriangleTree,
     /// Its interior.
@@ -185,7 +185,8 @@ impl Hand {
         Cow::Owned(parts)
     }
 
-    fn rigid_parts(&self) -> &[Part] {
+    /// The parts of the hand in the frames of its links.
+    pub(super) fn rigid_parts(&self) -> &[Part] {
         self.parts.0.get_or_init(|| {
             let capsules = (self.capsules.iter().zip(&self.exact).enumerate())
                 // The capsules are the only interior of a hand that bends if its skin bounds no solid.

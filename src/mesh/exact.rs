@@ -51,6 +51,17 @@ impl TriangleTree {
         let corners = vertices.iter().map(to_parry).collect();
         TriMesh::new(corners, triangles.to_vec()).ok().map(Self)
     }
+
+    /// The corners of each triangle.
+    pub(crate) fn triangles(&self) -> impl Iterator<Item = [Vector3<f64>; 3]> + '_ {
+        let corners = self.0.triangles();
+        corners.map(|triangle| triangle.vertices().map(from_parry))
+    }
+
+    /// The nearest point of the triangles.
+    pub(crate) fn foot(&self, point: &Vector3<f64>) -> Vector3<f64> {
+        from_parry(self.0.project_local_point(to_parry(point), false).point)
+    }
 }
 
 impl ExactMesh {

@@ -3,13 +3,14 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
+use super::convert::vector;
 use super::rest::Watch;
 use super::settings::{Drop, Protocol, SixDirections, count};
 use super::solid::Solid;
 use super::squeeze::{add_hand, closing};
 use super::world::{Part, World};
 use crate::grasp::Grasp;
-use crate::hand::{Hand, PosedHand};
+use crate::hand::{Hand, LinkId, PosedHand};
 
 /// Why a grasp is stable or not.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -93,20 +94,62 @@ pub fn simulate(
     }
 }
 
-fn fix_hand(world: &mut World, hand: &Hand, posed: &PosedHand) {
-    for (capsule, [a, b]) in hand.capsules.iter().zip(&posed.capsules) {
-        world.fix(&Part::Capsule {
+fn fix_hand(world: &mut World, hand: &Hand, posed: &PosedHand, solid: &Solid) {
+    for (_, part, _) in capsules(hand, posed).filter(|(.., fills)| !fills) {
+        world.fix(&part);
+    }
+    for (_, part) in balls(hand, posed, solid) {
+        world.fix(&part);
+    }
+}
+
+/// Balls farther than this from the object at the start are left out, metres: an object that moves so far is not held.
+const NEAR_M: f64 = 0.01;
+
+/// The capsules of a posed hand with their links, and whether each only fills a mesh.
+pub(super) fn capsules<'a>(
+    hand: &'a Hand,
+    posed: &'a PosedHand,
+) -> impl Iterator<Item = (LinkId, Part, bool)> + 'a {
+    let capsules = hand.capsules.iter().zip(&posed.capsules).enumerate();
+    capsules.map(|(number, (capsule, [a, b]))| {
+        let part = Part::Capsule {
             a: *a,
             b: *b,
             radius_m: capsule.radius_m,
-        });
-    }
+        };
+        (capsule.link, part, hand.is_filling(number))
+    })
+}
+
+/// The balls that fill meshes, boxes and cylinders of a posed hand and are near the object, with their links.
+pub(super) fn balls<'a>(
+    hand: &'a Hand,
+    posed: &'a PosedHand,
+    solid: &'a Solid,
+) -> impl Iterator<Item = (LinkId, Part)> + 'a {
+    let placed = hand.balls().iter().map(|ball| {
+        let frame = &posed.object_from_link[ball.link.0];
+        (ball, frame.point(&ball.centre))
+    });
+    let near = placed.filter(|(ball, centre)| {
+        let shape = &solid.shape;
+        let distance_m = shape.distance_to_local_point(vector(centre), true);
+        distance_m <= ball.radius_m + NEAR_M
+    });
+    near.map(|(ball, centre)| {
+        let part = Part::Ball {
+            centre,
+            radius_m: ball.radius_m,
+        };
+        (ball.link, part)
+    })
 }
 
 fn fall(hand: &Hand, posed: &PosedHand, solid: &Solid, mass_kg: f64, drop: &Drop) -> Outcome {
     let (friction, solver) = (&drop.friction, &drop.solver);
     let mut world = World::new(solid, mass_kg, [0.0; 3], friction, solver);
-    fix_hand(&mut world, hand, posed);
+    fix_hand(&mut world, hand, posed, solid);
     let settling = count(drop.settle_s, solver.time_step_s);
     let down = Vector3::from(drop.gravity_m_s2).normalize();
     let mut outcome = Outcome::START;
@@ -146,8 +189,8 @@ fn push(
 ) -> Outcome {
     let mut closed = World::new(solid, six.mass_kg, [0.0; 3], &six.friction, &six.solver);
     match closing_rad {
-        Some(closing_rad) => add_hand(&mut closed, hand, posed, closing_rad, &six.squeeze),
-        None => fix_hand(&mut closed, hand, posed),
+        Some(closing_rad) => add_hand(&mut closed, hand, posed, solid, closing_rad, &six.squeeze),
+        None => fix_hand(&mut closed, hand, posed, solid),
     }
     let mut outcome = Outcome::START;
     if overlaps(&mut outcome, &closed, six.overlap_m) {

@@ -5,13 +5,15 @@ use rapier3d_f64::dynamics::{
     GenericJointBuilder, JointAxesMask, JointAxis, MotorModel, MultibodyJointHandle,
     RigidBodyBuilder, RigidBodyHandle,
 };
+use rapier3d_f64::geometry::{ColliderBuilder, InteractionGroups};
 use rapier3d_f64::math::{Pose, Rotation};
 use rapier3d_f64::parry::mass_properties::MassProperties;
 
 use super::convert::{frame, vector};
+use super::judge::{balls, capsules};
 use super::settings::{SixDirections, Squeeze};
 use super::solid::Solid;
-use super::world::{Part, World};
+use super::world::World;
 use crate::grasp::closure::{PointContact, contact_forces};
 use crate::hand::{Hand, JointKind, LinkId, Motion, PosedHand};
 
@@ -92,6 +94,7 @@ pub(super) fn add_hand(
     world: &mut World,
     hand: &Hand,
     posed: &PosedHand,
+    solid: &Solid,
     closing: &[f64],
     squeeze: &Squeeze,
 ) {
@@ -127,19 +130,27 @@ pub(super) fn add_hand(
         };
         bodies.push(handle);
     }
-    for (capsule, [a, b]) in hand.capsules.iter().zip(&posed.capsules) {
-        let handle = bodies[capsule.link.0];
+    let fix = |world: &mut World, link: LinkId, collider: ColliderBuilder| {
+        let handle = bodies[link.0];
         let pose = *world.physics.bodies[handle].position();
-        let part = Part::Capsule {
-            a: *a,
-            b: *b,
-            radius_m: capsule.radius_m,
-        };
-        let collider = world.collider(&part).density(squeeze.density_kg_m3);
-        // The builder has placed the capsule in the object's frame, but its body needs it in its own frame.
+        // The builder has placed the part in the object's frame, but its body needs it in its own frame.
         let placed = collider.position;
         let collider = collider.position(pose.inv_mul(&placed));
         world.physics.insert_collider(collider, Some(handle));
+    };
+    for (link, part, fills) in capsules(hand, posed) {
+        let collider = world.collider(&part).density(squeeze.density_kg_m3);
+        // A capsule that fills a mesh has its mass; the balls of the mesh touch.
+        let collider = if fills {
+            collider.collision_groups(InteractionGroups::none())
+        } else {
+            collider
+        };
+        fix(world, link, collider);
+    }
+    for (link, part) in balls(hand, posed, solid) {
+        let collider = world.collider(&part).density(0.0);
+        fix(world, link, collider);
     }
     // All joints belong to one tree, which any of them gives. Its only damping is that of the motors.
     let tree = last_joint.and_then(|joint| world.physics.multibody_joints.get_mut(joint));

@@ -29,6 +29,13 @@ pub enum Part {
         /// Radius, metres.
         radius_m: f64,
     },
+    /// A ball.
+    Ball {
+        /// Centre, metres.
+        centre: Vector3<f64>,
+        /// Radius, metres.
+        radius_m: f64,
+    },
     /// A box along the axes.
     Cuboid {
         /// Centre, metres.
@@ -148,6 +155,9 @@ impl World {
         let builder = match part {
             Part::Capsule { a, b, radius_m } => {
                 ColliderBuilder::capsule_from_endpoints(vector(a), vector(b), *radius_m)
+            }
+            Part::Ball { centre, radius_m } => {
+                ColliderBuilder::ball(*radius_m).translation(vector(centre))
             }
             Part::Cuboid { centre, half } => {
                 ColliderBuilder::cuboid(half.x, half.y, half.z).translation(vector(centre))

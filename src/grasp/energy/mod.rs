@@ -70,6 +70,19 @@ impl GraspEnergy {
         object: Arc<Object>,
         settings: EnergySettings,
     ) -> Result<Self, EnergySettingsError> {
+        let layer = match settings.layer {
+            Some(layer) => Layer::new(&hand, layer.patch_spacing_m),
+            None => Layer::default(),
+        };
+        Self::with_layer(hand, object, settings, layer)
+    }
+
+    fn with_layer(
+        hand: Arc<Hand>,
+        object: Arc<Object>,
+        settings: EnergySettings,
+        layer: Layer,
+    ) -> Result<Self, EnergySettingsError> {
         settings.validate()?;
         let unit_m = match settings.unit {
             Unit::ObjectRadius => object.radius_m,
@@ -95,10 +108,7 @@ impl GraspEnergy {
             distance: settings.distance(),
             alignment: settings.alignment(),
             clearance_m: 0.0,
-            layer: match settings.layer {
-                Some(layer) => Layer::new(&hand, layer.patch_spacing_m),
-                None => Layer::default(),
-            },
+            layer,
             terms: settings.terms(0.0),
             settings,
             may_touch,
@@ -135,11 +145,9 @@ impl GraspEnergy {
             }),
             ..self.settings
         };
-        let mut guided = Self::new(self.hand.clone(), self.object.clone(), closing).ok()?;
-        guided.layer = guided
-            .layer
-            .for_grip(&self.hand, grip, layer.rest_clearance_m);
-        Some(guided)
+        let clearance_m = layer.rest_clearance_m;
+        let layer = (self.layer.clone()).for_grip(&self.hand, grip, clearance_m);
+        Self::with_layer(self.hand.clone(), self.object.clone(), closing, layer).ok()
     }
 
     /// The hand.

@@ -1,12 +1,12 @@
-//! The elastic layer on the palmar side of a hand: spheres along the axes of its capsules.
+//! The elastic layer on the palmar side of a hand: spheres along the axes of its capsules, and spheres that fill its meshes.
 //!
 //! A sphere is nearest to an object at the right place of its capsule for every rotation about the axis, so the energy
-//! does not jump from one surface point to the next. [`Layer`] holds the spheres of a hand; [`Layer::measure`] finds those
+//! does not jump from one surface point to the next. Meshes, boxes and cylinders are filled with balls up to their surface
+//! ([`Hand::balls`]); the capsules that fill their hulls are no part of the layer. [`Layer`] holds the spheres of a hand; [`Layer::measure`] finds those
 //! near an object. [`mean_compliance`] tells how much the layer gives under loads on the object.
 
 mod compliance;
 mod settings;
-mod volar;
 
 use std::ops::Range;
 
@@ -17,15 +17,21 @@ pub use settings::LayerSettings;
 pub(crate) use settings::step;
 
 use crate::grasp::grip::Grip;
-use crate::hand::{Capsule, Hand, LinkId, PosedHand};
+use crate::hand::{Ball, Capsule, Hand, LinkId, PosedHand, volar_directions};
 use crate::object::Shape;
 
 /// Distance between neighbouring spheres of a capsule, metres.
 const SPACING_M: f64 = 0.003;
 /// Spheres that are excluded together if their common ball is far from the object.
 const GROUP: usize = 6;
+/// Greatest number of spheres in a group of a mesh.
+const LEAF: usize = 4;
 /// Distance between the points of a phalanx that are drawn to the object, metres.
 const REACH_SPACING_M: f64 = 0.01;
+/// Greatest number of nodes of a ball in a mesh.
+const MOST_NODES: usize = 3;
+/// Least share with which a ball of a mesh is pressed: somewhat more than that of the spheres of a finger that touch a ball.
+const LEAST_PRESSED: f64 = 2.5;
 /// The area whose share is 1: 5 mm of a finger of 8 mm radius, m².
 const UNIT_AREA_M2: f64 = 0.005 * 0.008;
 
@@ -39,12 +45,18 @@ pub struct Sphere {
     /// Radius, metres.
     pub radius_m: f64,
     /// Its share of the area: the area of the capsule's section along its part of the axis, divided by that of 5 mm of a
-    /// finger.
+    /// finger. A capsule's section is half as wide as its shadow, so a ball in a mesh counts with half the shadow of its part
+    /// of the surface.
     pub share: f64,
+    /// Its share when it is pressed into the object: as `share`, but for a ball in a mesh at least 2.5, so that edges, which
+    /// are small areas, do not sink in.
+    pub pressed_share: f64,
     /// Unit vector out of the palmar side of the link; zero if all sides count.
     pub volar: Vector3<f64>,
     /// Whether it may carry a contact.
     pub may_touch: bool,
+    /// Whether it is a ball in a mesh rather than a piece of a capsule.
+    pub fills_mesh: bool,
     /// Whether it rests and is kept off the object by [`Layer::clearance_m`].
     pub rests: bool,
     /// Its nodes and the fraction of the sphere that belongs to each; the fractions sum to 1.
@@ -74,13 +86,16 @@ pub struct Layer {
     groups: Vec<Group>,
 }
 
-/// Consecutive spheres of one capsule and a ball around them.
+/// Consecutive spheres of one link and a ball around them. Groups form trees: a group that has parts comes before them.
 #[derive(Debug, Clone, PartialEq)]
 struct Group {
     link: LinkId,
     centre: Vector3<f64>,
     radius_m: f64,
+    /// Its spheres, if it has no parts.
     spheres: Range<usize>,
+    /// The group after the last of its parts.
+    next: usize,
 }
 
 /// A sphere near the object, object frame.
@@ -101,20 +116,33 @@ pub struct NearSphere {
 impl Layer {
     /// The layer of `hand`, with nodes (patches) this far apart on each link.
     pub fn new(hand: &Hand, patch_spacing_m: f64) -> Self {
-        let volar = volar::directions(hand);
+        let volar = volar_directions(hand);
         let mut spheres = Vec::new();
         let mut groups = Vec::new();
-        for capsule in &hand.capsules {
-            if hand.is_arm(capsule.link) {
+        for (l, direction) in volar.iter().enumerate() {
+            let link = LinkId(l);
+            if hand.is_arm(link) {
                 continue;
             }
-            let first = spheres.len();
-            let direction = volar[capsule.link.0].unwrap_or_else(Vector3::zeros);
-            spheres.extend(along(capsule, direction, hand.link_may_touch(capsule.link)));
-            let last = spheres.len();
-            for start in (first..last).step_by(GROUP) {
-                groups.push(Group::of(&spheres, start..(start + GROUP).min(last)));
+            let direction = direction.unwrap_or_else(Vector3::zeros);
+            let may_touch = hand.link_may_touch(link);
+            for (number, capsule) in hand.capsules.iter().enumerate() {
+                if capsule.link != link || hand.is_filling(number) {
+                    continue;
+                }
+                let first = spheres.len();
+                spheres.extend(along(capsule, direction, may_touch));
+                let last = spheres.len();
+                for start in (first..last).step_by(GROUP) {
+                    groups.push(Group::of(&spheres, start..(start + GROUP).min(last)));
+                    close_last(&mut groups);
+                }
             }
+            let balls = hand.balls().iter().filter(|ball| ball.link == link);
+            let balls = balls.map(|ball| of_ball(ball, direction, may_touch));
+            let first = spheres.len();
+            spheres.extend(balls);
+            grow(&mut spheres, first, &mut groups);
         }
         let nodes = assign_nodes(&mut spheres, patch_spacing_m);
         let phalanges = phalanges(hand, &volar);
@@ -156,12 +184,15 @@ impl Layer {
         near.clear();
         let reach_m = reach_m.max(self.clearance_m);
         let slope = shape.lipschitz();
-        for group in &self.groups {
+        let mut at = 0;
+        while let Some(group) = self.groups.get(at) {
             let frame = &posed.object_from_link[group.link.0];
             let centre = frame.point(&group.centre);
             if shape.distance(&centre) > reach_m * slope.max(1.0) + slope * group.radius_m {
+                at = group.next;
                 continue;
             }
+            at += 1;
             for index in group.spheres.clone() {
                 let sphere = &self.spheres[index];
                 let centre = frame.point(&sphere.centre);
@@ -208,7 +239,59 @@ impl Group {
             centre,
             radius_m,
             spheres: range,
+            next: usize::MAX,
         }
+    }
+}
+
+/// Ends the tree of the last group after it.
+fn close_last(groups: &mut [Group]) {
+    let next = groups.len();
+    if let Some(last) = groups.last_mut() {
+        last.next = next;
+    }
+}
+
+/// Sorts the spheres from `first` on so that those of a group are near each other, and adds their groups: each is halved
+/// across its longest side until few spheres are left.
+fn grow(spheres: &mut [Sphere], first: usize, groups: &mut Vec<Group>) {
+    let members = &mut spheres[first..];
+    let Some(link_place) = members.first().map(|sphere| sphere.centre) else {
+        return;
+    };
+    let (low, high) = members
+        .iter()
+        .fold((link_place, link_place), |(low, high), sphere| {
+            (low.inf(&sphere.centre), high.sup(&sphere.centre))
+        });
+    let count = members.len();
+    let place = groups.len();
+    groups.push(Group::of(spheres, first..first + count));
+    if count > LEAF {
+        let axis = (high - low).imax();
+        spheres[first..].sort_by(|a, b| a.centre[axis].total_cmp(&b.centre[axis]));
+        groups[place].spheres = first..first;
+        let middle = first + count / 2;
+        grow(&mut spheres[..middle], first, groups);
+        grow(spheres, middle, groups);
+    }
+    groups[place].next = groups.len();
+}
+
+/// The sphere of a ball that fills a mesh.
+fn of_ball(ball: &Ball, volar: Vector3<f64>, may_touch: bool) -> Sphere {
+    let share = 0.5 * ball.shadow_m2 / UNIT_AREA_M2;
+    Sphere {
+        link: ball.link,
+        centre: ball.centre,
+        radius_m: ball.radius_m,
+        share,
+        pressed_share: share.max(LEAST_PRESSED),
+        volar,
+        may_touch,
+        fills_mesh: true,
+        rests: false,
+        nodes: Vec::new(),
     }
 }
 
@@ -240,8 +323,10 @@ fn along(
             centre: capsule.a + (capsule.b - capsule.a) * t,
             radius_m: capsule.radius_m,
             share: part_m * capsule.radius_m / UNIT_AREA_M2,
+            pressed_share: part_m * capsule.radius_m / UNIT_AREA_M2,
             volar,
             may_touch,
+            fills_mesh: false,
             rests: false,
             nodes: Vec::new(),
         }
@@ -269,7 +354,9 @@ fn assign_nodes(spheres: &mut [Sphere], spacing_m: f64) -> usize {
                     (0, 0.0),
                     |best, (i, d)| if d > best.1 { (i, d) } else { best },
                 );
-            if most <= 0.6 * spacing_m {
+            // A link of meshes has nodes on a surface rather than along a line, which would be many.
+            let apart = if members[0].fills_mesh { 0.8 } else { 0.6 };
+            if most <= apart * spacing_m {
                 break;
             }
             places.push(members[farthest].centre);
@@ -280,6 +367,13 @@ fn assign_nodes(spheres: &mut [Sphere], spacing_m: f64) -> usize {
                 (small(count + k), hat)
             });
             sphere.nodes = hats.filter(|(_, hat)| *hat > 0.0).collect();
+            if sphere.fills_mesh {
+                // On a surface more nodes are near than along a digit; the nearest ones are enough.
+                sphere
+                    .nodes
+                    .sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+                sphere.nodes.truncate(MOST_NODES);
+            }
             let sum: f64 = sphere.nodes.iter().map(|(_, hat)| hat).sum();
             for (_, hat) in &mut sphere.nodes {
                 *hat /= sum;
@@ -300,8 +394,13 @@ fn phalanges(hand: &Hand, volar: &[Option<Vector3<f64>>]) -> Vec<Phalanx> {
         else {
             continue;
         };
-        let mut points = Vec::new();
-        for capsule in hand.capsules.iter().filter(|c| c.link == link_id) {
+        let palmar = hand.inscribed().palmar.iter();
+        let palmar = palmar.filter(|(link, _)| *link == link_id);
+        let mut points: Vec<Vector3<f64>> = palmar.map(|(_, point)| *point).collect();
+        for (number, capsule) in hand.capsules.iter().enumerate() {
+            if capsule.link != link_id || hand.is_filling(number) {
+                continue;
+            }
             let length_m = (capsule.b - capsule.a).norm();
             let count = whole((length_m / REACH_SPACING_M).round()).max(1);
             for k in 0..count {
@@ -330,34 +429,73 @@ mod tests {
     /// Groups only save work: the list is that of all spheres.
     #[test]
     fn no_near_sphere_is_missed() {
-        let (hand, object) = (Hand::human(), Object::named("mug").unwrap());
-        let layer = Layer::new(&hand, 0.025);
-        let mut rng = stream(1, Task::Start, 0);
-        let (mut posed, mut near) = (PosedHand::default(), Vec::new());
-        for _ in 0..20 {
-            hand.pose_links(&start_pose(&hand, &object, &mut rng), &mut posed);
-            layer.measure(&posed, &*object.shape, 0.006, &mut near);
-            let expected = (0u32..).zip(&layer.spheres).filter(|(_, sphere)| {
-                let centre = posed.object_from_link[sphere.link.0].point(&sphere.centre);
-                object.shape.distance(&centre) - sphere.radius_m <= 0.006
-            });
-            let expected: Vec<u32> = expected.map(|(index, _)| index).collect();
-            assert_eq!(near.iter().map(|n| n.sphere).collect::<Vec<_>>(), expected);
+        let object = Object::named("mug").unwrap();
+        for name in ["human", "gripper_three_finger", "gripper_parallel"] {
+            let hand = Hand::named(name).unwrap();
+            let layer = Layer::new(&hand, 0.025);
+            let mut rng = stream(1, Task::Start, 0);
+            let (mut posed, mut near) = (PosedHand::default(), Vec::new());
+            for _ in 0..20 {
+                hand.pose_links(&start_pose(&hand, &object, &mut rng), &mut posed);
+                layer.measure(&posed, &*object.shape, 0.006, &mut near);
+                let expected = (0u32..).zip(&layer.spheres).filter(|(_, sphere)| {
+                    let centre = posed.object_from_link[sphere.link.0].point(&sphere.centre);
+                    object.shape.distance(&centre) - sphere.radius_m <= 0.006
+                });
+                let expected: Vec<u32> = expected.map(|(index, _)| index).collect();
+                assert_eq!(near.iter().map(|n| n.sphere).collect::<Vec<_>>(), expected);
+            }
         }
+    }
+
+    /// The layer of a hand of capsules has one sphere every 3 mm along each of them and nothing else.
+    #[test]
+    fn a_hand_of_capsules_has_spheres_on_their_axes() {
+        let hand = Hand::human();
+        let layer = Layer::new(&hand, 0.025);
+        assert!(hand.balls().is_empty());
+        assert!(
+            layer.spheres.iter().all(|sphere| !sphere.fills_mesh
+                && sphere.pressed_share.to_bits() == sphere.share.to_bits())
+        );
+        let on_axes: usize = (hand.capsules.iter())
+            .filter(|capsule| !hand.is_arm(capsule.link))
+            .map(|capsule| 1 + whole(((capsule.b - capsule.a).norm() / SPACING_M).ceil()))
+            .sum();
+        assert_eq!(layer.spheres.len(), on_axes);
+    }
+
+    /// Each part of a digit of boxes has palmar points to be drawn to the object, and they lie on its surface.
+    #[test]
+    fn phalanges_of_boxes_have_palmar_points() {
+        let hand = Hand::named("gripper_three_finger").unwrap();
+        let layer = Layer::new(&hand, 0.025);
+        for phalanx in &layer.phalanges {
+            assert!(!phalanx.points.is_empty());
+            let spheres = || layer.spheres.iter().filter(|s| s.link == phalanx.link);
+            for point in &phalanx.points {
+                let gaps = spheres().map(|s| (s.centre - point).norm() - s.radius_m);
+                let gap = gaps.fold(f64::INFINITY, f64::min);
+                assert!(gap.abs() < 0.003, "{gap}");
+            }
+        }
+        let links = hand.links.iter().filter(|link| link.digit > 0);
+        assert!(layer.phalanges.len() >= links.count() - 3);
     }
 
     /// The fractions of a sphere that belong to nodes sum to 1, and each node has spheres of one link.
     #[test]
     fn nodes_divide_the_spheres() {
-        let hand = Hand::human();
-        let layer = Layer::new(&hand, 0.025);
-        let mut links = vec![None; layer.nodes];
-        for sphere in &layer.spheres {
-            let sum: f64 = sphere.nodes.iter().map(|(_, hat)| hat).sum();
-            assert!((sum - 1.0).abs() < 1e-12);
-            for &(node, _) in &sphere.nodes {
-                let link = links[node as usize].get_or_insert(sphere.link);
-                assert_eq!(*link, sphere.link);
+        for name in ["human", "gripper_three_finger"] {
+            let layer = Layer::new(&Hand::named(name).unwrap(), 0.025);
+            let mut links = vec![None; layer.nodes];
+            for sphere in &layer.spheres {
+                let sum: f64 = sphere.nodes.iter().map(|(_, hat)| hat).sum();
+                assert!((sum - 1.0).abs() < 1e-12);
+                for &(node, _) in &sphere.nodes {
+                    let link = links[node as usize].get_or_insert(sphere.link);
+                    assert_eq!(*link, sphere.link);
+                }
             }
         }
     }

@@ -17,7 +17,8 @@ pub use self::start::Given;
 use super::Grasp;
 use super::closing::{ClosingSettings, close_hand, preload};
 use super::energy::GraspEnergy;
-use super::filter::judge;
+use super::filter::{MOST_COMPLIANCE, judge};
+use super::grip::Grip;
 pub use super::kernel::StepScales;
 use crate::energy::{Energy, Piecewise};
 use crate::optimize::{self, QuenchSettings};
@@ -128,10 +129,11 @@ fn run(
     }
     let settings = &settings;
     let mut rng = stream(seed, Task::Synthesis, chain);
-    let guide = settings
+    let mut guide = settings
         .grips
         .filter(|_| given.is_none())
         .and_then(|grips| energy.for_grip(grips.draw(energy.hand(), &mut rng)));
+    let mut misses = 0;
     let mut best: Option<(Synthesized, bool)> = None;
     let (mut steps, mut evaluations) = (0, 0);
     let attempts = settings.attempts.min(settings.steps.max(1));
@@ -167,6 +169,11 @@ fn run(
             .as_ref()
             .and_then(|guide| guide.compliance(&end.raw.coordinates))
             .is_some_and(|compliance| compliance > MISSED_COMPLIANCE);
+        misses += u32::from(missed);
+        if misses == MOST_MISSES && !energy.hand().balls().is_empty() {
+            // Hands of meshes have thumbs of many kinds, and some oppose no finger alone.
+            guide = energy.for_grip(Grip::WHOLE);
+        }
         if missed && best.is_some() {
             evaluations += end.evaluations;
             continue;
@@ -280,6 +287,9 @@ fn trial_settings(refine: &QuenchSettings) -> QuenchSettings {
 /// Compliance above which the parts of a grip do not hold, and the attempt has failed.
 const MISSED_COMPLIANCE: f64 = 0.25;
 
+/// Attempts at a grip that fail before a hand of meshes tries its whole grip.
+const MOST_MISSES: u32 = 3;
+
 /// Energy per metre. Over the last millimetres this is far less than the differences between grasps.
 const TRIAL_TOLERANCE: f64 = 1e-2;
 const TRIAL_EVALUATIONS: usize = 300;
@@ -338,7 +348,10 @@ fn finish(
 
 /// Whether an end passes the strict filter and, if hands are pressed, is firm.
 fn is_grasp(energy: &GraspEnergy, refinement: Refinement, found: &Synthesized) -> bool {
-    judge(energy, &found.refined).passes_strict()
+    // Exact depths are the dearest part of a judgement, and a hand that gives needs none.
+    let gives = energy.compliance(&found.refined.pose);
+    gives.is_none_or(|compliance| compliance <= MOST_COMPLIANCE)
+        && judge(energy, &found.refined).passes_strict()
         && (refinement != Refinement::Pressed
             || preload(energy, &found.refined.pose).is_sufficient())
 }

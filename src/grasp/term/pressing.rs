@@ -49,17 +49,17 @@ impl Term for Pressing {
         let mut energy = 0.0;
         for near in scene.near_spheres {
             let sphere = &scene.layer.spheres[near.sphere as usize];
-            let free_m = if sphere.rests {
-                -scene.layer.clearance_m
+            let (free_m, share) = if sphere.rests {
+                (-scene.layer.clearance_m, sphere.share)
             } else {
-                self.settings.pressing_free_m
+                (self.settings.pressing_free_m, sphere.pressed_share)
             };
             let depth_m = -near.gap_m - free_m;
             if depth_m <= 0.0 {
                 continue;
             }
             let (value, slope) = smooth_hinge(depth_m, self.settings.pressing_rounding_m);
-            let scale = self.weight() * sphere.share;
+            let scale = self.weight() * share;
             energy += scale * value;
             forces.push(
                 sphere.link,

@@ -111,6 +111,7 @@ pub(in super::super) fn assemble(arrays: &Arrays, side: &SideFile) -> Result<Han
         notes: Vec::new(),
         meshes: Vec::new(),
         parts: Parts::default(),
+        inscribed: super::super::inscribed::Cache::default(),
         metric: side.metric.clone(),
         blend: Some(blend(&whole)),
         links,

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::hand::{Capsule, Hand, JointKind, LinkId, PosedHand};
+use super::{Capsule, Hand, JointKind, LinkId, PosedHand};
 use crate::space::Pose;
 
 /// Least displacement that tells the direction in which a link closes, metres.
@@ -10,7 +10,7 @@ const LEAST_M: f64 = 0.001;
 
 /// The unit vector out of the palmar side of each link, link frame: for links of the palm the side that faces objects, for
 /// those of a digit the direction in which they close. `None` for arms and links that hardly move.
-pub(super) fn directions(hand: &Hand) -> Vec<Option<Vector3<f64>>> {
+pub(crate) fn volar_directions(hand: &Hand) -> Vec<Option<Vector3<f64>>> {
     let straight = hand.straight();
     let mut rest = PosedHand::default();
     hand.pose_links(&hand.rest_coordinates(), &mut rest);
