@@ -319,7 +319,12 @@ fn ways(files: &LandscapeFiles, merges: &[Merge]) -> Option<String> {
     } else {
         String::new()
     };
-    (!told.is_empty()).then(|| format!("- ways over merges: {}{rule}", spell(&tally(told.into_iter()))))
+    (!told.is_empty()).then(|| {
+        format!(
+            "- ways over merges: {}{rule}",
+            spell(&tally(told.into_iter()))
+        )
+    })
 }
 
 fn cost_of_hovering(hover: &HoverCost) -> String {
