@@ -57,7 +57,7 @@ impl Way {
     }
 
     fn between(steps: &[Touch]) -> Self {
-        if steps.iter().any(|step| step.nothing_touches()) {
+        if steps.iter().any(Touch::nothing_touches) {
             return Self::LettingGo;
         }
         let parts = steps.first().map_or(0, |step| step.parts.len());
@@ -162,7 +162,7 @@ impl Touch {
             part.on_object += contact * load;
             part.spheres.push(Carrying {
                 sphere: found.sphere,
-                object_from_link: posed.object_from_link[sphere.link.0].clone(),
+                object_from_link: posed.object_from_link[sphere.link.0],
                 contact,
                 load,
             });

@@ -188,13 +188,7 @@ impl<'a> Relaxation<'a> {
         let space = self.energy.space();
         let floor = self.ends.0.energy.max(self.ends.1.energy);
         if self.settings.roughness > 0.0 {
-            let over_passes = self.finish_rough(images, floor);
-            return match &self.settings.seams {
-                Some(seams) if over_passes.evidence > Evidence::Path => {
-                    self.lowered_instead(over_passes, floor, seams)
-                }
-                _ => over_passes,
-            };
+            return self.finish_rippled(images, floor);
         }
         if let Some(seams) = &self.settings.seams {
             return self.finish_kinked(images.path, floor, seams);
@@ -292,10 +286,17 @@ impl<'a> Relaxation<'a> {
         self.verdict(images.path, height, top, evidence, passes)
     }
 
-    /// Lowers the top of a path that could not be led over passes.
-    fn lowered_instead(&self, rough: Outcome, floor: f64, seams: &SeamSettings) -> Outcome {
-        let mut lowered = self.finish_kinked(rough.path.clone(), floor, seams);
-        lowered.passes.extend(rough.passes.iter().cloned());
+    /// Leads a path over passes, and lowers its top if that fails and lowering is set.
+    fn finish_rippled(&self, images: Images<'a>, floor: f64) -> Outcome {
+        let rough = self.finish_rough(images, floor);
+        let Some(seams) = &self.settings.seams else {
+            return rough;
+        };
+        if rough.evidence <= Evidence::Path {
+            return rough;
+        }
+        let mut lowered = self.finish_kinked(rough.path, floor, seams);
+        lowered.passes.extend(rough.passes);
         lowered
     }
 
