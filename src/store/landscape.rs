@@ -98,6 +98,9 @@ pub struct EdgeRow {
     pub chain_runs: u64,
     /// Number of energy evaluations.
     pub evaluations: u64,
+    /// What happens to the contacts on the path: `sliding`, `rolling`, `regrasping` or `letting go`. The column is absent if
+    /// the energy does not tell what touches.
+    pub way: Option<String>,
 }
 
 /// A row of `paths.parquet`: one point of the path of one edge.
@@ -310,6 +313,8 @@ const EDGE: &[Column<EdgeRow>] = columns![
     evaluations,
 ];
 
+const WAYS: &[Column<EdgeRow>] = columns![way if present];
+
 const PATH: &[Column<PathPoint>] = columns![a, b, image, coordinates if present, energy, choice];
 
 fn minima_columns(minima: &[MinimumRow]) -> Columns {
@@ -329,6 +334,9 @@ fn minima_columns(minima: &[MinimumRow]) -> Columns {
 fn edge_columns(edges: &[EdgeRow]) -> Columns {
     let mut columns = Columns::default();
     row::write(EDGE, edges, &mut columns);
+    if edges.iter().any(|edge| edge.way.is_some()) {
+        row::write(WAYS, edges, &mut columns);
+    }
     columns
 }
 
@@ -441,6 +449,7 @@ fn read_minima(table: &Table) -> Result<Vec<MinimumRow>, StoreError> {
 fn read_edges(table: &Table) -> Result<Vec<EdgeRow>, StoreError> {
     let mut rows = vec![EdgeRow::default(); table.rows];
     row::read(EDGE, table, &mut rows)?;
+    row::read(WAYS, table, &mut rows)?;
     Ok(rows)
 }
 

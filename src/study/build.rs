@@ -2,6 +2,7 @@
 
 use super::chain_choice::ChainChoice;
 use super::error::StudyError;
+use super::level::letting_go;
 use super::settings::{GraspMapSettings, StudyRun};
 use crate::grasp::hover::{HoverCost, hover_costs};
 use crate::grasp::{GraspEnergy, GraspKernel};
@@ -93,7 +94,7 @@ pub fn map_population(
         let grasps = starts.len();
         return Err(StudyError::OneMinimum(grasps));
     }
-    let hover = hover_costs(energy, &probes(&minima))?;
+    let hover = hover_costs(energy, &probes(energy, &minima))?;
     (run.stage_ended)("hover", 0);
     map.groups.highest = hovering(&hover);
     let choice = ChainChoice::make(settings, (energy, &kernel), &minima, &mut map, run)?;
@@ -130,9 +131,15 @@ pub(super) fn hovering(hover: &[HoverCost]) -> Option<f64> {
     Some(cost.max(0.0)).filter(|_| !cost.is_nan())
 }
 
-/// Minima from all energies of the landscape, few enough for about a second.
-fn probes(minima: &[Minimum]) -> Vec<&[f64]> {
-    let count = minima.len().min(32);
+/// Minima from all energies of the landscape, few enough for about a second. With an energy that knows the cost of letting
+/// go, the cost of hovering decides nothing, and fewer minima tell enough.
+fn probes<'m>(energy: &GraspEnergy, minima: &'m [Minimum]) -> Vec<&'m [f64]> {
+    let few = if letting_go(energy.settings()).is_some() {
+        8
+    } else {
+        32
+    };
+    let count = minima.len().min(few);
     (0..count)
         .map(|i| minima[i * minima.len() / count].coordinates.as_slice())
         .collect()

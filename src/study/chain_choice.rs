@@ -1,6 +1,7 @@
 //! Chooses temperature and force of the chains of a grasp map, from a few chains or from a magnetisation diagram.
 
 use super::error::StudyError;
+use super::level::letting_go;
 use super::settings::{GraspMapSettings, StudyRun, contact_slope};
 use crate::figure::diagram_chart;
 use crate::grasp::{GraspEnergy, GraspKernel};
@@ -96,10 +97,18 @@ fn try_few(
     let tried = |given: Option<f64>, [low, high]: [f64; 2], count| {
         given.map_or_else(|| log_grid(low, high, count), |given| vec![given])
     };
+    // Over an elastic layer few chains run, and their temperature is known.
+    let layered = letting_go(energy.settings()).is_some();
+    let temperature = settings.temperature;
+    let temperature = temperature.or(layered.then_some(map.chain.temperature));
     let settings = TuningSettings {
-        temperatures: tried(settings.temperature, [0.0025, 0.04], 3),
-        forces: tried(settings.force, [slope, 32.0 * slope], 11),
-        pairs: 12,
+        temperatures: tried(temperature, [0.0025, 0.04], 3),
+        forces: tried(
+            settings.force,
+            [slope, 32.0 * slope],
+            if layered { 6 } else { 11 },
+        ),
+        pairs: if layered { 6 } else { 12 },
         neighbours: map.neighbours,
         chain: map.chain.clone(),
         quench: map.quench.clone(),

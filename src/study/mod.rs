@@ -102,6 +102,7 @@ mod surface;
 mod synthesis;
 mod tables;
 mod uncertainty;
+mod ways;
 
 use std::collections::BTreeMap;
 
@@ -144,6 +145,7 @@ use surface::spell;
 pub use surface::{Subject, SurfaceReport, search_surface};
 pub use synthesis::{Keep, Origin, PopulationSettings, Synthesis, synthesize_population};
 pub(crate) use tables::group_of;
+pub use ways::Way;
 
 pub(crate) use crate::topography::median;
 pub use crate::topography::{JournalError, Run};

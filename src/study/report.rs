@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use petgraph::graph::NodeIndex;
+use rayon::prelude::*;
 
 use super::build::{GraspLandscape, hovering};
 use super::chain_choice;
@@ -11,6 +12,7 @@ use super::error::StudyError;
 use super::level::{GROUP_LEVEL, GroupLevel, letting_go};
 use super::tables::{Input, Mapped, upper_bounds};
 use super::uncertainty::{self, Uncertainty};
+use super::ways::Way;
 use super::{json, median, spell, tally};
 use crate::grasp::GraspEnergy;
 use crate::grasp::hover::HoverCost;
@@ -48,6 +50,9 @@ impl GraspReport<'_> {
                 .map(|grasp| input(grasp))
                 .collect(),
             choices_below: self.found.settings.path.exact_below,
+            ways: (self.found.landscape.connections.par_iter())
+                .map(|connection| Way::of(self.energy, &connection.path))
+                .collect(),
         }
     }
 
@@ -238,6 +243,7 @@ impl GraspReport<'_> {
             ),
         ];
         lines.extend(evidence(files, merges));
+        lines.extend(ways(files, merges));
         lines.extend(uncertainty::lines(uncertainty));
         lines.extend(found.hover.iter().map(cost_of_hovering));
         lines.push(format!("- {} energy evaluations\n", counts.evaluations));
@@ -293,6 +299,32 @@ fn evidence(files: &LandscapeFiles, merges: &[Merge]) -> Vec<String> {
         lines.push(format!("- median merge depth: {depth:.3}"));
     }
     lines
+}
+
+/// What the connections that make merges are; nothing if the energy does not tell.
+fn ways(files: &LandscapeFiles, merges: &[Merge]) -> Option<String> {
+    let of: BTreeMap<_, _> = (files.edges.iter())
+        .filter_map(|edge| Some(((edge.a, edge.b), edge.way.as_deref()?)))
+        .collect();
+    let ends = merges
+        .iter()
+        .map(|merge| merge.ends.map(|end| end.0 as u64));
+    let told: Vec<&str> = ends
+        .filter_map(|[a, b]| of.get(&(a.min(b), a.max(b))).copied())
+        .collect();
+    let cost = files.manifest.letting_go?;
+    let released = merges.iter().filter(|merge| merge.height >= cost).count();
+    let rule = if released > 0 {
+        format!("; {released} have the height {cost:.3}, the cost of letting go, by definition")
+    } else {
+        String::new()
+    };
+    (!told.is_empty()).then(|| {
+        format!(
+            "- ways over merges: {}{rule}",
+            spell(&tally(told.into_iter()))
+        )
+    })
 }
 
 fn cost_of_hovering(hover: &HoverCost) -> String {

@@ -21,6 +21,10 @@ pub(super) fn contact_slope(energy: &GraspEnergy) -> f64 {
 /// off its bottom by a thousandth of a millimetre is relaxed.
 const LAYER_FORCE: f64 = 1.0;
 
+/// Temperature of the chains over an elastic layer, as a fraction of the cost of letting go: half a ripple. Of three that
+/// were tried, the lowest met the lowest barriers.
+pub(super) const TEMPERATURE: f64 = 0.5 * ROUGHNESS;
+
 /// Settings of [`build_landscape`](crate::topography::build_landscape) for the grasps of a hand, as in `landscape build`.
 /// Energies are of order 0.1, and lengths are centimetres. Minima that differ by less than the spacing of the hand's
 /// surface points are one grasp.
@@ -74,6 +78,15 @@ pub fn settings_for_grasps(energy: &GraspEnergy) -> MapSettings {
     if let Some(cost) = letting_go(energy.settings()) {
         settings.sameness.energy = ROUGHNESS * cost;
         settings.path.energy_tolerance = ROUGHNESS * cost;
+        settings.path.roughness = ROUGHNESS * cost;
+        settings.path.rivalry = 0.5;
+        settings.ceiling = Some(cost);
+        // Straight lines lead to the passes of a smooth surface. Chains are for the pairs that need another way.
+        settings.chain.replicas = 0;
+        settings.chain.temperature = TEMPERATURE * cost;
+        settings.batch = 16;
+        settings.retry_rounds = 2;
+        settings.quench = settings.quench.with_gradient_tolerance(1e-3 * cost);
         settings.path.exact_below = cost;
         settings.path.force_tolerance = LAYER_FORCE * cost;
         settings.path.saturation = 0.04;

@@ -148,6 +148,7 @@ impl SurfaceReport<'_> {
                 .map(|id| Input { id, label: None })
                 .collect(),
             choices_below: f64::INFINITY,
+            ways: Vec::new(),
         }
     }
 

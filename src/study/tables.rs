@@ -9,6 +9,7 @@ use serde_json::Value;
 use super::drawing::{Drawing, Titles, Views};
 use super::error::StudyError;
 use super::uncertainty::Uncertainty;
+use super::ways::Way;
 use super::{json, median, tally};
 use crate::energy::Energy;
 use crate::figure::Leaf;
@@ -25,6 +26,8 @@ pub(super) struct Mapped<'a> {
     pub(super) inputs: Vec<Input>,
     /// Energy of a path point above which its choice is not recorded, because it is slow to find and tells nothing.
     pub(super) choices_below: f64,
+    /// What each connection is; empty if the energy does not tell.
+    pub(super) ways: Vec<Option<Way>>,
 }
 
 pub(super) struct Input {
@@ -71,7 +74,8 @@ impl Mapped<'_> {
         network
             .edge_references()
             .zip(&self.landscape.connections)
-            .map(|(edge, connection)| {
+            .enumerate()
+            .map(|(number, (edge, connection))| {
                 let weight = edge.weight();
                 let floor = network[edge.source()]
                     .energy
@@ -91,6 +95,8 @@ impl Mapped<'_> {
                     chains_backward: connection.backward.iter().flatten().copied().collect(),
                     chain_runs: (connection.forward.len() + connection.backward.len()) as u64,
                     evaluations: connection.evaluations as u64,
+                    way: (self.ways.get(number).copied().flatten())
+                        .map(|way| way.name().to_owned()),
                 }
             })
             .collect()

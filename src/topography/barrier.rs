@@ -70,6 +70,34 @@ pub struct Connection {
     pub evaluations: usize,
 }
 
+impl Connection {
+    /// A connection whose height is given, without a path.
+    pub(super) fn by_definition(
+        (from, to): (MinimumId, MinimumId),
+        height: f64,
+        length: f64,
+    ) -> Self {
+        Self {
+            from,
+            to,
+            edge: Edge {
+                height,
+                evidence: Evidence::Path,
+                term: None,
+                length,
+            },
+            path: Path::default(),
+            forward: Vec::new(),
+            backward: Vec::new(),
+            start: None,
+            straight: f64::INFINITY,
+            invalid_reason: None,
+            crossings: Vec::new(),
+            evaluations: 0,
+        }
+    }
+}
+
 /// Stores an [`Edge`] bit for bit.
 mod edge {
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -115,6 +143,8 @@ pub struct Pair<'a> {
     pub minima: (&'a Minimum, &'a Minimum),
     /// The effort of this trial.
     pub effort: Effort,
+    /// Height at which known paths already join them; infinite if none does. Only used on a surface with ripples.
+    pub known: f64,
 }
 
 /// The inputs that all pairs share.
@@ -134,16 +164,13 @@ impl Connector<'_> {
     /// Connects a pair.
     ///
     /// Chains run in both directions `replicas` times, each with growing force until one arrives. The best chain, the
-    /// straight line and, unless much longer, the other way round are relaxed, and the lowest path is kept. The outcome
-    /// depends only on the two minima, their numbers, the settings and the effort.
+    /// straight line and, unless much longer, the other way round are relaxed, and the lowest path is kept. If no replicas
+    /// are set, chains run only for a pair that is tried again. The outcome depends only on the two minima, their numbers, the settings and the effort.
     pub fn connect(&self, energy: &dyn Energy, kernel: &dyn Kernel, pair: Pair<'_>) -> Connection {
         let (from, to) = (&pair.minima.0.coordinates, &pair.minima.1.coordinates);
-        let chains = self.chains(
-            energy,
-            kernel,
-            pair,
-            self.chain.replicas << pair.effort.attempt,
-        );
+        let again = usize::from(pair.effort.attempt > 0);
+        let replicas = self.chain.replicas.max(again) << pair.effort.attempt;
+        let chains = self.chains(energy, kernel, pair, replicas);
         let ways = geodesics(energy.space(), from, to, self.path.detour);
         let mut starts: Vec<_> = [Start::Straight, Start::Round]
             .into_iter()
@@ -151,6 +178,27 @@ impl Connector<'_> {
             .collect();
         starts.extend(chains.best.iter().map(Best::start));
         self.relaxed(energy, pair, chains, &starts)
+    }
+
+    /// Relaxes the straight line for a few iterations, to find out whether only ripples divide a pair.
+    pub(super) fn connect_roughly(&self, energy: &dyn Energy, pair: Pair<'_>) -> Connection {
+        let (from, to) = (&pair.minima.0.coordinates, &pair.minima.1.coordinates);
+        let path = PathSettings {
+            coarse_iterations: self.path.coarse_iterations / 3,
+            ..self.path.clone()
+        };
+        let quick = Connector {
+            path: &path,
+            ..*self
+        };
+        let floor = pair.minima.0.energy.max(pair.minima.1.energy);
+        let pair = Pair {
+            known: floor + path.roughness,
+            ..pair
+        };
+        let ways = geodesics(energy.space(), from, to, 0.0);
+        let starts: Vec<_> = ways.into_iter().map(|way| (Start::Straight, way)).collect();
+        quick.relaxed(energy, pair, Chains::default(), &starts)
     }
 
     /// Runs `replicas` more chains in each direction and relaxes the best one if it is lower than `known`.
@@ -184,6 +232,14 @@ impl Connector<'_> {
             seams.moves <<= pair.effort.attempt;
             seams.halvings += pair.effort.attempt;
         }
+        if settings.roughness > 0.0 && pair.effort.attempt == 0 {
+            // Lowering a top costs more than all the rest, and few of these paths decide the tree.
+            settings.seams = None;
+        } else if settings.roughness > 0.0 {
+            // This pair decides the tree, so even a top at the level of ripples is led over a pass.
+            settings.roughness *= LEVEL;
+            settings.refinement_steps <<= 1;
+        }
         let points: Vec<_> = starts.iter().map(|(_, points)| points.clone()).collect();
         let outcome = relax(
             &counted,
@@ -192,6 +248,7 @@ impl Connector<'_> {
             &settings,
             self.quench,
             self.sameness,
+            pair.known,
         );
         let mut connection = Connection {
             from: pair.ids.0,
@@ -248,6 +305,7 @@ impl Connector<'_> {
             ids,
             minima,
             effort,
+            ..
         }: Pair<'_>,
         replicas: usize,
     ) -> Chains {
@@ -327,6 +385,9 @@ impl Best {
         (self.start, self.path.images.clone())
     }
 }
+
+/// Share of a ripple below which the top of a decisive path does not matter.
+const LEVEL: f64 = 0.01;
 
 /// Number of points kept of each descent from a pass.
 const KEPT: usize = 8;

@@ -16,6 +16,7 @@ use super::minima::{MatchTolerance, distinct};
 use super::network::{Claim, Edge, Evidence, Minimum, MinimumId, Network};
 use super::pairs::{bridges, candidates, distances};
 use super::path::PathSettings;
+use super::ripples::{Parts, basins, between, merged};
 use super::scales::{Scales, median};
 use super::support::{Trial, resample};
 use super::tree::{Tree, spanning_forest};
@@ -52,6 +53,10 @@ pub struct MapSettings {
     pub sameness: MatchTolerance,
     /// Settings of the groups.
     pub groups: GroupSettings,
+    /// Height at which all minima are joined by definition, such as the cost of letting go. Higher connections get this
+    /// height, and minima that no path joins are joined at it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ceiling: Option<f64>,
     /// Number of bootstrap resamplings for the support of merges.
     pub resamplings: usize,
     /// Seed of all chains.
@@ -79,6 +84,7 @@ impl MapSettings {
             quench: QuenchSettings::for_scales(energy, length),
             sameness: MatchTolerance::for_scales(energy, length),
             groups: GroupSettings::default(),
+            ceiling: None,
             resamplings: 200,
             seed: 0,
         }
@@ -155,12 +161,16 @@ pub fn build_landscape(
         tried: BTreeMap::new(),
         unlisted_minima: Vec::new(),
         trials: BTreeMap::new(),
+        known: None,
         evaluations: 0,
     };
+    builder.join_over_ripples()?;
     builder.connect_neighbours()?;
     builder.join_components()?;
     builder.retry_upper_bounds()?;
     builder.replicate()?;
+    builder.merge_over_ripples();
+    builder.join_at_the_ceiling();
     let network = builder.network();
     let (mut unlisted_minima, _) = distinct(
         energy,
@@ -266,10 +276,104 @@ struct LandscapeBuilder<'a> {
     /// Ends of descents that are not known minima.
     unlisted_minima: Vec<Quench>,
     trials: BTreeMap<(usize, usize), Trial>,
+    /// The tree of the passes known so far, on a surface with ripples.
+    known: Option<Tree>,
     evaluations: usize,
 }
 
 impl LandscapeBuilder<'_> {
+    fn roughness(&self) -> f64 {
+        self.settings.path.roughness
+    }
+
+    /// The lowest minimum of each minimum's basin; each its own on a surface without ripples.
+    fn basins(&self) -> Vec<usize> {
+        if self.roughness() > 0.0 {
+            basins(&self.network(), self.roughness())
+        } else {
+            (0..self.minima.len()).collect()
+        }
+    }
+
+    /// Finds near minima that only ripples divide, by strings of a few iterations.
+    fn join_over_ripples(&mut self) -> Result<(), JournalError> {
+        let settings = self.settings;
+        if self.roughness() <= 0.0 {
+            return Ok(());
+        }
+        let pairs = candidates(&self.distances, settings.neighbours);
+        let tally = self.run.tally(Phase::Connect, pairs.len());
+        for batch in pairs.chunks(settings.batch.max(1)) {
+            let known = Tree::from_network(&self.network(), Evidence::Path);
+            let open: Vec<_> = (batch.iter().copied())
+                .filter(|pair| !self.joined_at_the_bottom(&known, *pair))
+                .collect();
+            let mut found = self.each(&open, &tally, "ripple", &|connector, pair| {
+                connector.connect_roughly(self.energy, pair)
+            })?;
+            let spent = |connection: &Connection| connection.evaluations;
+            self.evaluations += found.iter().map(spent).sum::<usize>();
+            found.retain(|connection| connection.edge.evidence <= Evidence::Path);
+            for connection in &mut found {
+                // They are counted already.
+                connection.evaluations = 0;
+            }
+            self.take_all(found);
+        }
+        Ok(())
+    }
+
+    /// Replaces minima that only ripples divide by the lowest of them.
+    fn merge_over_ripples(&mut self) {
+        if self.roughness() <= 0.0 {
+            return;
+        }
+        let (network, basins) = (self.network(), self.basins());
+        let parts = Parts {
+            minima: std::mem::take(&mut self.minima),
+            best: std::mem::take(&mut self.best),
+            trials: std::mem::take(&mut self.trials),
+        };
+        let whole = merged(self.energy.space(), &network, parts, &basins);
+        (self.minima, self.best, self.trials) = (whole.minima, whole.best, whole.trials);
+    }
+
+    /// Gives connections above the ceiling its height, and joins components that no path joins.
+    fn join_at_the_ceiling(&mut self) {
+        let Some(ceiling) = self.settings.ceiling else {
+            return;
+        };
+        for connection in self.best.values_mut() {
+            if connection.edge.height >= ceiling {
+                connection.edge.height = ceiling;
+                connection.edge.evidence = Evidence::Path;
+            }
+        }
+        let component = self.components();
+        // Minima are sorted by energy, so minimum 0 is the lowest of the first component.
+        let apart: Vec<usize> = (1..component.len())
+            .filter(|i| component[*i] != component[0] && !component[..*i].contains(&component[*i]))
+            .collect();
+        for i in apart {
+            let ids = (MinimumId(0), MinimumId(i));
+            let distance = (self.energy.space())
+                .distance(&self.minima[0].coordinates, &self.minima[i].coordinates);
+            self.best
+                .insert((0, i), Connection::by_definition(ids, ceiling, distance));
+        }
+    }
+
+    /// The pairs that decide the tree of whole basins.
+    fn decisive(&self, network: &Network) -> Vec<(usize, usize)> {
+        let basins = self.basins();
+        spanning_forest(network, Evidence::Chain)
+            .into_iter()
+            .filter_map(|edge| network.edge_endpoints(edge))
+            .map(|(a, b)| (a.index().min(b.index()), a.index().max(b.index())))
+            .filter(|(a, b)| basins[*a] != basins[*b])
+            .collect()
+    }
+
     /// Connects `pairs` in parallel and adds the outcomes in order.
     fn connect(&mut self, pairs: &[(usize, usize)], tally: &Tally<'_>) -> Result<(), JournalError> {
         let found = self.each(pairs, tally, "pair", &|connector, pair| {
@@ -285,7 +389,11 @@ impl LandscapeBuilder<'_> {
     /// Connects near pairs, except those that known passes already join at the energy of the higher minimum.
     fn connect_neighbours(&mut self) -> Result<(), JournalError> {
         let settings = self.settings;
-        let pairs = candidates(&self.distances, settings.neighbours);
+        let pairs = if self.roughness() > 0.0 {
+            between(&self.distances, &self.basins(), settings.neighbours)
+        } else {
+            candidates(&self.distances, settings.neighbours)
+        };
         let tally = self.run.tally(Phase::Connect, pairs.len());
         let mut known = Tree::from_network(&self.network(), Evidence::Path);
         for batch in pairs.chunks(settings.batch.max(1)) {
@@ -295,12 +403,14 @@ impl LandscapeBuilder<'_> {
             for _ in open.len()..batch.len() {
                 tally.tick();
             }
+            self.known = (self.roughness() > 0.0).then(|| known.clone());
             self.connect(&open, &tally)?;
             // Building the tree goes through all connections, so it is rebuilt only when it has changed and is needed.
             if settings.pruned && !open.is_empty() {
                 known = Tree::from_network(&self.network(), Evidence::Path);
             }
         }
+        self.known = None;
         Ok(())
     }
 
@@ -323,13 +433,7 @@ impl LandscapeBuilder<'_> {
     /// Retries the connections that decide the tree if their evidence is a chain or worse.
     fn retry_upper_bounds(&mut self) -> Result<(), JournalError> {
         for _ in 0..self.settings.retry_rounds {
-            let network = self.network();
-            let pairs: Vec<_> = spanning_forest(&network, Evidence::Chain)
-                .into_iter()
-                .filter(|edge| network[*edge].evidence > Evidence::Path)
-                .filter_map(|edge| network.edge_endpoints(edge))
-                .map(|(a, b)| (a.index(), b.index()))
-                .collect();
+            let pairs = self.unsure();
             if pairs.is_empty() {
                 break;
             }
@@ -339,14 +443,25 @@ impl LandscapeBuilder<'_> {
         Ok(())
     }
 
+    /// The pairs that decide the tree and whose evidence is a chain or worse, on a surface with ripples no verified pass.
+    fn unsure(&self) -> Vec<(usize, usize)> {
+        let network = self.network();
+        if self.roughness() > 0.0 {
+            let mut pairs = self.decisive(&network);
+            pairs.retain(|pair| self.best[pair].edge.evidence > Evidence::Seam);
+            return pairs;
+        }
+        spanning_forest(&network, Evidence::Chain)
+            .into_iter()
+            .filter(|edge| network[*edge].evidence > Evidence::Path)
+            .filter_map(|edge| network.edge_endpoints(edge))
+            .map(|(a, b)| (a.index(), b.index()))
+            .collect()
+    }
+
     /// Runs more chains between the pairs that decide the tree. A chain is relaxed only if it is lower than the known path.
     fn replicate(&mut self) -> Result<(), JournalError> {
-        let network = self.network();
-        let ends = spanning_forest(&network, Evidence::Chain).into_iter();
-        let mut pairs: Vec<(usize, usize)> = ends
-            .filter_map(|edge| network.edge_endpoints(edge))
-            .map(|(a, b)| (a.index().min(b.index()), a.index().max(b.index())))
-            .collect();
+        let mut pairs = self.decisive(&self.network());
         pairs.retain(|pair| self.missing_replicas(*pair) > 0);
         if pairs.is_empty() {
             return Ok(());
@@ -392,6 +507,7 @@ impl LandscapeBuilder<'_> {
                         attempt,
                         seed: self.settings.seed,
                     },
+                    known: self.known_height((*i, *j)),
                 };
                 work(&connector, pair)
             });
@@ -400,6 +516,12 @@ impl LandscapeBuilder<'_> {
         };
         // One task for each pair, because pairs take different times and threads cannot share a task.
         pairs.par_iter().with_max_len(1).map(one).collect()
+    }
+
+    fn known_height(&self, (i, j): (usize, usize)) -> f64 {
+        let known = self.known.as_ref();
+        let height = known.and_then(|tree| tree.minimax(MinimumId(i), MinimumId(j)));
+        height.unwrap_or(f64::INFINITY)
     }
 
     /// Adds connections and the passes found on their paths, in order.
@@ -558,7 +680,7 @@ impl LandscapeBuilder<'_> {
     }
 }
 
-fn claim(connection: &Connection) -> Claim {
+pub(super) fn claim(connection: &Connection) -> Claim {
     Claim {
         invalid: connection.invalid_reason.is_some(),
         height: connection.edge.height,

@@ -20,6 +20,7 @@ mod path;
 mod places;
 mod progress;
 mod rarefaction;
+mod ripples;
 mod scales;
 mod search;
 mod sequential;

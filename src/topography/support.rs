@@ -57,6 +57,38 @@ impl Trial {
         self.found.push((start, heights.collect()));
     }
 
+    /// Adds the chains and paths of another pair of minima of the same two basins, `turned` if that pair runs the other way.
+    /// `place` gives the basin of each minimum.
+    pub(super) fn absorb(&mut self, mut other: Self, turned: bool, place: &[usize]) {
+        if turned {
+            other.chains.swap(0, 1);
+        }
+        let before = [self.chains[0].len(), self.chains[1].len()];
+        for (chains, more) in self.chains.iter_mut().zip(&other.chains) {
+            chains.extend_from_slice(more);
+        }
+        let least = other.straight.unwrap_or(f64::INFINITY);
+        self.straight = Some(self.straight.unwrap_or(f64::INFINITY).min(least));
+        for (start, heights) in other.found {
+            let start = match start {
+                Start::Chain { backward, replica } => {
+                    let backward = backward != turned;
+                    Start::Chain {
+                        backward,
+                        replica: before[usize::from(backward)] + replica,
+                    }
+                }
+                geodesic => geodesic,
+            };
+            let basins = |((a, b), height): Found| {
+                let (a, b) = (place[a], place[b]);
+                ((a.min(b), a.max(b)), height)
+            };
+            self.found
+                .push((start, heights.into_iter().map(basins).collect()));
+        }
+    }
+
     /// The heights of the pair `ends` and of other pairs that would be known if only the `drawn` chains had been run.
     fn heights(&self, ends: (usize, usize), drawn: &[Vec<bool>; 2]) -> Vec<Found> {
         let raw = self.chains.iter().zip(drawn).flat_map(|(chains, drawn)| {

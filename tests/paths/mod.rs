@@ -74,6 +74,7 @@ fn connect(
         ids: (MinimumId(0), MinimumId(1)),
         minima: ends,
         effort,
+        known: f64::INFINITY,
     };
     connector.connect(energy, kernel, pair)
 }

@@ -210,6 +210,7 @@ fn landscape() -> LandscapeFiles {
         chains_backward: Vec::new(),
         chain_runs: 4,
         evaluations: 12345,
+        way: Some("regrasping".into()),
     };
     let untried = EdgeRow {
         a: 1,

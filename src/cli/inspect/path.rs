@@ -12,7 +12,7 @@ use crate::cli::output::{check_file, is_scene};
 use crate::cli::printing::{complain, print, print_json};
 use crate::grasp::GraspEnergy;
 use crate::limits::PICTURES;
-use crate::store::{FileSet, LandscapeFiles};
+use crate::store::{EdgeRow, FileSet, LandscapeFiles};
 use crate::study::{GraspSetting, MinimaxPath, Waypoint};
 use crate::topography::MinimumId;
 
@@ -46,7 +46,7 @@ pub(super) fn run(command: &Inspect, ends: &[String], common: &Common) -> anyhow
         .with_context(|| format!("no path leads from m{} to m{} in {name}", from.0, to.0))?;
     let path = path.explained(&energy);
     if command.json {
-        print_json(&value(&energy, &path))?;
+        print_json(&value(&files, &energy, &path))?;
     } else {
         print(&text(&files, &energy, &path));
     }
@@ -113,6 +113,14 @@ fn text(files: &LandscapeFiles, energy: &GraspEnergy, path: &MinimaxPath) -> Str
     } = path;
     let top = path.top();
     let minima: Vec<String> = route.iter().map(|id| format!("m{}", id.0)).collect();
+    let ways = (ways(files, route).into_iter().zip(route.windows(2)))
+        .filter_map(|(way, ends)| Some(format!("m{} → m{} {}", ends[0].0, ends[1].0, way?)));
+    let ways: Vec<String> = ways.collect();
+    let ways = if ways.is_empty() {
+        String::new()
+    } else {
+        format!("what it is: {}\n", ways.join(", "))
+    };
     let groups: Vec<String> = route
         .iter()
         .map(|id| format!("g{}", files.minima[id.0].group))
@@ -139,7 +147,7 @@ fn text(files: &LandscapeFiles, energy: &GraspEnergy, path: &MinimaxPath) -> Str
         row(&format!("  {name}"), &|step| step.terms()[term]);
     }
     format!(
-        "way {} (groups {})\n{} points, {:.1} mm; the top is after {:.1} mm\n\n{}",
+        "way {} (groups {})\n{ways}{} points, {:.1} mm; the top is after {:.1} mm\n\n{}",
         minima.join(" → "),
         groups.join(" → "),
         steps.len(),
@@ -149,7 +157,17 @@ fn text(files: &LandscapeFiles, energy: &GraspEnergy, path: &MinimaxPath) -> Str
     )
 }
 
-fn value(energy: &GraspEnergy, path: &MinimaxPath) -> serde_json::Value {
+/// What each connection of a route is, if the landscape tells.
+fn ways<'f>(files: &'f LandscapeFiles, route: &[MinimumId]) -> Vec<Option<&'f str>> {
+    let way = |ends: &[MinimumId]| {
+        let (a, b) = (ends[0].0 as u64, ends[1].0 as u64);
+        let known = |edge: &&EdgeRow| (edge.a, edge.b) == (a.min(b), a.max(b));
+        files.edges.iter().find(known)?.way.as_deref()
+    };
+    route.windows(2).map(way).collect()
+}
+
+fn value(files: &LandscapeFiles, energy: &GraspEnergy, path: &MinimaxPath) -> serde_json::Value {
     let MinimaxPath {
         minima: route,
         points: steps,
@@ -166,6 +184,11 @@ fn value(energy: &GraspEnergy, path: &MinimaxPath) -> serde_json::Value {
             })
         })
         .collect();
-    let route: Vec<usize> = route.iter().map(|id| id.0).collect();
-    json!({ "minima": route, "terms": energy.term_names(), "points": steps })
+    let ways = ways(files, route);
+    let minima: Vec<usize> = route.iter().map(|id| id.0).collect();
+    let mut value = json!({ "minima": minima, "terms": energy.term_names(), "points": steps });
+    if ways.iter().any(Option::is_some) {
+        value["ways"] = json!(ways);
+    }
+    value
 }

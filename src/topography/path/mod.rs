@@ -7,6 +7,7 @@ mod images;
 mod lower;
 mod pass;
 mod relax;
+mod rough;
 mod seam;
 mod settings;
 

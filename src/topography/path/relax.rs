@@ -11,7 +11,7 @@
 //! If kinks are close together ([`PathSettings::seams`]), a path counts as relaxed when no move along a seam lowers its top
 //! *and* halving the distance of its points hardly changes its height (see `lower`).
 
-use super::images::{Images, Manner};
+use super::images::Images;
 use super::lower::{Lowered, lower, over};
 use super::pass::{Pass, Peak, Refined};
 use super::settings::{PathSettings, SeamSettings};
@@ -20,6 +20,9 @@ use crate::energy::Energy;
 use crate::optimize::QuenchSettings;
 use crate::topography::minima::MatchTolerance;
 use crate::topography::network::{Claim, Evidence, Minimum};
+
+/// Number of parts in which a string over ripples relaxes roughly. It ends early once it rises by less than a ripple.
+const COARSE_PARTS: usize = 3;
 
 pub(in crate::topography) struct Outcome {
     pub(in crate::topography) path: Path,
@@ -46,6 +49,8 @@ impl Outcome {
 
 /// Relaxes the polygons `starts` from `ends.0` to `ends.1`: all of them roughly, then the lowest, and the others if that
 /// one does not relax or they come close. `None` if every start is outside the domain.
+///
+/// On a surface with ripples, a rough path that would have to sink far to get below the `known` height is not refined.
 pub(in crate::topography) fn relax(
     energy: &dyn Energy,
     ends: (&Minimum, &Minimum),
@@ -53,30 +58,28 @@ pub(in crate::topography) fn relax(
     settings: &PathSettings,
     descent: &QuenchSettings,
     sameness: &MatchTolerance,
+    known: f64,
 ) -> Option<Outcome> {
+    let rippled = settings.roughness > 0.0;
     let floor = ends.0.energy.max(ends.1.energy);
     let mut rough: Vec<(usize, bool, Images<'_>)> = starts
         .iter()
         .enumerate()
         .filter_map(|(start, points)| {
-            let mut images = Images::new(
-                energy,
-                points,
-                settings.segments,
-                Manner {
-                    method: settings.method,
-                    band: settings.band,
-                    longest: settings.max_step,
-                    ceiling: floor + settings.exact_below,
-                },
-            );
+            let mut images = Images::new(energy, points, settings.segments, settings.manner(floor));
             if images.path.energies[1..settings.segments]
                 .iter()
                 .all(|e| !e.is_finite())
             {
                 return None;
             }
-            images.relax(settings.coarse_iterations, settings.force_tolerance);
+            let parts = if rippled { COARSE_PARTS } else { 1 };
+            for _ in 0..parts {
+                if !(rippled && images.path.height() <= floor + settings.roughness) {
+                    let iterations = settings.coarse_iterations / parts;
+                    images.relax(iterations, settings.force_tolerance);
+                }
+            }
             if !images.path.height().is_finite() {
                 return None;
             }
@@ -97,20 +100,27 @@ pub(in crate::topography) fn relax(
         let beyond = |known: &Outcome| {
             known.evidence < Evidence::Chain
                 && (settings.seams.is_some()
+                    || rippled
                     || invalid
                     || images.path.height() - margin > known.height)
         };
         if best.as_ref().is_some_and(beyond) {
             continue;
         }
-        let mut outcome = Relaxation {
+        let relaxation = Relaxation {
             energy,
             ends,
             settings,
             descent,
             sameness,
-        }
-        .finish(images);
+        };
+        let mut outcome = if rippled && images.path.height() - margin > known {
+            let (height, top) = (images.path.height(), images.path.top());
+            let top = images.path.images[top].clone();
+            relaxation.verdict(images.path, height, top, Evidence::Chain, Vec::new())
+        } else {
+            relaxation.finish(images)
+        };
         outcome.start = start;
         passes.append(&mut outcome.passes);
         let slack = settings.height_tolerance * (outcome.height - floor) + sameness.energy;
@@ -125,33 +135,26 @@ pub(in crate::topography) fn relax(
     Some(best)
 }
 
-struct Relaxation<'a> {
-    energy: &'a dyn Energy,
-    ends: (&'a Minimum, &'a Minimum),
-    settings: &'a PathSettings,
-    descent: &'a QuenchSettings,
-    sameness: &'a MatchTolerance,
+pub(super) struct Relaxation<'a> {
+    pub(super) energy: &'a dyn Energy,
+    pub(super) ends: (&'a Minimum, &'a Minimum),
+    pub(super) settings: &'a PathSettings,
+    pub(super) descent: &'a QuenchSettings,
+    pub(super) sameness: &'a MatchTolerance,
 }
 
-impl Relaxation<'_> {
+impl<'a> Relaxation<'a> {
     /// Like [`Relaxation::finish`], for a kinked energy: the top is lowered, then refined if possible.
-    fn finish_kinked(&self, images: Images<'_>, floor: f64, seams: &SeamSettings) -> Outcome {
-        let found = lower(
-            self.energy,
-            &images.path.images,
-            floor,
-            self.settings,
-            seams,
-        );
+    fn finish_kinked(&self, rough: Path, floor: f64, seams: &SeamSettings) -> Outcome {
+        let found = lower(self.energy, &rough.images, floor, self.settings, seams);
         let Some(Lowered {
             path,
             peak,
             relaxed,
         }) = found
         else {
-            let top = images.path.images[images.path.top()].clone();
-            let height = images.path.height();
-            return self.verdict(images.path, height, top, Evidence::Chain, Vec::new());
+            let (height, top) = (rough.height(), rough.images[rough.top()].clone());
+            return self.verdict(rough, height, top, Evidence::Chain, Vec::new());
         };
         if relaxed {
             let pass = peak.refine(
@@ -181,11 +184,14 @@ impl Relaxation<'_> {
         self.verdict(path, height, peak.x, evidence, Vec::new())
     }
 
-    fn finish(&self, mut images: Images<'_>) -> Outcome {
+    fn finish(&self, mut images: Images<'a>) -> Outcome {
         let space = self.energy.space();
         let floor = self.ends.0.energy.max(self.ends.1.energy);
+        if self.settings.roughness > 0.0 {
+            return self.finish_rippled(images, floor);
+        }
         if let Some(seams) = &self.settings.seams {
-            return self.finish_kinked(images, floor, seams);
+            return self.finish_kinked(images.path, floor, seams);
         }
         if images.climb() {
             images.relax(self.settings.iterations, self.settings.force_tolerance);
@@ -280,6 +286,20 @@ impl Relaxation<'_> {
         self.verdict(images.path, height, top, evidence, passes)
     }
 
+    /// Leads a path over passes, and lowers its top if that fails and lowering is set.
+    fn finish_rippled(&self, images: Images<'a>, floor: f64) -> Outcome {
+        let rough = self.finish_rough(images, floor);
+        let Some(seams) = &self.settings.seams else {
+            return rough;
+        };
+        if rough.evidence <= Evidence::Path {
+            return rough;
+        }
+        let mut lowered = self.finish_kinked(rough.path, floor, seams);
+        lowered.passes.extend(rough.passes);
+        lowered
+    }
+
     /// Splits segments on which the surface differs too much from the cubic through the ends.
     fn insert(&self, images: &mut Images<'_>, floor: f64) {
         for _ in 0..self.settings.insertions {
@@ -338,7 +358,7 @@ impl Relaxation<'_> {
         Some(Path::through(self.energy, path))
     }
 
-    fn verdict(
+    pub(super) fn verdict(
         &self,
         mut path: Path,
         height: f64,

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::images::Manner;
+
 /// Settings of path relaxation. [`PathSettings::for_scales`] sets all that have units from one energy and one length.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -45,6 +47,10 @@ pub struct PathSettings {
     pub exact_below: f64,
     /// Differences of height below this are ignored.
     pub energy_tolerance: f64,
+    /// Height of the ripples of a smooth surface; 0 if it has none. On a surface with ripples, paths are led over verified
+    /// passes, a path that rises by less than a ripple is not refined, and minima divided by less than a ripple are one.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub roughness: f64,
 }
 
 /// Settings for lowering the tops of paths over a kinked energy.
@@ -88,11 +94,27 @@ impl PathSettings {
             seams: None,
             exact_below: 3.0 * energy,
             energy_tolerance: 1e-6 * energy,
+            roughness: 0.0,
         }
     }
 }
 
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "as serde calls it")]
+fn is_zero(roughness: &f64) -> bool {
+    *roughness == 0.0
+}
+
 impl PathSettings {
+    /// How images relax between ends of which the higher one is at `floor`.
+    pub(super) fn manner(&self, floor: f64) -> Manner {
+        Manner {
+            method: self.method,
+            band: self.band,
+            longest: self.max_step,
+            ceiling: floor + self.exact_below,
+        }
+    }
+
     /// Change of height that is ignored for a barrier of this height.
     pub(super) fn slack(&self, barrier: f64) -> f64 {
         self.height_tolerance * barrier + self.energy_tolerance

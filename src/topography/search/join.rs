@@ -92,6 +92,7 @@ impl Searcher<'_> {
             &settings,
             &self.settings.quench,
             &self.settings.sameness,
+            f64::INFINITY,
         );
         let passes = outcome.map(|outcome| outcome.passes).unwrap_or_default();
         Relaxed {
