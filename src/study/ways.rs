@@ -45,10 +45,9 @@ impl Way {
     /// What a path is; `None` for an energy without an elastic layer, which does not tell what touches.
     pub fn of(energy: &GraspEnergy, path: &Path) -> Option<Self> {
         let cost = letting_go(energy.settings())?;
-        let layer = Layer::new(energy.hand());
         let mut steps = Vec::with_capacity(path.images.len());
         for x in &path.images {
-            steps.push(Touch::at(energy, &layer, x)?);
+            steps.push(Touch::at(energy, energy.layer(), x)?);
         }
         if path.images.is_empty() || path.height() >= cost {
             return Some(Self::LettingGo);

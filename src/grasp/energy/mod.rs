@@ -165,6 +165,11 @@ impl GraspEnergy {
         &self.contact_candidates
     }
 
+    /// The elastic layer; without spheres for an energy of contact sets.
+    pub(crate) fn layer(&self) -> &Layer {
+        &self.layer
+    }
+
     /// The settings.
     pub fn settings(&self) -> &EnergySettings {
         &self.settings
