@@ -1,7 +1,7 @@
 //! Figure 7: the disconnectivity graph of the committed grasps in the colours of their categories, with examples →
 //! `figures/fig07_disconnectivity.svg` and `.png`
 //!
-//! `cargo run --release --example fig07_disconnectivity` makes the map first if it is missing (five minutes).
+//! `cargo run --release --example fig07_disconnectivity` makes the map first if it is missing (two minutes).
 
 #[path = "finished_map.rs"]
 mod finished_map;

@@ -1,8 +1,8 @@
-//! Figures 8a to 8c: the barrier graph of the committed grasps, coloured by category, by the shape that power grasps hold,
+//! Figures 8a to 8c: the barrier graph of the minima of the committed grasps, coloured by category, by the shape that power grasps hold,
 //! and by sphere grasps and their neighbours → `figures/fig08a_categories`, `fig08b_power`, `fig08c_spheres`, each `.svg`
 //! and `.png`
 //!
-//! `cargo run --release --example fig08_barriers` makes the map first if it is missing (five minutes).
+//! `cargo run --release --example fig08_barriers` makes the map first if it is missing (two minutes).
 
 #[path = "finished_map.rs"]
 mod finished_map;
@@ -13,7 +13,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ("power", "fig08b_power"),
         ("spheres", "fig08c_spheres"),
     ] {
-        finished_map::draw(&["--colour", colouring], "barriers", stem)?;
+        finished_map::draw(&["--colour", colouring], "barriers_minima", stem)?;
     }
     Ok(())
 }

@@ -3,7 +3,9 @@
 //! One chain of the default sampler on the round bottle: the first of seed 1 whose first attempt passes the strict filter.
 //! The pictures show its start, the lowest end after each of its descents, and the minimum of the energy to which the last
 //! of them leads. Red cones are the friction cones, μ = 0.5, of the contact set, with their tips at the nearest points of the
-//! bottle. Below each picture are the number of descents so far and the energy; 1 is the energy of a hand that has let go.
+//! bottle. Below each picture are the number of descents so far and the energy; 1 is the energy of a
+//! hand that has let go. The descents of the chain are on the energy that closes the digits of its grip, so that the energy
+//! shown may rise from one to the next.
 
 use std::error::Error;
 use std::path::Path;
