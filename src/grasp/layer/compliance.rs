@@ -133,16 +133,16 @@ struct Contact {
 /// Sums over loads of the derivatives by stiffness, arm and normal of four nodes.
 #[derive(Debug, Clone, Copy)]
 struct Slopes {
-    by_stiffness: Lanes,
-    by_arm: [Lanes; 3],
-    by_normal: [Lanes; 3],
+    stiffness: Lanes,
+    arm: [Lanes; 3],
+    normal: [Lanes; 3],
 }
 
 impl Slopes {
     const ZERO: Self = Self {
-        by_stiffness: [0.0; LANES],
-        by_arm: [[0.0; LANES]; 3],
-        by_normal: [[0.0; LANES]; 3],
+        stiffness: [0.0; LANES],
+        arm: [[0.0; LANES]; 3],
+        normal: [[0.0; LANES]; 3],
     };
 }
 
@@ -451,16 +451,16 @@ impl pulp::NullaryFnOnce for AddSlopes<'_> {
             for lane in 0..LANES {
                 let Contact { u, f, at, .. } = group.contact(lane, y, self.cone);
                 let scaled = factor * group.stiffness[lane];
-                slopes.by_stiffness[lane] -= factor * at.value;
+                slopes.stiffness[lane] -= factor * at.value;
                 // ∂u/∂a: f·(y_τ × da) = da·(f × y_τ).
-                slopes.by_arm[0][lane] -= scaled * (f[1] * y[5] - f[2] * y[4]);
-                slopes.by_arm[1][lane] -= scaled * (f[2] * y[3] - f[0] * y[5]);
-                slopes.by_arm[2][lane] -= scaled * (f[0] * y[4] - f[1] * y[3]);
+                slopes.arm[0][lane] -= scaled * (f[1] * y[5] - f[2] * y[4]);
+                slopes.arm[1][lane] -= scaled * (f[2] * y[3] - f[0] * y[5]);
+                slopes.arm[2][lane] -= scaled * (f[0] * y[4] - f[1] * y[3]);
                 // The potential depends on the normal through n·u and |t|² = |u|² − (n·u)², where u is the motion alone:
                 // ∂ψ/∂a da + ∂ψ/∂T dT with da = u·dn, dT = −(a/T) u·dn.
                 let by_normal = scaled * (at.along - at.p * at.normal);
-                for k in 0..3 {
-                    slopes.by_normal[k][lane] -= by_normal * u[k];
+                for (slope, u) in slopes.normal.iter_mut().zip(u) {
+                    slope[lane] -= by_normal * u;
                 }
             }
         }
@@ -641,11 +641,11 @@ pub fn mean_compliance(
     };
     Compliance {
         value: value / free,
-        by_stiffness: lanes(|s, _, lane| s.by_stiffness[lane], 0)
+        by_stiffness: lanes(|s, _, lane| s.stiffness[lane], 0)
             .take(nodes.len())
             .collect(),
-        by_arm: vectors(|s, k, lane| s.by_arm[k][lane]),
-        by_normal: vectors(|s, k, lane| s.by_normal[k][lane]),
+        by_arm: vectors(|s, k, lane| s.arm[k][lane]),
+        by_normal: vectors(|s, k, lane| s.normal[k][lane]),
         by_rotation: by_rotation / free,
     }
 }
