@@ -125,7 +125,7 @@ fn small_landscapes_are_looked_at_from_all_sides() {
     );
 
     let text = print(&desk, &way);
-    assert_says(&text, &["top above the higher end", "force_closure"]);
+    assert_says(&text, &["top above the higher end", "compliance"]);
     for ending in ["png", "svg"] {
         assert!(
             fs::metadata(desk.path(&format!("way.{ending}")))
