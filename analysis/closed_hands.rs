@@ -53,8 +53,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         "# Closed hands\n\nEach row has {chains} chains with the preset `closed` and seed {seed}, made by \
          `cargo run --release --example closed_hands {seed} {chains}`. Kept are those that pass the strict filter. Of \
          these, the table gives the share that holds in the drop test (with the 95 % interval), the share that holds when \
-         the object is let go at once, the mean number of digits that touch and the share of palms that touch, the share \
-         of no grasp type, and the depth that 95 % stay below. Nothing was closed or chosen after the descent.\n\n\
+         the object is let go at once, the mean number of digits that touch and the share of palms that touch (not for hands \
+         of boxes), the share of no grasp type, and the depth that 95 % stay below. Nothing was closed or chosen after the descent.\n\n\
          | hand | object | kept | hold | let go at once | digits | palm | of no type | depth |\n\
          |---|---|---|---|---|---|---|---|---|\n"
     );
@@ -181,6 +181,12 @@ fn row(text: &mut String, [hand, object]: [&str; 2], kept: &[Kept], chains: u64)
     depths.sort_by(f64::total_cmp);
     let deep = depths.get(total * 95 / 100).copied();
     let deep = deep.map_or("–".to_owned(), |depth| format!("{:.1} mm", 1e3 * depth));
+    // What touches is asked of capsules, which do not fill boxes.
+    let (digits, palm) = if hand.starts_with("gripper") {
+        ("–".to_owned(), "–".to_owned())
+    } else {
+        (digits, percent(count(&|grasp| grasp.palm)))
+    };
     let unlisted = if hand == "human" {
         percent(count(&|grasp| grasp.unlisted))
     } else {
@@ -188,9 +194,8 @@ fn row(text: &mut String, [hand, object]: [&str; 2], kept: &[Kept], chains: u64)
     };
     let _ = writeln!(
         text,
-        "| {hand} | {object} | {total} of {chains} | {}{range} | {} | {digits} | {} | {unlisted} | {deep} |",
+        "| {hand} | {object} | {total} of {chains} | {}{range} | {} | {digits} | {palm} | {unlisted} | {deep} |",
         percent(holds),
         percent(count(&|grasp| grasp.holds_at_once)),
-        percent(count(&|grasp| grasp.palm)),
     );
 }

@@ -131,6 +131,18 @@ impl Hull {
     }
 }
 
+/// Point number `k` of an evenly spread sequence in a triangle: Roberts' sequence in the unit square, folded.
+pub(super) fn in_triangle([a, b, c]: [Vector3<f64>; 3], k: f64) -> Vector3<f64> {
+    let (mut u, mut v) = (
+        (k * 0.754_877_666_246_692_8_f64).fract(),
+        (k * 0.569_840_290_998_053_2_f64).fract(),
+    );
+    if u + v > 1.0 {
+        (u, v) = (1.0 - u, 1.0 - v);
+    }
+    a + (b - a) * u + (c - a) * v
+}
+
 /// Unit vectors spread evenly over the sphere.
 pub(super) fn directions(count: u32) -> impl Iterator<Item = Vector3<f64>> {
     (0..count).map(move |k| {

@@ -10,7 +10,7 @@ use std::sync::{Arc, OnceLock};
 
 use nalgebra::Vector3;
 
-use super::hull::directions;
+use super::hull::{directions, in_triangle};
 use super::volar::volar_directions;
 use super::{Hand, LinkId, Part, Solid};
 use crate::mesh::ExactMesh;
@@ -163,20 +163,11 @@ fn sample(solid: &ExactMesh, share_m2: f64, volar: Option<&Vector3<f64>>) -> Vec
             continue;
         };
         left += doubled.norm() / 2.0 / share_m2;
-        let [a, b, c] = triangle;
         while left >= 1.0 {
             left -= 1.0;
             k += 1.0;
-            // Roberts' sequence in the unit square, folded into the triangle.
-            let (mut u, mut v) = (
-                (k * 0.754_877_666_246_692_8_f64).fract(),
-                (k * 0.569_840_290_998_053_2_f64).fract(),
-            );
-            if u + v > 1.0 {
-                (u, v) = (1.0 - u, 1.0 - v);
-            }
             samples.push(Sample {
-                point: a + (b - a) * u + (c - a) * v,
+                point: in_triangle(triangle, k),
                 normal,
                 back: volar.is_some_and(|volar| normal.dot(volar) < BACK),
             });

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::hull::{GOLDEN_ANGLE, Hull};
+use super::hull::{GOLDEN_ANGLE, Hull, in_triangle};
 use super::{Hand, LinkId, PosedHand, SurfacePoint, axis_distance};
 
 /// Default number of surface points: the count from which Liu et al. (2021) sample contacts.
@@ -147,15 +147,7 @@ impl Solids<'_> {
             while left >= 1.0 {
                 left -= 1.0;
                 k += 1.0;
-                // Roberts' sequence in the unit square, folded into the triangle.
-                let (mut u, mut v) = (
-                    (k * 0.754_877_666_246_692_8_f64).fract(),
-                    (k * 0.569_840_290_998_053_2_f64).fract(),
-                );
-                if u + v > 1.0 {
-                    (u, v) = (1.0 - u, 1.0 - v);
-                }
-                let point = frame.point(&(a + (b - a) * u + (c - a) * v));
+                let point = frame.point(&in_triangle([a, b, c], k));
                 let normal = frame.direction(&doubled.normalize());
                 if !self.in_capsule(None, &point) && !self.in_hull(Some(i), &point, &normal) {
                     candidates.push(Candidate {

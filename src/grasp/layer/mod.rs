@@ -6,6 +6,8 @@
 //! near an object. [`mean_compliance`] tells how much the layer gives under loads on the object.
 
 mod compliance;
+mod cone;
+mod factors;
 mod settings;
 
 use std::ops::Range;
