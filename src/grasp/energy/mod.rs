@@ -166,7 +166,7 @@ impl GraspEnergy {
     }
 
     /// The elastic layer; without spheres for an energy of contact sets.
-    pub(crate) fn layer(&self) -> &Layer {
+    pub fn layer(&self) -> &Layer {
         &self.layer
     }
 
