@@ -1,6 +1,6 @@
-//! Figures 8a to 8c: the barrier graph of the minima of the committed grasps, coloured by category, by the shape that power grasps hold,
-//! and by sphere grasps and their neighbours → `figures/fig08a_categories`, `fig08b_power`, `fig08c_spheres`, each `.svg`
-//! and `.png`
+//! Figures 8a to 8c: the barrier graph of the minima of the committed grasps, coloured by category, by the shape that power
+//! grasps hold, and by sphere grasps and their neighbours → `figures/fig08a_categories`, `fig08b_power`, `fig08c_spheres`,
+//! each `.svg` and `.png`
 //!
 //! `cargo run --release --example fig08_barriers` makes the map first if it is missing (two minutes).
 

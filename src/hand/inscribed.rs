@@ -1,8 +1,9 @@
 //! Balls that fill the meshes of a hand up to their surface.
 //!
 //! Capsules that fill convex hulls leave corners open and cover holes. The balls found here fill the solid that the meshes
-//! of a link bound, and together they follow its surface to within a fraction of a millimetre where the link faces objects. The elastic layer and the simulation of stability use them in place of such
-//! capsules. A ball has a distance from an object that is as smooth as that of its centre, for every rotation.
+//! of a link bound, and together they follow its surface to within a fraction of a millimetre where the link faces objects.
+//! The elastic layer and the simulation of stability use them in place of such capsules. A ball has a distance from an
+//! object that is as smooth as that of its centre, for every rotation.
 
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};

@@ -55,6 +55,14 @@ pub enum ExperimentError {
     /// No preset has this name.
     #[error("preset {0}: there is no such preset; the presets are {list}", list = PRESETS.map(|(known, _)| known).join(", "))]
     Preset(String),
+    /// A file changes a preset that does not exist.
+    #[error("{}, key preset", path.display())]
+    FilePreset {
+        /// The file.
+        path: PathBuf,
+        /// Which presets there are.
+        source: Box<Self>,
+    },
     /// The file cannot be read.
     #[error("cannot read {}", path.display())]
     Read {
@@ -117,7 +125,11 @@ impl Experiment {
             ExperimentError::Toml { path, source }
         };
         let file: ExperimentFile = toml_text::parse(&text).map_err(refused)?;
-        let preset = preset_text(file.preset.as_deref().unwrap_or(DEFAULT_PRESET))?;
+        let preset = file.preset.as_deref().unwrap_or(DEFAULT_PRESET);
+        let preset = preset_text(preset).map_err(|source| ExperimentError::FilePreset {
+            path: owned(),
+            source: Box::new(source),
+        })?;
         let mut table: toml::Table = toml::from_str(preset).map_err(refused)?;
         let mut given: toml::Table = toml::from_str(&text).map_err(refused)?;
         given.remove("preset");
@@ -179,8 +191,10 @@ mod tests {
         expected.energy.contacts = 3;
         assert_eq!(found, expected);
 
-        let error = read("preset = \"six_points\"\n").unwrap_err().to_string();
-        assert!(error.contains("four_points"), "{error}");
+        let error = read("preset = \"six_points\"\n").unwrap_err();
+        assert!(error.to_string().contains("mine.toml"), "{error}");
+        let source = std::error::Error::source(&error).unwrap().to_string();
+        assert!(source.contains("four_points"), "{source}");
         assert!(read("[energy]\nfrictoin = 1.0\n").is_err());
     }
 

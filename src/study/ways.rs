@@ -151,11 +151,12 @@ impl Touch {
         for found in near {
             let sphere = &layer.spheres[found.sphere as usize];
             let load = sphere.share * settings.carries(found.gap_m).0;
-            if !sphere.may_touch || load <= 0.0 {
+            // Where the distance has no slope, as on an axis, there is no contact, as in the energy.
+            let normal = found.gradient.try_normalize(0.0);
+            let Some(normal) = normal.filter(|_| sphere.may_touch && load > 0.0) else {
                 continue;
-            }
+            };
             let part = &mut parts[hand.links[sphere.link.0].digit];
-            let normal = found.gradient.normalize();
             let contact = found.centre - normal * sphere.radius_m;
             part.load += load;
             part.on_object += contact * load;
