@@ -150,6 +150,7 @@ impl Watch {
                 Phase::Diagram => "measuring the diagram",
                 Phase::Assign => "assigning minima",
                 Phase::Replicate => "repeating chains",
+                Phase::Confirm => "confirming merges",
                 Phase::Search => "searching saddles",
                 Phase::Synthesize => "chains",
                 Phase::Simulate | Phase::Label | Phase::Judge => "grasps",

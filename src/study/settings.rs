@@ -86,6 +86,7 @@ pub fn settings_for_grasps(energy: &GraspEnergy) -> MapSettings {
         settings.chain.temperature = TEMPERATURE * cost;
         settings.batch = 16;
         settings.retry_rounds = 2;
+        settings.confirm_rounds = 4;
         settings.quench = settings.quench.with_gradient_tolerance(1e-3 * cost);
         settings.path.exact_below = cost;
         settings.path.force_tolerance = LAYER_FORCE * cost;

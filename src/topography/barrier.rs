@@ -226,11 +226,12 @@ impl Connector<'_> {
     ) -> Connection {
         let (counted, minima) = (Counted::new(energy), pair.minima);
         let mut settings = self.path.clone();
-        settings.coarse_iterations <<= pair.effort.attempt;
-        settings.iterations <<= pair.effort.attempt;
+        let doublings = pair.effort.attempt.min(MOST_DOUBLINGS);
+        settings.coarse_iterations <<= doublings;
+        settings.iterations <<= doublings;
         if let Some(seams) = &mut settings.seams {
-            seams.moves <<= pair.effort.attempt;
-            seams.halvings += pair.effort.attempt;
+            seams.moves <<= doublings;
+            seams.halvings += doublings;
         }
         if settings.roughness > 0.0 && pair.effort.attempt == 0 {
             // Lowering a top costs more than all the rest, and few of these paths decide the tree.
@@ -385,6 +386,9 @@ impl Best {
         (self.start, self.path.images.clone())
     }
 }
+
+/// How often the effort of a relaxation is doubled at most, however often a pair is tried.
+const MOST_DOUBLINGS: usize = 2;
 
 /// Share of a ripple below which the top of a decisive path does not matter.
 const LEVEL: f64 = 0.01;

@@ -26,6 +26,8 @@ pub enum Phase {
     Assign,
     /// Running more chains between the pairs that decide the tree.
     Replicate,
+    /// Relaxing more chains for connections of the tree that few chains have found.
+    Confirm,
     /// Synthesizing grasps.
     Synthesize,
     /// Simulating grasps.

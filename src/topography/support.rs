@@ -32,6 +32,30 @@ impl Trial {
         self.chains[0].len().min(self.chains[1].len())
     }
 
+    /// Number of chains, of those of the pair `own`, whose relaxed paths led to the pair `edge` at this height or lower.
+    /// `None` if a straight line did, which is run always.
+    pub(super) fn chains_that_found(
+        &self,
+        own: (usize, usize),
+        edge: (usize, usize),
+        height: f64,
+    ) -> Option<usize> {
+        if own == edge && self.straight.is_some_and(|straight| straight <= height) {
+            return None;
+        }
+        let mut chains = 0;
+        for (start, heights) in &self.found {
+            let led = |(pair, found): &Found| *pair == edge && *found <= height;
+            if heights.iter().any(led) {
+                match start {
+                    Start::Chain { .. } => chains += 1,
+                    Start::Straight | Start::Round => return None,
+                }
+            }
+        }
+        Some(chains)
+    }
+
     /// Adds the trial that gave `connection` and the passes `side_connections` on its paths.
     pub(super) fn add(&mut self, connection: &Connection, side_connections: &[Connection]) {
         let before = [self.chains[0].len(), self.chains[1].len()];

@@ -1,0 +1,333 @@
+//! Builds a landscape: selects the pairs to connect and connects them.
+
+mod confirm;
+mod known;
+mod rest;
+mod rippled;
+mod settings;
+
+use std::collections::BTreeMap;
+
+use petgraph::graph::NodeIndex;
+use petgraph::unionfind::UnionFind;
+use rayon::prelude::*;
+
+use super::barrier::{Connection, Connector, Effort, Pair};
+use super::groups::Groups;
+use super::journal::{JournalError, Run};
+use super::landscape::Landscape;
+use super::minima::distinct;
+use super::network::{Claim, Evidence, Minimum, MinimumId, Network};
+use super::pairs::{bridges, candidates, distances};
+use super::ripples::{basins, between};
+use super::support::{Trial, resample};
+use super::tree::{Tree, spanning_forest};
+use super::{Phase, Tally};
+use crate::energy::Energy;
+use crate::optimize::Quench;
+use crate::sample::Kernel;
+use rest::at_rest;
+pub(super) use rest::by_energy;
+pub use settings::MapSettings;
+
+/// Maps the surface between `minima`.
+///
+/// Connects near pairs, joins separate components, and retries the connections that decide the tree if their evidence is a
+/// chain or worse, or if a single chain has found them. Every pass found on the way becomes a connection of the two minima that its descents reach. A pair is
+/// skipped if known passes already join it at the energy of its higher minimum. The result does not depend on the order of
+/// `minima` (they are sorted), the number of threads, or interruptions.
+///
+/// Equal minima are merged with their members. Points that are no minima are listed in [`Landscape::rejected`].
+///
+/// # Errors
+/// If the journal of `run` cannot store a record.
+pub fn build_landscape(
+    energy: &dyn Energy,
+    kernel: &dyn Kernel,
+    minima: Vec<Minimum>,
+    settings: &MapSettings,
+    run: &Run<'_>,
+) -> Result<Landscape, JournalError> {
+    let (minima, rejected) = at_rest(energy, minima, &settings.sameness);
+    let mut builder = LandscapeBuilder {
+        energy,
+        kernel,
+        settings,
+        run,
+        distances: distances(energy.space(), &minima),
+        minima,
+        best: BTreeMap::new(),
+        tried: BTreeMap::new(),
+        unlisted_minima: Vec::new(),
+        trials: BTreeMap::new(),
+        known: None,
+        evaluations: 0,
+    };
+    builder.join_over_ripples()?;
+    builder.connect_neighbours()?;
+    builder.join_components()?;
+    builder.retry_upper_bounds()?;
+    builder.replicate()?;
+    builder.confirm()?;
+    builder.merge_over_ripples();
+    builder.join_at_the_ceiling();
+    let network = builder.network();
+    let (mut unlisted_minima, _) = distinct(
+        energy,
+        &builder.unlisted_minima,
+        &settings.sameness,
+        f64::INFINITY,
+    );
+    for stray in &mut unlisted_minima {
+        stray.members.clear();
+    }
+    Ok(Landscape {
+        rejected,
+        unlisted_minima,
+        resampled: resample(
+            &network,
+            &builder.trials,
+            settings.resamplings,
+            settings.seed,
+        ),
+        tree: Tree::from_network(&network, Evidence::Chain),
+        groups: Groups::new(&network, &settings.groups),
+        network,
+        connections: builder.best.into_values().collect(),
+        evaluations: builder.evaluations,
+    })
+}
+
+struct LandscapeBuilder<'a> {
+    energy: &'a dyn Energy,
+    kernel: &'a dyn Kernel,
+    settings: &'a MapSettings,
+    run: &'a Run<'a>,
+    distances: Vec<Vec<f64>>,
+    minima: Vec<Minimum>,
+    best: BTreeMap<(usize, usize), Connection>,
+    tried: BTreeMap<(usize, usize), usize>,
+    /// Ends of descents that are not known minima.
+    unlisted_minima: Vec<Quench>,
+    trials: BTreeMap<(usize, usize), Trial>,
+    /// The tree of the passes known so far, on a surface with ripples.
+    known: Option<Tree>,
+    evaluations: usize,
+}
+
+impl LandscapeBuilder<'_> {
+    fn roughness(&self) -> f64 {
+        self.settings.path.roughness
+    }
+
+    /// The lowest minimum of each minimum's basin; each its own on a surface without ripples.
+    fn basins(&self) -> Vec<usize> {
+        if self.roughness() > 0.0 {
+            basins(&self.network(), self.roughness())
+        } else {
+            (0..self.minima.len()).collect()
+        }
+    }
+
+    /// The pairs that decide the tree of whole basins.
+    fn decisive(&self, network: &Network) -> Vec<(usize, usize)> {
+        let basins = self.basins();
+        spanning_forest(network, Evidence::Chain)
+            .into_iter()
+            .filter_map(|edge| network.edge_endpoints(edge))
+            .map(|(a, b)| (a.index().min(b.index()), a.index().max(b.index())))
+            .filter(|(a, b)| basins[*a] != basins[*b])
+            .collect()
+    }
+
+    /// Connects `pairs` in parallel and adds the outcomes in order.
+    fn connect(&mut self, pairs: &[(usize, usize)], tally: &Tally<'_>) -> Result<(), JournalError> {
+        let found = self.each(pairs, tally, "pair", &|connector, pair| {
+            connector.connect(self.energy, self.kernel, pair)
+        })?;
+        for pair in pairs {
+            *self.tried.entry(*pair).or_insert(0) += 1;
+        }
+        self.take_all(found);
+        Ok(())
+    }
+
+    /// Connects near pairs, except those that known passes already join at the energy of the higher minimum.
+    fn connect_neighbours(&mut self) -> Result<(), JournalError> {
+        let settings = self.settings;
+        let pairs = if self.roughness() > 0.0 {
+            between(&self.distances, &self.basins(), settings.neighbours)
+        } else {
+            candidates(&self.distances, settings.neighbours)
+        };
+        let tally = self.run.tally(Phase::Connect, pairs.len());
+        let mut known = Tree::from_network(&self.network(), Evidence::Path);
+        for batch in pairs.chunks(settings.batch.max(1)) {
+            let open: Vec<_> = (batch.iter().copied())
+                .filter(|pair| !(settings.pruned && self.joined_at_the_bottom(&known, *pair)))
+                .collect();
+            for _ in open.len()..batch.len() {
+                tally.tick();
+            }
+            self.known = (self.roughness() > 0.0).then(|| known.clone());
+            self.connect(&open, &tally)?;
+            // Building the tree goes through all connections, so it is rebuilt only when it has changed and is needed.
+            if settings.pruned && !open.is_empty() {
+                known = Tree::from_network(&self.network(), Evidence::Path);
+            }
+        }
+        self.known = None;
+        Ok(())
+    }
+
+    /// Connects pairs of minima in separate components.
+    fn join_components(&mut self) -> Result<(), JournalError> {
+        for _ in 0..self.settings.join_rounds {
+            let component = self.components();
+            let pairs = bridges(&self.distances, &component, &|pair| {
+                self.tried.contains_key(&pair)
+            });
+            if pairs.is_empty() {
+                break;
+            }
+            let tally = self.run.tally(Phase::Join, pairs.len());
+            self.connect(&pairs, &tally)?;
+        }
+        Ok(())
+    }
+
+    /// Retries the connections that decide the tree if their evidence is a chain or worse.
+    fn retry_upper_bounds(&mut self) -> Result<(), JournalError> {
+        for _ in 0..self.settings.retry_rounds {
+            let pairs = self.unsure();
+            if pairs.is_empty() {
+                break;
+            }
+            let tally = self.run.tally(Phase::Retry, pairs.len());
+            self.connect(&pairs, &tally)?;
+        }
+        Ok(())
+    }
+
+    /// The pairs that decide the tree and whose evidence is a chain or worse, on a surface with ripples no verified pass.
+    fn unsure(&self) -> Vec<(usize, usize)> {
+        let network = self.network();
+        if self.roughness() > 0.0 {
+            let mut pairs = self.decisive(&network);
+            pairs.retain(|pair| self.best[pair].edge.evidence > Evidence::Seam);
+            return pairs;
+        }
+        spanning_forest(&network, Evidence::Chain)
+            .into_iter()
+            .filter(|edge| network[*edge].evidence > Evidence::Path)
+            .filter_map(|edge| network.edge_endpoints(edge))
+            .map(|(a, b)| (a.index(), b.index()))
+            .collect()
+    }
+
+    /// Runs more chains between the pairs that decide the tree. A chain is relaxed only if it is lower than the known path.
+    fn replicate(&mut self) -> Result<(), JournalError> {
+        let mut pairs = self.decisive(&self.network());
+        pairs.retain(|pair| self.missing_replicas(*pair) > 0);
+        if pairs.is_empty() {
+            return Ok(());
+        }
+        let tally = self.run.tally(Phase::Replicate, pairs.len());
+        let found = self.each(&pairs, &tally, "replicas", &|connector, pair| {
+            let ends = (pair.ids.0.0, pair.ids.1.0);
+            let known = self.best[&ends].edge.height;
+            let replicas = self.missing_replicas(ends);
+            connector.replicate(self.energy, self.kernel, pair, replicas, known)
+        })?;
+        self.take_all(found);
+        Ok(())
+    }
+
+    /// Number of chains still to run in each direction of a decisive pair.
+    fn missing_replicas(&self, pair: (usize, usize)) -> usize {
+        let known = self.trials.get(&pair).map_or(0, Trial::replicas);
+        self.settings.decisive_replicas.saturating_sub(known)
+    }
+
+    /// Runs `work` for each of `pairs` in parallel. The journal stores the results under `kind`.
+    fn each(
+        &self,
+        pairs: &[(usize, usize)],
+        tally: &Tally<'_>,
+        kind: &str,
+        work: &(dyn Fn(&Connector<'_>, Pair<'_>) -> Connection + Sync),
+    ) -> Result<Vec<Connection>, JournalError> {
+        let connector = Connector {
+            chain: &self.settings.chain,
+            path: &self.settings.path,
+            quench: &self.settings.quench,
+            sameness: &self.settings.sameness,
+        };
+        let one = |(i, j): &(usize, usize)| {
+            let attempt = self.tried.get(&(*i, *j)).copied().unwrap_or(0);
+            let connection = self.run.remember(&format!("{kind}/{i}-{j}/{attempt}"), || {
+                let pair = Pair {
+                    ids: (MinimumId(*i), MinimumId(*j)),
+                    minima: (&self.minima[*i], &self.minima[*j]),
+                    effort: Effort {
+                        attempt,
+                        seed: self.settings.seed,
+                    },
+                    known: self.known_height((*i, *j)),
+                };
+                work(&connector, pair)
+            });
+            tally.tick();
+            connection
+        };
+        // One task for each pair, because pairs take different times and threads cannot share a task.
+        pairs.par_iter().with_max_len(1).map(one).collect()
+    }
+
+    fn known_height(&self, (i, j): (usize, usize)) -> f64 {
+        let known = self.known.as_ref();
+        let height = known.and_then(|tree| tree.minimax(MinimumId(i), MinimumId(j)));
+        height.unwrap_or(f64::INFINITY)
+    }
+
+    fn network(&self) -> Network {
+        let mut network = Network::default();
+        for minimum in &self.minima {
+            network.add_node(minimum.clone());
+        }
+        for ((i, j), connection) in &self.best {
+            network.add_edge(
+                NodeIndex::new(*i),
+                NodeIndex::new(*j),
+                connection.edge.clone(),
+            );
+        }
+        network
+    }
+
+    fn components(&self) -> Vec<usize> {
+        let mut sets = UnionFind::new(self.minima.len());
+        for ((i, j), connection) in &self.best {
+            if connection.edge.height.is_finite() {
+                sets.union(*i, *j);
+            }
+        }
+        sets.into_labeling()
+    }
+
+    /// Whether known passes already join a pair at the energy of its higher minimum, so that no path can be lower.
+    fn joined_at_the_bottom(&self, known: &Tree, (i, j): (usize, usize)) -> bool {
+        let bottom = self.minima[i].energy.max(self.minima[j].energy);
+        known
+            .minimax(MinimumId(i), MinimumId(j))
+            .is_some_and(|height| height <= bottom + self.settings.sameness.energy)
+    }
+}
+
+pub(super) fn claim(connection: &Connection) -> Claim {
+    Claim {
+        invalid: connection.invalid_reason.is_some(),
+        height: connection.edge.height,
+        evidence: connection.edge.evidence,
+    }
+}

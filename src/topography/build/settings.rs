@@ -1,0 +1,121 @@
+//! Settings of a map.
+
+use serde::{Deserialize, Serialize};
+
+use crate::energy::Energy;
+use crate::optimize::QuenchSettings;
+use crate::space::interpolate;
+use crate::topography::adelm::ChainSettings;
+use crate::topography::groups::GroupSettings;
+use crate::topography::minima::MatchTolerance;
+use crate::topography::network::Minimum;
+use crate::topography::pairs::distances;
+use crate::topography::path::PathSettings;
+use crate::topography::scales::{Scales, median};
+
+/// Settings of [`build_landscape`](super::build_landscape). [`MapSettings::for_scales`] sets all that have units from one energy and one length.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct MapSettings {
+    /// Number of nearest minima to connect each minimum with. The minimum spanning tree of the distances is always added.
+    pub neighbours: usize,
+    /// Pairs connected between two updates of the skipping rule. It affects the result, so it must not depend on threads.
+    pub batch: usize,
+    /// Whether to skip pairs that known passes already join at the energy of the higher minimum, the lowest possible.
+    pub pruned: bool,
+    /// Rounds that join separate components, each by its shortest untried link.
+    pub join_rounds: usize,
+    /// Rounds that retry the connections that decide the tree if their evidence is a chain or worse.
+    pub retry_rounds: usize,
+    /// Least number of chains in each direction for the connections that decide the tree. Support is based on them.
+    pub decisive_replicas: usize,
+    /// Rounds of more chains for the connections of the tree that fewer than four chains, and no straight line, have found.
+    pub confirm_rounds: usize,
+    /// Settings of the chains.
+    pub chain: ChainSettings,
+    /// Settings of the paths.
+    pub path: PathSettings,
+    /// Settings of the descents.
+    pub quench: QuenchSettings,
+    /// Tolerance within which two stationary points are the same.
+    pub sameness: MatchTolerance,
+    /// Settings of the groups.
+    pub groups: GroupSettings,
+    /// Height at which all minima are joined by definition, such as the cost of letting go. Higher connections get this
+    /// height, and minima that no path joins are joined at it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ceiling: Option<f64>,
+    /// Number of bootstrap resamplings for the support of merges.
+    pub resamplings: usize,
+    /// Seed of all chains.
+    pub seed: u64,
+}
+
+impl Default for MapSettings {
+    fn default() -> Self {
+        Self::for_scales(1.0, 1.0)
+    }
+}
+
+impl MapSettings {
+    /// Settings for a surface whose typical barrier is `energy` high and `length` wide.
+    pub fn for_scales(energy: f64, length: f64) -> Self {
+        Self {
+            neighbours: 8,
+            batch: 64,
+            pruned: true,
+            join_rounds: 3,
+            retry_rounds: 2,
+            decisive_replicas: 4,
+            confirm_rounds: 0,
+            chain: ChainSettings::for_scales(energy, length),
+            path: PathSettings::for_scales(energy, length),
+            quench: QuenchSettings::for_scales(energy, length),
+            sameness: MatchTolerance::for_scales(energy, length),
+            groups: GroupSettings::default(),
+            ceiling: None,
+            resamplings: 200,
+            seed: 0,
+        }
+    }
+
+    /// Settings measured on the minima. The length is the median distance to the nearest other minimum, and the energy is
+    /// the median of the finite barriers along the straight lines to it. If there is no other minimum or no such barrier,
+    /// the [`Scales`] of the surface around the minima are used.
+    ///
+    /// One or two minima are too few to measure, and surfaces with walls (contact) need scales chosen by hand.
+    pub fn for_minima(energy: &dyn Energy, minima: &[Minimum]) -> Self {
+        let space = energy.space();
+        let all = distances(space, minima);
+        let (mut lengths, mut heights) = (Vec::new(), Vec::new());
+        let mut gradient = vec![0.0; space.tangents()];
+        for (i, row) in all.iter().enumerate() {
+            // Distances to copies (0) and to invalid points (not finite) are ignored.
+            let others = (0..minima.len()).filter(|j| row[*j] > 0.0 && row[*j].is_finite());
+            let Some(j) = others.min_by(|a, b| row[*a].total_cmp(&row[*b])) else {
+                continue;
+            };
+            lengths.push(row[j]);
+            let (from, to) = (&minima[i], &minima[j]);
+            let top = (1..16)
+                .map(|k| {
+                    let share = f64::from(k) / 16.0;
+                    let x = interpolate(space, &from.coordinates, &to.coordinates, share);
+                    energy.evaluate(&x, &mut gradient)
+                })
+                .fold(f64::NEG_INFINITY, f64::max);
+            let height = top - from.energy.max(to.energy);
+            if height.is_finite() && height > 0.0 {
+                heights.push(height);
+            }
+        }
+        let around = || {
+            let points: Vec<_> = minima.iter().map(|m| m.coordinates.clone()).collect();
+            Scales::measured(energy, &points)
+        };
+        Self::for_scales(
+            median(heights).unwrap_or_else(|| around().energy),
+            median(lengths).unwrap_or_else(|| around().length),
+        )
+    }
+}
