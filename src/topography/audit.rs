@@ -228,6 +228,7 @@ fn is_level(
             difference: settings.difference,
             steps: STEPS,
             kicks: 0,
+            keeps_mode: true,
             ceiling: f64::INFINITY,
             known: &|_, _| None,
         };

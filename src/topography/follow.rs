@@ -30,6 +30,9 @@ pub(super) struct Following<'a> {
     pub(super) steps: usize,
     /// How often the search may continue from a point of higher index, along its second mode.
     pub(super) kicks: usize,
+    /// Whether the search keeps to its mode even where the surface curves up along it and down along another. On a surface
+    /// with ripples it must not: modes that resemble the first one only by chance lead up walls.
+    pub(super) keeps_mode: bool,
     /// Greatest energy of interest. A search that starts higher must not rise.
     pub(super) ceiling: f64,
     /// Returns the number of the known saddle at a point of this energy. A search that reaches a known saddle stops.
@@ -132,7 +135,10 @@ impl Piece<'_> {
                     }
                 }
             }
-            let uphill = followed.as_ref().map_or(0, |hint| modes.most_like(hint));
+            let mut uphill = followed.as_ref().map_or(0, |hint| modes.most_like(hint));
+            if !settings.keeps_mode && modes.curvatures[uphill] > 0.0 && modes.curvatures[0] < 0.0 {
+                uphill = 0;
+            }
             if modes.curvatures[uphill].abs() <= modes.flat() {
                 return Err(Lost::Flat);
             }
@@ -259,6 +265,7 @@ mod tests {
             difference: 1e-5,
             steps: 60,
             kicks: 0,
+            keeps_mode: true,
             ceiling: f64::INFINITY,
             known: &|_, _| None,
         }
@@ -295,6 +302,7 @@ mod tests {
         let energy = DoubleWell::new(2);
         let kicked = Following {
             kicks: 1,
+            keeps_mode: true,
             ..following(1e-8)
         };
         let found = Piece::new(&energy, Vec::new()).follow(&[0.0, 0.0], None, &kicked);

@@ -57,11 +57,7 @@ impl LandscapeBuilder<'_> {
                 edge: Edge {
                     height: crossing.path.energies[crossing.pass],
                     evidence,
-                    term: rising_term(
-                        self.energy,
-                        top,
-                        (&self.minima[a], &self.minima[b]),
-                    ),
+                    term: rising_term(self.energy, top, (&self.minima[a], &self.minima[b])),
                     length: path.length(self.energy.space()),
                 },
                 path,

@@ -17,6 +17,8 @@ const GOLDEN: f64 = 0.381_966_011_250_105;
 const SAMPLING: f64 = 0.1;
 /// Number of first points of a descent that must stay on their side of the pass.
 const EARLY: usize = 3;
+/// How often the first step of a descent is halved at most.
+const MOST_HALVINGS: usize = 5;
 /// Evaluations of a descent with steps no longer than the displacement off the pass.
 const CAREFUL: usize = 20;
 
@@ -178,6 +180,7 @@ impl Peak {
                 steps: settings.refinement_steps,
                 // A path along a mirror plane of the surface may peak at a point of higher index, with a pass beside it.
                 kicks: 1,
+                keeps_mode: settings.roughness == 0.0,
                 ceiling: f64::INFINITY,
                 known: &|_, _| None,
             };
@@ -222,7 +225,7 @@ pub(in crate::topography) fn descend(
 }
 
 /// The descent from a pass (point and height) after a step of length `push` (negative for backward) along the unit tangent
-/// `mode`; `None` if the step does not lead down. A descent that crosses the pass at once is repeated with shorter steps.
+/// `mode`; `None` if neither this step nor shorter ones lead down. A descent that crosses the pass at once is repeated with shorter steps.
 pub(in crate::topography) fn descend_one_way(
     energy: &dyn Energy,
     (pass, height): (&[f64], f64),
@@ -236,8 +239,16 @@ pub(in crate::topography) fn descend_one_way(
     scale(&mut step, push);
     let mut start = pass.to_vec();
     space.exp(&mut start, &step);
-    if energy.evaluate(&start, &mut gradient) >= height {
-        return None;
+    let mut halvings = 0;
+    while energy.evaluate(&start, &mut gradient) >= height {
+        if halvings == MOST_HALVINGS {
+            return None;
+        }
+        // In a bent valley a long step leads up the side, and a short one leads down.
+        halvings += 1;
+        scale(&mut step, 0.5);
+        start.copy_from_slice(pass);
+        space.exp(&mut start, &step);
     }
     let (mut trace, mut end) = traced(energy, &start, settings);
     let mut toward = vec![0.0; space.tangents()];

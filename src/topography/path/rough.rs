@@ -20,6 +20,10 @@ const PARTS: usize = 8;
 /// Greatest number of relaxations of the string of one leg.
 const RELAXED: usize = 3;
 
+/// Least distance of the ends of two descents on which a path can be led, as a share of that of two minima: both may end in
+/// parts of one minimum.
+const APART: f64 = 0.1;
+
 /// A part of a path: a pass with its descents, or a way between two minima with its string, once it is relaxed.
 struct Leg<'e> {
     path: Path,
@@ -123,7 +127,7 @@ impl<'e> Relaxation<'e> {
         let space = self.energy.space();
         let foot = |side: usize| &pass.descents[side].images[pass.descents[side].images.len() - 1];
         let (start, end) = (&leg.images[0], &leg.images[leg.images.len() - 1]);
-        let same = |a: &[f64], b: &[f64]| space.distance(a, b) <= self.sameness.distance;
+        let same = |a: &[f64], b: &[f64]| space.distance(a, b) <= APART * self.sameness.distance;
         let old = known.iter().any(|old| {
             (old.energy - pass.energy).abs() <= 1e-3 * self.sameness.energy && same(&old.x, &pass.x)
         });

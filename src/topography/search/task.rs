@@ -66,6 +66,7 @@ impl Searcher<'_> {
             difference: DIFFERENCE * place.longest.min(self.settings.length),
             steps: self.settings.steps,
             kicks: 1,
+            keeps_mode: true,
             ceiling: census.ceiling(self.settings.energy),
             known: &|x, energy| census.saddle(self.energy.space(), x, energy),
         };
