@@ -352,6 +352,19 @@ fn pieces_fit_the_mesh_they_were_cut_from() {
     assert!((solid.centre() - mesh.centroid()).norm() < 1e-6);
 }
 
+/// A thin body that is cut into pieces loses a fifth of its volume to the gaps between them.
+#[test]
+fn a_convex_body_is_one_piece() {
+    for name in ["pen", "can", "box", "ball"] {
+        let (mesh, _) = Object::parts_of_named(name).unwrap();
+        let solid = Solid::new(&mesh, Build::Pieces);
+        let fit = solid.fit();
+        assert_eq!(fit.pieces, 1, "{name}");
+        assert!(fit.volume_error.abs() < 0.01, "{name} {fit:?}");
+        assert!(fit.filled_m < 1e-4 && fit.cut_m < 1e-6, "{name} {fit:?}");
+    }
+}
+
 #[test]
 fn protocols_are_read_as_they_are_written_and_checked() {
     for protocol in [

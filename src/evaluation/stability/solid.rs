@@ -12,6 +12,9 @@ use serde::Serialize;
 use super::convert::{from_vector, vector};
 use crate::mesh::{ExactMesh, Mesh};
 
+/// A mesh that its hull fills by no more than this, metres, is one convex piece. Cutting would leave gaps between the pieces
+/// of a thin body.
+const CONVEX_M: f64 = 1e-4;
 /// Cells along the longest side of the grid in which a mesh is cut.
 const RESOLUTION: u32 = 128;
 /// A piece is cut again while the volume of its hull exceeds its own by this share of the volume of the whole hull.
@@ -73,7 +76,7 @@ impl std::fmt::Debug for Solid {
 }
 
 impl Solid {
-    /// The solid of a mesh. Convex pieces take seconds; nothing is random.
+    /// The solid of a mesh: its hull if it is convex to 0.1 mm, otherwise convex pieces, which take seconds. Nothing is random.
     ///
     /// # Panics
     /// Never: a [`Mesh`] has triangles.
@@ -109,16 +112,18 @@ impl Solid {
                 reach_m,
             };
         }
-        let pieces = decomposed(mesh, &vertices);
-        let shapes: Vec<(Pose, SharedShape)> = pieces
-            .iter()
-            .filter_map(|piece| {
-                let points = piece.vertices.iter().map(vector).collect();
-                let shape = SharedShape::convex_mesh(points, &piece.triangles)?;
-                Some((Pose::IDENTITY, shape))
-            })
-            .collect();
-        let fit = fit(mesh, &pieces, &shapes);
+        let whole = vec![hull(&vertices)];
+        let one = shapes(&whole);
+        let one_fit = fit(mesh, &whole, &one);
+        let convex = !one.is_empty() && one_fit.filled_m <= CONVEX_M;
+        let (pieces, shapes, fit) = if convex {
+            (whole, one, one_fit)
+        } else {
+            let pieces = decomposed(mesh, &vertices);
+            let shapes = shapes(&pieces);
+            let fit = fit(mesh, &pieces, &shapes);
+            (pieces, shapes, fit)
+        };
         Self {
             exact: ExactMesh::new(mesh),
             shape: SharedShape::compound(shapes),
@@ -193,14 +198,25 @@ fn decomposed(mesh: &Mesh, vertices: &[rapier3d_f64::math::Vector]) -> Vec<Piece
             points
         })
         .filter(|points| points.len() > 3)
-        .map(|points| {
-            let (vertices, triangles) = convex_hull(&points);
-            Piece {
-                vertices: vertices.into_iter().map(from_vector).collect(),
-                triangles,
-            }
-        })
+        .map(|points| hull(&points))
         .collect()
+}
+
+fn hull(points: &[rapier3d_f64::math::Vector]) -> Piece {
+    let (vertices, triangles) = convex_hull(points);
+    Piece {
+        vertices: vertices.into_iter().map(from_vector).collect(),
+        triangles,
+    }
+}
+
+fn shapes(pieces: &[Piece]) -> Vec<(Pose, SharedShape)> {
+    let shape = |piece: &Piece| {
+        let points = piece.vertices.iter().map(vector).collect();
+        let shape = SharedShape::convex_mesh(points, &piece.triangles)?;
+        Some((Pose::IDENTITY, shape))
+    };
+    pieces.iter().filter_map(shape).collect()
 }
 
 /// Compares pieces with the mesh they were cut from.
