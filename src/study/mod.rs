@@ -93,6 +93,7 @@ mod labels;
 mod level;
 mod minimax_path;
 mod names;
+mod page;
 mod path_picture;
 mod report;
 mod settings;
@@ -132,6 +133,7 @@ pub use labels::{HumanLabel, human_label, label_all, record_labels};
 pub use level::{GROUP_LEVEL, GroupLevel};
 pub use minimax_path::{MinimaxPath, Waypoint};
 pub use names::{GraspSetting, MinimumName};
+pub use page::{PageGrasps, PageLandscape, grasp_page, landscape_page};
 pub use report::GraspReport;
 pub use settings::{GraspMapSettings, StudyRun, settings_for_grasps};
 pub use simulation::{
