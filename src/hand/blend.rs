@@ -226,11 +226,6 @@ impl Blend {
 }
 
 impl BlendVertex {
-    /// Its corrections, see the field.
-    pub(super) fn corrections(&self) -> &[f64] {
-        &self.corrections
-    }
-
     fn correction(&self, posed: &PosedHand) -> Vector3<f64> {
         let mut correction = Vector3::zeros();
         let rows = self.corrections.chunks_exact(posed.entries.len().max(1));

@@ -37,7 +37,7 @@ use nalgebra::{Matrix3, Vector3};
 use std::ops::Range;
 use std::sync::Arc;
 
-use blend::{Blend, BlendVertex};
+use blend::Blend;
 use geometry::LinkMesh;
 use side_file::MetricEntry;
 use solid::Parts;
@@ -298,15 +298,13 @@ pub struct PalmFrame {
     pub faced_m: f64,
 }
 
-/// The parts of MANO's surface that [`Hand`] has no other fields for, see [`Hand::bending`].
-#[derive(Debug, Clone, PartialEq)]
+/// How coordinates of MANO turn its ball joints, see [`Hand::bending`].
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bending<'a> {
     /// Angles of the ball joints at coordinates zero, three per joint, radians.
     pub offset_rad: &'a [f64],
     /// Derivatives of these angles: those by the first coordinate, then by the second, ….
     pub map: &'a [f64],
-    /// For each vertex, metres per entry of the joints' R − I (row-major): all entries for x, then for y, then for z.
-    pub corrections: Vec<&'a [f64]>,
 }
 
 /// A hand in a pose; everything is in the object's frame.
@@ -401,17 +399,12 @@ impl Hand {
         self.blend.is_some()
     }
 
-    /// How the surface of MANO bends, for programs that pose it themselves; `None` if surface points are fixed to links.
+    /// The angles of the ball joints, for programs that pose the hand themselves; `None` if it has none.
     pub fn bending(&self) -> Option<Bending<'_>> {
         let blend = self.blend.as_ref()?;
         Some(Bending {
             offset_rad: blend.offset_rad.as_slice(),
             map: blend.map.as_slice(),
-            corrections: blend
-                .vertices
-                .iter()
-                .map(BlendVertex::corrections)
-                .collect(),
         })
     }
 

@@ -7,7 +7,8 @@
 //! | grasps of another program | rows of `grasps.parquet`, judged | [`import_grasps`] with [`GraspImportSettings`] |
 //! | the grasps of a file | outcomes of a simulation | [`simulate_all`] |
 //! | the grasps of a file | grasp types | [`label_all`] |
-//! | the grasps of a file | a page on which a human labels them | [`label_sheet`], read back by [`given_labels`] |
+//! | a landscape, or two | a page on which they are explored | [`landscape_page`] |
+//! | the grasps of a file | a page on which they are explored and labelled | [`grasp_page`], read back by [`given_labels`] |
 //! | the grasps of a file | judgements on the exact mesh | [`judge_all`], counted by [`JudgedPopulation`] |
 //! | contacts without a hand | a judgement of them | [`GivenContacts::judge`] |
 //! | the grasps of a file | their landscape | [`map_population`] with [`GraspMapSettings`] |
@@ -88,7 +89,6 @@ mod given_labels;
 mod grasp_import;
 mod imported;
 mod judging;
-mod label_sheet;
 mod labels;
 mod level;
 mod minimax_path;
@@ -128,7 +128,6 @@ pub use grasp_import::{
 };
 pub use imported::ImportedLandscape;
 pub use judging::{JudgedContact, JudgedGrasp, JudgedPopulation, judge_all};
-pub use label_sheet::label_sheet;
 pub use labels::{HumanLabel, human_label, label_all, record_labels};
 pub use level::{GROUP_LEVEL, GroupLevel};
 pub use minimax_path::{MinimaxPath, Waypoint};

@@ -20,7 +20,8 @@ pub(super) fn hand(name: &str, hand: &Hand, pack: &mut Pack) -> Value {
         "links": hand.links.iter().map(link).collect::<Vec<_>>(),
         "joints": joints.collect::<Vec<_>>(),
         "digits": hand.digits,
-        "skin": skin(&hand.skin(), pack),
+        // Of MANO only capsules: its surface may not be passed on.
+        "skin": skin(&if hand.bends() { hand.capsule_skin() } else { hand.skin() }, pack),
         "bending": bending(hand, pack),
     })
 }
@@ -67,12 +68,9 @@ fn bending(hand: &Hand, pack: &mut Pack) -> Value {
     let Some(bending) = hand.bending() else {
         return Value::Null;
     };
-    let entries = bending.corrections.first().map_or(0, |row| row.len() / 3);
     json!({
         "offset": pack.doubles(bending.offset_rad),
         "map": pack.doubles(bending.map),
-        "entries": entries,
-        "corrections": pack.table(3 * entries, &bending.corrections.concat()),
     })
 }
 

@@ -73,7 +73,6 @@ function poseLinks(hand, x) {
     }
     if (link.ball !== null) turnBy(frames.slice(to, to + 9), 0, balls[link.ball], frames, to);
   }
-  frames.balls = balls;
   return frames;
 }
 
@@ -88,14 +87,11 @@ function moveBy(rotation, from, [x, y, z], offset, at, out, to) {
 // Vertices of the skin, written into `out` (three numbers each).
 function poseSkin(hand, frames, out) {
   const { count, link, binding, starts } = hand.skin;
-  const entries = hand.bending ? entriesOf(frames.balls) : null;
   for (let vertex = 0; vertex < count.length; vertex++) {
     let [sx, sy, sz] = [0, 0, 0];
-    const shift = entries ? correction(hand.bending, entries, vertex) : null;
     for (let k = starts[vertex]; k < starts[vertex + 1]; k++) {
       const [f, b] = [FRAME * link[k], 4 * k];
-      let [x, y, z] = [binding[b], binding[b + 1], binding[b + 2]];
-      if (shift) [x, y, z] = [x + shift[0], y + shift[1], z + shift[2]];
+      const [x, y, z] = [binding[b], binding[b + 1], binding[b + 2]];
       const w = binding[b + 3];
       sx += w * (frames[f] * x + frames[f + 1] * y + frames[f + 2] * z + frames[f + 9]);
       sy += w * (frames[f + 3] * x + frames[f + 4] * y + frames[f + 5] * z + frames[f + 10]);
@@ -106,20 +102,6 @@ function poseSkin(hand, frames, out) {
     out[3 * vertex + 2] = sz;
   }
   return out;
-}
-
-// Entries of R − I of all ball joints, row by row.
-function entriesOf(balls) {
-  return Float64Array.from(balls.flatMap(r => r.map((value, k) => value - (k % 4 === 0 ? 1 : 0))));
-}
-
-function correction({ corrections, entries: count }, entries, vertex) {
-  const shift = [0, 0, 0];
-  for (let axis = 0; axis < 3; axis++) {
-    const row = (3 * vertex + axis) * count;
-    for (let k = 0; k < count; k++) shift[axis] += corrections[row + k] * entries[k];
-  }
-  return shift;
 }
 
 // A pose between two poses: straight for places and joints, the short way for the rotation.

@@ -80,14 +80,13 @@ class MatrixPanel {
 }
 
 function showTrust(section) {
-  const all = model.sides.flatMap((side, number) => (side.trust ?? []).map(statement => ({ ...statement, number })));
-  section.hidden = all.length === 0;
-  section.replaceChildren(...all.map(({ tone, short, long, number }) => {
-    const mark = { good: "●", care: "◐", warning: "▲" }[tone];
-    const words = model.sides.length > 1 ? `${model.sides[number].name}: ${short}` : short;
-    const details = make("details", "", { class: tone, name: "trust" }, make("summary", "", {}, make("i", mark), words), make("p", long));
-    return details;
-  }));
+  const marks = { good: "●", care: "◐", warning: "▲" };
+  const statement = ({ tone, short, long }) =>
+    make("details", "", { class: tone, name: "trust" }, make("summary", "", {}, make("i", marks[tone]), short), make("p", long));
+  const name = side => (model.sides.length > 1 ? [make("strong", side.name)] : []);
+  const rows = model.sides.filter(side => side.trust?.length).map(side => make("div", "", {}, ...name(side), ...side.trust.map(statement)));
+  section.hidden = rows.length === 0;
+  section.replaceChildren(...rows);
 }
 
 class RarefactionPanel {
