@@ -13,6 +13,9 @@ use crate::desk::Desk;
 /// What the page must not have caused: errors, requests and breaches of its policy, collected from its first moment.
 const WATCH: &str = r#"<script>
 const mishaps = [];
+// The browser's clock runs ahead to the next timer and does not wait for frames, so frames are timers here.
+requestAnimationFrame = paint => setTimeout(() => paint(performance.now()), 16);
+cancelAnimationFrame = clearTimeout;
 addEventListener("error", event => mishaps.push("error: " + event.message));
 addEventListener("unhandledrejection", event => mishaps.push("rejection: " + event.reason));
 addEventListener("securitypolicyviolation", event => mishaps.push("policy: " + event.violatedDirective + " " + event.blockedURI));

@@ -9,7 +9,8 @@ function save(name, type, content) {
 }
 
 function saveCanvas(name, canvas) {
-  canvas.toBlob(blob => save(name, "image/png", blob));
+  const letters = atob(canvas.toDataURL("image/png").split(",")[1]);
+  save(name, "image/png", Uint8Array.from(letters, letter => letter.charCodeAt(0)));
 }
 
 // The selection as CSV: what passes the filter, or only the chosen items.
@@ -119,7 +120,7 @@ function openExport(panels) {
       button("PNG", name + "-png", () => saveCanvas(name + ".png", panel.drawing.canvas))));
   }
   if (panels.scene?.views) {
-    const item = looked();
+    const item = shownItem();
     const buttons = [button("PNG", "scene-png", () => saveCanvas("grasp.png", panels.scene.views[0].canvas))];
     if (model.scene(item)) buttons.push(button("GLB", "scene-glb", () => save(`grasp-${model.name(item).replace("#", "")}.glb`, "model/gltf-binary", glb(item))));
     lines.push(line(`View of ${model.name(item)}`, ...buttons));

@@ -71,11 +71,8 @@ class LabelSheet {
     this.cards = this.items.map((item, place) => this.card(item, place));
     this.grid = make("div", "", { class: "cards" }, ...this.cards);
     this.section.append(this.grid);
-    const seen = new IntersectionObserver(entries => entries.forEach(entry => {
-      if (!entry.isIntersecting || entry.target.dataset.drawn) return;
-      entry.target.dataset.drawn = "1";
-      this.picture(entry.target);
-    }), { rootMargin: "300px" });
+    const seen = new IntersectionObserver(entries => entries.filter(entry => entry.isIntersecting).forEach(entry => this.picture(entry.target)), { rootMargin: "300px" });
+    setTimeout(() => this.cards.slice(0, 9).forEach(card => this.picture(card)));
     this.cards.forEach(card => seen.observe(card));
     this.section.addEventListener("keydown", event => this.press(event));
   }
@@ -97,6 +94,8 @@ class LabelSheet {
 
   // Two pictures, from sides 90° apart.
   picture(card) {
+    if (card.dataset.drawn) return;
+    card.dataset.drawn = "1";
     const item = Number(card.dataset.item);
     const [a, e, z] = FIRST_CAMERA;
     [...card.querySelectorAll("canvas")].forEach((canvas, k) => stamps.draw(canvas, item, [a + 95 * k, e + 10 * k, z]));

@@ -109,6 +109,8 @@ class ScenePanel {
     view.setScene(item ?? state.selected[0]);
     if (this.glides(view, x, route)) this.glide(view, x, item);
     else {
+      cancelAnimationFrame(view.frame);
+      view.frame = undefined;
       view.pose(x);
       view.touch(item, state.cones);
     }
@@ -147,7 +149,7 @@ class ScenePanel {
 
   say() {
     const route = state.hover === null ? routeOf(state.selected) : null;
-    const item = route && state.step < 1 ? state.selected[0] : looked();
+    const item = shownItem();
     if (route && state.step > 0 && state.step < 1) {
       this.caption.textContent = `${Math.round(100 * state.step)} % of the way from ${model.name(state.selected[0])} to ${model.name(state.selected[1])}`;
       return;

@@ -97,8 +97,9 @@ function showMoved(section) {
   const row = (...cells) => make("tr", "", {}, ...cells.map(cell => (cell instanceof Node ? make("td", "", {}, cell) : make("td", cell))));
   const list = (title, head, rows) => rows.length === 0 ? [] : [
     make("h3", title), make("table", "", {}, make("thead", "", {}, make("tr", "", {}, ...head.map(words => make("th", words)))), make("tbody", "", {}, ...rows))];
-  const moved = matches.map(match => [match, match.energies[1] - match.energies[0]]).sort((a, b) => Math.abs(b[1]) - Math.abs(a[1]));
-  const heights = merges.map(merge => [merge, merge.after === null ? Infinity : merge.after - merge.before]).sort((a, b) => Math.abs(b[1]) - Math.abs(a[1]));
+  const counts = ([, by]) => Math.abs(by) > 1e-9;
+  const moved = matches.map(match => [match, match.energies[1] - match.energies[0]]).filter(counts).sort((a, b) => Math.abs(b[1]) - Math.abs(a[1]));
+  const heights = merges.map(merge => [merge, merge.after === null ? Infinity : merge.after - merge.before]).filter(counts).sort((a, b) => Math.abs(b[1]) - Math.abs(a[1]));
   const MOST = 40;
   section.append(
     make("p", `${matches.length} minima correspond (within ${shown(within, 3)}); ${vanished.length} vanished, ${appeared.length} appeared.`),

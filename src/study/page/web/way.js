@@ -86,6 +86,12 @@ function onRoute(route, step) {
   return between(at(p.row), at(q.row), part, space.kind === "pose" ? true : undefined);
 }
 
+// The item that the view shows: the one that is looked at, or the start of the way.
+function shownItem() {
+  const route = state.hover === null ? routeOf(state.selected) : null;
+  return route && state.step < 1 ? state.selected[0] : looked();
+}
+
 class WayPanel {
   constructor(section) {
     this.section = section;
