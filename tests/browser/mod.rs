@@ -26,7 +26,7 @@ for (const kind of ["error", "warn"]) {
 </script>"#;
 
 /// What a script of a test uses: waiting, events, and the end with a result.
-const PERSON: &str = r##"
+const PERSON: &str = r#"
 const wait = ms => new Promise(done => setTimeout(done, ms));
 const settled = async () => { for (let k = 0; k < 3; k++) await new Promise(done => requestAnimationFrame(done)); await wait(20); };
 const press = async (target, key, more = {}) => {
@@ -49,7 +49,7 @@ const finish = result => {
   document.body.append(told);
 };
 const ready = new Promise(done => (document.body.dataset.ready ? done() : document.addEventListener("ready", done)));
-"##;
+"#;
 
 /// The browser: the one that `LANDSCAPE_BROWSER` names, else one that is installed.
 ///

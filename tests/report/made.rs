@@ -142,8 +142,8 @@ pub(super) fn grasp_of(origin: &Origin, path: &Path) -> GraspFile {
     let hand = energy.hand();
     let mut row = committed().grasps[0].clone();
     row.id = 0;
-    row.hand = origin.hand.name.clone();
-    row.object = origin.object.name.clone();
+    row.hand.clone_from(&origin.hand.name);
+    row.object.clone_from(&origin.object.name);
     row.grasp = landscape::grasp::Grasp::new(hand.rest_coordinates(), Vec::new());
     row.measure(&energy);
     let file = GraspFile {

@@ -241,7 +241,7 @@ fn the_state_stands_in_the_address() {
     let Some(browser) = browser() else { return };
     let desk = desk_with_page();
     let chosen = "sel=m3,m17&level=0.2&q=energy+%3C+1&pin=m1,m4&colour=energy&cam=10,20,2&step=0.25&sort=-energy&cones=1";
-    let script = r##"
+    let script = r#"
 await settled();
 const text = () => JSON.stringify({ ...state, hover: null, look: 0, labels: 0 });
 const first = text();
@@ -253,7 +253,7 @@ await wait(300);
 location.hash = address;
 await wait(300);
 finish({ first, again: text(), address, state, cones: panels.scene.views[0].marks.children.length });
-"##;
+"#;
     let told = act(&browser, &desk, "g.report.html", chosen, script);
     assert_eq!(told["first"], told["again"]);
     let state = &told["state"];
@@ -429,12 +429,9 @@ finish({ shown, told, pictures, csv: await csv.text(), hurt: window.hurt ?? null
         csv.contains(&format!("\n{},unlisted\n", ids[3]))
             && !csv.contains(&format!("\n{},", ids[4]))
     );
-    let ours: String = csv
-        .lines()
-        .filter(|line| !line.contains(['<', '\u{202e}', '!']))
-        .map(|line| format!("{line}\n"))
-        .collect();
-    fs::write(desk.path("labels.csv"), ours).unwrap();
+    let ours = |line: &&str| !line.contains(['<', '\u{202e}', '!']);
+    let ours: Vec<&str> = csv.lines().filter(ours).collect();
+    fs::write(desk.path("labels.csv"), ours.join("\n") + "\n").unwrap();
     succeed(&desk, "label g.parquet --from labels.csv -q");
     let (labelled, _) =
         GraspFile::read(&desk.path("g.labelled.parquet"), Overrides::default()).unwrap();

@@ -40,7 +40,7 @@ use pack::Pack;
 
 use crate::hand::Hand;
 use crate::study::error::StudyError;
-use crate::topography::TreeDifference;
+use crate::topography::{Evidence, TreeDifference};
 
 /// Hands, objects, and pairs of the two, each stored once.
 #[derive(Debug, Default)]
@@ -53,7 +53,7 @@ struct Scenes {
 impl Scenes {
     fn page(self, command: &str, sides: &[Value], difference: &Value, pack: &Pack) -> String {
         let values = |list: Vec<Value>| Value::from(list);
-        let evidence = tree::EVIDENCE.map(|kind| kind.name());
+        let evidence = tree::EVIDENCE.map(Evidence::name);
         let header = json!({
             "made_by": concat!("landscape ", env!("CARGO_PKG_VERSION")),
             "command": command,

@@ -63,7 +63,7 @@ class TreePanel {
       pen.path([[EDGE.left - 6, y], [w - EDGE.right, y]], { stroke: look.faint });
       pen.text([EDGE.left - 10, y], text, { fill: look.soft, size: 11.5, anchor: "end" });
     }
-    pen.text([12, (h - EDGE.bottom + EDGE.top) / 2], this.side.energy_label, { fill: look.soft, size: 11.5, anchor: "middle", turn: -Math.PI / 2 });
+    pen.text([2, h - 8], this.side.energy_label, { fill: look.soft, size: 11.5 });
   }
 
   // Colour and strength of the branch below a node.
