@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 mod architecture;
+mod browser;
 mod claims;
 mod desk;
 mod exchange;
@@ -14,6 +15,7 @@ mod object_files;
 #[path = "../analysis/paper_claims/claims/mod.rs"]
 mod paper_claims;
 mod pickled;
+mod report;
 mod surface;
 mod toy_hand;
 mod trees;

@@ -50,6 +50,14 @@ pub(super) struct Again {
     pub(super) fresh: bool,
 }
 
+/// The page of a landscape.
+#[derive(Debug, Args)]
+pub(super) struct WithPage {
+    /// Leave out report.html, the page on which the landscape is explored (`landscape report` writes it later).
+    #[arg(long)]
+    pub(super) no_report: bool,
+}
+
 /// The greatest barrier within a group.
 #[derive(Debug, Clone, Copy, Args)]
 pub(super) struct GroupBarrier {

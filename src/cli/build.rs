@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use clap::Args;
 
-use super::args::{Again, Common, GroupBarrier, HandAndObject, Paths, within};
+use super::args::{Again, Common, GroupBarrier, HandAndObject, Paths, WithPage, within};
 use super::input;
 use super::output::{check_inputs, check_place};
 use super::provenance::name_of;
+use super::report;
 use super::run::{Unfinished, Watch, check_resumable};
 use crate::grasp::GraspEnergy;
 use crate::limits::ENERGY_SCALE;
@@ -60,6 +61,8 @@ pub(super) struct Build {
     #[command(flatten)]
     of: HandAndObject,
     #[command(flatten)]
+    page: WithPage,
+    #[command(flatten)]
     again: Again,
 }
 
@@ -72,9 +75,10 @@ Examples:
 
 Writes minima.parquet, edges.parquet, paths.parquet, landscape.json, the tree (tree.nwk, tree.dot, tree.json), the
 network (barriers.graphml), min.data and ts.data for PATHSAMPLE (with placeholders instead of curvatures), the
-disconnectivity graph, the barrier graph and a rarefaction curve (SVG and PNG), and summary.md. An interrupted run
-continues where it stopped when the same command is given again; --resume demands this, and --fresh begins anew. The
-result is the same to the last byte.
+disconnectivity graph, the barrier graph and a rarefaction curve (SVG and PNG), summary.md, and report.html, a page on
+which the landscape is explored in a browser (double-click it; --no-report leaves it out). An interrupted run continues
+where it stopped when the same command is given again; --resume demands this, and --fresh begins anew. The result is the
+same to the last byte.
 
 Two minima are in one group if a path joins them whose relative barrier is at most the group barrier. If the energy is in
 units of the cost of letting go (synth --preset closed), this barrier is 0.05, 5 % of that cost, in every landscape. For
@@ -225,6 +229,11 @@ fn build(
         warnings,
     };
     let text = report.write(&unfinished.folder)?;
+    if !command.page.no_report {
+        let known = population.grasps.iter();
+        let held = known.filter_map(|grasp| Some((grasp.id, grasp.stable?)));
+        report::write_into(&unfinished.folder, output, &held.collect(), common)?;
+    }
     unfinished.conclude(watch, &text)
 }
 

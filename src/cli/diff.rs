@@ -12,7 +12,7 @@ use super::surface::{self, Coordinates};
 use crate::cli::printing::{print, print_json};
 use crate::object::Description;
 use crate::space::{PoseSpace, Space, Symmetry};
-use crate::store::Manifest;
+use crate::store::{LandscapeFiles, Manifest};
 use crate::study::{Digits, GroupLevel, median};
 use crate::topography::{
     Evidence, Match, MergeChange, Minimum, MinimumId, Tree, TreeDifference, TreeSimilarity,
@@ -50,7 +50,8 @@ all pairs. A note warns if the groups of the two landscapes were made at differe
 /// Greatest number of rows of a table in the text.
 const SHOWN: usize = 20;
 
-struct Side {
+/// One of two landscapes that are compared.
+pub(super) struct Side {
     name: String,
     manifest: Manifest,
     minima: Vec<Minimum>,
@@ -58,26 +59,10 @@ struct Side {
 }
 
 pub(super) fn run(command: &Diff, common: &Common) -> anyhow::Result<()> {
-    if let Some(reach) = command.within {
-        ensure!(
-            reach >= 0.0 && reach.is_finite(),
-            "--within {reach}: a length is needed"
-        );
-    }
+    check_reach(command.within)?;
     let before = side(&command.before)?;
     let after = side(&command.after)?;
-    let space = common_space(&before, &after)?;
-    let reach = match command.within {
-        Some(reach) => reach,
-        None => sameness(&before)?.max(sameness(&after)?),
-    };
-    let found = TreeDifference::between(
-        &*space,
-        (&before.minima, &before.tree),
-        (&after.minima, &after.tree),
-        reach,
-    )
-    .map_err(|refused| anyhow!("{refused} (--within)"))?;
+    let (reach, found) = between(&before, &after, command.within)?;
     if command.json {
         let mut value = serde_json::to_value(&found)?;
         value["before"] = json!(before.name);
@@ -91,15 +76,53 @@ pub(super) fn run(command: &Diff, common: &Common) -> anyhow::Result<()> {
     Ok(())
 }
 
+fn check_reach(within: Option<f64>) -> anyhow::Result<()> {
+    if let Some(reach) = within {
+        ensure!(
+            reach >= 0.0 && reach.is_finite(),
+            "--within {reach}: a length is needed"
+        );
+    }
+    Ok(())
+}
+
+/// The distance within which minima of the two correspond, and what differs.
+pub(super) fn between(
+    before: &Side,
+    after: &Side,
+    within: Option<f64>,
+) -> anyhow::Result<(f64, TreeDifference)> {
+    check_reach(within)?;
+    let space = common_space(before, after)?;
+    let reach = match within {
+        Some(reach) => reach,
+        None => sameness(before)?.max(sameness(after)?),
+    };
+    let found = TreeDifference::between(
+        &*space,
+        (&before.minima, &before.tree),
+        (&after.minima, &after.tree),
+        reach,
+    );
+    let found = found.map_err(|refused| anyhow!("{refused} (--within)"))?;
+    Ok((reach, found))
+}
+
 fn side(folder: &Path) -> anyhow::Result<Side> {
-    let files = open_landscape(folder)?;
-    let network = files.network(folder)?;
-    Ok(Side {
-        name: folder.display().to_string(),
-        tree: Tree::from_network(&network, Evidence::Chain),
-        minima: network.node_weights().cloned().collect(),
-        manifest: files.manifest,
-    })
+    Side::of(folder.display().to_string(), &open_landscape(folder)?)
+}
+
+impl Side {
+    /// The landscape of these files; `name` is its name in texts and errors.
+    pub(super) fn of(name: String, files: &LandscapeFiles) -> anyhow::Result<Self> {
+        let network = files.network(Path::new(&name))?;
+        Ok(Self {
+            name,
+            tree: Tree::from_network(&network, Evidence::Chain),
+            minima: network.node_weights().cloned().collect(),
+            manifest: files.manifest.clone(),
+        })
+    }
 }
 
 /// The distance tolerance for minima with which the landscape was made.

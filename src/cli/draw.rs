@@ -9,9 +9,10 @@ use clap::{Args, ValueEnum};
 use super::args::{Common, GroupBarrier};
 use super::input::open_landscape;
 use super::output::check_folder;
+use super::report::held;
 use crate::cli::printing::complain;
 use crate::figure::Leaf;
-use crate::store::{FileSet, GraspFile, MinimumRow, Overrides, read_resampled};
+use crate::store::{FileSet, MinimumRow, read_resampled};
 use crate::study::{Colouring, Drawing, MinimumNames, Titles, Views, group_of};
 use crate::topography::{Evidence, MinimumId, Tree};
 
@@ -202,21 +203,6 @@ fn leaf(minimum: &MinimumRow) -> Leaf {
         label: minimum.label().map(str::to_owned),
         caption: None,
     }
-}
-
-/// Whether each simulated grasp of a file held, by id.
-fn held(path: &Path) -> anyhow::Result<BTreeMap<u64, bool>> {
-    let (file, _) = GraspFile::read(path, Overrides::default())?;
-    let known = file.grasps.iter();
-    let held: BTreeMap<u64, bool> = known
-        .filter_map(|grasp| Some((grasp.id, grasp.stable?)))
-        .collect();
-    ensure!(
-        !held.is_empty(),
-        "--stability {}: no grasp was simulated: run `landscape stability` on it first",
-        path.display()
-    );
-    Ok(held)
 }
 
 /// Outcome of most simulated members of a minimum.

@@ -10,16 +10,13 @@ use clap::Args;
 use super::args::{Common, HandAndObject};
 use super::input;
 use super::output::check_file;
-use super::provenance::name_of;
 use super::run::Watch;
 use crate::cli::printing::{complain, print};
 use crate::evaluation::taxonomy::{
     Category, Inapplicable, Label, Rule, Taxonomy, Verdict, explain,
 };
-use crate::store::{GraspFile, GraspRow, write_atomic};
-use crate::study::{
-    HumanLabel, Run, given_labels, human_label, label_all, label_sheet, record_labels, tally,
-};
+use crate::store::{GraspFile, GraspRow};
+use crate::study::{HumanLabel, Run, given_labels, human_label, label_all, record_labels, tally};
 
 /// Label grasps.
 #[derive(Debug, Args)]
@@ -28,14 +25,11 @@ pub(super) struct LabelCommand {
     #[arg(value_name = "FILE")]
     grasps: PathBuf,
     /// Show the reasons for and against the label of the grasp with this id, and write nothing; may be given several times.
-    #[arg(long, value_name = "ID", conflicts_with_all = ["sheet", "output"])]
+    #[arg(long, value_name = "ID", conflicts_with = "output")]
     explain: Vec<u64>,
     /// Labels given by a human (CSV with the columns id and label), which override the rule.
     #[arg(long, value_name = "FILE")]
     from: Option<PathBuf>,
-    /// Write a page (HTML) for labelling the grasps by hand, instead of labels.
-    #[arg(long, value_name = "FILE", conflicts_with = "output")]
-    sheet: Option<PathBuf>,
     /// Your own signatures, in the form of data/taxonomy/signatures.toml, instead of the built-in ones.
     #[arg(long, value_name = "FILE")]
     rule: Option<PathBuf>,
@@ -50,7 +44,7 @@ pub(super) const EXAMPLES: &str = "\
 Examples:
   landscape label grasps.parquet                           the same with grasp types, in grasps.labelled.parquet
   landscape label grasps.parquet --explain 17              the reasons for the label of grasp 17
-  landscape label grasps.parquet --sheet sheet.html        a page for labelling with the mouse, which saves labels.csv
+  landscape report grasps.parquet --open                   a page for labelling by hand, which saves labels.csv
   landscape label grasps.parquet --from labels.csv         the same with your labels, which override the rule
   landscape label mine.parquet -o mine.parquet --force     replace the file
 
@@ -98,15 +92,6 @@ pub(super) fn run(command: &LabelCommand, common: &Common) -> anyhow::Result<()>
         print(&explanations(&file, &labels, &rule));
         return Ok(());
     }
-    if let Some(path) = &command.sheet {
-        let page = label_sheet(&name_of(&command.grasps), &file, &labels)?;
-        write_atomic(path, page.as_bytes())
-            .with_context(|| format!("cannot write {}", path.display()))?;
-        if !common.quiet {
-            complain(&format!("wrote {}", path.display()));
-        }
-        return Ok(());
-    }
     file.metadata.remade_by(&common.provenance.command, inputs);
     record_labels(&mut file, &labels, &rule);
     file.write(&output)?;
@@ -118,17 +103,11 @@ pub(super) fn run(command: &LabelCommand, common: &Common) -> anyhow::Result<()>
 }
 
 fn check_outputs(command: &LabelCommand, output: &Path, common: &Common) -> anyhow::Result<()> {
-    let writes = command.explain.is_empty() && command.sheet.is_none();
-    let mut inputs = vec![command.grasps.as_path()];
-    inputs.extend(command.from.as_deref());
-    inputs.extend(command.rule.as_deref());
-    for path in command
-        .sheet
-        .as_deref()
-        .into_iter()
-        .chain(writes.then_some(output))
-    {
-        check_file(path, &inputs, common)?;
+    if command.explain.is_empty() {
+        let mut inputs = vec![command.grasps.as_path()];
+        inputs.extend(command.from.as_deref());
+        inputs.extend(command.rule.as_deref());
+        check_file(output, &inputs, common)?;
     }
     Ok(())
 }

@@ -29,6 +29,7 @@ mod output;
 mod printing;
 mod progress;
 mod provenance;
+mod report;
 mod run;
 mod stability;
 mod surface;
@@ -73,6 +74,9 @@ enum Command {
     /// Find all minima and saddles of a model surface, or of your own energy
     #[command(after_help = surface::examples())]
     Surface(surface::Surface),
+    /// Write a page (HTML) on which a landscape, two landscapes or the grasps of a file are explored
+    #[command(after_help = report::EXAMPLES)]
+    Report(report::Report),
     /// Draw a finished landscape again, with fewer minima or levels, or with other colours
     #[command(after_help = draw::EXAMPLES)]
     Draw(draw::Draw),
@@ -101,6 +105,7 @@ Examples:
   landscape stability grasps.parquet                       grasps.stability.parquet: which grasps hold in simulation
   landscape label grasps.parquet                           grasps.labelled.parquet: the types of these grasps
   landscape surface lj 7                                   lj-7.landscape/: all minima and saddles of a model
+  landscape report grasps.landscape --open                 grasps.report.html: explore it in a browser
   landscape draw grasps.landscape --lowest 50              grasps.view/: the same pictures of its 50 lowest minima
   landscape diff warm.landscape cold.landscape             the minima and merges that moved
   landscape diversity one.parquet other.parquet            which of the two sets of grasps is more diverse
@@ -145,6 +150,7 @@ pub fn run_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>
             Command::Label(command) => label::run(command, &arguments.common),
             Command::Objects(command) => objects::run(&command.command, &arguments.common),
             Command::Surface(command) => surface::run(command, &arguments.common),
+            Command::Report(command) => report::run(command, &arguments.common),
             Command::Draw(command) => draw::run(command, &arguments.common),
             Command::Compare(command) => compare::run(command, &arguments.common),
             Command::Diff(command) => diff::run(command, &arguments.common),

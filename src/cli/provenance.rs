@@ -16,8 +16,9 @@ use crate::hand::HAND_NAMES;
 use crate::object::OBJECT_NAMES;
 use crate::store::{Source, content_hash};
 
-/// Arguments that change no byte of the output: speed, verbosity, patience, overwriting, resuming, and names.
-const WITHOUT_TRACE: [&str; 7] = [
+/// Arguments that change no byte of what is written: speed, verbosity, patience, overwriting, resuming, names, and whether
+/// there is a page and it is opened.
+const WITHOUT_TRACE: [&str; 9] = [
     "threads",
     "quiet",
     "force",
@@ -25,6 +26,8 @@ const WITHOUT_TRACE: [&str; 7] = [
     "resume",
     "fresh",
     "output",
+    "no_report",
+    "open",
 ];
 
 /// The command line of this process, as recorded in files.

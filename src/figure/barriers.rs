@@ -52,6 +52,28 @@ pub struct BarrierPicture {
     pub size: [u32; 2],
 }
 
+/// Where a [`BarrierPicture`] has its circles and lines, for programs that paint them themselves.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct PlacedGraph {
+    /// Centre of each circle.
+    pub points: Vec<[f64; 2]>,
+    /// Radius of each circle.
+    pub radii: Vec<f64>,
+    /// The lines.
+    pub lines: Vec<PlacedLink>,
+}
+
+/// A line of a [`PlacedGraph`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlacedLink {
+    /// The connection, its lower end first.
+    pub link: Link,
+    /// Width of the line.
+    pub width: f64,
+    /// Whether it belongs to the spanning tree of lowest barriers.
+    pub in_tree: bool,
+}
+
 impl BarrierPicture {
     /// Largest number of minima of a picture. More circles and lines would hide each other, and the cost of the layout
     /// grows with the number of pairs.
@@ -96,8 +118,7 @@ impl BarrierPicture {
     /// [`FigureError::TooMany`] for more minima than [`BarrierPicture::MOST_NODES`].
     pub fn draw(&self) -> Result<Canvas, FigureError> {
         self.check()?;
-        let drawn = |link: &&Link| link.evidence != Evidence::None && link.height.is_finite();
-        let links = lowest_links(self.links.iter().filter(drawn).copied());
+        let links = self.drawn_links();
         let widths = Widths::new(self, &links);
         let mut canvas = Canvas::new(self.size[0], self.size[1]);
         let top = draw_title(&mut canvas, &self.title);
@@ -118,16 +139,53 @@ impl BarrierPicture {
                 face,
             );
         }
-        let radii: Vec<f64> = self
-            .leaves
-            .iter()
-            .map(|leaf| scale.radius(leaf.members))
-            .collect();
-        let ends: Vec<([usize; 2], f64)> = widths.links(&links).collect();
-        let points = place_in(frame, &radii, &ends, self.seed);
+        let (points, radii) = self.place(frame, scale, &links, &widths);
         draw_links(&mut canvas, &links, &widths, &points);
         self.draw_nodes(&mut canvas, &points, &radii, frame);
         Ok(canvas)
+    }
+
+    /// The circles and lines of the picture on a sheet of its size without title and legend.
+    ///
+    /// # Errors
+    /// As [`BarrierPicture::draw`].
+    pub fn placed(&self) -> Result<PlacedGraph, FigureError> {
+        self.check()?;
+        let links = self.drawn_links();
+        let widths = Widths::new(self, &links);
+        let [width, height] = self.size.map(f64::from);
+        let frame = [[MARGIN; 2], [width - MARGIN, height - MARGIN]];
+        let scale = self.disc_scale(0.75 * width * height);
+        let (points, radii) = self.place(frame, scale, &links, &widths);
+        let line = |(index, &link): (usize, &Link)| PlacedLink {
+            link,
+            width: widths.width(widths.barriers[index]),
+            in_tree: widths.in_tree[index],
+        };
+        Ok(PlacedGraph {
+            points,
+            radii,
+            lines: links.iter().enumerate().map(line).collect(),
+        })
+    }
+
+    fn drawn_links(&self) -> Vec<Link> {
+        let drawn = |link: &&Link| link.evidence != Evidence::None && link.height.is_finite();
+        lowest_links(self.links.iter().filter(drawn).copied())
+    }
+
+    fn place(
+        &self,
+        frame: [[f64; 2]; 2],
+        scale: DiscScale,
+        links: &[Link],
+        widths: &Widths,
+    ) -> (Vec<[f64; 2]>, Vec<f64>) {
+        let radii: Vec<f64> = (self.leaves.iter())
+            .map(|leaf| scale.radius(leaf.members))
+            .collect();
+        let ends: Vec<([usize; 2], f64)> = widths.links(links).collect();
+        (place_in(frame, &radii, &ends, self.seed), radii)
     }
 
     fn check(&self) -> Result<(), FigureError> {

@@ -64,7 +64,7 @@ pub use strip::{PICTURE_DENSITY, Picture, draw_row, row_height, side_in_row};
 pub use style::{Anchor, Colour, Stroke, TextFace, text_width};
 
 #[cfg(feature = "topography")]
-pub use barriers::{BarrierPicture, Link};
+pub use barriers::{BarrierPicture, Link, PlacedGraph, PlacedLink};
 #[cfg(feature = "topography")]
 pub use diagram::diagram_chart;
 #[cfg(feature = "topography")]

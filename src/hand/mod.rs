@@ -298,6 +298,15 @@ pub struct PalmFrame {
     pub faced_m: f64,
 }
 
+/// How coordinates of MANO turn its ball joints, see [`Hand::bending`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bending<'a> {
+    /// Angles of the ball joints at coordinates zero, three per joint, radians.
+    pub offset_rad: &'a [f64],
+    /// Derivatives of these angles: those by the first coordinate, then by the second, ….
+    pub map: &'a [f64],
+}
+
 /// A hand in a pose; everything is in the object's frame.
 #[derive(Debug, Clone, Default)]
 pub struct PosedHand {
@@ -388,6 +397,15 @@ impl Hand {
     /// they are pulled back.
     pub fn bends(&self) -> bool {
         self.blend.is_some()
+    }
+
+    /// The angles of the ball joints, for programs that pose the hand themselves; `None` if it has none.
+    pub fn bending(&self) -> Option<Bending<'_>> {
+        let blend = self.blend.as_ref()?;
+        Some(Bending {
+            offset_rad: blend.offset_rad.as_slice(),
+            map: blend.map.as_slice(),
+        })
     }
 
     /// For a hand that [bends](Hand::bends), turns gradients on surface points and moments on their normals, both by index,

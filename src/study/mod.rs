@@ -7,7 +7,8 @@
 //! | grasps of another program | rows of `grasps.parquet`, judged | [`import_grasps`] with [`GraspImportSettings`] |
 //! | the grasps of a file | outcomes of a simulation | [`simulate_all`] |
 //! | the grasps of a file | grasp types | [`label_all`] |
-//! | the grasps of a file | a page on which a human labels them | [`label_sheet`], read back by [`given_labels`] |
+//! | a landscape, or two | a page on which they are explored | [`landscape_page`] |
+//! | the grasps of a file | a page on which they are explored and labelled | [`grasp_page`], read back by [`given_labels`] |
 //! | the grasps of a file | judgements on the exact mesh | [`judge_all`], counted by [`JudgedPopulation`] |
 //! | contacts without a hand | a judgement of them | [`GivenContacts::judge`] |
 //! | the grasps of a file | their landscape | [`map_population`] with [`GraspMapSettings`] |
@@ -88,11 +89,11 @@ mod given_labels;
 mod grasp_import;
 mod imported;
 mod judging;
-mod label_sheet;
 mod labels;
 mod level;
 mod minimax_path;
 mod names;
+mod page;
 mod path_picture;
 mod report;
 mod settings;
@@ -127,11 +128,11 @@ pub use grasp_import::{
 };
 pub use imported::ImportedLandscape;
 pub use judging::{JudgedContact, JudgedGrasp, JudgedPopulation, judge_all};
-pub use label_sheet::label_sheet;
 pub use labels::{HumanLabel, human_label, label_all, record_labels};
 pub use level::{GROUP_LEVEL, GroupLevel};
 pub use minimax_path::{MinimaxPath, Waypoint};
 pub use names::{GraspSetting, MinimumName};
+pub use page::{PageGrasps, PageLandscape, grasp_page, landscape_page};
 pub use report::GraspReport;
 pub use settings::{GraspMapSettings, StudyRun, settings_for_grasps};
 pub use simulation::{

@@ -25,7 +25,7 @@ fn desk() -> Desk {
 }
 
 /// Every verb that writes files, and the files.
-const WRITES: [(&str, &[&str]); 15] = [
+const WRITES: [(&str, &[&str]); 16] = [
     (
         "synth --object ball -n 1 --steps 20 --keep all",
         &["grasps.parquet"],
@@ -36,7 +36,8 @@ const WRITES: [(&str, &[&str]); 15] = [
     ),
     ("stability g.parquet", &["g.stability.parquet"]),
     ("label g.parquet", &["g.labelled.parquet"]),
-    ("label g.parquet --sheet sheet.html", &["sheet.html"]),
+    ("report g.parquet", &["g.grasps.html"]),
+    ("report g.landscape", &["g.report.html"]),
     ("export g.parquet csv", &["g.csv"]),
     ("export g.parquet json", &["g.json"]),
     ("export g.parquet qpos -o q.npy", &["q.npy"]),
@@ -119,7 +120,8 @@ fn an_output_is_no_input() {
     for line in [
         "label g.parquet -o g.parquet",
         "label g.parquet -o ./g.parquet",
-        "label g.parquet --sheet g.parquet",
+        "report g.parquet -o g.parquet",
+        "report g.landscape -o g.landscape",
         "label g.parquet --from labels.csv -o labels.csv",
         "stability g.parquet -o g.parquet",
         "synth --from g.parquet -n 1 -o g.parquet",

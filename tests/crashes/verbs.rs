@@ -46,7 +46,7 @@ const fn verb(
     }
 }
 
-const VERBS: [Verb; 20] = [
+const VERBS: [Verb; 21] = [
     verb("synth", FEW, &[], true),
     verb("build", "build few.parquet", &["few.parquet"], false),
     verb("surface", SURFACE.line, &[], true),
@@ -58,11 +58,12 @@ const VERBS: [Verb; 20] = [
     ),
     verb("label", "label g.parquet", &["g.parquet"], true),
     verb(
-        "label sheet",
-        "label few.parquet --sheet few.html",
+        "report of grasps",
+        "report few.parquet",
         &["few.parquet"],
         false,
     ),
+    verb("report", "report s.landscape", &["s.landscape"], true),
     verb("compare", "compare g.landscape", &["g.landscape"], false),
     verb(
         "diversity",

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
 
-use crate::cli::args::GroupBarrier;
+use crate::cli::args::{GroupBarrier, WithPage};
 
 /// Read the files of other programs.
 #[derive(Debug, Args)]
@@ -41,6 +41,8 @@ pub(in crate::cli) struct Import {
     pub(super) mapping: Option<PathBuf>,
     #[command(flatten)]
     pub(super) groups: GroupBarrier,
+    #[command(flatten)]
+    pub(super) page: WithPage,
     /// The output; by default in the current folder, with the name of the file and the ending `.parquet`, or of the folder
     /// and the ending `.landscape`.
     #[arg(long, short, value_name = "PATH")]
@@ -72,5 +74,5 @@ A mapping gives the meaning of the columns of a table (TOML; all entries are opt
   scale = \"size\"                         a column, or a number; also id, object, label, contacts
 
 A landscape is read from min.data and ts.data of PATHSAMPLE (6 and 8 columns) or topsearch (2 and 3 columns). Writes
-minima.parquet, edges.parquet, landscape.json, the tree, the network and the pictures as `landscape build` does, and
-min.data and ts.data in PATHSAMPLE's columns.";
+minima.parquet, edges.parquet, landscape.json, the tree, the network, the pictures and report.html (--no-report leaves it
+out) as `landscape build` does, and min.data and ts.data in PATHSAMPLE's columns.";

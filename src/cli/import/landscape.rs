@@ -1,5 +1,6 @@
 //! Import of `min.data` and `ts.data` of PATHSAMPLE or topsearch as a landscape.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
@@ -9,6 +10,7 @@ use crate::cli::args::Common;
 use crate::cli::output::{check_inputs, check_place};
 use crate::cli::printing::{complain, print};
 use crate::cli::provenance::name_of;
+use crate::cli::report;
 use crate::store::{AtomicFolder, Source, content_hash};
 use crate::study::ImportedLandscape;
 use crate::topography::exchange::Database;
@@ -34,6 +36,9 @@ pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
     let imported = ImportedLandscape::new(&database, layout, &groups, source, made_by);
     let folder = AtomicFolder::open(&output, true)?;
     let text = imported.write(&folder)?;
+    if !command.page.no_report {
+        report::write_into(&folder, &output, &BTreeMap::new(), common)?;
+    }
     let finished = folder.finish()?;
     if !common.quiet {
         print(&text);

@@ -20,6 +20,10 @@ pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
             group_barrier.is_none(),
             "--group-barrier is for min.data and ts.data: grasps have groups only once `landscape build` mapped them"
         );
+        ensure!(
+            !command.page.no_report,
+            "--no-report is for min.data and ts.data: of grasps no page is written (`landscape report` writes one)"
+        );
         return grasps::run(command, common);
     }
     ensure!(

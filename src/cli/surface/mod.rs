@@ -2,6 +2,7 @@
 
 mod program;
 
+use std::collections::BTreeMap;
 use std::error::Error;
 use std::path::PathBuf;
 
@@ -11,8 +12,9 @@ use program::{Region, command_hash, region};
 
 pub(super) use program::space;
 
-use super::args::{Again, Common, GroupBarrier, Paths, within};
+use super::args::{Again, Common, GroupBarrier, Paths, WithPage, within};
 use super::output::check_place;
+use super::report;
 use super::run::{Unfinished, Watch, check_resumable};
 use crate::energy::model::MODELS;
 use crate::energy::{Counted, External, model};
@@ -68,6 +70,8 @@ pub(super) struct Surface {
     #[arg(long, default_value_t = 0)]
     seed: u64,
     #[command(flatten)]
+    page: WithPage,
+    #[command(flatten)]
     again: Again,
 }
 
@@ -111,8 +115,9 @@ Your program reads one line of JSON for each point and answers with one line (do
 If "gradient" is missing, it is computed by differences. One copy of the program runs on each thread.
 
 Writes the files of `landscape build` and stationary.parquet, which holds all minima and saddles with their curvatures;
-min.data and ts.data hold the curvatures, too. An interrupted run continues where it stopped when the same command is
-given again; --resume demands this, and --fresh begins anew."#;
+min.data and ts.data hold the curvatures, too. report.html shows everything in a browser (--no-report leaves it out). An
+interrupted run continues where it stopped when the same command is given again; --resume demands this, and --fresh
+begins anew."#;
 
 /// Returns the error of the energy, if any.
 type Check<'a> = dyn Fn() -> anyhow::Result<()> + Sync + 'a;
@@ -245,6 +250,9 @@ fn map(
         measuring: measuring.evaluations(),
     };
     let text = report.write(&unfinished.folder)?;
+    if !command.page.no_report {
+        report::write_into(&unfinished.folder, &output, &BTreeMap::new(), common)?;
+    }
     unfinished.conclude(watch, &text)
 }
 

@@ -1,0 +1,249 @@
+//! `landscape report`: a page (HTML) on which a landscape, two landscapes or the grasps of a file are explored.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::{Context, bail, ensure};
+use clap::Args;
+
+use super::args::{Common, HandAndObject};
+use super::diff::{Side, between};
+use super::input::{self, open_landscape};
+use super::output::check_file;
+use super::provenance::name_of;
+use super::run::Watch;
+use crate::cli::printing::complain;
+use crate::evaluation::taxonomy::Rule;
+use crate::store::{
+    AtomicFolder, GraspFile, LandscapeFiles, Overrides, read_resampled, write_atomic,
+};
+use crate::study::{PageGrasps, PageLandscape, Run, grasp_page, label_all, landscape_page};
+
+/// Name of the page in the folder of a landscape.
+const PAGE: &str = "report.html";
+
+/// Write a page.
+#[derive(Debug, Args)]
+pub(super) struct Report {
+    /// The landscape (a folder of `landscape build`, `surface` or `import`), or a file of grasps.
+    #[arg(value_name = "FOLDER|FILE")]
+    shown: PathBuf,
+    /// A second landscape, to be shown face to face with the first one.
+    #[arg(value_name = "FOLDER")]
+    other: Option<PathBuf>,
+    /// The file to write; by default the name of the landscape with the ending `.report.html`, or the name of the file of
+    /// grasps with the ending `.grasps.html`.
+    #[arg(long, short, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Open the page in the browser of the system.
+    #[arg(long)]
+    open: bool,
+    /// Show which grasps of the landscape held in simulation, from the file that `landscape stability` wrote for the same
+    /// grasps.
+    #[arg(long, value_name = "FILE")]
+    stability: Option<PathBuf>,
+    /// Greatest distance of corresponding minima of two landscapes, as in `landscape diff`.
+    #[arg(
+        long,
+        value_name = "LENGTH",
+        requires = "other",
+        allow_negative_numbers = true
+    )]
+    within: Option<f64>,
+    #[command(flatten)]
+    of: HandAndObject,
+}
+
+pub(super) const EXAMPLES: &str = "\
+Examples:
+  landscape report grasps.landscape --open                 grasps.report.html: explore the landscape
+  landscape report grasps.parquet                          grasps.grasps.html: look at the grasps, and label them
+  landscape report warm.landscape cold.landscape           warm.report.html: two landscapes face to face
+  landscape report grasps.landscape --stability grasps.stability.parquet
+
+The page is one file that needs neither a network nor this program: open it with a double click, mail it, put it into the
+supplement of a paper. It shows the tree, the graph, the hand in three dimensions, a table and the 33 grasp types, all
+linked. Move over a leaf to see its grasp; click two to play the lowest way between them; drag the line in the tree to see
+families. What is chosen stands in the address of the page, so a copied link shows the same.
+
+In the page of a file of grasps, the button `Label` starts labelling by keyboard; it saves labels.csv, which
+`landscape label grasps.parquet --from labels.csv` reads. `landscape build`, `surface` and `import` write the page of a
+landscape as report.html into its folder.";
+
+pub(super) fn run(command: &Report, common: &Common) -> anyhow::Result<()> {
+    let output = output(command)?;
+    let mut inputs = vec![command.shown.as_path()];
+    inputs.extend(command.other.as_deref());
+    inputs.extend(command.stability.as_deref());
+    check_file(&output, &inputs, common)?;
+    let page = if command.shown.is_dir() {
+        of_landscapes(command, common)?
+    } else {
+        of_grasps(command, common)?
+    };
+    write_atomic(&output, page.as_bytes())
+        .with_context(|| format!("cannot write {}", output.display()))?;
+    if !common.quiet {
+        complain(&format!("wrote {}", output.display()));
+    }
+    if command.open {
+        open(&output)?;
+    }
+    Ok(())
+}
+
+/// The given output, or the default one beside the input.
+fn output(command: &Report) -> anyhow::Result<PathBuf> {
+    if let Some(output) = &command.output {
+        return Ok(output.clone());
+    }
+    let shown = &command.shown;
+    ensure!(
+        shown.file_name().is_some(),
+        "{}: name the file to write with --output",
+        shown.display()
+    );
+    let ending = if shown.is_dir() {
+        "report.html"
+    } else {
+        "grasps.html"
+    };
+    Ok(shown.with_extension(ending))
+}
+
+fn of_landscapes(command: &Report, common: &Common) -> anyhow::Result<String> {
+    for (flag, given) in [("hand", &command.of.hand), ("object", &command.of.object)] {
+        ensure!(
+            given.is_none(),
+            "--{flag}: the landscape describes its hand and object"
+        );
+    }
+    let held = match &command.stability {
+        Some(path) => held(path)?,
+        None => BTreeMap::new(),
+    };
+    let one = Opened::read(&command.shown)?;
+    let made_by = &common.provenance.command;
+    let Some(path) = &command.other else {
+        return Ok(landscape_page(one.shown(&held), None, made_by)?);
+    };
+    ensure!(
+        path.is_dir(),
+        "{}: two landscapes can be shown face to face",
+        path.display()
+    );
+    let other = Opened::read(path)?;
+    let sides = [&one, &other].map(|opened| Side::of(opened.name.clone(), &opened.files));
+    let [before, after] = sides;
+    let (within, found) = between(&before?, &after?, command.within)?;
+    let other = (other.shown(&held), &found, within);
+    Ok(landscape_page(one.shown(&held), Some(other), made_by)?)
+}
+
+/// A landscape that was read.
+struct Opened {
+    name: String,
+    files: LandscapeFiles,
+    resampled: Vec<crate::topography::Tree>,
+}
+
+impl Opened {
+    fn read(folder: &Path) -> anyhow::Result<Self> {
+        let files = open_landscape(folder)?;
+        let network = files.network(folder)?;
+        Ok(Self {
+            name: name_of(folder),
+            resampled: read_resampled(folder, &network)?,
+            files,
+        })
+    }
+
+    fn shown<'a>(&'a self, held: &'a BTreeMap<u64, bool>) -> PageLandscape<'a> {
+        PageLandscape {
+            name: &self.name,
+            files: &self.files,
+            resampled: &self.resampled,
+            held,
+        }
+    }
+}
+
+/// Whether each simulated grasp of a file held, by id.
+pub(super) fn held(path: &Path) -> anyhow::Result<BTreeMap<u64, bool>> {
+    let (file, _) = GraspFile::read(path, Overrides::default())?;
+    let held: BTreeMap<u64, bool> = (file.grasps.iter())
+        .filter_map(|grasp| Some((grasp.id, grasp.stable?)))
+        .collect();
+    ensure!(
+        !held.is_empty(),
+        "--stability {}: no grasp was simulated: run `landscape stability` on it first",
+        path.display()
+    );
+    Ok(held)
+}
+
+fn of_grasps(command: &Report, common: &Common) -> anyhow::Result<String> {
+    if let Some(other) = &command.other {
+        bail!(
+            "{}: only landscapes can be shown face to face, and {} is a file",
+            other.display(),
+            command.shown.display()
+        );
+    }
+    ensure!(
+        command.stability.is_none(),
+        "--stability: the file of grasps tells itself which grasps held"
+    );
+    let file = input::grasps(&command.shown, &command.of, common)?;
+    let watch = Watch::new(common.quiet);
+    let run = Run {
+        observer: &|news| watch.see(news),
+        ..Run::default()
+    };
+    let labels = label_all(&file, Rule::standard(), |_| true, &run)?;
+    watch.clear();
+    let grasps = PageGrasps {
+        name: &name_of(&command.shown),
+        file: &file,
+        labels: &labels,
+    };
+    Ok(grasp_page(grasps, &common.provenance.command)?)
+}
+
+/// Writes the page of the landscape whose tables are in `folder`, which will be called `output`.
+pub(super) fn write_into(
+    folder: &AtomicFolder,
+    output: &Path,
+    held: &BTreeMap<u64, bool>,
+    common: &Common,
+) -> anyhow::Result<()> {
+    let mut opened = Opened::read(folder.path())?;
+    opened.name = name_of(output);
+    let page = landscape_page(opened.shown(held), None, &common.provenance.command)?;
+    folder.write(PAGE, page.as_bytes())?;
+    Ok(())
+}
+
+/// Opens a file with the program that the system has for it.
+fn open(page: &Path) -> anyhow::Result<()> {
+    let (program, words): (&str, &[&str]) = if cfg!(target_os = "macos") {
+        ("open", &[])
+    } else if cfg!(windows) {
+        ("cmd", &["/c", "start", ""])
+    } else {
+        ("xdg-open", &[])
+    };
+    let opened = Command::new(program).args(words).arg(page).status();
+    match opened {
+        Ok(status) if status.success() => Ok(()),
+        Ok(status) => bail!(
+            "--open: `{program}` ended with {status}: open {} yourself",
+            page.display()
+        ),
+        Err(error) => bail!(
+            "--open: cannot run `{program}` ({error}): open {} yourself",
+            page.display()
+        ),
+    }
+}

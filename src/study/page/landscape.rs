@@ -1,0 +1,258 @@
+//! One landscape on a page.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+use serde_json::{Value, json};
+
+use super::pack::{Pack, Texts};
+use super::touch::{contact_set, epsilon_of, packed, touches};
+use super::ways::Ways;
+use super::{Scenes, hand, surface, tree, trust};
+use crate::energy::Energy;
+use crate::evaluation::taxonomy::Rule;
+use crate::grasp::GraspEnergy;
+use crate::hand::Hand;
+use crate::object::Object;
+use crate::store::{LandscapeFiles, MinimumRow};
+use crate::study::drawing::Titles;
+use crate::study::error::StudyError;
+use crate::study::names::{GraspSetting, MinimumName};
+use crate::topography::{Evidence, Network, Tree};
+
+/// Greatest number of touched places of a minimum, and if there are more than [`MANY`] minima.
+const TOUCHES: [usize; 2] = [24, 8];
+const MANY: usize = 1000;
+
+/// A landscape to be shown on a page.
+#[derive(Debug, Clone, Copy)]
+pub struct PageLandscape<'a> {
+    /// Its name, as in the command that shows it.
+    pub name: &'a str,
+    /// Its tables.
+    pub files: &'a LandscapeFiles,
+    /// Trees of resampled chains, for the support of merges; empty if unknown.
+    pub resampled: &'a [Tree],
+    /// Whether grasps held in simulation, by id; empty if none was simulated.
+    pub held: &'a BTreeMap<u64, bool>,
+}
+
+impl PageLandscape<'_> {
+    /// The landscape as an entry of the header.
+    pub(super) fn side(&self, scenes: &mut Scenes, pack: &mut Pack) -> Result<Value, StudyError> {
+        let Self { name, files, .. } = *self;
+        let network = files.network(name.as_ref())?;
+        let merges = Tree::from_network(&network, Evidence::Chain);
+        let manifest = &files.manifest;
+        let titles = Titles::of_manifest(manifest, None);
+        let energies: Vec<f64> = files.minima.iter().map(|row| row.energy).collect();
+        let mut side = json!({
+            "name": name,
+            "title": titles.title,
+            "item": "minimum",
+            "command": manifest.command,
+            "program": manifest.program_version,
+            "energy_label": titles.energy,
+            "members_label": titles.members,
+            "group_barrier": manifest.group_barrier,
+            "letting_go": manifest.letting_go,
+            "count": files.minima.len(),
+            "energy": pack.doubles(&energies),
+            "members": self.members(),
+            "member_count": pack.wholes(files.minima.iter().map(|row| row.members.len())),
+            "group": tree::groups(&files.minima, pack),
+            "groups": manifest.counts.groups,
+            "tree": tree::tree(&merges, self.resampled, pack),
+            "graph": tree::graph(files, &network, &merges, pack)?,
+            "trust": trust::statements(files, &merges, self.resampled),
+            "rarefaction": manifest.findings.get("rarefaction"),
+        });
+        let shown = if manifest.hand.is_some() && manifest.object.is_some() {
+            self.grasps(&network, scenes, pack)?
+        } else {
+            self.points(&network, pack)
+        };
+        if let (Value::Object(side), Value::Object(shown)) = (&mut side, shown) {
+            side.extend(shown);
+        }
+        Ok(side)
+    }
+
+    /// Ids of the grasps of each minimum; only of landscapes of grasps, where ids mean something to the reader.
+    fn members(&self) -> Vec<String> {
+        let ids = |row: &MinimumRow| {
+            let ids: Vec<String> = row.members.iter().map(u64::to_string).collect();
+            ids.join(" ")
+        };
+        let of_grasps = self.files.manifest.hand.is_some();
+        let rows = self.files.minima.iter().filter(|_| of_grasps);
+        rows.map(ids).collect()
+    }
+
+    /// What is particular to grasps.
+    fn grasps(
+        &self,
+        network: &Network,
+        scenes: &mut Scenes,
+        pack: &mut Pack,
+    ) -> Result<Value, StudyError> {
+        let Self { name, files, .. } = *self;
+        let setting = GraspSetting::of(files, name)?;
+        let energy = setting.energy(files, name)?;
+        let (object, scale) = (&files.manifest.object, files.manifest.scale);
+        let object_name = object.as_ref().map_or("", |object| object.name.as_str());
+        let hand_name = files
+            .manifest
+            .hand
+            .as_ref()
+            .map_or("", |hand| hand.name.as_str());
+        let scene = scenes.add(
+            pack,
+            (hand_name, &setting.hand),
+            (object_name, scale, &*setting.object),
+        );
+        let names = setting.names(files, Rule::standard());
+        let space = energy.space();
+        let ways = Ways::of(files, network, space);
+        let mut side = json!({
+            "space": {
+                "kind": "pose",
+                "dimensions": space.coordinates(),
+            },
+            "scene": scene,
+            "coordinates": pack.floats(&ways.minima.concat()),
+            "term_names": energy.term_names(),
+            "ways": ways.packed(files, space, Some(&energy), pack),
+            "stable": pack.bytes(files.minima.iter().map(|row| self.stability(row))),
+            "friction": energy.settings().layer.map(|layer| layer.friction),
+        });
+        let measured = measured(files, &energy, &ways, pack);
+        let labels = labels(files, &names, pack);
+        for more in [measured, labels] {
+            if let (Value::Object(side), Value::Object(more)) = (&mut side, more) {
+                side.extend(more);
+            }
+        }
+        Ok(side)
+    }
+
+    /// 1 if most simulated grasps of a minimum held, 0 if not, 2 if none was simulated.
+    fn stability(&self, row: &MinimumRow) -> u8 {
+        let known: Vec<bool> = (row.members.iter())
+            .filter_map(|id| self.held.get(id).copied())
+            .collect();
+        let held = known.iter().filter(|held| **held).count();
+        match known.len() {
+            0 => 2,
+            all => u8::from(2 * held >= all),
+        }
+    }
+
+    /// What is particular to points of a surface.
+    fn points(&self, network: &Network, pack: &mut Pack) -> Value {
+        let files = self.files;
+        let dimensions = files.minima.first().map_or(0, |row| row.coordinates.len());
+        let known = surface::space(&files.manifest);
+        let Some((kind, space)) = known.filter(|(_, space)| space.coordinates() == dimensions)
+        else {
+            return json!({ "space": { "kind": "none", "dimensions": 0 } });
+        };
+        let ways = Ways::of(files, network, &*space);
+        json!({
+            "space": {
+                "kind": kind,
+                "dimensions": dimensions,
+                "contours": surface::contours(&files.manifest, pack),
+            },
+            "coordinates": pack.floats(&ways.minima.concat()),
+            "ways": ways.packed(files, &*space, None, pack),
+        })
+    }
+}
+
+/// Terms, ε and touched places of the minima.
+fn measured(
+    files: &LandscapeFiles,
+    energy: &GraspEnergy,
+    ways: &Ways<'_>,
+    pack: &mut Pack,
+) -> Value {
+    let most = TOUCHES[usize::from(files.minima.len() > MANY)];
+    let rows: Vec<_> = (files.minima.par_iter().zip(&ways.minima))
+        .map(|(row, turned)| {
+            let set = contact_set(energy, &row.coordinates, &row.choice);
+            let terms = energy.terms_of(&row.coordinates, &set.contacts).into_iter();
+            let terms: Vec<f64> = terms.map(|(_, value)| value).collect();
+            let shown = contact_set(energy, turned, &set.contacts);
+            (
+                terms,
+                epsilon_of(energy, &set),
+                touches(energy, &shown, most),
+            )
+        })
+        .collect();
+    let terms: Vec<f64> = rows.iter().flat_map(|(terms, ..)| terms).copied().collect();
+    let epsilons = rows.iter().map(|(_, epsilon, _)| Some(*epsilon));
+    let epsilons = pack.known_floats(epsilons);
+    let places: Vec<_> = rows.into_iter().map(|(.., places)| places).collect();
+    json!({
+        "terms": pack.floats(&terms),
+        "epsilon": epsilons,
+        "touches": packed(&places, pack),
+    })
+}
+
+/// Grasp types of the minima.
+fn labels(files: &LandscapeFiles, names: &[MinimumName], pack: &mut Pack) -> Value {
+    let texts: Texts = names.iter().map(MinimumName::text).collect();
+    let category = |name: &MinimumName| name.category.map_or("", |category| category.name());
+    let cells: Texts = names
+        .iter()
+        .map(|name| name.cell.as_deref().unwrap_or(""))
+        .collect();
+    let categories: Texts = names.iter().map(category).collect();
+    let given: Texts = files
+        .minima
+        .iter()
+        .map(|row| row.label().unwrap_or(""))
+        .collect();
+    json!({
+        "label": texts.packed(pack),
+        "category": categories.packed(pack),
+        "cell": cells.packed(pack),
+        "type": pack.bytes(names.iter().map(|name| name.number.unwrap_or(0))),
+        "given": given.packed(pack),
+        "rule": names.iter().map(|name| name.rule.best_text()).collect::<Vec<_>>(),
+    })
+}
+
+impl Scenes {
+    /// Adds a hand and an object if they are new, and returns the number of their pair.
+    pub(super) fn add(
+        &mut self,
+        pack: &mut Pack,
+        (hand_name, model): (&str, &Hand),
+        (object_name, scale, object): (&str, f64, &Object),
+    ) -> usize {
+        let same = |(known, packed): &(Hand, Value)| known == model && packed["name"] == hand_name;
+        let hand = self.hands.iter().position(same).unwrap_or_else(|| {
+            self.hands
+                .push((model.clone(), hand::hand(hand_name, model, pack)));
+            self.hands.len() - 1
+        });
+        let mesh = &object.mesh;
+        let key = format!("{object_name} {scale} {:?}", mesh.bounds());
+        let same = |(known, _): &(String, Value)| *known == key;
+        let object = self.objects.iter().position(same).unwrap_or_else(|| {
+            self.objects
+                .push((key.clone(), hand::object(object_name, mesh, pack)));
+            self.objects.len() - 1
+        });
+        let pair = [hand, object];
+        let known = self.pairs.iter().position(|known| *known == pair);
+        known.unwrap_or_else(|| {
+            self.pairs.push(pair);
+            self.pairs.len() - 1
+        })
+    }
+}

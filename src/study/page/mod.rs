@@ -1,0 +1,122 @@
+//! A page (one HTML file) on which a landscape or a file of grasps is explored.
+//!
+//! Rust computes: the coordinates of tree and graph, the ways with their energies, the touched places, the statements about
+//! trust. The page paints, poses the hand and filters. It needs no other file and no network: its only script is inlined,
+//! named by its hash in a content security policy that forbids all requests.
+//!
+//! | file of `web` | holds |
+//! | --- | --- |
+//! | `page.html`, `page.css` | the frame of the page and its look |
+//! | `data.js` | unpacking of what `pack.rs` wrote |
+//! | `kinematics.js` | forward kinematics and skinning, as in [`hand`](crate::hand) |
+//! | `state.js` | the selection, filter and level that all panels share, and their form in the address |
+//! | `filter.js` | the language of the search field |
+//! | `pen.js` | painting on a canvas or into an SVG file |
+//! | `tree.js`, `graph.js`, `way.js`, `table.js`, `matrix.js`, `trust.js`, `flat.js`, `tangle.js` | the panels |
+//! | `scene.js`, `pins.js` | the panels in three dimensions |
+//! | `label.js` | labelling by keyboard |
+//! | `export.js` | files to save: SVG, PNG, CSV, GLB |
+//! | `main.js` | the start |
+//!
+//! `vendor/` holds the parts of three.js that the page uses, made by `vendor/make.sh`.
+
+mod grasps;
+mod hand;
+mod html;
+mod landscape;
+mod pack;
+mod sha256;
+mod surface;
+mod touch;
+mod tree;
+mod trust;
+mod ways;
+
+use serde_json::{Value, json};
+
+pub use grasps::PageGrasps;
+pub use landscape::PageLandscape;
+use pack::Pack;
+
+use crate::hand::Hand;
+use crate::study::error::StudyError;
+use crate::topography::{Evidence, TreeDifference};
+
+/// Hands, objects, and pairs of the two, each stored once.
+#[derive(Debug, Default)]
+struct Scenes {
+    hands: Vec<(Hand, Value)>,
+    objects: Vec<(String, Value)>,
+    pairs: Vec<[usize; 2]>,
+}
+
+impl Scenes {
+    fn page(self, command: &str, sides: &[Value], difference: &Value, pack: &Pack) -> String {
+        let values = |list: Vec<Value>| Value::from(list);
+        let evidence = tree::EVIDENCE.map(Evidence::name);
+        let header = json!({
+            "made_by": concat!("landscape ", env!("CARGO_PKG_VERSION")),
+            "command": command,
+            "hands": values(self.hands.into_iter().map(|(_, hand)| hand).collect()),
+            "objects": values(self.objects.into_iter().map(|(_, object)| object).collect()),
+            "scenes": self.pairs,
+            "sides": sides,
+            "difference": difference,
+            "evidence": evidence,
+            "taxonomy": grasps::taxonomy(),
+        });
+        html::page(&pack.deflated(&header))
+    }
+}
+
+/// The page of a landscape, or of two of one space with the differences between them and the distance within which minima
+/// correspond. `command` recreates the page.
+///
+/// # Errors
+/// If the tables are inconsistent, or hand, object or energy cannot be built.
+///
+/// # Examples
+/// ```
+/// use std::collections::BTreeMap;
+///
+/// use landscape::store::{LandscapeFiles, MinimumRow};
+/// use landscape::study::{PageLandscape, landscape_page};
+///
+/// let minimum = |id: u64| MinimumRow { id, energy: id as f64, ..MinimumRow::default() };
+/// let files = LandscapeFiles { minima: vec![minimum(0), minimum(1)], ..LandscapeFiles::default() };
+/// let held = BTreeMap::new();
+/// let shown = PageLandscape { name: "two.landscape", files: &files, resampled: &[], held: &held };
+/// let page = landscape_page(shown, None, "landscape report two.landscape")?;
+/// assert!(page.contains("Content-Security-Policy"));
+/// # Ok::<(), landscape::study::StudyError>(())
+/// ```
+pub fn landscape_page(
+    landscape: PageLandscape<'_>,
+    other: Option<(PageLandscape<'_>, &TreeDifference, f64)>,
+    command: &str,
+) -> Result<String, StudyError> {
+    let (mut scenes, mut pack) = (Scenes::default(), Pack::default());
+    let mut sides = vec![landscape.side(&mut scenes, &mut pack)?];
+    let mut difference = Value::Null;
+    if let Some((other, found, within)) = other {
+        sides.push(other.side(&mut scenes, &mut pack)?);
+        difference = json!({
+            "within": within,
+            "matches": found.matches,
+            "vanished": found.vanished,
+            "appeared": found.appeared,
+            "merges": found.merges,
+        });
+    }
+    Ok(scenes.page(command, &sides, &difference, &pack))
+}
+
+/// The page of the grasps of a file. `command` recreates the page.
+///
+/// # Errors
+/// If a hand, an object or the energy cannot be built.
+pub fn grasp_page(grasps: PageGrasps<'_>, command: &str) -> Result<String, StudyError> {
+    let (mut scenes, mut pack) = (Scenes::default(), Pack::default());
+    let side = grasps.side(&mut scenes, &mut pack)?;
+    Ok(scenes.page(command, &[side], &Value::Null, &pack))
+}

@@ -1,0 +1,198 @@
+//! How far a landscape is to be trusted, in plain words.
+
+use serde_json::{Value, json};
+
+use crate::store::{LandscapeFiles, Manifest};
+use crate::topography::{Evidence, Tree, support};
+
+/// A merge is well supported if at least this fraction of the resamplings makes it.
+const WELL: f64 = 0.95;
+/// It is doubtful below this fraction.
+const DOUBTFUL: f64 = 0.7;
+
+/// A statement about trust.
+struct Statement {
+    /// `good`, `care` or `warning`.
+    tone: &'static str,
+    /// A few words.
+    short: String,
+    /// Sentences for someone who meets these notions for the first time.
+    long: String,
+}
+
+/// All statements about a landscape, the most important first.
+pub(super) fn statements(files: &LandscapeFiles, tree: &Tree, resampled: &[Tree]) -> Value {
+    let manifest = &files.manifest;
+    let mut statements = Vec::new();
+    statements.extend(passes(tree));
+    statements.extend(supported(tree, resampled));
+    statements.extend(unseen(manifest));
+    statements.extend(searched(manifest));
+    statements.extend(hovering(manifest));
+    statements.extend(apart(tree));
+    statements.extend(manifest.warnings.iter().map(|warning| Statement {
+        tone: "warning",
+        short: "a note of the program".to_owned(),
+        long: sentence(warning),
+    }));
+    let told = statements.iter().map(
+        |Statement { tone, short, long }| json!({ "tone": tone, "short": short, "long": long }),
+    );
+    told.collect()
+}
+
+/// A sentence from a note, which begins with a small letter and has no full stop.
+fn sentence(note: &str) -> String {
+    let mut letters = note.chars();
+    let first = letters.next().map(|first| first.to_uppercase().to_string());
+    format!("{}{}.", first.unwrap_or_default(), letters.as_str())
+}
+
+/// On what the heights of the merges rest.
+fn passes(tree: &Tree) -> Option<Statement> {
+    let merges: Vec<Evidence> = (tree.nodes.iter())
+        .filter(|node| node.minimum.is_none())
+        .map(|node| node.evidence)
+        .collect();
+    if merges.is_empty() {
+        return None;
+    }
+    let of = |kinds: &[Evidence]| merges.iter().filter(|kind| kinds.contains(kind)).count();
+    let verified = of(&[Evidence::Saddle, Evidence::Seam]);
+    let (relaxed, bounds) = (
+        of(&[Evidence::Path]),
+        of(&[Evidence::Chain, Evidence::None]),
+    );
+    let all = merges.len();
+    Some(Statement {
+        tone: if bounds == 0 { "good" } else { "care" },
+        short: format!("{verified} of {all} passes verified"),
+        long: format!(
+            "Two branches of the tree meet at the energy of the lowest known pass between them. {verified} of the {all} \
+             passes are verified: the slope vanishes there, and both sides lead down to the two minima. {relaxed} are the \
+             tops of relaxed paths. {bounds} are upper bounds: the true pass may lie lower (dashed lines)."
+        ),
+    })
+}
+
+/// How often the merges come again when the chains are resampled.
+fn supported(tree: &Tree, resampled: &[Tree]) -> Option<Statement> {
+    let known: Vec<f64> = support(tree, resampled).into_iter().flatten().collect();
+    if known.is_empty() {
+        return None;
+    }
+    let well = known.iter().filter(|share| **share >= WELL).count();
+    let doubtful = known.iter().filter(|share| **share < DOUBTFUL).count();
+    Some(Statement {
+        tone: if doubtful == 0 { "good" } else { "care" },
+        short: format!("{well} of {} merges well supported", known.len()),
+        long: format!(
+            "The searches for passes use random chains. To see how much depends on their luck, the tree was made again {} \
+             times from random choices of these chains. {well} of the {} merges join the same minima in at least {:.0} % of \
+             these trees, and {doubtful} in less than {:.0} % (hollow dots): do not build on those.",
+            resampled.len(),
+            known.len(),
+            100.0 * WELL,
+            100.0 * DOUBTFUL
+        ),
+    })
+}
+
+/// Groups that the grasps did not show.
+fn unseen(manifest: &Manifest) -> Option<Statement> {
+    manifest.hand.as_ref()?;
+    let groups = &manifest.findings.get("rarefaction")?["groups"];
+    let number = |name: &str| groups[name].as_f64();
+    let interval = &groups["unseen_interval"];
+    let (Some(unseen), Some(coverage)) = (number("unseen"), number("coverage")) else {
+        return Some(Statement {
+            tone: "care",
+            short: "too few grasps to tell what is missing".to_owned(),
+            long: "With this few grasps it cannot be estimated how many groups they did not show."
+                .to_owned(),
+        });
+    };
+    let [low, high] = [0, 1].map(|end| interval[end].as_f64().unwrap_or(f64::NAN));
+    Some(Statement {
+        tone: if high < 1.0 { "good" } else { "care" },
+        short: format!("about {unseen:.0} groups unseen"),
+        long: format!(
+            "From how many groups were met once or twice one can estimate how many were never met: at least about \
+             {unseen:.0} (95 % interval {low:.0} to {high:.0}). One more grasp falls into a known group with a chance of {:.0} %. \
+             This takes the grasps for independent draws.",
+            100.0 * coverage
+        ),
+    })
+}
+
+/// How complete the search of a surface is.
+fn searched(manifest: &Manifest) -> Option<Statement> {
+    let coverage = manifest.findings.get("coverage")?;
+    let (searches, last_new) = (
+        coverage["searches"].as_u64()?,
+        coverage["last_new"].as_u64()?,
+    );
+    let (chance, once) = (
+        coverage["chance_of_news"].as_f64()?,
+        coverage["once"].as_u64()?,
+    );
+    let doubted = !coverage["doubt"].is_null();
+    Some(Statement {
+        tone: if once == 0 && !doubted {
+            "good"
+        } else {
+            "care"
+        },
+        short: format!("nothing new after search {last_new} of {searches}"),
+        long: format!(
+            "{searches} searches were made, and the last new minimum or saddle came with search {last_new}. {once} saddles \
+             were met only once. The next search that ends at a saddle ends at a new one with a chance of {:.2} %.{}",
+            100.0 * chance,
+            if doubted {
+                " Completeness is not claimed, for a reason that summary.md gives."
+            } else {
+                ""
+            }
+        ),
+    })
+}
+
+/// What hovering off the object costs, the scale of barriers.
+fn hovering(manifest: &Manifest) -> Option<Statement> {
+    let cost = manifest.findings.get("hover_cost")?.as_array()?.first()?;
+    let middle = cost["quartiles"][1].as_f64()?;
+    let clearance_mm = 1e3 * cost["clearance_m"].as_f64()?;
+    Some(Statement {
+        tone: "good",
+        short: format!("hovering {clearance_mm:.0} mm off costs {middle:.2}"),
+        long: format!(
+            "A hand that hovers {clearance_mm:.0} mm off the object touches nothing. This costs {middle:.3} in energy \
+             (median over the minima). A pass that is higher than that may be crossed by letting go and grasping anew, so \
+             compare heights with this number."
+        ),
+    })
+}
+
+fn apart(tree: &Tree) -> Option<Statement> {
+    let parts = tree.roots.len();
+    (parts > 1).then(|| Statement {
+        tone: "care",
+        short: format!("{parts} parts without a path"),
+        long: format!(
+            "The minima fall into {parts} parts between which no path was found. There may be one: not finding it proves \
+             nothing."
+        ),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn notes_become_sentences() {
+        assert_eq!(sentence("3 of 4 rest"), "3 of 4 rest.");
+        assert_eq!(sentence("ähnlich"), "Ähnlich.");
+        assert_eq!(sentence(""), ".");
+    }
+}

@@ -1,0 +1,171 @@
+// Unpacks the data of the page, which src/study/page/pack.rs wrote: a header (JSON) and arrays of numbers behind it.
+"use strict";
+
+// Stands for "none" in arrays of numbers of minima and nodes.
+const NONE = 0xffffffff;
+const KINDS = { f8: Float64Array, f4: Float32Array, u4: Uint32Array, u1: Uint8Array };
+
+async function unpack(text) {
+  const letters = atob(text.trim());
+  const packed = new Uint8Array(letters.length);
+  for (let k = 0; k < letters.length; k++) packed[k] = letters.charCodeAt(k);
+  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
+  const buffer = await new Response(stream).arrayBuffer();
+  const length = new DataView(buffer).getUint32(0, true);
+  const header = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
+  return revived(header, buffer.slice(4 + length));
+}
+
+// Replaces the descriptions of arrays in a header by the arrays.
+function revived(value, buffer) {
+  if (Array.isArray(value)) return value.map(part => revived(part, buffer));
+  if (value === null || typeof value !== "object") return value;
+  if (value.packed === "table") return table(value, buffer);
+  if (value.packed) return new KINDS[value.packed](buffer, value.start, value.count);
+  return Object.fromEntries(Object.entries(value).map(([key, part]) => [key, revived(part, buffer)]));
+}
+
+// Numbers in steps of their column, stored column by column as differences; read row by row.
+function table({ start, count, low, step }, buffer) {
+  const columns = low.length;
+  const steps = new Uint16Array(buffer, start, count * columns);
+  const values = new Float64Array(count * columns);
+  for (let column = 0; column < columns; column++) {
+    let sum = 0;
+    for (let row = 0; row < count; row++) {
+      sum = (sum + steps[column * count + row]) & 0xffff;
+      values[row * columns + column] = low[column] + sum * step[column];
+    }
+  }
+  return values;
+}
+
+// Start of each entry of a list of lists, whose lengths are `counts`, and the end of the last.
+function startsOf(counts) {
+  const starts = new Uint32Array(counts.length + 1);
+  for (let k = 0; k < counts.length; k++) starts[k + 1] = starts[k] + counts[k];
+  return starts;
+}
+
+// The items of a page (minima or grasps of all its landscapes) under one numbering.
+class Model {
+  constructor(header) {
+    this.header = header;
+    this.sides = header.sides;
+    this.offsets = startsOf(this.sides.map(side => side.count));
+    this.count = this.offsets[this.sides.length];
+    for (const hand of header.hands) prepareHand(hand);
+    for (const side of this.sides) this.prepare(side);
+    this.partner = this.partners();
+  }
+
+  prepare(side) {
+    if (side.touches) side.touches.starts = startsOf(side.touches.count);
+    if (side.ways) side.ways.starts = startsOf(side.ways.points);
+    const first = side.tree ? side.tree.parent : new Uint32Array(side.count).fill(NONE);
+    side.merge = first.subarray(0, side.count);
+  }
+
+  // For each minimum, the corresponding one of the other landscape, if there are two.
+  partners() {
+    const partner = new Uint32Array(this.count).fill(NONE);
+    for (const { before, after } of this.header.difference?.matches ?? []) {
+      partner[before] = this.offsets[1] + after;
+      partner[this.offsets[1] + after] = before;
+    }
+    return partner;
+  }
+
+  sideOf(item) {
+    return this.sides.length > 1 && item >= this.offsets[1] ? 1 : 0;
+  }
+
+  // Landscape and number in it.
+  at(item) {
+    const side = this.sideOf(item);
+    return [this.sides[side], item - this.offsets[side]];
+  }
+
+  name(item) {
+    const [side, k] = this.at(item);
+    return side.item === "grasp" ? "#" + side.members[k] : "m" + k + (this.sideOf(item) ? "′" : "");
+  }
+
+  // The item with this name, or null.
+  named(text) {
+    const parts = /^(m|#)?(\d+)(['′]?)$/.exec(text.trim());
+    if (!parts) return null;
+    const [, , number, prime] = parts;
+    const side = this.sides[prime ? 1 : 0];
+    if (!side) return null;
+    const k = side.item === "grasp" ? side.members.indexOf(number) : Number(number);
+    return k >= 0 && k < side.count ? this.offsets[prime ? 1 : 0] + k : null;
+  }
+
+  energy(item) {
+    const [side, k] = this.at(item);
+    return side.energy[k];
+  }
+
+  coordinates(item) {
+    const [side, k] = this.at(item);
+    const n = side.space?.dimensions ?? 0;
+    return side.coordinates ? side.coordinates.subarray(k * n, (k + 1) * n) : null;
+  }
+
+  // The text of a field such as `label`, `category` or `object`; empty if there is none.
+  text(field, item) {
+    const [side, k] = this.at(item);
+    return side[field] ? side[field].texts[side[field].of[k]] : "";
+  }
+
+  // The types that fit best by the rule, with their scores.
+  rule(item) {
+    const [side, k] = this.at(item);
+    return side.rule?.[k] ?? "";
+  }
+
+  // A number of the item; NaN if unknown.
+  number(field, item) {
+    const [side, k] = this.at(item);
+    switch (field) {
+      case "energy": return side.energy[k];
+      case "members": return side.member_count ? side.member_count[k] : 1;
+      case "epsilon": return side.epsilon ? side.epsilon[k] : NaN;
+      case "group": return side.group ? side.group[k] : NaN;
+      case "type": return side.type?.[k] || NaN;
+      case "stable": return side.stable && side.stable[k] < 2 ? side.stable[k] : NaN;
+      case "joins": return side.merge[k] === NONE ? NaN : side.tree.energy[side.merge[k]];
+      case "support": return side.merge[k] === NONE ? NaN : side.tree.support[side.merge[k]];
+      default: return NaN;
+    }
+  }
+
+  // Evidence of the merge in which the branch of an item ends.
+  evidence(item) {
+    const [side, k] = this.at(item);
+    return side.merge[k] === NONE ? "" : this.header.evidence[side.tree.evidence[side.merge[k]]];
+  }
+
+  // Hand and object of an item.
+  scene(item) {
+    const [side, k] = this.at(item);
+    const pair = this.header.scenes[side.scenes ? side.scenes[k] : side.scene];
+    return pair ? { hand: this.header.hands[pair[0]], object: this.header.objects[pair[1]] } : null;
+  }
+
+  // Whether any item of the page has this field.
+  knows(field) {
+    if (field === "stable") return this.sides.some(side => side.stable?.some(held => held < 2));
+    if (field === "object") return this.sides.some(side => side.object?.texts.length > 1);
+    return this.sides.some(side => side[field] !== undefined);
+  }
+}
+
+// A number with as many digits as are of interest.
+function shown(value, digits = 4) {
+  if (!Number.isFinite(value)) return "–";
+  if (value !== 0 && (Math.abs(value) >= 1e6 || Math.abs(value) < 1e-4)) return value.toExponential(2).replace("-", "−");
+  const places = Math.max(0, digits - 1 - Math.max(0, Math.floor(Math.log10(Math.abs(value) || 1))));
+  return value.toFixed(Math.min(places, digits - 1)).replace("-", "−");
+}

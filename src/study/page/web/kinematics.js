@@ -1,0 +1,118 @@
+// Forward kinematics and skinning of hands, with the formulas of src/hand/kinematics.rs, skin.rs and blend.rs.
+"use strict";
+
+// A frame is 12 numbers: the rotation row by row, then the translation.
+const FRAME = 12;
+
+function prepareHand(hand) {
+  hand.skin.starts = startsOf(hand.skin.count);
+  hand.order = hand.links.map((link, index) => [link.parent === null ? -1 : link.parent, index, link]);
+}
+
+// out = a · b for rotations, row by row, at these places.
+function turnBy(a, from, b, out, to) {
+  for (let row = 0; row < 3; row++) {
+    const [x, y, z] = [a[from + 3 * row], a[from + 3 * row + 1], a[from + 3 * row + 2]];
+    for (let column = 0; column < 3; column++) {
+      out[to + 3 * row + column] = x * b[column] + y * b[3 + column] + z * b[6 + column];
+    }
+  }
+}
+
+// The rotation by the vector `angle` · `axis`, row by row.
+function rotationAbout([x, y, z], angle) {
+  const [sin, cos] = [Math.sin(angle), Math.cos(angle)];
+  const rest = 1 - cos;
+  return [
+    cos + x * x * rest, x * y * rest - z * sin, x * z * rest + y * sin,
+    y * x * rest + z * sin, cos + y * y * rest, y * z * rest - x * sin,
+    z * x * rest - y * sin, z * y * rest + x * sin, cos + z * z * rest,
+  ];
+}
+
+function rotationOf(w, x, y, z) {
+  const norm = Math.hypot(w, x, y, z) || 1;
+  [w, x, y, z] = [w / norm, x / norm, y / norm, z / norm];
+  return [
+    1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),
+    2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
+    2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y),
+  ];
+}
+
+// Rotations of the ball joints of MANO at the joint coordinates `q`.
+function ballRotations(bending, q) {
+  const angles = Float64Array.from(bending.offset);
+  for (let joint = 0; joint < q.length; joint++) {
+    for (let k = 0; k < angles.length; k++) angles[k] += bending.map[joint * angles.length + k] * q[joint];
+  }
+  const rotations = [];
+  for (let k = 0; k < angles.length; k += 3) {
+    const [x, y, z] = angles.subarray(k, k + 3);
+    const angle = Math.hypot(x, y, z);
+    rotations.push(rotationAbout(angle > 0 ? [x / angle, y / angle, z / angle] : [1, 0, 0], angle));
+  }
+  return rotations;
+}
+
+// Frames of all links in the object's frame at x = [t, q(wxyz), joints].
+function poseLinks(hand, x) {
+  const frames = new Float64Array(FRAME * hand.links.length);
+  const joints = Array.from(x.slice(7, 7 + hand.joints.length));
+  const balls = hand.bending ? ballRotations(hand.bending, joints) : [];
+  const base = [...rotationOf(x[3], x[4], x[5], x[6]), x[0], x[1], x[2]];
+  for (const [parent, index, link] of hand.order) {
+    const [carrier, from, to] = [parent < 0 ? base : frames, parent < 0 ? 0 : FRAME * parent, FRAME * index];
+    turnBy(carrier, from, link.rotation, frames, to);
+    moveBy(carrier, from, link.translation, carrier, from + 9, frames, to + 9);
+    const motion = link.motion;
+    if (motion) {
+      const way = motion.ratio * joints[motion.joint] + motion.offset;
+      if (motion.slides) moveBy(frames, to, motion.axis.map(a => a * way), frames, to + 9, frames, to + 9);
+      else turnBy(frames.slice(to, to + 9), 0, rotationAbout(motion.axis, way), frames, to);
+    }
+    if (link.ball !== null) turnBy(frames.slice(to, to + 9), 0, balls[link.ball], frames, to);
+  }
+  return frames;
+}
+
+// out = rotation · vector + offset.
+function moveBy(rotation, from, [x, y, z], offset, at, out, to) {
+  for (let row = 0; row < 3; row++) {
+    const k = from + 3 * row;
+    out[to + row] = rotation[k] * x + rotation[k + 1] * y + rotation[k + 2] * z + offset[at + row];
+  }
+}
+
+// Vertices of the skin, written into `out` (three numbers each).
+function poseSkin(hand, frames, out) {
+  const { count, link, binding, starts } = hand.skin;
+  for (let vertex = 0; vertex < count.length; vertex++) {
+    let [sx, sy, sz] = [0, 0, 0];
+    for (let k = starts[vertex]; k < starts[vertex + 1]; k++) {
+      const [f, b] = [FRAME * link[k], 4 * k];
+      const [x, y, z] = [binding[b], binding[b + 1], binding[b + 2]];
+      const w = binding[b + 3];
+      sx += w * (frames[f] * x + frames[f + 1] * y + frames[f + 2] * z + frames[f + 9]);
+      sy += w * (frames[f + 3] * x + frames[f + 4] * y + frames[f + 5] * z + frames[f + 10]);
+      sz += w * (frames[f + 6] * x + frames[f + 7] * y + frames[f + 8] * z + frames[f + 11]);
+    }
+    out[3 * vertex] = sx;
+    out[3 * vertex + 1] = sy;
+    out[3 * vertex + 2] = sz;
+  }
+  return out;
+}
+
+// A pose between two poses: straight for places and joints, the short way for the rotation.
+function between(a, b, t, joints) {
+  const x = Float64Array.from(a, (value, k) => value + t * (b[k] - value));
+  if (joints === undefined) return x;
+  let dot = 0;
+  for (let k = 3; k < 7; k++) dot += a[k] * b[k];
+  const sign = dot < 0 ? -1 : 1;
+  const angle = Math.acos(Math.min(1, Math.abs(dot)));
+  const [u, v] = angle < 1e-6 ? [1 - t, t] : [Math.sin((1 - t) * angle) / Math.sin(angle), Math.sin(t * angle) / Math.sin(angle)];
+  for (let k = 3; k < 7; k++) x[k] = u * a[k] + sign * v * b[k];
+  return x;
+}

@@ -1,0 +1,217 @@
+// Labelling by keyboard: a sheet of pictures, a chooser of types, and the file that `landscape label --from` reads.
+"use strict";
+
+const labels = new Map();
+
+// The label that a person gave an item: here, or in the file.
+function given(item) {
+  const here = labels.get(item);
+  return here === undefined ? model.text("label", item) : here || "–";
+}
+
+class LabelSheet {
+  constructor(section) {
+    this.section = section;
+    this.items = Array.from({ length: model.count }, (_, item) => item);
+    this.key = "landscape labels of " + model.sides[0].name + " " + model.sides[0].members.join(" ");
+    this.items.forEach(item => { if (model.text("given", item)) labels.set(item, model.text("given", item)); });
+    this.remembered();
+    this.current = 0;
+    this.choices = this.types();
+    this.chooser();
+  }
+
+  // What was chosen in this browser before; a browser may forbid files to remember.
+  remembered() {
+    try {
+      const known = new Map(JSON.parse(localStorage.getItem(this.key) || "[]"));
+      this.items.forEach((item, place) => {
+        const label = known.get(place);
+        if (label !== undefined) label ? labels.set(item, label) : labels.delete(item);
+      });
+    } catch { /* nothing is remembered */ }
+  }
+
+  types() {
+    const entries = model.header.taxonomy.map(type => ({
+      label: type.name, head: `${type.number} ${type.name}`, detail: `${type.cell}: ${type.cue}`, number: String(type.number),
+      words: [type.number, type.name, ...type.aliases, type.cell, type.cue].join(" ").toLowerCase(),
+    }));
+    return [...entries, { label: "unlisted", head: "unlisted", detail: "none of the 33 types", words: "unlisted none 0", number: "0" }];
+  }
+
+  open() {
+    if (!this.cards) this.build();
+    this.section.hidden = false;
+    document.body.classList.add("labelling");
+    this.show();
+    this.go(this.current);
+  }
+
+  close() {
+    this.section.hidden = true;
+    document.body.classList.remove("labelling");
+    change({ labels: true, query: state.query });
+  }
+
+  build() {
+    const key = text => make("kbd", text);
+    this.bar = make("progress");
+    this.told = make("span", "", { id: "label-progress", role: "status" });
+    const rules = make("input", "", { type: "checkbox", id: "label-rules", onchange: event => this.section.classList.toggle("rules", event.target.checked) });
+    this.section.replaceChildren(
+      make("header", "", {}, make("h2", "Label the grasps of " + model.sides[0].name), make("span", "", {}, this.bar, " ", this.told),
+        make("button", "Next without label", { type: "button", onclick: () => this.next() }),
+        make("label", "", {}, rules, " show what the rule says"),
+        make("button", "Save labels.csv", { type: "button", id: "label-save", class: "main", onclick: () => save("labels.csv", "text/csv", this.csv()) }),
+        make("button", "Back", { type: "button", id: "label-end", onclick: () => this.close() }),
+        make("span", "", { class: "keys" }, key("←"), key("→"), " move, ", key("Enter"), " or a letter: choose a type, ", key("0"), " unlisted, ",
+          key("Delete"), " no label, ", key("Space"), " next without label. Labels stay in this browser; the file is what counts.")),
+    );
+    this.cards = this.items.map((item, place) => this.card(item, place));
+    this.grid = make("div", "", { class: "cards" }, ...this.cards);
+    this.section.append(this.grid);
+    const seen = new IntersectionObserver(entries => entries.filter(entry => entry.isIntersecting).forEach(entry => this.picture(entry.target)), { rootMargin: "300px" });
+    setTimeout(() => this.cards.slice(0, 9).forEach(card => this.picture(card)));
+    this.cards.forEach(card => seen.observe(card));
+    this.section.addEventListener("keydown", event => this.press(event));
+  }
+
+  card(item, place) {
+    const views = [0, 1].map(() => make("canvas", "", { role: "img", "aria-hidden": "true" }));
+    const object = model.text("object", item);
+    const line = make("p", "", {}, make("span", `${model.name(item)}${object ? " on " + object : ""}`), make("strong", "", { class: "label" }));
+    const rule = make("div", "rule: " + model.text("label", item) + (model.rule(item) ? ` (${model.rule(item)})` : ""), { class: "rule" });
+    const card = make("div", "", { class: "card", tabindex: 0, role: "button" }, ...views, line, rule);
+    card.dataset.item = item;
+    card.addEventListener("focus", () => { this.current = place; });
+    card.addEventListener("click", () => {
+      card.focus();
+      this.choose();
+    });
+    return card;
+  }
+
+  // Two pictures, from sides 90° apart.
+  picture(card) {
+    if (card.dataset.drawn) return;
+    card.dataset.drawn = "1";
+    const item = Number(card.dataset.item);
+    const [a, e, z] = FIRST_CAMERA;
+    [...card.querySelectorAll("canvas")].forEach((canvas, k) => stamps.draw(canvas, item, [a + 95 * k, e + 10 * k, z]));
+  }
+
+  show() {
+    this.items.forEach((item, place) => {
+      const label = labels.get(item) ?? "";
+      this.cards[place].classList.toggle("labelled", label !== "");
+      this.cards[place].querySelector(".label").textContent = label;
+      this.cards[place].setAttribute("aria-label", `${model.name(item)} ${label || "without label"}`);
+    });
+    this.bar.max = this.items.length;
+    this.bar.value = labels.size;
+    this.told.textContent = `${labels.size} of ${this.items.length} labelled`;
+  }
+
+  give(label) {
+    const item = this.items[this.current];
+    if (label) labels.set(item, label);
+    else labels.delete(item);
+    try {
+      localStorage.setItem(this.key, JSON.stringify(this.items.map((other, place) => [place, labels.get(other) ?? ""])));
+    } catch { /* nothing is remembered */ }
+    this.show();
+  }
+
+  go(place) {
+    this.current = Math.max(0, Math.min(this.items.length - 1, place));
+    this.cards[this.current]?.focus();
+  }
+
+  next() {
+    for (let step = 1; step <= this.items.length; step++) {
+      const place = (this.current + step) % this.items.length;
+      if (!labels.has(this.items[place])) return this.go(place);
+    }
+  }
+
+  press(event) {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    if (event.key === "Escape") this.close();
+    if (!event.target.closest(".card")) return;
+    const columns = getComputedStyle(this.grid).gridTemplateColumns.split(" ").length;
+    const moves = { ArrowLeft: -1, ArrowRight: 1, ArrowUp: -columns, ArrowDown: columns };
+    if (event.key in moves) this.go(this.current + moves[event.key]);
+    else if (event.key === "Enter") this.choose();
+    else if (event.key === " ") this.next();
+    else if (event.key === "Delete" || event.key === "Backspace") this.give("");
+    else if (event.key === "0") {
+      this.give("unlisted");
+      this.next();
+    } else if (/^[a-z1-9]$/i.test(event.key)) this.choose(event.key);
+    else return;
+    event.preventDefault();
+    event.stopPropagation();
+  }
+
+  chooser() {
+    const [dialog, search] = [byId("chooser"), byId("choice")];
+    search.addEventListener("input", () => this.list());
+    dialog.addEventListener("keydown", event => {
+      if (event.key === "ArrowDown") this.marked = Math.min(this.found.length - 1, this.marked + 1);
+      else if (event.key === "ArrowUp") this.marked = Math.max(0, this.marked - 1);
+      else if (event.key === "Enter") {
+        event.preventDefault();
+        return this.take(this.marked);
+      } else return;
+      event.preventDefault();
+      this.mark();
+    });
+    dialog.addEventListener("close", () => this.cards[this.current]?.focus());
+  }
+
+  choose(text = "") {
+    byId("choice").value = text;
+    this.list();
+    byId("chooser").showModal();
+    byId("choice").focus();
+  }
+
+  list() {
+    const words = byId("choice").value.trim().toLowerCase().split(/\s+/).filter(word => word);
+    this.found = this.choices.filter(choice => words.every(word => choice.words.includes(word)));
+    // A number means the type with that number first.
+    this.found.sort((a, b) => (b.number === words[0]) - (a.number === words[0]));
+    this.marked = 0;
+    byId("choices").replaceChildren(...this.found.map((choice, place) =>
+      make("li", choice.head, { role: "option", onclick: () => this.take(place) }, make("small", choice.detail))));
+    this.mark();
+  }
+
+  mark() {
+    [...byId("choices").children].forEach((entry, place) => {
+      entry.setAttribute("aria-selected", String(place === this.marked));
+      if (place === this.marked) entry.scrollIntoView({ block: "nearest" });
+    });
+  }
+
+  take(place) {
+    if (!this.found[place]) return;
+    byId("chooser").close();
+    this.give(this.found[place].label);
+    this.next();
+  }
+
+  // A line for each labelled grasp; a label of a minimum is that of all its grasps.
+  csv() {
+    const rows = this.items.filter(item => labels.has(item)).flatMap(item => {
+      const [side, k] = model.at(item);
+      return side.members[k].split(" ").map(id => id + "," + quoted(labels.get(item)));
+    });
+    return ["id,label", ...rows].join("\n") + "\n";
+  }
+}
+
+function quoted(text) {
+  return /[",\r\n]/.test(text) ? '"' + text.replaceAll('"', '""') + '"' : text;
+}

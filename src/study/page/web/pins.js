@@ -1,0 +1,217 @@
+// The panels that show views in three dimensions: the grasp that is looked at, and the pinned ones with the same camera.
+"use strict";
+
+const FIRST_CAMERA = [-58, 18, 1];
+
+// The camera of all views; a drag turns it, the wheel with a key or the buttons enlarge.
+function turnable(canvas) {
+  const turn = (azimuth, elevation, factor) => {
+    const [a, e, z] = state.camera ?? FIRST_CAMERA;
+    change({ camera: [(((a + azimuth) % 360) + 360) % 360, Math.max(-89.9, Math.min(89.9, e + elevation)), Math.max(0.4, Math.min(12, z * factor))] });
+  };
+  let last = null;
+  canvas.addEventListener("pointerdown", event => {
+    last = [event.clientX, event.clientY];
+    canvas.setPointerCapture(event.pointerId);
+  });
+  canvas.addEventListener("pointerup", () => { last = null; });
+  canvas.addEventListener("pointermove", event => {
+    if (!last) return;
+    turn(-0.5 * (event.clientX - last[0]), 0.5 * (event.clientY - last[1]), 1);
+    last = [event.clientX, event.clientY];
+  });
+  canvas.addEventListener("wheel", event => {
+    event.preventDefault();
+    turn(0, 0, event.deltaY > 0 ? 1 / 1.1 : 1.1);
+  }, { passive: false });
+  canvas.addEventListener("keydown", event => {
+    const moves = { ArrowLeft: [-6, 0, 1], ArrowRight: [6, 0, 1], ArrowUp: [0, 6, 1], ArrowDown: [0, -6, 1], "+": [0, 0, 1.15], "-": [0, 0, 1 / 1.15] };
+    if (!(event.key in moves)) return;
+    event.preventDefault();
+    turn(...moves[event.key]);
+  });
+  canvas.addEventListener("dblclick", () => change({ camera: null }));
+}
+
+// The grasp under the pointer (or chosen last, or on the way). With two landscapes there are two views side by side.
+class ScenePanel {
+  constructor(section) {
+    this.section = section;
+    this.atoms = model.sides[0].space.kind === "atoms";
+    if (this.atoms) section.querySelector("h2").textContent = "Atoms";
+    this.box = make("div", "", { class: "views" });
+    this.caption = make("p", "", { class: "caption", "aria-live": "polite" });
+    section.append(this.box, this.caption);
+    if (!webglWorks()) {
+      this.box.append(make("p", "This browser cannot draw in three dimensions (WebGL is missing or switched off). Tree, graph and table work without it.", { class: "alone" }));
+      watch(["hover", "selected", "query"], () => this.say());
+      return;
+    }
+    this.views = model.sides.map((_, number) => this.view(number));
+    this.tools();
+    watch(["hover", "selected", "step", "level", "query", "cones", "camera", "look"], () => this.show());
+  }
+
+  view(number) {
+    const canvas = make("canvas", "", { tabindex: 0, role: "img", "aria-label": "The grasp in three dimensions" });
+    this.box.append(canvas);
+    turnable(canvas);
+    const view = new View(canvas);
+    view.side = number;
+    new ResizeObserver(() => this.draw(view)).observe(canvas);
+    return view;
+  }
+
+  tools() {
+    const button = (text, label, onclick) => make("button", text, { type: "button", title: label, "aria-label": label, onclick });
+    const tools = make("div", "", { class: "panel-tools" });
+    if (!this.atoms) {
+      this.cones = button("Cones", "Show the friction cones of the contacts", () => change({ cones: !state.cones }));
+      tools.append(this.cones);
+    }
+    const zoom = factor => {
+      const [a, e, z] = state.camera ?? FIRST_CAMERA;
+      change({ camera: [a, e, Math.max(0.4, Math.min(12, z * factor))] });
+    };
+    tools.append(button("Reset", "The camera of the start", () => change({ camera: null })), button("−", "Smaller", () => zoom(1 / 1.2)),
+      button("+", "Larger", () => zoom(1.2)), button("Pin", "Pin this grasp, or take its pin away (p)", () => pin(looked())));
+    this.section.querySelector("h2").after(tools);
+  }
+
+  // What each view shows: a place on the way if there is one and nothing is under the pointer, else an item.
+  target(view) {
+    const item = looked();
+    if (model.sides.length > 1 && model.sideOf(item) !== view.side) {
+      const partner = model.partner[item];
+      return partner === NONE ? { item: null } : { item: partner };
+    }
+    const route = state.hover === null ? routeOf(state.selected) : null;
+    if (route && state.step > 0) return { route, item: state.step >= 1 ? state.selected[1] : null };
+    if (route) return { item: state.selected[0] };
+    return { item };
+  }
+
+  show() {
+    for (const view of this.views) {
+      const { item, route } = this.target(view);
+      view.missing = item === null && !route;
+      view.canvas.classList.toggle("missing", view.missing);
+      if (!view.missing) this.put(view, item, route);
+      this.draw(view);
+    }
+    this.cones?.setAttribute("aria-pressed", String(state.cones));
+    this.say();
+  }
+
+  put(view, item, route) {
+    const x = route ? onRoute(route, state.step) : model.coordinates(item);
+    if (this.atoms) return view.atoms(x);
+    view.setScene(item ?? state.selected[0]);
+    if (this.glides(view, x, route)) this.glide(view, x, item);
+    else {
+      cancelAnimationFrame(view.frame);
+      view.frame = undefined;
+      view.pose(x);
+      view.touch(item, state.cones);
+    }
+    view.target = x;
+    const kin = route ? null : family(item);
+    view.family(kin && kin.length > 1 ? kin : null, kin ? derived.basins.colour[item] : "", item);
+  }
+
+  glides(view, x, route) {
+    if (view.target && x.every((value, k) => value === view.target[k])) return view.frame !== undefined;
+    return view.x && view.x.length === x.length && !route && !still.matches;
+  }
+
+  // Moves the hand from where it is to a pose.
+  glide(view, to, item) {
+    if (view.frame !== undefined && view.target === to) return;
+    cancelAnimationFrame(view.frame);
+    const from = view.x;
+    const started = performance.now();
+    view.touch(null);
+    const step = now => {
+      const t = Math.min(1, (now - started) / GLIDE_MS);
+      const eased = t * t * (3 - 2 * t);
+      view.pose(t < 1 ? between(from, to, eased, true) : to);
+      view.frame = t < 1 ? requestAnimationFrame(step) : undefined;
+      if (t >= 1) view.touch(item, state.cones);
+      this.draw(view);
+    };
+    view.frame = requestAnimationFrame(step);
+  }
+
+  draw(view) {
+    view.lookFrom(state.camera ?? FIRST_CAMERA);
+    view.render();
+  }
+
+  say() {
+    const route = state.hover === null ? routeOf(state.selected) : null;
+    const item = shownItem();
+    if (route && state.step > 0 && state.step < 1) {
+      this.caption.textContent = `${Math.round(100 * state.step)} % of the way from ${model.name(state.selected[0])} to ${model.name(state.selected[1])}`;
+      return;
+    }
+    const kin = family(item);
+    const words = described(item);
+    if (kin && kin.length > 1) words.push(`family of ${kin.length} minima below ${shown(state.level, 3)}: lighter hands; where they touch is orange`);
+    if (model.sides.length > 1 && model.partner[item] === NONE) words.push("has no counterpart in the other landscape");
+    this.caption.textContent = words.join(" · ");
+  }
+}
+
+// Pictures of items, drawn by one hidden view.
+const stamps = {
+  view: null,
+  draw(canvas, item, camera = state.camera ?? FIRST_CAMERA) {
+    if (!this.view) {
+      if (this.view === undefined || !webglWorks()) return;
+      this.view = new View(document.createElement("canvas"));
+    }
+    const scale = Math.min(2, devicePixelRatio || 1);
+    const [width, height] = [canvas.clientWidth || 200, canvas.clientHeight || 170];
+    const atoms = model.at(item)[0].space.kind === "atoms";
+    if (atoms) this.view.atoms(model.coordinates(item));
+    else {
+      this.view.setScene(item);
+      this.view.family(null, "", null);
+      this.view.pose(model.coordinates(item));
+      this.view.touch(item, state.cones);
+    }
+    this.view.lookFrom(camera);
+    this.view.render(width, height, scale);
+    [canvas.width, canvas.height] = [Math.round(width * scale), Math.round(height * scale)];
+    canvas.getContext("2d").drawImage(this.view.canvas, 0, 0);
+  },
+};
+
+class PinsPanel {
+  constructor(section) {
+    this.section = section;
+    this.row = make("div", "", { class: "pins" });
+    section.append(this.row);
+    watch(["pins"], () => this.show());
+    watch(["camera", "cones", "look"], () => this.draw());
+  }
+
+  show() {
+    this.section.hidden = state.pins.length === 0;
+    this.row.replaceChildren(...state.pins.map(item => {
+      const canvas = make("canvas", "", { role: "img", "aria-label": "Grasp " + model.name(item) });
+      canvas.dataset.item = item;
+      turnable(canvas);
+      const label = model.text("label", item);
+      const name = make("button", model.name(item) + (label ? ` · ${label}` : ""), { type: "button", onclick: () => select(item) });
+      const away = make("button", "×", { type: "button", "aria-label": `Take the pin of ${model.name(item)} away`, onclick: () => pin(item) });
+      const energy = make("small", "energy " + shown(model.energy(item)));
+      return make("figure", "", { onpointerenter: () => change({ hover: item }), onpointerleave: () => change({ hover: null }) }, canvas, make("figcaption", "", {}, name, energy, away));
+    }));
+    this.draw();
+  }
+
+  draw() {
+    for (const canvas of this.row.querySelectorAll("canvas")) stamps.draw(canvas, Number(canvas.dataset.item));
+  }
+}

@@ -1,0 +1,353 @@
+// The view in three dimensions: a hand on an object, or a cluster of atoms. It draws only when something changed.
+"use strict";
+
+const SKIN = 0xe8bea2;
+const OBJECT = 0x80a4be;
+const CONTACT = 0xd52814;
+const GLIDE_MS = 260;
+// Normals of faces that turn more than this are not averaged: the cosine of 40°.
+const CREASE = 0.77;
+// Width of the spots of touched places, and the longest edge of the triangles that carry their colour, metres.
+const SPOT_M = 0.006;
+const EDGE_M = 0.005;
+const MOST_TRIANGLES = 60000;
+const MOST_GHOSTS = 12;
+const ATOM_COLOUR = 0x6b93c4;
+
+function webglWorks() {
+  try {
+    return Boolean(document.createElement("canvas").getContext("webgl2"));
+  } catch {
+    return false;
+  }
+}
+
+// Vertex normals of a mesh whose vertices move, weighted by area.
+function smoothNormals(positions, triangles, normals) {
+  normals.fill(0);
+  for (let k = 0; k < triangles.length; k += 3) {
+    const [a, b, c] = [3 * triangles[k], 3 * triangles[k + 1], 3 * triangles[k + 2]];
+    const [ux, uy, uz] = [positions[b] - positions[a], positions[b + 1] - positions[a + 1], positions[b + 2] - positions[a + 2]];
+    const [vx, vy, vz] = [positions[c] - positions[a], positions[c + 1] - positions[a + 1], positions[c + 2] - positions[a + 2]];
+    const [nx, ny, nz] = [uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx];
+    for (const corner of [a, b, c]) {
+      normals[corner] += nx;
+      normals[corner + 1] += ny;
+      normals[corner + 2] += nz;
+    }
+  }
+  for (let k = 0; k < normals.length; k += 3) {
+    const length = Math.hypot(normals[k], normals[k + 1], normals[k + 2]) || 1;
+    for (let axis = 0; axis < 3; axis++) normals[k + axis] /= length;
+  }
+}
+
+// Splits the longest edge of triangles until all edges are short, then gives each corner the normal of its side of creases.
+function fineMesh({ vertices, triangles }) {
+  const corner = index => new THREE.Vector3().fromArray(vertices, 3 * index);
+  let faces = [];
+  for (let k = 0; k < triangles.length; k += 3) faces.push([0, 1, 2].map(j => corner(triangles[k + j])));
+  for (let round = 0; round < 24; round++) {
+    const next = [];
+    for (const [a, b, c] of faces) {
+      const sides = [a.distanceTo(b), b.distanceTo(c), c.distanceTo(a)];
+      const longest = sides.indexOf(Math.max(...sides));
+      if (sides[longest] <= EDGE_M || faces.length + next.length > 2 * MOST_TRIANGLES) {
+        next.push([a, b, c]);
+        continue;
+      }
+      const [p, q, r] = [[a, b, c], [b, c, a], [c, a, b]][longest];
+      const middle = p.clone().add(q).multiplyScalar(0.5);
+      next.push([p, middle, r], [middle, q, r]);
+    }
+    if (next.length === faces.length) break;
+    faces = next;
+  }
+  return creased(faces);
+}
+
+function creased(faces) {
+  const around = new Map();
+  const key = v => `${v.x.toFixed(7)} ${v.y.toFixed(7)} ${v.z.toFixed(7)}`;
+  const areas = faces.map(([a, b, c]) => b.clone().sub(a).cross(c.clone().sub(a)));
+  const units = areas.map(area => area.clone().normalize());
+  faces.forEach((face, number) => face.forEach(vertex => {
+    const name = key(vertex);
+    if (!around.has(name)) around.set(name, []);
+    around.get(name).push(number);
+  }));
+  const [positions, normals] = [new Float32Array(9 * faces.length), new Float32Array(9 * faces.length)];
+  faces.forEach((face, number) => face.forEach((vertex, k) => {
+    const normal = new THREE.Vector3();
+    for (const other of around.get(key(vertex))) if (units[other].dot(units[number]) > CREASE) normal.add(areas[other]);
+    vertex.toArray(positions, 9 * number + 3 * k);
+    (normal.lengthSq() > 0 ? normal.normalize() : units[number]).toArray(normals, 9 * number + 3 * k);
+  }));
+  return { positions, normals };
+}
+
+const meshes = new Map();
+
+function objectGeometry(object) {
+  if (!meshes.has(object)) {
+    const { positions, normals } = fineMesh(object);
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute("position", new THREE.BufferAttribute(positions, 3));
+    geometry.setAttribute("normal", new THREE.BufferAttribute(normals, 3));
+    geometry.setAttribute("color", new THREE.BufferAttribute(new Float32Array(positions.length), 3));
+    meshes.set(object, geometry);
+  }
+  return meshes.get(object);
+}
+
+// Colours the object by how many of these places lie near each of its points.
+function paintDensity(geometry, places) {
+  const { position, color } = geometry.attributes;
+  const cells = new Map();
+  const cell = (x, y, z) => `${Math.floor(x / (3 * SPOT_M))} ${Math.floor(y / (3 * SPOT_M))} ${Math.floor(z / (3 * SPOT_M))}`;
+  for (const place of places) {
+    for (const dx of [-1, 0, 1]) for (const dy of [-1, 0, 1]) for (const dz of [-1, 0, 1]) {
+      const name = cell(place[0] + dx * 3 * SPOT_M, place[1] + dy * 3 * SPOT_M, place[2] + dz * 3 * SPOT_M);
+      if (!cells.has(name)) cells.set(name, []);
+      cells.get(name).push(place);
+    }
+  }
+  const density = new Float32Array(position.count);
+  for (let k = 0; k < position.count; k++) {
+    const [x, y, z] = [position.getX(k), position.getY(k), position.getZ(k)];
+    for (const [px, py, pz, load] of cells.get(cell(x, y, z)) ?? []) {
+      const square = (x - px) ** 2 + (y - py) ** 2 + (z - pz) ** 2;
+      density[k] += load * Math.exp(-square / (2 * SPOT_M * SPOT_M));
+    }
+  }
+  let most = 0;
+  for (const value of density) most = Math.max(most, value);
+  const [plain, hot] = [new THREE.Color(OBJECT), new THREE.Color(0xff5a08)];
+  const mixed = new THREE.Color();
+  for (let k = 0; k < position.count; k++) {
+    mixed.lerpColors(plain, hot, most ? (density[k] / most) ** 0.6 : 0);
+    color.setXYZ(k, mixed.r, mixed.g, mixed.b);
+  }
+  color.needsUpdate = true;
+}
+
+// A hand that can be posed.
+class HandMesh {
+  constructor(hand, material) {
+    this.hand = hand;
+    this.positions = new Float32Array(3 * hand.skin.count.length);
+    this.normals = new Float32Array(this.positions.length);
+    this.geometry = new THREE.BufferGeometry();
+    this.geometry.setAttribute("position", new THREE.BufferAttribute(this.positions, 3));
+    this.geometry.setAttribute("normal", new THREE.BufferAttribute(this.normals, 3));
+    this.geometry.setIndex(new THREE.BufferAttribute(hand.skin.triangles, 1));
+    this.mesh = new THREE.Mesh(this.geometry, material);
+    this.mesh.frustumCulled = false;
+  }
+
+  pose(x) {
+    poseSkin(this.hand, poseLinks(this.hand, x), this.positions);
+    smoothNormals(this.positions, this.hand.skin.triangles, this.normals);
+    this.geometry.attributes.position.needsUpdate = true;
+    this.geometry.attributes.normal.needsUpdate = true;
+  }
+}
+
+// A camera that turns about the middle, a scene and its parts. `show` puts an item or a pose into it.
+class View {
+  constructor(canvas) {
+    this.canvas = canvas;
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
+    this.renderer.setClearColor(0, 0);
+    this.scene = new THREE.Scene();
+    this.camera = new THREE.OrthographicCamera(-1, 1, 1, -1, 0.01, 20);
+    this.camera.up.set(0, 0, 1);
+    this.scene.add(new THREE.HemisphereLight(0xffffff, 0x8a8f98, 2.1));
+    this.lamp = new THREE.DirectionalLight(0xffffff, 1.7);
+    this.scene.add(this.lamp);
+    this.parts = new THREE.Group();
+    this.scene.add(this.parts);
+    this.ghosts = new THREE.Group();
+    this.scene.add(this.ghosts);
+    this.marks = new THREE.Group();
+    this.scene.add(this.marks);
+    this.hands = new Map();
+    this.middle = new THREE.Vector3();
+    this.half = 0.15;
+  }
+
+  // Shows hand and object of an item.
+  setScene(item) {
+    const pair = model.scene(item);
+    if (!pair || (this.pair && pair.hand === this.pair.hand && pair.object === this.pair.object)) return;
+    this.pair = pair;
+    this.parts.clear();
+    const geometry = objectGeometry(pair.object);
+    this.object = new THREE.Mesh(geometry, new THREE.MeshLambertMaterial({ vertexColors: true }));
+    paintDensity(geometry, []);
+    this.hand = new HandMesh(pair.hand, new THREE.MeshLambertMaterial({ color: SKIN, side: THREE.DoubleSide }));
+    this.parts.add(this.object, this.hand.mesh);
+    this.fit(item);
+  }
+
+  // Frames the object with the hands of some items on it.
+  fit(item) {
+    const low = new THREE.Vector3(Infinity, Infinity, Infinity);
+    const high = low.clone().negate();
+    const point = new THREE.Vector3();
+    const include = (array, step) => {
+      for (let k = 0; k < array.length; k += step) {
+        point.fromArray(array, k);
+        low.min(point);
+        high.max(point);
+      }
+    };
+    include(this.pair.object.vertices, 3);
+    const [side] = model.at(item);
+    const first = model.offsets[model.sideOf(item)];
+    for (let k = 0; k < 9; k++) {
+      const other = first + Math.floor((k * side.count) / 9);
+      if (model.scene(other).hand !== this.pair.hand || model.scene(other).object !== this.pair.object) continue;
+      poseSkin(this.pair.hand, poseLinks(this.pair.hand, model.coordinates(other)), this.hand.positions);
+      include(this.hand.positions, 21);
+    }
+    this.middle.addVectors(low, high).multiplyScalar(0.5);
+    this.half = 0.38 * high.sub(low).length();
+  }
+
+  pose(x) {
+    this.x = Float64Array.from(x);
+    this.hand.pose(this.x);
+  }
+
+  // Marks at the places where an item touches, with friction cones if they are wanted.
+  touch(item, cones) {
+    this.clear(this.marks);
+    if (item === null) return;
+    const places = touchesOf(item);
+    const ball = new THREE.SphereGeometry(0.0028, 14, 10);
+    const balls = new THREE.InstancedMesh(ball, new THREE.MeshLambertMaterial({ color: CONTACT }), places.length);
+    places.forEach(([x, y, z, , , , load], k) => {
+      const size = 0.55 + 0.45 * load;
+      balls.setMatrixAt(k, new THREE.Matrix4().makeScale(size, size, size).setPosition(x, y, z));
+    });
+    balls.frustumCulled = false;
+    this.marks.add(balls);
+    const friction = model.at(item)[0].friction ?? 0.5;
+    if (cones) places.filter(place => place[6] >= 0.3).forEach(place => this.marks.add(frictionCone(place, friction)));
+  }
+
+  // Translucent hands of a family in one colour, and the density of their touched places on the object.
+  family(items, colour, but) {
+    const name = items ? items.join() + colour : "";
+    if (name !== this.familyName) {
+      this.familyName = name;
+      this.clear(this.ghosts);
+      paintDensity(this.object.geometry, (items ?? []).flatMap(item => touchesOf(item).map(t => [t[0], t[1], t[2], t[6] * model.number("members", item)])));
+      const shown = spread(items ?? [], MOST_GHOSTS);
+      const material = new THREE.MeshLambertMaterial({ color: colour || "#888888", transparent: true, opacity: 0.07, depthWrite: false });
+      for (const item of shown) {
+        const ghost = new HandMesh(this.pair.hand, material);
+        ghost.item = item;
+        ghost.mesh.userData.item = item;
+        ghost.pose(model.coordinates(item));
+        this.ghosts.add(ghost.mesh);
+      }
+    }
+    for (const mesh of this.ghosts.children) mesh.visible = mesh.userData.item !== but;
+    // The own hand lets the touched places show through.
+    Object.assign(this.hand.mesh.material, { transparent: Boolean(items), opacity: items ? 0.5 : 1 });
+  }
+
+  clear(group) {
+    for (const part of [...group.children]) {
+      part.geometry?.dispose();
+      group.remove(part);
+    }
+  }
+
+  // Balls at the places of atoms, and bonds between near ones.
+  atoms(x) {
+    this.clear(this.marks);
+    const places = [];
+    for (let k = 0; k + 2 < x.length; k += 3) places.push(new THREE.Vector3(x[k], x[k + 1], x[k + 2]));
+    const middle = places.reduce((sum, place) => sum.add(place), new THREE.Vector3()).multiplyScalar(1 / (places.length || 1));
+    places.forEach(place => place.sub(middle));
+    let nearest = Infinity;
+    places.forEach((a, i) => places.slice(0, i).forEach(b => { nearest = Math.min(nearest, a.distanceTo(b)); }));
+    const balls = new THREE.InstancedMesh(new THREE.SphereGeometry(0.3 * nearest, 32, 20), new THREE.MeshLambertMaterial({ color: ATOM_COLOUR }), places.length);
+    places.forEach((place, k) => balls.setMatrixAt(k, new THREE.Matrix4().setPosition(place)));
+    balls.frustumCulled = false;
+    this.marks.add(balls);
+    const material = new THREE.MeshLambertMaterial({ color: 0xb8bec8 });
+    places.forEach((a, i) => places.slice(0, i).forEach(b => {
+      if (a.distanceTo(b) < 1.25 * nearest) this.marks.add(stick(a, b, 0.06 * nearest, material));
+    }));
+    this.half = Math.max(this.half, ...places.map(place => 1.15 * place.length() + 0.4 * nearest));
+    this.middle.set(0, 0, 0);
+  }
+
+  // Looks from an azimuth and elevation (degrees), enlarged by `zoom`.
+  lookFrom([azimuth, elevation, zoom]) {
+    const [a, e] = [(azimuth * Math.PI) / 180, (elevation * Math.PI) / 180];
+    const back = new THREE.Vector3(Math.cos(e) * Math.cos(a), Math.cos(e) * Math.sin(a), Math.sin(e));
+    this.aim(this.middle, back, this.half / zoom);
+  }
+
+  // Looks along −`back` at a point, with half the shorter side of the picture `half` wide.
+  aim(target, back, half) {
+    this.camera.position.copy(target).addScaledVector(back, 5 + 10 * half);
+    this.camera.far = 20 + 40 * half;
+    this.camera.lookAt(target);
+    this.extent = half;
+    this.lamp.position.copy(back).addScaledVector(new THREE.Vector3(0, 0, 1), 0.6);
+  }
+
+  render(width = this.canvas.clientWidth, height = this.canvas.clientHeight, scale = Math.min(2, devicePixelRatio || 1)) {
+    if (!width || !height) return;
+    if (this.size !== `${width} ${height} ${scale}`) {
+      this.size = `${width} ${height} ${scale}`;
+      this.renderer.setPixelRatio(scale);
+      this.renderer.setSize(width, height, false);
+    }
+    const shorter = Math.min(width, height);
+    const [x, y] = [(this.extent * width) / shorter, (this.extent * height) / shorter];
+    Object.assign(this.camera, { left: -x, right: x, top: y, bottom: -y });
+    this.camera.updateProjectionMatrix();
+    this.renderer.render(this.scene, this.camera);
+  }
+}
+
+function touchesOf(item) {
+  const [side, k] = model.at(item);
+  const places = [];
+  if (!side.touches) return places;
+  const { starts, touch } = side.touches;
+  for (let row = starts[k]; row < starts[k + 1]; row++) places.push(touch.subarray(7 * row, 7 * row + 7));
+  return places;
+}
+
+// At most `most` of the items, evenly chosen.
+function spread(items, most) {
+  return items.length <= most ? items : Array.from({ length: most }, (_, k) => items[Math.floor((k * items.length) / most)]);
+}
+
+function frictionCone([x, y, z, nx, ny, nz], friction) {
+  const side = 0.022;
+  const [sin, cos] = [Math.sin(Math.atan(friction)), Math.cos(Math.atan(friction))];
+  const geometry = new THREE.ConeGeometry(side * sin, side * cos, 28, 1, true);
+  geometry.translate(0, (-side * cos) / 2, 0);
+  const material = new THREE.MeshLambertMaterial({ color: 0xf0a030, transparent: true, opacity: 0.5, side: THREE.DoubleSide, depthWrite: false });
+  const cone = new THREE.Mesh(geometry, material);
+  // The tip is the upper end, so the axis into the object is the cone's −y.
+  cone.quaternion.setFromUnitVectors(new THREE.Vector3(0, -1, 0), new THREE.Vector3(nx, ny, nz).normalize());
+  cone.position.set(x, y, z);
+  return cone;
+}
+
+function stick(a, b, radius, material) {
+  const bond = new THREE.Mesh(new THREE.CylinderGeometry(radius, radius, a.distanceTo(b), 12), material);
+  bond.position.addVectors(a, b).multiplyScalar(0.5);
+  bond.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), b.clone().sub(a).normalize());
+  return bond;
+}

@@ -1,0 +1,233 @@
+// What is chosen on the page. All panels share it, and it stands in the address, so that a link shows the same.
+"use strict";
+
+let model = null;
+
+const state = {
+  hover: null,      // the item under the pointer
+  selected: [],     // at most two items; two show the way between them
+  level: null,      // an energy that divides the tree into superbasins
+  query: "",        // the text of the search field
+  pins: [],         // at most six items
+  colour: "",       // what colours show
+  camera: null,     // [azimuth, elevation, zoom], degrees
+  step: 0,          // place on the way, 0 to 1
+  sort: "energy",   // column of the table, with a minus for the other order
+  cones: false,     // whether friction cones are shown
+};
+
+// Derived from it: which items pass the filter, and the superbasins.
+const derived = { passes: null, passing: 0, problem: "", basins: null };
+
+const MOST_PINS = 6;
+const watchers = [];
+const stale = new Set();
+let scheduled = false;
+
+// Calls `paint` after one of these parts of the state changed.
+function watch(parts, paint) {
+  watchers.push([parts, paint]);
+}
+
+function change(changes) {
+  for (const [part, value] of Object.entries(changes)) {
+    if (part === "hover" && state.hover === value) continue;
+    state[part] = value;
+    stale.add(part);
+  }
+  if (stale.has("query") || derived.passes === null) filterItems();
+  if (stale.has("level")) derived.basins = basinsAt(state.level);
+  if (!scheduled && stale.size) {
+    scheduled = true;
+    requestAnimationFrame(refresh);
+  }
+}
+
+function refresh() {
+  scheduled = false;
+  const parts = [...stale];
+  stale.clear();
+  for (const [watched, paint] of watchers) if (parts.some(part => watched.includes(part))) paint();
+  if (parts.some(part => part !== "hover")) keepInAddress();
+}
+
+function filterItems() {
+  const { test, problem } = compiled(state.query, model);
+  const passes = new Uint8Array(model.count);
+  let passing = 0;
+  for (let item = 0; item < model.count; item++) passing += passes[item] = test(item) ? 1 : 0;
+  Object.assign(derived, { passes, passing, problem });
+}
+
+// A click chooses one item, a second click one more: two items show the way between them. Only the last two stay.
+function select(item) {
+  if (item === null) return change({ selected: [] });
+  const last = state.selected.at(-1);
+  const selected = last === undefined ? [item] : last === item ? [] : [last, item];
+  change({ selected, step: 0 });
+}
+
+function pin(item) {
+  if (item === null || item === undefined) return;
+  const pins = state.pins.includes(item) ? state.pins.filter(other => other !== item) : [...state.pins, item].slice(-MOST_PINS);
+  change({ pins });
+}
+
+// The item that is looked at: under the pointer, else chosen last, else the first that passes.
+function looked() {
+  return state.hover ?? state.selected.at(-1) ?? Math.max(0, derived.passes.indexOf(1));
+}
+
+let written = null;
+let waiting = 0;
+
+function keepInAddress() {
+  clearTimeout(waiting);
+  waiting = setTimeout(() => {
+    written = "#" + fragment();
+    try {
+      history.replaceState(null, "", written === "#" ? location.pathname : written);
+    } catch {
+      location.replace(written);
+    }
+  }, 120);
+}
+
+function fragment() {
+  const names = items => items.map(item => model.name(item)).join(",");
+  const parts = {
+    sel: names(state.selected),
+    level: state.level === null ? "" : String(Number(state.level.toPrecision(8))),
+    q: state.query,
+    pin: names(state.pins),
+    colour: state.colour === firstColour() ? "" : state.colour,
+    cam: state.camera ? state.camera.map(value => Number(value.toFixed(3))).join(",") : "",
+    step: state.step ? String(Number(state.step.toFixed(4))) : "",
+    sort: state.sort === "energy" ? "" : state.sort,
+    cones: state.cones ? "1" : "",
+  };
+  return new URLSearchParams(Object.entries(parts).filter(([, value]) => value !== "")).toString();
+}
+
+// Reads the address. What it does not name is as at the start; what makes no sense is left out.
+function readAddress() {
+  const parts = new URLSearchParams(location.hash.slice(1));
+  const items = name => (parts.get(name) ?? "").split(",").map(text => model.named(text)).filter(item => item !== null);
+  const number = name => parts.has(name) && Number.isFinite(Number(parts.get(name))) ? Number(parts.get(name)) : null;
+  const camera = (parts.get("cam") ?? "").split(",").map(Number);
+  change({
+    selected: items("sel").slice(0, 2),
+    level: model.sides[0].tree ? number("level") : null,
+    query: parts.get("q") ?? "",
+    pins: [...new Set(items("pin"))].slice(0, MOST_PINS),
+    colour: colourings().some(([name]) => name === parts.get("colour")) ? parts.get("colour") : firstColour(),
+    camera: camera.length === 3 && camera.every(Number.isFinite) ? camera : null,
+    step: Math.min(1, Math.max(0, number("step") ?? 0)),
+    sort: parts.get("sort") ?? "energy",
+    cones: parts.get("cones") === "1",
+  });
+}
+
+window.addEventListener("hashchange", () => { if (location.hash !== written) readAddress(); });
+
+// Colours of Okabe and Ito without those of the grasp categories, as in src/figure/theme.rs, then darker mixtures.
+const PALETTE = ["#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#5b3a8e", "#8c510a", "#80cdc1"];
+const CATEGORY = { precision: "#009e73", power: "#d55e00", intermediate: "#f0e442", "": "#b4bac4" };
+const VIRIDIS = ["#440154", "#482878", "#3e4989", "#31688e", "#26828e", "#1f9e89", "#35b779", "#6ece58", "#b5de2b", "#fde725"];
+const NEUTRAL = "#7b8fa8";
+
+function viridis(t) {
+  const place = Math.min(0.9999, Math.max(0, t)) * (VIRIDIS.length - 1);
+  const channels = text => [1, 3, 5].map(k => parseInt(text.slice(k, k + 2), 16));
+  const [a, b] = [channels(VIRIDIS[Math.floor(place)]), channels(VIRIDIS[Math.floor(place) + 1])];
+  return "#" + a.map((value, k) => Math.round(value + (place % 1) * (b[k] - value)).toString(16).padStart(2, "0")).join("");
+}
+
+// What colours can show on this page: names and words.
+function colourings() {
+  const all = [["category", "category"], ["stable", "stability"], ["group", "group"], ["epsilon", "ε"], ["energy", "energy"]];
+  return all.filter(([name]) => name === "energy" || model.knows(name));
+}
+
+function firstColour() {
+  return colourings()[0][0];
+}
+
+const ranges = {};
+
+function range(field) {
+  if (!ranges[field]) {
+    let [low, high] = [Infinity, -Infinity];
+    for (let item = 0; item < model.count; item++) {
+      const value = model.number(field, item);
+      if (Number.isFinite(value)) [low, high] = [Math.min(low, value), Math.max(high, value)];
+    }
+    ranges[field] = [low, high];
+  }
+  return ranges[field];
+}
+
+// The colour of an item: that of its superbasin while there is a level, else what is chosen.
+function colourOf(item) {
+  if (derived.basins) return derived.basins.colour[item];
+  switch (state.colour) {
+    case "category": return CATEGORY[model.text("category", item)] ?? NEUTRAL;
+    case "stable": return { 0: "#d55e00", 1: "#009e73" }[model.number("stable", item)] ?? CATEGORY[""];
+    case "group": return PALETTE[model.number("group", item) % PALETTE.length];
+    default: {
+      const [low, high] = range(state.colour);
+      const value = model.number(state.colour, item);
+      return Number.isFinite(value) ? viridis((value - low) / ((high - low) || 1)) : CATEGORY[""];
+    }
+  }
+}
+
+// The superbasins below an energy: for each item the node on top of its basin (NONE above the level) and its colour.
+function basinsAt(level) {
+  if (level === null) return null;
+  const top = new Uint32Array(model.count).fill(NONE);
+  const colour = new Array(model.count).fill(CATEGORY[""]);
+  const list = [];
+  model.sides.forEach((side, number) => {
+    const { energy, parent } = side.tree;
+    const above = new Uint32Array(energy.length);
+    for (let node = energy.length - 1; node >= 0; node--) {
+      const joined = parent[node] !== NONE && energy[parent[node]] <= level;
+      above[node] = joined ? above[parent[node]] : node;
+    }
+    const basins = new Map();
+    for (let k = 0; k < side.count; k++) {
+      if (energy[k] > level) continue;
+      top[model.offsets[number] + k] = above[k];
+      if (!basins.has(above[k])) basins.set(above[k], []);
+      basins.get(above[k]).push(model.offsets[number] + k);
+    }
+    list.push(...coloured([...basins.values()], model.offsets[number], colour));
+  });
+  return { top, colour, list };
+}
+
+// Gives the basins of several minima colours. Each prefers that of its lowest minimum, so that it keeps it while it grows.
+function coloured(basins, offset, colour) {
+  const several = basins.filter(basin => basin.length > 1).sort((a, b) => b.length - a.length || a[0] - b[0]);
+  const used = new Set();
+  for (const basin of several) {
+    let choice = (basin[0] - offset) % PALETTE.length;
+    for (let tries = 0; used.has(choice) && tries < PALETTE.length; tries++) choice = (choice + 1) % PALETTE.length;
+    used.add(choice);
+    for (const item of basin) colour[item] = PALETTE[choice];
+    if (used.size === PALETTE.length) used.clear();
+  }
+  return several;
+}
+
+// The items in the superbasin of an item, or null.
+function family(item) {
+  if (!derived.basins || derived.basins.top[item] === NONE) return null;
+  const side = model.sideOf(item);
+  const items = [];
+  for (let other = model.offsets[side]; other < model.offsets[side + 1]; other++) {
+    if (derived.basins.top[other] === derived.basins.top[item]) items.push(other);
+  }
+  return items;
+}

@@ -1,0 +1,125 @@
+// The table: the items that pass the filter, sorted. Only the rows in view are in the document.
+"use strict";
+
+const ROW = 27;
+
+class TablePanel {
+  constructor(section) {
+    this.section = section;
+    this.columns = this.chosen();
+    this.head = make("div", "", { class: "row head", role: "row" });
+    this.body = make("div", "", { class: "rows", role: "rowgroup" });
+    this.scroll = make("div", "", { class: "scroll", role: "grid", tabindex: 0, "aria-label": "Table" }, this.head, this.body);
+    this.count = make("span", "", { class: "count" });
+    section.querySelector("h2").append(this.count);
+    section.append(this.scroll);
+    this.scroll.addEventListener("scroll", () => this.rows());
+    this.scroll.addEventListener("keydown", event => this.key(event));
+    new ResizeObserver(() => this.rows()).observe(this.scroll);
+    watch(["query", "sort", "level", "labels"], () => this.order());
+    watch(["hover", "selected", "pins", "colour", "look"], () => this.rows());
+    for (const column of this.columns) this.head.append(this.heading(column));
+    this.scroll.style.setProperty("--columns", this.columns.map(column => column.width).join(" "));
+  }
+
+  chosen() {
+    const [side] = model.sides;
+    const grasps = side.space?.kind === "pose";
+    const number = (name, words, width, digits) => ({
+      name, words, width, number: true, value: item => model.number(name, item), text: item => shown(model.number(name, item), digits),
+    });
+    const text = (name, words, width, value) => ({ name, words, width, value, text: value });
+    const all = [
+      text("name", side.item === "grasp" ? "grasp" : "minimum", "4.6rem", item => model.name(item)),
+      number("energy", "energy", "4.8rem"),
+      side.group && number("group", "group", "3.6rem", 1),
+      side.member_count && number("members", grasps ? "grasps" : "found", "3.8rem", 1),
+      side.label && text("label", "type", "minmax(7.5rem, 1fr)", item => given(item)),
+      model.knows("object") && text("object", "object", "minmax(6rem, .6fr)", item => model.text("object", item)),
+      side.epsilon && number("epsilon", "ε", "3.6rem", 3),
+      model.knows("stable") && { ...number("stable", "held", "4rem", 1), text: item => ["fell", "held"][model.number("stable", item)] ?? "–" },
+      side.tree && number("joins", "joins at", "4.4rem"),
+      side.tree?.resamplings && { ...number("support", "support", "4.2rem"), text: item => percent(model.number("support", item)) },
+      side.tree && text("evidence", "evidence", "4.6rem", item => model.evidence(item)),
+    ];
+    return all.filter(column => column);
+  }
+
+  heading(column) {
+    const sort = () => change({ sort: state.sort === column.name ? "-" + column.name : column.name });
+    const button = make("button", column.words, { type: "button", onclick: sort });
+    return make("span", "", { role: "columnheader", class: column.number ? "number" : false, "data-name": column.name }, button);
+  }
+
+  order() {
+    const name = state.sort.replace(/^-/, "");
+    const column = this.columns.find(column => column.name === name) ?? this.columns[1];
+    const sign = state.sort.startsWith("-") ? -1 : 1;
+    this.items = [];
+    for (let item = 0; item < model.count; item++) if (derived.passes[item]) this.items.push(item);
+    const values = new Map(this.items.map(item => [item, column.value(item)]));
+    const compare = (a, b) => {
+      const [p, q] = [values.get(a), values.get(b)];
+      if (typeof p === "string" && column.name !== "name") return sign * p.localeCompare(q) || a - b;
+      if (column.name === "name") return sign * (a - b);
+      return Number.isNaN(p) - Number.isNaN(q) || sign * (p - q) || a - b;
+    };
+    this.items.sort(compare);
+    for (const cell of this.head.children) {
+      const own = cell.dataset.name === column.name;
+      cell.setAttribute("aria-sort", own ? (sign > 0 ? "ascending" : "descending") : "none");
+    }
+    const all = model.count;
+    this.count.textContent = this.items.length === all ? ` ${all}` : ` ${this.items.length} of ${all}`;
+    this.scroll.setAttribute("aria-rowcount", this.items.length);
+    this.rows();
+  }
+
+  rows() {
+    if (!this.items) return;
+    this.body.style.height = ROW * this.items.length + "px";
+    const first = Math.max(0, Math.floor(this.scroll.scrollTop / ROW) - 4);
+    const last = Math.min(this.items.length, first + Math.ceil(this.scroll.clientHeight / ROW) + 9);
+    this.body.replaceChildren(...this.items.slice(first, last).map((item, k) => this.row(item, first + k)));
+  }
+
+  row(item, place) {
+    const cells = this.columns.map(column => {
+      const cell = make("span", column.text(item), { role: "gridcell", class: column.number ? "number" : false });
+      if (column.name === "name") {
+        const dot = make("i", "", { class: "dot" });
+        dot.style.background = colourOf(item);
+        cell.prepend(dot);
+      }
+      if (column.name === "label" && model.rule(item)) cell.title = model.rule(item);
+      return cell;
+    });
+    const classes = ["row", item === state.hover && "hover", state.selected.includes(item) && "selected", state.pins.includes(item) && "pinned"];
+    const row = make("div", "", {
+      class: classes.filter(name => name).join(" "), role: "row", "data-item": item, "aria-selected": state.selected.includes(item) ? "true" : "false",
+      "aria-rowindex": place + 1,
+      onclick: () => select(item), onpointerenter: () => change({ hover: item }), onpointerleave: () => change({ hover: null }),
+    }, ...cells);
+    row.style.top = place * ROW + "px";
+    return row;
+  }
+
+  key(event) {
+    const place = this.items.indexOf(state.hover ?? state.selected.at(-1) ?? -1);
+    const page = Math.floor(this.scroll.clientHeight / ROW) - 2;
+    const moves = { ArrowDown: place + 1, ArrowUp: place - 1, PageDown: place + page, PageUp: place - page, Home: 0, End: Infinity };
+    if (event.key in moves) {
+      const to = Math.max(0, Math.min(this.items.length - 1, moves[event.key]));
+      change({ hover: this.items[to] ?? null });
+      const top = to * ROW;
+      if (top < this.scroll.scrollTop) this.scroll.scrollTop = top;
+      else if (top > this.scroll.scrollTop + this.scroll.clientHeight - 3 * ROW) this.scroll.scrollTop = top - this.scroll.clientHeight + 3 * ROW;
+    } else if ((event.key === "Enter" || event.key === " ") && state.hover !== null) select(state.hover);
+    else return;
+    event.preventDefault();
+  }
+}
+
+function percent(share) {
+  return Number.isNaN(share) ? "–" : Math.round(100 * share) + " %";
+}
