@@ -10,6 +10,7 @@ mod failures;
 mod force_closure;
 mod force_closure_estimate;
 mod grasp_energy;
+mod grasp_layer;
 mod hand_files;
 mod hands;
 mod mano;

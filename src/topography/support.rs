@@ -299,6 +299,31 @@ mod tests {
     }
 
     #[test]
+    fn a_straight_line_needs_no_chains_to_confirm_it() {
+        let chain = |replica| Start::Chain {
+            backward: false,
+            replica,
+        };
+        let mut trial = Trial {
+            chains: [vec![Some(2.0); 3], Vec::new()],
+            straight: Some(1.5),
+            found: vec![
+                (chain(0), vec![((0, 1), 1.0), ((1, 2), 0.8)]),
+                (chain(2), vec![((0, 1), 1.1)]),
+            ],
+        };
+        assert_eq!(trial.chains_that_found((0, 1), (0, 1), 1.05), Some(1));
+        assert_eq!(trial.chains_that_found((0, 1), (0, 1), 1.2), Some(2));
+        // A pass on the path of another pair.
+        assert_eq!(trial.chains_that_found((0, 1), (1, 2), 0.9), Some(1));
+        assert_eq!(trial.chains_that_found((0, 1), (2, 3), 9.0), Some(0));
+        // The rough straight line is as low.
+        assert_eq!(trial.chains_that_found((0, 1), (0, 1), 1.5), None);
+        trial.found.push((Start::Straight, vec![((1, 2), 0.8)]));
+        assert_eq!(trial.chains_that_found((0, 1), (1, 2), 0.9), None);
+    }
+
+    #[test]
     fn lost_chains_raise_heights() {
         let kept = network(
             &[0.0, 0.1, 0.2],

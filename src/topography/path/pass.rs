@@ -286,3 +286,40 @@ fn traced(energy: &dyn Energy, start: &[f64], settings: &QuenchSettings) -> (Pat
     });
     (trace, end)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::space::{Euclidean, Space};
+
+    /// The valley y = 50 x² with steep sides. Its floor falls from a pass at the origin.
+    struct BentValley(Euclidean);
+
+    impl Energy for BentValley {
+        fn space(&self) -> &dyn Space {
+            &self.0
+        }
+
+        fn evaluate(&self, at: &[f64], gradient: &mut [f64]) -> f64 {
+            let (x, off) = (at[0], at[1] - 50.0 * at[0] * at[0]);
+            gradient[0] = -2.0 * x + 4.0 * x.powi(3) - 2e5 * x * off;
+            gradient[1] = 2e3 * off;
+            -x * x + x.powi(4) + 1e3 * off * off
+        }
+    }
+
+    #[test]
+    fn a_step_down_a_bent_valley_is_shortened() {
+        let energy = BentValley(Euclidean::new(2));
+        let pass = [0.0, 0.0];
+        let push = 2e-3;
+        let mut gradient = [0.0; 2];
+        assert!(energy.evaluate(&[push, 0.0], &mut gradient) > 0.0);
+        let settings = QuenchSettings::for_scales(0.1, 0.1);
+        let descents = descend(&energy, (&pass, 0.0), &[1.0, 0.0], push, &settings).unwrap();
+        let ends = descents.map(|path| path.images[path.images.len() - 1][0]);
+        assert!(ends[0] > 0.5 && ends[1] < -0.5, "{ends:?}");
+        // No step along the valley's side leads down.
+        assert!(descend(&energy, (&pass, 0.0), &[0.0, 1.0], push, &settings).is_none());
+    }
+}

@@ -1,0 +1,118 @@
+//! The energy of an elastic layer as a function of the pose; its derivatives are tested in `grasp_energy.rs`.
+
+use landscape::energy::Energy;
+use landscape::grasp::layer::LayerSettings;
+use landscape::grasp::{EnergySettings, GraspEnergy};
+use landscape::sample::{Task, stream};
+use landscape::space::Space;
+
+use super::grasp_energy::{BALL, BOTTLE, GRIPPER, HAND, pose};
+
+/// The energy of an elastic layer has no pieces and is a function of the pose alone: after other poses, in any order, it has
+/// the same bits.
+#[test]
+fn a_layer_has_no_memory() {
+    for hand in [&*HAND, &*GRIPPER] {
+        let settings = EnergySettings::closed();
+        let energy = GraspEnergy::new(hand.clone(), BOTTLE.clone(), settings).unwrap();
+        assert!(Energy::piecewise(&energy).is_none());
+        let space = energy.space();
+        let mut rng = stream(3, Task::Start, 0);
+        let poses: Vec<Vec<f64>> = (0..20)
+            .map(|_| pose(hand, &BOTTLE, space, &mut rng))
+            .collect();
+        let bits = |x: &Vec<f64>| {
+            let fresh = GraspEnergy::new(hand.clone(), BOTTLE.clone(), settings).unwrap();
+            let mut gradient = vec![0.0; space.tangents()];
+            let value = fresh.evaluate(x, &mut gradient);
+            (
+                value.to_bits(),
+                gradient.iter().map(|g| g.to_bits()).collect::<Vec<_>>(),
+            )
+        };
+        for x in poses.iter().chain(poses.iter().rev()) {
+            let mut gradient = vec![0.0; space.tangents()];
+            let value = energy.evaluate(x, &mut gradient);
+            let found: Vec<u64> = gradient.iter().map(|g| g.to_bits()).collect();
+            assert_eq!((value.to_bits(), found), bits(x));
+        }
+    }
+}
+
+/// Turning hand and object together changes nothing, because the loads turn with the hand: symmetric objects have symmetric
+/// energies.
+#[test]
+fn a_layer_has_the_symmetry_of_the_object() {
+    for hand in [&*HAND, &*GRIPPER] {
+        let energy =
+            GraspEnergy::new(hand.clone(), BOTTLE.clone(), EnergySettings::closed()).unwrap();
+        let space = energy.space();
+        let mut rng = stream(4, Task::Start, 0);
+        for _ in 0..10 {
+            let x = pose(hand, &BOTTLE, space, &mut rng);
+            let turn =
+                nalgebra::UnitQuaternion::from_axis_angle(&nalgebra::Vector3::z_axis(), 1.234);
+            let mut turned = x.clone();
+            let moved = turn * nalgebra::Vector3::new(x[0], x[1], x[2]);
+            turned[..3].copy_from_slice(moved.as_slice());
+            let q = turn
+                * nalgebra::UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(
+                    x[3], x[4], x[5], x[6],
+                ));
+            turned[3..7].copy_from_slice(&[q.w, q.i, q.j, q.k]);
+            let mut gradient = vec![0.0; space.tangents()];
+            let [before, after] = [&x, &turned].map(|x| energy.evaluate(x, &mut gradient));
+            assert!(
+                (before - after).abs() < 1e-9 * (1.0 + before),
+                "{before} {after}"
+            );
+        }
+    }
+}
+
+/// A hand far from everything has let go: its compliance is 1.
+#[test]
+fn a_hand_that_has_let_go() {
+    let energy = GraspEnergy::new(HAND.clone(), BOTTLE.clone(), EnergySettings::closed()).unwrap();
+    let mut x = HAND.rest_coordinates();
+    x[0] = 1.0;
+    assert!((energy.compliance(&x).unwrap() - 1.0).abs() < 1e-12);
+}
+
+/// Numbers of a layer that cannot be computed with are refused by name.
+#[test]
+fn absurd_layers_are_refused() {
+    let usual = LayerSettings::default();
+    let layers = [
+        ("layer.load", LayerSettings { load: 0.0, ..usual }),
+        (
+            "layer.skin_m[0] - skin_m[1]",
+            LayerSettings {
+                skin_m: [0.001, 0.001],
+                ..usual
+            },
+        ),
+        (
+            "layer.far_share",
+            LayerSettings {
+                far_share: 2.0,
+                ..usual
+            },
+        ),
+        (
+            "layer.reach_m",
+            LayerSettings {
+                reach_m: f64::NAN,
+                ..usual
+            },
+        ),
+    ];
+    for (name, layer) in layers {
+        let settings = EnergySettings {
+            layer: Some(layer),
+            ..EnergySettings::closed()
+        };
+        let error = GraspEnergy::new(HAND.clone(), BALL.clone(), settings).unwrap_err();
+        assert!(error.to_string().starts_with(name), "{error}");
+    }
+}
