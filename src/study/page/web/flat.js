@@ -7,7 +7,7 @@ class FlatPanel {
     this.side = side;
     this.dimensions = side.space.dimensions;
     const kind = this.dimensions === 1 ? "line" : this.dimensions === 2 ? "map" : "parallel";
-    section.querySelector("h2").textContent = kind === "parallel" ? "Coordinates" : side.name.replace(/\.landscape$/, "");
+    section.querySelector("h2").textContent = kind === "parallel" ? "Coordinates" : side.title.split(":")[0];
     this.map = side.space.contours;
     const painters = { line: this.line, map: this.plane, parallel: this.parallel };
     this.drawing = new Drawing(section, "The surface with its minima and ways", (pen, w, h) => painters[kind].call(this, pen, w, h), at => this.found(at));

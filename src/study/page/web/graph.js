@@ -19,15 +19,23 @@ class GraphPanel {
     return Array.from(this.side.graph.minimum).findIndex(other => this.side.group[other] === group);
   }
 
+  // Fits the circles into the panel, turned by a right angle if they are then larger.
   scales(w, h) {
-    const [width, height] = this.side.graph.size;
-    this.scale = Math.min(w / width, h / height);
-    this.shift = [(w - this.scale * width) / 2, (h - this.scale * height) / 2];
+    const { x, y, radius } = this.side.graph;
+    const bounds = places => [Math.min(...places.map((place, k) => place - radius[k])), Math.max(...places.map((place, k) => place + radius[k]))];
+    const [[left, right], [top, bottom]] = [bounds(x), bounds(y)];
+    const fit = (width, height) => Math.min(1.2, (w - 24) / (width || 1), (h - 44) / (height || 1));
+    const [upright, turned] = [fit(right - left, bottom - top), fit(bottom - top, right - left)];
+    this.turned = turned > 1.12 * upright;
+    this.scale = this.turned ? turned : upright;
+    this.middle = [(left + right) / 2, (top + bottom) / 2];
+    this.centre = [w / 2, h / 2 + 8];
   }
 
   at(circle) {
     const { x, y } = this.side.graph;
-    return [this.shift[0] + this.scale * x[circle], this.shift[1] + this.scale * y[circle]];
+    const [dx, dy] = [this.scale * (x[circle] - this.middle[0]), this.scale * (y[circle] - this.middle[1])];
+    return this.turned ? [this.centre[0] - dy, this.centre[1] + dx] : [this.centre[0] + dx, this.centre[1] + dy];
   }
 
   radius(circle) {
@@ -85,7 +93,7 @@ class GraphPanel {
   }
 
   found([x, y]) {
-    if (!this.shift) return null;
+    if (!this.centre) return null;
     let best = { reach: 10, circle: -1 };
     this.side.graph.minimum.forEach((_, circle) => {
       const [cx, cy] = this.at(circle);

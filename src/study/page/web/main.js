@@ -134,7 +134,7 @@ async function start() {
   makePanels();
   tools();
   readAddress();
-  change({ labels: true });
+  change({ labels: true, look: {} });
   refresh();
   document.body.dataset.ready = "1";
   document.dispatchEvent(new Event("ready"));

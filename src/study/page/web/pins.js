@@ -104,15 +104,18 @@ class ScenePanel {
   }
 
   put(view, item, route) {
-    const x = route ? onRoute(route, state.step) : model.coordinates(item);
+    const beside = route ? null : model.besidePartner(item);
+    const x = route ? onRoute(route, state.step) : beside ?? model.coordinates(item);
     if (this.atoms) return view.atoms(x);
     view.setScene(item ?? state.selected[0]);
-    if (this.glides(view, x, route)) this.glide(view, x, item);
+    // The touched places are those of the grasp as it stands in its own landscape.
+    const touched = beside ? null : item;
+    if (this.glides(view, x, route)) this.glide(view, x, touched);
     else {
       cancelAnimationFrame(view.frame);
       view.frame = undefined;
       view.pose(x);
-      view.touch(item, state.cones);
+      view.touch(touched, state.cones);
     }
     view.target = x;
     const kin = route ? null : family(item);
