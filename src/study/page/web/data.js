@@ -141,15 +141,24 @@ class Model {
   number(field, item) {
     const [side, k] = this.at(item);
     switch (field) {
-      case "energy": return side.energy[k];
-      case "members": return side.member_count ? side.member_count[k] : 1;
-      case "epsilon": return side.epsilon ? side.epsilon[k] : NaN;
-      case "group": return side.group ? side.group[k] : NaN;
-      case "type": return side.type?.[k] || NaN;
-      case "stable": return side.stable && side.stable[k] < 2 ? side.stable[k] : NaN;
-      case "joins": return side.merge[k] === NONE ? NaN : side.tree.energy[side.merge[k]];
-      case "support": return side.merge[k] === NONE ? NaN : side.tree.support[side.merge[k]];
-      default: return NaN;
+      case "energy":
+        return side.energy[k];
+      case "members":
+        return side.member_count ? side.member_count[k] : 1;
+      case "epsilon":
+        return side.epsilon ? side.epsilon[k] : NaN;
+      case "group":
+        return side.group ? side.group[k] : NaN;
+      case "type":
+        return side.type?.[k] || NaN;
+      case "stable":
+        return side.stable && side.stable[k] < 2 ? side.stable[k] : NaN;
+      case "joins":
+        return side.merge[k] === NONE ? NaN : side.tree.energy[side.merge[k]];
+      case "support":
+        return side.merge[k] === NONE ? NaN : side.tree.support[side.merge[k]];
+      default:
+        return NaN;
     }
   }
 

@@ -7,7 +7,12 @@ class GraphPanel {
     const { graph } = this.side;
     if (graph.of === "groups") section.querySelector("h2").textContent = "Barrier graph of the groups";
     this.circleOf = new Map(Array.from(graph.minimum, (item, circle) => [item, circle]));
-    this.drawing = new Drawing(section, "Barrier graph", (pen, w, h) => this.paint(pen, w, h), at => this.found(at));
+    this.drawing = new Drawing(
+      section,
+      "Barrier graph",
+      (pen, w, h) => this.paint(pen, w, h),
+      at => this.found(at),
+    );
     watch(["hover", "selected", "level", "query", "colour", "pins", "look"], () => this.drawing.draw());
   }
 
@@ -22,7 +27,10 @@ class GraphPanel {
   // Fits the circles into the panel, turned by a right angle if they are then larger.
   scales(w, h) {
     const { x, y, radius } = this.side.graph;
-    const bounds = places => [Math.min(...places.map((place, k) => place - radius[k])), Math.max(...places.map((place, k) => place + radius[k]))];
+    const bounds = places => [
+      Math.min(...places.map((place, k) => place - radius[k])),
+      Math.max(...places.map((place, k) => place + radius[k])),
+    ];
     const [[left, right], [top, bottom]] = [bounds(x), bounds(y)];
     const fit = (width, height) => Math.min(1.2, (w - 24) / (width || 1), (h - 44) / (height || 1));
     const [upright, turned] = [fit(right - left, bottom - top), fit(bottom - top, right - left)];
@@ -46,7 +54,9 @@ class GraphPanel {
     this.scales(w, h);
     const { graph } = this.side;
     const route = this.route();
-    const order = Array.from(graph.a, (_, line) => line).sort((p, q) => graph.in_tree[p] - graph.in_tree[q] || graph.height[q] - graph.height[p]);
+    const order = Array.from(graph.a, (_, line) => line).sort(
+      (p, q) => graph.in_tree[p] - graph.in_tree[q] || graph.height[q] - graph.height[p],
+    );
     for (const line of order) this.line(pen, line, route.has(line));
     for (const line of route) this.line(pen, line, true);
     graph.minimum.forEach((item, circle) => {
