@@ -99,6 +99,7 @@ fn a_model_is_mapped() {
             "paths.parquet",
             "rarefaction.png",
             "rarefaction.svg",
+            "report.html",
             "stationary.parquet",
             "summary.md",
             "timings.json",

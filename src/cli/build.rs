@@ -232,7 +232,7 @@ fn build(
     if !command.page.no_report {
         let known = population.grasps.iter();
         let held = known.filter_map(|grasp| Some((grasp.id, grasp.stable?)));
-        report::write_into(&unfinished.folder, output, &held.collect(), common)?;
+        report::write_into(&unfinished.folder, &held.collect(), common)?;
     }
     unfinished.conclude(watch, &text)
 }

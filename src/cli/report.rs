@@ -211,15 +211,15 @@ fn of_grasps(command: &Report, common: &Common) -> anyhow::Result<String> {
     Ok(grasp_page(grasps, &common.provenance.command)?)
 }
 
-/// Writes the page of the landscape whose tables are in `folder`, which will be called `output`.
+/// Writes the page of the landscape whose tables are in `folder`. The page does not tell the name of the folder, as its other
+/// files do not; it takes that from its own address.
 pub(super) fn write_into(
     folder: &AtomicFolder,
-    output: &Path,
     held: &BTreeMap<u64, bool>,
     common: &Common,
 ) -> anyhow::Result<()> {
     let mut opened = Opened::read(folder.path())?;
-    opened.name = name_of(output);
+    opened.name.clear();
     let page = landscape_page(opened.shown(held), None, &common.provenance.command)?;
     folder.write(PAGE, page.as_bytes())?;
     Ok(())

@@ -37,7 +37,7 @@ pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
     let folder = AtomicFolder::open(&output, true)?;
     let text = imported.write(&folder)?;
     if !command.page.no_report {
-        report::write_into(&folder, &output, &BTreeMap::new(), common)?;
+        report::write_into(&folder, &BTreeMap::new(), common)?;
     }
     let finished = folder.finish()?;
     if !common.quiet {

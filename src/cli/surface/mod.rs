@@ -251,7 +251,7 @@ fn map(
     };
     let text = report.write(&unfinished.folder)?;
     if !command.page.no_report {
-        report::write_into(&unfinished.folder, &output, &BTreeMap::new(), common)?;
+        report::write_into(&unfinished.folder, &BTreeMap::new(), common)?;
     }
     unfinished.conclude(watch, &text)
 }

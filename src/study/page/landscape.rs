@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::pack::{Pack, Texts};
 use super::touch::{contact_set, epsilon_of, packed, touches};
-use super::ways::Ways;
+use super::ways::{Ways, copy};
 use super::{Scenes, hand, surface, tree, trust};
 use crate::energy::Energy;
 use crate::evaluation::taxonomy::Rule;
@@ -18,7 +18,7 @@ use crate::store::{LandscapeFiles, MinimumRow};
 use crate::study::drawing::Titles;
 use crate::study::error::StudyError;
 use crate::study::names::{GraspSetting, MinimumName};
-use crate::topography::{Evidence, Network, Tree};
+use crate::topography::{Evidence, Match, Network, Tree};
 
 /// Greatest number of touched places of a minimum, and if there are more than [`MANY`] minima.
 const TOUCHES: [usize; 2] = [24, 8];
@@ -27,7 +27,7 @@ const MANY: usize = 1000;
 /// A landscape to be shown on a page.
 #[derive(Debug, Clone, Copy)]
 pub struct PageLandscape<'a> {
-    /// Its name, as in the command that shows it.
+    /// Its name, as in the command that shows it; empty for the page in its own folder, which tells the name.
     pub name: &'a str,
     /// Its tables.
     pub files: &'a LandscapeFiles,
@@ -39,7 +39,15 @@ pub struct PageLandscape<'a> {
 
 impl PageLandscape<'_> {
     /// The landscape as an entry of the header.
-    pub(super) fn side(&self, scenes: &mut Scenes, pack: &mut Pack) -> Result<Value, StudyError> {
+    ///
+    /// If it stands beside another one, `guide` has the minima of that one and those of this one that correspond to them,
+    /// which are turned to stand like them.
+    pub(super) fn side(
+        &self,
+        scenes: &mut Scenes,
+        pack: &mut Pack,
+        guide: Option<(&[Vec<f64>], &[Match])>,
+    ) -> Result<(Value, Vec<Vec<f64>>), StudyError> {
         let Self { name, files, .. } = *self;
         let network = files.network(name.as_ref())?;
         let merges = Tree::from_network(&network, Evidence::Chain);
@@ -67,15 +75,15 @@ impl PageLandscape<'_> {
             "trust": trust::statements(files, &merges, self.resampled),
             "rarefaction": manifest.findings.get("rarefaction"),
         });
-        let shown = if manifest.hand.is_some() && manifest.object.is_some() {
-            self.grasps(&network, scenes, pack)?
+        let (shown, minima) = if manifest.hand.is_some() && manifest.object.is_some() {
+            self.grasps(&network, scenes, pack, guide)?
         } else {
             self.points(&network, pack)
         };
         if let (Value::Object(side), Value::Object(shown)) = (&mut side, shown) {
             side.extend(shown);
         }
-        Ok(side)
+        Ok((side, minima))
     }
 
     /// Ids of the grasps of each minimum; only of landscapes of grasps, where ids mean something to the reader.
@@ -95,7 +103,8 @@ impl PageLandscape<'_> {
         network: &Network,
         scenes: &mut Scenes,
         pack: &mut Pack,
-    ) -> Result<Value, StudyError> {
+        guide: Option<(&[Vec<f64>], &[Match])>,
+    ) -> Result<(Value, Vec<Vec<f64>>), StudyError> {
         let Self { name, files, .. } = *self;
         let setting = GraspSetting::of(files, name)?;
         let energy = setting.energy(files, name)?;
@@ -133,7 +142,14 @@ impl PageLandscape<'_> {
                 side.extend(more);
             }
         }
-        Ok(side)
+        if let Some((others, matches)) = guide {
+            let turned = matches.iter().flat_map(|pair| {
+                let (before, after) = (&others[pair.before.0], &ways.minima[pair.after.0]);
+                copy(space, before, after, false)
+            });
+            side["counterparts"] = pack.floats(&turned.collect::<Vec<_>>());
+        }
+        Ok((side, ways.minima))
     }
 
     /// 1 if most simulated grasps of a minimum held, 0 if not, 2 if none was simulated.
@@ -149,16 +165,17 @@ impl PageLandscape<'_> {
     }
 
     /// What is particular to points of a surface.
-    fn points(&self, network: &Network, pack: &mut Pack) -> Value {
+    fn points(&self, network: &Network, pack: &mut Pack) -> (Value, Vec<Vec<f64>>) {
         let files = self.files;
         let dimensions = files.minima.first().map_or(0, |row| row.coordinates.len());
         let known = surface::space(&files.manifest);
         let Some((kind, space)) = known.filter(|(_, space)| space.coordinates() == dimensions)
         else {
-            return json!({ "space": { "kind": "none", "dimensions": 0 } });
+            let none = json!({ "space": { "kind": "none", "dimensions": 0 } });
+            return (none, Vec::new());
         };
         let ways = Ways::of(files, network, &*space);
-        json!({
+        let side = json!({
             "space": {
                 "kind": kind,
                 "dimensions": dimensions,
@@ -166,7 +183,8 @@ impl PageLandscape<'_> {
             },
             "coordinates": pack.floats(&ways.minima.concat()),
             "ways": ways.packed(files, &*space, None, pack),
-        })
+        });
+        (side, ways.minima)
     }
 }
 

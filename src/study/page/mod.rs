@@ -96,10 +96,12 @@ pub fn landscape_page(
     command: &str,
 ) -> Result<String, StudyError> {
     let (mut scenes, mut pack) = (Scenes::default(), Pack::default());
-    let mut sides = vec![landscape.side(&mut scenes, &mut pack)?];
+    let (side, minima) = landscape.side(&mut scenes, &mut pack, None)?;
+    let mut sides = vec![side];
     let mut difference = Value::Null;
     if let Some((other, found, within)) = other {
-        sides.push(other.side(&mut scenes, &mut pack)?);
+        let guide = Some((&minima[..], &found.matches[..]));
+        sides.push(other.side(&mut scenes, &mut pack, guide)?.0);
         difference = json!({
             "within": within,
             "matches": found.matches,

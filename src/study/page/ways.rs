@@ -38,7 +38,7 @@ pub(super) struct Ways<'a> {
 }
 
 /// The copy of `b` that is nearest to `a`.
-fn copy(space: &dyn Space, a: &[f64], b: &[f64], near: bool) -> Vec<f64> {
+pub(super) fn copy(space: &dyn Space, a: &[f64], b: &[f64], near: bool) -> Vec<f64> {
     let mut tangent = vec![0.0; space.tangents()];
     if near {
         space.log_near(a, b, &mut tangent);

@@ -52,6 +52,8 @@ class Model {
   constructor(header) {
     this.header = header;
     this.sides = header.sides;
+    // The page in the folder of a landscape takes the name of this folder.
+    for (const side of this.sides) side.name ||= decodeURIComponent(location.pathname.split("/").at(-2) ?? "") || "x.landscape";
     this.offsets = startsOf(this.sides.map(side => side.count));
     this.count = this.offsets[this.sides.length];
     for (const hand of header.hands) prepareHand(hand);
@@ -69,11 +71,21 @@ class Model {
   // For each minimum, the corresponding one of the other landscape, if there are two.
   partners() {
     const partner = new Uint32Array(this.count).fill(NONE);
-    for (const { before, after } of this.header.difference?.matches ?? []) {
+    this.matchOf = new Map();
+    (this.header.difference?.matches ?? []).forEach(({ before, after }, match) => {
       partner[before] = this.offsets[1] + after;
       partner[this.offsets[1] + after] = before;
-    }
+      this.matchOf.set(this.offsets[1] + after, match);
+    });
     return partner;
+  }
+
+  // An item of the second landscape, turned to stand like its counterpart in the first; null if it has none.
+  besidePartner(item) {
+    const [side] = this.at(item);
+    const match = this.matchOf.get(item);
+    if (match === undefined || !side.counterparts) return null;
+    return side.counterparts.subarray(match * side.space.dimensions, (match + 1) * side.space.dimensions);
   }
 
   sideOf(item) {
@@ -129,15 +141,24 @@ class Model {
   number(field, item) {
     const [side, k] = this.at(item);
     switch (field) {
-      case "energy": return side.energy[k];
-      case "members": return side.member_count ? side.member_count[k] : 1;
-      case "epsilon": return side.epsilon ? side.epsilon[k] : NaN;
-      case "group": return side.group ? side.group[k] : NaN;
-      case "type": return side.type?.[k] || NaN;
-      case "stable": return side.stable && side.stable[k] < 2 ? side.stable[k] : NaN;
-      case "joins": return side.merge[k] === NONE ? NaN : side.tree.energy[side.merge[k]];
-      case "support": return side.merge[k] === NONE ? NaN : side.tree.support[side.merge[k]];
-      default: return NaN;
+      case "energy":
+        return side.energy[k];
+      case "members":
+        return side.member_count ? side.member_count[k] : 1;
+      case "epsilon":
+        return side.epsilon ? side.epsilon[k] : NaN;
+      case "group":
+        return side.group ? side.group[k] : NaN;
+      case "type":
+        return side.type?.[k] || NaN;
+      case "stable":
+        return side.stable && side.stable[k] < 2 ? side.stable[k] : NaN;
+      case "joins":
+        return side.merge[k] === NONE ? NaN : side.tree.energy[side.merge[k]];
+      case "support":
+        return side.merge[k] === NONE ? NaN : side.tree.support[side.merge[k]];
+      default:
+        return NaN;
     }
   }
 

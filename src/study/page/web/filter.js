@@ -2,14 +2,32 @@
 "use strict";
 
 const FIELDS = {
-  energy: "energy", e: "energy", epsilon: "epsilon", eps: "epsilon", "ε": "epsilon", support: "support", members: "members",
-  grasps: "members", group: "group", type: "type", joins: "joins", barrier: "barrier",
+  energy: "energy",
+  e: "energy",
+  epsilon: "epsilon",
+  eps: "epsilon",
+  "ε": "epsilon",
+  support: "support",
+  members: "members",
+  grasps: "members",
+  group: "group",
+  type: "type",
+  joins: "joins",
+  barrier: "barrier",
 };
 const TEXT_FIELDS = { label: "label", category: "category", cell: "cell", object: "object", evidence: "evidence" };
 const COMPARISONS = {
-  "<": (a, b) => a < b, "<=": (a, b) => a <= b, "≤": (a, b) => a <= b, ">": (a, b) => a > b, ">=": (a, b) => a >= b,
-  "≥": (a, b) => a >= b, "=": (a, b) => a === b, "==": (a, b) => a === b, ":": (a, b) => a === b,
-  "!=": (a, b) => a !== b, "≠": (a, b) => a !== b,
+  "<": (a, b) => a < b,
+  "<=": (a, b) => a <= b,
+  "≤": (a, b) => a <= b,
+  ">": (a, b) => a > b,
+  ">=": (a, b) => a >= b,
+  "≥": (a, b) => a >= b,
+  "=": (a, b) => a === b,
+  "==": (a, b) => a === b,
+  ":": (a, b) => a === b,
+  "!=": (a, b) => a !== b,
+  "≠": (a, b) => a !== b,
 };
 const TOKEN = /\s*("(?:[^"\\]|\\.)*"?|[()]|<=|>=|==|!=|&&|\|\||[<>=:≤≥≠&|!]|[^\s()<>=:≤≥≠&|!"]+)/gy;
 
@@ -32,10 +50,18 @@ class FilterParser {
     this.place = 0;
   }
 
-  done() { return this.place >= this.tokens.length; }
-  next() { return this.tokens[this.place]; }
-  is(...words) { return !this.done() && words.includes(this.next().toLowerCase()); }
-  take() { return this.tokens[this.place++]; }
+  done() {
+    return this.place >= this.tokens.length;
+  }
+  next() {
+    return this.tokens[this.place];
+  }
+  is(...words) {
+    return !this.done() && words.includes(this.next().toLowerCase());
+  }
+  take() {
+    return this.tokens[this.place++];
+  }
 
   or() {
     const tests = [this.and()];
@@ -94,7 +120,7 @@ class FilterParser {
     const percent = value.endsWith("%");
     const wanted = Number(value.replace("%", "").replace("−", "-").replace(",", ".")) / (percent ? 100 : 1);
     if (value === "" || Number.isNaN(wanted)) throw new Error(`“${value}” is no number`);
-    const number = item => field === "barrier" ? model.number("joins", item) - model.energy(item) : model.number(field, item);
+    const number = item => (field === "barrier" ? model.number("joins", item) - model.energy(item) : model.number(field, item));
     return item => COMPARISONS[sign](number(item), wanted) && !Number.isNaN(number(item));
   }
 

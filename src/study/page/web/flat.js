@@ -7,10 +7,15 @@ class FlatPanel {
     this.side = side;
     this.dimensions = side.space.dimensions;
     const kind = this.dimensions === 1 ? "line" : this.dimensions === 2 ? "map" : "parallel";
-    section.querySelector("h2").textContent = kind === "parallel" ? "Coordinates" : side.name.replace(/\.landscape$/, "");
+    section.querySelector("h2").textContent = kind === "parallel" ? "Coordinates" : side.title.split(":")[0];
     this.map = side.space.contours;
     const painters = { line: this.line, map: this.plane, parallel: this.parallel };
-    this.drawing = new Drawing(section, "The surface with its minima and ways", (pen, w, h) => painters[kind].call(this, pen, w, h), at => this.found(at));
+    this.drawing = new Drawing(
+      section,
+      "The surface with its minima and ways",
+      (pen, w, h) => painters[kind].call(this, pen, w, h),
+      at => this.found(at),
+    );
     this.bounds();
     watch(["hover", "selected", "level", "query", "colour", "step", "look"], () => this.drawing.draw());
   }
@@ -49,7 +54,10 @@ class FlatPanel {
     const bottom = h - EDGE.bottom - (h - EDGE.top - EDGE.bottom - scale * dy) / 2;
     this.at = x => [left + scale * (x[0] - this.low[0]), bottom - scale * (x[1] - this.low[1])];
     if (this.map) this.contours(pen);
-    for (const [axis, end] of [[0, 1], [1, 0]]) {
+    for (const [axis, end] of [
+      [0, 1],
+      [1, 0],
+    ]) {
       for (const [value, text] of ticks(this.low[axis], this.high[axis], 5)) {
         const corner = [this.low[0], this.low[1]];
         corner[axis] = value;
@@ -67,12 +75,18 @@ class FlatPanel {
   contours(pen) {
     const { columns, energy, low, high } = this.map;
     const levels = this.levels();
-    const place = (column, row) => this.at([low[0] + ((high[0] - low[0]) * column) / (columns - 1), low[1] + ((high[1] - low[1]) * row) / (columns - 1)]);
+    const place = (column, row) =>
+      this.at([low[0] + ((high[0] - low[0]) * column) / (columns - 1), low[1] + ((high[1] - low[1]) * row) / (columns - 1)]);
     levels.forEach((level, number) => {
       const colour = viridis(number / (levels.length - 1));
       for (let row = 0; row + 1 < columns; row++) {
         for (let column = 0; column + 1 < columns; column++) {
-          const corners = [[column, row], [column + 1, row], [column + 1, row + 1], [column, row + 1]];
+          const corners = [
+            [column, row],
+            [column + 1, row],
+            [column + 1, row + 1],
+            [column, row + 1],
+          ];
           const values = corners.map(([c, r]) => energy[r * columns + c] - level);
           const cuts = [];
           for (let k = 0; k < 4; k++) {
@@ -82,7 +96,8 @@ class FlatPanel {
             const [[c0, r0], [c1, r1]] = [corners[k], corners[(k + 1) % 4]];
             cuts.push(place(c0 + t * (c1 - c0), r0 + t * (r1 - r0)));
           }
-          for (let k = 0; k + 1 < cuts.length; k += 2) pen.path([cuts[k], cuts[k + 1]], { stroke: colour, width: 1.2, alpha: 0.85 });
+          for (let k = 0; k + 1 < cuts.length; k += 2)
+            pen.path([cuts[k], cuts[k + 1]], { stroke: colour, width: 1.2, alpha: 0.85 });
         }
       }
     });
@@ -91,7 +106,8 @@ class FlatPanel {
   rows(way) {
     const { starts, coordinates } = this.side.ways;
     const rows = [];
-    for (let row = starts[way]; row < starts[way + 1]; row++) rows.push(coordinates.subarray(row * this.dimensions, (row + 1) * this.dimensions));
+    for (let row = starts[way]; row < starts[way + 1]; row++)
+      rows.push(coordinates.subarray(row * this.dimensions, (row + 1) * this.dimensions));
     return rows;
   }
 
@@ -99,7 +115,10 @@ class FlatPanel {
     const chosen = new Set(routeOf(state.selected)?.ways ?? []);
     this.side.ways.a.forEach((_, way) => {
       const lit = chosen.has(way);
-      pen.path(this.rows(way).map(x => this.at(x)), { stroke: lit ? look.route : look.line, width: lit ? 3.5 : 1.4 });
+      pen.path(
+        this.rows(way).map(x => this.at(x)),
+        { stroke: lit ? look.route : look.line, width: lit ? 3.5 : 1.4 },
+      );
     });
     const route = routeOf(state.selected);
     if (route) pen.circle(this.at(onRoute(route, state.step)), 6, { fill: look.route, stroke: look.paper, width: 2 });
@@ -123,8 +142,12 @@ class FlatPanel {
     const x = value => EDGE.left + ((w - EDGE.left - EDGE.right) * (value - this.low[0])) / (this.high[0] - this.low[0]);
     const y = energy => EDGE.top + ((h - EDGE.top - EDGE.bottom) * (high - Math.min(energy, high))) / (high - low + margin);
     this.at = point => [x(point[0]), y(this.height(point[0]))];
-    for (const [value, text] of ticks(this.low[0], this.high[0], 6)) pen.text([x(value), h - 12], text, { fill: look.soft, size: 11.5, anchor: "middle" });
-    const curve = energies.map((energy, k) => [x(this.low[0] + ((this.high[0] - this.low[0]) * k) / (energies.length - 1)), y(energy)]);
+    for (const [value, text] of ticks(this.low[0], this.high[0], 6))
+      pen.text([x(value), h - 12], text, { fill: look.soft, size: 11.5, anchor: "middle" });
+    const curve = energies.map((energy, k) => [
+      x(this.low[0] + ((this.high[0] - this.low[0]) * k) / (energies.length - 1)),
+      y(energy),
+    ]);
     pen.path(curve, { stroke: look.line, width: 1.8 });
     this.ways(pen);
     this.dots(pen);
@@ -141,14 +164,22 @@ class FlatPanel {
   parallel(pen, w, h) {
     const n = this.dimensions;
     const x = axis => 24 + ((w - 48) * axis) / Math.max(1, n - 1);
-    const y = (value, axis) => EDGE.top + ((h - EDGE.top - EDGE.bottom) * (this.high[axis] - value)) / (this.high[axis] - this.low[axis]);
+    const y = (value, axis) =>
+      EDGE.top + ((h - EDGE.top - EDGE.bottom) * (this.high[axis] - value)) / (this.high[axis] - this.low[axis]);
     this.at = point => [x(0), y(point[0], 0)];
     this.lines = item => Array.from(model.coordinates(item), (value, axis) => [x(axis), y(value, axis)]);
     for (let axis = 0; axis < n; axis++) {
-      pen.path([[x(axis), EDGE.top], [x(axis), h - EDGE.bottom]], { stroke: look.faint });
+      pen.path(
+        [
+          [x(axis), EDGE.top],
+          [x(axis), h - EDGE.bottom],
+        ],
+        { stroke: look.faint },
+      );
       if (n <= 40) pen.text([x(axis), h - 12], String(axis + 1), { fill: look.soft, size: 11, anchor: "middle" });
     }
-    for (let item = 0; item < this.side.count; item++) pen.path(this.lines(item), { stroke: colourOf(item), width: 1.2, alpha: derived.passes[item] ? 0.75 : 0.1 });
+    for (let item = 0; item < this.side.count; item++)
+      pen.path(this.lines(item), { stroke: colourOf(item), width: 1.2, alpha: derived.passes[item] ? 0.75 : 0.1 });
     for (const item of new Set([...state.selected, ...(state.hover === null ? [] : [state.hover])])) {
       pen.path(this.lines(item), { stroke: item === state.hover ? look.ink : look.route, width: 2.5 });
     }

@@ -7,7 +7,12 @@ class GraphPanel {
     const { graph } = this.side;
     if (graph.of === "groups") section.querySelector("h2").textContent = "Barrier graph of the groups";
     this.circleOf = new Map(Array.from(graph.minimum, (item, circle) => [item, circle]));
-    this.drawing = new Drawing(section, "Barrier graph", (pen, w, h) => this.paint(pen, w, h), at => this.found(at));
+    this.drawing = new Drawing(
+      section,
+      "Barrier graph",
+      (pen, w, h) => this.paint(pen, w, h),
+      at => this.found(at),
+    );
     watch(["hover", "selected", "level", "query", "colour", "pins", "look"], () => this.drawing.draw());
   }
 
@@ -19,15 +24,26 @@ class GraphPanel {
     return Array.from(this.side.graph.minimum).findIndex(other => this.side.group[other] === group);
   }
 
+  // Fits the circles into the panel, turned by a right angle if they are then larger.
   scales(w, h) {
-    const [width, height] = this.side.graph.size;
-    this.scale = Math.min(w / width, h / height);
-    this.shift = [(w - this.scale * width) / 2, (h - this.scale * height) / 2];
+    const { x, y, radius } = this.side.graph;
+    const bounds = places => [
+      Math.min(...places.map((place, k) => place - radius[k])),
+      Math.max(...places.map((place, k) => place + radius[k])),
+    ];
+    const [[left, right], [top, bottom]] = [bounds(x), bounds(y)];
+    const fit = (width, height) => Math.min(1.2, (w - 24) / (width || 1), (h - 44) / (height || 1));
+    const [upright, turned] = [fit(right - left, bottom - top), fit(bottom - top, right - left)];
+    this.turned = turned > 1.12 * upright;
+    this.scale = this.turned ? turned : upright;
+    this.middle = [(left + right) / 2, (top + bottom) / 2];
+    this.centre = [w / 2, h / 2 + 8];
   }
 
   at(circle) {
     const { x, y } = this.side.graph;
-    return [this.shift[0] + this.scale * x[circle], this.shift[1] + this.scale * y[circle]];
+    const [dx, dy] = [this.scale * (x[circle] - this.middle[0]), this.scale * (y[circle] - this.middle[1])];
+    return this.turned ? [this.centre[0] - dy, this.centre[1] + dx] : [this.centre[0] + dx, this.centre[1] + dy];
   }
 
   radius(circle) {
@@ -38,7 +54,9 @@ class GraphPanel {
     this.scales(w, h);
     const { graph } = this.side;
     const route = this.route();
-    const order = Array.from(graph.a, (_, line) => line).sort((p, q) => graph.in_tree[p] - graph.in_tree[q] || graph.height[q] - graph.height[p]);
+    const order = Array.from(graph.a, (_, line) => line).sort(
+      (p, q) => graph.in_tree[p] - graph.in_tree[q] || graph.height[q] - graph.height[p],
+    );
     for (const line of order) this.line(pen, line, route.has(line));
     for (const line of route) this.line(pen, line, true);
     graph.minimum.forEach((item, circle) => {
@@ -85,7 +103,7 @@ class GraphPanel {
   }
 
   found([x, y]) {
-    if (!this.shift) return null;
+    if (!this.centre) return null;
     let best = { reach: 10, circle: -1 };
     this.side.graph.minimum.forEach((_, circle) => {
       const [cx, cy] = this.at(circle);

@@ -24,9 +24,15 @@ function rotationAbout([x, y, z], angle) {
   const [sin, cos] = [Math.sin(angle), Math.cos(angle)];
   const rest = 1 - cos;
   return [
-    cos + x * x * rest, x * y * rest - z * sin, x * z * rest + y * sin,
-    y * x * rest + z * sin, cos + y * y * rest, y * z * rest - x * sin,
-    z * x * rest - y * sin, z * y * rest + x * sin, cos + z * z * rest,
+    cos + x * x * rest,
+    x * y * rest - z * sin,
+    x * z * rest + y * sin,
+    y * x * rest + z * sin,
+    cos + y * y * rest,
+    y * z * rest - x * sin,
+    z * x * rest - y * sin,
+    z * y * rest + x * sin,
+    cos + z * z * rest,
   ];
 }
 
@@ -34,9 +40,15 @@ function rotationOf(w, x, y, z) {
   const norm = Math.hypot(w, x, y, z) || 1;
   [w, x, y, z] = [w / norm, x / norm, y / norm, z / norm];
   return [
-    1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),
-    2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
-    2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y),
+    1 - 2 * (y * y + z * z),
+    2 * (x * y - w * z),
+    2 * (x * z + w * y),
+    2 * (x * y + w * z),
+    1 - 2 * (x * x + z * z),
+    2 * (y * z - w * x),
+    2 * (x * z - w * y),
+    2 * (y * z + w * x),
+    1 - 2 * (x * x + y * y),
   ];
 }
 
@@ -68,7 +80,16 @@ function poseLinks(hand, x) {
     const motion = link.motion;
     if (motion) {
       const way = motion.ratio * joints[motion.joint] + motion.offset;
-      if (motion.slides) moveBy(frames, to, motion.axis.map(a => a * way), frames, to + 9, frames, to + 9);
+      if (motion.slides)
+        moveBy(
+          frames,
+          to,
+          motion.axis.map(a => a * way),
+          frames,
+          to + 9,
+          frames,
+          to + 9,
+        );
       else turnBy(frames.slice(to, to + 9), 0, rotationAbout(motion.axis, way), frames, to);
     }
     if (link.ball !== null) turnBy(frames.slice(to, to + 9), 0, balls[link.ball], frames, to);

@@ -14,7 +14,9 @@ class LabelSheet {
     this.section = section;
     this.items = Array.from({ length: model.count }, (_, item) => item);
     this.key = "landscape labels of " + model.sides[0].name + " " + model.sides[0].members.join(" ");
-    this.items.forEach(item => { if (model.text("given", item)) labels.set(item, model.text("given", item)); });
+    this.items.forEach(item => {
+      if (model.text("given", item)) labels.set(item, model.text("given", item));
+    });
     this.remembered();
     this.current = 0;
     this.choices = this.types();
@@ -29,15 +31,23 @@ class LabelSheet {
         const label = known.get(place);
         if (label !== undefined) label ? labels.set(item, label) : labels.delete(item);
       });
-    } catch { /* nothing is remembered */ }
+    } catch {
+      /* nothing is remembered */
+    }
   }
 
   types() {
     const entries = model.header.taxonomy.map(type => ({
-      label: type.name, head: `${type.number} ${type.name}`, detail: `${type.cell}: ${type.cue}`, number: String(type.number),
+      label: type.name,
+      head: `${type.number} ${type.name}`,
+      detail: `${type.cell}: ${type.cue}`,
+      number: String(type.number),
       words: [type.number, type.name, ...type.aliases, type.cell, type.cue].join(" ").toLowerCase(),
     }));
-    return [...entries, { label: "unlisted", head: "unlisted", detail: "none of the 33 types", words: "unlisted none 0", number: "0" }];
+    return [
+      ...entries,
+      { label: "unlisted", head: "unlisted", detail: "none of the 33 types", words: "unlisted none 0", number: "0" },
+    ];
   }
 
   open() {
@@ -58,20 +68,52 @@ class LabelSheet {
     const key = text => make("kbd", text);
     this.bar = make("progress");
     this.told = make("span", "", { id: "label-progress", role: "status" });
-    const rules = make("input", "", { type: "checkbox", id: "label-rules", onchange: event => this.section.classList.toggle("rules", event.target.checked) });
+    const rules = make("input", "", {
+      type: "checkbox",
+      id: "label-rules",
+      onchange: event => this.section.classList.toggle("rules", event.target.checked),
+    });
     this.section.replaceChildren(
-      make("header", "", {}, make("h2", "Label the grasps of " + model.sides[0].name), make("span", "", {}, this.bar, " ", this.told),
+      make(
+        "header",
+        "",
+        {},
+        make("h2", "Label the grasps of " + model.sides[0].name),
+        make("span", "", {}, this.bar, " ", this.told),
         make("button", "Next without label", { type: "button", onclick: () => this.next() }),
         make("label", "", {}, rules, " show what the rule says"),
-        make("button", "Save labels.csv", { type: "button", id: "label-save", class: "main", onclick: () => save("labels.csv", "text/csv", this.csv()) }),
+        make("button", "Save labels.csv", {
+          type: "button",
+          id: "label-save",
+          class: "main",
+          onclick: () => save("labels.csv", "text/csv", this.csv()),
+        }),
         make("button", "Back", { type: "button", id: "label-end", onclick: () => this.close() }),
-        make("span", "", { class: "keys" }, key("←"), key("→"), " move, ", key("Enter"), " or a letter: choose a type, ", key("0"), " unlisted, ",
-          key("Delete"), " no label, ", key("Space"), " next without label. Labels stay in this browser; the file is what counts.")),
+        make(
+          "span",
+          "",
+          { class: "keys" },
+          key("←"),
+          key("→"),
+          " move, ",
+          key("Enter"),
+          " or a letter: choose a type, ",
+          key("0"),
+          " unlisted, ",
+          key("Delete"),
+          " no label, ",
+          key("Space"),
+          " next without label. Labels stay in this browser; the file is what counts.",
+        ),
+      ),
     );
     this.cards = this.items.map((item, place) => this.card(item, place));
     this.grid = make("div", "", { class: "cards" }, ...this.cards);
     this.section.append(this.grid);
-    const seen = new IntersectionObserver(entries => entries.filter(entry => entry.isIntersecting).forEach(entry => this.picture(entry.target)), { rootMargin: "300px" });
+    const seen = new IntersectionObserver(
+      entries => entries.filter(entry => entry.isIntersecting).forEach(entry => this.picture(entry.target)),
+      { rootMargin: "300px" },
+    );
     setTimeout(() => this.cards.slice(0, 9).forEach(card => this.picture(card)));
     this.cards.forEach(card => seen.observe(card));
     this.section.addEventListener("keydown", event => this.press(event));
@@ -80,11 +122,21 @@ class LabelSheet {
   card(item, place) {
     const views = [0, 1].map(() => make("canvas", "", { role: "img", "aria-hidden": "true" }));
     const object = model.text("object", item);
-    const line = make("p", "", {}, make("span", `${model.name(item)}${object ? " on " + object : ""}`), make("strong", "", { class: "label" }));
-    const rule = make("div", "rule: " + model.text("label", item) + (model.rule(item) ? ` (${model.rule(item)})` : ""), { class: "rule" });
+    const line = make(
+      "p",
+      "",
+      {},
+      make("span", `${model.name(item)}${object ? " on " + object : ""}`),
+      make("strong", "", { class: "label" }),
+    );
+    const rule = make("div", "rule: " + model.text("label", item) + (model.rule(item) ? ` (${model.rule(item)})` : ""), {
+      class: "rule",
+    });
     const card = make("div", "", { class: "card", tabindex: 0, role: "button" }, ...views, line, rule);
     card.dataset.item = item;
-    card.addEventListener("focus", () => { this.current = place; });
+    card.addEventListener("focus", () => {
+      this.current = place;
+    });
     card.addEventListener("click", () => {
       card.focus();
       this.choose();
@@ -119,7 +171,9 @@ class LabelSheet {
     else labels.delete(item);
     try {
       localStorage.setItem(this.key, JSON.stringify(this.items.map((other, place) => [place, labels.get(other) ?? ""])));
-    } catch { /* nothing is remembered */ }
+    } catch {
+      /* nothing is remembered */
+    }
     this.show();
   }
 
@@ -178,13 +232,20 @@ class LabelSheet {
   }
 
   list() {
-    const words = byId("choice").value.trim().toLowerCase().split(/\s+/).filter(word => word);
+    const words = byId("choice")
+      .value.trim()
+      .toLowerCase()
+      .split(/\s+/)
+      .filter(word => word);
     this.found = this.choices.filter(choice => words.every(word => choice.words.includes(word)));
     // A number means the type with that number first.
     this.found.sort((a, b) => (b.number === words[0]) - (a.number === words[0]));
     this.marked = 0;
-    byId("choices").replaceChildren(...this.found.map((choice, place) =>
-      make("li", choice.head, { role: "option", onclick: () => this.take(place) }, make("small", choice.detail))));
+    byId("choices").replaceChildren(
+      ...this.found.map((choice, place) =>
+        make("li", choice.head, { role: "option", onclick: () => this.take(place) }, make("small", choice.detail)),
+      ),
+    );
     this.mark();
   }
 
@@ -204,10 +265,12 @@ class LabelSheet {
 
   // A line for each labelled grasp; a label of a minimum is that of all its grasps.
   csv() {
-    const rows = this.items.filter(item => labels.has(item)).flatMap(item => {
-      const [side, k] = model.at(item);
-      return side.members[k].split(" ").map(id => id + "," + quoted(labels.get(item)));
-    });
+    const rows = this.items
+      .filter(item => labels.has(item))
+      .flatMap(item => {
+        const [side, k] = model.at(item);
+        return side.members[k].split(" ").map(id => id + "," + quoted(labels.get(item)));
+      });
     return ["id,label", ...rows].join("\n") + "\n";
   }
 }

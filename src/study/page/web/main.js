@@ -14,17 +14,25 @@ function heading() {
   const title = sides.length > 1 ? sides.map(one => one.name.replace(/\.landscape$/, "")).join(" and ") : side.title;
   document.title = title;
   byId("title").textContent = title;
-  const minima = one => `${one.count} ${one.count === 1 ? "minimum" : "minima"} in ${one.groups} ${one.groups === 1 ? "group" : "groups"}`;
-  byId("subtitle").textContent = side.item === "grasp" ? "Click a grasp to choose it; Label names their types." : sides.map(minima).join(" · ");
+  const minima = one =>
+    `${one.count} ${one.count === 1 ? "minimum" : "minima"} in ${one.groups} ${one.groups === 1 ? "group" : "groups"}`;
+  byId("subtitle").textContent =
+    side.item === "grasp" ? "Click a grasp to choose it; Label names their types." : sides.map(minima).join(" · ");
   if (side.space?.kind !== "pose") byId("query").placeholder = "Search: m3, energy < 0, not g0";
-  byId("made").replaceChildren(`Made by ${model.header.made_by} with `, make("code", model.header.command), ". This page needs no network.");
+  byId("made").replaceChildren(
+    `Made by ${model.header.made_by} with `,
+    make("code", model.header.command),
+    ". This page needs no network.",
+  );
 }
 
 function theme() {
   let kept = null;
   try {
     kept = localStorage.getItem("landscape theme");
-  } catch { /* nothing is remembered */ }
+  } catch {
+    /* nothing is remembered */
+  }
   if (kept) document.documentElement.dataset.theme = kept;
   const again = () => {
     readLook();
@@ -36,7 +44,9 @@ function theme() {
     document.documentElement.dataset.theme = next;
     try {
       localStorage.setItem("landscape theme", next);
-    } catch { /* nothing is remembered */ }
+    } catch {
+      /* nothing is remembered */
+    }
     again();
   });
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", again);
@@ -66,7 +76,9 @@ function makePanels() {
     showMoved(byId("moved"));
   } else if (side.rarefaction && side.space?.kind === "pose") show("rarefaction", RarefactionPanel);
   if (side.members?.length && side.label && !two) panels.label = new LabelSheet(byId("labelling"));
-  document.body.dataset.panels = Object.keys(panels).filter(name => !byId(name)?.hidden).join(" ");
+  document.body.dataset.panels = Object.keys(panels)
+    .filter(name => !byId(name)?.hidden)
+    .join(" ");
 }
 
 function tools() {
@@ -106,21 +118,53 @@ function openHelp() {
   const entry = (keys, words) => [make("dt", keys), make("dd", words)];
   const grasps = model.sides[0].space?.kind === "pose";
   const examples = grasps
-    ? ["m17", "tripod", "energy < 0.2 and members > 3", "stable and epsilon > 0.05", "evidence = saddle or support >= 95%", "not (power or g0)"]
+    ? [
+        "m17",
+        "tripod",
+        "energy < 0.2 and members > 3",
+        "stable and epsilon > 0.05",
+        "evidence = saddle or support >= 95%",
+        "not (power or g0)",
+      ]
     : ["m3", "energy < -100", "members > 3", "evidence = saddle", "not g0"];
-  const examplesList = make("p", "", { class: "examples" }, ...examples.map(text => make("button", text, { type: "button", onclick: () => {
-    dialog.close();
-    setQuery(text);
-  } })));
-  dialog.replaceChildren(make("h2", "What you can do"), make("dl", "", {},
-    ...entry("Move", "over a leaf, a dot or a row: it lights up everywhere, and its grasp is shown."),
-    ...entry("Click", "to choose; a second click on another one shows the lowest way between the two. Click the same again, or press Escape, to choose none."),
-    ...entry("Level", "Drag the handle at the left of the tree: what is joined below the line takes one colour everywhere. Arrow keys move it."),
-    ...entry("p", "pins the grasp that is looked at, up to six."),
-    ...entry("/", "goes to the search field. Names, words and comparisons can be joined by and, or, not and parentheses."),
-    ...entry("Turn", "Drag a view to turn it, use the wheel to enlarge it, double-click to go back. Arrow keys work as well."),
-    ...entry("Link", "What you see stands in the address. Export shows the link and the commands.")),
-  make("h3", "Searches to try"), examplesList, make("form", "", { method: "dialog" }, make("button", "Close", { class: "main" })));
+  const examplesList = make(
+    "p",
+    "",
+    { class: "examples" },
+    ...examples.map(text =>
+      make("button", text, {
+        type: "button",
+        onclick: () => {
+          dialog.close();
+          setQuery(text);
+        },
+      }),
+    ),
+  );
+  dialog.replaceChildren(
+    make("h2", "What you can do"),
+    make(
+      "dl",
+      "",
+      {},
+      ...entry("Move", "over a leaf, a dot or a row: it lights up everywhere, and its grasp is shown."),
+      ...entry(
+        "Click",
+        "to choose; a second click on another one shows the lowest way between the two. Click the same again, or press Escape, to choose none.",
+      ),
+      ...entry(
+        "Level",
+        "Drag the handle at the left of the tree: what is joined below the line takes one colour everywhere. Arrow keys move it.",
+      ),
+      ...entry("p", "pins the grasp that is looked at, up to six."),
+      ...entry("/", "goes to the search field. Names, words and comparisons can be joined by and, or, not and parentheses."),
+      ...entry("Turn", "Drag a view to turn it, use the wheel to enlarge it, double-click to go back. Arrow keys work as well."),
+      ...entry("Link", "What you see stands in the address. Export shows the link and the commands."),
+    ),
+    make("h3", "Searches to try"),
+    examplesList,
+    make("form", "", { method: "dialog" }, make("button", "Close", { class: "main" })),
+  );
   dialog.showModal();
 }
 
@@ -134,7 +178,7 @@ async function start() {
   makePanels();
   tools();
   readAddress();
-  change({ labels: true });
+  change({ labels: true, look: {} });
   refresh();
   document.body.dataset.ready = "1";
   document.dispatchEvent(new Event("ready"));

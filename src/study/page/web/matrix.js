@@ -1,7 +1,15 @@
 // The 33 grasp types as in the paper's table, with counts; the strip about trust; the curve of what is still unseen.
 "use strict";
 
-const FINGERS = { "2": "index", "2-3": "index, middle", "2-4": "to the ring", "2-5": "all four", "3": "middle", "3-4": "middle, ring", "3-5": "middle to little" };
+const FINGERS = {
+  "2": "index",
+  "2-3": "index, middle",
+  "2-4": "to the ring",
+  "2-5": "all four",
+  "3": "middle",
+  "3-4": "middle, ring",
+  "3-5": "middle to little",
+};
 
 class MatrixPanel {
   constructor(section) {
@@ -26,7 +34,11 @@ class MatrixPanel {
       const cell = model.text("cell", item);
       if (type) counts.set(type, (counts.get(type) ?? 0) + weight);
       else if (cell) cells.set(cell, (cells.get(cell) ?? 0) + weight);
-      else others.set(model.text("label", item) || "without label", (others.get(model.text("label", item) || "without label") ?? 0) + weight);
+      else
+        others.set(
+          model.text("label", item) || "without label",
+          (others.get(model.text("label", item) || "without label") ?? 0) + weight,
+        );
     }
     this.most = Math.max(1, ...counts.values());
     this.table.replaceChildren(this.head(), ...["abducted", "adducted"].map(thumb => this.row(thumb, counts, cells)));
@@ -48,18 +60,32 @@ class MatrixPanel {
     });
     const details = this.columns.map(column => {
       const [, opposition, fingers] = column.split("/");
-      return make("th", "", { scope: "col", title: `${opposition} opposition; virtual finger 2: ${FINGERS[fingers] ?? fingers}` },
-        make("span", opposition), make("small", fingers));
+      return make(
+        "th",
+        "",
+        { scope: "col", title: `${opposition} opposition; virtual finger 2: ${FINGERS[fingers] ?? fingers}` },
+        make("span", opposition),
+        make("small", fingers),
+      );
     });
-    return make("thead", "", {}, make("tr", "", {}, make("th", "thumb", { rowspan: 2, scope: "col" }), ...categories), make("tr", "", {}, ...details));
+    return make(
+      "thead",
+      "",
+      {},
+      make("tr", "", {}, make("th", "thumb", { rowspan: 2, scope: "col" }), ...categories),
+      make("tr", "", {}, ...details),
+    );
   }
 
   row(thumb, counts, cells) {
     const columns = this.columns.map(column => {
       const cell = `${column}/${thumb}`;
-      const types = model.header.taxonomy.filter(type => type.cell === cell).map(type => this.chip(type, counts.get(type.number) ?? 0));
+      const types = model.header.taxonomy
+        .filter(type => type.cell === cell)
+        .map(type => this.chip(type, counts.get(type.number) ?? 0));
       const shared = cells.get(cell);
-      if (shared) types.push(this.button(`? ${shared}`, `${shared} of this cell, but not of one type only`, `cell = "${cell}"`, shared));
+      if (shared)
+        types.push(this.button(`? ${shared}`, `${shared} of this cell, but not of one type only`, `cell = "${cell}"`, shared));
       return make("td", "", {}, ...types);
     });
     return make("tr", "", {}, make("th", thumb, { scope: "row" }), ...columns);
@@ -73,7 +99,13 @@ class MatrixPanel {
   button(text, title, query, count) {
     const pressed = state.query === query;
     const onclick = () => setQuery(pressed ? "" : query);
-    const button = make("button", text, { type: "button", class: count ? "chip" : "chip none", title, "aria-pressed": String(pressed), onclick });
+    const button = make("button", text, {
+      type: "button",
+      class: count ? "chip" : "chip none",
+      title,
+      "aria-pressed": String(pressed),
+      onclick,
+    });
     button.style.setProperty("--share", Math.sqrt(count / this.most));
     return button;
   }
@@ -84,7 +116,9 @@ function showTrust(section) {
   const statement = ({ tone, short, long }) =>
     make("details", "", { class: tone, name: "trust" }, make("summary", "", {}, make("i", marks[tone]), short), make("p", long));
   const name = side => (model.sides.length > 1 ? [make("strong", side.name)] : []);
-  const rows = model.sides.filter(side => side.trust?.length).map(side => make("div", "", {}, ...name(side), ...side.trust.map(statement)));
+  const rows = model.sides
+    .filter(side => side.trust?.length)
+    .map(side => make("div", "", {}, ...name(side), ...side.trust.map(statement)));
   section.hidden = rows.length === 0;
   section.replaceChildren(...rows);
 }
@@ -92,8 +126,13 @@ function showTrust(section) {
 class RarefactionPanel {
   constructor(section) {
     const [side] = model.sides;
-    this.curves = [["groups", PALETTE[0]], ["minima", PALETTE[1]]].map(([name, colour]) => ({ name, colour, ...side.rarefaction[name] }));
-    this.drawing = new Drawing(section, "Rarefaction: groups and minima found by fewer grasps", (pen, w, h) => this.paint(pen, w, h));
+    this.curves = [
+      ["groups", PALETTE[0]],
+      ["minima", PALETTE[1]],
+    ].map(([name, colour]) => ({ name, colour, ...side.rarefaction[name] }));
+    this.drawing = new Drawing(section, "Rarefaction: groups and minima found by fewer grasps", (pen, w, h) =>
+      this.paint(pen, w, h),
+    );
     watch(["look"], () => this.drawing.draw());
   }
 
@@ -104,10 +143,17 @@ class RarefactionPanel {
     const x = members => EDGE.left + (w - EDGE.left - 70) * (members / most);
     const y = groups => EDGE.top + (h - EDGE.top - 34) * (1 - groups / high);
     for (const [value, text] of ticks(0, high, 4)) {
-      pen.path([[EDGE.left - 4, y(value)], [w - 70, y(value)]], { stroke: look.faint });
+      pen.path(
+        [
+          [EDGE.left - 4, y(value)],
+          [w - 70, y(value)],
+        ],
+        { stroke: look.faint },
+      );
       pen.text([EDGE.left - 10, y(value)], text, { fill: look.soft, size: 11.5, anchor: "end" });
     }
-    for (const [value, text] of ticks(0, most, 4)) pen.text([x(value), h - 22], text, { fill: look.soft, size: 11.5, anchor: "middle" });
+    for (const [value, text] of ticks(0, most, 4))
+      pen.text([x(value), h - 22], text, { fill: look.soft, size: 11.5, anchor: "middle" });
     pen.text([(x(0) + x(most)) / 2, h - 7], model.sides[0].members_label, { fill: look.soft, size: 11.5, anchor: "middle" });
     for (const { name, colour, curve } of curves) {
       const seen = curve.filter(point => point.deviation !== null);

@@ -100,9 +100,12 @@ class SvgPen {
 
   file(width, height) {
     const font = FONT.replaceAll('"', "'");
-    return `<svg xmlns="http://www.w3.org/2000/svg" width="${width}" height="${height}" viewBox="0 0 ${width} ${height}" ` +
+    return (
+      `<svg xmlns="http://www.w3.org/2000/svg" width="${width}" height="${height}" viewBox="0 0 ${width} ${height}" ` +
       `font-family="${font}"><!-- Made by landscape. --><rect width="100%" height="100%" fill="${look.paper}"/>\n` +
-      this.parts.join("\n") + "\n</svg>\n";
+      this.parts.join("\n") +
+      "\n</svg>\n"
+    );
   }
 }
 
@@ -151,7 +154,7 @@ class Drawing {
   point(event) {
     if (event.buttons && this.dragged) return;
     const found = this.found(this.placeOf(event));
-    tip(found ? found.lines ?? described(found.item) : null, event.clientX, event.clientY);
+    tip(found ? (found.lines ?? described(found.item)) : null, event.clientX, event.clientY);
     change({ hover: found?.item ?? null });
   }
 
@@ -188,7 +191,8 @@ function tip(lines, x = 0, y = 0) {
 
 // What is said of an item beside the pointer.
 function described(item) {
-  const number = (field, words) => Number.isFinite(model.number(field, item)) ? `${words} ${shown(model.number(field, item))}` : null;
+  const number = (field, words) =>
+    Number.isFinite(model.number(field, item)) ? `${words} ${shown(model.number(field, item))}` : null;
   const label = model.text("label", item);
   const members = model.number("members", item);
   const [side] = model.at(item);
@@ -196,8 +200,14 @@ function described(item) {
     model.name(item) + (label ? ` · ${label}` : ""),
     number("energy", "energy"),
     number("epsilon", "ε"),
-    Number.isFinite(model.number("stable", item)) ? (model.number("stable", item) ? "held in simulation" : "fell in simulation") : null,
-    side.item === "minimum" && side.space?.kind === "pose" ? `${members} ${members === 1 ? "grasp" : "grasps"}, group g${model.number("group", item)}` : null,
+    Number.isFinite(model.number("stable", item))
+      ? model.number("stable", item)
+        ? "held in simulation"
+        : "fell in simulation"
+      : null,
+    side.item === "minimum" && side.space?.kind === "pose"
+      ? `${members} ${members === 1 ? "grasp" : "grasps"}, group g${model.number("group", item)}`
+      : null,
     number("joins", "joins others at"),
   ].filter(line => line);
 }

@@ -7,25 +7,44 @@ const FIRST_CAMERA = [-58, 18, 1];
 function turnable(canvas) {
   const turn = (azimuth, elevation, factor) => {
     const [a, e, z] = state.camera ?? FIRST_CAMERA;
-    change({ camera: [(((a + azimuth) % 360) + 360) % 360, Math.max(-89.9, Math.min(89.9, e + elevation)), Math.max(0.4, Math.min(12, z * factor))] });
+    change({
+      camera: [
+        (((a + azimuth) % 360) + 360) % 360,
+        Math.max(-89.9, Math.min(89.9, e + elevation)),
+        Math.max(0.4, Math.min(12, z * factor)),
+      ],
+    });
   };
   let last = null;
   canvas.addEventListener("pointerdown", event => {
     last = [event.clientX, event.clientY];
     canvas.setPointerCapture(event.pointerId);
   });
-  canvas.addEventListener("pointerup", () => { last = null; });
+  canvas.addEventListener("pointerup", () => {
+    last = null;
+  });
   canvas.addEventListener("pointermove", event => {
     if (!last) return;
     turn(-0.5 * (event.clientX - last[0]), 0.5 * (event.clientY - last[1]), 1);
     last = [event.clientX, event.clientY];
   });
-  canvas.addEventListener("wheel", event => {
-    event.preventDefault();
-    turn(0, 0, event.deltaY > 0 ? 1 / 1.1 : 1.1);
-  }, { passive: false });
+  canvas.addEventListener(
+    "wheel",
+    event => {
+      event.preventDefault();
+      turn(0, 0, event.deltaY > 0 ? 1 / 1.1 : 1.1);
+    },
+    { passive: false },
+  );
   canvas.addEventListener("keydown", event => {
-    const moves = { ArrowLeft: [-6, 0, 1], ArrowRight: [6, 0, 1], ArrowUp: [0, 6, 1], ArrowDown: [0, -6, 1], "+": [0, 0, 1.15], "-": [0, 0, 1 / 1.15] };
+    const moves = {
+      ArrowLeft: [-6, 0, 1],
+      ArrowRight: [6, 0, 1],
+      ArrowUp: [0, 6, 1],
+      ArrowDown: [0, -6, 1],
+      "+": [0, 0, 1.15],
+      "-": [0, 0, 1 / 1.15],
+    };
     if (!(event.key in moves)) return;
     event.preventDefault();
     turn(...moves[event.key]);
@@ -43,7 +62,13 @@ class ScenePanel {
     this.caption = make("p", "", { class: "caption", "aria-live": "polite" });
     section.append(this.box, this.caption);
     if (!webglWorks()) {
-      this.box.append(make("p", "This browser cannot draw in three dimensions (WebGL is missing or switched off). Tree, graph and table work without it.", { class: "alone" }));
+      this.box.append(
+        make(
+          "p",
+          "This browser cannot draw in three dimensions (WebGL is missing or switched off). Tree, graph and table work without it.",
+          { class: "alone" },
+        ),
+      );
       watch(["hover", "selected", "query"], () => this.say());
       return;
     }
@@ -73,8 +98,12 @@ class ScenePanel {
       const [a, e, z] = state.camera ?? FIRST_CAMERA;
       change({ camera: [a, e, Math.max(0.4, Math.min(12, z * factor))] });
     };
-    tools.append(button("Reset", "The camera of the start", () => change({ camera: null })), button("−", "Smaller", () => zoom(1 / 1.2)),
-      button("+", "Larger", () => zoom(1.2)), button("Pin", "Pin this grasp, or take its pin away (p)", () => pin(looked())));
+    tools.append(
+      button("Reset", "The camera of the start", () => change({ camera: null })),
+      button("−", "Smaller", () => zoom(1 / 1.2)),
+      button("+", "Larger", () => zoom(1.2)),
+      button("Pin", "Pin this grasp, or take its pin away (p)", () => pin(looked())),
+    );
     this.section.querySelector("h2").after(tools);
   }
 
@@ -104,15 +133,18 @@ class ScenePanel {
   }
 
   put(view, item, route) {
-    const x = route ? onRoute(route, state.step) : model.coordinates(item);
+    const beside = route ? null : model.besidePartner(item);
+    const x = route ? onRoute(route, state.step) : (beside ?? model.coordinates(item));
     if (this.atoms) return view.atoms(x);
     view.setScene(item ?? state.selected[0]);
-    if (this.glides(view, x, route)) this.glide(view, x, item);
+    // The touched places are those of the grasp as it stands in its own landscape.
+    const touched = beside ? null : item;
+    if (this.glides(view, x, route)) this.glide(view, x, touched);
     else {
       cancelAnimationFrame(view.frame);
       view.frame = undefined;
       view.pose(x);
-      view.touch(item, state.cones);
+      view.touch(touched, state.cones);
     }
     view.target = x;
     const kin = route ? null : family(item);
@@ -156,7 +188,8 @@ class ScenePanel {
     }
     const kin = family(item);
     const words = described(item);
-    if (kin && kin.length > 1) words.push(`family of ${kin.length} minima below ${shown(state.level, 3)}: lighter hands; where they touch is orange`);
+    if (kin && kin.length > 1)
+      words.push(`family of ${kin.length} minima below ${shown(state.level, 3)}: lighter hands; where they touch is orange`);
     if (model.sides.length > 1 && model.partner[item] === NONE) words.push("has no counterpart in the other landscape");
     this.caption.textContent = words.join(" · ");
   }
@@ -198,16 +231,31 @@ class PinsPanel {
 
   show() {
     this.section.hidden = state.pins.length === 0;
-    this.row.replaceChildren(...state.pins.map(item => {
-      const canvas = make("canvas", "", { role: "img", "aria-label": "Grasp " + model.name(item) });
-      canvas.dataset.item = item;
-      turnable(canvas);
-      const label = model.text("label", item);
-      const name = make("button", model.name(item) + (label ? ` · ${label}` : ""), { type: "button", onclick: () => select(item) });
-      const away = make("button", "×", { type: "button", "aria-label": `Take the pin of ${model.name(item)} away`, onclick: () => pin(item) });
-      const energy = make("small", "energy " + shown(model.energy(item)));
-      return make("figure", "", { onpointerenter: () => change({ hover: item }), onpointerleave: () => change({ hover: null }) }, canvas, make("figcaption", "", {}, name, energy, away));
-    }));
+    this.row.replaceChildren(
+      ...state.pins.map(item => {
+        const canvas = make("canvas", "", { role: "img", "aria-label": "Grasp " + model.name(item) });
+        canvas.dataset.item = item;
+        turnable(canvas);
+        const label = model.text("label", item);
+        const name = make("button", model.name(item) + (label ? ` · ${label}` : ""), {
+          type: "button",
+          onclick: () => select(item),
+        });
+        const away = make("button", "×", {
+          type: "button",
+          "aria-label": `Take the pin of ${model.name(item)} away`,
+          onclick: () => pin(item),
+        });
+        const energy = make("small", "energy " + shown(model.energy(item)));
+        return make(
+          "figure",
+          "",
+          { onpointerenter: () => change({ hover: item }), onpointerleave: () => change({ hover: null }) },
+          canvas,
+          make("figcaption", "", {}, name, energy, away),
+        );
+      }),
+    );
     this.draw();
   }
 

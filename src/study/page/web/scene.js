@@ -56,7 +56,11 @@ function fineMesh({ vertices, triangles }) {
         next.push([a, b, c]);
         continue;
       }
-      const [p, q, r] = [[a, b, c], [b, c, a], [c, a, b]][longest];
+      const [p, q, r] = [
+        [a, b, c],
+        [b, c, a],
+        [c, a, b],
+      ][longest];
       const middle = p.clone().add(q).multiplyScalar(0.5);
       next.push([p, middle, r], [middle, q, r]);
     }
@@ -71,33 +75,39 @@ function creased(faces) {
   const key = v => `${v.x.toFixed(7)} ${v.y.toFixed(7)} ${v.z.toFixed(7)}`;
   const areas = faces.map(([a, b, c]) => b.clone().sub(a).cross(c.clone().sub(a)));
   const units = areas.map(area => area.clone().normalize());
-  faces.forEach((face, number) => face.forEach(vertex => {
-    const name = key(vertex);
-    if (!around.has(name)) around.set(name, []);
-    around.get(name).push(number);
-  }));
+  faces.forEach((face, number) =>
+    face.forEach(vertex => {
+      const name = key(vertex);
+      if (!around.has(name)) around.set(name, []);
+      around.get(name).push(number);
+    }),
+  );
   const [positions, normals] = [new Float32Array(9 * faces.length), new Float32Array(9 * faces.length)];
-  faces.forEach((face, number) => face.forEach((vertex, k) => {
-    const normal = new THREE.Vector3();
-    for (const other of around.get(key(vertex))) if (units[other].dot(units[number]) > CREASE) normal.add(areas[other]);
-    vertex.toArray(positions, 9 * number + 3 * k);
-    (normal.lengthSq() > 0 ? normal.normalize() : units[number]).toArray(normals, 9 * number + 3 * k);
-  }));
+  faces.forEach((face, number) =>
+    face.forEach((vertex, k) => {
+      const normal = new THREE.Vector3();
+      for (const other of around.get(key(vertex))) if (units[other].dot(units[number]) > CREASE) normal.add(areas[other]);
+      vertex.toArray(positions, 9 * number + 3 * k);
+      (normal.lengthSq() > 0 ? normal.normalize() : units[number]).toArray(normals, 9 * number + 3 * k);
+    }),
+  );
   return { positions, normals };
 }
 
 const meshes = new Map();
 
+// The geometry of an object for one view. Views share its places, but each paints it in its own colours.
 function objectGeometry(object) {
   if (!meshes.has(object)) {
     const { positions, normals } = fineMesh(object);
-    const geometry = new THREE.BufferGeometry();
-    geometry.setAttribute("position", new THREE.BufferAttribute(positions, 3));
-    geometry.setAttribute("normal", new THREE.BufferAttribute(normals, 3));
-    geometry.setAttribute("color", new THREE.BufferAttribute(new Float32Array(positions.length), 3));
-    meshes.set(object, geometry);
+    meshes.set(object, [new THREE.BufferAttribute(positions, 3), new THREE.BufferAttribute(normals, 3)]);
   }
-  return meshes.get(object);
+  const [position, normal] = meshes.get(object);
+  const geometry = new THREE.BufferGeometry();
+  geometry.setAttribute("position", position);
+  geometry.setAttribute("normal", normal);
+  geometry.setAttribute("color", new THREE.BufferAttribute(new Float32Array(3 * position.count), 3));
+  return geometry;
 }
 
 // Colours the object by how many of these places lie near each of its points.
@@ -106,11 +116,13 @@ function paintDensity(geometry, places) {
   const cells = new Map();
   const cell = (x, y, z) => `${Math.floor(x / (3 * SPOT_M))} ${Math.floor(y / (3 * SPOT_M))} ${Math.floor(z / (3 * SPOT_M))}`;
   for (const place of places) {
-    for (const dx of [-1, 0, 1]) for (const dy of [-1, 0, 1]) for (const dz of [-1, 0, 1]) {
-      const name = cell(place[0] + dx * 3 * SPOT_M, place[1] + dy * 3 * SPOT_M, place[2] + dz * 3 * SPOT_M);
-      if (!cells.has(name)) cells.set(name, []);
-      cells.get(name).push(place);
-    }
+    for (const dx of [-1, 0, 1])
+      for (const dy of [-1, 0, 1])
+        for (const dz of [-1, 0, 1]) {
+          const name = cell(place[0] + dx * 3 * SPOT_M, place[1] + dy * 3 * SPOT_M, place[2] + dz * 3 * SPOT_M);
+          if (!cells.has(name)) cells.set(name, []);
+          cells.get(name).push(place);
+        }
   }
   const density = new Float32Array(position.count);
   for (let k = 0; k < position.count; k++) {
@@ -243,9 +255,17 @@ class View {
     if (name !== this.familyName) {
       this.familyName = name;
       this.clear(this.ghosts);
-      paintDensity(this.object.geometry, (items ?? []).flatMap(item => touchesOf(item).map(t => [t[0], t[1], t[2], t[6] * model.number("members", item)])));
+      paintDensity(
+        this.object.geometry,
+        (items ?? []).flatMap(item => touchesOf(item).map(t => [t[0], t[1], t[2], t[6] * model.number("members", item)])),
+      );
       const shown = spread(items ?? [], MOST_GHOSTS);
-      const material = new THREE.MeshLambertMaterial({ color: colour || "#888888", transparent: true, opacity: 0.07, depthWrite: false });
+      const material = new THREE.MeshLambertMaterial({
+        color: colour || "#888888",
+        transparent: true,
+        opacity: 0.07,
+        depthWrite: false,
+      });
       for (const item of shown) {
         const ghost = new HandMesh(this.pair.hand, material);
         ghost.item = item;
@@ -274,15 +294,25 @@ class View {
     const middle = places.reduce((sum, place) => sum.add(place), new THREE.Vector3()).multiplyScalar(1 / (places.length || 1));
     places.forEach(place => place.sub(middle));
     let nearest = Infinity;
-    places.forEach((a, i) => places.slice(0, i).forEach(b => { nearest = Math.min(nearest, a.distanceTo(b)); }));
-    const balls = new THREE.InstancedMesh(new THREE.SphereGeometry(0.3 * nearest, 32, 20), new THREE.MeshLambertMaterial({ color: ATOM_COLOUR }), places.length);
+    places.forEach((a, i) =>
+      places.slice(0, i).forEach(b => {
+        nearest = Math.min(nearest, a.distanceTo(b));
+      }),
+    );
+    const balls = new THREE.InstancedMesh(
+      new THREE.SphereGeometry(0.3 * nearest, 32, 20),
+      new THREE.MeshLambertMaterial({ color: ATOM_COLOUR }),
+      places.length,
+    );
     places.forEach((place, k) => balls.setMatrixAt(k, new THREE.Matrix4().setPosition(place)));
     balls.frustumCulled = false;
     this.marks.add(balls);
     const material = new THREE.MeshLambertMaterial({ color: 0xb8bec8 });
-    places.forEach((a, i) => places.slice(0, i).forEach(b => {
-      if (a.distanceTo(b) < 1.25 * nearest) this.marks.add(stick(a, b, 0.06 * nearest, material));
-    }));
+    places.forEach((a, i) =>
+      places.slice(0, i).forEach(b => {
+        if (a.distanceTo(b) < 1.25 * nearest) this.marks.add(stick(a, b, 0.06 * nearest, material));
+      }),
+    );
     this.half = Math.max(this.half, ...places.map(place => 1.15 * place.length() + 0.4 * nearest));
     this.middle.set(0, 0, 0);
   }
@@ -337,7 +367,13 @@ function frictionCone([x, y, z, nx, ny, nz], friction) {
   const [sin, cos] = [Math.sin(Math.atan(friction)), Math.cos(Math.atan(friction))];
   const geometry = new THREE.ConeGeometry(side * sin, side * cos, 28, 1, true);
   geometry.translate(0, (-side * cos) / 2, 0);
-  const material = new THREE.MeshLambertMaterial({ color: 0xf0a030, transparent: true, opacity: 0.5, side: THREE.DoubleSide, depthWrite: false });
+  const material = new THREE.MeshLambertMaterial({
+    color: 0xf0a030,
+    transparent: true,
+    opacity: 0.5,
+    side: THREE.DoubleSide,
+    depthWrite: false,
+  });
   const cone = new THREE.Mesh(geometry, material);
   // The tip is the upper end, so the axis into the object is the cone's −y.
   cone.quaternion.setFromUnitVectors(new THREE.Vector3(0, -1, 0), new THREE.Vector3(nx, ny, nz).normalize());

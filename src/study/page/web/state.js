@@ -4,16 +4,16 @@
 let model = null;
 
 const state = {
-  hover: null,      // the item under the pointer
-  selected: [],     // at most two items; two show the way between them
-  level: null,      // an energy that divides the tree into superbasins
-  query: "",        // the text of the search field
-  pins: [],         // at most six items
-  colour: "",       // what colours show
-  camera: null,     // [azimuth, elevation, zoom], degrees
-  step: 0,          // place on the way, 0 to 1
-  sort: "energy",   // column of the table, with a minus for the other order
-  cones: false,     // whether friction cones are shown
+  hover: null, // the item under the pointer
+  selected: [], // at most two items; two show the way between them
+  level: null, // an energy that divides the tree into superbasins
+  query: "", // the text of the search field
+  pins: [], // at most six items
+  colour: "", // what colours show
+  camera: null, // [azimuth, elevation, zoom], degrees
+  step: 0, // place on the way, 0 to 1
+  sort: "energy", // column of the table, with a minus for the other order
+  cones: false, // whether friction cones are shown
 };
 
 // Derived from it: which items pass the filter, and the superbasins.
@@ -112,8 +112,12 @@ function fragment() {
 // Reads the address. What it does not name is as at the start; what makes no sense is left out.
 function readAddress() {
   const parts = new URLSearchParams(location.hash.slice(1));
-  const items = name => (parts.get(name) ?? "").split(",").map(text => model.named(text)).filter(item => item !== null);
-  const number = name => parts.has(name) && Number.isFinite(Number(parts.get(name))) ? Number(parts.get(name)) : null;
+  const items = name =>
+    (parts.get(name) ?? "")
+      .split(",")
+      .map(text => model.named(text))
+      .filter(item => item !== null);
+  const number = name => (parts.has(name) && Number.isFinite(Number(parts.get(name))) ? Number(parts.get(name)) : null);
   const camera = (parts.get("cam") ?? "").split(",").map(Number);
   change({
     selected: items("sel").slice(0, 2),
@@ -128,7 +132,9 @@ function readAddress() {
   });
 }
 
-window.addEventListener("hashchange", () => { if (location.hash !== written) readAddress(); });
+window.addEventListener("hashchange", () => {
+  if (location.hash !== written) readAddress();
+});
 
 // Colours of Okabe and Ito without those of the grasp categories, as in src/figure/theme.rs, then darker mixtures.
 const PALETTE = ["#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#5b3a8e", "#8c510a", "#80cdc1"];
@@ -140,12 +146,27 @@ function viridis(t) {
   const place = Math.min(0.9999, Math.max(0, t)) * (VIRIDIS.length - 1);
   const channels = text => [1, 3, 5].map(k => parseInt(text.slice(k, k + 2), 16));
   const [a, b] = [channels(VIRIDIS[Math.floor(place)]), channels(VIRIDIS[Math.floor(place) + 1])];
-  return "#" + a.map((value, k) => Math.round(value + (place % 1) * (b[k] - value)).toString(16).padStart(2, "0")).join("");
+  return (
+    "#" +
+    a
+      .map((value, k) =>
+        Math.round(value + (place % 1) * (b[k] - value))
+          .toString(16)
+          .padStart(2, "0"),
+      )
+      .join("")
+  );
 }
 
 // What colours can show on this page: names and words.
 function colourings() {
-  const all = [["category", "category"], ["stable", "stability"], ["group", "group"], ["epsilon", "ε"], ["energy", "energy"]];
+  const all = [
+    ["category", "category"],
+    ["stable", "stability"],
+    ["group", "group"],
+    ["epsilon", "ε"],
+    ["energy", "energy"],
+  ];
   return all.filter(([name]) => name === "energy" || model.knows(name));
 }
 
@@ -171,13 +192,16 @@ function range(field) {
 function colourOf(item) {
   if (derived.basins) return derived.basins.colour[item];
   switch (state.colour) {
-    case "category": return CATEGORY[model.text("category", item)] ?? NEUTRAL;
-    case "stable": return { 0: "#d55e00", 1: "#009e73" }[model.number("stable", item)] ?? CATEGORY[""];
-    case "group": return PALETTE[model.number("group", item) % PALETTE.length];
+    case "category":
+      return CATEGORY[model.text("category", item)] ?? NEUTRAL;
+    case "stable":
+      return { 0: "#d55e00", 1: "#009e73" }[model.number("stable", item)] ?? CATEGORY[""];
+    case "group":
+      return PALETTE[model.number("group", item) % PALETTE.length];
     default: {
       const [low, high] = range(state.colour);
       const value = model.number(state.colour, item);
-      return Number.isFinite(value) ? viridis((value - low) / ((high - low) || 1)) : CATEGORY[""];
+      return Number.isFinite(value) ? viridis((value - low) / (high - low || 1)) : CATEGORY[""];
     }
   }
 }

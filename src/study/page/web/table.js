@@ -26,7 +26,12 @@ class TablePanel {
     const [side] = model.sides;
     const grasps = side.space?.kind === "pose";
     const number = (name, words, width, digits) => ({
-      name, words, width, number: true, value: item => model.number(name, item), text: item => shown(model.number(name, item), digits),
+      name,
+      words,
+      width,
+      number: true,
+      value: item => model.number(name, item),
+      text: item => shown(model.number(name, item), digits),
     });
     const text = (name, words, width, value) => ({ name, words, width, value, text: value });
     const all = [
@@ -37,7 +42,10 @@ class TablePanel {
       side.label && text("label", "type", "minmax(7.5rem, 1fr)", item => given(item)),
       model.knows("object") && text("object", "object", "minmax(6rem, .6fr)", item => model.text("object", item)),
       side.epsilon && number("epsilon", "ε", "3.6rem", 3),
-      model.knows("stable") && { ...number("stable", "held", "4rem", 1), text: item => ["fell", "held"][model.number("stable", item)] ?? "–" },
+      model.knows("stable") && {
+        ...number("stable", "held", "4rem", 1),
+        text: item => ["fell", "held"][model.number("stable", item)] ?? "–",
+      },
       side.tree && number("joins", "joins at", "4.4rem"),
       side.tree?.resamplings && { ...number("support", "support", "4.2rem"), text: item => percent(model.number("support", item)) },
       side.tree && text("evidence", "evidence", "4.6rem", item => model.evidence(item)),
@@ -94,12 +102,27 @@ class TablePanel {
       if (column.name === "label" && model.rule(item)) cell.title = model.rule(item);
       return cell;
     });
-    const classes = ["row", item === state.hover && "hover", state.selected.includes(item) && "selected", state.pins.includes(item) && "pinned"];
-    const row = make("div", "", {
-      class: classes.filter(name => name).join(" "), role: "row", "data-item": item, "aria-selected": state.selected.includes(item) ? "true" : "false",
-      "aria-rowindex": place + 1,
-      onclick: () => select(item), onpointerenter: () => change({ hover: item }), onpointerleave: () => change({ hover: null }),
-    }, ...cells);
+    const classes = [
+      "row",
+      item === state.hover && "hover",
+      state.selected.includes(item) && "selected",
+      state.pins.includes(item) && "pinned",
+    ];
+    const row = make(
+      "div",
+      "",
+      {
+        class: classes.filter(name => name).join(" "),
+        role: "row",
+        "data-item": item,
+        "aria-selected": state.selected.includes(item) ? "true" : "false",
+        "aria-rowindex": place + 1,
+        onclick: () => select(item),
+        onpointerenter: () => change({ hover: item }),
+        onpointerleave: () => change({ hover: null }),
+      },
+      ...cells,
+    );
     row.style.top = place * ROW + "px";
     return row;
   }
@@ -107,13 +130,21 @@ class TablePanel {
   key(event) {
     const place = this.items.indexOf(state.hover ?? state.selected.at(-1) ?? -1);
     const page = Math.floor(this.scroll.clientHeight / ROW) - 2;
-    const moves = { ArrowDown: place + 1, ArrowUp: place - 1, PageDown: place + page, PageUp: place - page, Home: 0, End: Infinity };
+    const moves = {
+      ArrowDown: place + 1,
+      ArrowUp: place - 1,
+      PageDown: place + page,
+      PageUp: place - page,
+      Home: 0,
+      End: Infinity,
+    };
     if (event.key in moves) {
       const to = Math.max(0, Math.min(this.items.length - 1, moves[event.key]));
       change({ hover: this.items[to] ?? null });
       const top = to * ROW;
       if (top < this.scroll.scrollTop) this.scroll.scrollTop = top;
-      else if (top > this.scroll.scrollTop + this.scroll.clientHeight - 3 * ROW) this.scroll.scrollTop = top - this.scroll.clientHeight + 3 * ROW;
+      else if (top > this.scroll.scrollTop + this.scroll.clientHeight - 3 * ROW)
+        this.scroll.scrollTop = top - this.scroll.clientHeight + 3 * ROW;
     } else if ((event.key === "Enter" || event.key === " ") && state.hover !== null) select(state.hover);
     else return;
     event.preventDefault();

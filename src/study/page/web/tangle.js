@@ -3,7 +3,12 @@
 
 class TanglePanel {
   constructor(section) {
-    this.drawing = new Drawing(section, "Two trees face to face", (pen, w, h) => this.paint(pen, w, h), at => this.found(at));
+    this.drawing = new Drawing(
+      section,
+      "Two trees face to face",
+      (pen, w, h) => this.paint(pen, w, h),
+      at => this.found(at),
+    );
     const energies = model.sides.flatMap(side => Array.from(side.tree.energy));
     this.low = Math.min(...energies);
     this.high = Math.max(...energies);
@@ -30,24 +35,41 @@ class TanglePanel {
   paint(pen, w, h) {
     this.scales(w, h);
     model.sides.forEach((side, number) => {
-      pen.text([number ? w - 14 : 14, 14], side.name, { fill: look.ink, size: 12.5, anchor: number ? "end" : "start", weight: 600 });
+      pen.text([number ? w - 14 : 14, 14], side.name, {
+        fill: look.ink,
+        size: 12.5,
+        anchor: number ? "end" : "start",
+        weight: 600,
+      });
       for (const [value, text] of ticks(this.low, this.high, 4)) {
         const x = this.x(number, value);
-        pen.path([[x, 26], [x, h - 22]], { stroke: look.faint });
+        pen.path(
+          [
+            [x, 26],
+            [x, h - 22],
+          ],
+          { stroke: look.faint },
+        );
         pen.text([x, h - 11], text, { fill: look.soft, size: 11, anchor: "middle" });
       }
       this.tree(pen, side, number);
     });
     this.links(pen);
     for (let item = 0; item < model.count; item++) {
-      pen.circle(this.at(item), 3.4, { fill: colourOf(item), stroke: look.line, width: 0.8, alpha: derived.passes[item] ? 1 : 0.2 });
+      pen.circle(this.at(item), 3.4, {
+        fill: colourOf(item),
+        stroke: look.line,
+        width: 0.8,
+        alpha: derived.passes[item] ? 1 : 0.2,
+      });
     }
     const both = item => [item, model.partner[item]].filter(one => one !== NONE);
-    const ring = (item, stroke) => both(item).forEach(one => {
-      const [x, y] = this.at(one);
-      pen.circle([x, y], 6.5, { stroke, width: 2 });
-      pen.text([x, y - 13], model.name(one), { fill: look.ink, size: 11.5, anchor: "middle", weight: 600 });
-    });
+    const ring = (item, stroke) =>
+      both(item).forEach(one => {
+        const [x, y] = this.at(one);
+        pen.circle([x, y], 6.5, { stroke, width: 2 });
+        pen.text([x, y - 13], model.name(one), { fill: look.ink, size: 11.5, anchor: "middle", weight: 600 });
+      });
     state.selected.forEach(item => ring(item, look.route));
     if (state.hover !== null) ring(state.hover, look.ink);
   }
@@ -57,11 +79,23 @@ class TanglePanel {
     const edge = number === 0 ? 6 : this.drawing.canvas.clientWidth - 6;
     for (let node = 0; node < energy.length; node++) {
       const end = parent[node] === NONE ? edge : this.x(number, energy[parent[node]]);
-      pen.path([[this.x(number, energy[node]), this.y(number, node)], [end, this.y(number, node)]], { stroke: look.line, width: 1.2 });
+      pen.path(
+        [
+          [this.x(number, energy[node]), this.y(number, node)],
+          [end, this.y(number, node)],
+        ],
+        { stroke: look.line, width: 1.2 },
+      );
       if (node < side.count) continue;
       const ends = this.children[number][node].map(child => this.y(number, child));
       const x = this.x(number, energy[node]);
-      pen.path([[x, Math.min(...ends)], [x, Math.max(...ends)]], { stroke: look.line, width: 1.2 });
+      pen.path(
+        [
+          [x, Math.min(...ends)],
+          [x, Math.max(...ends)],
+        ],
+        { stroke: look.line, width: 1.2 },
+      );
     }
   }
 
@@ -93,21 +127,71 @@ function showMoved(section) {
   const { matches, vanished, appeared, merges, within } = model.header.difference;
   const [, offset] = model.offsets;
   const change = value => (value > 0 ? "+" : "") + shown(value, 3);
-  const link = item => make("button", model.name(item), { type: "button", class: "link", onclick: () => select(item), onpointerenter: () => window.change({ hover: item }) });
-  const row = (...cells) => make("tr", "", {}, ...cells.map(cell => (cell instanceof Node ? make("td", "", {}, cell) : make("td", cell))));
-  const list = (title, head, rows) => rows.length === 0 ? [] : [
-    make("h3", title), make("table", "", {}, make("thead", "", {}, make("tr", "", {}, ...head.map(words => make("th", words)))), make("tbody", "", {}, ...rows))];
+  const link = item =>
+    make("button", model.name(item), {
+      type: "button",
+      class: "link",
+      onclick: () => select(item),
+      onpointerenter: () => window.change({ hover: item }),
+    });
+  const row = (...cells) =>
+    make("tr", "", {}, ...cells.map(cell => (cell instanceof Node ? make("td", "", {}, cell) : make("td", cell))));
+  const list = (title, head, rows) =>
+    rows.length === 0
+      ? []
+      : [
+          make("h3", title),
+          make(
+            "table",
+            "",
+            {},
+            make("thead", "", {}, make("tr", "", {}, ...head.map(words => make("th", words)))),
+            make("tbody", "", {}, ...rows),
+          ),
+        ];
   const counts = ([, by]) => Math.abs(by) > 1e-9;
-  const moved = matches.map(match => [match, match.energies[1] - match.energies[0]]).filter(counts).sort((a, b) => Math.abs(b[1]) - Math.abs(a[1]));
-  const heights = merges.map(merge => [merge, merge.after === null ? Infinity : merge.after - merge.before]).filter(counts).sort((a, b) => Math.abs(b[1]) - Math.abs(a[1]));
+  const moved = matches
+    .map(match => [match, match.energies[1] - match.energies[0]])
+    .filter(counts)
+    .sort((a, b) => Math.abs(b[1]) - Math.abs(a[1]));
+  const heights = merges
+    .map(merge => [merge, merge.after === null ? Infinity : merge.after - merge.before])
+    .filter(counts)
+    .sort((a, b) => Math.abs(b[1]) - Math.abs(a[1]));
   const MOST = 40;
   section.append(
-    make("p", `${matches.length} minima correspond (within ${shown(within, 3)}); ${vanished.length} vanished, ${appeared.length} appeared.`),
-    ...list("Energies that moved most", ["before", "after", "energy", "change"],
-      moved.slice(0, MOST).map(([m, by]) => row(link(m.before), link(offset + m.after), shown(m.energies[1]), change(by)))),
-    ...list("Merges that moved most", ["between", "before", "after", "change"],
-      heights.slice(0, MOST).map(([m, by]) => row(m.ends.map(end => "m" + end).join(", "), shown(m.before), m.after === null ? "apart" : shown(m.after), by === Infinity ? "" : change(by)))),
-    ...list("Vanished", ["minimum", "energy"], vanished.slice(0, MOST).map(item => row(link(item), shown(model.energy(item))))),
-    ...list("Appeared", ["minimum", "energy"], appeared.slice(0, MOST).map(item => row(link(offset + item), shown(model.energy(offset + item))))),
+    make(
+      "p",
+      `${matches.length} minima correspond (within ${shown(within, 3)}); ${vanished.length} vanished, ${appeared.length} appeared.`,
+    ),
+    ...list(
+      "Energies that moved most",
+      ["before", "after", "energy", "change"],
+      moved.slice(0, MOST).map(([m, by]) => row(link(m.before), link(offset + m.after), shown(m.energies[1]), change(by))),
+    ),
+    ...list(
+      "Merges that moved most",
+      ["between", "before", "after", "change"],
+      heights
+        .slice(0, MOST)
+        .map(([m, by]) =>
+          row(
+            m.ends.map(end => "m" + end).join(", "),
+            shown(m.before),
+            m.after === null ? "apart" : shown(m.after),
+            by === Infinity ? "" : change(by),
+          ),
+        ),
+    ),
+    ...list(
+      "Vanished",
+      ["minimum", "energy"],
+      vanished.slice(0, MOST).map(item => row(link(item), shown(model.energy(item)))),
+    ),
+    ...list(
+      "Appeared",
+      ["minimum", "energy"],
+      appeared.slice(0, MOST).map(item => row(link(offset + item), shown(model.energy(offset + item)))),
+    ),
   );
 }

@@ -8,7 +8,12 @@ class TreePanel {
     this.side = model.sides[0];
     this.zoom = { from: 0, to: 1 };
     this.whole = false;
-    this.drawing = new Drawing(section, "Disconnectivity graph", (pen, w, h) => this.paint(pen, w, h), at => this.found(at));
+    this.drawing = new Drawing(
+      section,
+      "Disconnectivity graph",
+      (pen, w, h) => this.paint(pen, w, h),
+      at => this.found(at),
+    );
     this.byPlace = Array.from(this.side.tree.order);
     this.measure();
     this.tools(section);
@@ -39,7 +44,8 @@ class TreePanel {
     this.box = [w, h];
     this.unit = inner / ((to - from) * (width + 1));
     this.x = node => EDGE.left + inner * (((this.side.tree.x[node] + 0.5) / (width + 1) - from) / (to - from));
-    this.y = energy => EDGE.top + (h - EDGE.top - EDGE.bottom) * ((this.top - Math.min(energy, this.top)) / (this.top - this.bottom));
+    this.y = energy =>
+      EDGE.top + (h - EDGE.top - EDGE.bottom) * ((this.top - Math.min(energy, this.top)) / (this.top - this.bottom));
     this.energyAt = y => this.top - ((y - EDGE.top) / (h - EDGE.top - EDGE.bottom)) * (this.top - this.bottom);
   }
 
@@ -60,7 +66,13 @@ class TreePanel {
   axis(pen, w, h) {
     for (const [value, text] of ticks(this.bottom, this.top, Math.max(3, h / 90))) {
       const y = this.y(value);
-      pen.path([[EDGE.left - 6, y], [w - EDGE.right, y]], { stroke: look.faint });
+      pen.path(
+        [
+          [EDGE.left - 6, y],
+          [w - EDGE.right, y],
+        ],
+        { stroke: look.faint },
+      );
       pen.text([EDGE.left - 10, y], text, { fill: look.soft, size: 11.5, anchor: "end" });
     }
     pen.text([2, h - 8], this.side.energy_label, { fill: look.soft, size: 11.5 });
@@ -100,12 +112,24 @@ class TreePanel {
       const own = this.branchStyle(node);
       const end = above === NONE ? this.y(this.top) - 4 : this.y(energy[above]);
       if (x > -50 && x < this.box[0] + 50) {
-        pen.path([[x, this.y(energy[node])], [x, end]], { ...style, stroke: own.stroke === look.line ? style.stroke : own.stroke });
+        pen.path(
+          [
+            [x, this.y(energy[node])],
+            [x, end],
+          ],
+          { ...style, stroke: own.stroke === look.line ? style.stroke : own.stroke },
+        );
       }
       if (node < count || energy[node] > this.top) continue;
       const ends = this.children[node].map(child => this.x(child));
       const [from, to] = [Math.min(...ends), Math.max(...ends)];
-      pen.path([[from - own.width / 2, this.y(energy[node])], [to + own.width / 2, this.y(energy[node])]], own);
+      pen.path(
+        [
+          [from - own.width / 2, this.y(energy[node])],
+          [to + own.width / 2, this.y(energy[node])],
+        ],
+        own,
+      );
     }
     this.supports(pen);
   }
@@ -117,20 +141,38 @@ class TreePanel {
       const share = tree.support[node];
       if (Number.isNaN(share) || tree.energy[node] > this.top) continue;
       const fill = share >= 0.95 ? look.ink : share >= 0.7 ? look.pale : look.paper;
-      pen.circle([this.x(node), this.y(tree.energy[node])], Math.min(3.6, Math.max(1.6, 0.2 * this.unit)), { fill, stroke: look.line });
+      pen.circle([this.x(node), this.y(tree.energy[node])], Math.min(3.6, Math.max(1.6, 0.2 * this.unit)), {
+        fill,
+        stroke: look.line,
+      });
     }
   }
 
   // The way between the two chosen minima: up to the pass, and down.
   route(pen) {
-    const route = routeInTree(this.side.tree, state.selected.map(item => item));
+    const route = routeInTree(
+      this.side.tree,
+      state.selected.map(item => item),
+    );
     const style = { stroke: look.route, width: 3 };
     for (const node of route.nodes) {
       const above = this.side.tree.parent[node];
       const [x, y] = [this.x(node), this.y(this.side.tree.energy[above])];
-      pen.path([[x, this.y(this.side.tree.energy[node])], [x, y], [this.x(above), y]], style);
+      pen.path(
+        [
+          [x, this.y(this.side.tree.energy[node])],
+          [x, y],
+          [this.x(above), y],
+        ],
+        style,
+      );
     }
-    if (route.top !== null) pen.circle([this.x(route.top), this.y(this.side.tree.energy[route.top])], 5, { fill: look.route, stroke: look.paper, width: 1.5 });
+    if (route.top !== null)
+      pen.circle([this.x(route.top), this.y(this.side.tree.energy[route.top])], 5, {
+        fill: look.route,
+        stroke: look.paper,
+        width: 1.5,
+      });
   }
 
   radius(item) {
@@ -160,18 +202,30 @@ class TreePanel {
   }
 
   captions(pen, order) {
-    const named = this.unit >= 26 ? order : [...new Set([...state.selected, ...state.pins, ...(state.hover === null ? [] : [state.hover])])];
+    const named =
+      this.unit >= 26 ? order : [...new Set([...state.selected, ...state.pins, ...(state.hover === null ? [] : [state.hover])])];
     for (const item of named) {
       const strong = state.selected.includes(item) || item === state.hover;
       const at = [this.x(item), this.y(this.side.energy[item]) + this.radius(item) + 11];
-      pen.text(at, model.name(item), { fill: strong ? look.ink : look.soft, size: 11, anchor: "middle", weight: strong ? 600 : 400 });
+      pen.text(at, model.name(item), {
+        fill: strong ? look.ink : look.soft,
+        size: 11,
+        anchor: "middle",
+        weight: strong ? 600 : 400,
+      });
     }
   }
 
   levelLine(pen, w) {
     if (state.level === null) return;
     const y = this.y(state.level);
-    pen.path([[EDGE.left - 6, y], [w - EDGE.right, y]], { stroke: look.accent, width: 1.5 });
+    pen.path(
+      [
+        [EDGE.left - 6, y],
+        [w - EDGE.right, y],
+      ],
+      { stroke: look.accent, width: 1.5 },
+    );
   }
 
   found([x, y]) {
@@ -189,7 +243,8 @@ class TreePanel {
     if (best.item !== null) return { item: best.item };
     for (let node = count; node < tree.energy.length; node++) {
       const ends = this.children[node].map(child => this.x(child));
-      if (Math.abs(this.y(tree.energy[node]) - y) < 5 && x > Math.min(...ends) - 4 && x < Math.max(...ends) + 4) return this.merge(node);
+      if (Math.abs(this.y(tree.energy[node]) - y) < 5 && x > Math.min(...ends) - 4 && x < Math.max(...ends) + 4)
+        return this.merge(node);
     }
     return null;
   }
@@ -197,11 +252,14 @@ class TreePanel {
   merge(node) {
     const { tree } = this.side;
     const share = tree.support[node];
-    return { item: null, lines: [
-      `merge at ${shown(tree.energy[node])}`,
-      EVIDENCE_WORDS[this.header(tree.evidence[node])],
-      Number.isNaN(share) ? null : `found in ${Math.round(100 * share)} % of ${tree.resamplings} resampled trees`,
-    ].filter(line => line) };
+    return {
+      item: null,
+      lines: [
+        `merge at ${shown(tree.energy[node])}`,
+        EVIDENCE_WORDS[this.header(tree.evidence[node])],
+        Number.isNaN(share) ? null : `found in ${Math.round(100 * share)} % of ${tree.resamplings} resampled trees`,
+      ].filter(line => line),
+    };
   }
 
   tools(section) {
@@ -213,25 +271,41 @@ class TreePanel {
       this.drawing.draw();
     };
     const button = (text, label, onclick) => make("button", text, { type: "button", "aria-label": label, title: label, onclick });
-    const tools = make("div", "", { class: "panel-tools" },
-      button("Level", "Show or hide the level line, which divides the tree into families", () => this.setLevel(state.level === null ? (this.top + this.low) / 2 : null)),
-      button("−", "Show more of the tree", () => zoom(1.6)), button("+", "Enlarge the tree", () => zoom(1 / 1.6)));
+    const tools = make(
+      "div",
+      "",
+      { class: "panel-tools" },
+      button("Level", "Show or hide the level line, which divides the tree into families", () =>
+        this.setLevel(state.level === null ? (this.top + this.low) / 2 : null),
+      ),
+      button("−", "Show more of the tree", () => zoom(1.6)),
+      button("+", "Enlarge the tree", () => zoom(1 / 1.6)),
+    );
     if (this.hidden) {
-      tools.prepend(button("All", "Show or hide the highest merges", () => {
-        this.whole = !this.whole;
-        this.measure();
-        this.drawing.draw();
-      }));
+      tools.prepend(
+        button("All", "Show or hide the highest merges", () => {
+          this.whole = !this.whole;
+          this.measure();
+          this.drawing.draw();
+        }),
+      );
     }
     section.querySelector("h2").after(tools);
     const canvas = this.drawing.canvas;
-    canvas.addEventListener("wheel", event => {
-      if (!event.ctrlKey && !event.metaKey) return;
-      event.preventDefault();
-      zoom(event.deltaY > 0 ? 1.15 : 1 / 1.15);
-    }, { passive: false });
+    canvas.addEventListener(
+      "wheel",
+      event => {
+        if (!event.ctrlKey && !event.metaKey) return;
+        event.preventDefault();
+        zoom(event.deltaY > 0 ? 1.15 : 1 / 1.15);
+      },
+      { passive: false },
+    );
     let last = null;
-    canvas.addEventListener("pointerdown", event => { last = event.clientX; this.drawing.dragged = false; });
+    canvas.addEventListener("pointerdown", event => {
+      last = event.clientX;
+      this.drawing.dragged = false;
+    });
     canvas.addEventListener("pointermove", event => {
       if (!event.buttons || last === null || Math.abs(event.clientX - last) < 3) return;
       const width = this.zoom.to - this.zoom.from;
@@ -248,7 +322,13 @@ class TreePanel {
 
   // The handle of the level line: dragged, or moved by the arrow keys.
   levelHandle(section) {
-    this.handle = make("div", "", { class: "level", role: "slider", tabindex: 0, "aria-label": "Level that divides the tree into families", "aria-orientation": "vertical" });
+    this.handle = make("div", "", {
+      class: "level",
+      role: "slider",
+      tabindex: 0,
+      "aria-label": "Level that divides the tree into families",
+      "aria-orientation": "vertical",
+    });
     section.append(this.handle);
     const move = event => {
       const box = this.drawing.canvas.getBoundingClientRect();
@@ -260,7 +340,9 @@ class TreePanel {
       event.preventDefault();
       this.handle.focus();
     });
-    this.handle.addEventListener("pointerup", () => { this.handle.onpointermove = null; });
+    this.handle.addEventListener("pointerup", () => {
+      this.handle.onpointermove = null;
+    });
     this.handle.addEventListener("keydown", event => {
       const step = (this.top - this.low) / (event.shiftKey ? 20 : 100);
       const from = state.level ?? this.top;
@@ -281,13 +363,21 @@ class TreePanel {
     this.handle.setAttribute("aria-valuemax", this.top);
     this.handle.setAttribute("aria-valuenow", level);
     const several = derived.basins?.list.length;
-    this.handle.setAttribute("aria-valuetext", state.level === null ? "off" : `${shown(level, 3)}, ${several} families of several minima`);
+    this.handle.setAttribute(
+      "aria-valuetext",
+      state.level === null ? "off" : `${shown(level, 3)}, ${several} families of several minima`,
+    );
   }
 
   keys() {
     this.drawing.canvas.addEventListener("keydown", event => {
       const place = this.byPlace.indexOf(state.hover ?? state.selected.at(-1) ?? -1);
-      const moves = { ArrowLeft: Math.max(0, place - 1), ArrowRight: Math.min(this.side.count - 1, place + 1), Home: 0, End: this.side.count - 1 };
+      const moves = {
+        ArrowLeft: Math.max(0, place - 1),
+        ArrowRight: Math.min(this.side.count - 1, place + 1),
+        Home: 0,
+        End: this.side.count - 1,
+      };
       if (event.key in moves) change({ hover: this.byPlace[moves[event.key]] });
       else if ((event.key === "Enter" || event.key === " ") && state.hover !== null) select(state.hover);
       else return;
@@ -306,7 +396,9 @@ const EVIDENCE_WORDS = {
 
 function childrenOf({ parent }) {
   const children = Array.from(parent, () => []);
-  parent.forEach((above, node) => { if (above !== NONE) children[above].push(node); });
+  parent.forEach((above, node) => {
+    if (above !== NONE) children[above].push(node);
+  });
   return children;
 }
 

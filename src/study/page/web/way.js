@@ -129,7 +129,13 @@ class WayPanel {
 
   missing(a, b) {
     const [side] = model.at(a);
-    if (routeInTree(side.tree, state.selected.map(item => model.at(item)[1])).top === null) return `No path is known between ${model.name(a)} and ${model.name(b)}.`;
+    if (
+      routeInTree(
+        side.tree,
+        state.selected.map(item => model.at(item)[1]),
+      ).top === null
+    )
+      return `No path is known between ${model.name(a)} and ${model.name(b)}.`;
     if (!side.ways) return `The files of this landscape hold no paths, only the heights of passes.`;
     return `This way is not in the page, which holds those between groups only. It is made by: ${pathCommand()}`;
   }
@@ -140,7 +146,10 @@ class WayPanel {
     const top = points[route.pass];
     const way = top.way;
     const [a, b] = [minima[0], minima.at(-1)];
-    const merge = routeInTree(side.tree, [a, b].map(item => model.at(item)[1])).top;
+    const merge = routeInTree(
+      side.tree,
+      [a, b].map(item => model.at(item)[1]),
+    ).top;
     const share = merge === null ? NaN : side.tree.support[merge];
     const kinds = [...new Set(route.ways.map(number => side.ways.kind.texts[side.ways.kind.of[number]]).filter(kind => kind))];
     const passes = route.ways.length;
@@ -151,7 +160,9 @@ class WayPanel {
       `It is ${EVIDENCE_WORDS[model.header.evidence[side.ways.evidence[way]]]}${term ? `, dominated by ${term.replaceAll("_", " ")}` : ""}.`,
       Number.isNaN(share) ? "" : `Its merge is found in ${Math.round(100 * share)} % of the resampled trees.`,
       kinds.length ? `On the way the hand does this: ${kinds.join(", ")}.` : "",
-    ].filter(part => part).join(" ");
+    ]
+      .filter(part => part)
+      .join(" ");
   }
 
   // The terms that are drawn, with their colours.
@@ -187,14 +198,29 @@ class WayPanel {
     const x = along => EDGE.left + (w - EDGE.left - EDGE.right) * (along / route.length);
     const y = energy => EDGE.top + (h - EDGE.top - EDGE.bottom) * ((high - energy) / (high - low));
     for (const [value, text] of ticks(low, high, h / 45)) {
-      pen.path([[EDGE.left - 6, y(value)], [w - EDGE.right, y(value)]], { stroke: look.faint });
+      pen.path(
+        [
+          [EDGE.left - 6, y(value)],
+          [w - EDGE.right, y(value)],
+        ],
+        { stroke: look.faint },
+      );
       pen.text([EDGE.left - 10, y(value)], text, { fill: look.soft, size: 11.5, anchor: "end" });
     }
     this.stack(pen, route, parts, x, y);
-    pen.path(route.points.map(point => [x(point.along), y(point.energy)]), { stroke: look.ink, width: 2 });
+    pen.path(
+      route.points.map(point => [x(point.along), y(point.energy)]),
+      { stroke: look.ink, width: 2 },
+    );
     this.marks(pen, route, x, y, h);
     const here = x(state.step * route.length);
-    pen.path([[here, EDGE.top - 6], [here, h - EDGE.bottom]], { stroke: look.route, width: 1.5 });
+    pen.path(
+      [
+        [here, EDGE.top - 6],
+        [here, h - EDGE.bottom],
+      ],
+      { stroke: look.route, width: 1.5 },
+    );
     this.slider.value = state.step;
     this.slider.setAttribute("aria-valuetext", `${Math.round(100 * state.step)} % of the way`);
   }
@@ -216,7 +242,13 @@ class WayPanel {
     let last = -Infinity;
     stops.forEach((stop, k) => {
       const at = x(route.points[stop].along);
-      pen.path([[at, h - EDGE.bottom], [at, h - EDGE.bottom + 5]], { stroke: look.line });
+      pen.path(
+        [
+          [at, h - EDGE.bottom],
+          [at, h - EDGE.bottom + 5],
+        ],
+        { stroke: look.line },
+      );
       const end = k === stops.length - 1;
       if (at - last < room || (!end && x(route.length) - at < room)) return;
       pen.text([at, h - EDGE.bottom + 15], model.name(route.minima[k]), { fill: look.soft, size: 11.5, anchor: "middle" });
