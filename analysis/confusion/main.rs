@@ -1,12 +1,11 @@
 //! Labels of the rule for grasps of known type → `figures/taxonomy_confusion.md` and `.png`
 //!
 //! `cargo run --release --example confusion -- [--fixtures development|held_out|second_held_out …] [--noise RAD] [--copies
-//! N] [--seed N] [--rule SIGNATURES.toml] [--shadow EXAMPLES.json --hand HAND.xml] [--explain] [--features FILE.jsonl]
+//! N] [--seed N] [--rule SIGNATURES.toml] [--explain] [--features FILE.jsonl]
 //! [--output STEM]`
 //!
 //! The fixtures are those of `tests/taxonomy/fixtures`, by default all files. The rule was made with the first two files;
-//! `second_held_out` must not be used to choose a rule. The examples on the Shadow hand (`--shadow`) are poses and contacts
-//! without an object, which the program's own files do not have. `--explain` also prints the reasons for each fixture with
+//! `second_held_out` must not be used to choose a rule. `--explain` also prints the reasons for each fixture with
 //! a wrong type. `--features` writes the measured features of hands with moved joints, one line each, for
 //! `fit_signatures.py` beside this file; it reports no labels.
 
@@ -17,7 +16,6 @@ mod judge;
 
 mod picture;
 mod report;
-mod shadow;
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -36,7 +34,6 @@ struct Condition {
 
 fn main() -> Result<(), Failure> {
     let mut sets = Vec::new();
-    let (mut shadow, mut hand) = (None, None);
     let (mut explained, mut output) = (false, PathBuf::from("figures/taxonomy_confusion"));
     let mut features: Option<PathBuf> = None;
     let mut noise = Noise {
@@ -51,8 +48,6 @@ fn main() -> Result<(), Failure> {
         let mut value = || arguments.next().ok_or(format!("{argument} needs a value"));
         match argument.as_str() {
             "--fixtures" => sets.push(value()?),
-            "--shadow" => shadow = Some(PathBuf::from(value()?)),
-            "--hand" => hand = Some(PathBuf::from(value()?)),
             "--rule" => rule = Rule::parse(&std::fs::read_to_string(value()?)?)?,
             "--noise" => noise.joints_rad = value()?.parse()?,
             "--copies" => noise.copies = value()?.parse()?,
@@ -94,13 +89,6 @@ fn main() -> Result<(), Failure> {
     }
     if let Some(path) = features {
         return Ok(std::fs::write(path, measured)?);
-    }
-    if let Some(examples) = shadow {
-        let hand = hand.ok_or("--shadow needs --hand, the model of its hand")?;
-        conditions.push(Condition {
-            name: "annotated examples on the Shadow hand, no object".to_owned(),
-            outcomes: shadow::outcomes(&examples, &hand, &rule)?,
-        });
     }
     if explained {
         for outcome in conditions.iter().flat_map(|condition| &condition.outcomes) {
