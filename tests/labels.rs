@@ -489,14 +489,3 @@ fn the_sheet_works_in_a_browser() {
         [Some("Tripod"), Some("Medium Wrap"), Some("unlisted"), None]
     );
 }
-
-/// The written signatures are a valid rule, too: the fit starts from them, and `--rule` reads them.
-#[test]
-fn the_written_signatures_are_a_rule() {
-    let path = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/data/taxonomy/signatures_written.toml"
-    );
-    let written = Rule::parse(&std::fs::read_to_string(path).unwrap()).unwrap();
-    assert_ne!(written.version, Rule::standard().version);
-}

@@ -59,6 +59,7 @@ pub(crate) fn cases(path: &Path, hand: &Path, rule: &Rule) -> Result<Vec<Case>, 
                 link,
                 point: frame.point(&Vector3::from(contact.point_body)),
                 normal: frame.direction(&normal),
+                object_normal: -frame.direction(&normal),
                 weight_mm2: ANNOTATED_MM2,
             })
         };
