@@ -230,7 +230,7 @@ fn labels_are_written_explained_and_overridden() {
         &[
             "by the rule",
             "unlisted",
-            "ambiguous",
+            "known by cell only",
             "not applicable",
             "categories",
         ],
@@ -261,8 +261,10 @@ fn labels_are_written_explained_and_overridden() {
         &[
             "opposition",
             "virtual fingers",
-            "for  ",
-            "against",
+            "for it",
+            "category",
+            "what is held",
+            "outcome",
             "rule  ",
         ],
     );

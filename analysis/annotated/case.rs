@@ -79,7 +79,7 @@ impl Case {
     }
 
     fn found_category(&self) -> Option<Category> {
-        Some(self.found()?.category)
+        self.label.category
     }
 
     fn found_opposition(&self) -> Option<Opposition> {

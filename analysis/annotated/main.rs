@@ -1,7 +1,7 @@
 //! Labels of the rule for grasps that people posed and named → `figures/annotated_grasps.md` and `.png`
 //!
-//! `LANDSCAPE_TEST_DATA=FOLDER cargo run --release --example annotated -- [--looked-at] [--human] [--explain ID …]
-//! [--output STEM]`
+//! `LANDSCAPE_TEST_DATA=FOLDER cargo run --release --example annotated -- [--looked-at] [--human] [--rule RULE.toml]
+//! [--explain ID …] [--output STEM]`
 //!
 //! The folder holds `ycb_affordance` (grasps, objects and the hand), `taxonomy` (templates of the types) and
 //! `hands/shadow_dexonomy` (the hand of the templates). None of this is part of the project, and no number of the rule is
@@ -10,6 +10,7 @@
 
 mod case;
 mod people;
+mod picture;
 mod report;
 mod templates;
 
@@ -31,6 +32,7 @@ struct Set {
 fn main() -> Result<(), Failure> {
     let (mut looked_at, mut model) = (false, Model::Mano);
     let mut explained: Vec<String> = Vec::new();
+    let mut rule = Rule::standard().clone();
     let mut output = PathBuf::from("figures/annotated_grasps");
     let mut arguments = std::env::args().skip(1);
     while let Some(argument) = arguments.next() {
@@ -38,13 +40,14 @@ fn main() -> Result<(), Failure> {
         match argument.as_str() {
             "--looked-at" => looked_at = true,
             "--human" => model = Model::Human,
+            "--rule" => rule = Rule::parse(&std::fs::read_to_string(value()?)?)?,
             "--explain" => explained.push(value()?),
             "--output" => output = PathBuf::from(value()?),
             _ => return Err(format!("{argument} is not known").into()),
         }
     }
     let data = std::env::var_os("LANDSCAPE_TEST_DATA").ok_or("LANDSCAPE_TEST_DATA is not set")?;
-    let sets = sets(Path::new(&data), model, !looked_at)?;
+    let sets = sets(Path::new(&data), model, &rule, !looked_at)?;
     for case in sets.iter().flat_map(|set| &set.cases) {
         if explained.iter().any(|id| *id == case.id || id == "all") {
             println!(
@@ -52,17 +55,17 @@ fn main() -> Result<(), Failure> {
                 case.id,
                 case.object,
                 case.truth.name,
-                explain(&case.label, Rule::standard())
+                explain(&case.label, &rule)
             );
         }
     }
-    let report = report::report(&sets, &Rule::standard().version);
+    let report = report::report(&sets, &rule.version);
     std::fs::write(output.with_extension("md"), &report)?;
+    picture::picture(&sets).save(&output.with_extension("png"))?;
     Ok(())
 }
 
-fn sets(data: &Path, model: Model, whole: bool) -> Result<Vec<Set>, Failure> {
-    let rule = Rule::standard();
+fn sets(data: &Path, model: Model, rule: &Rule, whole: bool) -> Result<Vec<Set>, Failure> {
     let people = data.join("ycb_affordance");
     let unseen = |object: &str| UNSEEN.contains(&object);
     let mut sets = vec![Set {

@@ -222,3 +222,60 @@ pub(super) fn evidence(
     told.truncate(LISTED);
     told.into_iter().map(|(_, evidence)| evidence).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn answer(fits: &[(u8, f64)]) -> Answer {
+        let of = |number: u8| fits.iter().find(|(known, _)| *known == number);
+        let fits = (1..=33).map(|number| Some(of(number).map_or(1e-4, |(_, fit)| *fit)));
+        Answer::of(Some(&Fits(fits.collect())), &[]).unwrap()
+    }
+
+    /// 1 and 3 are of one cell, 31 of another cell of their category, 14 of another category.
+    #[test]
+    fn the_label_is_as_precise_as_the_probabilities() {
+        let rule = Rule::standard();
+        let verdict = |fits: &[(u8, f64)]| answer(fits).verdict(rule);
+        assert_eq!(verdict(&[(3, 0.9), (1, 0.1)]), Verdict::Listed(3));
+        assert_eq!(
+            verdict(&[(3, 0.6), (1, 0.5), (2, 0.5), (14, 0.3)]),
+            Verdict::Ambiguous(3)
+        );
+        assert_eq!(
+            verdict(&[(3, 0.6), (31, 0.55), (28, 0.55)]),
+            Verdict::Broad(3)
+        );
+        let low = 0.9 * rule.unlisted_below;
+        assert_eq!(verdict(&[(3, low)]), Verdict::Unlisted);
+    }
+
+    #[test]
+    fn the_type_is_of_the_most_probable_category() {
+        // Tripod fits best of all, but power grasps together are more probable.
+        let found = answer(&[(14, 0.8), (3, 0.7), (1, 0.6)]);
+        assert_eq!(found.category, Some(Category::Power));
+        let numbers: Vec<u8> = found.best.iter().map(|best| best.number).collect();
+        assert_eq!(numbers, [3, 14, 1]);
+        let sum: f64 = found.categories.iter().map(|(_, p)| p).sum();
+        assert!((sum - 1.0).abs() < 1e-9, "{sum}");
+    }
+
+    /// A fact that must be present and is absent leaves a type a twentieth of its fit.
+    #[test]
+    fn what_is_absent_cannot_win() {
+        let rule = Rule::standard();
+        for entry in &Taxonomy::feix().types {
+            let opposition = format!("{} opposition", entry.opposition.name());
+            let cues = rule.cues(entry).iter();
+            let own = cues.filter(|cue| name(cue.fact) == opposition);
+            let lost: Vec<f64> = own.map(|cue| factor(cue, 0.0)).collect();
+            assert!(
+                lost.len() == 1 && lost[0] < 0.06,
+                "{}: {lost:?}",
+                entry.name
+            );
+        }
+    }
+}

@@ -259,7 +259,7 @@ impl Part {
         let second = self.face(Some(&first));
         let candidates = [first, second, first.cross(&second)]
             .into_iter()
-            .chain(eigen.column_iter().map(|axis| axis.into_owned()));
+            .chain(eigen.column_iter().map(nalgebra::Matrix::into_owned));
         let judged = candidates.map(|axis| {
             let angles = [self.cylinder(&axis), self.prism(&axis)];
             (axis, angles)
@@ -487,8 +487,8 @@ mod tests {
     use crate::hand::LinkId;
     use crate::mesh::SurfaceSample;
 
-    /// The object as held at those points of its surface that `test` chooses.
-    fn held_at(object: &Object, test: impl Fn(&SurfaceSample) -> bool) -> Held {
+    /// Contacts at those points of the object's surface that `test` chooses.
+    fn touching(object: &Object, test: impl Fn(&SurfaceSample) -> bool) -> Vec<TouchingPatch> {
         let touch = |sample: &SurfaceSample| TouchingPatch {
             patch: Patch::Palm(PalmPart::Volar),
             link: LinkId(0),
@@ -500,7 +500,12 @@ mod tests {
         let chosen = object.surface_samples.iter().filter(|sample| test(sample));
         let touches: Vec<_> = chosen.map(touch).collect();
         assert!(touches.len() > 5, "{}", object.name);
-        held(object, &touches, &Vector3::x()).unwrap()
+        touches
+    }
+
+    /// The object as held there, by a palm that faces along x.
+    fn held_at(object: &Object, test: impl Fn(&SurfaceSample) -> bool) -> Held {
+        held(object, &touching(object, test), &Vector3::x()).unwrap()
     }
 
     #[test]
@@ -556,5 +561,42 @@ mod tests {
         for held in [faces, rim] {
             assert!(held.axis.z.abs() > 0.99, "{held:?}");
         }
+    }
+
+    /// The former rule called a can four fifths of a sphere, and knew no boxes.
+    #[test]
+    fn a_can_is_a_rod_from_the_side_and_a_disk_from_above_and_a_brick_is_a_block() {
+        let object = |name: &str, part: serde_json::Value| {
+            let assembly = crate::object::Assembly {
+                parts: vec![serde_json::from_value(part).unwrap()],
+                ..crate::object::Assembly::default()
+            };
+            let (mesh, description) = assembly.object(name).unwrap();
+            Object::from_mesh(name, mesh, &description).unwrap()
+        };
+        let can = object(
+            "can",
+            serde_json::json!({"cylinder": {"centre": [0.0, 0.0, 0.0], "axis": [0.0, 0.0, 1.0],
+                "radius_m": 0.05, "half_height_m": 0.07, "edge_radius_m": 0.001}}),
+        );
+        let side = held_at(&can, |sample| sample.normal.z.abs() < 0.1);
+        assert!(side.degree(Form::Rod) > 0.7, "{side:?}");
+        assert!(side.degree(Form::Sphere) < 0.2, "{side:?}");
+        let rim = touching(&can, |sample| {
+            sample.normal.z.abs() < 0.1 && sample.point.z > 0.03
+        });
+        let above = held(&can, &rim, &Vector3::z()).unwrap();
+        assert!(above.degree(Form::Disk) > 0.6, "{above:?}");
+        let brick = object(
+            "brick",
+            serde_json::json!({"cuboid": {"centre": [0.0, 0.0, 0.0],
+                "half_extents": [0.025, 0.026, 0.039], "edge_radius_m": 0.001}}),
+        );
+        let block = held_at(&brick, |sample| sample.normal.x.abs() > 0.9);
+        assert!(block.degree(Form::Box) > 0.7, "{block:?}");
+        assert!(
+            (1e3 * block.size_m(&[Form::Box]) - 50.0).abs() < 2.0,
+            "{block:?}"
+        );
     }
 }
