@@ -25,6 +25,7 @@ type Failure = Box<dyn std::error::Error + Send + Sync>;
 /// Cases of one origin.
 struct Set {
     name: String,
+    short: &'static str,
     posed_by_people: bool,
     cases: Vec<Case>,
 }
@@ -70,18 +71,21 @@ fn sets(data: &Path, model: Model, rule: &Rule, whole: bool) -> Result<Vec<Set>,
     let unseen = |object: &str| UNSEEN.contains(&object);
     let mut sets = vec![Set {
         name: "People's grasps, objects that were looked at".to_owned(),
+        short: "looked at",
         posed_by_people: true,
         cases: people::cases(&people, model, rule, |object| !unseen(object))?,
     }];
     if whole {
         sets.push(Set {
             name: "People's grasps, objects that were not looked at".to_owned(),
+            short: "unseen",
             posed_by_people: true,
             cases: people::cases(&people, model, rule, unseen)?,
         });
     }
     sets.push(Set {
         name: "Templates on the Shadow hand, without an object".to_owned(),
+        short: "templates",
         posed_by_people: false,
         cases: templates::cases(
             &data.join("taxonomy/dexonomy_shadow_examples.json"),

@@ -226,6 +226,42 @@ fn calibration(cases: &[&Case]) -> String {
     text
 }
 
+/// One row for each set, and one for the commonest answer.
+fn summary(sets: &[Set]) -> String {
+    let mut text = "\n| % of grasps | grasps |".to_owned();
+    for measure in Measure::ALL {
+        let _ = write!(text, " {} |", measure.name());
+    }
+    text += "\n|---|---|---|---|---|---|---|---|---|\n";
+    let mut row = |name: &str, cases: &[&Case], share: &dyn Fn(Measure) -> Option<f64>| {
+        let _ = write!(text, "| {name} | {} |", cases.len());
+        for measure in Measure::ALL {
+            let told =
+                share(measure).map_or("–".to_owned(), |share| format!("{:.1}", 100.0 * share));
+            let _ = write!(text, " {told} |");
+        }
+        text.push('\n');
+    };
+    for set in sets {
+        let all: Vec<&Case> = set.cases.iter().collect();
+        row(&set.name, &all, &|measure| Some(per_grasp(&all, measure)));
+        row(
+            &format!("always the commonest, {}", set.short),
+            &all,
+            &|measure| commonest(&all, measure),
+        );
+        if set.posed_by_people {
+            let agree: Vec<&Case> = all.iter().copied().filter(|case| case.agrees).collect();
+            row(
+                &format!("label agrees with contact, {}", set.short),
+                &agree,
+                &|measure| Some(per_grasp(&agree, measure)),
+            );
+        }
+    }
+    text
+}
+
 /// The whole report.
 pub(crate) fn report(sets: &[Set], version: &str) -> String {
     let mut text = format!(
@@ -235,6 +271,7 @@ pub(crate) fn report(sets: &[Set], version: &str) -> String {
          touch, the palm exactly where the type needs it, and no other finger. *Always the commonest*: the share that the \
          commonest class of these very grasps would get.\n"
     );
+    text += &summary(sets);
     for set in sets {
         let all: Vec<&Case> = set.cases.iter().collect();
         text += &rows(&set.name, &all);
