@@ -6,15 +6,14 @@
 //! on to a gradient norm of 10⁻⁵ to see whether it converges. The files of the committed table were made by
 //! `landscape synth --hand human --object OBJECT -n 400 --seed 20261126`.
 
-mod grasp_minima;
-
 use std::error::Error;
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
-use grasp_minima::Grasps;
 use landscape::optimize::StopReason;
+use landscape::store::{GraspFile, Overrides};
+use landscape::study::settings_for_grasps;
 use landscape::topography::{Rarefaction, Run, distinct, quench_all};
 
 const GRADIENT: f64 = 1e-5;
@@ -30,17 +29,22 @@ fn main() -> Result<(), Box<dyn Error>> {
     );
     for path in std::env::args().skip(1) {
         let path = Path::new(&path);
-        let grasps = Grasps::read(path)?;
-        let (energy, settings) = (&grasps.energy, &grasps.settings);
-        let ends = quench_all(energy, grasps.starts(), &settings.quench, &Run::default())?;
-        let (minima, _) = distinct(energy, &ends, &settings.sameness, f64::INFINITY);
+        let (file, _) = GraspFile::read(path, Overrides::default())?;
+        let population = file.landscapes().into_iter().next();
+        let population = population.ok_or("the file is empty")?;
+        let energy = population.energy()?;
+        let settings = settings_for_grasps(&energy);
+        let grasps = population.grasps.iter();
+        let starts: Vec<Vec<f64>> = grasps.map(|row| row.grasp.pose.to_vec()).collect();
+        let ends = quench_all(&energy, &starts, &settings.quench, &Run::default())?;
+        let (minima, _) = distinct(&energy, &ends, &settings.sameness, f64::INFINITY);
         let sizes: Vec<usize> = minima.iter().map(|m| m.members.len()).collect();
         let found = Rarefaction::new(&sizes, 2)
             .estimate
             .ok_or("at least thirty grasps are needed")?;
         let exact = settings.quench.clone().with_gradient_tolerance(GRADIENT);
         let starts: Vec<Vec<f64>> = ends.into_iter().map(|end| end.x).collect();
-        let ends = quench_all(energy, &starts, &exact, &Run::default())?;
+        let ends = quench_all(&energy, &starts, &exact, &Run::default())?;
         let reached = ends.iter().filter(|end| end.stop == StopReason::Converged);
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
         let percent = |part: f64| format!("{:.0} %", 100.0 * part);

@@ -15,6 +15,7 @@ use rand::seq::SliceRandom;
 pub(crate) struct Grasps {
     pub(crate) energy: GraspEnergy,
     pub(crate) settings: MapSettings,
+    /// Ends of descents from the grasps, in the order of rows.
     starts: Vec<Vec<f64>>,
 }
 
@@ -37,11 +38,6 @@ impl Grasps {
             starts: starts.collect(),
             energy,
         })
-    }
-
-    /// Poses of the grasps, in the order of rows.
-    pub(crate) fn starts(&self) -> &[Vec<f64>] {
-        &self.starts
     }
 
     /// The minima of all grasps in a random order given by `seed`, so that the first n are a random sample.

@@ -4,7 +4,6 @@ use landscape::energy::Energy;
 use landscape::grasp::layer::LayerSettings;
 use landscape::grasp::{EnergySettings, GraspEnergy};
 use landscape::sample::{Task, stream};
-use landscape::space::Space;
 
 use super::grasp_energy::{BALL, BOTTLE, GRIPPER, HAND, pose};
 

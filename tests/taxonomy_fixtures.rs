@@ -44,10 +44,12 @@ fn noisy(error: Error) -> Noise {
     }
 }
 
-/// Shares that the rule must reach at least: the category, the cell and the type of the best type are right.
-const RIGHT: [f64; 3] = [0.90, 0.80, 0.75];
+/// Shares that the rule must reach at least, as posed or with known contacts, and with moved hands: the category, the cell and
+/// the type of the answer are right. Moved hands have other contacts, which the rule believes.
+const RIGHT: [f64; 3] = [0.90, 0.85, 0.80];
+const RIGHT_MOVED: [f64; 3] = [0.80, 0.65, 0.55];
 /// Largest share of poses outside the taxonomy that are given a type.
-const OTHERS: f64 = 0.10;
+const OTHERS: f64 = 0.15;
 
 /// Compares the rule on these fixtures with its targets.
 fn reaches_targets(fixtures: &[Case], noise: Noise) {
@@ -58,10 +60,12 @@ fn reaches_targets(fixtures: &[Case], noise: Noise) {
     let wrong = known.iter().filter(|outcome| !outcome.right(0));
     let mut wrong: Vec<&str> = wrong.map(|outcome| outcome.id.as_str()).collect();
     wrong.dedup();
+    let moved = noise.joints_rad > 0.0 && noise.error == Error::Moved;
+    let least = if moved { RIGHT_MOVED } else { RIGHT };
     assert!(
         right
             .iter()
-            .zip(RIGHT)
+            .zip(least)
             .all(|(found, least)| *found >= least)
             && accepted <= OTHERS,
         "category, cell, type right {right:.3?}, others accepted {accepted:.3}; another type: {wrong:?}"
@@ -71,7 +75,7 @@ fn reaches_targets(fixtures: &[Case], noise: Noise) {
 /// The files of fixtures.
 const FILES: [&str; 3] = ["development", "held_out", "second_held_out"];
 
-/// The fixtures used to fit the rule.
+/// The fixtures on which the rule was checked while it was written.
 static DEVELOPMENT: LazyLock<Vec<Case>> = LazyLock::new(|| {
     let fixtures = ["development", "held_out"].into_iter().flat_map(read);
     cases(fixtures.collect()).unwrap()

@@ -1,14 +1,11 @@
 //! Labels of the rule for grasps of known type → `figures/taxonomy_confusion.md` and `.png`
 //!
 //! `cargo run --release --example confusion -- [--fixtures development|held_out|second_held_out …] [--noise RAD] [--copies
-//! N] [--seed N] [--rule SIGNATURES.toml] [--shadow EXAMPLES.json --hand HAND.xml] [--explain] [--features FILE.jsonl]
-//! [--output STEM]`
+//! N] [--seed N] [--rule RULE.toml] [--explain] [--output STEM]`
 //!
-//! The fixtures are those of `tests/taxonomy/fixtures`, by default all files. The rule was made with the first two files;
-//! `second_held_out` must not be used to choose a rule. The examples on the Shadow hand (`--shadow`) are poses and contacts
-//! without an object, which the program's own files do not have. `--explain` also prints the reasons for each fixture with
-//! a wrong type. `--features` writes the measured features of hands with moved joints, one line each, for
-//! `fit_signatures.py` beside this file; it reports no labels.
+//! The fixtures are those of `tests/taxonomy/fixtures`, by default all files. The rule was checked on the first two files while
+//! it was written; `second_held_out` must not be used to choose a rule. `--explain` also prints the reasons for each fixture
+//! with a wrong type.
 
 #[path = "../../tests/taxonomy/fixture.rs"]
 mod fixture;
@@ -17,14 +14,11 @@ mod judge;
 
 mod picture;
 mod report;
-mod shadow;
 
-use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use judge::{Error, Noise, Outcome};
 use landscape::evaluation::taxonomy::{Rule, explain};
-use serde_json::{Map, Value, json};
 
 type Failure = Box<dyn std::error::Error + Send + Sync>;
 
@@ -36,9 +30,7 @@ struct Condition {
 
 fn main() -> Result<(), Failure> {
     let mut sets = Vec::new();
-    let (mut shadow, mut hand) = (None, None);
     let (mut explained, mut output) = (false, PathBuf::from("figures/taxonomy_confusion"));
-    let mut features: Option<PathBuf> = None;
     let mut noise = Noise {
         error: Error::Moved,
         joints_rad: 0.1,
@@ -51,13 +43,10 @@ fn main() -> Result<(), Failure> {
         let mut value = || arguments.next().ok_or(format!("{argument} needs a value"));
         match argument.as_str() {
             "--fixtures" => sets.push(value()?),
-            "--shadow" => shadow = Some(PathBuf::from(value()?)),
-            "--hand" => hand = Some(PathBuf::from(value()?)),
             "--rule" => rule = Rule::parse(&std::fs::read_to_string(value()?)?)?,
             "--noise" => noise.joints_rad = value()?.parse()?,
             "--copies" => noise.copies = value()?.parse()?,
             "--seed" => noise.seed = value()?.parse()?,
-            "--features" => features = Some(PathBuf::from(value()?)),
             "--output" => output = PathBuf::from(value()?),
             "--explain" => explained = true,
             _ => return Err(format!("{argument} is not known").into()),
@@ -67,16 +56,9 @@ fn main() -> Result<(), Failure> {
         sets.extend(["development", "held_out", "second_held_out"].map(str::to_owned));
     }
     let mut conditions = Vec::new();
-    let mut measured = String::new();
     for set in &sets {
         let path = format!("tests/taxonomy/fixtures/{set}.json");
         let cases = judge::cases(judge::read(Path::new(&path))?)?;
-        if features.is_some() {
-            for outcome in judge::judge(&cases, &rule, noise)? {
-                writeln!(measured, "{}", line(&outcome))?;
-            }
-            continue;
-        }
         let name = set.replace('_', " ");
         conditions.push(Condition {
             name: format!("{name}, as posed"),
@@ -91,16 +73,6 @@ fn main() -> Result<(), Failure> {
                 outcomes: judge::judge(&cases, &rule, Noise { error, ..noise })?,
             });
         }
-    }
-    if let Some(path) = features {
-        return Ok(std::fs::write(path, measured)?);
-    }
-    if let Some(examples) = shadow {
-        let hand = hand.ok_or("--shadow needs --hand, the model of its hand")?;
-        conditions.push(Condition {
-            name: "annotated examples on the Shadow hand, no object".to_owned(),
-            outcomes: shadow::outcomes(&examples, &hand, &rule)?,
-        });
     }
     if explained {
         for outcome in conditions.iter().flat_map(|condition| &condition.outcomes) {
@@ -117,19 +89,4 @@ fn main() -> Result<(), Failure> {
         picture::picture(condition).save(&output.with_extension("png"))?;
     }
     Ok(())
-}
-
-/// The measured features of a grasp, as JSON.
-fn line(outcome: &Outcome) -> Value {
-    let held = outcome.label.held.as_ref();
-    let features: Map<String, Value> = (outcome.label.features.iter())
-        .map(|(name, value)| ((*name).to_owned(), json!(value)))
-        .collect();
-    json!({
-        "id": outcome.id,
-        "type": outcome.truth,
-        "features": features,
-        "forms": held.map(|held| held.forms),
-        "width_m": held.map(|held| held.width_m),
-    })
 }

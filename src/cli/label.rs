@@ -30,7 +30,7 @@ pub(super) struct LabelCommand {
     /// Labels given by a human (CSV with the columns id and label), which override the rule.
     #[arg(long, value_name = "FILE")]
     from: Option<PathBuf>,
-    /// Your own signatures, in the form of data/taxonomy/signatures.toml, instead of the built-in ones.
+    /// Your own rule, in the form of data/taxonomy/rule.toml, instead of the built-in one.
     #[arg(long, value_name = "FILE")]
     rule: Option<PathBuf>,
     /// The file to write; by default the name of the file with the ending `.labelled.parquet`.
@@ -49,9 +49,11 @@ Examples:
   landscape label mine.parquet -o mine.parquet --force     replace the file
 
 The types are the 33 of the GRASP taxonomy (Feix et al. 2016). The rule uses all parts of the hand within 5 mm of the
-object, the pose of the fingers, and the shape of the object where it is held. If two types fit equally well, the label
-is their cell in the table of the taxonomy (category/opposition/virtual finger 2/thumb). If none fits, it is `unlisted`.
-If the hand does not have the thumb and the fingers of a human hand, it is `not_applicable`.
+object, the pose of the fingers, and the form of the part that is held. It decides in the order of the taxonomy: which
+parts press against each other, which digits take part, then the type. If types are close, the label is their cell in the
+table of the taxonomy (category/opposition/virtual finger 2/thumb); if cells are close, it is the category. If contact
+contradicts every type, it is `unlisted`. If the hand does not have the thumb and the fingers of a human hand, it is
+`not_applicable`.
 
 Adds the columns label (yours), label_auto, label_score, label_best, label_category and label_source. labels.csv has the
 columns id and label: a name or number of a type, or `unlisted`.";
@@ -172,7 +174,7 @@ fn summary(file: &GraspFile, labels: &BTreeMap<u64, Label>) -> String {
     format!(
         "{} grasps\n\
          by the rule\n{}\
-         categories (of types and cells)\n{}\
+         categories (of types, cells and categories)\n{}\
          cells (category/opposition/virtual finger 2/thumb)\n{}\
          types\n{}{}",
         labels.len(),
@@ -202,11 +204,13 @@ impl Counted<'_> {
     fn verdicts(&self) -> String {
         let listed = self.count(|verdict| matches!(verdict, Verdict::Listed(_)));
         let ambiguous = self.count(|verdict| matches!(verdict, Verdict::Ambiguous(_)));
+        let broad = self.count(|verdict| matches!(verdict, Verdict::Broad(_)));
         let unlisted = self.count(|verdict| *verdict == Verdict::Unlisted);
         let inapplicable = self.count(|verdict| matches!(verdict, Verdict::NotApplicable(_)));
         let mut text = [
             self.line("of one type", listed),
-            self.line("ambiguous: known by cell only", ambiguous),
+            self.line("known by cell only", ambiguous),
+            self.line("known by category only", broad),
             self.line("unlisted", unlisted),
             self.line("not applicable", inapplicable),
         ]
@@ -234,7 +238,7 @@ impl Counted<'_> {
             Verdict::Listed(number) | Verdict::Ambiguous(number) => feix
                 .numbered(*number)
                 .is_some_and(|entry| entry.cell == cell),
-            Verdict::Unlisted | Verdict::NotApplicable(_) => false,
+            Verdict::Broad(_) | Verdict::Unlisted | Verdict::NotApplicable(_) => false,
         };
         let cells = feix.cells().into_iter();
         let counts = cells.map(|cell| (cell, self.count(|verdict| is_of(verdict, cell))));
@@ -267,6 +271,7 @@ fn humans(file: &GraspFile, labels: &BTreeMap<u64, Label>) -> String {
             Some(HumanLabel::Type(entry)) => match label.verdict {
                 Verdict::Listed(number) => number == entry.number,
                 Verdict::Ambiguous(_) => label.text() == entry.cell,
+                Verdict::Broad(_) => label.text() == entry.category.name(),
                 Verdict::Unlisted | Verdict::NotApplicable(_) => false,
             },
             Some(HumanLabel::Unlisted) => label.verdict == Verdict::Unlisted,

@@ -1,4 +1,4 @@
-//! Untrusted TOML: objects, mappings, experiments, protocols, signatures.
+//! Untrusted TOML: objects, mappings, experiments, protocols, rules of labels.
 
 use serde::de::{DeserializeOwned, Error};
 use toml_parser::Source;

@@ -21,9 +21,9 @@
 //! | `stable_reason`?∅ | string | reason, see `grasp::stability::Reason`; null: not simulated |
 //! | `stable_displacement_m`?∅, `stable_turn_rad`?∅ | double | displacement and rotation of the object in simulation |
 //! | `label`?∅ | string | grasp type given by a human, or `unlisted` |
-//! | `label_auto`?∅ | string | result of the rule: a grasp type, the cell of the taxonomy if two types fit equally well (`power/palm/2-5/abducted`), `unlisted`, or `not_applicable` |
-//! | `label_score`?∅ | double | score of the best type, 0 to 1 |
-//! | `label_best`?∅ | string | the three types that fit best, with their scores |
+//! | `label_auto`?∅ | string | result of the rule: a grasp type, the cell of the taxonomy if types of it are close (`power/palm/2-5/abducted`), the category if cells of it are close (`power`), `unlisted`, or `not_applicable` |
+//! | `label_score`?∅ | double | probability of the type that is the answer, 0 to 1 |
+//! | `label_best`?∅ | string | the answer and the two most probable other types, with their probabilities |
 //! | `label_category`?∅ | string | `power`, `intermediate` or `precision` from the human's label, otherwise the rule's; null if that is no type or cell |
 //! | `label_source`?∅ | string | `human` or `rule`: origin of `label_category`; null: not labelled |
 //! | `source`? | string | origin of the grasp; absent: empty |

@@ -48,7 +48,8 @@ pub fn record_labels(file: &mut GraspFile, labels: &BTreeMap<u64, Label>, rule: 
     file.metadata.labels = json!({
         "rule": rule.version,
         "unlisted_below": rule.unlisted_below,
-        "ambiguous_within": rule.ambiguous_within,
+        "type_share": rule.type_share,
+        "cell_share": rule.cell_share,
         "program_version": env!("CARGO_PKG_VERSION"),
     });
 }

@@ -25,7 +25,7 @@ pub struct GraspSetting {
 pub struct MinimumName {
     /// Number of the type, if the label is a type.
     pub number: Option<u8>,
-    /// The category, if the label is a type or a cell.
+    /// The category, if the label is a type, a cell or a category.
     pub category: Option<Category>,
     /// The cell of the taxonomy's table, if the label is a type or a cell.
     pub cell: Option<String>,
@@ -101,7 +101,9 @@ impl MinimumName {
                 let like = named.or_else(|| taxonomy.types.iter().find(|entry| entry.cell == text));
                 Self {
                     number: named.map(|entry| entry.number),
-                    category: like.map(|entry| entry.category),
+                    category: like
+                        .map(|entry| entry.category)
+                        .or_else(|| Category::named(text)),
                     cell: like.map(|entry| entry.cell.clone()),
                     rule: label,
                 }
@@ -109,22 +111,23 @@ impl MinimumName {
             None => Self {
                 number: label.grasp_type().map(|entry| entry.number),
                 category: label.listed_category(),
-                cell: label
-                    .listed_category()
-                    .and_then(|_| taxonomy.numbered(label.best.first()?.number))
-                    .map(|entry| entry.cell.clone()),
+                cell: label.listed_cell().map(str::to_owned),
                 rule: label,
             },
         }
     }
 
-    /// The type, or else the cell, or else `unlisted`.
+    /// The type, or else the cell, or else the category, or else `unlisted`.
     pub fn text(&self) -> &str {
         let entry = self
             .number
             .and_then(|number| Taxonomy::feix().numbered(number));
         entry.map_or_else(
-            || self.cell.as_deref().unwrap_or("unlisted"),
+            || match (&self.cell, self.category) {
+                (Some(cell), _) => cell,
+                (None, Some(category)) => category.name(),
+                (None, None) => "unlisted",
+            },
             |entry| entry.name.as_str(),
         )
     }

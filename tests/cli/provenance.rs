@@ -258,7 +258,7 @@ fn inputs() -> &'static Desk {
         let mut ball: serde_json::Value = serde_json::from_str(&ball).unwrap();
         ball["mass_kg"] = 0.5.into();
         write("Kugel ü.json", &ball.to_string());
-        copy("taxonomy/signatures.toml", "rule.toml");
+        copy("taxonomy/rule.toml", "rule.toml");
         write(
             "-set.toml",
             "[energy]\nprior_weight = 0.02\n[synthesis]\nattempts = 2\n",

@@ -64,7 +64,7 @@ impl Outcome {
     pub(crate) fn accepted(&self) -> bool {
         matches!(
             self.label.verdict,
-            Verdict::Listed(_) | Verdict::Ambiguous(_)
+            Verdict::Listed(_) | Verdict::Ambiguous(_) | Verdict::Broad(_)
         )
     }
 
@@ -116,12 +116,12 @@ pub(crate) fn judge(cases: &[Case], rule: &Rule, noise: Noise) -> Result<Vec<Out
         let mut posed = PosedHand::default();
         hand.pose(&x, &mut posed);
         let near = touches(&hand, &anatomy, &posed, object);
-        let held = held(object, &near);
+        let held = held(object, &near, &anatomy.volar(&posed));
         let misread = |x: &[f64]| {
             let mut read = PosedHand::default();
             hand.pose(x, &mut read);
             let carried: Vec<TouchingPatch> =
-                near.iter().map(|(t, _)| t.carried(&posed, &read)).collect();
+                near.iter().map(|t| t.carried(&posed, &read)).collect();
             label_contacts(rule, &anatomy, &read, &carried, held.clone())
         };
         let labelled = |copy: u64| {

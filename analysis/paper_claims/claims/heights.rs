@@ -284,7 +284,7 @@ impl Asked<'_> {
                 .basins
                 .minima
                 .iter()
-                .filter(|basin| basin.best.first().is_none_or(|best| best.score < threshold));
+                .filter(|basin| basin.fit < threshold);
             own.map(|basin| basin.grasps).sum::<f64>() / total
         };
         let here = share(rule.unlisted_below);
@@ -302,7 +302,7 @@ impl Asked<'_> {
             verdict,
             None,
             format!(
-                "{:.1} % of the grasps below a score of {}; {:.1} % below {}, {:.1} % below {} (a person has not looked at them)",
+                "{:.1} % of the grasps fit no type better than {}; {:.1} % below {}, {:.1} % below {} (a person has not looked at them)",
                 100.0 * here,
                 rule.unlisted_below,
                 100.0 * others[0],
@@ -473,6 +473,7 @@ mod tests {
                 number: *number,
                 score: 0.95,
             }],
+            fit: 0.95,
         };
         Basins {
             name: "planted".to_owned(),

@@ -1,28 +1,35 @@
 //! The 33 types of the GRASP taxonomy (Feix et al. 2016), and the rule that labels a grasp and explains the label.
 //!
-//! [`Taxonomy`] is the table, [`Anatomy`] interprets a hand as a human one, and [`touches`] gives all surface points near
-//! the object (not only the few contacts of force closure). [`Labeller`] compares features of these with a signature of
-//! each type. All features use directions of the hand itself, so a mirrored grasp has the same label.
+//! [`Taxonomy`] is the table, [`Anatomy`] interprets a hand as a human one, [`touches`] gives all surface points near the
+//! object (not only the few contacts of force closure), and [`held`] tells the form of the part that the hand holds.
+//! [`Labeller`] measures facts of these and decides in the order of the taxonomy: opposition and category, virtual fingers
+//! and thumb, then the type. What each type expects stands in the [`Rule`]. All facts use directions of the hand itself, so a
+//! mirrored grasp has the same label.
 
 mod anatomy;
-mod classifier;
-mod features;
+mod decision;
+mod explain;
+mod facts;
+mod form;
+mod label;
 mod pose_correction;
-mod signature;
+mod rule;
 mod table;
 mod touch;
 
 pub use anatomy::{Anatomy, Bone, PalmPart, Patch};
-pub use classifier::{
-    Candidate, Evidence, Inapplicable, Label, Labeller, NOT_APPLICABLE, UNLISTED, Verdict, explain,
-    label_contacts,
+pub use decision::Evidence;
+pub use explain::explain;
+pub use form::{Held, Solid, held, held_by_contacts};
+pub use label::{
+    Candidate, Inapplicable, Label, Labeller, NOT_APPLICABLE, UNLISTED, Verdict, label_contacts,
 };
 pub use pose_correction::{PoseCorrection, readings};
-pub use signature::Rule;
+pub use rule::Rule;
 pub use table::{Category, Disagreement, Form, GraspType, Opposition, Taxonomy, Thumb};
-pub use touch::{Held, NEAR_M, TouchingPatch, held, touches};
+pub use touch::{NEAR_M, TouchingPatch, touches};
 
-/// Why a table of types or of signatures cannot be used.
+/// Why a table of types or a rule cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum TaxonomyError {

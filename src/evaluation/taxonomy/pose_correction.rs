@@ -236,7 +236,7 @@ impl Near<'_> {
     fn balanced(&self, x: &[f64], posed: &mut PosedHand) -> bool {
         let near = self.touches(x, self.correction.touching_m, posed);
         let normals: Vec<Vector3<f64>> = near.iter().map(|touch| touch.inward_normal).collect();
-        left_over(&normals, self.correction.friction) < BALANCED
+        force_left_over(&normals, self.correction.friction) < BALANCED
     }
 
     fn could_hold(&self, x: &[f64], posed: &mut PosedHand) -> bool {
@@ -287,7 +287,7 @@ impl Near<'_> {
 
 /// The least residual of forces inside the friction cones about these normals, as a share of all normal forces: the
 /// distance of the origin from the hull of the cones' edges, by pairwise Frank–Wolfe steps. 1 if there are no normals.
-fn left_over(normals: &[Vector3<f64>], friction: f64) -> f64 {
+pub(super) fn force_left_over(normals: &[Vector3<f64>], friction: f64) -> f64 {
     if normals.is_empty() {
         return 1.0;
     }
@@ -346,12 +346,12 @@ mod tests {
     #[test]
     fn forces_balance_between_two_sides_and_not_on_one() {
         let [x, y] = [Vector3::x(), Vector3::y()];
-        assert!(left_over(&[x, -x], 0.3) < 1e-6);
-        assert!((left_over(&[x], 0.0) - 1.0).abs() < 1e-9);
+        assert!(force_left_over(&[x, -x], 0.3) < 1e-6);
+        assert!((force_left_over(&[x], 0.0) - 1.0).abs() < 1e-9);
         // Between normals at right angles the cones meet the balance only from friction 1 on.
-        assert!(left_over(&[x, y], 0.6) > 0.2);
+        assert!(force_left_over(&[x, y], 0.6) > 0.2);
         let third = (-x - y).normalize();
-        assert!(left_over(&[x, y, third], 0.1) < 1e-3);
+        assert!(force_left_over(&[x, y, third], 0.1) < 1e-3);
     }
 
     /// The ball in the bent hand.

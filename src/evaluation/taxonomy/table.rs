@@ -57,11 +57,13 @@ pub enum Form {
     Disk,
     /// Flat, held by its faces.
     Plate,
+    /// A block with flat faces that is not thin.
+    Box,
 }
 
 impl Form {
     /// All forms.
-    pub const ALL: [Self; 4] = [Self::Sphere, Self::Rod, Self::Disk, Self::Plate];
+    pub const ALL: [Self; 5] = [Self::Sphere, Self::Rod, Self::Disk, Self::Plate, Self::Box];
 }
 
 /// One of the 33 grasp types.
@@ -171,7 +173,15 @@ spelled! {
     Category { Power => "power", Intermediate => "intermediate", Precision => "precision" }
     Opposition { Palm => "palm", Pad => "pad", Side => "side" }
     Thumb { Abducted => "abducted", Adducted => "adducted" }
-    Form { Sphere => "sphere", Rod => "rod", Disk => "disk", Plate => "plate" }
+    Form { Sphere => "sphere", Rod => "rod", Disk => "disk", Plate => "plate", Box => "box" }
+}
+
+impl Category {
+    /// The category with this name.
+    pub fn named(name: &str) -> Option<Self> {
+        let all = [Self::Power, Self::Intermediate, Self::Precision];
+        all.into_iter().find(|category| category.name() == name)
+    }
 }
 
 impl Taxonomy {

@@ -75,6 +75,8 @@ pub struct Basin {
     pub unfiltered: Option<usize>,
     /// The best-fitting types, best first.
     pub best: Vec<Candidate>,
+    /// How well the type that fits best fits, 0 to 1.
+    pub fit: f64,
 }
 
 /// The quantities of a landscape that are compared.
@@ -124,7 +126,7 @@ impl Basins {
                     let mut posed = PosedHand::default();
                     hand.pose(&row.coordinates, &mut posed);
                     let mut areas = BTreeMap::new();
-                    for (touch, _) in touches(hand, anatomy, &posed, object) {
+                    for touch in touches(hand, anatomy, &posed, object) {
                         *areas.entry(touch.patch).or_insert(0.0) += touch.weight_mm2;
                     }
                     areas
@@ -243,6 +245,7 @@ fn basin(row: &MinimumRow, named: &MinimumName) -> Basin {
         cell: named.cell.clone(),
         unfiltered: unfiltered.map(|entry| entry.category as usize),
         best: named.rule.best.clone(),
+        fit: named.rule.fit,
     }
 }
 

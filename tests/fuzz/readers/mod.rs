@@ -150,8 +150,8 @@ pub(crate) fn readers() -> Vec<(&'static str, Vec<Vec<u8>>, Read)> {
             told(settings::<Protocol>(bytes)?.validate())
         }),
         (
-            "signatures_toml",
-            vec![bytes("data/taxonomy/signatures.toml")],
+            "rule_toml",
+            vec![bytes("data/taxonomy/rule.toml")],
             |bytes, _| told(Rule::parse(&String::from_utf8_lossy(bytes))),
         ),
         (

@@ -1,14 +1,14 @@
-//! Annotated examples on the Shadow hand: poses and contacts, without an object.
+//! Templates of the types on the Shadow hand: poses and contacts, without an object.
 
 use std::path::Path;
 
-use landscape::evaluation::taxonomy::{Anatomy, Rule, TouchingPatch, label_contacts};
+use landscape::evaluation::taxonomy::{Anatomy, Rule, Taxonomy, TouchingPatch, label_contacts};
 use landscape::hand::{Hand, HandFiles, PosedHand};
 use nalgebra::Vector3;
 use serde::Deserialize;
 
 use crate::Failure;
-use crate::judge::Outcome;
+use crate::case::Case;
 
 /// Area that an annotated contact counts as, mm²: enough to be certain.
 const ANNOTATED_MM2: f64 = 60.0;
@@ -33,12 +33,12 @@ struct Annotated {
     point_body: [f64; 3],
 }
 
-/// Labels of all examples of a file, on the hand of another file.
-pub(crate) fn outcomes(path: &Path, hand: &Path, rule: &Rule) -> Result<Vec<Outcome>, Failure> {
+/// Labels of all templates of a file, on the hand of another file.
+pub(crate) fn cases(path: &Path, hand: &Path, rule: &Rule) -> Result<Vec<Case>, Failure> {
     let examples: Examples = serde_json::from_str(&std::fs::read_to_string(path)?)?;
     let hand = Hand::from_files(&HandFiles::load(hand)?)?;
     let anatomy = Anatomy::of(&hand).ok_or("this hand is not read as a human one")?;
-    let mut outcomes = Vec::new();
+    let mut cases = Vec::new();
     for template in &examples.templates {
         let mut x = vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
         for joint in &hand.joints {
@@ -59,16 +59,20 @@ pub(crate) fn outcomes(path: &Path, hand: &Path, rule: &Rule) -> Result<Vec<Outc
                 link,
                 point: frame.point(&Vector3::from(contact.point_body)),
                 normal: frame.direction(&normal),
+                object_normal: -frame.direction(&normal),
                 weight_mm2: ANNOTATED_MM2,
             })
         };
         let touches: Option<Vec<TouchingPatch>> = template.contacts.iter().map(touch).collect();
         let touches = touches.ok_or("a contact is on no link of this hand")?;
-        outcomes.push(Outcome {
-            id: format!("shadow-{}", template.feix_number),
-            truth: Some(template.feix_number),
+        let truth = Taxonomy::feix().numbered(template.feix_number);
+        cases.push(Case {
+            id: format!("template {}", template.feix_number),
+            object: template.feix_number.to_string(),
+            truth: truth.ok_or("a template has no type")?,
+            agrees: true,
             label: label_contacts(rule, &anatomy, &posed, &touches, None),
         });
     }
-    Ok(outcomes)
+    Ok(cases)
 }

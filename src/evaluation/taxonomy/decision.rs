@@ -1,0 +1,281 @@
+//! How well each type fits the facts, and what follows for category, cell and type.
+
+use super::anatomy::Anatomy;
+use super::facts::Facts;
+use super::form::Held;
+use super::label::{Candidate, Verdict};
+use super::rule::{Cue, Rule, meaning, name};
+use super::table::{Category, GraspType, Taxonomy};
+use super::touch::ramp;
+
+/// Factor by which a size outside its range loses its whole value.
+const SIZE_FACTOR: f64 = 2.0;
+/// Share of the pose as it is, where it has other readings.
+const AS_POSED: f64 = 0.5;
+/// Number of types in an answer, and of facts that an explanation lists.
+const TYPES: usize = 3;
+const LISTED: usize = 5;
+/// A fact that changes the fit by less than this factor is not told.
+const TOLD: f64 = 0.9;
+
+/// A fact that a type expects.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Evidence {
+    /// Name of the fact.
+    pub fact: &'static str,
+    /// Meaning of the fact.
+    pub meaning: &'static str,
+    /// Measured value, 0 to 1.
+    pub value: f64,
+    /// Whether the type expects it to be present or absent.
+    pub present: bool,
+    /// Factor of the type's fit.
+    pub factor: f64,
+}
+
+/// How well each type fits, by number; `None` for types that the hand cannot do.
+///
+/// ```text
+/// fit = Π over what the type expects of (1 − t + t x),   x: the fact, or 1 − the fact where it should be absent
+/// ```
+///
+/// `t`: trust in the fact, see `data/taxonomy/rule.toml`. The factors are those of independent observations, so the fits of
+/// all types divided by their sum are probabilities under equal odds.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Fits(Vec<Option<f64>>);
+
+impl Fits {
+    pub(super) fn of(rule: &Rule, anatomy: &Anatomy, facts: &Facts, held: Option<&Held>) -> Self {
+        let types = Taxonomy::feix().types.iter();
+        let fit = |entry: &GraspType| {
+            let can = (1..=5).all(|digit| anatomy.has(digit) || rule.can_do_without(entry, digit));
+            let cues = rule.cues(entry).iter();
+            let factors = cues.filter_map(|cue| {
+                let value = value(cue, entry, facts, held)?;
+                Some(factor(cue, value))
+            });
+            can.then(|| factors.product())
+        };
+        Self(types.map(fit).collect())
+    }
+
+    /// The largest fit.
+    pub(super) fn best(&self) -> f64 {
+        self.0.iter().flatten().copied().fold(0.0, f64::max)
+    }
+
+    /// Probabilities of the types by number.
+    fn probabilities(&self) -> Vec<f64> {
+        let sum: f64 = self.0.iter().flatten().sum();
+        let share = |fit: &Option<f64>| fit.map_or(0.0, |fit| fit / sum.max(f64::MIN_POSITIVE));
+        self.0.iter().map(share).collect()
+    }
+}
+
+/// What follows from the fits: category, cell and type, in this order.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Answer {
+    pub(super) fit: f64,
+    pub(super) categories: Vec<(Category, f64)>,
+    pub(super) category: Option<Category>,
+    pub(super) cell_probability: f64,
+    pub(super) best: Vec<Candidate>,
+}
+
+impl Answer {
+    /// The answer for a pose and its corrected readings; `None` without any fits.
+    pub(super) fn of(posed: Option<&Fits>, corrected: &[&Fits]) -> Option<Self> {
+        let all = || posed.into_iter().chain(corrected.iter().copied());
+        let fit = all().map(Fits::best).reduce(f64::max)?;
+        let probabilities = probabilities(posed, corrected);
+        let of = |entry: &GraspType| probabilities[usize::from(entry.number) - 1];
+        let types = || Taxonomy::feix().types.iter();
+        let sum = |test: &dyn Fn(&GraspType) -> bool| -> f64 {
+            types().filter(|entry| test(entry)).map(of).sum()
+        };
+        let categories: Vec<(Category, f64)> =
+            [Category::Power, Category::Precision, Category::Intermediate]
+                .map(|category| (category, sum(&|entry| entry.category == category)))
+                .to_vec();
+        let category = (categories.iter().rev())
+            .max_by(|a, b| a.1.total_cmp(&b.1))
+            .map(|(category, _)| *category);
+        let mut ranked: Vec<&GraspType> = types().filter(|entry| of(entry) > 0.0).collect();
+        ranked.sort_by(|a, b| of(b).total_cmp(&of(a)).then(a.number.cmp(&b.number)));
+        // The answer stands first: the best type of the most probable category.
+        if let Some(place) = ranked
+            .iter()
+            .position(|entry| Some(entry.category) == category)
+        {
+            ranked[..=place].rotate_right(1);
+        }
+        let cell = ranked.first().map_or("", |entry| entry.cell.as_str());
+        let candidate = |entry: &&GraspType| Candidate {
+            number: entry.number,
+            score: of(entry),
+        };
+        Some(Self {
+            fit,
+            cell_probability: sum(&|entry| entry.cell == cell),
+            best: ranked.iter().take(TYPES).map(candidate).collect(),
+            category,
+            categories,
+        })
+    }
+
+    /// The label: as precise as the probabilities allow.
+    pub(super) fn verdict(&self, rule: &Rule) -> Verdict {
+        let Some(first) = self.best.first() else {
+            return Verdict::Unlisted;
+        };
+        let category = self.categories.iter().map(|(_, p)| *p).fold(0.0, f64::max);
+        match () {
+            () if self.fit < rule.unlisted_below => Verdict::Unlisted,
+            () if self.cell_probability < rule.cell_share * category => {
+                Verdict::Broad(first.number)
+            }
+            () if first.score < rule.type_share * self.cell_probability => {
+                Verdict::Ambiguous(first.number)
+            }
+            () => Verdict::Listed(first.number),
+        }
+    }
+}
+
+fn probabilities(posed: Option<&Fits>, corrected: &[&Fits]) -> Vec<f64> {
+    let mut sum = vec![0.0; Taxonomy::feix().types.len()];
+    let mut add = |fits: &Fits, weight: f64| {
+        for (sum, p) in sum.iter_mut().zip(fits.probabilities()) {
+            *sum += weight * p;
+        }
+    };
+    let own = match (posed, corrected) {
+        (None, _) => 0.0,
+        (_, []) => 1.0,
+        _ => AS_POSED,
+    };
+    if let Some(fits) = posed {
+        add(fits, own);
+    }
+    for fits in corrected {
+        add(fits, (1.0 - own) / corrected.len() as f64);
+    }
+    sum
+}
+
+/// The value of the fact that a cue is about; form and size are compared with those that the type usually holds.
+fn value(cue: &Cue, entry: &GraspType, facts: &Facts, held: Option<&Held>) -> Option<f64> {
+    match name(cue.fact) {
+        "form" => held.map(|held| {
+            let degrees = entry.forms.iter().map(|form| held.degree(*form));
+            degrees.sum::<f64>().min(1.0)
+        }),
+        "size" => {
+            let ([low, high], held) = (entry.size_mm?, held?);
+            let size = 1e3 * held.size_m(&entry.forms).max(1e-6);
+            let miss = (low / size).max(size / high).max(1.0);
+            Some(1.0 - ramp(miss.ln(), 0.0, SIZE_FACTOR.ln()))
+        }
+        _ => match cue.or.and_then(|other| facts.value(other)) {
+            Some(other) => Some(facts.value(cue.fact).unwrap_or(0.0).max(other)),
+            None => facts.value(cue.fact),
+        },
+    }
+}
+
+fn factor(cue: &Cue, value: f64) -> f64 {
+    let found = if cue.present { value } else { 1.0 - value };
+    1.0 - cue.trust + cue.trust * found
+}
+
+/// What a type expects and finds, or does not find; most important first.
+pub(super) fn evidence(
+    rule: &Rule,
+    entry: &GraspType,
+    facts: &Facts,
+    held: Option<&Held>,
+    found: bool,
+) -> Vec<Evidence> {
+    let told = rule.cues(entry).iter().filter_map(|cue| {
+        let value = value(cue, entry, facts, held)?;
+        let factor = factor(cue, value);
+        ((factor >= TOLD) == found).then_some((
+            cue.trust,
+            Evidence {
+                fact: name(cue.fact),
+                meaning: meaning(cue.fact),
+                value,
+                present: cue.present,
+                factor,
+            },
+        ))
+    });
+    let mut told: Vec<(f64, Evidence)> = told.collect();
+    if found {
+        // What must be present tells more than what must be absent.
+        let weight =
+            |(trust, evidence): &(f64, Evidence)| trust + f64::from(u8::from(evidence.present));
+        told.sort_by(|a, b| weight(b).total_cmp(&weight(a)));
+    } else {
+        told.sort_by(|a, b| a.1.factor.total_cmp(&b.1.factor));
+    }
+    told.truncate(LISTED);
+    told.into_iter().map(|(_, evidence)| evidence).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn answer(fits: &[(u8, f64)]) -> Answer {
+        let of = |number: u8| fits.iter().find(|(known, _)| *known == number);
+        let fits = (1..=33).map(|number| Some(of(number).map_or(1e-4, |(_, fit)| *fit)));
+        Answer::of(Some(&Fits(fits.collect())), &[]).unwrap()
+    }
+
+    /// 1 and 3 are of one cell, 31 of another cell of their category, 14 of another category.
+    #[test]
+    fn the_label_is_as_precise_as_the_probabilities() {
+        let rule = Rule::standard();
+        let verdict = |fits: &[(u8, f64)]| answer(fits).verdict(rule);
+        assert_eq!(verdict(&[(3, 0.9), (1, 0.1)]), Verdict::Listed(3));
+        assert_eq!(
+            verdict(&[(3, 0.6), (1, 0.5), (2, 0.5), (14, 0.3)]),
+            Verdict::Ambiguous(3)
+        );
+        assert_eq!(
+            verdict(&[(3, 0.6), (31, 0.55), (28, 0.55)]),
+            Verdict::Broad(3)
+        );
+        let low = 0.9 * rule.unlisted_below;
+        assert_eq!(verdict(&[(3, low)]), Verdict::Unlisted);
+    }
+
+    #[test]
+    fn the_type_is_of_the_most_probable_category() {
+        // Tripod fits best of all, but power grasps together are more probable.
+        let found = answer(&[(14, 0.8), (3, 0.7), (1, 0.6)]);
+        assert_eq!(found.category, Some(Category::Power));
+        let numbers: Vec<u8> = found.best.iter().map(|best| best.number).collect();
+        assert_eq!(numbers, [3, 14, 1]);
+        let sum: f64 = found.categories.iter().map(|(_, p)| p).sum();
+        assert!((sum - 1.0).abs() < 1e-9, "{sum}");
+    }
+
+    /// A fact that must be present and is absent leaves a type a twentieth of its fit.
+    #[test]
+    fn what_is_absent_cannot_win() {
+        let rule = Rule::standard();
+        for entry in &Taxonomy::feix().types {
+            let opposition = format!("{} opposition", entry.opposition.name());
+            let cues = rule.cues(entry).iter();
+            let own = cues.filter(|cue| name(cue.fact) == opposition);
+            let lost: Vec<f64> = own.map(|cue| factor(cue, 0.0)).collect();
+            assert!(
+                lost.len() == 1 && lost[0] < 0.06,
+                "{}: {lost:?}",
+                entry.name
+            );
+        }
+    }
+}

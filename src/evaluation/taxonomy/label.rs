@@ -1,0 +1,347 @@
+//! Names the type of a grasp.
+
+use super::anatomy::{Anatomy, Patch};
+use super::decision::{Answer, Evidence, Fits, evidence};
+use super::facts::{DIGITS, Facts, TOUCHES};
+use super::form::{Held, held, held_by_contacts};
+use super::pose_correction::{PoseCorrection, readings};
+use super::rule::Rule;
+use super::table::{Category, GraspType, Opposition, Taxonomy, spell_digits};
+use super::touch::{TouchingPatch, touches};
+use crate::hand::{Hand, PatchSide, PosedHand};
+use crate::object::Object;
+
+/// Result of the rule for a grasp.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Verdict {
+    /// It is of this type.
+    Listed(u8),
+    /// Types of one cell fit nearly as well. The number is that of the best type, whose cell is the result.
+    Ambiguous(u8),
+    /// Cells of one category fit nearly as well. The number is that of the best type, whose category is the result.
+    Broad(u8),
+    /// Contact contradicts every type.
+    Unlisted,
+    /// The rule cannot be applied.
+    NotApplicable(Inapplicable),
+}
+
+/// Why the taxonomy does not apply to a grasp.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Inapplicable {
+    /// The hand is not built like a human one, see [`Anatomy::of`].
+    Hand,
+    /// Fewer than two parts of the hand touch the object.
+    Touch,
+}
+
+impl Inapplicable {
+    /// The reason as a clause.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Hand => {
+                "the hand is not built like a human one: that takes a thumb, and three or four fingers, of at least two \
+                 phalanges each"
+            }
+            Self::Touch => {
+                "fewer than two parts of the hand (a digit, the palm, the edge between thumb and index finger) touch the object"
+            }
+        }
+    }
+}
+
+/// A type and its probability.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Candidate {
+    /// Number of the type.
+    pub number: u8,
+    /// Its probability among all types, 0 to 1.
+    pub score: f64,
+}
+
+/// A label and the evidence for it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Label {
+    /// The outcome.
+    pub verdict: Verdict,
+    /// Three types: the answer, then the most probable others; fewer if the hand allows fewer types.
+    pub best: Vec<Candidate>,
+    /// How well the type that fits best fits, 0 to 1.
+    pub fit: f64,
+    /// The degree of each opposition, 0 to 1.
+    pub oppositions: Vec<(Opposition, f64)>,
+    /// The probability of each category.
+    pub categories: Vec<(Category, f64)>,
+    /// The most probable category.
+    pub category: Option<Category>,
+    /// The probability of the answer's cell.
+    pub cell_probability: f64,
+    /// Virtual fingers in contact, `1:2-4:5`; P is the palm.
+    pub virtual_fingers: String,
+    /// The part of the object that is held.
+    pub held: Option<Held>,
+    /// Measured facts by name; form and size depend on the type.
+    pub facts: Vec<(&'static str, f64)>,
+    /// What the answer expects and finds, most important first.
+    pub support: Vec<Evidence>,
+    /// What the answer expects and does not find.
+    pub objections: Vec<Evidence>,
+    /// What the next type expects and does not find.
+    pub against_next: Vec<Evidence>,
+}
+
+impl Label {
+    fn not_applicable(why: Inapplicable) -> Self {
+        Self {
+            verdict: Verdict::NotApplicable(why),
+            best: Vec::new(),
+            fit: 0.0,
+            oppositions: Vec::new(),
+            categories: Vec::new(),
+            category: None,
+            cell_probability: 0.0,
+            virtual_fingers: String::new(),
+            held: None,
+            facts: Vec::new(),
+            support: Vec::new(),
+            objections: Vec::new(),
+            against_next: Vec::new(),
+        }
+    }
+
+    /// The type, if there is one.
+    pub fn grasp_type(&self) -> Option<&'static GraspType> {
+        match self.verdict {
+            Verdict::Listed(number) => Taxonomy::feix().numbered(number),
+            _ => None,
+        }
+    }
+
+    /// The cell, if the label is a type or a cell.
+    pub fn listed_cell(&self) -> Option<&'static str> {
+        match self.verdict {
+            Verdict::Listed(number) | Verdict::Ambiguous(number) => {
+                Some(Taxonomy::feix().numbered(number)?.cell.as_str())
+            }
+            _ => None,
+        }
+    }
+
+    /// The category, if the label is a type, a cell or a category.
+    pub fn listed_category(&self) -> Option<Category> {
+        match self.verdict {
+            Verdict::Listed(number) | Verdict::Ambiguous(number) | Verdict::Broad(number) => {
+                Some(Taxonomy::feix().numbered(number)?.category)
+            }
+            Verdict::Unlisted | Verdict::NotApplicable(_) => None,
+        }
+    }
+
+    /// The label in files: name of the type, the cell or the category if it is no more certain, `unlisted` or
+    /// `not_applicable`.
+    pub fn text(&self) -> &'static str {
+        let entry = |number| Taxonomy::feix().numbered(number);
+        match self.verdict {
+            Verdict::Listed(number) => entry(number).map_or("", |entry| entry.name.as_str()),
+            Verdict::Ambiguous(number) => entry(number).map_or("", |entry| entry.cell.as_str()),
+            Verdict::Broad(number) => entry(number).map_or("", |entry| entry.category.name()),
+            Verdict::Unlisted => UNLISTED,
+            Verdict::NotApplicable(_) => NOT_APPLICABLE,
+        }
+    }
+
+    /// The best types with their probabilities: `Medium Wrap 0.512, Large Diameter 0.274, Power Sphere 0.103`.
+    pub fn best_text(&self) -> String {
+        let spell = |candidate: &Candidate| {
+            let entry = Taxonomy::feix().numbered(candidate.number);
+            format!(
+                "{} {:.3}",
+                entry.map_or("", |entry| &entry.name),
+                candidate.score
+            )
+        };
+        self.best.iter().map(spell).collect::<Vec<_>>().join(", ")
+    }
+}
+
+/// Label in files of a grasp that no type fits.
+pub const UNLISTED: &str = "unlisted";
+/// Label in files of a grasp to which the taxonomy does not apply.
+pub const NOT_APPLICABLE: &str = "not_applicable";
+
+/// Labels the grasps of one hand on one object.
+#[derive(Debug, Clone)]
+pub struct Labeller<'a> {
+    hand: &'a Hand,
+    anatomy: Option<Anatomy>,
+    object: &'a Object,
+    rule: &'a Rule,
+}
+
+impl<'a> Labeller<'a> {
+    /// Interprets the hand as a human one, if possible.
+    pub fn new(hand: &'a Hand, object: &'a Object, rule: &'a Rule) -> Self {
+        Self {
+            hand,
+            anatomy: Anatomy::of(hand),
+            object,
+            rule,
+        }
+    }
+
+    /// Whether the taxonomy applies to the hand.
+    pub fn applies(&self) -> bool {
+        self.anatomy.is_some()
+    }
+
+    /// Labels the hand at pose `x = [t, q(wxyz), joints]`, object frame. The probability of a type is half that of the pose
+    /// as it is and half the mean over its [`readings`].
+    ///
+    /// # Panics
+    /// If `x` does not have 7 numbers more than the hand has joints.
+    pub fn label(&self, x: &[f64]) -> Label {
+        let Some(anatomy) = &self.anatomy else {
+            return Label::not_applicable(Inapplicable::Hand);
+        };
+        let read = |x: &Vec<f64>| {
+            let mut posed = PosedHand::default();
+            self.hand.pose(x, &mut posed);
+            let touches = touches(self.hand, anatomy, &posed, self.object);
+            let held = held(self.object, &touches, &anatomy.palm_axes(&posed).volar);
+            Reading::of(self.rule, anatomy, &posed, &touches, held)
+        };
+        let asked = x.to_vec();
+        let mut poses = readings(self.hand, self.object, x, &PoseCorrection::default());
+        poses.retain(|pose| *pose != asked);
+        let as_posed = read(&asked);
+        let corrected: Vec<Reading> = poses.iter().filter_map(read).collect();
+        named(self.rule, as_posed, corrected)
+    }
+}
+
+/// Labels a grasp from its contacts; `held` is the form of the object there. If that is not known, the contacts tell it as far
+/// as they can.
+pub fn label_contacts(
+    rule: &Rule,
+    anatomy: &Anatomy,
+    posed: &PosedHand,
+    touches: &[TouchingPatch],
+    held: Option<Held>,
+) -> Label {
+    let volar = anatomy.palm_axes(posed).volar;
+    let held = held.or_else(|| held_by_contacts(touches, &volar));
+    named(
+        rule,
+        Reading::of(rule, anatomy, posed, touches, held),
+        Vec::new(),
+    )
+}
+
+/// A pose that is measured and compared with all types.
+struct Reading {
+    facts: Facts,
+    held: Option<Held>,
+    virtual_fingers: String,
+    fits: Fits,
+}
+
+impl Reading {
+    /// `None` if fewer than two parts of the hand touch.
+    fn of(
+        rule: &Rule,
+        anatomy: &Anatomy,
+        posed: &PosedHand,
+        touches: &[TouchingPatch],
+        held: Option<Held>,
+    ) -> Option<Self> {
+        let facts = Facts::of(anatomy, posed, touches, held.as_ref());
+        let parts = DIGITS.iter().chain(["palm", "web"].iter());
+        parts.filter(|part| facts.named(part) >= TOUCHES).nth(1)?;
+        let opposition = strongest(&facts.oppositions());
+        Some(Self {
+            fits: Fits::of(rule, anatomy, &facts, held.as_ref()),
+            virtual_fingers: virtual_fingers(opposition, &facts, touches),
+            facts,
+            held,
+        })
+    }
+}
+
+/// The label of a pose and its readings.
+fn named(rule: &Rule, as_posed: Option<Reading>, corrected: Vec<Reading>) -> Label {
+    let posed = as_posed.as_ref().map(|reading| &reading.fits);
+    let fits: Vec<&Fits> = corrected.iter().map(|reading| &reading.fits).collect();
+    let Some(answer) = Answer::of(posed, &fits) else {
+        return Label::not_applicable(Inapplicable::Touch);
+    };
+    let shown = as_posed.into_iter().chain(corrected).reduce(|best, other| {
+        if other.fits.best() > best.fits.best() {
+            other
+        } else {
+            best
+        }
+    });
+    let Some(shown) = shown else {
+        return Label::not_applicable(Inapplicable::Touch);
+    };
+    let told = |candidate: Option<&Candidate>, found: bool| {
+        let entry = candidate.and_then(|c| Taxonomy::feix().numbered(c.number));
+        entry.map_or_else(Vec::new, |entry| {
+            evidence(rule, entry, &shown.facts, shown.held.as_ref(), found)
+        })
+    };
+    Label {
+        verdict: answer.verdict(rule),
+        support: told(answer.best.first(), true),
+        objections: told(answer.best.first(), false),
+        against_next: told(answer.best.get(1), false),
+        best: answer.best,
+        fit: answer.fit,
+        oppositions: shown.facts.oppositions().to_vec(),
+        category: answer.category,
+        categories: answer.categories,
+        cell_probability: answer.cell_probability,
+        facts: shown.facts.measured().collect(),
+        virtual_fingers: shown.virtual_fingers,
+        held: shown.held,
+    }
+}
+
+fn strongest(oppositions: &[(Opposition, f64)]) -> Opposition {
+    let most = oppositions.iter().max_by(|a, b| a.1.total_cmp(&b.1));
+    most.map_or(Opposition::Palm, |(kind, _)| *kind)
+}
+
+fn virtual_fingers(opposition: Opposition, facts: &Facts, touches: &[TouchingPatch]) -> String {
+    let touching = |digit: &usize| facts.named(DIGITS[digit - 1]) >= TOUCHES;
+    let fingers: Vec<usize> = (2..=5).filter(touching).collect();
+    let on_side = |digit: usize| {
+        let share = |test: &dyn Fn(PatchSide) -> bool| -> f64 {
+            let of_digit = touches.iter().filter(
+                |touch| matches!(touch.patch, Patch::Digit(d, _, side) if d == digit && test(side)),
+            );
+            of_digit.map(|touch| touch.weight_mm2).sum()
+        };
+        share(&|side| matches!(side, PatchSide::Radial | PatchSide::Ulnar)) > 0.5 * share(&|_| true)
+    };
+    let thumb = touching(&1);
+    let (first, second): (String, Vec<usize>) = match opposition {
+        Opposition::Palm => ("P".to_owned(), fingers.clone()),
+        Opposition::Pad => ("1".to_owned(), fingers.clone()),
+        Opposition::Side if thumb => {
+            let sides: Vec<usize> = fingers.iter().copied().filter(|d| on_side(*d)).collect();
+            ("1".to_owned(), sides)
+        }
+        Opposition::Side => ("3".to_owned(), vec![2]),
+    };
+    let mut third: Vec<usize> = fingers;
+    third.retain(|digit| !second.contains(digit) && first != digit.to_string());
+    if thumb && first != "1" {
+        third.insert(0, 1);
+    }
+    let spell = |digits: &[usize]| match digits {
+        [] => "-".to_owned(),
+        digits => spell_digits(digits),
+    };
+    format!("{first}:{}:{}", spell(&second), spell(&third))
+}
