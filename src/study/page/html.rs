@@ -2,8 +2,7 @@
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-
-use super::sha256::sha256;
+use sha2::{Digest, Sha256};
 
 /// The frame. Its marks in double braces are replaced.
 const FRAME: &str = include_str!("web/page.html");
@@ -34,7 +33,7 @@ const SCRIPTS: [&str; 18] = [
 /// The page with these data, which are base64.
 pub(super) fn page(data: &str) -> String {
     let script = SCRIPTS.join("\n");
-    let hash = |text: &str| STANDARD.encode(sha256(text.as_bytes()));
+    let hash = |text: &str| STANDARD.encode(Sha256::digest(text));
     let mut page = FRAME.to_owned();
     for (mark, text) in [
         ("{{script hash}}", hash(&script).as_str()),
@@ -72,6 +71,24 @@ mod tests {
                 "{asks}"
             );
         }
+    }
+
+    #[test]
+    fn the_vendored_files_are_as_made() {
+        let files: [(&str, &[u8]); 2] = [
+            ("LICENSE", include_bytes!("vendor/LICENSE")),
+            (
+                "three-0.187.0.min.js",
+                include_bytes!("vendor/three-0.187.0.min.js"),
+            ),
+        ];
+        let line = |(name, bytes): (&str, &[u8])| {
+            let digits: String = (Sha256::digest(bytes).iter())
+                .map(|byte| format!("{byte:02x}"))
+                .collect();
+            format!("{digits}  {name}\n")
+        };
+        assert_eq!(files.map(line).concat(), include_str!("vendor/SHA256SUMS"));
     }
 
     /// Each file is read by people: no long lines, and a line that says what it is for.

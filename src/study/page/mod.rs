@@ -25,7 +25,6 @@ mod hand;
 mod html;
 mod landscape;
 mod pack;
-mod sha256;
 mod surface;
 mod touch;
 mod tree;
