@@ -11,9 +11,9 @@ use crate::judge::{Outcome, halves, share};
 pub(crate) fn report(conditions: &[Condition], rule: &Rule) -> String {
     let mut text = format!(
         "# Labels of grasps whose type is known\n\n`cargo run --release --example confusion`, rule {}.\n\
-         Right: the best type is of the true category, cell, type, whatever its score. *Accepted*: not unlisted. In brackets: \
+         Right: the answer is of the true category, cell, type, however precise the label is. *Accepted*: not unlisted. In brackets: \
          accepted and right.\n\n\
-         | grasps | count | category | opposition | cell | type | type among best three | accepted | ambiguous | others | others accepted |\n\
+         | grasps | count | category | opposition | cell | type | type among best three | accepted | cell only | others | others accepted |\n\
          |---|---|---|---|---|---|---|---|---|---|---|\n",
         rule.version
     );

@@ -538,7 +538,7 @@ mod tests {
         assert_eq!(verdict(&three, "H5"), Verdict::Fails, "all are listed");
         let mut some = three;
         for minimum in &mut some.minima[..4] {
-            minimum.best[0].score = 0.5;
+            minimum.fit = 0.05;
         }
         assert_eq!(verdict(&some, "H5"), Verdict::Holds);
     }
