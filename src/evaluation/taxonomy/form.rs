@@ -95,7 +95,6 @@ pub fn held(object: &Object, touches: &[TouchingPatch], volar: &Vector3<f64>) ->
         return None;
     }
     let width_m = median_width(object, touches, total);
-    // The middle of the held part: half of the width below each contact.
     let middle: Vector3<f64> = touches
         .iter()
         .map(|touch| (touch.point - touch.object_normal * (0.5 * width_m)) * touch.weight_mm2)
@@ -521,7 +520,6 @@ mod tests {
         };
         let ball = Object::named("ball").unwrap();
         is(&held_at(&ball, |_| true), Form::Sphere, 70.0);
-        // Between two fingers, too.
         is(
             &held_at(&ball, |sample| sample.normal.x.abs() > 0.95),
             Form::Sphere,
@@ -563,7 +561,6 @@ mod tests {
         }
     }
 
-    /// The former rule called a can four fifths of a sphere, and knew no boxes.
     #[test]
     fn a_can_is_a_rod_from_the_side_and_a_disk_from_above_and_a_brick_is_a_block() {
         let object = |name: &str, part: serde_json::Value| {
