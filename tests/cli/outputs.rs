@@ -135,6 +135,7 @@ fn an_output_is_no_input() {
             "is an input of this command",
             "exists and was not made",
             "folder holds",
+            "this is a folder",
         ];
         assert!(
             said.iter().any(|words| sentence.contains(words)),

@@ -232,7 +232,7 @@ const WITHOUT_TRACE: [(&str, &str); 13] = [
     ("help", "writes nothing"),
     ("version", "writes nothing"),
     ("explain", "writes nothing"),
-    ("sheet", "writes a page instead of grasps"),
+    ("no-report", "leaves out a page and changes no other file"),
     ("print-protocol", "writes nothing"),
 ];
 

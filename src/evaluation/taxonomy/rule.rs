@@ -311,7 +311,7 @@ mod tests {
         told("\"curl\"", "\"curly\"", "no fact is called \"curly\"");
         told("must = 0.95", "must = 1.95", "1.95 is not above 0");
         told("= \"must\"", "= \"shall\"", "shall");
-        told("either", "neither", "neither");
+        told("either = [5]", "neither = [5]", "neither");
         assert_ne!(
             Rule::parse(&format!("{RULE}\n")).unwrap().version,
             Rule::standard().version
