@@ -83,10 +83,9 @@ mod tests {
             ),
         ];
         let line = |(name, bytes): (&str, &[u8])| {
-            let digits: String = (Sha256::digest(bytes).iter())
-                .map(|byte| format!("{byte:02x}"))
-                .collect();
-            format!("{digits}  {name}\n")
+            let digits = Sha256::digest(bytes).to_vec();
+            let digits: Vec<String> = digits.iter().map(|byte| format!("{byte:02x}")).collect();
+            format!("{}  {name}\n", digits.concat())
         };
         assert_eq!(files.map(line).concat(), include_str!("vendor/SHA256SUMS"));
     }
