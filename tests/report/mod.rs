@@ -88,7 +88,7 @@ await press(document.body, "Escape");
 await point(tree, "pointermove", leaf(derived.basins.list[0][0]));
 await wait(400);
 told.ghosts = panels.scene.views[0].ghosts.children.length;
-const colours = panels.scene.views[0].object.geometry.attributes.color.array;
+const colours = panels.scene.views[0].painted.geometry.attributes.color.array;
 told.painted = new Set(Array.from(colours, value => value.toFixed(2))).size;
 await point(tree, "pointerleave", [0, 0]);
 await press(handle, "Escape");

@@ -9,8 +9,9 @@ const FRAME: &str = include_str!("web/page.html");
 const STYLE: &str = include_str!("web/page.css");
 
 /// The scripts, in the order in which they are run; they form one script.
-const SCRIPTS: [&str; 18] = [
+const SCRIPTS: [&str; 20] = [
     include_str!("vendor/three-0.187.0.min.js"),
+    include_str!("web/dom.js"),
     include_str!("web/data.js"),
     include_str!("web/kinematics.js"),
     include_str!("web/state.js"),
@@ -21,6 +22,7 @@ const SCRIPTS: [&str; 18] = [
     include_str!("web/way.js"),
     include_str!("web/table.js"),
     include_str!("web/matrix.js"),
+    include_str!("web/trust.js"),
     include_str!("web/scene.js"),
     include_str!("web/pins.js"),
     include_str!("web/flat.js"),

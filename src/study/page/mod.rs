@@ -11,6 +11,7 @@
 //! | `kinematics.js` | forward kinematics and skinning, as in [`hand`](crate::hand) |
 //! | `state.js` | the selection, filter and level that all panels share, and their form in the address |
 //! | `filter.js` | the language of the search field |
+//! | `dom.js` | small helpers: elements, buttons, what the browser remembers |
 //! | `pen.js` | painting on a canvas or into an SVG file |
 //! | `tree.js`, `graph.js`, `way.js`, `table.js`, `matrix.js`, `trust.js`, `flat.js`, `tangle.js` | the panels |
 //! | `scene.js`, `pins.js` | the panels in three dimensions |

@@ -30,15 +30,24 @@ pub(super) fn statements(files: &LandscapeFiles, tree: &Tree, resampled: &[Tree]
     statements.extend(searched(manifest));
     statements.extend(hovering(manifest));
     statements.extend(apart(tree));
-    statements.extend(manifest.warnings.iter().map(|warning| Statement {
-        tone: "warning",
-        short: "a note of the program".to_owned(),
-        long: sentence(warning),
-    }));
+    statements.extend(notes(&manifest.warnings));
     let told = statements.iter().map(
         |Statement { tone, short, long }| json!({ "tone": tone, "short": short, "long": long }),
     );
     told.collect()
+}
+
+/// What the program noted while it worked.
+fn notes(notes: &[String]) -> Option<Statement> {
+    let told: Vec<String> = notes.iter().map(|note| sentence(note)).collect();
+    (!notes.is_empty()).then(|| Statement {
+        tone: "warning",
+        short: match notes.len() {
+            1 => "a note of the program".to_owned(),
+            several => format!("{several} notes of the program"),
+        },
+        long: told.join(" "),
+    })
 }
 
 /// A sentence from a note, which begins with a small letter and has no full stop.
@@ -193,6 +202,12 @@ mod tests {
     fn notes_become_sentences() {
         assert_eq!(sentence("3 of 4 rest"), "3 of 4 rest.");
         assert_eq!(sentence("ähnlich"), "Ähnlich.");
+        let both = notes(&["one".to_owned(), "two".to_owned()]).unwrap();
+        assert_eq!(
+            (both.short.as_str(), both.long.as_str()),
+            ("2 notes of the program", "One. Two.")
+        );
+        assert!(notes(&[]).is_none());
         assert_eq!(sentence(""), ".");
     }
 }

@@ -64,8 +64,8 @@ class Model {
   prepare(side) {
     if (side.touches) side.touches.starts = startsOf(side.touches.count);
     if (side.ways) side.ways.starts = startsOf(side.ways.points);
-    const first = side.tree ? side.tree.parent : new Uint32Array(side.count).fill(NONE);
-    side.merge = first.subarray(0, side.count);
+    // For each item the merge in which its branch ends.
+    side.merge = side.tree ? side.tree.parent.subarray(0, side.count) : new Uint32Array(side.count).fill(NONE);
   }
 
   // For each minimum, the corresponding one of the other landscape, if there are two.
@@ -140,23 +140,24 @@ class Model {
   // A number of the item; NaN if unknown.
   number(field, item) {
     const [side, k] = this.at(item);
+    const above = side.merge[k];
     switch (field) {
-      case "energy":
-        return side.energy[k];
       case "members":
-        return side.member_count ? side.member_count[k] : 1;
-      case "epsilon":
-        return side.epsilon ? side.epsilon[k] : NaN;
-      case "group":
-        return side.group ? side.group[k] : NaN;
+        return side.member_count?.[k] ?? 1;
       case "type":
         return side.type?.[k] || NaN;
       case "stable":
-        return side.stable && side.stable[k] < 2 ? side.stable[k] : NaN;
+        return side.stable?.[k] < 2 ? side.stable[k] : NaN;
       case "joins":
-        return side.merge[k] === NONE ? NaN : side.tree.energy[side.merge[k]];
+        return above === NONE ? NaN : side.tree.energy[above];
+      case "barrier":
+        return above === NONE ? NaN : side.tree.energy[above] - side.energy[k];
       case "support":
-        return side.merge[k] === NONE ? NaN : side.tree.support[side.merge[k]];
+        return above === NONE ? NaN : side.tree.support[above];
+      case "energy":
+      case "epsilon":
+      case "group":
+        return side[field]?.[k] ?? NaN;
       default:
         return NaN;
     }

@@ -42,12 +42,6 @@ function csv(items) {
   return [head.join(","), ...rows].join("\n") + "\n";
 }
 
-function passing() {
-  const items = [];
-  for (let item = 0; item < model.count; item++) if (derived.passes[item]) items.push(item);
-  return items;
-}
-
 // A scene as binary glTF 2.0: hand and object as meshes in metres, z up turned into y up.
 function glb(item) {
   const pair = model.scene(item);
@@ -80,20 +74,18 @@ function glb(item) {
     return json.bufferViews.length - 1;
   };
   parts.forEach(({ name, positions, indices, colour }, k) => {
-    const bound = pick =>
-      [0, 1, 2].map(axis =>
-        positions.reduce(
-          (best, value, j) => (j % 3 === axis ? pick(best, value) : best),
-          pick(Infinity, -Infinity) === Infinity ? -Infinity : Infinity,
-        ),
-      );
+    const [min, max] = [new Array(3).fill(Infinity), new Array(3).fill(-Infinity)];
+    positions.forEach((value, j) => {
+      min[j % 3] = Math.min(min[j % 3], value);
+      max[j % 3] = Math.max(max[j % 3], value);
+    });
     json.accessors.push({
       bufferView: view(positions, 34962),
       componentType: 5126,
       count: positions.length / 3,
       type: "VEC3",
-      min: bound(Math.min),
-      max: bound(Math.max),
+      min,
+      max,
     });
     json.accessors.push({ bufferView: view(indices, 34963), componentType: 5125, count: indices.length, type: "SCALAR" });
     json.materials.push({
@@ -103,18 +95,16 @@ function glb(item) {
     json.meshes.push({ primitives: [{ attributes: { POSITION: 2 * k }, indices: 2 * k + 1, material: k }] });
     json.nodes.push({ name, mesh: k });
   });
+  // The file: a head, the JSON filled up with spaces, and the arrays.
   const text = new TextEncoder().encode(JSON.stringify(json));
-  const padded = (4 - (text.length % 4)) % 4;
-  const size = 28 + text.length + padded + json.buffers[0].byteLength;
-  const file = new DataView(new ArrayBuffer(size));
-  const bytes = new Uint8Array(file.buffer);
-  [0x46546c67, 2, size, text.length + padded, 0x4e4f534a].forEach((word, k) => file.setUint32(4 * k, word, true));
-  bytes.fill(32, 20, 20 + text.length + padded);
+  const length = Math.ceil(text.length / 4) * 4;
+  const bytes = new Uint8Array(28 + length + json.buffers[0].byteLength);
+  const numbers = (at, ...values) => new Uint32Array(bytes.buffer, at, values.length).set(values);
+  numbers(0, 0x46546c67, 2, bytes.length, length, 0x4e4f534a);
+  bytes.fill(32, 20, 20 + length);
   bytes.set(text, 20);
-  let at = 20 + text.length + padded;
-  file.setUint32(at, json.buffers[0].byteLength, true);
-  file.setUint32(at + 4, 0x004e4942, true);
-  at += 8;
+  numbers(20 + length, json.buffers[0].byteLength, 0x004e4942);
+  let at = 28 + length;
   for (const array of arrays) {
     bytes.set(array, at);
     at += array.length;
@@ -138,68 +128,49 @@ function commands() {
     const chosen = state.selected.map(item => ` --grasp ${side.members[model.at(item)[1]]}`).join("");
     return [model.header.command, ...(chosen ? [`landscape export ${word(side.name)} glb${chosen}`] : [])];
   }
-  const picked = state.query ? passing() : state.selected.length ? state.selected : [];
+  const picked = state.query ? passing() : state.selected;
   const names = picked.filter(item => model.sideOf(item) === 0).map(item => model.name(item));
   const draw = `landscape draw ${word(side.name)}${names.length && names.length < side.count ? " --pick " + names.join(",") : ""}`;
   const two = state.selected.length === 2 && side.space.kind === "pose" && model.sides.length === 1;
   return [model.header.command, draw, ...(two ? [pathCommand()] : [])];
 }
 
-function openExport(panels) {
+function openExport() {
   const dialog = byId("export");
   const line = (title, ...buttons) => make("div", "", { class: "line" }, make("span", title), ...buttons);
-  const button = (text, id, onclick) => make("button", text, { type: "button", id: "save-" + id, onclick });
-  const lines = [];
-  for (const [name, title] of [
-    ["tree", "Disconnectivity graph"],
-    ["graph", "Barrier graph"],
-    ["tangle", "Two trees"],
-    ["way", "Lowest way"],
-    ["flat", "Surface"],
-    ["rarefaction", "Rarefaction"],
-  ]) {
-    const panel = panels[name];
-    if (!panel || byId(name).hidden) continue;
-    lines.push(
-      line(
-        title,
-        button("SVG", name + "-svg", () => save(name + ".svg", "image/svg+xml", panel.drawing.svg())),
-        button("PNG", name + "-png", () => saveCanvas(name + ".png", panel.drawing.canvas)),
-      ),
+  const to = (text, id, onclick) => button(text, onclick, { id: "save-" + id });
+  const pictures = ["tree", "graph", "tangle", "way", "flat", "rarefaction"].filter(name => panels[name] && !byId(name).hidden);
+  const lines = pictures.map(name => {
+    const { drawing } = panels[name];
+    return line(
+      byId(name).querySelector("h2").textContent,
+      to("SVG", name + "-svg", () => save(name + ".svg", "image/svg+xml", drawing.svg())),
+      to("PNG", name + "-png", () => saveCanvas(name + ".png", drawing.canvas)),
     );
-  }
+  });
   if (panels.scene?.views) {
     const item = shownItem();
-    const buttons = [button("PNG", "scene-png", () => saveCanvas("grasp.png", panels.scene.views[0].canvas))];
-    if (model.scene(item))
-      buttons.push(
-        button("GLB", "scene-glb", () => save(`grasp-${model.name(item).replace("#", "")}.glb`, "model/gltf-binary", glb(item))),
-      );
-    lines.push(line(`View of ${model.name(item)}`, ...buttons));
+    const file = `grasp-${model.name(item).replace("#", "")}.glb`;
+    const glTF = model.scene(item) ? [to("GLB", "scene-glb", () => save(file, "model/gltf-binary", glb(item)))] : [];
+    const png = to("PNG", "scene-png", () => saveCanvas("grasp.png", panels.scene.views[model.sideOf(item)].canvas));
+    lines.push(line("View of " + model.name(item), png, ...glTF));
   }
   const chosen = state.selected.length ? state.selected : passing();
+  const words = state.selected.length ? "The chosen rows" : plural(chosen.length, "row", "rows") + " of the table";
   lines.push(
     line(
-      state.selected.length ? "The chosen rows" : `${chosen.length} rows that pass the filter`,
-      button("CSV", "csv", () => save("selection.csv", "text/csv", csv(chosen))),
+      words,
+      to("CSV", "csv", () => save("selection.csv", "text/csv", csv(chosen))),
     ),
   );
-  const link = make("input", "", {
-    readonly: true,
-    "aria-label": "Link to this state",
-    id: "link",
-    onfocus: event => event.target.select(),
-  });
+  const link = make("input", "", { readonly: true, "aria-label": "Link to this state", id: "link" });
+  link.addEventListener("focus", () => link.select());
   link.value = location.href.split("#")[0] + "#" + fragment();
-  const code = make("pre", commands().join("\n"), { id: "commands", tabindex: 0 });
-  dialog.replaceChildren(
-    make("h2", "Export"),
+  showDialog(dialog, "Export", [
     ...lines,
     make("h3", "Link to this state"),
     link,
     make("h3", "Command lines that make this"),
-    code,
-    make("form", "", { method: "dialog" }, make("button", "Close", { class: "main" })),
-  );
-  dialog.showModal();
+    make("pre", commands().join("\n"), { id: "commands", tabindex: 0 }),
+  ]);
 }

@@ -1,7 +1,9 @@
 // The language of the search field: words, names, comparisons, `and`, `or`, `not` and parentheses.
 "use strict";
 
+// These tables have no prototype, so that a word such as `constructor` is a word like any other.
 const FIELDS = {
+  __proto__: null,
   energy: "energy",
   e: "energy",
   epsilon: "epsilon",
@@ -15,19 +17,29 @@ const FIELDS = {
   joins: "joins",
   barrier: "barrier",
 };
-const TEXT_FIELDS = { label: "label", category: "category", cell: "cell", object: "object", evidence: "evidence" };
+const TEXT_FIELDS = ["label", "category", "cell", "object", "evidence"];
 const COMPARISONS = {
+  __proto__: null,
   "<": (a, b) => a < b,
-  "<=": (a, b) => a <= b,
   "≤": (a, b) => a <= b,
   ">": (a, b) => a > b,
-  ">=": (a, b) => a >= b,
   "≥": (a, b) => a >= b,
   "=": (a, b) => a === b,
-  "==": (a, b) => a === b,
-  ":": (a, b) => a === b,
-  "!=": (a, b) => a !== b,
   "≠": (a, b) => a !== b,
+};
+// Other ways to write signs.
+const SAME = {
+  __proto__: null,
+  "<=": "≤",
+  ">=": "≥",
+  "==": "=",
+  ":": "=",
+  "!=": "≠",
+  "&&": "and",
+  "&": "and",
+  "||": "or",
+  "|": "or",
+  "!": "not",
 };
 const TOKEN = /\s*("(?:[^"\\]|\\.)*"?|[()]|<=|>=|==|!=|&&|\|\||[<>=:≤≥≠&|!]|[^\s()<>=:≤≥≠&|!"]+)/gy;
 
@@ -46,7 +58,7 @@ function compiled(text, model) {
 class FilterParser {
   constructor(text, model) {
     this.model = model;
-    this.tokens = Array.from(text.matchAll(TOKEN), match => match[1]);
+    this.tokens = Array.from(text.matchAll(TOKEN), ([, token]) => SAME[token] ?? token);
     this.place = 0;
   }
 
@@ -56,8 +68,8 @@ class FilterParser {
   next() {
     return this.tokens[this.place];
   }
-  is(...words) {
-    return !this.done() && words.includes(this.next().toLowerCase());
+  is(word) {
+    return !this.done() && this.next().toLowerCase() === word;
   }
   take() {
     return this.tokens[this.place++];
@@ -65,7 +77,7 @@ class FilterParser {
 
   or() {
     const tests = [this.and()];
-    while (this.is("or", "|", "||")) {
+    while (this.is("or")) {
       this.take();
       tests.push(this.and());
     }
@@ -74,15 +86,15 @@ class FilterParser {
 
   and() {
     const tests = [this.not()];
-    while (!this.done() && !this.is("or", "|", "||", ")")) {
-      if (this.is("and", "&", "&&")) this.take();
+    while (!this.done() && !this.is("or") && !this.is(")")) {
+      if (this.is("and")) this.take();
       tests.push(this.not());
     }
     return tests.length === 1 ? tests[0] : item => tests.every(test => test(item));
   }
 
   not() {
-    if (!this.is("not", "!")) return this.one();
+    if (!this.is("not")) return this.one();
     this.take();
     const test = this.not();
     return item => !test(item);
@@ -107,21 +119,20 @@ class FilterParser {
     if (this.done()) throw new Error(`“${name} ${sign}” compares with nothing`);
     const value = unquoted(this.take());
     const model = this.model;
-    if (TEXT_FIELDS[name]) {
-      const text = item => (name === "evidence" ? model.evidence(item) : model.text(TEXT_FIELDS[name], item)).toLowerCase();
+    if (TEXT_FIELDS.includes(name)) {
+      const text = item => (name === "evidence" ? model.evidence(item) : model.text(name, item)).toLowerCase();
       const wanted = value.toLowerCase();
       const equal = name === "cell" ? item => text(item) === wanted : item => text(item).includes(wanted);
-      if (["=", "==", ":"].includes(sign)) return equal;
-      if (["!=", "≠"].includes(sign)) return item => !equal(item);
+      if (sign === "=") return equal;
+      if (sign === "≠") return item => !equal(item);
       throw new Error(`“${name}” is a text: compare it with = or !=`);
     }
     const field = FIELDS[name];
-    if (!field) throw new Error(`“${name}” is none of ${[...Object.keys(FIELDS), ...Object.keys(TEXT_FIELDS)].join(", ")}`);
+    if (!field) throw new Error(`“${name}” is none of ${[...Object.keys(FIELDS), ...TEXT_FIELDS].join(", ")}`);
     const percent = value.endsWith("%");
     const wanted = Number(value.replace("%", "").replace("−", "-").replace(",", ".")) / (percent ? 100 : 1);
     if (value === "" || Number.isNaN(wanted)) throw new Error(`“${value}” is no number`);
-    const number = item => (field === "barrier" ? model.number("joins", item) - model.energy(item) : model.number(field, item));
-    return item => COMPARISONS[sign](number(item), wanted) && !Number.isNaN(number(item));
+    return item => !Number.isNaN(model.number(field, item)) && COMPARISONS[sign](model.number(field, item), wanted);
   }
 
   word(token) {

@@ -6,18 +6,17 @@ class FlatPanel {
     const [side] = model.sides;
     this.side = side;
     this.dimensions = side.space.dimensions;
-    const kind = this.dimensions === 1 ? "line" : this.dimensions === 2 ? "map" : "parallel";
-    section.querySelector("h2").textContent = kind === "parallel" ? "Coordinates" : side.title.split(":")[0];
+    const paint = [this.line, this.plane][this.dimensions - 1] ?? this.parallel;
+    section.querySelector("h2").textContent = this.dimensions > 2 ? "Coordinates" : side.title.split(":")[0];
     this.map = side.space.contours;
-    const painters = { line: this.line, map: this.plane, parallel: this.parallel };
+    this.bounds();
     this.drawing = new Drawing(
       section,
       "The surface with its minima and ways",
-      (pen, w, h) => painters[kind].call(this, pen, w, h),
+      [...OF_ITEMS, "step"],
+      (pen, w, h) => paint.call(this, pen, w, h),
       at => this.found(at),
     );
-    this.bounds();
-    watch(["hover", "selected", "level", "query", "colour", "step", "look"], () => this.drawing.draw());
   }
 
   // Range of each coordinate: that of the map, or of everything there is.
@@ -54,31 +53,30 @@ class FlatPanel {
     const bottom = h - EDGE.bottom - (h - EDGE.top - EDGE.bottom - scale * dy) / 2;
     this.at = x => [left + scale * (x[0] - this.low[0]), bottom - scale * (x[1] - this.low[1])];
     if (this.map) this.contours(pen);
-    for (const [axis, end] of [
-      [0, 1],
-      [1, 0],
-    ]) {
-      for (const [value, text] of ticks(this.low[axis], this.high[axis], 5)) {
-        const corner = [this.low[0], this.low[1]];
-        corner[axis] = value;
-        const [x, y] = this.at(corner);
-        pen.text(end ? [x, y + 13] : [x - 8, y], text, { fill: look.soft, size: 11.5, anchor: end ? "middle" : "end" });
-      }
-    }
-    const [a, b] = [this.at(this.low), this.at(this.high)];
-    pen.path([a, [b[0], a[1]], b, [a[0], b[1]]], { stroke: look.pale, close: true });
+    const [[x0, y0], [x1, y1]] = [this.at(this.low), this.at(this.high)];
+    pen.columns(this.low[0], this.high[0], 5, value => this.at([value, 0])[0], y0 + 13);
+    for (const [value, text] of ticks(this.low[1], this.high[1], 5))
+      pen.label([x0 - 8, this.at([0, value])[1]], text, { anchor: "end" });
+    const frame = [
+      [x0, y0],
+      [x1, y0],
+      [x1, y1],
+      [x0, y1],
+    ];
+    pen.path(frame, { stroke: look.pale, close: true });
     this.ways(pen);
     this.dots(pen);
   }
 
-  // Contour lines by marching squares, coloured by height.
-  contours(pen) {
+  // Contour lines by marching squares: for each height, pairs of points of the plane. They are computed once.
+  cuts() {
     const { columns, energy, low, high } = this.map;
-    const levels = this.levels();
-    const place = (column, row) =>
-      this.at([low[0] + ((high[0] - low[0]) * column) / (columns - 1), low[1] + ((high[1] - low[1]) * row) / (columns - 1)]);
-    levels.forEach((level, number) => {
-      const colour = viridis(number / (levels.length - 1));
+    const place = (column, row) => [
+      low[0] + ((high[0] - low[0]) * column) / (columns - 1),
+      low[1] + ((high[1] - low[1]) * row) / (columns - 1),
+    ];
+    return this.levels().map(level => {
+      const pairs = [];
       for (let row = 0; row + 1 < columns; row++) {
         for (let column = 0; column + 1 < columns; column++) {
           const corners = [
@@ -96,11 +94,21 @@ class FlatPanel {
             const [[c0, r0], [c1, r1]] = [corners[k], corners[(k + 1) % 4]];
             cuts.push(place(c0 + t * (c1 - c0), r0 + t * (r1 - r0)));
           }
-          for (let k = 0; k + 1 < cuts.length; k += 2)
-            pen.path([cuts[k], cuts[k + 1]], { stroke: colour, width: 1.2, alpha: 0.85 });
+          for (let k = 0; k + 1 < cuts.length; k += 2) pairs.push([cuts[k], cuts[k + 1]]);
         }
       }
+      return pairs;
     });
+  }
+
+  contours(pen) {
+    this.contourLines ??= this.cuts();
+    this.contourLines.forEach((pairs, number) =>
+      pen.segments(
+        pairs.map(pair => pair.map(x => this.at(x))),
+        { stroke: viridis(number / (this.contourLines.length - 1)), width: 1.2, alpha: 0.85 },
+      ),
+    );
   }
 
   rows(way) {
@@ -108,47 +116,62 @@ class FlatPanel {
     const rows = [];
     for (let row = starts[way]; row < starts[way + 1]; row++)
       rows.push(coordinates.subarray(row * this.dimensions, (row + 1) * this.dimensions));
-    return rows;
+    if (this.dimensions > 1) return rows;
+    // On a line the way follows the curve, also between its points.
+    return rows.flatMap((row, k) =>
+      k ? [0.2, 0.4, 0.6, 0.8, 1].map(t => [rows[k - 1][0] + t * (row[0] - rows[k - 1][0])]) : [row],
+    );
   }
 
   ways(pen) {
-    const chosen = new Set(routeOf(state.selected)?.ways ?? []);
+    const route = routeOf(state.selected);
+    const chosen = new Set(route?.ways);
     this.side.ways.a.forEach((_, way) => {
-      const lit = chosen.has(way);
+      const style = chosen.has(way) ? { stroke: look.route, width: 3.5 } : { stroke: look.line, width: 1.4 };
       pen.path(
         this.rows(way).map(x => this.at(x)),
-        { stroke: lit ? look.route : look.line, width: lit ? 3.5 : 1.4 },
+        style,
       );
     });
-    const route = routeOf(state.selected);
     if (route) pen.circle(this.at(onRoute(route, state.step)), 6, { fill: look.route, stroke: look.paper, width: 2 });
   }
 
   dots(pen) {
+    const place = item => this.at(model.coordinates(item));
+    // Names stand beside the dots while these are few.
+    const few = this.side.count <= 40;
     for (let item = 0; item < this.side.count; item++) {
-      const at = this.at(model.coordinates(item));
-      pen.circle(at, 6, { fill: colourOf(item), stroke: look.ink, alpha: derived.passes[item] ? 1 : 0.2 });
+      const [x, y] = place(item);
+      pen.circle([x, y], 6, { fill: colourOf(item), stroke: look.ink, alpha: derived.passes[item] ? 1 : 0.2 });
       const strong = state.selected.includes(item) || state.hover === item;
-      if (strong) pen.circle(at, 9.5, { stroke: state.hover === item ? look.ink : look.route, width: 2.5 });
-      pen.text([at[0], at[1] - 15], model.name(item), { fill: look.ink, size: 12, anchor: "middle", weight: strong ? 700 : 500 });
+      if (few || strong)
+        pen.text([x, y + (this.dimensions > 1 ? -17 : 19)], model.name(item), {
+          fill: look.ink,
+          size: 12,
+          anchor: "middle",
+          weight: strong ? 700 : 500,
+        });
     }
+    rings((item, stroke, width) => pen.circle(place(item), 9.5, { stroke, width }));
   }
 
   line(pen, w, h) {
-    const energies = this.map ? Array.from(this.map.energy) : [];
-    const levels = this.levels();
-    const [low, high] = [Math.min(...this.side.energy), levels.at(-1)];
+    const [low, high] = [Math.min(...this.side.energy), this.levels().at(-1)];
     const margin = 0.08 * (high - low);
     const x = value => EDGE.left + ((w - EDGE.left - EDGE.right) * (value - this.low[0])) / (this.high[0] - this.low[0]);
     const y = energy => EDGE.top + ((h - EDGE.top - EDGE.bottom) * (high - Math.min(energy, high))) / (high - low + margin);
     this.at = point => [x(point[0]), y(this.height(point[0]))];
-    for (const [value, text] of ticks(this.low[0], this.high[0], 6))
-      pen.text([x(value), h - 12], text, { fill: look.soft, size: 11.5, anchor: "middle" });
-    const curve = energies.map((energy, k) => [
-      x(this.low[0] + ((this.high[0] - this.low[0]) * k) / (energies.length - 1)),
-      y(energy),
-    ]);
-    pen.path(curve, { stroke: look.line, width: 1.8 });
+    pen.rows(low - margin, high, Math.max(3, h / 90), y, w - EDGE.right);
+    pen.columns(this.low[0], this.high[0], 6, x, h - 12);
+    pen.label([2, h - 12], this.side.energy_label);
+    const energies = this.map ? Array.from(this.map.energy) : [];
+    const across = k => this.low[0] + ((this.high[0] - this.low[0]) * k) / (energies.length - 1);
+    // The curve leaves the picture at the top.
+    const inside = energies.map((energy, k) => [energy, k]).filter(([energy]) => energy <= high);
+    pen.path(
+      inside.map(([energy, k]) => [x(across(k)), y(energy)]),
+      { stroke: look.line, width: 1.8 },
+    );
     this.ways(pen);
     this.dots(pen);
   }
@@ -163,38 +186,30 @@ class FlatPanel {
 
   parallel(pen, w, h) {
     const n = this.dimensions;
-    const x = axis => 24 + ((w - 48) * axis) / Math.max(1, n - 1);
+    const x = axis => 30 + ((w - 60) * axis) / Math.max(1, n - 1);
     const y = (value, axis) =>
       EDGE.top + ((h - EDGE.top - EDGE.bottom) * (this.high[axis] - value)) / (this.high[axis] - this.low[axis]);
     this.at = point => [x(0), y(point[0], 0)];
     this.lines = item => Array.from(model.coordinates(item), (value, axis) => [x(axis), y(value, axis)]);
     for (let axis = 0; axis < n; axis++) {
-      pen.path(
-        [
-          [x(axis), EDGE.top],
-          [x(axis), h - EDGE.bottom],
-        ],
-        { stroke: look.faint },
-      );
-      if (n <= 40) pen.text([x(axis), h - 12], String(axis + 1), { fill: look.soft, size: 11, anchor: "middle" });
+      pen.line(x(axis), EDGE.top, x(axis), h - EDGE.bottom, { stroke: look.faint });
+      if (n <= 40) pen.label([x(axis), h - 10], String(axis + 1), { anchor: "middle" });
+      if (n > 12) continue;
+      pen.label([x(axis), EDGE.top - 8], shown(this.high[axis], 3), { anchor: "middle" });
+      pen.label([x(axis), h - EDGE.bottom + 6], shown(this.low[axis], 3), { anchor: "middle" });
     }
     for (let item = 0; item < this.side.count; item++)
       pen.path(this.lines(item), { stroke: colourOf(item), width: 1.2, alpha: derived.passes[item] ? 0.75 : 0.1 });
-    for (const item of new Set([...state.selected, ...(state.hover === null ? [] : [state.hover])])) {
-      pen.path(this.lines(item), { stroke: item === state.hover ? look.ink : look.route, width: 2.5 });
-    }
+    rings((item, stroke, width) => pen.path(this.lines(item), { stroke, width }));
+    rings(item => pen.label(this.lines(item)[0], model.name(item), { fill: look.ink, anchor: "middle", weight: 600 }));
   }
 
   found([x, y]) {
     if (!this.at) return null;
-    let best = { reach: 14, item: null };
-    for (let item = 0; item < this.side.count; item++) {
+    const item = nearest(this.side.count, 14, item => {
       const places = this.lines ? this.lines(item) : [this.at(model.coordinates(item))];
-      for (const [px, py] of places) {
-        const reach = Math.hypot(px - x, py - y);
-        if (reach < best.reach) best = { reach, item };
-      }
-    }
-    return best.item === null ? null : { item: best.item };
+      return Math.min(...places.map(([px, py]) => Math.hypot(px - x, py - y)));
+    });
+    return item === null ? null : { item };
   }
 }

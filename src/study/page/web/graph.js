@@ -5,23 +5,27 @@ class GraphPanel {
   constructor(section) {
     this.side = model.sides[0];
     const { graph } = this.side;
-    if (graph.of === "groups") section.querySelector("h2").textContent = "Barrier graph of the groups";
-    this.circleOf = new Map(Array.from(graph.minimum, (item, circle) => [item, circle]));
+    this.circles = Array.from(graph.minimum);
+    this.ofGroups = graph.of === "groups";
+    if (this.ofGroups) section.querySelector("h2").textContent = "Barrier graph of the groups";
+    this.circleOf = new Map(this.circles.map((item, circle) => [item, circle]));
+    this.order = Array.from(graph.a, (_, line) => line);
+    this.order.sort((p, q) => graph.in_tree[p] - graph.in_tree[q] || graph.height[q] - graph.height[p]);
     this.drawing = new Drawing(
       section,
       "Barrier graph",
+      OF_ITEMS,
       (pen, w, h) => this.paint(pen, w, h),
       at => this.found(at),
     );
-    watch(["hover", "selected", "level", "query", "colour", "pins", "look"], () => this.drawing.draw());
   }
 
   // The circle that stands for an item: its own, or that of its group.
   circle(item) {
-    const own = this.circleOf.get(item);
-    if (own !== undefined || this.side.graph.of === "minima" || model.sideOf(item) !== 0) return own;
-    const group = this.side.group[item];
-    return Array.from(this.side.graph.minimum).findIndex(other => this.side.group[other] === group);
+    if (model.sideOf(item) !== 0) return undefined;
+    if (this.circleOf.has(item) || !this.ofGroups) return this.circleOf.get(item);
+    const circle = this.circles.findIndex(other => this.side.group[other] === this.side.group[item]);
+    return circle < 0 ? undefined : circle;
   }
 
   // Fits the circles into the panel, turned by a right angle if they are then larger.
@@ -52,64 +56,59 @@ class GraphPanel {
 
   paint(pen, w, h) {
     this.scales(w, h);
-    const { graph } = this.side;
     const route = this.route();
-    const order = Array.from(graph.a, (_, line) => line).sort(
-      (p, q) => graph.in_tree[p] - graph.in_tree[q] || graph.height[q] - graph.height[p],
-    );
-    for (const line of order) this.line(pen, line, route.has(line));
+    for (const line of this.order) this.line(pen, line, false);
     for (const line of route) this.line(pen, line, true);
-    graph.minimum.forEach((item, circle) => {
+    this.circles.forEach((item, circle) => {
       const alpha = derived.passes[item] ? 1 : 0.18;
       pen.circle(this.at(circle), this.radius(circle), { fill: colourOf(item), stroke: look.line, alpha });
     });
-    const ring = (item, stroke, width, gap) => {
+    rings((item, stroke, width, gap) => {
       const circle = this.circle(item);
-      if (circle === undefined || circle < 0) return;
-      pen.circle(this.at(circle), this.radius(circle) + gap, { stroke, width });
+      if (circle === undefined) return;
       const [x, y] = this.at(circle);
-      const text = graph.of === "groups" ? "g" + this.side.group[item] : model.name(item);
-      pen.text([x, y - this.radius(circle) - gap - 8], text, { fill: look.ink, size: 11.5, anchor: "middle", weight: 600 });
-    };
-    for (const item of state.pins) ring(item, look.soft, 1.5, 3);
-    for (const item of state.selected) ring(item, look.route, 2.5, 3);
-    if (state.hover !== null) ring(state.hover, look.ink, 2, 4);
+      const reach = this.radius(circle) + gap;
+      pen.circle([x, y], reach, { stroke, width });
+      const text = this.ofGroups ? "g" + this.side.group[item] : model.name(item);
+      // The name stands above the circle, or below where there is no room.
+      const place = [Math.min(w - 14, Math.max(14, x)), y - reach < 20 ? y + reach + 9 : y - reach - 8];
+      pen.label(place, text, { fill: look.ink, anchor: "middle", weight: 600 });
+    });
   }
 
   line(pen, line, lit) {
     const { graph } = this.side;
+    const ends = [graph.a[line], graph.b[line]];
     const bound = model.header.evidence[graph.evidence[line]] === "chain";
     const inTree = graph.in_tree[line];
-    const faded = derived.passes[graph.minimum[graph.a[line]]] && derived.passes[graph.minimum[graph.b[line]]] ? 1 : 0.2;
-    pen.path([this.at(graph.a[line]), this.at(graph.b[line])], {
+    const faded = ends.every(end => derived.passes[graph.minimum[end]]) ? 1 : 0.2;
+    const [[x1, y1], [x2, y2]] = ends.map(end => this.at(end));
+    pen.line(x1, y1, x2, y2, {
       stroke: lit ? look.route : inTree ? look.line : look.pale,
       width: lit ? 4 : Math.max(0.6, this.scale * graph.width[line] * (inTree ? 1 : 0.8)),
       dash: bound && !lit ? [6, 5] : [],
-      alpha: lit ? 1 : (inTree ? 0.9 : 0.4) * faded,
+      alpha: lit ? 1 : (inTree ? 0.9 : 0.6) * faded,
     });
   }
 
   // The lines of the way between the chosen minima.
   route() {
     const lines = new Set();
-    const { graph } = this.side;
+    const { a, b } = this.side.graph;
     const minima = routeOf(state.selected)?.minima ?? [];
     for (let k = 1; k < minima.length; k++) {
       const ends = [this.circle(minima[k - 1]), this.circle(minima[k])];
-      const line = graph.a.findIndex((a, number) => ends.includes(a) && ends.includes(graph.b[number]) && ends[0] !== ends[1]);
+      const line = a.findIndex((end, number) => ends.includes(end) && ends.includes(b[number]) && ends[0] !== ends[1]);
       if (line >= 0) lines.add(line);
     }
     return lines;
   }
 
   found([x, y]) {
-    if (!this.centre) return null;
-    let best = { reach: 10, circle: -1 };
-    this.side.graph.minimum.forEach((_, circle) => {
+    const circle = nearest(this.circles.length, 10, circle => {
       const [cx, cy] = this.at(circle);
-      const reach = Math.hypot(cx - x, cy - y) - this.radius(circle);
-      if (reach < best.reach) best = { reach, circle };
+      return Math.hypot(cx - x, cy - y) - this.radius(circle);
     });
-    return best.circle < 0 ? null : { item: this.side.graph.minimum[best.circle] };
+    return circle === null ? null : { item: this.circles[circle] };
   }
 }

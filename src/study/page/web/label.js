@@ -23,17 +23,14 @@ class LabelSheet {
     this.chooser();
   }
 
-  // What was chosen in this browser before; a browser may forbid files to remember.
+  // What was chosen in this browser before.
   remembered() {
-    try {
-      const known = new Map(JSON.parse(localStorage.getItem(this.key) || "[]"));
-      this.items.forEach((item, place) => {
-        const label = known.get(place);
-        if (label !== undefined) label ? labels.set(item, label) : labels.delete(item);
-      });
-    } catch {
-      /* nothing is remembered */
-    }
+    const known = new Map(JSON.parse(memory.get(this.key) || "[]"));
+    this.items.forEach((item, place) => {
+      const label = known.get(place);
+      if (label) labels.set(item, label);
+      else if (label === "") labels.delete(item);
+    });
   }
 
   types() {
@@ -73,40 +70,22 @@ class LabelSheet {
       id: "label-rules",
       onchange: event => this.section.classList.toggle("rules", event.target.checked),
     });
-    this.section.replaceChildren(
-      make(
-        "header",
-        "",
-        {},
-        make("h2", "Label the grasps of " + model.sides[0].name),
-        make("span", "", {}, this.bar, " ", this.told),
-        make("button", "Next without label", { type: "button", onclick: () => this.next() }),
-        make("label", "", {}, rules, " show what the rule says"),
-        make("button", "Save labels.csv", {
-          type: "button",
-          id: "label-save",
-          class: "main",
-          onclick: () => save("labels.csv", "text/csv", this.csv()),
-        }),
-        make("button", "Back", { type: "button", id: "label-end", onclick: () => this.close() }),
-        make(
-          "span",
-          "",
-          { class: "keys" },
-          key("←"),
-          key("→"),
-          " move, ",
-          key("Enter"),
-          " or a letter: choose a type, ",
-          key("0"),
-          " unlisted, ",
-          key("Delete"),
-          " no label, ",
-          key("Space"),
-          " next without label. Labels stay in this browser; the file is what counts.",
-        ),
-      ),
+    const saved = () => save("labels.csv", "text/csv", this.csv());
+    const keys = [key("←"), key("→"), " move, ", key("Enter"), " or a letter: choose a type, ", key("0"), " unlisted, "];
+    keys.push(key("Delete"), " no label, ", key("Space"), " next without label. ");
+    const header = make(
+      "header",
+      "",
+      {},
+      make("h2", "Label the grasps of " + model.sides[0].name),
+      make("span", "", { class: "progress" }, this.bar, this.told),
+      button("Next without label", () => this.next()),
+      make("label", "", {}, rules, " show what the rule says"),
+      button("Save labels.csv", saved, { id: "label-save", class: "main" }),
+      button("Back", () => this.close(), { id: "label-end" }),
+      make("span", "", { class: "keys" }, ...keys, "Labels stay in this browser; the file is what counts."),
     );
+    this.section.replaceChildren(header);
     this.cards = this.items.map((item, place) => this.card(item, place));
     this.grid = make("div", "", { class: "cards" }, ...this.cards);
     this.section.append(this.grid);
@@ -122,16 +101,10 @@ class LabelSheet {
   card(item, place) {
     const views = [0, 1].map(() => make("canvas", "", { role: "img", "aria-hidden": "true" }));
     const object = model.text("object", item);
-    const line = make(
-      "p",
-      "",
-      {},
-      make("span", `${model.name(item)}${object ? " on " + object : ""}`),
-      make("strong", "", { class: "label" }),
-    );
-    const rule = make("div", "rule: " + model.text("label", item) + (model.rule(item) ? ` (${model.rule(item)})` : ""), {
-      class: "rule",
-    });
+    const name = make("span", model.name(item) + (object ? " on " + object : ""));
+    const line = make("p", "", {}, name, make("strong", "", { class: "label" }));
+    const said = model.rule(item) ? ` (${model.rule(item)})` : "";
+    const rule = make("div", `rule: ${model.text("label", item)}${said}`, { class: "rule" });
     const card = make("div", "", { class: "card", tabindex: 0, role: "button" }, ...views, line, rule);
     card.dataset.item = item;
     card.addEventListener("focus", () => {
@@ -169,11 +142,7 @@ class LabelSheet {
     const item = this.items[this.current];
     if (label) labels.set(item, label);
     else labels.delete(item);
-    try {
-      localStorage.setItem(this.key, JSON.stringify(this.items.map((other, place) => [place, labels.get(other) ?? ""])));
-    } catch {
-      /* nothing is remembered */
-    }
+    memory.set(this.key, JSON.stringify(this.items.map((other, place) => [place, labels.get(other) ?? ""])));
     this.show();
   }
 

@@ -14,42 +14,30 @@ function heading() {
   const title = sides.length > 1 ? sides.map(one => one.name.replace(/\.landscape$/, "")).join(" and ") : side.title;
   document.title = title;
   byId("title").textContent = title;
-  const minima = one =>
-    `${one.count} ${one.count === 1 ? "minimum" : "minima"} in ${one.groups} ${one.groups === 1 ? "group" : "groups"}`;
+  const minima = one => `${plural(one.count, "minimum", "minima")} in ${plural(one.groups, "group", "groups")}`;
   byId("subtitle").textContent =
     side.item === "grasp" ? "Click a grasp to choose it; Label names their types." : sides.map(minima).join(" · ");
   if (side.space?.kind !== "pose") byId("query").placeholder = "Search: m3, energy < 0, not g0";
-  byId("made").replaceChildren(
-    `Made by ${model.header.made_by} with `,
-    make("code", model.header.command),
-    ". This page needs no network.",
-  );
+  const command = make("code", model.header.command);
+  byId("made").replaceChildren(`Made by ${model.header.made_by} with `, command, ". This page needs no network.");
 }
 
+// Dark or light: as the system says, until the button is pressed.
 function theme() {
-  let kept = null;
-  try {
-    kept = localStorage.getItem("landscape theme");
-  } catch {
-    /* nothing is remembered */
-  }
-  if (kept) document.documentElement.dataset.theme = kept;
-  const again = () => {
+  const root = document.documentElement;
+  const system = matchMedia("(prefers-color-scheme: dark)");
+  const show = () => {
     readLook();
     change({ look: {} });
   };
+  const kept = memory.get("landscape theme");
+  if (kept) root.dataset.theme = kept;
   byId("theme").addEventListener("click", () => {
-    const dark = document.documentElement.dataset.theme ?? (matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
-    const next = dark === "dark" ? "light" : "dark";
-    document.documentElement.dataset.theme = next;
-    try {
-      localStorage.setItem("landscape theme", next);
-    } catch {
-      /* nothing is remembered */
-    }
-    again();
+    root.dataset.theme = look.dark ? "light" : "dark";
+    memory.set("landscape theme", root.dataset.theme);
+    show();
   });
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", again);
+  system.addEventListener("change", show);
   readLook();
 }
 
@@ -98,7 +86,7 @@ function tools() {
     byId("answer").classList.toggle("problem", derived.problem !== "");
     query.setAttribute("aria-invalid", String(derived.problem !== ""));
   });
-  byId("export-open").addEventListener("click", () => openExport(panels));
+  byId("export-open").addEventListener("click", openExport);
   byId("help-open").addEventListener("click", openHelp);
   byId("label-start").hidden = !panels.label;
   byId("label-start").addEventListener("click", () => panels.label.open());
@@ -115,57 +103,52 @@ function tools() {
 
 function openHelp() {
   const dialog = byId("help");
-  const entry = (keys, words) => [make("dt", keys), make("dd", words)];
-  const grasps = model.sides[0].space?.kind === "pose";
-  const examples = grasps
-    ? [
-        "m17",
-        "tripod",
-        "energy < 0.2 and members > 3",
-        "stable and epsilon > 0.05",
-        "evidence = saddle or support >= 95%",
-        "not (power or g0)",
-      ]
-    : ["m3", "energy < -100", "members > 3", "evidence = saddle", "not g0"];
-  const examplesList = make(
-    "p",
-    "",
-    { class: "examples" },
-    ...examples.map(text =>
-      make("button", text, {
-        type: "button",
-        onclick: () => {
-          dialog.close();
-          setQuery(text);
-        },
-      }),
-    ),
+  const [side] = model.sides;
+  const grasps = side.space?.kind === "pose";
+  const entries = [
+    ["Move", `over a leaf, a dot or a row: it lights up everywhere${grasps ? ", and its grasp is shown" : ""}.`],
+    [
+      "Click",
+      side.tree
+        ? "to choose; a second click on another one shows the lowest way between the two. Click the same again, or press Escape, to choose none."
+        : "to choose. Click the same again, or press Escape, to choose none.",
+    ],
+    [
+      "Level",
+      "Drag the handle at the left of the tree: what is joined below the line takes one colour everywhere. Arrow keys move it.",
+      panels.tree,
+    ],
+    ["Label", "opens a sheet of pictures on which types are given by keyboard.", panels.label],
+    ["p", "pins the grasp that is looked at, up to six.", panels.pins],
+    ["/", "goes to the search field. Names, words and comparisons can be joined by and, or, not and parentheses."],
+    [
+      "Turn",
+      "Drag a view to turn it, use the wheel to enlarge it, double-click to go back. Arrow keys work as well.",
+      panels.scene?.views,
+    ],
+    ["Link", "What you see stands in the address. Export shows the link and the commands."],
+  ].filter(([, , there = true]) => there);
+  const examples = [
+    [true, side.item === "grasp" ? "#" + side.members[0] : "m3"],
+    [grasps, "tripod"],
+    [grasps, "energy < 0.2 and epsilon > 0.05"],
+    [model.knows("stable"), "stable and epsilon > 0.05"],
+    [side.tree, "members > 3"],
+    [side.tree?.resamplings, "evidence = saddle or support >= 95%"],
+    [side.tree && !side.tree.resamplings, "evidence = saddle"],
+    [grasps, "not power"],
+  ].filter(([there]) => there);
+  const tries = examples.map(([, text]) =>
+    button(text, () => {
+      dialog.close();
+      setQuery(text);
+    }),
   );
-  dialog.replaceChildren(
-    make("h2", "What you can do"),
-    make(
-      "dl",
-      "",
-      {},
-      ...entry("Move", "over a leaf, a dot or a row: it lights up everywhere, and its grasp is shown."),
-      ...entry(
-        "Click",
-        "to choose; a second click on another one shows the lowest way between the two. Click the same again, or press Escape, to choose none.",
-      ),
-      ...entry(
-        "Level",
-        "Drag the handle at the left of the tree: what is joined below the line takes one colour everywhere. Arrow keys move it.",
-      ),
-      ...entry("p", "pins the grasp that is looked at, up to six."),
-      ...entry("/", "goes to the search field. Names, words and comparisons can be joined by and, or, not and parentheses."),
-      ...entry("Turn", "Drag a view to turn it, use the wheel to enlarge it, double-click to go back. Arrow keys work as well."),
-      ...entry("Link", "What you see stands in the address. Export shows the link and the commands."),
-    ),
+  showDialog(dialog, "What you can do", [
+    make("dl", "", {}, ...entries.flatMap(([keys, words]) => [make("dt", keys), make("dd", words)])),
     make("h3", "Searches to try"),
-    examplesList,
-    make("form", "", { method: "dialog" }, make("button", "Close", { class: "main" })),
-  );
-  dialog.showModal();
+    make("p", "", { class: "examples" }, ...tries),
+  ]);
 }
 
 async function start() {

@@ -1,8 +1,11 @@
-// Painting: one set of calls for a canvas and for an SVG file, and the canvas of a panel.
+// Painting: one set of calls for a canvas and for an SVG file, axes, and the canvas of a panel.
 "use strict";
 
 const FONT = 'system-ui, "Segoe UI", "Noto Sans", "DejaVu Sans", sans-serif';
-const look = {};
+// Texts have a margin of paper, so that lines behind them do not cross their letters.
+const HALO = 3;
+const EDGE = { left: 58, right: 14, top: 16, bottom: 30 };
+const look = { dark: false };
 
 // Reads the colours of the present look, dark or light.
 function readLook() {
@@ -10,67 +13,111 @@ function readLook() {
   for (const name of ["ink", "soft", "line", "pale", "faint", "paper", "accent", "route"]) {
     look[name] = style.getPropertyValue("--" + name).trim();
   }
+  look.dark = style.colorScheme === "dark";
 }
 
-class CanvasPen {
+// A style has a stroke, its width and dashes, a fill, and how opaque it is.
+class Pen {
+  line(x1, y1, x2, y2, style) {
+    this.path(
+      [
+        [x1, y1],
+        [x2, y2],
+      ],
+      style,
+    );
+  }
+
+  label(at, text, style = {}) {
+    this.text(at, text, { fill: look.soft, size: 11.5, ...style });
+  }
+
+  // Numbers at the left with lines across, `y` places them.
+  rows(low, high, count, y, right, but = () => false) {
+    for (const [value, text] of ticks(low, high, count)) {
+      this.line(EDGE.left - 6, y(value), right, y(value), { stroke: look.faint });
+      if (!but(y(value))) this.label([EDGE.left - 10, y(value)], text, { anchor: "end" });
+    }
+  }
+
+  // Numbers in a row, `x` places them.
+  columns(low, high, count, x, y) {
+    for (const [value, text] of ticks(low, high, count)) this.label([x(value), y], text, { anchor: "middle" });
+  }
+}
+
+class CanvasPen extends Pen {
   constructor(context) {
+    super();
     this.context = context;
   }
 
-  path(points, { stroke, width = 1, dash = [], fill, alpha = 1, close = false }) {
+  path(points, style) {
+    this.context.beginPath();
+    points.forEach(([x, y], k) => (k ? this.context.lineTo(x, y) : this.context.moveTo(x, y)));
+    if (style.close) this.context.closePath();
+    this.paint(style);
+  }
+
+  // Lines of two points each, in one stroke.
+  segments(pairs, style) {
+    this.context.beginPath();
+    for (const [[x1, y1], [x2, y2]] of pairs) {
+      this.context.moveTo(x1, y1);
+      this.context.lineTo(x2, y2);
+    }
+    this.paint(style);
+  }
+
+  circle([x, y], radius, style) {
+    this.context.beginPath();
+    this.context.arc(x, y, radius, 0, 2 * Math.PI);
+    this.paint(style);
+  }
+
+  paint({ stroke, width = 1, dash = [], fill, alpha = 1 }) {
     const c = this.context;
     c.globalAlpha = alpha;
-    c.beginPath();
-    points.forEach(([x, y], k) => (k ? c.lineTo(x, y) : c.moveTo(x, y)));
-    if (close) c.closePath();
     if (fill) {
       c.fillStyle = fill;
       c.fill();
     }
     if (stroke) {
-      c.strokeStyle = stroke;
-      c.lineWidth = width;
+      Object.assign(c, { strokeStyle: stroke, lineWidth: width, lineJoin: "round" });
       c.setLineDash(dash);
-      c.lineJoin = "round";
       c.stroke();
     }
   }
 
-  circle([x, y], radius, { stroke, width = 1, fill, alpha = 1 }) {
+  text([x, y], text, { fill, size = 12, anchor = "start", weight = 400 }) {
     const c = this.context;
-    c.globalAlpha = alpha;
+    const textAlign = { start: "left", middle: "center", end: "right" }[anchor];
+    const font = `${weight} ${size}px ${FONT}`;
+    Object.assign(c, { globalAlpha: 1, font, fillStyle: fill, textAlign, textBaseline: "middle" });
+    Object.assign(c, { strokeStyle: look.paper, lineWidth: HALO, lineJoin: "round" });
     c.setLineDash([]);
-    c.beginPath();
-    c.arc(x, y, radius, 0, 2 * Math.PI);
-    if (fill) {
-      c.fillStyle = fill;
-      c.fill();
-    }
-    if (stroke) {
-      c.strokeStyle = stroke;
-      c.lineWidth = width;
-      c.stroke();
-    }
-  }
-
-  text([x, y], text, { fill, size = 12, anchor = "start", turn = 0, weight = 400, alpha = 1 }) {
-    const c = this.context;
-    c.globalAlpha = alpha;
-    c.font = `${weight} ${size}px ${FONT}`;
-    c.fillStyle = fill;
-    c.textAlign = { start: "left", middle: "center", end: "right" }[anchor];
-    c.textBaseline = "middle";
-    c.save();
-    c.translate(x, y);
-    c.rotate(turn);
-    c.fillText(text, 0, 0);
-    c.restore();
+    c.strokeText(text, x, y);
+    c.fillText(text, x, y);
   }
 }
 
-class SvgPen {
-  constructor() {
-    this.parts = [];
+class SvgPen extends Pen {
+  parts = [];
+
+  path(points, style) {
+    if (points.length) this.parts.push(`<path d="${this.way(points)}${style.close ? "Z" : ""}" ${this.paint(style)}/>`);
+  }
+
+  segments(pairs, style) {
+    this.parts.push(`<path d="${pairs.map(pair => this.way(pair)).join("")}" ${this.paint(style)}/>`);
+  }
+
+  way(points) {
+    return "M" + points.map(([x, y]) => `${x.toFixed(2)} ${y.toFixed(2)}`).join("L");
+  }
+
+  circle([x, y], radius, style) {
+    this.parts.push(`<circle cx="${x.toFixed(2)}" cy="${y.toFixed(2)}" r="${radius.toFixed(2)}" ${this.paint(style)}/>`);
   }
 
   paint({ stroke, width = 1, dash = [], fill, alpha = 1 }) {
@@ -81,21 +128,11 @@ class SvgPen {
     return parts.join(" ");
   }
 
-  path(points, style) {
-    if (!points.length) return;
-    const way = points.map(([x, y]) => `${x.toFixed(2)} ${y.toFixed(2)}`).join("L");
-    this.parts.push(`<path d="M${way}${style.close ? "Z" : ""}" ${this.paint(style)}/>`);
-  }
-
-  circle([x, y], radius, style) {
-    this.parts.push(`<circle cx="${x.toFixed(2)}" cy="${y.toFixed(2)}" r="${radius.toFixed(2)}" ${this.paint(style)}/>`);
-  }
-
-  text([x, y], text, { fill, size = 12, anchor = "start", turn = 0, weight = 400, alpha = 1 }) {
-    const turned = turn ? ` transform="rotate(${(180 * turn) / Math.PI} ${x.toFixed(2)} ${y.toFixed(2)})"` : "";
-    const place = `x="${x.toFixed(2)}" y="${(y + 0.36 * size).toFixed(2)}" text-anchor="${anchor}"${turned}`;
-    const face = `font-size="${size}" font-weight="${weight}" fill="${fill}"${alpha < 1 ? ` opacity="${alpha}"` : ""}`;
-    this.parts.push(`<text ${place} ${face}>${escaped(text)}</text>`);
+  text([x, y], text, { fill, size = 12, anchor = "start", weight = 400 }) {
+    const place = `x="${x.toFixed(2)}" y="${(y + 0.36 * size).toFixed(2)}" text-anchor="${anchor}"`;
+    const face = `font-size="${size}" font-weight="${weight}" fill="${fill}"`;
+    const halo = `stroke="${look.paper}" stroke-width="${HALO}" stroke-linejoin="round" paint-order="stroke"`;
+    this.parts.push(`<text ${place} ${face} ${halo}>${escaped(text)}</text>`);
   }
 
   file(width, height) {
@@ -109,11 +146,12 @@ class SvgPen {
   }
 }
 
+// Control letters are not allowed in XML: they become the sign for an unknown letter.
 function escaped(text) {
-  return String(text).replace(/[&<>"\u0000-\u001f]/g, letter => `&#${letter.charCodeAt(0) < 32 ? 65533 : letter.charCodeAt(0)};`);
+  return String(text).replace(/[&<>"\u0000-\u001f]/g, letter => `&#${letter < " " ? 65533 : letter.charCodeAt(0)};`);
 }
 
-// Round numbers between two bounds, about `count` of them.
+// Round numbers between two bounds, about `count` of them, and their texts.
 function ticks(low, high, count) {
   const rough = (high - low) / count || 1;
   const power = 10 ** Math.floor(Math.log10(rough));
@@ -124,16 +162,28 @@ function ticks(low, high, count) {
   return values.map(value => [value, (value === 0 ? 0 : value).toFixed(places).replace("-", "−")]);
 }
 
-// A canvas in a panel. `paint(pen, width, height)` paints it; `found([x, y])` names the item at a place.
+// The number from 0 to `count` − 1 with the least `distance` below `reach`, or null.
+function nearest(count, reach, distance) {
+  let [best, found] = [reach, null];
+  for (let k = 0; k < count; k++) {
+    const d = distance(k);
+    if (d < best) [best, found] = [d, k];
+  }
+  return found;
+}
+
+// Parts of the state on which pictures of all items depend.
+const OF_ITEMS = ["hover", "selected", "level", "query", "colour", "pins"];
+
+// A canvas in a panel that is painted again when some `parts` of the state change. `paint(pen, width, height)` paints it;
+// `found([x, y])` says what is at a place: `{ item }`, `{ item: null, lines }` or null.
 class Drawing {
-  constructor(section, label, paint, found) {
-    Object.assign(this, { section, paint, found });
-    this.canvas = document.createElement("canvas");
-    this.canvas.tabIndex = 0;
-    this.canvas.setAttribute("role", "img");
-    this.canvas.setAttribute("aria-label", label);
+  constructor(section, label, parts, paint, found) {
+    Object.assign(this, { paint, found });
+    this.canvas = make("canvas", "", { tabindex: 0, role: "img", "aria-label": label });
     section.append(this.canvas);
     new ResizeObserver(() => this.draw()).observe(this.canvas);
+    watch([...parts, "look"], () => this.draw());
     if (!found) return;
     this.canvas.addEventListener("pointermove", event => this.point(event));
     this.canvas.addEventListener("pointerleave", () => {
@@ -141,8 +191,7 @@ class Drawing {
       change({ hover: null });
     });
     this.canvas.addEventListener("click", event => {
-      const item = this.found(this.placeOf(event))?.item ?? null;
-      if (!this.dragged) select(item);
+      if (!this.dragged) select(this.found(this.placeOf(event))?.item ?? null);
     });
   }
 
@@ -166,7 +215,6 @@ class Drawing {
     this.canvas.height = Math.round(height * scale);
     const context = this.canvas.getContext("2d");
     context.scale(scale, scale);
-    context.clearRect(0, 0, width, height);
     this.paint(new CanvasPen(context), width, height);
   }
 
@@ -177,52 +225,3 @@ class Drawing {
     return pen.file(width, height);
   }
 }
-
-// Shows a few lines beside the pointer; the first one is the heading.
-function tip(lines, x = 0, y = 0) {
-  const box = document.getElementById("tip");
-  box.hidden = !lines;
-  if (!lines) return;
-  box.replaceChildren(...lines.map((line, k) => make(k ? "div" : "strong", line)));
-  const { innerWidth, innerHeight } = window;
-  box.style.left = Math.max(4, Math.min(x + 14, innerWidth - box.offsetWidth - 8)) + "px";
-  box.style.top = Math.max(4, Math.min(y + 16, innerHeight - box.offsetHeight - 8)) + "px";
-}
-
-// What is said of an item beside the pointer.
-function described(item) {
-  const number = (field, words) =>
-    Number.isFinite(model.number(field, item)) ? `${words} ${shown(model.number(field, item))}` : null;
-  const label = model.text("label", item);
-  const members = model.number("members", item);
-  const [side] = model.at(item);
-  return [
-    model.name(item) + (label ? ` · ${label}` : ""),
-    number("energy", "energy"),
-    number("epsilon", "ε"),
-    Number.isFinite(model.number("stable", item))
-      ? model.number("stable", item)
-        ? "held in simulation"
-        : "fell in simulation"
-      : null,
-    side.item === "minimum" && side.space?.kind === "pose"
-      ? `${members} ${members === 1 ? "grasp" : "grasps"}, group g${model.number("group", item)}`
-      : null,
-    number("joins", "joins others at"),
-  ].filter(line => line);
-}
-
-// An element with a text, attributes and children.
-function make(name, text = "", attributes = {}, ...children) {
-  const element = document.createElement(name);
-  if (text !== "") element.textContent = text;
-  for (const [key, value] of Object.entries(attributes)) {
-    if (key.startsWith("on")) element.addEventListener(key.slice(2), value);
-    else if (value !== false && value !== null) element.setAttribute(key, value === true ? "" : value);
-  }
-  element.append(...children);
-  return element;
-}
-
-const byId = id => document.getElementById(id);
-const still = matchMedia("(prefers-reduced-motion: reduce)");

@@ -2,19 +2,21 @@
 "use strict";
 
 const FIRST_CAMERA = [-58, 18, 1];
+const ZOOM = [0.4, 12];
 
-// The camera of all views; a drag turns it, the wheel with a key or the buttons enlarge.
+const camera = () => state.camera ?? FIRST_CAMERA;
+
+// Turns the camera of all views by degrees and enlarges.
+function turn(azimuth, elevation, factor) {
+  const [a, e, zoom] = camera();
+  const within = (low, value, high) => Math.max(low, Math.min(high, value));
+  change({
+    camera: [(((a + azimuth) % 360) + 360) % 360, within(-89.9, e + elevation, 89.9), within(ZOOM[0], zoom * factor, ZOOM[1])],
+  });
+}
+
+// Lets a canvas turn the camera: by dragging, the wheel and keys.
 function turnable(canvas) {
-  const turn = (azimuth, elevation, factor) => {
-    const [a, e, z] = state.camera ?? FIRST_CAMERA;
-    change({
-      camera: [
-        (((a + azimuth) % 360) + 360) % 360,
-        Math.max(-89.9, Math.min(89.9, e + elevation)),
-        Math.max(0.4, Math.min(12, z * factor)),
-      ],
-    });
-  };
   let last = null;
   canvas.addEventListener("pointerdown", event => {
     last = [event.clientX, event.clientY];
@@ -28,14 +30,11 @@ function turnable(canvas) {
     turn(-0.5 * (event.clientX - last[0]), 0.5 * (event.clientY - last[1]), 1);
     last = [event.clientX, event.clientY];
   });
-  canvas.addEventListener(
-    "wheel",
-    event => {
-      event.preventDefault();
-      turn(0, 0, event.deltaY > 0 ? 1 / 1.1 : 1.1);
-    },
-    { passive: false },
-  );
+  const wheel = event => {
+    event.preventDefault();
+    turn(0, 0, event.deltaY > 0 ? 1 / 1.1 : 1.1);
+  };
+  canvas.addEventListener("wheel", wheel, { passive: false });
   canvas.addEventListener("keydown", event => {
     const moves = {
       ArrowLeft: [-6, 0, 1],
@@ -55,30 +54,26 @@ function turnable(canvas) {
 // The grasp under the pointer (or chosen last, or on the way). With two landscapes there are two views side by side.
 class ScenePanel {
   constructor(section) {
-    this.section = section;
     this.atoms = model.sides[0].space.kind === "atoms";
     if (this.atoms) section.querySelector("h2").textContent = "Atoms";
     this.box = make("div", "", { class: "views" });
     this.caption = make("p", "", { class: "caption", "aria-live": "polite" });
     section.append(this.box, this.caption);
     if (!webglWorks()) {
-      this.box.append(
-        make(
-          "p",
-          "This browser cannot draw in three dimensions (WebGL is missing or switched off). Tree, graph and table work without it.",
-          { class: "alone" },
-        ),
-      );
-      watch(["hover", "selected", "query"], () => this.say());
+      const words =
+        "This browser cannot draw in three dimensions (WebGL is missing or switched off). Tree, graph and table work without it.";
+      this.box.append(make("p", words, { class: "alone" }));
+      watch(["hover", "selected", "step", "level", "query"], () => this.say());
       return;
     }
     this.views = model.sides.map((_, number) => this.view(number));
-    this.tools();
+    this.tools(section);
     watch(["hover", "selected", "step", "level", "query", "cones", "camera", "look"], () => this.show());
   }
 
   view(number) {
-    const canvas = make("canvas", "", { tabindex: 0, role: "img", "aria-label": "The grasp in three dimensions" });
+    const words = this.atoms ? "The atoms in three dimensions" : "The grasp in three dimensions";
+    const canvas = make("canvas", "", { tabindex: 0, role: "img", "aria-label": words });
     this.box.append(canvas);
     turnable(canvas);
     const view = new View(canvas);
@@ -87,24 +82,16 @@ class ScenePanel {
     return view;
   }
 
-  tools() {
-    const button = (text, label, onclick) => make("button", text, { type: "button", title: label, "aria-label": label, onclick });
-    const tools = make("div", "", { class: "panel-tools" });
-    if (!this.atoms) {
-      this.cones = button("Cones", "Show the friction cones of the contacts", () => change({ cones: !state.cones }));
-      tools.append(this.cones);
-    }
-    const zoom = factor => {
-      const [a, e, z] = state.camera ?? FIRST_CAMERA;
-      change({ camera: [a, e, Math.max(0.4, Math.min(12, z * factor))] });
-    };
-    tools.append(
-      button("Reset", "The camera of the start", () => change({ camera: null })),
-      button("−", "Smaller", () => zoom(1 / 1.2)),
-      button("+", "Larger", () => zoom(1.2)),
-      button("Pin", "Pin this grasp, or take its pin away (p)", () => pin(looked())),
+  tools(section) {
+    if (!this.atoms) this.cones = tool("Cones", "Show the friction cones of the contacts", () => change({ cones: !state.cones }));
+    addTools(
+      section,
+      ...(this.cones ? [this.cones] : []),
+      tool("Reset", "The camera of the start", () => change({ camera: null })),
+      tool("−", "Smaller", () => turn(0, 0, 1 / 1.2)),
+      tool("+", "Larger", () => turn(0, 0, 1.2)),
+      tool("Pin", `Pin ${this.atoms ? "these atoms" : "this grasp"}, or take the pin away (p)`, () => pin(looked())),
     );
-    this.section.querySelector("h2").after(tools);
   }
 
   // What each view shows: a place on the way if there is one and nothing is under the pointer, else an item.
@@ -112,12 +99,11 @@ class ScenePanel {
     const item = looked();
     if (model.sides.length > 1 && model.sideOf(item) !== view.side) {
       const partner = model.partner[item];
-      return partner === NONE ? { item: null } : { item: partner };
+      return { item: partner === NONE ? null : partner };
     }
-    const route = state.hover === null ? routeOf(state.selected) : null;
-    if (route && state.step > 0) return { route, item: state.step >= 1 ? state.selected[1] : null };
-    if (route) return { item: state.selected[0] };
-    return { item };
+    const route = shownRoute();
+    if (!route) return { item };
+    return state.step > 0 ? { route, item: state.step >= 1 ? state.selected[1] : null } : { item: state.selected[0] };
   }
 
   show() {
@@ -148,9 +134,10 @@ class ScenePanel {
     }
     view.target = x;
     const kin = route ? null : family(item);
-    view.family(kin && kin.length > 1 ? kin : null, kin ? derived.basins.colour[item] : "", item);
+    view.family(kin && kin.length > 1 ? kin : null, item);
   }
 
+  // Whether the hand is to move to a pose, or to be there at once.
   glides(view, x, route) {
     if (view.target && x.every((value, k) => value === view.target[k])) return view.frame !== undefined;
     return view.x && view.x.length === x.length && !route && !still.matches;
@@ -175,15 +162,15 @@ class ScenePanel {
   }
 
   draw(view) {
-    view.lookFrom(state.camera ?? FIRST_CAMERA);
+    view.lookFrom(camera());
     view.render();
   }
 
   say() {
-    const route = state.hover === null ? routeOf(state.selected) : null;
     const item = shownItem();
-    if (route && state.step > 0 && state.step < 1) {
-      this.caption.textContent = `${Math.round(100 * state.step)} % of the way from ${model.name(state.selected[0])} to ${model.name(state.selected[1])}`;
+    if (shownRoute() && state.step > 0 && state.step < 1) {
+      const [from, to] = state.selected.map(end => model.name(end));
+      this.caption.textContent = `${Math.round(100 * state.step)} % of the way from ${from} to ${to}`;
       return;
     }
     const kin = family(item);
@@ -195,25 +182,23 @@ class ScenePanel {
   }
 }
 
-// Pictures of items, drawn by one hidden view.
+// Pictures of items, drawn by one hidden view: with the camera of all views, or from a side of their own and then as large
+// as they fit.
 const stamps = {
-  view: null,
-  draw(canvas, item, camera = state.camera ?? FIRST_CAMERA) {
-    if (!this.view) {
-      if (this.view === undefined || !webglWorks()) return;
-      this.view = new View(document.createElement("canvas"));
-    }
+  view: undefined,
+  draw(canvas, item, from = null) {
+    if (this.view === undefined) this.view = webglWorks() ? new View(make("canvas")) : null;
+    if (!this.view) return;
     const scale = Math.min(2, devicePixelRatio || 1);
     const [width, height] = [canvas.clientWidth || 200, canvas.clientHeight || 170];
-    const atoms = model.at(item)[0].space.kind === "atoms";
-    if (atoms) this.view.atoms(model.coordinates(item));
+    if (model.at(item)[0].space.kind === "atoms") this.view.atoms(model.coordinates(item));
     else {
       this.view.setScene(item);
-      this.view.family(null, "", null);
-      this.view.pose(model.coordinates(item));
       this.view.touch(item, state.cones);
+      this.view.frame(item, from !== null);
+      this.view.pose(model.coordinates(item));
     }
-    this.view.lookFrom(camera);
+    this.view.lookFrom(from ?? camera(), width, height);
     this.view.render(width, height, scale);
     [canvas.width, canvas.height] = [Math.round(width * scale), Math.round(height * scale)];
     canvas.getContext("2d").drawImage(this.view.canvas, 0, 0);
@@ -231,32 +216,24 @@ class PinsPanel {
 
   show() {
     this.section.hidden = state.pins.length === 0;
-    this.row.replaceChildren(
-      ...state.pins.map(item => {
-        const canvas = make("canvas", "", { role: "img", "aria-label": "Grasp " + model.name(item) });
-        canvas.dataset.item = item;
-        turnable(canvas);
-        const label = model.text("label", item);
-        const name = make("button", model.name(item) + (label ? ` · ${label}` : ""), {
-          type: "button",
-          onclick: () => select(item),
-        });
-        const away = make("button", "×", {
-          type: "button",
-          "aria-label": `Take the pin of ${model.name(item)} away`,
-          onclick: () => pin(item),
-        });
-        const energy = make("small", "energy " + shown(model.energy(item)));
-        return make(
-          "figure",
-          "",
-          { onpointerenter: () => change({ hover: item }), onpointerleave: () => change({ hover: null }) },
-          canvas,
-          make("figcaption", "", {}, name, energy, away),
-        );
-      }),
-    );
+    this.row.replaceChildren(...state.pins.map(item => this.figure(item)));
     this.draw();
+  }
+
+  figure(item) {
+    const [name, label] = [model.name(item), model.text("label", item)];
+    const canvas = make("canvas", "", { tabindex: 0, role: "img", "aria-label": "Pinned " + name, "data-item": item });
+    turnable(canvas);
+    const caption = make(
+      "figcaption",
+      "",
+      {},
+      button(label ? `${name} · ${label}` : name, () => select(item)),
+      make("small", "energy " + shown(model.energy(item))),
+      button("×", () => pin(item), { "aria-label": `Take the pin of ${name} away` }),
+    );
+    const hovers = { onpointerenter: () => change({ hover: item }), onpointerleave: () => change({ hover: null }) };
+    return make("figure", "", hovers, canvas, caption);
   }
 
   draw() {

@@ -12,6 +12,8 @@ const SPOT_M = 0.006;
 const EDGE_M = 0.005;
 const MOST_TRIANGLES = 60000;
 const MOST_GHOSTS = 12;
+// The scene fills the picture up to this margin; hands that reach far may leave it.
+const MARGIN = 0.96;
 const ATOM_COLOUR = 0x6b93c4;
 
 function webglWorks() {
@@ -42,11 +44,14 @@ function smoothNormals(positions, triangles, normals) {
   }
 }
 
-// Splits the longest edge of triangles until all edges are short, then gives each corner the normal of its side of creases.
-function fineMesh({ vertices, triangles }) {
+// The triangles of a mesh as corners.
+function facesOf({ vertices, triangles }) {
   const corner = index => new THREE.Vector3().fromArray(vertices, 3 * index);
-  let faces = [];
-  for (let k = 0; k < triangles.length; k += 3) faces.push([0, 1, 2].map(j => corner(triangles[k + j])));
+  return Array.from({ length: triangles.length / 3 }, (_, k) => [0, 1, 2].map(j => corner(triangles[3 * k + j])));
+}
+
+// Splits the longest edge of triangles until all edges are short.
+function split(faces) {
   for (let round = 0; round < 24; round++) {
     const next = [];
     for (const [a, b, c] of faces) {
@@ -56,20 +61,22 @@ function fineMesh({ vertices, triangles }) {
         next.push([a, b, c]);
         continue;
       }
-      const [p, q, r] = [
+      const turned = [
         [a, b, c],
         [b, c, a],
         [c, a, b],
-      ][longest];
+      ];
+      const [p, q, r] = turned[longest];
       const middle = p.clone().add(q).multiplyScalar(0.5);
       next.push([p, middle, r], [middle, q, r]);
     }
     if (next.length === faces.length) break;
     faces = next;
   }
-  return creased(faces);
+  return faces;
 }
 
+// Places and normals of faces: each corner has the normal of its side of creases.
 function creased(faces) {
   const around = new Map();
   const key = v => `${v.x.toFixed(7)} ${v.y.toFixed(7)} ${v.z.toFixed(7)}`;
@@ -95,18 +102,23 @@ function creased(faces) {
 }
 
 const meshes = new Map();
+// Middle and reach of the scenes of objects, so that all views show an object equally large.
+const fits = new Map();
 
-// The geometry of an object for one view. Views share its places, but each paints it in its own colours.
-function objectGeometry(object) {
-  if (!meshes.has(object)) {
-    const { positions, normals } = fineMesh(object);
-    meshes.set(object, [new THREE.BufferAttribute(positions, 3), new THREE.BufferAttribute(normals, 3)]);
+// The geometry of an object for one view: as it is, or with triangles that are fine enough to carry colours, which takes
+// longer. Views share its places, but each paints it in its own colours.
+function objectGeometry(object, fine) {
+  const known = meshes.get(object) ?? meshes.set(object, {}).get(object);
+  const kind = fine ? "fine" : "plain";
+  if (!known[kind]) {
+    const { positions, normals } = creased(fine ? split(facesOf(object)) : facesOf(object));
+    known[kind] = [new THREE.BufferAttribute(positions, 3), new THREE.BufferAttribute(normals, 3)];
   }
-  const [position, normal] = meshes.get(object);
+  const [position, normal] = known[kind];
   const geometry = new THREE.BufferGeometry();
   geometry.setAttribute("position", position);
   geometry.setAttribute("normal", normal);
-  geometry.setAttribute("color", new THREE.BufferAttribute(new Float32Array(3 * position.count), 3));
+  if (fine) geometry.setAttribute("color", new THREE.BufferAttribute(new Float32Array(3 * position.count), 3));
   return geometry;
 }
 
@@ -185,7 +197,8 @@ class View {
     this.scene.add(this.marks);
     this.hands = new Map();
     this.middle = new THREE.Vector3();
-    this.half = 0.15;
+    // How far the scene reaches from its middle: sideways and upward.
+    this.reach = [0.15, 0.15];
   }
 
   // Shows hand and object of an item.
@@ -193,38 +206,52 @@ class View {
     const pair = model.scene(item);
     if (!pair || (this.pair && pair.hand === this.pair.hand && pair.object === this.pair.object)) return;
     this.pair = pair;
-    this.parts.clear();
-    const geometry = objectGeometry(pair.object);
-    this.object = new THREE.Mesh(geometry, new THREE.MeshLambertMaterial({ vertexColors: true }));
-    paintDensity(geometry, []);
+    this.clear(this.parts);
+    this.clear(this.ghosts);
+    this.plain = new THREE.Mesh(objectGeometry(pair.object, false), new THREE.MeshLambertMaterial({ color: OBJECT }));
+    this.painted = null;
+    this.familyName = "";
     this.hand = new HandMesh(pair.hand, new THREE.MeshLambertMaterial({ color: SKIN, side: THREE.DoubleSide }));
-    this.parts.add(this.object, this.hand.mesh);
-    this.fit(item);
+    this.parts.add(this.plain, this.hand.mesh);
+    this.frame(item);
   }
 
-  // Frames the object with the hands of some items on it.
-  fit(item) {
-    const low = new THREE.Vector3(Infinity, Infinity, Infinity);
-    const high = low.clone().negate();
-    const point = new THREE.Vector3();
-    const include = (array, step) => {
-      for (let k = 0; k < array.length; k += step) {
-        point.fromArray(array, k);
-        low.min(point);
-        high.max(point);
-      }
-    };
-    include(this.pair.object.vertices, 3);
-    const [side] = model.at(item);
-    const first = model.offsets[model.sideOf(item)];
-    for (let k = 0; k < 9; k++) {
-      const other = first + Math.floor((k * side.count) / 9);
-      if (model.scene(other).hand !== this.pair.hand || model.scene(other).object !== this.pair.object) continue;
-      poseSkin(this.pair.hand, poseLinks(this.pair.hand, model.coordinates(other)), this.hand.positions);
-      include(this.hand.positions, 21);
+  // Frames the object with the hands of some items on it, or with that of one item alone.
+  frame(item, alone = false) {
+    const { object } = this.pair;
+    if (alone) [this.middle, this.reach] = this.fit([item]);
+    else {
+      const [side] = model.at(item);
+      const first = model.offsets[model.sideOf(item)];
+      const some = Array.from({ length: 9 }, (_, k) => first + Math.floor((k * side.count) / 9));
+      if (!fits.has(object)) fits.set(object, this.fit(some));
+      [this.middle, this.reach] = fits.get(object);
     }
-    this.middle.addVectors(low, high).multiplyScalar(0.5);
-    this.half = 0.38 * high.sub(low).length();
+  }
+
+  // The middle of the object, and how far it and the hands of items reach from there.
+  fit(items) {
+    const [low, high] = [new THREE.Vector3(Infinity, Infinity, Infinity), new THREE.Vector3(-Infinity, -Infinity, -Infinity)];
+    const { vertices } = this.pair.object;
+    const point = new THREE.Vector3();
+    for (let k = 0; k < vertices.length; k += 3) {
+      point.fromArray(vertices, k);
+      low.min(point);
+      high.max(point);
+    }
+    const middle = low.clone().add(high).multiplyScalar(0.5);
+    let [sideways, upward] = [0, (high.z - low.z) / 2];
+    for (const item of items) {
+      const { hand, object } = model.scene(item);
+      if (hand !== this.pair.hand || object !== this.pair.object) continue;
+      const { positions } = this.hand;
+      poseSkin(hand, poseLinks(hand, model.coordinates(item)), positions);
+      for (let k = 0; k < positions.length; k += 21) {
+        point.fromArray(positions, k).sub(middle);
+        [sideways, upward] = [Math.max(sideways, Math.hypot(point.x, point.y)), Math.max(upward, Math.abs(point.z))];
+      }
+    }
+    return [middle, [sideways, upward]];
   }
 
   pose(x) {
@@ -249,34 +276,44 @@ class View {
     if (cones) places.filter(place => place[6] >= 0.3).forEach(place => this.marks.add(frictionCone(place, friction)));
   }
 
-  // Translucent hands of a family in one colour, and the density of their touched places on the object.
-  family(items, colour, but) {
+  // Translucent hands of the family of an item, and the density of its touched places on the object.
+  family(items, item) {
+    const colour = (items && familyColour(item)) ?? "#888888";
     const name = items ? items.join() + colour : "";
     if (name !== this.familyName) {
       this.familyName = name;
       this.clear(this.ghosts);
-      paintDensity(
-        this.object.geometry,
-        (items ?? []).flatMap(item => touchesOf(item).map(t => [t[0], t[1], t[2], t[6] * model.number("members", item)])),
-      );
+      if (items) this.paint(items);
+      if (this.painted) this.painted.visible = Boolean(items);
+      this.plain.visible = !items;
       const shown = spread(items ?? [], MOST_GHOSTS);
       const material = new THREE.MeshLambertMaterial({
-        color: colour || "#888888",
+        color: colour,
         transparent: true,
-        opacity: 0.07,
+        opacity: Math.min(0.2, 0.06 + 0.4 / shown.length),
         depthWrite: false,
       });
-      for (const item of shown) {
+      for (const other of shown) {
         const ghost = new HandMesh(this.pair.hand, material);
-        ghost.item = item;
-        ghost.mesh.userData.item = item;
-        ghost.pose(model.coordinates(item));
+        ghost.mesh.userData.item = other;
+        ghost.pose(model.coordinates(other));
         this.ghosts.add(ghost.mesh);
       }
     }
-    for (const mesh of this.ghosts.children) mesh.visible = mesh.userData.item !== but;
+    for (const mesh of this.ghosts.children) mesh.visible = mesh.userData.item !== item;
     // The own hand lets the touched places show through.
     Object.assign(this.hand.mesh.material, { transparent: Boolean(items), opacity: items ? 0.5 : 1 });
+  }
+
+  // Paints where these items touch on a finer copy of the object.
+  paint(items) {
+    if (!this.painted) {
+      const geometry = objectGeometry(this.pair.object, true);
+      this.painted = new THREE.Mesh(geometry, new THREE.MeshLambertMaterial({ vertexColors: true }));
+      this.parts.add(this.painted);
+    }
+    const weighted = item => touchesOf(item).map(([x, y, z, , , , load]) => [x, y, z, load * model.number("members", item)]);
+    paintDensity(this.painted.geometry, items.flatMap(weighted));
   }
 
   clear(group) {
@@ -313,15 +350,18 @@ class View {
         if (a.distanceTo(b) < 1.25 * nearest) this.marks.add(stick(a, b, 0.06 * nearest, material));
       }),
     );
-    this.half = Math.max(this.half, ...places.map(place => 1.15 * place.length() + 0.4 * nearest));
-    this.middle.set(0, 0, 0);
+    const reach = Math.max(...this.reach, ...places.map(place => place.length() + 0.4 * nearest));
+    this.reach = [reach, reach];
+    this.middle = new THREE.Vector3();
   }
 
-  // Looks from an azimuth and elevation (degrees), enlarged by `zoom`.
-  lookFrom([azimuth, elevation, zoom]) {
+  // Looks from an azimuth and elevation (degrees) so that the scene fills a picture, enlarged by `zoom`.
+  lookFrom([azimuth, elevation, zoom], width = this.canvas.clientWidth, height = this.canvas.clientHeight) {
     const [a, e] = [(azimuth * Math.PI) / 180, (elevation * Math.PI) / 180];
     const back = new THREE.Vector3(Math.cos(e) * Math.cos(a), Math.cos(e) * Math.sin(a), Math.sin(e));
-    this.aim(this.middle, back, this.half / zoom);
+    const [sideways, upward] = [this.reach[0], this.reach[1] * Math.cos(e) + this.reach[0] * Math.abs(Math.sin(e))];
+    const shorter = Math.min(width, height);
+    this.aim(this.middle, back, (MARGIN * Math.max((sideways * shorter) / width, (upward * shorter) / height)) / zoom);
   }
 
   // Looks along −`back` at a point, with half the shorter side of the picture `half` wide.

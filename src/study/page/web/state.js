@@ -35,6 +35,7 @@ function change(changes) {
     state[part] = value;
     stale.add(part);
   }
+  if (stale.has("pins") && /pinned/i.test(state.query)) stale.add("query");
   if (stale.has("query") || derived.passes === null) filterItems();
   if (stale.has("level")) derived.basins = basinsAt(state.level);
   if (!scheduled && stale.size) {
@@ -54,9 +55,14 @@ function refresh() {
 function filterItems() {
   const { test, problem } = compiled(state.query, model);
   const passes = new Uint8Array(model.count);
-  let passing = 0;
-  for (let item = 0; item < model.count; item++) passing += passes[item] = test(item) ? 1 : 0;
-  Object.assign(derived, { passes, passing, problem });
+  for (let item = 0; item < model.count; item++) passes[item] = test(item) ? 1 : 0;
+  Object.assign(derived, { passes, passing: passes.reduce((sum, pass) => sum + pass, 0), problem });
+}
+
+function passing() {
+  const items = [];
+  for (let item = 0; item < model.count; item++) if (derived.passes[item]) items.push(item);
+  return items;
 }
 
 // A click chooses one item, a second click one more: two items show the way between them. Only the last two stay.
@@ -141,21 +147,18 @@ const PALETTE = ["#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00
 const CATEGORY = { precision: "#009e73", power: "#d55e00", intermediate: "#f0e442", "": "#b4bac4" };
 const VIRIDIS = ["#440154", "#482878", "#3e4989", "#31688e", "#26828e", "#1f9e89", "#35b779", "#6ece58", "#b5de2b", "#fde725"];
 const NEUTRAL = "#7b8fa8";
+// Colours of families. They are lines too, so each stands out from the paper (3:1), and any two differ for all kinds of
+// colour blindness; a test computes both. They were found by a search for the greatest least distance.
+const FAMILY = {
+  light: ["#3496ef", "#b18e15", "#670463", "#1b490f", "#824aca", "#995f2c", "#3a788b"],
+  dark: ["#2b87d9", "#eabf3a", "#f4d5fb", "#aafa99", "#8aa3f3", "#a35e16", "#97996e"],
+};
 
 function viridis(t) {
   const place = Math.min(0.9999, Math.max(0, t)) * (VIRIDIS.length - 1);
   const channels = text => [1, 3, 5].map(k => parseInt(text.slice(k, k + 2), 16));
-  const [a, b] = [channels(VIRIDIS[Math.floor(place)]), channels(VIRIDIS[Math.floor(place) + 1])];
-  return (
-    "#" +
-    a
-      .map((value, k) =>
-        Math.round(value + (place % 1) * (b[k] - value))
-          .toString(16)
-          .padStart(2, "0"),
-      )
-      .join("")
-  );
+  const [a, b] = [VIRIDIS[Math.floor(place)], VIRIDIS[Math.floor(place) + 1]].map(channels);
+  return `rgb(${a.map((value, k) => Math.round(value + (place % 1) * (b[k] - value))).join(" ")})`;
 }
 
 // What colours can show on this page: names and words.
@@ -190,7 +193,7 @@ function range(field) {
 
 // The colour of an item: that of its superbasin while there is a level, else what is chosen.
 function colourOf(item) {
-  if (derived.basins) return derived.basins.colour[item];
+  if (derived.basins) return familyColour(item) ?? CATEGORY[""];
   switch (state.colour) {
     case "category":
       return CATEGORY[model.text("category", item)] ?? NEUTRAL;
@@ -206,11 +209,12 @@ function colourOf(item) {
   }
 }
 
-// The superbasins below an energy: for each item the node on top of its basin (NONE above the level) and its colour.
+// The superbasins below an energy: for each item the node on top of its basin (NONE above the level) and the number of its
+// colour (−1 for none), and the basins of several minima.
 function basinsAt(level) {
   if (level === null) return null;
   const top = new Uint32Array(model.count).fill(NONE);
-  const colour = new Array(model.count).fill(CATEGORY[""]);
+  const colour = new Int8Array(model.count).fill(-1);
   const list = [];
   model.sides.forEach((side, number) => {
     const { energy, parent } = side.tree;
@@ -234,15 +238,22 @@ function basinsAt(level) {
 // Gives the basins of several minima colours. Each prefers that of its lowest minimum, so that it keeps it while it grows.
 function coloured(basins, offset, colour) {
   const several = basins.filter(basin => basin.length > 1).sort((a, b) => b.length - a.length || a[0] - b[0]);
+  const count = FAMILY.light.length;
   const used = new Set();
   for (const basin of several) {
-    let choice = (basin[0] - offset) % PALETTE.length;
-    for (let tries = 0; used.has(choice) && tries < PALETTE.length; tries++) choice = (choice + 1) % PALETTE.length;
+    let choice = (basin[0] - offset) % count;
+    while (used.has(choice)) choice = (choice + 1) % count;
     used.add(choice);
-    for (const item of basin) colour[item] = PALETTE[choice];
-    if (used.size === PALETTE.length) used.clear();
+    for (const item of basin) colour[item] = choice;
+    if (used.size === count) used.clear();
   }
   return several;
+}
+
+// The colour of the family of an item, or null if it is alone or above the level.
+function familyColour(item) {
+  const number = derived.basins.colour[item];
+  return number < 0 ? null : FAMILY[look.dark ? "dark" : "light"][number];
 }
 
 // The items in the superbasin of an item, or null.

@@ -6,7 +6,8 @@ const ROW = 27;
 class TablePanel {
   constructor(section) {
     this.section = section;
-    this.columns = this.chosen();
+    const [side] = model.sides;
+    this.columns = this.chosen(side);
     this.head = make("div", "", { class: "row head", role: "row" });
     this.body = make("div", "", { class: "rows", role: "rowgroup" });
     this.scroll = make("div", "", { class: "scroll", role: "grid", tabindex: 0, "aria-label": "Table" }, this.head, this.body);
@@ -19,11 +20,12 @@ class TablePanel {
     watch(["query", "sort", "level", "labels"], () => this.order());
     watch(["hover", "selected", "pins", "colour", "look"], () => this.rows());
     for (const column of this.columns) this.head.append(this.heading(column));
-    this.scroll.style.setProperty("--columns", this.columns.map(column => column.width).join(" "));
+    // Without a column of words the numbers share the width.
+    const widths = this.columns.map(({ width }) => (side.label ? width : `minmax(${width}, 1fr)`));
+    this.scroll.style.setProperty("--columns", widths.join(" "));
   }
 
-  chosen() {
-    const [side] = model.sides;
+  chosen(side) {
     const grasps = side.space?.kind === "pose";
     const number = (name, words, width, digits) => ({
       name,
@@ -39,46 +41,47 @@ class TablePanel {
       number("energy", "energy", "4.8rem"),
       side.group && number("group", "group", "3.6rem", 1),
       side.member_count && number("members", grasps ? "grasps" : "found", "3.8rem", 1),
-      side.label && text("label", "type", "minmax(7.5rem, 1fr)", item => given(item)),
-      model.knows("object") && text("object", "object", "minmax(6rem, .6fr)", item => model.text("object", item)),
       side.epsilon && number("epsilon", "ε", "3.6rem", 3),
       model.knows("stable") && {
         ...number("stable", "held", "4rem", 1),
         text: item => ["fell", "held"][model.number("stable", item)] ?? "–",
       },
       side.tree && number("joins", "joins at", "4.4rem"),
-      side.tree?.resamplings && { ...number("support", "support", "4.2rem"), text: item => percent(model.number("support", item)) },
+      side.tree?.resamplings && {
+        ...number("support", "support", "4.2rem"),
+        text: item => percent(model.number("support", item)),
+      },
       side.tree && text("evidence", "evidence", "4.6rem", item => model.evidence(item)),
+      side.label && text("label", "type", "minmax(7.5rem, 1fr)", item => given(item)),
+      model.knows("object") && text("object", "object", "minmax(6rem, .6fr)", item => model.text("object", item)),
     ];
     return all.filter(column => column);
   }
 
   heading(column) {
     const sort = () => change({ sort: state.sort === column.name ? "-" + column.name : column.name });
-    const button = make("button", column.words, { type: "button", onclick: sort });
-    return make("span", "", { role: "columnheader", class: column.number ? "number" : false, "data-name": column.name }, button);
+    const attributes = { role: "columnheader", class: column.number ? "number" : false, "data-name": column.name };
+    return make("span", "", attributes, button(column.words, sort));
   }
 
   order() {
     const name = state.sort.replace(/^-/, "");
     const column = this.columns.find(column => column.name === name) ?? this.columns[1];
     const sign = state.sort.startsWith("-") ? -1 : 1;
-    this.items = [];
-    for (let item = 0; item < model.count; item++) if (derived.passes[item]) this.items.push(item);
+    this.items = passing();
     const values = new Map(this.items.map(item => [item, column.value(item)]));
-    const compare = (a, b) => {
+    this.items.sort((a, b) => {
       const [p, q] = [values.get(a), values.get(b)];
-      if (typeof p === "string" && column.name !== "name") return sign * p.localeCompare(q) || a - b;
       if (column.name === "name") return sign * (a - b);
+      if (!column.number) return sign * p.localeCompare(q) || a - b;
       return Number.isNaN(p) - Number.isNaN(q) || sign * (p - q) || a - b;
-    };
-    this.items.sort(compare);
+    });
     for (const cell of this.head.children) {
       const own = cell.dataset.name === column.name;
       cell.setAttribute("aria-sort", own ? (sign > 0 ? "ascending" : "descending") : "none");
     }
-    const all = model.count;
-    this.count.textContent = this.items.length === all ? ` ${all}` : ` ${this.items.length} of ${all}`;
+    const [shown, all] = [this.items.length, model.count];
+    this.count.textContent = shown === all ? ` ${all}` : ` ${shown} of ${all}`;
     this.scroll.setAttribute("aria-rowcount", this.items.length);
     this.rows();
   }
@@ -102,27 +105,21 @@ class TablePanel {
       if (column.name === "label" && model.rule(item)) cell.title = model.rule(item);
       return cell;
     });
-    const classes = [
-      "row",
-      item === state.hover && "hover",
-      state.selected.includes(item) && "selected",
-      state.pins.includes(item) && "pinned",
-    ];
-    const row = make(
-      "div",
-      "",
-      {
-        class: classes.filter(name => name).join(" "),
-        role: "row",
-        "data-item": item,
-        "aria-selected": state.selected.includes(item) ? "true" : "false",
-        "aria-rowindex": place + 1,
-        onclick: () => select(item),
-        onpointerenter: () => change({ hover: item }),
-        onpointerleave: () => change({ hover: null }),
-      },
-      ...cells,
-    );
+    const selected = state.selected.includes(item);
+    const attributes = {
+      class: "row",
+      role: "row",
+      "data-item": item,
+      "aria-selected": String(selected),
+      "aria-rowindex": place + 1,
+      onclick: () => select(item),
+      onpointerenter: () => change({ hover: item }),
+      onpointerleave: () => change({ hover: null }),
+    };
+    const row = make("div", "", attributes, ...cells);
+    row.classList.toggle("hover", item === state.hover);
+    row.classList.toggle("selected", selected);
+    row.classList.toggle("pinned", state.pins.includes(item));
     row.style.top = place * ROW + "px";
     return row;
   }
@@ -149,8 +146,4 @@ class TablePanel {
     else return;
     event.preventDefault();
   }
-}
-
-function percent(share) {
-  return Number.isNaN(share) ? "–" : Math.round(100 * share) + " %";
 }

@@ -1,21 +1,44 @@
 // Two landscapes: their trees face to face, with lines between corresponding minima, and a list of what moved.
 "use strict";
 
+// Rows of each list of what moved.
+const MOST_MOVED = 40;
+
 class TanglePanel {
   constructor(section) {
+    const energies = model.sides.flatMap(side => Array.from(side.tree.energy));
+    const [low, high] = [Math.min(...energies), Math.max(...energies)];
+    const margin = 0.05 * (high - low || 1);
+    [this.low, this.high] = [low - margin, high + margin];
+    this.children = model.sides.map(side => childrenOf(side.tree));
     this.drawing = new Drawing(
       section,
       "Two trees face to face",
+      OF_ITEMS,
       (pen, w, h) => this.paint(pen, w, h),
       at => this.found(at),
     );
-    const energies = model.sides.flatMap(side => Array.from(side.tree.energy));
-    this.low = Math.min(...energies);
-    this.high = Math.max(...energies);
-    const margin = 0.05 * (this.high - this.low || 1);
-    [this.low, this.high] = [this.low - margin, this.high + margin];
-    this.children = model.sides.map(side => childrenOf(side.tree));
-    watch(["hover", "selected", "level", "query", "colour", "pins", "look"], () => this.drawing.draw());
+    this.levelSlider(section);
+  }
+
+  levelSlider(section) {
+    const slider = make("input", "", {
+      type: "range",
+      min: this.low,
+      max: this.high,
+      step: (this.high - this.low) / 400,
+      "aria-label": "Level that divides the trees into families",
+    });
+    slider.addEventListener("input", () => change({ level: Number(slider.value) }));
+    const level = tool("Level", "Show or hide the level line, which divides the trees into families", () =>
+      change({ level: state.level === null ? (this.low + this.high) / 2 : null }),
+    );
+    addTools(section, slider, level);
+    watch(["level"], () => {
+      slider.hidden = state.level === null;
+      slider.value = state.level ?? this.high;
+      level.setAttribute("aria-pressed", String(state.level !== null));
+    });
   }
 
   // Trees lie on their sides: energy outward, leaves toward the middle.
@@ -23,7 +46,7 @@ class TanglePanel {
     const third = 0.38 * w;
     const part = energy => (energy - this.low) / (this.high - this.low);
     this.x = (side, energy) => (side === 0 ? third - part(energy) * (third - 14) : w - third + part(energy) * (third - 14));
-    this.y = (side, node) => 30 + ((h - 60) * (model.sides[side].tree.x[node] + 0.5)) / (model.sides[side].tree.width + 1);
+    this.y = (side, node) => 38 + ((h - 82) * (model.sides[side].tree.x[node] + 0.5)) / (model.sides[side].tree.width + 1);
   }
 
   at(item) {
@@ -35,67 +58,44 @@ class TanglePanel {
   paint(pen, w, h) {
     this.scales(w, h);
     model.sides.forEach((side, number) => {
-      pen.text([number ? w - 14 : 14, 14], side.name, {
-        fill: look.ink,
-        size: 12.5,
-        anchor: number ? "end" : "start",
-        weight: 600,
-      });
-      for (const [value, text] of ticks(this.low, this.high, 4)) {
+      const anchor = number ? "end" : "start";
+      pen.text([number ? w - 14 : 14, 12], cut(side.name, w / 17), { fill: look.ink, size: 12.5, anchor, weight: 600 });
+      for (const [value] of ticks(this.low, this.high, 4)) {
         const x = this.x(number, value);
-        pen.path(
-          [
-            [x, 26],
-            [x, h - 22],
-          ],
-          { stroke: look.faint },
-        );
-        pen.text([x, h - 11], text, { fill: look.soft, size: 11, anchor: "middle" });
+        pen.line(x, 28, x, h - 38, { stroke: look.faint });
       }
-      this.tree(pen, side, number);
+      pen.columns(this.low, this.high, 4, value => this.x(number, value), h - 28);
+      pen.label([(this.x(number, this.low) + this.x(number, this.high)) / 2, h - 10], side.energy_label, { anchor: "middle" });
+      this.tree(pen, side, number, w);
+      if (state.level === null) return;
+      const x = this.x(number, state.level);
+      pen.line(x, 28, x, h - 38, { stroke: look.accent, width: 1.5 });
     });
     this.links(pen);
     for (let item = 0; item < model.count; item++) {
-      pen.circle(this.at(item), 3.4, {
-        fill: colourOf(item),
-        stroke: look.line,
-        width: 0.8,
-        alpha: derived.passes[item] ? 1 : 0.2,
-      });
+      const alpha = derived.passes[item] ? 1 : 0.2;
+      pen.circle(this.at(item), 3.4, { fill: colourOf(item), stroke: look.line, width: 0.8, alpha });
     }
-    const both = item => [item, model.partner[item]].filter(one => one !== NONE);
-    const ring = (item, stroke) =>
-      both(item).forEach(one => {
+    rings((item, stroke) => {
+      for (const one of [item, model.partner[item]].filter(one => one !== NONE)) {
         const [x, y] = this.at(one);
         pen.circle([x, y], 6.5, { stroke, width: 2 });
-        pen.text([x, y - 13], model.name(one), { fill: look.ink, size: 11.5, anchor: "middle", weight: 600 });
-      });
-    state.selected.forEach(item => ring(item, look.route));
-    if (state.hover !== null) ring(state.hover, look.ink);
+        pen.label([x, y - 13], model.name(one), { fill: look.ink, anchor: "middle", weight: 600 });
+      }
+    });
   }
 
-  tree(pen, side, number) {
+  tree(pen, side, number, w) {
     const { parent, energy } = side.tree;
-    const edge = number === 0 ? 6 : this.drawing.canvas.clientWidth - 6;
+    const outside = number === 0 ? 6 : w - 6;
     for (let node = 0; node < energy.length; node++) {
-      const end = parent[node] === NONE ? edge : this.x(number, energy[parent[node]]);
-      pen.path(
-        [
-          [this.x(number, energy[node]), this.y(number, node)],
-          [end, this.y(number, node)],
-        ],
-        { stroke: look.line, width: 1.2 },
-      );
+      const [x, y] = [this.x(number, energy[node]), this.y(number, node)];
+      const end = parent[node] === NONE ? outside : this.x(number, energy[parent[node]]);
+      const style = { stroke: familyStroke(this.children[number], node, side, model.offsets[number]), width: 1.2 };
+      pen.line(x, y, end, y, style);
       if (node < side.count) continue;
       const ends = this.children[number][node].map(child => this.y(number, child));
-      const x = this.x(number, energy[node]);
-      pen.path(
-        [
-          [x, Math.min(...ends)],
-          [x, Math.max(...ends)],
-        ],
-        { stroke: look.line, width: 1.2 },
-      );
+      pen.line(x, Math.min(...ends), x, Math.max(...ends), style);
     }
   }
 
@@ -111,54 +111,54 @@ class TanglePanel {
   }
 
   found([x, y]) {
-    if (!this.x) return null;
-    let best = { reach: 12, item: null };
-    for (let item = 0; item < model.count; item++) {
+    const item = nearest(model.count, 12, item => {
       const [px, py] = this.at(item);
-      const reach = Math.hypot(px - x, py - y);
-      if (reach < best.reach) best = { reach, item };
-    }
-    return best.item === null ? null : { item: best.item };
+      return Math.hypot(px - x, py - y);
+    });
+    return item === null ? null : { item };
   }
+}
+
+// The colour of the line of a node: that of its family while there is a level.
+function familyStroke(children, node, side, offset) {
+  if (!derived.basins || side.tree.energy[node] > state.level) return look.line;
+  while (node >= side.count) node = children[node][0];
+  return familyColour(offset + node) ?? look.line;
+}
+
+function cut(text, letters) {
+  const all = Array.from(text);
+  return all.length <= letters ? text : all.slice(0, letters - 1).join("") + "…";
 }
 
 // What moved, vanished and appeared, the largest changes first.
 function showMoved(section) {
   const { matches, vanished, appeared, merges, within } = model.header.difference;
   const [, offset] = model.offsets;
-  const change = value => (value > 0 ? "+" : "") + shown(value, 3);
   const link = item =>
-    make("button", model.name(item), {
-      type: "button",
-      class: "link",
-      onclick: () => select(item),
-      onpointerenter: () => window.change({ hover: item }),
-    });
-  const row = (...cells) =>
-    make("tr", "", {}, ...cells.map(cell => (cell instanceof Node ? make("td", "", {}, cell) : make("td", cell))));
-  const list = (title, head, rows) =>
-    rows.length === 0
-      ? []
-      : [
-          make("h3", title),
-          make(
-            "table",
-            "",
-            {},
-            make("thead", "", {}, make("tr", "", {}, ...head.map(words => make("th", words)))),
-            make("tbody", "", {}, ...rows),
-          ),
-        ];
-  const counts = ([, by]) => Math.abs(by) > 1e-9;
-  const moved = matches
-    .map(match => [match, match.energies[1] - match.energies[0]])
-    .filter(counts)
-    .sort((a, b) => Math.abs(b[1]) - Math.abs(a[1]));
-  const heights = merges
-    .map(merge => [merge, merge.after === null ? Infinity : merge.after - merge.before])
-    .filter(counts)
-    .sort((a, b) => Math.abs(b[1]) - Math.abs(a[1]));
-  const MOST = 40;
+    button(model.name(item), () => select(item), { class: "link", onpointerenter: () => change({ hover: item }) });
+  const list = (title, head, rows) => {
+    if (rows.length === 0) return [];
+    const cells = row => row.map(cell => (cell instanceof Node ? make("td", "", {}, cell) : make("td", cell)));
+    const body = rows.slice(0, MOST_MOVED).map(row => make("tr", "", {}, ...cells(row)));
+    const heads = make("tr", "", {}, ...head.map(words => make("th", words, { scope: "col" })));
+    const rest = rows.length - body.length;
+    return [
+      make("h3", title),
+      make("table", "", {}, make("thead", "", {}, heads), make("tbody", "", {}, ...body)),
+      ...(rest > 0 ? [make("p", `and ${rest} more`, { class: "count" })] : []),
+    ];
+  };
+  // Pairs of a thing and its change, the largest change first.
+  const changed = (things, by) =>
+    things
+      .map(thing => [thing, by(thing)])
+      .filter(([, by]) => Math.abs(by) > 1e-9)
+      .sort((a, b) => Math.abs(b[1]) - Math.abs(a[1]));
+  const signed = value => (value > 0 ? "+" : "") + String(Number(value.toPrecision(2))).replace("-", "−");
+  const moved = changed(matches, match => match.energies[1] - match.energies[0]);
+  const heights = changed(merges, merge => (merge.after ?? Infinity) - merge.before);
+  const energies = items => items.map(item => [link(item), shown(model.energy(item))]);
   section.append(
     make(
       "p",
@@ -167,31 +167,19 @@ function showMoved(section) {
     ...list(
       "Energies that moved most",
       ["before", "after", "energy", "change"],
-      moved.slice(0, MOST).map(([m, by]) => row(link(m.before), link(offset + m.after), shown(m.energies[1]), change(by))),
+      moved.map(([match, by]) => [link(match.before), link(offset + match.after), shown(match.energies[1]), signed(by)]),
     ),
     ...list(
       "Merges that moved most",
       ["between", "before", "after", "change"],
-      heights
-        .slice(0, MOST)
-        .map(([m, by]) =>
-          row(
-            m.ends.map(end => "m" + end).join(", "),
-            shown(m.before),
-            m.after === null ? "apart" : shown(m.after),
-            by === Infinity ? "" : change(by),
-          ),
-        ),
+      heights.map(([{ ends, before, after }, by]) => [
+        ends.map(end => "m" + end).join(", "),
+        shown(before),
+        after === null ? "apart" : shown(after),
+        after === null ? "" : signed(by),
+      ]),
     ),
-    ...list(
-      "Vanished",
-      ["minimum", "energy"],
-      vanished.slice(0, MOST).map(item => row(link(item), shown(model.energy(item)))),
-    ),
-    ...list(
-      "Appeared",
-      ["minimum", "energy"],
-      appeared.slice(0, MOST).map(item => row(link(offset + item), shown(model.energy(offset + item)))),
-    ),
+    ...list("Vanished", ["minimum", "energy"], energies(vanished)),
+    ...list("Appeared", ["minimum", "energy"], energies(appeared.map(item => offset + item))),
   );
 }

@@ -1,0 +1,49 @@
+// The strip about trust, and the curve of what is still unseen.
+"use strict";
+
+const TONES = { good: "●", care: "◐", warning: "▲" };
+
+function showTrust(section) {
+  const statement = ({ tone, short, long }) =>
+    make("details", "", { class: tone, name: "trust" }, make("summary", "", {}, make("i", TONES[tone]), short), make("p", long));
+  const name = side => (model.sides.length > 1 ? [make("strong", side.name)] : []);
+  const rows = model.sides
+    .filter(side => side.trust?.length)
+    .map(side => make("div", "", {}, ...name(side), ...side.trust.map(statement)));
+  section.hidden = rows.length === 0;
+  section.replaceChildren(...rows);
+}
+
+class RarefactionPanel {
+  constructor(section) {
+    const [side] = model.sides;
+    this.curves = ["groups", "minima"]
+      .map((name, k) => ({ name, number: k, curve: side.rarefaction[name].curve ?? [] }))
+      .filter(({ curve }) => curve.length);
+    const label = "Rarefaction: groups and minima found by fewer grasps";
+    this.drawing = new Drawing(section, label, [], (pen, w, h) => this.paint(pen, w, h));
+  }
+
+  paint(pen, w, h) {
+    const most = Math.max(1, ...this.curves.map(({ curve }) => curve.at(-1).members));
+    const high = 1.1 * Math.max(1, ...this.curves.flatMap(({ curve }) => curve.map(point => point.groups)));
+    const right = w - 70;
+    const x = members => EDGE.left + (right - EDGE.left) * (members / most);
+    const y = groups => EDGE.top + (h - EDGE.top - 34) * (1 - groups / high);
+    pen.rows(0, high, 4, y, right);
+    pen.columns(0, most, 4, x, h - 22);
+    pen.label([(x(0) + x(most)) / 2, h - 7], model.sides[0].members_label, { anchor: "middle" });
+    for (const { name, number, curve } of this.curves) {
+      const colour = FAMILY[look.dark ? "dark" : "light"][number];
+      const at = point => [x(point.members), y(point.groups)];
+      const seen = curve.filter(point => point.deviation !== null);
+      const beyond = curve.filter(point => point.deviation === null);
+      const edge = sign => seen.map(point => [x(point.members), y(point.groups + sign * 1.96 * point.deviation)]);
+      pen.path([...edge(1), ...edge(-1).reverse()], { fill: colour, alpha: 0.16, close: true });
+      pen.path(seen.map(at), { stroke: colour, width: 2 });
+      if (beyond.length) pen.path([...seen.slice(-1), ...beyond].map(at), { stroke: colour, width: 2, dash: [5, 4] });
+      const [ex, ey] = at(curve.at(-1));
+      pen.label([ex + 6, ey], name, { fill: look.ink });
+    }
+  }
+}
