@@ -1,23 +1,36 @@
 #!/usr/bin/env bash
-# Makes the pictures of this folder from pages: docs/page/screenshots.sh GRASPS.report.html MULLER-BROWN.report.html
-# Needs chromium.
+# Makes the pictures of this folder and the loop of the README: docs/page/screenshots.sh [PROGRAM]
+# Builds the pages with the program (by default target/release/landscape), which takes some minutes. Needs chromium, nodejs
+# and webp from Debian.
 set -euo pipefail
-grasps=$(realpath "$1")
-surface=$(realpath "$2")
 cd "$(dirname "$0")"
+pictures=$PWD
+program=$(realpath "${1:-../../target/release/landscape}")
+grasps=$(realpath ../../data/grasps.parquet)
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
+mkdir "$work/frames" "$work/pictures"
+cd "$work"
 
-# shot NAME PAGE WIDTHxHEIGHT FRAGMENT
-shot() {
-  chromium --headless --no-sandbox --disable-gpu --enable-unsafe-swiftshader --disable-quic --no-first-run \
-    --disable-background-networking --disable-component-update --disable-sync --hide-scrollbars \
-    --user-data-dir="$work/profile $1" --window-size="${3/x/,}" --virtual-time-budget=8000 \
-    --screenshot="$PWD/$1.png" "file://$2#$4" 2> "$work/log"
+cp "$grasps" grasps.parquet
+"$program" build grasps.parquet -q
+"$program" report grasps.landscape -q -o grasps.html
+"$program" report grasps.parquet -q -o population.html
+"$program" build grasps.parquet -q --first 60 --no-report -o first-60.landscape
+"$program" build grasps.parquet -q --first 80 --no-report -o first-80.landscape
+"$program" report first-60.landscape first-80.landscape -q -o two.html
+surface() {
+  local name=$1
+  shift
+  "$program" surface "$@" -q --no-report -o "$name.landscape"
+  "$program" report "$name.landscape" -q -o "$name.html"
 }
+surface muller-brown muller-brown
+surface double-well double-well 1 0.4
+surface lj-13 lj 13 --searches 400
+surface torsion torsion 1 3 1 3 1 2
 
-shot way "$grasps" 1440x1000 'sel=m3,m17&step=0.62'
-shot families "$grasps" 1440x760 'sel=m3&level=0.25'
-shot narrow "$grasps" 390x1200 'sel=m3'
-shot surface "$surface" 1440x1000 'sel=m0,m1&step=0.3'
-ls -l ./*.png
+node "$pictures/camera.mjs" "$work" "$work/pictures" "$work/frames"
+img2webp -loop 0 -d 80 -lossy -q 76 -m 6 -kmin 30 -kmax 60 "$work"/frames/*.png -o "$work/pictures/loop.webp" > log
+mv "$work"/pictures/*.webp "$pictures/"
+ls -l "$pictures"/*.webp

@@ -1,5 +1,8 @@
 //! A real browser without a window, and a page in it with a script that acts like a person.
 
+mod remote;
+mod socket;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -8,7 +11,21 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::Value;
 
+pub(crate) use remote::{Kind, Remote};
+
 use crate::desk::Desk;
+
+/// Flags of Chromium for tests: no sandbox, for tests may run as root, no background work, rendering in software.
+const FLAGS: [&str; 8] = [
+    "--no-sandbox",
+    "--disable-gpu",
+    "--enable-unsafe-swiftshader",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+];
 
 /// What the page must not have caused: errors, requests and breaches of its policy, collected from its first moment.
 const WATCH: &str = r#"<script>
@@ -51,32 +68,44 @@ const finish = result => {
 const ready = new Promise(done => (document.body.dataset.ready ? done() : document.addEventListener("ready", done)));
 "#;
 
-/// The browser: the one that `LANDSCAPE_BROWSER` names, else one that is installed.
-///
-/// Where the tests must be complete (`CI=true`, or `LANDSCAPE_BROWSER` is set), a missing browser is a failure. Elsewhere the
-/// test is counted as skipped.
+/// Chromium, or Chrome: the one that `LANDSCAPE_BROWSER` names, else one that is installed.
 pub(crate) fn browser() -> Option<PathBuf> {
-    if let Some(named) = std::env::var_os("LANDSCAPE_BROWSER") {
+    let names = ["chromium", "chromium-browser", "google-chrome", "chrome"];
+    found("LANDSCAPE_BROWSER", "chromium", &names)
+}
+
+/// Firefox: the one that `LANDSCAPE_FIREFOX` names, else one that is installed.
+pub(crate) fn firefox() -> Option<PathBuf> {
+    found(
+        "LANDSCAPE_FIREFOX",
+        "firefox-esr",
+        &["firefox-esr", "firefox"],
+    )
+}
+
+/// Where the tests must be complete (`CI=true`, or the variable is set), a missing browser is a failure. Elsewhere the test
+/// is counted as skipped.
+fn found(variable: &str, package: &str, names: &[&str]) -> Option<PathBuf> {
+    if let Some(named) = std::env::var_os(variable) {
         let named = PathBuf::from(named);
         assert!(
             named.is_file(),
-            "LANDSCAPE_BROWSER: there is no {}",
+            "{variable}: there is no {}",
             named.display()
         );
         return Some(named);
     }
     let folders = std::env::var_os("PATH").unwrap_or_default();
-    let names = ["chromium", "chromium-browser", "google-chrome", "chrome"];
     let found = std::env::split_paths(&folders)
-        .flat_map(|folder| names.map(|name| folder.join(name)))
+        .flat_map(|folder| names.iter().map(move |name| folder.join(name)))
         .find(|path| path.is_file());
     let needed = std::env::var("CI").is_ok_and(|value| value == "true");
     assert!(
         found.is_some() || !needed,
-        "no browser is installed, but CI=true: install chromium"
+        "no browser is installed, but CI=true: install {package}"
     );
     if found.is_none() {
-        println!("SKIPPED: no browser (chromium or chrome) on this machine");
+        println!("SKIPPED: no browser ({package}) on this machine");
     }
     found
 }
@@ -94,17 +123,10 @@ pub(crate) fn browse(
     let output = Command::new(browser)
         .args([
             "--headless",
-            "--no-sandbox",
-            "--disable-gpu",
-            "--enable-unsafe-swiftshader",
-            "--disable-quic",
-            "--no-first-run",
-            "--disable-background-networking",
-            "--disable-component-update",
-            "--disable-sync",
             "--hide-scrollbars",
             "--virtual-time-budget=60000",
         ])
+        .args(FLAGS)
         .args(more)
         .arg(format!("--user-data-dir={}", profile.display()))
         .arg(address.replace(' ', "%20"))

@@ -1,5 +1,7 @@
 //! The pages of `landscape report` in a real browser: a person acts on them, and the results are compared with Rust's.
 
+mod hostile;
+mod looks;
 mod made;
 #[expect(
     dead_code,
@@ -7,6 +9,7 @@ mod made;
 )]
 #[path = "../mano/model.rs"]
 mod mano;
+mod person;
 mod posing;
 mod sizes;
 
@@ -61,6 +64,9 @@ told.selected = state.selected;
 const route = routeOf(state.selected);
 told.minima = route.minima.map(item => model.name(item));
 told.way = document.querySelector("#way .words").textContent;
+const { starts, along } = route.side.ways;
+told.length = route.length - route.ways.reduce((sum, way) => sum + along[starts[way + 1] - 1] - along[starts[way]], 0);
+told.onward = route.points.every((point, k) => k === 0 || point.along >= route.points[k - 1].along);
 told.pass = route.points[route.pass].energy;
 const sums = route.points.map(point => { const n = route.side.term_names.length; return Array.from({ length: n }, (_, k) => route.side.ways.terms[point.row * n + k]).reduce((a, b) => a + b, 0); });
 told.sums = Math.max(...route.points.map((point, k) => Math.abs(point.energy - sums[k]) / Math.max(1, Math.abs(point.energy))));
@@ -122,6 +128,8 @@ told.sorted = rows().slice(0, 5).map(row => model.number("epsilon", Number(row.d
 await press(document.querySelector("#table .scroll"), "Home");
 await press(document.querySelector("#table .scroll"), "ArrowDown");
 await press(document.querySelector("#table .scroll"), "Enter");
+await press(panels.graph.drawing.canvas, "End");
+told.graphByKeyboard = state.hover === panels.graph.drawing.order.at(-1);
 told.byKeyboard = [state.selected.at(-1), Number(rows()[1].dataset.item)];
 await wait(400);
 told.fragment = location.hash;
@@ -147,6 +155,9 @@ fn a_landscape_is_explored() {
         .collect();
     assert_eq!(told["minima"], json!(names));
     assert_says(told["way"].as_str().unwrap(), &["From m3 to m17", "pass"]);
+    // A way over several passes is as long as its parts.
+    assert!(names.len() > 2 && told["onward"] == true);
+    assert!(told["length"].as_f64().unwrap().abs() < 1e-6);
     // The energies and terms are those of Rust's explained path, up to the steps in which terms are stored.
     assert!(told["sums"].as_f64().unwrap() < 1e-3, "{}", told["sums"]);
     assert_eq!(told["step"], 0.5);
@@ -165,6 +176,7 @@ fn a_landscape_is_explored() {
     let sorted = numbers(&told["sorted"]);
     assert!(sorted.len() == 5 && sorted.is_sorted(), "{sorted:?}");
     assert_eq!(told["byKeyboard"][0], told["byKeyboard"][1]);
+    assert_eq!(told["graphByKeyboard"], true);
     let fragment = told["fragment"].as_str().unwrap();
     assert_says(fragment, &["sel=m", "pin=m3%2Cm4", "sort=epsilon"]);
 }
@@ -482,11 +494,14 @@ fn other_landscapes_have_their_own_panels() {
         &desk,
         "one.report.html",
         "sel=m3",
-        r#"await settled(); await point(panels.tangle.drawing.canvas, "pointermove", panels.tangle.at(model.offsets[1] + 4));
-        finish({ hover: model.name(state.hover), partner: model.partner[state.hover], views: panels.scene.views.length, moved: document.getElementById("moved").textContent });"#,
+        r##"await settled(); await point(panels.tangle.drawing.canvas, "pointermove", panels.tangle.at(model.offsets[1] + 4));
+        document.querySelector("#tangle .panel-tools button").click(); await settled();
+        const families = derived.basins.list.length; const off = document.querySelector("#tangle input").hidden;
+        finish({ families, off, hover: model.name(state.hover), partner: model.partner[state.hover], views: panels.scene.views.length, moved: document.getElementById("moved").textContent });"##,
     );
     assert_eq!((&told["hover"], &told["views"]), (&json!("m4′"), &json!(2)));
     assert!(told["partner"].as_u64().is_some());
+    assert!(told["families"].as_u64().unwrap() > 1 && told["off"] == false);
     assert_says(
         told["moved"].as_str().unwrap(),
         &["20 minima correspond", "10 appeared"],

@@ -59,6 +59,12 @@ function plural(count, one, many) {
   return `${count} ${count === 1 ? one : many}`;
 }
 
+// A foreign text among other words: without the marks that turn the direction of writing, and not too long.
+function plain(text, letters = 60) {
+  const all = Array.from(text.replace(/[\u200e\u200f\u061c\u202a-\u202e\u2066-\u2069]/g, ""));
+  return all.length <= letters ? all.join("") : all.slice(0, letters - 1).join("") + "…";
+}
+
 // Shows a few lines beside the pointer; the first one is the heading.
 function tip(lines, x = 0, y = 0) {
   const box = byId("tip");
@@ -73,7 +79,7 @@ function tip(lines, x = 0, y = 0) {
 // What is said of an item beside the pointer.
 function described(item) {
   const [side] = model.at(item);
-  const label = model.text("label", item);
+  const label = plain(model.text("label", item));
   const stable = model.number("stable", item);
   const number = (field, words) => {
     const value = model.number(field, item);

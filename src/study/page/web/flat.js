@@ -7,7 +7,7 @@ class FlatPanel {
     this.side = side;
     this.dimensions = side.space.dimensions;
     const paint = [this.line, this.plane][this.dimensions - 1] ?? this.parallel;
-    section.querySelector("h2").textContent = this.dimensions > 2 ? "Coordinates" : side.title.split(":")[0];
+    section.querySelector("h2").textContent = this.dimensions > 2 ? "Coordinates" : plain(side.title.split(":")[0]);
     this.map = side.space.contours;
     this.bounds();
     this.drawing = new Drawing(
@@ -15,6 +15,7 @@ class FlatPanel {
       "The surface with its minima and ways",
       [...OF_ITEMS, "step"],
       (pen, w, h) => paint.call(this, pen, w, h),
+      pen => this.mark(pen),
       at => this.found(at),
     );
   }
@@ -137,22 +138,32 @@ class FlatPanel {
   }
 
   dots(pen) {
-    const place = item => this.at(model.coordinates(item));
     // Names stand beside the dots while these are few.
     const few = this.side.count <= 40;
     for (let item = 0; item < this.side.count; item++) {
-      const [x, y] = place(item);
-      pen.circle([x, y], 6, { fill: colourOf(item), stroke: look.ink, alpha: derived.passes[item] ? 1 : 0.2 });
-      const strong = state.selected.includes(item) || state.hover === item;
-      if (few || strong)
-        pen.text([x, y + (this.dimensions > 1 ? -17 : 19)], model.name(item), {
-          fill: look.ink,
-          size: 12,
-          anchor: "middle",
-          weight: strong ? 700 : 500,
-        });
+      pen.circle(this.at(model.coordinates(item)), 6, {
+        fill: colourOf(item),
+        stroke: look.ink,
+        alpha: derived.passes[item] ? 1 : 0.2,
+      });
+      if (few) this.name(pen, item, 500);
     }
-    rings((item, stroke, width) => pen.circle(place(item), 9.5, { stroke, width }));
+  }
+
+  name(pen, item, weight) {
+    const [x, y] = this.at(model.coordinates(item));
+    const below = this.dimensions > 1 ? -17 : 19;
+    pen.text([x, y + below], model.name(item), { fill: look.ink, size: 12, anchor: "middle", weight });
+  }
+
+  mark(pen) {
+    if (this.lines) {
+      rings((item, stroke, width) => pen.path(this.lines(item), { stroke, width }));
+      rings(item => pen.label(this.lines(item)[0], model.name(item), { fill: look.ink, anchor: "middle", weight: 600 }));
+    } else {
+      rings((item, stroke, width) => pen.circle(this.at(model.coordinates(item)), 9.5, { stroke, width }));
+      rings(item => this.name(pen, item, 700));
+    }
   }
 
   line(pen, w, h) {
@@ -200,8 +211,6 @@ class FlatPanel {
     }
     for (let item = 0; item < this.side.count; item++)
       pen.path(this.lines(item), { stroke: colourOf(item), width: 1.2, alpha: derived.passes[item] ? 0.75 : 0.1 });
-    rings((item, stroke, width) => pen.path(this.lines(item), { stroke, width }));
-    rings(item => pen.label(this.lines(item)[0], model.name(item), { fill: look.ink, anchor: "middle", weight: 600 }));
   }
 
   found([x, y]) {

@@ -16,8 +16,10 @@ class GraphPanel {
       "Barrier graph",
       OF_ITEMS,
       (pen, w, h) => this.paint(pen, w, h),
+      pen => this.mark(pen),
       at => this.found(at),
     );
+    this.drawing.order = this.circles;
   }
 
   // The circle that stands for an item: its own, or that of its group.
@@ -63,6 +65,9 @@ class GraphPanel {
       const alpha = derived.passes[item] ? 1 : 0.18;
       pen.circle(this.at(circle), this.radius(circle), { fill: colourOf(item), stroke: look.line, alpha });
     });
+  }
+
+  mark(pen) {
     rings((item, stroke, width, gap) => {
       const circle = this.circle(item);
       if (circle === undefined) return;
@@ -71,7 +76,7 @@ class GraphPanel {
       pen.circle([x, y], reach, { stroke, width });
       const text = this.ofGroups ? "g" + this.side.group[item] : model.name(item);
       // The name stands above the circle, or below where there is no room.
-      const place = [Math.min(w - 14, Math.max(14, x)), y - reach < 20 ? y + reach + 9 : y - reach - 8];
+      const place = [Math.min(2 * this.centre[0] - 14, Math.max(14, x)), y - reach < 20 ? y + reach + 9 : y - reach - 8];
       pen.label(place, text, { fill: look.ink, anchor: "middle", weight: 600 });
     });
   }

@@ -77,7 +77,7 @@ class LabelSheet {
       "header",
       "",
       {},
-      make("h2", "Label the grasps of " + model.sides[0].name),
+      make("h2", "Label the grasps of " + plain(model.sides[0].name)),
       make("span", "", { class: "progress" }, this.bar, this.told),
       button("Next without label", () => this.next()),
       make("label", "", {}, rules, " show what the rule says"),
@@ -101,10 +101,10 @@ class LabelSheet {
   card(item, place) {
     const views = [0, 1].map(() => make("canvas", "", { role: "img", "aria-hidden": "true" }));
     const object = model.text("object", item);
-    const name = make("span", model.name(item) + (object ? " on " + object : ""));
+    const name = make("span", model.name(item) + (object ? " on " + plain(object) : ""));
     const line = make("p", "", {}, name, make("strong", "", { class: "label" }));
     const said = model.rule(item) ? ` (${model.rule(item)})` : "";
-    const rule = make("div", `rule: ${model.text("label", item)}${said}`, { class: "rule" });
+    const rule = make("div", `rule: ${plain(model.text("label", item))}${said}`, { class: "rule" });
     const card = make("div", "", { class: "card", tabindex: 0, role: "button" }, ...views, line, rule);
     card.dataset.item = item;
     card.addEventListener("focus", () => {
@@ -130,8 +130,8 @@ class LabelSheet {
     this.items.forEach((item, place) => {
       const label = labels.get(item) ?? "";
       this.cards[place].classList.toggle("labelled", label !== "");
-      this.cards[place].querySelector(".label").textContent = label;
-      this.cards[place].setAttribute("aria-label", `${model.name(item)} ${label || "without label"}`);
+      this.cards[place].querySelector(".label").textContent = plain(label);
+      this.cards[place].setAttribute("aria-label", `${model.name(item)} ${plain(label) || "without label"}`);
     });
     this.bar.max = this.items.length;
     this.bar.value = labels.size;

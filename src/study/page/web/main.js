@@ -95,7 +95,7 @@ function tools() {
     if (event.key === "/") {
       event.preventDefault();
       query.focus();
-    } else if (event.key === "p") pin(looked());
+    } else if (event.key === "p" && panels.pins) pin(looked());
     else if (event.key === "?") openHelp();
     else if (event.key === "Escape") change({ selected: [], hover: null });
   });

@@ -34,7 +34,9 @@ class MatrixPanel {
     }
     this.most = Math.max(1, ...counts.values(), ...cells.values());
     this.table.replaceChildren(this.head(), ...["abducted", "adducted"].map(thumb => this.row(thumb, counts, cells)));
-    const words = [...others].sort((a, b) => b[1] - a[1]).map(([label, count]) => `${count} ${label.replaceAll("_", " ")}`);
+    const words = [...others]
+      .sort((a, b) => b[1] - a[1])
+      .map(([label, count]) => `${count} ${plain(label).replaceAll("_", " ")}`);
     this.others.textContent = words.length ? "Of no type: " + words.join(", ") : "";
   }
 

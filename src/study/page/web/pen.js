@@ -173,18 +173,24 @@ function nearest(count, reach, distance) {
 }
 
 // Parts of the state on which pictures of all items depend.
-const OF_ITEMS = ["hover", "selected", "level", "query", "colour", "pins"];
+const OF_ITEMS = ["selected", "level", "query", "colour", "pins"];
 
 // A canvas in a panel that is painted again when some `parts` of the state change. `paint(pen, width, height)` paints it;
-// `found([x, y])` says what is at a place: `{ item }`, `{ item: null, lines }` or null.
+// `mark(pen)` adds what shows the item under the pointer, over a copy of what was painted, so that moving the pointer is
+// quick however many items there are; `found([x, y])` says what is at a place: `{ item }`, `{ item: null, lines }` or null.
 class Drawing {
-  constructor(section, label, parts, paint, found) {
-    Object.assign(this, { paint, found });
+  constructor(section, label, parts, paint, mark = null, found = null) {
+    Object.assign(this, { paint, mark, found });
     this.canvas = make("canvas", "", { tabindex: 0, role: "img", "aria-label": label });
+    this.base = make("canvas");
     section.append(this.canvas);
     new ResizeObserver(() => this.draw()).observe(this.canvas);
     watch([...parts, "look"], () => this.draw());
+    if (mark) watch(["hover"], () => this.show());
     if (!found) return;
+    // The arrow keys go through the items in this order, Enter chooses.
+    this.order = Array.from({ length: model.count }, (_, item) => item);
+    this.canvas.addEventListener("keydown", event => this.key(event));
     this.canvas.addEventListener("pointermove", event => this.point(event));
     this.canvas.addEventListener("pointerleave", () => {
       tip(null);
@@ -193,6 +199,16 @@ class Drawing {
     this.canvas.addEventListener("click", event => {
       if (!this.dragged) select(this.found(this.placeOf(event))?.item ?? null);
     });
+  }
+
+  key(event) {
+    const last = this.order.length - 1;
+    const place = this.order.indexOf(state.hover ?? state.selected.at(-1) ?? -1);
+    const moves = { ArrowLeft: Math.max(0, place - 1), ArrowRight: Math.min(last, place + 1), Home: 0, End: last };
+    if (event.key in moves) change({ hover: this.order[moves[event.key]] ?? null });
+    else if ((event.key === "Enter" || event.key === " ") && state.hover !== null) select(state.hover);
+    else return;
+    event.preventDefault();
   }
 
   placeOf(event) {
@@ -210,18 +226,32 @@ class Drawing {
   draw() {
     const [width, height] = [this.canvas.clientWidth, this.canvas.clientHeight];
     if (!width || !height) return;
-    const scale = Math.min(3, window.devicePixelRatio || 1);
-    this.canvas.width = Math.round(width * scale);
-    this.canvas.height = Math.round(height * scale);
+    this.scale = Math.min(3, window.devicePixelRatio || 1);
+    for (const canvas of [this.canvas, this.base]) {
+      canvas.width = Math.round(width * this.scale);
+      canvas.height = Math.round(height * this.scale);
+      canvas.getContext("2d").scale(this.scale, this.scale);
+    }
+    this.paint(new CanvasPen(this.base.getContext("2d")), width, height);
+    this.show();
+  }
+
+  // What was painted, with marks.
+  show() {
+    if (!this.scale) return;
     const context = this.canvas.getContext("2d");
-    context.scale(scale, scale);
-    this.paint(new CanvasPen(context), width, height);
+    const [width, height] = [this.canvas.width / this.scale, this.canvas.height / this.scale];
+    context.globalAlpha = 1;
+    context.clearRect(0, 0, width, height);
+    context.drawImage(this.base, 0, 0, width, height);
+    this.mark?.(new CanvasPen(context));
   }
 
   svg() {
     const [width, height] = [this.canvas.clientWidth || 800, this.canvas.clientHeight || 500];
     const pen = new SvgPen();
     this.paint(pen, width, height);
+    this.mark?.(pen);
     return pen.file(width, height);
   }
 }

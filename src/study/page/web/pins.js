@@ -221,7 +221,7 @@ class PinsPanel {
   }
 
   figure(item) {
-    const [name, label] = [model.name(item), model.text("label", item)];
+    const [name, label] = [model.name(item), plain(model.text("label", item))];
     const canvas = make("canvas", "", { tabindex: 0, role: "img", "aria-label": "Pinned " + name, "data-item": item });
     turnable(canvas);
     const caption = make(

@@ -18,7 +18,8 @@ class TablePanel {
     this.scroll.addEventListener("keydown", event => this.key(event));
     new ResizeObserver(() => this.rows()).observe(this.scroll);
     watch(["query", "sort", "level", "labels"], () => this.order());
-    watch(["hover", "selected", "pins", "colour", "look"], () => this.rows());
+    watch(["selected", "pins", "colour", "look"], () => this.rows());
+    watch(["hover"], () => this.hover());
     for (const column of this.columns) this.head.append(this.heading(column));
     // Without a column of words the numbers share the width.
     const widths = this.columns.map(({ width }) => (side.label ? width : `minmax(${width}, 1fr)`));
@@ -92,6 +93,10 @@ class TablePanel {
     const first = Math.max(0, Math.floor(this.scroll.scrollTop / ROW) - 4);
     const last = Math.min(this.items.length, first + Math.ceil(this.scroll.clientHeight / ROW) + 9);
     this.body.replaceChildren(...this.items.slice(first, last).map((item, k) => this.row(item, first + k)));
+  }
+
+  hover() {
+    for (const row of this.body.children) row.classList.toggle("hover", Number(row.dataset.item) === state.hover);
   }
 
   row(item, place) {

@@ -16,6 +16,7 @@ class TanglePanel {
       "Two trees face to face",
       OF_ITEMS,
       (pen, w, h) => this.paint(pen, w, h),
+      pen => this.mark(pen),
       at => this.found(at),
     );
     this.levelSlider(section);
@@ -59,7 +60,7 @@ class TanglePanel {
     this.scales(w, h);
     model.sides.forEach((side, number) => {
       const anchor = number ? "end" : "start";
-      pen.text([number ? w - 14 : 14, 12], cut(side.name, w / 17), { fill: look.ink, size: 12.5, anchor, weight: 600 });
+      pen.text([number ? w - 14 : 14, 12], plain(side.name, w / 17), { fill: look.ink, size: 12.5, anchor, weight: 600 });
       for (const [value] of ticks(this.low, this.high, 4)) {
         const x = this.x(number, value);
         pen.line(x, 28, x, h - 38, { stroke: look.faint });
@@ -71,11 +72,15 @@ class TanglePanel {
       const x = this.x(number, state.level);
       pen.line(x, 28, x, h - 38, { stroke: look.accent, width: 1.5 });
     });
-    this.links(pen);
+    this.links(pen, false);
     for (let item = 0; item < model.count; item++) {
       const alpha = derived.passes[item] ? 1 : 0.2;
       pen.circle(this.at(item), 3.4, { fill: colourOf(item), stroke: look.line, width: 0.8, alpha });
     }
+  }
+
+  mark(pen) {
+    this.links(pen, true);
     rings((item, stroke) => {
       for (const one of [item, model.partner[item]].filter(one => one !== NONE)) {
         const [x, y] = this.at(one);
@@ -99,12 +104,12 @@ class TanglePanel {
     }
   }
 
-  links(pen) {
+  // Lines between corresponding minima: all, or those of the marked ones, which are lit.
+  links(pen, lit) {
     const chosen = new Set([...state.selected, state.hover].flatMap(item => (item === null ? [] : [item, model.partner[item]])));
     for (let item = 0; item < model.offsets[1]; item++) {
       const partner = model.partner[item];
-      if (partner === NONE) continue;
-      const lit = chosen.has(item);
+      if (partner === NONE || (lit && !chosen.has(item))) continue;
       const alpha = derived.passes[item] || derived.passes[partner] ? (lit ? 1 : 0.55) : 0.1;
       pen.path([this.at(item), this.at(partner)], { stroke: lit ? look.route : colourOf(item), width: lit ? 3 : 1.4, alpha });
     }
@@ -124,11 +129,6 @@ function familyStroke(children, node, side, offset) {
   if (!derived.basins || side.tree.energy[node] > state.level) return look.line;
   while (node >= side.count) node = children[node][0];
   return familyColour(offset + node) ?? look.line;
-}
-
-function cut(text, letters) {
-  const all = Array.from(text);
-  return all.length <= letters ? text : all.slice(0, letters - 1).join("") + "…";
 }
 
 // What moved, vanished and appeared, the largest changes first.

@@ -18,20 +18,20 @@ class TreePanel {
     this.side = model.sides[0];
     this.zoom = { from: 0, to: 1 };
     this.whole = false;
-    this.byPlace = Array.from(this.side.tree.order);
     this.children = childrenOf(this.side.tree);
     this.drawing = new Drawing(
       section,
       "Disconnectivity graph",
       OF_ITEMS,
       (pen, w, h) => this.paint(pen, w, h),
+      pen => this.mark(pen),
       at => this.found(at),
     );
+    this.drawing.order = Array.from(this.side.tree.order);
     this.measure();
     this.tools(section);
     this.moves();
     this.levelHandle(section);
-    this.keys();
   }
 
   // The energies that are shown. A few high merges may squash the others: then those are cut off.
@@ -39,11 +39,11 @@ class TreePanel {
     const { side } = this;
     const merges = Array.from(side.tree.energy.subarray(side.count)).sort((a, b) => a - b);
     this.low = side.count ? side.energy.reduce((a, b) => Math.min(a, b)) : 0;
-    const high = merges.at(-1) ?? Math.max(...side.energy, this.low + 1);
-    const usual = merges[Math.floor((merges.length * 19) / 20)] ?? high;
-    const cut = !this.whole && high - this.low >= 2 * (usual - this.low) && usual < high;
+    this.high = merges.at(-1) ?? Math.max(...side.energy, this.low + 1);
+    const usual = merges[Math.floor((merges.length * 19) / 20)] ?? this.high;
+    const cut = !this.whole && this.high - this.low >= 2 * (usual - this.low) && usual < this.high;
     this.hidden = cut ? merges.filter(height => height > usual).length : 0;
-    const top = cut ? usual : high;
+    const top = cut ? usual : this.high;
     const margin = 0.06 * (top - this.low || 1);
     [this.bottom, this.top] = [this.low - margin, top + margin];
   }
@@ -149,22 +149,24 @@ class TreePanel {
   }
 
   leaves(pen) {
-    const order = this.byPlace.slice().sort((a, b) => model.number("members", b) - model.number("members", a));
+    const order = this.drawing.order.slice().sort((a, b) => model.number("members", b) - model.number("members", a));
     for (const item of order) {
       const at = this.at(item);
       if (at[0] < EDGE.left - 20 || at[0] > this.box[0] + 20) continue;
       const alpha = derived.passes[item] ? 1 : 0.18;
       pen.circle(at, this.radius(item), { fill: colourOf(item), stroke: look.line, width: this.unit > 5 ? 1 : 0.6, alpha });
     }
+    if (this.unit >= 26) for (const item of order) this.name(pen, item, { fill: look.soft });
+  }
+
+  name(pen, item, style) {
+    const [x, y] = this.at(item);
+    pen.text([x, y + this.radius(item) + 11], model.name(item), { size: 11, anchor: "middle", ...style });
+  }
+
+  mark(pen) {
     rings((item, stroke, width, gap) => pen.circle(this.at(item), this.radius(item) + gap, { stroke, width }));
-    const marked = new Set();
-    rings(item => marked.add(item));
-    for (const item of this.unit >= 26 ? order : marked) {
-      const [x, y] = this.at(item);
-      const strong = state.selected.includes(item) || item === state.hover;
-      const style = { fill: strong ? look.ink : look.soft, size: 11, anchor: "middle", weight: strong ? 600 : 400 };
-      pen.text([x, y + this.radius(item) + 11], model.name(item), style);
-    }
+    rings(item => this.name(pen, item, { fill: look.ink, weight: 600 }));
   }
 
   found([x, y]) {
@@ -309,18 +311,6 @@ class TreePanel {
       ["text", families],
     ])
       this.handle.setAttribute("aria-value" + name, value);
-  }
-
-  keys() {
-    this.drawing.canvas.addEventListener("keydown", event => {
-      const place = this.byPlace.indexOf(state.hover ?? state.selected.at(-1) ?? -1);
-      const last = this.side.count - 1;
-      const moves = { ArrowLeft: Math.max(0, place - 1), ArrowRight: Math.min(last, place + 1), Home: 0, End: last };
-      if (event.key in moves) change({ hover: this.byPlace[moves[event.key]] });
-      else if ((event.key === "Enter" || event.key === " ") && state.hover !== null) select(state.hover);
-      else return;
-      event.preventDefault();
-    });
   }
 }
 

@@ -146,8 +146,8 @@ class WayPanel {
     const [a, b] = [minima[0], minima.at(-1)];
     const merge = routeInTree(side.tree, [model.at(a)[1], model.at(b)[1]]).top;
     const share = merge === null ? NaN : side.tree.support[merge];
-    const dominating = term.texts[term.of[way]].replaceAll("_", " ");
-    const kinds = [...new Set(ways.map(number => kind.texts[kind.of[number]]).filter(word => word))];
+    const dominating = plain(term.texts[term.of[way]]).replaceAll("_", " ");
+    const kinds = [...new Set(ways.map(number => plain(kind.texts[kind.of[number]])).filter(word => word))];
     return [
       `From ${model.name(a)} to ${model.name(b)} over ${plural(ways.length, "pass", "passes")}; the highest is at ${shown(height[way])},`,
       `${shown(height[way] - Math.max(model.energy(a), model.energy(b)), 3)} above the higher end.`,
