@@ -114,8 +114,7 @@ async function still(name, page, fragment, size, { dark, script, height } = {}) 
 }
 
 // The loop.
-const VIEW = [1200, 700];
-const FILM = [1200, 888];
+const FILM = [1200, 880];
 let place = [700, 560];
 let taken = 0;
 
@@ -155,15 +154,17 @@ const leaf = item =>
   run(`(() => { const box = panels.tree.drawing.canvas.getBoundingClientRect(); const [x, y] = panels.tree.at(${item}); return [box.left + x, box.top + y]; })()`);
 
 async function film() {
-  await open("grasps.html", "", VIEW);
-  await run(`${ARROW}; window.arrow = arrow; 0`);
+  await open("grasps.html", "", FILM);
+  // The panels are a little lower than in a window of this size, so that the way fits below.
+  await run(`${ARROW}; window.arrow = arrow; for (const id of ["tree", "graph", "scene"]) byId(id).style.height = "420px"; 0`);
+  await settle();
   // A way of moderate length on which the hand turns much.
   const [from, to] = await run(`(() => {
     let best = { gap: -1 };
     for (let a = 0; a < Math.min(12, model.count); a++) for (let b = 0; b < Math.min(24, model.count); b++) {
       const route = a === b ? null : routeOf([a, b]);
-      if (!route || route.points.length < 30 || route.points.length > 50) continue;
-      const gap = Math.hypot(...model.coordinates(a).slice(3, 7).map((value, k) => value - model.coordinates(b)[3 + k]));
+      if (!route || route.points.length < 40 || route.points.length > 70) continue;
+      const gap = Math.hypot(...model.coordinates(a).slice(0, 7).map((value, k) => value - model.coordinates(b)[k]));
       if (gap > best.gap) best = { gap, ends: [a, b] };
     }
     return best.ends;
@@ -172,7 +173,7 @@ async function film() {
   await frame(4);
   const [low, high] = await run("[panels.tree.low, panels.tree.top]");
   const others = await run(`Array.from(panels.tree.side.tree.order).filter((_, k, all) => k % Math.ceil(all.length / 4) === 1)`);
-  for (const item of others.slice(0, 3)) {
+  for (const item of others.slice(1, 3)) {
     await move(await leaf(item), 6);
     await frame(6);
   }
