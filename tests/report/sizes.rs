@@ -38,7 +38,7 @@ finish({ count: model.count, off: Math.max(...gaps.map(Math.abs)), rows: documen
 }
 
 /// How often times are measured at most.
-const TRIES: usize = 12;
+const TRIES: usize = 25;
 /// Greatest time from a movement of the mouse to the hand in its new pose on the screen, milliseconds.
 const HOVER_MS: f64 = 100.0;
 /// Notes when the page could be used: it was ready, and two frames were painted since.
