@@ -225,7 +225,7 @@ try {
   await still("two", "two.html", "sel=m3", [1440, 900]);
   await still("surface", "muller-brown.html", "sel=m0,m1&step=0.3", [1440, 900]);
   await still("line", "double-well.html", "sel=m0,m1&step=0.4", [1440, 640]);
-  await still("atoms", "lj-13.html", "sel=m0", [1440, 760]);
+  await still("atoms", "lj-7.html", "sel=m0,m1&step=0.4", [1440, 760]);
   await still("coordinates", "torsion.html", "sel=m0,m4", [1440, 640]);
   await film();
 } finally {

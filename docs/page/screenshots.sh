@@ -27,10 +27,10 @@ surface() {
 }
 surface muller-brown muller-brown
 surface double-well double-well 1 0.4
-surface lj-13 lj 13 --searches 400
+surface lj-7 lj 7
 surface torsion torsion 1 3 1 3 1 2
 
 node "$pictures/camera.mjs" "$work" "$work/pictures" "$work/frames"
-img2webp -loop 0 -d 70 -lossy -q 76 -m 6 -kmin 30 -kmax 60 "$work"/frames/*.png -o "$work/pictures/loop.webp" > log
+img2webp -loop 0 -d 70 -lossy -q 78 -m 4 -kmin 30 -kmax 60 "$work"/frames/*.png -o "$work/pictures/loop.webp" > log
 mv "$work"/pictures/*.webp "$pictures/"
 ls -l "$pictures"/*.webp

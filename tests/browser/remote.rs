@@ -1,5 +1,5 @@
 //! A browser that is driven from outside, in real time, with the input of a real mouse and keyboard: Chromium by its own
-//! protocol (CDP), Firefox by WebDriver BiDi. Each speaks through a websocket and needs no other program.
+//! protocol (CDP), Firefox by `WebDriver BiDi`. Each speaks through a websocket and needs no other program.
 
 use std::fs;
 use std::path::Path;
@@ -164,7 +164,8 @@ impl Remote {
     /// Calls a method of the protocol and waits for its result.
     pub(crate) fn call(&mut self, method: &str, parameters: Value) -> Value {
         self.last += 1;
-        let mut message = json!({ "id": self.last, "method": method, "params": parameters });
+        let mut message = json!({ "id": self.last, "method": method });
+        message["params"] = parameters;
         if self.kind == Kind::Chromium && !self.target.is_empty() {
             message["sessionId"] = json!(self.target);
         }

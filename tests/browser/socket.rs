@@ -7,7 +7,7 @@ use std::time::Duration;
 use serde_json::Value;
 
 /// After this long without an answer a browser is given up.
-const PATIENCE: Duration = Duration::from_secs(120);
+const PATIENCE: Duration = Duration::from_mins(2);
 
 /// An open websocket that carries JSON.
 pub(super) struct Socket {
@@ -46,11 +46,11 @@ impl Socket {
         match content.len() {
             short @ 0..=125 => frame.push(0x80 | u8::try_from(short).unwrap()),
             middle @ 126..=0xffff => {
-                frame.push(0x80 | 126);
+                frame.push(0xfe);
                 frame.extend(u16::try_from(middle).unwrap().to_be_bytes());
             }
             long => {
-                frame.push(0x80 | 127);
+                frame.push(0xff);
                 frame.extend((long as u64).to_be_bytes());
             }
         }

@@ -63,15 +63,14 @@ fn walk(remote: &mut Remote, solid: bool) {
     assert_says(words.as_str().unwrap(), &["From m3 to m17", "pass"]);
 
     let handle = part_of(remote, ".level", [0.5, 0.5]);
-    let level = "(panels.tree.low + panels.tree.high) / 2";
     let wanted = place(
         remote,
         "[0, panels.tree.drawing.canvas.getBoundingClientRect().top + panels.tree.y((panels.tree.low + panels.tree.top) / 2)]",
     )[1];
-    let half = [handle[0], (handle[1] + wanted) / 2.0];
+    let half = [handle[0], f64::midpoint(handle[1], wanted)];
     remote.mouse(&[handle, half, [handle[0], wanted]], true);
     let off = remote.evaluate("(state.level - (panels.tree.low + panels.tree.top) / 2) / (panels.tree.top - panels.tree.low)");
-    assert!(off.as_f64().unwrap().abs() < 0.02, "{level}: {off}");
+    assert!(off.as_f64().unwrap().abs() < 0.02, "{off}");
     assert!(
         remote
             .evaluate("derived.basins.list.length")
