@@ -489,6 +489,18 @@ fn other_landscapes_have_their_own_panels() {
     );
     // A triangular bipyramid: nine of the ten pairs touch.
     assert_eq!((&told["atoms"], &told["bonds"]), (&json!(5), &json!(9)));
+    // Atoms never jump along a way, though the files number them in any order: no step is nearly as long as the way.
+    succeed(&desk, "surface lj 7 -q");
+    let told = act(
+        &browser,
+        &desk,
+        "lj-7.landscape/report.html",
+        "",
+        "const { starts, along, a } = model.sides[0].ways;
+        const shares = Array.from(a, (_, way) => { const all = Array.from(along.subarray(starts[way], starts[way + 1])); return Math.max(...all.slice(1).map((value, k) => value - all[k])) / all.at(-1); });
+        finish({ longest: Math.max(...shares) });",
+    );
+    assert!(told["longest"].as_f64().unwrap() < 0.5, "{told}");
     let told = act(
         &browser,
         &desk,

@@ -50,6 +50,22 @@ pub(super) fn copy(space: &dyn Space, a: &[f64], b: &[f64], near: bool) -> Vec<f
     x
 }
 
+/// Relative error of a length for which a copy of a step is as long as the step.
+const SAME_LENGTH: f64 = 1e-3;
+
+/// The copy of a point of a path that continues the way from `last`, which is a copy of the point `before` it.
+///
+/// It is the near one if that is as far from `last` as the path itself steps. Else `last` has the atoms of a cluster
+/// numbered otherwise than the path, and the nearest of all copies continues it.
+fn onward(space: &dyn Space, last: &[f64], before: Option<&[f64]>, point: &[f64]) -> Vec<f64> {
+    let mut tangent = vec![0.0; space.tangents()];
+    let continues = before.is_some_and(|before| {
+        let step = space.log_near(before, point, &mut tangent);
+        space.log_near(last, point, &mut tangent) <= (1.0 + SAME_LENGTH) * step + 1e-9
+    });
+    copy(space, last, point, continues)
+}
+
 impl<'a> Ways<'a> {
     /// Turns the paths of a landscape. There are none if the landscape does not record coordinates.
     pub(super) fn of(files: &'a LandscapeFiles, network: &Network, space: &dyn Space) -> Self {
@@ -112,7 +128,8 @@ impl<'a> Ways<'a> {
         for (place, row) in rows.iter().enumerate() {
             // The ends of a path are minima, whose atoms may be numbered otherwise than those of the points between.
             let between = (2..rows.len() - 1).contains(&place);
-            last = copy(space, &last, &row.coordinates, between);
+            let before = between.then(|| &rows[place - 1].coordinates[..]);
+            last = onward(space, &last, before, &row.coordinates);
             turned.push(last.clone());
         }
         self.minima[ends[1]] = copy(space, &last, &self.minima[ends[1]], false);
