@@ -7,6 +7,12 @@ mod fixture;
 mod judge;
 #[path = "taxonomy/shape.rs"]
 mod shape;
+#[expect(
+    dead_code,
+    reason = "what only `pose_fixtures` calls makes widened fixtures"
+)]
+#[path = "taxonomy/widened.rs"]
+mod widened;
 
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
@@ -39,6 +45,7 @@ fn noisy(error: Error) -> Noise {
     Noise {
         error,
         joints_rad: NOISE_RAD,
+        place_m: 0.0,
         copies: COPIES,
         seed: 0,
     }

@@ -11,6 +11,8 @@
 mod fixture;
 #[path = "../../tests/taxonomy/judge.rs"]
 mod judge;
+#[path = "../../tests/taxonomy/widened.rs"]
+mod widened;
 
 mod picture;
 mod report;
@@ -34,6 +36,7 @@ fn main() -> Result<(), Failure> {
     let mut noise = Noise {
         error: Error::Moved,
         joints_rad: 0.1,
+        place_m: 0.0,
         copies: 10,
         seed: 0,
     };

@@ -40,7 +40,8 @@ pub struct Evidence {
 /// ```
 ///
 /// `t`: trust in the fact, see `data/taxonomy/rule.toml`. The factors are those of independent observations, so the fits of
-/// all types divided by their sum are probabilities under equal odds.
+/// all types divided by their sum would be probabilities under equal odds if the facts were independent. They are not, so
+/// probabilities are made of the fits to the power of [`Rule::sharpness`].
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Fits(Vec<Option<f64>>);
 
@@ -65,9 +66,11 @@ impl Fits {
     }
 
     /// Probabilities of the types by number.
-    fn probabilities(&self) -> Vec<f64> {
-        let sum: f64 = self.0.iter().flatten().sum();
-        let share = |fit: &Option<f64>| fit.map_or(0.0, |fit| fit / sum.max(f64::MIN_POSITIVE));
+    fn probabilities(&self, sharpness: f64) -> Vec<f64> {
+        let blunted = |fit: f64| fit.powf(sharpness);
+        let sum: f64 = self.0.iter().flatten().copied().map(blunted).sum();
+        let share =
+            |fit: &Option<f64>| fit.map_or(0.0, |fit| blunted(fit) / sum.max(f64::MIN_POSITIVE));
         self.0.iter().map(share).collect()
     }
 }
@@ -84,10 +87,10 @@ pub(super) struct Answer {
 
 impl Answer {
     /// The answer for a pose and its corrected readings; `None` without any fits.
-    pub(super) fn of(posed: Option<&Fits>, corrected: &[&Fits]) -> Option<Self> {
+    pub(super) fn of(posed: Option<&Fits>, corrected: &[&Fits], sharpness: f64) -> Option<Self> {
         let all = || posed.into_iter().chain(corrected.iter().copied());
         let fit = all().map(Fits::best).reduce(f64::max)?;
-        let probabilities = probabilities(posed, corrected);
+        let probabilities = probabilities(posed, corrected, sharpness);
         let of = |entry: &GraspType| probabilities[usize::from(entry.number) - 1];
         let types = || Taxonomy::feix().types.iter();
         let sum = |test: &dyn Fn(&GraspType) -> bool| -> f64 {
@@ -142,10 +145,10 @@ impl Answer {
     }
 }
 
-fn probabilities(posed: Option<&Fits>, corrected: &[&Fits]) -> Vec<f64> {
+fn probabilities(posed: Option<&Fits>, corrected: &[&Fits], sharpness: f64) -> Vec<f64> {
     let mut sum = vec![0.0; Taxonomy::feix().types.len()];
     let mut add = |fits: &Fits, weight: f64| {
-        for (sum, p) in sum.iter_mut().zip(fits.probabilities()) {
+        for (sum, p) in sum.iter_mut().zip(fits.probabilities(sharpness)) {
             *sum += weight * p;
         }
     };
@@ -230,7 +233,7 @@ mod tests {
     fn answer(fits: &[(u8, f64)]) -> Answer {
         let of = |number: u8| fits.iter().find(|(known, _)| *known == number);
         let fits = (1..=33).map(|number| Some(of(number).map_or(1e-4, |(_, fit)| *fit)));
-        Answer::of(Some(&Fits(fits.collect())), &[]).unwrap()
+        Answer::of(Some(&Fits(fits.collect())), &[], 1.0).unwrap()
     }
 
     /// 1 and 3 are of one cell, 31 of another cell of their category, 14 of another category.

@@ -1,6 +1,6 @@
 //! Names the type of a grasp.
 
-use super::anatomy::{Anatomy, Patch};
+use super::anatomy::{Anatomy, Patch, Unlike};
 use super::decision::{Answer, Evidence, Fits, evidence};
 use super::facts::{DIGITS, Facts, TOUCHES};
 use super::form::{Held, held, held_by_contacts};
@@ -30,21 +30,20 @@ pub enum Verdict {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Inapplicable {
     /// The hand is not built like a human one, see [`Anatomy::of`].
-    Hand,
+    Hand(Unlike),
     /// Fewer than two parts of the hand touch the object.
     Touch,
 }
 
 impl Inapplicable {
     /// The reason as a clause.
-    pub fn words(self) -> &'static str {
+    pub fn words(self) -> String {
         match self {
-            Self::Hand => {
-                "the hand is not built like a human one: that takes a thumb, and three or four fingers, of at least two \
-                 phalanges each"
-            }
+            Self::Hand(why) => format!("the hand is not built like a human one: {why}"),
             Self::Touch => {
-                "fewer than two parts of the hand (a digit, the palm, the edge between thumb and index finger) touch the object"
+                "fewer than two parts of the hand (a digit, the palm, the edge between thumb and index finger) touch the \
+                 object"
+                    .to_owned()
             }
         }
     }
@@ -173,7 +172,7 @@ pub const NOT_APPLICABLE: &str = "not_applicable";
 #[derive(Debug, Clone)]
 pub struct Labeller<'a> {
     hand: &'a Hand,
-    anatomy: Option<Anatomy>,
+    anatomy: Result<Anatomy, Unlike>,
     object: &'a Object,
     rule: &'a Rule,
 }
@@ -191,7 +190,12 @@ impl<'a> Labeller<'a> {
 
     /// Whether the taxonomy applies to the hand.
     pub fn applies(&self) -> bool {
-        self.anatomy.is_some()
+        self.anatomy.is_ok()
+    }
+
+    /// Why the taxonomy does not apply to the hand, if so.
+    pub fn inapplicable(&self) -> Option<Inapplicable> {
+        self.anatomy.as_ref().err().copied().map(Inapplicable::Hand)
     }
 
     /// Labels the hand at pose `x = [t, q(wxyz), joints]`, object frame. The probability of a type is half that of the pose
@@ -200,8 +204,9 @@ impl<'a> Labeller<'a> {
     /// # Panics
     /// If `x` does not have 7 numbers more than the hand has joints.
     pub fn label(&self, x: &[f64]) -> Label {
-        let Some(anatomy) = &self.anatomy else {
-            return Label::not_applicable(Inapplicable::Hand);
+        let anatomy = match &self.anatomy {
+            Ok(anatomy) => anatomy,
+            Err(why) => return Label::not_applicable(Inapplicable::Hand(*why)),
         };
         let read = |x: &Vec<f64>| {
             let mut posed = PosedHand::default();
@@ -271,7 +276,7 @@ impl Reading {
 fn named(rule: &Rule, as_posed: Option<Reading>, corrected: Vec<Reading>) -> Label {
     let posed = as_posed.as_ref().map(|reading| &reading.fits);
     let fits: Vec<&Fits> = corrected.iter().map(|reading| &reading.fits).collect();
-    let Some(answer) = Answer::of(posed, &fits) else {
+    let Some(answer) = Answer::of(posed, &fits, rule.sharpness) else {
         return Label::not_applicable(Inapplicable::Touch);
     };
     let shown = as_posed.into_iter().chain(corrected).reduce(|best, other| {

@@ -31,6 +31,9 @@ pub(super) struct Cue {
 pub struct Rule {
     /// A grasp that fits no type better is unlisted.
     pub unlisted_below: f64,
+    /// Exponent of the fits in the probabilities. Expectations are not independent of each other, so their product says too
+    /// much; below 1 it says less.
+    pub sharpness: f64,
     /// Least share of its cell's probability with which a type is the label.
     pub type_share: f64,
     /// Least share of its category's probability with which a cell is the label.
@@ -81,6 +84,7 @@ struct File {
     should: f64,
     rather: f64,
     unlisted_below: f64,
+    sharpness: f64,
     type_share: f64,
     cell_share: f64,
     holding: Vec<Holding>,
@@ -117,19 +121,20 @@ impl File {
         }
     }
 
-    /// The first number that is not above 0 and below 1.
+    /// The first number that is not above 0 and at most 1.
     fn outside(&self) -> Option<(&'static str, f64)> {
         let numbers = [
             ("must", self.must),
             ("should", self.should),
             ("rather", self.rather),
             ("unlisted_below", self.unlisted_below),
+            ("sharpness", self.sharpness),
             ("type_share", self.type_share),
             ("cell_share", self.cell_share),
         ];
         numbers
             .into_iter()
-            .find(|(_, value)| !(*value > 0.0 && *value < 1.0))
+            .find(|(_, value)| !(*value > 0.0 && *value <= 1.0))
     }
 
     /// What one type expects.
@@ -185,7 +190,7 @@ impl Rule {
             problem,
         };
         if let Some((name, value)) = file.outside() {
-            let problem = format!("{value} is not above 0 and below 1");
+            let problem = format!("{value} is not above 0 and at most 1");
             return Err(refuse(name, problem));
         }
         let types = Taxonomy::feix().types.iter();
@@ -197,6 +202,7 @@ impl Rule {
             version: version(text),
             cues: cues.collect::<Result<_, _>>()?,
             unlisted_below: file.unlisted_below,
+            sharpness: file.sharpness,
             type_share: file.type_share,
             cell_share: file.cell_share,
         })
