@@ -22,6 +22,7 @@ use judge::{Case, Error, Noise, Outcome, cases, halves, judge, share};
 use landscape::evaluation::taxonomy::Rule;
 use landscape::hand::{Hand, PosedHand};
 use landscape::object::Shape;
+use widened::{HandName, Widened};
 
 /// Largest distance of a contact, metres; a finger pad yields by as much.
 const TOUCHING_M: f64 = 2e-3;
@@ -135,6 +136,72 @@ fn what_touches_touches_and_nothing_is_inside() {
     ids.sort();
     ids.dedup();
     assert_eq!(ids.len(), count);
+}
+
+/// The widened fixtures: the same scenes with other sizes, forms and hands.
+#[test]
+fn every_type_is_widened_to_six_objects_and_three_hands() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/taxonomy/fixtures");
+    let fixtures = |name: &str| -> Vec<Widened> {
+        let text = std::fs::read_to_string(format!("{folder}/{name}.json")).unwrap();
+        serde_json::from_str(&text).unwrap()
+    };
+    let authored: BTreeMap<String, Fixture> = FILES
+        .into_iter()
+        .flat_map(read)
+        .map(|fixture| (fixture.id.clone(), fixture))
+        .collect();
+    for (name, least) in [("widened", 6), ("widened_held_out", 4)] {
+        let mut objects: BTreeMap<Option<u8>, Vec<String>> = BTreeMap::new();
+        let mut hands: BTreeMap<HandName, usize> = BTreeMap::new();
+        for fixture in fixtures(name) {
+            let base = &authored[&fixture.of];
+            let solids = widened::object(base, fixture.scale, fixture.reshaped);
+            let of_kind = objects.entry(base.kind).or_default();
+            of_kind.push(serde_json::to_string(&solids).unwrap());
+            *hands.entry(fixture.hand).or_default() += 1;
+        }
+        for (kind, own) in &mut objects {
+            own.sort();
+            own.dedup();
+            assert!(
+                own.len() >= least,
+                "{name}: {kind:?} has {} objects",
+                own.len()
+            );
+        }
+        assert_eq!(objects.len(), 34, "{name}");
+        assert!(
+            hands.len() == 3 && hands.values().all(|count| *count >= 80),
+            "{hands:?}"
+        );
+    }
+}
+
+/// Widened hands touch their objects and are hardly inside.
+#[test]
+fn widened_hands_close_on_their_objects() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/taxonomy/fixtures");
+    let text = std::fs::read_to_string(format!("{folder}/widened_held_out.json")).unwrap();
+    let fixtures: Vec<Widened> = serde_json::from_str(&text).unwrap();
+    let authored = read("second_held_out");
+    for name in HandName::ALL {
+        let Some(hand) = name.hand() else { continue };
+        for fixture in fixtures.iter().filter(|fixture| fixture.hand == name) {
+            let base = authored.iter().find(|base| base.id == fixture.of).unwrap();
+            let shape = shape::Union(widened::object(base, fixture.scale, fixture.reshaped));
+            let mut posed = PosedHand::default();
+            hand.pose(&fixture.x, &mut posed);
+            let distances = posed.points.iter().map(|point| shape.distance(point));
+            let nearest = distances.fold(f64::INFINITY, f64::min);
+            let id = &fixture.of;
+            assert!(
+                nearest > -DEEPEST_M - 1e-4,
+                "{id} on {name:?} is {nearest} m deep"
+            );
+            assert!(nearest < TOUCHING_M, "{id} on {name:?} touches nothing");
+        }
+    }
 }
 
 /// A sample that is quick to prepare: objects that are one shape have no field to be baked.

@@ -4,6 +4,7 @@
 //!
 //! The exponent of the fits (`sharpness` of the rule) is chosen on the widened fixtures with errors, by the loss −ln of the
 //! probability that the answer is right or wrong as it is. The reliability is then measured on fixtures that took no part.
+//! Only objects of one solid are used, and for the choice every third of these, because the others take hours.
 //! FOLDER holds the Shadow hand; without it the fixtures on that hand are left out.
 
 #[path = "../../tests/taxonomy/fixture.rs"]
@@ -25,7 +26,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use fixture::Fixture;
-use judge::{Case, Error, Noise, Outcome, judge, read, widened_cases};
+use judge::{Case, Error, Noise, Outcome, judge_each, read, widened_cases};
 use landscape::evaluation::taxonomy::{Rule, Taxonomy};
 use reliability::{Answered, calibration_error, reliability};
 
@@ -35,6 +36,8 @@ const FOLDER: &str = "tests/taxonomy/fixtures";
 /// Exponents that are tried.
 const TRIED: [f64; 7] = [0.3, 0.4, 0.5, 0.6, 0.7, 0.85, 1.0];
 const SEED: u64 = 5;
+/// Every so many fixtures are used for the choice.
+const EVERY: usize = 3;
 
 /// What an answer is about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -95,22 +98,28 @@ fn conditions() -> [(&'static str, Noise); 3] {
     };
     [
         ("as posed", of(0.0, 0.0, 1)),
-        ("joints moved by 0.1 rad", of(0.1, 0.0, 2)),
+        ("joints moved by 0.1 rad", of(0.1, 0.0, 1)),
         (
             "hand moved by 3 mm along each axis, joints by 0.05 rad",
-            of(0.05, 0.003, 2),
+            of(0.05, 0.003, 1),
         ),
     ]
 }
 
-fn outcomes(cases: &[Case], rule: &Rule) -> Result<Vec<Condition>, Failure> {
-    let condition = |(name, noise)| -> Result<Condition, Failure> {
-        Ok(Condition {
-            name,
-            outcomes: judge(cases, rule, noise)?,
-        })
-    };
-    conditions().into_iter().map(condition).collect()
+/// The outcomes under all conditions, for each exponent.
+fn outcomes(
+    cases: &[Case],
+    rule: &Rule,
+    sharpness: &[f64],
+) -> Result<Vec<Vec<Condition>>, Failure> {
+    let mut all: Vec<Vec<Condition>> = sharpness.iter().map(|_| Vec::new()).collect();
+    for (name, noise) in conditions() {
+        let found = judge_each(cases, rule, noise, sharpness)?;
+        for (own, outcomes) in all.iter_mut().zip(found) {
+            own.push(Condition { name, outcomes });
+        }
+    }
+    Ok(all)
 }
 
 /// Mean loss −ln p(right) or −ln (1 − p) of the answers' types.
@@ -130,6 +139,8 @@ fn fixtures(names: &[&str]) -> Result<Vec<Fixture>, Failure> {
     for name in names {
         all.extend(read(Path::new(&format!("{FOLDER}/{name}.json")))?);
     }
+    // Objects of one solid need no field, which would take minutes.
+    all.retain(|fixture| fixture.object.len() == 1);
     Ok(all)
 }
 
@@ -151,7 +162,12 @@ fn main() -> Result<(), Failure> {
             fixtures(names)?,
         )
     };
-    let fitted = widened("widened", &["development", "held_out"])?;
+    let mut place = 0;
+    let mut fitted = widened("widened", &["development", "held_out"])?;
+    fitted.retain(|_| {
+        place += 1;
+        place % EVERY == 0
+    });
     let unseen = widened("widened_held_out", &["second_held_out"])?;
     let mut text = format!(
         "# Whether the rule's probabilities mean what they say\n\n`LANDSCAPE_TEST_DATA=… cargo run --release --example \
@@ -161,10 +177,7 @@ fn main() -> Result<(), Failure> {
         fitted.len(),
         rule.sharpness
     );
-    for sharpness in TRIED {
-        let mut tried = rule.clone();
-        tried.sharpness = sharpness;
-        let found = outcomes(&fitted, &tried)?;
+    for (sharpness, found) in TRIED.iter().zip(outcomes(&fitted, &rule, &TRIED)?) {
         let errors = Level::ALL.map(|level| {
             let all = found.iter().flat_map(|condition| &condition.outcomes);
             calibration_error(&reliability(
@@ -180,7 +193,7 @@ fn main() -> Result<(), Failure> {
             errors[2]
         );
     }
-    let judged = outcomes(&unseen, &rule)?;
+    let judged = outcomes(&unseen, &rule, &[rule.sharpness])?.remove(0);
     let _ = write!(
         text,
         "\n## On fixtures that took no part\n\n{} widened fixtures of the second authored set: other scenes, sizes, forms, and \

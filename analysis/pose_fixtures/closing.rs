@@ -117,15 +117,21 @@ impl<'a> Closing<'a> {
 
     /// The pose after closing in stages of growing strictness.
     pub(crate) fn close(&mut self) -> Vec<f64> {
+        self.close_in(&[(0.3, 0.3, 300), (2.0, 3.0, 400), (20.0, 60.0, 900)], 3)
+    }
+
+    /// The pose after closing in these stages: factors of contacts and of penetration, and evaluations of each of so many
+    /// descents.
+    pub(crate) fn close_in(&mut self, stages: &[(f64, f64, usize)], descents: usize) -> Vec<f64> {
         let mut x = self.rough.clone();
-        for (pull, push, evaluations) in [(0.3, 0.3, 300), (2.0, 3.0, 400), (20.0, 60.0, 900)] {
+        for &(pull, push, evaluations) in stages {
             (self.pull, self.push) = (pull, push);
             let settings = QuenchSettings::default()
                 .with_max_step(0.01)
                 .with_gradient_tolerance(1.0)
                 .with_max_evaluations(evaluations);
             // The touching points are chosen anew a few times, because the choice has kinks that stop a descent.
-            for _ in 0..3 {
+            for _ in 0..descents {
                 x = quench(self, &x, &settings).x;
             }
         }

@@ -18,10 +18,14 @@ use crate::widened::{HandName, Widened, can_be_reshaped, object};
 
 /// Range of the factor on the object's size, and how often a new one is tried until a hand closes well.
 const SCALES: [f64; 2] = [0.82, 1.22];
-const TRIES: usize = 4;
+const TRIES: usize = 2;
 /// A scene is kept if its contacts are no farther than this and nothing is deeper, metres.
 const OPEN_M: f64 = 2.5e-3;
 const DEEP_M: f64 = 3e-3;
+/// The start is a closed hand already, so fewer and stricter stages do than for an authored posture, and fewer points of the
+/// object.
+const STAGES: [(f64, f64, usize); 2] = [(2.0, 3.0, 250), (20.0, 60.0, 450)];
+const SPARSE: usize = 4;
 /// Cost of a thumb that does not oppose the fingers of a precision grasp.
 const OPPOSE: f64 = 30.0;
 const NAMES: [&str; 6] = ["palm", "thumb", "index", "middle", "ring", "little"];
@@ -238,6 +242,7 @@ fn carried(
         free.push("palm".to_owned());
     }
     let samples = picture::samples(&shape);
+    let samples: Vec<Vector3<f64>> = samples.into_iter().step_by(SPARSE).collect();
     let points = |region: &String| reader.points(region);
     let touching: Vec<Vec<usize>> = base.touching.iter().map(points).collect();
     if touching.iter().any(Vec::is_empty) {
@@ -255,7 +260,7 @@ fn carried(
         idle,
     );
     closing.centre = reader.hand.palm_at(&joints).centre;
-    let x = closing.close();
+    let x = closing.close_in(&STAGES, 2);
     let fit = closing.fit(&x);
     Some((x, fit))
 }

@@ -143,20 +143,32 @@ pub(crate) fn widened_cases(path: &Path, authored: Vec<Fixture>) -> Result<Vec<C
         if joints != Some(hand.joints.len()) {
             return Some(Err(format!("{id} has other joints than the hand").into()));
         }
-        Some(assembled(&id, object(base, fixture.scale, fixture.reshaped)).map(|object| Case {
-            object,
-            x: fixture.x.clone(),
-            hand: hand.clone(),
-            kind: base.kind,
-            id,
-        }))
+        Some(
+            assembled(&id, object(base, fixture.scale, fixture.reshaped)).map(|object| Case {
+                object,
+                x: fixture.x.clone(),
+                hand: hand.clone(),
+                kind: base.kind,
+                id,
+            }),
+        )
     };
     fixtures.par_iter().filter_map(case).collect()
 }
 
 /// Labels of all copies of all fixtures, in order.
 pub(crate) fn judge(cases: &[Case], rule: &Rule, noise: Noise) -> Result<Vec<Outcome>, Failure> {
-    let of_case = |(index, case): (usize, &Case)| -> Result<Vec<Outcome>, Failure> {
+    Ok(judge_each(cases, rule, noise, &[rule.sharpness])?.remove(0))
+}
+
+/// As [`judge`], for several values of the rule's sharpness in place of its own.
+pub(crate) fn judge_each(
+    cases: &[Case],
+    rule: &Rule,
+    noise: Noise,
+    sharpness: &[f64],
+) -> Result<Vec<Vec<Outcome>>, Failure> {
+    let of_case = |(index, case): (usize, &Case)| -> Result<Vec<Vec<Outcome>>, Failure> {
         let Case {
             id,
             kind,
@@ -170,12 +182,17 @@ pub(crate) fn judge(cases: &[Case], rule: &Rule, noise: Noise) -> Result<Vec<Out
         hand.pose(x, &mut posed);
         let near = touches(hand, &anatomy, &posed, object);
         let held = held(object, &near, &anatomy.volar(&posed));
-        let misread = |x: &[f64]| {
+        let misread = |x: &[f64]| -> Vec<Label> {
             let mut read = PosedHand::default();
             hand.pose(x, &mut read);
             let carried: Vec<TouchingPatch> =
                 near.iter().map(|t| t.carried(&posed, &read)).collect();
-            label_contacts(rule, &anatomy, &read, &carried, held.clone())
+            let label = |sharpness: &f64| {
+                let mut rule = rule.clone();
+                rule.sharpness = *sharpness;
+                label_contacts(&rule, &anatomy, &read, &carried, held.clone())
+            };
+            sharpness.iter().map(label).collect()
         };
         let labelled = |copy: u64| {
             let mut x = x.clone();
@@ -194,21 +211,29 @@ pub(crate) fn judge(cases: &[Case], rule: &Rule, noise: Noise) -> Result<Vec<Out
                     *coordinate += noise.place_m * step;
                 }
             }
-            Outcome {
+            let labels = match noise.error {
+                Error::Moved => labeller.labels(&x, sharpness),
+                Error::Misread => misread(&x),
+            };
+            let outcome = |label| Outcome {
                 id: id.clone(),
                 truth: *kind,
-                label: match noise.error {
-                    Error::Moved => labeller.label(&x),
-                    Error::Misread => misread(&x),
-                },
-            }
+                label,
+            };
+            labels.into_iter().map(outcome).collect()
         };
         Ok((0..noise.copies).map(labelled).collect())
     };
-    let outcomes: Vec<Vec<Outcome>> = (cases.par_iter().enumerate())
+    let outcomes: Vec<Vec<Vec<Outcome>>> = (cases.par_iter().enumerate())
         .map(of_case)
         .collect::<Result<_, _>>()?;
-    Ok(outcomes.into_iter().flatten().collect())
+    let mut sorted: Vec<Vec<Outcome>> = sharpness.iter().map(|_| Vec::new()).collect();
+    for copy in outcomes.into_iter().flatten() {
+        for (own, outcome) in sorted.iter_mut().zip(copy) {
+            own.push(outcome);
+        }
+    }
+    Ok(sorted)
 }
 
 /// The share of the outcomes that pass a test; `None` if there are none.

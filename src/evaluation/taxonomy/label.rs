@@ -204,9 +204,20 @@ impl<'a> Labeller<'a> {
     /// # Panics
     /// If `x` does not have 7 numbers more than the hand has joints.
     pub fn label(&self, x: &[f64]) -> Label {
+        self.labels(x, &[self.rule.sharpness]).remove(0)
+    }
+
+    /// The labels for several values of [`Rule::sharpness`], at the cost of one label.
+    ///
+    /// # Panics
+    /// As [`Labeller::label`].
+    pub fn labels(&self, x: &[f64], sharpness: &[f64]) -> Vec<Label> {
         let anatomy = match &self.anatomy {
             Ok(anatomy) => anatomy,
-            Err(why) => return Label::not_applicable(Inapplicable::Hand(*why)),
+            Err(why) => {
+                let label = Label::not_applicable(Inapplicable::Hand(*why));
+                return vec![label; sharpness.len()];
+            }
         };
         let read = |x: &Vec<f64>| {
             let mut posed = PosedHand::default();
@@ -220,7 +231,8 @@ impl<'a> Labeller<'a> {
         poses.retain(|pose| *pose != asked);
         let as_posed = read(&asked);
         let corrected: Vec<Reading> = poses.iter().filter_map(read).collect();
-        named(self.rule, as_posed, corrected)
+        let label = |sharpness: &f64| named(self.rule, *sharpness, as_posed.as_ref(), &corrected);
+        sharpness.iter().map(label).collect()
     }
 }
 
@@ -235,11 +247,8 @@ pub fn label_contacts(
 ) -> Label {
     let volar = anatomy.palm_axes(posed).volar;
     let held = held.or_else(|| held_by_contacts(touches, &volar));
-    named(
-        rule,
-        Reading::of(rule, anatomy, posed, touches, held),
-        Vec::new(),
-    )
+    let reading = Reading::of(rule, anatomy, posed, touches, held);
+    named(rule, rule.sharpness, reading.as_ref(), &[])
 }
 
 /// A pose that is measured and compared with all types.
@@ -273,10 +282,10 @@ impl Reading {
 }
 
 /// The label of a pose and its readings.
-fn named(rule: &Rule, as_posed: Option<Reading>, corrected: Vec<Reading>) -> Label {
-    let posed = as_posed.as_ref().map(|reading| &reading.fits);
+fn named(rule: &Rule, sharpness: f64, as_posed: Option<&Reading>, corrected: &[Reading]) -> Label {
+    let posed = as_posed.map(|reading| &reading.fits);
     let fits: Vec<&Fits> = corrected.iter().map(|reading| &reading.fits).collect();
-    let Some(answer) = Answer::of(posed, &fits, rule.sharpness) else {
+    let Some(answer) = Answer::of(posed, &fits, sharpness) else {
         return Label::not_applicable(Inapplicable::Touch);
     };
     let shown = as_posed.into_iter().chain(corrected).reduce(|best, other| {
@@ -307,8 +316,8 @@ fn named(rule: &Rule, as_posed: Option<Reading>, corrected: Vec<Reading>) -> Lab
         categories: answer.categories,
         cell_probability: answer.cell_probability,
         facts: shown.facts.measured().collect(),
-        virtual_fingers: shown.virtual_fingers,
-        held: shown.held,
+        virtual_fingers: shown.virtual_fingers.clone(),
+        held: shown.held.clone(),
     }
 }
 
