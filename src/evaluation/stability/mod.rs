@@ -10,6 +10,7 @@
 
 mod convert;
 mod ghosts;
+mod inertia;
 mod judge;
 mod rest;
 mod settings;

@@ -10,6 +10,7 @@ use rapier3d_f64::parry::transformation::vhacd::{VHACD, VHACDParameters};
 use serde::Serialize;
 
 use super::convert::{from_vector, vector};
+use super::inertia::uniform;
 use crate::mesh::{ExactMesh, Mesh};
 
 /// A mesh that its hull fills by no more than this, metres, is one convex piece. Cutting would leave gaps between the pieces
@@ -82,11 +83,7 @@ impl Solid {
     /// Never: a [`Mesh`] has triangles.
     pub fn new(mesh: &Mesh, build: Build) -> Self {
         let vertices: Vec<_> = mesh.vertices().iter().map(vector).collect();
-        let unit = {
-            let mut unit = MassProperties::from_trimesh(1.0, &vertices, mesh.triangles());
-            unit.set_mass(1.0, true);
-            unit
-        };
+        let unit = uniform(mesh);
         let centre = from_vector(unit.local_com);
         let reach_m = mesh
             .vertices()
