@@ -34,7 +34,7 @@ type Failure = Box<dyn std::error::Error + Send + Sync>;
 
 const FOLDER: &str = "tests/taxonomy/fixtures";
 /// Exponents that are tried.
-const TRIED: [f64; 7] = [0.3, 0.4, 0.5, 0.6, 0.7, 0.85, 1.0];
+const TRIED: [f64; 8] = [0.5, 0.7, 0.85, 1.0, 1.2, 1.5, 2.0, 3.0];
 const SEED: u64 = 5;
 /// Every so many fixtures are used for the choice.
 const EVERY: usize = 3;

@@ -83,26 +83,32 @@ pub(super) struct Answer {
     pub(super) category: Option<Category>,
     pub(super) cell_probability: f64,
     pub(super) best: Vec<Candidate>,
+    /// Share of the best cell in its category, and of the best type in its cell.
+    shares: [f64; 2],
 }
 
 impl Answer {
     /// The answer for a pose and its corrected readings; `None` without any fits.
+    ///
+    /// The order of the answers follows from the fits as they are, and so does what is close. The probabilities that are
+    /// told are made of the fits to the power of `sharpness`.
     pub(super) fn of(posed: Option<&Fits>, corrected: &[&Fits], sharpness: f64) -> Option<Self> {
         let all = || posed.into_iter().chain(corrected.iter().copied());
         let fit = all().map(Fits::best).reduce(f64::max)?;
-        let probabilities = probabilities(posed, corrected, sharpness);
-        let of = |entry: &GraspType| probabilities[usize::from(entry.number) - 1];
+        let [plain, told] = [1.0, sharpness].map(|power| probabilities(posed, corrected, power));
+        let place = |entry: &GraspType| usize::from(entry.number) - 1;
+        let of = |entry: &GraspType| plain[place(entry)];
         let types = || Taxonomy::feix().types.iter();
-        let sum = |test: &dyn Fn(&GraspType) -> bool| -> f64 {
-            types().filter(|entry| test(entry)).map(of).sum()
+        let sum = |of: &[f64], test: &dyn Fn(&GraspType) -> bool| -> f64 {
+            let own = types().filter(|entry| test(entry));
+            own.map(|entry| of[place(entry)]).sum()
         };
-        let categories: Vec<(Category, f64)> =
+        let categories = |of: &[f64]| {
             [Category::Power, Category::Precision, Category::Intermediate]
-                .map(|category| (category, sum(&|entry| entry.category == category)))
-                .to_vec();
-        let category = (categories.iter().rev())
-            .max_by(|a, b| a.1.total_cmp(&b.1))
-            .map(|(category, _)| *category);
+                .map(|category| (category, sum(of, &|entry| entry.category == category)))
+        };
+        let most = (categories(&plain).into_iter().rev()).max_by(|a, b| a.1.total_cmp(&b.1));
+        let category = most.map(|(category, _)| category);
         let mut ranked: Vec<&GraspType> = types().filter(|entry| of(entry) > 0.0).collect();
         ranked.sort_by(|a, b| of(b).total_cmp(&of(a)).then(a.number.cmp(&b.number)));
         // The answer stands first: the best type of the most probable category.
@@ -115,14 +121,19 @@ impl Answer {
         let cell = ranked.first().map_or("", |entry| entry.cell.as_str());
         let candidate = |entry: &&GraspType| Candidate {
             number: entry.number,
-            score: of(entry),
+            score: told[place(entry)],
         };
+        let of_cell = sum(&plain, &|entry| entry.cell == cell);
         Some(Self {
             fit,
-            cell_probability: sum(&|entry| entry.cell == cell),
+            cell_probability: sum(&told, &|entry| entry.cell == cell),
+            shares: [
+                of_cell / most.map_or(1.0, |(_, p)| p),
+                ranked.first().map_or(0.0, |entry| of(entry)) / of_cell,
+            ],
             best: ranked.iter().take(TYPES).map(candidate).collect(),
             category,
-            categories,
+            categories: categories(&told).to_vec(),
         })
     }
 
@@ -131,15 +142,10 @@ impl Answer {
         let Some(first) = self.best.first() else {
             return Verdict::Unlisted;
         };
-        let category = self.categories.iter().map(|(_, p)| *p).fold(0.0, f64::max);
         match () {
             () if self.fit < rule.unlisted_below => Verdict::Unlisted,
-            () if self.cell_probability < rule.cell_share * category => {
-                Verdict::Broad(first.number)
-            }
-            () if first.score < rule.type_share * self.cell_probability => {
-                Verdict::Ambiguous(first.number)
-            }
+            () if self.shares[0] < rule.cell_share => Verdict::Broad(first.number),
+            () if self.shares[1] < rule.type_share => Verdict::Ambiguous(first.number),
             () => Verdict::Listed(first.number),
         }
     }

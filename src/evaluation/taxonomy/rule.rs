@@ -13,6 +13,9 @@ use super::table::{Category, GraspType, Opposition, Taxonomy, Thumb};
 /// The rule as text.
 const RULE: &str = include_str!("../../../data/taxonomy/rule.toml");
 
+/// Greatest exponent of the fits.
+const SHARPEST: f64 = 5.0;
+
 /// What a type expects of a fact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Cue {
@@ -31,8 +34,8 @@ pub(super) struct Cue {
 pub struct Rule {
     /// A grasp that fits no type better is unlisted.
     pub unlisted_below: f64,
-    /// Exponent of the fits in the probabilities. Expectations are not independent of each other, so their product says too
-    /// much; below 1 it says less.
+    /// Exponent of the fits in the probabilities that are told: above 1 they are more certain, below 1 less. The label does
+    /// not depend on it.
     pub sharpness: f64,
     /// Least share of its cell's probability with which a type is the label.
     pub type_share: f64,
@@ -128,7 +131,6 @@ impl File {
             ("should", self.should),
             ("rather", self.rather),
             ("unlisted_below", self.unlisted_below),
-            ("sharpness", self.sharpness),
             ("type_share", self.type_share),
             ("cell_share", self.cell_share),
         ];
@@ -189,6 +191,10 @@ impl Rule {
             name: name.to_owned(),
             problem,
         };
+        if !(file.sharpness > 0.0 && file.sharpness <= SHARPEST) {
+            let problem = format!("{} is not above 0 and at most {SHARPEST}", file.sharpness);
+            return Err(refuse("sharpness", problem));
+        }
         if let Some((name, value)) = file.outside() {
             let problem = format!("{value} is not above 0 and at most 1");
             return Err(refuse(name, problem));
