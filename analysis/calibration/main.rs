@@ -2,7 +2,7 @@
 //!
 //! `LANDSCAPE_TEST_DATA=FOLDER cargo run --release --example calibration -- [--rule RULE.toml] [--output STEM]`
 //!
-//! The exponent of the fits (`sharpness` of the rule) is chosen on the widened fixtures with errors, by the loss −ln of the
+//! Which exponent of the fits (`sharpness` of the rule) suits widened fixtures with errors best is told by the loss −ln of the
 //! probability that the answer is right or wrong as it is. The reliability is then measured on fixtures that took no part.
 //! Only objects of one solid are used, and for the choice every third of these, because the others take hours.
 //! FOLDER holds the Shadow hand; without it the fixtures on that hand are left out.
