@@ -87,6 +87,8 @@ struct File {
     should: f64,
     rather: f64,
     unlisted_below: f64,
+    /// Absent in the rule that comes with the program, whose fits are taken as they are.
+    #[serde(default = "as_they_are")]
     sharpness: f64,
     type_share: f64,
     cell_share: f64,
@@ -113,6 +115,11 @@ struct Entry {
     either: Vec<usize>,
     #[serde(default)]
     cues: BTreeMap<String, Word>,
+}
+
+/// The exponent that leaves fits as they are.
+fn as_they_are() -> f64 {
+    1.0
 }
 
 impl File {
