@@ -7,12 +7,17 @@ import argparse
 import functools
 import itertools
 import json
+import math
 import pathlib
 
 import mujoco
 import numpy
-import pybullet
 import scipy.optimize
+
+try:
+    import pybullet
+except ImportError:  # The engines of MuJoCo need only MuJoCo.
+    pybullet = None
 
 SECONDS = 1000 / 60
 # Margin that PyBullet adds around every convex hull by default, metres.
@@ -51,7 +56,6 @@ def fall_in_mujoco(folder, population, grasp, protocol, step_s=1 / 240, springs=
     # large impratio reduces this.
     friction = protocol["friction"]["hand"] * protocol["friction"]["object"]
     moments, axes = principal(population["inertia_kg_m2"])
-    contact = springs_in_mujoco(folder, population, grasp, protocol) if springs else ""
     meshes = "".join(
         f'<mesh name="p{n}" file="{folder / piece}" inertia="shell"/>' for n, piece in enumerate(population["pieces"])
     )
@@ -75,13 +79,14 @@ def fall_in_mujoco(folder, population, grasp, protocol, step_s=1 / 240, springs=
         f"""<mujoco><compiler inertiafromgeom="false"/>
         <option timestep="{step_s!r}" gravity="{text(NO_GRAVITY)}" integrator="implicitfast" cone="elliptic"
             impratio="100" noslip_iterations="2"/>
-        <default><geom {contact}/></default>
         <asset>{meshes}</asset><worldbody>{capsules}
         <body><freejoint/><inertial pos="{text(population["centre_m"])}" mass="{population["mass_kg"]!r}"
             diaginertia="{text(moments)}" quat="{text(quaternion(axes))}"/>{geoms}</body></worldbody></mujoco>"""
     )
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
+    if springs:
+        give_springs_in_mujoco(model, data, population, protocol)
     body = model.nbody - 1
     start = data.xipos[body][2]
     for _ in range(round(protocol["settle_s"] / step_s)):
@@ -165,14 +170,25 @@ def pushes_in_pybullet(body, population):
     return pushes
 
 
-def our_springs(body, population, protocol):
+def pushes_in_mujoco(model, data, population):
+    """The same of MuJoCo's contacts. The object is the last body."""
+    pushes = []
+    for contact in data.contact:
+        if contact.dist > TOUCH_M:
+            continue
+        # The first axis of the frame points from the first to the second geom.
+        is_second = model.geom_bodyid[contact.geom[1]] == model.nbody - 1
+        push = contact.frame[:3] * (1.0 if is_second else -1.0)
+        arm = contact.pos - population["centre_m"]
+        pushes.append((push, numpy.cross(arm, push)))
+    return pushes
+
+
+def our_springs(pushes, population, protocol):
     """Returns the mass (kg), angular frequency (1/s) and damping ratio of the springs that model contacts in `landscape`. The
     frequency holds for the effective mass of a contact; the mean over the contacts at the start stands for all of them."""
     inverse = numpy.linalg.inv(numpy.array(population["inertia_kg_m2"]).reshape(3, 3))
-    masses = [
-        1.0 / (1.0 / population["mass_kg"] + torque @ inverse @ torque)
-        for _, torque in pushes_in_pybullet(body, population)
-    ]
+    masses = [1.0 / (1.0 / population["mass_kg"] + torque @ inverse @ torque) for _, torque in pushes]
     mass_kg = numpy.mean(masses) if masses else population["mass_kg"]
     solver = protocol["solver"]
     return mass_kg, 2.0 * numpy.pi * solver["contact_frequency_hz"], solver["contact_damping"]
@@ -180,24 +196,23 @@ def our_springs(body, population, protocol):
 
 def give_springs_in_pybullet(body, population, protocol):
     """Makes contacts the same springs as in `landscape`. The hand stays stiff, because Bullet combines the two in series."""
-    mass_kg, omega, damping = our_springs(body, population, protocol)
+    pushes = pushes_in_pybullet(body, population)
+    mass_kg, omega, damping = our_springs(pushes, population, protocol)
     pybullet.changeDynamics(
         body, -1, contactStiffness=mass_kg * omega**2, contactDamping=2.0 * damping * mass_kg * omega
     )
 
 
-def springs_in_mujoco(folder, population, grasp, protocol):
-    """Returns attributes of geoms whose contacts at rest are as stiff as in `landscape`. MuJoCo gives the stiffness per mass
-    of the whole body, for a constraint with the impedance IMPEDANCE. The rest, 1 - IMPEDANCE, also resists acceleration: with
-    0.98, contacts move like springs with little more than critical damping. With 0.9, steps of 1/240 s are too long for the
-    damping."""
-    body = place_in_pybullet(folder, population, grasp, protocol)
-    mass_kg, omega, damping = our_springs(body, population, protocol)
+def give_springs_in_mujoco(model, data, population, protocol):
+    """Makes contacts at rest as stiff as in `landscape`. MuJoCo gives the stiffness per mass of the whole body, for a
+    constraint with the impedance IMPEDANCE. The rest, 1 - IMPEDANCE, also resists acceleration: with 0.98, contacts move like
+    springs with little more than critical damping. With 0.9, steps of 1/240 s are too long for the damping."""
+    pushes = pushes_in_mujoco(model, data, population)
+    mass_kg, omega, damping = our_springs(pushes, population, protocol)
     soft = (1.0 - IMPEDANCE) * mass_kg / population["mass_kg"]
-    return (
-        f'solref="{text([-soft * omega**2, -soft * 2.0 * damping * omega])}" '
-        f'solimp="{IMPEDANCE} {IMPEDANCE} 0.001 0.5 2"'
-    )
+    model.geom_solref[:] = [-soft * omega**2, -soft * 2.0 * damping * omega]
+    model.geom_solimp[:] = [IMPEDANCE, IMPEDANCE, 0.001, 0.5, 2.0]
+    mujoco.mj_forward(model, data)
 
 
 def escape(folder, population, grasp, protocol):
@@ -239,7 +254,10 @@ def main():
     arguments = parser.parse_args()
     told = json.loads((arguments.folder / "grasps.json").read_text())
     protocol = told["protocol"]
-    pybullet.connect(pybullet.DIRECT)
+    if pybullet:
+        pybullet.connect(pybullet.DIRECT)
+    elif any(name.startswith("pybullet") for name in arguments.engines):
+        parser.error("these engines need the package pybullet; --engines mujoco-springs mujoco does not")
     names = ["landscape", *arguments.engines]
     rows = []
     print("object,id,escape,landscape," + ",".join(f"{name}_m" for name in names))
@@ -249,7 +267,7 @@ def main():
             ways = [
                 ENGINES[name](arguments.folder, population, grasp, protocol) for name in arguments.engines
             ]
-            free = escape(arguments.folder, population, grasp, protocol)
+            free = escape(arguments.folder, population, grasp, protocol) if pybullet else math.nan
             rows.append([ours["reason"] == "held", *(way < protocol["fall_m"] for way in ways)])
             print(
                 f'{population["object"]},{grasp["id"]},{free:.4f},{ours["reason"]},{ours["displacement_m"]:.4f},'
