@@ -149,6 +149,19 @@ fn fingers_of_two_phalanges_are_fingers() {
     assert!(!label.best.is_empty());
 }
 
+/// The same files without the side file.
+fn without_side_file(files: &HandFiles) -> HandFiles {
+    let is_json = |name: &str| {
+        std::path::Path::new(name)
+            .extension()
+            .is_some_and(|end| end == "json")
+    };
+    let kept = files.files.iter().filter(|file| !is_json(&file.name));
+    HandFiles {
+        files: kept.cloned().collect(),
+    }
+}
+
 /// Published hands of the test data, without any side file: those that are built like a human hand are read as one, whatever
 /// their number of phalanges, coupled joints or names; of the others the failed condition is told.
 #[test]
@@ -188,13 +201,7 @@ fn published_hands_are_read_as_human_or_told_why_not() {
     for (path, expected) in expected {
         let files = HandFiles::load(&data.join(path)).unwrap();
         // The MANO-like hand has a side file beside it, which it must not need.
-        let bare = files
-            .files
-            .iter()
-            .filter(|file| !file.name.ends_with(".json"));
-        let bare = HandFiles {
-            files: bare.cloned().collect(),
-        };
+        let bare = without_side_file(&files);
         let hand = Hand::from_files(&bare).unwrap();
         match (Anatomy::of(&hand), expected) {
             (Ok(anatomy), Ok([phalanges, digits])) => {
@@ -220,13 +227,7 @@ fn a_mano_like_hand_needs_no_side_file() {
     };
     let path = std::path::Path::new(&data).join("ycb_affordance/hand/mano_ycba.xml");
     let files = HandFiles::load(&path).unwrap();
-    let bare = files
-        .files
-        .iter()
-        .filter(|file| !file.name.ends_with(".json"));
-    let bare = HandFiles {
-        files: bare.cloned().collect(),
-    };
+    let bare = without_side_file(&files);
     let [told, derived] = [&files, &bare].map(|files| Hand::from_files(files).unwrap());
     let [one, other] = [&told, &derived].map(|hand| Anatomy::of(hand).unwrap());
     let posed = [&told, &derived].map(Hand::straight);

@@ -113,7 +113,7 @@ pub(crate) fn can_be_reshaped(base: &Fixture) -> bool {
 }
 
 fn sized(solid: &Primitive, scale: f64) -> Primitive {
-    let mut solid = solid.clone();
+    let mut solid = *solid;
     match &mut solid {
         Primitive::Sphere(sphere) => {
             sphere.centre *= scale;
