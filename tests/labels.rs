@@ -6,7 +6,7 @@ use std::fs;
 
 use crate::desk::{Desk, assert_says};
 use landscape::evaluation::taxonomy::{
-    Anatomy, Bone, Labeller, NOT_APPLICABLE, Patch, Rule, Taxonomy, explain,
+    Anatomy, Bone, Labeller, NOT_APPLICABLE, Patch, Rule, Taxonomy, Unlike, explain,
 };
 use landscape::hand::{Hand, HandFiles};
 use landscape::mesh::Mesh;
@@ -119,6 +119,10 @@ fn hands_unlike_a_human_one_are_not_guessed() {
 /// Earlier versions did not recognise fingers of two phalanges, such as those of the Inspire and the Ability hand.
 #[test]
 fn fingers_of_two_phalanges_are_fingers() {
+    // On the Schunk SVH hand a moving half palm carries the ring and the little finger, which are two fingers all the same.
+    let half_palm = Hand::from_urdf(&crate::toy_hand::toy_hand(true), None).unwrap();
+    let anatomy = Anatomy::of(&half_palm).unwrap();
+    assert!((1..=5).all(|digit| anatomy.has(digit)));
     let hand = Hand::from_urdf(&crate::toy_hand::toy_hand(false), None).unwrap();
     let anatomy = Anatomy::of(&hand).unwrap();
     assert!((1..=5).all(|digit| anatomy.has(digit)));
@@ -143,6 +147,104 @@ fn fingers_of_two_phalanges_are_fingers() {
     let label = labeller.label(&x);
     assert_ne!(label.text(), NOT_APPLICABLE);
     assert!(!label.best.is_empty());
+}
+
+/// The same files without the side file.
+fn without_side_file(files: &HandFiles) -> HandFiles {
+    let is_json = |name: &str| {
+        std::path::Path::new(name)
+            .extension()
+            .is_some_and(|end| end == "json")
+    };
+    let kept = files.files.iter().filter(|file| !is_json(&file.name));
+    HandFiles {
+        files: kept.cloned().collect(),
+    }
+}
+
+/// Published hands of the test data, without any side file: those that are built like a human hand are read as one, whatever
+/// their number of phalanges, coupled joints or names; of the others the failed condition is told.
+#[test]
+fn published_hands_are_read_as_human_or_told_why_not() {
+    let Some(data) = std::env::var_os("LANDSCAPE_TEST_DATA") else {
+        return;
+    };
+    let data = std::path::Path::new(&data);
+    let expected = [
+        (
+            "hands/dex_urdf/inspire_hand/inspire_hand_right.urdf",
+            Ok([2, 5]),
+        ),
+        (
+            "hands/dex_urdf/shadow_hand/shadow_hand_right.urdf",
+            Ok([3, 5]),
+        ),
+        (
+            "hands/dex_urdf/allegro_hand/allegro_hand_right.urdf",
+            Ok([3, 4]),
+        ),
+        (
+            "hands/shadow_dexonomy/shadow_right_primitives.xml",
+            Ok([3, 5]),
+        ),
+        ("hands/mano/mano_right.xml", Ok([3, 5])),
+        ("ycb_affordance/hand/mano_ycba.xml", Ok([3, 5])),
+        (
+            "hands/dex_urdf/barrett_hand/bhand_model.urdf",
+            Err(Unlike::Fingers(2)),
+        ),
+        (
+            "hands/dex_urdf/dclaw_gripper/dclaw_gripper.urdf",
+            Err(Unlike::NoThumb),
+        ),
+    ];
+    for (path, expected) in expected {
+        let files = HandFiles::load(&data.join(path)).unwrap();
+        // The MANO-like hand has a side file beside it, which it must not need.
+        let bare = without_side_file(&files);
+        let hand = Hand::from_files(&bare).unwrap();
+        match (Anatomy::of(&hand), expected) {
+            (Ok(anatomy), Ok([phalanges, digits])) => {
+                for digit in 1..=digits {
+                    assert!(anatomy.has(digit), "{path}: {digit}");
+                }
+                let bones = [Bone::Proximal, Bone::Middle, Bone::Distal];
+                let posed = hand.straight();
+                let index = bones.map(|bone| anatomy.direction(&posed, 2, bone).is_some());
+                let found = index.into_iter().filter(|known| *known).count();
+                assert_eq!(found, phalanges, "{path}");
+            }
+            (found, expected) => assert_eq!(found.err(), expected.err(), "{path}"),
+        }
+    }
+}
+
+/// With and without its side file the MANO-like hand of the test data has the same digits and bones.
+#[test]
+fn a_mano_like_hand_needs_no_side_file() {
+    let Some(data) = std::env::var_os("LANDSCAPE_TEST_DATA") else {
+        return;
+    };
+    let path = std::path::Path::new(&data).join("ycb_affordance/hand/mano_ycba.xml");
+    let files = HandFiles::load(&path).unwrap();
+    let bare = without_side_file(&files);
+    let [told, derived] = [&files, &bare].map(|files| Hand::from_files(files).unwrap());
+    let [one, other] = [&told, &derived].map(|hand| Anatomy::of(hand).unwrap());
+    let posed = [&told, &derived].map(Hand::straight);
+    for digit in 1..=5 {
+        for bone in [Bone::Metacarpal, Bone::Proximal, Bone::Middle, Bone::Distal] {
+            let [a, b] = [
+                one.direction(&posed[0], digit, bone),
+                other.direction(&posed[1], digit, bone),
+            ];
+            assert_eq!(a.is_some(), b.is_some(), "{digit} {bone:?}");
+            if let (Some(a), Some(b)) = (a, b) {
+                assert!(a.angle(&b) < 0.15, "{digit} {bone:?}: {}", a.angle(&b));
+            }
+        }
+    }
+    let turned = one.volar(&posed[0]).angle(&other.volar(&posed[1]));
+    assert!(turned < 0.35, "{turned}");
 }
 
 /// A hand without a thumb never gets a type that needs one.

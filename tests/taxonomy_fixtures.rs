@@ -7,6 +7,12 @@ mod fixture;
 mod judge;
 #[path = "taxonomy/shape.rs"]
 mod shape;
+#[expect(
+    dead_code,
+    reason = "what only `pose_fixtures` calls makes widened fixtures"
+)]
+#[path = "taxonomy/widened.rs"]
+mod widened;
 
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
@@ -16,6 +22,7 @@ use judge::{Case, Error, Noise, Outcome, cases, halves, judge, share};
 use landscape::evaluation::taxonomy::Rule;
 use landscape::hand::{Hand, PosedHand};
 use landscape::object::Shape;
+use widened::{HandName, Widened};
 
 /// Largest distance of a contact, metres; a finger pad yields by as much.
 const TOUCHING_M: f64 = 2e-3;
@@ -39,6 +46,7 @@ fn noisy(error: Error) -> Noise {
     Noise {
         error,
         joints_rad: NOISE_RAD,
+        place_m: 0.0,
         copies: COPIES,
         seed: 0,
     }
@@ -46,10 +54,10 @@ fn noisy(error: Error) -> Noise {
 
 /// Shares that the rule must reach at least, as posed or with known contacts, and with moved hands: the category, the cell and
 /// the type of the answer are right. Moved hands have other contacts, which the rule believes.
-const RIGHT: [f64; 3] = [0.90, 0.85, 0.80];
-const RIGHT_MOVED: [f64; 3] = [0.80, 0.65, 0.55];
+const RIGHT: [f64; 3] = [0.93, 0.88, 0.82];
+const RIGHT_MOVED: [f64; 3] = [0.83, 0.69, 0.63];
 /// Largest share of poses outside the taxonomy that are given a type.
-const OTHERS: f64 = 0.15;
+const OTHERS: f64 = 0.12;
 
 /// Compares the rule on these fixtures with its targets.
 fn reaches_targets(fixtures: &[Case], noise: Noise) {
@@ -130,6 +138,72 @@ fn what_touches_touches_and_nothing_is_inside() {
     assert_eq!(ids.len(), count);
 }
 
+/// The widened fixtures: the same scenes with other sizes, forms and hands.
+#[test]
+fn every_type_is_widened_to_six_objects_and_three_hands() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/taxonomy/fixtures");
+    let fixtures = |name: &str| -> Vec<Widened> {
+        let text = std::fs::read_to_string(format!("{folder}/{name}.json")).unwrap();
+        serde_json::from_str(&text).unwrap()
+    };
+    let authored: BTreeMap<String, Fixture> = FILES
+        .into_iter()
+        .flat_map(read)
+        .map(|fixture| (fixture.id.clone(), fixture))
+        .collect();
+    for (name, least) in [("widened", 6), ("widened_held_out", 4)] {
+        let mut objects: BTreeMap<Option<u8>, Vec<String>> = BTreeMap::new();
+        let mut hands: BTreeMap<HandName, usize> = BTreeMap::new();
+        for fixture in fixtures(name) {
+            let base = &authored[&fixture.of];
+            let solids = widened::object(base, fixture.scale, fixture.reshaped);
+            let of_kind = objects.entry(base.kind).or_default();
+            of_kind.push(serde_json::to_string(&solids).unwrap());
+            *hands.entry(fixture.hand).or_default() += 1;
+        }
+        for (kind, own) in &mut objects {
+            own.sort();
+            own.dedup();
+            assert!(
+                own.len() >= least,
+                "{name}: {kind:?} has {} objects",
+                own.len()
+            );
+        }
+        assert_eq!(objects.len(), 34, "{name}");
+        assert!(
+            hands.len() == 3 && hands.values().all(|count| *count >= 80),
+            "{hands:?}"
+        );
+    }
+}
+
+/// Widened hands touch their objects and are hardly inside.
+#[test]
+fn widened_hands_close_on_their_objects() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/taxonomy/fixtures");
+    let text = std::fs::read_to_string(format!("{folder}/widened_held_out.json")).unwrap();
+    let fixtures: Vec<Widened> = serde_json::from_str(&text).unwrap();
+    let authored = read("second_held_out");
+    for name in HandName::ALL {
+        let Some(hand) = name.hand() else { continue };
+        for fixture in fixtures.iter().filter(|fixture| fixture.hand == name) {
+            let base = authored.iter().find(|base| base.id == fixture.of).unwrap();
+            let shape = shape::Union(widened::object(base, fixture.scale, fixture.reshaped));
+            let mut posed = PosedHand::default();
+            hand.pose(&fixture.x, &mut posed);
+            let distances = posed.points.iter().map(|point| shape.distance(point));
+            let nearest = distances.fold(f64::INFINITY, f64::min);
+            let id = &fixture.of;
+            assert!(
+                nearest > -DEEPEST_M - 1e-4,
+                "{id} on {name:?} is {nearest} m deep"
+            );
+            assert!(nearest < TOUCHING_M, "{id} on {name:?} touches nothing");
+        }
+    }
+}
+
 /// A sample that is quick to prepare: objects that are one shape have no field to be baked.
 #[test]
 fn the_rule_names_a_sample_that_it_was_not_made_with() {
@@ -165,6 +239,30 @@ fn the_rule_bears_misread_angles() {
 fn the_rule_names_what_it_was_not_made_with() {
     reaches_targets(&HELD_OUT, Noise::NONE);
     reaches_targets(&HELD_OUT, noisy(Error::Misread));
+}
+
+/// Other hands, sizes and forms; the share of types is that of objects that are one solid, as posed (`--example calibration`
+/// says 95, 87 and 83 %).
+#[test]
+#[ignore = "minutes"]
+fn the_rule_names_widened_fixtures_that_it_was_not_made_with() {
+    let mut authored = read("second_held_out");
+    authored.retain(|fixture| fixture.object.len() == 1);
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/taxonomy/fixtures");
+    let path = format!("{folder}/widened_held_out.json");
+    let cases = judge::widened_cases(path.as_ref(), authored).unwrap();
+    let outcomes = judge(&cases, Rule::standard(), Noise::NONE).unwrap();
+    let [known, others] = halves(&outcomes);
+    let right = [3, 1, 0].map(|within| share(&known, |outcome| outcome.right(within)).unwrap());
+    let accepted = share(&others, Outcome::accepted).unwrap();
+    assert!(
+        right
+            .iter()
+            .zip([0.92, 0.84, 0.80])
+            .all(|(found, least)| *found >= least)
+            && accepted <= 0.15,
+        "{right:.3?}, others accepted {accepted:.3}"
+    );
 }
 
 #[test]

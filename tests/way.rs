@@ -35,6 +35,29 @@ fn landscapes() -> Desk {
     desk
 }
 
+/// A hand that has no human grasp types gets one sentence that says why, and no chart; earlier versions printed thirty rows of
+/// insufficient data.
+#[test]
+fn a_landscape_without_grasp_types_is_compared_in_one_sentence() {
+    let desk = Desk::empty();
+    let synth = "synth --hand gripper_three_finger --object ball --preset four_points -n 2 --steps 50 --keep all";
+    print(&desk, &format!("{synth} -o g.parquet -q"));
+    print(&desk, "build g.parquet -o g.landscape -q");
+    let said = print(&desk, "compare g.landscape -o x");
+    let lines: Vec<&str> = said.lines().filter(|line| !line.is_empty()).collect();
+    assert_eq!(lines.len(), 2, "{said}");
+    assert_says(
+        lines[1],
+        &[
+            "no grasp types to compare",
+            "2 fingers instead of three or four",
+        ],
+    );
+    assert!(!desk.path("x.svg").exists() && desk.path("x.json").exists());
+    let said = print(&desk, "inspect g.parquet");
+    assert_says(&said, &["use of the hand is not measured", "2 fingers"]);
+}
+
 /// The JSON part of a binary glTF file.
 fn gltf(path: &Path) -> Value {
     let bytes = fs::read(path).unwrap();

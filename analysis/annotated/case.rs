@@ -12,6 +12,8 @@ pub(crate) struct Case {
     pub(crate) truth: &'static GraspType,
     /// Whether the parts that touch are those that the type needs.
     pub(crate) agrees: bool,
+    /// The pose of the hand, object frame.
+    pub(crate) x: Vec<f64>,
     /// The rule's label.
     pub(crate) label: Label,
 }

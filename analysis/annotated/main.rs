@@ -9,8 +9,12 @@
 //! out. `--human` uses the poses that were fitted to our human hand.
 
 mod case;
+mod disagreements;
+mod learner;
 mod people;
 mod picture;
+#[path = "../reliability.rs"]
+mod reliability;
 mod report;
 mod templates;
 
@@ -60,9 +64,20 @@ fn main() -> Result<(), Failure> {
             );
         }
     }
-    let report = report::report(&sets, &rule.version);
+    let all: Vec<&Case> = sets
+        .iter()
+        .filter(|set| set.posed_by_people)
+        .flat_map(|set| &set.cases)
+        .collect();
+    let learned = learner::leave_one_object_out(&all);
+    let report = report::report(&sets, &learned, &rule.version);
     std::fs::write(output.with_extension("md"), &report)?;
     picture::picture(&sets).save(&output.with_extension("png"))?;
+    if model == Model::Mano {
+        let people = Path::new(&data).join("ycb_affordance");
+        let stem = output.with_file_name("annotated_disagreements");
+        disagreements::write(&sets[0].cases, &people, &stem, &rule.version)?;
+    }
     Ok(())
 }
 

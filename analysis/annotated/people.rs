@@ -85,12 +85,10 @@ pub(crate) fn cases(
     wanted: impl Fn(&str) -> bool + Sync,
 ) -> Result<Vec<Case>, Failure> {
     let file: File = serde_json::from_str(&std::fs::read_to_string(folder.join("grasps.json"))?)?;
-    let (hand, order) = match model {
-        Model::Mano => (
-            Hand::from_files(&HandFiles::load(&folder.join("hand/mano_ycba.xml"))?)?,
-            &file.mano_joints,
-        ),
-        Model::Human => (Hand::human(), &file.human_joints),
+    let hand = hand_of(folder, model)?;
+    let order = match model {
+        Model::Mano => &file.mano_joints,
+        Model::Human => &file.human_joints,
     };
     let places = hand.joints.iter().map(|joint| {
         let place = order.iter().position(|name| *name == joint.name);
@@ -124,6 +122,7 @@ pub(crate) fn cases(
                 truth: truth.ok_or_else(|| format!("no type {}", grasp.label))?,
                 agrees: grasp.label_agrees_with_contact,
                 label: labeller.label(&x),
+                x,
             })
         };
         grasps.iter().map(case).collect()
@@ -132,7 +131,15 @@ pub(crate) fn cases(
     Ok(all.into_iter().flatten().collect())
 }
 
-fn mesh_of(folder: &Path, object: &str) -> Result<std::path::PathBuf, Failure> {
+/// The hand that holds the object.
+pub(crate) fn hand_of(folder: &Path, model: Model) -> Result<Hand, Failure> {
+    Ok(match model {
+        Model::Mano => Hand::from_files(&HandFiles::load(&folder.join("hand/mano_ycba.xml"))?)?,
+        Model::Human => Hand::human(),
+    })
+}
+
+pub(crate) fn mesh_of(folder: &Path, object: &str) -> Result<std::path::PathBuf, Failure> {
     let files = ["obj", "stl"].map(|ending| folder.join(format!("objects/{object}.{ending}")));
     let found = files.into_iter().find(|path| path.exists());
     found.ok_or_else(|| format!("no mesh of {object}").into())

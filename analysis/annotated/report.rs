@@ -8,13 +8,13 @@ use landscape::evaluation::taxonomy::Taxonomy;
 
 use crate::Set;
 use crate::case::{Case, Measure};
+use crate::learner::Learned;
+use crate::reliability::{Bin, calibration_error, reliability as curve};
 
 const DRAWS: usize = 2000;
 const SEED: u64 = 25;
 /// A type with as many grasps (or answers) counts as frequent.
 pub(crate) const FREQUENT: usize = 10;
-/// Number of bins of the reliability curve.
-const BINS: usize = 5;
 
 /// A share with the interval that resampling of the objects gives.
 #[derive(Debug, Clone, Copy)]
@@ -166,48 +166,13 @@ fn types(cases: &[&Case]) -> String {
     text
 }
 
-/// One bin of the reliability curve: the mean score, the share that is right, and the number of grasps.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Bin {
-    pub(crate) score: f64,
-    pub(crate) right: f64,
-    pub(crate) count: usize,
-}
-
 /// Bins of the best type's score.
-pub(crate) fn reliability(cases: &[&Case]) -> [Bin; BINS] {
-    let mut bins = [Bin::default(); BINS];
-    for case in cases {
-        let Some(best) = case.label.best.first() else {
-            continue;
-        };
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "a score is between 0 and 1"
-        )]
-        let bin = ((best.score * BINS as f64) as usize).min(BINS - 1);
-        bins[bin].count += 1;
-        bins[bin].score += best.score;
-        bins[bin].right += f64::from(u8::from(case.right(Measure::Type)));
-    }
-    bins.map(|bin| {
-        let count = bin.count.max(1) as f64;
-        Bin {
-            score: bin.score / count,
-            right: bin.right / count,
-            count: bin.count,
-        }
-    })
-}
-
-/// Expected calibration error: the mean over grasps of |score − share right| of their bin (Guo et al. 2017).
-pub(crate) fn calibration_error(bins: &[Bin]) -> f64 {
-    let all: usize = bins.iter().map(|bin| bin.count).sum();
-    let missed = bins
-        .iter()
-        .map(|bin| bin.count as f64 * (bin.score - bin.right).abs());
-    missed.sum::<f64>() / all.max(1) as f64
+pub(crate) fn reliability(cases: &[&Case]) -> Vec<Bin> {
+    let answered = cases.iter().filter_map(|case| {
+        let best = case.label.best.first()?;
+        Some((best.score, case.right(Measure::Type)))
+    });
+    curve(answered).to_vec()
 }
 
 fn calibration(cases: &[&Case]) -> String {
@@ -227,7 +192,7 @@ fn calibration(cases: &[&Case]) -> String {
 }
 
 /// One row for each set, and one for the commonest answer.
-fn summary(sets: &[Set]) -> String {
+fn summary(sets: &[Set], learned: &Learned) -> String {
     let mut text = "\n| % of grasps | grasps |".to_owned();
     for measure in Measure::ALL {
         let _ = write!(text, " {} |", measure.name());
@@ -242,8 +207,11 @@ fn summary(sets: &[Set]) -> String {
         }
         text.push('\n');
     };
+    let mut first = 0;
     for set in sets {
         let all: Vec<&Case> = set.cases.iter().collect();
+        let start = first;
+        first += all.len();
         row(&set.name, &all, &|measure| Some(per_grasp(&all, measure)));
         row(
             &format!("always the commonest, {}", set.short),
@@ -251,7 +219,22 @@ fn summary(sets: &[Set]) -> String {
             &|measure| commonest(&all, measure),
         );
         if set.posed_by_people {
+            let told = |keep: &dyn Fn(&Case) -> bool, measure: Measure| {
+                let kept = all.iter().enumerate().filter(|(_, case)| keep(case));
+                let right = kept.map(|(i, case)| learned.right(start + i, case.truth, measure));
+                let right: Vec<bool> = right.collect::<Option<_>>()?;
+                let count = right.iter().filter(|right| **right).count();
+                Some(count as f64 / right.len() as f64)
+            };
+            row(&format!("learner, {}", set.short), &all, &|measure| {
+                told(&|_| true, measure)
+            });
             let agree: Vec<&Case> = all.iter().copied().filter(|case| case.agrees).collect();
+            row(
+                &format!("learner, label agrees with contact, {}", set.short),
+                &agree,
+                &|measure| told(&|case| case.agrees, measure),
+            );
             row(
                 &format!("label agrees with contact, {}", set.short),
                 &agree,
@@ -263,15 +246,16 @@ fn summary(sets: &[Set]) -> String {
 }
 
 /// The whole report.
-pub(crate) fn report(sets: &[Set], version: &str) -> String {
+pub(crate) fn report(sets: &[Set], learned: &Learned, version: &str) -> String {
     let mut text = format!(
         "# Labels of grasps that people posed and named\n\n`LANDSCAPE_TEST_DATA=… cargo run --release --example annotated`, \
          rule {version}.\n\nRight: the rule's best guess, also where its label is only a cell or a category. Intervals: 95 %, \
          from {DRAWS} resamplings of the objects, each with all its grasps. *Agrees with contact*: all of both virtual fingers \
          touch, the palm exactly where the type needs it, and no other finger. *Always the commonest*: the share that the \
-         commonest class of these very grasps would get.\n"
+         commonest class of these very grasps would get. *Learner*: multinomial logistic regression on the same facts, each grasp \
+         named by a model of people's grasps of all other objects; it learns the habits of the annotators, too.\n"
     );
-    text += &summary(sets);
+    text += &summary(sets, learned);
     for set in sets {
         let all: Vec<&Case> = set.cases.iter().collect();
         text += &rows(&set.name, &all);

@@ -37,7 +37,7 @@ struct Annotated {
 pub(crate) fn cases(path: &Path, hand: &Path, rule: &Rule) -> Result<Vec<Case>, Failure> {
     let examples: Examples = serde_json::from_str(&std::fs::read_to_string(path)?)?;
     let hand = Hand::from_files(&HandFiles::load(hand)?)?;
-    let anatomy = Anatomy::of(&hand).ok_or("this hand is not read as a human one")?;
+    let anatomy = Anatomy::of(&hand)?;
     let mut cases = Vec::new();
     for template in &examples.templates {
         let mut x = vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
@@ -72,6 +72,7 @@ pub(crate) fn cases(path: &Path, hand: &Path, rule: &Rule) -> Result<Vec<Case>, 
             truth: truth.ok_or("a template has no type")?,
             agrees: true,
             label: label_contacts(rule, &anatomy, &posed, &touches, None),
+            x,
         });
     }
     Ok(cases)

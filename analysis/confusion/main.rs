@@ -1,9 +1,10 @@
 //! Labels of the rule for grasps of known type → `figures/taxonomy_confusion.md` and `.png`
 //!
-//! `cargo run --release --example confusion -- [--fixtures development|held_out|second_held_out …] [--noise RAD] [--copies
+//! `cargo run --release --example confusion -- [--fixtures SET …] [--noise RAD] [--copies
 //! N] [--seed N] [--rule RULE.toml] [--explain] [--output STEM]`
 //!
-//! The fixtures are those of `tests/taxonomy/fixtures`, by default all files. The rule was checked on the first two files while
+//! The fixtures are those of `tests/taxonomy/fixtures`: SET is `development`, `held_out` or `second_held_out` (by default all
+//! three), `widened` or `widened_held_out`. The rule was checked on the first two files while
 //! it was written; `second_held_out` must not be used to choose a rule. `--explain` also prints the reasons for each fixture
 //! with a wrong type.
 
@@ -11,11 +12,17 @@
 mod fixture;
 #[path = "../../tests/taxonomy/judge.rs"]
 mod judge;
+#[expect(
+    dead_code,
+    reason = "what only `pose_fixtures` calls makes widened fixtures"
+)]
+#[path = "../../tests/taxonomy/widened.rs"]
+mod widened;
 
 mod picture;
 mod report;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use judge::{Error, Noise, Outcome};
 use landscape::evaluation::taxonomy::{Rule, explain};
@@ -34,6 +41,7 @@ fn main() -> Result<(), Failure> {
     let mut noise = Noise {
         error: Error::Moved,
         joints_rad: 0.1,
+        place_m: 0.0,
         copies: 10,
         seed: 0,
     };
@@ -57,8 +65,18 @@ fn main() -> Result<(), Failure> {
     }
     let mut conditions = Vec::new();
     for set in &sets {
-        let path = format!("tests/taxonomy/fixtures/{set}.json");
-        let cases = judge::cases(judge::read(Path::new(&path))?)?;
+        let path = |name: &str| PathBuf::from(format!("tests/taxonomy/fixtures/{name}.json"));
+        let authored = |names: &[&str]| -> Result<Vec<fixture::Fixture>, Failure> {
+            let all = names.iter().map(|name| judge::read(&path(name)));
+            Ok(all.collect::<Result<Vec<_>, _>>()?.concat())
+        };
+        let cases = match set.as_str() {
+            "widened" => judge::widened_cases(&path(set), authored(&["development", "held_out"])?)?,
+            "widened_held_out" => {
+                judge::widened_cases(&path(set), authored(&["second_held_out"])?)?
+            }
+            _ => judge::cases(authored(&[set])?)?,
+        };
         let name = set.replace('_', " ");
         conditions.push(Condition {
             name: format!("{name}, as posed"),

@@ -7,7 +7,7 @@ use landscape::optimize::{QuenchSettings, quench};
 use landscape::space::{PoseSpace, Space, Symmetry, joints_of};
 use nalgebra::{Matrix3, Vector3};
 
-use crate::shape::{Union, points};
+use crate::shape::Union;
 
 /// Unit of all squared terms, metres.
 const UNIT_M: f64 = 1e-3;
@@ -43,6 +43,8 @@ pub(crate) struct Closing<'a> {
     pub(crate) pull: f64,
     pub(crate) push: f64,
     pub(crate) space: PoseSpace,
+    /// Point of the root about which the placement is measured.
+    pub(crate) centre: Vector3<f64>,
 }
 
 /// Accuracy of a pose with respect to the requirements.
@@ -87,44 +89,49 @@ impl<'a> Closing<'a> {
         hand: &'a Hand,
         shape: &'a Union,
         samples: &'a [Vector3<f64>],
-        (touch, free): (&[String], &[String]),
+        (touching, free): (Vec<Vec<usize>>, Vec<usize>),
         rough: Vec<f64>,
         (looseness, oppose): (f64, f64),
+        idle: impl Fn(usize) -> bool,
     ) -> Self {
-        let idle = hand.joints.iter().map(|joint| {
-            let digit = &hand.digits[hand.links[joint.link.0].digit];
-            !touch.iter().any(|region| region.starts_with(digit))
-        });
+        let digits = hand
+            .joints
+            .iter()
+            .map(|joint| hand.links[joint.link.0].digit);
         Self {
             hand,
             shape,
             samples,
-            touching: touch.iter().map(|region| points(hand, region)).collect(),
-            free: free
-                .iter()
-                .flat_map(|region| points(hand, region))
-                .collect(),
-            idle: idle.collect(),
+            touching,
+            free,
+            idle: digits.map(idle).collect(),
             rough,
             looseness,
             oppose,
             pull: 1.0,
             push: 1.0,
             space: PoseSpace::new(hand.pose_metric(), Symmetry::None),
+            centre: Vector3::new(0.0, 0.09, 0.02),
         }
     }
 
     /// The pose after closing in stages of growing strictness.
     pub(crate) fn close(&mut self) -> Vec<f64> {
+        self.close_in(&[(0.3, 0.3, 300), (2.0, 3.0, 400), (20.0, 60.0, 900)], 3)
+    }
+
+    /// The pose after closing in these stages: factors of contacts and of penetration, and evaluations of each of so many
+    /// descents.
+    pub(crate) fn close_in(&mut self, stages: &[(f64, f64, usize)], descents: usize) -> Vec<f64> {
         let mut x = self.rough.clone();
-        for (pull, push, evaluations) in [(0.3, 0.3, 300), (2.0, 3.0, 400), (20.0, 60.0, 900)] {
+        for &(pull, push, evaluations) in stages {
             (self.pull, self.push) = (pull, push);
             let settings = QuenchSettings::default()
                 .with_max_step(0.01)
                 .with_gradient_tolerance(1.0)
                 .with_max_evaluations(evaluations);
             // The touching points are chosen anew a few times, because the choice has kinks that stop a descent.
-            for _ in 0..3 {
+            for _ in 0..descents {
                 x = quench(self, &x, &settings).x;
             }
         }
@@ -310,13 +317,12 @@ impl Energy for Closing<'_> {
         self.hand.pose_links(&self.rough, &mut rough);
         let mut tied = vec![Wrench::default(); self.hand.links.len()];
         let (here, there) = (posed.object_from_link[0], rough.object_from_link[0]);
-        let centre = Vector3::new(0.0, 0.09, 0.02);
         let arm = SHIFT_M / TURN_RAD;
         for end in [Vector3::x(), Vector3::y(), Vector3::z()]
             .iter()
             .flat_map(|e| [*e, -e])
         {
-            let local = centre + end * arm;
+            let local = self.centre + end * arm;
             let p = here.point(&local);
             let off = (p - there.point(&local)) / (SHIFT_M * self.looseness);
             energy += off.norm_squared() / 6.0;

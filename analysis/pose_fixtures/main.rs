@@ -1,17 +1,22 @@
 //! Poses the fixtures of the taxonomy in `tests/taxonomy/fixtures`: `authored.json` → `development.json` and
-//! `held_out.json`, and `second_authored.json` → `second_held_out.json`.
+//! `held_out.json`, and `second_authored.json` → `second_held_out.json`; and from these `widened.json` and
+//! `widened_held_out.json`: the same scenes with other hands, sizes and forms.
 //!
 //! `cargo run --release --example pose_fixtures [FOLDER [ID …]]`: with a folder, it also draws the fixtures whose id starts
-//! with one of `ID` into it. Files are written when all fixtures are posed.
+//! with one of `ID` into it. Files are written when all fixtures are posed. `--widen` in place of FOLDER only makes the
+//! widened ones, from the files of posed fixtures; `LANDSCAPE_TEST_DATA` must then name the test data with the Shadow hand.
 
 #[path = "../../tests/taxonomy/fixture.rs"]
 mod fixture;
 #[path = "../../tests/taxonomy/shape.rs"]
 mod shape;
+#[path = "../../tests/taxonomy/widened.rs"]
+mod widened;
 
 mod authored;
 mod closing;
 mod picture;
+mod widen;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -27,6 +32,8 @@ use authored::Authored;
 use closing::{Closing, Fit};
 use fixture::{Fixture, Placement};
 use shape::Union;
+use widen::{Reader, widen};
+use widened::HandName;
 
 const FOLDER: &str = "tests/taxonomy/fixtures";
 /// The authored files, first and later, and the files of fixtures made from them: one, or two halves.
@@ -36,6 +43,9 @@ const SETS: [(&str, &[&str]); 2] = [
 ];
 /// Seed of the split into halves, fixed before the first fixture was posed.
 const SPLIT_SEED: u64 = 33;
+/// Files of widened fixtures of the two sets, and the seed of their sizes and forms.
+const WIDENED: [&str; 2] = ["widened", "widened_held_out"];
+const WIDEN_SEED: u64 = 25;
 
 /// Which fixtures are for development: the first half of a shuffled list of each type, and of poses outside the taxonomy.
 fn development(count: usize, kind: Option<u8>) -> Vec<bool> {
@@ -80,9 +90,22 @@ fn pose(
         hand,
         &shape,
         &samples,
-        (&touch, &free),
+        (
+            touch
+                .iter()
+                .map(|region| shape::points(hand, region))
+                .collect(),
+            free.iter()
+                .flat_map(|region| shape::points(hand, region))
+                .collect(),
+        ),
         start,
         (loose, rough.oppose.unwrap_or(0.0)),
+        |digit| {
+            !touch
+                .iter()
+                .any(|region| region.starts_with(&hand.digits[digit]))
+        },
     );
     let pose = Pose::from(closing.close());
     let fit = closing.fit(&pose);
@@ -110,6 +133,12 @@ fn pose(
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);
     let pictures = arguments.next().map(PathBuf::from);
+    if pictures
+        .as_ref()
+        .is_some_and(|first| first.as_os_str() == "--widen")
+    {
+        return write_widened();
+    }
     let wanted: Vec<String> = arguments.collect();
     let hand = Hand::human();
     let mut authored: Vec<(usize, Authored)> = Vec::new();
@@ -194,6 +223,38 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let own = fixtures.iter().filter(|(of, _)| *of == set);
             write_set(&own.map(|(_, fixture)| fixture).collect::<Vec<_>>(), names)?;
         }
+    }
+    Ok(())
+}
+
+/// Makes the widened fixtures. Those of the first authored file are for fitting, those of the second one for judging.
+fn write_widened() -> Result<(), Box<dyn std::error::Error>> {
+    let hands = HandName::ALL.map(|name| (name, name.hand()));
+    let mut readers = Vec::new();
+    for (name, hand) in &hands {
+        let hand = hand
+            .as_ref()
+            .ok_or_else(|| format!("{name:?} is not at hand"))?;
+        readers.push(Reader::new(*name, hand)?);
+    }
+    for (set, (_, names)) in SETS.iter().enumerate() {
+        let mut bases: Vec<Fixture> = Vec::new();
+        for name in *names {
+            let text = std::fs::read_to_string(format!("{FOLDER}/{name}.json"))?;
+            bases.extend(serde_json::from_str::<Vec<Fixture>>(&text)?);
+        }
+        let made = widen(&bases, &readers, WIDEN_SEED + set as u64)?;
+        println!(
+            "{} of {} scenes close well",
+            made.len(),
+            bases.len() * readers.len()
+        );
+        let lines: Vec<String> = made
+            .iter()
+            .map(serde_json::to_string)
+            .collect::<Result<_, _>>()?;
+        let path = format!("{FOLDER}/{}.json", WIDENED[set]);
+        std::fs::write(path, format!("[\n{}\n]\n", lines.join(",\n")))?;
     }
     Ok(())
 }

@@ -67,13 +67,8 @@ pub(super) fn run(command: &Compare, common: &Common) -> anyhow::Result<()> {
     let settings = StatisticsSettings::default();
     let found = compare_with_taxonomy(&landscape, &settings, group_barrier, command.seed)?;
     let text = shown(&found.markdown());
-    finish(
-        &output,
-        &text,
-        &found.to_json(),
-        Some(found.chart()),
-        common,
-    )
+    let chart = found.without_labels().is_none().then(|| found.chart());
+    finish(&output, &text, &found.to_json(), chart, common)
 }
 
 /// `NAME.comparison` beside the landscape.

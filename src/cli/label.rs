@@ -12,9 +12,7 @@ use super::input;
 use super::output::check_file;
 use super::run::Watch;
 use crate::cli::printing::{complain, print};
-use crate::evaluation::taxonomy::{
-    Category, Inapplicable, Label, Rule, Taxonomy, Verdict, explain,
-};
+use crate::evaluation::taxonomy::{Category, Label, Rule, Taxonomy, Verdict, explain};
 use crate::store::{GraspFile, GraspRow};
 use crate::study::{HumanLabel, Run, given_labels, human_label, label_all, record_labels, tally};
 
@@ -215,11 +213,13 @@ impl Counted<'_> {
             self.line("not applicable", inapplicable),
         ]
         .concat();
-        for why in [Inapplicable::Hand, Inapplicable::Touch] {
-            let count = self.count(|verdict| *verdict == Verdict::NotApplicable(why));
-            if count > 0 {
-                let _ = writeln!(text, "    {count}: {}", why.words());
-            }
+        let reasons = self.0.values().filter_map(|label| match label.verdict {
+            Verdict::NotApplicable(why) => Some(why.words()),
+            _ => None,
+        });
+        let reasons: Vec<String> = reasons.collect();
+        for (why, count) in tally(reasons.iter().map(String::as_str)) {
+            let _ = writeln!(text, "    {count}: {why}");
         }
         text
     }

@@ -5,8 +5,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use rayon::prelude::*;
 use serde::Serialize;
 
+use crate::evaluation::HandUse;
+use crate::evaluation::taxonomy::{Anatomy, Inapplicable};
 use crate::grasp::closure::PointContact;
 use crate::grasp::{GraspEnergy, Judgement, MeasuredContact, judge, measure_contacts};
+use crate::hand::Hand;
 use crate::store::{GraspRow, Population};
 
 /// A row of a file and its judgement.
@@ -35,6 +38,8 @@ pub struct JudgedGrasp {
     pub passes_released: bool,
     /// First reason why the strict filter refuses it.
     pub objection: Option<&'static str>,
+    /// How it uses the hand; unknown if the hand is not built like a human one or does not touch.
+    pub hand_use: Option<HandUse>,
     /// Contacts on the exact mesh.
     pub contacts: Vec<JudgedContact>,
 }
@@ -65,9 +70,10 @@ pub fn judge_all(
     rows: &[&GraspRow],
     judged: impl Fn() + Sync,
 ) -> Vec<JudgedGrasp> {
+    let anatomy = Anatomy::of(energy.hand()).ok();
     rows.par_iter()
         .map(|row| {
-            let found = JudgedGrasp::new(energy, population.terms(), row);
+            let found = JudgedGrasp::new(energy, anatomy.as_ref(), population.terms(), row);
             judged();
             found
         })
@@ -75,7 +81,12 @@ pub fn judge_all(
 }
 
 impl JudgedGrasp {
-    fn new(energy: &GraspEnergy, terms: &[String], row: &GraspRow) -> Self {
+    fn new(
+        energy: &GraspEnergy,
+        anatomy: Option<&Anatomy>,
+        terms: &[String],
+        row: &GraspRow,
+    ) -> Self {
         let hand = energy.hand();
         let judgement = judge(energy, &row.grasp);
         let contact = |measured: &MeasuredContact| {
@@ -105,6 +116,8 @@ impl JudgedGrasp {
             passes_released: judgement.passes_released(),
             objection: judgement.strict_objection(),
             judgement,
+            hand_use: anatomy
+                .and_then(|anatomy| HandUse::of(hand, anatomy, energy.object(), &row.grasp.pose)),
             contacts: measured.iter().map(contact).collect(),
         }
     }
@@ -131,11 +144,13 @@ pub struct JudgedPopulation {
     pub objections: BTreeMap<&'static str, usize>,
     /// Number of grasps that touch with each link.
     pub touched_by: BTreeMap<String, usize>,
+    /// Why the hand is not measured as a human one, if so.
+    pub not_human: Option<String>,
 }
 
 impl JudgedPopulation {
-    /// Counts the judged grasps of a population.
-    pub fn of(population: &Population<'_>, judged: &[JudgedGrasp]) -> Self {
+    /// Counts the judged grasps of a population; `hand` is its hand.
+    pub fn of(population: &Population<'_>, hand: &Hand, judged: &[JudgedGrasp]) -> Self {
         let count =
             |test: fn(&JudgedGrasp) -> bool| judged.iter().filter(|grasp| test(grasp)).count();
         let mut objections = BTreeMap::new();
@@ -160,6 +175,9 @@ impl JudgedPopulation {
             passes_released: count(|grasp| grasp.passes_released),
             objections,
             touched_by,
+            not_human: Anatomy::of(hand)
+                .err()
+                .map(|why| Inapplicable::Hand(why).words()),
         }
     }
 }

@@ -1,17 +1,20 @@
 //! Labels of the rule on fixtures, and how often they are right.
 
+use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
 
 use landscape::evaluation::taxonomy::{
     Anatomy, Label, Labeller, Rule, Taxonomy, TouchingPatch, Verdict, held, label_contacts, touches,
 };
 use landscape::hand::{Hand, PosedHand};
-use landscape::object::{Assembly, Object};
+use landscape::object::{Assembly, Object, Primitive};
 use landscape::sample::{Task, stream};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
 use super::fixture::Fixture;
+use super::widened::{HandName, Widened, object};
 
 type Failure = Box<dyn std::error::Error + Send + Sync>;
 
@@ -33,12 +36,15 @@ pub(crate) enum Error {
     Misread,
 }
 
-/// Errors of the joint angles: independent normal errors, clamped at the limits.
+/// Errors of the joint angles: independent normal errors, clamped at the limits; and of the place of the whole hand.
 #[derive(Clone, Copy)]
 pub(crate) struct Noise {
     pub(crate) error: Error,
-    /// Standard deviation.
+    /// Standard deviation of each joint angle.
     pub(crate) joints_rad: f64,
+    /// Standard deviation of each coordinate of the hand's place, for hands that have moved. Whoever poses a hand by eye
+    /// errs by several millimetres.
+    pub(crate) place_m: f64,
     /// Number of noisy poses of each fixture.
     pub(crate) copies: u64,
     pub(crate) seed: u64,
@@ -49,6 +55,7 @@ impl Noise {
     pub(crate) const NONE: Self = Self {
         error: Error::Moved,
         joints_rad: 0.0,
+        place_m: 0.0,
         copies: 1,
         seed: 0,
     };
@@ -77,9 +84,12 @@ impl Outcome {
     }
 }
 
-/// A fixture with its object.
+/// A posed hand with its object.
 pub(crate) struct Case {
-    fixture: Fixture,
+    id: String,
+    kind: Option<u8>,
+    hand: Arc<Hand>,
+    x: Vec<f64>,
     object: Object,
 }
 
@@ -90,39 +100,99 @@ pub(crate) fn read(path: &Path) -> Result<Vec<Fixture>, Failure> {
 
 /// Fixtures with their objects. Each takes a second to prepare.
 pub(crate) fn cases(fixtures: Vec<Fixture>) -> Result<Vec<Case>, Failure> {
+    let hand = Arc::new(Hand::human());
     let case = |fixture: Fixture| -> Result<Case, Failure> {
-        let assembly = Assembly {
-            parts: fixture.object.clone(),
-            ..Assembly::default()
-        };
-        let (mesh, description) = assembly.object(&fixture.id)?;
-        let object = Object::from_mesh(&fixture.id, mesh, &description)?;
-        Ok(Case { fixture, object })
+        let id = fixture.id.clone();
+        let x = fixture.coordinates(&hand);
+        Ok(Case {
+            object: assembled(&id, fixture.object)?,
+            x: x.ok_or_else(|| format!("{id} has other joints than the hand"))?,
+            hand: hand.clone(),
+            kind: fixture.kind,
+            id,
+        })
     };
     fixtures.into_par_iter().map(case).collect()
 }
 
+fn assembled(id: &str, parts: Vec<Primitive>) -> Result<Object, Failure> {
+    let assembly = Assembly {
+        parts,
+        ..Assembly::default()
+    };
+    let (mesh, description) = assembly.object(id)?;
+    Ok(Object::from_mesh(id, mesh, &description)?)
+}
+
+/// The widened fixtures of a file that belong to these authored ones and whose hand is at hand.
+pub(crate) fn widened_cases(path: &Path, authored: Vec<Fixture>) -> Result<Vec<Case>, Failure> {
+    let fixtures: Vec<Widened> = serde_json::from_str(&std::fs::read_to_string(path)?)?;
+    let authored: BTreeMap<String, Fixture> = authored
+        .into_iter()
+        .map(|fixture| (fixture.id.clone(), fixture))
+        .collect();
+    let hands: Vec<(HandName, Arc<Hand>)> = HandName::ALL
+        .into_iter()
+        .filter_map(|name| Some((name, name.hand()?)))
+        .collect();
+    let case = |fixture: &Widened| -> Option<Result<Case, Failure>> {
+        let (name, hand) = hands.iter().find(|(name, _)| *name == fixture.hand)?;
+        let base = authored.get(&fixture.of)?;
+        let id = format!("{}-{name:?}", fixture.of);
+        let joints = fixture.x.len().checked_sub(7);
+        if joints != Some(hand.joints.len()) {
+            return Some(Err(format!("{id} has other joints than the hand").into()));
+        }
+        Some(
+            assembled(&id, object(base, fixture.scale, fixture.reshaped)).map(|object| Case {
+                object,
+                x: fixture.x.clone(),
+                hand: hand.clone(),
+                kind: base.kind,
+                id,
+            }),
+        )
+    };
+    fixtures.par_iter().filter_map(case).collect()
+}
+
 /// Labels of all copies of all fixtures, in order.
 pub(crate) fn judge(cases: &[Case], rule: &Rule, noise: Noise) -> Result<Vec<Outcome>, Failure> {
-    let hand = Hand::human();
-    let anatomy = Anatomy::of(&hand).ok_or("the human hand is not read as one")?;
-    let of_case = |(index, case): (usize, &Case)| -> Result<Vec<Outcome>, Failure> {
-        let Case { fixture, object } = case;
-        let id = &fixture.id;
-        let labeller = Labeller::new(&hand, object, rule);
-        let x = fixture
-            .coordinates(&hand)
-            .ok_or_else(|| format!("{id} has other joints than the hand"))?;
+    Ok(judge_each(cases, rule, noise, &[rule.sharpness])?.remove(0))
+}
+
+/// As [`judge`], for several values of the rule's sharpness in place of its own.
+pub(crate) fn judge_each(
+    cases: &[Case],
+    rule: &Rule,
+    noise: Noise,
+    sharpness: &[f64],
+) -> Result<Vec<Vec<Outcome>>, Failure> {
+    let of_case = |(index, case): (usize, &Case)| -> Result<Vec<Vec<Outcome>>, Failure> {
+        let Case {
+            id,
+            kind,
+            hand,
+            x,
+            object,
+        } = case;
+        let anatomy = Anatomy::of(hand)?;
+        let labeller = Labeller::new(hand, object, rule);
         let mut posed = PosedHand::default();
-        hand.pose(&x, &mut posed);
-        let near = touches(&hand, &anatomy, &posed, object);
+        hand.pose(x, &mut posed);
+        let near = touches(hand, &anatomy, &posed, object);
         let held = held(object, &near, &anatomy.volar(&posed));
-        let misread = |x: &[f64]| {
+        let misread = |x: &[f64]| -> Vec<Label> {
             let mut read = PosedHand::default();
             hand.pose(x, &mut read);
             let carried: Vec<TouchingPatch> =
                 near.iter().map(|t| t.carried(&posed, &read)).collect();
-            label_contacts(rule, &anatomy, &read, &carried, held.clone())
+            let label = |sharpness: &f64| {
+                let mut rule = rule.clone();
+                rule.sharpness = *sharpness;
+                label_contacts(&rule, &anatomy, &read, &carried, held.clone())
+            };
+            sharpness.iter().map(label).collect()
         };
         let labelled = |copy: u64| {
             let mut x = x.clone();
@@ -135,21 +205,35 @@ pub(crate) fn judge(cases: &[Case], rule: &Rule, noise: Noise) -> Result<Vec<Out
                     *angle = (*angle + noise.joints_rad * step).clamp(lower, upper);
                 }
             }
-            Outcome {
-                id: id.clone(),
-                truth: fixture.kind,
-                label: match noise.error {
-                    Error::Moved => labeller.label(&x),
-                    Error::Misread => misread(&x),
-                },
+            if noise.place_m > 0.0 {
+                for coordinate in &mut x[..3] {
+                    let step: f64 = StandardNormal.sample(&mut random);
+                    *coordinate += noise.place_m * step;
+                }
             }
+            let labels = match noise.error {
+                Error::Moved => labeller.labels(&x, sharpness),
+                Error::Misread => misread(&x),
+            };
+            let outcome = |label| Outcome {
+                id: id.clone(),
+                truth: *kind,
+                label,
+            };
+            labels.into_iter().map(outcome).collect()
         };
         Ok((0..noise.copies).map(labelled).collect())
     };
-    let outcomes: Vec<Vec<Outcome>> = (cases.par_iter().enumerate())
+    let outcomes: Vec<Vec<Vec<Outcome>>> = (cases.par_iter().enumerate())
         .map(of_case)
         .collect::<Result<_, _>>()?;
-    Ok(outcomes.into_iter().flatten().collect())
+    let mut sorted: Vec<Vec<Outcome>> = sharpness.iter().map(|_| Vec::new()).collect();
+    for copy in outcomes.into_iter().flatten() {
+        for (own, outcome) in sorted.iter_mut().zip(copy) {
+            own.push(outcome);
+        }
+    }
+    Ok(sorted)
 }
 
 /// The share of the outcomes that pass a test; `None` if there are none.

@@ -186,7 +186,7 @@ impl<'a> Experiments<'a> {
         let hand = self.energy.hand();
         let mut posed = PosedHand::default();
         hand.pose(x, &mut posed);
-        let Some(anatomy) = Anatomy::of(hand) else {
+        let Ok(anatomy) = Anatomy::of(hand) else {
             return f64::NAN;
         };
         (0..hand.surface.len())

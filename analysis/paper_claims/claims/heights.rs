@@ -51,7 +51,7 @@ impl Asked<'_> {
         let asked = &self.claims.alike;
         let heights = self.basins.saddles.raised(self.settings.censored_factor);
         let blocks = vec![0; self.basins.minima.len()];
-        if !self.basins.applicable || blocks.len() < self.settings.least_per_class {
+        if self.basins.inapplicable.is_some() || blocks.len() < self.settings.least_per_class {
             return insufficient(
                 "H1",
                 &asked.claim,
@@ -98,7 +98,7 @@ impl Asked<'_> {
     fn all(&self) -> Finding {
         let asked = &self.claims.all;
         let total: f64 = self.basins.minima.iter().map(|basin| basin.grasps).sum();
-        let mut holds = self.basins.applicable;
+        let mut holds = self.basins.inapplicable.is_none();
         let mut parts = Vec::new();
         for category in [Category::Power, Category::Intermediate, Category::Precision] {
             let own = || {
@@ -120,7 +120,7 @@ impl Asked<'_> {
                 100.0 * share
             ));
         }
-        let verdict = if self.basins.applicable {
+        let verdict = if self.basins.inapplicable.is_none() {
             Verdict::of(holds)
         } else {
             Verdict::Insufficient
@@ -291,7 +291,7 @@ impl Asked<'_> {
         let others = asked.other_thresholds.map(share);
         let holds = (asked.share[0]..=asked.share[1]).contains(&here)
             && others.iter().all(|share| *share > 0.0);
-        let verdict = if self.basins.applicable {
+        let verdict = if self.basins.inapplicable.is_none() {
             Verdict::of(holds)
         } else {
             Verdict::Insufficient
@@ -478,7 +478,7 @@ mod tests {
         Basins {
             name: "planted".to_owned(),
             minima: types.iter().map(minimum).collect(),
-            applicable: true,
+            inapplicable: None,
             labelled_in_file: 0,
             group_barrier: 0.1,
             groups: types.len(),

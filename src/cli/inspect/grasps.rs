@@ -10,6 +10,7 @@ use super::{Inspect, number, table, yes};
 use crate::cli::args::Common;
 use crate::cli::printing::print;
 use crate::cli::{input, progress};
+use crate::evaluation::human_likeness::MEASURES;
 use crate::grasp::Judgement;
 use crate::grasp::closure::{PointContact, contact_forces};
 use crate::grasp::filter::STRICT_FRICTION;
@@ -45,7 +46,7 @@ pub(super) fn run(command: &Inspect, common: &Common) -> anyhow::Result<()> {
         }
         let energy = population.energy().with_context(|| format!("{name}"))?;
         let judged = judge_all(&energy, &population, &grasps, || bar.inc(1));
-        let counts = JudgedPopulation::of(&population, &judged);
+        let counts = JudgedPopulation::of(&population, energy.hand(), &judged);
         if !command.grasp.is_empty() {
             for grasp in &judged {
                 text.push_str(&detail(grasp));
@@ -233,6 +234,7 @@ fn summary(population: &JudgedPopulation, judged: &[JudgedGrasp]) -> String {
     }
     text.push('\n');
     text.push_str(&quantiles(judged));
+    text.push_str(&hand_use(population, judged));
     text.push_str("\ntouched by\n");
     let mut rows = Vec::new();
     for (link, count) in by_frequency(&population.touched_by) {
@@ -250,6 +252,7 @@ fn by_frequency<K: AsRef<str>>(counts: &BTreeMap<K, usize>) -> Vec<(&str, usize)
     sorted
 }
 
+/// Quantiles of all measures of quality.
 fn quantiles(judged: &[JudgedGrasp]) -> String {
     type Value = fn(&JudgedGrasp) -> f64;
     let measures: [(&str, Value); 9] = [
@@ -271,17 +274,8 @@ fn quantiles(judged: &[JudgedGrasp]) -> String {
     ];
     let header = ["", "least", "10 %", "median", "90 %", "most"];
     let mut rows = vec![header.map(str::to_owned).to_vec()];
-    let mut row = |name: String, mut values: Vec<f64>| {
-        values.sort_by(f64::total_cmp);
-        let last = values.len() - 1;
-        // Quantiles in tenths, rounded to the nearest grasp, since friction may be infinite.
-        let at = |tenths: usize| number(values[(last * tenths + 5) / 10]);
-        let mut cells = vec![name];
-        cells.extend([0, 1, 5, 9, 10].map(at));
-        rows.push(cells);
-    };
     for (name, value) in measures {
-        row(name.to_owned(), judged.iter().map(value).collect());
+        rows.push(row(name.to_owned(), judged.iter().map(value).collect()));
     }
     let terms = judged
         .first()
@@ -289,7 +283,41 @@ fn quantiles(judged: &[JudgedGrasp]) -> String {
         .flat_map(|grasp| grasp.terms.keys());
     for term in terms {
         let values = judged.iter().map(|grasp| grasp.terms[term]);
-        row(format!("  {term}"), values.collect());
+        rows.push(row(format!("  {term}"), values.collect()));
     }
     table(&rows)
+}
+
+/// A row of quantiles of at least one value.
+fn row(name: String, mut values: Vec<f64>) -> Vec<String> {
+    values.sort_by(f64::total_cmp);
+    let last = values.len() - 1;
+    // Quantiles in tenths, rounded to the nearest grasp, since friction may be infinite.
+    let at = |tenths: usize| number(values[(last * tenths + 5) / 10]);
+    let mut cells = vec![name];
+    cells.extend([0, 1, 5, 9, 10].map(at));
+    cells
+}
+
+/// How the grasps use the hand: quantiles and the mean, or why that is not measured.
+fn hand_use(population: &JudgedPopulation, judged: &[JudgedGrasp]) -> String {
+    if let Some(why) = &population.not_human {
+        return format!("\nuse of the hand is not measured: {why}\n");
+    }
+    let header = ["", "least", "10 %", "median", "90 %", "most", "mean"];
+    let mut rows = vec![header.map(str::to_owned).to_vec()];
+    for measure in MEASURES {
+        let values = judged
+            .iter()
+            .filter_map(|grasp| (measure.of)(grasp.hand_use.as_ref()?));
+        let values: Vec<f64> = values.collect();
+        if values.is_empty() {
+            continue;
+        }
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        let mut cells = row(format!("  {}", measure.name), values);
+        cells.push(number(mean));
+        rows.push(cells);
+    }
+    format!("\nuse of the hand\n{}", table(&rows))
 }

@@ -55,13 +55,36 @@ pub(super) struct BoneAxis {
 
 /// Directions of the palm.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct PalmAxes {
+pub struct PalmAxes {
     /// Out of the palm.
-    pub(super) volar: Vector3<f64>,
+    pub volar: Vector3<f64>,
     /// To the fingertips.
-    pub(super) distal: Vector3<f64>,
+    pub distal: Vector3<f64>,
     /// To the thumb.
-    pub(super) radial: Vector3<f64>,
+    pub radial: Vector3<f64>,
+}
+
+/// Why a hand is not built like a human one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Unlike {
+    /// No digit stands out as a thumb.
+    #[error(
+        "no digit stands out as a thumb: a thumb differs in direction and closing from the other digits"
+    )]
+    NoThumb,
+    /// The number of fingers is not three or four.
+    #[error("beside the thumb it has {0} fingers instead of three or four")]
+    Fingers(usize),
+    /// A digit has a single phalanx.
+    #[error("digit {0}, counted from the thumb, has fewer than two phalanges")]
+    Phalanges(usize),
+    /// The direction in which a digit closes is unknown.
+    #[error("digit {0}, counted from the thumb, does not bend")]
+    Rigid(usize),
+    /// There is no palm to which digits are attached.
+    #[error("it has no palm to which digits are attached")]
+    NoPalm,
 }
 
 /// A hand interpreted as a human one.
@@ -91,17 +114,20 @@ struct Chain {
 }
 
 impl Anatomy {
-    /// Interprets a hand as a human one; `None` if that would be a guess.
+    /// Interprets a hand as a human one.
     ///
     /// Digits named `thumb`, `index`, `middle`, `ring`, `little` (any of them) are taken by their names. Any other hand
     /// must have a thumb, as [`Hand`] finds it, and three or four fingers, all of at least two bones; the finger nearest to
     /// the thumb is the index finger. A finger of two bones has a proximal and a distal one. Bones follow from the joints
     /// between them, and sides from the direction in which the digit closes.
-    pub fn of(hand: &Hand) -> Option<Self> {
+    ///
+    /// # Errors
+    /// If that would be a guess; the error tells which condition failed.
+    pub fn of(hand: &Hand) -> Result<Self, Unlike> {
         let straight = hand.straight();
         let reaches = hand.straight_joints();
         let digits: Vec<usize> = (1..hand.digits.len()).collect();
-        let palm_link = palm_link(hand)?;
+        let palm_link = palm_link(hand).ok_or(Unlike::NoPalm)?;
         let root = &straight.object_from_link[0];
         let volar = root.direction(&hand.palm.volar);
         let distal = root.direction(&hand.palm.distal);
@@ -119,14 +145,15 @@ impl Anatomy {
             .collect();
 
         let human = human_digits(hand, &chains, &across)?;
-        let radial = radial(&chains, &human, &across)?;
+        let radial = radial(&chains, &human, &across).ok_or(Unlike::NoPalm)?;
         let chirality = radial.dot(&across).signum();
 
         let mut axes: [Vec<BoneAxis>; 5] = Default::default();
         let mut of_link: Vec<Option<Sides>> = vec![None; hand.links.len()];
         for (chain, &digit) in chains.iter().zip(&human) {
             let pad = if digit == 1 {
-                chain.closing(hand, &straight, &reaches)?
+                let closing = chain.closing(hand, &straight, &reaches);
+                closing.ok_or(Unlike::Rigid(digit))?
             } else {
                 volar
             };
@@ -135,7 +162,8 @@ impl Anatomy {
                     continue;
                 };
                 let along = chain.directions[place];
-                let pad = (pad - along * along.dot(&pad)).try_normalize(1e-6)?;
+                let pad = (pad - along * along.dot(&pad)).try_normalize(1e-6);
+                let pad = pad.ok_or(Unlike::Rigid(digit))?;
                 let side = along.cross(&pad) * chirality;
                 for &link in links {
                     let frame = &straight.object_from_link[link];
@@ -165,7 +193,7 @@ impl Anatomy {
             .collect();
         let frame = &straight.object_from_link[palm_link];
         let local = |axis: &Vector3<f64>| frame.rotation.tr_mul(axis);
-        Some(Self {
+        Ok(Self {
             patches,
             digits: axes,
             palm: LinkId(palm_link),
@@ -207,7 +235,8 @@ impl Anatomy {
         self.palm_axes(posed).volar
     }
 
-    pub(super) fn palm_axes(&self, posed: &PosedHand) -> PalmAxes {
+    /// Directions of the palm, object frame.
+    pub fn palm_axes(&self, posed: &PosedHand) -> PalmAxes {
         let frame = &posed.object_from_link[self.palm.0];
         PalmAxes {
             volar: frame.direction(&self.axes.volar),
@@ -216,13 +245,8 @@ impl Anatomy {
         }
     }
 
-    /// Direction of a bone, object frame.
-    pub(super) fn direction(
-        &self,
-        posed: &PosedHand,
-        digit: usize,
-        bone: Bone,
-    ) -> Option<Vector3<f64>> {
+    /// Direction of a bone to the tip, object frame; `None` if the hand does not have it.
+    pub fn direction(&self, posed: &PosedHand, digit: usize, bone: Bone) -> Option<Vector3<f64>> {
         let axis = self.bones(digit).iter().find(|axis| axis.bone == bone)?;
         Some(posed.object_from_link[axis.link.0].direction(&axis.distal))
     }
@@ -273,7 +297,7 @@ impl Chain {
         let mut bones: Vec<Vec<usize>> = Vec::new();
         let of_digit = (0..hand.links.len()).filter(|&l| hand.links[l].digit == digit);
         for link in of_digit {
-            let fixed = hand.links[link].motion.is_none();
+            let fixed = !hand.links[link].moves();
             match bones.last_mut() {
                 Some(bone) if fixed || (origin(bone[0]) - origin(link)).norm() < apart => {
                     bone.push(link);
@@ -349,22 +373,28 @@ fn palm_link(hand: &Hand) -> Option<usize> {
 }
 
 /// The human digit (1 = thumb … 5 = little) of each digit of the hand.
-fn human_digits(hand: &Hand, chains: &[Chain], across: &Vector3<f64>) -> Option<Vec<usize>> {
+fn human_digits(
+    hand: &Hand,
+    chains: &[Chain],
+    across: &Vector3<f64>,
+) -> Result<Vec<usize>, Unlike> {
     const NAMES: [&str; 5] = ["thumb", "index", "middle", "ring", "little"];
     let named: Option<Vec<usize>> = hand.digits[1..]
         .iter()
         .map(|name| NAMES.iter().position(|known| known == name).map(|d| d + 1))
         .collect();
     if let Some(named) = named.filter(|named| named.len() >= 2) {
-        return Some(named);
+        return Ok(named);
     }
-    let fingers = chains.len().checked_sub(1)?;
-    let bones_enough = chains.iter().all(|chain| chain.bones.len() >= 2);
-    if hand.digits.get(1).is_none_or(|name| name != "thumb")
-        || !(3..=4).contains(&fingers)
-        || !bones_enough
-    {
-        return None;
+    if !hand.has_thumb() {
+        return Err(Unlike::NoThumb);
+    }
+    let fingers = chains.len() - 1;
+    if !(3..=4).contains(&fingers) {
+        return Err(Unlike::Fingers(fingers));
+    }
+    if let Some(digit) = chains.iter().position(|chain| chain.bones.len() < 2) {
+        return Err(Unlike::Phalanges(digit + 1));
     }
     let along = |chain: &Chain| across.dot(&chain.base);
     let mean = chains[1..].iter().map(along).sum::<f64>() / fingers as f64;
@@ -375,7 +405,7 @@ fn human_digits(hand: &Hand, chains: &[Chain], across: &Vector3<f64>) -> Option<
     for (place, finger) in order.into_iter().enumerate() {
         digits[finger] = place + 2;
     }
-    Some(digits)
+    Ok(digits)
 }
 
 /// The patch named by a region, see [`Hand::regions`].

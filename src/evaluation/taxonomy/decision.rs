@@ -40,7 +40,8 @@ pub struct Evidence {
 /// ```
 ///
 /// `t`: trust in the fact, see `data/taxonomy/rule.toml`. The factors are those of independent observations, so the fits of
-/// all types divided by their sum are probabilities under equal odds.
+/// all types divided by their sum would be probabilities under equal odds if the facts were independent. They are not, so
+/// probabilities are made of the fits to the power of [`Rule::sharpness`].
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Fits(Vec<Option<f64>>);
 
@@ -65,9 +66,11 @@ impl Fits {
     }
 
     /// Probabilities of the types by number.
-    fn probabilities(&self) -> Vec<f64> {
-        let sum: f64 = self.0.iter().flatten().sum();
-        let share = |fit: &Option<f64>| fit.map_or(0.0, |fit| fit / sum.max(f64::MIN_POSITIVE));
+    fn probabilities(&self, sharpness: f64) -> Vec<f64> {
+        let blunted = |fit: f64| fit.powf(sharpness);
+        let sum: f64 = self.0.iter().flatten().copied().map(blunted).sum();
+        let share =
+            |fit: &Option<f64>| fit.map_or(0.0, |fit| blunted(fit) / sum.max(f64::MIN_POSITIVE));
         self.0.iter().map(share).collect()
     }
 }
@@ -80,26 +83,32 @@ pub(super) struct Answer {
     pub(super) category: Option<Category>,
     pub(super) cell_probability: f64,
     pub(super) best: Vec<Candidate>,
+    /// Share of the best cell in its category, and of the best type in its cell.
+    shares: [f64; 2],
 }
 
 impl Answer {
     /// The answer for a pose and its corrected readings; `None` without any fits.
-    pub(super) fn of(posed: Option<&Fits>, corrected: &[&Fits]) -> Option<Self> {
+    ///
+    /// The order of the answers follows from the fits as they are, and so does what is close. The probabilities that are
+    /// told are made of the fits to the power of `sharpness`.
+    pub(super) fn of(posed: Option<&Fits>, corrected: &[&Fits], sharpness: f64) -> Option<Self> {
         let all = || posed.into_iter().chain(corrected.iter().copied());
         let fit = all().map(Fits::best).reduce(f64::max)?;
-        let probabilities = probabilities(posed, corrected);
-        let of = |entry: &GraspType| probabilities[usize::from(entry.number) - 1];
+        let [plain, told] = [1.0, sharpness].map(|power| probabilities(posed, corrected, power));
+        let place = |entry: &GraspType| usize::from(entry.number) - 1;
+        let of = |entry: &GraspType| plain[place(entry)];
         let types = || Taxonomy::feix().types.iter();
-        let sum = |test: &dyn Fn(&GraspType) -> bool| -> f64 {
-            types().filter(|entry| test(entry)).map(of).sum()
+        let sum = |of: &[f64], test: &dyn Fn(&GraspType) -> bool| -> f64 {
+            let own = types().filter(|entry| test(entry));
+            own.map(|entry| of[place(entry)]).sum()
         };
-        let categories: Vec<(Category, f64)> =
+        let categories = |of: &[f64]| {
             [Category::Power, Category::Precision, Category::Intermediate]
-                .map(|category| (category, sum(&|entry| entry.category == category)))
-                .to_vec();
-        let category = (categories.iter().rev())
-            .max_by(|a, b| a.1.total_cmp(&b.1))
-            .map(|(category, _)| *category);
+                .map(|category| (category, sum(of, &|entry| entry.category == category)))
+        };
+        let most = (categories(&plain).into_iter().rev()).max_by(|a, b| a.1.total_cmp(&b.1));
+        let category = most.map(|(category, _)| category);
         let mut ranked: Vec<&GraspType> = types().filter(|entry| of(entry) > 0.0).collect();
         ranked.sort_by(|a, b| of(b).total_cmp(&of(a)).then(a.number.cmp(&b.number)));
         // The answer stands first: the best type of the most probable category.
@@ -112,14 +121,19 @@ impl Answer {
         let cell = ranked.first().map_or("", |entry| entry.cell.as_str());
         let candidate = |entry: &&GraspType| Candidate {
             number: entry.number,
-            score: of(entry),
+            score: told[place(entry)],
         };
+        let of_cell = sum(&plain, &|entry| entry.cell == cell);
         Some(Self {
             fit,
-            cell_probability: sum(&|entry| entry.cell == cell),
+            cell_probability: sum(&told, &|entry| entry.cell == cell),
+            shares: [
+                of_cell / most.map_or(1.0, |(_, p)| p),
+                ranked.first().map_or(0.0, |entry| of(entry)) / of_cell,
+            ],
             best: ranked.iter().take(TYPES).map(candidate).collect(),
             category,
-            categories,
+            categories: categories(&told).to_vec(),
         })
     }
 
@@ -128,24 +142,19 @@ impl Answer {
         let Some(first) = self.best.first() else {
             return Verdict::Unlisted;
         };
-        let category = self.categories.iter().map(|(_, p)| *p).fold(0.0, f64::max);
         match () {
             () if self.fit < rule.unlisted_below => Verdict::Unlisted,
-            () if self.cell_probability < rule.cell_share * category => {
-                Verdict::Broad(first.number)
-            }
-            () if first.score < rule.type_share * self.cell_probability => {
-                Verdict::Ambiguous(first.number)
-            }
+            () if self.shares[0] < rule.cell_share => Verdict::Broad(first.number),
+            () if self.shares[1] < rule.type_share => Verdict::Ambiguous(first.number),
             () => Verdict::Listed(first.number),
         }
     }
 }
 
-fn probabilities(posed: Option<&Fits>, corrected: &[&Fits]) -> Vec<f64> {
+fn probabilities(posed: Option<&Fits>, corrected: &[&Fits], sharpness: f64) -> Vec<f64> {
     let mut sum = vec![0.0; Taxonomy::feix().types.len()];
     let mut add = |fits: &Fits, weight: f64| {
-        for (sum, p) in sum.iter_mut().zip(fits.probabilities()) {
+        for (sum, p) in sum.iter_mut().zip(fits.probabilities(sharpness)) {
             *sum += weight * p;
         }
     };
@@ -230,7 +239,7 @@ mod tests {
     fn answer(fits: &[(u8, f64)]) -> Answer {
         let of = |number: u8| fits.iter().find(|(known, _)| *known == number);
         let fits = (1..=33).map(|number| Some(of(number).map_or(1e-4, |(_, fit)| *fit)));
-        Answer::of(Some(&Fits(fits.collect())), &[]).unwrap()
+        Answer::of(Some(&Fits(fits.collect())), &[], 1.0).unwrap()
     }
 
     /// 1 and 3 are of one cell, 31 of another cell of their category, 14 of another category.

@@ -30,7 +30,7 @@ const RESIDUALS: [f64; 2] = [0.55, 0.9];
 const BALANCED_MM2: f64 = 3.0;
 const ALIKE: f64 = 0.3;
 /// Names of the facts for the touch of each digit, thumb first.
-pub(super) const DIGITS: [&str; 5] = ["thumb", "index", "middle", "ring", "little"];
+pub(in crate::evaluation) const DIGITS: [&str; 5] = ["thumb", "index", "middle", "ring", "little"];
 
 /// All facts. A fact that cannot be measured (for example the side of a thumb that does not touch) is missing.
 pub(super) const FACTS: [(&str, &str); 36] = [
@@ -359,7 +359,6 @@ impl Facts {
     }
 
     fn pose(&mut self, anatomy: &Anatomy, posed: &PosedHand) {
-        let axes = anatomy.palm_axes(posed);
         let flexion = |digit: usize| flexion(anatomy, posed, digit);
         let curl = |digit| flexion(digit).map(|[knuckle, beyond]| (knuckle + beyond) / CURLED_RAD);
         let others: Vec<f64> = (3..=5).filter_map(curl).collect();
@@ -388,9 +387,7 @@ impl Facts {
             "straight",
             mean(&beyond).map(|angle| 1.0 - ramp(angle / BENT_RAD, 0.12, 0.35)),
         );
-        let elevation = anatomy
-            .direction(posed, 1, Bone::Metacarpal)
-            .map(|bone| bone.dot(&axes.volar).clamp(-1.0, 1.0).asin());
+        let elevation = thumb_elevation(anatomy, posed);
         self.set(
             "thumb abducted",
             elevation.map(|angle| ramp(angle.to_degrees(), 20.0, 45.0)),
@@ -451,8 +448,24 @@ fn left_over(touches: &[TouchingPatch]) -> f64 {
     force_left_over(&normals, FRICTION)
 }
 
+/// Whether a contact of this area on a digit is a touch, mm².
+pub(in crate::evaluation) fn touches_enough(mm2: f64) -> bool {
+    enough(mm2) >= TOUCHES
+}
+
+/// Angle of the thumb's metacarpal above the plane of the palm, radians.
+pub(in crate::evaluation) fn thumb_elevation(anatomy: &Anatomy, posed: &PosedHand) -> Option<f64> {
+    let volar = anatomy.palm_axes(posed).volar;
+    let bone = anatomy.direction(posed, 1, Bone::Metacarpal)?;
+    Some(bone.dot(&volar).clamp(-1.0, 1.0).asin())
+}
+
 /// Flexion of a finger at the knuckle, and at the joints beyond, radians.
-pub(super) fn flexion(anatomy: &Anatomy, posed: &PosedHand, digit: usize) -> Option<[f64; 2]> {
+pub(in crate::evaluation) fn flexion(
+    anatomy: &Anatomy,
+    posed: &PosedHand,
+    digit: usize,
+) -> Option<[f64; 2]> {
     let axes = anatomy.palm_axes(posed);
     let [proximal, middle, distal] = [Bone::Proximal, Bone::Middle, Bone::Distal]
         .map(|bone| anatomy.direction(posed, digit, bone));

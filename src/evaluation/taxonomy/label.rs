@@ -1,6 +1,6 @@
 //! Names the type of a grasp.
 
-use super::anatomy::{Anatomy, Patch};
+use super::anatomy::{Anatomy, Patch, Unlike};
 use super::decision::{Answer, Evidence, Fits, evidence};
 use super::facts::{DIGITS, Facts, TOUCHES};
 use super::form::{Held, held, held_by_contacts};
@@ -30,21 +30,20 @@ pub enum Verdict {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Inapplicable {
     /// The hand is not built like a human one, see [`Anatomy::of`].
-    Hand,
+    Hand(Unlike),
     /// Fewer than two parts of the hand touch the object.
     Touch,
 }
 
 impl Inapplicable {
     /// The reason as a clause.
-    pub fn words(self) -> &'static str {
+    pub fn words(self) -> String {
         match self {
-            Self::Hand => {
-                "the hand is not built like a human one: that takes a thumb, and three or four fingers, of at least two \
-                 phalanges each"
-            }
+            Self::Hand(why) => format!("the hand is not built like a human one: {why}"),
             Self::Touch => {
-                "fewer than two parts of the hand (a digit, the palm, the edge between thumb and index finger) touch the object"
+                "fewer than two parts of the hand (a digit, the palm, the edge between thumb and index finger) touch the \
+                 object"
+                    .to_owned()
             }
         }
     }
@@ -173,7 +172,7 @@ pub const NOT_APPLICABLE: &str = "not_applicable";
 #[derive(Debug, Clone)]
 pub struct Labeller<'a> {
     hand: &'a Hand,
-    anatomy: Option<Anatomy>,
+    anatomy: Result<Anatomy, Unlike>,
     object: &'a Object,
     rule: &'a Rule,
 }
@@ -191,7 +190,12 @@ impl<'a> Labeller<'a> {
 
     /// Whether the taxonomy applies to the hand.
     pub fn applies(&self) -> bool {
-        self.anatomy.is_some()
+        self.anatomy.is_ok()
+    }
+
+    /// Why the taxonomy does not apply to the hand, if so.
+    pub fn inapplicable(&self) -> Option<Inapplicable> {
+        self.anatomy.as_ref().err().copied().map(Inapplicable::Hand)
     }
 
     /// Labels the hand at pose `x = [t, q(wxyz), joints]`, object frame. The probability of a type is half that of the pose
@@ -200,8 +204,20 @@ impl<'a> Labeller<'a> {
     /// # Panics
     /// If `x` does not have 7 numbers more than the hand has joints.
     pub fn label(&self, x: &[f64]) -> Label {
-        let Some(anatomy) = &self.anatomy else {
-            return Label::not_applicable(Inapplicable::Hand);
+        self.labels(x, &[self.rule.sharpness]).remove(0)
+    }
+
+    /// The labels for several values of [`Rule::sharpness`], at the cost of one label.
+    ///
+    /// # Panics
+    /// As [`Labeller::label`].
+    pub fn labels(&self, x: &[f64], sharpness: &[f64]) -> Vec<Label> {
+        let anatomy = match &self.anatomy {
+            Ok(anatomy) => anatomy,
+            Err(why) => {
+                let label = Label::not_applicable(Inapplicable::Hand(*why));
+                return vec![label; sharpness.len()];
+            }
         };
         let read = |x: &Vec<f64>| {
             let mut posed = PosedHand::default();
@@ -215,7 +231,8 @@ impl<'a> Labeller<'a> {
         poses.retain(|pose| *pose != asked);
         let as_posed = read(&asked);
         let corrected: Vec<Reading> = poses.iter().filter_map(read).collect();
-        named(self.rule, as_posed, corrected)
+        let label = |sharpness: &f64| named(self.rule, *sharpness, as_posed.as_ref(), &corrected);
+        sharpness.iter().map(label).collect()
     }
 }
 
@@ -230,11 +247,8 @@ pub fn label_contacts(
 ) -> Label {
     let volar = anatomy.palm_axes(posed).volar;
     let held = held.or_else(|| held_by_contacts(touches, &volar));
-    named(
-        rule,
-        Reading::of(rule, anatomy, posed, touches, held),
-        Vec::new(),
-    )
+    let reading = Reading::of(rule, anatomy, posed, touches, held);
+    named(rule, rule.sharpness, reading.as_ref(), &[])
 }
 
 /// A pose that is measured and compared with all types.
@@ -268,10 +282,10 @@ impl Reading {
 }
 
 /// The label of a pose and its readings.
-fn named(rule: &Rule, as_posed: Option<Reading>, corrected: Vec<Reading>) -> Label {
-    let posed = as_posed.as_ref().map(|reading| &reading.fits);
+fn named(rule: &Rule, sharpness: f64, as_posed: Option<&Reading>, corrected: &[Reading]) -> Label {
+    let posed = as_posed.map(|reading| &reading.fits);
     let fits: Vec<&Fits> = corrected.iter().map(|reading| &reading.fits).collect();
-    let Some(answer) = Answer::of(posed, &fits) else {
+    let Some(answer) = Answer::of(posed, &fits, sharpness) else {
         return Label::not_applicable(Inapplicable::Touch);
     };
     let shown = as_posed.into_iter().chain(corrected).reduce(|best, other| {
@@ -302,8 +316,8 @@ fn named(rule: &Rule, as_posed: Option<Reading>, corrected: Vec<Reading>) -> Lab
         categories: answer.categories,
         cell_probability: answer.cell_probability,
         facts: shown.facts.measured().collect(),
-        virtual_fingers: shown.virtual_fingers,
-        held: shown.held,
+        virtual_fingers: shown.virtual_fingers.clone(),
+        held: shown.held.clone(),
     }
 }
 

@@ -17,9 +17,10 @@ mod rule;
 mod table;
 mod touch;
 
-pub use anatomy::{Anatomy, Bone, PalmPart, Patch};
+pub use anatomy::{Anatomy, Bone, PalmAxes, PalmPart, Patch, Unlike};
 pub use decision::Evidence;
 pub use explain::explain;
+pub(super) use facts::{DIGITS, flexion, thumb_elevation, touches_enough};
 pub use form::{Held, Solid, held, held_by_contacts};
 pub use label::{
     Candidate, Inapplicable, Label, Labeller, NOT_APPLICABLE, UNLISTED, Verdict, label_contacts,

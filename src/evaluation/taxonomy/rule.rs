@@ -13,6 +13,9 @@ use super::table::{Category, GraspType, Opposition, Taxonomy, Thumb};
 /// The rule as text.
 const RULE: &str = include_str!("../../../data/taxonomy/rule.toml");
 
+/// Greatest exponent of the fits.
+const SHARPEST: f64 = 5.0;
+
 /// What a type expects of a fact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Cue {
@@ -31,6 +34,9 @@ pub(super) struct Cue {
 pub struct Rule {
     /// A grasp that fits no type better is unlisted.
     pub unlisted_below: f64,
+    /// Exponent of the fits in the probabilities that are told: above 1 they are more certain, below 1 less. The label does
+    /// not depend on it.
+    pub sharpness: f64,
     /// Least share of its cell's probability with which a type is the label.
     pub type_share: f64,
     /// Least share of its category's probability with which a cell is the label.
@@ -81,6 +87,9 @@ struct File {
     should: f64,
     rather: f64,
     unlisted_below: f64,
+    /// Absent in the rule that comes with the program, whose fits are taken as they are.
+    #[serde(default = "as_they_are")]
+    sharpness: f64,
     type_share: f64,
     cell_share: f64,
     holding: Vec<Holding>,
@@ -108,6 +117,11 @@ struct Entry {
     cues: BTreeMap<String, Word>,
 }
 
+/// The exponent that leaves fits as they are.
+fn as_they_are() -> f64 {
+    1.0
+}
+
 impl File {
     fn trust(&self, word: Word) -> f64 {
         match word {
@@ -117,7 +131,7 @@ impl File {
         }
     }
 
-    /// The first number that is not above 0 and below 1.
+    /// The first number that is not above 0 and at most 1.
     fn outside(&self) -> Option<(&'static str, f64)> {
         let numbers = [
             ("must", self.must),
@@ -129,7 +143,7 @@ impl File {
         ];
         numbers
             .into_iter()
-            .find(|(_, value)| !(*value > 0.0 && *value < 1.0))
+            .find(|(_, value)| !(*value > 0.0 && *value <= 1.0))
     }
 
     /// What one type expects.
@@ -184,8 +198,12 @@ impl Rule {
             name: name.to_owned(),
             problem,
         };
+        if !(file.sharpness > 0.0 && file.sharpness <= SHARPEST) {
+            let problem = format!("{} is not above 0 and at most {SHARPEST}", file.sharpness);
+            return Err(refuse("sharpness", problem));
+        }
         if let Some((name, value)) = file.outside() {
-            let problem = format!("{value} is not above 0 and below 1");
+            let problem = format!("{value} is not above 0 and at most 1");
             return Err(refuse(name, problem));
         }
         let types = Taxonomy::feix().types.iter();
@@ -197,6 +215,7 @@ impl Rule {
             version: version(text),
             cues: cues.collect::<Result<_, _>>()?,
             unlisted_below: file.unlisted_below,
+            sharpness: file.sharpness,
             type_share: file.type_share,
             cell_share: file.cell_share,
         })

@@ -21,7 +21,7 @@ const TOUCHING_M: f64 = 0.002;
 
 /// What one pose counts as.
 struct Place {
-    name: Option<MinimumName>,
+    name: Result<MinimumName, Inapplicable>,
     regions: String,
 }
 
@@ -126,10 +126,13 @@ impl DiversitySet {
             counts
         };
         let named = |kind: &dyn Fn(&MinimumName) -> Option<String>| {
-            if places.iter().all(|(place, _)| place.name.is_none()) {
-                return Err(format!("{name}: {}", Inapplicable::Hand.words()));
+            if let Some(why) = places
+                .iter()
+                .find_map(|(place, _)| place.name.as_ref().err())
+            {
+                return Err(format!("{name}: {}", why.words()));
             }
-            Ok(count(&|place: &Place| kind(place.name.as_ref()?)))
+            Ok(count(&|place: &Place| kind(place.name.as_ref().ok()?)))
         };
         let types = named(&|name| name.number.map(|_| name.text().to_owned()));
         let cells = named(&|name| name.cell.clone());
@@ -159,9 +162,12 @@ impl<'a> Counter<'a> {
 
     /// What the pose `x` counts as; a label that was given overrides the rule.
     fn place(&self, x: &[f64], given: Option<&str>) -> Place {
-        let named = self.labeller.applies();
+        let name = match self.labeller.inapplicable() {
+            Some(why) => Err(why),
+            None => Ok(MinimumName::new(given, self.labeller.label(x))),
+        };
         Place {
-            name: named.then(|| MinimumName::new(given, self.labeller.label(x))),
+            name,
             regions: self.touching(x),
         }
     }

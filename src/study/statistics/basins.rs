@@ -7,7 +7,9 @@ use rayon::prelude::*;
 
 use super::StatisticsSettings;
 use crate::agreement::PairMatrix;
-use crate::evaluation::taxonomy::{Anatomy, Candidate, Patch, Rule, Taxonomy, touches};
+use crate::evaluation::taxonomy::{
+    Anatomy, Candidate, Inapplicable, Patch, Rule, Taxonomy, touches,
+};
 use crate::hand::PosedHand;
 use crate::space::{PoseSpace, Space, Symmetry};
 use crate::store::{LandscapeFiles, MinimumRow};
@@ -86,8 +88,8 @@ pub struct Basins {
     pub name: String,
     /// The minima.
     pub minima: Vec<Basin>,
-    /// Whether the labelling rule applies to the hand.
-    pub applicable: bool,
+    /// Why the labelling rule does not apply to the hand, if so.
+    pub inapplicable: Option<Inapplicable>,
     /// Number of minima whose label is from a human or from the file.
     pub labelled_in_file: usize,
     /// Relative barrier of the groups.
@@ -120,8 +122,8 @@ impl Basins {
         let (hand, object) = (&landscape.setting.hand, &landscape.setting.object);
         let anatomy = Anatomy::of(hand);
         let areas: Vec<BTreeMap<Patch, f64>> = match &anatomy {
-            None => vec![BTreeMap::new(); files.minima.len()],
-            Some(anatomy) => (files.minima.par_iter())
+            Err(_) => vec![BTreeMap::new(); files.minima.len()],
+            Ok(anatomy) => (files.minima.par_iter())
                 .map(|row| {
                     let mut posed = PosedHand::default();
                     hand.pose(&row.coordinates, &mut posed);
@@ -148,7 +150,7 @@ impl Basins {
         };
         let saddles = PairMatrix::from_fn(size, minimax);
         Ok(Self {
-            applicable: anatomy.is_some(),
+            inapplicable: anatomy.as_ref().err().copied().map(Inapplicable::Hand),
             labelled_in_file: rows.iter().filter(|row| !row.labels.is_empty()).count(),
             groups: (group_of(files, network, group_barrier).iter().max())
                 .map_or(0, |last| last + 1),

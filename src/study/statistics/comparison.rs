@@ -8,7 +8,7 @@ use super::StatisticsSettings;
 use super::basins::{Basins, NamedLandscape};
 use super::coverage::types;
 use super::table::{Table, table};
-use crate::evaluation::taxonomy::{Category, Inapplicable, Rule};
+use crate::evaluation::taxonomy::{Category, Rule};
 use crate::figure::MAKER;
 use crate::figure::chart::Chart;
 use crate::study::error::StudyError;
@@ -47,12 +47,29 @@ pub fn compare_with_taxonomy<'a>(
 
 impl TaxonomyComparison<'_> {
     /// Labels and statistics as Markdown.
+    ///
+    /// Where no minimum has a label, it is one sentence.
     pub fn markdown(&self) -> String {
+        if let Some(why) = self.without_labels() {
+            return format!("# {} beside the taxonomy\n\n{why}\n", self.basins.name);
+        }
         format!(
             "{}\n## Statistics\n\nA case is a minimum; p by permutation of labels among minima.\n\n{}",
             self.types(),
             self.statistics()
         )
+    }
+
+    /// Why no minimum has a label, as a sentence: the rule does not apply to the hand, and the file names none either.
+    pub fn without_labels(&self) -> Option<String> {
+        let basins = &self.basins;
+        let why = basins
+            .inapplicable
+            .filter(|_| basins.labelled_in_file == 0)?;
+        Some(format!(
+            "There are no grasp types to compare, because {}.",
+            why.words()
+        ))
     }
 
     /// Title, labels and types as Markdown.
@@ -86,9 +103,12 @@ impl TaxonomyComparison<'_> {
             basins.saddles.unknown(),
             basins.saddles.values().len(),
         );
-        if !basins.applicable {
-            let why = Inapplicable::Hand.words();
-            let _ = writeln!(text, "- {why}; nothing below is about grasp types");
+        if let Some(why) = basins.inapplicable {
+            let _ = writeln!(
+                text,
+                "- {}; only labels from the file are compared",
+                why.words()
+            );
         }
         text.push_str("\n## Types\n\n| type | minima | grasps |\n|---|---|---|\n");
         for (name, [own, grasps]) in types(basins) {
