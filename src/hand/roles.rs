@@ -119,9 +119,25 @@ fn unit(v: &Vector3<f64>) -> Vector3<f64> {
     v.try_normalize(1e-6).unwrap_or_default()
 }
 
+/// The only digit, of three or more, with a link that the description calls a thumb: a thumb beside the fingers of a flat hand
+/// does not stand out.
+fn called_thumb(hand: &Hand, count: usize) -> Option<usize> {
+    let called = |digit: &usize| {
+        let own = hand.links.iter().filter(|link| link.digit == digit + 1);
+        own.map(|link| link.name.to_lowercase())
+            .any(|name| name.contains("thumb"))
+    };
+    let mut thumbs = (0..count).filter(called);
+    match (thumbs.next(), thumbs.next()) {
+        (Some(thumb), None) if count >= 3 => Some(thumb),
+        _ => None,
+    }
+}
+
 /// Puts the thumb first, if there is one, and names the digits: `thumb`, `finger 1`, …
 ///
-/// The thumb is the digit, of three or more, whose direction and closing differ most from the others, if it stands out.
+/// The thumb is the digit, of three or more, whose direction and closing differ most from the others, if it stands out, or
+/// else the one that the description calls so.
 /// With a thumb the fingers are numbered across the palm from the thumb's side; otherwise they keep their order in the
 /// description.
 pub(super) fn name_digits(hand: &mut Hand) {
@@ -141,7 +157,8 @@ pub(super) fn name_digits(hand: &mut Hand) {
     let thumb = (count >= 3)
         .then(|| (order[0], unlike(order[0]), unlike(order[1])))
         .filter(|(_, most, next)| *most > OPPOSED && *most > MORE * next)
-        .map(|(digit, ..)| digit);
+        .map(|(digit, ..)| digit)
+        .or_else(|| called_thumb(hand, count));
 
     let mut others: Vec<usize> = (0..count).filter(|d| Some(*d) != thumb).collect();
     if let Some(thumb) = thumb {

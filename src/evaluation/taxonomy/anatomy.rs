@@ -74,7 +74,7 @@ pub enum Unlike {
     )]
     NoThumb,
     /// The number of fingers is not three or four.
-    #[error("beside the thumb it has {0} fingers instead of three or four")]
+    #[error("it has a thumb, but {0} fingers instead of three or four")]
     Fingers(usize),
     /// A digit has a single phalanx.
     #[error("digit {0}, counted from the thumb, has fewer than two phalanges")]
