@@ -54,7 +54,7 @@ fn main() -> Result<(), Failure> {
             .collect()
     };
     let mut all = vec![Compared {
-        name: format!("`{COMMITTED}` (light touches of a bottle) beside bottles, cans and cups"),
+        name: format!("`{COMMITTED}` (closed hands on a bottle) beside bottles, cans and cups"),
         uses: uses_in(&[COMMITTED])?,
         people: only(&LIKE_BOTTLES),
     }];
