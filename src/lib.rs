@@ -75,6 +75,8 @@ pub mod mesh;
 #[cfg(feature = "grasp")]
 pub mod object;
 #[cfg(feature = "topography")]
+pub mod thermal;
+#[cfg(feature = "topography")]
 pub mod topography;
 
 #[cfg(feature = "topography")]

@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, bail, ensure};
+use anyhow::{bail, ensure};
 use clap::{Args, ValueEnum};
 
 use super::args::{Common, GroupBarrier};
 use super::input::open_landscape;
-use super::output::check_folder;
+use super::output::{check_folder, make_folder};
 use super::report::held;
 use crate::cli::printing::complain;
 use crate::figure::Leaf;
@@ -138,8 +138,7 @@ pub(super) fn run(command: &Draw, common: &Common) -> anyhow::Result<()> {
         views,
         examples,
     };
-    std::fs::create_dir_all(&output)
-        .with_context(|| format!("cannot create the folder {}", output.display()))?;
+    make_folder(&output)?;
     let mut outputs = FileSet::default();
     drawing.write(&mut |name, bytes| outputs.add(&output.join(name), bytes))?;
     outputs.finish()?;

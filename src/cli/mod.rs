@@ -29,11 +29,13 @@ mod output;
 mod printing;
 mod progress;
 mod provenance;
+mod rates;
 mod report;
 mod run;
 mod stability;
 mod surface;
 mod synth;
+mod thermodynamics;
 
 use args::Common;
 use printing::{OURS, complain, note_failure, sentence, take_failure};
@@ -89,6 +91,12 @@ enum Command {
     /// Show which of several sets of grasps is more diverse
     #[command(after_help = diversity::EXAMPLES)]
     Diversity(diversity::Diversity),
+    /// Compute heat capacity, occupation of minima and free energies of a landscape against temperature
+    #[command(after_help = thermodynamics::EXAMPLES)]
+    Thermodynamics(thermodynamics::Thermodynamics),
+    /// Compute rates, first-passage times and the fastest pathways between two sets of minima
+    #[command(after_help = rates::EXAMPLES)]
+    Rates(rates::Rates),
     /// Read grasps of other programs, or min.data and ts.data of PATHSAMPLE or topsearch
     #[command(after_help = import::EXAMPLES)]
     Import(import::Import),
@@ -155,6 +163,8 @@ pub fn run_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>
             Command::Compare(command) => compare::run(command, &arguments.common),
             Command::Diff(command) => diff::run(command, &arguments.common),
             Command::Diversity(command) => diversity::run(command, &arguments.common),
+            Command::Thermodynamics(command) => thermodynamics::run(command, &arguments.common),
+            Command::Rates(command) => rates::run(command, &arguments.common),
             Command::Import(command) => import::run(command, &arguments.common),
             Command::Export(command) => export::run(command, &arguments.common),
         });

@@ -68,6 +68,12 @@ pub(super) fn check_folder(
     Ok(())
 }
 
+/// Creates an output folder that passed [`check_folder`].
+pub(super) fn make_folder(output: &Path) -> anyhow::Result<()> {
+    fs::create_dir_all(output)
+        .with_context(|| format!("cannot create the folder {}", output.display()))
+}
+
 /// Rejects an output whose parent folder is missing.
 pub(super) fn check_place(output: &Path) -> anyhow::Result<()> {
     if let Some(folder) = output.parent().filter(|folder| *folder != Path::new("")) {

@@ -49,6 +49,15 @@ impl Titles {
         }
     }
 
+    pub(super) fn of_free_energies(name: &str, temperature: f64) -> Self {
+        Self {
+            title: format!("{name}: free energies at kT = {temperature:.4}"),
+            energy: "free energy".to_owned(),
+            members: "minima".to_owned(),
+            seed: 0,
+        }
+    }
+
     /// The titles that a finished landscape was drawn with, with another seed if one is given.
     pub fn of_manifest(manifest: &Manifest, seed: Option<u64>) -> Self {
         let seed = seed.unwrap_or(manifest.seed);

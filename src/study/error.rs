@@ -4,7 +4,9 @@ use crate::figure::FigureError;
 use crate::grasp::energy::EnergySettingsError;
 use crate::hand::HandError;
 use crate::store::{RebuildError, StoreError};
+use crate::thermal::{Missing, Unreachable};
 use crate::topography::JournalError;
+use crate::topography::exchange::ExchangeError;
 
 /// Reason why a landscape could not be mapped, described or drawn.
 #[derive(Debug, thiserror::Error)]
@@ -67,6 +69,26 @@ pub enum StudyError {
     /// The manifest of a landscape has no group barrier.
     #[error("the landscape does not record its group barrier")]
     NoGroupBarrier,
+    /// `min.data` or `ts.data` is wrong.
+    #[error("{folder}")]
+    Exchange {
+        /// The folder.
+        folder: String,
+        /// The reason.
+        source: ExchangeError,
+    },
+    /// Thermodynamics and kinetics need curvatures.
+    #[error(
+        "{0} holds no curvatures (the ln-products in its min.data are 0): search the surface with `landscape surface`, or give \
+         files of PATHSAMPLE with frequencies"
+    )]
+    NoVibrations(String),
+    /// A stationary point has no curvatures.
+    #[error(transparent)]
+    Missing(#[from] Missing),
+    /// No path joins two sets of minima.
+    #[error("no sequence of transition states leads from m{} to the minima named as its goal", .0.0)]
+    Unreachable(#[from] Unreachable),
     /// A set has too few grasps for its diversity.
     #[error(
         "{name} holds {grasps} grasps, but diversity is compared between sets of at least {needed}: from fewer it would be a \

@@ -20,6 +20,8 @@
 //! | two minima of a landscape | the minimax path between them | [`MinimaxPath::between`], drawn by [`MinimaxPath::strip`] |
 //! | the minima of a landscape | their types in the GRASP taxonomy | [`GraspSetting::names`] |
 //! | named minima | statistics of heights against types | [`compare_with_taxonomy`] with [`StatisticsSettings`] |
+//! | a landscape with curvatures | heat capacity, occupation, free energies | [`Thermodynamics::new`] |
+//! | a landscape with curvatures, two sets of minima | rates, committors, pathways | [`Kinetics::new`] |
 //! | two landscapes | the types that each of them holds | [`compare_types`] |
 //! | files of grasps, landscapes | which of them is more diverse | [`compare_diversity`] with [`DiversitySet`]s |
 //!
@@ -89,10 +91,12 @@ mod given_labels;
 mod grasp_import;
 mod imported;
 mod judging;
+mod kinetics;
 mod labels;
 mod level;
 mod minimax_path;
 mod names;
+mod network_of_states;
 mod page;
 mod path_picture;
 mod report;
@@ -102,6 +106,7 @@ mod statistics;
 mod surface;
 mod synthesis;
 mod tables;
+mod thermodynamics;
 mod uncertainty;
 mod ways;
 
@@ -128,10 +133,12 @@ pub use grasp_import::{
 };
 pub use imported::ImportedLandscape;
 pub use judging::{JudgedContact, JudgedGrasp, JudgedPopulation, judge_all};
+pub use kinetics::{Kinetics, KineticsAt, KineticsSettings};
 pub use labels::{HumanLabel, human_label, label_all, record_labels};
 pub use level::{GROUP_LEVEL, GroupLevel};
 pub use minimax_path::{MinimaxPath, Waypoint};
 pub use names::{GraspSetting, MinimumName};
+pub use network_of_states::NetworkOfStates;
 pub use page::{PageGrasps, PageLandscape, grasp_page, landscape_page};
 pub use report::GraspReport;
 pub use settings::{GraspMapSettings, StudyRun, settings_for_grasps};
@@ -146,6 +153,7 @@ use surface::spell;
 pub use surface::{Subject, SurfaceReport, search_surface};
 pub use synthesis::{Keep, Origin, PopulationSettings, Synthesis, synthesize_population};
 pub(crate) use tables::group_of;
+pub use thermodynamics::{AtTemperature, Thermodynamics, ThermodynamicsSettings};
 pub use ways::Way;
 
 pub(crate) use crate::topography::median;

@@ -37,6 +37,8 @@ pub struct Vibrations {
     pub point_group_order: u32,
     /// Principal moments of inertia, ascending.
     pub moments_of_inertia: [f64; 3],
+    /// The negative Hessian eigenvalue of a transition state; `None` if it is unknown (the files do not hold it).
+    pub negative_curvature: Option<f64>,
 }
 
 impl Default for Vibrations {
@@ -46,6 +48,7 @@ impl Default for Vibrations {
             log_product: 0.0,
             point_group_order: 1,
             moments_of_inertia: [0.0; 3],
+            negative_curvature: None,
         }
     }
 }
@@ -77,6 +80,8 @@ pub struct Database {
     pub minima: Vec<MinimumEntry>,
     /// Transition states.
     pub transition_states: Vec<TransitionStateEntry>,
+    /// Number of positive Hessian eigenvalues of a minimum; `None` if it is unknown (the files do not hold it).
+    pub vibrational_modes: Option<usize>,
 }
 
 /// Distance within which two atoms coincide, relative to the distance of the farthest atom from the centre. Stationary
@@ -101,6 +106,7 @@ impl Database {
         Self {
             minima: minima.collect(),
             transition_states: transition_states.collect(),
+            vibrational_modes: None,
         }
     }
 
@@ -112,6 +118,7 @@ impl Database {
             let log_product = positive.map(|curvature| curvature.ln()).sum();
             let plain = Vibrations {
                 log_product,
+                negative_curvature: curvatures.first().copied().filter(|lowest| *lowest < 0.0),
                 ..Vibrations::default()
             };
             Some(if atoms {
@@ -137,30 +144,55 @@ impl Database {
         Self {
             minima: minima.collect(),
             transition_states: saddles.collect(),
+            vibrational_modes: found.audits.first().map(|audit| audit.curvatures.len()),
         }
     }
 
-    /// The network of the minima, sorted by energy (`members` holds the row of each), with the lowest transition state of
-    /// each pair. Degenerate rearrangements are left out. Coordinates and lengths are unknown (empty and 0).
-    pub fn network(&self) -> Network {
+    /// The same with the minima in ascending order of energy (equal energies in their present order), as in a landscape.
+    #[must_use]
+    pub fn by_energy(&self) -> Self {
+        let rows = self.rows_by_energy();
+        let mut place = vec![0; rows.len()];
+        for (new, old) in rows.iter().enumerate() {
+            place[*old] = new;
+        }
+        Self {
+            minima: rows.iter().map(|row| self.minima[*row]).collect(),
+            transition_states: (self.transition_states.iter())
+                .map(|state| TransitionStateEntry {
+                    ends: state.ends.map(|end| place[end]),
+                    ..*state
+                })
+                .collect(),
+            vibrational_modes: self.vibrational_modes,
+        }
+    }
+
+    fn rows_by_energy(&self) -> Vec<usize> {
         let mut rows: Vec<usize> = (0..self.minima.len()).collect();
         rows.sort_by(|a, b| {
             let [one, other] = [a, b].map(|row| self.minima[*row].energy);
             one.total_cmp(&other).then(a.cmp(b))
         });
+        rows
+    }
+
+    /// The network of the minima, sorted by energy (`members` holds the row of each), with the lowest transition state of
+    /// each pair. Degenerate rearrangements are left out. Coordinates and lengths are unknown (empty and 0).
+    pub fn network(&self) -> Network {
+        let sorted = self.by_energy();
         let mut network = Network::default();
-        let mut place = vec![NodeIndex::new(0); rows.len()];
-        for row in rows {
-            place[row] = network.add_node(Minimum {
+        for (minimum, row) in sorted.minima.iter().zip(self.rows_by_energy()) {
+            network.add_node(Minimum {
                 coordinates: Vec::new(),
-                energy: self.minima[row].energy,
+                energy: minimum.energy,
                 choice: Vec::new(),
                 members: vec![row],
             });
         }
-        let mut lowest: BTreeMap<[NodeIndex; 2], f64> = BTreeMap::new();
-        for state in &self.transition_states {
-            let [a, b] = state.ends.map(|end| place[end]);
+        let mut lowest: BTreeMap<[usize; 2], f64> = BTreeMap::new();
+        for state in &sorted.transition_states {
+            let [a, b] = state.ends;
             if a != b {
                 let height = lowest.entry([a.min(b), a.max(b)]).or_insert(f64::INFINITY);
                 *height = height.min(state.energy);
@@ -173,7 +205,7 @@ impl Database {
                 term: None,
                 length: 0.0,
             };
-            network.add_edge(a, b, edge);
+            network.add_edge(NodeIndex::new(a), NodeIndex::new(b), edge);
         }
         network
     }

@@ -296,6 +296,7 @@ impl Line<'_> {
             point_group_order: operations
                 .ok_or_else(|| self.wrong(order, "a whole number of operations, 1 or more"))?,
             moments_of_inertia: [a?, b?, c?],
+            negative_curvature: None,
         })
     }
 }

@@ -149,7 +149,7 @@ fn placeholders_are_written_where_nothing_is_known() {
             energy: -1.5,
             vibrations: None,
         }],
-        transition_states: Vec::new(),
+        ..Database::default()
     };
     let fields: Vec<String> = database
         .min_data(Layout::Pathsample)
@@ -161,7 +161,7 @@ fn placeholders_are_written_where_nothing_is_known() {
 
 prop_compose! {
     fn vibrations()(log_product in -1e3..1e3_f64, point_group_order in 1..121_u32, moments in proptest::array::uniform3(0.0..1e6_f64)) -> Vibrations {
-        Vibrations { log_product, point_group_order, moments_of_inertia: moments }
+        Vibrations { log_product, point_group_order, moments_of_inertia: moments, negative_curvature: None }
     }
 }
 
@@ -181,6 +181,7 @@ prop_compose! {
                     vibrations: full.then_some(v),
                 })
                 .collect(),
+            vibrational_modes: None,
         }
     }
 }

@@ -1,0 +1,174 @@
+//! `landscape rates`: rates between two sets of minima.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{bail, ensure};
+use clap::Args;
+
+use super::args::{Common, GroupBarrier};
+use super::output::check_file;
+use super::thermodynamics::check_temperature;
+use crate::cli::printing::{complain, print, print_json};
+use crate::store::FileSet;
+use crate::study::{Kinetics, KineticsSettings, NetworkOfStates};
+use crate::thermal::Dynamics;
+use crate::topography::Groups;
+
+/// Rates between minima.
+#[derive(Debug, Args)]
+pub(super) struct Rates {
+    /// A landscape with curvatures (of `landscape surface`, `build` or `import`), or a folder with min.data and ts.data.
+    #[arg(value_name = "FOLDER")]
+    landscape: PathBuf,
+    /// Where to start: minima (m3) and groups (g1), named as in the tree.
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',', required = true)]
+    from: Vec<String>,
+    /// Where to arrive.
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',', required = true)]
+    to: Vec<String>,
+    /// Temperatures kT, in units of the energy.
+    #[arg(
+        long,
+        value_name = "T,...",
+        value_delimiter = ',',
+        required = true,
+        allow_negative_numbers = true
+    )]
+    temperature: Vec<f64>,
+    /// Friction γ in units of 1/time, for Kramers rates; without it, transition-state theory.
+    #[arg(long, value_name = "GAMMA", allow_negative_numbers = true)]
+    friction: Option<f64>,
+    /// Number of pathways to list, fastest first.
+    #[arg(long, value_name = "N", default_value_t = 5)]
+    pathways: usize,
+    /// Write NAME.md, NAME.json, and an Arrhenius plot NAME.svg and NAME.png.
+    #[arg(long, short, value_name = "NAME")]
+    output: Option<PathBuf>,
+    /// Print everything as JSON (logarithms of rates), instead of the tables.
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    groups: GroupBarrier,
+}
+
+pub(super) const EXAMPLES: &str = "\
+Examples:
+  landscape rates lj-7.landscape --from m1 --to m0 --temperature 0.05,0.1,0.2
+  landscape rates lj-13.landscape --from g1 --to g0 --temperature 0.2 --pathways 10
+  landscape rates pathsample/ --from m12,m15 --to m0 --temperature 0.5 --friction 10 -o folding
+
+Rates over single transition states follow from energies, curvatures and point groups (harmonic transition-state theory, or
+Kramers with --friction). Rates between sets of minima, mean first-passage times and committors follow by eliminating all
+other minima one by one (graph transformation), in logarithms, so that they are exact however slow the process is.
+Temperatures are kT in units of the energy; times are in units of √(mass · length² / energy).
+
+Minima are named as in the tree: m0 is the lowest. g1 stands for all minima of a group.";
+
+/// Greatest number of pathways.
+const MOST: usize = 10_000;
+
+pub(super) fn run(command: &Rates, common: &Common) -> anyhow::Result<()> {
+    command.groups.checked()?;
+    for temperature in &command.temperature {
+        check_temperature("--temperature", *temperature)?;
+    }
+    let dynamics = match command.friction {
+        None => Dynamics::TransitionState,
+        Some(friction) => {
+            ensure!(
+                friction >= 0.0 && friction.is_finite(),
+                "--friction {friction}: a rate is needed, 0 or more"
+            );
+            Dynamics::Kramers { friction }
+        }
+    };
+    ensure!(
+        command.pathways <= MOST,
+        "--pathways {}: at most {MOST} are listed",
+        command.pathways
+    );
+    let files = command
+        .output
+        .as_ref()
+        .map(|output| ["svg", "png", "json", "md"].map(|ending| named(output, ending)));
+    for path in files.iter().flatten() {
+        check_file(path, &[&command.landscape], common)?;
+    }
+    let states = NetworkOfStates::open(&command.landscape, &command.groups.settings())?;
+    let count = states.database.minima.len();
+    let [from, to] = [("--from", &command.from), ("--to", &command.to)]
+        .map(|(flag, names)| chosen(flag, names, count, &states.groups));
+    let (from, to) = (from?, to?);
+    if let Some(both) = from.iter().find(|minimum| to.contains(minimum)) {
+        bail!("m{both} is both in --from and in --to");
+    }
+    let settings = KineticsSettings {
+        temperatures: command.temperature.clone(),
+        dynamics,
+        pathways: command.pathways,
+    };
+    let found = Kinetics::new(&states, (&from, &to), &settings)?;
+    let (text, value) = (found.markdown(), found.to_json());
+    if let Some([svg, png, json, report]) = &files {
+        let sheet = found.chart().draw()?;
+        let mut set = FileSet::default();
+        for path in [svg, png] {
+            set.add(path, &sheet.encode(path)?)?;
+        }
+        set.add(json, format!("{value:#}\n").as_bytes())?;
+        set.add(report, text.as_bytes())?;
+        set.finish()?;
+    }
+    if command.json {
+        print_json(&value)?;
+    } else if !common.quiet {
+        print(&text);
+    }
+    if let (Some([_, _, _, report]), false) = (&files, common.quiet) {
+        complain(&format!("wrote {}", report.display()));
+    }
+    Ok(())
+}
+
+/// The minima that the names choose, ascending, each once.
+fn chosen(
+    flag: &str,
+    names: &[String],
+    count: usize,
+    groups: &Groups,
+) -> anyhow::Result<Vec<usize>> {
+    let mut chosen = Vec::new();
+    for name in names {
+        let name = name.trim();
+        let number = |prefix: char| name.strip_prefix(prefix)?.parse::<usize>().ok();
+        if let Some(group) = number('g') {
+            let Some(members) = groups.members.get(group) else {
+                bail!(
+                    "{flag} {name}: there are {} groups, g0 to g{}",
+                    groups.members.len(),
+                    groups.members.len().saturating_sub(1)
+                );
+            };
+            chosen.extend(members.iter().map(|minimum| minimum.0));
+        } else if let Some(minimum) = number('m') {
+            ensure!(
+                minimum < count,
+                "{flag} {name}: there are {count} minima, m0 to m{}",
+                count.saturating_sub(1)
+            );
+            chosen.push(minimum);
+        } else {
+            bail!("{flag} {name}: write minima and groups as the tree names them, m0,m3,g1");
+        }
+    }
+    chosen.sort_unstable();
+    chosen.dedup();
+    Ok(chosen)
+}
+
+fn named(output: &Path, ending: &str) -> PathBuf {
+    let mut name = output.as_os_str().to_owned();
+    name.push(".");
+    name.push(ending);
+    PathBuf::from(name)
+}

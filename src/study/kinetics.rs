@@ -1,0 +1,283 @@
+//! Rates between two sets of minima of a landscape, against temperature.
+
+use std::fmt::Write as _;
+
+use serde_json::{Value, json};
+
+use super::error::StudyError;
+use super::network_of_states::NetworkOfStates;
+use crate::figure::MAKER;
+use crate::figure::chart::{Axis, Chart, Corner, Panel, Series};
+use crate::printable::printable;
+use crate::thermal::{Dynamics, Pathway, RateNetwork, SetRates, Superposition};
+
+/// Settings of [`Kinetics::new`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct KineticsSettings {
+    /// Temperatures kT.
+    pub temperatures: Vec<f64>,
+    /// How transition states are crossed.
+    pub dynamics: Dynamics,
+    /// Number of pathways to rank.
+    pub pathways: usize,
+}
+
+/// The kinetics at one temperature. Rates are logarithms.
+#[derive(Debug, Clone, PartialEq)]
+pub struct KineticsAt {
+    /// kT.
+    pub temperature: f64,
+    /// Equilibrium probabilities of sources and targets.
+    pub occupation: [f64; 2],
+    /// Rates from the sources to the targets, and back.
+    pub rates: [SetRates; 2],
+    /// The fastest pathways from the sources to the targets.
+    pub pathways: Vec<Pathway>,
+    /// Committor of each minimum: ln of the probability to reach the targets before the sources.
+    pub log_committors: Vec<f64>,
+}
+
+/// Rates between two sets of minima.
+#[derive(Debug)]
+pub struct Kinetics<'a> {
+    states: &'a NetworkOfStates,
+    sources: &'a [usize],
+    targets: &'a [usize],
+    settings: &'a KineticsSettings,
+    /// One entry for each temperature.
+    pub at: Vec<KineticsAt>,
+}
+
+impl<'a> Kinetics<'a> {
+    /// Computes rates, committors and pathways.
+    ///
+    /// # Errors
+    /// If curvatures are not known, or if no sequence of transition states joins the two sets.
+    ///
+    /// # Panics
+    /// If a set is empty or names a minimum that does not exist, if a minimum is in both, or if a temperature is not
+    /// positive and finite.
+    pub fn new(
+        states: &'a NetworkOfStates,
+        (sources, targets): (&'a [usize], &'a [usize]),
+        settings: &'a KineticsSettings,
+    ) -> Result<Self, StudyError> {
+        let wells = Superposition::new(&states.database)?;
+        let at = settings.temperatures.iter().map(|temperature| {
+            let network = RateNetwork::new(&states.database, *temperature, settings.dynamics)?;
+            let shares = wells.occupation(*temperature);
+            let share = |set: &[usize]| set.iter().map(|state| shares[*state]).sum();
+            Ok(KineticsAt {
+                temperature: *temperature,
+                occupation: [share(sources), share(targets)],
+                rates: [
+                    network.rates_between(sources, targets)?,
+                    network.rates_between(targets, sources)?,
+                ],
+                pathways: network.fastest_pathways(sources, targets, settings.pathways),
+                log_committors: network.log_committors(sources, targets),
+            })
+        });
+        Ok(Self {
+            states,
+            sources,
+            targets,
+            settings,
+            at: at.collect::<Result<_, StudyError>>()?,
+        })
+    }
+
+    /// All numbers. Rates, times and committors are natural logarithms, because they may be beyond the range of numbers.
+    pub fn to_json(&self) -> Value {
+        let rates = |rates: &SetRates| {
+            json!({
+                "log_first_passage_rate": rates.first_passage,
+                "log_inverse_mean_time": rates.mean_time,
+                "log_steady_state_rate": rates.steady_state,
+            })
+        };
+        let at = self.at.iter().map(|at| {
+            let pathways = at.pathways.iter();
+            let pathways = pathways.map(|pathway| {
+                json!({ "minima": pathway.states, "log_rate": pathway.log_rate })
+            });
+            let committors = at.log_committors.iter();
+            json!({
+                "temperature": at.temperature,
+                "occupation_of_sources": at.occupation[0],
+                "occupation_of_targets": at.occupation[1],
+                "forward": rates(&at.rates[0]),
+                "backward": rates(&at.rates[1]),
+                "pathways": pathways.collect::<Vec<_>>(),
+                // JSON has no infinity: a committor of 0 is null.
+                "log_committors": committors.map(|q| q.is_finite().then_some(*q)).collect::<Vec<_>>(),
+            })
+        });
+        json!({
+            "landscape": self.states.name,
+            "sources": self.sources,
+            "targets": self.targets,
+            "friction": self.friction(),
+            "at": at.collect::<Vec<_>>(),
+        })
+    }
+
+    fn friction(&self) -> Option<f64> {
+        match self.settings.dynamics {
+            Dynamics::TransitionState => None,
+            Dynamics::Kramers { friction } => Some(friction),
+        }
+    }
+
+    /// Rates against inverse temperature (an Arrhenius plot).
+    pub fn chart(&self) -> Chart {
+        let decades = std::f64::consts::LN_10;
+        let line = |way: usize| {
+            let points = self.at.iter();
+            let mut points: Vec<[f64; 2]> = points
+                .map(|at| [1.0 / at.temperature, at.rates[way].first_passage / decades])
+                .collect();
+            points.sort_by(|a, b| a[0].total_cmp(&b[0]));
+            points
+        };
+        let names = [
+            format!("{} → {}", named(self.sources), named(self.targets)),
+            format!("{} → {}", named(self.targets), named(self.sources)),
+        ];
+        let mut series = Vec::new();
+        for (way, name) in names.iter().enumerate() {
+            series.push(Series::line(line(way)).named(name));
+            series.push(Series::points(line(way)).named(name));
+        }
+        let panel = Panel {
+            legend: Some(Corner::UpperRight),
+            ..Panel::new(
+                &format!("{}: rates between two sets of minima", self.states.name),
+                Axis::linear("1/(kT) (1/energy)"),
+                Axis::linear("log₁₀ of the first-passage rate (1/time)"),
+                series,
+            )
+        };
+        Chart::new("", vec![panel])
+    }
+
+    /// The tables as text.
+    pub fn markdown(&self) -> String {
+        let mut text = format!(
+            "# {}: rates from {} to {}\n\n",
+            self.states.name,
+            named(self.sources),
+            named(self.targets)
+        );
+        let _ = match self.friction() {
+            None => writeln!(
+                text,
+                "Transition-state theory with harmonic frequencies. Times are in units of √(mass · length² / energy)."
+            ),
+            Some(friction) => writeln!(
+                text,
+                "Kramers rates with a friction of {friction} and harmonic frequencies. Times are in units of √(mass · \
+                 length² / energy)."
+            ),
+        };
+        text.push_str(
+            "\n| kT | p(from) | p(to) | rate there | mean time there | steady-state rate | rate back | mean time back |\n\
+             |---|---|---|---|---|---|---|---|\n",
+        );
+        for at in &self.at {
+            let [there, back] = &at.rates;
+            let _ = writeln!(
+                text,
+                "| {} | {} | {} | {} | {} | {} | {} | {} |",
+                at.temperature,
+                power(at.occupation[0].ln()),
+                power(at.occupation[1].ln()),
+                power(there.first_passage),
+                power(-there.mean_time),
+                power(there.steady_state),
+                power(back.first_passage),
+                power(-back.mean_time)
+            );
+        }
+        text.push_str(
+            "\nThe rate is Σ p/T over the minima of the first set: p is the equilibrium share within the set, T the mean \
+             first-passage time. The steady-state rate counts every departure that arrives before it returns.\n",
+        );
+        for at in &self.at {
+            let _ = writeln!(
+                text,
+                "\n## Fastest pathways at kT = {}\n\n| rank | rate | share of the steady-state rate | minima |\n|---|---|---|---|",
+                at.temperature
+            );
+            for (rank, pathway) in at.pathways.iter().enumerate() {
+                let share = pathway.log_rate - at.rates[0].steady_state;
+                let minima: Vec<String> = pathway
+                    .states
+                    .iter()
+                    .map(|state| format!("m{state}"))
+                    .collect();
+                let _ = writeln!(
+                    text,
+                    "| {} | {} | {:.2} % | {} |",
+                    rank + 1,
+                    power(pathway.log_rate),
+                    100.0 * share.exp(),
+                    minima.join(" → ")
+                );
+            }
+        }
+        text.push_str(
+            "\nA pathway counts direct passages only. Where the pathways hold a small share, most passages step back and \
+             forth on their way.\n",
+        );
+        let _ = writeln!(text, "\nMade by {MAKER}.");
+        printable(&text, &['\n', '\t']).into_owned()
+    }
+}
+
+/// A few minima by name, many by number.
+fn named(set: &[usize]) -> String {
+    if set.len() <= 4 {
+        let names: Vec<String> = set.iter().map(|state| format!("m{state}")).collect();
+        names.join(", ")
+    } else {
+        format!("m{} and {} more", set[0], set.len() - 1)
+    }
+}
+
+/// A number given by its natural logarithm, in powers of ten.
+fn power(log: f64) -> String {
+    if log == f64::NEG_INFINITY {
+        return "0".to_owned();
+    }
+    let decades = log / std::f64::consts::LN_10;
+    let exponent = decades.floor();
+    let mantissa = 10.0_f64.powf(decades - exponent);
+    // Rounding may give 10.00.
+    let (mantissa, exponent) = if mantissa >= 9.995 {
+        (1.0, exponent + 1.0)
+    } else {
+        (mantissa, exponent)
+    };
+    if (-3.0..4.0).contains(&exponent) {
+        format!("{:.4}", mantissa * 10.0_f64.powf(exponent))
+    } else {
+        format!("{mantissa:.2}e{exponent}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_beyond_all_range_are_shown() {
+        assert_eq!(power(0.0), "1.0000");
+        assert_eq!(power(f64::NEG_INFINITY), "0");
+        assert_eq!(
+            power(-1000.0 * std::f64::consts::LN_10 + 2.0_f64.ln()),
+            "2.00e-1000"
+        );
+        assert_eq!(power((9.999e6_f64).ln()), "1.00e7");
+    }
+}

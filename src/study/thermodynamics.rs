@@ -1,0 +1,402 @@
+//! Thermodynamics of a landscape: tables, curves, and its disconnectivity graph by free energy.
+
+use std::fmt::Write as _;
+
+use serde_json::{Value, json};
+
+use super::Digits;
+use super::drawing::{Drawing, Put, Titles, Views};
+use super::error::StudyError;
+use super::network_of_states::NetworkOfStates;
+use crate::figure::chart::{Axis, Chart, Corner, Mark, Panel, Series};
+use crate::figure::{MAKER, leaves_of};
+use crate::printable::printable;
+use crate::thermal::{Superposition, frustration};
+use crate::topography::exchange::Database;
+use crate::topography::{Evidence, Groups, Tree};
+
+/// Greatest number of groups whose occupation is drawn.
+const DRAWN: usize = 8;
+/// A group is drawn if its occupation reaches this anywhere.
+const NOTABLE: f64 = 0.03;
+/// Default range of temperatures: the lowest minimum holds this share at its lower end …
+const COLD: f64 = 0.9999;
+/// … and the landscape entropy reaches this share of its greatest value at its upper end.
+const HOT: f64 = 0.9;
+/// Number of temperatures by default.
+const COUNT: usize = 200;
+
+/// Settings of [`Thermodynamics::new`].
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ThermodynamicsSettings {
+    /// Temperatures, ascending; empty for a range chosen from the minima.
+    pub temperatures: Vec<f64>,
+    /// Temperature of the free energies; by default that of the highest peak of the heat capacity.
+    pub free_energy_at: Option<f64>,
+}
+
+/// The thermodynamics at one temperature.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AtTemperature {
+    /// kT.
+    pub temperature: f64,
+    /// Mean energy.
+    pub energy: f64,
+    /// Heat capacity in units of Boltzmann's constant.
+    pub heat_capacity: f64,
+    /// Entropy of the occupation of minima.
+    pub landscape_entropy: f64,
+    /// Frustration (see [`frustration`]); `None` if no minimum is connected to the lowest one.
+    pub frustration: Option<f64>,
+    /// Occupation of each group.
+    pub occupation: Vec<f64>,
+}
+
+/// Thermodynamics of a landscape in the harmonic superposition approximation.
+#[derive(Debug)]
+pub struct Thermodynamics<'a> {
+    states: &'a NetworkOfStates,
+    wells: Superposition,
+    /// The curves, by ascending temperature.
+    pub curves: Vec<AtTemperature>,
+    /// Peaks of the heat capacity: temperature and height, by ascending temperature.
+    pub peaks: Vec<[f64; 2]>,
+    /// Temperature of the free energies.
+    pub free_energy_at: f64,
+    /// Minima and transition states with free energies.
+    pub free: Database,
+}
+
+impl<'a> Thermodynamics<'a> {
+    /// Computes the curves.
+    ///
+    /// # Errors
+    /// If the curvatures of a stationary point are not known.
+    ///
+    /// # Panics
+    /// If a temperature is not positive and finite.
+    pub fn new(
+        states: &'a NetworkOfStates,
+        settings: &ThermodynamicsSettings,
+    ) -> Result<Self, StudyError> {
+        let wells = Superposition::new(&states.database)?;
+        let temperatures = if settings.temperatures.is_empty() {
+            range_of(&wells)
+        } else {
+            settings.temperatures.clone()
+        };
+        let group_of = states.groups.group_of();
+        let count = states.groups.members.len();
+        let at = |temperature: f64| {
+            let mut occupation = vec![0.0; count];
+            for (share, group) in wells.occupation(temperature).iter().zip(&group_of) {
+                occupation[*group] += share;
+            }
+            AtTemperature {
+                temperature,
+                energy: wells.mean_energy(temperature),
+                heat_capacity: wells.heat_capacity(temperature),
+                landscape_entropy: wells.landscape_entropy(temperature),
+                frustration: frustration(&wells, &states.tree, temperature),
+                occupation,
+            }
+        };
+        let curves: Vec<AtTemperature> = temperatures.into_iter().map(at).collect();
+        let peaks = peaks(&curves);
+        let highest = peaks.iter().max_by(|a, b| a[1].total_cmp(&b[1]));
+        let middle = curves.get(curves.len() / 2).map(|at| at.temperature);
+        let free_energy_at = settings
+            .free_energy_at
+            .or(highest.map(|peak| peak[0]))
+            .or(middle)
+            .unwrap_or(1.0);
+        let free = wells.free_energy_landscape(&states.database, free_energy_at)?;
+        Ok(Self {
+            states,
+            wells,
+            curves,
+            peaks,
+            free_energy_at,
+            free,
+        })
+    }
+
+    /// Whether [`Thermodynamics::write`] writes a file with this name.
+    pub fn writes(name: &str) -> bool {
+        [
+            "thermodynamics.csv",
+            "thermodynamics.svg",
+            "thermodynamics.png",
+            "thermodynamics.json",
+            "summary.md",
+        ]
+        .contains(&name)
+            || Drawing::writes(name)
+    }
+
+    /// Gives `put` the table, the curves, the summary, and the disconnectivity graph by free energy. Returns the summary.
+    ///
+    /// # Errors
+    /// The first error of `put`, or of a picture.
+    pub fn write(&self, put: Put<'_>) -> Result<String, StudyError> {
+        put("thermodynamics.csv", self.csv().as_bytes())?;
+        put(
+            "thermodynamics.json",
+            format!("{:#}\n", self.to_json()).as_bytes(),
+        )?;
+        let sheet = self.chart().draw()?;
+        for name in ["thermodynamics.svg", "thermodynamics.png"] {
+            put(name, &sheet.encode(name.as_ref())?)?;
+        }
+        let network = self.free.network();
+        let groups = Groups::below(&network, self.states.groups.barrier, Evidence::Path);
+        let titles = Titles::of_free_energies(&self.states.name, self.free_energy_at);
+        let drawing = Drawing {
+            network: &network,
+            tree: &Tree::from_network(&network, Evidence::Chain),
+            resampled: &[],
+            leaves: leaves_of(&network),
+            group_of: groups.group_of(),
+            titles: &titles,
+            views: Views::default(),
+            examples: Vec::new(),
+        };
+        drawing.write(put)?;
+        let text = printable(&self.summary(), &['\n', '\t']).into_owned();
+        put("summary.md", text.as_bytes())?;
+        Ok(text)
+    }
+
+    /// All numbers.
+    pub fn to_json(&self) -> Value {
+        let curves = self.curves.iter().map(|at| {
+            json!({
+                "temperature": at.temperature,
+                "energy": at.energy,
+                "heat_capacity": at.heat_capacity,
+                "landscape_entropy": at.landscape_entropy,
+                "frustration": at.frustration,
+                "occupation": at.occupation,
+            })
+        });
+        json!({
+            "landscape": self.states.name,
+            "vibrational_modes": self.states.database.vibrational_modes,
+            "group_barrier": self.states.groups.barrier,
+            "groups": self.states.groups.members,
+            "peaks_of_heat_capacity": self.peaks,
+            "free_energy_at": self.free_energy_at,
+            "free_energies": self.free.minima.iter().map(|entry| entry.energy).collect::<Vec<_>>(),
+            "curves": curves.collect::<Vec<_>>(),
+        })
+    }
+
+    fn csv(&self) -> String {
+        let groups = self.states.groups.members.len();
+        let names = (0..groups).map(|group| format!(",occupation_g{group}"));
+        let mut text = format!(
+            "temperature,energy,heat_capacity,landscape_entropy,frustration{}\n",
+            names.collect::<String>()
+        );
+        for at in &self.curves {
+            let frustration = at.frustration.map_or(String::new(), |f| f.to_string());
+            let _ = write!(
+                text,
+                "{},{},{},{},{frustration}",
+                at.temperature, at.energy, at.heat_capacity, at.landscape_entropy
+            );
+            for share in &at.occupation {
+                let _ = write!(text, ",{share}");
+            }
+            text.push('\n');
+        }
+        text
+    }
+
+    /// Groups whose occupation is notable somewhere, the most occupied first, at most [`DRAWN`].
+    fn notable(&self) -> Vec<usize> {
+        let most = |group: usize| {
+            let shares = self.curves.iter().map(|at| at.occupation[group]);
+            shares.fold(0.0, f64::max)
+        };
+        let mut groups: Vec<(usize, f64)> = (0..self.states.groups.members.len())
+            .map(|group| (group, most(group)))
+            .filter(|(_, most)| *most >= NOTABLE)
+            .collect();
+        groups.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+        groups.truncate(DRAWN);
+        groups.into_iter().map(|(group, _)| group).collect()
+    }
+
+    fn chart(&self) -> Chart {
+        let line = |value: &dyn Fn(&AtTemperature) -> f64| {
+            let points = self.curves.iter().map(|at| [at.temperature, value(at)]);
+            points.collect::<Vec<_>>()
+        };
+        let axis = || Axis::linear("temperature kT (energy)");
+        let mut capacity = vec![Series::line(line(&|at| at.heat_capacity))];
+        capacity
+            .extend((self.peaks.iter()).map(|peak| Series::new(Mark::Vertical(peak[0])).dashed()));
+        let mut occupation: Vec<Series> = (self.notable().into_iter())
+            .map(|group| {
+                let lowest = self.states.groups.members[group][0].0;
+                let name = format!("g{group} (lowest m{lowest})");
+                Series::line(line(&|at| at.occupation[group])).named(&name)
+            })
+            .collect();
+        occupation.push(
+            Series::line(line(&|at| {
+                let shown = self.notable().into_iter().map(|group| at.occupation[group]);
+                1.0 - shown.sum::<f64>()
+            }))
+            .named("all others")
+            .dashed(),
+        );
+        let label = match self.wells.modes() {
+            0 => "heat capacity − κ (k)",
+            _ => "heat capacity (k)",
+        };
+        let mut chart = Chart::new(
+            &format!("{}: harmonic superposition", self.states.name),
+            vec![
+                Panel::new("heat capacity", axis(), Axis::linear(label), capacity),
+                Panel {
+                    legend: Some(Corner::UpperRight),
+                    ..Panel::new(
+                        "occupation of groups",
+                        axis(),
+                        Axis::linear("probability").with_range(0.0, 1.0),
+                        occupation,
+                    )
+                },
+            ],
+        );
+        chart.panel_size = [860, 640];
+        chart
+    }
+
+    fn summary(&self) -> String {
+        let states = self.states;
+        let mut text = format!(
+            "# {}: thermodynamics\n\nHarmonic superposition of {} minima in {} groups (relative barriers up to {}). ",
+            states.name,
+            states.database.minima.len(),
+            states.groups.members.len(),
+            Digits::of([states.groups.barrier]).show(states.groups.barrier),
+        );
+        match states.database.vibrational_modes {
+            Some(modes) => {
+                let _ = writeln!(text, "A minimum has {modes} vibrational modes.");
+            }
+            None => text.push_str(
+                "The number κ of vibrational modes is not recorded, so energies lack κ T and heat capacities lack κ.\n",
+            ),
+        }
+        text.push_str("\nMinima that were not found are missing here, too: at temperatures where many minima are occupied, the curves are those of the sample.\n");
+        for [temperature, height] in &self.peaks {
+            let _ = writeln!(
+                text,
+                "\n- The heat capacity has a peak of {height:.1} k at kT = {temperature:.4}."
+            );
+        }
+        if self.peaks.is_empty() {
+            text.push_str("\n- The heat capacity has no peak in this range.\n");
+        }
+        text.push_str("\n| kT | energy | heat capacity | landscape entropy | effective minima | frustration |");
+        let notable = self.notable();
+        for group in &notable {
+            let _ = write!(text, " g{group} |");
+        }
+        text.push_str("\n|---|---|---|---|---|---|");
+        text.push_str(&"---|".repeat(notable.len()));
+        text.push('\n');
+        let step = self.curves.len().div_ceil(12).max(1);
+        for at in self.curves.iter().step_by(step) {
+            let frustration = at.frustration.map_or("–".to_owned(), |f| format!("{f:.3}"));
+            let _ = write!(
+                text,
+                "| {:.4} | {:.4} | {:.3} | {:.3} | {:.2} | {frustration} |",
+                at.temperature,
+                at.energy,
+                at.heat_capacity,
+                at.landscape_entropy,
+                at.landscape_entropy.exp()
+            );
+            for group in &notable {
+                let _ = write!(text, " {:.3} |", at.occupation[*group]);
+            }
+            text.push('\n');
+        }
+        let _ = writeln!(
+            text,
+            "\nThe disconnectivity graph and the barrier graph in this folder show free energies at kT = {:.4}, counted \
+             from the lowest.\n\nMade by {MAKER}.",
+            self.free_energy_at
+        );
+        text
+    }
+}
+
+/// Temperatures from where the lowest minimum holds nearly everything to where the occupation has nearly spread.
+fn range_of(wells: &Superposition) -> Vec<f64> {
+    let grid: Vec<f64> = (-200..=200)
+        .map(|k| 10.0_f64.powf(f64::from(k) / 20.0))
+        .collect();
+    let entropies: Vec<f64> = grid.iter().map(|t| wells.landscape_entropy(*t)).collect();
+    let most = entropies.iter().copied().fold(0.0, f64::max);
+    let ground = |t: f64| wells.occupation(t).into_iter().fold(0.0, f64::max);
+    let spread = (entropies.iter().position(|entropy| *entropy >= HOT * most)).unwrap_or(0);
+    let cold = (0..spread).rev().find(|k| ground(grid[*k]) >= COLD);
+    // With a single minimum, or levels that no temperature separates, any range will do.
+    let (low, high) = (cold.unwrap_or(0), spread.max(cold.unwrap_or(0) + 1));
+    let [low, high] = [grid[low], grid[high.min(grid.len() - 1)]];
+    (0..COUNT)
+        .map(|k| low + (high - low) * k as f64 / (COUNT - 1) as f64)
+        .collect()
+}
+
+/// Local maxima of the heat capacity, placed by a parabola through three temperatures.
+fn peaks(curves: &[AtTemperature]) -> Vec<[f64; 2]> {
+    let triples = curves.windows(3);
+    triples
+        .filter(|three| {
+            let [a, b, c] = [0, 1, 2].map(|k| three[k].heat_capacity);
+            b > a && b >= c
+        })
+        .map(|three| {
+            let [x0, x1, x2] = [0, 1, 2].map(|k| three[k].temperature);
+            let [y0, y1, y2] = [0, 1, 2].map(|k| three[k].heat_capacity);
+            let (left, right) = ((y1 - y0) / (x1 - x0), (y2 - y1) / (x2 - x1));
+            let bend = (right - left) / (x2 - x0);
+            // Where the slope of Newton's interpolation vanishes.
+            let x = (0.5 * (x0 + x1) - 0.5 * left / bend).clamp(x0, x2);
+            let y = y0 + left * (x - x0) + bend * (x - x0) * (x - x1);
+            [x, y]
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn peaks_of_a_parabola_are_exact() {
+        let at = |temperature: f64| AtTemperature {
+            temperature,
+            energy: 0.0,
+            heat_capacity: 5.0 - (temperature - 0.37).powi(2),
+            landscape_entropy: 0.0,
+            frustration: None,
+            occupation: Vec::new(),
+        };
+        let curves: Vec<AtTemperature> = [0.1, 0.25, 0.4, 0.5, 0.9].map(at).into();
+        let [[x, y]] = peaks(&curves)[..] else {
+            panic!("one peak")
+        };
+        assert!(
+            (x - 0.37).abs() < 1e-12 && (y - 5.0).abs() < 1e-12,
+            "{x} {y}"
+        );
+    }
+}

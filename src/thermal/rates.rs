@@ -1,0 +1,543 @@
+//! Rates between minima, and between sets of minima.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::f64::consts::TAU;
+
+use super::elimination::{Elimination, Unreachable};
+use super::superposition::{Missing, Well};
+use super::{log_add, log_sum};
+use crate::topography::exchange::Database;
+
+/// How a system crosses a transition state.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Dynamics {
+    /// Without recrossing: transition-state theory (H. Eyring, J. Chem. Phys. 3, 107 (1935)).
+    #[default]
+    TransitionState,
+    /// With friction γ (a rate: the drag force is −γ times the momentum): H. A. Kramers, Physica 7, 284 (1940). The rate of
+    /// transition-state theory is multiplied by √(1 + (γ/2ω)²) − γ/2ω, where −ω² is the negative curvature.
+    Kramers {
+        /// γ, in units of 1/time.
+        friction: f64,
+    },
+}
+
+impl Dynamics {
+    /// Logarithm of the share of crossings that are not undone at once.
+    fn log_transmission(self, negative_curvature: impl Fn() -> Option<f64>) -> Option<f64> {
+        match self {
+            Self::TransitionState => Some(0.0),
+            Self::Kramers { friction } => {
+                let frequency = negative_curvature()?.abs().sqrt();
+                let ratio = friction / (2.0 * frequency);
+                // √(1 + r²) − r without cancellation.
+                Some(-(ratio.hypot(1.0) + ratio).ln())
+            }
+        }
+    }
+}
+
+/// States and the rates between them, in logarithms.
+///
+/// From minima and transition states (harmonic transition-state theory, in units where k = 1):
+///
+/// ```text
+/// k(a → b) = Σ over transition states ‡ of a and b:  (o_a/o‡) (∏ ω_a/∏ ω‡)/2π · exp(−(V‡ − V_a)/T)
+/// ```
+///
+/// o: orders of point groups; ω² : positive Hessian eigenvalues. Degenerate rearrangements (‡ joins two copies of one
+/// minimum) lead nowhere and are left out. See D. J. Wales, *Energy Landscapes* (Cambridge, 2003), chapter 7.
+///
+/// ```
+/// use landscape::thermal::RateNetwork;
+///
+/// // 0 ⇄ 1 → 2: from 0 it takes (1 + 3/2)/1 + 1/2 on average.
+/// let network = RateNetwork::from_rates(3, &[(0, 1, 1.0), (1, 0, 3.0), (1, 2, 2.0)], &[0.0; 3]);
+/// let times = network.first_passage_times(&[2])?;
+/// assert!((times[0].exp() - 3.0).abs() < 1e-12);
+/// # Ok::<(), landscape::thermal::Unreachable>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct RateNetwork {
+    pub(super) rates: Vec<BTreeMap<usize, f64>>,
+    pub(super) log_weights: Vec<f64>,
+}
+
+/// Rate constants from one set of states to another, in natural logarithms.
+///
+/// ```text
+/// first_passage = ln Σ_b p_b/T_b
+/// mean_time     = −ln Σ_b p_b T_b
+/// steady_state  = ln Σ_b p_b Σ_j k(b → j) q_j
+/// ```
+///
+/// p: equilibrium probability of source b within the sources; T: its mean first-passage time to the targets; q: the
+/// probability that state j reaches the targets before the sources. D. J. Wales, J. Chem. Phys. 130, 204111 (2009).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SetRates {
+    /// The rate if the sources do not exchange before they react.
+    pub first_passage: f64,
+    /// The inverse of the mean time to the targets.
+    pub mean_time: f64,
+    /// The rate at a steady state that is fed at equilibrium within the sources. It counts every departure that reaches the
+    /// targets before it returns.
+    pub steady_state: f64,
+}
+
+impl RateNetwork {
+    /// The rates between the minima of `database` at a temperature kT.
+    ///
+    /// # Errors
+    /// If the curvatures of a stationary point are not known.
+    ///
+    /// # Panics
+    /// If the temperature is not positive and finite, or a friction is negative.
+    pub fn new(database: &Database, temperature: f64, dynamics: Dynamics) -> Result<Self, Missing> {
+        assert!(temperature > 0.0 && temperature.is_finite());
+        if let Dynamics::Kramers { friction } = dynamics {
+            assert!(friction >= 0.0, "a friction is not negative");
+        }
+        let minima = database.minima.iter().enumerate();
+        let wells = minima.map(|(row, minimum)| {
+            let vibrations = minimum.vibrations.as_ref();
+            let vibrations = vibrations.ok_or(Missing::MinimumVibrations(row))?;
+            Ok(Well::new(minimum.energy, vibrations).log_weight(temperature))
+        });
+        let log_weights: Vec<f64> = wells.collect::<Result<_, _>>()?;
+        let mut rates = vec![BTreeMap::new(); log_weights.len()];
+        for (row, state) in database.transition_states.iter().enumerate() {
+            let [a, b] = state.ends;
+            if a == b {
+                continue;
+            }
+            let vibrations = state.vibrations.as_ref();
+            let vibrations = vibrations.ok_or(Missing::StateVibrations(row))?;
+            let transmission = dynamics
+                .log_transmission(|| vibrations.negative_curvature)
+                .ok_or(Missing::NegativeCurvature(row))?;
+            let weight = Well::new(state.energy, vibrations).log_weight(temperature);
+            let flow = weight - TAU.ln() + transmission;
+            for (from, to) in [(a, b), (b, a)] {
+                let rate = rates[from].entry(to).or_insert(f64::NEG_INFINITY);
+                *rate = log_add(*rate, flow - log_weights[from]);
+            }
+        }
+        Ok(Self { rates, log_weights })
+    }
+
+    /// Any Markov process of `states` states: `(from, to, rate)`, and ln of the equilibrium weights, up to a constant.
+    /// Rates of one pair add up.
+    ///
+    /// # Panics
+    /// If a state does not exist, a rate is negative or no number, a state leads to itself, or a weight is missing.
+    pub fn from_rates(states: usize, rates: &[(usize, usize, f64)], log_weights: &[f64]) -> Self {
+        let log_rates: Vec<(usize, usize, f64)> = rates
+            .iter()
+            .map(|(from, to, rate)| {
+                assert!(*rate >= 0.0, "a rate is not negative");
+                (*from, *to, rate.ln())
+            })
+            .collect();
+        Self::from_log_rates(states, &log_rates, log_weights)
+    }
+
+    /// As [`RateNetwork::from_rates`], from logarithms of rates.
+    ///
+    /// # Panics
+    /// If a state does not exist, a state leads to itself, or a weight is missing.
+    pub fn from_log_rates(
+        states: usize,
+        log_rates: &[(usize, usize, f64)],
+        log_weights: &[f64],
+    ) -> Self {
+        assert_eq!(log_weights.len(), states);
+        let mut network = vec![BTreeMap::new(); states];
+        for (from, to, log_rate) in log_rates {
+            assert!(
+                from != to && *to < states,
+                "a transition leads to another state"
+            );
+            if *log_rate > f64::NEG_INFINITY {
+                let rate = network[*from].entry(*to).or_insert(f64::NEG_INFINITY);
+                *rate = log_add(*rate, *log_rate);
+            }
+        }
+        Self {
+            rates: network,
+            log_weights: log_weights.to_vec(),
+        }
+    }
+
+    /// Number of states.
+    pub fn states(&self) -> usize {
+        self.rates.len()
+    }
+
+    /// ln of the rate from one state to another; −∞ if there is none.
+    ///
+    /// # Panics
+    /// If `from` does not exist.
+    pub fn log_rate(&self, from: usize, to: usize) -> f64 {
+        let rate = self.rates[from].get(&to).copied();
+        rate.unwrap_or(f64::NEG_INFINITY)
+    }
+
+    /// ln of the equilibrium probability of each of `states` within them.
+    ///
+    /// # Panics
+    /// If a state does not exist.
+    pub fn log_shares(&self, states: &[usize]) -> Vec<f64> {
+        let sum = log_sum(states.iter().map(|state| self.log_weights[*state]));
+        let weights = states.iter().map(|state| self.log_weights[*state]);
+        weights.map(|weight| weight - sum).collect()
+    }
+
+    /// ln of the mean time until each state first reaches one of `targets` (−∞ for the targets themselves).
+    ///
+    /// # Errors
+    /// The first state from which no target can be reached. [`RateNetwork::reached_from`] tells the others.
+    ///
+    /// # Panics
+    /// If a target does not exist.
+    pub fn first_passage_times(&self, targets: &[usize]) -> Result<Vec<f64>, Unreachable> {
+        let times = self.times_or_infinity(targets);
+        match times.iter().position(|time| *time == f64::INFINITY) {
+            Some(state) => Err(Unreachable(state)),
+            None => Ok(times),
+        }
+    }
+
+    /// As [`RateNetwork::first_passage_times`], with ∞ for states that may never arrive.
+    fn times_or_infinity(&self, targets: &[usize]) -> Vec<f64> {
+        let reached = self.arriving(targets);
+        let kept = self.marked(targets);
+        // States that cannot arrive would divide by a rate of zero.
+        let rates: Vec<BTreeMap<usize, f64>> = (self.rates.iter().zip(&reached))
+            .map(|(rates, reached)| {
+                if *reached {
+                    rates.clone()
+                } else {
+                    BTreeMap::new()
+                }
+            })
+            .collect();
+        let elimination = Elimination::new(&rates, &kept, 0.0);
+        let mut values = vec![f64::INFINITY; self.states()];
+        for target in targets {
+            values[*target] = f64::NEG_INFINITY;
+        }
+        elimination.values(values)
+    }
+
+    /// Whether one of `targets` can be reached from each state.
+    fn arriving(&self, targets: &[usize]) -> Vec<bool> {
+        let mut into: Vec<Vec<usize>> = vec![Vec::new(); self.states()];
+        for (from, rates) in self.rates.iter().enumerate() {
+            for to in rates.keys() {
+                into[*to].push(from);
+            }
+        }
+        let mut arriving = self.marked(targets);
+        let mut stack: Vec<usize> = targets.to_vec();
+        while let Some(state) = stack.pop() {
+            for from in &into[state] {
+                if !std::mem::replace(&mut arriving[*from], true) {
+                    stack.push(*from);
+                }
+            }
+        }
+        arriving
+    }
+
+    fn marked(&self, states: &[usize]) -> Vec<bool> {
+        let mut marked = vec![false; self.states()];
+        for state in states {
+            marked[*state] = true;
+        }
+        marked
+    }
+
+    /// ln of the committor: the probability that each state reaches one of `targets` before one of `sources`. −∞ for the
+    /// sources and for states that reach neither.
+    ///
+    /// # Panics
+    /// If a state does not exist, or is both a source and a target.
+    pub fn log_committors(&self, sources: &[usize], targets: &[usize]) -> Vec<f64> {
+        self.committors_with(sources, targets).0
+    }
+
+    fn committors_with(&self, sources: &[usize], targets: &[usize]) -> (Vec<f64>, Elimination) {
+        let both: BTreeSet<&usize> = sources.iter().collect();
+        assert!(
+            targets.iter().all(|target| !both.contains(target)),
+            "a state is a source and a target"
+        );
+        let mut kept = self.marked(sources);
+        for target in targets {
+            kept[*target] = true;
+        }
+        let elimination = Elimination::new(&self.rates, &kept, f64::NEG_INFINITY);
+        let mut values = vec![f64::NEG_INFINITY; self.states()];
+        for target in targets {
+            values[*target] = 0.0;
+        }
+        (elimination.values(values), elimination)
+    }
+
+    /// Rate constants from `sources` to `targets`, with the sources in equilibrium among themselves.
+    ///
+    /// # Errors
+    /// A source from which no target can be reached.
+    ///
+    /// # Panics
+    /// If one of the sets is empty, a state does not exist, or a state is in both.
+    pub fn rates_between(
+        &self,
+        sources: &[usize],
+        targets: &[usize],
+    ) -> Result<SetRates, Unreachable> {
+        assert!(!sources.is_empty() && !targets.is_empty(), "a set is empty");
+        let times = self.times_or_infinity(targets);
+        let unreachable = sources.iter().find(|b| times[**b] == f64::INFINITY);
+        if let Some(state) = unreachable {
+            return Err(Unreachable(*state));
+        }
+        let shares = self.log_shares(sources);
+        let (_, elimination) = self.committors_with(sources, targets);
+        let is_target = self.marked(targets);
+        // With all other states eliminated, the flow that arrives before it returns is the direct rate to the targets.
+        let arriving = |source: usize| {
+            let direct = elimination.left[source].iter();
+            log_sum(
+                direct
+                    .filter(|(to, _)| is_target[**to])
+                    .map(|(_, rate)| *rate),
+            )
+        };
+        let pairs = || sources.iter().zip(&shares);
+        Ok(SetRates {
+            first_passage: log_sum(pairs().map(|(b, share)| share - times[*b])),
+            mean_time: -log_sum(pairs().map(|(b, share)| share + times[*b])),
+            steady_state: log_sum(pairs().map(|(b, share)| share + arriving(*b))),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{DMatrix, DVector};
+    use rand::RngExt;
+
+    use super::*;
+    use crate::sample::{Rng, Task, stream};
+    use crate::topography::exchange::{MinimumEntry, TransitionStateEntry, Vibrations};
+
+    /// A random network in detailed balance, connected by a ring.
+    fn reversible(states: usize, spread: f64, rng: &mut Rng) -> RateNetwork {
+        let weights: Vec<f64> = (0..states)
+            .map(|_| rng.random_range(-spread..spread))
+            .collect();
+        let mut log_rates = Vec::new();
+        for a in 0..states {
+            for b in a + 1..states {
+                let neighbours = b == a + 1 || (a == 0 && b == states - 1);
+                if neighbours || rng.random_bool(0.2) {
+                    let flow = rng.random_range(-2.0 * spread..-spread);
+                    log_rates.push((a, b, flow - weights[a]));
+                    log_rates.push((b, a, flow - weights[b]));
+                }
+            }
+        }
+        RateNetwork::from_log_rates(states, &log_rates, &weights)
+    }
+
+    /// Solves Kᵢ yᵢ − Σ kᵢⱼ yⱼ = wᵢ with yᵢ given for some states, by a dense LU decomposition.
+    fn solved(network: &RateNetwork, given: &BTreeMap<usize, f64>, source: f64) -> Vec<f64> {
+        let n = network.states();
+        let (mut matrix, mut right) = (DMatrix::zeros(n, n), DVector::zeros(n));
+        for i in 0..n {
+            if let Some(value) = given.get(&i) {
+                matrix[(i, i)] = 1.0;
+                right[i] = *value;
+                continue;
+            }
+            right[i] = source;
+            for (j, rate) in &network.rates[i] {
+                matrix[(i, i)] += rate.exp();
+                matrix[(i, *j)] -= rate.exp();
+            }
+        }
+        let solution = matrix.lu().solve(&right).unwrap();
+        solution.iter().copied().collect()
+    }
+
+    #[test]
+    fn small_networks_agree_with_matrix_methods() {
+        let mut rng = stream(7, Task::Start, 0);
+        for states in [3, 4, 8, 20, 60] {
+            let network = reversible(states, 2.0, &mut rng);
+            let (sources, targets) = ([0, 1], [states - 1]);
+            let given = targets.iter().map(|target| (*target, 0.0)).collect();
+            let times = solved(&network, &given, 1.0);
+            let ours = network.first_passage_times(&targets).unwrap();
+            for (state, time) in times.iter().enumerate().take(states - 1) {
+                approx::assert_relative_eq!(ours[state].exp(), *time, max_relative = 1e-10);
+            }
+            assert!(ours[states - 1] < -f64::MAX);
+
+            let mut given: BTreeMap<usize, f64> = sources.iter().map(|s| (*s, 0.0)).collect();
+            given.insert(states - 1, 1.0);
+            let chances = solved(&network, &given, 0.0);
+            let ours = network.log_committors(&sources, &targets);
+            for (log, chance) in ours.iter().zip(&chances) {
+                approx::assert_relative_eq!(
+                    log.exp(),
+                    *chance,
+                    max_relative = 1e-10,
+                    epsilon = 1e-13
+                );
+            }
+
+            let shares: Vec<f64> = network
+                .log_shares(&sources)
+                .iter()
+                .map(|s| s.exp())
+                .collect();
+            let rates = network.rates_between(&sources, &targets).unwrap();
+            let mean: f64 = shares.iter().zip(sources).map(|(p, b)| p * times[b]).sum();
+            approx::assert_relative_eq!(rates.mean_time.exp(), 1.0 / mean, max_relative = 1e-10);
+            let inverse: f64 = shares.iter().zip(sources).map(|(p, b)| p / times[b]).sum();
+            approx::assert_relative_eq!(rates.first_passage.exp(), inverse, max_relative = 1e-10);
+            let flow = |b: usize| -> f64 {
+                let rates = network.rates[b].iter();
+                rates.map(|(j, rate)| rate.exp() * chances[*j]).sum()
+            };
+            let steady: f64 = shares.iter().zip(sources).map(|(p, b)| p * flow(b)).sum();
+            approx::assert_relative_eq!(rates.steady_state.exp(), steady, max_relative = 1e-10);
+        }
+    }
+
+    /// At a steady state, the flow from one set to another is the same in both directions.
+    #[test]
+    fn detailed_balance_holds_where_rates_span_hundreds_of_decades() {
+        let mut rng = stream(8, Task::Start, 0);
+        let network = reversible(40, 400.0, &mut rng);
+        let all: Vec<f64> = network
+            .rates
+            .iter()
+            .flat_map(|r| r.values().copied())
+            .collect();
+        let span = all.iter().copied().fold(f64::NEG_INFINITY, f64::max)
+            - all.iter().copied().fold(f64::INFINITY, f64::min);
+        assert!(span > 300.0 * std::f64::consts::LN_10, "{span}");
+        let (a, b) = ([0, 5, 6], [30, 31]);
+        let there = network.rates_between(&a, &b).unwrap();
+        let back = network.rates_between(&b, &a).unwrap();
+        let weight = |set: &[usize]| log_sum(set.iter().map(|s| network.log_weights[*s]));
+        approx::assert_relative_eq!(
+            weight(&a) + there.steady_state,
+            weight(&b) + back.steady_state,
+            max_relative = 1e-12
+        );
+        // What does not reach one set first reaches the other.
+        let (to, from) = (
+            network.log_committors(&a, &b),
+            network.log_committors(&b, &a),
+        );
+        for (q, p) in to.iter().zip(&from) {
+            assert!((q.exp() + p.exp() - 1.0).abs() < 1e-12);
+        }
+        // A chain of barriers, exactly: times add up.
+        let step = -350.0;
+        let chain =
+            RateNetwork::from_log_rates(3, &[(0, 1, step), (1, 0, 0.0), (1, 2, step)], &[0.0; 3]);
+        // T₀ = 1/k + T₁, T₁ = (1 + T₀)/(1 + k) → T₀ = 2/k + 1/k², T₁ = 1/k + 1/k²
+        let times = chain.first_passage_times(&[2]).unwrap();
+        assert!(
+            (times[0] - 700.0).abs() < 1e-10 && (times[1] - 700.0).abs() < 1e-10,
+            "{times:?}"
+        );
+    }
+
+    #[test]
+    fn islands_are_told() {
+        let network = RateNetwork::from_rates(
+            4,
+            &[(0, 1, 1.0), (1, 0, 1.0), (2, 3, 1.0), (3, 2, 1.0)],
+            &[0.0; 4],
+        );
+        assert_eq!(network.first_passage_times(&[0]), Err(Unreachable(2)));
+        assert_eq!(network.rates_between(&[3], &[0]), Err(Unreachable(3)));
+        assert!(network.log_committors(&[1], &[0])[2] < -f64::MAX);
+        // A state that may be lost on the way has no mean time either.
+        let lossy = RateNetwork::from_rates(3, &[(0, 1, 1.0), (0, 2, 1.0)], &[0.0; 3]);
+        assert_eq!(lossy.first_passage_times(&[2]), Err(Unreachable(0)));
+    }
+
+    fn pass(curvature: Option<f64>) -> Database {
+        let vibrations = |log_product, order, negative_curvature| {
+            Some(Vibrations {
+                log_product,
+                point_group_order: order,
+                negative_curvature,
+                ..Vibrations::default()
+            })
+        };
+        Database {
+            minima: vec![
+                MinimumEntry {
+                    energy: 0.0,
+                    vibrations: vibrations(4.0, 2, None),
+                },
+                MinimumEntry {
+                    energy: 0.5,
+                    vibrations: vibrations(3.0, 1, None),
+                },
+            ],
+            transition_states: vec![
+                TransitionStateEntry {
+                    energy: 2.0,
+                    ends: [0, 1],
+                    vibrations: vibrations(2.0, 1, curvature),
+                },
+                TransitionStateEntry {
+                    energy: 1.0,
+                    ends: [0, 0],
+                    vibrations: vibrations(2.0, 1, curvature),
+                },
+            ],
+            vibrational_modes: Some(2),
+        }
+    }
+
+    #[test]
+    fn rates_of_transition_state_theory() {
+        let temperature = 0.25;
+        let eyring =
+            RateNetwork::new(&pass(Some(-9.0)), temperature, Dynamics::TransitionState).unwrap();
+        let expected = 2.0 * 1.0_f64.exp() / TAU * (-8.0_f64).exp();
+        approx::assert_relative_eq!(eyring.log_rate(0, 1).exp(), expected, max_relative = 1e-12);
+        assert!(eyring.log_rate(0, 0) < -f64::MAX);
+        // Detailed balance with the harmonic weights.
+        let back = eyring.log_weights[0] + eyring.log_rate(0, 1) - eyring.log_weights[1];
+        approx::assert_relative_eq!(eyring.log_rate(1, 0), back, max_relative = 1e-12);
+        let kramers = |friction| {
+            let network = RateNetwork::new(
+                &pass(Some(-9.0)),
+                temperature,
+                Dynamics::Kramers { friction },
+            );
+            network.unwrap().log_rate(0, 1).exp() / expected
+        };
+        approx::assert_relative_eq!(kramers(0.0), 1.0, max_relative = 1e-12);
+        approx::assert_relative_eq!(kramers(6.0), 2.0_f64.sqrt() - 1.0, max_relative = 1e-12);
+        // Strong friction: ω/γ.
+        approx::assert_relative_eq!(kramers(3e8), 1e-8, max_relative = 1e-8);
+        let unknown = RateNetwork::new(
+            &pass(None),
+            temperature,
+            Dynamics::Kramers { friction: 1.0 },
+        );
+        assert_eq!(unknown.unwrap_err(), Missing::NegativeCurvature(0));
+    }
+}

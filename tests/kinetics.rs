@@ -1,0 +1,76 @@
+//! Rates between sets of minima against published values.
+
+use landscape::thermal::{Dynamics, RateNetwork};
+use landscape::topography::exchange::{Database, MinimumEntry, TransitionStateEntry, Vibrations};
+use serde::Deserialize;
+
+const REFERENCE: &str = include_str!("reference/kinetics_32_states.json");
+
+#[derive(Deserialize)]
+struct Reference {
+    minima: Vec<f64>,
+    transition_states: Vec<(f64, usize, usize)>,
+    a: Vec<usize>,
+    b: Vec<usize>,
+    rates: Vec<Rates>,
+}
+
+#[derive(Deserialize)]
+struct Rates {
+    temperature: f64,
+    mean_time_to_a: f64,
+    mean_time_to_b: f64,
+    steady_state_to_a: Option<f64>,
+    steady_state_to_b: Option<f64>,
+    first_passage_to_a: Option<f64>,
+    first_passage_to_b: Option<f64>,
+}
+
+/// The 32 states of D. Kannan, D. J. Sharpe, T. D. Swinburne and D. J. Wales, J. Chem. Phys. 153, 244108 (2020), with the
+/// rates that `PyGT` 0.3.0 computes for them. Its tutorial prints the mean times at T = 1: 664.58268 and 585.79341.
+#[test]
+fn a_published_network_has_its_published_rates() {
+    let reference: Reference = serde_json::from_str(REFERENCE).unwrap();
+    let vibrations = Some(Vibrations {
+        log_product: 1.0,
+        ..Vibrations::default()
+    });
+    let minima = reference.minima.iter().map(|energy| MinimumEntry {
+        energy: *energy,
+        vibrations,
+    });
+    let states = reference.transition_states.iter();
+    let states = states.map(|(energy, a, b)| TransitionStateEntry {
+        energy: *energy,
+        ends: [*a, *b],
+        vibrations,
+    });
+    let database = Database {
+        minima: minima.collect(),
+        transition_states: states.collect(),
+        vibrational_modes: None,
+    };
+    let (a, b) = (&reference.a, &reference.b);
+    for expected in &reference.rates {
+        let network =
+            RateNetwork::new(&database, expected.temperature, Dynamics::TransitionState).unwrap();
+        let to_a = network.rates_between(b, a).unwrap();
+        let to_b = network.rates_between(a, b).unwrap();
+        let agree = |ours: f64, theirs: f64| {
+            // PyGT works with the numbers themselves, which costs digits at low temperatures.
+            approx::assert_relative_eq!(ours, theirs, max_relative = 1e-9);
+        };
+        agree((-to_a.mean_time).exp(), expected.mean_time_to_a);
+        agree((-to_b.mean_time).exp(), expected.mean_time_to_b);
+        for (ours, theirs) in [
+            (to_a.steady_state, expected.steady_state_to_a),
+            (to_b.steady_state, expected.steady_state_to_b),
+            (to_a.first_passage, expected.first_passage_to_a),
+            (to_b.first_passage, expected.first_passage_to_b),
+        ] {
+            if let Some(theirs) = theirs {
+                agree(ours.exp(), theirs);
+            }
+        }
+    }
+}
