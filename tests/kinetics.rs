@@ -1,7 +1,11 @@
 //! Rates between sets of minima against published values.
 
+use landscape::energy::model::LennardJones;
+use landscape::optimize::{QuenchSettings, quench};
+use landscape::space::point_group_order;
 use landscape::thermal::{Dynamics, RateNetwork};
 use landscape::topography::exchange::{Database, MinimumEntry, TransitionStateEntry, Vibrations};
+use landscape::topography::{AuditSettings, audit};
 use serde::Deserialize;
 
 const REFERENCE: &str = include_str!("reference/kinetics_32_states.json");
@@ -73,4 +77,40 @@ fn a_published_network_has_its_published_rates() {
             }
         }
     }
+}
+
+/// The icosahedron of 13 Lennard-Jones atoms, as in the file `min.data` that `PyGT` shows for this cluster: energy,
+/// ln-product and order of the point group.
+#[test]
+fn the_icosahedron_has_its_published_frequencies() {
+    let golden = 0.5 * (1.0 + 5.0_f64.sqrt());
+    let mut x = vec![0.0; 3];
+    for a in [-1.0, 1.0] {
+        for b in [-golden, golden] {
+            x.extend([0.0, a, b, a, b, 0.0, b, 0.0, a]);
+        }
+    }
+    for coordinate in &mut x {
+        *coordinate *= 0.57;
+    }
+    let energy = LennardJones::new(13);
+    let found = quench(&energy, &x, &QuenchSettings::default());
+    assert!(
+        (found.energy + 44.326_801_419_5).abs() < 1e-9,
+        "{}",
+        found.energy
+    );
+    let audits = audit(
+        &energy,
+        std::slice::from_ref(&found.x),
+        0,
+        &AuditSettings::default(),
+    );
+    let logs = audits[0].curvatures.iter().map(|curvature| curvature.ln());
+    let log_product: f64 = logs.sum();
+    assert!(
+        (log_product - 158.246_448_738_3).abs() < 1e-6,
+        "{log_product}"
+    );
+    assert_eq!(point_group_order(&found.x, 1e-3), 120);
 }

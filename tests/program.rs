@@ -17,6 +17,7 @@ mod paper_claims;
 mod pickled;
 mod report;
 mod surface;
+mod thermodynamics;
 mod toy_hand;
 mod trees;
 mod way;

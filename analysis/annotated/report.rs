@@ -9,7 +9,7 @@ use landscape::evaluation::taxonomy::Taxonomy;
 use crate::Set;
 use crate::case::{Case, Measure};
 use crate::learner::Learned;
-use crate::reliability::{Bin, calibration_error, reliability as curve};
+use crate::reliability::{Bin, calibration_error, reliability as curve, table};
 
 const DRAWS: usize = 2000;
 const SEED: u64 = 25;
@@ -177,18 +177,11 @@ pub(crate) fn reliability(cases: &[&Case]) -> Vec<Bin> {
 
 fn calibration(cases: &[&Case]) -> String {
     let bins = reliability(cases);
-    let mut text = format!(
-        "\nExpected calibration error of the type's score: {:.3}.\n\n| score | right | grasps |\n|---|---|---|\n",
-        calibration_error(&bins)
-    );
-    for bin in bins.iter().filter(|bin| bin.count > 0) {
-        let _ = writeln!(
-            text,
-            "| {:.2} | {:.2} | {} |",
-            bin.score, bin.right, bin.count
-        );
-    }
-    text
+    format!(
+        "\nExpected calibration error of the type's score: {:.3}.\n\n{}",
+        calibration_error(&bins),
+        table("score", "grasps", &bins)
+    )
 }
 
 /// One row for each set, and one for the commonest answer.

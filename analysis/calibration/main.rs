@@ -12,7 +12,6 @@ mod fixture;
 #[expect(dead_code, reason = "tests need shares")]
 #[path = "../../tests/taxonomy/judge.rs"]
 mod judge;
-mod picture;
 #[path = "../reliability.rs"]
 mod reliability;
 #[expect(
@@ -28,7 +27,8 @@ use std::path::{Path, PathBuf};
 use fixture::Fixture;
 use judge::{Case, Error, Noise, Outcome, judge_each, read, widened_cases};
 use landscape::evaluation::taxonomy::{Rule, Taxonomy};
-use reliability::{Answered, calibration_error, reliability};
+use landscape::figure::chart::{Axis, Chart, Corner, Panel, Series};
+use reliability::{Answered, Bin, calibration_error, reliability, table};
 
 type Failure = Box<dyn std::error::Error + Send + Sync>;
 
@@ -210,23 +210,17 @@ fn main() -> Result<(), Failure> {
         let bins = reliability(all.filter_map(|outcome| level.answered(outcome)));
         let _ = write!(
             text,
-            "\nReliability of the {}, all conditions, calibration error {:.3}:\n\n| probability | right | answers |\n|---|---|---|\n",
+            "\nReliability of the {}, all conditions, calibration error {:.3}:\n\n{}",
             level.name(),
-            calibration_error(&bins)
+            calibration_error(&bins),
+            table("probability", "answers", &bins)
         );
-        for bin in bins.iter().filter(|bin| bin.count > 0) {
-            let _ = writeln!(
-                text,
-                "| {:.2} | {:.2} | {} |",
-                bin.score, bin.right, bin.count
-            );
-        }
     }
     println!("{text}");
     let draft = output.with_extension("md.new");
     std::fs::write(&draft, &text)?;
     std::fs::rename(draft, output.with_extension("md"))?;
-    let curves: Vec<(&str, Vec<reliability::Bin>)> = Level::ALL
+    let curves: Vec<(&str, Vec<Bin>)> = Level::ALL
         .into_iter()
         .map(|level| {
             let all = judged.iter().flat_map(|condition| &condition.outcomes);
@@ -234,8 +228,34 @@ fn main() -> Result<(), Failure> {
             (level.name(), reliability(answers).to_vec())
         })
         .collect();
-    picture::picture(&curves).save(&output.with_extension("png"))?;
+    picture(&curves).draw()?.save(&output.with_extension("png"))?;
     Ok(())
+}
+
+/// Share of right answers against their probability. A calibrated rule follows the dashed diagonal.
+fn picture(curves: &[(&str, Vec<Bin>)]) -> Chart {
+    let mut series = vec![
+        Series::line(vec![[0.0, 0.0], [1.0, 1.0]])
+            .named("calibrated")
+            .dashed(),
+    ];
+    for (name, bins) in curves {
+        let kept = bins.iter().filter(|bin| bin.count > 0);
+        let points: Vec<[f64; 2]> = kept.map(|bin| [bin.score, bin.right]).collect();
+        series.push(Series::line(points.clone()).named(name));
+        series.push(Series::points(points).named(name));
+    }
+    let axis = |label: &str| Axis::linear(label).with_range(0.0, 1.0);
+    let panel = Panel {
+        legend: Some(Corner::UpperLeft),
+        ..Panel::new(
+            "Reliability of the rule on fixtures that took no part",
+            axis("probability of the answer"),
+            axis("share of answers that are right"),
+            series,
+        )
+    };
+    Chart::new("", vec![panel])
 }
 
 fn row(condition: &Condition) -> String {

@@ -203,6 +203,13 @@ impl<'a> Kinetics<'a> {
             "\nThe rate is Σ p/T over the minima of the first set: p is the equilibrium share within the set, T the mean \
              first-passage time. The steady-state rate counts every departure that arrives before it returns.\n",
         );
+        if self.states.left_out > 0 {
+            let _ = writeln!(
+                text,
+                "\n{} connections are no verified saddles, so they have no curvatures and are left out.",
+                self.states.left_out
+            );
+        }
         for at in &self.at {
             let _ = writeln!(
                 text,

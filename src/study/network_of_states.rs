@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::error::StudyError;
 use crate::store::{StationaryRow, StoreError};
-use crate::topography::exchange::Database;
+use crate::topography::exchange::{Database, Vibrations};
 use crate::topography::{Evidence, GroupSettings, Groups, Network, Tree};
 
 /// The names of the files.
@@ -23,6 +23,8 @@ pub struct NetworkOfStates {
     pub tree: Tree,
     /// Sets of minima that low barriers join.
     pub groups: Groups,
+    /// Number of connections without curvatures (bounds that are no verified saddles), which are left out.
+    pub left_out: usize,
 }
 
 impl NetworkOfStates {
@@ -48,12 +50,16 @@ impl NetworkOfStates {
         if folder.join("stationary.parquet").is_file() {
             complete(&mut database, &StationaryRow::read(folder)?);
         }
-        let vibrations = database.minima.iter().map(|minimum| minimum.vibrations);
-        let vibrations: Vec<_> = vibrations.flatten().collect();
-        // Placeholders of a landscape without curvatures.
-        if vibrations.iter().all(|known| known.log_product == 0.0) {
+        if database
+            .minima
+            .iter()
+            .all(|minimum| is_placeholder(minimum.vibrations))
+        {
             return Err(StudyError::NoVibrations(folder.display().to_string()));
         }
+        let before = database.transition_states.len();
+        (database.transition_states).retain(|state| !is_placeholder(state.vibrations));
+        let left_out = before - database.transition_states.len();
         let database = database.by_energy();
         let network = database.network();
         let name = folder.file_name().unwrap_or_default().to_string_lossy();
@@ -63,8 +69,14 @@ impl NetworkOfStates {
             groups: Groups::new(&network, groups),
             database,
             network,
+            left_out,
         })
     }
+}
+
+/// Whether vibrational data are missing, or are the placeholders that are written where nothing is known.
+fn is_placeholder(vibrations: Option<Vibrations>) -> bool {
+    vibrations.is_none_or(|known| known == Vibrations::default())
 }
 
 /// Adds what only the table knows. Its rows are in the order of the texts.

@@ -21,6 +21,9 @@ use crate::store::{AtomicFolder, Counts, GraspRow, LandscapeFiles, Manifest, Pop
 use crate::topography::exchange::Database;
 use crate::topography::{Evidence, Merge, MinimumId};
 
+/// Step of the finite differences of the curvatures, relative to the longest step of a saddle search.
+const CURVATURE_STEP: f64 = 1e-4;
+
 /// A mapped population and its report.
 #[derive(Debug)]
 pub struct GraspReport<'a> {
@@ -73,7 +76,8 @@ impl GraspReport<'_> {
         let merges = mapped.landscape.merges();
         let uncertainty = Uncertainty::of(mapped.landscape, "grasps");
         let files = self.files(&mapped, &merges, &uncertainty);
-        let database = Database::from_network(&mapped.landscape.network);
+        let difference = CURVATURE_STEP * self.found.settings.path.max_step;
+        let database = Database::from_landscape(self.energy, mapped.landscape, difference);
         mapped.draw(&titles, &database, folder)?;
         uncertainty.unseen.draw(&titles.title, folder)?;
         if let Some(diagram) = &self.found.choice.diagram {

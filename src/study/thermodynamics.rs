@@ -8,7 +8,7 @@ use super::Digits;
 use super::drawing::{Drawing, Put, Titles, Views};
 use super::error::StudyError;
 use super::network_of_states::NetworkOfStates;
-use crate::figure::chart::{Axis, Chart, Corner, Mark, Panel, Series};
+use crate::figure::chart::{Axis, Chart, Mark, Panel, Series};
 use crate::figure::{MAKER, leaves_of};
 use crate::printable::printable;
 use crate::thermal::{Superposition, frustration};
@@ -244,14 +244,11 @@ impl<'a> Thermodynamics<'a> {
                 Series::line(line(&|at| at.occupation[group])).named(&name)
             })
             .collect();
-        occupation.push(
-            Series::line(line(&|at| {
-                let shown = self.notable().into_iter().map(|group| at.occupation[group]);
-                1.0 - shown.sum::<f64>()
-            }))
-            .named("all others")
-            .dashed(),
-        );
+        let shown = self.notable();
+        let others = line(&|at| 1.0 - shown.iter().map(|group| at.occupation[*group]).sum::<f64>());
+        if others.iter().any(|point| point[1] >= NOTABLE) {
+            occupation.push(Series::line(others).named("all others").dashed());
+        }
         let label = match self.wells.modes() {
             0 => "heat capacity − κ (k)",
             _ => "heat capacity (k)",
@@ -260,18 +257,16 @@ impl<'a> Thermodynamics<'a> {
             &format!("{}: harmonic superposition", self.states.name),
             vec![
                 Panel::new("heat capacity", axis(), Axis::linear(label), capacity),
-                Panel {
-                    legend: Some(Corner::UpperRight),
-                    ..Panel::new(
-                        "occupation of groups",
-                        axis(),
-                        Axis::linear("probability").with_range(0.0, 1.0),
-                        occupation,
-                    )
-                },
+                Panel::new(
+                    "occupation of groups",
+                    axis(),
+                    Axis::linear("probability").with_range(0.0, 1.0),
+                    occupation,
+                ),
             ],
         );
         chart.panel_size = [860, 640];
+        chart.legend_below = true;
         chart
     }
 
@@ -291,6 +286,13 @@ impl<'a> Thermodynamics<'a> {
             None => text.push_str(
                 "The number κ of vibrational modes is not recorded, so energies lack κ T and heat capacities lack κ.\n",
             ),
+        }
+        if states.left_out > 0 {
+            let _ = writeln!(
+                text,
+                "\n{} connections are no verified saddles, so they have no curvatures and are left out of the free energies.",
+                states.left_out
+            );
         }
         text.push_str("\nMinima that were not found are missing here, too: at temperatures where many minima are occupied, the curves are those of the sample.\n");
         for [temperature, height] in &self.peaks {
@@ -330,7 +332,7 @@ impl<'a> Thermodynamics<'a> {
         let _ = writeln!(
             text,
             "\nThe disconnectivity graph and the barrier graph in this folder show free energies at kT = {:.4}, counted \
-             from the lowest.\n\nMade by {MAKER}.",
+             from the lowest. Their texts number the minima by free energy.\n\nMade by {MAKER}.",
             self.free_energy_at
         );
         text

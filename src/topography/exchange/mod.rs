@@ -15,6 +15,7 @@
 //! A reader tells the layouts apart by the number of columns: 6 and 8, or 2 and 3. Unknown values are written as
 //! placeholders: ln-product 0 (no Hessian), order 1, moments 0 (no atoms). Numbers are written without loss.
 
+mod curvatures;
 mod read;
 mod write;
 

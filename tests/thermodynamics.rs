@@ -1,0 +1,188 @@
+//! `landscape thermodynamics` and `landscape rates` as a user runs them.
+
+use std::fmt::Write as _;
+use std::fs;
+
+use serde_json::Value;
+
+use crate::desk::{Desk, assert_says};
+
+/// The published network of `tests/kinetics.rs` as files of PATHSAMPLE, and its two sets.
+fn published(desk: &Desk) -> [String; 2] {
+    let reference = include_str!("reference/kinetics_32_states.json");
+    let reference: Value = serde_json::from_str(reference).unwrap();
+    let list = |name: &str| reference[name].as_array().unwrap().clone();
+    let (mut min, mut ts) = (String::new(), String::new());
+    for energy in list("minima") {
+        writeln!(min, "{energy} 1.0 1 1 1 1").unwrap();
+    }
+    for state in list("transition_states") {
+        let [a, b] = [1, 2].map(|k| state[k].as_u64().unwrap() + 1);
+        writeln!(ts, "{} 1.0 1 {a} {b} 1 1 1", state[0]).unwrap();
+    }
+    let folder = desk.path("published");
+    fs::create_dir(&folder).unwrap();
+    fs::write(folder.join("min.data"), min).unwrap();
+    fs::write(folder.join("ts.data"), ts).unwrap();
+    // Minima are named by energy, as in the tree.
+    let energies: Vec<f64> = list("minima").iter().map(|e| e.as_f64().unwrap()).collect();
+    let mut order: Vec<usize> = (0..energies.len()).collect();
+    order.sort_by(|a, b| energies[*a].total_cmp(&energies[*b]).then(a.cmp(b)));
+    ["a", "b"].map(|set| {
+        let names = list(set).into_iter().map(|row| {
+            let row = usize::try_from(row.as_u64().unwrap()).unwrap();
+            format!("m{}", order.iter().position(|k| *k == row).unwrap())
+        });
+        names.collect::<Vec<_>>().join(",")
+    })
+}
+
+#[test]
+fn rates_of_a_published_network() {
+    let desk = Desk::empty();
+    let [a, b] = published(&desk);
+    let line = format!("rates published --from {b} --to {a} --temperature 1,0.1 -o there");
+    let output = desk.run(&line);
+    assert!(output.status.success(), "{output:?}");
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert_says(
+        &said,
+        &[
+            "585.7934",
+            "664.5827",
+            "5.43e12",
+            "1.20e13",
+            "Fastest pathways at kT = 0.1",
+        ],
+    );
+    let found: Value = serde_json::from_slice(&fs::read(desk.path("there.json")).unwrap()).unwrap();
+    let time = -found["at"][0]["forward"]["log_inverse_mean_time"]
+        .as_f64()
+        .unwrap();
+    approx::assert_relative_eq!(time.exp(), 585.793_406_701_792_8, max_relative = 1e-12);
+    for file in ["there.md", "there.svg", "there.png"] {
+        assert!(desk.path(file).is_file(), "{file}");
+    }
+    // Friction slows everything down, but needs curvatures that PATHSAMPLE's files do not hold.
+    let said = desk.mistake(&format!(
+        "rates published --from {b} --to {a} --temperature 1 --friction 2"
+    ));
+    assert_says(&said, &["negative curvature", "not known"]);
+}
+
+#[test]
+fn thermodynamics_of_a_surface() {
+    let desk = Desk::empty();
+    assert!(
+        desk.run("surface muller-brown --no-report -q")
+            .status
+            .success()
+    );
+    let output = desk.run("thermodynamics muller-brown.landscape --temperatures 5:60x40 --json");
+    assert!(output.status.success(), "{output:?}");
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(found["vibrational_modes"], 2);
+    let curves = found["curves"].as_array().unwrap();
+    assert_eq!(curves.len(), 40);
+    // Equipartition at the lowest temperature: two modes, and nearly all in one minimum.
+    let cold = &curves[0];
+    assert!(
+        (cold["heat_capacity"].as_f64().unwrap() - 2.0).abs() < 0.1,
+        "{cold}"
+    );
+    let total: f64 = cold["occupation"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|p| p.as_f64().unwrap())
+        .sum();
+    assert!((total - 1.0).abs() < 1e-12);
+    let folder = desk.path("muller-brown.thermodynamics");
+    for file in [
+        "thermodynamics.csv",
+        "thermodynamics.png",
+        "disconnectivity_minima.svg",
+        "summary.md",
+    ] {
+        assert!(folder.join(file).is_file(), "{file}");
+    }
+    let lines = fs::read_to_string(folder.join("thermodynamics.csv")).unwrap();
+    assert_eq!(lines.lines().count(), 41);
+
+    let there = "rates muller-brown.landscape --from m1 --to m0 --temperature 10 --json";
+    let rate = |line: &str| {
+        let output = desk.run(line);
+        assert!(output.status.success(), "{output:?}");
+        let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+        found["at"][0]["forward"]["log_first_passage_rate"]
+            .as_f64()
+            .unwrap()
+    };
+    assert!(rate(&format!("{there} --friction 100")) < rate(there) - 0.5);
+}
+
+#[test]
+fn mistakes_are_told() {
+    let desk = Desk::empty();
+    let [a, b] = published(&desk);
+    let cases = [
+        (
+            "rates nowhere --from m0 --to m1 --temperature 1".to_owned(),
+            "nowhere",
+        ),
+        (
+            format!("rates published --from {a} --to m99 --temperature 1"),
+            "m0 to m31",
+        ),
+        (
+            format!("rates published --from {a} --to g99 --temperature 1"),
+            "g0 to",
+        ),
+        (
+            format!("rates published --from {a} --to x --temperature 1"),
+            "m0,m3,g1",
+        ),
+        (
+            format!("rates published --from {a} --to {a} --temperature 1"),
+            "both in --from and in --to",
+        ),
+        (
+            format!("rates published --from {a} --to {b} --temperature 0"),
+            "above 0",
+        ),
+        (
+            format!("rates published --from {a} --to {b} --temperature 1 --friction=-1"),
+            "0 or more",
+        ),
+        (
+            "thermodynamics published --temperatures 1:2".to_owned(),
+            "LOW:HIGHxN",
+        ),
+        (
+            "thermodynamics published --free-energy-at 0".to_owned(),
+            "above 0",
+        ),
+        ("thermodynamics published/min.data".to_owned(), "is a file"),
+    ];
+    for (line, said) in cases {
+        assert_says(&desk.mistake(&line), &[said]);
+    }
+    // Files without curvatures, and islands.
+    let folder = desk.path("bare");
+    fs::create_dir(&folder).unwrap();
+    fs::write(folder.join("min.data"), "0 -1.0\n1 0.0\n").unwrap();
+    fs::write(folder.join("ts.data"), "0 1 2.0\n").unwrap();
+    assert_says(
+        &desk.mistake("thermodynamics bare"),
+        &["no curvatures", "landscape surface"],
+    );
+    fs::write(
+        folder.join("min.data"),
+        "-1.0 3.0 1 0 0 0\n0.0 2.0 1 0 0 0\n",
+    )
+    .unwrap();
+    fs::write(folder.join("ts.data"), "").unwrap();
+    let said = desk.mistake("rates bare --from m1 --to m0 --temperature 1");
+    assert_says(&said, &["no sequence of transition states leads from m1"]);
+    assert!(desk.run("thermodynamics bare").status.success());
+}
