@@ -106,6 +106,13 @@ fn thermodynamics_of_a_surface() {
     ] {
         assert!(folder.join(file).is_file(), "{file}");
     }
+    let superbasins = fs::read_to_string(folder.join("superbasins.csv")).unwrap();
+    let counts: Vec<usize> = (superbasins.lines().skip(1))
+        .map(|line| line.split_once(',').unwrap().1.parse().unwrap())
+        .collect();
+    // One minimum at the bottom, and one superbasin at the highest pass.
+    assert_eq!((counts[0], counts.last()), (1, Some(&1)));
+    assert!(counts.iter().max() > Some(&1), "{counts:?}");
     let lines = fs::read_to_string(folder.join("thermodynamics.csv")).unwrap();
     assert_eq!(lines.lines().count(), 41);
 

@@ -281,6 +281,44 @@ fn views_are_drawn() {
 }
 
 #[test]
+fn branches_stand_at_an_order_parameter() {
+    let desk = Desk::new();
+    let (min, ts) = seven();
+    desk.write("seven", &min, &ts);
+    desk.succeed("import seven -o seven.landscape --no-report");
+    fs::write(
+        desk.path("q.csv"),
+        "minimum,q4\nm0,0.5\nm1,0.1\nm2,0.9\nm3,0.3\n",
+    )
+    .unwrap();
+    desk.succeed("draw seven.landscape --values q.csv --place-by q4 --colour-by energy -o placed");
+    let picture = desk.text("placed/disconnectivity_minima.svg");
+    for text in ["q4", "energy", "0.8"] {
+        assert!(picture.contains(&format!(">{text}<")), "{text}");
+    }
+    // The same tree, drawn otherwise.
+    assert_eq!(
+        desk.text("placed/tree.json"),
+        desk.text("seven.landscape/tree.json")
+    );
+    for (flags, said) in [
+        (
+            "--place-by q4",
+            "there is no quantity `q4`; there are energy, members",
+        ),
+        ("--values nowhere.csv --place-by q4", "nowhere.csv"),
+        (
+            "--values q.csv --colour-by energy --colour category",
+            "cannot be used with",
+        ),
+    ] {
+        let told = desk.run(&format!("draw seven.landscape -o other {flags}"));
+        let told = String::from_utf8(told.stderr).unwrap();
+        assert!(told.contains(said), "{told}");
+    }
+}
+
+#[test]
 fn differences_are_told() {
     let desk = Desk::new();
     desk.succeed("surface double-well 2 0.1 -q -o even.landscape");

@@ -228,7 +228,9 @@ fn main() -> Result<(), Failure> {
             (level.name(), reliability(answers).to_vec())
         })
         .collect();
-    picture(&curves).draw()?.save(&output.with_extension("png"))?;
+    picture(&curves)
+        .draw()?
+        .save(&output.with_extension("png"))?;
     Ok(())
 }
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use anyhow::{bail, ensure};
+use anyhow::{Context, anyhow, bail, ensure};
 use clap::{Args, ValueEnum};
 
 use super::args::{Common, GroupBarrier};
@@ -13,7 +13,9 @@ use super::report::held;
 use crate::cli::printing::complain;
 use crate::figure::Leaf;
 use crate::store::{FileSet, MinimumRow, read_resampled};
-use crate::study::{Colouring, Drawing, MinimumNames, Titles, Views, group_of};
+use crate::study::{
+    Colouring, Drawing, MinimumNames, MinimumValues, Quantities, Titles, Views, group_of,
+};
 use crate::topography::{Evidence, MinimumId, Tree};
 
 /// Draw a landscape again.
@@ -44,6 +46,16 @@ pub(super) struct Draw {
     /// Colour minima by the grasp types of `landscape label` (labels given when the landscape was built override the rule).
     #[arg(long, value_name = "DIFFERENCES", conflicts_with = "stability")]
     colour: Option<Differences>,
+    /// Place the branches of disconnectivity graphs at a quantity of their minima, with an axis below (a metric
+    /// disconnectivity graph): energy, members, a coordinate (x0, x1, …), or a column of --values.
+    #[arg(long, value_name = "QUANTITY")]
+    place_by: Option<String>,
+    /// Colour the circles of disconnectivity graphs by a quantity of their minima, named as for --place-by.
+    #[arg(long, value_name = "QUANTITY", conflicts_with_all = ["stability", "colour"])]
+    colour_by: Option<String>,
+    /// A table (CSV) of your own quantities. Its column `minimum` names each minimum (m0, m1, …).
+    #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
+    values: Option<PathBuf>,
     /// Put N rendered grasps with the names of their types below the disconnectivity graph of the groups.
     #[arg(long, value_name = "N")]
     examples: Option<usize>,
@@ -85,6 +97,8 @@ Examples:
   landscape draw grasps.landscape --pick m0,m4,m31 -o three
   landscape draw grasps.landscape --stability grasps.stability.parquet
   landscape draw grasps.landscape --colour category --examples 8
+  landscape draw muller-brown.landscape --place-by x0      a metric disconnectivity graph, over the first coordinate
+  landscape draw lj-38.landscape --values q4.csv --place-by q4 --colour-by energy
 
 Paths through hidden minima still count, so no choice of minima moves a merge. There are pictures of the groups
 (disconnectivity, barriers) and of the minima (disconnectivity_minima, barriers_minima). The same choice applies to
@@ -117,6 +131,7 @@ pub(super) fn run(command: &Draw, common: &Common) -> anyhow::Result<()> {
     };
     let mut inputs = vec![command.landscape.as_path()];
     inputs.extend(command.stability.as_deref());
+    inputs.extend(command.values.as_deref());
     check_folder(&output, &inputs, Drawing::writes, common)?;
     let titles = Titles::of_manifest(&files.manifest, command.seed);
     let types = (command.colour.is_some() || command.examples.is_some())
@@ -136,6 +151,7 @@ pub(super) fn run(command: &Draw, common: &Common) -> anyhow::Result<()> {
         group_of,
         titles: &titles,
         views,
+        quantities: quantities(command, &files.minima)?,
         examples,
     };
     make_folder(&output)?;
@@ -146,6 +162,25 @@ pub(super) fn run(command: &Draw, common: &Common) -> anyhow::Result<()> {
         complain(&format!("wrote {}", output.display()));
     }
     Ok(())
+}
+
+/// The quantities that the flags name.
+fn quantities(command: &Draw, minima: &[MinimumRow]) -> anyhow::Result<Quantities> {
+    let mut values = MinimumValues::of(minima);
+    if let Some(path) = &command.values {
+        let text = std::fs::read_to_string(path)
+            .with_context(|| format!("cannot read {}", path.display()))?;
+        (values.add_table(&text, minima.len()))
+            .map_err(|problem| anyhow!("{}: {problem}", path.display()))?;
+    }
+    let named = |flag: &str, name: &Option<String>| {
+        let found = name.as_ref().map(|name| values.named(name)).transpose();
+        found.map_err(|problem| anyhow!("{flag}: {problem}"))
+    };
+    Ok(Quantities {
+        place_by: named("--place-by", &command.place_by)?,
+        colour_by: named("--colour-by", &command.colour_by)?,
+    })
 }
 
 /// The minima with the labels that the flags select.

@@ -45,7 +45,7 @@ over wells gives the heat capacity, the mean energy, the occupation of each grou
 frustration index. Temperatures are kT in units of the energy. The approximation is good at low temperatures and knows
 only the minima that were found.
 
-Writes thermodynamics.csv, .json, .svg and .png, summary.md, and the pictures of `landscape draw` with free energies in
+Writes thermodynamics.csv, .json, .svg and .png, superbasins.csv (number of superbasins against energy), summary.md, and the pictures of `landscape draw` with free energies in
 place of energies.";
 
 /// Greatest number of temperatures.

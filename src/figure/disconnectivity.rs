@@ -2,16 +2,18 @@
 
 use super::axis::Span;
 use super::canvas::Canvas;
+use super::heights::Heights;
 use super::layout::{TreeLayout, leaf_count, place};
 use super::leaf::{
     DiscScale, Leaf, draw_title, explain_labels, explain_sizes, label_colours, leaves_of,
     most_members,
 };
+use super::leaf_values::{AXIS_ROOM, LeafValues};
 use super::legend::Legend;
 use super::strip::{PICTURE_DENSITY, Picture, draw_row, row_height};
 use super::style::{Anchor, Colour, Stroke, TextFace};
-use super::theme::{FAINT, INK, LINE, MARGIN, PALE_LINE, TEXT, UNLABELLED, WHITE};
-use super::{FigureError, axis, text_width};
+use super::theme::{INK, LINE, MARGIN, PALE_LINE, TEXT, UNLABELLED, WHITE};
+use super::{FigureError, text_width};
 use crate::topography::{Evidence, Network, Tree, support};
 
 const LABEL_RADIUS: f64 = 9.0;
@@ -42,6 +44,10 @@ pub struct DisconnectivityPicture {
     pub resampled: Vec<Tree>,
     /// Width and height of the graph in canvas units.
     pub size: [u32; 2],
+    /// Places the branches at the values of their leaves, with an axis below the graph; without it they stand side by side.
+    pub place_by: Option<LeafValues>,
+    /// Colours the circles by a quantity, in place of their labels.
+    pub colour_by: Option<LeafValues>,
     /// Pictures of some leaves. They stand below the graph in the order of the branches, and the line above each has the
     /// colour of the leaf's disc if the leaf has a label.
     pub examples: Vec<(usize, Picture)>,
@@ -62,6 +68,8 @@ impl DisconnectivityPicture {
             apart: "apart: no path found".to_owned(),
             resampled: Vec::new(),
             size: [1200, 860],
+            place_by: None,
+            colour_by: None,
             examples: Vec::new(),
         }
     }
@@ -93,9 +101,15 @@ impl DisconnectivityPicture {
                 energy: bad.energy,
             });
         }
+        for values in [&self.place_by, &self.colour_by].into_iter().flatten() {
+            values.check(count)?;
+        }
         let mut canvas = Canvas::new(self.size[0], self.size[1] + self.room_for_examples());
         let top = draw_title(&mut canvas, &self.title);
-        let layout = place(&self.tree);
+        let layout = match &self.place_by {
+            Some(values) => values.place(&self.tree),
+            None => place(&self.tree),
+        };
         let scale = self.disc_scale(&layout, canvas.width());
         let legend = self.legend(scale);
         let right = canvas.width() - MARGIN - legend.width();
@@ -143,7 +157,13 @@ impl DisconnectivityPicture {
 
     fn legend(&self, scale: DiscScale) -> Legend {
         let mut legend = Legend::default();
-        explain_labels(&self.leaves, LABEL_RADIUS, &mut legend);
+        if let Some(values) = &self.colour_by {
+            let span = values.span();
+            legend.heading(&values.name);
+            legend.bar(span.low, span.high);
+        } else {
+            explain_labels(&self.leaves, LABEL_RADIUS, &mut legend);
+        }
         explain_sizes(
             &self.leaves,
             scale,
@@ -182,60 +202,6 @@ impl DisconnectivityPicture {
 
 fn upper_bound(width: f64) -> Stroke {
     Stroke::dashed(PALE_LINE, width, 9.0, 6.0)
-}
-
-/// Mapping of energies to the canvas.
-#[derive(Clone, Copy)]
-struct Heights {
-    /// Range from the lowest to the highest node.
-    energies: Span,
-    /// Canvas y of the ends of this range.
-    y: [f64; 2],
-}
-
-impl Heights {
-    /// Canvas y of an energy.
-    fn of(self, energy: f64) -> f64 {
-        let [bottom, top] = self.y;
-        bottom + self.energies.part(energy) * (top - bottom)
-    }
-
-    /// The energy at a canvas y.
-    fn energy_at(self, y: f64) -> f64 {
-        let [bottom, top] = self.y;
-        self.energies.at((y - bottom) / (top - bottom))
-    }
-
-    /// Draws the axis between the canvas y `top` and `bottom`, with lines to the canvas x `right`; returns its canvas x.
-    fn draw_axis(self, [top, bottom, right]: [f64; 3], label: &str, canvas: &mut Canvas) -> f64 {
-        let values = axis::ticks(self.energy_at(bottom), self.energy_at(top), 6);
-        let texts = axis::tick_texts(&values);
-        let longest = texts
-            .iter()
-            .map(|text| text_width(text, TEXT, false))
-            .fold(0.0, f64::max);
-        let left = MARGIN + 1.5 * TEXT + longest + 12.0;
-        for (&value, text) in values.iter().zip(&texts) {
-            let y = self.of(value);
-            canvas.line([left, y], [right, y], Stroke::solid(FAINT, 1.5));
-            canvas.line([left - 7.0, y], [left, y], Stroke::solid(INK, 2.0));
-            // The number of a tick at the very end of the axis stays on the sheet.
-            let beside = y.min(bottom + MARGIN - 0.5 * TEXT - 4.0);
-            canvas.text(
-                [left - 12.0, beside],
-                text,
-                TextFace::new(TEXT, INK).anchored(Anchor::End),
-            );
-        }
-        canvas.line([left, top], [left, bottom], Stroke::solid(INK, 2.0));
-        let face = TextFace::new(TEXT, INK).anchored(Anchor::Middle).upward();
-        canvas.text(
-            [MARGIN + 0.5 * TEXT, 0.5 * (top + bottom)],
-            label,
-            face.fitted(label, bottom - top),
-        );
-        left
-    }
 }
 
 /// Mapping of the data to the canvas.
@@ -282,7 +248,8 @@ impl<'a> Plot<'a> {
         } else {
             0.0
         };
-        let bottom = f64::from(picture.size[1]) - MARGIN;
+        let axis_room = picture.place_by.as_ref().map_or(0.0, |_| AXIS_ROOM);
+        let bottom = f64::from(picture.size[1]) - MARGIN - axis_room;
         // There is room for the circles of the lowest leaves below and for the stems of the roots above.
         let y = [
             bottom - largest - caption - 6.0,
@@ -302,6 +269,9 @@ impl<'a> Plot<'a> {
         } else {
             [0.5 * (left + right), right - left]
         };
+        if let Some(values) = &picture.place_by {
+            values.draw_axis(canvas, [left + pad, right - pad], [top, bottom]);
+        }
         Self {
             picture,
             layout,
@@ -401,14 +371,19 @@ impl<'a> Plot<'a> {
         let rim = (0.12 * self.x[1]).clamp(0.6, 1.2);
         for &index in &order {
             let leaf = &leaves[index];
-            let fill = fill(leaf, &colours);
+            let fill = match &self.picture.colour_by {
+                Some(values) => values.colour(index),
+                None => fill(leaf, &colours),
+            };
             let radius = self.scale.radius(leaf.members);
             canvas.circle(self.at(index), radius + 2.0 * rim, WHITE);
             canvas.rimmed_circle(self.at(index), radius, fill, LINE, rim);
         }
         let captions = || leaves.iter().filter_map(|leaf| leaf.caption.as_deref());
         let room = 0.95 * self.x[1];
-        if captions().all(|caption| text_width(caption, TEXT, false) <= room) {
+        // At their values, leaves may stand anywhere.
+        let side_by_side = self.picture.place_by.is_none();
+        if side_by_side && captions().all(|caption| text_width(caption, TEXT, false) <= room) {
             for (index, leaf) in leaves.iter().enumerate() {
                 let [x, y] = self.at(index);
                 let below = y + self.scale.radius(leaf.members) + 0.75 * TEXT;

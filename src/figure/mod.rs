@@ -43,9 +43,13 @@ mod diagram;
 #[cfg(feature = "topography")]
 mod disconnectivity;
 #[cfg(feature = "topography")]
+mod heights;
+#[cfg(feature = "topography")]
 pub mod layout;
 #[cfg(feature = "topography")]
 mod leaf;
+#[cfg(feature = "topography")]
+mod leaf_values;
 #[cfg(feature = "topography")]
 mod rarefaction;
 #[cfg(feature = "grasp")]
@@ -71,6 +75,8 @@ pub use diagram::diagram_chart;
 pub use disconnectivity::DisconnectivityPicture;
 #[cfg(feature = "topography")]
 pub use leaf::{Leaf, group, leaves_of};
+#[cfg(feature = "topography")]
+pub use leaf_values::LeafValues;
 #[cfg(feature = "topography")]
 pub use rarefaction::rarefaction_chart;
 #[cfg(feature = "grasp")]

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::error::StudyError;
 use crate::figure::layout::collapse;
-use crate::figure::{BarrierPicture, DisconnectivityPicture, Leaf, Picture, group};
+use crate::figure::{BarrierPicture, DisconnectivityPicture, Leaf, LeafValues, Picture, group};
 use crate::store::{Manifest, StoreError};
 use crate::topography::view::{Levels, View, bottoms, grouped, restricted};
 use crate::topography::{
@@ -89,8 +89,36 @@ pub struct Drawing<'a> {
     pub titles: &'a Titles,
     /// Which part is shown.
     pub views: Views,
+    /// Quantities of the minima that place the branches and colour the circles of disconnectivity graphs. A group has the
+    /// value of its lowest minimum.
+    pub quantities: Quantities,
     /// Pictures of some minima, drawn below the disconnectivity graph of the groups.
     pub examples: Vec<(MinimumId, Picture)>,
+}
+
+/// Quantities of the minima that a disconnectivity graph shows beside the energy; one value for each minimum.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Quantities {
+    /// Where the branches stand.
+    pub place_by: Option<LeafValues>,
+    /// Colour of the circles.
+    pub colour_by: Option<LeafValues>,
+}
+
+impl Quantities {
+    /// The values of some minima, in this order.
+    fn of(&self, minima: &[usize]) -> Self {
+        let chosen = |all: &Option<LeafValues>| {
+            all.as_ref().map(|all| LeafValues {
+                name: all.name.clone(),
+                values: minima.iter().map(|minimum| all.values[*minimum]).collect(),
+            })
+        };
+        Self {
+            place_by: chosen(&self.place_by),
+            colour_by: chosen(&self.colour_by),
+        }
+    }
 }
 
 /// Which part of a landscape is shown; by default all of it.
@@ -160,6 +188,7 @@ impl Views {
 const MOST_NAMED: usize = 60;
 
 struct Shown<'a> {
+    quantities: Quantities,
     examples: Vec<(MinimumId, Picture)>,
     network: &'a Network,
     tree: Tree,
@@ -215,8 +244,15 @@ impl Drawing<'_> {
             .collect();
         picked.sort_unstable();
         picked.dedup();
+        // Minima are sorted by energy, so the first of a group is its lowest.
+        let mut lowest: Vec<Option<usize>> = vec![None; leaves.len()];
+        for (minimum, group) in self.group_of.iter().enumerate() {
+            lowest[*group].get_or_insert(minimum);
+        }
+        let lowest: Vec<usize> = lowest.into_iter().flatten().collect();
         let shown = [
             Shown {
+                quantities: self.quantities.of(&lowest),
                 examples: (self.examples.iter())
                     .map(|(minimum, picture)| {
                         (MinimumId(self.group_of[minimum.0]), picture.clone())
@@ -231,6 +267,7 @@ impl Drawing<'_> {
                 picked,
             },
             Shown {
+                quantities: self.quantities.clone(),
                 examples: Vec::new(),
                 network: self.network,
                 tree: self.tree.clone(),
@@ -313,6 +350,10 @@ impl Drawing<'_> {
             Some((leaf, picture.clone()))
         });
         tree.examples = visible_examples.collect();
+        let minima: Vec<usize> = view.minima.iter().map(|minimum| minimum.0).collect();
+        let quantities = shown.quantities.of(&minima);
+        tree.place_by = quantities.place_by;
+        tree.colour_by = quantities.colour_by;
         tree.size = [Self::WIDTH, 900];
         self.titles.energy.clone_into(&mut tree.energy_label);
         self.titles.members.clone_into(&mut tree.members_label);

@@ -6,7 +6,7 @@ use petgraph::visit::EdgeRef;
 use serde_json::{Value, json};
 
 use super::Digits;
-use super::drawing::{Drawing, Titles, Views, not_drawn};
+use super::drawing::{Drawing, Quantities, Titles, Views, not_drawn};
 use super::error::StudyError;
 use super::tables::write_database;
 use crate::figure::leaves_of;
@@ -161,6 +161,7 @@ impl<'a> ImportedLandscape<'a> {
             group_of: self.groups.group_of(),
             titles: &Titles::of_surface(self.source.name.clone(), "members", 0),
             views: Views::default(),
+            quantities: Quantities::default(),
             examples: Vec::new(),
         };
         drawing.write(&mut |name, bytes| folder.write(name, bytes))

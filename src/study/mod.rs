@@ -95,6 +95,7 @@ mod kinetics;
 mod labels;
 mod level;
 mod minimax_path;
+mod minimum_values;
 mod names;
 mod network_of_states;
 mod page;
@@ -123,7 +124,7 @@ pub use diversity::{
     Counted, Counts, DiversityComparison, DiversitySet, DiversitySettings, Measure,
     compare_diversity,
 };
-pub use drawing::{Drawing, Put, Titles, Views};
+pub use drawing::{Drawing, Put, Quantities, Titles, Views};
 pub use error::StudyError;
 pub use examples::{Colouring, MinimumNames};
 pub use experiment::{DEFAULT_PRESET, Experiment, ExperimentError};
@@ -137,6 +138,7 @@ pub use kinetics::{Kinetics, KineticsAt, KineticsSettings};
 pub use labels::{HumanLabel, human_label, label_all, record_labels};
 pub use level::{GROUP_LEVEL, GroupLevel};
 pub use minimax_path::{MinimaxPath, Waypoint};
+pub use minimum_values::MinimumValues;
 pub use names::{GraspSetting, MinimumName};
 pub use network_of_states::NetworkOfStates;
 pub use page::{PageGrasps, PageLandscape, grasp_page, landscape_page};

@@ -6,7 +6,7 @@ use petgraph::visit::EdgeRef;
 use rayon::prelude::*;
 use serde_json::Value;
 
-use super::drawing::{Drawing, Titles, Views};
+use super::drawing::{Drawing, Quantities, Titles, Views};
 use super::error::StudyError;
 use super::uncertainty::Uncertainty;
 use super::ways::Way;
@@ -185,6 +185,7 @@ impl Mapped<'_> {
             group_of: self.landscape.groups.group_of(),
             titles,
             views: Views::default(),
+            quantities: Quantities::default(),
             examples: Vec::new(),
         };
         drawing.write(&mut |name, bytes| folder.write(name, bytes))

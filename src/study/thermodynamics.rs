@@ -5,13 +5,13 @@ use std::fmt::Write as _;
 use serde_json::{Value, json};
 
 use super::Digits;
-use super::drawing::{Drawing, Put, Titles, Views};
+use super::drawing::{Drawing, Put, Quantities, Titles, Views};
 use super::error::StudyError;
 use super::network_of_states::NetworkOfStates;
 use crate::figure::chart::{Axis, Chart, Mark, Panel, Series};
 use crate::figure::{MAKER, leaves_of};
 use crate::printable::printable;
-use crate::thermal::{Superposition, frustration};
+use crate::thermal::{Superposition, frustration, superbasins_at};
 use crate::topography::exchange::Database;
 use crate::topography::{Evidence, Groups, Tree};
 
@@ -25,6 +25,8 @@ const COLD: f64 = 0.9999;
 const HOT: f64 = 0.9;
 /// Number of temperatures by default.
 const COUNT: usize = 200;
+/// Number of intervals between the energies at which superbasins are counted.
+const LEVELS: usize = 200;
 
 /// Settings of [`Thermodynamics::new`].
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -124,6 +126,7 @@ impl<'a> Thermodynamics<'a> {
     /// Whether [`Thermodynamics::write`] writes a file with this name.
     pub fn writes(name: &str) -> bool {
         [
+            "superbasins.csv",
             "thermodynamics.csv",
             "thermodynamics.svg",
             "thermodynamics.png",
@@ -144,6 +147,10 @@ impl<'a> Thermodynamics<'a> {
             "thermodynamics.json",
             format!("{:#}\n", self.to_json()).as_bytes(),
         )?;
+        let counts = self.superbasins().into_iter();
+        let rows = counts.map(|(energy, count)| format!("{energy},{count}\n"));
+        let table = format!("energy,superbasins\n{}", rows.collect::<String>());
+        put("superbasins.csv", table.as_bytes())?;
         let sheet = self.chart().draw()?;
         for name in ["thermodynamics.svg", "thermodynamics.png"] {
             put(name, &sheet.encode(name.as_ref())?)?;
@@ -159,6 +166,7 @@ impl<'a> Thermodynamics<'a> {
             group_of: groups.group_of(),
             titles: &titles,
             views: Views::default(),
+            quantities: Quantities::default(),
             examples: Vec::new(),
         };
         drawing.write(put)?;
@@ -213,6 +221,18 @@ impl<'a> Thermodynamics<'a> {
         text
     }
 
+    /// Number of superbasins at energies from the lowest minimum to the highest merge.
+    fn superbasins(&self) -> Vec<(f64, usize)> {
+        let tree = &self.states.tree;
+        let energies = || tree.nodes.iter().map(|node| node.energy);
+        let low = energies().fold(f64::INFINITY, f64::min);
+        let high = energies().fold(f64::NEG_INFINITY, f64::max);
+        let levels = (0..=LEVELS).map(|k| low + (high - low) * k as f64 / LEVELS as f64);
+        levels
+            .map(|energy| (energy, superbasins_at(tree, energy)))
+            .collect()
+    }
+
     /// Groups whose occupation is notable somewhere, the most occupied first, at most [`DRAWN`].
     fn notable(&self) -> Vec<usize> {
         let most = |group: usize| {
@@ -249,6 +269,10 @@ impl<'a> Thermodynamics<'a> {
         if others.iter().any(|point| point[1] >= NOTABLE) {
             occupation.push(Series::line(others).named("all others").dashed());
         }
+        let superbasins = self.superbasins().into_iter();
+        let superbasins = superbasins
+            .map(|(energy, count)| [energy, count as f64])
+            .collect();
         let label = match self.wells.modes() {
             0 => "heat capacity − κ (k)",
             _ => "heat capacity (k)",
@@ -263,9 +287,15 @@ impl<'a> Thermodynamics<'a> {
                     Axis::linear("probability").with_range(0.0, 1.0),
                     occupation,
                 ),
+                Panel::new(
+                    "superbasins",
+                    Axis::linear("energy"),
+                    Axis::linear("sets of minima connected below it"),
+                    vec![Series::steps(superbasins)],
+                ),
             ],
         );
-        chart.panel_size = [860, 640];
+        chart.panel_size = [780, 640];
         chart.legend_below = true;
         chart
     }
