@@ -9,7 +9,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 use landscape::agreement::spearman;
-use landscape::figure::chart::{Axis, Chart, Corner, Panel, Series};
+use landscape::figure::chart::{Axis, Chart, Panel, Series};
 use landscape::store::{LandscapeFiles, write_atomic};
 use landscape::study::NetworkOfStates;
 use landscape::thermal::{Dynamics, RateNetwork, Superposition};
@@ -194,14 +194,14 @@ fn chart(pairs: &[Pair]) -> Chart {
             .named("barrier alone")
             .dashed(),
     );
-    let panel = Panel {
-        legend: Some(Corner::UpperLeft),
-        ..Panel::new(
-            "pairs of families of grasps",
-            Axis::linear("barrier (cost of letting go)"),
-            Axis::linear("−kT ln rate (cost of letting go)"),
-            series,
-        )
-    };
-    Chart::new("", vec![panel])
+    let panel = Panel::new(
+        "pairs of families of grasps",
+        Axis::linear("barrier (cost of letting go)"),
+        Axis::linear("−kT ln rate (cost of letting go)"),
+        series,
+    );
+    Chart {
+        legend_below: true,
+        ..Chart::new("", vec![panel])
+    }
 }
