@@ -3,8 +3,8 @@
 use std::f64::consts::{PI, TAU};
 
 use landscape::space::{
-    Cluster, Euclidean, Mirrored, PoseMetric, PoseSpace, Rotation, Space, Symmetry, Torus,
-    interpolate, object_from_hand, pose_coordinates,
+    Cluster, Euclidean, Mirrored, Periodic, PoseMetric, PoseSpace, Rotation, Space, Symmetry,
+    Torus, interpolate, object_from_hand, pose_coordinates,
 };
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
@@ -50,6 +50,12 @@ fn cases() -> Vec<Case> {
             space: Box::new(Torus::new(3)),
             point: |u| u[..3].iter().map(|k| PI * k).collect(),
             injectivity: PI,
+        },
+        Case {
+            name: "periodic cell",
+            space: Box::new(Periodic::new(&[-1.0, 0.0, 2.0], &[2.0, f64::INFINITY, 5.0])),
+            point: |u| u[..3].to_vec(),
+            injectivity: 1.0,
         },
         Case {
             name: "rotation",

@@ -9,7 +9,7 @@ mod in_box;
 pub mod model;
 
 pub use counted::Counted;
-pub use external::{External, ExternalError};
+pub use external::{External, ExternalError, Protocol};
 pub use gradient_check::{GradientFault, check_gradient};
 pub use in_box::InBox;
 

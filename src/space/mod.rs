@@ -8,6 +8,7 @@ mod cluster;
 mod coordinates;
 mod euclidean;
 mod mirrored;
+mod periodic;
 mod pose;
 mod rotation;
 mod structure;
@@ -23,6 +24,7 @@ pub use coordinates::{Pose, joints_of, joints_of_mut, object_from_hand, pose_coo
 pub(crate) use coordinates::{quaternion_of, translation_of};
 pub use euclidean::Euclidean;
 pub use mirrored::Mirrored;
+pub use periodic::Periodic;
 pub use pose::{PoseMetric, PoseSpace};
 pub use rotation::Rotation;
 pub use structure::{moments_of_inertia, point_group_order};

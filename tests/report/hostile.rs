@@ -1,6 +1,7 @@
 //! Names, labels and notes that look like markup, or turn the direction of writing, stay text wherever the page shows them.
 
 use std::fs;
+use std::path::Path;
 
 use landscape::store::{AtomicFolder, LandscapeFiles};
 use serde_json::{Value, json};
@@ -18,12 +19,26 @@ fn hostile(what: &str) -> String {
     )
 }
 
-fn changed(folder: &std::path::Path, change: impl FnOnce(&mut LandscapeFiles)) {
+fn changed(folder: &Path, change: impl FnOnce(&mut LandscapeFiles)) {
     let mut files = LandscapeFiles::read(folder).unwrap();
     change(&mut files);
     let folder = AtomicFolder::open(folder, true).unwrap();
     files.write(&folder).unwrap();
     folder.finish().unwrap();
+}
+
+/// What the page of a landscape or of a file of grasps shows; nothing of it was run.
+fn looked_at(browser: &Path, desk: &Desk, shown: &Path) -> Value {
+    let output = desk
+        .command("report -q -o hostile.html")
+        .arg(shown)
+        .output();
+    let output = output.unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{said}");
+    let told = act(browser, desk, "hostile.html", "", LOOK);
+    harmless(&told);
+    told
 }
 
 /// Shows everything, and tells what came of it.
@@ -101,18 +116,7 @@ fn hostile_names_of_a_landscape_stay_text() {
             row.labels = [(hostile("label"), 1)].into();
         }
     });
-    let output = desk
-        .command("report -q -o hostile.html")
-        .arg(&folder)
-        .output()
-        .unwrap();
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
-    let told = act(&browser, &desk, "hostile.html", "", LOOK);
-    harmless(&told);
+    let told = looked_at(&browser, &desk, &folder);
     assert!(told["title"].as_str().unwrap().contains(&hostile("object")));
     assert_says(&told["trust"], &hostile("ote"));
     let commands = told["commands"].as_str().unwrap();
@@ -146,18 +150,7 @@ fn hostile_names_of_a_population_stay_text() {
     }
     let name = "<script>window.hurt=1<!--\u{202e}.parquet";
     file.write(&desk.path(name)).unwrap();
-    let output = desk
-        .command("report -q -o hostile.html")
-        .arg(name)
-        .output()
-        .unwrap();
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
-    let told = act(&browser, &desk, "hostile.html", "", LOOK);
-    harmless(&told);
+    let told = looked_at(&browser, &desk, name.as_ref());
     let cells = told["cells"].as_array().unwrap();
     assert!(cells.contains(&json!(hostile("label"))), "{cells:?}");
     assert!(told["title"].as_str().unwrap().contains("<script>"));

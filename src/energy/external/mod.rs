@@ -32,6 +32,8 @@ const LONGEST: [u64; 2] = [1 << 16, 64];
 /// it leaves out the gradient, central differences replace it, at the cost of two questions per tangent. Programs are
 /// started as threads need them, at most one per thread, and must give the same answer to the same question.
 ///
+/// With [`Protocol::Binary`], questions and answers are plain numbers, which costs less per call.
+///
 /// An answer may take [`External::ANSWER_LIMIT`], or the limit of [`External::with_answer_limit`], and be one line of at
 /// most 64 KiB and 64 bytes per tangent. When the value is dropped, the input of its programs is closed; two seconds later
 /// they are stopped by force. On Unix each program leads its own process group, which ends with it, and also when this
@@ -41,6 +43,7 @@ const LONGEST: [u64; 2] = [1 << 16, 64];
 /// search, and [`External::check`] returns the error.
 pub struct External {
     command: String,
+    protocol: Protocol,
     space: Box<dyn Space + Send>,
     difference: f64,
     answer_limit: Duration,
@@ -48,6 +51,18 @@ pub struct External {
     supervisor: Supervisor,
     differenced: AtomicBool,
     failure: Mutex<Option<ExternalError>>,
+}
+
+/// How a program is asked and answers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Protocol {
+    /// Lines of JSON.
+    #[default]
+    Json,
+    /// Numbers of 64 bits (IEEE 754, little-endian), without anything between them. A question is the n coordinates of a
+    /// point. An answer is the energy and its derivative along each tangent; an energy that is not finite means a point
+    /// outside the domain.
+    Binary,
 }
 
 /// A failure of another program.
@@ -131,6 +146,7 @@ impl External {
         let program = supervisor.launch(command).map_err(failed)?;
         Ok(Self {
             command: command.to_owned(),
+            protocol: Protocol::Json,
             space,
             difference,
             answer_limit: Self::ANSWER_LIMIT,
@@ -145,6 +161,13 @@ impl External {
     #[must_use]
     pub fn with_answer_limit(mut self, limit: Duration) -> Self {
         self.answer_limit = limit;
+        self
+    }
+
+    /// Replaces the protocol.
+    #[must_use]
+    pub fn with_protocol(mut self, protocol: Protocol) -> Self {
+        self.protocol = protocol;
         self
     }
 
@@ -186,6 +209,9 @@ impl External {
         x: &[f64],
         gradient: &mut [f64],
     ) -> Result<f64, ExternalError> {
+        if self.protocol == Protocol::Binary {
+            return self.question_in_bytes(program, x, gradient);
+        }
         let (energy, given) = self.question(program, x)?;
         if let Some(given) = given {
             gradient.copy_from_slice(&given);
@@ -223,7 +249,6 @@ impl External {
         let question = json!({ "x": x }).to_string();
         let tangents = self.space.tangents();
         let longest = LONGEST[0] + LONGEST[1] * tangents as u64;
-        let command = self.command.clone();
         let unlike = |answer: &[u8], complaint: String, question| ExternalError::Answer {
             command: self.command.clone(),
             answer: String::from_utf8_lossy(answer)
@@ -236,33 +261,72 @@ impl External {
         };
         let answer = match program.exchange(&question, self.answer_limit, longest) {
             Ok(answer) => answer,
-            Err(Silence::Ended) => {
-                return Err(ExternalError::Ended {
-                    command,
-                    status: program.end(),
-                    question,
-                });
-            }
-            Err(Silence::Late) => {
-                return Err(ExternalError::Late {
-                    command,
-                    seconds: self.answer_limit.as_secs_f64(),
-                    question,
-                });
-            }
             Err(Silence::Long(beginning)) => {
                 let complaint = format!("a line has at most {longest} bytes");
                 return Err(unlike(&beginning, complaint, question));
             }
+            Err(silence) => return Err(self.silent(program, &silence, question)),
         };
         read(&String::from_utf8_lossy(&answer), tangents).map_err(|fault| match fault {
             Misunderstood::Reported(message) => ExternalError::Reported {
-                command,
+                command: self.command.clone(),
                 message,
                 question,
             },
             Misunderstood::Complaint(complaint) => unlike(&answer, complaint, question),
         })
+    }
+}
+
+impl External {
+    /// Asks one question in the binary protocol.
+    fn question_in_bytes(
+        &self,
+        program: &mut Program,
+        x: &[f64],
+        gradient: &mut [f64],
+    ) -> Result<f64, ExternalError> {
+        let question: Vec<u8> = x.iter().flat_map(|number| number.to_le_bytes()).collect();
+        let mut answer = vec![0; size_of::<f64>() * (1 + gradient.len())];
+        let asked = || json!(x).to_string();
+        (program.exchange_bytes(&question, &mut answer, self.answer_limit))
+            .map_err(|silence| self.silent(program, &silence, asked()))?;
+        let mut numbers = answer.chunks_exact(size_of::<f64>()).map(|bytes| {
+            f64::from_le_bytes(bytes.try_into().expect("a chunk has the size of a number"))
+        });
+        let energy = numbers.next().expect("the first number is the energy");
+        if !energy.is_finite() {
+            return Ok(f64::INFINITY);
+        }
+        for (slope, number) in gradient.iter_mut().zip(numbers) {
+            *slope = number;
+        }
+        if gradient.iter().all(|slope| slope.is_finite()) {
+            return Ok(energy);
+        }
+        Err(ExternalError::Answer {
+            command: self.command.clone(),
+            answer: json!(gradient).to_string().chars().take(QUOTED).collect(),
+            question: asked(),
+            complaint: "the gradient of a finite energy must be finite".to_owned(),
+        })
+    }
+
+    /// The error of a program that does not answer.
+    fn silent(&self, program: &mut Program, silence: &Silence, question: String) -> ExternalError {
+        let command = self.command.clone();
+        match silence {
+            Silence::Late => ExternalError::Late {
+                command,
+                seconds: self.answer_limit.as_secs_f64(),
+                question,
+            },
+            Silence::Ended | Silence::Long(_) => ExternalError::Ended {
+                command,
+                status: program.end(),
+                question,
+            },
+        }
     }
 }
 
@@ -376,6 +440,49 @@ mod tests {
 
     fn saying(answer: &str) -> String {
         format!("while read line; do echo '{answer}'; done")
+    }
+
+    /// A program that answers every two numbers with three, given as bytes for `printf`.
+    fn in_bytes(answer: &str) -> External {
+        let script = format!(
+            "while dd bs=16 count=1 iflag=fullblock 2>/dev/null | grep -qc ''; do printf '{answer}'; done"
+        );
+        answering(&script).with_protocol(Protocol::Binary)
+    }
+
+    #[test]
+    fn numbers_are_exchanged_as_they_are() {
+        // 3.5, 0.25 and -2 as 64-bit numbers.
+        let [energy, slopes] = [
+            r"\000\000\000\000\000\000\014\100",
+            r"\000\000\000\000\000\000\320\077\000\000\000\000\000\000\000\300",
+        ];
+        let external = in_bytes(&format!("{energy}{slopes}"));
+        let mut gradient = [0.0; 2];
+        for _ in 0..3 {
+            assert!((external.evaluate(&[0.5, 1.0], &mut gradient) - 3.5).abs() < 1e-15);
+            assert!((gradient[0] - 0.25).abs() < 1e-15 && (gradient[1] + 2.0).abs() < 1e-15);
+        }
+        // NaN means outside of the domain, but a finite energy needs a finite gradient.
+        let nan = r"\000\000\000\000\000\000\370\177";
+        let outside = in_bytes(&format!("{nan}{slopes}"));
+        assert!(outside.evaluate(&[0.5, 1.0], &mut gradient).is_infinite());
+        assert!(outside.check().is_ok());
+        let broken = in_bytes(&format!("{energy}{nan}{nan}"));
+        assert!(broken.evaluate(&[0.5, 1.0], &mut gradient).is_infinite());
+        let told = broken.check().unwrap_err().to_string();
+        assert!(
+            told.contains("must be finite") && told.contains("[0.5,1.0]"),
+            "{told}"
+        );
+        let gone = answering("exit 3").with_protocol(Protocol::Binary);
+        assert!(gone.evaluate(&[0.5, 1.0], &mut gradient).is_infinite());
+        assert!(
+            gone.check()
+                .unwrap_err()
+                .to_string()
+                .contains("exit status: 3")
+        );
     }
 
     #[test]

@@ -128,14 +128,7 @@ impl Program {
         limit: Duration,
         longest: u64,
     ) -> Result<Vec<u8>, Silence> {
-        // A limit beyond the range of the clock means no limit.
-        *lock(&self.running.due) = Instant::now().checked_add(limit);
-        let answer = self.converse(question, longest);
-        *lock(&self.running.due) = None;
-        if self.running.late.load(Ordering::SeqCst) {
-            return Err(Silence::Late);
-        }
-        match answer {
+        match self.in_time(limit, |program| program.converse(question, longest))? {
             Some(line) if line.ends_with(b"\n") => Ok(line),
             Some(line) if line.len() as u64 >= longest => {
                 self.running.kill(&self.guard);
@@ -145,6 +138,40 @@ impl Program {
             Some(line) if !line.is_empty() => Ok(line),
             _ => Err(Silence::Ended),
         }
+    }
+
+    /// Sends bytes and waits for as many bytes as `answer` has, no longer than `limit`.
+    pub(super) fn exchange_bytes(
+        &mut self,
+        question: &[u8],
+        answer: &mut [u8],
+        limit: Duration,
+    ) -> Result<(), Silence> {
+        let read = self.in_time(limit, |program| {
+            let input = program.input.as_mut()?;
+            input
+                .write_all(question)
+                .and_then(|()| input.flush())
+                .ok()?;
+            program.output.read_exact(answer).ok()
+        })?;
+        read.ok_or(Silence::Ended)
+    }
+
+    /// What `ask` returns, unless it took longer than `limit`.
+    fn in_time<T>(
+        &mut self,
+        limit: Duration,
+        ask: impl FnOnce(&mut Self) -> Option<T>,
+    ) -> Result<Option<T>, Silence> {
+        // A limit beyond the range of the clock means no limit.
+        *lock(&self.running.due) = Instant::now().checked_add(limit);
+        let answer = ask(self);
+        *lock(&self.running.due) = None;
+        if self.running.late.load(Ordering::SeqCst) {
+            return Err(Silence::Late);
+        }
+        Ok(answer)
     }
 
     /// Reads the answer line, up to `longest` bytes; `None` if the program has gone.
