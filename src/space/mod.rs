@@ -107,6 +107,15 @@ pub trait Space: Sync {
         self.log(a, b, &mut vec![0.0; self.tangents()])
     }
 
+    /// Whether the distance between `a` and `b` is at most `reach`. By default it measures the distance; spaces with a costly
+    /// symmetry override this with a test that is fast both for copies and for points that are far apart.
+    ///
+    /// # Panics
+    /// If a slice has the wrong length.
+    fn within(&self, a: &[f64], b: &[f64], reach: f64) -> bool {
+        self.distance(a, b) <= reach
+    }
+
     /// Numbers that bound the distance from below: the Euclidean distance of two points' landmarks is at most the distance
     /// of the points, and all copies of a point have the same landmarks. A search for nearby points measures only those
     /// whose landmarks are near.
