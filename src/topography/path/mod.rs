@@ -10,12 +10,14 @@ mod relax;
 mod rough;
 mod seam;
 mod settings;
+mod tops;
 
 pub use pass::Pass;
 pub(super) use pass::{descend, descend_one_way};
 pub(super) use relax::relax;
 use serde::{Deserialize, Serialize};
 pub use settings::{BandSettings, PathMethod, PathSettings, SeamSettings};
+pub(super) use tops::{Top, tops};
 
 use super::journal::bits;
 use crate::energy::Energy;

@@ -6,6 +6,7 @@
 
 mod census;
 mod coverage;
+mod funnels;
 mod join;
 mod landscape;
 mod outcome;
@@ -19,6 +20,7 @@ use std::collections::{BTreeMap, VecDeque};
 use census::Census;
 pub use census::{Refused, TransitionState};
 pub use coverage::{Coverage, Doubt};
+pub use funnels::{LowestReport, LowestSettings, LowestTrace, explore_lowest};
 use join::Joiner;
 use outcome::Outcome;
 pub use outcome::SearchEnd;
