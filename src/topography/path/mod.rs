@@ -17,7 +17,7 @@ pub(super) use pass::{descend, descend_one_way};
 pub(super) use relax::relax;
 use serde::{Deserialize, Serialize};
 pub use settings::{BandSettings, PathMethod, PathSettings, SeamSettings};
-pub(super) use tops::{Top, tops};
+pub(super) use tops::tops;
 
 use super::journal::bits;
 use crate::energy::Energy;

@@ -103,6 +103,7 @@ pub(super) fn climb(
         } else {
             slope / -mode.curvature
         };
+        if std::env::var_os("TRACE").is_some() { eprintln!("{step} E {energy:.6} g {:.2e} slope {slope:.2e} C {:.3} newton {newton:.2e} longest {:.3}", norm(&gradient), mode.curvature, settings.longest); }
         let along = newton.clamp(-settings.longest, settings.longest);
         let (there, height) = climber.step(&x, &mode.tangent, along, &mut gradient)?;
         (x, energy) = (there, height);
@@ -278,12 +279,15 @@ impl Climber<'_> {
                     basis.push(correction);
                 }
             }
-            // Unused directions are far above the others.
-            let mut small = Matrix3::from_diagonal_element(f64::MAX.sqrt().sqrt());
+            let mut small = Matrix3::zeros();
             for (i, (tangent, _)) in basis.iter().enumerate() {
                 for (j, (_, bent)) in basis.iter().enumerate() {
                     small[(i, j)] = dot(tangent, bent);
                 }
+            }
+            if basis.len() < 3 {
+                // The unused direction must not be the lowest.
+                small[(2, 2)] = 2.0 * small.norm() + f64::MIN_POSITIVE;
             }
             let small = 0.5 * (small + small.transpose());
             let eigen = small.symmetric_eigen();
