@@ -53,7 +53,18 @@ fn main() {
         report.hops, report.runs, report.finds, report.rounds, report.last_change, report.stopped
     );
     for t in &report.trace {
-        println!("{t:?}");
+        if t.round % 10 == 0 {
+            println!(
+                "r{} ev {:.1}M min {} sad {} comp {} depths {:.3} deepest {:?}",
+                t.round,
+                t.evaluations as f64 / 1e6,
+                t.minima,
+                t.saddles,
+                t.components,
+                t.depths,
+                t.deepest
+            );
+        }
     }
     println!("{:?}", found.search_ends);
     println!("refused {}", found.refused.len());

@@ -33,11 +33,27 @@ pub struct Cluster {
 
 /// Largest number of starts per alignment: all starts up to 22 atoms, the most promising ones of bigger clusters.
 const STARTS: usize = 1000;
+/// The same for a quick alignment.
+const FEW_STARTS: usize = 50;
 
 impl Cluster {
     /// Clusters of `atoms` atoms.
     pub const fn new(atoms: usize) -> Self {
         Self { atoms }
+    }
+
+    fn log_with(&self, starts: usize, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64 {
+        let n = 3 * self.atoms;
+        assert_eq!((a.len(), b.len(), tangent.len()), (n, n, n));
+        if self.atoms == 0 {
+            return 0.0;
+        }
+        let (a, b) = (centred(a), centred(b));
+        let copy = nearest_copy(&a, &b, 0.0, starts);
+        for ((step, from), to) in tangent.chunks_exact_mut(3).zip(&a).zip(&copy) {
+            step.copy_from_slice((to - from).as_slice());
+        }
+        squared_distance(&a, &copy).sqrt()
     }
 }
 
@@ -58,17 +74,11 @@ impl Space for Cluster {
     }
 
     fn log(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64 {
-        let n = 3 * self.atoms;
-        assert_eq!((a.len(), b.len(), tangent.len()), (n, n, n));
-        if self.atoms == 0 {
-            return 0.0;
-        }
-        let (a, b) = (centred(a), centred(b));
-        let copy = nearest_copy(&a, &b, 0.0);
-        for ((step, from), to) in tangent.chunks_exact_mut(3).zip(&a).zip(&copy) {
-            step.copy_from_slice((to - from).as_slice());
-        }
-        squared_distance(&a, &copy).sqrt()
+        self.log_with(STARTS, a, b, tangent)
+    }
+
+    fn log_quickly(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64 {
+        self.log_with(FEW_STARTS, a, b, tangent)
     }
 
     /// Compares the sorted distances from the centroid first. The search for a near copy then leaves out every start that
@@ -80,7 +90,7 @@ impl Space for Cluster {
             return self.atoms == 0;
         }
         let (a, b) = (centred(a), centred(b));
-        squared_distance(&a, &nearest_copy(&a, &b, reach)).sqrt() <= reach
+        squared_distance(&a, &nearest_copy(&a, &b, reach, STARTS)).sqrt() <= reach
     }
 
     /// The distances of the atoms from their centroid, sorted.
@@ -157,7 +167,12 @@ fn squared_distance(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
 
 /// The copy of `b` nearest to `a` (both centred), with its atoms in the order of their partners in `a`. A copy within `enough`
 /// need not be the nearest, and if there is none, any copy may be returned; 0 asks for the nearest in any case.
-fn nearest_copy(a: &[Vector3<f64>], b: &[Vector3<f64>], enough: f64) -> Vec<Vector3<f64>> {
+fn nearest_copy(
+    a: &[Vector3<f64>],
+    b: &[Vector3<f64>],
+    enough: f64,
+    most_starts: usize,
+) -> Vec<Vector3<f64>> {
     let size = a.iter().chain(b).map(Vector3::norm_squared).sum::<f64>();
     if !size.is_finite() {
         return b.to_vec();
@@ -194,7 +209,7 @@ fn nearest_copy(a: &[Vector3<f64>], b: &[Vector3<f64>], enough: f64) -> Vec<Vect
             .total_cmp(&other.0)
             .then_with(|| key(one).cmp(&key(other)))
     });
-    for (bound, [p, q], [i, j]) in starts.into_iter().take(STARTS) {
+    for (bound, [p, q], [i, j]) in starts.into_iter().take(most_starts) {
         if done(search.best) || bound > search.best.min(most) + 1e-14 * size {
             break;
         }

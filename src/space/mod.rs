@@ -88,6 +88,15 @@ pub trait Space: Sync {
         None
     }
 
+    /// As [`Space::log`] with less effort to find the nearest copy: it may lead to a copy farther away. By default the same as
+    /// [`Space::log`].
+    ///
+    /// # Panics
+    /// If a slice has the wrong length.
+    fn log_quickly(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64 {
+        self.log(a, b, tangent)
+    }
+
     /// As [`Space::log`] without a search for a nearer copy, for points whose coordinates vary smoothly from one to the
     /// other (neighbours on a path, or a chain and the copy of its target that it set out for).
     ///

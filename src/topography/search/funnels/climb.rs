@@ -103,10 +103,8 @@ pub(super) fn climb(
         } else {
             slope / -mode.curvature
         };
-        if std::env::var_os("TRACE").is_some() { eprintln!("{step} E {energy:.6} g {:.2e} slope {slope:.2e} C {:.3} newton {newton:.2e} longest {:.3}", norm(&gradient), mode.curvature, settings.longest); }
         let along = newton.clamp(-settings.longest, settings.longest);
-        let (there, height) = climber.step(&x, &mode.tangent, along, &mut gradient)?;
-        (x, energy) = (there, height);
+        (x, energy) = climber.step(&x, &mode.tangent, along, &mut gradient)?;
         let short = along.abs() < SHORT * settings.longest;
         let across = match (uphill, short) {
             (true, _) => ACROSS[0],
@@ -116,7 +114,7 @@ pub(super) fn climb(
         if !short {
             memory.pairs.clear();
         }
-        energy = climber.descend(&mut x, energy, &mut gradient, &mode, across, &mut memory)?;
+        energy = climber.descend(&mut x, energy, &mut gradient, &mode, across, &mut memory);
         if energy > ceiling {
             return Err(SearchEnd::High);
         }
@@ -163,7 +161,7 @@ impl Climber<'_> {
         mode: &Mode,
         steps: usize,
         memory: &mut Memory,
-    ) -> Result<f64, SearchEnd> {
+    ) -> f64 {
         let across = |gradient: &[f64]| {
             let mut across = gradient.to_vec();
             let along = dot(&across, &mode.tangent);
@@ -201,7 +199,7 @@ impl Climber<'_> {
                 scale(&mut step, SHORTENED.1);
             }
             if !accepted {
-                return Err(SearchEnd::Outside);
+                break;
             }
             let next = across(&ahead);
             let mut change = next.clone();
@@ -210,7 +208,7 @@ impl Climber<'_> {
             gradient.clone_from(&ahead);
             slope = next;
         }
-        Ok(energy)
+        energy
     }
 
     /// The Hessian times a scaled tangent, by a central difference of gradients.

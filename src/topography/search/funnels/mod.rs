@@ -333,7 +333,7 @@ impl Growth<'_> {
             Some(apart[rng.random_range(0..apart.len().min(10))])
         };
         let mut plans = Vec::new();
-        let half = self.lowest.batch / 2;
+        let half = self.lowest.batch / 4;
         let Some(fork) = fork else {
             self.climbs(&mut plans, self.lowest.batch, f64::INFINITY, &|_| true);
             return plans;

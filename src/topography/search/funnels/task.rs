@@ -22,7 +22,7 @@ const STEPS: usize = 150;
 const STRIDES: std::ops::Range<f64> = 0.5..2.0;
 const STRIDE: f64 = 1.0;
 /// Greatest root-mean-square displacement of the start of a climb along each tangent, in lengths of the surface.
-const SHAKE: f64 = 0.5;
+const SHAKE: f64 = 0.1;
 /// Step of finite differences, in lengths of the surface.
 const DIFFERENCE: f64 = 1e-3;
 /// Images of a path for each length of the surface, and their least and greatest number.
@@ -213,7 +213,7 @@ impl Worker<'_> {
         let space = energy.space();
         let [from, to] = ends.map(|end| &pool.0.sites[end]);
         let mut tangent = vec![0.0; space.tangents()];
-        let distance = space.log(&from.x, &to.x, &mut tangent);
+        let distance = space.log_quickly(&from.x, &to.x, &mut tangent);
         let length = self.settings.length;
         let settings = PathSettings {
             method: self.settings.paths,
