@@ -91,11 +91,13 @@ mod imported;
 mod judging;
 mod labels;
 mod level;
+mod lowest;
 mod minimax_path;
 mod names;
 mod page;
 mod path_picture;
 mod report;
+mod searched;
 mod settings;
 mod simulation;
 mod statistics;
@@ -134,6 +136,7 @@ pub use minimax_path::{MinimaxPath, Waypoint};
 pub use names::{GraspSetting, MinimumName};
 pub use page::{PageGrasps, PageLandscape, grasp_page, landscape_page};
 pub use report::GraspReport;
+pub use searched::{Searched, SurfaceSearch};
 pub use settings::{GraspMapSettings, StudyRun, settings_for_grasps};
 pub use simulation::{
     ObjectFit, Simulation, simulate_all, simulate_sample, simulation_fingerprint,

@@ -54,7 +54,8 @@ pub use scales::Scales;
 pub(crate) use scales::median;
 pub use search::{
     Coverage, Doubt, Draw, Exploration, LowestReport, LowestSettings, LowestTrace, Refused,
-    SearchEnd, SearchSettings, TransitionState, explore, explore_lowest, in_box,
+    SearchEnd, SearchSettings, SizeProbe, TransitionState, explore, explore_from, explore_lowest,
+    in_box, probe_size,
 };
 pub use sequential::{Sequential, SequentialSettings, sequential};
 pub use similarity::TreeSimilarity;

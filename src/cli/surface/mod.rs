@@ -1,14 +1,17 @@
 //! `landscape surface`: all minima and saddles of a model, or of an energy that another program computes.
 
 mod program;
+mod search;
 
 use std::collections::BTreeMap;
 use std::error::Error;
 use std::path::PathBuf;
+use std::time::Instant;
 
 use anyhow::{Context, ensure};
 use clap::{Args, ValueEnum};
 use program::{Region, command_hash, region};
+use search::Extent;
 
 pub(super) use program::space;
 
@@ -17,11 +20,11 @@ use super::output::check_place;
 use super::report;
 use super::run::{Unfinished, Watch, check_resumable};
 use crate::energy::model::MODELS;
-use crate::energy::{Counted, External, model};
+use crate::energy::{Counted, Energy, External, InBox, model};
 use crate::limits::SEARCHES;
 use crate::store::{Journal, Source, content_hash};
-use crate::study::{StudyError, StudyRun, Subject, SurfaceReport, search_surface};
-use crate::topography::{self, JournalError, Run, SearchSettings, in_box};
+use crate::study::{StudyError, StudyRun, Subject, SurfaceReport, SurfaceSearch, search_surface};
+use crate::topography::{self, JournalError, Run, SearchSettings, in_box, probe_size};
 
 /// Map a surface.
 #[derive(Debug, Args)]
@@ -61,6 +64,8 @@ pub(super) struct Surface {
     /// Stop after about this many searches in any case.
     #[arg(long, value_name = "N")]
     searches: Option<usize>,
+    #[command(flatten)]
+    extent: Extent,
     /// Relaxation method of the paths between minima that no search joined.
     #[arg(long, value_enum, default_value_t)]
     paths: Paths,
@@ -84,6 +89,8 @@ pub(super) enum Coordinates {
     Angles,
     /// Positions x, y, z of equal atoms; moved, rotated, mirrored and renumbered copies are the same.
     Atoms,
+    /// Numbers that never leave the region: a minimum may lie on a face, an edge or a corner of it.
+    Box,
     /// A unit quaternion w, x, y, z; the gradient has three numbers, by rotation about the body's own axes.
     Rotation,
 }
@@ -132,6 +139,7 @@ pub(super) fn run(command: &Surface, common: &Common) -> anyhow::Result<()> {
         }
     }
     command.groups.checked()?;
+    command.extent.checked()?;
     if let Some(output) = &command.output {
         check_place(output)?;
     }
@@ -166,7 +174,7 @@ fn run_model(command: &Surface, common: &Common, region: Option<Region>) -> anyh
             content_hash: content_hash(&[surface.name.as_bytes()]),
         },
     };
-    map(command, common, &subject, &|| Ok(()))
+    map(command, common, &subject, None, &|| Ok(()))
 }
 
 fn run_program(
@@ -189,15 +197,48 @@ fn run_program(
             content_hash: command_hash(program),
         },
     };
-    map(command, common, &subject, &|| program::check(&external))
+    let check = || program::check(&external);
+    if command.coordinates != Coordinates::Box {
+        return map(command, common, &subject, None, &check);
+    }
+    let (low, high) = (subject.low.clone(), subject.high.clone());
+    let boxed = InBox::new(&low, &high, |x, gradient| external.evaluate(x, gradient));
+    let point = |u: &[f64]| boxed.point(u);
+    let unrolled = Unrolled {
+        energy: &boxed,
+        region: boxed.region(),
+        point: &point,
+    };
+    map(command, common, &subject, Some(&unrolled), &check)
 }
 
+/// A box as the search sees it.
+struct Unrolled<'a> {
+    energy: &'a dyn Energy,
+    region: Region,
+    point: &'a dyn Fn(&[f64]) -> Vec<f64>,
+}
+
+/// Searches `shown`, through `unrolled` if it is a box.
 fn map(
     command: &Surface,
     common: &Common,
-    subject: &Subject<'_>,
+    shown: &Subject<'_>,
+    unrolled: Option<&Unrolled<'_>>,
     check: &Check<'_>,
 ) -> anyhow::Result<()> {
+    let started = Instant::now();
+    let mut subject = shown.clone();
+    let (known, known_hash) = command.extent.known(subject.low.len())?;
+    ensure!(
+        known.is_empty() || unrolled.is_none(),
+        "--from cannot be used with --coordinates box"
+    );
+    if let Some(unrolled) = unrolled {
+        subject.energy = unrolled.energy;
+        (subject.low, subject.high) = unrolled.region.clone();
+    }
+    let subject = &subject;
     let draw = in_box(&subject.low, &subject.high);
     let measuring = Counted::new(subject.energy);
     let mut settings = SearchSettings::measured(&measuring, &draw, command.seed);
@@ -205,6 +246,13 @@ fn map(
     settings.patience = command.patience.unwrap_or(settings.patience);
     settings.max_searches = command.searches.unwrap_or(settings.max_searches);
     settings.paths = command.paths.into();
+    let mut probed = 0;
+    let lowest = command.extent.settings(&settings, || {
+        let probe = probe_size(subject.energy, &draw, &settings);
+        probed = probe.evaluations as u64;
+        probe
+    });
+    check()?;
 
     let output = match &command.output {
         Some(output) => output.clone(),
@@ -214,7 +262,8 @@ fn map(
         subject.source.content_hash.as_bytes(),
         subject.coordinates.as_bytes(),
         format!("{:?}", (&subject.low, &subject.high)).as_bytes(),
-        serde_json::to_string(&settings)?.as_bytes(),
+        serde_json::to_string(&(&settings, &lowest))?.as_bytes(),
+        known_hash.as_bytes(),
         env!("CARGO_PKG_VERSION").as_bytes(),
     ]);
     check_resumable(&command.again, std::slice::from_ref(&output))?;
@@ -228,26 +277,36 @@ fn map(
         run: Run {
             journal: &journal,
             observer: &|news| watch.see(news),
+            enough: &|| (command.extent.budget()).is_some_and(|budget| started.elapsed() >= budget),
         },
         stage_ended: &|name, evaluations| watch.lap(name, evaluations),
     };
     let groups = command.groups.settings();
-    let (found, landscape) = match search_surface(subject, &settings, &groups, &run) {
+    let search = SurfaceSearch {
+        settings: &settings,
+        lowest: lowest.as_ref(),
+        known: &known,
+    };
+    let mut searched = match search_surface(subject, &search, &groups, &run) {
         Err(error @ StudyError::NoMinimum { .. }) => {
             check()?;
             unfinished.discard()?;
             return Err(error.into());
         }
-        found => found?,
+        searched => searched?,
     };
     check()?;
+    if let Some(unrolled) = unrolled {
+        searched.shown_as(unrolled.point);
+    }
     let report = SurfaceReport {
-        subject,
-        found: &found,
-        landscape: &landscape,
+        subject: shown,
+        found: &searched.found,
+        landscape: &searched.landscape,
         settings: &settings,
+        lowest: searched.lowest.as_ref(),
         command: common.provenance.command.clone(),
-        measuring: measuring.evaluations(),
+        measuring: measuring.evaluations() + probed,
     };
     let text = report.write(&unfinished.folder)?;
     if !command.page.no_report {

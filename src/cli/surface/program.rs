@@ -7,7 +7,7 @@ use anyhow::{bail, ensure};
 
 use super::{Coordinates, Surface};
 use crate::cli::args::within;
-use crate::energy::{Energy, External, ExternalError, check_gradient};
+use crate::energy::{Energy, External, ExternalError, InBox, check_gradient};
 use crate::limits::{ANSWER_TIME, MOST_COORDINATES, REGION, REGION_SIDE};
 use crate::optimize::{QuenchSettings, quench};
 use crate::sample::{Task, stream};
@@ -60,7 +60,7 @@ pub(in crate::cli) fn space(
     count: usize,
 ) -> anyhow::Result<Box<dyn Space + Send>> {
     Ok(match coordinates {
-        Coordinates::Flat => Box::new(Euclidean::new(count)),
+        Coordinates::Flat | Coordinates::Box => Box::new(Euclidean::new(count)),
         Coordinates::Angles => Box::new(Torus::new(count)),
         Coordinates::Atoms => {
             ensure!(
@@ -102,22 +102,29 @@ pub(super) fn start(
     let step = DIFFERENCE * sides.fold(f64::INFINITY, f64::min);
     let space = space(command.coordinates, low.len())?;
     let external = External::start(program, space, step)?.with_answer_limit(limit);
-    let draw = in_box(low, high);
+    let boxed = InBox::new(low, high, |x, gradient| external.evaluate(x, gradient));
+    let is_box = command.coordinates == Coordinates::Box;
+    let ((low, high), energy): (Region, &dyn Energy) = if is_box {
+        (boxed.region(), &boxed)
+    } else {
+        ((low.to_vec(), high.to_vec()), &external)
+    };
+    let draw = in_box(&low, &high);
     let descent = QuenchSettings::default()
         .with_max_step(1e3 * step)
         .with_max_evaluations(DESCENT);
     let mut points = Vec::new();
     for id in 0..CHECKED {
         let x = draw(&mut stream(command.seed, Task::Start, u64::MAX / 2 + id));
-        external.evaluate(&x, &mut vec![0.0; external.space().tangents()]);
+        energy.evaluate(&x, &mut vec![0.0; energy.space().tangents()]);
         check(&external)?;
         if external.is_differenced() {
             return Ok(external);
         }
-        points.push(quench(&external, &x, &descent).x);
+        points.push(quench(energy, &x, &descent).x);
         points.push(x);
     }
-    let checked = check_gradient(&external, &points, step);
+    let checked = check_gradient(energy, &points, step);
     check(&external)?;
     checked?;
     Ok(external)

@@ -17,7 +17,7 @@ pub(super) fn space(manifest: &Manifest) -> Option<(String, Box<dyn Space + Send
     let count = manifest.energy["low"].as_array().map(Vec::len)?;
     let kind = manifest.energy["coordinates"].as_str()?;
     let space: Box<dyn Space + Send> = match kind {
-        "flat" => Box::new(Euclidean::new(count)),
+        "flat" | "box" => Box::new(Euclidean::new(count)),
         "angles" => Box::new(Torus::new(count)),
         "atoms" if count.is_multiple_of(3) => Box::new(Cluster::new(count / 3)),
         "rotation" if count == 4 => Box::new(Rotation::new(1.0)),

@@ -98,6 +98,17 @@ impl Path {
             space.exp(&mut here[0], &tangent);
         }
     }
+
+    /// As [`Path::unfold`] for points that follow each other, without a search for nearer copies.
+    pub(super) fn follow(&mut self, space: &dyn Space) {
+        let mut tangent = vec![0.0; space.tangents()];
+        for i in 1..self.images.len() {
+            let (before, here) = self.images.split_at_mut(i);
+            space.log_near(&before[i - 1], &here[0], &mut tangent);
+            here[0].clone_from(&before[i - 1]);
+            space.exp(&mut here[0], &tangent);
+        }
+    }
 }
 
 pub(super) fn near(space: &dyn Space, a: &[f64], b: &[f64]) -> f64 {

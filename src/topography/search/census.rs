@@ -424,6 +424,7 @@ impl Census {
             search_ends: self.search_ends,
             coverage,
             evaluations: self.evaluations + spent,
+            stopped,
         }
     }
 }

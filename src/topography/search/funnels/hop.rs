@@ -167,6 +167,15 @@ impl Hopping<'_> {
         }
     }
 
+    /// The minimum below `x`.
+    pub(super) fn below(&self, energy: &dyn Energy, x: &[f64]) -> Met {
+        let found = quench(energy, x, &self.quench);
+        Met {
+            x: found.x,
+            energy: found.energy,
+        }
+    }
+
     /// The minimum below a random point. If no descent converges, the last one counts.
     fn somewhere(&self, energy: &dyn Energy, rng: &mut Rng) -> Met {
         let mut found = quench(energy, &(self.draw)(rng), &self.quench);

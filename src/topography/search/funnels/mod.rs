@@ -8,6 +8,7 @@ mod choose;
 mod climb;
 mod hop;
 mod pool;
+mod probe;
 mod task;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -15,6 +16,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use choose::{Fork, Roads, forks, sides};
 use hop::{Hopping, Leg, Met, Team};
 use pool::{Found, Pool};
+pub use probe::{SizeProbe, probe_size};
 use rand::RngExt;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -74,6 +76,8 @@ impl Default for LowestSettings {
 /// How [`explore_lowest`] went.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct LowestReport {
+    /// Number of the lowest minima whose tree was sought.
+    pub sought: usize,
     /// Hops of all runs.
     pub hops: usize,
     /// Independent runs of hops that ended by themselves.
@@ -115,14 +119,20 @@ pub struct LowestTrace {
 /// hopping ends when several runs have ended at the same minimum. The lowest minima met are then joined. The growth ends when
 /// the tree of the lowest minima has long been the same. No expected number or energy is used.
 ///
+/// The points `known`, such as those of another program, count among the minima met.
+///
 /// The result is a sample: it says nothing about how many minima and saddles there are, and barriers are upper bounds. It
 /// depends on the settings and the seed, not on the number of threads or interruptions.
 ///
 /// # Errors
 /// If the journal of `run` cannot store a record.
+///
+/// # Panics
+/// If a known point has the wrong length.
 pub fn explore_lowest(
     energy: &dyn Energy,
     draw: &Draw<'_>,
+    known: &[Vec<f64>],
     settings: &SearchSettings,
     lowest: &LowestSettings,
     run: &Run<'_>,
@@ -132,7 +142,10 @@ pub fn explore_lowest(
         lowest,
         run,
         pool: Pool::new(energy, settings.audit(), settings.sameness),
-        report: LowestReport::default(),
+        report: LowestReport {
+            sought: lowest.minima,
+            ..LowestReport::default()
+        },
         refused: Vec::new(),
         ends: BTreeMap::new(),
         evaluations: 0,
@@ -140,7 +153,7 @@ pub fn explore_lowest(
         tasks: 0,
         last_new: 0,
     };
-    let seeds = growth.hop(draw)?;
+    let seeds = growth.hop(draw, known)?;
     growth.plant(seeds)?;
     growth.grow()?;
     Ok(growth.finish())
@@ -163,7 +176,7 @@ struct Growth<'a> {
 
 impl Growth<'_> {
     /// Hops until several runs have ended at the same lowest minimum. Returns the lowest minima met, lowest first.
-    fn hop(&mut self, draw: &Draw<'_>) -> Result<Vec<Met>, JournalError> {
+    fn hop(&mut self, draw: &Draw<'_>, known: &[Vec<f64>]) -> Result<Vec<Met>, JournalError> {
         let quench = &self.settings.quench;
         let hopping = Hopping {
             energy: self.pool.energy,
@@ -178,7 +191,10 @@ impl Growth<'_> {
         };
         let patience = self.lowest.patience * self.pool.energy.space().tangents().max(1);
         let mut teams: Vec<Option<Team>> = vec![None; TEAMS];
-        let mut met: Vec<Met> = Vec::new();
+        let mut met: Vec<Met> = known
+            .iter()
+            .map(|x| hopping.below(self.pool.energy, x))
+            .collect();
         let mut ended: Vec<f64> = Vec::new();
         let mut round = 0;
         loop {
@@ -516,6 +532,7 @@ impl Growth<'_> {
             search_ends: ends,
             coverage,
             evaluations,
+            stopped: report.stopped,
         };
         (found, report)
     }
