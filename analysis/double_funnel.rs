@@ -36,6 +36,7 @@ fn main() {
     let (found, report) = explore_lowest(
         &*surface.energy,
         &draw,
+        &[],
         &settings,
         &LowestSettings::default(),
         &run,
@@ -55,14 +56,15 @@ fn main() {
     for t in &report.trace {
         if t.round % 10 == 0 {
             println!(
-                "r{} ev {:.1}M min {} sad {} comp {} depths {:.3} deepest {:?}",
+                "r{} ev {:.1}M min {} sad {} comp {} depths {:.3} deepest {:?} {:?}",
                 t.round,
                 t.evaluations as f64 / 1e6,
                 t.minima,
                 t.saddles,
                 t.components,
                 t.depths,
-                t.deepest
+                t.deepest,
+                t.sides
             );
         }
     }

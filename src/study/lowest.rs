@@ -24,7 +24,7 @@ pub(super) fn told(found: &Exploration, report: &LowestReport, merges: &[Merge])
         )
     } else {
         format!(
-            "has not changed by more than a thousandth since round {} of {}",
+            "has not changed by more than a hundredth since round {} of {}",
             report.last_change, report.rounds
         )
     };

@@ -15,7 +15,7 @@ use super::{Digits, json as value, tally};
 use crate::energy::Energy;
 use crate::printable::printable;
 use crate::store::{AtomicFolder, Counts, LandscapeFiles, Manifest, Source, StationaryRow};
-use crate::topography::exchange::Database;
+use crate::topography::exchange::{Database, points};
 use crate::topography::{
     Audit, Coverage, Doubt, Exploration, GroupSettings, Landscape, LowestReport, Merge,
     SearchSettings, TransitionState, Verdict, explore_from, explore_lowest, in_box,
@@ -166,7 +166,8 @@ impl SurfaceReport<'_> {
         Mapped {
             landscape: self.landscape,
             energy: self.subject.energy,
-            inputs: (0..self.found.coverage.searches as u64)
+            // Hops count as one input.
+            inputs: (0..self.found.coverage.searches.max(1) as u64)
                 .map(|id| Input { id, label: None })
                 .collect(),
             choices_below: f64::INFINITY,
@@ -184,6 +185,12 @@ impl SurfaceReport<'_> {
         let uncertainty = Uncertainty::of(self.landscape, "random starts");
         let files = self.files(&mapped, &merges, &uncertainty);
         StationaryRow::write(&self.stationary(), folder)?;
+        let minima = self.found.minima.iter();
+        let minima = points(minima.map(|minimum| minimum.coordinates.as_slice()));
+        folder.write("points.min", &minima)?;
+        let saddles = self.found.saddles.iter();
+        let saddles = points(saddles.map(|saddle| saddle.coordinates.as_slice()));
+        folder.write("points.ts", &saddles)?;
         let database = Database::from_exploration(self.found, self.subject.coordinates == "atoms");
         let title = format!(
             "{}: {} minima, {} saddles",

@@ -10,6 +10,7 @@ use clap::{Args, ValueEnum};
 use crate::cli::args::within;
 use crate::limits::{BUDGET, LOWEST, REGION};
 use crate::store::{StationaryRow, content_hash};
+use crate::topography::exchange::read_points;
 use crate::topography::{LowestSettings, SearchSettings, SizeProbe};
 
 /// Which part of the landscape is searched.
@@ -86,7 +87,13 @@ impl Extent {
         } else {
             let bytes = fs::read(path).with_context(|| format!("--from {}", path.display()))?;
             if path.extension().is_some_and(|ending| ending == "min") {
-                binary(&bytes, coordinates).with_context(|| format!("--from {}", path.display()))?
+                read_points(&bytes, coordinates).with_context(|| {
+                    format!(
+                        "--from {}: its {} bytes are no points of {coordinates} finite coordinates",
+                        path.display(),
+                        bytes.len()
+                    )
+                })?
             } else {
                 text(&bytes, path)?
             }
@@ -146,21 +153,6 @@ fn text(bytes: &[u8], path: &Path) -> anyhow::Result<Vec<Vec<f64>>> {
         }
     }
     Ok(points)
-}
-
-/// The records of PATHSAMPLE's `points.min`: for each point its coordinates as 64-bit numbers, least byte first.
-fn binary(bytes: &[u8], coordinates: usize) -> anyhow::Result<Vec<Vec<f64>>> {
-    let record = 8 * coordinates.max(1);
-    ensure!(
-        bytes.len().is_multiple_of(record),
-        "its {} bytes are no whole number of records of {coordinates} coordinates",
-        bytes.len()
-    );
-    let number = |bytes: &[u8]| <[u8; 8]>::try_from(bytes).map_or(f64::NAN, f64::from_le_bytes);
-    let points = bytes.chunks_exact(record);
-    Ok(points
-        .map(|point| point.chunks_exact(8).map(number).collect())
-        .collect())
 }
 
 /// Parses `90s`, `10m`, `1h30m`, or `1d`.
@@ -225,11 +217,5 @@ mod tests {
         let error = read(b"1 2\n3 x\n").unwrap_err().to_string();
         assert!(error.contains("line 2") && error.contains("`x`"), "{error}");
         assert!(read(b"1 inf").is_err() && read(&[0xff]).is_err());
-        let bytes: Vec<u8> = [1.0_f64, -2.5]
-            .iter()
-            .flat_map(|x| x.to_le_bytes())
-            .collect();
-        assert_eq!(binary(&bytes, 2).unwrap(), [[1.0, -2.5]]);
-        assert!(binary(&bytes, 3).is_err() && binary(&bytes, 0).is_ok());
     }
 }

@@ -41,6 +41,9 @@ const HOP: usize = 1000;
 /// First root-mean-square displacement of a hop along each tangent, in lengths of the surface.
 const STEP: f64 = 1.0;
 
+/// Relative change of the sum of all depths below which the tree is the same.
+const SAME: f64 = 0.01;
+
 /// Settings of [`explore_lowest`], beside those of [`SearchSettings`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -66,7 +69,7 @@ impl Default for LowestSettings {
             minima: 150,
             finds: 4,
             patience: 60,
-            batch: 16,
+            batch: 32,
             settled: 0.5,
             least_rounds: 100,
         }
@@ -111,6 +114,8 @@ pub struct LowestTrace {
     pub depths: f64,
     /// Height of the deepest merge, and its depth.
     pub deepest: [f64; 2],
+    /// Numbers of minima on both sides of the deepest merge that are joined below it.
+    pub sides: [usize; 2],
 }
 
 /// Searches for the lowest minima of a smooth surface and for the lowest ways between them.
@@ -288,7 +293,7 @@ impl Growth<'_> {
                 .filter(|fork| fork.height.is_infinite())
                 .count();
             let changed = if known.is_finite() {
-                (depths - known).abs() > 1e-3 * known
+                (depths - known).abs() > SAME * known
             } else {
                 true
             };
@@ -307,7 +312,11 @@ impl Growth<'_> {
                     saddles: self.pool.gates.len(),
                     components,
                     depths,
-                    deepest: deepest.map_or([f64::NAN; 2], |fork| [fork.height, fork.depth]),
+                    deepest: deepest.map_or([0.0; 2], |fork| [fork.height, fork.depth]),
+                    sides: deepest.map_or([0; 2], |fork| {
+                        let sides = sides(&self.pool, fork.bottoms, fork.height);
+                        [0, 1].map(|side| sides.iter().filter(|s| **s == Some(side)).count())
+                    }),
                 });
             }
             self.report.rounds = round;
@@ -374,8 +383,13 @@ impl Growth<'_> {
             }
         }
         let sides = sides(&self.pool, fork.bottoms, height);
-        let wanted = |site: usize| sides[site].is_some();
-        self.climbs(&mut plans, self.lowest.batch, height, &wanted);
+        // Any lower way leaves each side over a saddle that is not known yet, so it is found from either side. The smaller side
+        // is soon exhausted, and it must not wait for the larger one.
+        let count = plans.len() + (self.lowest.batch - plans.len()) / 2;
+        self.climbs(&mut plans, count, height, &|site| sides[site] == Some(0));
+        self.climbs(&mut plans, self.lowest.batch, height, &|site| {
+            sides[site] == Some(1)
+        });
         plans
     }
 
