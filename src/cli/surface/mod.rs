@@ -110,9 +110,15 @@ pub(super) const EXAMPLES: &str = r#"Searches for all minima and all saddles bet
 minima along their modes and from random points, descends on both sides of each saddle, and stops when it has found
 nothing new for a long time. The summary estimates how complete the result is.
 
+If descents from random points suggest more minima than the searches allow, only the lowest part of the landscape is
+searched: basin hopping at several temperatures finds the lowest minima, paths and climbs join them, and effort goes to the
+highest barriers until the tree of the lowest minima no longer changes. The summary tells barriers, and what is missing.
+
 Examples:
   landscape surface muller-brown                           writes muller-brown.landscape/
   landscape surface lj 7 -o seven.landscape                7 Lennard-Jones atoms: 4 minima, 12 saddles
+  landscape surface lj 38 --budget 10m                     the lowest part of a landscape too large to enumerate
+  landscape surface lj 7 --from seven.landscape            begin with known points, here those of another run
   landscape surface --command "python3 my_energy.py" --region=-1.5:1,-0.3:1.8
                                                            your own energy, starts drawn from this box
 
@@ -122,7 +128,7 @@ Your program reads one line of JSON for each point and answers with one line (do
 If "gradient" is missing, it is computed by differences. One copy of the program runs on each thread.
 
 Writes the files of `landscape build` and stationary.parquet, which holds all minima and saddles with their curvatures;
-min.data and ts.data hold the curvatures, too. report.html shows everything in a browser (--no-report leaves it out). An
+min.data, ts.data, points.min and points.ts are for PATHSAMPLE. report.html shows everything in a browser (--no-report leaves it out). An
 interrupted run continues where it stopped when the same command is given again; --resume demands this, and --fresh
 begins anew."#;
 
