@@ -342,20 +342,19 @@ impl Growth<'_> {
         let apart: Vec<&Fork> = (forks.iter())
             .filter(|fork| fork.height.is_infinite())
             .collect();
-        let fork = if apart.is_empty() || rng.random_range(0..4) == 0 {
-            // Deep merges are the ones that people ask about.
-            let joined = forks.iter().filter(|fork| fork.height.is_finite());
-            let weights: Vec<(f64, &Fork)> =
-                joined.map(|fork| (fork.depth.powi(3), fork)).collect();
-            let total: f64 = weights.iter().map(|(weight, _)| weight).sum();
-            let mut place = total * rng.random::<f64>();
-            let chosen = weights.iter().find(|(weight, _)| {
-                place -= weight;
-                place <= 0.0
-            });
-            chosen.map(|(_, fork)| *fork)
-        } else {
+        let joined = || forks.iter().filter(|fork| fork.height.is_finite());
+        let die = rng.random_range(0..4);
+        let fork = if !apart.is_empty() && die > 0 {
             Some(apart[rng.random_range(0..apart.len().min(10))])
+        } else if die % 2 == 0 {
+            joined().max_by(|a, b| a.depth.total_cmp(&b.depth))
+        } else {
+            let total: f64 = joined().map(|fork| fork.depth.powi(3)).sum();
+            let mut place = total * rng.random::<f64>();
+            joined().find(|fork| {
+                place -= fork.depth.powi(3);
+                place <= 0.0
+            })
         };
         let mut plans = Vec::new();
         let half = self.lowest.batch / 4;
