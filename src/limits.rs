@@ -181,6 +181,14 @@ limits! {
     PICTURES: 2.0, 1000.0, "",
         "the path has two ends, and more pictures in a strip are too small to see";
 
+    /// Time after which a search stops, seconds.
+    BUDGET: 1e-3, 1e8, " s",
+        "a search takes up to three years";
+
+    /// Number of the lowest minima that are joined.
+    LOWEST: 2.0, 1e6, "",
+        "a tree needs two minima";
+
     /// Number of searches of a surface, and of searches without a new result that end it.
     SEARCHES: 1.0, 1e9, "",
         "all results are held in memory";
@@ -307,6 +315,8 @@ mod tests {
             MODEL_NUMBER,
             ANSWER_TIME,
             PICTURES,
+            BUDGET,
+            LOWEST,
             SEARCHES,
             SIMULATION,
             SIMULATION_OR_ZERO,

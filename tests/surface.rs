@@ -97,6 +97,8 @@ fn a_model_is_mapped() {
             "min.data",
             "minima.parquet",
             "paths.parquet",
+            "points.min",
+            "points.ts",
             "rarefaction.png",
             "rarefaction.svg",
             "report.html",
@@ -362,6 +364,91 @@ fn check_brown(folder: &Path) {
     }
 }
 
+/// Waves in a periodic cell: one minimum, two saddles, and a maximum; their copies in other cells are the same points.
+const WAVES: &str = r#"
+import math, struct, sys
+while True:
+    data = sys.stdin.buffer.read(16)
+    if len(data) < 16:
+        break
+    x, y = struct.unpack("<2d", data)
+    a, b = 2 * math.pi * (x - 0.3) / 3, 2 * math.pi * (y + 0.1) / 2
+    answer = -math.cos(a) - 0.5 * math.cos(b), math.sin(a) * 2 * math.pi / 3, 0.5 * math.sin(b) * math.pi
+    sys.stdout.buffer.write(struct.pack("<3d", *answer))
+    sys.stdout.buffer.flush()
+"#;
+
+#[test]
+fn a_periodic_cell_is_mapped_in_plain_numbers() {
+    if !python() {
+        return;
+    }
+    let desk = Desk::new();
+    fs::write(desk.path("waves.py"), WAVES).unwrap();
+    let region = "--region=-1:2,0:2";
+    let program = ["--command", "python3 waves.py", "--protocol", "binary"];
+    let others = ["--coordinates", "periodic", "-q", "-o", "waves.landscape"];
+    desk.succeed(&[&program[..], &[region], &others].concat());
+    let rows = StationaryRow::read(&desk.path("waves.landscape")).unwrap();
+    let found: Vec<(u64, f64)> = rows.iter().map(|row| (row.index, row.energy)).collect();
+    let expected = [(0, -1.5), (1, -0.5), (1, 0.5)];
+    assert_eq!(found.len(), expected.len(), "{found:?}");
+    for ((index, energy), (known, height)) in found.iter().zip(expected) {
+        assert!(
+            *index == known && (energy - height).abs() < 1e-9,
+            "{found:?}"
+        );
+    }
+    assert!((rows[0].coordinates[0] - 0.3).abs() < 1e-6, "{:?}", rows[0]);
+    assert!((rows[0].coordinates[1] - 1.9).abs() < 1e-6, "{:?}", rows[0]);
+}
+
+#[test]
+fn a_neural_network_is_mapped() {
+    if !python() {
+        return;
+    }
+    let desk = Desk::new();
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/energies/neural_network.py");
+    let program = format!("python3 '{}'", example.display());
+    let arguments = [
+        "--command",
+        &program,
+        "--protocol",
+        "binary",
+        "--region=-3:3x9",
+    ];
+    let others = [
+        "--search",
+        "all",
+        "--searches",
+        "300",
+        "-q",
+        "--no-report",
+        "-o",
+        "network.landscape",
+    ];
+    desk.succeed(&[&arguments[..], &others].concat());
+    let rows = StationaryRow::read(&desk.path("network.landscape")).unwrap();
+    let minima: Vec<&StationaryRow> = rows.iter().filter(|row| row.index == 0).collect();
+    // The best network comes in copies: hidden units exchanged, signs turned.
+    let best = minima
+        .iter()
+        .filter(|row| row.energy - minima[0].energy < 1e-6)
+        .count();
+    assert!(
+        best > 1 && rows.len() > minima.len(),
+        "{best} of {}",
+        minima.len()
+    );
+    // It tells all four cases apart: a network that does not has a loss above ln 2/2.
+    assert!(
+        minima[0].energy < 0.5 * std::f64::consts::LN_2,
+        "{}",
+        minima[0].energy
+    );
+}
+
 #[test]
 fn a_python_energy_without_gradient_is_mapped() {
     if !python() {
@@ -481,4 +568,156 @@ fn completeness_is_claimed_where_it_is_earned() {
     );
     assert!(stopped.contains("--searches allows more"), "{stopped}");
     assert!(!stopped.contains("--patience looks longer"), "{stopped}");
+}
+
+#[test]
+fn a_budget_ends_at_a_batch_that_can_be_repeated() {
+    let desk = Desk::new();
+    let text = desk.succeed(&[
+        "lj",
+        "9",
+        "--budget",
+        "2s",
+        "--search",
+        "all",
+        "--no-report",
+        "-o",
+        "a",
+    ]);
+    assert!(
+        text.contains("nothing is claimed, since the search was stopped"),
+        "{text}"
+    );
+    let told = text.split("`--searches ").nth(1).unwrap();
+    let searches = told.split('`').next().unwrap();
+    desk.succeed(&[
+        "lj",
+        "9",
+        "--searches",
+        searches,
+        "--search",
+        "all",
+        "--no-report",
+        "-o",
+        "b",
+    ]);
+    for name in [
+        "stationary.parquet",
+        "min.data",
+        "ts.data",
+        "points.min",
+        "points.ts",
+    ] {
+        let [a, b] = ["a", "b"].map(|folder| fs::read(desk.path(folder).join(name)).unwrap());
+        assert!(a == b, "{name}");
+    }
+    for wrong in ["10", "1 h", "-5s", "0s", "1e9d"] {
+        let said = desk.mistake(&["lj", "6", &format!("--budget={wrong}")]);
+        assert!(said.contains("--budget"), "{said}");
+    }
+}
+
+#[test]
+fn the_lowest_minima_are_joined() {
+    let desk = Desk::new();
+    let arguments = [
+        "lj",
+        "13",
+        "--search",
+        "lowest",
+        "--lowest",
+        "5",
+        "--no-report",
+    ];
+    let with = |threads: &str, folder: &str| {
+        desk.succeed(&[&arguments[..], &["--threads", threads, "-o", folder]].concat())
+    };
+    let text = with("1", "a");
+    assert!(
+        text.contains("only its lowest part was searched") && text.contains("they are all joined"),
+        "{text}"
+    );
+    assert!(text.contains("## Deepest merges"), "{text}");
+    let rows = StationaryRow::read(&desk.path("a")).unwrap();
+    // The icosahedron, and the lowest of its defects (Tsai and Jordan 1993).
+    let energies: Vec<f64> = rows.iter().take(3).map(|row| row.energy).collect();
+    for (energy, known) in energies.iter().zip([-44.326801, -41.471980, -41.444597]) {
+        assert!((energy - known).abs() < 1e-5, "{energies:?}");
+    }
+    with("2", "b");
+    assert_eq!(
+        promised(&desk.path("a")).len(),
+        promised(&desk.path("b")).len()
+    );
+    for name in [
+        "stationary.parquet",
+        "paths.parquet",
+        "edges.parquet",
+        "points.ts",
+    ] {
+        let [a, b] = ["a", "b"].map(|folder| fs::read(desk.path(folder).join(name)).unwrap());
+        assert!(a == b, "{name} depends on the number of threads");
+    }
+}
+
+#[test]
+fn a_search_begins_with_known_points() {
+    let desk = Desk::new();
+    desk.succeed(&["lj", "6", "--no-report", "-o", "six"]);
+    // Known minima alone are enough.
+    for from in ["six", "six/points.min"] {
+        let output = format!("{}-again", from.replace('/', "-"));
+        let text = desk.succeed(&["lj", "6", "--from", from, "--no-report", "-o", &output]);
+        assert!(text.contains("**2 minima** and **3 saddles**"), "{text}");
+    }
+    fs::write(
+        desk.path("points.txt"),
+        "0.5, -1.0 # a comment\n\n-0.5 1.4\n",
+    )
+    .unwrap();
+    let text = desk.succeed(&["muller-brown", "--from", "points.txt", "--no-report"]);
+    assert!(text.contains("**3 minima** and **2 saddles**"), "{text}");
+    let said = desk.mistake(&["lj", "6", "--from", "points.txt"]);
+    assert!(
+        said.contains("point 1 has 2 numbers") && said.contains("18"),
+        "{said}"
+    );
+    let said = desk.mistake(&["lj", "7", "--from", "six/points.min"]);
+    assert!(
+        said.contains("no points of 21 finite coordinates"),
+        "{said}"
+    );
+    let said = desk.mistake(&["lj", "7", "--from", "nowhere"]);
+    assert!(said.contains("nowhere"), "{said}");
+}
+
+#[test]
+fn a_box_keeps_its_points() {
+    if !python() {
+        return;
+    }
+    let desk = Desk::new();
+    // (x − 2)² + (y² − 1)² falls toward the face x = 1, where two minima and the saddle between them lie.
+    let lines = "assert abs(x) <= 1 + 1e-12 and abs(y) <= 2 + 1e-12\nenergy = (x - 2) ** 2 + (y * y - 1) ** 2\n\
+                 gradient = [2 * (x - 2), 4 * y * (y * y - 1)]";
+    let command = program(&desk, "boxed.py", lines);
+    desk.succeed(&[
+        "--command",
+        &command,
+        "--region=-1:1,-2:2",
+        "--coordinates",
+        "box",
+        "-o",
+        "boxed",
+    ]);
+    let rows = StationaryRow::read(&desk.path("boxed")).unwrap();
+    let minima: Vec<_> = rows.iter().filter(|row| row.index == 0).collect();
+    assert_eq!(minima.len(), 2, "{rows:?}");
+    for minimum in minima {
+        let [x, y] = [minimum.coordinates[0], minimum.coordinates[1]];
+        assert!(
+            (x - 1.0).abs() < 1e-9 && (y.abs() - 1.0).abs() < 1e-5,
+            "{x} {y}"
+        );
+    }
 }

@@ -207,6 +207,7 @@ fn build(
         run: Run {
             journal: &unfinished.journal,
             observer: &|news| watch.see(news),
+            ..Run::default()
         },
         stage_ended: &|name, evaluations| watch.lap(name, evaluations),
     };

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow, bail, ensure};
 use clap::{Args, ValueEnum};
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::args::Common;
 use super::input::open_landscape;
@@ -199,14 +199,23 @@ fn symmetry(manifest: &Manifest) -> anyhow::Result<Symmetry> {
 
 /// The space of a searched surface, and its identification.
 fn surface_space(manifest: &Manifest) -> anyhow::Result<(Box<dyn Space>, String)> {
-    let count = manifest.energy["low"].as_array().map_or(0, Vec::len);
+    let ends = ["low", "high"].map(|end| {
+        let numbers = manifest.energy[end].as_array().into_iter().flatten();
+        numbers.filter_map(Value::as_f64).collect::<Vec<f64>>()
+    });
+    let [low, high] = &ends;
+    let count = low.len();
     let kind = manifest.energy["coordinates"].as_str().unwrap_or_default();
     let coordinates = Coordinates::from_str(kind, false)
         .ok()
         .with_context(|| format!("the space of `{}` is not recorded", manifest.source.name))?;
     Ok((
-        surface::space(coordinates, count)?,
-        format!("{count} {kind}"),
+        surface::space(coordinates, (low, high))?,
+        if coordinates == Coordinates::Periodic {
+            format!("{count} {kind} from {low:?} to {high:?}")
+        } else {
+            format!("{count} {kind}")
+        },
     ))
 }
 

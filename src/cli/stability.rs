@@ -99,6 +99,7 @@ pub(super) fn run(command: &Stability, common: &Common) -> anyhow::Result<()> {
     let run = Run {
         journal: &journal,
         observer: &|news| watch.see(news),
+        ..Run::default()
     };
     let found = simulate_all(&file, &protocol, &run)?;
     watch.clear();

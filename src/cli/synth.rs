@@ -175,6 +175,7 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
     let run = Run {
         journal: &journal,
         observer: &|news| watch.see(news),
+        ..Run::default()
     };
     let found = synthesize_population(&energy, &origin, &settings, &run)?;
     watch.clear();

@@ -4,12 +4,14 @@ use crate::space::Space;
 
 mod counted;
 mod external;
+mod function_on;
 mod gradient_check;
 mod in_box;
 pub mod model;
 
 pub use counted::Counted;
 pub use external::{External, ExternalError, Protocol};
+pub use function_on::FunctionOn;
 pub use gradient_check::{GradientFault, check_gradient};
 pub use in_box::InBox;
 

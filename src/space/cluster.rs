@@ -33,11 +33,27 @@ pub struct Cluster {
 
 /// Largest number of starts per alignment: all starts up to 22 atoms, the most promising ones of bigger clusters.
 const STARTS: usize = 1000;
+/// The same for a quick alignment.
+const FEW_STARTS: usize = 50;
 
 impl Cluster {
     /// Clusters of `atoms` atoms.
     pub const fn new(atoms: usize) -> Self {
         Self { atoms }
+    }
+
+    fn log_with(&self, starts: usize, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64 {
+        let n = 3 * self.atoms;
+        assert_eq!((a.len(), b.len(), tangent.len()), (n, n, n));
+        if self.atoms == 0 {
+            return 0.0;
+        }
+        let (a, b) = (centred(a), centred(b));
+        let copy = nearest_copy(&a, &b, 0.0, starts);
+        for ((step, from), to) in tangent.chunks_exact_mut(3).zip(&a).zip(&copy) {
+            step.copy_from_slice((to - from).as_slice());
+        }
+        squared_distance(&a, &copy).sqrt()
     }
 }
 
@@ -58,17 +74,23 @@ impl Space for Cluster {
     }
 
     fn log(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64 {
-        let n = 3 * self.atoms;
-        assert_eq!((a.len(), b.len(), tangent.len()), (n, n, n));
-        if self.atoms == 0 {
-            return 0.0;
+        self.log_with(STARTS, a, b, tangent)
+    }
+
+    fn log_quickly(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64 {
+        self.log_with(FEW_STARTS, a, b, tangent)
+    }
+
+    /// Compares the sorted distances from the centroid first. The search for a near copy then leaves out every start that
+    /// cannot lead so near, and ends at the first copy that is near enough.
+    fn within(&self, a: &[f64], b: &[f64], reach: f64) -> bool {
+        let landmarks = [a, b].map(|x| self.landmarks(x));
+        let apart = landmarks[0].iter().zip(&landmarks[1]);
+        if self.atoms == 0 || apart.map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt() > reach {
+            return self.atoms == 0;
         }
         let (a, b) = (centred(a), centred(b));
-        let copy = nearest_copy(&a, &b);
-        for ((step, from), to) in tangent.chunks_exact_mut(3).zip(&a).zip(&copy) {
-            step.copy_from_slice((to - from).as_slice());
-        }
-        squared_distance(&a, &copy).sqrt()
+        squared_distance(&a, &nearest_copy(&a, &b, reach, STARTS)).sqrt() <= reach
     }
 
     /// The distances of the atoms from their centroid, sorted.
@@ -143,22 +165,34 @@ fn squared_distance(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
         .sum()
 }
 
-/// The copy of `b` nearest to `a` (both centred), with its atoms in the order of their partners in `a`.
-fn nearest_copy(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+/// The copy of `b` nearest to `a` (both centred), with its atoms in the order of their partners in `a`. A copy within `enough`
+/// need not be the nearest, and if there is none, any copy may be returned; 0 asks for the nearest in any case.
+fn nearest_copy(
+    a: &[Vector3<f64>],
+    b: &[Vector3<f64>],
+    enough: f64,
+    most_starts: usize,
+) -> Vec<Vector3<f64>> {
     let size = a.iter().chain(b).map(Vector3::norm_squared).sum::<f64>();
     if !size.is_finite() {
         return b.to_vec();
     }
+    let near = enough * enough;
+    let done = |best: f64| best <= near.max(1e-16 * size);
+    let most = if enough > 0.0 { near } else { f64::INFINITY };
     let mut search = Search::new(a, b);
     // First the present numbering, then the present orientation: along a path one of them is right.
     search.visit(false, &(0..b.len()).collect::<Vec<_>>());
     search.descend(false, &UnitQuaternion::identity());
+    if done(search.best) {
+        return search.copy;
+    }
 
     let mut starts = Vec::with_capacity(2 * b.len() * b.len());
     let mut offer = |pair: [usize; 2], partners: [usize; 2]| {
         let bound = pair_bound(pair.map(|i| &a[i]), partners.map(|j| &b[j]));
         // The bound is a difference of numbers as large as `size`.
-        if bound < search.best + 1e-14 * size {
+        if bound < search.best.min(most) + 1e-14 * size {
             starts.push((bound, pair, partners));
         }
     };
@@ -175,8 +209,8 @@ fn nearest_copy(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
             .total_cmp(&other.0)
             .then_with(|| key(one).cmp(&key(other)))
     });
-    for (bound, [p, q], [i, j]) in starts.into_iter().take(STARTS) {
-        if search.best <= 1e-16 * size || bound > search.best + 1e-14 * size {
+    for (bound, [p, q], [i, j]) in starts.into_iter().take(most_starts) {
+        if done(search.best) || bound > search.best.min(most) + 1e-14 * size {
             break;
         }
         let target = frame(&a[p], &a[q]);

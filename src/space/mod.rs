@@ -90,6 +90,15 @@ pub trait Space: Sync {
         None
     }
 
+    /// As [`Space::log`] with less effort to find the nearest copy: it may lead to a copy farther away. By default the same as
+    /// [`Space::log`].
+    ///
+    /// # Panics
+    /// If a slice has the wrong length.
+    fn log_quickly(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64 {
+        self.log(a, b, tangent)
+    }
+
     /// As [`Space::log`] without a search for a nearer copy, for points whose coordinates vary smoothly from one to the
     /// other (neighbours on a path, or a chain and the copy of its target that it set out for).
     ///
@@ -107,6 +116,15 @@ pub trait Space: Sync {
     /// If a slice has the wrong length.
     fn distance(&self, a: &[f64], b: &[f64]) -> f64 {
         self.log(a, b, &mut vec![0.0; self.tangents()])
+    }
+
+    /// Whether the distance between `a` and `b` is at most `reach`. By default it measures the distance; spaces with a costly
+    /// symmetry override this with a test that is fast both for copies and for points that are far apart.
+    ///
+    /// # Panics
+    /// If a slice has the wrong length.
+    fn within(&self, a: &[f64], b: &[f64], reach: f64) -> bool {
+        self.distance(a, b) <= reach
     }
 
     /// Numbers that bound the distance from below: the Euclidean distance of two points' landmarks is at most the distance

@@ -94,6 +94,7 @@ mod judging;
 mod kinetics;
 mod labels;
 mod level;
+mod lowest;
 mod minimax_path;
 mod minimum_values;
 mod names;
@@ -101,6 +102,7 @@ mod network_of_states;
 mod page;
 mod path_picture;
 mod report;
+mod searched;
 mod settings;
 mod simulation;
 mod statistics;
@@ -143,6 +145,7 @@ pub use names::{GraspSetting, MinimumName};
 pub use network_of_states::NetworkOfStates;
 pub use page::{PageGrasps, PageLandscape, grasp_page, landscape_page};
 pub use report::GraspReport;
+pub use searched::{Searched, SurfaceSearch};
 pub use settings::{GraspMapSettings, StudyRun, settings_for_grasps};
 pub use simulation::{
     ObjectFit, Simulation, simulate_all, simulate_sample, simulation_fingerprint,

@@ -6,6 +6,8 @@ use serde_json::json;
 
 use super::drawing::{Titles, not_drawn};
 use super::error::StudyError;
+use super::lowest;
+use super::searched::{Searched, SurfaceSearch};
 use super::settings::StudyRun;
 use super::tables::{Input, Mapped};
 use super::uncertainty::Uncertainty;
@@ -13,10 +15,10 @@ use super::{Digits, json as value, tally};
 use crate::energy::Energy;
 use crate::printable::printable;
 use crate::store::{AtomicFolder, Counts, LandscapeFiles, Manifest, Source, StationaryRow};
-use crate::topography::exchange::Database;
+use crate::topography::exchange::{Database, points};
 use crate::topography::{
-    Audit, Coverage, Doubt, Exploration, GroupSettings, Landscape, Merge, SearchSettings,
-    TransitionState, Verdict, explore, in_box,
+    Audit, Coverage, Doubt, Exploration, GroupSettings, Landscape, LowestReport, Merge,
+    SearchSettings, TransitionState, Verdict, explore_from, explore_lowest, in_box,
 };
 
 /// Greatest number of rows of a table in the summary.
@@ -52,6 +54,8 @@ pub struct SurfaceReport<'a> {
     pub landscape: &'a Landscape,
     /// The settings of the search.
     pub settings: &'a SearchSettings,
+    /// How the search for the lowest minima went, if only these were sought.
+    pub lowest: Option<&'a LowestReport>,
     /// The command line that repeats the search.
     pub command: String,
     /// Energy evaluations used to measure the scales of the surface.
@@ -82,7 +86,7 @@ impl std::fmt::Debug for SurfaceReport<'_> {
 /// ```
 /// use landscape::energy::model;
 /// use landscape::store::{AtomicFolder, Source};
-/// use landscape::study::{StudyRun, Subject, SurfaceReport, search_surface};
+/// use landscape::study::{StudyRun, Subject, SurfaceReport, SurfaceSearch, search_surface};
 /// use landscape::topography::{GroupSettings, SearchSettings, in_box};
 ///
 /// let surface = model::named(&["muller-brown".to_owned()])?;
@@ -97,14 +101,17 @@ impl std::fmt::Debug for SurfaceReport<'_> {
 /// let draw = in_box(&subject.low, &subject.high);
 /// let settings = SearchSettings::measured(subject.energy, &draw, 0);
 /// let groups = GroupSettings::default();
-/// let (found, landscape) = search_surface(&subject, &settings, &groups, &StudyRun::default())?;
+/// let search = SurfaceSearch { settings: &settings, lowest: None, known: &[] };
+/// let searched = search_surface(&subject, &search, &groups, &StudyRun::default())?;
+/// let found = &searched.found;
 /// assert_eq!((found.minima.len(), found.saddles.len()), (3, 2));
 ///
 /// let report = SurfaceReport {
 ///     subject: &subject,
-///     found: &found,
-///     landscape: &landscape,
+///     found,
+///     landscape: &searched.landscape,
 ///     settings: &settings,
+///     lowest: None,
 ///     command: String::new(),
 ///     measuring: 0,
 /// };
@@ -117,12 +124,23 @@ impl std::fmt::Debug for SurfaceReport<'_> {
 /// ```
 pub fn search_surface(
     subject: &Subject<'_>,
-    settings: &SearchSettings,
+    search: &SurfaceSearch<'_>,
     groups: &GroupSettings,
     run: &StudyRun<'_>,
-) -> Result<(Exploration, Landscape), StudyError> {
+) -> Result<Searched, StudyError> {
     let draw = in_box(&subject.low, &subject.high);
-    let found = explore(subject.energy, &draw, settings, &run.run)?;
+    let (energy, settings) = (subject.energy, search.settings);
+    let (found, lowest) = match search.lowest {
+        Some(lowest) => {
+            let (found, report) =
+                explore_lowest(energy, &draw, search.known, settings, lowest, &run.run)?;
+            (found, Some(report))
+        }
+        None => (
+            explore_from(energy, &draw, search.known, settings, &run.run)?,
+            None,
+        ),
+    };
     (run.stage_ended)("search", found.evaluations);
     if found.minima.is_empty() {
         let kinks = match kinks(&found) {
@@ -136,7 +154,11 @@ pub fn search_surface(
         });
     }
     let landscape = found.landscape(subject.energy, groups);
-    Ok((found, landscape))
+    Ok(Searched {
+        found,
+        landscape,
+        lowest,
+    })
 }
 
 impl SurfaceReport<'_> {
@@ -144,7 +166,8 @@ impl SurfaceReport<'_> {
         Mapped {
             landscape: self.landscape,
             energy: self.subject.energy,
-            inputs: (0..self.found.coverage.searches as u64)
+            // Hops count as one input.
+            inputs: (0..self.found.coverage.searches.max(1) as u64)
                 .map(|id| Input { id, label: None })
                 .collect(),
             choices_below: f64::INFINITY,
@@ -162,6 +185,12 @@ impl SurfaceReport<'_> {
         let uncertainty = Uncertainty::of(self.landscape, "random starts");
         let files = self.files(&mapped, &merges, &uncertainty);
         StationaryRow::write(&self.stationary(), folder)?;
+        let minima = self.found.minima.iter();
+        let minima = points(minima.map(|minimum| minimum.coordinates.as_slice()));
+        folder.write("points.min", &minima)?;
+        let saddles = self.found.saddles.iter();
+        let saddles = points(saddles.map(|saddle| saddle.coordinates.as_slice()));
+        folder.write("points.ts", &saddles)?;
         let database = Database::from_exploration(self.found, self.subject.coordinates == "atoms");
         let title = format!(
             "{}: {} minima, {} saddles",
@@ -194,6 +223,9 @@ impl SurfaceReport<'_> {
         tell("coverage", value(self.found.coverage));
         tell("ends_of_searches", json!(ends_of_searches(self.found)));
         tell("refused", value(&self.found.refused));
+        if let Some(lowest) = self.lowest {
+            tell("lowest", value(lowest));
+        }
         let manifest = Manifest {
             program_version: env!("CARGO_PKG_VERSION").to_owned(),
             command: self.command.clone(),
@@ -269,15 +301,21 @@ impl SurfaceReport<'_> {
     fn warnings(&self) -> Vec<String> {
         let (coverage, components) = (&self.found.coverage, self.landscape.tree.roots.len());
         let mut warnings = Vec::new();
-        let stopped = coverage.searches >= self.settings.max_searches;
-        if stopped {
+        let stopped = self.found.stopped;
+        if stopped && coverage.searches >= self.settings.max_searches {
             warnings.push(format!(
                 "the search was stopped after {} searches, before it ended by itself (--searches allows more)",
                 coverage.searches
             ));
+        } else if stopped {
+            warnings.push(format!(
+                "the search was stopped by --budget after {0} searches, before it ended by itself; the clock decided where, \
+                 and `--searches {0}` without --budget repeats the result on any machine",
+                coverage.searches
+            ));
         }
         let rare = coverage.once + coverage.joined;
-        if rare > 0 {
+        if rare > 0 && self.lowest.is_none() {
             warnings.push(format!(
                 "{rare} of {} saddles were met by one search or by none: more may be missing{}",
                 self.found.saddles.len(),
@@ -311,7 +349,10 @@ impl SurfaceReport<'_> {
         let found = self.found;
         let mut lines = vec![format!("# {}\n", self.subject.name)];
         lines.extend(self.what_was_found());
-        lines.extend(self.how_complete_it_is());
+        match self.lowest {
+            Some(report) => lines.extend(lowest::told(found, report, merges)),
+            None => lines.extend(self.how_complete_it_is()),
+        }
         lines.extend(not_drawn(found.minima.len()).map(|sentence| format!("- {sentence}")));
         let refused = found.refused.iter();
         let verdicts = tally(refused.map(|refused| refused.audit.verdict.name()));
@@ -327,6 +368,9 @@ impl SurfaceReport<'_> {
         ));
         let warnings = self.warnings();
         lines.extend(warnings.iter().map(|warning| format!("Note: {warning}.\n")));
+        if self.lowest.is_some() {
+            lines.extend(lowest::deepest(found, merges, self.digits()));
+        }
         lines.extend(self.minima_table(merges));
         lines.extend(self.saddle_table());
         lines.push(format!(
@@ -494,6 +538,7 @@ fn completeness(coverage: &Coverage) -> String {
     let doubted = |reason: &str| format!("nothing is claimed, since {reason}; {unseen}");
     match coverage.doubt {
         Some(Doubt::Stopped) => doubted("the search was stopped"),
+        Some(Doubt::Sampled) => doubted("only the lowest part of the landscape was searched"),
         Some(Doubt::Apart) => doubted("some minima are joined to the others by no saddle"),
         Some(Doubt::Degenerate) => {
             "nothing is claimed, since rings, troughs and plateaus have no number of points"
@@ -508,7 +553,7 @@ fn completeness(coverage: &Coverage) -> String {
     }
 }
 
-fn ends_of_searches(found: &Exploration) -> Vec<(String, usize)> {
+pub(super) fn ends_of_searches(found: &Exploration) -> Vec<(String, usize)> {
     let fates = found.search_ends.iter();
     fates
         .map(|(fate, count)| (fate.name().to_owned(), *count))

@@ -134,7 +134,7 @@ pub fn audit(
             let same = |k: &usize| {
                 audits[*k].verdict.is_stationary()
                     && (energies[*k] - height).abs() <= settings.sameness.energy
-                    && space.distance(&points[*k], x) <= settings.sameness.distance
+                    && space.within(&points[*k], x, settings.sameness.distance)
             };
             if let Some(first) = (0..row).find(same) {
                 audit.verdict = Verdict::Duplicate;
@@ -203,7 +203,7 @@ fn drifts(energy: &dyn Energy, x: &[f64], settings: &AuditSettings) -> bool {
         .with_gradient_tolerance(TIGHTER * settings.gradient_tolerance);
     let end = quench(energy, x, &stricter);
     let space = energy.space();
-    space.distance(x, &end.x) > settings.sameness.distance
+    !space.within(x, &end.x, settings.sameness.distance)
 }
 
 /// Whether a step along a soft direction from a stationary point of index 0 or 1 leads to another one of the same energy.
@@ -248,8 +248,7 @@ fn is_level(
             let beside = piece.moved(x, &step);
             (curvature.abs() <= soft || as_high(piece.evaluate(&beside, &mut gradient)))
                 && again(&beside).is_some_and(|(there, energy)| {
-                    as_high(energy)
-                        && piece.space().distance(x, &there) > settings.sameness.distance
+                    as_high(energy) && !piece.space().within(x, &there, settings.sameness.distance)
                 })
         })
     })

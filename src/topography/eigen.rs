@@ -163,7 +163,7 @@ impl<'e> Piece<'e> {
     }
 
     /// Orthonormal scaled tangents of the free directions, along which the energy is constant.
-    fn free(&self, x: &[f64]) -> Vec<Vec<f64>> {
+    pub(super) fn free(&self, x: &[f64]) -> Vec<Vec<f64>> {
         let mut free: Vec<Vec<f64>> = Vec::new();
         for mode in self
             .space()

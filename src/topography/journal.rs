@@ -34,7 +34,8 @@ pub struct JournalError(#[from] Box<dyn Error + Send + Sync>);
 /// use landscape::topography::{MemoryJournal, Run};
 ///
 /// let journal = MemoryJournal::default();
-/// let run = Run { journal: &journal, observer: &|news| println!("{} of {}", news.done, news.total) };
+/// let observer = |news: landscape::topography::Progress| println!("{} of {}", news.done, news.total);
+/// let run = Run { journal: &journal, observer: &observer, ..Run::default() };
 /// let silent = Run { journal: &journal, ..Run::default() };
 /// ```
 #[derive(Clone, Copy)]
@@ -43,6 +44,9 @@ pub struct Run<'a> {
     pub journal: &'a dyn Journal,
     /// Called after every task, from any thread.
     pub observer: &'a Observer<'a>,
+    /// Asked between batches of tasks: true ends a search early, with what it has found. The result is then that of a longer
+    /// search up to a batch, but which batch that is depends on the clock if the answer does.
+    pub enough: &'a (dyn Fn() -> bool + Sync),
 }
 
 impl Default for Run<'_> {
@@ -50,6 +54,7 @@ impl Default for Run<'_> {
         Self {
             journal: &Forgetful,
             observer: &|_| (),
+            enough: &|| false,
         }
     }
 }
@@ -61,6 +66,10 @@ impl std::fmt::Debug for Run<'_> {
 }
 
 impl Run<'_> {
+    pub(crate) fn is_over(&self) -> bool {
+        (self.enough)()
+    }
+
     pub(crate) fn tally(&self, phase: Phase, total: usize) -> Tally<'_> {
         Tally::after(phase, 0, total, self.observer)
     }

@@ -47,7 +47,7 @@ impl MatchTolerance {
     /// Whether the point `x` with this energy is `minimum`.
     pub fn holds(&self, space: &dyn Space, x: &[f64], energy: f64, minimum: &Minimum) -> bool {
         (energy - minimum.energy).abs() <= self.energy
-            && space.distance(x, &minimum.coordinates) <= self.distance
+            && space.within(x, &minimum.coordinates, self.distance)
     }
 }
 
@@ -115,8 +115,7 @@ pub fn distinct(
             if found[*b].energy - found[*a].energy > sameness.energy {
                 break;
             }
-            if !sets.equiv(i, j) && space.distance(&found[*a].x, &found[*b].x) <= sameness.distance
-            {
+            if !sets.equiv(i, j) && space.within(&found[*a].x, &found[*b].x, sameness.distance) {
                 sets.union(i, j);
             }
         }
@@ -231,7 +230,7 @@ pub fn hop(
                 }
                 let known = pool.iter().position(|old| {
                     (old.energy - end.energy).abs() <= settings.sameness.energy
-                        && space.distance(&old.x, &end.x) <= settings.sameness.distance
+                        && space.within(&old.x, &end.x, settings.sameness.distance)
                 });
                 if let Some(known) = known {
                     seen_by[known].push(walker);

@@ -53,8 +53,9 @@ pub use scales::Scales;
 #[cfg(feature = "cli")]
 pub(crate) use scales::median;
 pub use search::{
-    Coverage, Doubt, Draw, Exploration, Refused, SearchEnd, SearchSettings, TransitionState,
-    explore, in_box,
+    Coverage, Doubt, Draw, Exploration, LowestReport, LowestSettings, LowestTrace, Refused,
+    SearchEnd, SearchSettings, SizeProbe, TransitionState, explore, explore_from, explore_lowest,
+    in_box, probe_size,
 };
 pub use sequential::{Sequential, SequentialSettings, sequential};
 pub use similarity::TreeSimilarity;

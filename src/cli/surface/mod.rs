@@ -1,14 +1,17 @@
 //! `landscape surface`: all minima and saddles of a model, or of an energy that another program computes.
 
 mod program;
+mod search;
 
 use std::collections::BTreeMap;
 use std::error::Error;
 use std::path::PathBuf;
+use std::time::Instant;
 
 use anyhow::{Context, ensure};
 use clap::{Args, ValueEnum};
 use program::{Region, command_hash, region};
+use search::Extent;
 
 pub(super) use program::space;
 
@@ -17,11 +20,11 @@ use super::output::check_place;
 use super::report;
 use super::run::{Unfinished, Watch, check_resumable};
 use crate::energy::model::MODELS;
-use crate::energy::{Counted, External, model};
+use crate::energy::{Counted, Energy, External, InBox, Protocol, model};
 use crate::limits::SEARCHES;
 use crate::store::{Journal, Source, content_hash};
-use crate::study::{StudyError, StudyRun, Subject, SurfaceReport, search_surface};
-use crate::topography::{self, JournalError, Run, SearchSettings, in_box};
+use crate::study::{StudyError, StudyRun, Subject, SurfaceReport, SurfaceSearch, search_surface};
+use crate::topography::{self, JournalError, Run, SearchSettings, in_box, probe_size};
 
 /// Map a surface.
 #[derive(Debug, Args)]
@@ -52,6 +55,9 @@ pub(super) struct Surface {
         allow_negative_numbers = true
     )]
     answer_seconds: f64,
+    /// How the program is asked and answers.
+    #[arg(long, value_enum, default_value_t, requires = "command")]
+    protocol: Exchange,
     /// The folder to write; by default the name of the model with the ending `.landscape`.
     #[arg(long, short, value_name = "FOLDER")]
     output: Option<PathBuf>,
@@ -61,6 +67,8 @@ pub(super) struct Surface {
     /// Stop after about this many searches in any case.
     #[arg(long, value_name = "N")]
     searches: Option<usize>,
+    #[command(flatten)]
+    extent: Extent,
     /// Relaxation method of the paths between minima that no search joined.
     #[arg(long, value_enum, default_value_t)]
     paths: Paths,
@@ -84,8 +92,31 @@ pub(super) enum Coordinates {
     Angles,
     /// Positions x, y, z of equal atoms; moved, rotated, mirrored and renumbered copies are the same.
     Atoms,
+    /// Numbers that never leave the region: a minimum may lie on a face, an edge or a corner of it.
+    Box,
+    /// Numbers that wrap: each with the length of its side of the region as its period.
+    Periodic,
     /// A unit quaternion w, x, y, z; the gradient has three numbers, by rotation about the body's own axes.
     Rotation,
+}
+
+/// How a program is asked and answers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+enum Exchange {
+    /// A line of JSON for each question and each answer.
+    #[default]
+    Json,
+    /// Numbers of 64 bits (little-endian): the coordinates; then the energy and the gradient.
+    Binary,
+}
+
+impl From<Exchange> for Protocol {
+    fn from(exchange: Exchange) -> Self {
+        match exchange {
+            Exchange::Json => Self::Json,
+            Exchange::Binary => Self::Binary,
+        }
+    }
 }
 
 pub(super) fn examples() -> String {
@@ -103,9 +134,15 @@ pub(super) const EXAMPLES: &str = r#"Searches for all minima and all saddles bet
 minima along their modes and from random points, descends on both sides of each saddle, and stops when it has found
 nothing new for a long time. The summary estimates how complete the result is.
 
+If descents from random points suggest more minima than the searches allow, only the lowest part of the landscape is
+searched: basin hopping at several temperatures finds the lowest minima, paths and climbs join them, and effort goes to the
+highest barriers until the tree of the lowest minima no longer changes. The summary tells barriers, and what is missing.
+
 Examples:
   landscape surface muller-brown                           writes muller-brown.landscape/
   landscape surface lj 7 -o seven.landscape                7 Lennard-Jones atoms: 4 minima, 12 saddles
+  landscape surface lj 38 --budget 10m                     the lowest part of a landscape too large to enumerate
+  landscape surface lj 7 --from seven.landscape            begin with known points, here those of another run
   landscape surface --command "python3 my_energy.py" --region=-1.5:1,-0.3:1.8
                                                            your own energy, starts drawn from this box
 
@@ -115,7 +152,7 @@ Your program reads one line of JSON for each point and answers with one line (do
 If "gradient" is missing, it is computed by differences. One copy of the program runs on each thread.
 
 Writes the files of `landscape build` and stationary.parquet, which holds all minima and saddles with their curvatures;
-min.data and ts.data hold the curvatures, too. report.html shows everything in a browser (--no-report leaves it out). An
+min.data, ts.data, points.min and points.ts are for PATHSAMPLE. report.html shows everything in a browser (--no-report leaves it out). An
 interrupted run continues where it stopped when the same command is given again; --resume demands this, and --fresh
 begins anew."#;
 
@@ -132,6 +169,7 @@ pub(super) fn run(command: &Surface, common: &Common) -> anyhow::Result<()> {
         }
     }
     command.groups.checked()?;
+    command.extent.checked()?;
     if let Some(output) = &command.output {
         check_place(output)?;
     }
@@ -166,7 +204,7 @@ fn run_model(command: &Surface, common: &Common, region: Option<Region>) -> anyh
             content_hash: content_hash(&[surface.name.as_bytes()]),
         },
     };
-    map(command, common, &subject, &|| Ok(()))
+    map(command, common, &subject, None, &|| Ok(()))
 }
 
 fn run_program(
@@ -189,15 +227,48 @@ fn run_program(
             content_hash: command_hash(program),
         },
     };
-    map(command, common, &subject, &|| program::check(&external))
+    let check = || program::check(&external);
+    if command.coordinates != Coordinates::Box {
+        return map(command, common, &subject, None, &check);
+    }
+    let (low, high) = (subject.low.clone(), subject.high.clone());
+    let boxed = InBox::new(&low, &high, |x, gradient| external.evaluate(x, gradient));
+    let point = |u: &[f64]| boxed.point(u);
+    let unrolled = Unrolled {
+        energy: &boxed,
+        region: boxed.region(),
+        point: &point,
+    };
+    map(command, common, &subject, Some(&unrolled), &check)
 }
 
+/// A box as the search sees it.
+struct Unrolled<'a> {
+    energy: &'a dyn Energy,
+    region: Region,
+    point: &'a dyn Fn(&[f64]) -> Vec<f64>,
+}
+
+/// Searches `shown`, through `unrolled` if it is a box.
 fn map(
     command: &Surface,
     common: &Common,
-    subject: &Subject<'_>,
+    shown: &Subject<'_>,
+    unrolled: Option<&Unrolled<'_>>,
     check: &Check<'_>,
 ) -> anyhow::Result<()> {
+    let started = Instant::now();
+    let mut subject = shown.clone();
+    let (known, known_hash) = command.extent.known(subject.low.len())?;
+    ensure!(
+        known.is_empty() || unrolled.is_none(),
+        "--from cannot be used with --coordinates box"
+    );
+    if let Some(unrolled) = unrolled {
+        subject.energy = unrolled.energy;
+        (subject.low, subject.high) = unrolled.region.clone();
+    }
+    let subject = &subject;
     let draw = in_box(&subject.low, &subject.high);
     let measuring = Counted::new(subject.energy);
     let mut settings = SearchSettings::measured(&measuring, &draw, command.seed);
@@ -205,6 +276,13 @@ fn map(
     settings.patience = command.patience.unwrap_or(settings.patience);
     settings.max_searches = command.searches.unwrap_or(settings.max_searches);
     settings.paths = command.paths.into();
+    let mut probed = 0;
+    let lowest = command.extent.settings(&settings, || {
+        let probe = probe_size(subject.energy, &draw, &settings);
+        probed = probe.evaluations as u64;
+        probe
+    });
+    check()?;
 
     let output = match &command.output {
         Some(output) => output.clone(),
@@ -214,7 +292,8 @@ fn map(
         subject.source.content_hash.as_bytes(),
         subject.coordinates.as_bytes(),
         format!("{:?}", (&subject.low, &subject.high)).as_bytes(),
-        serde_json::to_string(&settings)?.as_bytes(),
+        serde_json::to_string(&(&settings, &lowest))?.as_bytes(),
+        known_hash.as_bytes(),
         env!("CARGO_PKG_VERSION").as_bytes(),
     ]);
     check_resumable(&command.again, std::slice::from_ref(&output))?;
@@ -228,26 +307,36 @@ fn map(
         run: Run {
             journal: &journal,
             observer: &|news| watch.see(news),
+            enough: &|| (command.extent.budget()).is_some_and(|budget| started.elapsed() >= budget),
         },
         stage_ended: &|name, evaluations| watch.lap(name, evaluations),
     };
     let groups = command.groups.settings();
-    let (found, landscape) = match search_surface(subject, &settings, &groups, &run) {
+    let search = SurfaceSearch {
+        settings: &settings,
+        lowest: lowest.as_ref(),
+        known: &known,
+    };
+    let mut searched = match search_surface(subject, &search, &groups, &run) {
         Err(error @ StudyError::NoMinimum { .. }) => {
             check()?;
             unfinished.discard()?;
             return Err(error.into());
         }
-        found => found?,
+        searched => searched?,
     };
     check()?;
+    if let Some(unrolled) = unrolled {
+        searched.shown_as(unrolled.point);
+    }
     let report = SurfaceReport {
-        subject,
-        found: &found,
-        landscape: &landscape,
+        subject: shown,
+        found: &searched.found,
+        landscape: &searched.landscape,
         settings: &settings,
+        lowest: searched.lowest.as_ref(),
         command: common.provenance.command.clone(),
-        measuring: measuring.evaluations(),
+        measuring: measuring.evaluations() + probed,
     };
     let text = report.write(&unfinished.folder)?;
     if !command.page.no_report {

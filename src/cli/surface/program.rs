@@ -7,11 +7,11 @@ use anyhow::{bail, ensure};
 
 use super::{Coordinates, Surface};
 use crate::cli::args::within;
-use crate::energy::{Energy, External, ExternalError, check_gradient};
+use crate::energy::{Energy, External, ExternalError, InBox, check_gradient};
 use crate::limits::{ANSWER_TIME, MOST_COORDINATES, REGION, REGION_SIDE};
 use crate::optimize::{QuenchSettings, quench};
 use crate::sample::{Task, stream};
-use crate::space::{Cluster, Euclidean, Rotation, Space, Torus};
+use crate::space::{Cluster, Euclidean, Periodic, Rotation, Space, Torus};
 use crate::store::content_hash;
 use crate::topography::in_box;
 
@@ -55,12 +55,18 @@ pub(super) fn region(flag: &str) -> anyhow::Result<Region> {
     Ok((low, high))
 }
 
+/// The space of these coordinates. With periodic ones, the sides of the region are the periods.
 pub(in crate::cli) fn space(
     coordinates: Coordinates,
-    count: usize,
+    (low, high): (&[f64], &[f64]),
 ) -> anyhow::Result<Box<dyn Space + Send>> {
+    let count = low.len();
     Ok(match coordinates {
-        Coordinates::Flat => Box::new(Euclidean::new(count)),
+        Coordinates::Periodic => {
+            let periods: Vec<f64> = low.iter().zip(high).map(|(low, high)| high - low).collect();
+            Box::new(Periodic::new(low, &periods))
+        }
+        Coordinates::Flat | Coordinates::Box => Box::new(Euclidean::new(count)),
         Coordinates::Angles => Box::new(Torus::new(count)),
         Coordinates::Atoms => {
             ensure!(
@@ -100,24 +106,33 @@ pub(super) fn start(
     let limit = Duration::from_secs_f64(seconds);
     let sides = low.iter().zip(high).map(|(low, high)| high - low);
     let step = DIFFERENCE * sides.fold(f64::INFINITY, f64::min);
-    let space = space(command.coordinates, low.len())?;
-    let external = External::start(program, space, step)?.with_answer_limit(limit);
-    let draw = in_box(low, high);
+    let space = space(command.coordinates, (low, high))?;
+    let external = External::start(program, space, step)?
+        .with_answer_limit(limit)
+        .with_protocol(command.protocol.into());
+    let boxed = InBox::new(low, high, |x, gradient| external.evaluate(x, gradient));
+    let is_box = command.coordinates == Coordinates::Box;
+    let ((low, high), energy): (Region, &dyn Energy) = if is_box {
+        (boxed.region(), &boxed)
+    } else {
+        ((low.to_vec(), high.to_vec()), &external)
+    };
+    let draw = in_box(&low, &high);
     let descent = QuenchSettings::default()
         .with_max_step(1e3 * step)
         .with_max_evaluations(DESCENT);
     let mut points = Vec::new();
     for id in 0..CHECKED {
         let x = draw(&mut stream(command.seed, Task::Start, u64::MAX / 2 + id));
-        external.evaluate(&x, &mut vec![0.0; external.space().tangents()]);
+        energy.evaluate(&x, &mut vec![0.0; energy.space().tangents()]);
         check(&external)?;
         if external.is_differenced() {
             return Ok(external);
         }
-        points.push(quench(&external, &x, &descent).x);
+        points.push(quench(energy, &x, &descent).x);
         points.push(x);
     }
-    let checked = check_gradient(&external, &points, step);
+    let checked = check_gradient(energy, &points, step);
     check(&external)?;
     checked?;
     Ok(external)

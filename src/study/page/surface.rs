@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::pack::Pack;
 use crate::energy::model;
-use crate::space::{Cluster, Euclidean, Rotation, Space, Torus};
+use crate::space::{Cluster, Euclidean, Periodic, Rotation, Space, Torus};
 use crate::store::Manifest;
 
 /// Points of the contour map along each coordinate.
@@ -17,7 +17,16 @@ pub(super) fn space(manifest: &Manifest) -> Option<(String, Box<dyn Space + Send
     let count = manifest.energy["low"].as_array().map(Vec::len)?;
     let kind = manifest.energy["coordinates"].as_str()?;
     let space: Box<dyn Space + Send> = match kind {
-        "flat" => Box::new(Euclidean::new(count)),
+        "flat" | "box" => Box::new(Euclidean::new(count)),
+        "periodic" => {
+            let (low, high) = (bounds(manifest, "low"), bounds(manifest, "high"));
+            let sides = low.iter().zip(&high).map(|(low, high)| high - low);
+            let periods: Vec<f64> = sides.filter(|side| *side > 0.0).collect();
+            if periods.len() != low.len() {
+                return None;
+            }
+            Box::new(Periodic::new(&low, &periods))
+        }
         "angles" => Box::new(Torus::new(count)),
         "atoms" if count.is_multiple_of(3) => Box::new(Cluster::new(count / 3)),
         "rotation" if count == 4 => Box::new(Rotation::new(1.0)),

@@ -12,10 +12,13 @@
 //! * *a*, *b*: the minima joined, counted from 1 by PATHSAMPLE, by their numbers in topsearch (from 0);
 //! * *I*: the three principal moments of inertia by rising value.
 //!
+//! `points.min` and `points.ts` hold the coordinates, for PATHSAMPLE ([`points()`]).
+//!
 //! A reader tells the layouts apart by the number of columns: 6 and 8, or 2 and 3. Unknown values are written as
 //! placeholders: ln-product 0 (no Hessian), order 1, moments 0 (no atoms). Numbers are written without loss.
 
 mod curvatures;
+mod points;
 mod read;
 mod write;
 
@@ -23,6 +26,7 @@ use std::collections::BTreeMap;
 
 use petgraph::graph::NodeIndex;
 use petgraph::visit::EdgeRef;
+pub use points::{points, read_points};
 pub use read::{ExchangeError, Layout};
 
 use super::network::{Edge, Evidence, Minimum, Network};

@@ -10,12 +10,14 @@ mod relax;
 mod rough;
 mod seam;
 mod settings;
+mod tops;
 
 pub use pass::Pass;
 pub(super) use pass::{descend, descend_one_way};
 pub(super) use relax::relax;
 use serde::{Deserialize, Serialize};
 pub use settings::{BandSettings, PathMethod, PathSettings, SeamSettings};
+pub(super) use tops::tops;
 
 use super::journal::bits;
 use crate::energy::Energy;
@@ -92,6 +94,17 @@ impl Path {
         for i in 1..self.images.len() {
             let (before, here) = self.images.split_at_mut(i);
             space.log(&before[i - 1], &here[0], &mut tangent);
+            here[0].clone_from(&before[i - 1]);
+            space.exp(&mut here[0], &tangent);
+        }
+    }
+
+    /// As [`Path::unfold`] for points that follow each other, without a search for nearer copies.
+    pub(super) fn follow(&mut self, space: &dyn Space) {
+        let mut tangent = vec![0.0; space.tangents()];
+        for i in 1..self.images.len() {
+            let (before, here) = self.images.split_at_mut(i);
+            space.log_near(&before[i - 1], &here[0], &mut tangent);
             here[0].clone_from(&before[i - 1]);
             space.exp(&mut here[0], &tangent);
         }

@@ -137,7 +137,7 @@ impl Census {
     pub(super) fn saddle(&self, space: &dyn Space, x: &[f64], energy: f64) -> Option<usize> {
         self.by_energy[1]
             .near(energy, self.sameness.energy)
-            .find(|k| space.distance(&self.saddles[*k].x, x) <= self.sameness.distance)
+            .find(|k| space.within(&self.saddles[*k].x, x, self.sameness.distance))
     }
 
     /// The known minimum at `x`; a new one that passes its audit is added. All points of a ring, trough or plateau with the
@@ -146,7 +146,7 @@ impl Census {
         let space = energy.space();
         let known = self.by_energy[0]
             .near(height, self.sameness.energy)
-            .find(|k| space.distance(&self.minima[*k].x, x) <= self.sameness.distance);
+            .find(|k| space.within(&self.minima[*k].x, x, self.sameness.distance));
         if known.is_some() {
             return known;
         }
@@ -424,6 +424,7 @@ impl Census {
             search_ends: self.search_ends,
             coverage,
             evaluations: self.evaluations + spent,
+            stopped,
         }
     }
 }

@@ -14,6 +14,8 @@ pub enum Doubt {
     Apart,
     /// Some points are not isolated (rings, troughs or plateaus), so they cannot be counted.
     Degenerate,
+    /// Only the lowest part of the landscape was searched.
+    Sampled,
     /// Descents ended at kinks, which are not smooth minima.
     Kinks,
 }

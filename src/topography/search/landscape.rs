@@ -42,7 +42,8 @@ impl Exploration {
             let edge = self.edge(energy, lowest);
             network.add_edge(NodeIndex::new(from.0), NodeIndex::new(to.0), edge.clone());
             let mut path = lowest.path.clone();
-            path.unfold(energy.space());
+            // The points of a descent follow each other, so no copy of a cluster is nearer than the next point.
+            path.follow(energy.space());
             connections.push(Connection {
                 from,
                 to,

@@ -6,6 +6,7 @@
 
 mod census;
 mod coverage;
+mod funnels;
 mod join;
 mod landscape;
 mod outcome;
@@ -19,6 +20,9 @@ use std::collections::{BTreeMap, VecDeque};
 use census::Census;
 pub use census::{Refused, TransitionState};
 pub use coverage::{Coverage, Doubt};
+pub use funnels::{
+    LowestReport, LowestSettings, LowestTrace, SizeProbe, explore_lowest, probe_size,
+};
 use join::Joiner;
 use outcome::Outcome;
 pub use outcome::SearchEnd;
@@ -55,6 +59,8 @@ pub struct Exploration {
     pub coverage: Coverage,
     /// Evaluations spent.
     pub evaluations: usize,
+    /// Whether the search was stopped before it ended by itself: by the greatest number of searches or by [`Run::enough`].
+    pub stopped: bool,
 }
 
 /// Explores a smooth surface, given only its energy and random points.
@@ -78,14 +84,32 @@ pub fn explore(
     settings: &SearchSettings,
     run: &Run<'_>,
 ) -> Result<Exploration, JournalError> {
+    explore_from(energy, draw, &[], settings, run)
+}
+
+/// As [`explore`], beginning with one search from each of the points `known`, such as those of another program.
+///
+/// # Errors
+/// If the journal of `run` cannot store a record.
+///
+/// # Panics
+/// If a point has the wrong length.
+pub fn explore_from(
+    energy: &dyn Energy,
+    draw: &Draw<'_>,
+    known: &[Vec<f64>],
+    settings: &SearchSettings,
+    run: &Run<'_>,
+) -> Result<Exploration, JournalError> {
     let counted = Counted::new(energy);
     let searcher = Searcher {
         energy,
         draw,
+        known,
         settings,
     };
     let mut census = Census::new(settings);
-    let mut queue = VecDeque::new();
+    let mut queue: VecDeque<Start> = (0..known.len()).map(Start::Known).collect();
     let (mut queued, mut round) = (0, 0);
     let mut joiner = Joiner::default();
     let stopped = loop {
@@ -123,7 +147,7 @@ pub fn explore(
             queue.extend(along_modes(minimum, known.modes.len().min(settings.modes)));
         }
         queued = census.minima.len();
-        if census.searches >= settings.max_searches {
+        if census.searches >= settings.max_searches || run.is_over() {
             break true;
         }
         let idle = census.searches - census.last_new;

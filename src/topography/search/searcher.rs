@@ -7,5 +7,7 @@ use crate::energy::Energy;
 pub(super) struct Searcher<'a> {
     pub(super) energy: &'a dyn Energy,
     pub(super) draw: &'a Draw<'a>,
+    /// Points from which the first searches begin.
+    pub(super) known: &'a [Vec<f64>],
     pub(super) settings: &'a SearchSettings,
 }

@@ -34,6 +34,8 @@ pub(super) enum Start {
         forward: bool,
         gait: Gait,
     },
+    /// A place on the descent from one of the known points.
+    Known(usize),
     /// A random place, drawn by the search itself.
     Random,
 }
@@ -102,6 +104,10 @@ impl Searcher<'_> {
                     drawn: None,
                 }
             }
+            Start::Known(number) => Place {
+                longest: self.settings.length * rng.random_range(BOLDNESS).exp2(),
+                ..self.below(self.known[number].clone(), &mut rng)
+            },
             Start::Random => {
                 let mut place = self.somewhere(id, census, &mut rng);
                 place.longest = self.settings.length * rng.random_range(BOLDNESS).exp2();
@@ -138,6 +144,11 @@ impl Searcher<'_> {
     /// A point in the first half of the steps of a descent from a random point.
     fn anywhere(&self, id: u64, rng: &mut Rng) -> Place {
         let start = (self.draw)(&mut stream(self.settings.seed, Task::Start, id));
+        self.below(start, rng)
+    }
+
+    /// A point in the first half of the steps of a descent from `start`.
+    fn below(&self, start: Vec<f64>, rng: &mut Rng) -> Place {
         let mut trace = vec![start.clone()];
         let drawn = quench_traced(self.energy, &start, &self.settings.quench, &mut |x, _| {
             trace.push(x.to_vec());

@@ -151,8 +151,7 @@ impl Searcher<'_> {
                     let (x, height) = (&branch.images[end(&branch)], branch.energies[end(&branch)]);
                     let known = ways.iter().any(|way| {
                         (height - way.energies[end(way)]).abs() <= settings.sameness.energy
-                            && space.distance(x, &way.images[end(way)])
-                                <= settings.sameness.distance
+                            && space.within(x, &way.images[end(way)], settings.sameness.distance)
                     });
                     if !known {
                         ways.push(branch);

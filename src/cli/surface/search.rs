@@ -1,0 +1,221 @@
+//! What is searched for, for how long, and from which points.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use anyhow::{Context, ensure};
+use clap::{Args, ValueEnum};
+
+use crate::cli::args::within;
+use crate::limits::{BUDGET, LOWEST, REGION};
+use crate::store::{StationaryRow, content_hash};
+use crate::topography::exchange::read_points;
+use crate::topography::{LowestSettings, SearchSettings, SizeProbe};
+
+/// Which part of the landscape is searched.
+#[derive(Debug, Clone, Args)]
+pub(super) struct Extent {
+    /// What to search for: everything, or the lowest minima and the lowest ways between them.
+    #[arg(long, value_enum, default_value_t)]
+    search: Kind,
+    /// How many of the lowest minima are to be joined if only these are sought.
+    #[arg(long, value_name = "N", default_value_t = LowestSettings::default().minima)]
+    lowest: usize,
+    /// Stop after this time, such as 90s, 10m or 1h30m, with what was found. What is missing then depends on the clock, so the
+    /// result can differ between runs; the summary names the number of searches that repeats it.
+    #[arg(long, value_name = "TIME", value_parser = duration)]
+    budget: Option<Duration>,
+    /// Begin with these points besides random ones: a text file with one point on each line, `points.min` of PATHSAMPLE, or
+    /// the minima of a landscape folder that `surface` wrote.
+    #[arg(long, value_name = "FILE")]
+    from: Option<PathBuf>,
+}
+
+/// What is searched for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+enum Kind {
+    /// Everything, unless descents from random points suggest more minima than the searches can visit: then the lowest.
+    #[default]
+    Auto,
+    /// All minima and saddles.
+    All,
+    /// The lowest minima and the lowest ways between them.
+    Lowest,
+}
+
+impl Extent {
+    /// Greatest time of the search.
+    pub(super) const fn budget(&self) -> Option<Duration> {
+        self.budget
+    }
+
+    pub(super) fn checked(&self) -> anyhow::Result<()> {
+        within("--lowest", LOWEST, self.lowest as f64)?;
+        self.budget.map_or(Ok(()), |budget| {
+            within("--budget", BUDGET, budget.as_secs_f64())
+        })
+    }
+
+    /// The settings of a search for the lowest minima, if only these are sought. `probe` estimates the size of the landscape.
+    pub(super) fn settings(
+        &self,
+        settings: &SearchSettings,
+        probe: impl FnOnce() -> SizeProbe,
+    ) -> Option<LowestSettings> {
+        let lowest = match self.search {
+            Kind::All => false,
+            Kind::Lowest => true,
+            Kind::Auto => probe().is_too_large(settings),
+        };
+        lowest.then(|| LowestSettings {
+            minima: self.lowest,
+            ..LowestSettings::default()
+        })
+    }
+
+    /// The points of `--from` and a hash of them.
+    pub(super) fn known(&self, coordinates: usize) -> anyhow::Result<(Vec<Vec<f64>>, String)> {
+        let Some(path) = &self.from else {
+            return Ok((Vec::new(), String::new()));
+        };
+        let points = if path.is_dir() {
+            let rows = StationaryRow::read(path)?.into_iter();
+            rows.filter(|row| row.index == 0)
+                .map(|row| row.coordinates)
+                .collect()
+        } else {
+            let bytes = fs::read(path).with_context(|| format!("--from {}", path.display()))?;
+            if path.extension().is_some_and(|ending| ending == "min") {
+                read_points(&bytes, coordinates).with_context(|| {
+                    format!(
+                        "--from {}: its {} bytes are no points of {coordinates} finite coordinates",
+                        path.display(),
+                        bytes.len()
+                    )
+                })?
+            } else {
+                text(&bytes, path)?
+            }
+        };
+        for (row, point) in points.iter().enumerate() {
+            ensure!(
+                point.len() == coordinates,
+                "--from {}: point {} has {} numbers, and the surface has {coordinates} coordinates",
+                path.display(),
+                row + 1,
+                point.len()
+            );
+            for number in point {
+                within(
+                    &format!("--from {}: point {}:", path.display(), row + 1),
+                    REGION,
+                    *number,
+                )?;
+            }
+        }
+        ensure!(
+            !points.is_empty(),
+            "--from {}: it holds no points",
+            path.display()
+        );
+        let bits = points
+            .iter()
+            .flatten()
+            .flat_map(|number| number.to_le_bytes());
+        let hash = content_hash(&[&bits.collect::<Vec<u8>>()]);
+        Ok((points, hash))
+    }
+}
+
+/// One point on each line; numbers are separated by blanks or commas, and `#` begins a comment.
+fn text(bytes: &[u8], path: &Path) -> anyhow::Result<Vec<Vec<f64>>> {
+    let text = std::str::from_utf8(bytes)
+        .ok()
+        .with_context(|| format!("--from {}: it is no text", path.display()))?;
+    let mut points = Vec::new();
+    for (row, line) in text.lines().enumerate() {
+        let line = line.split('#').next().unwrap_or_default();
+        let words = line.split(|c: char| c.is_whitespace() || c == ',');
+        let mut point = Vec::new();
+        for word in words.filter(|word| !word.is_empty()) {
+            let number: Option<f64> = word.parse().ok().filter(|number: &f64| number.is_finite());
+            point.push(number.with_context(|| {
+                format!(
+                    "--from {}, line {}: `{word}` is not a finite number",
+                    path.display(),
+                    row + 1
+                )
+            })?);
+        }
+        if !point.is_empty() {
+            points.push(point);
+        }
+    }
+    Ok(points)
+}
+
+/// Parses `90s`, `10m`, `1h30m`, or `1d`.
+fn duration(text: &str) -> Result<Duration, String> {
+    let wrong = || format!("`{text}` is no time such as 90s, 10m or 1h30m");
+    let (mut seconds, mut digits) = (0.0, String::new());
+    for c in text.trim().chars() {
+        let unit = match c {
+            '0'..='9' | '.' => {
+                digits.push(c);
+                continue;
+            }
+            's' => 1.0,
+            'm' => 60.0,
+            'h' => 3600.0,
+            'd' => 86400.0,
+            _ => return Err(wrong()),
+        };
+        let count: f64 = digits.parse().map_err(|_| wrong())?;
+        seconds += unit * count;
+        digits.clear();
+    }
+    if !digits.is_empty() || text.trim().is_empty() {
+        return Err(wrong());
+    }
+    Duration::try_from_secs_f64(seconds).map_err(|_| wrong())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_read() {
+        let seconds = |text: &str| duration(text).unwrap().as_secs_f64();
+        assert_eq!(
+            ["90s", "10m", "1h30m", "0.5s", "1d"].map(seconds),
+            [90.0, 600.0, 5400.0, 0.5, 86400.0]
+        );
+        for wrong in [
+            "",
+            "10",
+            "m",
+            "10 m",
+            "-5s",
+            "1e400s",
+            "5x",
+            "infs",
+            "99999999999999999999999999d",
+        ] {
+            assert!(duration(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn points_are_read() {
+        let read = |bytes: &[u8]| text(bytes, Path::new("p"));
+        assert_eq!(
+            read(b"1, 2\n# no\n\n3\t4 # yes\n").unwrap(),
+            [[1.0, 2.0], [3.0, 4.0]]
+        );
+        let error = read(b"1 2\n3 x\n").unwrap_err().to_string();
+        assert!(error.contains("line 2") && error.contains("`x`"), "{error}");
+        assert!(read(b"1 inf").is_err() && read(&[0xff]).is_err());
+    }
+}

@@ -1,0 +1,80 @@
+//! What the summary of `landscape surface` says of a landscape of which only the lowest part was searched.
+
+use super::Digits;
+use super::surface::{ends_of_searches, spell};
+use crate::topography::{Exploration, LowestReport, Merge};
+
+/// Number of merges that are listed.
+const LISTED: usize = 12;
+
+/// Sentences on how the search went and what is missing.
+pub(super) fn told(found: &Exploration, report: &LowestReport, merges: &[Merge]) -> Vec<String> {
+    let coverage = &found.coverage;
+    let sought = report.sought.min(found.minima.len());
+    let joined = merges.iter().filter(|merge| merge.shallower.0 < sought);
+    let apart = sought.saturating_sub(1) - joined.count();
+    let missing = match apart {
+        0 => "they are all joined".to_owned(),
+        _ => format!("**{apart} of them are not yet joined to lower ones**"),
+    };
+    let tree = if report.stopped {
+        format!(
+            "last changed in round {} of {}",
+            report.last_change, report.rounds
+        )
+    } else {
+        format!(
+            "has not changed by more than a hundredth since round {} of {}",
+            report.last_change, report.rounds
+        )
+    };
+    vec![
+        "- **the landscape is too large to enumerate, or this was not asked for: only its lowest part was searched**".to_owned(),
+        format!(
+            "- lowest minimum: {} of {} independent runs of hops ended in it ({} hops, parallel tempering); a lower one that all \
+             runs missed cannot be excluded",
+            report.finds, report.runs, report.hops
+        ),
+        format!("- tree of the {sought} lowest minima: {missing}; the sum of its depths {tree}"),
+        format!(
+            "- barriers are upper bounds: every one is a verified saddle, and a lower way that was not found cannot be \
+             excluded. Of the climbs that end at a saddle, {:.0} % end at a new one (Good and Turing), so most saddles of the \
+             whole landscape are missing here",
+            100.0 * coverage.chance_of_news
+        ),
+        format!(
+            "- {} searches, {} of which ended at a saddle met by climbing; ends of climbs: {}",
+            coverage.searches,
+            coverage.arrived,
+            spell(&ends_of_searches(found))
+        ),
+    ]
+}
+
+/// The deepest merges, which divide funnels.
+pub(super) fn deepest(found: &Exploration, merges: &[Merge], digits: Digits) -> Vec<String> {
+    let mut deepest: Vec<&Merge> = merges.iter().collect();
+    deepest.sort_by(|a, b| {
+        b.depth
+            .total_cmp(&a.depth)
+            .then(a.shallower.cmp(&b.shallower))
+    });
+    let mut lines = vec![
+        "## Deepest merges\n\nWhat a minimum must climb to reach a deeper one.\n".to_owned(),
+        "| minimum | energy | joins a deeper one at | barrier from it | barrier from m0 |\n|---|---|---|---|---|"
+            .to_owned(),
+    ];
+    let lowest = found.minima[0].energy;
+    lines.extend(deepest.into_iter().take(LISTED).map(|merge| {
+        format!(
+            "| m{} | {} | {} | {} | {} |",
+            merge.shallower.0,
+            digits.show(found.minima[merge.shallower.0].energy),
+            digits.show(merge.height),
+            digits.show(merge.depth),
+            digits.show(merge.height - lowest)
+        )
+    }));
+    lines.push(String::new());
+    lines
+}

@@ -1,0 +1,77 @@
+//! Whether a landscape is small enough to enumerate.
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use crate::energy::{Counted, Energy};
+use crate::optimize::{StopReason, quench};
+use crate::sample::{Task, stream};
+use crate::topography::rarefaction::unseen;
+use crate::topography::search::{Draw, SearchSettings};
+
+/// Number of descents, and of the first ones, after which a landscape that repeats itself needs no more.
+const DESCENTS: [u64; 2] = [200, 1000];
+/// First number of the random streams of these descents.
+const FIRST: u64 = 1 << 62;
+
+/// Descents from random points, and how many minima they suggest.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct SizeProbe {
+    /// Descents that ended in a minimum.
+    pub descents: usize,
+    /// Different energies of these minima.
+    pub distinct: usize,
+    /// Energies met once.
+    pub once: usize,
+    /// Chao's lower bound of the number of minima that differ in energy.
+    pub minima: f64,
+    /// Evaluations spent.
+    pub evaluations: usize,
+}
+
+impl SizeProbe {
+    /// Whether an enumeration cannot end: each minimum alone needs `patience` searches, and together that is more than the
+    /// greatest number of searches.
+    pub fn is_too_large(&self, settings: &SearchSettings) -> bool {
+        self.minima * settings.patience as f64 > settings.max_searches as f64
+    }
+}
+
+/// Descends from up to a thousand random points and compares the energies. The result depends on the seed alone.
+pub fn probe_size(energy: &dyn Energy, draw: &Draw<'_>, settings: &SearchSettings) -> SizeProbe {
+    let counted = Counted::new(energy);
+    let mut energies: Vec<f64> = Vec::new();
+    let mut probe = SizeProbe {
+        descents: 0,
+        distinct: 0,
+        once: 0,
+        minima: 0.0,
+        evaluations: 0,
+    };
+    let mut done = 0;
+    for count in DESCENTS {
+        let descent = |id: u64| {
+            let start = draw(&mut stream(settings.seed, Task::Start, FIRST + id));
+            let end = quench(&counted, &start, &settings.quench);
+            (end.stop != StopReason::Budget && end.energy.is_finite()).then_some(end.energy)
+        };
+        let found: Vec<Option<f64>> = (done..count).into_par_iter().map(descent).collect();
+        energies.extend(found.into_iter().flatten());
+        done = count;
+        energies.sort_by(f64::total_cmp);
+        let near = |a: &f64, b: &f64| b - a <= settings.sameness.energy;
+        let hits: Vec<usize> = energies.chunk_by(near).map(<[f64]>::len).collect();
+        let met = |times: usize| hits.iter().filter(|hits| **hits == times).count();
+        probe = SizeProbe {
+            descents: energies.len(),
+            distinct: hits.len(),
+            once: met(1),
+            minima: hits.len() as f64 + unseen(energies.len(), met(1), met(2)),
+            evaluations: usize::try_from(counted.evaluations()).unwrap_or(usize::MAX),
+        };
+        if 2 * probe.distinct <= probe.descents {
+            break;
+        }
+    }
+    probe
+}
