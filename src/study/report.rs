@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::build::{GraspLandscape, hovering};
 use super::chain_choice;
-use super::drawing::{Titles, not_drawn};
+use super::drawing::{Titles, Views, not_drawn};
 use super::error::StudyError;
 use super::level::{GROUP_LEVEL, GroupLevel, letting_go};
 use super::tables::{Input, Mapped, upper_bounds};
@@ -74,7 +74,7 @@ impl GraspReport<'_> {
         let uncertainty = Uncertainty::of(mapped.landscape, "grasps");
         let files = self.files(&mapped, &merges, &uncertainty);
         let database = Database::from_network(&mapped.landscape.network);
-        mapped.draw(&titles, &database, folder)?;
+        mapped.draw(&titles, Views::default(), &database, folder)?;
         uncertainty.unseen.draw(&titles.title, folder)?;
         if let Some(diagram) = &self.found.choice.diagram {
             chain_choice::write(diagram, &titles.title, folder)?;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde_json::json;
 
-use super::drawing::{Titles, not_drawn};
+use super::drawing::{Titles, Views, not_drawn};
 use super::error::StudyError;
 use super::lowest;
 use super::searched::{Searched, SurfaceSearch};
@@ -199,7 +199,11 @@ impl SurfaceReport<'_> {
             self.found.saddles.len()
         );
         let titles = Titles::of_surface(title, "random starts", self.settings.seed);
-        mapped.draw(&titles, &database, folder)?;
+        let views = Views {
+            lowest: self.lowest.map(|report| report.sought),
+            ..Views::default()
+        };
+        mapped.draw(&titles, views, &database, folder)?;
         uncertainty.unseen.draw(&titles.title, folder)?;
         // The manifest lists the checksums of all tables, so it comes last.
         files.write(folder)?;
@@ -337,7 +341,7 @@ impl SurfaceReport<'_> {
         if kinks > 0 {
             warnings.push(format!("{kinks} {KINKS}"));
         }
-        if components > 1 {
+        if components > 1 && self.lowest.is_none() {
             warnings.push(format!(
                 "no saddle was found between {components} groups of minima"
             ));
@@ -353,7 +357,11 @@ impl SurfaceReport<'_> {
             Some(report) => lines.extend(lowest::told(found, report, merges)),
             None => lines.extend(self.how_complete_it_is()),
         }
-        lines.extend(not_drawn(found.minima.len()).map(|sentence| format!("- {sentence}")));
+        let not_drawn = match self.lowest {
+            Some(report) => lowest::not_drawn(report, found.minima.len()),
+            None => not_drawn(found.minima.len()),
+        };
+        lines.extend(not_drawn.map(|sentence| format!("- {sentence}")));
         let refused = found.refused.iter();
         let verdicts = tally(refused.map(|refused| refused.audit.verdict.name()));
         if !verdicts.is_empty() {
@@ -368,8 +376,8 @@ impl SurfaceReport<'_> {
         ));
         let warnings = self.warnings();
         lines.extend(warnings.iter().map(|warning| format!("Note: {warning}.\n")));
-        if self.lowest.is_some() {
-            lines.extend(lowest::deepest(found, merges, self.digits()));
+        if let Some(report) = self.lowest {
+            lines.extend(lowest::deepest(found, report, merges, self.digits()));
         }
         lines.extend(self.minima_table(merges));
         lines.extend(self.saddle_table());

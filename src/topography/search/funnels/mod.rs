@@ -41,6 +41,10 @@ const HOP: usize = 1000;
 /// First root-mean-square displacement of a hop along each tangent, in lengths of the surface.
 const STEP: f64 = 1.0;
 
+/// How many more climbs each discovery from a minimum is worth to it.
+const PROMISE: usize = 3;
+/// Share of the paths among the tasks of a round: one in this number while minima are apart, and afterwards.
+const PATHS: [usize; 2] = [4, 16];
 /// Relative change of the sum of all depths below which the tree is the same.
 const SAME: f64 = 0.01;
 
@@ -357,14 +361,15 @@ impl Growth<'_> {
             })
         };
         let mut plans = Vec::new();
-        let half = self.lowest.batch / 4;
+        let share = PATHS[usize::from(apart.is_empty())];
+        let paths = self.lowest.batch.div_ceil(share);
         let Some(fork) = fork else {
             self.climbs(&mut plans, self.lowest.batch, f64::INFINITY, &|_| true);
             return plans;
         };
         let height = fork.height;
         let roads = Roads::below(&self.pool, height);
-        while plans.len() < half {
+        while plans.len() < paths {
             let Some(pairs) = roads.missing(fork.bottoms, &self.tried) else {
                 break;
             };
@@ -372,7 +377,7 @@ impl Growth<'_> {
                 break;
             }
             for ends in pairs {
-                if plans.len() < half {
+                if plans.len() < paths {
                     self.tried.insert(ends);
                     plans.push(Plan::Bridge {
                         ends,
@@ -392,7 +397,8 @@ impl Growth<'_> {
         plans
     }
 
-    /// Adds climbs from the wanted minima from which the fewest began, relative to their depth below `ceiling`.
+    /// Adds climbs from the wanted minima: first from those from which few climbs began or many found something unknown, and
+    /// of equal ones from the lowest.
     fn climbs(
         &mut self,
         plans: &mut Vec<Plan>,
@@ -400,30 +406,12 @@ impl Growth<'_> {
         ceiling: f64,
         wanted: &dyn Fn(usize) -> bool,
     ) {
-        let highest = self
-            .pool
-            .by_energy()
-            .last()
-            .map(|site| self.pool.sites[site].energy);
-        let lowest = self
-            .pool
-            .by_energy()
-            .next()
-            .map(|site| self.pool.sites[site].energy);
-        let (Some(lowest), Some(highest)) = (lowest, highest) else {
-            return;
-        };
-        let top = highest.min(ceiling);
-        let range = (top - lowest).max(f64::MIN_POSITIVE);
         let mut sites: Vec<(f64, usize)> = (self.pool.by_energy())
-            .filter(|site| wanted(*site) && self.pool.sites[*site].energy <= top)
+            .filter(|site| wanted(*site) && self.pool.sites[*site].energy < ceiling)
             .map(|site| {
                 let known = &self.pool.sites[site];
-                let depth = (top - known.energy) / range;
-                (
-                    (known.climbs as f64 + 1.0) / (1.0 + 9.0 * depth * depth),
-                    site,
-                )
+                let score = (known.climbs + 1) as f64 / (PROMISE * known.news + 1) as f64;
+                (score, site)
             })
             .collect();
         sites.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -473,6 +461,9 @@ impl Growth<'_> {
             }
             for crossed in outcome.crossed {
                 if self.pool.join(crossed, hits) {
+                    if let Plan::Climb { site, .. } = plan {
+                        self.pool.sites[*site].news += 1;
+                    }
                     self.last_new = usize::try_from(self.tasks).unwrap_or(usize::MAX);
                 }
             }
