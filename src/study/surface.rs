@@ -311,10 +311,21 @@ impl SurfaceReport<'_> {
                 "the search was stopped after {} searches, before it ended by itself (--searches allows more)",
                 coverage.searches
             ));
+        } else if stopped && coverage.searches == 0 {
+            warnings.push(
+                "the search was stopped by --budget while it still sought the lowest minima; none of them are joined, and the \
+                 clock decided where it stopped"
+                    .to_owned(),
+            );
         } else if stopped {
+            let kind = if self.lowest.is_some() {
+                "lowest"
+            } else {
+                "all"
+            };
             warnings.push(format!(
                 "the search was stopped by --budget after {0} searches, before it ended by itself; the clock decided where, \
-                 and `--searches {0}` without --budget repeats the result on any machine",
+                 and `--search {kind} --searches {0}` without --budget repeats the result on any machine",
                 coverage.searches
             ));
         }
