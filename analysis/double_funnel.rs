@@ -1,76 +1,103 @@
-//! Scratch.
-use landscape::energy::model;
-use landscape::topography::{LowestSettings, Run, SearchSettings, explore_lowest, in_box};
-use std::time::Instant;
+//! The double funnel of 38 Lennard-Jones atoms: how low a barrier `landscape surface lj 38` finds, beside the published one →
+//! `figures/double_funnel.md` and `figures/double_funnel.png`
+//!
+//! `cargo run --release --example double_funnel -- SEED...` searches with each seed (without a limit of time) unless
+//! `target/double_funnel` holds its landscape. The picture is that of the first seed.
 
-fn main() {
-    let words: Vec<String> = std::env::args().skip(1).collect();
-    let seed: u64 = words[2].parse().unwrap();
-    let limit: f64 = words[3].parse().unwrap();
-    let surface = model::named(&words[..2]).unwrap();
-    let draw = in_box(&surface.low, &surface.high);
-    let settings = SearchSettings::measured(&*surface.energy, &draw, seed);
-    println!(
-        "length {} energy {} sameness {:?} quench {:?}",
-        settings.length, settings.energy, settings.sameness, settings.quench
+#[path = "command.rs"]
+mod command;
+
+use std::error::Error;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::PathBuf;
+
+use command::landscape;
+use landscape::store::LandscapeFiles;
+use landscape::topography::{Evidence, MinimumId, Tree};
+use serde_json::Value;
+
+/// The truncated octahedron, the lowest icosahedral minimum, and the highest saddle of the lowest way between them: J. P. K.
+/// Doye, M. A. Miller and D. J. Wales, J. Chem. Phys. 110, 6896 (1999).
+const PUBLISHED: [f64; 3] = [-173.928427, -173.252378, -169.709];
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let seeds: Vec<String> = std::env::args().skip(1).collect();
+    let mut text = format!(
+        "# The double funnel of 38 Lennard-Jones atoms\n\nMade by `cargo run --release --example double_funnel -- {}`: each seed is one run of \
+         `landscape surface lj 38 --seed SEED`, from random starts, without a limit of time and without any published number. The \
+         lowest minimum is the truncated octahedron, and the bottom of the other funnel is icosahedral. Barriers are the heights \
+         of the lowest way found, all over verified saddles, and so upper bounds. Published: Doye, Miller and Wales, J. Chem. \
+         Phys. 110, 6896 (1999).\n\n| run | octahedron | icosahedral | highest saddle between them | barrier from the octahedron | \
+         barrier from the icosahedral minimum | minima | saddles | million evaluations | seconds | threads |\n\
+         |---|---|---|---|---|---|---|---|---|---|---|\n",
+        seeds.join(" ")
     );
-    let start = Instant::now();
-    let last = std::sync::Mutex::new((0, String::new()));
-    let run = Run {
-        observer: &|news| {
-            let mut last = last.lock().unwrap();
-            let now = format!("{:?}", news.phase);
-            if now != last.1 {
-                println!(
-                    "{:.1} s {:?} {}",
-                    start.elapsed().as_secs_f64(),
-                    news.phase,
-                    news.done
-                );
-                last.1 = now;
-            }
-        },
-        enough: &|| start.elapsed().as_secs_f64() > limit,
-        ..Run::default()
-    };
-    let (found, report) = explore_lowest(
-        &*surface.energy,
-        &draw,
-        &[],
-        &settings,
-        &LowestSettings::default(),
-        &run,
-    )
-    .unwrap();
-    println!(
-        "{:.1} s, {} evaluations, {} minima, {} saddles",
-        start.elapsed().as_secs_f64(),
-        found.evaluations,
-        found.minima.len(),
-        found.saddles.len()
-    );
-    println!(
-        "hops {} runs {} finds {} rounds {} last change {} stopped {}",
-        report.hops, report.runs, report.finds, report.rounds, report.last_change, report.stopped
-    );
-    for t in &report.trace {
-        if t.round % 10 == 0 {
-            println!(
-                "r{} ev {:.1}M min {} sad {} comp {} depths {:.3} deepest {:?} {:?}",
-                t.round,
-                t.evaluations as f64 / 1e6,
-                t.minima,
-                t.saddles,
-                t.components,
-                t.depths,
-                t.deepest,
-                t.sides
-            );
+    let [octahedron, icosahedral, saddle] = PUBLISHED;
+    writeln!(
+        text,
+        "| published | {octahedron:.6} | {icosahedral:.6} | {saddle:.3} | {:.2} | {:.2} | 6000 | 8633 | | | |",
+        saddle - octahedron,
+        saddle - icosahedral
+    )?;
+    for (number, seed) in seeds.iter().enumerate() {
+        let folder = PathBuf::from(format!("target/double_funnel/{seed}.landscape"));
+        if !folder.exists() {
+            let output = folder.display().to_string();
+            landscape(&[
+                "surface",
+                "lj",
+                "38",
+                "--seed",
+                seed,
+                "--no-report",
+                "-q",
+                "-o",
+                &output,
+            ])?;
+        }
+        let files = LandscapeFiles::read(&folder)?;
+        let tree = Tree::from_network(&files.network(&folder)?, Evidence::Chain);
+        let minimum = |energy: f64| {
+            let minima = files.minima.iter();
+            minima
+                .map(|minimum| minimum.energy)
+                .position(|e| (e - energy).abs() < 1e-5)
+        };
+        let ends = [minimum(octahedron), minimum(icosahedral)].map(|end| end.map(MinimumId));
+        let height = match ends {
+            [Some(a), Some(b)] => tree.minimax(a, b),
+            _ => None,
+        };
+        let shown = |value: Option<f64>, digits: usize| {
+            value.map_or("not found".to_owned(), |v| format!("{v:.digits$}"))
+        };
+        let energy = |end: Option<MinimumId>| shown(end.map(|end| files.minima[end.0].energy), 6);
+        let timings: Value =
+            serde_json::from_str(&fs::read_to_string(folder.join("timings.json"))?)?;
+        let seconds = timings["phases"].as_array().into_iter().flatten();
+        let seconds: f64 = seconds.filter_map(|phase| phase["seconds"].as_f64()).sum();
+        writeln!(
+            text,
+            "| seed {seed} | {} | {} | {} | {} | {} | {} | {} | {:.1} | {seconds:.0} | {} |",
+            energy(ends[0]),
+            energy(ends[1]),
+            shown(height, 3),
+            shown(height.map(|height| height - octahedron), 2),
+            shown(height.map(|height| height - icosahedral), 2),
+            files.minima.len(),
+            files.manifest.findings["saddles"],
+            files.manifest.counts.evaluations as f64 / 1e6,
+            timings["threads"],
+        )?;
+        if number == 0 {
+            fs::copy(
+                folder.join("disconnectivity_minima.png"),
+                "figures/double_funnel.png",
+            )?;
         }
     }
-    println!("{:?}", found.search_ends);
-    println!("refused {}", found.refused.len());
-    for m in found.minima.iter().take(12) {
-        println!("{:.6}", m.energy);
-    }
+    text.push_str("\n![Disconnectivity graph of the lowest minima](double_funnel.png)\n\nThe 150 lowest minima of the first run.\n");
+    fs::write("figures/double_funnel.md", text)?;
+    Ok(())
 }

@@ -588,7 +588,7 @@ fn a_budget_ends_at_a_batch_that_can_be_repeated() {
         text.contains("nothing is claimed, since the search was stopped"),
         "{text}"
     );
-    let told = text.split("`--searches ").nth(1).unwrap();
+    let told = text.split("`--search all --searches ").nth(1).unwrap();
     let searches = told.split('`').next().unwrap();
     desk.succeed(&[
         "lj",

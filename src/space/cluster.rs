@@ -429,6 +429,41 @@ mod tests {
     }
 
     #[test]
+    fn being_within_a_reach_agrees_with_the_distance() {
+        let mut rng = stream(5, Task::Start, 0);
+        for n in [1, 2, 5, 7, 13] {
+            let space = Cluster::new(n);
+            let a = random_cluster(n, &mut rng);
+            let mut tangent = vec![0.0; 3 * n];
+            for size in [0.0, 1e-6, 1e-3, 0.05, 1.0] {
+                let mut b = disguised(&a, true, &mut rng);
+                for coordinate in &mut b {
+                    *coordinate += size * rng.random_range(-1.0..1.0);
+                }
+                let distance = space.distance(&a, &b);
+                for reach in [1.001 * distance + 1e-12, 0.999 * distance - 1e-12] {
+                    assert_eq!(
+                        space.within(&a, &b, reach),
+                        distance <= reach,
+                        "{n}: {size}"
+                    );
+                }
+                // A quick alignment leads to a copy, too, and never to a nearer one.
+                let quick = space.log_quickly(&a, &b, &mut tangent);
+                assert!(quick >= distance - 1e-9);
+                let mut there = a.clone();
+                space.exp(&mut there, &tangent);
+                assert!(space.distance(&there, &b) < 1e-6);
+            }
+            let other = random_cluster(n, &mut rng);
+            assert_eq!(
+                space.within(&a, &other, 0.1),
+                space.distance(&a, &other) <= 0.1
+            );
+        }
+    }
+
+    #[test]
     fn near_clusters_get_the_exact_distance() {
         let mut rng = stream(2, Task::Start, 0);
         // The octahedron: 48 symmetries, so many near copies compete.

@@ -29,7 +29,8 @@ pub(super) fn told(found: &Exploration, report: &LowestReport, merges: &[Merge])
         )
     };
     vec![
-        "- **the landscape is too large to enumerate, or this was not asked for: only its lowest part was searched**".to_owned(),
+        "- **only the lowest part of the landscape was searched** (`--search all` enumerates)"
+            .to_owned(),
         format!(
             "- lowest minimum: {} of {} independent runs of hops ended in it ({} hops, parallel tempering); a lower one that all \
              runs missed cannot be excluded",
@@ -38,8 +39,8 @@ pub(super) fn told(found: &Exploration, report: &LowestReport, merges: &[Merge])
         format!("- tree of the {sought} lowest minima: {missing}; the sum of its depths {tree}"),
         format!(
             "- barriers are upper bounds: every one is a verified saddle, and a lower way that was not found cannot be \
-             excluded. Of the climbs that end at a saddle, {:.0} % end at a new one (Good and Turing), so most saddles of the \
-             whole landscape are missing here",
+             excluded. Of the climbs that ended at a saddle, {:.0} % ended at one that no other climb has met (Good and Turing). \
+             What lies above the barriers was not followed, so nothing is said about the number of all minima and saddles",
             100.0 * coverage.chance_of_news
         ),
         format!(
@@ -51,9 +52,28 @@ pub(super) fn told(found: &Exploration, report: &LowestReport, merges: &[Merge])
     ]
 }
 
+/// A sentence on what pictures and texts leave out.
+pub(super) fn not_drawn(report: &LowestReport, minima: usize) -> Option<String> {
+    (minima > report.sought).then(|| {
+        format!(
+            "pictures and the texts of the tree and the network show the {} lowest minima; min.data, ts.data and the tables hold \
+             all, and `landscape draw` draws what its views choose",
+            report.sought
+        )
+    })
+}
+
 /// The deepest merges, which divide funnels.
-pub(super) fn deepest(found: &Exploration, merges: &[Merge], digits: Digits) -> Vec<String> {
-    let mut deepest: Vec<&Merge> = merges.iter().collect();
+pub(super) fn deepest(
+    found: &Exploration,
+    report: &LowestReport,
+    merges: &[Merge],
+    digits: Digits,
+) -> Vec<String> {
+    let sought = merges
+        .iter()
+        .filter(|merge| merge.shallower.0 < report.sought);
+    let mut deepest: Vec<&Merge> = sought.collect();
     deepest.sort_by(|a, b| {
         b.depth
             .total_cmp(&a.depth)

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::build::{GraspLandscape, hovering};
 use super::chain_choice;
-use super::drawing::{Titles, not_drawn};
+use super::drawing::{Titles, Views, not_drawn};
 use super::error::StudyError;
 use super::level::{GROUP_LEVEL, GroupLevel, letting_go};
 use super::tables::{Input, Mapped, upper_bounds};
@@ -76,9 +76,14 @@ impl GraspReport<'_> {
         let merges = mapped.landscape.merges();
         let uncertainty = Uncertainty::of(mapped.landscape, "grasps");
         let files = self.files(&mapped, &merges, &uncertainty);
+<<<<<<< HEAD
         let difference = CURVATURE_STEP * self.found.settings.path.max_step;
         let database = Database::from_landscape(self.energy, mapped.landscape, difference);
         mapped.draw(&titles, &database, folder)?;
+=======
+        let database = Database::from_network(&mapped.landscape.network);
+        mapped.draw(&titles, Views::default(), &database, folder)?;
+>>>>>>> funnel
         uncertainty.unseen.draw(&titles.title, folder)?;
         if let Some(diagram) = &self.found.choice.diagram {
             chain_choice::write(diagram, &titles.title, folder)?;

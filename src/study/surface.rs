@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde_json::json;
 
-use super::drawing::{Titles, not_drawn};
+use super::drawing::{Titles, Views, not_drawn};
 use super::error::StudyError;
 use super::lowest;
 use super::searched::{Searched, SurfaceSearch};
@@ -199,7 +199,11 @@ impl SurfaceReport<'_> {
             self.found.saddles.len()
         );
         let titles = Titles::of_surface(title, "random starts", self.settings.seed);
-        mapped.draw(&titles, &database, folder)?;
+        let views = Views {
+            lowest: self.lowest.map(|report| report.sought),
+            ..Views::default()
+        };
+        mapped.draw(&titles, views, &database, folder)?;
         uncertainty.unseen.draw(&titles.title, folder)?;
         // The manifest lists the checksums of all tables, so it comes last.
         files.write(folder)?;
@@ -307,10 +311,21 @@ impl SurfaceReport<'_> {
                 "the search was stopped after {} searches, before it ended by itself (--searches allows more)",
                 coverage.searches
             ));
+        } else if stopped && coverage.searches == 0 {
+            warnings.push(
+                "the search was stopped by --budget while it still sought the lowest minima; none of them are joined, and the \
+                 clock decided where it stopped"
+                    .to_owned(),
+            );
         } else if stopped {
+            let kind = if self.lowest.is_some() {
+                "lowest"
+            } else {
+                "all"
+            };
             warnings.push(format!(
                 "the search was stopped by --budget after {0} searches, before it ended by itself; the clock decided where, \
-                 and `--searches {0}` without --budget repeats the result on any machine",
+                 and `--search {kind} --searches {0}` without --budget repeats the result on any machine",
                 coverage.searches
             ));
         }
@@ -337,7 +352,7 @@ impl SurfaceReport<'_> {
         if kinks > 0 {
             warnings.push(format!("{kinks} {KINKS}"));
         }
-        if components > 1 {
+        if components > 1 && self.lowest.is_none() {
             warnings.push(format!(
                 "no saddle was found between {components} groups of minima"
             ));
@@ -353,7 +368,11 @@ impl SurfaceReport<'_> {
             Some(report) => lines.extend(lowest::told(found, report, merges)),
             None => lines.extend(self.how_complete_it_is()),
         }
-        lines.extend(not_drawn(found.minima.len()).map(|sentence| format!("- {sentence}")));
+        let not_drawn = match self.lowest {
+            Some(report) => lowest::not_drawn(report, found.minima.len()),
+            None => not_drawn(found.minima.len()),
+        };
+        lines.extend(not_drawn.map(|sentence| format!("- {sentence}")));
         let refused = found.refused.iter();
         let verdicts = tally(refused.map(|refused| refused.audit.verdict.name()));
         if !verdicts.is_empty() {
@@ -368,8 +387,8 @@ impl SurfaceReport<'_> {
         ));
         let warnings = self.warnings();
         lines.extend(warnings.iter().map(|warning| format!("Note: {warning}.\n")));
-        if self.lowest.is_some() {
-            lines.extend(lowest::deepest(found, merges, self.digits()));
+        if let Some(report) = self.lowest {
+            lines.extend(lowest::deepest(found, report, merges, self.digits()));
         }
         lines.extend(self.minima_table(merges));
         lines.extend(self.saddle_table());

@@ -166,6 +166,7 @@ impl Mapped<'_> {
     pub(super) fn draw(
         &self,
         titles: &Titles,
+        views: Views,
         database: &Database,
         folder: &AtomicFolder,
     ) -> Result<(), StudyError> {
@@ -184,7 +185,7 @@ impl Mapped<'_> {
             leaves: leaves.collect(),
             group_of: self.landscape.groups.group_of(),
             titles,
-            views: Views::default(),
+            views,
             quantities: Quantities::default(),
             examples: Vec::new(),
         };

@@ -355,3 +355,74 @@ impl Memory {
         direction
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::energy::model::{LennardJones, MullerBrown};
+
+    const CLIMBING: Climbing = Climbing {
+        tolerance: 1e-7,
+        longest: 0.1,
+        difference: 1e-5,
+        steps: 100,
+        ceiling: f64::INFINITY,
+    };
+
+    #[test]
+    fn climbs_end_at_published_saddles() {
+        let energy = MullerBrown::new();
+        let piece = Piece::new(&energy, Vec::new());
+        for (start, hint, height) in [
+            ([-0.558, 1.44], [-0.7, -0.7], -40.664843508657),
+            ([0.623, 0.028], [-0.8, 0.6], -72.248940112325),
+        ] {
+            let summit = climb(&piece, &start, &hint, CLIMBING).ok().unwrap();
+            assert!((summit.energy - height).abs() < 1e-8, "{}", summit.energy);
+            assert!((norm(&summit.mode) - 1.0).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_climb_leaves_free_directions_alone() {
+        // From the octahedron of six atoms.
+        let energy = LennardJones::new(6);
+        let a = 0.7937;
+        let mut x = vec![0.0; 18];
+        for (atom, place) in x.chunks_exact_mut(3).enumerate() {
+            place[atom / 2] = if atom % 2 == 0 { a } else { -a };
+        }
+        let hint: Vec<f64> = (0..18).map(|k| f64::from(k % 5) - 1.7).collect();
+        let summit = climb(&Piece::new(&energy, Vec::new()), &x, &hint, CLIMBING)
+            .ok()
+            .unwrap();
+        let known = [-12.079031, -11.630307, -11.334033];
+        assert!(
+            known.iter().any(|e| (e - summit.energy).abs() < 1e-5),
+            "{}",
+            summit.energy
+        );
+    }
+
+    #[test]
+    fn a_climb_that_leads_nowhere_is_told() {
+        let energy = MullerBrown::new();
+        let piece = Piece::new(&energy, Vec::new());
+        let low = Climbing {
+            ceiling: -100.0,
+            ..CLIMBING
+        };
+        let found = climb(&piece, &[-0.558, 1.44], &[-0.7, -0.7], low);
+        assert_eq!(found.err(), Some(SearchEnd::High));
+        let short = Climbing {
+            steps: 1,
+            ..CLIMBING
+        };
+        let found = climb(&piece, &[-0.558, 1.44], &[-0.7, -0.7], short);
+        assert_eq!(found.err(), Some(SearchEnd::Steps));
+        let apart = LennardJones::new(2);
+        let piece = Piece::new(&apart, Vec::new());
+        let found = climb(&piece, &[0.0; 6], &[1.0; 6], CLIMBING);
+        assert_eq!(found.err(), Some(SearchEnd::Outside));
+    }
+}

@@ -36,11 +36,18 @@ const TEAMS: usize = 4;
 /// Tolerance of the gradient of a hop, relative to that of other descents, and of its energy, relative to the tolerance
 /// within which two minima are the same.
 const SLOPPY: (f64, f64) = (1e4, 100.0);
+/// Greatest number of hops of all runs. A surface on which runs seldom end at one minimum is then left with the fewer finds
+/// that the report tells.
+const MOST_HOPS: usize = 2_000_000;
 /// Greatest number of evaluations of a hop.
 const HOP: usize = 1000;
 /// First root-mean-square displacement of a hop along each tangent, in lengths of the surface.
 const STEP: f64 = 1.0;
 
+/// How many more climbs each discovery from a minimum is worth to it.
+const PROMISE: usize = 3;
+/// Share of the paths among the tasks of a round: one in this number while minima are apart, and afterwards.
+const PATHS: [usize; 2] = [4, 16];
 /// Relative change of the sum of all depths below which the tree is the same.
 const SAME: f64 = 0.01;
 
@@ -244,7 +251,7 @@ impl Growth<'_> {
                 .iter()
                 .filter(|best| **best <= bottom + hopping.tie)
                 .count();
-            if self.report.finds >= self.lowest.finds {
+            if self.report.finds >= self.lowest.finds || self.report.hops >= MOST_HOPS {
                 return Ok(met);
             }
         }
@@ -357,14 +364,15 @@ impl Growth<'_> {
             })
         };
         let mut plans = Vec::new();
-        let half = self.lowest.batch / 4;
+        let share = PATHS[usize::from(apart.is_empty())];
+        let paths = self.lowest.batch.div_ceil(share);
         let Some(fork) = fork else {
             self.climbs(&mut plans, self.lowest.batch, f64::INFINITY, &|_| true);
             return plans;
         };
         let height = fork.height;
         let roads = Roads::below(&self.pool, height);
-        while plans.len() < half {
+        while plans.len() < paths {
             let Some(pairs) = roads.missing(fork.bottoms, &self.tried) else {
                 break;
             };
@@ -372,7 +380,7 @@ impl Growth<'_> {
                 break;
             }
             for ends in pairs {
-                if plans.len() < half {
+                if plans.len() < paths {
                     self.tried.insert(ends);
                     plans.push(Plan::Bridge {
                         ends,
@@ -392,7 +400,8 @@ impl Growth<'_> {
         plans
     }
 
-    /// Adds climbs from the wanted minima from which the fewest began, relative to their depth below `ceiling`.
+    /// Adds climbs from the wanted minima: first from those from which few climbs began or many found something unknown, and
+    /// of equal ones from the lowest.
     fn climbs(
         &mut self,
         plans: &mut Vec<Plan>,
@@ -400,30 +409,12 @@ impl Growth<'_> {
         ceiling: f64,
         wanted: &dyn Fn(usize) -> bool,
     ) {
-        let highest = self
-            .pool
-            .by_energy()
-            .last()
-            .map(|site| self.pool.sites[site].energy);
-        let lowest = self
-            .pool
-            .by_energy()
-            .next()
-            .map(|site| self.pool.sites[site].energy);
-        let (Some(lowest), Some(highest)) = (lowest, highest) else {
-            return;
-        };
-        let top = highest.min(ceiling);
-        let range = (top - lowest).max(f64::MIN_POSITIVE);
         let mut sites: Vec<(f64, usize)> = (self.pool.by_energy())
-            .filter(|site| wanted(*site) && self.pool.sites[*site].energy <= top)
+            .filter(|site| wanted(*site) && self.pool.sites[*site].energy < ceiling)
             .map(|site| {
                 let known = &self.pool.sites[site];
-                let depth = (top - known.energy) / range;
-                (
-                    (known.climbs as f64 + 1.0) / (1.0 + 9.0 * depth * depth),
-                    site,
-                )
+                let score = (known.climbs + 1) as f64 / (PROMISE * known.news + 1) as f64;
+                (score, site)
             })
             .collect();
         sites.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -473,6 +464,9 @@ impl Growth<'_> {
             }
             for crossed in outcome.crossed {
                 if self.pool.join(crossed, hits) {
+                    if let Plan::Climb { site, .. } = plan {
+                        self.pool.sites[*site].news += 1;
+                    }
                     self.last_new = usize::try_from(self.tasks).unwrap_or(usize::MAX);
                 }
             }

@@ -23,6 +23,8 @@ pub(super) struct Site {
     pub(super) draws: Vec<usize>,
     /// Climbs that began here.
     pub(super) climbs: usize,
+    /// Those of them that found an unknown saddle.
+    pub(super) news: usize,
     /// Numbers of the nearest minima, by landmarks, with the lower bound of the distance; nearest first.
     pub(super) neighbours: Vec<(f64, usize)>,
 }
@@ -179,6 +181,7 @@ impl<'a> Pool<'a> {
             landmarks,
             draws: Vec::new(),
             climbs: 0,
+            news: 0,
             neighbours,
         });
         number
