@@ -45,10 +45,10 @@ class MullerBrown:
 
 
 class Fourier:
-    """Waves of random direction in a bowl."""
+    """Waves of random direction in a bowl, so steep at its edge that all stationary points lie inside the bounds."""
 
     name = "Fourier, two coordinates"
-    bounds = [(-3.0, 3.0), (-3.0, 3.0)]
+    bounds = [(-4.0, 4.0), (-4.0, 4.0)]
 
     def __init__(self, seed=5, waves=12):
         rng = np.random.default_rng(seed)
@@ -58,8 +58,9 @@ class Fourier:
 
     def value_and_slope(self, x):
         angle = self.k @ x + self.phase
-        value = float(self.amplitude @ np.cos(angle) + 0.3 * x @ x)
-        return value, -(self.amplitude * np.sin(angle)) @ self.k + 0.6 * x
+        square = x @ x
+        value = float(self.amplitude @ np.cos(angle) + 0.1 * square * square)
+        return value, -(self.amplitude * np.sin(angle)) @ self.k + 0.4 * square * x
 
 
 def hessian(surface, x, step=1e-5):

@@ -76,14 +76,9 @@ impl GraspReport<'_> {
         let merges = mapped.landscape.merges();
         let uncertainty = Uncertainty::of(mapped.landscape, "grasps");
         let files = self.files(&mapped, &merges, &uncertainty);
-<<<<<<< HEAD
         let difference = CURVATURE_STEP * self.found.settings.path.max_step;
         let database = Database::from_landscape(self.energy, mapped.landscape, difference);
-        mapped.draw(&titles, &database, folder)?;
-=======
-        let database = Database::from_network(&mapped.landscape.network);
         mapped.draw(&titles, Views::default(), &database, folder)?;
->>>>>>> funnel
         uncertainty.unseen.draw(&titles.title, folder)?;
         if let Some(diagram) = &self.found.choice.diagram {
             chain_choice::write(diagram, &titles.title, folder)?;
