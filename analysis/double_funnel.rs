@@ -1,8 +1,8 @@
 //! The double funnel of 38 Lennard-Jones atoms: how low a barrier `landscape surface lj 38` finds, beside the published one →
 //! `figures/double_funnel.md` and `figures/double_funnel.png`
 //!
-//! `cargo run --release --example double_funnel -- SEED...` searches with each seed (without a limit of time) unless
-//! `target/double_funnel` holds its landscape. The picture is that of the first seed.
+//! `cargo run --release --example double_funnel -- BUDGET SEED...` searches with each seed for at most the time BUDGET (such as
+//! 10m) unless `target/double_funnel` holds its landscape. The picture is that of the first seed.
 
 #[path = "command.rs"]
 mod command;
@@ -22,10 +22,14 @@ use serde_json::Value;
 const PUBLISHED: [f64; 3] = [-173.928427, -173.252378, -169.709];
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let seeds: Vec<String> = std::env::args().skip(1).collect();
+    let mut seeds: Vec<String> = std::env::args().skip(1).collect();
+    if seeds.len() < 2 {
+        return Err("which budget of time, and which seeds?".into());
+    }
+    let budget = seeds.remove(0);
     let mut text = format!(
-        "# The double funnel of 38 Lennard-Jones atoms\n\nMade by `cargo run --release --example double_funnel -- {}`: each seed is one run of \
-         `landscape surface lj 38 --seed SEED`, from random starts, without a limit of time and without any published number. The \
+        "# The double funnel of 38 Lennard-Jones atoms\n\nMade by `cargo run --release --example double_funnel -- {budget} {}`: each seed is one run of \
+         `landscape surface lj 38 --seed SEED --budget {budget}`, from random starts and without any published number. The \
          lowest minimum is the truncated octahedron, and the bottom of the other funnel is icosahedral. Barriers are the heights \
          of the lowest way found, all over verified saddles, and so upper bounds. Published: Doye, Miller and Wales, J. Chem. \
          Phys. 110, 6896 (1999).\n\n| run | octahedron | icosahedral | highest saddle between them | barrier from the octahedron | \
@@ -50,6 +54,8 @@ fn main() -> Result<(), Box<dyn Error>> {
                 "38",
                 "--seed",
                 seed,
+                "--budget",
+                &budget,
                 "--no-report",
                 "-q",
                 "-o",

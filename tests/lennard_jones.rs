@@ -3,10 +3,12 @@
 use landscape::energy::model::LennardJones;
 use landscape::sample::{Mala, Task, stream};
 use landscape::topography::{
-    Evidence, HoppingSettings, Landscape, MapSettings, MatchTolerance, Minimum, MinimumId, Run,
-    build_landscape, hop,
+    Evidence, GroupSettings, HoppingSettings, Landscape, LowestSettings, MapSettings,
+    MatchTolerance, Minimum, MinimumId, Run, SearchSettings, build_landscape, explore_lowest, hop,
+    in_box, probe_size,
 };
 use rand::RngExt;
+use std::time::{Duration, Instant};
 
 fn hopped(atoms: usize) -> Vec<Minimum> {
     let energy = LennardJones::new(atoms);
@@ -88,4 +90,54 @@ fn eight_atoms() {
 fn nine_atoms_by_hopping() {
     // Doye and Wales (2002): 21 minima.
     assert_eq!(hopped(9).len(), 21);
+}
+
+#[test]
+fn sizes_are_told_apart() {
+    for (atoms, too_large) in [(7, false), (9, false), (38, true)] {
+        let surface =
+            landscape::energy::model::named(&["lj".to_owned(), atoms.to_string()]).unwrap();
+        let draw = in_box(&surface.low, &surface.high);
+        let settings = SearchSettings::measured(&*surface.energy, &draw, 1);
+        let probe = probe_size(&*surface.energy, &draw, &settings);
+        assert_eq!(
+            probe.is_too_large(&settings),
+            too_large,
+            "{atoms}: {probe:?}"
+        );
+    }
+}
+
+#[test]
+#[ignore = "ten minutes: LJ38"]
+fn the_double_funnel() {
+    // J. P. K. Doye, M. A. Miller and D. J. Wales, J. Chem. Phys. 110, 6896 (1999): both bottoms, and the highest saddle of the
+    // lowest way between them.
+    let [octahedron, icosahedral, saddle] = [-173.928427, -173.252378, -169.709];
+    let surface = landscape::energy::model::named(&["lj", "38"].map(str::to_owned)).unwrap();
+    let energy = &*surface.energy;
+    let draw = in_box(&surface.low, &surface.high);
+    let settings = SearchSettings::measured(energy, &draw, 1);
+    let started = Instant::now();
+    let run = Run {
+        enough: &|| started.elapsed() > Duration::from_mins(10),
+        ..Run::default()
+    };
+    let lowest = LowestSettings::default();
+    let (found, report) = explore_lowest(energy, &draw, &[], &settings, &lowest, &run).unwrap();
+    let near = |energy: f64| {
+        let minima = found.minima.iter();
+        MinimumId(
+            minima
+                .map(|m| m.energy)
+                .position(|e| (e - energy).abs() < 1e-5)
+                .unwrap(),
+        )
+    };
+    let tree = found.landscape(energy, &GroupSettings::default()).tree;
+    let height = tree.minimax(near(octahedron), near(icosahedral)).unwrap();
+    assert!(report.finds > 0, "{report:?}");
+    assert_eq!(near(octahedron), MinimumId(0));
+    // No way below the published one is known; within half of a unit of energy the search is worth its name.
+    assert!(height > saddle - 1e-3 && height < saddle + 0.5, "{height}");
 }

@@ -42,7 +42,7 @@ impl Cluster {
         Self { atoms }
     }
 
-    fn log_with(&self, starts: usize, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64 {
+    fn log_with(self, starts: usize, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64 {
         let n = 3 * self.atoms;
         assert_eq!((a.len(), b.len(), tangent.len()), (n, n, n));
         if self.atoms == 0 {

@@ -106,7 +106,7 @@ impl Searcher<'_> {
             }
             Start::Known(number) => Place {
                 longest: self.settings.length * rng.random_range(BOLDNESS).exp2(),
-                ..self.below(self.known[number].clone(), &mut rng)
+                ..self.below(&self.known[number], &mut rng)
             },
             Start::Random => {
                 let mut place = self.somewhere(id, census, &mut rng);
@@ -144,13 +144,13 @@ impl Searcher<'_> {
     /// A point in the first half of the steps of a descent from a random point.
     fn anywhere(&self, id: u64, rng: &mut Rng) -> Place {
         let start = (self.draw)(&mut stream(self.settings.seed, Task::Start, id));
-        self.below(start, rng)
+        self.below(&start, rng)
     }
 
     /// A point in the first half of the steps of a descent from `start`.
-    fn below(&self, start: Vec<f64>, rng: &mut Rng) -> Place {
-        let mut trace = vec![start.clone()];
-        let drawn = quench_traced(self.energy, &start, &self.settings.quench, &mut |x, _| {
+    fn below(&self, start: &[f64], rng: &mut Rng) -> Place {
+        let mut trace = vec![start.to_vec()];
+        let drawn = quench_traced(self.energy, start, &self.settings.quench, &mut |x, _| {
             trace.push(x.to_vec());
         });
         let stage = rng.random_range(0..trace.len().div_ceil(2));

@@ -37,7 +37,7 @@ pub(super) struct Climbing {
     pub(super) difference: f64,
     /// Greatest number of steps along the mode.
     pub(super) steps: usize,
-    /// Greatest energy of interest.
+    /// Greatest energy of a saddle of interest.
     pub(super) ceiling: f64,
 }
 
@@ -75,7 +75,8 @@ pub(super) fn climb(
     if !energy.is_finite() {
         return Err(SearchEnd::Outside);
     }
-    let ceiling = settings.ceiling.max(energy);
+    // On the way a climb may be higher than the saddle, before it has descended across its mode.
+    let most = settings.ceiling.max(energy) + (settings.ceiling - energy).abs();
     let mut climber = Climber {
         piece,
         settings,
@@ -91,6 +92,9 @@ pub(super) fn climb(
             .ok_or(SearchEnd::Outside)?;
         let uphill = mode.curvature >= 0.0;
         if !uphill && norm(&gradient) <= settings.tolerance {
+            if energy > settings.ceiling {
+                return Err(SearchEnd::High);
+            }
             return Ok(Summit {
                 x,
                 energy,
@@ -115,7 +119,7 @@ pub(super) fn climb(
             memory.pairs.clear();
         }
         energy = climber.descend(&mut x, energy, &mut gradient, &mode, across, &mut memory);
-        if energy > ceiling {
+        if energy > most {
             return Err(SearchEnd::High);
         }
         direction = mode.tangent;

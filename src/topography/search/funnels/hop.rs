@@ -88,7 +88,7 @@ impl Hopping<'_> {
         // For each temperature: hops that led elsewhere, those of them that were accepted, and hops that led back.
         let mut tally = vec![[0_usize; 3]; count];
         for _ in 0..LEG.1 {
-            for k in 0..count {
+            for (k, tally) in tally.iter_mut().enumerate() {
                 for _ in 0..LEG.0 {
                     team.hops += 1;
                     let Some(next) =
@@ -98,16 +98,16 @@ impl Hopping<'_> {
                     };
                     let here = team.walkers[k].energy;
                     if (next.energy - here).abs() <= self.tie {
-                        tally[k][2] += 1;
+                        tally[2] += 1;
                         continue;
                     }
-                    tally[k][0] += 1;
+                    tally[0] += 1;
                     if next.energy < team.best - self.tie {
                         (team.best, team.best_at) = (next.energy, team.hops);
                     }
                     let chance = ((here - next.energy) / team.temperatures[k]).exp();
                     if rng.random::<f64>() < chance {
-                        tally[k][1] += 1;
+                        tally[1] += 1;
                         met.push(next.clone());
                         team.walkers[k] = next;
                     }

@@ -166,7 +166,7 @@ pub fn explore_lowest(
         last_new: 0,
     };
     let seeds = growth.hop(draw, known)?;
-    growth.plant(seeds)?;
+    growth.plant(&seeds)?;
     growth.grow()?;
     Ok(growth.finish())
 }
@@ -258,7 +258,7 @@ impl Growth<'_> {
     }
 
     /// Descends to the lowest minima met, audits them and puts them into the pool.
-    fn plant(&mut self, seeds: Vec<Met>) -> Result<(), JournalError> {
+    fn plant(&mut self, seeds: &[Met]) -> Result<(), JournalError> {
         type Planted = (Vec<Result<Found, Refused>>, usize);
         let pool = &self.pool;
         let (found, evaluations): Planted = self.run.remember("plant", || {

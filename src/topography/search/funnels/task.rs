@@ -166,9 +166,8 @@ impl Worker<'_> {
         let Some(descents) = descents else {
             return SearchEnd::Evaporated;
         };
-        let saddle = match pool.examined(summit.x, 1, search) {
-            Ok(saddle) => saddle,
-            Err(_) => return SearchEnd::Index,
+        let Ok(saddle) = pool.examined(summit.x, 1, search) else {
+            return SearchEnd::Index;
         };
         let [first, second] = descents.map(|descent| descent.thinned(KEPT));
         let mut path: Path = first.reversed();
