@@ -27,6 +27,10 @@ pub(super) struct Thermodynamics {
     /// Temperature kT of the free energies in the disconnectivity graph; by default the highest peak of the heat capacity.
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     free_energy_at: Option<f64>,
+    /// Tell the occupation of the superbasins at this energy: sets of minima that are connected below it. By default just below
+    /// the deepest merge of the tree, where the main funnels are apart.
+    #[arg(long, value_name = "E", allow_negative_numbers = true)]
+    level: Option<f64>,
     /// Print everything as JSON, instead of the summary.
     #[arg(long)]
     json: bool,
@@ -41,7 +45,7 @@ Examples:
   landscape thermodynamics lj-13.landscape --temperatures 0.05:0.4x100 --free-energy-at 0.28
 
 Each minimum is a harmonic well with the frequencies of its Hessian and the copies that its point group leaves; the sum
-over wells gives the heat capacity, the mean energy, the occupation of each group, the entropy of the occupation and the
+over wells gives the heat capacity, the mean energy, the occupation of each funnel, the entropy of the occupation and the
 frustration index. Temperatures are kT in units of the energy. The approximation is good at low temperatures and knows
 only the minima that were found.
 
@@ -60,6 +64,9 @@ pub(super) fn run(command: &Thermodynamics, common: &Common) -> anyhow::Result<(
     if let Some(temperature) = command.free_energy_at {
         check_temperature("--free-energy-at", temperature)?;
     }
+    if let Some(level) = command.level {
+        ensure!(level.is_finite(), "--level {level}: an energy is needed");
+    }
     let output = match &command.output {
         Some(output) => output.clone(),
         None => command.landscape.with_extension("thermodynamics"),
@@ -69,6 +76,7 @@ pub(super) fn run(command: &Thermodynamics, common: &Common) -> anyhow::Result<(
     let settings = ThermodynamicsSettings {
         temperatures,
         free_energy_at: command.free_energy_at,
+        level: command.level,
     };
     let found = Found::new(&states, &settings)?;
     make_folder(&output)?;

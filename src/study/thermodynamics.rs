@@ -11,13 +11,13 @@ use super::network_of_states::NetworkOfStates;
 use crate::figure::chart::{Axis, Chart, Mark, Panel, Series};
 use crate::figure::{MAKER, leaves_of};
 use crate::printable::printable;
-use crate::thermal::{Superposition, frustration, superbasins_at};
+use crate::thermal::{Superposition, below_deepest_merge, frustration, superbasins};
 use crate::topography::exchange::Database;
 use crate::topography::{Evidence, Groups, Tree};
 
-/// Greatest number of groups whose occupation is drawn.
+/// Greatest number of superbasins whose occupation is drawn.
 const DRAWN: usize = 8;
-/// A group is drawn if its occupation reaches this anywhere.
+/// A superbasin is drawn if its occupation reaches this anywhere.
 const NOTABLE: f64 = 0.03;
 /// Default range of temperatures: the lowest minimum holds this share at its lower end …
 const COLD: f64 = 0.9999;
@@ -35,6 +35,8 @@ pub struct ThermodynamicsSettings {
     pub temperatures: Vec<f64>,
     /// Temperature of the free energies; by default that of the highest peak of the heat capacity.
     pub free_energy_at: Option<f64>,
+    /// Energy of the superbasins whose occupation is told; by default just below the deepest merge.
+    pub level: Option<f64>,
 }
 
 /// The thermodynamics at one temperature.
@@ -50,7 +52,7 @@ pub struct AtTemperature {
     pub landscape_entropy: f64,
     /// Frustration (see [`frustration`]); `None` if no minimum is connected to the lowest one.
     pub frustration: Option<f64>,
-    /// Occupation of each group.
+    /// Occupation of each superbasin. Minima above the level of the superbasins are missing.
     pub occupation: Vec<f64>,
 }
 
@@ -59,6 +61,10 @@ pub struct AtTemperature {
 pub struct Thermodynamics<'a> {
     states: &'a NetworkOfStates,
     wells: Superposition,
+    /// Energy of the superbasins.
+    pub level: f64,
+    /// The minima of each superbasin, its lowest first.
+    pub superbasins: Vec<Vec<usize>>,
     /// The curves, by ascending temperature.
     pub curves: Vec<AtTemperature>,
     /// Peaks of the heat capacity: temperature and height, by ascending temperature.
@@ -87,12 +93,26 @@ impl<'a> Thermodynamics<'a> {
         } else {
             settings.temperatures.clone()
         };
-        let group_of = states.groups.group_of();
-        let count = states.groups.members.len();
+        let level = settings.level.or_else(|| below_deepest_merge(&states.tree));
+        let level = level.unwrap_or(f64::MAX);
+        let superbasin_of = superbasins(&states.tree, level);
+        let count = superbasin_of
+            .iter()
+            .flatten()
+            .max()
+            .map_or(0, |most| most + 1);
+        let mut members = vec![Vec::new(); count];
+        for (minimum, superbasin) in superbasin_of.iter().enumerate() {
+            if let Some(superbasin) = superbasin {
+                members[*superbasin].push(minimum);
+            }
+        }
         let at = |temperature: f64| {
             let mut occupation = vec![0.0; count];
-            for (share, group) in wells.occupation(temperature).iter().zip(&group_of) {
-                occupation[*group] += share;
+            for (share, superbasin) in wells.occupation(temperature).iter().zip(&superbasin_of) {
+                if let Some(superbasin) = superbasin {
+                    occupation[*superbasin] += share;
+                }
             }
             AtTemperature {
                 temperature,
@@ -116,6 +136,8 @@ impl<'a> Thermodynamics<'a> {
         Ok(Self {
             states,
             wells,
+            level,
+            superbasins: members,
             curves,
             peaks,
             free_energy_at,
@@ -147,7 +169,7 @@ impl<'a> Thermodynamics<'a> {
             "thermodynamics.json",
             format!("{:#}\n", self.to_json()).as_bytes(),
         )?;
-        let counts = self.superbasins().into_iter();
+        let counts = self.superbasin_counts().into_iter();
         let rows = counts.map(|(energy, count)| format!("{energy},{count}\n"));
         let table = format!("energy,superbasins\n{}", rows.collect::<String>());
         put("superbasins.csv", table.as_bytes())?;
@@ -190,8 +212,8 @@ impl<'a> Thermodynamics<'a> {
         json!({
             "landscape": self.states.name,
             "vibrational_modes": self.states.database.vibrational_modes,
-            "group_barrier": self.states.groups.barrier,
-            "groups": self.states.groups.members,
+            "level_of_superbasins": self.level,
+            "superbasins": self.superbasins,
             "peaks_of_heat_capacity": self.peaks,
             "free_energy_at": self.free_energy_at,
             "free_energies": self.free.minima.iter().map(|entry| entry.energy).collect::<Vec<_>>(),
@@ -200,8 +222,8 @@ impl<'a> Thermodynamics<'a> {
     }
 
     fn csv(&self) -> String {
-        let groups = self.states.groups.members.len();
-        let names = (0..groups).map(|group| format!(",occupation_g{group}"));
+        let names = self.superbasins.iter();
+        let names = names.map(|members| format!(",occupation_of_m{}", members[0]));
         let mut text = format!(
             "temperature,energy,heat_capacity,landscape_entropy,frustration{}\n",
             names.collect::<String>()
@@ -222,7 +244,7 @@ impl<'a> Thermodynamics<'a> {
     }
 
     /// Number of superbasins at energies from the lowest minimum to the highest merge.
-    fn superbasins(&self) -> Vec<(f64, usize)> {
+    fn superbasin_counts(&self) -> Vec<(f64, usize)> {
         let tree = &self.states.tree;
         let energies = || tree.nodes.iter().map(|node| node.energy);
         let low = energies().fold(f64::INFINITY, f64::min);
@@ -233,13 +255,13 @@ impl<'a> Thermodynamics<'a> {
             .collect()
     }
 
-    /// Groups whose occupation is notable somewhere, the most occupied first, at most [`DRAWN`].
+    /// Superbasins whose occupation is notable somewhere, the most occupied first, at most [`DRAWN`].
     fn notable(&self) -> Vec<usize> {
-        let most = |group: usize| {
-            let shares = self.curves.iter().map(|at| at.occupation[group]);
+        let most = |superbasin: usize| {
+            let shares = self.curves.iter().map(|at| at.occupation[superbasin]);
             shares.fold(0.0, f64::max)
         };
-        let mut groups: Vec<(usize, f64)> = (0..self.states.groups.members.len())
+        let mut groups: Vec<(usize, f64)> = (0..self.superbasins.len())
             .map(|group| (group, most(group)))
             .filter(|(_, most)| *most >= NOTABLE)
             .collect();
@@ -259,8 +281,7 @@ impl<'a> Thermodynamics<'a> {
             .extend((self.peaks.iter()).map(|peak| Series::new(Mark::Vertical(peak[0])).dashed()));
         let mut occupation: Vec<Series> = (self.notable().into_iter())
             .map(|group| {
-                let lowest = self.states.groups.members[group][0].0;
-                let name = format!("g{group} (lowest m{lowest})");
+                let name = format!("funnel of m{}", self.superbasins[group][0]);
                 Series::line(line(&|at| at.occupation[group])).named(&name)
             })
             .collect();
@@ -269,7 +290,7 @@ impl<'a> Thermodynamics<'a> {
         if others.iter().any(|point| point[1] >= NOTABLE) {
             occupation.push(Series::line(others).named("all others").dashed());
         }
-        let superbasins = self.superbasins().into_iter();
+        let superbasins = self.superbasin_counts().into_iter();
         let superbasins = superbasins
             .map(|(energy, count)| [energy, count as f64])
             .collect();
@@ -282,7 +303,7 @@ impl<'a> Thermodynamics<'a> {
             vec![
                 Panel::new("heat capacity", axis(), Axis::linear(label), capacity),
                 Panel::new(
-                    "occupation of groups",
+                    "occupation of superbasins",
                     axis(),
                     Axis::linear("probability").with_range(0.0, 1.0),
                     occupation,
@@ -303,11 +324,11 @@ impl<'a> Thermodynamics<'a> {
     fn summary(&self) -> String {
         let states = self.states;
         let mut text = format!(
-            "# {}: thermodynamics\n\nHarmonic superposition of {} minima in {} groups (relative barriers up to {}). ",
+            "# {}: thermodynamics\n\nHarmonic superposition of {} minima. Superbasins: sets of minima that are connected below \
+             the energy {}; a funnel is named after its lowest minimum. ",
             states.name,
             states.database.minima.len(),
-            states.groups.members.len(),
-            Digits::of([states.groups.barrier]).show(states.groups.barrier),
+            Digits::of([self.level]).show(self.level),
         );
         match states.database.vibrational_modes {
             Some(modes) => {
@@ -337,7 +358,7 @@ impl<'a> Thermodynamics<'a> {
         text.push_str("\n| kT | energy | heat capacity | landscape entropy | effective minima | frustration |");
         let notable = self.notable();
         for group in &notable {
-            let _ = write!(text, " g{group} |");
+            let _ = write!(text, " m{} |", self.superbasins[*group][0]);
         }
         text.push_str("\n|---|---|---|---|---|---|");
         text.push_str(&"---|".repeat(notable.len()));

@@ -39,15 +39,102 @@ pub fn frustration(wells: &Superposition, tree: &Tree, temperature: f64) -> Opti
     (sum > 0.0).then(|| weighted.sum::<f64>() / sum)
 }
 
-/// Number of superbasins at an energy: sets of minima, below it, that are connected below it.
-pub fn superbasins_at(tree: &Tree, energy: f64) -> usize {
+/// The superbasin of each minimum at an energy: sets of minima that are connected at or below it, numbered by their lowest
+/// minimum. `None` for minima above the energy.
+///
+/// O. M. Becker and M. Karplus, J. Chem. Phys. 106, 1495 (1997).
+pub fn superbasins(tree: &Tree, energy: f64) -> Vec<Option<usize>> {
     let below = |node: usize| tree.nodes[node].energy <= energy;
-    let top = |node: usize| {
-        tree.nodes[node]
-            .parent
-            .is_none_or(|parent| !below(parent.0))
+    // Parents have larger numbers than their children.
+    let mut top: Vec<usize> = (0..tree.nodes.len()).collect();
+    for node in (0..tree.nodes.len()).rev() {
+        if let Some(parent) = tree.nodes[node].parent
+            && below(parent.0)
+        {
+            top[node] = top[parent.0];
+        }
+    }
+    let mut number = vec![None; tree.nodes.len()];
+    let mut count = 0;
+    let leaves = tree.nodes.iter().take_while(|node| node.minimum.is_some());
+    let mut by_energy: Vec<usize> = (0..leaves.count()).collect();
+    let mut found = vec![None; by_energy.len()];
+    by_energy.sort_by(|a, b| {
+        let energies = tree.nodes[*a].energy.total_cmp(&tree.nodes[*b].energy);
+        energies.then(a.cmp(b))
+    });
+    for leaf in by_energy.into_iter().filter(|leaf| below(*leaf)) {
+        let own = number[top[leaf]].get_or_insert_with(|| {
+            count += 1;
+            count - 1
+        });
+        found[leaf] = Some(*own);
+    }
+    found
+}
+
+/// The highest energy at which the deepest merge has not happened yet, so that the superbasins there are the main funnels. The
+/// depth of a merge is its height above the lowest minimum of its shallower side. `None` if nothing merges.
+pub fn below_deepest_merge(tree: &Tree) -> Option<f64> {
+    let lowest = tree.fold(|node, branches: &[f64]| {
+        let own = tree.nodes[node.0].energy;
+        branches.iter().copied().fold(own, f64::min)
+    });
+    let depth = |node: &crate::topography::Node| {
+        let mut bottoms: Vec<f64> = node.children.iter().map(|child| lowest[child.0]).collect();
+        bottoms.sort_by(f64::total_cmp);
+        bottoms
+            .get(1)
+            .map(|second| (node.energy - second, node.energy))
     };
-    (0..tree.nodes.len())
-        .filter(|node| below(*node) && top(*node))
-        .count()
+    let merges = tree.nodes.iter().filter_map(depth);
+    let deepest = merges.max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.total_cmp(&a.1)));
+    deepest.map(|(_, height)| height.next_down())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::topography::exchange::Database;
+
+    /// Two funnels (0, 1 and 2, 3) that merge at 5, and an island (4).
+    fn tree() -> (Database, Tree) {
+        let minima = "0.0 4 1 0 0 0\n1.0 3 1 0 0 0\n0.5 2 1 0 0 0\n1.5 1 1 0 0 0\n6.0 1 1 0 0 0\n";
+        let states = "2.0 1 1 1 2 0 0 0\n3.0 1 1 3 4 0 0 0\n5.0 1 1 2 4 0 0 0\n";
+        let (database, _) = Database::parse(minima, states).unwrap();
+        let database = database.by_energy();
+        let tree = Tree::from_network(&database.network(), crate::topography::Evidence::Chain);
+        (database, tree)
+    }
+
+    #[test]
+    fn superbasins_join_where_the_tree_merges() {
+        let (_, tree) = tree();
+        // In order of energy: 0, 0.5, 1, 1.5, 6.
+        let at = |energy| superbasins(&tree, energy);
+        assert_eq!(at(-1.0), vec![None; 5]);
+        assert_eq!(at(0.7), [Some(0), Some(1), None, None, None]);
+        assert_eq!(at(2.0), [Some(0), Some(1), Some(0), Some(2), None]);
+        assert_eq!(at(4.0), [Some(0), Some(1), Some(0), Some(1), None]);
+        assert_eq!(at(6.0), [Some(0), Some(0), Some(0), Some(0), Some(1)]);
+        let level = below_deepest_merge(&tree).unwrap();
+        assert!(level < 5.0 && level > 4.999_999, "{level}");
+    }
+
+    #[test]
+    fn frustration_of_two_funnels() {
+        let (database, tree) = tree();
+        let wells = Superposition::new(&database).unwrap();
+        let temperature = 0.8;
+        let weights = wells.occupation(temperature);
+        // Ratios (V‡ − V₀)/(V − V₀) of the minima 0.5, 1 and 1.5; the island is left out.
+        let ratios = [(1, 5.0 / 0.5), (2, 2.0), (3, 5.0 / 1.5)];
+        let sum: f64 = ratios.iter().map(|(i, _)| weights[*i]).sum();
+        let expected: f64 = ratios
+            .iter()
+            .map(|(i, ratio)| weights[*i] / sum * ratio)
+            .sum();
+        let found = frustration(&wells, &tree, temperature).unwrap();
+        approx::assert_relative_eq!(found, expected, max_relative = 1e-12);
+    }
 }
