@@ -634,7 +634,8 @@ fn the_lowest_minima_are_joined() {
     };
     let text = with("1", "a");
     assert!(
-        text.contains("only its lowest part was searched") && text.contains("they are all joined"),
+        text.contains("only the lowest part of the landscape was searched")
+            && text.contains("they are all joined"),
         "{text}"
     );
     assert!(text.contains("## Deepest merges"), "{text}");

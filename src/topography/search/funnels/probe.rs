@@ -31,9 +31,13 @@ pub struct SizeProbe {
 
 impl SizeProbe {
     /// Whether an enumeration cannot end: each minimum alone needs `patience` searches, and together that is more than the
-    /// greatest number of searches.
+    /// greatest number of searches. Less patience or more searches than the default allow larger landscapes; to stop early
+    /// does not make a landscape large.
     pub fn is_too_large(&self, settings: &SearchSettings) -> bool {
-        self.minima * settings.patience as f64 > settings.max_searches as f64
+        let usual = SearchSettings::default();
+        let patience = settings.patience.min(usual.patience);
+        let searches = settings.max_searches.max(usual.max_searches);
+        self.minima * patience as f64 > searches as f64
     }
 }
 
