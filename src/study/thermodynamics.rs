@@ -250,9 +250,11 @@ impl<'a> Thermodynamics<'a> {
         let low = energies().fold(f64::INFINITY, f64::min);
         let high = energies().fold(f64::NEG_INFINITY, f64::max);
         let levels = (0..=LEVELS).map(|k| low + (high - low) * k as f64 / LEVELS as f64);
-        levels
-            .map(|energy| (energy, superbasins_at(tree, energy)))
-            .collect()
+        let count = |energy| {
+            let last = superbasins(tree, energy).into_iter().flatten().max();
+            last.map_or(0, |last| last + 1)
+        };
+        levels.map(|energy| (energy, count(energy))).collect()
     }
 
     /// Superbasins whose occupation is notable somewhere, the most occupied first, at most [`DRAWN`].
