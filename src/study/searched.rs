@@ -13,7 +13,7 @@ pub struct SurfaceSearch<'a> {
     pub known: &'a [Vec<f64>],
 }
 
-/// The result of [`search_surface`].
+/// The result of [`search_surface`](super::search_surface).
 #[derive(Debug, Clone)]
 pub struct Searched {
     /// The minima and saddles; at least one minimum.

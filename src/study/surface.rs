@@ -406,17 +406,21 @@ impl SurfaceReport<'_> {
             .saddles
             .iter()
             .filter(|saddle| saddle.ends[0] == saddle.ends[1]);
+        // Pairs far above the lowest minima, which were met by the way, hang in the air.
+        let components = match self.lowest {
+            Some(_) => String::new(),
+            None => format!("; {} component(s)", self.landscape.tree.roots.len()),
+        };
         let degenerate = match self.degenerate().iter().sum() {
             0 => String::new(),
             some => format!("; **{some} of them are not isolated**: rings, troughs or plateaus"),
         };
         [
             format!(
-                "- **{} minima** and **{} saddles**, {} of which join two copies of one minimum; {} component(s)",
+                "- **{} minima** and **{} saddles**, {} of which join two copies of one minimum{components}",
                 found.minima.len(),
                 found.saddles.len(),
                 loops.count(),
-                self.landscape.tree.roots.len()
             ),
             format!(
                 "- every one passed its audit: gradient below {:.1e}, index of the Hessian, descents on both sides of \
