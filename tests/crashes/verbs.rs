@@ -46,7 +46,7 @@ const fn verb(
     }
 }
 
-const VERBS: [Verb; 21] = [
+const VERBS: [Verb; 23] = [
     verb("synth", FEW, &[], true),
     verb("build", "build few.parquet", &["few.parquet"], false),
     verb("surface", SURFACE.line, &[], true),
@@ -104,6 +104,18 @@ const VERBS: [Verb; 21] = [
         true,
     ),
     verb("draw", "draw s.landscape", &["s.landscape"], true),
+    verb(
+        "thermodynamics",
+        "thermodynamics s.landscape",
+        &["s.landscape"],
+        true,
+    ),
+    verb(
+        "rates",
+        "rates s.landscape --from m1 --to m0 --temperature 20 -o rates",
+        &["s.landscape"],
+        true,
+    ),
     verb(
         "way",
         "inspect g.landscape --path m0 m1 --pictures 2",
