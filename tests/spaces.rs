@@ -54,7 +54,7 @@ fn cases() -> Vec<Case> {
         Case {
             name: "periodic cell",
             space: Box::new(Periodic::new(&[-1.0, 0.0, 2.0], &[2.0, f64::INFINITY, 5.0])),
-            point: |u| u[..3].to_vec(),
+            point: |u| vec![0.9 * u[0], u[1], 4.5 + 2.4 * u[2]],
             injectivity: 1.0,
         },
         Case {

@@ -15,7 +15,7 @@ use crate::desk::Desk;
 use crate::{PATIENT, contents, grasps, landscape};
 
 /// Runs of every verb that records its command. Together they use all its flags. `@` stands for the folder of the inputs.
-const RUNS: [(&str, &[&str]); 14] = [
+const RUNS: [(&str, &[&str]); 15] = [
     (
         "synth",
         &[
@@ -147,8 +147,27 @@ const RUNS: [(&str, &[&str]); 14] = [
             "angles",
             "--answer-seconds",
             "90",
+            "--protocol",
+            "json",
             "--searches",
             "20",
+        ],
+    ),
+    (
+        "surface",
+        &[
+            "muller-brown",
+            "--search",
+            "lowest",
+            "--lowest",
+            "3",
+            "--searches",
+            "64",
+            // A clock that does not decide.
+            "--budget",
+            "2h",
+            "--from",
+            "@/known points.txt",
         ],
     ),
     (
@@ -266,6 +285,10 @@ fn inputs() -> &'static Desk {
         write(
             "one/shapes.toml",
             "[[parts]]\nsphere = { centre = [0, 0, 0], radius_m = 0.03 }\n",
+        );
+        write(
+            "known points.txt",
+            "0.6 0.03\n-0.5, 1.4  # near a minimum\n",
         );
         write("two/shapes.toml", "[energy]\nprior_weight = 0.03\n");
         write("p.toml", PATIENT);

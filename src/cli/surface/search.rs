@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use anyhow::{Context, ensure};
-use clap::{Args, ValueEnum};
+use clap::{Args, ValueEnum, ValueHint};
 
 use crate::cli::args::within;
 use crate::limits::{BUDGET, LOWEST, REGION};
@@ -28,7 +28,7 @@ pub(super) struct Extent {
     budget: Option<Duration>,
     /// Begin with these points besides random ones: a text file with one point on each line, `points.min` of PATHSAMPLE, or
     /// the minima of a landscape folder that `surface` wrote.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::AnyPath)]
     from: Option<PathBuf>,
 }
 
