@@ -2,7 +2,8 @@
 
     python3 -m venv peers && peers/bin/pip install topsearch==0.0.3 "numpy<2" scipy
     cargo build --release
-    peers/bin/python analysis/peers/run.py target/release/landscape
+    python3 -m venv pele && pele/bin/pip install pele==0.1.2
+    peers/bin/python analysis/peers/run.py target/release/landscape pele/bin/python
 
 Each program runs alone, on one thread, with the settings of its own examples. On the two functions of two coordinates both
 call the same Python code, so the numbers of calls can be compared. Their stationary points are known: Newton's method from
@@ -199,14 +200,36 @@ step_taking = AtomicPerturbation(max_displacement=0.5, max_atoms=3)
 '''
 
 
-def peer(script):
-    """Runs topsearch in a process of its own: its result and the seconds, or what went wrong."""
+PELE = r'''
+import json, time, numpy as np
+np.random.seed(0)
+from pele.systems import LJCluster
+from pele.landscape import ConnectManager
+system = LJCluster({atoms})
+database = system.create_database()
+system.get_basinhopping(database=database, outstream=None).run({hops})
+manager = ConnectManager(database, strategy="gmin")
+for _ in range(1000):
+    try:
+        pair = manager.get_connect_job()
+    except Exception:
+        break
+    try:
+        system.get_double_ended_connect(*pair, database, verbosity=0).connect()
+    except Exception:
+        pass
+print("RESULT " + json.dumps([database.number_of_minima(), database.number_of_transition_states()]))
+'''
+
+
+def peer(script, python=sys.executable):
+    """Runs a peer in a process of its own: its result and the seconds, or what went wrong."""
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "peer.py")
         open(path, "w").write(script)
         started = time.perf_counter()
         try:
-            run = subprocess.run([sys.executable, path], cwd=folder, capture_output=True, text=True, timeout=LIMIT,
+            run = subprocess.run([python, path], cwd=folder, capture_output=True, text=True, timeout=LIMIT,
                                  env={**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"})
         except subprocess.TimeoutExpired:
             return None, f"stopped after {LIMIT} s"
@@ -218,7 +241,7 @@ def peer(script):
         return None, f"ends after {seconds:.0f} s with “{last}”"
 
 
-def main(binary):
+def main(binary, pele):
     here = os.path.dirname(os.path.abspath(__file__))
     binary = os.path.abspath(binary)
     rows = []
@@ -247,6 +270,11 @@ def main(binary):
             rows.append([f"{atoms} Lennard-Jones atoms", "landscape", f"{counts['counts']['minima']} of {minima}",
                          f"{counts['findings']['saddles']} of {states}", counts["counts"]["evaluations"], f"{seconds:.1f}"])
         print(rows[-1], flush=True)
+        if pele:
+            found, told = peer(PELE.format(atoms=atoms, hops=500), pele)
+            counts = [f"{found[0]} of {minima}", f"{found[1]} of {states}", "", f"{told:.1f}"] if found else [told, "", "", ""]
+            rows.append([f"{atoms} Lennard-Jones atoms", "pele 0.1.2, until connected", *counts])
+            print(rows[-1], flush=True)
     found, told = peer(PEER.format(
         here=here, coordinates="AtomicCoordinates", step="AtomicPerturbation", body=CLUSTER,
         hef="ts_conv_crit=1e-4, ts_steps=150, pushoff=1e-1, max_uphill_step_size=0.3, positive_eigenvalue_step=0.3",
@@ -260,7 +288,8 @@ def main(binary):
     text = (
         "# Beside other programs\n\nOne thread each, one after the other, in one run of `analysis/peers/run.py`, with the settings of "
         "their own examples (topsearch) and by default (landscape). On the two functions both call the same Python code. pele "
-        "is not in the Python registry and needs a Fortran compiler, so it was not run.\n\n| surface | program | minima | saddles | "
+        "hops 500 times and then joins minima until all are connected: it does not look for all saddles. topsearch’s clusters "
+        "include points that are no minima.\n\n| surface | program | minima | saddles | "
         "calls of the energy | seconds |\n|---|---|---|---|---|---|\n")
     text += "".join("| " + " | ".join(str(cell) for cell in row) + " |\n" for row in rows)
     with open(OUTPUT + ".new", "w") as file:
@@ -272,7 +301,7 @@ def main(binary):
 if __name__ == "__main__":
     if sys.argv[1:2] == ["--serve"]:
         serve(sys.argv[2])
-    elif len(sys.argv) == 2:
-        main(sys.argv[1])
+    elif len(sys.argv) in (2, 3):
+        main(sys.argv[1], os.path.abspath(sys.argv[2]) if len(sys.argv) == 3 else None)
     else:
         sys.exit(__doc__)

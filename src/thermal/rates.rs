@@ -195,7 +195,7 @@ impl RateNetwork {
     /// ln of the mean time until each state first reaches one of `targets` (−∞ for the targets themselves).
     ///
     /// # Errors
-    /// The first state from which no target can be reached. [`RateNetwork::reached_from`] tells the others.
+    /// The first state from which no target can be reached.
     ///
     /// # Panics
     /// If a target does not exist.
