@@ -44,6 +44,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         saddle - octahedron,
         saddle - icosahedral
     )?;
+    let mut first_height = None;
     for (number, seed) in seeds.iter().enumerate() {
         let folder = PathBuf::from(format!("target/double_funnel/{seed}.landscape"));
         if !folder.exists() {
@@ -97,6 +98,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             timings["threads"],
         )?;
         if number == 0 {
+            first_height = height;
             fs::copy(
                 folder.join("disconnectivity_minima.png"),
                 "figures/double_funnel.png",
@@ -104,23 +106,30 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
     }
     text.push_str("\n![Disconnectivity graph of the lowest minima](double_funnel.png)\n\nThe 150 lowest minima of the first run.\n");
-    text += &thermodynamics(&seeds[0])?;
+    text += &thermodynamics(&seeds[0], first_height)?;
     fs::write("figures/double_funnel.md", text)?;
     Ok(())
 }
 
 /// Heat capacity and occupation of the funnels of one run.
-fn thermodynamics(seed: &str) -> Result<String, Box<dyn Error>> {
+fn thermodynamics(seed: &str, height: Option<f64>) -> Result<String, Box<dyn Error>> {
     let folder = format!("target/double_funnel/{seed}.landscape");
     let output = format!("target/double_funnel/{seed}.thermodynamics");
-    let range = ["--temperatures", "0.03:0.25x221"];
-    landscape(
-        &[
-            &["thermodynamics", &folder, "-q", "-o", &output],
-            &range[..],
-        ]
-        .concat(),
-    )?;
+    // Just below the way between the two funnels, where they are apart.
+    let level = format!(
+        "--level={}",
+        height.ok_or("the funnels are not joined")? - 1e-6
+    );
+    landscape(&[
+        "thermodynamics",
+        &folder,
+        "-q",
+        "-o",
+        &output,
+        "--temperatures",
+        "0.03:0.25x221",
+        &level,
+    ])?;
     let picture = "figures/double_funnel_thermodynamics.png";
     fs::copy(format!("{output}/thermodynamics.png"), picture)?;
     let found: Value = serde_json::from_str(&fs::read_to_string(format!(
