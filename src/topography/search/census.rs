@@ -71,15 +71,15 @@ const FAR: f64 = 10.0;
 
 /// Indices sorted by energy.
 #[derive(Default)]
-struct Shelf(Vec<(f64, usize)>);
+pub(super) struct Shelf(pub(super) Vec<(f64, usize)>);
 
 impl Shelf {
-    fn insert(&mut self, energy: f64, number: usize) {
+    pub(super) fn insert(&mut self, energy: f64, number: usize) {
         let place = self.0.partition_point(|(e, _)| *e < energy);
         self.0.insert(place, (energy, number));
     }
 
-    fn near(&self, energy: f64, tolerance: f64) -> impl Iterator<Item = usize> {
+    pub(super) fn near(&self, energy: f64, tolerance: f64) -> impl Iterator<Item = usize> {
         let first = self.0.partition_point(|(e, _)| *e < energy - tolerance);
         let end = self.0.partition_point(|(e, _)| *e <= energy + tolerance);
         self.0[first..end].iter().map(|(_, number)| *number)

@@ -9,6 +9,7 @@ use crate::topography::journal::bits;
 use crate::topography::minima::MatchTolerance;
 use crate::topography::path::Path;
 use crate::topography::search::Refused;
+use crate::topography::search::census::Shelf;
 
 /// Number of nearest minima, by landmarks, that each minimum remembers.
 const NEIGHBOURS: usize = 12;
@@ -67,23 +68,6 @@ pub(super) struct Crossed {
     pub(super) ends: [End; 2],
     pub(super) path: Path,
     pub(super) top: usize,
-}
-
-/// Points sorted by energy.
-#[derive(Default)]
-struct Shelf(Vec<(f64, usize)>);
-
-impl Shelf {
-    fn insert(&mut self, energy: f64, number: usize) {
-        let place = self.0.partition_point(|(e, _)| *e < energy);
-        self.0.insert(place, (energy, number));
-    }
-
-    fn near(&self, energy: f64, tolerance: f64) -> impl Iterator<Item = usize> {
-        let first = self.0.partition_point(|(e, _)| *e < energy - tolerance);
-        let end = self.0.partition_point(|(e, _)| *e <= energy + tolerance);
-        self.0[first..end].iter().map(|(_, number)| *number)
-    }
 }
 
 pub(super) struct Pool<'a> {
