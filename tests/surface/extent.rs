@@ -1,0 +1,160 @@
+//! What `landscape surface` searches for, for how long, from which points and in which box.
+
+use std::fs;
+
+use landscape::store::StationaryRow;
+
+use super::{Desk, program, promised, python};
+
+#[test]
+fn a_budget_ends_at_a_batch_that_can_be_repeated() {
+    let desk = Desk::new();
+    let text = desk.succeed(&[
+        "lj",
+        "9",
+        "--budget",
+        "2s",
+        "--search",
+        "all",
+        "--no-report",
+        "-o",
+        "a",
+    ]);
+    assert!(
+        text.contains("nothing is claimed, since the search was stopped"),
+        "{text}"
+    );
+    let told = text.split("`--search all --searches ").nth(1).unwrap();
+    let searches = told.split('`').next().unwrap();
+    desk.succeed(&[
+        "lj",
+        "9",
+        "--searches",
+        searches,
+        "--search",
+        "all",
+        "--no-report",
+        "-o",
+        "b",
+    ]);
+    for name in [
+        "stationary.parquet",
+        "min.data",
+        "ts.data",
+        "points.min",
+        "points.ts",
+    ] {
+        let [a, b] = ["a", "b"].map(|folder| fs::read(desk.path(folder).join(name)).unwrap());
+        assert!(a == b, "{name}");
+    }
+    for wrong in ["10", "1 h", "-5s", "0s", "1e9d"] {
+        let said = desk.mistake(&["lj", "6", &format!("--budget={wrong}")]);
+        assert!(said.contains("--budget"), "{said}");
+    }
+}
+
+#[test]
+fn the_lowest_minima_are_joined() {
+    let desk = Desk::new();
+    let arguments = [
+        "lj",
+        "13",
+        "--search",
+        "lowest",
+        "--lowest",
+        "5",
+        "--no-report",
+    ];
+    let with = |threads: &str, folder: &str| {
+        desk.succeed(&[&arguments[..], &["--threads", threads, "-o", folder]].concat())
+    };
+    let text = with("1", "a");
+    assert!(
+        text.contains("only the lowest part of the landscape was searched")
+            && text.contains("they are all joined"),
+        "{text}"
+    );
+    assert!(text.contains("## Deepest merges"), "{text}");
+    let rows = StationaryRow::read(&desk.path("a")).unwrap();
+    // The icosahedron, and the lowest of its defects (Tsai and Jordan 1993).
+    let energies: Vec<f64> = rows.iter().take(3).map(|row| row.energy).collect();
+    for (energy, known) in energies.iter().zip([-44.326801, -41.471980, -41.444597]) {
+        assert!((energy - known).abs() < 1e-5, "{energies:?}");
+    }
+    with("2", "b");
+    assert_eq!(
+        promised(&desk.path("a")).len(),
+        promised(&desk.path("b")).len()
+    );
+    for name in [
+        "stationary.parquet",
+        "paths.parquet",
+        "edges.parquet",
+        "points.ts",
+    ] {
+        let [a, b] = ["a", "b"].map(|folder| fs::read(desk.path(folder).join(name)).unwrap());
+        assert!(a == b, "{name} depends on the number of threads");
+    }
+}
+
+#[test]
+fn a_search_begins_with_known_points() {
+    let desk = Desk::new();
+    desk.succeed(&["lj", "6", "--no-report", "-o", "six"]);
+    // Known minima alone are enough.
+    for from in ["six", "six/points.min"] {
+        let output = format!("{}-again", from.replace('/', "-"));
+        let text = desk.succeed(&["lj", "6", "--from", from, "--no-report", "-o", &output]);
+        assert!(text.contains("**2 minima** and **3 saddles**"), "{text}");
+    }
+    fs::write(
+        desk.path("points.txt"),
+        "0.5, -1.0 # a comment\n\n-0.5 1.4\n",
+    )
+    .unwrap();
+    let text = desk.succeed(&["muller-brown", "--from", "points.txt", "--no-report"]);
+    assert!(text.contains("**3 minima** and **2 saddles**"), "{text}");
+    let said = desk.mistake(&["lj", "6", "--from", "points.txt"]);
+    assert!(
+        said.contains("point 1 has 2 numbers") && said.contains("18"),
+        "{said}"
+    );
+    let said = desk.mistake(&["lj", "7", "--from", "six/points.min"]);
+    assert!(
+        said.contains("no points of 21 finite coordinates"),
+        "{said}"
+    );
+    let said = desk.mistake(&["lj", "7", "--from", "nowhere"]);
+    assert!(said.contains("nowhere"), "{said}");
+}
+
+#[test]
+fn a_box_keeps_its_points() {
+    if !python() {
+        return;
+    }
+    let desk = Desk::new();
+    // (x − 2)² + (y² − 1)² falls toward the face x = 1, where two minima and the saddle between them lie.
+    let lines = "assert abs(x) <= 1 + 1e-12 and abs(y) <= 2 + 1e-12\nenergy = (x - 2) ** 2 + (y * y - 1) ** 2\n\
+                 gradient = [2 * (x - 2), 4 * y * (y * y - 1)]";
+    let command = program(&desk, "boxed.py", lines);
+    desk.succeed(&[
+        "--command",
+        &command,
+        "--region=-1:1,-2:2",
+        "--coordinates",
+        "box",
+        "-o",
+        "boxed",
+    ]);
+    let rows = StationaryRow::read(&desk.path("boxed")).unwrap();
+    let minima: Vec<_> = rows.iter().filter(|row| row.index == 0).collect();
+    assert_eq!(minima.len(), 2, "{rows:?}");
+    for minimum in minima {
+        let [x, y] = [minimum.coordinates[0], minimum.coordinates[1]];
+        assert!(
+            (x - 1.0).abs() < 1e-9 && (y.abs() - 1.0).abs() < 1e-5,
+            "{x} {y}"
+        );
+    }
+}
