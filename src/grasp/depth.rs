@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::hand::{Hand, Part, PosedHand, Solid};
-use crate::mesh::ExactMesh;
+use crate::mesh::{DEPTH_TOLERANCE_M, ExactMesh};
 
 /// Greatest depth of a point of the hand in the object or of the object in the hand, metres; 0 without overlap.
 ///
@@ -20,10 +20,31 @@ use crate::mesh::ExactMesh;
 /// # Panics
 /// If `posed` belongs to another hand.
 pub fn deepest_m(exact: &ExactMesh, hand: &Hand, posed: &PosedHand) -> f64 {
-    fold_parts(exact, hand, posed, |deepest_m, part| {
-        let deepest_m = part.holds(exact, posed, deepest_m);
-        part.is_in(exact, posed, deepest_m)
+    fold_parts(exact, hand, posed, 0.0, |deepest_m, part| {
+        deeper_m(exact, posed, part, deepest_m)
     })
+}
+
+/// Whether [`deepest_m`] is at least `depth_m`. This is much cheaper than the depth itself, because smaller depths are not
+/// sought. A depth within [`DEPTH_TOLERANCE_M`] of `depth_m` may be judged either way.
+///
+/// # Panics
+/// If `posed` belongs to another hand.
+pub(crate) fn is_deeper(exact: &ExactMesh, hand: &Hand, posed: &PosedHand, depth_m: f64) -> bool {
+    let known_m = depth_m - DEPTH_TOLERANCE_M;
+    let deepest_m = fold_parts(exact, hand, posed, known_m, |deepest_m, part| {
+        if deepest_m >= depth_m {
+            return deepest_m;
+        }
+        deeper_m(exact, posed, part, deepest_m)
+    });
+    deepest_m >= depth_m
+}
+
+/// Greatest depth of this part in the object or of the object in the part, if more than `known_m`.
+fn deeper_m(exact: &ExactMesh, posed: &PosedHand, part: &Part, known_m: f64) -> f64 {
+    let known_m = part.holds(exact, posed, known_m);
+    part.is_in(exact, posed, known_m)
 }
 
 /// Greatest depth of a point of the object's surface inside a part of the hand, metres; 0 if none is inside. It is the
@@ -33,16 +54,17 @@ pub fn deepest_m(exact: &ExactMesh, hand: &Hand, posed: &PosedHand) -> f64 {
 /// # Panics
 /// If `posed` belongs to another hand.
 pub fn object_inside_hand_m(exact: &ExactMesh, hand: &Hand, posed: &PosedHand) -> f64 {
-    fold_parts(exact, hand, posed, |deepest_m, part| {
+    fold_parts(exact, hand, posed, 0.0, |deepest_m, part| {
         part.holds(exact, posed, deepest_m)
     })
 }
 
-/// Folds over the parts that may touch the object.
+/// Folds over the parts that may touch the object, from the depth that is known before.
 fn fold_parts(
     exact: &ExactMesh,
     hand: &Hand,
     posed: &PosedHand,
+    known_m: f64,
     deeper: impl Fn(f64, &Part) -> f64,
 ) -> f64 {
     hand.parts(posed)
@@ -51,11 +73,11 @@ fn fold_parts(
             let centre = part.frame(posed).point(&part.centre);
             exact.gap_within(&centre, part.radius_m).is_some() || exact.surrounds(&centre)
         })
-        .fold(0.0, deeper)
+        .fold(known_m, deeper)
 }
 
 impl Part {
-    /// Greatest depth of the object's surface inside this part, if more than `known_m`.
+    /// Greatest depth of the object's surface inside this part, if more than `known_m`; otherwise `known_m`.
     fn holds(&self, exact: &ExactMesh, posed: &PosedHand, known_m: f64) -> f64 {
         match &self.solid {
             Solid::Capsule { number, radius_m } => exact

@@ -7,7 +7,7 @@ use super::Grasp;
 use super::closure::{
     EpsilonSettings, PointContact, epsilon, is_force_closure, least_friction, net_wrench,
 };
-use super::depth::deepest_m;
+use super::depth::{deepest_m, is_deeper};
 use super::energy::{AUTHORS_UNIT_M, GraspEnergy};
 use super::failure::in_one_concavity;
 use super::layer::Layer;
@@ -16,6 +16,9 @@ use crate::hand::{LinkId, PosedHand};
 
 /// Friction coefficient of the force-closure test in the strict filter.
 pub const STRICT_FRICTION: f64 = 0.5;
+
+/// Depth that the strict filter refuses, metres.
+const MOST_DEPTH_M: f64 = 0.002;
 
 /// Greatest mean compliance of the elastic layer in the strict filter, of 1 for a hand that has let go.
 pub const MOST_COMPLIANCE: f64 = 0.1;
@@ -73,7 +76,7 @@ impl Judgement {
                 "net wrench",
             ),
             (self.gap_m <= 0.002, "contact gap"),
-            (self.deepest_m < 0.002, "penetration"),
+            (self.deepest_m < MOST_DEPTH_M, "penetration"),
             (self.self_penetration_m < 0.003, "self-penetration"),
             (self.joint_excess_rad <= 1e-3, "joint limits"),
             (self.digits >= 2, "one digit only"),
@@ -116,9 +119,7 @@ pub struct MeasuredContact {
 /// # Panics
 /// If the grasp belongs to another hand.
 pub fn measure_contacts(energy: &GraspEnergy, grasp: &Grasp) -> Vec<MeasuredContact> {
-    let mut posed = PosedHand::default();
-    energy.hand().pose(&grasp.pose, &mut posed);
-    measure(energy, &posed, &grasp.contacts)
+    measure(energy, &posed(energy, grasp), &grasp.contacts)
 }
 
 fn measure(energy: &GraspEnergy, posed: &PosedHand, contacts: &[u32]) -> Vec<MeasuredContact> {
@@ -144,14 +145,39 @@ fn measure(energy: &GraspEnergy, posed: &PosedHand, contacts: &[u32]) -> Vec<Mea
 /// # Panics
 /// If the grasp belongs to another hand.
 pub fn judge(energy: &GraspEnergy, grasp: &Grasp) -> Judgement {
-    let (hand, object) = (energy.hand(), energy.object());
+    let posed = posed(energy, grasp);
+    Judgement {
+        deepest_m: deepest_m(&energy.object().exact, energy.hand(), &posed),
+        ..judge_but_depth(energy, grasp, &posed)
+    }
+}
+
+/// Whether a grasp passes the strict filter: [`Judgement::passes_strict`] of [`judge`]. Depths are the dearest part of a
+/// judgement, so they come last, and only depths that matter are sought.
+///
+/// # Panics
+/// If the grasp belongs to another hand.
+pub(crate) fn passes_strict(energy: &GraspEnergy, grasp: &Grasp) -> bool {
+    let posed = posed(energy, grasp);
+    let object = &energy.object().exact;
+    judge_but_depth(energy, grasp, &posed).passes_strict()
+        && !is_deeper(object, energy.hand(), &posed, MOST_DEPTH_M)
+}
+
+fn posed(energy: &GraspEnergy, grasp: &Grasp) -> PosedHand {
     let mut posed = PosedHand::default();
-    hand.pose(&grasp.pose, &mut posed);
+    energy.hand().pose(&grasp.pose, &mut posed);
+    posed
+}
+
+/// A judgement with a depth of zero.
+fn judge_but_depth(energy: &GraspEnergy, grasp: &Grasp, posed: &PosedHand) -> Judgement {
+    let (hand, object) = (energy.hand(), energy.object());
     let mut proximity = Proximity::default();
-    proximity.update_pairs(hand, &posed);
+    proximity.update_pairs(hand, posed);
     let scene = Scene {
         hand,
-        posed: &posed,
+        posed,
         joints_rad: grasp.pose.joints(),
         object,
         near: &[],
@@ -163,7 +189,7 @@ pub fn judge(energy: &GraspEnergy, grasp: &Grasp) -> Judgement {
         distance_factor: 1.0,
     };
 
-    let measured = measure(energy, &posed, &grasp.contacts);
+    let measured = measure(energy, posed, &grasp.contacts);
     let point_contacts: Vec<PointContact> = measured.iter().map(|m| m.contact).collect();
     let distances_m = || measured.iter().map(|m| m.distance_m);
     let mut digits: Vec<usize> = measured
@@ -217,7 +243,7 @@ pub fn judge(energy: &GraspEnergy, grasp: &Grasp) -> Judgement {
         distance_squared: distances_m().map(|d| (d / AUTHORS_UNIT_M).powi(2)).sum(),
         penetration,
         gap_m: distances_m().map(f64::abs).fold(0.0, f64::max),
-        deepest_m: deepest_m(&object.exact, hand, &posed),
+        deepest_m: 0.0,
         self_penetration_m,
         joint_excess_rad,
         digits: digits.len(),

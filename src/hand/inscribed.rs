@@ -22,13 +22,45 @@ const MOST_M: f64 = 0.014;
 const SPACING_M: f64 = 0.0015;
 /// Greatest number of these points of a hand; the distance grows if there would be more.
 const MOST_POINTS: f64 = 40_000.0;
-/// A point counts as covered this far outside a ball, metres: where the link faces objects, and on its back.
-const FACING_M: f64 = 0.00045;
-const BACK_M: f64 = 0.0015;
-/// It also counts as covered this near the point at which a ball touches the surface, metres: an edge needs no chain of tiny
-/// balls.
-const FACING_REACH_M: f64 = 0.002;
+
+/// When a point of the surface counts as covered by a ball.
+#[derive(Debug, Clone, Copy)]
+struct Covered {
+    /// This far outside the ball, metres.
+    outside_m: f64,
+    /// This near the point at which the ball touches the surface, metres: an edge needs no chain of tiny balls.
+    beside_m: f64,
+}
+
+/// How closely balls follow a surface: where the link faces objects, and on its back.
+#[derive(Debug, Clone, Copy)]
+struct Fineness {
+    facing: Covered,
+    back: Covered,
+}
+
 const BACK_REACH_M: f64 = 0.004;
+const FINE: Fineness = Fineness {
+    facing: Covered {
+        outside_m: 0.00045,
+        beside_m: 0.002,
+    },
+    back: Covered {
+        outside_m: 0.0015,
+        beside_m: BACK_REACH_M,
+    },
+};
+/// A third as many balls, for the search of a descent's start.
+const COARSE: Fineness = Fineness {
+    facing: Covered {
+        outside_m: 0.0015,
+        beside_m: 0.004,
+    },
+    back: Covered {
+        outside_m: 0.004,
+        beside_m: 0.008,
+    },
+};
 /// A point is on the back if the cosine between its normal and the palmar side is below this.
 const BACK: f64 = -0.5;
 /// A point is on the palmar side if this cosine is not below this share of its greatest value on the link.
@@ -63,6 +95,8 @@ pub struct Ball {
 pub(crate) struct Inscribed {
     /// Sorted by link.
     pub(crate) balls: Vec<Ball>,
+    /// Fewer balls, which follow the surface less closely; of the same links.
+    pub(crate) coarse: Vec<Ball>,
     /// Points on the middle line of the palmar side of each link that has balls, and the link.
     pub(crate) palmar: Vec<(LinkId, Vector3<f64>)>,
 }
@@ -127,15 +161,15 @@ impl Inscribed {
         for (link, solid) in parts {
             let samples = sample(solid, share_m2, volar[link.0].as_ref());
             let balls = inscribed(&samples, solid);
-            let chosen = cover(&samples, &balls);
-            found
-                .balls
-                .extend(chosen.into_iter().map(|(ball, own)| Ball {
+            for (list, fineness) in [(&mut found.balls, FINE), (&mut found.coarse, COARSE)] {
+                let chosen = cover(&samples, &balls, fineness);
+                list.extend(chosen.into_iter().map(|(ball, own)| Ball {
                     link,
                     centre: ball.centre,
                     radius_m: radius_m(ball, &samples, &own),
                     shadow_m2: shadow(&samples, &own) * share_m2,
                 }));
+            }
             if let Some(direction) = volar[link.0] {
                 let points = middle_line(&samples, &direction);
                 found
@@ -145,6 +179,7 @@ impl Inscribed {
         }
         // A mesh that could not be united with the others of its link is a part of its own.
         found.balls.sort_by_key(|ball| ball.link);
+        found.coarse.sort_by_key(|ball| ball.link);
         found.palmar.sort_by_key(|(link, _)| *link);
         found
     }
@@ -218,7 +253,11 @@ fn inscribed(samples: &[Sample], solid: &ExactMesh) -> Vec<Touching> {
 
 /// A few of `balls` that cover all samples, each with the samples that are nearest to it. Greedy: the next ball is the one
 /// that covers most samples that no other covers.
-fn cover<'a>(samples: &[Sample], balls: &'a [Touching]) -> Vec<(&'a Touching, Vec<usize>)> {
+fn cover<'a>(
+    samples: &[Sample],
+    balls: &'a [Touching],
+    fineness: Fineness,
+) -> Vec<(&'a Touching, Vec<usize>)> {
     let cell = |point: &Vector3<f64>| point.map(|x| whole((x / CELL_M).floor()));
     let mut cells: BTreeMap<[i32; 3], Vec<u32>> = BTreeMap::new();
     for (index, sample) in (0u32..).zip(samples) {
@@ -226,7 +265,9 @@ fn cover<'a>(samples: &[Sample], balls: &'a [Touching]) -> Vec<(&'a Touching, Ve
         list.push(index);
     }
     let covered_by = |ball: &Touching| {
-        let reach = ball.radius_m + BACK_REACH_M;
+        let most_m =
+            [fineness.facing, fineness.back].map(|covered| covered.outside_m.max(covered.beside_m));
+        let reach = ball.radius_m + most_m[0].max(most_m[1]);
         let [low, high] = [-reach, reach].map(|step| cell(&ball.centre.add_scalar(step)));
         let mut list = Vec::new();
         for x in low.x..=high.x {
@@ -234,13 +275,13 @@ fn cover<'a>(samples: &[Sample], balls: &'a [Touching]) -> Vec<(&'a Touching, Ve
                 for (_, indices) in cells.range([x, y, low.z]..=[x, y, high.z]) {
                     list.extend(indices.iter().copied().filter(|&index| {
                         let sample = &samples[index as usize];
-                        let (outside, beside) = if sample.back {
-                            (BACK_M, BACK_REACH_M)
+                        let covered = if sample.back {
+                            fineness.back
                         } else {
-                            (FACING_M, FACING_REACH_M)
+                            fineness.facing
                         };
-                        (sample.point - ball.centre).norm() <= ball.radius_m + outside
-                            || (sample.point - ball.at).norm() <= beside
+                        (sample.point - ball.centre).norm() <= ball.radius_m + covered.outside_m
+                            || (sample.point - ball.at).norm() <= covered.beside_m
                     }));
                 }
             }

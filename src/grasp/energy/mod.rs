@@ -46,6 +46,8 @@ pub struct GraspEnergy {
     clearance_m: f64,
     /// The elastic layer; without spheres if contacts are a set of points.
     layer: Layer,
+    /// A layer of fewer spheres, on which a chain closes a hand.
+    coarse_layer: Arc<Layer>,
     /// The terms with nonzero weight, by stage.
     terms: Vec<Box<dyn Term>>,
     /// Whether each surface point may be a contact, and the list of those that may.
@@ -70,11 +72,16 @@ impl GraspEnergy {
         object: Arc<Object>,
         settings: EnergySettings,
     ) -> Result<Self, EnergySettingsError> {
-        let layer = match settings.layer {
-            Some(layer) => Layer::new(&hand, layer.patch_spacing_m),
-            None => Layer::default(),
-        };
-        Self::with_layer(hand, object, settings, layer)
+        let layers = settings.layer.map(
+            |LayerSettings {
+                 patch_spacing_m, ..
+             }| {
+                let fine = Layer::new(&hand, patch_spacing_m);
+                (fine, Layer::coarse(&hand, patch_spacing_m))
+            },
+        );
+        let (layer, coarse) = layers.unwrap_or_default();
+        Self::with_layer(hand, object, settings, layer, Arc::new(coarse))
     }
 
     fn with_layer(
@@ -82,6 +89,7 @@ impl GraspEnergy {
         object: Arc<Object>,
         settings: EnergySettings,
         layer: Layer,
+        coarse_layer: Arc<Layer>,
     ) -> Result<Self, EnergySettingsError> {
         settings.validate()?;
         let unit_m = match settings.unit {
@@ -109,6 +117,7 @@ impl GraspEnergy {
             alignment: settings.alignment(),
             clearance_m: 0.0,
             layer,
+            coarse_layer,
             terms: settings.terms(0.0),
             settings,
             may_touch,
@@ -133,7 +142,7 @@ impl GraspEnergy {
     }
 
     /// The energy that closes a hand in a grip: digits that take part are drawn to the object from farther away and without
-    /// a hump; the other parts carry nothing and keep off the object. Its minima are starts for descents on this energy.
+    /// a hump; the other parts carry nothing and keep off the object. Meshes of the hand are filled coarsely. Its minima are starts for descents on this energy.
     /// `None` for an energy without a layer.
     pub(crate) fn for_grip(&self, grip: Grip) -> Option<Self> {
         let layer = self.settings.layer?;
@@ -146,8 +155,10 @@ impl GraspEnergy {
             ..self.settings
         };
         let clearance_m = layer.rest_clearance_m;
-        let layer = (self.layer.clone()).for_grip(&self.hand, grip, clearance_m);
-        Self::with_layer(self.hand.clone(), self.object.clone(), closing, layer).ok()
+        let coarse = &self.coarse_layer;
+        let layer = Layer::clone(coarse).for_grip(&self.hand, grip, clearance_m);
+        let (hand, object) = (self.hand.clone(), self.object.clone());
+        Self::with_layer(hand, object, closing, layer, coarse.clone()).ok()
     }
 
     /// The hand.

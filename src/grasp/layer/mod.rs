@@ -118,6 +118,15 @@ pub struct NearSphere {
 impl Layer {
     /// The layer of `hand`, with nodes (patches) this far apart on each link.
     pub fn new(hand: &Hand, patch_spacing_m: f64) -> Self {
+        Self::of_balls(hand, hand.balls(), patch_spacing_m)
+    }
+
+    /// A layer that follows the meshes of `hand` less closely, with a third as many spheres; of a hand of capsules the same.
+    pub(crate) fn coarse(hand: &Hand, patch_spacing_m: f64) -> Self {
+        Self::of_balls(hand, &hand.inscribed().coarse, patch_spacing_m)
+    }
+
+    fn of_balls(hand: &Hand, balls: &[Ball], patch_spacing_m: f64) -> Self {
         let volar = volar_directions(hand);
         let mut spheres = Vec::new();
         let mut groups = Vec::new();
@@ -140,7 +149,7 @@ impl Layer {
                     close_last(&mut groups);
                 }
             }
-            let balls = hand.balls().iter().filter(|ball| ball.link == link);
+            let balls = balls.iter().filter(|ball| ball.link == link);
             let balls = balls.map(|ball| of_ball(ball, direction, may_touch));
             let first = spheres.len();
             spheres.extend(balls);

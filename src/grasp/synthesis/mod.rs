@@ -17,7 +17,7 @@ pub use self::start::Given;
 use super::Grasp;
 use super::closing::{ClosingSettings, close_hand, preload};
 use super::energy::GraspEnergy;
-use super::filter::{MOST_COMPLIANCE, judge};
+use super::filter::{MOST_COMPLIANCE, passes_strict};
 use super::grip::Grip;
 pub use super::kernel::StepScales;
 use crate::energy::{Energy, Piecewise};
@@ -348,10 +348,10 @@ fn finish(
 
 /// Whether an end passes the strict filter and, if hands are pressed, is firm.
 fn is_grasp(energy: &GraspEnergy, refinement: Refinement, found: &Synthesized) -> bool {
-    // Exact depths are the dearest part of a judgement, and a hand that gives needs none.
+    // A hand that gives needs no judgement.
     let gives = energy.compliance(&found.refined.pose);
     gives.is_none_or(|compliance| compliance <= MOST_COMPLIANCE)
-        && judge(energy, &found.refined).passes_strict()
+        && passes_strict(energy, &found.refined)
         && (refinement != Refinement::Pressed
             || preload(energy, &found.refined.pose).is_sufficient())
 }
