@@ -427,7 +427,10 @@ impl Surface {
                     .num_threads(threads)
                     .build()
                     .map_err(|error| Failure::of(&error))?;
-                pool.install(|| work(&parts))
+                // The thread keeps its state of the interpreter between calls; making one for each call would cost more than
+                // the call. Without an interpreter there is nothing to ask.
+                let attached = || Python::try_attach(|py| py.detach(|| work(&parts)));
+                pool.install(attached).unwrap_or(Err(Failure::Interrupted))
             },
         )
     }

@@ -148,7 +148,7 @@ def test_links_are_where_mujoco_has_them():
     data = os.environ.get("LANDSCAPE_TEST_DATA")
     if data is None:
         pytest.skip("LANDSCAPE_TEST_DATA is not set")
-    files = sorted(Path(data).rglob("right_hand.xml"))
+    files = sorted(Path(data).rglob("shadow_right_primitives.xml"))
     if not files:
         pytest.skip("the test data have no MuJoCo hand")
     hand = ls.Hand(files[0])

@@ -111,7 +111,8 @@ def _ends(space: Space, box: Any, points: ArrayLike | None) -> tuple[list[float]
     except (TypeError, ValueError):
         raise InputError(f"box {box!r}: two numbers or two arrays are needed, (low, high)") from None
     if count is None:
-        count = max(low.size, high.size)
+        width = 0 if points is None else np.atleast_2d(np.asarray(points)).shape[1]
+        count = max(low.size, high.size, width)
     for name, end in (("low", low), ("high", high)):
         if end.ndim > 1 or end.size not in (1, count):
             raise InputError(f"box: {name} has {end.size} numbers, but the space has {count} coordinates")
