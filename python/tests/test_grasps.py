@@ -21,9 +21,9 @@ def line(*words, cwd):
 def made(tmp_path_factory):
     """Grasps of Python and of the command line."""
     folder = tmp_path_factory.mktemp("grasps")
-    hand, ball = ls.Hand("human"), ls.Object("ball")
+    hand, ball = ls.Hand("human"), ls.Object("bottle_round")
     grasps = ls.synthesize(hand, ball, 6, seed=1, keep="all", out=folder / "python.parquet")
-    line("synth", "--object", "ball", "-n", 6, "--seed", 1, "--keep", "all", "-q", "-o", "line.parquet", cwd=folder)
+    line("synth", "--object", "bottle_round", "-n", 6, "--seed", 1, "--keep", "all", "-q", "-o", "line.parquet", cwd=folder)
     return folder, hand, ball, grasps
 
 
@@ -45,8 +45,8 @@ def test_labels_give_the_bytes_of_the_command_line(made):
 
 def test_build_gives_the_bytes_of_the_command_line(made):
     folder, *_ = made
-    found = ls.Grasps.read(folder / "line.parquet").build(folder / "python.landscape", first=3, neighbours=1)
-    words = ("--first", 3, "--neighbours", 1, "--no-report", "-q", "-o", "line.landscape")
+    found = ls.Grasps.read(folder / "line.parquet").build(folder / "python.landscape", first=6, neighbours=1)
+    words = ("--first", 6, "--neighbours", 1, "--no-report", "-q", "-o", "line.landscape")
     line("build", "line.parquet", *words, cwd=folder)
     names = sorted(path.name for path in (folder / "line.landscape").iterdir())
     assert "minima.parquet" in names
@@ -56,9 +56,15 @@ def test_build_gives_the_bytes_of_the_command_line(made):
             assert same, name
     # The page is no part of what the command records.
     assert (found.folder / "landscape.json").read_bytes() == (folder / "line.landscape" / "landscape.json").read_bytes()
+
+
+def test_paths_have_their_energy_by_term(made):
+    *_, grasps = made
+    found = grasps[:4].build(neighbours=1)
+    assert found.minima.rows > 1
     path = found.path(0, 1)
-    if path is not None:
-        assert sum(path.terms.values()) == pytest.approx(path.energy)
+    assert sum(path.terms.values()) == pytest.approx(path.energy)
+    assert path.height == pytest.approx(found.tree.merge_height(0, 1), rel=1e-3, abs=1e-3)
 
 
 def test_energy_of_a_batch_is_that_of_the_file(made):

@@ -10,6 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 _Floats = NDArray[np.float64]
 _Path = str | os.PathLike[str]
 
+__all__ = [
+    "HAND_NAMES", "OBJECT_NAMES", "Energy", "Folder", "Grasps", "Hand", "Object", "Surface", "__version__", "call", "main",
+]
 __version__: str
 HAND_NAMES: list[str]
 OBJECT_NAMES: list[str]

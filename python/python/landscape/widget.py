@@ -7,7 +7,6 @@ import hashlib
 import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import anywidget
 import traitlets
@@ -84,5 +83,5 @@ class Page(anywidget.AnyWidget):  # type: ignore[misc]
         """The page that ``write`` writes into the file that it is given."""
         folder = Folder()
         text = write(folder / "page.html", progress=False).read_text(encoding="utf-8")
-        made: Any = cls(page=bridged(text), height_px=height_px)
-        return made  # type: ignore[no-any-return]
+        made: Page = cls(page=bridged(text), height_px=height_px)
+        return made
