@@ -9,11 +9,11 @@ use pyo3::prelude::*;
 use crate::error::input;
 
 /// Rows of equal length as a two-dimensional array, without a copy of the flat numbers.
-pub(crate) fn table<'py, T: numpy::Element>(
-    py: Python<'py>,
+pub(crate) fn table<T: numpy::Element>(
+    py: Python<'_>,
     flat: Vec<T>,
     columns: usize,
-) -> PyResult<Bound<'py, PyArray2<T>>> {
+) -> PyResult<Bound<'_, PyArray2<T>>> {
     let rows = flat.len().checked_div(columns).unwrap_or(0);
     flat.into_pyarray(py).reshape([rows, columns])
 }

@@ -141,13 +141,12 @@ impl Asked {
             ));
         };
         let told = pair.get_borrowed_item(1).map_err(Failure::Raised)?;
-        self.copy(py, x, &told, gradient)?;
+        Self::copy(py, x, &told, gradient)?;
         checked(x, energy, gradient)
     }
 
     /// Copies a gradient that a function returned.
     fn copy(
-        &self,
         py: Python<'_>,
         x: &[f64],
         told: &Bound<'_, PyAny>,
@@ -275,7 +274,7 @@ fn numbers<'py>(py: Python<'py>, told: &Bound<'py, PyAny>) -> PyResult<Bound<'py
     let float = numpy.getattr(intern!(py, "float64"))?;
     let array = numpy.call_method1(intern!(py, "ascontiguousarray"), (told, float))?;
     let array = array.cast_into::<PyArrayDyn<f64>>()?;
-    Ok(array.call_method1(intern!(py, "reshape"), (-1,))?)
+    array.call_method1(intern!(py, "reshape"), (-1,))
 }
 
 /// Copies an array of the right length.

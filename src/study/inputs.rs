@@ -39,7 +39,7 @@ pub enum InputError {
         /// The file.
         path: PathBuf,
         /// The reason.
-        source: RebuildError,
+        source: Box<RebuildError>,
     },
 }
 
@@ -160,7 +160,7 @@ pub fn read_grasps(
     if found.iter().any(is_other) {
         file.measure().map_err(|source| InputError::Measure {
             path: path.to_path_buf(),
-            source,
+            source: Box::new(source),
         })?;
     }
     Ok((file, warnings))

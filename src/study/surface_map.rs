@@ -1,6 +1,7 @@
 //! The landscape between points of a surface that are given, by attraction–diffusion and relaxed paths, and its report.
 
 use std::collections::BTreeMap;
+use std::fmt::Write;
 
 use serde_json::json;
 
@@ -239,13 +240,13 @@ impl SurfaceMapReport<'_> {
             counts.evaluations,
         );
         for (evidence, count) in &files.manifest.evidence {
-            text += &format!("- {count} connections with evidence `{evidence}`\n");
+            let _ = writeln!(text, "- {count} connections with evidence `{evidence}`");
         }
         for warning in &files.manifest.warnings {
-            text += &format!("- {warning}\n");
+            let _ = writeln!(text, "- {warning}");
         }
         if let Some(sentence) = not_drawn(landscape.network.node_count()) {
-            text += &format!("- {sentence}\n");
+            let _ = writeln!(text, "- {sentence}");
         }
         for line in upper_bounds(merges) {
             text += &line;

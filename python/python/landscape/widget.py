@@ -69,7 +69,7 @@ def bridged(page: str) -> str:
     return f"{allowed[:place]}<script>{_BRIDGE}</script>{allowed[place:]}"
 
 
-class Page(anywidget.AnyWidget):  # type: ignore[misc]
+class Page(anywidget.AnyWidget):
     """A page that is shown in a notebook. ``selected`` are the names of the items chosen on it, the latest last; setting it
     chooses them."""
 
