@@ -1,6 +1,7 @@
 //! Makes text from files safe to show: a terminal, a picture or a page must show it and never execute its commands.
 
 use std::borrow::Cow;
+use std::error::Error;
 use std::fmt::Write;
 
 /// Replaces a character that is not passed on.
@@ -30,6 +31,30 @@ pub fn printable_json(document: &str) -> String {
         }
     }
     shown
+}
+
+/// Greatest length of a sentence, in characters.
+const LONGEST: usize = 2000;
+
+/// One sentence of an error and its causes, without repetitions. Long quotations from files are cut.
+pub fn sentence(error: &dyn Error) -> String {
+    let (mut text, mut next) = (String::new(), Some(error));
+    while let Some(cause) = next {
+        let words = cause.to_string();
+        let words = words.trim_end();
+        if text.is_empty() {
+            words.clone_into(&mut text);
+        } else if !text.ends_with(words) {
+            text.push_str(": ");
+            text.push_str(words);
+        }
+        next = cause.source();
+    }
+    let mut short: String = text.chars().take(LONGEST).collect();
+    if text.chars().nth(LONGEST).is_some() {
+        short.push('…');
+    }
+    short
 }
 
 fn commands(c: char) -> bool {

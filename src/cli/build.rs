@@ -10,7 +10,7 @@ use super::input;
 use super::output::{check_inputs, check_place};
 use super::provenance::name_of;
 use super::report;
-use super::run::{Unfinished, Watch, check_resumable};
+use super::run::{Unfinished, Watch, check_resumable, stoppable};
 use crate::grasp::GraspEnergy;
 use crate::limits::ENERGY_SCALE;
 use crate::store::{GraspFile, Population, Source, content_hash};
@@ -205,7 +205,7 @@ fn build(
     let watch = Watch::new(common.quiet);
     let run = StudyRun {
         run: Run {
-            journal: &unfinished.journal,
+            journal: &stoppable(&unfinished.journal),
             observer: &|news| watch.see(news),
             ..Run::default()
         },

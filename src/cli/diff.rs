@@ -3,17 +3,16 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow, bail, ensure};
-use clap::{Args, ValueEnum};
-use serde_json::{Value, json};
+use clap::Args;
+use serde_json::json;
 
 use super::args::Common;
 use super::input::open_landscape;
-use super::surface::{self, Coordinates};
 use crate::cli::printing::{print, print_json};
 use crate::object::Description;
 use crate::space::{PoseSpace, Space, Symmetry};
 use crate::store::{LandscapeFiles, Manifest};
-use crate::study::{Digits, GroupLevel, median};
+use crate::study::{self, Digits, GroupLevel, median};
 use crate::topography::{
     Evidence, Match, MergeChange, Minimum, MinimumId, Tree, TreeDifference, TreeSimilarity,
 };
@@ -198,25 +197,9 @@ fn symmetry(manifest: &Manifest) -> anyhow::Result<Symmetry> {
 }
 
 /// The space of a searched surface, and its identification.
-fn surface_space(manifest: &Manifest) -> anyhow::Result<(Box<dyn Space>, String)> {
-    let ends = ["low", "high"].map(|end| {
-        let numbers = manifest.energy[end].as_array().into_iter().flatten();
-        numbers.filter_map(Value::as_f64).collect::<Vec<f64>>()
-    });
-    let [low, high] = &ends;
-    let count = low.len();
-    let kind = manifest.energy["coordinates"].as_str().unwrap_or_default();
-    let coordinates = Coordinates::from_str(kind, false)
-        .ok()
-        .with_context(|| format!("the space of `{}` is not recorded", manifest.source.name))?;
-    Ok((
-        surface::space(coordinates, (low, high))?,
-        if coordinates == Coordinates::Periodic {
-            format!("{count} {kind} from {low:?} to {high:?}")
-        } else {
-            format!("{count} {kind}")
-        },
-    ))
+fn surface_space(manifest: &Manifest) -> anyhow::Result<(Box<dyn Space + Send>, String)> {
+    study::surface_space(manifest)
+        .with_context(|| format!("the space of `{}` is not recorded", manifest.source.name))
 }
 
 fn text(before: &Side, after: &Side, reach: f64, found: &TreeDifference) -> String {

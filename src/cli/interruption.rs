@@ -1,10 +1,31 @@
 //! Handles interruptions of a run: tells what is kept and how to continue.
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
+
+use crate::topography::JournalError;
 
 /// The journal of this process's current run.
 static JOURNAL: Mutex<Option<PathBuf>> = Mutex::new(None);
+
+/// Whether the caller of [`call`](super::call) wants it to end.
+static STOPPED: AtomicBool = AtomicBool::new(false);
+
+/// Asks the current [`call`](super::call) to end, or lets the next one run.
+pub(super) fn set_stopped(stopped: bool) {
+    STOPPED.store(stopped, Ordering::Relaxed);
+}
+
+/// An error once the caller wants the run to end.
+pub(super) fn check() -> Result<(), JournalError> {
+    if STOPPED.load(Ordering::Relaxed) {
+        let told: Box<dyn std::error::Error + Send + Sync> =
+            "interrupted: finished tasks are kept, and the same call goes on from there".into();
+        return Err(told.into());
+    }
+    Ok(())
+}
 
 /// Stores the journal that an interruption leaves behind.
 pub(super) fn keeps(journal: &Path) {

@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use std::ffi::OsString;
 use std::io::{self, Write};
 use std::process::ExitCode;
+use std::sync::{Mutex, PoisonError};
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
@@ -40,6 +41,7 @@ mod thermodynamics;
 use args::Common;
 use printing::{OURS, complain, note_failure, sentence, take_failure};
 use provenance::Provenance;
+pub use run::Watch;
 
 /// Shows how diverse a population of grasps really is: synthesizes grasps by differentiable force closure and maps the
 /// energy landscape between them.
@@ -123,12 +125,67 @@ terms. `landscape help synth`, `landscape help build` and so on describe the com
 
 /// Runs the command line of this process.
 pub fn run() -> ExitCode {
+    ExitCode::from(run_process(std::env::args_os()))
+}
+
+/// Runs a command line, which begins with the program name, as that of this process: an interruption ends the process.
+/// Returns its exit code.
+pub fn run_process(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> u8 {
     interruption::watch();
-    run_with(std::env::args_os())
+    status(arguments)
 }
 
 /// Runs a command line, which begins with the program name.
 pub fn run_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> ExitCode {
+    ExitCode::from(status(arguments))
+}
+
+/// The sentence with which the command line ends that [`call`] was given, if it fails.
+#[derive(Debug, Clone, thiserror::Error)]
+#[error("{sentence}")]
+pub struct CallError {
+    /// The sentence, without `error:`.
+    pub sentence: String,
+    /// The kind of the error of the operating system, if there was one.
+    pub kind: Option<io::ErrorKind>,
+}
+
+/// Runs a command line, which begins with the program name, for a caller inside this process: returns what would go to
+/// standard output. Calls from several threads run one after the other. With `bars`, progress is shown even by `--quiet`.
+///
+/// # Errors
+/// The sentence that the command line would end with.
+pub fn call(
+    arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>,
+    bars: bool,
+) -> Result<String, CallError> {
+    static ONE: Mutex<()> = Mutex::new(());
+    let _one = ONE.lock().unwrap_or_else(PoisonError::into_inner);
+    interruption::set_stopped(false);
+    let arguments = parse(arguments).map_err(|error| CallError {
+        sentence: error.to_string().trim_end().to_owned(),
+        kind: None,
+    })?;
+    progress::want_bars(bars);
+    let (result, text) = printing::taking(|| execute(&arguments));
+    progress::want_bars(false);
+    match result {
+        Ok(()) => Ok(text),
+        Err(error) => Err(CallError {
+            sentence: printing::shown(&sentence(&error)),
+            kind: (error.chain())
+                .find_map(|cause| cause.downcast_ref::<io::Error>())
+                .map(io::Error::kind),
+        }),
+    }
+}
+
+/// Asks the current [`call`] to end after the tasks that it works on. Finished tasks are kept.
+pub fn stop() {
+    interruption::set_stopped(true);
+}
+
+fn status(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> u8 {
     let arguments = match parse(arguments) {
         Ok(arguments) => arguments,
         Err(error) => {
@@ -136,17 +193,21 @@ pub fn run_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>
             let text = error.render().to_string();
             if matches!(printable(&text, OURS), Cow::Owned(_)) {
                 complain(text.trim_end());
-                return ExitCode::FAILURE;
+                return FAILURE;
             }
             let printed = error.print().and_then(|()| io::stdout().flush());
             if error.use_stderr() {
-                return ExitCode::FAILURE;
+                return FAILURE;
             }
             note_failure(printed);
             return end(Ok(()));
         }
     };
-    let result = arguments
+    end(execute(&arguments))
+}
+
+fn execute(arguments: &Arguments) -> anyhow::Result<()> {
+    arguments
         .common
         .threads()
         .and_then(|()| match &arguments.command {
@@ -167,28 +228,30 @@ pub fn run_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>
             Command::Rates(command) => rates::run(command, &arguments.common),
             Command::Import(command) => import::run(command, &arguments.common),
             Command::Export(command) => export::run(command, &arguments.common),
-        });
-    end(result)
+        })
 }
+
+/// Exit code of a failed command.
+const FAILURE: u8 = 1;
 
 /// Exit code after the reader closed the pipe, as for SIGPIPE.
 const PIPE_CLOSED: u8 = 141;
 
 /// Prints the error, if any, and returns the exit code.
-fn end(result: anyhow::Result<()>) -> ExitCode {
+fn end(result: anyhow::Result<()>) -> u8 {
     let error = match (result, take_failure()) {
-        (Ok(()), None) => return ExitCode::SUCCESS,
+        (Ok(()), None) => return 0,
         (Err(error), _) => error,
         // If the reader closed the pipe, it has read enough.
         (Ok(()), Some(error)) if error.kind() == io::ErrorKind::BrokenPipe => {
-            return ExitCode::from(PIPE_CLOSED);
+            return PIPE_CLOSED;
         }
         (Ok(()), Some(error)) => {
             anyhow::Error::new(error).context("cannot write to standard output")
         }
     };
     complain(&format!("error: {}", sentence(&error)));
-    ExitCode::FAILURE
+    FAILURE
 }
 
 /// The definition of the command line: its subcommands, arguments and flags.

@@ -5,31 +5,14 @@ use std::sync::{Mutex, PoisonError};
 
 use serde::Serialize;
 
-use crate::printable::{printable, printable_json};
-
-/// Greatest length of a sentence, in characters.
-const LONGEST: usize = 2000;
+use crate::printable::{self, printable, printable_json};
 
 /// Control characters in the program's own text. All others come from files.
 pub(super) const OURS: &[char] = &['\n', '\t'];
 
 /// An error and its causes without repetitions. Long quotations from files are cut.
 pub(super) fn sentence(error: &anyhow::Error) -> String {
-    let mut text = String::new();
-    for cause in error.chain().map(ToString::to_string) {
-        let cause = cause.trim_end();
-        if text.is_empty() {
-            cause.clone_into(&mut text);
-        } else if !text.ends_with(cause) {
-            text.push_str(": ");
-            text.push_str(cause);
-        }
-    }
-    let mut short: String = text.chars().take(LONGEST).collect();
-    if text.chars().nth(LONGEST).is_some() {
-        short.push('…');
-    }
-    short
+    printable::sentence(error.as_ref())
 }
 
 /// A text that may quote files, made safe for terminals.
@@ -52,9 +35,27 @@ pub(super) fn note_failure(printed: io::Result<()>) {
     }
 }
 
+/// What was printed for a caller inside this process, if one takes it instead of standard output.
+static TAKEN: Mutex<Option<String>> = Mutex::new(None);
+
+/// Runs `work`; returns what it printed in place of writing it to standard output. One call at a time.
+pub(super) fn taking<T>(work: impl FnOnce() -> T) -> (T, String) {
+    let taken = || TAKEN.lock().unwrap_or_else(PoisonError::into_inner);
+    *taken() = Some(String::new());
+    let done = work();
+    let text = taken().take().unwrap_or_default();
+    (done, text)
+}
+
 pub(super) fn print(text: &str) {
+    let text = printable(text.trim_end(), OURS);
+    if let Some(taken) = &mut *TAKEN.lock().unwrap_or_else(PoisonError::into_inner) {
+        taken.push_str(&text);
+        taken.push('\n');
+        return;
+    }
     let mut output = io::stdout();
-    let printed = writeln!(output, "{}", printable(text.trim_end(), OURS));
+    let printed = writeln!(output, "{text}");
     note_failure(printed.and_then(|()| output.flush()));
 }
 

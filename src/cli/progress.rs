@@ -3,6 +3,7 @@
 use std::io::IsTerminal;
 use std::ops::Deref;
 use std::sync::LazyLock;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
@@ -16,6 +17,14 @@ const PERIOD: Duration = Duration::from_secs(30);
 
 /// All bars, so that they can be removed from the terminal.
 static BARS: LazyLock<MultiProgress> = LazyLock::new(MultiProgress::new);
+
+/// Whether bars are shown although nothing else is.
+static WANTED: AtomicBool = AtomicBool::new(false);
+
+/// Shows bars, or none, of a run that is quiet otherwise.
+pub(super) fn want_bars(wanted: bool) {
+    WANTED.store(wanted, Ordering::Relaxed);
+}
 
 /// Runs `work` while no bar is on the terminal and none can appear.
 pub(super) fn without_bars<T>(work: impl FnOnce() -> T) -> T {
@@ -45,6 +54,7 @@ impl Bar {
 
 /// A bar for `total` items called `what`; hidden without a terminal.
 pub(super) fn bar(what: &str, total: u64, quiet: bool) -> Bar {
+    let quiet = quiet && !WANTED.load(Ordering::Relaxed);
     let bar = if quiet {
         ProgressBar::hidden()
     } else {
@@ -63,6 +73,7 @@ pub(super) fn bar(what: &str, total: u64, quiet: bool) -> Bar {
 }
 
 pub(super) fn spinner(what: &str, quiet: bool) -> Bar {
+    let quiet = quiet && !WANTED.load(Ordering::Relaxed);
     let bar = bar(what, 0, quiet);
     bar.set_style(
         ProgressStyle::with_template("{msg:>24} {spinner} {elapsed}")

@@ -8,7 +8,7 @@ use super::args::Again;
 use super::{interruption, progress};
 use crate::cli::printing::{complain, print};
 use crate::store::{AtomicFolder, Journal, Phase as Timing, StoreError, Timings};
-use crate::topography::{Phase, Progress};
+use crate::topography::{GuardedJournal, Phase, Progress};
 
 /// The folder of a run with its journal.
 pub(super) struct Unfinished {
@@ -115,15 +115,32 @@ fn tell(journal: &Journal, path: &Path, quiet: bool) {
     }
 }
 
-pub(super) struct Watch {
+/// The journal of a run that a caller may end ([`stop`](super::stop)).
+pub(super) fn stoppable(journal: &Journal) -> GuardedJournal<'_> {
+    GuardedJournal {
+        journal,
+        check: &interruption::check,
+    }
+}
+
+/// Progress bars of a run on standard error, and its stopwatch.
+pub struct Watch {
     quiet: bool,
     bar: Mutex<Option<(Phase, progress::Bar)>>,
     started: Instant,
     phases: Mutex<Vec<Timing>>,
 }
 
+impl std::fmt::Debug for Watch {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let mut shown = formatter.debug_struct("Watch");
+        shown.field("quiet", &self.quiet).finish_non_exhaustive()
+    }
+}
+
 impl Watch {
-    pub(super) fn new(quiet: bool) -> Self {
+    /// Starts the stopwatch; nothing is shown if `quiet`.
+    pub fn new(quiet: bool) -> Self {
         Self {
             quiet,
             bar: Mutex::new(None),
@@ -132,7 +149,8 @@ impl Watch {
         }
     }
 
-    pub(super) fn see(&self, news: Progress) {
+    /// Shows progress; called from any thread.
+    pub fn see(&self, news: Progress) {
         let mut bar = self.bar.lock().unwrap_or_else(PoisonError::into_inner);
         let total = news.total as u64;
         let same = bar
@@ -164,7 +182,7 @@ impl Watch {
     }
 
     /// Takes the bar away.
-    pub(super) fn clear(&self) {
+    pub fn clear(&self) {
         let mut bar = self.bar.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((_, bar)) = bar.take() {
             bar.finish_and_clear();
@@ -172,7 +190,7 @@ impl Watch {
     }
 
     /// Ends a stage.
-    pub(super) fn lap(&self, name: &str, evaluations: usize) {
+    pub fn lap(&self, name: &str, evaluations: usize) {
         self.clear();
         let mut phases = self.phases.lock().unwrap_or_else(PoisonError::into_inner);
         let before: f64 = phases.iter().map(|phase| phase.seconds).sum();
@@ -183,7 +201,8 @@ impl Watch {
         });
     }
 
-    pub(super) fn timings(self) -> Timings {
+    /// The stages and their times.
+    pub fn timings(self) -> Timings {
         Timings {
             threads: rayon::current_num_threads(),
             phases: (self.phases.into_inner()).unwrap_or_else(PoisonError::into_inner),

@@ -9,7 +9,7 @@ use clap::{Args, ValueEnum};
 use super::args::{Again, Common, HandAndObject};
 use super::input;
 use super::output::check_file;
-use super::run::{Watch, open_journal};
+use super::run::{Watch, open_journal, stoppable};
 use crate::cli::printing::{complain, print};
 use crate::evaluation::stability::{Drop, Protocol, SixDirections};
 use crate::study::{ObjectFit, Run, Simulation, simulate_all, simulation_fingerprint, tally};
@@ -97,7 +97,7 @@ pub(super) fn run(command: &Stability, common: &Common) -> anyhow::Result<()> {
     )?;
     let watch = Watch::new(common.quiet);
     let run = Run {
-        journal: &journal,
+        journal: &stoppable(&journal),
         observer: &|news| watch.see(news),
         ..Run::default()
     };

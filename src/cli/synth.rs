@@ -11,7 +11,7 @@ use super::args::{Again, Common, within};
 use super::hands::expense;
 use super::input;
 use super::output::check_file;
-use super::run::{Watch, open_journal};
+use super::run::{Watch, open_journal, stoppable};
 use crate::cli::printing::{complain, print};
 use crate::evaluation::Diversity;
 use crate::evaluation::stability::{Drop, Protocol};
@@ -173,7 +173,7 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
 
     let (started, watch) = (Instant::now(), Watch::new(common.quiet));
     let run = Run {
-        journal: &journal,
+        journal: &stoppable(&journal),
         observer: &|news| watch.see(news),
         ..Run::default()
     };

@@ -238,12 +238,20 @@ impl GraspFile {
     /// # Errors
     /// If [`GraspFile::read`] would refuse the content; [`GraspFile::faults`] finds this beforehand.
     pub fn write(&self, path: &Path) -> Result<(), StoreError> {
+        write_atomic(path, &self.encode(path)?)
+    }
+
+    /// The bytes that [`GraspFile::write`] writes. Errors name `path`.
+    ///
+    /// # Errors
+    /// If [`GraspFile::read`] would refuse the content.
+    pub fn encode(&self, path: &Path) -> Result<Vec<u8>, StoreError> {
         if self.grasps.is_empty() {
             return Err(StoreError::Empty(path.to_path_buf()));
         }
         let metadata = self.metadata.to_json(path)?;
         self.refuse_faults(path)?;
-        write_atomic(path, &self.columns().encode(path, metadata)?)
+        self.columns().encode(path, metadata)
     }
 
     /// The landscapes in this file, sorted by hand, object and scale.

@@ -15,6 +15,9 @@ pub enum StudyError {
     /// All grasps lie in one minimum, but a landscape needs two.
     #[error("all {0} grasps lie in one minimum: there is nothing to connect")]
     OneMinimum(usize),
+    /// All descents on a surface end at one minimum, but a landscape needs two.
+    #[error("the descents from all {0} points end at one minimum: there is nothing to connect")]
+    OneMinimumOfSurface(usize),
     /// A search found nothing.
     #[error(
         "{surface}: {searches} searches from random points of the region found no minimum {ends}"

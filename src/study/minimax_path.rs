@@ -9,6 +9,9 @@ use crate::space::{PoseSpace, Space};
 use crate::store::{LandscapeFiles, PathPoint};
 use crate::topography::{MinimumId, Network, minimax_path};
 
+/// A space, and the copy of the second point that is nearest to the first.
+type Aligned<'a> = (&'a dyn Space, &'a dyn Fn(&[f64], &[f64]) -> Vec<f64>);
+
 /// A minimax path, which has the lowest highest point of all paths between two minima.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MinimaxPath {
@@ -39,6 +42,40 @@ impl MinimaxPath {
         files: &LandscapeFiles,
         network: &Network,
         space: &PoseSpace,
+        [from, to]: [MinimumId; 2],
+    ) -> Result<Option<Self>, StudyError> {
+        let align = |a: &[f64], b: &[f64]| space.align(a, b);
+        Self::aligned(files, network, (space, &align), [from, to])
+    }
+
+    /// The path between two minima of the landscape of a surface on `space`; `None` if none joins them. Lengths are those of
+    /// the space.
+    ///
+    /// # Errors
+    /// [`StudyError::NoPath`] if the tables have no points of a part of the path.
+    ///
+    /// # Panics
+    /// If a minimum is not in the network.
+    pub fn on_surface(
+        files: &LandscapeFiles,
+        network: &Network,
+        space: &dyn Space,
+        ends: [MinimumId; 2],
+    ) -> Result<Option<Self>, StudyError> {
+        let align = |a: &[f64], b: &[f64]| {
+            let mut tangent = vec![0.0; space.tangents()];
+            space.log(a, b, &mut tangent);
+            let mut aligned = a.to_vec();
+            space.exp(&mut aligned, &tangent);
+            aligned
+        };
+        Self::aligned(files, network, (space, &align), ends)
+    }
+
+    fn aligned(
+        files: &LandscapeFiles,
+        network: &Network,
+        space: Aligned<'_>,
         [from, to]: [MinimumId; 2],
     ) -> Result<Option<Self>, StudyError> {
         let Some(minima) = minimax_path(network, from, to) else {
@@ -97,7 +134,7 @@ impl Waypoint {
 
 fn points(
     files: &LandscapeFiles,
-    space: &PoseSpace,
+    (space, align): Aligned<'_>,
     route: &[MinimumId],
 ) -> Result<Vec<Waypoint>, StudyError> {
     let mut points: Vec<Waypoint> = Vec::new();
@@ -117,7 +154,7 @@ fn points(
             let mut point = row.clone();
             let mut along_m = 0.0;
             if let Some(last) = points.last() {
-                point.coordinates = space.align(&last.point.coordinates, &row.coordinates);
+                point.coordinates = align(&last.point.coordinates, &row.coordinates);
                 along_m =
                     last.along_m + space.distance(&last.point.coordinates, &point.coordinates);
             }

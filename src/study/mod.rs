@@ -15,6 +15,7 @@
 //! | a landscape of grasps | tables, pictures, `summary.md` | [`GraspReport::write`] |
 //! | a surface | its minima and saddles, and their landscape | [`search_surface`] |
 //! | a searched surface | tables, pictures, `summary.md` | [`SurfaceReport::write`] |
+//! | points of a surface | the landscape between their minima | [`map_surface`], written by [`SurfaceMapReport::write`] |
 //! | `min.data` and `ts.data` | the same | [`ImportedLandscape::write`] |
 //! | a landscape | pictures of a part of it | [`Drawing::write`] with [`Views`] |
 //! | two minima of a landscape | the minimax path between them | [`MinimaxPath::between`], drawn by [`MinimaxPath::strip`] |
@@ -88,8 +89,10 @@ mod error;
 mod examples;
 mod experiment;
 mod given_labels;
+mod gradient_points;
 mod grasp_import;
 mod imported;
+mod inputs;
 mod judging;
 mod kinetics;
 mod labels;
@@ -107,6 +110,8 @@ mod settings;
 mod simulation;
 mod statistics;
 mod surface;
+mod surface_map;
+mod surface_space;
 mod synthesis;
 mod tables;
 mod thermodynamics;
@@ -131,10 +136,14 @@ pub use error::StudyError;
 pub use examples::{Colouring, MinimumNames};
 pub use experiment::{DEFAULT_PRESET, Experiment, ExperimentError};
 pub use given_labels::{GivenLabel, GivenLabelError, given_labels};
+pub use gradient_points::{difference_step, gradient_points};
 pub use grasp_import::{
     GraspImportError, GraspImportSettings, ImportedGrasps, ScaleCounts, import_grasps,
 };
 pub use imported::ImportedLandscape;
+pub use inputs::{
+    InputError, hand_files, hand_metadata, object_metadata, read_grasps, rename_object,
+};
 pub use judging::{JudgedContact, JudgedGrasp, JudgedPopulation, judge_all};
 pub use kinetics::{Kinetics, KineticsAt, KineticsSettings};
 pub use labels::{HumanLabel, human_label, label_all, record_labels};
@@ -156,6 +165,8 @@ pub use statistics::{
 };
 use surface::spell;
 pub use surface::{Subject, SurfaceReport, search_surface};
+pub use surface_map::{SurfaceMap, SurfaceMapReport, map_surface};
+pub use surface_space::{Coordinates, CoordinatesError, surface_space};
 pub use synthesis::{Keep, Origin, PopulationSettings, Synthesis, synthesize_population};
 pub(crate) use tables::group_of;
 pub use thermodynamics::{AtTemperature, Thermodynamics, ThermodynamicsSettings};

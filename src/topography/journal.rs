@@ -106,6 +106,32 @@ impl Journal for Forgetful {
     }
 }
 
+/// A journal that ends the run once `check` fails, because later results are worthless or unwanted.
+#[derive(Clone, Copy)]
+pub struct GuardedJournal<'a> {
+    /// The journal that keeps the records.
+    pub journal: &'a dyn Journal,
+    /// Asked before a record is stored; its error ends the run.
+    pub check: &'a (dyn Fn() -> Result<(), JournalError> + Sync),
+}
+
+impl std::fmt::Debug for GuardedJournal<'_> {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        (formatter.debug_struct("GuardedJournal")).finish_non_exhaustive()
+    }
+}
+
+impl Journal for GuardedJournal<'_> {
+    fn get(&self, key: &str) -> Option<Vec<u8>> {
+        self.journal.get(key)
+    }
+
+    fn put(&self, key: &str, record: &[u8]) -> Result<(), JournalError> {
+        (self.check)()?;
+        self.journal.put(key, record)
+    }
+}
+
 /// A journal in memory.
 #[derive(Debug, Default)]
 pub struct MemoryJournal {

@@ -13,18 +13,18 @@ use clap::{Args, ValueEnum};
 use program::{Region, command_hash, region};
 use search::Extent;
 
-pub(super) use program::space;
-
 use super::args::{Again, Common, GroupBarrier, Paths, WithPage, within};
 use super::output::check_place;
-use super::report;
 use super::run::{Unfinished, Watch, check_resumable};
+use super::{interruption, report};
 use crate::energy::model::MODELS;
 use crate::energy::{Counted, Energy, External, InBox, Protocol, model};
 use crate::limits::SEARCHES;
-use crate::store::{Journal, Source, content_hash};
-use crate::study::{StudyError, StudyRun, Subject, SurfaceReport, SurfaceSearch, search_surface};
-use crate::topography::{self, JournalError, Run, SearchSettings, in_box, probe_size};
+use crate::store::{Source, content_hash};
+use crate::study::{
+    self, StudyError, StudyRun, Subject, SurfaceReport, SurfaceSearch, search_surface,
+};
+use crate::topography::{GuardedJournal, Run, SearchSettings, in_box, probe_size};
 
 /// Map a surface.
 #[derive(Debug, Args)]
@@ -85,7 +85,7 @@ pub(super) struct Surface {
 
 /// Kinds of coordinates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum Coordinates {
+enum Coordinates {
     /// Numbers in a flat space.
     Flat,
     /// Angles in radians, which are periodic.
@@ -98,6 +98,19 @@ pub(super) enum Coordinates {
     Periodic,
     /// A unit quaternion w, x, y, z; the gradient has three numbers, by rotation about the body's own axes.
     Rotation,
+}
+
+impl From<Coordinates> for study::Coordinates {
+    fn from(coordinates: Coordinates) -> Self {
+        match coordinates {
+            Coordinates::Flat => Self::Flat,
+            Coordinates::Angles => Self::Angles,
+            Coordinates::Atoms => Self::Atoms,
+            Coordinates::Box => Self::Box,
+            Coordinates::Periodic => Self::Periodic,
+            Coordinates::Rotation => Self::Rotation,
+        }
+    }
 }
 
 /// How a program is asked and answers.
@@ -298,9 +311,12 @@ fn map(
     ]);
     check_resumable(&command.again, std::slice::from_ref(&output))?;
     let unfinished = Unfinished::open(&output, &fingerprint, &command.again, common.quiet)?;
-    let journal = Guarded {
+    let journal = GuardedJournal {
         journal: &unfinished.journal,
-        check,
+        check: &|| {
+            interruption::check()?;
+            Ok(check().map_err(Box::<dyn Error + Send + Sync>::from)?)
+        },
     };
     let watch = Watch::new(common.quiet);
     let run = StudyRun {
@@ -343,23 +359,6 @@ fn map(
         report::write_into(&unfinished.folder, &BTreeMap::new(), common)?;
     }
     unfinished.conclude(watch, &text)
-}
-
-/// A journal that ends the search once the energy failed, because later results are worthless.
-struct Guarded<'a> {
-    journal: &'a Journal,
-    check: &'a Check<'a>,
-}
-
-impl topography::Journal for Guarded<'_> {
-    fn get(&self, key: &str) -> Option<Vec<u8>> {
-        self.journal.get(key)
-    }
-
-    fn put(&self, key: &str, record: &[u8]) -> Result<(), JournalError> {
-        (self.check)().map_err(Box::<dyn Error + Send + Sync>::from)?;
-        topography::Journal::put(self.journal, key, record)
-    }
 }
 
 fn file_name(name: &str) -> String {

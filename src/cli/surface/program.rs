@@ -9,18 +9,9 @@ use super::{Coordinates, Surface};
 use crate::cli::args::within;
 use crate::energy::{Energy, External, ExternalError, InBox, check_gradient};
 use crate::limits::{ANSWER_TIME, MOST_COORDINATES, REGION, REGION_SIDE};
-use crate::optimize::{QuenchSettings, quench};
-use crate::sample::{Task, stream};
-use crate::space::{Cluster, Euclidean, Periodic, Rotation, Space, Torus};
+use crate::space::Space;
 use crate::store::content_hash;
-use crate::topography::in_box;
-
-/// Step of the finite differences of energies, relative to the shortest side of the region.
-const DIFFERENCE: f64 = 1e-5;
-/// Number of random points at which the gradient is checked, and of points along descents from them.
-const CHECKED: u64 = 3;
-/// Evaluations of such a descent, which need not converge.
-const DESCENT: usize = 20;
+use crate::study::{self, difference_step, gradient_points};
 
 /// Lower and upper bounds of each coordinate.
 pub(super) type Region = (Vec<f64>, Vec<f64>);
@@ -56,33 +47,13 @@ pub(super) fn region(flag: &str) -> anyhow::Result<Region> {
 }
 
 /// The space of these coordinates. With periodic ones, the sides of the region are the periods.
-pub(in crate::cli) fn space(
+fn space(
     coordinates: Coordinates,
-    (low, high): (&[f64], &[f64]),
+    region: (&[f64], &[f64]),
 ) -> anyhow::Result<Box<dyn Space + Send>> {
-    let count = low.len();
-    Ok(match coordinates {
-        Coordinates::Periodic => {
-            let periods: Vec<f64> = low.iter().zip(high).map(|(low, high)| high - low).collect();
-            Box::new(Periodic::new(low, &periods))
-        }
-        Coordinates::Flat | Coordinates::Box => Box::new(Euclidean::new(count)),
-        Coordinates::Angles => Box::new(Torus::new(count)),
-        Coordinates::Atoms => {
-            ensure!(
-                count.is_multiple_of(3),
-                "--coordinates atoms: --region has {count} coordinates, and an atom has three"
-            );
-            Box::new(Cluster::new(count / 3))
-        }
-        Coordinates::Rotation => {
-            ensure!(
-                count == 4,
-                "--coordinates rotation: --region has {count} coordinates, and a quaternion has four"
-            );
-            Box::new(Rotation::new(1.0))
-        }
-    })
+    let kind = study::Coordinates::from(coordinates);
+    let told = |error| anyhow::anyhow!("--coordinates {}: --region has {error}", kind.name());
+    kind.space(region).map_err(told)
 }
 
 /// Hash of a command and the files it names, so that a changed program gives another hash.
@@ -104,8 +75,7 @@ pub(super) fn start(
     let seconds = command.answer_seconds;
     within("--answer-seconds", ANSWER_TIME, seconds)?;
     let limit = Duration::from_secs_f64(seconds);
-    let sides = low.iter().zip(high).map(|(low, high)| high - low);
-    let step = DIFFERENCE * sides.fold(f64::INFINITY, f64::min);
+    let step = difference_step((low, high));
     let space = space(command.coordinates, (low, high))?;
     let external = External::start(program, space, step)?
         .with_answer_limit(limit)
@@ -117,21 +87,8 @@ pub(super) fn start(
     } else {
         ((low.to_vec(), high.to_vec()), &external)
     };
-    let draw = in_box(&low, &high);
-    let descent = QuenchSettings::default()
-        .with_max_step(1e3 * step)
-        .with_max_evaluations(DESCENT);
-    let mut points = Vec::new();
-    for id in 0..CHECKED {
-        let x = draw(&mut stream(command.seed, Task::Start, u64::MAX / 2 + id));
-        energy.evaluate(&x, &mut vec![0.0; energy.space().tangents()]);
-        check(&external)?;
-        if external.is_differenced() {
-            return Ok(external);
-        }
-        points.push(quench(energy, &x, &descent).x);
-        points.push(x);
-    }
+    let proceed = || check(&external).map(|()| !external.is_differenced());
+    let points = gradient_points(energy, (&low, &high), step, command.seed, proceed)?;
     let checked = check_gradient(energy, &points, step);
     check(&external)?;
     checked?;

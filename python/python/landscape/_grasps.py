@@ -1,0 +1,609 @@
+"""Grasps as columns, their synthesis, judgement, labels and simulation."""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Union
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _native
+from ._call import Folder, StrPath, command, existing, flags
+from ._errors import InputError
+from ._hands import Hand, Object, synthesized
+from ._table import Table
+
+if TYPE_CHECKING:
+    from ._landscape import Landscape
+    from .widget import Page
+
+Floats = NDArray[np.float64]
+RotationForm = Literal["wxyz", "xyzw", "matrix"]
+Keep = Literal["strict", "firm", "published", "all"]
+Protocol = Literal["drop", "six-directions", "six-directions-rigid"]
+Rows = Union[int, slice, NDArray[Any], Sequence[int], Sequence[bool]]
+
+#: Columns of numbers and texts that :meth:`Grasps.column` knows.
+COLUMNS = (
+    "id", "hand", "object", "scale", "energy", "net_wrench", "distance_squared", "penetration", "friction", "epsilon",
+    "stable", "stable_reason", "stable_displacement_m", "stable_turn_rad", "label", "label_auto", "label_score",
+    "label_best", "label_category", "label_source", "source", "chain_seed", "chain_step",
+)
+
+
+class Evaluation(NamedTuple):
+    """Energies of many poses: what :class:`Energy` returns for grasps."""
+
+    energy: Floats
+    """Shape (n,)."""
+    gradient: Floats
+    """Derivatives along the tangents of each pose, shape (n, tangents): three of translation and three of rotation, scaled so
+    that a tangent of length 1 moves the surface of the hand by 1 m in the root mean square, then one for each joint."""
+    terms: dict[str, Floats]
+    """Weighted terms by name, shape (n,) each. They add up to ``energy``."""
+
+
+def _quaternions(rotation: ArrayLike, form: str) -> Floats:
+    """Unit quaternions w, x, y, z, shape (n, 4)."""
+    given = np.asarray(rotation, dtype=np.float64)
+    if form == "wxyz" or form == "xyzw":
+        if given.ndim != 2 or given.shape[1] != 4:
+            raise InputError(f"rotation has the shape {given.shape}, but (n, 4) is needed for {form}")
+        return given if form == "wxyz" else given[:, [3, 0, 1, 2]]
+    if form != "matrix":
+        raise InputError(f"rotation_form {form!r}: the forms are 'wxyz', 'xyzw' and 'matrix'")
+    if given.ndim != 3 or given.shape[1:] != (3, 3):
+        raise InputError(f"rotation has the shape {given.shape}, but (n, 3, 3) is needed for matrices")
+    wrong = np.abs(given @ given.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2)) > 1e-3
+    wrong |= np.linalg.det(given) < 0 if len(given) else False
+    if wrong.any():
+        raise InputError(f"rotation: the matrix of row {int(np.flatnonzero(wrong)[0])} is no rotation")
+    # Of four formulas the one with the largest divisor (S. W. Shepperd, J. Guid. Control 1, 223 (1978)).
+    m = given
+    trace = np.einsum("nii->n", m)
+    squares = np.stack([trace, m[:, 0, 0], m[:, 1, 1], m[:, 2, 2]], axis=1)
+    best = squares.argmax(axis=1)
+    result = np.empty((len(m), 4))
+    for row, place in enumerate(best):
+        r = m[row]
+        if place == 0:
+            q = [1 + trace[row], r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]]
+        else:
+            i = place - 1
+            j, k = (i + 1) % 3, (i + 2) % 3
+            q = [0.0] * 4
+            q[0] = r[k, j] - r[j, k]
+            q[1 + i] = 1 + r[i, i] - r[j, j] - r[k, k]
+            q[1 + j] = r[j, i] + r[i, j]
+            q[1 + k] = r[k, i] + r[i, k]
+        result[row] = np.asarray(q) / np.linalg.norm(q)
+    return result
+
+
+class Grasps:
+    """Grasps of a hand on an object (or of several) as columns. Grasps are never changed: methods return new ones.
+
+    ``grasps[mask]``, ``grasps[3:9]``, ``grasps[[1, 5]]`` and ``grasps[0]`` are grasps again. Arrays are read only; take a
+    copy to write into one. Make grasps with :func:`synthesize`, :meth:`read`, :meth:`from_arrays` or :meth:`from_table`.
+    """
+
+    def __init__(self, native: _native.Grasps, file: Path | None = None, keeps: object = None) -> None:
+        self._native = native
+        self._keeps = keeps
+        self._path = file
+        self._written = _state(file)
+
+    # Making and writing
+
+    @classmethod
+    def read(cls, file: StrPath, *, hand: Hand | None = None, object: Object | None = None) -> Grasps:
+        """Reads ``grasps.parquet``, or a table with the same columns.
+
+        Parameters
+        ----------
+        file
+            The file.
+        hand, object
+            For a file that does not describe them. If it does and they differ, all measures are computed anew.
+
+        Raises
+        ------
+        InputError
+            If the file is wrong; the sentence names row and column.
+        """
+        path = existing(file)
+        native = _native.Grasps.read(
+            path, None if hand is None else hand._native, None if object is None else object._native
+        )
+        return cls(native, path if hand is None and object is None else None)
+
+    @classmethod
+    def from_arrays(
+        cls,
+        hand: Hand,
+        object: Object,
+        *,
+        translation_m: ArrayLike,
+        rotation: ArrayLike,
+        rotation_form: RotationForm,
+        joints_rad: ArrayLike,
+        contacts: Sequence[Sequence[int]] | None = None,
+        preset: str = "closed",
+        source: str = "",
+    ) -> Grasps:
+        """Grasps of your own, measured with the energy of ``preset``.
+
+        Parameters
+        ----------
+        hand, object
+            The hand and the object of all rows.
+        translation_m
+            Positions of the hand's root in the frame of the object, shape (n, 3), metres.
+        rotation
+            Rotations from the hand's root to the object: quaternions of shape (n, 4) or matrices of shape (n, 3, 3).
+        rotation_form
+            ``"wxyz"`` (scalar first: MuJoCo, Isaac, transforms3d), ``"xyzw"`` (scalar last: SciPy, ROS, PyBullet) or
+            ``"matrix"``. There is no default, because a wrong order is not noticed.
+        joints_rad
+            Joint angles in the order of ``hand.joint_names``, shape (n, joints), radians (metres of slides).
+        contacts
+            Indices of surface points of the hand, a list for each grasp; by default the best ones are chosen.
+        preset
+            The energy: ``closed``, ``four_points``, ``paper`` or ``released``.
+        source
+            A note on the origin of the grasps.
+
+        Raises
+        ------
+        InputError
+            If a shape or a number is wrong; the sentence names argument and row.
+        """
+        chosen = None if contacts is None else [[int(point) for point in row] for row in contacts]
+        native = _native.Grasps.from_arrays(
+            hand._native, object._native, translation_m, _quaternions(rotation, rotation_form), joints_rad, chosen, preset,
+            source,
+        )
+        return cls(native)
+
+    @classmethod
+    def from_table(cls, table: Any, *, hand: Hand | None = None, object: Object | None = None) -> Grasps:
+        """Grasps from a ``pyarrow.Table``, a ``pandas.DataFrame`` or a ``polars.DataFrame`` with the columns of
+        :meth:`to_arrow`. pandas and polars drop the description of hand and object, so that these must be given.
+        """
+        import pyarrow
+        import pyarrow.parquet
+
+        if hasattr(table, "to_arrow") and not isinstance(table, pyarrow.Table):
+            table = table.to_arrow()
+        elif not isinstance(table, pyarrow.Table):
+            table = pyarrow.Table.from_pandas(table, preserve_index=False)
+        folder = Folder()
+        file = folder / "grasps.parquet"
+        pyarrow.parquet.write_table(table, file, compression="snappy")
+        return cls(cls.read(file, hand=hand, object=object)._native)
+
+    def write(self, file: StrPath) -> Path:
+        """Writes ``grasps.parquet``. Equal grasps give equal bytes."""
+        path = Path(file)
+        self._native.write(path)
+        self._path, self._written, self._keeps = path, _state(path), None
+        return path
+
+    def _file(self) -> Path:
+        """A file that holds just these grasps."""
+        if self._path is None or _state(self._path) != self._written:
+            folder = Folder()
+            path = folder / "grasps.parquet"
+            self.write(path)
+            self._keeps = folder
+        assert self._path is not None
+        return self._path
+
+    # Columns
+
+    def __len__(self) -> int:
+        return len(self._native)
+
+    def __getitem__(self, rows: Rows) -> Grasps:
+        count = len(self)
+        if isinstance(rows, (int, np.integer)):
+            if not -count <= rows < count:
+                raise IndexError(f"row {rows} of {count} grasps")
+            chosen = [int(rows) % count]
+        elif isinstance(rows, slice):
+            chosen = list(range(*rows.indices(count)))
+        else:
+            given = np.asarray(rows)
+            if given.dtype == np.bool_:
+                if given.shape != (count,):
+                    raise IndexError(f"a mask of the shape {given.shape} for {count} grasps")
+                chosen = np.flatnonzero(given).tolist()
+            elif given.ndim == 1 and (np.issubdtype(given.dtype, np.integer) or given.size == 0):
+                chosen = [row + count if row < 0 else row for row in given.astype(int).tolist()]
+                if any(not 0 <= row < count for row in chosen):
+                    raise IndexError(f"rows {given.tolist()} of {count} grasps")
+            else:
+                raise IndexError("rows are chosen by a number, a slice, a list of numbers or a mask")
+        return Grasps(self._native.take(chosen))
+
+    @cached_property
+    def poses(self) -> Floats:
+        """Poses, shape (n, 7 + joints): position (m), quaternion w, x, y, z, joints (rad)."""
+        return _frozen(self._native.poses)
+
+    @property
+    def translation_m(self) -> Floats:
+        """Positions of the hand's root in the frame of the object, shape (n, 3), metres; a view."""
+        return self.poses[:, :3]
+
+    @property
+    def rotation_wxyz(self) -> Floats:
+        """Unit quaternions from the hand's root to the object, scalar first, w ≥ 0, shape (n, 4); a view."""
+        return self.poses[:, 3:7]
+
+    @property
+    def joints_rad(self) -> Floats:
+        """Joint angles, shape (n, joints), radians (metres of slides); a view."""
+        return self.poses[:, 7:]
+
+    @cached_property
+    def contacts(self) -> list[NDArray[np.uint32]]:
+        """Contact sets: indices of the hand's surface points."""
+        return self._native.contacts()
+
+    @cached_property
+    def terms(self) -> dict[str, Floats]:
+        """Weighted terms of the energy by name, shape (n,) each."""
+        values = self._native.terms()
+        return {name: _frozen(values[:, place]) for place, name in enumerate(self._native.term_names)}
+
+    def column(self, name: str) -> NDArray[Any]:
+        """The column ``name`` (one of ``COLUMNS``), shape (n,). Missing numbers are NaN, missing texts ``None``."""
+        return self._native.column(name)
+
+    @cached_property
+    def id(self) -> NDArray[np.uint64]:
+        """Unique numbers of the grasps, shape (n,)."""
+        return _frozen(self.column("id"))
+
+    @cached_property
+    def energy(self) -> Floats:
+        """Total energies, shape (n,)."""
+        return _frozen(self.column("energy"))
+
+    @cached_property
+    def epsilon(self) -> Floats:
+        """Ferrari–Canny ε at friction 0.5, shape (n,): the least wrench that breaks the grasp, of those that contacts of total
+        force 1 resist (C. Ferrari and J. Canny, ICRA 1992). Zero or negative: some wrench is not resisted."""
+        return _frozen(self.column("epsilon"))
+
+    @cached_property
+    def friction(self) -> Floats:
+        """Least friction of exact force closure, shape (n,); NaN if none suffices."""
+        return _frozen(self.column("friction"))
+
+    @property
+    def stable(self) -> Floats:
+        """Whether the grasps held in simulation, shape (n,): 1, 0, or NaN if not simulated."""
+        return self.column("stable")
+
+    @property
+    def hand(self) -> NDArray[Any]:
+        """Names of the hands, shape (n,)."""
+        return self.column("hand")
+
+    @property
+    def object(self) -> NDArray[Any]:
+        """Names of the objects, shape (n,)."""
+        return self.column("object")
+
+    @property
+    def populations(self) -> list[tuple[str, str, float, int]]:
+        """Hand, object, scale and number of the grasps of each pair."""
+        return self._native.populations()
+
+    @property
+    def metadata(self) -> dict[str, Any]:
+        """How the grasps were made, and the description of their hands and objects."""
+        made: dict[str, Any] = json.loads(self._native.metadata())
+        return made
+
+    @property
+    def warnings(self) -> list[str]:
+        """What was noted when the file was read, one sentence each."""
+        return self._native.warnings
+
+    def rotation(self, form: RotationForm) -> Floats:
+        """Rotations from the hand's root to the object as quaternions ``"wxyz"`` or ``"xyzw"``, shape (n, 4), or as a
+        ``"matrix"``, shape (n, 3, 3)."""
+        q = self.rotation_wxyz
+        if form == "wxyz":
+            return q
+        if form == "xyzw":
+            return q[:, [1, 2, 3, 0]]
+        if form != "matrix":
+            raise InputError(f"form {form!r}: the forms are 'wxyz', 'xyzw' and 'matrix'")
+        w, x, y, z = q.T
+        rows = [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+        return np.moveaxis(np.array(rows), 2, 0)
+
+    # Tables
+
+    def to_arrow(self) -> Any:
+        """All columns of ``grasps.parquet`` as a ``pyarrow.Table``, with the description of hand and object."""
+        import pyarrow.parquet
+
+        return pyarrow.parquet.read_table(io.BytesIO(self._native.encode()))
+
+    def to_pandas(self) -> Any:
+        """All columns of ``grasps.parquet`` as a ``pandas.DataFrame``."""
+        return self.to_arrow().to_pandas()
+
+    def to_polars(self) -> Any:
+        """All columns of ``grasps.parquet`` as a ``polars.DataFrame``."""
+        import polars
+
+        return polars.read_parquet(io.BytesIO(self._native.encode()))
+
+    # Judgement
+
+    @cached_property
+    def judgement(self) -> Table:
+        """Judgements on the exact mesh, a row for each grasp.
+
+        ``strict``, ``published`` (Eq. 11 of Liu et al. 2021 as printed), ``released`` (as in the authors' code): whether the
+        grasp passes; ``objection``: the first reason why the strict filter refuses it; ``gap_m``, ``deepest_m``,
+        ``self_penetration_m`` (metres), ``joint_excess_rad``, ``least_friction``, ``epsilon``, ``net_wrench``, ``digits``,
+        ``contacts`` (surface point, link, signed distance in metres), and more.
+        """
+        return Table(self._native.judge())
+
+    def judge(self) -> Table:
+        """The same as :attr:`judgement`."""
+        return self.judgement
+
+    def passes(self, filter: Literal["strict", "published", "released"] = "strict") -> NDArray[np.bool_]:
+        """Which grasps pass a filter, shape (n,)."""
+        if filter not in ("strict", "published", "released"):
+            raise InputError(f"filter {filter!r}: the filters are 'strict', 'published' and 'released'")
+        passed: NDArray[np.bool_] = self.judgement[filter]
+        return passed
+
+    def label(
+        self, *, rule: StrPath | None = None, labels: StrPath | None = None, out: StrPath | None = None,
+        progress: bool | None = None,
+    ) -> Grasps:
+        """These grasps with their types in the GRASP taxonomy (T. Feix et al., IEEE Trans. Hum.-Mach. Syst. 46, 66 (2016)):
+        the columns ``label_auto``, ``label_score``, ``label_best``, ``label_category``, ``label_source``.
+
+        Parameters
+        ----------
+        rule
+            A file with another rule than the standard one.
+        labels
+            A CSV file with your labels (columns ``id`` and ``label``), which override the rule.
+        out
+            The file to write, the same as that of ``landscape label``; by default none is kept.
+        """
+        given = flags(rule=rule, from_=labels)
+        return self._remade("label", given, out, "labelled", progress)
+
+    def labels(self, *, progress: bool | None = None) -> Table:
+        """Types of the grasps by the standard rule: columns ``id``, ``label_auto``, ``label_score``, ``label_category``."""
+        labelled = self.label(progress=progress)
+        return Table({name: labelled.column(name) for name in ("id", "label_auto", "label_score", "label_category")})
+
+    def stability(
+        self, protocol: Protocol = "drop", *, settings: StrPath | None = None, out: StrPath | None = None,
+        progress: bool | None = None,
+    ) -> Grasps:
+        """These grasps with the outcomes of a simulation: the columns ``stable``, ``stable_reason``,
+        ``stable_displacement_m`` and ``stable_turn_rad``.
+
+        Parameters
+        ----------
+        protocol
+            ``"drop"`` (Liu et al. 2021), ``"six-directions"`` (DexGraspBench) or ``"six-directions-rigid"``.
+        settings
+            A TOML file with a protocol of your own.
+        out
+            The file to write, the same as that of ``landscape stability``; by default none is kept.
+        """
+        # The default is not named, as on the command line.
+        named = None if protocol == "drop" or settings is not None else protocol
+        return self._remade("stability", flags(protocol=named, settings=settings), out, "stability", progress)
+
+    def _remade(self, verb: str, given: list[str], out: StrPath | None, ending: str, progress: bool | None) -> Grasps:
+        file = self._file()
+        folder = None if out is not None else Folder()
+        target = Path(out) if folder is None else folder / f"{file.stem}.{ending}.parquet"  # type: ignore[arg-type]
+        command(verb, file, *given, "--quiet", "--output", target, progress=progress)
+        return Grasps(_native.Grasps.read(target, None, None), target, folder)
+
+    # Files of other programs, pages, landscapes
+
+    def export(self, out: StrPath, *, format: str) -> Path:
+        """Writes the grasps in a format of ``landscape export`` (``landscape help export`` lists them) and returns the path."""
+        target = Path(out)
+        command("export", self._file(), format, "--quiet", "--output", target, progress=False)
+        return target
+
+    def report(self, out: StrPath, *, progress: bool | None = None) -> Path:
+        """Writes a page on which the grasps are looked at and labelled, and returns its path."""
+        target = Path(out)
+        command("report", self._file(), "--quiet", "--output", target, progress=progress)
+        return target
+
+    def show(self, *, height_px: int = 720) -> Page:
+        """The page of :meth:`report` as a widget of a notebook; needs ``anywidget``."""
+        from .widget import Page
+
+        return Page.of(self.report, height_px)
+
+    def build(self, out: StrPath | None = None, **settings: Any) -> Landscape:
+        """The landscape between these grasps; see :func:`build`."""
+        from ._landscape import build
+
+        return build(self, out, **settings)
+
+    def __repr__(self) -> str:
+        pairs = ", ".join(f"{hand} on {object}" for hand, object, _, _ in self.populations)
+        return f"{len(self)} grasps of {pairs}"
+
+
+def _frozen(array: NDArray[Any]) -> NDArray[Any]:
+    array.setflags(write=False)
+    return array
+
+
+def _state(file: Path | None) -> tuple[int, int] | None:
+    """What tells that a file was not changed."""
+    if file is None or not file.is_file():
+        return None
+    state = file.stat()
+    return (state.st_mtime_ns, state.st_size)
+
+
+class Energy:
+    """The energy of a hand on an object, for many poses at once and on all cores.
+
+    Parameters
+    ----------
+    hand, object
+        What it is the energy of.
+    preset
+        ``"closed"`` (the hand as an elastic layer), ``"four_points"``, ``"paper"`` or ``"released"``.
+    """
+
+    def __init__(self, hand: Hand, object: Object, *, preset: str = "closed") -> None:
+        self._native = _native.Energy(hand._native, object._native, preset)
+
+    @property
+    def term_names(self) -> list[str]:
+        """Names of the terms, in their order in files."""
+        return self._native.term_names
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """All constants of the energy."""
+        made: dict[str, Any] = json.loads(self._native.settings)
+        return made
+
+    def __call__(self, grasps: Grasps | ArrayLike) -> Evaluation:
+        """Energies, gradients and terms of grasps, or of poses of shape (n, 7 + joints) as in :attr:`Grasps.poses`.
+
+        Energies are +inf outside the domain, never NaN.
+        """
+        poses = self._poses(grasps)
+        energy, gradient = self._native.evaluate(poses)
+        terms = self._native.terms(poses)
+        return Evaluation(energy, gradient, {name: terms[:, place] for place, name in enumerate(self.term_names)})
+
+    def evaluate(self, grasps: Grasps | ArrayLike) -> tuple[Floats, Floats]:
+        """Energies, shape (n,), and gradients, shape (n, tangents), without the terms, which cost as much again."""
+        return self._native.evaluate(self._poses(grasps))
+
+    def moved(self, poses: ArrayLike, tangents: ArrayLike) -> Floats:
+        """Poses moved along ``tangents``, shape (n, tangents): the exponential map in which gradients are derivatives."""
+        return self._native.moved(poses, tangents)
+
+    def _poses(self, grasps: Grasps | ArrayLike) -> Any:
+        return self._native.poses(grasps._native) if isinstance(grasps, Grasps) else grasps
+
+
+def synthesize(
+    hand: Hand,
+    object: Object,
+    n: int | None = None,
+    *,
+    seed: int = 0,
+    preset: str = "closed",
+    keep: Keep = "strict",
+    steps: int | None = None,
+    contacts: int | None = None,
+    spread: int | None = None,
+    config: StrPath | None = None,
+    out: StrPath | None = None,
+    progress: bool | None = None,
+) -> Grasps:
+    """Grasps of a hand on an object: the same bytes as ``landscape synth``.
+
+    Parameters
+    ----------
+    hand, object
+        Who grasps what.
+    n
+        Number of chains, each of which gives one grasp at most; 64 by default.
+    seed
+        Seed of all random draws. The result depends on nothing else: neither on threads nor on interruptions.
+    preset
+        Energy and sampler: ``closed``, ``four_points``, ``paper`` or ``released``.
+    keep
+        ``"strict"`` (what a person could hold), ``"firm"`` (and presses), ``"published"`` (Eq. 11 of Liu et al. 2021) or
+        ``"all"``.
+    steps, contacts, spread
+        Steps of a chain, contacts of a grasp, and how many grasps to keep at most, spread over the object.
+    config
+        An experiment file (TOML) instead of ``preset``.
+    out
+        The file to write. An interrupted call with the same ``out`` goes on where it stopped. By default none is kept.
+    progress
+        Whether to show a progress bar; by default if standard error is a terminal.
+
+    Raises
+    ------
+    InputError
+        If an argument is wrong, or no chain passed the filter.
+    KeyboardInterrupt
+        On Ctrl-C, within a second.
+    """
+    folder = None if out is not None else Folder()
+    target = Path(out) if folder is None else folder / "grasps.parquet"  # type: ignore[arg-type]
+    words = flags(
+        chains=n, steps=steps, contacts=contacts, seed=seed or None,
+        preset=None if preset == "closed" or config is not None else preset, config=config,
+        keep=None if keep == "strict" else keep, spread=spread,
+    )
+    synthesized(hand, object, target, progress, words)
+    return Grasps(_native.Grasps.read(target, None, None), target, folder)
+
+
+def import_grasps(
+    path: StrPath,
+    hand: Hand,
+    object: Object,
+    *,
+    mapping: StrPath | None = None,
+    out: StrPath | None = None,
+    progress: bool | None = None,
+) -> Grasps:
+    """Grasps of another program (DexGraspNet, DexGraspBench, tables): the same bytes as ``landscape import``.
+
+    Parameters
+    ----------
+    path
+        The file or folder.
+    hand, object
+        Who grasps what in it.
+    mapping
+        A TOML file that tells what its columns or arrays mean.
+    out
+        The file to write; by default none is kept.
+    """
+    folder = None if out is not None else Folder()
+    target = Path(out) if folder is None else folder / "grasps.parquet"  # type: ignore[arg-type]
+    whose = hand._flags() or ["--hand", "human"]
+    command(
+        "import", existing(path), *whose, *object._flags(), *flags(mapping=mapping), "--quiet", "--output", target,
+        progress=progress,
+    )
+    return Grasps(_native.Grasps.read(target, None, None), target, folder)

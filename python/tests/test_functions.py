@@ -1,0 +1,219 @@
+"""Energies given as Python functions: published numbers, errors, threads, interruptions, leaks."""
+
+import os
+import signal
+import threading
+import time
+import traceback
+
+import numpy as np
+import pytest
+
+import landscape as ls
+
+
+def lennard_jones(x):
+    r = x.reshape(-1, 3)
+    d = r[:, None] - r[None]
+    s = (d**2).sum(-1) + np.eye(len(r))
+    i6 = s**-3
+    np.fill_diagonal(i6, 0)
+    return 2 * (i6**2 - i6).sum(), ((-24 * (2 * i6**2 - i6) / s)[..., None] * d).sum(1).ravel()
+
+
+def camel(p):
+    x, y = p
+    slope = np.array([8 * x - 8.4 * x**3 + 2 * x**5 + y, x - 8 * y + 16 * y**3])
+    return (4 - 2.1 * x * x + x**4 / 3) * x * x + x * y + (4 * y * y - 4) * y * y, slope
+
+
+CAMEL_BOX = ([-2.0, -1.0], [2.0, 1.0])
+
+
+@pytest.fixture(scope="module")
+def humps():
+    return ls.explore(camel, box=CAMEL_BOX, seed=0)
+
+
+def test_six_hump_camel_has_its_published_minima(humps):
+    assert humps.minima.rows == 6
+    assert humps.minima.energy[:2] == pytest.approx([-1.031628, -1.031628], abs=1e-5)
+    assert humps.minima.coordinates[0] == pytest.approx(humps.minima.coordinates[1] * -1, abs=1e-5)
+    assert humps.coverage.sure > 0.8 and humps.coverage.minima == 6
+    height = humps.tree.merge_height(0, 1)
+    assert height == humps.tree.heights()[0, 1] and height > humps.minima.energy[1]
+    path = humps.path(0, 1)
+    assert path.height == pytest.approx(height, abs=1e-6)
+    assert path.minima[0] == 0 and path.minima[-1] == 1 and (np.diff(path.length) > 0).all()
+
+
+def test_lennard_jones_of_seven_atoms():
+    found = ls.explore(lennard_jones, ls.Atoms(7), box=(-1.2, 1.2), seed=0)
+    assert found.minima.energy == pytest.approx([-16.505384, -15.935043, -15.593211, -15.533060], abs=1e-5)
+    assert found.tree.merge_height(0, 2) == pytest.approx(-15.3199, abs=1e-3)
+
+
+def test_equal_seeds_give_equal_bytes(tmp_path):
+    one, two = (ls.explore(camel, box=CAMEL_BOX, seed=3, out=tmp_path / name) for name in ("a.landscape", "b.landscape"))
+    for name in ("minima.parquet", "stationary.parquet", "landscape.json", "tree.nwk", "min.data"):
+        assert (one.folder / name).read_bytes() == (two.folder / name).read_bytes(), name
+
+
+def test_batch_and_hessian_find_the_same_minima(humps):
+    def many(points):
+        pairs = [camel(p) for p in points]
+        return np.array([e for e, _ in pairs]), np.array([g for _, g in pairs])
+
+    def bent(p):
+        x, y = p
+        return [[8 - 25.2 * x**2 + 10 * x**4, 1], [1, -8 + 48 * y**2]]
+
+    for found in (ls.explore(many, box=CAMEL_BOX, batch=True), ls.explore(camel, box=CAMEL_BOX, hessian=bent)):
+        assert found.minima.energy == pytest.approx(humps.minima.energy, abs=1e-8)
+
+
+def test_map_joins_given_minima():
+    found = ls.map(lambda x: (np.cos(3 * x).sum(), -3 * np.sin(3 * x)), [[1.0], [3.0], [-1.0]], ls.Torus(1), name="wells")
+    assert found.minima.rows == 3 and found.tree.merge_height(0, 1) == pytest.approx(1.0, abs=1e-3)
+    assert found.newick().strip().endswith(";")
+
+
+def test_rotations_and_boxes():
+    def falls(x):
+        return -x[0], np.array([-1.0])
+
+    ends = ls.quench(lambda x: (float((x**2).sum()), 2 * x), [[3.0, -2.0]])
+    assert ends.converged.all() and abs(ends.x).max() < 1e-4
+    slope = ls.explore(falls, ls.Box(), box=(0.0, 2.0))
+    assert slope.minima.coordinates[0] == pytest.approx([2.0])
+
+
+def test_a_wrong_gradient_is_told_with_numbers():
+    def wrong(x):
+        return float(x[0] ** 2 + 0.1 * x[0] * x[1] + x[1] ** 2), np.array([2 * x[0] + 0.1 * x[1], 2 * x[1]])
+
+    with pytest.raises(ls.GradientError, match="component 1") as told:
+        ls.explore(wrong, box=([-1, -1], [1, 1]))
+    error = told.value
+    assert error.component == 1 and len(error.x) == 2
+    assert error.measured - error.given == pytest.approx(0.1 * error.x[0], abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("answer", "words"),
+    [
+        (lambda x: (float("nan"), x), "energy is NaN"),
+        (lambda x: (0.0, x * np.nan), "component 0 of the gradient is NaN"),
+        (lambda x: (0.0, [1.0]), "must have 2 numbers, but has 1"),
+        (lambda x: 3.0, "two values, energy and gradient"),
+        (lambda x: ("high", x), "must be a number, but is str"),
+        (lambda x: (float("-inf"), x), "energy is -inf"),
+    ],
+)
+def test_what_is_no_energy_is_told_with_its_point(answer, words):
+    with pytest.raises(ls.EnergyError, match=words) as told:
+        ls.explore(answer, box=([-1, -1], [1, 1]))
+    assert len(told.value.x) == 2 and "at x = [" in str(told.value)
+
+
+def test_an_exception_keeps_its_traceback():
+    calls = 0
+
+    def breaks(x):
+        nonlocal calls
+        calls += 1
+        if calls > 200:
+            raise ZeroDivisionError("on purpose")
+        return camel(x)
+
+    with pytest.raises(ZeroDivisionError, match="on purpose") as told:
+        ls.explore(breaks, box=CAMEL_BOX)
+    assert any(frame.name == "breaks" for frame in traceback.extract_tb(told.value.__traceback__))
+    assert calls < 300, "the function is not asked again after its error"
+
+
+def test_interruption_ends_a_search_within_a_second():
+    def slow(x):
+        time.sleep(0.002)
+        return lennard_jones(x)
+
+    threading.Timer(1.0, os.kill, (os.getpid(), signal.SIGINT)).start()
+    started = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        ls.explore(slow, ls.Atoms(13), box=(-1.8, 1.8))
+    assert time.monotonic() - started < 2.0
+
+
+def test_other_threads_run_on_and_nothing_deadlocks():
+    results, ticks = [], 0
+
+    def search():
+        results.append(ls.explore(camel, box=CAMEL_BOX, seed=1).minima.rows)
+
+    threads = [threading.Thread(target=search) for _ in range(3)]
+    for thread in threads:
+        thread.start()
+    while any(thread.is_alive() for thread in threads):
+        ticks += 1
+        time.sleep(0.005)
+        assert ticks < 20000
+    assert results == [6, 6, 6] and ticks > 5
+
+
+def test_a_million_calls_leak_nothing():
+    psutil = pytest.importorskip("psutil")
+    answer = (0.0, np.zeros(2))
+    points = np.zeros((100_000, 2))
+    process = psutil.Process()
+    ls.evaluate(lambda x: answer, points, box=(-1, 1))
+    before = process.memory_info().rss
+    for _ in range(10):
+        ls.evaluate(lambda x: answer, points, box=(-1, 1))
+    assert process.memory_info().rss - before < 30e6
+
+
+def test_a_call_costs_little():
+    answer = (0.0, np.zeros(2))
+    points = np.zeros((100_000, 2))
+
+    def function(x):
+        return answer
+
+    def per_call(work):
+        times = []
+        for _ in range(3):
+            started = time.perf_counter()
+            work()
+            times.append((time.perf_counter() - started) / len(points))
+        return min(times)
+
+    x = points[0]
+    own = per_call(lambda: [function(x) for _ in range(len(points))])
+    ours = per_call(lambda: ls.evaluate(function, points, box=(-1, 1)))
+    print(f"overhead of a call: {1e6 * (ours - own):.2f} µs")
+    assert ours - own < 3e-6
+
+
+def test_wrong_arguments_are_told():
+    with pytest.raises(ls.InputError, match="box=\\(low, high\\) is needed"):
+        ls.explore(camel)
+    with pytest.raises(ls.InputError, match="low < high"):
+        ls.explore(camel, box=([1, 1], [-1, -1]))
+    with pytest.raises(ls.InputError, match="no minimum 9"):
+        ls.explore("muller-brown").path(0, 9)
+    with pytest.raises(ls.NothingFoundError):
+        ls.map(lambda x: (float((x**2).sum()), 2 * x), [[1.0], [0.5]])
+    with pytest.raises(FileNotFoundError):
+        ls.load("there-is-none.landscape")
+
+
+def test_ase_calculator():
+    ase = pytest.importorskip("ase")
+    from ase.calculators.lj import LennardJones
+
+    atoms = ase.Atoms("Ar4", positions=np.random.default_rng(0).normal(size=(4, 3)))
+    energy = ls.from_ase(atoms, LennardJones(rc=50.0, smooth=False))
+    found = ls.explore(energy, box=(-1.0, 1.0), check_gradient=False)
+    assert found.minima.energy[0] == pytest.approx(-6.0, abs=1e-2)
+    with pytest.raises(ls.InputError, match="several elements"):
+        ls.from_ase(ase.Atoms("ArKr"), LennardJones())

@@ -1,0 +1,181 @@
+//! Hands, objects and grasps that a user names: by the name of one that comes with the program, or by a file.
+
+use std::path::{Path, PathBuf};
+
+use crate::hand::{HAND_NAMES, HandError, HandFiles};
+use crate::object::{OBJECT_NAMES, Object, ObjectError, ObjectParts};
+use crate::store::{
+    GraspFile, HandMetadata, ObjectMetadata, Overrides, RebuildError, StoreError, Warning,
+};
+
+/// Reason why a hand, an object or a file of grasps cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum InputError {
+    /// A hand is neither built in nor a file.
+    #[error("this is neither a file nor a hand that comes with the program ({})", HAND_NAMES.join(", "))]
+    NoHand,
+    /// An object is neither built in nor a file.
+    #[error("this is neither a file nor an object that comes with the program ({})", OBJECT_NAMES.join(", "))]
+    NoObject,
+    /// The file of a hand is wrong.
+    #[error(transparent)]
+    Hand(#[from] HandError),
+    /// The file of an object is wrong.
+    #[error(transparent)]
+    Object(#[from] ObjectError),
+    /// A hand or an object cannot be stored or built.
+    #[error(transparent)]
+    Rebuild(#[from] RebuildError),
+    /// The name of an object, which is used in names of files.
+    #[error("{0:?}: a name without slashes and line breaks is needed")]
+    Name(String),
+    /// The file of grasps is wrong.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// The grasps of a file cannot be measured.
+    #[error("{}", path.display())]
+    Measure {
+        /// The file.
+        path: PathBuf,
+        /// The reason.
+        source: Box<RebuildError>,
+    },
+}
+
+/// The files of a hand: of a built-in one by its name, or of a URDF, MJCF or MANO file with an optional JSON side file of the
+/// same stem. Files that these refer to must be in `folder`, or in the same folder. With `mirror`, its mirror image.
+///
+/// # Errors
+/// If there is no such hand, or its files are wrong.
+pub fn hand_files(
+    name_or_file: &str,
+    folder: Option<&Path>,
+    mirror: bool,
+) -> Result<HandFiles, InputError> {
+    let files = if HAND_NAMES.contains(&name_or_file) {
+        HandFiles::named(name_or_file)?
+    } else {
+        let path = Path::new(name_or_file);
+        if !path.exists() {
+            return Err(InputError::NoHand);
+        }
+        match folder {
+            Some(folder) => HandFiles::load_within(path, folder)?,
+            None => HandFiles::load(path)?,
+        }
+    };
+    if mirror {
+        return Ok(files.mirrored()?);
+    }
+    Ok(files)
+}
+
+/// The metadata of the hand of `files`, which [`hand_files`] found with the same arguments.
+///
+/// # Errors
+/// If the files do not describe a hand.
+pub fn hand_metadata(
+    name_or_file: &str,
+    files: &HandFiles,
+    mirror: bool,
+) -> Result<HandMetadata, RebuildError> {
+    let mut name = if HAND_NAMES.contains(&name_or_file) {
+        name_or_file.to_owned()
+    } else {
+        let stem = Path::new(name_or_file).file_stem().unwrap_or_default();
+        stem.to_string_lossy().into_owned()
+    };
+    if mirror {
+        name += "_mirrored";
+    }
+    HandMetadata::new(name, files)
+}
+
+/// The metadata at scale 1 of an object (a built-in one, a mesh, or a TOML file of shapes), and a list of repairs. A mass in
+/// the description refers to the object at `scale`.
+///
+/// # Errors
+/// If there is no such object, or its file is wrong.
+pub fn object_metadata(
+    name_or_file: &str,
+    scale: f64,
+) -> Result<(ObjectMetadata, Vec<String>), InputError> {
+    let path = Path::new(name_or_file);
+    let mut parts = if OBJECT_NAMES.contains(&name_or_file) {
+        let (mesh, description) = Object::parts_of_named(name_or_file)?;
+        ObjectParts {
+            name: name_or_file.to_owned(),
+            mesh,
+            notes: Vec::new(),
+            description,
+        }
+    } else {
+        if !path.exists() {
+            return Err(InputError::NoObject);
+        }
+        Object::parts_of_file(path)?
+    };
+    let mass_kg = &mut parts.description.mass_kg;
+    *mass_kg = mass_kg.map(|mass| mass / scale.powi(3));
+    Ok((ObjectMetadata::new(&parts)?, parts.notes))
+}
+
+/// Gives an object another name.
+///
+/// # Errors
+/// If names of files cannot contain the name.
+pub fn rename_object(object: &mut ObjectMetadata, name: &str) -> Result<(), InputError> {
+    if name.trim().is_empty() || name.contains(['/', '\\']) || name.contains(char::is_control) {
+        return Err(InputError::Name(name.to_owned()));
+    }
+    name.clone_into(&mut object.name);
+    Ok(())
+}
+
+/// Reads a file of grasps, with the given hand and object if there are any. If these differ from those in the file, all
+/// measures are computed anew. Also returns warnings.
+///
+/// # Errors
+/// If the file is wrong, or its grasps cannot be measured.
+pub fn read_grasps(
+    path: &Path,
+    overrides: Overrides,
+) -> Result<(GraspFile, Vec<String>), InputError> {
+    let (mut file, found) = GraspFile::read(path, overrides)?;
+    let mut warnings: Vec<String> = found.iter().map(told).collect();
+    if file.metadata.energy.is_null() {
+        warnings.push(
+            "the file does not tell the energy of its grasps (metadata are lost when another program writes a file anew): \
+             the default one is used"
+                .to_owned(),
+        );
+    }
+    let is_other = |warning: &Warning| {
+        matches!(
+            warning,
+            Warning::OtherHand { .. } | Warning::OtherObject { .. }
+        )
+    };
+    if found.iter().any(is_other) {
+        file.measure().map_err(|source| InputError::Measure {
+            path: path.to_path_buf(),
+            source: Box::new(source),
+        })?;
+    }
+    Ok((file, warnings))
+}
+
+fn told(warning: &Warning) -> String {
+    match warning {
+        Warning::OtherHand { told, given } => format!(
+            "the poses are judged with the hand given, `{given}`, instead of `{told}` as the file describes it: contacts are \
+             chosen and all measures taken anew; labels and outcomes of simulations are dropped"
+        ),
+        Warning::OtherObject { told, given } => format!(
+            "the poses are judged with the object given, `{given}`, instead of `{told}` as the file describes it: all \
+             measures are taken anew; labels and outcomes of simulations are dropped"
+        ),
+        other => other.to_string(),
+    }
+}

@@ -1,0 +1,257 @@
+//! The landscape between points of a surface that are given, by attraction–diffusion and relaxed paths, and its report.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+use serde_json::json;
+
+use super::drawing::{Titles, Views, not_drawn};
+use super::error::StudyError;
+use super::settings::StudyRun;
+use super::surface::Subject;
+use super::tables::{Input, Mapped, upper_bounds};
+use super::uncertainty::Uncertainty;
+use super::{Digits, json as value};
+use crate::energy::Energy;
+use crate::printable::printable;
+use crate::sample::Mala;
+use crate::store::{AtomicFolder, Counts, LandscapeFiles, Manifest};
+use crate::topography::exchange::Database;
+use crate::topography::{
+    Landscape, MapSettings, Merge, Scales, build_landscape, distinct, quench_all,
+};
+
+/// Step of the finite differences of the curvatures, relative to the longest step of a path.
+const CURVATURE_STEP: f64 = 1e-4;
+
+/// The landscape between given points, and how it was made.
+#[derive(Debug)]
+pub struct SurfaceMap {
+    /// Minima, connections, tree and groups.
+    pub landscape: Landscape,
+    /// The settings, measured on the minima.
+    pub settings: MapSettings,
+    /// Number of points given.
+    pub starts: usize,
+    /// Number of points whose descents did not end at a minimum.
+    pub lost: usize,
+    /// Energy evaluations of all stages.
+    pub evaluations: usize,
+}
+
+/// Descends from `starts` on any surface, merges equal minima, and connects them by straight lines, attraction–diffusion
+/// and relaxed paths. `adjust` may change the settings that were measured on the minima.
+///
+/// # Errors
+/// [`StudyError::NoMinimum`] if no descent ends at a minimum, [`StudyError::OneMinimum`] if all end at the same one,
+/// [`StudyError::Journal`] if a finished task cannot be stored.
+///
+/// # Panics
+/// If a point has the wrong length.
+///
+/// # Examples
+/// Two wells of the Müller–Brown surface and the pass between them.
+///
+/// ```
+/// use landscape::energy::model::MullerBrown;
+/// use landscape::study::{StudyRun, map_surface};
+///
+/// let starts = [vec![-0.7, 1.2], vec![0.5, 0.1]];
+/// let found = map_surface("muller-brown", &MullerBrown::new(), &starts, |_| (), &StudyRun::default())?;
+/// let height = found.landscape.tree.nodes.last().unwrap().energy;
+/// assert!(height > -80.0 && height < -40.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn map_surface(
+    name: &str,
+    energy: &dyn Energy,
+    starts: &[Vec<f64>],
+    adjust: impl FnOnce(&mut MapSettings),
+    run: &StudyRun<'_>,
+) -> Result<SurfaceMap, StudyError> {
+    let scales = Scales::measured(energy, starts);
+    let quenches = quench_all(energy, starts, &scales.quench(), &run.run)?;
+    let spent: usize = quenches.iter().map(|quench| quench.evaluations).sum();
+    let (minima, rejected) = distinct(
+        energy,
+        &quenches,
+        &scales.sameness(),
+        scales.gradient_tolerance(),
+    );
+    (run.stage_ended)("quench", spent);
+    match minima.len() {
+        0 => {
+            return Err(StudyError::NoMinimum {
+                surface: name.to_owned(),
+                searches: starts.len(),
+                ends: "(no descent from a given point converged)".to_owned(),
+            });
+        }
+        1 => return Err(StudyError::OneMinimumOfSurface(starts.len())),
+        _ => {}
+    }
+    let mut settings = MapSettings::for_minima(energy, &minima);
+    adjust(&mut settings);
+    let kernel = Mala::new(energy);
+    let landscape = build_landscape(energy, &kernel, minima, &settings, &run.run)?;
+    (run.stage_ended)("connect", landscape.evaluations);
+    Ok(SurfaceMap {
+        evaluations: spent + landscape.evaluations,
+        landscape,
+        settings,
+        starts: starts.len(),
+        lost: rejected.len(),
+    })
+}
+
+/// A map of a surface and its report.
+#[derive(Debug)]
+pub struct SurfaceMapReport<'a> {
+    /// The surface.
+    pub subject: &'a Subject<'a>,
+    /// Its map.
+    pub found: &'a SurfaceMap,
+    /// The call that repeats the map.
+    pub command: String,
+}
+
+impl SurfaceMapReport<'_> {
+    fn mapped(&self) -> Mapped<'_> {
+        Mapped {
+            landscape: &self.found.landscape,
+            energy: self.subject.energy,
+            inputs: (0..self.found.starts as u64)
+                .map(|id| Input { id, label: None })
+                .collect(),
+            choices_below: f64::INFINITY,
+            ways: Vec::new(),
+        }
+    }
+
+    /// Writes tables, pictures, texts and summary into `folder` and returns the summary.
+    ///
+    /// # Errors
+    /// If the folder cannot be written, or a number is not finite.
+    pub fn write(&self, folder: &AtomicFolder) -> Result<String, StudyError> {
+        let mapped = self.mapped();
+        let merges = mapped.landscape.merges();
+        let uncertainty = Uncertainty::of(mapped.landscape, "starting points");
+        let files = self.files(&mapped, &merges, &uncertainty);
+        let minima = self.found.landscape.network.node_count();
+        let title = format!(
+            "{}: {minima} minima from {} points",
+            self.subject.name, self.found.starts
+        );
+        let titles = Titles::of_surface(title, "starting points", self.found.settings.seed);
+        let difference = CURVATURE_STEP * self.found.settings.path.max_step;
+        let database = Database::from_landscape(self.subject.energy, mapped.landscape, difference);
+        mapped.draw(&titles, Views::default(), &database, folder)?;
+        uncertainty.unseen.draw(&titles.title, folder)?;
+        // The manifest lists the checksums of all tables, so it comes last.
+        files.write(folder)?;
+        let text = self.summary(&merges, &files);
+        let text = printable(&text, &['\n', '\t']).into_owned();
+        folder.write("summary.md", text.as_bytes())?;
+        Ok(text)
+    }
+
+    fn files(
+        &self,
+        mapped: &Mapped<'_>,
+        merges: &[Merge],
+        uncertainty: &Uncertainty,
+    ) -> LandscapeFiles {
+        let (subject, found) = (self.subject, self.found);
+        let landscape = &found.landscape;
+        let edges = mapped.edges();
+        let findings = mapped.findings(merges, uncertainty);
+        let mut findings: BTreeMap<_, _> = findings.into_iter().collect();
+        findings.insert("method".to_owned(), "relaxed connections".into());
+        let first = landscape.network.node_weights().next();
+        let terms = first.map_or_else(Vec::new, |minimum| {
+            subject.energy.terms(&minimum.coordinates)
+        });
+        let manifest = Manifest {
+            program_version: env!("CARGO_PKG_VERSION").to_owned(),
+            command: self.command.clone(),
+            seed: found.settings.seed,
+            source: subject.source.clone(),
+            hand: None,
+            object: None,
+            scale: 1.0,
+            energy: json!({
+                "surface": subject.name,
+                "coordinates": subject.coordinates,
+                "low": subject.low,
+                "high": subject.high,
+            }),
+            settings: value(&found.settings),
+            terms: terms.into_iter().map(|(name, _)| name).collect(),
+            group_barrier: Some(landscape.groups.barrier),
+            letting_go: None,
+            counts: Counts {
+                grasps: 0,
+                minima: landscape.network.node_count() as u64,
+                groups: landscape.groups.members.len() as u64,
+                pairs: edges.len() as u64,
+                components: landscape.tree.roots.len() as u64,
+                evaluations: found.evaluations as u64,
+            },
+            evidence: mapped.evidence(),
+            findings,
+            warnings: self.warnings(),
+        };
+        LandscapeFiles {
+            manifest,
+            minima: mapped.minima(),
+            edges,
+            paths: mapped.paths(),
+        }
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        let mut warnings = vec![
+            "only the minima of the given points were sought: others may lie between or below them"
+                .to_owned(),
+        ];
+        if self.found.lost > 0 {
+            warnings.push(format!(
+                "{} of {} descents ended at no minimum",
+                self.found.lost, self.found.starts
+            ));
+        }
+        warnings
+    }
+
+    fn summary(&self, merges: &[Merge], files: &LandscapeFiles) -> String {
+        let landscape = &self.found.landscape;
+        let counts = &files.manifest.counts;
+        let digits = Digits::of(files.minima.iter().map(|minimum| minimum.energy));
+        let mut text = format!(
+            "# {}\n\n- **{} minima** from {} points, {} pairs tried, {} component(s)\n- {} groups (relative barrier up to \
+             {})\n- {} evaluations of the energy\n",
+            self.subject.name,
+            counts.minima,
+            self.found.starts,
+            counts.pairs,
+            counts.components,
+            counts.groups,
+            digits.show(landscape.groups.barrier),
+            counts.evaluations,
+        );
+        for (evidence, count) in &files.manifest.evidence {
+            let _ = writeln!(text, "- {count} connections with evidence `{evidence}`");
+        }
+        for warning in &files.manifest.warnings {
+            let _ = writeln!(text, "- {warning}");
+        }
+        if let Some(sentence) = not_drawn(landscape.network.node_count()) {
+            let _ = writeln!(text, "- {sentence}");
+        }
+        for line in upper_bounds(merges) {
+            text += &line;
+            text.push('\n');
+        }
+        text
+    }
+}
