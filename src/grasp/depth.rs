@@ -15,7 +15,7 @@ use crate::mesh::{DEPTH_TOLERANCE_M, ExactMesh};
 /// cylinders, capsules), or the skin of MANO. The skin drawn over a hand of capsules does not count, as it is thicker at
 /// creases. A part is a capsule, or all meshes of one link: its inside is the union of the solids that they bound (after
 /// repair if necessary), or else of their convex hulls. The result is at most
-/// [`DEPTH_TOLERANCE_M`](crate::mesh::DEPTH_TOLERANCE_M) too small.
+/// [`DEPTH_TOLERANCE_M`] too small.
 ///
 /// # Panics
 /// If `posed` belongs to another hand.
@@ -148,6 +148,8 @@ f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
             hand.pose(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0], &mut posed);
             let depth_m = object_inside_hand_m(&plate, &hand, &posed);
             assert!((depth_m - 0.008).abs() < 1e-4, "{boxes:?}: {depth_m}");
+            assert!(is_deeper(&plate, &hand, &posed, 0.0078));
+            assert!(!is_deeper(&plate, &hand, &posed, 0.0082));
         }
     }
 }
