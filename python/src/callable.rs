@@ -116,23 +116,29 @@ impl Asked {
         })
     }
 
-    fn ask(&self, py: Python<'_>, x: &[f64], gradient: &mut [f64]) -> Result<f64, Failure> {
-        let given = PyArray1::from_slice(py, x);
-        let answer = self
-            .function
-            .bind(py)
-            .call1((given,))
-            .map_err(Failure::Raised)?;
-        let pair = answer.cast::<PyTuple>().ok().filter(|pair| pair.len() == 2);
-        let Some(pair) = pair else {
-            return Err(wrong(
+    /// The two values that the function returns for `given`. A failure names the point `x`.
+    fn two<'py>(
+        &self,
+        given: &Bound<'py, PyAny>,
+        x: &[f64],
+        expected: &str,
+    ) -> Result<Bound<'py, PyTuple>, Failure> {
+        let answer = (self.function.bind(given.py()).call1((given,))).map_err(Failure::Raised)?;
+        match answer.cast::<PyTuple>() {
+            Ok(pair) if pair.len() == 2 => Ok(pair.clone()),
+            _ => Err(wrong(
                 x,
                 format!(
-                    "the function must return two values, energy and gradient, but returned {}",
+                    "the function must return two {expected}, but returned {}",
                     kind(&answer)
                 ),
-            ));
-        };
+            )),
+        }
+    }
+
+    fn ask(&self, py: Python<'_>, x: &[f64], gradient: &mut [f64]) -> Result<f64, Failure> {
+        let given = PyArray1::from_slice(py, x);
+        let pair = self.two(given.as_any(), x, "values, energy and gradient")?;
         let told = pair.get_borrowed_item(0).map_err(Failure::Raised)?;
         let Ok(energy) = told.extract::<f64>() else {
             return Err(wrong(
@@ -194,21 +200,7 @@ impl Asked {
         let first = &points[0];
         let given =
             PyArray2::from_vec2(py, points).map_err(|error| wrong(first, error.to_string()))?;
-        let answer = self
-            .function
-            .bind(py)
-            .call1((given,))
-            .map_err(Failure::Raised)?;
-        let pair = answer.cast::<PyTuple>().ok().filter(|pair| pair.len() == 2);
-        let Some(pair) = pair else {
-            return Err(wrong(
-                first,
-                format!(
-                    "the function must return two arrays, energies and gradients, but returned {}",
-                    kind(&answer)
-                ),
-            ));
-        };
+        let pair = self.two(given.as_any(), first, "arrays, energies and gradients")?;
         for (place, name, target) in [
             (0, "energies", &mut *energies),
             (1, "gradients", &mut *gradients),

@@ -24,6 +24,19 @@ use crate::topography::{Evidence, Merge, MinimumId};
 /// Step of the finite differences of the curvatures, relative to the longest step of a saddle search.
 const CURVATURE_STEP: f64 = 1e-4;
 
+/// Writes the last files of a landscape folder, and returns the summary without control characters.
+pub(super) fn conclude(
+    files: &LandscapeFiles,
+    summary: &str,
+    folder: &AtomicFolder,
+) -> Result<String, StudyError> {
+    // The manifest lists the checksums of all tables, so it comes last.
+    files.write(folder)?;
+    let summary = printable(summary, &['\n', '\t']).into_owned();
+    folder.write("summary.md", summary.as_bytes())?;
+    Ok(summary)
+}
+
 /// A mapped population and its report.
 #[derive(Debug)]
 pub struct GraspReport<'a> {
@@ -83,12 +96,8 @@ impl GraspReport<'_> {
         if let Some(diagram) = &self.found.choice.diagram {
             chain_choice::write(diagram, &titles.title, folder)?;
         }
-        // The manifest lists the checksums of all tables, so it comes last.
-        files.write(folder)?;
         let text = self.summary(&mapped, &merges, &uncertainty, &files);
-        let text = printable(&text, &['\n', '\t']).into_owned();
-        folder.write("summary.md", text.as_bytes())?;
-        Ok(text)
+        conclude(&files, &text, folder)
     }
 
     fn files(

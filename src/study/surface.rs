@@ -7,13 +7,13 @@ use serde_json::json;
 use super::drawing::{Titles, Views, not_drawn};
 use super::error::StudyError;
 use super::lowest;
+use super::report::conclude;
 use super::searched::{Searched, SurfaceSearch};
 use super::settings::StudyRun;
 use super::tables::{Input, Mapped};
 use super::uncertainty::Uncertainty;
 use super::{Digits, json as value, tally};
 use crate::energy::Energy;
-use crate::printable::printable;
 use crate::store::{AtomicFolder, Counts, LandscapeFiles, Manifest, Source, StationaryRow};
 use crate::topography::exchange::{Database, points};
 use crate::topography::{
@@ -205,11 +205,7 @@ impl SurfaceReport<'_> {
         };
         mapped.draw(&titles, views, &database, folder)?;
         uncertainty.unseen.draw(&titles.title, folder)?;
-        // The manifest lists the checksums of all tables, so it comes last.
-        files.write(folder)?;
-        let text = printable(&self.summary(&merges), &['\n', '\t']).into_owned();
-        folder.write("summary.md", text.as_bytes())?;
-        Ok(text)
+        conclude(&files, &self.summary(&merges), folder)
     }
 
     fn files(

@@ -7,13 +7,13 @@ use serde_json::json;
 
 use super::drawing::{Titles, Views, not_drawn};
 use super::error::StudyError;
+use super::report::conclude;
 use super::settings::StudyRun;
 use super::surface::Subject;
 use super::tables::{Input, Mapped, upper_bounds};
 use super::uncertainty::Uncertainty;
 use super::{Digits, json as value};
 use crate::energy::Energy;
-use crate::printable::printable;
 use crate::sample::Mala;
 use crate::store::{AtomicFolder, Counts, LandscapeFiles, Manifest};
 use crate::topography::exchange::Database;
@@ -147,12 +147,7 @@ impl SurfaceMapReport<'_> {
         let database = Database::from_landscape(self.subject.energy, mapped.landscape, difference);
         mapped.draw(&titles, Views::default(), &database, folder)?;
         uncertainty.unseen.draw(&titles.title, folder)?;
-        // The manifest lists the checksums of all tables, so it comes last.
-        files.write(folder)?;
-        let text = self.summary(&merges, &files);
-        let text = printable(&text, &['\n', '\t']).into_owned();
-        folder.write("summary.md", text.as_bytes())?;
-        Ok(text)
+        conclude(&files, &self.summary(&merges, &files), folder)
     }
 
     fn files(

@@ -31,6 +31,9 @@ pub enum CoordinatesError {
     /// A quaternion has four coordinates.
     #[error("{0} coordinates, and a quaternion has four")]
     Rotation(usize),
+    /// The period of a coordinate is the length of its side of the region.
+    #[error("periodic coordinates need a region whose sides are longer than 0")]
+    Sides,
 }
 
 impl Coordinates {
@@ -63,7 +66,7 @@ impl Coordinates {
     /// The space of these coordinates, as many as the region has sides. The sides are the periods of periodic ones.
     ///
     /// # Errors
-    /// If there cannot be so many coordinates.
+    /// If there cannot be so many coordinates, or a periodic one has no period.
     pub fn space(
         self,
         (low, high): (&[f64], &[f64]),
@@ -72,7 +75,11 @@ impl Coordinates {
         Ok(match self {
             Self::Periodic => {
                 let sides = low.iter().zip(high).map(|(low, high)| high - low);
-                Box::new(Periodic::new(low, &sides.collect::<Vec<f64>>()))
+                let sides: Vec<f64> = sides.collect();
+                if high.len() != count || !sides.iter().all(|side| *side > 0.0) {
+                    return Err(CoordinatesError::Sides);
+                }
+                Box::new(Periodic::new(low, &sides))
             }
             Self::Flat | Self::Box => Box::new(Euclidean::new(count)),
             Self::Angles => Box::new(Torus::new(count)),
@@ -101,4 +108,20 @@ pub fn surface_space(manifest: &Manifest) -> Option<(Box<dyn Space + Send>, Stri
             format!("{count} {name}")
         },
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The region may come from a file that somebody changed.
+    #[test]
+    fn a_region_without_sides_has_no_periods() {
+        let kind = Coordinates::Periodic;
+        assert!(kind.space((&[0.0, 0.0], &[1.0, 2.0])).is_ok());
+        for high in [&[1.0, 0.0][..], &[1.0, f64::NAN], &[1.0]] {
+            let refused = kind.space((&[0.0, 0.0], high)).err();
+            assert_eq!(refused, Some(CoordinatesError::Sides));
+        }
+    }
 }
