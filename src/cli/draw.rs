@@ -30,6 +30,10 @@ pub(super) struct Draw {
     /// Draw only the N lowest minima (or groups).
     #[arg(long, value_name = "N")]
     lowest: Option<usize>,
+    /// Draw only the minima (or groups) at the bottom of the N deepest valleys: the depth of a valley is the height of the
+    /// merge that joins it to a lower one, above its bottom.
+    #[arg(long, value_name = "N")]
+    deepest: Option<usize>,
     /// Draw only minima (or groups) with at least N members.
     #[arg(long, value_name = "N")]
     min_members: Option<usize>,
@@ -93,6 +97,7 @@ impl From<Differences> for Colouring {
 pub(super) const EXAMPLES: &str = "\
 Examples:
   landscape draw grasps.landscape --lowest 50              grasps.view/: the 50 lowest minima (and groups)
+  landscape draw lj-38.landscape --deepest 300             the funnels of a large landscape
   landscape draw grasps.landscape --min-members 2 --levels 20
   landscape draw grasps.landscape --pick m0,m4,m31 -o three
   landscape draw grasps.landscape --stability grasps.stability.parquet
@@ -108,6 +113,7 @@ tree.nwk, tree.dot, tree.json and barriers.graphml of the minima that are shown.
 pub(super) fn run(command: &Draw, common: &Common) -> anyhow::Result<()> {
     for (flag, value) in [
         ("lowest", command.lowest),
+        ("deepest", command.deepest),
         ("levels", command.levels),
         ("min-members", command.min_members),
         ("examples", command.examples),
@@ -120,6 +126,7 @@ pub(super) fn run(command: &Draw, common: &Common) -> anyhow::Result<()> {
     let tree = Tree::from_network(&network, Evidence::Chain);
     let views = Views {
         lowest: command.lowest,
+        deepest: command.deepest,
         members: command.min_members,
         monotonic: command.monotonic,
         levels: command.levels,

@@ -126,6 +126,8 @@ impl Quantities {
 pub struct Views {
     /// Number of lowest minima to show.
     pub lowest: Option<usize>,
+    /// Number of minima to show, those at the bottom of the deepest valleys.
+    pub deepest: Option<usize>,
     /// Least number of members of a minimum.
     pub members: Option<usize>,
     /// Whether to show only the bottoms of monotonic sequences, which no connection joins to a lower minimum.
@@ -153,6 +155,9 @@ impl Views {
         if let Some(count) = self.lowest {
             view = view.lowest(count);
         }
+        if let Some(count) = self.deepest {
+            view = view.deepest(count);
+        }
         let levels = self
             .levels
             .and_then(|count| Levels::spanning(&view.tree, count));
@@ -177,12 +182,18 @@ impl Views {
         if let Some(count) = self.lowest {
             parts.push(format!("the {count} lowest"));
         }
+        if let Some(count) = self.deepest {
+            parts.push(format!("the {count} deepest"));
+        }
         if let Some(count) = self.levels {
             parts.push(format!("{count} levels"));
         }
         parts.join(", ")
     }
 }
+
+/// Number of valleys in a disconnectivity graph that would have too many.
+const PRUNED: usize = 400;
 
 /// Greatest number of groups that are named in pictures, as in `inspect --path g0 g4`. More names would hide the groups.
 const MOST_NAMED: usize = 60;
@@ -285,14 +296,15 @@ impl Drawing<'_> {
     /// Writes the disconnectivity graph and the barrier graph as SVG and PNG.
     fn pictures(&self, shown: &Shown<'_>, ending: &str, put: Put<'_>) -> Result<(), StudyError> {
         let (view, levels) = (self.views).of(shown.network, &shown.tree, &shown.picked);
-        let legible = at_most(&view, DisconnectivityPicture::MOST_LEAVES);
+        let legible = at_most(&view, DisconnectivityPicture::MOST_LEAVES, PRUNED);
         let tree = self.tree_picture(
             shown,
             &legible,
             levels,
             self.title(shown, &view, &legible, ending),
         );
-        let legible = at_most(&view, BarrierPicture::MOST_NODES);
+        let most = BarrierPicture::MOST_NODES;
+        let legible = at_most(&view, most, most);
         let graph = self.graph_picture(shown, &legible, self.title(shown, &view, &legible, ending));
         for (name, canvas) in PICTURES.into_iter().zip([tree.draw()?, graph.draw()?]) {
             for format in ["svg", "png"] {
@@ -311,7 +323,7 @@ impl Drawing<'_> {
             if !spelled.is_empty() {
                 spelled.push_str(", of these ");
             }
-            let _ = write!(spelled, "the {drawn} lowest");
+            let _ = write!(spelled, "the {drawn} deepest");
         }
         if spelled.is_empty() {
             return self.titles.title.clone();
@@ -372,9 +384,10 @@ impl Drawing<'_> {
     }
 }
 
-fn at_most(view: &View, most: usize) -> View {
+/// The whole view, or its `pruned` deepest valleys if it has more than `most` minima.
+fn at_most(view: &View, most: usize, pruned: usize) -> View {
     if view.minima.len() > most {
-        view.lowest(most)
+        view.deepest(pruned)
     } else {
         view.clone()
     }
@@ -395,8 +408,8 @@ pub(super) fn not_drawn(minima: usize) -> Option<String> {
     ];
     (minima > leaves.min(nodes)).then(|| {
         format!(
-            "pictures show what is legible, of minima and of groups the {leaves} lowest in disconnectivity graphs and the \
-             {nodes} lowest in barrier graphs; the texts (tree.nwk, tree.dot, tree.json, barriers.graphml) hold all, and \
+            "pictures show what is legible: the {PRUNED} deepest valleys in disconnectivity graphs of more than {leaves} minima \
+             or groups, and the {nodes} deepest in barrier graphs; the texts (tree.nwk, tree.dot, tree.json, barriers.graphml) hold all, and \
              `landscape draw` draws what its views choose"
         )
     })

@@ -205,9 +205,9 @@ fn a_deep_tree_is_imported_and_drawn_again() {
     assert!(said.contains("pictures show what is legible"), "{said}");
     assert_eq!(desk.tree("chain.landscape").nodes.len(), 99_999);
     let drawn = desk.text("chain.landscape/barriers_minima.svg");
-    assert!(drawn.contains("500 of 50000 minima (the 500 lowest)"));
+    assert!(drawn.contains("500 of 50000 minima (the 500 deepest)"));
     let drawn = desk.text("chain.landscape/disconnectivity_minima.svg");
-    assert!(drawn.contains("2000 of 50000 minima (the 2000 lowest)"));
+    assert!(drawn.contains("400 of 50000 minima (the 400 deepest)"));
     desk.succeed("draw chain.landscape --lowest 30 -o view");
     assert_eq!(desk.tree("view").nodes.len(), 59);
 }

@@ -268,7 +268,8 @@ class Landscape:
         )
 
     def draw(
-        self, out: StrPath, *, lowest: int | None = None, min_members: int | None = None, monotonic: bool = False,
+        self, out: StrPath, *, lowest: int | None = None, deepest: int | None = None,
+        min_members: int | None = None, monotonic: bool = False,
         pick: Sequence[str] | None = None, levels: int | None = None, place_by: str | None = None,
         colour_by: str | None = None, values: StrPath | None = None, examples: int | None = None,
         group_barrier: float | None = None, seed: int | None = None,
@@ -279,7 +280,7 @@ class Landscape:
         ----------
         out
             A folder for all pictures and texts, or a file ending in ``.svg`` or ``.png`` for the disconnectivity graph alone.
-        lowest, min_members, pick, monotonic
+        lowest, deepest, min_members, pick, monotonic
             Which minima are drawn.
         levels
             Number of levels at which branches join, as in published disconnectivity graphs.
@@ -291,7 +292,7 @@ class Landscape:
         keeps = Folder()
         folder = target if picture is None else keeps / "view"
         given = flags(
-            lowest=lowest, min_members=min_members, monotonic=monotonic, pick=None if pick is None else list(pick),
+            lowest=lowest, deepest=deepest, min_members=min_members, monotonic=monotonic, pick=None if pick is None else list(pick),
             levels=levels, place_by=place_by, colour_by=colour_by, values=values, examples=examples,
             group_barrier=group_barrier, seed=seed,
         )

@@ -85,7 +85,7 @@ impl Circles {
                 are_groups: true,
             };
         }
-        let view = View::whole(&crate::figure::layout::collapse(tree, &groups)).lowest(most);
+        let view = View::whole(&crate::figure::layout::collapse(tree, &groups)).deepest(most);
         Self {
             network: restricted(&all, &view.minima, Evidence::Chain),
             minima: view

@@ -29,7 +29,8 @@ pub struct TransitionState {
     pub path: Path,
     /// Index of the saddle in the path.
     pub top: usize,
-    /// Number of searches that ended here; 0 if it was found only on a path between two minima.
+    /// Number of searches that ended here without having begun beside it; 0 if it was found only on a path between two
+    /// minima.
     pub hits: usize,
     /// Its audit.
     pub audit: Audit,
@@ -147,6 +148,11 @@ impl Census {
         self.by_energy[1]
             .near(energy, self.sameness.energy)
             .find(|k| space.within(&self.saddles[*k].x, x, self.sameness.distance))
+    }
+
+    /// Whether two entries are branches of one saddle.
+    pub(super) fn are_one(&self, a: usize, b: usize) -> bool {
+        self.saddles[a].place == self.saddles[b].place
     }
 
     /// The known minimum at `x`.

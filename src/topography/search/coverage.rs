@@ -44,7 +44,7 @@ pub enum Doubt {
 pub struct Coverage {
     /// Number of searches.
     pub searches: usize,
-    /// Searches that ended at a saddle.
+    /// Searches that ended at a saddle without having begun beside it.
     pub arrived: usize,
     /// Number of the search that found the last new stationary point.
     pub last_new: usize,

@@ -62,7 +62,7 @@ impl SearchSettings {
             steps: 80,
             modes: 1000,
             batch: 32,
-            patience: 50,
+            patience: 80,
             max_searches: 100_000,
             join_rounds: 2,
             paths: PathMethod::default(),

@@ -70,6 +70,8 @@ pub(super) struct Place {
     pub(super) hint: Option<Vec<f64>>,
     /// The descent that led there, if it began at a random point.
     pub(super) drawn: Option<Quench>,
+    /// The known saddle beside which it lies, if it was chosen there.
+    pub(super) beside: Option<usize>,
 }
 
 impl Place {
@@ -79,6 +81,7 @@ impl Place {
             longest: 0.0,
             hint,
             drawn: None,
+            beside: None,
         }
     }
 }
@@ -101,10 +104,8 @@ impl Searcher<'_> {
                 let known = &census.minima[minimum];
                 let step: Vec<f64> = known.modes[mode].iter().map(|m| first * m).collect();
                 Place {
-                    x: self.moved(&known.x, &step),
                     longest: length,
-                    hint: Some(step),
-                    drawn: None,
+                    ..Place::new(self.moved(&known.x, &step), Some(step))
                 }
             }
             Start::Known(number) => Place {
@@ -132,14 +133,16 @@ impl Searcher<'_> {
                 scale(&mut step, self.reach(census) * rng.random_range(FAR));
                 Place::new(self.moved(&minimum.x, &step), (kind < 6).then_some(step))
             }
+            _ if census.saddles.is_empty() => {
+                Place::new(self.moved(&minimum.x, &self.kick(census, rng)), None)
+            }
             _ => {
-                let saddles = census.saddles.len();
-                let x = if saddles == 0 {
-                    &minimum.x
-                } else {
-                    &census.saddles[rng.random_range(0..saddles)].x
-                };
-                Place::new(self.moved(x, &self.kick(census, rng)), None)
+                let saddle = rng.random_range(0..census.saddles.len());
+                let x = self.moved(&census.saddles[saddle].x, &self.kick(census, rng));
+                Place {
+                    beside: Some(saddle),
+                    ..Place::new(x, None)
+                }
             }
         }
     }

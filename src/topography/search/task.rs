@@ -39,6 +39,13 @@ impl Searcher<'_> {
         };
         let place = counting.place(id, start, census);
         let mut outcome = counting.climb(&place, census);
+        // A search that returns to the saddle beside which it began says nothing about how hard that saddle is to meet.
+        let returned = |known: &usize| {
+            place
+                .beside
+                .is_some_and(|beside| census.are_one(beside, *known))
+        };
+        outcome.known = outcome.known.filter(|known| !returned(known));
         let drawn = place.drawn.as_ref();
         outcome.unfinished = drawn.is_some_and(|end| self.settings.is_unfinished(end));
         outcome.drawn = (place.drawn)

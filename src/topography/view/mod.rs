@@ -103,6 +103,37 @@ impl View {
         self.keep(|leaf, _| kept.contains(&leaf))
     }
 
+    /// Keeps the `count` minima at the bottom of the deepest valleys. The depth of a valley is the height of the merge at
+    /// which it joins one with a lower bottom, above its own bottom (its persistence). The lowest minimum of each tree is
+    /// infinitely deep; of equal depths the lower minima are kept.
+    ///
+    /// This keeps the funnels of a large landscape, where [`View::lowest`] may show only one of them.
+    #[must_use]
+    pub fn deepest(&self, count: usize) -> Self {
+        let nodes = &self.tree.nodes;
+        let lower = |a: &usize, b: &usize| {
+            let [one, other] = [a, b].map(|leaf| nodes[*leaf].energy);
+            one.total_cmp(&other).then(a.cmp(b))
+        };
+        let mut depths = vec![f64::INFINITY; self.minima.len()];
+        // The lowest leaf below each node.
+        let mut bottoms: Vec<usize> = (0..self.minima.len()).collect();
+        for node in &nodes[self.minima.len()..] {
+            let below = || node.children.iter().map(|child| bottoms[child.0]);
+            // Every merge has children.
+            let lowest = below().min_by(lower).unwrap_or_default();
+            for bottom in below().filter(|bottom| *bottom != lowest) {
+                depths[bottom] = node.energy - nodes[bottom].energy;
+            }
+            bottoms.push(lowest);
+        }
+        let mut leaves: Vec<usize> = (0..self.minima.len()).collect();
+        leaves.sort_by(|a, b| depths[*b].total_cmp(&depths[*a]).then(lower(a, b)));
+        leaves.truncate(count);
+        let kept: BTreeSet<usize> = leaves.into_iter().collect();
+        self.keep(|leaf, _| kept.contains(&leaf))
+    }
+
     /// Keeps the named minima, like `PICK` of disconnectionDPS. Names that are not in the view are ignored.
     #[must_use]
     pub fn picked(&self, names: &[MinimumId]) -> Self {

@@ -53,6 +53,24 @@ fn filters_hide_and_keep_heights() {
     assert_eq!(lowest.tree.nodes.len(), 5);
     assert_eq!(height(&lowest.tree, 1, 2), Some(3.0));
     assert_eq!(lowest.tree.nodes[4].evidence, Evidence::Chain);
+    // 4 joins nothing, 2 is 2.8 deep, 3 is 1.7 deep and 1 is 0.9 deep.
+    for (count, kept) in [
+        (1, &[0][..]),
+        (2, &[0, 4]),
+        (3, &[0, 2, 4]),
+        (4, &[0, 2, 3, 4]),
+        (9, &[0, 1, 2, 3, 4]),
+    ] {
+        let deepest = whole.deepest(count);
+        assert!(
+            deepest
+                .minima
+                .iter()
+                .map(|minimum| minimum.0)
+                .eq(kept.iter().copied())
+        );
+        unchanged(&deepest, &tree);
+    }
     let picked = whole.picked(&[4, 2, 0, 99].map(MinimumId));
     assert_eq!(picked.minima, [0, 2, 4].map(MinimumId));
     assert_eq!(height(&picked.tree, 0, 1), Some(3.0));

@@ -11,6 +11,8 @@ use crate::topography::search::{Draw, SearchSettings};
 
 /// Number of descents, and of the first ones, after which a landscape that repeats itself needs no more.
 const DESCENTS: [u64; 2] = [200, 1000];
+/// Least number of searches for each minimum with which an enumeration is worth its while.
+const EACH: usize = 30;
 /// First number of the random streams of these descents.
 const FIRST: u64 = 1 << 62;
 
@@ -30,12 +32,12 @@ pub struct SizeProbe {
 }
 
 impl SizeProbe {
-    /// Whether an enumeration cannot end: each minimum alone needs `patience` searches, and together that is more than the
-    /// greatest number of searches. Less patience or more searches than the default allow larger landscapes; to stop early
+    /// Whether an enumeration cannot end: each minimum alone needs dozens of searches, and together that is more than the
+    /// greatest number of searches. Little patience or more searches than the default allow larger landscapes; to stop early
     /// does not make a landscape large.
     pub fn is_too_large(&self, settings: &SearchSettings) -> bool {
         let usual = SearchSettings::default();
-        let patience = settings.patience.min(usual.patience);
+        let patience = settings.patience.min(EACH);
         let searches = settings.max_searches.max(usual.max_searches);
         self.minima * patience as f64 > searches as f64
     }
