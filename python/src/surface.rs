@@ -97,7 +97,7 @@ impl Parts {
         Subject {
             name: &self.name,
             energy,
-            coordinates: self.kind.name().to_owned(),
+            coordinates: self.kind.name(),
             low: self.low.clone(),
             high: self.high.clone(),
             source: Source {

@@ -207,6 +207,101 @@ def test_wrong_arguments_are_told():
         ls.load("there-is-none.landscape")
 
 
+def test_known_points_are_where_the_search_begins():
+    asked = []
+
+    def watched(p):
+        asked.append(p.copy())
+        return camel(p)
+
+    known = ls.explore(camel, box=CAMEL_BOX).minima.coordinates
+    alone, begun = (
+        ls.explore(watched, box=CAMEL_BOX, known=points, searches=1, check_gradient=False) for points in (None, known)
+    )
+    assert alone.minima.rows < 6, "one search cannot find all minima"
+    assert begun.minima.rows == 6
+    assert all(any(np.array_equal(x, point) for x in asked) for point in known)
+    with pytest.raises(ls.InputError, match="known"):
+        ls.explore(camel, box=CAMEL_BOX, known=[[0.0, 0.0, 0.0]])
+
+
+def test_the_lowest_minima_are_sought_from_below():
+    found = ls.explore(lennard_jones, ls.Atoms(8), box=(-1.3, 1.3), search="lowest", lowest=2, searches=300)
+    # D. J. Wales and J. P. K. Doye, J. Phys. Chem. A 101, 5111 (1997).
+    assert found.minima.energy[0] == pytest.approx(-19.821489, abs=1e-5)
+    assert found.manifest["findings"]["lowest"]["sought"] == 2
+    assert "lowest" not in ls.explore(camel, box=CAMEL_BOX, search="all").manifest["findings"]
+    with pytest.raises(ls.InputError, match="searches are"):
+        ls.explore(camel, box=CAMEL_BOX, search="highest")
+
+
+def test_a_budget_ends_a_search_with_what_it_found():
+    def slow(x):
+        time.sleep(5e-4)
+        return lennard_jones(x)
+
+    started = time.monotonic()
+    found = ls.explore(slow, ls.Atoms(7), box=(-1.2, 1.2), search="all", budget_s=3.0)
+    took = time.monotonic() - started
+    assert 3.0 < took < 30.0
+    assert any("stopped by --budget" in warning for warning in found.manifest["warnings"])
+    assert found.minima.rows >= 1 and found.coverage.searches >= 1
+    with pytest.raises(ls.InputError, match="budget_s"):
+        ls.explore(camel, box=CAMEL_BOX, budget_s=-1.0)
+
+
+def test_rotations():
+    """Four orientations are equally good: by half turns about the axes of the body."""
+    turns = np.array([[[0, 0, 0], [0, 0, -1], [0, 1, 0]], [[0, 0, 1], [0, 0, 0], [-1, 0, 0]], [[0, -1, 0], [1, 0, 0], [0, 0, 0]]])
+    weights = np.array([3.0, 2.0, 1.0])
+
+    def energy(q):
+        w, x, y, z = q
+        r = np.array([
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ])
+        slopes = np.einsum("jii->ij", r @ turns)
+        return -(weights * np.diag(r) ** 2).sum(), -2 * (weights * np.diag(r)) @ slopes
+
+    found = ls.explore(energy, ls.Rotations())
+    assert found.minima.energy == pytest.approx([-6.0] * 4, abs=1e-8)
+    quaternions = found.minima.coordinates
+    assert abs(quaternions).max(axis=1) == pytest.approx(np.ones(4), abs=1e-5)
+    assert sorted(abs(quaternions).argmax(axis=1)) == [0, 1, 2, 3]
+    # The cheapest quarter turn is that about the axis with the two least weights: E(φ) = −3 − (2 + 1) cos² φ.
+    assert found.tree.heights()[0, 1:].min() == pytest.approx(-3.0, abs=1e-6)
+    path = found.path(0, 1)
+    assert np.linalg.norm(path.coordinates, axis=1) == pytest.approx(np.ones(len(path.energy)), abs=1e-9)
+    ends = ls.quench(energy, [[0.9, 0.1, 0.0, 0.0]], ls.Rotations())
+    assert ends.converged.all() and ends.energy == pytest.approx([-6.0], abs=1e-6)
+
+
+def test_periodic_numbers_wrap_at_their_own_side():
+    sides = np.array([2.0, 3.0])
+
+    def energy(p):
+        u = 2 * np.pi * np.array([2, 1]) / sides
+        return -np.cos(u * p).sum(), u * np.sin(u * p)
+
+    found = ls.explore(energy, ls.Periodic(), box=([0.0, 0.0], sides))
+    assert found.minima.energy == pytest.approx([-2.0, -2.0], abs=1e-8)
+    wrapped = np.sort(np.round(found.minima.coordinates / sides % 1.0, 5) % 1.0, axis=0)
+    assert wrapped == pytest.approx(np.array([[0.0, 0.0], [0.5, 0.0]]), abs=1e-4)
+    # Two ways lead from one to the other, and one over the side of the cell back to each.
+    joined = found.saddles.where(found.saddles.a != found.saddles.b)
+    assert joined.rows == 2 and joined.energy == pytest.approx([0.0, 0.0], abs=1e-8)
+    assert found.tree.merge_height(0, 1) == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("aside", [True, False])
+def test_a_panic_is_an_exception(aside):
+    with pytest.raises(ls.InternalError, match="please report it: on purpose"):
+        ls._native.panic("on purpose", aside)
+    assert ls.explore("muller-brown").minima.rows == 3, "the interpreter and the threads go on"
+
+
 def test_ase_calculator():
     ase = pytest.importorskip("ase")
     from ase.calculators.lj import LennardJones
@@ -215,5 +310,29 @@ def test_ase_calculator():
     energy = ls.from_ase(atoms, LennardJones(rc=50.0, smooth=False))
     found = ls.explore(energy, box=(-1.0, 1.0), check_gradient=False)
     assert found.minima.energy[0] == pytest.approx(-6.0, abs=1e-2)
-    with pytest.raises(ls.InputError, match="several elements"):
-        ls.from_ase(ase.Atoms("ArKr"), LennardJones())
+    atoms.pbc = True
+    with pytest.raises(ls.InputError, match="periodic cell"):
+        ls.from_ase(atoms, LennardJones())
+
+
+def test_ase_atoms_of_several_elements():
+    """An atom of another element in a bipyramid of five sits on the axis or around it; with equal forces, at equal energy."""
+    ase = pytest.importorskip("ase")
+    from ase.calculators.lj import LennardJones
+
+    atoms = ase.Atoms("Ar3KrAr", positions=np.random.default_rng(0).normal(size=(5, 3)))
+    mixed = ls.from_ase(atoms, LennardJones(rc=50.0))
+    assert mixed.space == ls.Atoms(5, ("Ar", "Ar", "Ar", "Kr", "Ar"))
+    found = ls.explore(mixed, box=(-1.2, 1.2), check_gradient=False)
+    assert found.minima.energy == pytest.approx([-9.103852, -9.103852], abs=1e-3)
+    arms = np.linalg.norm(found.minima.coordinates.reshape(2, 5, 3) - found.minima.coordinates.reshape(2, 5, 3).mean(1)[:, None], axis=2)
+    assert sorted(np.argsort(np.argsort(arms, axis=1), axis=1)[:, 3] >= 3) == [False, True]
+    # The symmetry of each: a threefold and a twofold axis with mirrors.
+    orders = sorted(int(row.split()[2]) for row in (found.folder / "min.data").read_text().splitlines())
+    assert orders == [4, 6]
+    again = ls.load(found.folder)
+    assert again.manifest["energy"]["coordinates"] == "atoms Ar Ar Ar Kr Ar"
+    assert again.diff(found).matches.rows == 2 and again.path(0, 1) is not None
+    assert "</html>" in found.report().read_text(encoding="utf-8")
+    with pytest.raises(ls.InputError, match="5 of them, but 4"):
+        ls.quench(mixed, np.zeros((1, 12)), ls.Atoms(4, mixed.space.elements))

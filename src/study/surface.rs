@@ -10,6 +10,7 @@ use super::lowest;
 use super::report::conclude;
 use super::searched::{Searched, SurfaceSearch};
 use super::settings::StudyRun;
+use super::surface_space::Coordinates;
 use super::tables::{Input, Mapped};
 use super::uncertainty::Uncertainty;
 use super::{Digits, json as value, tally};
@@ -34,7 +35,7 @@ pub struct Subject<'a> {
     pub name: &'a str,
     /// The surface.
     pub energy: &'a dyn Energy,
-    /// Kind of coordinates: `flat`, `angles`, `atoms` or `rotation`.
+    /// Kind of coordinates: the name of one of [`Coordinates`].
     pub coordinates: String,
     /// Lower bounds of the box of random starts.
     pub low: Vec<f64>,
@@ -191,7 +192,8 @@ impl SurfaceReport<'_> {
         let saddles = self.found.saddles.iter();
         let saddles = points(saddles.map(|saddle| saddle.coordinates.as_slice()));
         folder.write("points.ts", &saddles)?;
-        let database = Database::from_exploration(self.found, self.subject.coordinates == "atoms");
+        let kinds = (Coordinates::named(&self.subject.coordinates)).and_then(|kind| kind.kinds());
+        let database = Database::from_exploration(self.found, kinds.as_deref());
         let title = format!(
             "{}: {} minima, {} saddles",
             self.subject.name,

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -271,6 +271,7 @@ class Landscape:
         self, out: StrPath, *, lowest: int | None = None, min_members: int | None = None, monotonic: bool = False,
         pick: Sequence[str] | None = None, levels: int | None = None, place_by: str | None = None,
         colour_by: str | None = None, values: StrPath | None = None, examples: int | None = None,
+        colour: Literal["category", "power", "spheres"] | None = None, stability: StrPath | None = None,
         group_barrier: float | None = None, seed: int | None = None,
     ) -> Path:
         """Draws the landscape and returns the path.
@@ -285,6 +286,10 @@ class Landscape:
             Number of levels at which branches join, as in published disconnectivity graphs.
         place_by, colour_by, values
             Quantities that place or colour the minima, and a CSV file with values of yours.
+        colour, stability
+            Colours of grasps: differences between their types, or a file of :meth:`Grasps.stability` with what held.
+        examples
+            Number of rendered grasps below the graph.
         """
         target = Path(out)
         picture = target.suffix if target.suffix in (".svg", ".png") else None
@@ -293,7 +298,7 @@ class Landscape:
         given = flags(
             lowest=lowest, min_members=min_members, monotonic=monotonic, pick=None if pick is None else list(pick),
             levels=levels, place_by=place_by, colour_by=colour_by, values=values, examples=examples,
-            group_barrier=group_barrier, seed=seed,
+            colour=colour, stability=stability, group_barrier=group_barrier, seed=seed,
         )
         command("draw", self.folder, *given, "--quiet", "--output", folder, progress=False)
         if picture is not None:

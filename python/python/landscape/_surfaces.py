@@ -58,9 +58,14 @@ class Rotations:
 
 @dataclass(frozen=True)
 class Atoms:
-    """Positions x, y, z of ``n`` equal atoms: 3 n coordinates. Moved, turned, mirrored and renumbered copies are one point."""
+    """Positions x, y, z of ``n`` atoms: 3 n coordinates. Moved, turned, mirrored and renumbered copies are one point.
+
+    ``elements``: the element of each atom, such as ``("Ar", "Ar", "Kr")``; only atoms of one element are renumbered. Without it
+    all atoms are equal. Point groups know the elements; masses are 1 everywhere.
+    """
 
     n: int
+    elements: Sequence[str] | None = None
 
 
 Space = Union[Euclidean, Torus, Periodic, Box, Rotations, Atoms]
@@ -83,6 +88,19 @@ class Descents(NamedTuple):
     """Evaluations spent, shape (k,)."""
     converged: NDArray[np.bool_]
     """Whether the tolerance was met, shape (k,)."""
+
+
+def _kind(space: Space) -> str:
+    """The coordinates of a space as in files."""
+    name = _KINDS[type(space)]
+    if not isinstance(space, Atoms) or space.elements is None:
+        return name
+    elements = [str(element) for element in space.elements]
+    if len(elements) != space.n:
+        raise InputError(f"elements: there are {len(elements)} of them, but {space.n} atoms")
+    if not all(element and element == "".join(element.split()) for element in elements):
+        raise InputError(f"elements {elements}: names without blanks are needed")
+    return " ".join([name, *elements]) if len(set(elements)) > 1 else name
 
 
 def _count(space: Space) -> int | None:
@@ -131,7 +149,7 @@ def _surface(
         raise InputError(f"a function of a point is needed, not {type(function).__name__}")
     chosen = space if space is not None else getattr(function, "space", None) or Euclidean()
     low, high = _ends(chosen, box, points)
-    made = _native.Surface(function, hessian, batch, name or _name(function), _KINDS[type(chosen)], low, high, 1)
+    made = _native.Surface(function, hessian, batch, name or _name(function), _kind(chosen), low, high, 1)
     return made, chosen, (low, high)
 
 
@@ -297,7 +315,7 @@ class AseEnergy:
     def __init__(self, atoms: Any, calculator: Any) -> None:
         self.atoms = atoms.copy()
         self.atoms.calc = calculator
-        self.space = Atoms(len(atoms))
+        self.space = Atoms(len(atoms), tuple(atoms.get_chemical_symbols()))
         self.__name__ = type(calculator).__name__
 
     def __call__(self, x: Floats) -> tuple[float, Floats]:
@@ -307,13 +325,16 @@ class AseEnergy:
 
 
 def from_ase(atoms: Any, calculator: Any) -> AseEnergy:
-    """The energy of ``ase.Atoms`` with a calculator, for :func:`explore`, :func:`map` and :func:`quench` on ``Atoms(n)``.
+    """The energy of ``ase.Atoms`` with a calculator, for :func:`explore`, :func:`map` and :func:`quench`.
 
-    The atoms must be of one element, free and without a periodic cell, because the space takes renumbered and moved copies for
-    one point.
+    Its space is ``Atoms`` with the elements of the atoms: copies with equal atoms renumbered are one point. The atoms must be
+    free and without a periodic cell, because moved and turned copies are one point, too.
+
+    Raises
+    ------
+    InputError
+        If atoms are held by constraints, or the cell is periodic.
     """
-    if len(set(atoms.get_atomic_numbers().tolist())) > 1:
-        raise InputError("atoms of several elements: the space of equal atoms does not apply; write a function on Euclidean(n)")
     if atoms.get_pbc().any():
         raise InputError("atoms in a periodic cell: keep one atom fixed and write a function on Periodic()")
     if len(atoms.constraints):
