@@ -78,12 +78,15 @@ def test_map_joins_given_minima():
     assert found.newick().strip().endswith(";")
 
 
-def test_rotations_and_boxes():
+def test_descents():
+    ends = ls.quench(lambda x: (float((x**2).sum()), 2 * x), [[3.0, -2.0]])
+    assert ends.converged.all() and abs(ends.x).max() < 1e-4
+
+
+def test_a_minimum_may_lie_on_a_face_of_the_box():
     def falls(x):
         return -x[0], np.array([-1.0])
 
-    ends = ls.quench(lambda x: (float((x**2).sum()), 2 * x), [[3.0, -2.0]])
-    assert ends.converged.all() and abs(ends.x).max() < 1e-4
     slope = ls.explore(falls, ls.Box(), box=(0.0, 2.0))
     assert slope.minima.coordinates[0] == pytest.approx([2.0])
 
@@ -208,19 +211,19 @@ def test_wrong_arguments_are_told():
 
 
 def test_known_points_are_where_the_search_begins():
-    asked = []
+    asked = set()
 
-    def watched(p):
-        asked.append(p.copy())
-        return camel(p)
+    def wells(x):
+        asked.add(tuple(x))
+        return np.cos(4 * x).sum(), -4 * np.sin(4 * x)
 
-    known = ls.explore(camel, box=CAMEL_BOX).minima.coordinates
-    alone, begun = (
-        ls.explore(watched, box=CAMEL_BOX, known=points, searches=1, check_gradient=False) for points in (None, known)
-    )
-    assert alone.minima.rows < 6, "one search cannot find all minima"
-    assert begun.minima.rows == 6
-    assert all(any(np.array_equal(x, point) for x in asked) for point in known)
+    corners = np.pi / 4 * np.array([1, 3, -1, -3])
+    known = np.array(np.meshgrid(corners, corners, corners)).reshape(3, -1).T
+    alone = ls.explore(wells, ls.Torus(3), searches=1)
+    assert alone.minima.rows < 64, "one batch of searches cannot find all minima"
+    asked.clear()
+    begun = ls.explore(wells, ls.Torus(3), searches=1, known=known)
+    assert begun.minima.rows == 64 and all(tuple(point) in asked for point in known)
     with pytest.raises(ls.InputError, match="known"):
         ls.explore(camel, box=CAMEL_BOX, known=[[0.0, 0.0, 0.0]])
 
@@ -236,16 +239,9 @@ def test_the_lowest_minima_are_sought_from_below():
 
 
 def test_a_budget_ends_a_search_with_what_it_found():
-    def slow(x):
-        time.sleep(5e-4)
-        return lennard_jones(x)
-
-    started = time.monotonic()
-    found = ls.explore(slow, ls.Atoms(7), box=(-1.2, 1.2), search="all", budget_s=3.0)
-    took = time.monotonic() - started
-    assert 3.0 < took < 30.0
+    found = ls.explore(lennard_jones, ls.Atoms(7), box=(-1.2, 1.2), search="all", patience=1000, budget_s=0.5)
     assert any("stopped by --budget" in warning for warning in found.manifest["warnings"])
-    assert found.minima.rows >= 1 and found.coverage.searches >= 1
+    assert found.minima.rows >= 1 and 1 <= found.coverage.searches < 500
     with pytest.raises(ls.InputError, match="budget_s"):
         ls.explore(camel, box=CAMEL_BOX, budget_s=-1.0)
 
@@ -265,7 +261,14 @@ def test_rotations():
         slopes = np.einsum("jii->ij", r @ turns)
         return -(weights * np.diag(r) ** 2).sum(), -2 * (weights * np.diag(r)) @ slopes
 
-    found = ls.explore(energy, ls.Rotations())
+    asked = []
+
+    def watched(q):
+        asked.append(q.copy())
+        return energy(q)
+
+    found = ls.explore(watched, ls.Rotations())
+    assert np.linalg.norm(asked, axis=1) == pytest.approx(np.ones(len(asked)), abs=1e-9), "unit quaternions only"
     assert found.minima.energy == pytest.approx([-6.0] * 4, abs=1e-8)
     quaternions = found.minima.coordinates
     assert abs(quaternions).max(axis=1) == pytest.approx(np.ones(4), abs=1e-5)
@@ -274,8 +277,10 @@ def test_rotations():
     assert found.tree.heights()[0, 1:].min() == pytest.approx(-3.0, abs=1e-6)
     path = found.path(0, 1)
     assert np.linalg.norm(path.coordinates, axis=1) == pytest.approx(np.ones(len(path.energy)), abs=1e-9)
-    ends = ls.quench(energy, [[0.9, 0.1, 0.0, 0.0]], ls.Rotations())
-    assert ends.converged.all() and ends.energy == pytest.approx([-6.0], abs=1e-6)
+    ends = ls.quench(energy, [[0.9, 0.1, 0.0, 0.0], [0.5, 0.5, 0.5, 0.4]], ls.Rotations())
+    assert ends.converged.all() and ends.energy == pytest.approx([-6.0] * 2, abs=1e-6)
+    with pytest.raises(ls.InputError, match="row 1 is no quaternion"):
+        ls.quench(energy, [[1.0, 0.0, 0.0, 0.0], [0.0] * 4], ls.Rotations())
 
 
 def test_periodic_numbers_wrap_at_their_own_side():
@@ -302,32 +307,48 @@ def test_a_panic_is_an_exception(aside):
     assert ls.explore("muller-brown").minima.rows == 3, "the interpreter and the threads go on"
 
 
-def test_ase_calculator():
+def calculator():
+    """The energy of :func:`lennard_jones` as an ASE calculator."""
+    from ase.calculators.calculator import Calculator, all_changes
+
+    class Pairs(Calculator):
+        implemented_properties = ["energy", "forces"]
+
+        def calculate(self, atoms=None, properties=("energy",), system_changes=all_changes):
+            super().calculate(atoms, properties, system_changes)
+            energy, gradient = lennard_jones(self.atoms.positions.ravel())
+            self.results = {"energy": energy, "forces": -gradient.reshape(-1, 3)}
+
+    return Pairs()
+
+
+def test_ase_calculators():
     ase = pytest.importorskip("ase")
     from ase.calculators.lj import LennardJones
 
     atoms = ase.Atoms("Ar4", positions=np.random.default_rng(0).normal(size=(4, 3)))
-    energy = ls.from_ase(atoms, LennardJones(rc=50.0, smooth=False))
-    found = ls.explore(energy, box=(-1.0, 1.0), check_gradient=False)
-    assert found.minima.energy[0] == pytest.approx(-6.0, abs=1e-2)
+    found = ls.explore(ls.from_ase(atoms, calculator()), box=(-1.0, 1.0))
+    assert found.minima.energy == pytest.approx([-6.0]) and found.saddles.rows == 1
+    ends = ls.quench(ls.from_ase(atoms, LennardJones(rc=50.0)), found.minima.coordinates + 0.01)
+    assert ends.converged.all() and ends.energy == pytest.approx([-6.0], abs=1e-6)
     atoms.pbc = True
     with pytest.raises(ls.InputError, match="periodic cell"):
-        ls.from_ase(atoms, LennardJones())
+        ls.from_ase(atoms, calculator())
 
 
 def test_ase_atoms_of_several_elements():
     """An atom of another element in a bipyramid of five sits on the axis or around it; with equal forces, at equal energy."""
     ase = pytest.importorskip("ase")
-    from ase.calculators.lj import LennardJones
-
     atoms = ase.Atoms("Ar3KrAr", positions=np.random.default_rng(0).normal(size=(5, 3)))
-    mixed = ls.from_ase(atoms, LennardJones(rc=50.0))
+    mixed = ls.from_ase(atoms, calculator())
     assert mixed.space == ls.Atoms(5, ("Ar", "Ar", "Ar", "Kr", "Ar"))
-    found = ls.explore(mixed, box=(-1.2, 1.2), check_gradient=False)
-    assert found.minima.energy == pytest.approx([-9.103852, -9.103852], abs=1e-3)
-    arms = np.linalg.norm(found.minima.coordinates.reshape(2, 5, 3) - found.minima.coordinates.reshape(2, 5, 3).mean(1)[:, None], axis=2)
-    assert sorted(np.argsort(np.argsort(arms, axis=1), axis=1)[:, 3] >= 3) == [False, True]
-    # The symmetry of each: a threefold and a twofold axis with mirrors.
+    found = ls.explore(mixed, box=(-1.2, 1.2))
+    assert found.minima.energy == pytest.approx([-9.103852] * 2, abs=1e-5)
+    positions = found.minima.coordinates.reshape(2, 5, 3)
+    arms = np.linalg.norm(positions - positions.mean(axis=1, keepdims=True), axis=2)
+    # The two atoms on the axis are the farthest from the middle.
+    assert sorted((arms[:, [3]] < arms).sum(axis=1) <= 1) == [False, True]
+    # Their point groups: C3v on the axis, C2v around it.
     orders = sorted(int(row.split()[2]) for row in (found.folder / "min.data").read_text().splitlines())
     assert orders == [4, 6]
     again = ls.load(found.folder)

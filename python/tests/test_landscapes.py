@@ -1,6 +1,7 @@
 """Landscapes: what is computed from them, and files in and out."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -130,6 +131,14 @@ def test_the_tree_in_other_forms(cluster):
         assert middle == high
 
 
-def test_diversity_of_two_sets(grasps):
-    told = ls.diversity(grasps, grasps[:3], resamplings=20)
-    assert told and json.dumps(told)
+def test_diversity_of_two_sets(grasps, tmp_path):
+    shipped = ls.Grasps.read(Path(__file__).parents[2] / "data/grasps.parquet")
+    # Grasps that are all near one are less diverse than as many from everywhere.
+    near = np.argsort(np.linalg.norm(shipped.poses - shipped.poses[0], axis=1))[:40]
+    told = ls.diversity(shipped[::10], shipped[near], resamplings=50, out=tmp_path / "told")
+    contacts = next(measure for measure in told["measures"] if measure["of"] == "contacts")
+    (many, *_), (few, *_) = contacts["sets"]
+    assert many["value"] > few["value"] > 1
+    assert (tmp_path / "told.md").is_file()
+    with pytest.raises(ls.InputError, match="at least 30"):
+        ls.diversity(grasps, grasps)

@@ -10,7 +10,7 @@ use super::lowest;
 use super::report::conclude;
 use super::searched::{Searched, SurfaceSearch};
 use super::settings::StudyRun;
-use super::surface_space::Coordinates;
+use super::surface_space::{Coordinates, in_region};
 use super::tables::{Input, Mapped};
 use super::uncertainty::Uncertainty;
 use super::{Digits, json as value, tally};
@@ -19,7 +19,7 @@ use crate::store::{AtomicFolder, Counts, LandscapeFiles, Manifest, Source, Stati
 use crate::topography::exchange::{Database, points};
 use crate::topography::{
     Audit, Coverage, Doubt, Exploration, GroupSettings, Landscape, LowestReport, Merge,
-    SearchSettings, TransitionState, Verdict, explore_from, explore_lowest, in_box,
+    SearchSettings, TransitionState, Verdict, explore_from, explore_lowest,
 };
 
 /// Greatest number of rows of a table in the summary.
@@ -129,7 +129,7 @@ pub fn search_surface(
     groups: &GroupSettings,
     run: &StudyRun<'_>,
 ) -> Result<Searched, StudyError> {
-    let draw = in_box(&subject.low, &subject.high);
+    let draw = in_region(subject.energy.space(), (&subject.low, &subject.high));
     let (energy, settings) = (subject.energy, search.settings);
     let (found, lowest) = match search.lowest {
         Some(lowest) => {

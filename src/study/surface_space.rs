@@ -2,8 +2,10 @@
 
 use serde_json::Value;
 
+use crate::sample::Rng;
 use crate::space::{Cluster, Euclidean, Periodic, Rotation, Space, Torus};
 use crate::store::Manifest;
+use crate::topography::in_box;
 
 /// Kinds of coordinates of a surface.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -132,6 +134,30 @@ impl Coordinates {
     }
 }
 
+/// Draws points uniformly from a region, as [`in_box`] does. A point that holds a quaternion is then scaled to be one of
+/// `space`: a function is defined on unit quaternions only.
+///
+/// # Panics
+/// The returned function panics if a lower bound is not below its upper bound.
+pub fn in_region<'a>(
+    space: &'a dyn Space,
+    (low, high): (&'a [f64], &'a [f64]),
+) -> impl Fn(&mut Rng) -> Vec<f64> + Sync + 'a {
+    let draw = in_box(low, high);
+    move |rng: &mut Rng| {
+        let mut x = draw(rng);
+        onto(space, &mut x);
+        x
+    }
+}
+
+/// Moves a point onto its space: scales quaternions to length 1.
+pub fn onto(space: &dyn Space, x: &mut [f64]) {
+    if space.coordinates() != space.tangents() {
+        space.exp(x, &vec![0.0; space.tangents()]);
+    }
+}
+
 /// The space of the searched surface of a manifest, and its identification; `None` if it is not recorded.
 pub fn surface_space(manifest: &Manifest) -> Option<(Box<dyn Space + Send>, String)> {
     let ends = ["low", "high"].map(|end| {
@@ -154,6 +180,22 @@ pub fn surface_space(manifest: &Manifest) -> Option<(Box<dyn Space + Send>, Stri
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sample::{Task, stream};
+
+    #[test]
+    fn random_rotations_are_unit_quaternions() {
+        let space = Rotation::new(1.0);
+        let (low, high) = ([-1.0; 4], [1.0; 4]);
+        let draw = in_region(&space, (&low, &high));
+        for id in 0..20 {
+            let x = draw(&mut stream(0, Task::Start, id));
+            let norm = x.iter().map(|k| k * k).sum::<f64>().sqrt();
+            assert!((norm - 1.0).abs() < 1e-12 && x[0] >= 0.0, "{x:?}");
+        }
+        let flat = Euclidean::new(4);
+        let drawn = in_region(&flat, (&low, &high))(&mut stream(0, Task::Start, 0));
+        assert_eq!(drawn, in_box(&low, &high)(&mut stream(0, Task::Start, 0)));
+    }
 
     #[test]
     fn atoms_of_elements_have_a_name_that_tells_them() {
