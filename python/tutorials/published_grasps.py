@@ -35,13 +35,14 @@ judged = grasps.judgement
 strict = grasps.passes("strict")
 gap, depth = 1000 * judged.gap_m, 1000 * judged.deepest_m
 print(f"{strict.mean():.0%} pass the strict filter; the farthest contact is {np.median(gap):.1f} mm away in the median")
-reasons = Counter(reason for reason in judged.objection if reason is not None)
-print("why others do not:", dict(reasons.most_common()))
+verdicts = np.array([reason or "passes" for reason in judged.objection])
+print(dict(Counter(verdicts.tolist()).most_common()))
 types = Counter(name or "no type" for name in grasps.labels()["label_auto"])
 
 figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4.2), layout="constrained")
-for chosen, colour, name in [(~strict, "tab:red", "refused"), (strict, "tab:blue", "pass")]:
-    left.scatter(gap[chosen], depth[chosen], s=14, c=colour, label=f"{name}: {chosen.sum()}")
+for verdict, count in Counter(verdicts.tolist()).most_common():
+    chosen = verdicts == verdict
+    left.scatter(gap[chosen], depth[chosen], s=14, marker="*" if verdict == "passes" else "o", label=f"{verdict}: {count}")
 left.axvline(2, c="grey", lw=0.8, ls="--")
 left.axhline(2, c="grey", lw=0.8, ls="--")
 left.set(xlabel="farthest contact from the surface (mm)", ylabel="deepest point in the object (mm)", title="Strict filter")

@@ -74,14 +74,12 @@ impl Coordinates {
 
     /// The kind of this name.
     pub fn named(name: &str) -> Option<Self> {
-        let mut words = name.split_whitespace();
-        let elements: Vec<String> = (words.next() == Some("atoms"))
-            .then(|| words.map(str::to_owned).collect())
-            .unwrap_or_default();
-        if !elements.is_empty() {
-            return Some(Self::Elements(elements));
-        }
-        Self::PLAIN.into_iter().find(|kind| kind.name() == name)
+        let plain = Self::PLAIN.into_iter().find(|kind| kind.name() == name);
+        plain.or_else(|| {
+            let elements = name.strip_prefix("atoms ")?.split_whitespace();
+            let elements: Vec<String> = elements.map(str::to_owned).collect();
+            (!elements.is_empty()).then_some(Self::Elements(elements))
+        })
     }
 
     /// A number for each atom, equal for equal elements. Empty if all atoms are equal; `None` if these are no

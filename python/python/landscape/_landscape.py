@@ -153,7 +153,7 @@ class Landscape:
     """
 
     def __init__(self, folder: StrPath, *, _keeps: object = None) -> None:
-        self.folder = existing(folder)
+        self.folder: Path = existing(folder)
         """The folder."""
         self._keeps = _keeps
         self._native = _native.Folder(self.folder)

@@ -313,10 +313,10 @@ class AseEnergy:
     """The energy of an ASE calculator as a function: positions (Å), shape (3 n,), to energy (eV) and gradient (eV/Å)."""
 
     def __init__(self, atoms: Any, calculator: Any) -> None:
-        self.atoms = atoms.copy()
+        self.atoms: Any = atoms.copy()
         self.atoms.calc = calculator
-        self.space = Atoms(len(atoms), tuple(atoms.get_chemical_symbols()))
-        self.__name__ = type(calculator).__name__
+        self.space: Atoms = Atoms(len(atoms), tuple(atoms.get_chemical_symbols()))
+        self.__name__: str = type(calculator).__name__
 
     def __call__(self, x: Floats) -> tuple[float, Floats]:
         self.atoms.set_positions(x.reshape(-1, 3))
