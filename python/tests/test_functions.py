@@ -219,10 +219,10 @@ def test_known_points_are_where_the_search_begins():
 
     corners = np.pi / 4 * np.array([1, 3, -1, -3])
     known = np.array(np.meshgrid(corners, corners, corners)).reshape(3, -1).T
-    alone = ls.explore(wells, ls.Torus(3), searches=1)
-    assert alone.minima.rows < 64, "one batch of searches cannot find all minima"
+    alone = ls.explore(wells, ls.Torus(3), searches=64)
+    assert alone.minima.rows < 64, "a search of each minimum cannot find all of them"
     asked.clear()
-    begun = ls.explore(wells, ls.Torus(3), searches=1, known=known)
+    begun = ls.explore(wells, ls.Torus(3), searches=64, known=known)
     assert begun.minima.rows == 64 and all(tuple(point) in asked for point in known)
     with pytest.raises(ls.InputError, match="known"):
         ls.explore(camel, box=CAMEL_BOX, known=[[0.0, 0.0, 0.0]])
@@ -327,7 +327,7 @@ def test_ase_calculators():
     from ase.calculators.lj import LennardJones
 
     atoms = ase.Atoms("Ar4", positions=np.random.default_rng(0).normal(size=(4, 3)))
-    found = ls.explore(ls.from_ase(atoms, calculator()), box=(-1.0, 1.0))
+    found = ls.explore(ls.from_ase(atoms, calculator()), box=(-1.0, 1.0), searches=64)
     assert found.minima.energy == pytest.approx([-6.0]) and found.saddles.rows == 1
     ends = ls.quench(ls.from_ase(atoms, LennardJones(rc=50.0)), found.minima.coordinates + 0.01)
     assert ends.converged.all() and ends.energy == pytest.approx([-6.0], abs=1e-6)
@@ -342,7 +342,7 @@ def test_ase_atoms_of_several_elements():
     atoms = ase.Atoms("Ar3KrAr", positions=np.random.default_rng(0).normal(size=(5, 3)))
     mixed = ls.from_ase(atoms, calculator())
     assert mixed.space == ls.Atoms(5, ("Ar", "Ar", "Ar", "Kr", "Ar"))
-    found = ls.explore(mixed, box=(-1.2, 1.2))
+    found = ls.explore(mixed, box=(-1.2, 1.2), searches=96)
     assert found.minima.energy == pytest.approx([-9.103852] * 2, abs=1e-5)
     positions = found.minima.coordinates.reshape(2, 5, 3)
     arms = np.linalg.norm(positions - positions.mean(axis=1, keepdims=True), axis=2)
