@@ -24,13 +24,11 @@ for found in grasps:
 told = ls.diversity(*grasps, out=folder / "two_hands")
 print(told["answer"])
 
-# Effective numbers of Hill: of all kinds, of common ones, of the most common ones.
-figure, axes = plt.subplots(1, len(told["measures"]), figsize=(4.5 * len(told["measures"]), 4), layout="constrained", squeeze=False)
-for axis, measure in zip(axes[0], told["measures"]):
+# Effective numbers of Hill: of all kinds, of common ones, of the most common ones. A set that is too small for a measure has none.
+measures = [measure for measure in told["measures"] if all(measure["sets"])]
+figure, axes = plt.subplots(1, len(measures), figsize=(5 * len(measures), 4), layout="constrained", squeeze=False)
+for axis, measure in zip(axes[0], measures):
     for place, (name, numbers) in enumerate(zip(names, measure["sets"])):
-        # A set that is too small for a measure has none.
-        if numbers is None:
-            continue
         values = np.array([number["value"] for number in numbers])
         low, high = np.array([number["interval"] for number in numbers]).T
         axis.errorbar(
